@@ -1,0 +1,52 @@
+# make demo, make test and make check set up a virtual environment of their own: python3 and make are all they need.
+
+PYTHON ?= python3
+VENV := .venv
+# Windows has Scripts where others have bin.
+BIN := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
+DEMO := out/cornell.png
+
+.PHONY: demo test check format docs clean help
+
+help:            ## show this list
+	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
+
+demo: $(VENV)/run.stamp ## render the Cornell scene to out/cornell.png
+	@mkdir -p $(dir $(DEMO))
+	$(BIN)/rtcli render scenes/cornell.yaml -o $(DEMO)
+	@echo "The picture is in $(abspath $(DEMO))"
+
+test: $(VENV)/dev.stamp ## run all tests
+	$(BIN)/python -m pytest -n auto
+
+check: $(VENV)/dev.stamp ## format, lint, types, import contracts, fast tests
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	$(BIN)/python -m pytest -n auto -m "not slow"
+
+format: $(VENV)/dev.stamp ## format the code
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+docs: $(VENV)/dev.stamp ## make anew what is generated: schema, README help, gallery
+	$(BIN)/python tools/refresh.py
+
+clean:           ## remove what was made
+	rm -rf $(VENV) out build dist
+
+# A stamp is newer than what it was installed from.
+$(VENV)/python.stamp:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' \
+		|| { echo "rtcli needs Python 3.10 or newer; name one: make PYTHON=python3.12 ..." >&2; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+	@touch $@
+
+$(VENV)/run.stamp: pyproject.toml | $(VENV)/python.stamp
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
+	@touch $@
+
+$(VENV)/dev.stamp: pyproject.toml | $(VENV)/python.stamp
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@touch $@ $(VENV)/run.stamp

@@ -1,0 +1,26 @@
+"""`rtcli new`: a first scene to start from."""
+
+from __future__ import annotations
+
+import errno
+from importlib import resources
+from pathlib import Path
+
+import click
+
+from rtcli.cli.output import STDIO, complain, write_bytes
+from rtcli.scene.problems import printable
+
+
+@click.command("new")
+@click.argument("file")
+@click.option("--force", is_flag=True, help="Replace FILE if it is there already.")
+def command(file: str, force: bool) -> None:
+    """Write a small scene with a comment on every line to FILE, or to standard output for -."""
+    starter = (resources.files("rtcli.scene") / "starter.yaml").read_bytes()
+    if file != STDIO and not force and Path(file).exists():
+        raise FileExistsError(errno.EEXIST, "is there already: use --force to replace it", file)
+    write_bytes(starter, file)
+    if file != STDIO:
+        picture = Path(file).with_suffix(".png")
+        complain(f"wrote {printable(file)}; render it with: rtcli render {printable(f'{file} -o {picture}')}")

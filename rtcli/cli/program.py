@@ -1,0 +1,128 @@
+"""The `rtcli` program: the group of commands, exit codes, and interrupts."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import signal
+import sys
+import traceback
+from collections.abc import Callable
+from types import FrameType
+from typing import Any, NoReturn
+
+import click
+
+from rtcli import __version__
+from rtcli.cli.output import complain
+from rtcli.scene.problems import SceneError, printable
+
+# Contract: 0 fine; 1 a scene is invalid; 2 wrong usage; 3 a file cannot be read or written; 4 internal error.
+INVALID, USAGE, FILE, INTERNAL = 1, 2, 3, 4
+
+
+class Interrupted(BaseException):
+    """A signal asks the program to end. A BaseException, so that nothing but cleaning up happens on the way."""
+
+    def __init__(self, number: int) -> None:
+        self.number = number
+
+
+class Program(click.Group):
+    """A group whose commands are modules, loaded when they are asked for: `--help` of one imports no other."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the commands in the order a newcomer meets them."""
+        return ["render", "validate", "new", "schema"]
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Return the command `NAME` of the module `rtcli.cli.NAME`."""
+        if cmd_name not in self.list_commands(ctx):
+            return None
+        command: click.Command = importlib.import_module(f"rtcli.cli.{cmd_name}").command
+        return command
+
+    def main(self, *args: Any, **extra: Any) -> NoReturn:
+        """Run the program and exit with a code of the contract."""
+        extra["standalone_mode"] = False
+        run = super().main
+        sys.exit(_exit_code(lambda: run(*args, **extra)))
+
+
+def _exit_code(run: Callable[[], Any]) -> int:
+    handlers = _end_on_signals()
+    try:
+        return _outcome(run)
+    except Interrupted as interrupt:
+        _die_of(interrupt.number)
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+
+
+def _outcome(run: Callable[[], Any]) -> int:
+    try:
+        result = run()
+        sys.stdout.flush()
+    except click.ClickException as error:
+        error.show()
+        return error.exit_code
+    except SceneError as error:
+        complain(str(error))
+        return INVALID
+    except OSError as error:
+        complain(f"Error: {os_error_text(error)}")
+        return FILE
+    except MemoryError:
+        complain("Error: not enough memory for this picture: make it smaller, or render parts of it with --crop")
+        return INTERNAL
+    except Exception:
+        complain(traceback.format_exc())
+        complain("Error: this is a bug in rtcli. Please report it with the lines above and the scene.")
+        return INTERNAL
+    return result if isinstance(result, int) else 0
+
+
+def os_error_text(error: OSError) -> str:
+    """Return `NAME: what is wrong` for a file that cannot be read or written."""
+    what = error.strerror or str(error)
+    return f"{printable(str(error.filename))}: {what}" if error.filename is not None else what
+
+
+def _end_on_signals() -> dict[int, Any]:
+    """Turn signals that ask for an end into `Interrupted`; return the handlers there were."""
+    names = ("SIGINT", "SIGTERM", "SIGHUP", "SIGPIPE")
+    numbers = {name: getattr(signal, name) for name in names if hasattr(signal, name)}
+    # A signal that was ignored stays so, as `nohup` wants it; SIGPIPE is ignored by Python itself.
+    heeded = [
+        number
+        for name, number in numbers.items()
+        if name == "SIGPIPE" or signal.getsignal(number) is not signal.SIG_IGN
+    ]
+
+    def interrupt(number: int, frame: FrameType | None) -> NoReturn:
+        for other in heeded:
+            signal.signal(other, signal.SIG_IGN)  # cleaning up is not to be interrupted
+        raise Interrupted(number)
+
+    try:
+        return {number: signal.signal(number, interrupt) for number in heeded}
+    except ValueError:  # not the main thread, where Python lets nobody set handlers
+        return {}
+
+
+def _die_of(number: int) -> NoReturn:
+    """End as if the signal had not been caught, so that a calling shell sees it."""
+    signal.signal(number, signal.SIG_DFL)
+    os.kill(os.getpid(), number)
+    os._exit(128 + number)  # only if the signal is blocked
+
+
+@click.group(
+    cls=Program,
+    context_settings={"auto_envvar_prefix": "RTCLI", "help_option_names": ["-h", "--help"]},
+    epilog="Each option can be given as a variable as well: RTCLI_RENDER_SAMPLES=4 is --samples 4.",
+)
+@click.version_option(__version__, message="rtcli %(version)s")
+def main() -> None:
+    """Render scenes of spheres, planes, boxes and point lights, written as YAML, to pictures."""

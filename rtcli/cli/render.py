@@ -1,0 +1,236 @@
+"""`rtcli render`: parse, validate, pack, trace, develop, write."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import re
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import click
+
+from rtcli import __version__
+from rtcli.cli.output import STDIO, complain, name_of, read_bytes, write_bytes
+from rtcli.cli.progress import progress
+from rtcli.files import whole_file
+from rtcli.film import Film, check_suffix
+from rtcli.image.write import write_png
+from rtcli.pack import pack
+from rtcli.pipeline import ENGINES, Request, expose, trace
+from rtcli.scene.diagnostics import validate
+from rtcli.scene.edits import EditError, set_expression, set_value
+from rtcli.scene.load import parse_bytes
+from rtcli.scene.model import MAX_SAMPLES, MAX_SIDE
+from rtcli.scene.parse import Document
+from rtcli.scene.problems import printable
+from rtcli.tracer.world import Window, World
+
+
+class SizeType(click.ParamType[tuple[int, int]]):
+    """`640x480`."""
+
+    name = "WxH"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
+        """Return width and height."""
+        match = re.fullmatch(r"([0-9]{1,9})[xX]([0-9]{1,9})", str(value))
+        sides = (int(match[1]), int(match[2])) if match else (0, 0)
+        if not all(1 <= side <= MAX_SIDE for side in sides):
+            self.fail(f"{value!r} is not a size such as 640x480, each side 1 to {MAX_SIDE:,}", param, ctx)
+        return sides
+
+
+class CropType(click.ParamType[Window]):
+    """`100,50,64,64`."""
+
+    name = "X,Y,W,H"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Window:
+        """Return the window; whether it is inside the picture, the scene will tell."""
+        match = re.fullmatch(r"([0-9]{1,9}),([0-9]{1,9}),([0-9]{1,9}),([0-9]{1,9})", str(value))
+        if not match:
+            self.fail(f"{value!r} is not left,top,width,height in pixels, such as 100,50,64,64", param, ctx)
+        return Window(*map(int, match.groups()))
+
+
+class ExposureType(click.ParamType[float | str]):
+    """A number of stops, or `auto`."""
+
+    name = "EV|auto"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | str:
+        """Return stops, or `auto`."""
+        if value == "auto":
+            return "auto"
+        stops = float(click.FLOAT.convert(value, param, ctx))
+        if not math.isfinite(stops):
+            self.fail(f"{value!r} is not a finite number of stops", param, ctx)
+        return stops
+
+
+@dataclass(frozen=True)
+class Options:
+    """The options of `rtcli render`, as the contract names them."""
+
+    scene: str
+    output: str
+    size: tuple[int, int] | None
+    samples: int | None
+    exposure: float | str | None
+    engine: str
+    threads: int | None
+    crop: Window | None
+    edits: tuple[str, ...]
+    stats: str | None
+    quiet: bool
+
+    def check(self) -> None:
+        """Raise click.UsageError for what cannot be right whatever the scene says."""
+        if self.output == STDIO and self.stats == STDIO:
+            raise click.UsageError("the picture and the statistics cannot both go to standard output")
+        if self.output == STDIO and sys.stdout.isatty():
+            raise click.UsageError("a picture is not for a terminal: give a file, or pipe it on")
+        if self.output != STDIO:
+            try:
+                check_suffix(Path(self.output))
+            except ValueError as error:
+                raise click.UsageError(str(error)) from error
+
+
+@dataclass
+class Stopwatch:
+    """Seconds spent in each stage."""
+
+    started: float = field(default_factory=time.perf_counter)
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @contextlib.contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Time what happens inside."""
+        start = time.perf_counter()
+        yield
+        self.seconds[name] = time.perf_counter() - start
+
+    def totals(self) -> dict[str, float]:
+        """Return the seconds of all stages and since the start, to the microsecond."""
+        total = time.perf_counter() - self.started
+        return {name: round(value, 6) for name, value in {**self.seconds, "total": total}.items()}
+
+
+@click.command("render")
+@click.argument("scene")
+@click.option(
+    "-o", "--output", metavar="OUT", required=True, help="The picture, a .png file; - for standard output."
+)
+@click.option("--size", type=SizeType(), help="Width and height in pixels, instead of the scene's.")
+@click.option(
+    "--samples",
+    type=click.IntRange(1, MAX_SAMPLES),
+    metavar="N",
+    help="Rays per pixel, instead of the scene's.",
+)
+@click.option("--exposure", type=ExposureType(), help="Stops, +1 is twice as bright; instead of the scene's.")
+@click.option("--engine", type=click.Choice(ENGINES), default="reference", show_default=True, help="The tracer.")
+@click.option("--threads", type=click.IntRange(1), metavar="N", help="Processor cores to use. [default: all]")
+@click.option("--crop", type=CropType(), help="Render only this part: left, top, width, height in pixels.")
+@click.option(
+    "--set",
+    "edits",
+    metavar="KEY=VALUE",
+    multiple=True,
+    help="Change a value of the scene, such as camera.fov=30 or objects.ball.position[0]=1. Repeatable.",
+)
+@click.option(
+    "--stats",
+    metavar="FILE",
+    help="Write seconds per stage and other figures as JSON; - for standard output.",
+)
+@click.option("-q", "--quiet", is_flag=True, help="No progress, no closing line.")
+def command(**options: Any) -> None:
+    """Render a scene to a picture.
+
+    SCENE is a .yaml, .yml or .json file, or - for YAML on standard input.
+    """
+    render(Options(**options))
+
+
+def render(options: Options) -> None:
+    """Take a scene from its text to its picture, stage by stage."""
+    options.check()
+    watch = Stopwatch()
+    with watch.stage("parse"):
+        document = _edited(parse_bytes(read_bytes(options.scene), name_of(options.scene)), options)
+    with watch.stage("validate"):
+        scene = validate(document)
+    with watch.stage("pack"):
+        world = pack(scene)
+        request = _request(options, world)
+    with _opened(options.output) as file:
+        with watch.stage("trace"), progress("rendering", options.quiet) as told:
+            film = trace(world, request, told)
+        with watch.stage("develop"):
+            pixels = expose(film, scene, request).develop()
+        with watch.stage("write"):
+            write_png(pixels, file)
+    if options.stats is not None:
+        write_bytes(_stats(film, request, watch), options.stats)
+    if not options.quiet:
+        height, width, _ = pixels.shape
+        complain(f"wrote {_shown(options.output)} ({width}x{height}) in {watch.totals()['total']:.2f} s")
+
+
+def _edited(document: Document, options: Options) -> Document:
+    """Return the document with the values that options set: shorthands first, so that --set has the last word."""
+    shorthands: dict[str, tuple[str, Any]] = {}
+    if options.size is not None:
+        shorthands["camera.resolution"] = (f"--size {options.size[0]}x{options.size[1]}", list(options.size))
+    if options.samples is not None:
+        shorthands["render.samples"] = (f"--samples {options.samples}", options.samples)
+    if options.exposure is not None:
+        shorthands["image.exposure"] = (f"--exposure {options.exposure}", options.exposure)
+    try:
+        for path, (option, value) in shorthands.items():
+            document = set_value(document, path, value, option)
+        for expression in options.edits:
+            document = set_expression(document, expression)
+    except EditError as error:
+        raise click.UsageError(f"cannot set a value: {error}") from error
+    return document
+
+
+def _request(options: Options, world: World) -> Request:
+    request = Request(engine=options.engine, threads=options.threads, crop=options.crop)
+    try:
+        request.window(world.camera)
+    except ValueError as error:
+        raise click.UsageError(str(error)) from error
+    return request
+
+
+def _opened(output: str) -> contextlib.AbstractContextManager[BinaryIO]:
+    """Open the target before the work, so that one which cannot be written costs no rendering."""
+    if output == STDIO:
+        return contextlib.nullcontext(sys.stdout.buffer)
+    return whole_file(Path(output))
+
+
+def _stats(film: Film, request: Request, watch: Stopwatch) -> bytes:
+    stats = {
+        "seconds": watch.totals(),
+        "rays": film.rays,
+        "threads": request.thread_count,
+        "engine": request.engine,
+        "simd": "numpy",
+        "version": __version__,
+    }
+    return (json.dumps(stats, indent=2) + "\n").encode()
+
+
+def _shown(output: str) -> str:
+    return "the picture" if output == STDIO else printable(output)

@@ -1,0 +1,54 @@
+"""Files that are whole or absent."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import secrets
+import stat
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+
+@contextlib.contextmanager
+def whole_file(target: Path) -> Iterator[BinaryIO]:
+    """Open a file that appears under its name only once it is complete.
+
+    The bytes go to a temporary file beside the target, which is renamed over it at the end. If anything goes
+    wrong on the way, interrupts included, the temporary file is removed and an older target stays as it was.
+
+    Parameters
+    ----------
+    target
+        Where the file is to be. A link is followed, so that what it leads to is replaced.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written there. That it cannot be created is found out at once, before any work.
+    """
+    final = Path(os.path.realpath(target))
+    _refuse_what_is_no_file(final)
+    temporary = final.with_name(f".{final.name[:100]}.{secrets.token_hex(6)}.tmp")
+    try:
+        with temporary.open("xb") as file:
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(final)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _refuse_what_is_no_file(path: Path) -> None:
+    """Refuse folders, where renaming fails late, and devices, which it would destroy (think of /dev/null)."""
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        return
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, "is a folder: name a file in it", str(path))
+    if not stat.S_ISREG(mode):
+        raise OSError(errno.EINVAL, "is not a regular file", str(path))

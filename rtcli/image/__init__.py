@@ -1,0 +1,1 @@
+"""From radiance to an image file: exposure, tone curve, sRGB, and the encoders."""

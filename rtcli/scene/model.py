@@ -1,0 +1,310 @@
+"""The scene file as pydantic models: every key, its meaning, unit, default and bounds.
+
+The models are frozen and take exactly the documented keys. Lengths share one unit of the author's choice, angles
+are degrees, colors linear RGB. `rtcli.scene.schema` turns this module into the JSON Schema that editors use.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Annotated, Any, Literal, TypeAlias
+
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidationInfo,
+    ValidatorFunctionWrapHandler,
+    WithJsonSchema,
+    field_validator,
+)
+from pydantic_core import InitErrorDetails, PydanticCustomError
+from typing_extensions import TypeAliasType
+
+from rtcli.scene.colors import CSS_NAMES, HEX_PATTERN, color_from_text
+from rtcli.scene.problems import quoted
+from rtcli.scene.vectors import cross, half_difference, unit
+
+MAX_SIDE = 65_535
+MAX_SAMPLES = 1_024
+
+# `up` counts as lying along the view when the sine of the angle between them is not above this.
+_MIN_SINE = 1e-9
+
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Positive = Annotated[Number, Field(gt=0)]
+NotNegative = Annotated[Number, Field(ge=0)]
+Integer = Annotated[int, Field(strict=True)]
+Vector: TypeAlias = tuple[Number, Number, Number]
+
+WHITE = (1.0, 1.0, 1.0)
+BLACK = (0.0, 0.0, 0.0)
+
+
+def _given(value: Any) -> Any:
+    """Refuse an explicit null: a key that is left out has a default, a key without a value is a slip."""
+    if value is None:
+        raise PydanticCustomError("no_value", "has no value: give one, or leave the key out")
+    return value
+
+
+Given = BeforeValidator(_given)
+
+
+def _color(value: Any) -> Any:
+    if isinstance(value, str):
+        color = color_from_text(value)
+        if color is None:
+            raise PydanticCustomError("color_name", "is not a color", {"name": value})
+        return color
+    if not isinstance(value, (list, tuple)):
+        raise PydanticCustomError("color_kind", "is not a color")
+    return value
+
+
+def _color_schema(**bounds: float) -> WithJsonSchema:
+    component = {"type": "number", **bounds}
+    return WithJsonSchema(
+        {
+            "anyOf": [
+                {"type": "array", "items": component, "minItems": 3, "maxItems": 3},
+                {"type": "string", "enum": list(CSS_NAMES)},
+                {"type": "string", "pattern": HEX_PATTERN},
+            ]
+        }
+    )
+
+
+_Share = Annotated[NotNegative, Field(le=1)]
+# Named types, so that the schema holds the list of CSS names twice and not at each use.
+Albedo = TypeAliasType(
+    "Albedo",
+    Annotated[tuple[_Share, _Share, _Share], BeforeValidator(_color), _color_schema(minimum=0, maximum=1)],
+)
+LightColor = TypeAliasType(
+    "LightColor",
+    Annotated[tuple[NotNegative, NotNegative, NotNegative], BeforeValidator(_color), _color_schema(minimum=0)],
+)
+Side = Annotated[Integer, Field(ge=1, le=MAX_SIDE)]
+
+
+def _exposure(value: Any) -> Any:
+    if value != "auto" and (isinstance(value, bool) or not isinstance(value, (int, float))):
+        raise PydanticCustomError("exposure_kind", "must be a number of stops, or auto")
+    if isinstance(value, (int, float)):
+        if not math.isfinite(value):
+            raise PydanticCustomError("finite_number", "must be finite")
+        return float(value)
+    return value
+
+
+Exposure = Annotated[
+    float | Literal["auto"],
+    BeforeValidator(_exposure),
+    WithJsonSchema({"anyOf": [{"type": "number"}, {"const": "auto"}]}),
+]
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+
+class Camera(_Model):
+    """Where the picture is taken from. Left out, position and view are the document's: at the origin, along -z."""
+
+    resolution: tuple[Side, Side] = Field(examples=[[640, 480], [1920, 1080]])
+    """Width and height of the picture in pixels, each 1 to 65,535."""
+    fov: Annotated[Positive, Field(lt=180)] = Field(examples=[20, 60])
+    """Vertical field of view in degrees, between 0 and 180."""
+    position: Vector = Field(default=BLACK, examples=[[0, 2, 8]])
+    """Where the eye is: x, y, z."""
+    look_at: Annotated[Vector | None, Given] = Field(default=None, examples=[[0, 1, 0]])
+    """The point in the middle of the picture. Default: position + [0, 0, -1], a view along -z."""
+    up: Vector = Field(default=(0.0, 1.0, 0.0), examples=[[0, 1, 0]], validate_default=True)
+    """The direction that is up in the picture, of any length but 0, not along the view."""
+
+    @field_validator("look_at")
+    @classmethod
+    def _look_somewhere(cls, look_at: Vector | None, info: ValidationInfo) -> Vector | None:
+        if look_at is not None and look_at == info.data.get("position"):
+            raise PydanticCustomError("no_direction", "must differ from the camera's position")
+        return look_at
+
+    @field_validator("up")
+    @classmethod
+    def _up_is_up(cls, up: Vector, info: ValidationInfo) -> Vector:
+        if up == BLACK:
+            raise PydanticCustomError("zero_length", "must not be [0, 0, 0]")
+        if info.data.keys() >= {"position", "look_at"}:
+            view = _view(info.data["position"], info.data["look_at"])
+            if _sine(view, up) <= _MIN_SINE:
+                raise PydanticCustomError("up_along_view", "must not lie along the view: choose another `up`")
+        return up
+
+    @property
+    def view(self) -> Vector:
+        """The direction of the view, from the eye through the middle of the picture, of any length."""
+        return _view(self.position, self.look_at)
+
+
+def _view(position: Vector, look_at: Vector | None) -> Vector:
+    return (0.0, 0.0, -1.0) if look_at is None else half_difference(look_at, position)
+
+
+def _sine(a: Vector, b: Vector) -> float:
+    """Return the sine of the angle between two vectors of any length but 0: |a x b| of the unit vectors."""
+    return math.hypot(*cross(unit(a), unit(b)))
+
+
+class CarriedLight(_Model):
+    """A point light at the centre of the object that carries it. Its own object casts no shadow in it."""
+
+    intensity: NotNegative = Field(examples=[4.0e6])
+    """Emitted power; the light at distance r is intensity * color / (4 pi r^2)."""
+    color: LightColor = Field(default=WHITE, examples=[[1, 0.9, 0.7], "orange", "#ffd9a0"])
+    """[r, g, b], linear, each 0 or more; or a CSS name or #rrggbb."""
+
+
+class PointLight(CarriedLight):
+    """A light of no size, that shines in all directions alike."""
+
+    position: Vector = Field(examples=[[0, 15, -150]])
+    """Where it stands: x, y, z."""
+
+
+class _Shape(_Model):
+    name: Annotated[str | None, Given] = Field(default=None, min_length=1, examples=["tall box"])
+    """A name of your choice, unique in the scene; messages, ids and `--set objects.NAME...` use it."""
+    color: Albedo = Field(examples=[[0.9, 0.9, 0.9], "tomato", "#b3b3b3"])
+    """The albedo: [r, g, b], linear, each 0 to 1; or a CSS name or #rrggbb."""
+
+
+class Plane(_Shape):
+    """An infinite plane, visible and lit from both sides."""
+
+    type: Literal["plane"]
+    """The kind of shape."""
+    position: Vector = Field(examples=[[0, -20, 0]])
+    """Any point on the plane."""
+    normal: Vector = Field(examples=[[0, 1, 0]])
+    """The direction that stands on the plane, of any length but 0."""
+
+    @field_validator("normal")
+    @classmethod
+    def _normal_points(cls, normal: Vector) -> Vector:
+        if normal == BLACK:
+            raise PydanticCustomError("zero_length", "must not be [0, 0, 0]")
+        return normal
+
+
+class _Body(_Shape):
+    position: Vector = Field(examples=[[0, 1, 0]])
+    """The centre: x, y, z."""
+    light: Annotated[CarriedLight | None, Given] = None
+    """Makes this object the body of a point light: it is seen shining, and casts no shadow in its own light."""
+
+
+class Sphere(_Body):
+    """A sphere."""
+
+    type: Literal["sphere"]
+    """The kind of shape."""
+    radius: Positive = Field(examples=[2.5])
+    """The radius, greater than 0."""
+
+
+class Box(_Body):
+    """A box, turned about the vertical axis."""
+
+    type: Literal["box"]
+    """The kind of shape."""
+    size: tuple[Positive, Positive, Positive] = Field(examples=[[12.5, 40, 12.5]])
+    """Width (x), height (y) and depth (z), each greater than 0."""
+    rotation: Number = Field(default=0.0, examples=[45])
+    """Degrees about the vertical axis (+y), counter-clockwise seen from above."""
+
+
+Object: TypeAlias = Annotated[Sphere | Plane | Box, Field(discriminator="type")]
+SHAPES: dict[str, type[Sphere] | type[Plane] | type[Box]] = {"sphere": Sphere, "plane": Plane, "box": Box}
+
+
+class Render(_Model):
+    """How light is computed."""
+
+    samples: Annotated[Integer, Field(ge=1, le=MAX_SAMPLES)] = 1
+    """Rays per pixel, 1 to 1,024, on a fixed pattern; 1 is the pixel's centre, more smooth the edges."""
+    background: LightColor = BLACK
+    """The radiance of rays that hit nothing, as a color."""
+    max_depth: Annotated[Integer, Field(ge=0)] = 1
+    """0: only objects that carry a light are seen; 1 or more: direct light with shadows."""
+    eye_falloff: Annotated[bool, Field(strict=True)] = False
+    """Also attenuate light over the way from the surface to the eye, as the document's algorithm does."""
+
+
+class Image(_Model):
+    """How radiance becomes an image."""
+
+    exposure: Exposure = 0.0
+    """In stops: each adds a factor of 2; or auto."""
+    tone: Literal["clip", "reinhard", "aces"] = "clip"
+    """The tone curve: clip cuts at white; reinhard and aces roll bright light off."""
+
+
+class Scene(_Model):
+    """A scene: a camera, lights, objects, and how to make a picture of them."""
+
+    version: Literal[1] = 1
+    """The version of this format."""
+    camera: Camera
+    """Where the picture is taken from, and its size."""
+    lights: tuple[PointLight, ...] = ()
+    """Point lights."""
+    objects: tuple[Object, ...] = ()
+    """Spheres, planes and boxes."""
+    render: Render = Render()
+    """How light is computed."""
+    image: Image = Image()
+    """How radiance becomes an image."""
+
+    @field_validator("version", mode="before")
+    @classmethod
+    def _version_is_a_number(cls, version: Any) -> Any:
+        if isinstance(version, (bool, float)):  # which Python holds equal to 1
+            raise PydanticCustomError("literal_error", "must be 1", {"expected": "1"})
+        return version
+
+    @field_validator("objects", mode="wrap")
+    @classmethod
+    def _names_are_unique(cls, objects: Any, validate: ValidatorFunctionWrapHandler) -> Any:
+        """Report names used twice together with all other errors of the objects."""
+        repeated = [_repeated_name(*found) for found in _repeated_names(objects)]
+        try:
+            valid = validate(objects)
+        except ValidationError as error:
+            repeated += [_line_error(details) for details in error.errors(include_url=False)]
+        if repeated:
+            raise ValidationError.from_exception_data("Scene", repeated)
+        return valid
+
+
+def _repeated_names(objects: Any) -> Iterable[tuple[int, str, int]]:
+    """Yield (index, name, index of its first use) of each object whose name was used before."""
+    first: dict[str, int] = {}
+    for index, item in enumerate(objects if isinstance(objects, (list, tuple)) else ()):
+        name = item.get("name") if isinstance(item, dict) else getattr(item, "name", None)
+        if isinstance(name, str) and first.setdefault(name, index) != index:
+            yield index, name, first[name]
+
+
+def _repeated_name(index: int, name: str, first: int) -> InitErrorDetails:
+    context = {"message": f"name {quoted(name)} is taken by objects[{first}] already: names are unique"}
+    error = PydanticCustomError("name_taken", "{message}", context)
+    return InitErrorDetails(type=error, loc=(index, "", "name"), input=name)
+
+
+def _line_error(details: Any) -> InitErrorDetails:
+    error = PydanticCustomError(details["type"], "{text}", {**details.get("ctx", {}), "text": details["msg"]})
+    return InitErrorDetails(type=error, loc=details["loc"], input=details["input"])

@@ -1,0 +1,27 @@
+"""Vectors of three finite floats, with care for the largest and smallest of them."""
+
+from __future__ import annotations
+
+import math
+from typing import TypeAlias
+
+Vector: TypeAlias = tuple[float, float, float]
+
+
+def unit(vector: Vector) -> Vector:
+    """Return the unit vector: v / |v| (document, section 1.2.1)."""
+    # Scaled first, so that the squares of no finite vector overflow or vanish.
+    largest = max(map(abs, vector))
+    x, y, z = (component / largest for component in vector)
+    length = math.sqrt(x * x + y * y + z * z)
+    return x / length, y / length, z / length
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    """Return the cross product a x b (document, section 1.2.1)."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def half_difference(a: Vector, b: Vector) -> Vector:
+    """Return (a - b) / 2: the difference of two finite numbers may overflow, that of their halves cannot."""
+    return a[0] / 2 - b[0] / 2, a[1] / 2 - b[1] / 2, a[2] / 2 - b[2] / 2

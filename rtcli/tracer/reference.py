@@ -1,0 +1,656 @@
+"""The reference tracer: the document's algorithm in NumPy, float64, on arrays of rays.
+
+Written to be read beside the document, whose class names it keeps. It is the oracle for other tracers, so it
+prefers the clearest formula that is also accurate. Vectors are component-first: (3, N) arrays of float64, one
+column a ray. No step depends on how many rays are traced together (no matrix products, whose rounding would),
+so a crop is bit for bit the sub-picture.
+
+All rays traced together pass through one point, the eye or a light: `Ray.offset` is that point. Objects are
+taken relative to it before anything else, which keeps scenes far from the origin as accurate as those around it.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from rtcli.tracer.sampling import sample_offsets
+from rtcli.tracer.tiles import Progress, over_tiles, rows_and_columns
+from rtcli.tracer.world import (
+    BOX,
+    PLANE,
+    SPHERE,
+    CameraFrame,
+    Settings,
+    Window,
+    World,
+)
+
+Array: TypeAlias = npt.NDArray[np.float64]
+Mask: TypeAlias = npt.NDArray[np.bool_]
+Indices: TypeAlias = npt.NDArray[np.intp]
+
+# Document, section 2.2.2: a ray with |l . n| below this is parallel to the plane.
+PARALLEL = 1e-6
+
+# Light is kept finite: what would exceed a float32 film is its largest value.
+BRIGHTEST = float(np.finfo(np.float32).max)
+
+NOTHING = -1
+
+
+def _to_film(values: npt.NDArray[Any], dtype: np.dtype[Any]) -> npt.NDArray[Any]:
+    """Return values as the film holds them: what is finite stays finite in float32."""
+    if dtype.kind != "f":
+        return values.astype(dtype)
+    bounded = np.where(np.isfinite(values), np.clip(values, -BRIGHTEST, BRIGHTEST), values)
+    return bounded.astype(dtype)
+
+
+def dot(a: Array, b: Array) -> Array:
+    """Scalar product of (3, N) vectors (document, section 1.2.1): (N,)."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]  # type: ignore[no-any-return]
+
+
+def length(a: Array) -> Array:
+    """Length of (3, N) vectors (document, section 1.2.1): (N,)."""
+    return np.sqrt(dot(a, a))
+
+
+def column(vector: Iterable[float]) -> Array:
+    """Return three numbers as a (3, 1) vector, which broadcasts against (3, N)."""
+    return np.array([[component] for component in vector])
+
+
+# --- Rays and the camera: document, sections 2.1 and 3.1 ---------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Ray:
+    """Rays G = o + t d through one point.
+
+    Parameters
+    ----------
+    offset
+        (3, 1): o, the point they all start from.
+    direction
+        (3, N): d, unit length, so that t is the distance.
+    """
+
+    offset: Array
+    direction: Array
+
+
+@dataclass(frozen=True)
+class SimpleCamera:
+    """The pinhole camera of section 2.1, with the frame that `look_at` and `up` give it."""
+
+    frame: CameraFrame
+
+    def generate_primary_rays(self, window: Window, within: tuple[float, float] = (0.5, 0.5)) -> Ray:
+        """Return the rays through the pixels of a window, row by row.
+
+        Parameters
+        ----------
+        window
+            Pixels of the whole picture.
+        within
+            The place in each pixel, from its left and top edge; the default is its centre.
+
+        Notes
+        -----
+        With s = (pixel + within) / size (section 2.1.2, as corrected)::
+
+            x = (2 s_x - 1) * width / height * tan(fov / 2)
+            y = (1 - 2 s_y) * tan(fov / 2)
+
+        The sizes are cancelled below, so that the left half mirrors the right one bit for bit.
+        """
+        frame = self.frame
+        scale = frame.tan_half_fov / frame.height
+        pixel_x = np.arange(window.x, window.x + window.width) + within[0]
+        pixel_y = np.arange(window.y, window.y + window.height) + within[1]
+        x = np.tile((2 * pixel_x - frame.width) * scale, window.height)
+        y = np.repeat((frame.height - 2 * pixel_y) * scale, window.width)
+        point = x * column(frame.right) + y * column(frame.up) + column(frame.forward)
+        return Ray(column(frame.position), point / length(point))
+
+
+# --- Light: document, sections 2.3.2 and 3.3 ---------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Light:
+    """Light on its way.
+
+    Parameters
+    ----------
+    color
+        (3, 1) or (3, N), linear RGB.
+    intensity
+        (N,) or a number, the scale of the color.
+    """
+
+    color: Array
+    intensity: Array
+
+    def travel(self, distance: Array) -> Light:
+        """Return what of this light, as a point's, arrives at a distance: (N,).
+
+        L_i = intensity * color / (4 pi r^2) (section 2.3.2)
+        """
+        arriving = self.intensity / (4 * math.pi * distance * distance)
+        return Light(self.color, np.minimum(np.nan_to_num(arriving, nan=0.0), BRIGHTEST))
+
+    @property
+    def rgb(self) -> Array:
+        """The light as linear RGB: (3, N)."""
+        return np.minimum(self.color * self.intensity, BRIGHTEST)
+
+
+class LightSource(ABC):
+    """A source of light (section 3.3): `color` (3, 1), `intensity`, `position` (3, 1)."""
+
+    def __init__(self, color: Iterable[float], intensity: float, position: Iterable[float]) -> None:
+        self.color = column(color)
+        self.intensity = intensity
+        self.position = column(position)
+
+    @abstractmethod
+    def light_at(self, distance: Array) -> Light:
+        """Return the light that arrives at points at a distance (N,) from the source."""
+
+
+class PointLight(LightSource):
+    """A light of no size that shines in all directions alike (section 2.3.2)."""
+
+    def light_at(self, distance: Array) -> Light:
+        """Return the light that arrives at points at a distance (N,) from the source."""
+        return Light(self.color, np.asarray(self.intensity)).travel(distance)
+
+
+# --- Objects: document, sections 2.2 and 3.2 ---------------------------------------------------------------
+
+
+class Object(ABC):
+    """A shape in the world (section 3.2).
+
+    Parameters
+    ----------
+    color
+        Albedo, linear RGB.
+    position
+        The centre, or a point of a plane.
+    source_object
+        The light that this object carries, if any: then it is seen shining.
+    """
+
+    def __init__(
+        self, color: Iterable[float], position: Iterable[float], source_object: LightSource | None = None
+    ) -> None:
+        self.color = column(color)
+        self.position = column(position)
+        self.source_object = source_object
+
+    @abstractmethod
+    def intersection_parameter(self, ray: Ray) -> Array:
+        """Return the smallest t > 0 at which each ray meets the surface, +inf where none does: (N,)."""
+
+    @abstractmethod
+    def normal(self, ray: Ray, t: Array) -> Array:
+        """Return the unit normal at o + t d, on the side of the ray's offset: (3, N)."""
+
+    @abstractmethod
+    def side(self, point: Array) -> int:
+        """Return on which side of the surface a point (3, 1) lies: two points see the same face, or not."""
+
+
+def nearest_positive(near: Array, far: Array) -> Array:
+    """Return the nearer of two parameters that is > 0, +inf if none is: only what lies ahead is seen."""
+    return np.where(near > 0, near, np.where(far > 0, far, np.inf))
+
+
+class Sphere(Object):
+    """A sphere (section 2.2.1)."""
+
+    def __init__(
+        self,
+        color: Iterable[float],
+        position: Iterable[float],
+        radius: float,
+        source_object: LightSource | None = None,
+    ) -> None:
+        super().__init__(color, position, source_object)
+        self.radius = radius
+
+    def intersection_parameter(self, ray: Ray) -> Array:
+        """Solve |o + t d - C|^2 = R^2 with the stable form of section 2.2.1.
+
+        With unit d and the centre c = C - o as the ray's start sees it::
+
+            b = c . d                      half the document's -b
+            g = c - b d                    from the centre's foot on the ray to the centre
+            D = R^2 - g . g                a quarter of the document's discriminant
+            q = b + sign(b) sqrt(D),  t_1 = (|c| - R)(|c| + R) / q,  t_2 = q
+
+        D from g does not cancel for a small sphere far away (E. Haines et al., "Precision Improvements for
+        Ray/Sphere Intersection", Ray Tracing Gems, 2019).
+        """
+        c = self.position - ray.offset
+        b = dot(c, ray.direction)
+        g = c - b * ray.direction
+        root = np.sqrt(self.radius * self.radius - dot(g, g))  # NaN: missed, and no comparison holds
+        q = b + np.copysign(root, b)
+        other = self._power(c) / q
+        return nearest_positive(np.minimum(q, other), np.maximum(q, other))
+
+    def normal(self, ray: Ray, t: Array) -> Array:
+        """Return n = (P - C) / |P - C|, turned to the viewer."""
+        outward = t * ray.direction - (self.position - ray.offset)
+        return self.side(ray.offset) * outward / length(outward)
+
+    def side(self, point: Array) -> int:
+        """Return 1 outside, -1 inside."""
+        return 1 if self._power(self.position - point) > 0 else -1
+
+    def _power(self, c: Array) -> float:
+        """Return |c|^2 - R^2, without cancellation: > 0 outside."""
+        distance = float(length(c)[0])
+        return (distance - self.radius) * (distance + self.radius)
+
+
+class Plane(Object):
+    """An infinite plane, two-sided (section 2.2.2). `direction` is its normal, of any length but 0."""
+
+    def __init__(self, color: Iterable[float], position: Iterable[float], direction: Iterable[float]) -> None:
+        super().__init__(color, position)
+        scaled = column(direction)
+        scaled = scaled / np.abs(scaled).max()  # so that no square overflows or vanishes
+        self.direction = scaled / length(scaled)
+
+    def intersection_parameter(self, ray: Ray) -> Array:
+        """Solve (p - p_0) . n = 0: t = (p_0 - l_0) . n / (l . n), parallel where |l . n| < 1e-6."""
+        along = dot(ray.direction, self.direction)
+        t = dot(self.position - ray.offset, self.direction) / along
+        return np.where((t > 0) & (np.abs(along) >= PARALLEL), t, np.inf)
+
+    def normal(self, ray: Ray, t: Array) -> Array:
+        """Return n, turned to the viewer; the same for all rays of a pencil."""
+        return np.broadcast_to(self.side(ray.offset) * self.direction, (3, len(t)))
+
+    def side(self, point: Array) -> int:
+        """Return 1 in front of the plane, -1 behind it, 0 on it."""
+        return int(np.sign(dot(point - self.position, self.direction)[0]))
+
+
+class Box(Object):
+    """A box turned about +y (section 2.2.3).
+
+    Parameters
+    ----------
+    size
+        Width w (x), height h (y), depth d (z).
+    rotation
+        Degrees, counter-clockwise seen from above.
+    """
+
+    def __init__(
+        self,
+        color: Iterable[float],
+        position: Iterable[float],
+        size: Iterable[float],
+        rotation: float = 0.0,
+        source_object: LightSource | None = None,
+    ) -> None:
+        super().__init__(color, position, source_object)
+        self.half = column(size) / 2
+        self.sine, self.cosine = _sine_and_cosine(rotation)
+        # Slightly large, so that rounding never rejects a ray through a corner.
+        self.bounding_radius = float(length(self.half)[0]) * (1 + 1e-9)
+
+    def intersection_parameter(self, ray: Ray) -> Array:
+        """Meet the slabs of the box in box space, after rejecting rays that miss its bounding sphere."""
+        t = np.full(ray.direction.shape[1], np.inf)
+        candidates = self._meets_bounding_sphere(ray)
+        if candidates.size:
+            near, far = self._slabs(Ray(ray.offset, ray.direction[:, candidates]))
+            entry, leaving = near.max(axis=0), far.min(axis=0)
+            t[candidates] = np.where(entry <= leaving, nearest_positive(entry, leaving), np.inf)
+        return t
+
+    def normal(self, ray: Ray, t: Array) -> Array:
+        """Return the normal of the face that is met, n' = R_y,neg n, turned to the viewer.
+
+        That is the face of the slab entered last, or seen from inside the one left first; either way it looks
+        against the ray.
+        """
+        near, far = self._slabs(ray)
+        axis = near.argmax(axis=0) if self.side(ray.offset) > 0 else far.argmin(axis=0)
+        local = self._to_box(ray.direction)
+        rays = np.arange(len(t))
+        face = np.zeros_like(local)
+        face[axis, rays] = -np.copysign(1.0, local[axis, rays])
+        return self._to_world(face)
+
+    def side(self, point: Array) -> int:
+        """Return 1 outside, -1 inside."""
+        return -1 if bool((np.abs(self._to_box(point - self.position)) <= self.half).all()) else 1
+
+    def _meets_bounding_sphere(self, ray: Ray) -> Indices:
+        """Return the indices of the rays whose line meets the bounding sphere (document, figure 6)."""
+        c = self.position - ray.offset
+        g = c - dot(c, ray.direction) * ray.direction
+        return np.flatnonzero(dot(g, g) <= self.bounding_radius * self.bounding_radius)
+
+    def _slabs(self, ray: Ray) -> tuple[Array, Array]:
+        """Return where the rays enter and leave each of the slabs |x| <= w/2, |y| <= h/2, |z| <= d/2: two (3, N).
+
+        G' = R_y (o - position) + t R_y d: section 2.2.3, with the direction rotated too. A ray parallel to a slab
+        is in it for all t or for none.
+        """
+        offset = self._to_box(ray.offset - self.position)
+        direction = self._to_box(ray.direction)
+        low = (-self.half - offset) / direction
+        high = (self.half - offset) / direction
+        near, far = np.minimum(low, high), np.maximum(low, high)
+        parallel = direction == 0
+        if parallel.any():
+            within = np.abs(offset) <= self.half
+            near = np.where(parallel, np.where(within, -np.inf, np.inf), near)
+            far = np.where(parallel, np.inf, far)
+        return near, far
+
+    def _to_box(self, vector: Array) -> Array:
+        """Return R_y v."""
+        x, y, z = vector
+        return np.stack([self.cosine * x - self.sine * z, y, self.sine * x + self.cosine * z])
+
+    def _to_world(self, vector: Array) -> Array:
+        """Return R_y,neg v."""
+        x, y, z = vector
+        return np.stack([self.cosine * x + self.sine * z, y, self.cosine * z - self.sine * x])
+
+
+def _sine_and_cosine(degrees: float) -> tuple[float, float]:
+    """Return sin and cos of an angle, exact at multiples of 90 degrees, where a box is axis-aligned."""
+    quarters = round(math.remainder(degrees, 360) / 90)
+    rest = math.radians(math.remainder(degrees, 360) - 90 * quarters)
+    sine, cosine = math.sin(rest), math.cos(rest)
+    return [(sine, cosine), (cosine, -sine), (-sine, -cosine), (-cosine, sine)][quarters % 4]
+
+
+# --- The algorithm: document, section 3.4 ------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Hit:
+    """The nearest hits of N rays.
+
+    Parameters
+    ----------
+    index
+        (N,) int: the object, `NOTHING` where none is hit.
+    t
+        (N,): the intersection parameter, +inf where nothing is hit.
+    normal
+        (3, N): unit, facing the viewer; 0 where nothing is hit.
+    """
+
+    index: Indices
+    t: Array
+    normal: Array
+
+    def take(self, rays: Indices) -> Hit:
+        """Return the hits of some of the rays."""
+        return Hit(self.index[rays], self.t[rays], self.normal[:, rays])
+
+
+class Scenery:
+    """A camera, objects and lights, and the algorithm that makes a picture of them (section 3.4).
+
+    Parameters
+    ----------
+    camera
+        Gives the primary rays.
+    objects
+        In the order of the file: the nearest wins, the first of two at the same distance.
+    light_sources
+        All point lights, those that objects carry included.
+    settings
+        Samples, background, `max_depth`, `eye_falloff`.
+    """
+
+    def __init__(
+        self,
+        camera: SimpleCamera,
+        objects: Sequence[Object],
+        light_sources: Sequence[LightSource],
+        settings: Settings,
+    ) -> None:
+        self.camera = camera
+        self.objects = objects
+        self.light_sources = light_sources
+        self.settings = settings
+        self.colors = np.hstack([shape.color for shape in objects]) if objects else np.zeros((3, 0))
+        self.shining = np.array([shape.source_object is not None for shape in objects], dtype=bool)
+
+    def render_img_to_rgb_array(
+        self, window: Window, threads: int = 1, progress: Progress | None = None
+    ) -> tuple[npt.NDArray[np.float32], int]:
+        """Trace every sample of every pixel of a window of the picture.
+
+        Returns
+        -------
+        radiance : (height, width, 3) float32
+            Linear radiance, the mean of each pixel's samples.
+        rays : int
+            How many rays were traced, primary and shadow rays.
+        """
+        radiance = np.zeros((window.height, window.width, 3), dtype=np.float32)
+
+        def render_tile(tile: Window) -> int:
+            mean, rays = self._tile_radiance(tile)
+            radiance[rows_and_columns(tile, window)] = mean.T.reshape(tile.height, tile.width, 3)
+            return rays
+
+        return radiance, sum(over_tiles(render_tile, window, threads, progress))
+
+    def render_passes(self, window: Window, names: Sequence[str], threads: int = 1) -> dict[str, npt.NDArray[Any]]:
+        """Take ground truth at the pixel centres of a window: one array for each name of `PASSES`."""
+        arrays = {
+            name: np.zeros((window.height, window.width, *PASSES[name].shape), dtype=PASSES[name].dtype)
+            for name in names
+        }
+
+        def render_tile(tile: Window) -> int:
+            ray = self.camera.generate_primary_rays(tile)
+            hit = self.nearest_hit(ray)
+            for name, array in arrays.items():
+                values = _to_film(PASSES[name].values(self, ray, hit), array.dtype)
+                array[rows_and_columns(tile, window)] = values.T.reshape(tile.height, tile.width, *array.shape[2:])
+            return 0
+
+        if names:
+            sum(over_tiles(render_tile, window, threads, None))
+        return arrays
+
+    def _tile_radiance(self, tile: Window) -> tuple[Array, int]:
+        total, rays = np.zeros((3, tile.width * tile.height)), 0
+        for within in sample_offsets(self.settings.samples):
+            light, traced = self.trace_ray(self.camera.generate_primary_rays(tile, within))
+            total += light.rgb
+            rays += traced
+        return _to_film(total / self.settings.samples, np.dtype(np.float32)), rays
+
+    def trace_ray(self, ray: Ray, depth: int = 0) -> tuple[Light, int]:
+        """Return the light that reaches the rays' offset (t = 0), and how many rays that took.
+
+        The nearest object decides: nothing hit gives the background; an object that carries a light is seen
+        shining; any other surface is lit by the light sources, one level deeper.
+        """
+        hit = self.nearest_hit(ray)
+        radiance = np.repeat(column(self.settings.background), len(hit.t), axis=1)
+        surfaces = np.flatnonzero(hit.index != NOTHING)
+        shining = self.shining[hit.index[surfaces]]
+        self._add_shining(radiance, surfaces[shining], ray, hit)
+        lit = surfaces[~shining]
+        surface_ray = Ray(ray.offset, ray.direction[:, lit])
+        radiance[:, lit], shadow_rays = self._direct_light(surface_ray, hit.take(lit), depth + 1)
+        return Light(radiance, np.ones(1)), len(hit.t) + shadow_rays
+
+    def nearest_hit(self, ray: Ray) -> Hit:
+        """Return the nearest hit of each ray; of two at the same distance, the first object's."""
+        count = ray.direction.shape[1]
+        nearest = np.full(count, np.inf)
+        index = np.full(count, NOTHING, dtype=np.intp)
+        for i, shape in enumerate(self.objects):
+            t = shape.intersection_parameter(ray)
+            closer = t < nearest
+            nearest[closer] = t[closer]
+            index[closer] = i
+        normal = np.zeros((3, count))
+        for i in np.unique(index[index != NOTHING]):
+            rays = np.flatnonzero(index == i)
+            normal[:, rays] = self.objects[i].normal(Ray(ray.offset, ray.direction[:, rays]), nearest[rays])
+        return Hit(index, nearest, normal)
+
+    def _add_shining(self, radiance: Array, rays: Indices, ray: Ray, hit: Hit) -> None:
+        """Objects that carry a light show intensity * color / (4 pi r^2), r from the light to the eye."""
+        for i in np.unique(hit.index[rays]):
+            source = self.objects[i].source_object
+            if source is not None:
+                light = source.light_at(length(source.position - ray.offset))
+                radiance[:, rays[hit.index[rays] == i]] = light.rgb
+
+    def _direct_light(self, ray: Ray, hit: Hit, depth: int) -> tuple[Array, int]:
+        """Return what the surfaces send back to the rays' offset: the recursion of section 3.4.
+
+        radiance = sum over lights of albedo / pi * L_i * cos(theta) (sections 2.3.1 and 2.3.2)
+        """
+        radiance = np.zeros_like(hit.normal)
+        if depth > self.settings.max_depth:
+            return radiance, 0
+        shadow_rays = 0
+        for source in self.light_sources:
+            irradiance, traced = self._irradiance(source, ray, hit)
+            radiance += self.colors[:, hit.index] / math.pi * irradiance
+            shadow_rays += traced
+        if self.settings.eye_falloff:
+            # Section 3.4: the light also weakens on its way from the surface to the eye.
+            radiance = Light(radiance, np.ones(1)).travel(hit.t).rgb
+        return radiance, shadow_rays
+
+    def _irradiance(self, source: LightSource, ray: Ray, hit: Hit) -> tuple[Array, int]:
+        """Return L_i * cos(theta) of one light at each surface point, 0 in shadow: (3, N).
+
+        A surface is lit from the viewer's side only. All shapes are convex, so where eye and light are on the
+        same side of an object and cos(theta) > 0, the object cannot stand in its own light: it is left out of
+        its own shadow test, and no epsilon is needed.
+        """
+        # From the surface to the light, by way of the eye: both parts are small where the scene is far away.
+        to_light = (source.position - ray.offset) - hit.t * ray.direction
+        distance = length(to_light)
+        wi = to_light / distance
+        cosine = dot(hit.normal, wi)
+        facing = np.flatnonzero((cosine > 0) & self._same_side(source, ray)[hit.index])
+        # Shadow rays are traced from the light to the surface: they pass through one point as well.
+        shadow_ray = Ray(source.position, -wi[:, facing])
+        blocked = self._blocked(source, shadow_ray, hit.index[facing], distance[facing])
+        lit = facing[~blocked]
+        irradiance = np.zeros_like(wi)
+        irradiance[:, lit] = source.light_at(distance[lit]).rgb * cosine[lit]
+        return irradiance, len(facing)
+
+    def _same_side(self, source: LightSource, ray: Ray) -> Mask:
+        """Return for each object whether the eye and the light are on the same side of its surface."""
+        return np.array(
+            [shape.side(ray.offset) == shape.side(source.position) for shape in self.objects], dtype=bool
+        )
+
+    def _blocked(self, source: LightSource, ray: Ray, receiver: Indices, distance: Array) -> Mask:
+        """Return whether an object stands between the light and each point: (N,).
+
+        Neither the object that the point lies on nor the one that carries the light counts.
+        """
+        blocked = np.zeros(len(distance), dtype=bool)
+        for i, shape in enumerate(self.objects):
+            if shape.source_object is not source:
+                blocked |= (shape.intersection_parameter(ray) < distance) & (receiver != i)
+        return blocked
+
+
+# --- Passes: ground truth at pixel centres -----------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Pass:
+    """A named array of the film: the shape of one pixel, its type, and what it holds."""
+
+    shape: tuple[int, ...]
+    dtype: npt.DTypeLike
+    values: Callable[[Scenery, Ray, Hit], npt.NDArray[Any]]
+
+
+def _depth(scenery: Scenery, ray: Ray, hit: Hit) -> Array:
+    """Return t (d . forward): the distance along the viewing axis, never more than t."""
+    return hit.t * np.minimum(dot(ray.direction, column(scenery.camera.frame.forward)), 1.0)
+
+
+def _position(scenery: Scenery, ray: Ray, hit: Hit) -> Array:
+    """Return o + t d."""
+    return np.where(hit.index == NOTHING, 0.0, ray.offset + hit.t * ray.direction)
+
+
+def _albedo(scenery: Scenery, ray: Ray, hit: Hit) -> Array:
+    black_last = np.hstack([scenery.colors, np.zeros((3, 1))])
+    return black_last[:, hit.index]  # NOTHING is -1, the last column
+
+
+PASSES: dict[str, Pass] = {
+    "depth": Pass((), np.float32, _depth),
+    "distance": Pass((), np.float32, lambda scenery, ray, hit: hit.t),
+    "normal": Pass((3,), np.float32, lambda scenery, ray, hit: hit.normal),
+    "position": Pass((3,), np.float32, _position),
+    "albedo": Pass((3,), np.float32, _albedo),
+    "object_id": Pass((), np.uint32, lambda scenery, ray, hit: hit.index + 1),
+}
+
+
+# --- From a world of plain arrays --------------------------------------------------------------------------
+
+
+def build_scenery(world: World) -> Scenery:
+    """Return the document's objects for a world of plain arrays."""
+    lights = world.lights
+    places, tints = _rows(lights.position), _rows(lights.color)
+    sources = [PointLight(*row) for row in zip(tints, lights.intensity, places, strict=True)]
+    carried = {body: source for body, source in zip(lights.body, sources, strict=True)}
+    shapes = world.shapes
+    rows = zip(
+        shapes.kind,
+        _rows(shapes.color),
+        _rows(shapes.position),
+        _rows(shapes.extent),
+        shapes.rotation,
+        strict=True,
+    )
+    objects: list[Object] = []
+    for i, (kind, color, position, extent, rotation) in enumerate(rows):
+        if kind == SPHERE:
+            objects.append(Sphere(color, position, extent[0], carried.get(i)))
+        elif kind == PLANE:
+            objects.append(Plane(color, position, extent))
+        elif kind == BOX:
+            objects.append(Box(color, position, extent, rotation, carried.get(i)))
+    return Scenery(SimpleCamera(world.camera), objects, sources, world.settings)
+
+
+def _rows(flat: Sequence[float]) -> list[tuple[float, ...]]:
+    values = iter(flat)
+    return list(zip(values, values, values, strict=True))

@@ -1,0 +1,70 @@
+"""A picture in tiles, traced by several threads."""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from itertools import chain
+from typing import TypeAlias
+
+import numpy as np
+
+from rtcli.tracer.world import Window
+
+# Told (pixels done, pixels in all).
+Progress: TypeAlias = Callable[[int, int], None]
+
+# 128 x 128 rays: large enough that NumPy's overhead is small, small enough that the arrays stay in the cache.
+TILE = 128
+
+
+def tiles(window: Window) -> Iterator[Window]:
+    """Yield the tiles that cover a window, row by row; those at its right and lower edge may be smaller."""
+    for y in range(window.y, window.y + window.height, TILE):
+        for x in range(window.x, window.x + window.width, TILE):
+            right, bottom = window.x + window.width, window.y + window.height
+            yield Window(x, y, min(TILE, right - x), min(TILE, bottom - y))
+
+
+def rows_and_columns(tile: Window, window: Window) -> tuple[slice, slice]:
+    """Return where a tile lies in the arrays of a window."""
+    top, left = tile.y - window.y, tile.x - window.x
+    return slice(top, top + tile.height), slice(left, left + tile.width)
+
+
+def over_tiles(
+    work: Callable[[Window], int], window: Window, threads: int, progress: Progress | None
+) -> Iterator[int]:
+    """Yield the result of each tile in order, computed by threads; only a few tiles wait at any time.
+
+    NumPy lets other threads run while it computes. Each pixel belongs to one tile and depends on nothing else,
+    so the picture is the same for any number of threads.
+    """
+
+    def quiet(tile: Window) -> int:
+        # Misses and infinities are ordinary numbers here: they compare as they should.
+        with np.errstate(all="ignore"):
+            return work(tile)
+
+    total, done = window.width * window.height, 0
+    waiting: deque[tuple[Window, Future[int]]] = deque()
+    pool = ThreadPoolExecutor(max_workers=threads)
+    try:
+        for tile in chain(tiles(window), [None]):
+            if tile is not None:
+                waiting.append((tile, pool.submit(quiet, tile)))
+            while waiting and (tile is None or len(waiting) > 2 * threads):
+                finished, future = waiting.popleft()
+                yield future.result()
+                done += finished.width * finished.height
+                if progress is not None:
+                    progress(done, total)
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def default_threads() -> int:
+    """Return how many processor cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
