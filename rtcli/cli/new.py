@@ -16,7 +16,10 @@ from rtcli.scene.problems import printable
 @click.argument("file")
 @click.option("--force", is_flag=True, help="Replace FILE if it is there already.")
 def command(file: str, force: bool) -> None:
-    """Write a small scene with a comment on every line to FILE, or to standard output for -."""
+    """Write a small commented scene to start from.
+
+    It goes to FILE, or to standard output for -.
+    """
     starter = (resources.files("rtcli.scene") / "starter.yaml").read_bytes()
     if file != STDIO and not force and Path(file).exists():
         raise FileExistsError(errno.EEXIST, "is there already: use --force to replace it", file)

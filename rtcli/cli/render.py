@@ -128,16 +128,21 @@ class Stopwatch:
 @click.option(
     "-o", "--output", metavar="OUT", required=True, help="The picture, a .png file; - for standard output."
 )
-@click.option("--size", type=SizeType(), help="Width and height in pixels, instead of the scene's.")
+@click.option("--size", type=SizeType(), metavar="WxH", help="Width and height in pixels, instead of the scene's.")
 @click.option(
     "--samples",
     type=click.IntRange(1, MAX_SAMPLES),
     metavar="N",
     help="Rays per pixel, instead of the scene's.",
 )
-@click.option("--exposure", type=ExposureType(), help="Stops, +1 is twice as bright; instead of the scene's.")
+@click.option(
+    "--exposure",
+    type=ExposureType(),
+    metavar="EV|auto",
+    help="Stops, +1 is twice as bright; instead of the scene's.",
+)
 @click.option("--engine", type=click.Choice(ENGINES), default="reference", show_default=True, help="The tracer.")
-@click.option("--threads", type=click.IntRange(1), metavar="N", help="Processor cores to use. [default: all]")
+@click.option("--threads", type=click.IntRange(1), metavar="N", show_default="all", help="Processor cores to use.")
 @click.option("--crop", type=CropType(), help="Render only this part: left, top, width, height in pixels.")
 @click.option(
     "--set",

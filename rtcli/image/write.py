@@ -13,11 +13,10 @@ from PIL.PngImagePlugin import PngInfo
 def write_png(pixels: npt.NDArray[np.uint8], file: BinaryIO) -> None:
     """Write (H, W, 3) uint8 sRGB pixels as a PNG.
 
-    Level 1: on rendered pictures half again as large as the default, and five times as fast. The file says that
-    it is sRGB and nothing else, so the same picture gives the same bytes.
+    The file says that it is sRGB and nothing else, so the same picture gives the same bytes.
     """
     image = Image.fromarray(pixels)
-    image.save(file, format="PNG", compress_level=1, pnginfo=_srgb())
+    image.save(file, format="PNG", pnginfo=_srgb())
 
 
 def _srgb() -> PngInfo:

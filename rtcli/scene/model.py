@@ -113,7 +113,7 @@ class _Model(BaseModel):
 
 
 class Camera(_Model):
-    """Where the picture is taken from. Left out, position and view are the document's: at the origin, along -z."""
+    """A pinhole camera. Without `position` and `look_at` it stands at the origin and looks along -z."""
 
     resolution: tuple[Side, Side] = Field(examples=[[640, 480], [1920, 1080]])
     """Width and height of the picture in pixels, each 1 to 65,535."""
@@ -241,7 +241,7 @@ class Render(_Model):
     max_depth: Annotated[Integer, Field(ge=0)] = 1
     """0: only objects that carry a light are seen; 1 or more: direct light with shadows."""
     eye_falloff: Annotated[bool, Field(strict=True)] = False
-    """Also attenuate light over the way from the surface to the eye, as the document's algorithm does."""
+    """Also divide by 4 pi t^2, t the way from the surface to the eye. Real light does not; some course texts do."""
 
 
 class Image(_Model):
@@ -265,9 +265,9 @@ class Scene(_Model):
     objects: tuple[Object, ...] = ()
     """Spheres, planes and boxes."""
     render: Render = Render()
-    """How light is computed."""
+    """How light is computed: samples, background, depth, falloff."""
     image: Image = Image()
-    """How radiance becomes an image."""
+    """How radiance becomes an image: exposure and tone curve."""
 
     @field_validator("version", mode="before")
     @classmethod

@@ -39,8 +39,8 @@ Indices: TypeAlias = npt.NDArray[np.intp]
 # Document, section 2.2.2: a ray with |l . n| below this is parallel to the plane.
 PARALLEL = 1e-6
 
-# Light is kept finite: what would exceed a float32 film is its largest value.
-BRIGHTEST = float(np.finfo(np.float32).max)
+# What would exceed a float32 film is kept at its largest value: a picture holds no infinities.
+LARGEST = float(np.finfo(np.float32).max)
 
 NOTHING = -1
 
@@ -49,7 +49,7 @@ def _to_film(values: npt.NDArray[Any], dtype: np.dtype[Any]) -> npt.NDArray[Any]
     """Return values as the film holds them: what is finite stays finite in float32."""
     if dtype.kind != "f":
         return values.astype(dtype)
-    bounded = np.where(np.isfinite(values), np.clip(values, -BRIGHTEST, BRIGHTEST), values)
+    bounded = np.where(np.isfinite(values), np.clip(values, -LARGEST, LARGEST), values)
     return bounded.astype(dtype)
 
 
@@ -146,12 +146,12 @@ class Light:
         L_i = intensity * color / (4 pi r^2) (section 2.3.2)
         """
         arriving = self.intensity / (4 * math.pi * distance * distance)
-        return Light(self.color, np.minimum(np.nan_to_num(arriving, nan=0.0), BRIGHTEST))
+        return Light(self.color, np.minimum(np.nan_to_num(arriving, nan=0.0), LARGEST))
 
     @property
     def rgb(self) -> Array:
         """The light as linear RGB: (3, N)."""
-        return np.minimum(self.color * self.intensity, BRIGHTEST)
+        return np.minimum(self.color * self.intensity, LARGEST)
 
 
 class LightSource(ABC):
@@ -286,7 +286,8 @@ class Plane(Object):
 
     def side(self, point: Array) -> int:
         """Return 1 in front of the plane, -1 behind it, 0 on it."""
-        return int(np.sign(dot(point - self.position, self.direction)[0]))
+        distance = float(dot(point - self.position, self.direction)[0])
+        return (distance > 0) - (distance < 0)
 
 
 class Box(Object):
@@ -312,7 +313,7 @@ class Box(Object):
         self.half = column(size) / 2
         self.sine, self.cosine = _sine_and_cosine(rotation)
         # Slightly large, so that rounding never rejects a ray through a corner.
-        self.bounding_radius = float(length(self.half)[0]) * (1 + 1e-9)
+        self.bounding_radius = math.hypot(*self.half.ravel()) * (1 + 1e-9)
 
     def intersection_parameter(self, ray: Ray) -> Array:
         """Meet the slabs of the box in box space, after rejecting rays that miss its bounding sphere."""
@@ -604,7 +605,8 @@ def _depth(scenery: Scenery, ray: Ray, hit: Hit) -> Array:
 
 def _position(scenery: Scenery, ray: Ray, hit: Hit) -> Array:
     """Return o + t d."""
-    return np.where(hit.index == NOTHING, 0.0, ray.offset + hit.t * ray.direction)
+    point = np.clip(ray.offset + hit.t * ray.direction, -LARGEST, LARGEST)
+    return np.where(hit.index == NOTHING, 0.0, point)
 
 
 def _albedo(scenery: Scenery, ray: Ray, hit: Hit) -> Array:

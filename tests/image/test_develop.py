@@ -1,0 +1,64 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rtcli.image.develop import TONE_CURVES, develop
+
+
+def srgb(linear):
+    """IEC 61966-2-1, from linear 0..1 to a share of 255."""
+    return 12.92 * linear if linear <= 0.0031308 else 1.055 * linear ** (1 / 2.4) - 0.055
+
+
+def grey(value, exposure=0.0, tone="clip"):
+    return int(develop(np.full((1, 1, 3), value, dtype=np.float32), exposure, tone)[0, 0, 0])
+
+
+@given(st.floats(0, 1, width=32))
+def test_eight_bits_are_the_nearest_to_the_srgb_definition(linear):
+    exact = 255 * srgb(linear)
+    assert abs(grey(linear) - exact) <= 0.5 + 1e-4
+
+
+def test_every_eight_bit_value_comes_back_from_its_linear_value():
+    values = np.arange(256) / 255
+    linear = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4).astype(np.float32)
+    pixels = develop(np.repeat(linear, 3).reshape(1, 256, 3), 0.0, "clip")
+    np.testing.assert_array_equal(pixels[0, :, 0], np.arange(256))
+
+
+@pytest.mark.parametrize(("radiance", "pixel"), [(0.0, 0), (1.0, 255), (0.5, 188), (1.5, 255), (3.4e38, 255)])
+def test_clip_cuts_at_white(radiance, pixel):
+    assert grey(radiance) == pixel
+
+
+@pytest.mark.parametrize("tone", TONE_CURVES)
+def test_a_stop_doubles_the_light(tone):
+    for stops in (-3, 1, 5):
+        assert grey(0.1, exposure=stops, tone=tone) == grey(0.1 * 2.0**stops, tone=tone)
+
+
+@pytest.mark.parametrize("exposure", [-1e300, 1e300])
+def test_any_exposure_is_black_or_white_at_last(exposure):
+    assert grey(1.0, exposure=exposure) == (255 if exposure > 0 else 0)
+    assert grey(0.0, exposure=exposure) == 0
+
+
+@pytest.mark.parametrize("tone", TONE_CURVES)
+def test_tone_curves_rise_from_black_to_white(tone):
+    ramp = np.geomspace(1e-5, 1e30, 500, dtype=np.float32)
+    pixels = develop(np.repeat(ramp, 3).reshape(1, 500, 3), 0.0, tone)[0, :, 0].astype(int)
+    assert (np.diff(pixels) >= 0).all()
+    assert (pixels[0], pixels[-1]) == (0, 255)
+
+
+def test_tone_curves_are_their_formulas():
+    # reinhard(1) = 1/2; aces(1) = 2.54 / 3.16
+    assert grey(1.0, tone="reinhard") == round(255 * srgb(0.5))
+    assert grey(1.0, tone="aces") == round(255 * srgb(2.54 / 3.16))
+
+
+def test_bands_do_not_show():
+    tall = np.random.default_rng(1).random((3000, 200, 3), dtype=np.float32)
+    np.testing.assert_array_equal(develop(tall, 0.0, "clip")[1234:1250], develop(tall[1234:1250], 0.0, "clip"))

@@ -1,0 +1,274 @@
+"""The oracle: the radiance of the scenes beside this script, computed by Mitsuba 3.
+
+    pip install mitsuba                        # beside rtcli, in the same environment
+    python tests/oracle/mitsuba_radiance.py    # writes radiance/NAME.npz for each scenes/NAME.yaml
+
+`test_mitsuba.py` compares rtcli's pictures with these arrays, so Mitsuba is needed only to make them anew, when a
+scene is added or changed. Of rtcli the script takes nothing but the checked scene: it makes the rays itself and
+leaves intersections, shadows and shading to Mitsuba's `direct` integrator.
+
+Mitsuba computes in float32 and keeps shadow rays off a surface by a distance of fixed size. So it is given every
+scene moved and scaled: the eye is the origin, and half of the lights and bodies are nearer than 1. That is done in
+float64 and changes no radiance. The variant is `scalar_rgb`: it needs no LLVM, meets spheres in float64, and its
+bytes repeat.
+
+Two things are not Mitsuba's business and are filled in here: an object that carries a light is seen with the
+constant radiance intensity * color / (4 pi r^2), r from the light to the eye; and a ray that hits nothing shows
+the background. Which object a ray meets first is Mitsuba's answer.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import mitsuba
+import numpy as np
+import numpy.typing as npt
+
+import rtcli
+from rtcli.scene.model import Box, Camera, CarriedLight, Object, Plane, Scene, Sphere
+
+Array = npt.NDArray[np.float64]
+
+HERE = Path(__file__).parent
+SCENES = HERE / "scenes"
+RADIANCE = HERE / "radiance"
+
+# Half the side of the square that stands for a plane. Mitsuba's rounding on a rectangle grows with its size: here
+# it stays below 0.03 % of the radiance, at 1000 it reaches 0.3 %. Only what is seen within about a pixel of a
+# horizon is farther away than 100, and no picture is compared there.
+PLANE_REACH = 100.0
+
+NOTHING = -1
+
+mitsuba.set_variant("scalar_rgb")
+
+
+# --- The scene, as Mitsuba is given it -----------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Mitsuba's coordinates.
+
+    Parameters
+    ----------
+    eye
+        (3,): the point of the scene that is Mitsuba's origin.
+    unit
+        The length of the scene that is Mitsuba's 1.
+    """
+
+    eye: Array
+    unit: float
+
+    @classmethod
+    def of(cls, scene: Scene) -> Frame:
+        """Return the frame around a scene's eye in which the median distance of lights and bodies is 1."""
+        eye = np.array(scene.camera.position)
+        places = [lamp.light_position for lamp in lamps(scene)]
+        places += [shape.position for shape in scene.objects if not isinstance(shape, Plane)]
+        return cls(eye, float(np.median(np.linalg.norm(np.array(places) - eye, axis=1))))
+
+    def point(self, position: Iterable[float]) -> Array:
+        """Return a point of the scene in Mitsuba's coordinates: (3,)."""
+        return (np.array(position) - self.eye) / self.unit
+
+
+@dataclass(frozen=True)
+class Lamp:
+    """One light of the scene.
+
+    Parameters
+    ----------
+    light
+        Its intensity and color.
+    light_position
+        Where it is.
+    body
+        The index of the object that carries it, `NOTHING` for a light that stands free.
+    """
+
+    light: CarriedLight
+    light_position: tuple[float, float, float]
+    body: int
+
+    @property
+    def power(self) -> Array:
+        """Intensity * color: (3,)."""
+        return self.light.intensity * np.array(self.light.color)
+
+
+def lamps(scene: Scene) -> Iterator[Lamp]:
+    """Yield the lights of a scene: those that stand free, then those that objects carry."""
+    for light in scene.lights:
+        yield Lamp(light, light.position, NOTHING)
+    for index, shape in enumerate(scene.objects):
+        if not isinstance(shape, Plane) and shape.light is not None:
+            yield Lamp(shape.light, shape.position, index)
+
+
+def world(scene: Scene, frame: Frame, lamp: Lamp | None = None) -> Any:
+    """Return a Mitsuba scene of all objects and one light, or none.
+
+    The object that carries the light is left out, for it casts no shadow in its own light.
+    """
+    contents: dict[str, Any] = {"type": "scene"}
+    for index, shape in enumerate(scene.objects):
+        if lamp is None or index != lamp.body:
+            contents[str(index)] = {**outline(shape, frame), "bsdf": two_sided_diffuse(shape)}
+    if lamp is not None:
+        contents["light"] = point_light(lamp, frame)
+    # Unoptimised, so that no objects are merged and each keeps its name.
+    return mitsuba.load_dict(contents, optimize=False)
+
+
+def outline(shape: Object, frame: Frame) -> dict[str, Any]:
+    """Return an object's form as Mitsuba's `sphere`, `cube` or `rectangle`."""
+    if isinstance(shape, Sphere):
+        return {
+            "type": "sphere",
+            "center": frame.point(shape.position).tolist(),
+            "radius": shape.radius / frame.unit,
+        }
+    if isinstance(shape, Box):
+        return {"type": "cube", "to_world": box_to_world(shape, frame)}
+    return {"type": "rectangle", "to_world": plane_to_world(shape, frame)}
+
+
+def box_to_world(shape: Box, frame: Frame) -> Any:
+    """Return what takes the cube -1..1 to a box: Mitsuba's own turn about +y, counter-clockwise from above."""
+    half_size = np.array(shape.size) / frame.unit / 2
+    return (
+        mitsuba.ScalarTransform4f()
+        .translate(frame.point(shape.position).tolist())
+        .rotate([0, 1, 0], shape.rotation)
+        .scale(half_size.tolist())
+    )
+
+
+def plane_to_world(shape: Plane, frame: Frame) -> Any:
+    """Return what takes the square -1..1 to a large one on a plane, around its point nearest the eye."""
+    normal = unit(np.array(shape.normal))
+    sideways = unit(np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))]))
+    matrix = np.eye(4)
+    matrix[:3, 0] = PLANE_REACH * sideways
+    matrix[:3, 1] = PLANE_REACH * np.cross(normal, sideways)
+    matrix[:3, 2] = normal
+    matrix[:3, 3] = np.dot(frame.point(shape.position), normal) * normal
+    return mitsuba.ScalarTransform4f(matrix)
+
+
+def two_sided_diffuse(shape: Object) -> dict[str, Any]:
+    """Return an object's surface: diffuse, seen and lit from both sides."""
+    return {"type": "twosided", "surface": {"type": "diffuse", "reflectance": rgb(shape.color)}}
+
+
+def point_light(lamp: Lamp, frame: Frame) -> dict[str, Any]:
+    """Return a light as Mitsuba's `point`, whose intensity is the power per steradian: ours / (4 pi).
+
+    Scaled with the scene, so that what arrives at a surface stays the same.
+    """
+    intensity = lamp.power / (4 * math.pi) / frame.unit**2
+    return {"type": "point", "position": frame.point(lamp.light_position).tolist(), "intensity": rgb(intensity)}
+
+
+def rgb(color: Iterable[float]) -> dict[str, Any]:
+    """Return a linear color for Mitsuba."""
+    return {"type": "rgb", "value": [float(channel) for channel in color]}
+
+
+# --- Rays ----------------------------------------------------------------------------------------------------
+
+
+def primary_directions(camera: Camera) -> Array:
+    """Return the directions through the pixel centres, row by row: (H * W, 3), unit.
+
+    With s = (pixel + 0.5) / size::
+
+        x = (2 s_x - 1) * aspect * tan(fov / 2)
+        y = (1 - 2 s_y) * tan(fov / 2)
+    """
+    width, height = camera.resolution
+    half_height = math.tan(math.radians(camera.fov) / 2)
+    across = (2 * (np.arange(width) + 0.5) / width - 1) * (width / height) * half_height
+    upward = (1 - 2 * (np.arange(height) + 0.5) / height) * half_height
+    y, x = np.meshgrid(upward, across, indexing="ij")
+    right, up, forward = camera_axes(camera)
+    return unit(x.reshape(-1, 1) * right + y.reshape(-1, 1) * up + forward)
+
+
+def camera_axes(camera: Camera) -> tuple[Array, Array, Array]:
+    """Return right, up and forward, at right angles to each other: three (3,), unit."""
+    eye = np.array(camera.position)
+    look_at = eye - (0, 0, 1) if camera.look_at is None else np.array(camera.look_at)
+    forward = unit(look_at - eye)
+    right = unit(np.cross(forward, np.array(camera.up)))
+    return right, np.cross(right, forward), forward
+
+
+def unit(vectors: Array) -> Array:
+    """Return vectors (..., 3) at length 1."""
+    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+
+
+# --- Radiance ------------------------------------------------------------------------------------------------
+
+
+def radiance(scene: Scene) -> npt.NDArray[np.float32]:
+    """Return the radiance at the pixel centres of a scene: (H, W, 3), linear.
+
+    Parameters
+    ----------
+    scene
+        With one bounce of light and without falloff to the eye, the defaults; Mitsuba knows nothing else.
+    """
+    if scene.render.max_depth != 1 or scene.render.eye_falloff:
+        raise ValueError("the oracle knows direct light only: leave max_depth and eye_falloff at their defaults")
+    frame = Frame.of(scene)
+    rays = [mitsuba.RayDifferential3f([0, 0, 0], row) for row in primary_directions(scene.camera).tolist()]
+    total = np.zeros((len(rays), 3))
+    for lamp in lamps(scene):
+        total += direct_light(world(scene, frame, lamp), rays)
+    fill_in(total, first_objects(world(scene, frame), rays), scene)
+    width, height = scene.camera.resolution
+    return total.reshape(height, width, 3).astype(np.float32)
+
+
+def direct_light(lit_world: Any, rays: list[Any]) -> Array:
+    """Return the radiance that Mitsuba's `direct` integrator finds along each ray: (N, 3)."""
+    integrator = mitsuba.load_dict({"type": "direct", "emitter_samples": 1, "bsdf_samples": 0})
+    # A point light leaves nothing to chance, but the integrator asks for numbers.
+    sampler = mitsuba.load_dict({"type": "independent"})
+    sampler.seed(0)
+    return np.array([integrator.sample(lit_world, sampler, ray)[0] for ray in rays], dtype=np.float64)
+
+
+def first_objects(whole_world: Any, rays: list[Any]) -> npt.NDArray[np.int64]:
+    """Return the index of the object that each ray meets first, `NOTHING` where it meets none: (N,)."""
+    hits = (whole_world.ray_intersect(ray) for ray in rays)
+    return np.array([int(hit.shape.id()) if hit.is_valid() else NOTHING for hit in hits])
+
+
+def fill_in(total: Array, first: npt.NDArray[np.int64], scene: Scene) -> None:
+    """Write over the pixels (N, 3) of objects that shine, and over those where nothing is hit."""
+    for lamp in lamps(scene):
+        if lamp.body != NOTHING:
+            distance = math.dist(lamp.light_position, scene.camera.position)
+            total[first == lamp.body] = lamp.power / (4 * math.pi * distance**2)
+    total[first == NOTHING] = scene.render.background
+
+
+def main() -> None:
+    """Compute every scene and write its array."""
+    RADIANCE.mkdir(exist_ok=True)
+    for path in sorted(SCENES.glob("*.yaml")):
+        np.savez_compressed(RADIANCE / f"{path.stem}.npz", radiance=radiance(rtcli.load_scene(path)))
+
+
+if __name__ == "__main__":
+    main()

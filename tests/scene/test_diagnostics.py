@@ -1,0 +1,168 @@
+"""What a person is told who wrote a wrong scene.
+
+`tests/invalid/` holds wrong files, each beside the exact report it must get.
+"""
+
+import copy
+import json
+import re
+from pathlib import Path
+
+import pytest
+from hypothesis import assume, example, given
+from hypothesis import strategies as st
+
+from rtcli.scene.diagnostics import validate
+from rtcli.scene.load import load_scene, parse_bytes
+from rtcli.scene.model import Scene
+from rtcli.scene.problems import Problem, SceneError
+
+INVALID = Path(__file__).parents[1] / "invalid"
+FILES = sorted(path for path in INVALID.iterdir() if path.suffix in {".yaml", ".json"})
+
+
+def report(raw, name):
+    with pytest.raises(SceneError) as refused:
+        validate(parse_bytes(raw, name))
+    return str(refused.value)
+
+
+@pytest.mark.parametrize("file", FILES, ids=[file.name for file in FILES])
+def test_wrong_file_gets_its_expected_report(file):
+    expected = file.with_suffix(".expected").read_text(encoding="utf-8")
+    assert report(file.read_bytes(), file.name) + "\n" == expected
+
+
+def test_corpus_has_a_wrong_file_for_each_expectation_and_no_name_twice():
+    expectations = [path.stem for path in INVALID.glob("*.expected")]
+    assert sorted(expectations) == [file.stem for file in sorted(FILES, key=lambda file: file.stem)]
+
+
+def test_problem_holds_its_place_as_data():
+    with pytest.raises(SceneError) as refused:
+        validate(parse_bytes(b"camera: {resolution: [640, 480], fov: 200}", "scene.yaml"))
+    assert refused.value.problems == (
+        Problem(
+            path="scene.yaml",
+            line=1,
+            column=39,
+            message="must be less than 180, got 200",
+            pointer="/camera/fov",
+            where="camera.fov",
+        ),
+    )
+
+
+def test_file_is_named_in_the_report_as_it_was_given(tmp_path):
+    file = tmp_path / "wrong.yaml"
+    file.write_text("camera: 1\n")
+    with pytest.raises(SceneError, match=re.escape(f"{file}:1:9: camera: ")):
+        load_scene(file)
+
+
+def test_name_of_a_file_cannot_move_the_cursor():
+    assert report(b"camera: 1", "\x1b[2Ja\u202eb.yaml").startswith(r"\x1b[2Ja\u202eb.yaml:1:9: ")
+
+
+@pytest.mark.parametrize("fov", ["180.00001", "180.0000000001"])
+def test_refused_number_is_shown_so_that_it_differs_from_its_bound(fov):
+    assert report(f"camera: {{resolution: [1, 1], fov: {fov}}}".encode(), "scene.yaml").endswith(f"got {fov}")
+
+
+@pytest.mark.parametrize("value", ["4.0", "4e0"])
+def test_float_where_an_integer_belongs_is_shown_as_a_float(value):
+    assert report(f"camera: {{resolution: [{value}, 1], fov: 9}}".encode(), "scene.yaml").endswith("got 4.0")
+
+
+# --- Every kind of mistake has a wording ------------------------------------------------------------------
+
+VALID = {
+    "version": 1,
+    "camera": {"resolution": [4, 3], "fov": 40, "position": [0, 0, 0], "look_at": [0, 0, -1], "up": [0, 1, 0]},
+    "lights": [{"position": [0, 3, 0], "intensity": 100, "color": "white"}],
+    "objects": [
+        {"type": "plane", "name": "floor", "position": [0, -1, 0], "normal": [0, 1, 0], "color": [1, 1, 1]},
+        {"type": "sphere", "position": [0, 0, -5], "radius": 1, "color": "#ff0000", "light": {"intensity": 1}},
+        {"type": "box", "position": [0, 0, -5], "size": [1, 1, 1], "rotation": 45, "color": "red"},
+    ],
+    "render": {"samples": 1, "background": [0, 0, 0], "max_depth": 1, "eye_falloff": False},
+    "image": {"exposure": 0, "tone": "clip"},
+}
+
+KEYS = (
+    st.sampled_from(["type", "name", "position", "light", "color", "radius", "camera", "x", "", "a.b"]) | st.text()
+)
+NUMBERS = st.sampled_from([0, 1, -1, 10**400, -(10**400), 10**5, 0.0, -0.0, 0.5, 1e308, 5e-324, 1e400, -1e400])
+WORDS = st.sampled_from(["", "auto", "red", "sphere", "plane", "box", "1", "#fff", "\ud800", "\x1b", "x" * 200])
+VALUES = st.recursive(
+    st.none() | st.booleans() | NUMBERS | st.floats() | WORDS | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(KEYS, inner, max_size=4),
+    max_leaves=6,
+)
+
+
+def containers(node):
+    """Yield all mappings and lists in the node that are not empty, itself included."""
+    if isinstance(node, (dict, list)) and node:
+        yield node
+        for child in node.values() if isinstance(node, dict) else node:
+            yield from containers(child)
+
+
+@st.composite
+def mutated_scenes(draw):
+    """Return the valid scene with one to four values replaced, removed, repeated or renamed."""
+    scene = copy.deepcopy(VALID)
+    for _ in range(draw(st.integers(1, 4))):
+        places = list(containers(scene))
+        assume(places)
+        node = draw(st.sampled_from(places))
+        step = draw(st.sampled_from(list(node) if isinstance(node, dict) else range(len(node))))
+        change = draw(st.sampled_from(["replace", "remove", "repeat", "add"]))
+        if change == "replace":
+            node[step] = draw(VALUES)
+        elif change == "remove":
+            del node[step]
+        elif isinstance(node, list):
+            node.append(copy.deepcopy(node[step]) if change == "repeat" else draw(VALUES))
+        else:
+            node[draw(KEYS)] = copy.deepcopy(node[step]) if change == "repeat" else draw(VALUES)
+    return scene
+
+
+# How pydantic words its own messages.
+RAW = re.compile(
+    r"Input should|Field required|Extra inputs|valid (tuple|integer|number|string)|pydantic|Traceback"
+)
+
+
+def judge(text, name):
+    """Return the scene of a text, or the SceneError it is refused with; every other exception ends the test."""
+    try:
+        return validate(parse_bytes(text.encode(), name))
+    except SceneError as error:
+        return error
+
+
+def test_scene_that_is_mutated_below_is_valid():
+    assert isinstance(judge(json.dumps(VALID), "scene.json"), Scene)
+
+
+@given(scene=mutated_scenes(), name=st.sampled_from(["scene.json", "scene.yaml"]))
+@example(scene={"camera": {"resolution": [1, 1], "fov": 1}, "image": {"exposure": 10**400}}, name="scene.json")
+@example(scene={"version": 10**20, "camera": {"resolution": [1, 1], "fov": 1}}, name="scene.yaml")
+@example(scene={"camera": {"resolution": [1, 1], "fov": 1}, "\ud800": 1}, name="scene.json")
+@example(scene={"camera": {"resolution": [1, 1], "fov": 1}, "render": {"background": "\ud800"}}, name="scene.json")
+@example(
+    scene={"camera": {"resolution": [1, 1], "fov": 1, "position": [5e-324, 0, 0], "look_at": [0] * 3}}, name="a"
+)
+def test_every_mistake_is_told_in_the_words_of_a_scene_file(scene, name):
+    result = judge(json.dumps(scene), name)
+    if isinstance(result, SceneError):
+        assert result.problems
+        for problem in result.problems:
+            assert not RAW.search(problem.message)
+            assert problem.message.isprintable()
+            assert len(problem.message) < 300
+            assert problem.line == 1
+            assert problem.column >= 1

@@ -1,0 +1,140 @@
+"""Scenes for tests: written in a line, or drawn at random."""
+
+from __future__ import annotations
+
+import math
+import random
+from typing import Any
+
+import numpy as np
+from hypothesis import strategies as st
+
+import rtcli
+from rtcli import Film, Scene
+
+CAMERA = {"resolution": [32, 24], "fov": 40}
+WHITE = [1, 1, 1]
+
+Data = dict[str, Any]
+
+
+def sphere(position: list[float], radius: float = 1.0, color: Any = "white", **more: Any) -> Data:
+    return {"type": "sphere", "position": position, "radius": radius, "color": color, **more}
+
+
+def box(position: list[float], size: list[float], color: Any = "white", **more: Any) -> Data:
+    return {"type": "box", "position": position, "size": size, "color": color, **more}
+
+
+def plane(position: list[float], normal: list[float], color: Any = "white", **more: Any) -> Data:
+    return {"type": "plane", "position": position, "normal": normal, "color": color, **more}
+
+
+def light(position: list[float], intensity: float = 100.0, **more: Any) -> Data:
+    return {"position": position, "intensity": intensity, **more}
+
+
+def scene(objects: list[Data], lights: list[Data] | None = None, **sections: Any) -> Scene:
+    data = {"camera": CAMERA, "objects": objects, "lights": lights or [], **sections}
+    return Scene.model_validate(data)
+
+
+def render(data: Scene | Data, **options: Any) -> Film:
+    return rtcli.render(data if isinstance(data, Scene) else Scene.model_validate(data), **options)
+
+
+def pixel_slopes(width: int, height: int, fov: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return x and y on the image plane at distance 1, (height, width) each: design, section 3.1, to the letter."""
+    s_x = (np.arange(width) + 0.5) / width
+    s_y = (np.arange(height) + 0.5) / height
+    tangent = math.tan(math.radians(fov) / 2)
+    x = (2 * s_x - 1) * (width / height) * tangent
+    y = (1 - 2 * s_y) * tangent
+    return np.broadcast_to(x, (height, width)), np.broadcast_to(y[:, None], (height, width))
+
+
+# --- Random scenes ---------------------------------------------------------------------------------------
+
+
+@st.composite
+def random_scenes(draw: st.DrawFn, *, carriers: bool = True, samples: int = 1) -> Data:
+    """Draw a scene in general position: no two surfaces coincide, which would leave open what is seen.
+
+    Hypothesis chooses how many of what there are; their numbers come from a seed, because Hypothesis likes equal
+    numbers.
+    """
+    kinds = draw(st.lists(st.sampled_from(["sphere", "box", "plane", "lamp"]), max_size=7))
+    light_count = draw(st.integers(0, 3))
+    rng = random.Random(draw(st.integers(0, 2**32)))
+    return {
+        "camera": {
+            "resolution": [draw(st.integers(1, 24)), draw(st.integers(1, 24))],
+            "fov": rng.uniform(5, 120),
+            "position": _point(rng, 4),
+            "look_at": _point(rng, 4),
+            "up": _point(rng, 1),
+        },
+        "lights": [light(_point(rng, 6), rng.uniform(10, 300), color=_color(rng)) for _ in range(light_count)],
+        "objects": [_object(rng, kind) for kind in kinds if carriers or kind != "lamp"],
+        "render": {"background": _color(rng), "samples": samples},
+    }
+
+
+def _object(rng: random.Random, kind: str) -> Data:
+    if kind == "plane":
+        return plane(_point(rng, 6), _point(rng, 1), _color(rng))
+    if kind == "box":
+        size = [rng.uniform(0.1, 3) for _ in range(3)]
+        return box(_point(rng, 5), size, _color(rng), rotation=rng.uniform(-360, 360))
+    shape = sphere(_point(rng, 5), rng.uniform(0.1, 2), _color(rng))
+    return shape if kind == "sphere" else {**shape, "light": {"intensity": rng.uniform(1, 200)}}
+
+
+def _point(rng: random.Random, reach: float) -> list[float]:
+    return [rng.uniform(-reach, reach) for _ in range(3)]
+
+
+def _color(rng: random.Random) -> list[float]:
+    return [rng.random() for _ in range(3)]
+
+
+_ANY = st.floats(allow_nan=False, allow_infinity=False)
+_POSITIVE = st.floats(min_value=0, exclude_min=True, allow_infinity=False)
+_NOT_NEGATIVE = st.floats(min_value=0, allow_infinity=False)
+_VECTOR = st.tuples(_ANY, _ANY, _ANY).map(list)
+_DIRECTION = _VECTOR.filter(any)
+_ALBEDO = st.tuples(*[st.floats(0, 1)] * 3).map(list)
+_LIGHT_COLOR = st.tuples(*[_NOT_NEGATIVE] * 3).map(list)
+
+
+def extreme_scenes() -> st.SearchStrategy[Data]:
+    """Draw scenes with any finite numbers at all, from the smallest to the largest."""
+    carried = st.fixed_dictionaries({"intensity": _NOT_NEGATIVE, "color": _LIGHT_COLOR})
+    free = st.fixed_dictionaries({"position": _VECTOR, "intensity": _NOT_NEGATIVE, "color": _LIGHT_COLOR})
+    common = {"position": _VECTOR, "color": _ALBEDO}
+    spheres = st.fixed_dictionaries(
+        {"type": st.just("sphere"), **common, "radius": _POSITIVE}, optional={"light": carried}
+    )
+    boxes = st.fixed_dictionaries(
+        {"type": st.just("box"), **common, "size": st.tuples(*[_POSITIVE] * 3).map(list), "rotation": _ANY},
+        optional={"light": carried},
+    )
+    planes = st.fixed_dictionaries({"type": st.just("plane"), **common, "normal": _DIRECTION})
+    camera = st.fixed_dictionaries(
+        {
+            "resolution": st.tuples(st.integers(1, 7), st.integers(1, 7)).map(list),
+            "fov": st.floats(0, 180, exclude_min=True, exclude_max=True),
+        },
+        optional={"position": _VECTOR},
+    )
+    settings = st.fixed_dictionaries(
+        {"background": _LIGHT_COLOR, "eye_falloff": st.booleans(), "samples": st.integers(1, 3)}
+    )
+    return st.fixed_dictionaries(
+        {
+            "camera": camera,
+            "lights": st.lists(free, max_size=3),
+            "objects": st.lists(st.one_of(spheres, boxes, planes), max_size=4),
+            "render": settings,
+        }
+    )

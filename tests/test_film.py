@@ -1,0 +1,55 @@
+import numpy as np
+import pytest
+from PIL import Image
+from worlds import render, scene, sphere
+
+from rtcli import Film
+
+FILM = Film(radiance=np.linspace(0, 1.2, 60, dtype=np.float32).reshape(4, 5, 3), exposure=-1.0)
+
+
+def test_save_writes_the_developed_picture(tmp_path):
+    FILM.save(tmp_path / "out.png")
+    with Image.open(tmp_path / "out.png") as image:
+        np.testing.assert_array_equal(np.asarray(image), FILM.develop())
+
+
+def test_save_takes_text_and_any_case_of_the_suffix(tmp_path):
+    FILM.save(str(tmp_path / "OUT.PNG"))
+    assert (tmp_path / "OUT.PNG").exists()
+
+
+@pytest.mark.parametrize("name", ["out.bmp", "out", ".png"])
+def test_save_refuses_a_name_that_tells_no_format(tmp_path, name):
+    with pytest.raises(ValueError, match=r"must end in \.png"):
+        FILM.save(tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
+def test_save_into_a_missing_folder_is_an_os_error(tmp_path):
+    with pytest.raises(FileNotFoundError):
+        FILM.save(tmp_path / "missing" / "out.png")
+
+
+def test_passes_are_absent_unless_asked_for():
+    film = render(scene([sphere([0, 0, -5])]), passes=["depth"])
+    assert film.depth is not None
+    assert film.normal is film.object_id is film.position is film.albedo is film.distance is None
+
+
+@pytest.mark.parametrize(
+    ("name", "dtype", "shape"),
+    [
+        ("radiance", np.float32, (24, 32, 3)),
+        ("depth", np.float32, (24, 32)),
+        ("distance", np.float32, (24, 32)),
+        ("normal", np.float32, (24, 32, 3)),
+        ("position", np.float32, (24, 32, 3)),
+        ("albedo", np.float32, (24, 32, 3)),
+        ("object_id", np.uint32, (24, 32)),
+    ],
+)
+def test_arrays_have_the_types_and_shapes_of_the_contract(name, dtype, shape):
+    film = render(scene([sphere([0, 0, -5])]), passes=[] if name == "radiance" else [name])
+    array = getattr(film, name)
+    assert (array.dtype, array.shape) == (dtype, shape)

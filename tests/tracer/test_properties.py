@@ -1,0 +1,134 @@
+"""What holds for every scene."""
+
+import copy
+import math
+
+import numpy as np
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from worlds import extreme_scenes, random_scenes, render
+
+# Rendering takes longer than Hypothesis expects of a test, and on a busy machine unevenly so.
+relaxed = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
+
+PASSES = ("depth", "distance", "normal", "position", "albedo", "object_id")
+
+
+@relaxed
+@given(random_scenes(), st.integers(-30, 30))
+def test_scaling_by_a_power_of_two_leaves_the_picture_bit_for_bit(data, exponent):
+    scale = 2.0**exponent
+    scaled = copy.deepcopy(data)
+    for place in (scaled["camera"], *scaled["lights"], *scaled["objects"]):
+        for key in place.keys() & {"position", "look_at", "size"}:
+            place[key] = [scale * component for component in place[key]]
+        if "radius" in place:
+            place["radius"] *= scale
+        for source in (place, place.get("light", {})):
+            if "intensity" in source:
+                source["intensity"] *= scale**2
+    original, bigger = render(data, passes=PASSES), render(scaled, passes=PASSES)
+    np.testing.assert_array_equal(original.radiance, bigger.radiance)
+    np.testing.assert_array_equal(original.object_id, bigger.object_id)
+    np.testing.assert_array_equal(original.distance * np.float32(scale), bigger.distance)
+
+
+@relaxed
+@given(random_scenes(carriers=False))
+def test_light_of_several_lights_adds_up(data):
+    data["render"]["background"] = [0, 0, 0]
+    together = render(data).radiance
+    alone = [render({**data, "lights": [source]}).radiance for source in data["lights"]]
+    np.testing.assert_allclose(together, sum(alone, np.zeros_like(together)), rtol=1e-5)
+
+
+@relaxed
+@given(random_scenes(), st.randoms())
+def test_order_of_objects_and_lights_does_not_matter(data, rng):
+    order = list(range(len(data["objects"])))
+    rng.shuffle(order)
+    shuffled = {**data, "objects": [data["objects"][i] for i in order], "lights": data["lights"][::-1]}
+    original, other = render(data, passes=PASSES), render(shuffled, passes=PASSES)
+    np.testing.assert_allclose(original.radiance, other.radiance, rtol=1e-5)
+    new_ids = np.array([0, *(order.index(i) + 1 for i in range(len(order)))], dtype=np.uint32)
+    np.testing.assert_array_equal(new_ids[original.object_id], other.object_id)
+
+
+@relaxed
+@given(random_scenes())
+def test_mirrored_scene_gives_the_mirrored_picture(data):
+    mirrored = copy.deepcopy(data)
+    for place in (mirrored["camera"], *mirrored["lights"], *mirrored["objects"]):
+        for key in place.keys() & {"position", "look_at", "up", "normal"}:
+            place[key][0] *= -1
+        if "rotation" in place:
+            place["rotation"] *= -1
+    original, other = render(data, passes=PASSES), render(mirrored, passes=PASSES)
+    np.testing.assert_array_equal(original.radiance[:, ::-1], other.radiance)
+    np.testing.assert_array_equal(original.depth[:, ::-1], other.depth)
+    np.testing.assert_array_equal(original.normal[:, ::-1] * np.float32([-1, 1, 1]), other.normal)
+
+
+@relaxed
+@given(random_scenes(), st.floats(-360, 360))
+def test_yaw_of_the_whole_scene_leaves_the_picture(data, degrees):
+    cosine, sine = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+
+    def turned(vector):  # about +y, counter-clockwise seen from above
+        x, y, z = vector
+        return [cosine * x + sine * z, y, cosine * z - sine * x]
+
+    yawed = copy.deepcopy(data)
+    for place in (yawed["camera"], *yawed["lights"], *yawed["objects"]):
+        for key in place.keys() & {"position", "look_at", "up", "normal"}:
+            place[key] = turned(place[key])
+        if place.get("type") == "box":
+            place["rotation"] += degrees
+    original, other = render(data, passes=PASSES), render(yawed, passes=PASSES)
+    np.testing.assert_array_equal(original.object_id, other.object_id)
+    np.testing.assert_allclose(original.distance, other.distance, rtol=1e-4)
+    # Squared cosines of nearly grazing light amplify rounding; what is bright agrees closely.
+    np.testing.assert_allclose(original.radiance, other.radiance, rtol=1e-4, atol=1e-6)
+
+
+@relaxed
+@given(random_scenes(samples=3), st.data())
+def test_crop_is_the_sub_picture_bit_for_bit(data, draw):
+    width, height = data["camera"]["resolution"]
+    x, y = draw.draw(st.integers(0, width - 1)), draw.draw(st.integers(0, height - 1))
+    crop = (x, y, draw.draw(st.integers(1, width - x)), draw.draw(st.integers(1, height - y)))
+    whole, part = render(data, passes=PASSES), render(data, passes=PASSES, crop=crop)
+    for name in ("radiance", *PASSES):
+        inside = getattr(whole, name)[y : y + crop[3], x : x + crop[2]]
+        np.testing.assert_array_equal(inside, getattr(part, name), err_msg=name)
+
+
+@relaxed
+@given(extreme_scenes())
+def test_no_picture_of_a_valid_scene_holds_nan_or_infinity(data):
+    film = render(data, passes=PASSES)
+    assert np.isfinite(film.radiance).all()
+    assert (film.radiance >= 0).all()
+    for name in ("normal", "position", "albedo"):
+        assert np.isfinite(getattr(film, name)).all(), name
+    np.testing.assert_array_equal(np.isinf(film.distance), film.object_id == 0)
+    film.develop()
+
+
+@relaxed
+@given(random_scenes())
+def test_passes_describe_one_and_the_same_hit(data):
+    film = render(data, passes=PASSES)
+    hit = film.object_id > 0
+    eye, view = np.array(data["camera"]["position"]), np.array(data["camera"]["look_at"])
+    assert (film.depth <= film.distance).all()
+    offset = film.position - eye
+    np.testing.assert_allclose(np.linalg.norm(offset, axis=-1)[hit], film.distance[hit], rtol=1e-5)
+    forward = (view - eye) / np.linalg.norm(view - eye)
+    np.testing.assert_allclose((offset @ forward)[hit], film.depth[hit], rtol=1e-4, atol=1e-5)
+    np.testing.assert_allclose(np.linalg.norm(film.normal, axis=-1), hit, rtol=1e-6)
+    assert (np.sum(film.normal * offset, axis=-1)[hit] < 0).all()
+    colors = np.array([[0, 0, 0], *(shape["color"] for shape in data["objects"])], dtype=np.float32)
+    np.testing.assert_array_equal(film.albedo, colors[film.object_id])
+    for name in ("normal", "position", "albedo"):
+        assert not getattr(film, name)[~hit].any(), name

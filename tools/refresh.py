@@ -1,0 +1,197 @@
+"""Make anew what is generated: the schema, the generated parts of the README, the gallery's pictures.
+
+`make docs` runs it; `tests/test_generated.py` fails when something it makes is stale.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+from click.testing import CliRunner
+
+import rtcli
+from rtcli.cli import main
+from rtcli.scene.schema import scene_schema, schema_text
+
+ROOT = Path(__file__).resolve().parent.parent
+README = ROOT / "README.md"
+SCHEMA = ROOT / "schemas" / "scene.schema.json"
+SCENES = ROOT / "scenes"
+WRONG = ROOT / "docs" / "wrong.yaml"
+GALLERY = ROOT / "docs" / "gallery"
+
+COMMANDS = ("render", "validate", "new", "schema")
+GALLERY_COLUMNS = 3
+
+_PART = re.compile(r"(<!-- begin (?P<name>[\w ]+) -->\n).*?(<!-- end (?P=name) -->)", re.DOTALL)
+
+
+def readme_text() -> str:
+    """Return the README with its generated parts made anew."""
+    parts = generated_parts()
+    text = README.read_text(encoding="utf-8")
+    return _PART.sub(lambda match: f"{match[1]}{parts[match['name']]}\n{match[3]}", text)
+
+
+def generated_parts() -> dict[str, str]:
+    """Return the generated parts of the README by name."""
+    parts = {f"help {name}": help_block(name) for name in COMMANDS}
+    return {
+        **parts,
+        "help": help_block(),
+        "scene": first_scene(),
+        "mistakes": mistakes(),
+        "gallery": gallery_table(),
+        "reference": scene_reference(),
+    }
+
+
+# --- Help ------------------------------------------------------------------------------------------------
+
+
+def help_block(*command: str) -> str:
+    """Return the `--help` of a command as a Markdown block, 80 columns wide."""
+    result = CliRunner().invoke(main, [*command, "--help"], prog_name="rtcli", terminal_width=80)
+    return f"```text\n{result.output.rstrip()}\n```"
+
+
+# --- Gallery ---------------------------------------------------------------------------------------------
+
+
+def gallery_scenes() -> list[Path]:
+    """Return the scene files of the gallery, the first scene and the document's room before the others."""
+    first = ["first", "cornell", "cornell-falloff"]
+    order = {name: place for place, name in enumerate(first)}
+    return sorted(SCENES.glob("*.yaml"), key=lambda path: (order.get(path.stem, len(first)), path.stem))
+
+
+def picture_of(scene: Path) -> Path:
+    """Return where a scene's picture stands."""
+    return GALLERY / f"{scene.stem}.png"
+
+
+def caption_of(scene: Path) -> str:
+    """Return what a scene shows: the comment in its second line."""
+    return scene.read_text(encoding="utf-8").splitlines()[1].removeprefix("# ")
+
+
+def gallery_table() -> str:
+    """Return the gallery as a table: a picture, the scene's name, what it shows."""
+    cells = [
+        f'<td width="33%" valign="top"><a href="scenes/{scene.name}">'
+        f'<img src="docs/gallery/{scene.stem}.png" alt="{scene.stem}"></a><br>'
+        f"<b>{scene.stem}</b>: {caption_of(scene)}</td>"
+        for scene in gallery_scenes()
+    ]
+    rows = [cells[start : start + GALLERY_COLUMNS] for start in range(0, len(cells), GALLERY_COLUMNS)]
+    return "\n".join(["<table>", *("<tr>\n" + "\n".join(row) + "\n</tr>" for row in rows), "</table>"])
+
+
+def first_scene() -> str:
+    """Return the first scene's file beside its picture."""
+    text = (SCENES / "first.yaml").read_text(encoding="utf-8").strip()
+    return (
+        f'<table><tr><td valign="top">\n\n```yaml\n{text}\n```\n\n</td><td valign="top">\n\n'
+        f"![the picture of scenes/first.yaml](docs/gallery/first.png)\n\n</td></tr></table>"
+    )
+
+
+def mistakes() -> str:
+    """Return a scene full of mistakes and what is said of it."""
+    result = CliRunner().invoke(main, ["validate", "-"], input=WRONG.read_bytes())
+    report = result.stdout.replace("<stdin>", WRONG.name).rstrip()
+    text = WRONG.read_text(encoding="utf-8").rstrip()
+    return f"```yaml\n{text}\n```\n\n```console\n$ rtcli validate {WRONG.name}\n{report}\n```"
+
+
+# --- Scene reference -------------------------------------------------------------------------------------
+
+SECTIONS = {
+    "Scene": "The file",
+    "Camera": "`camera`",
+    "PointLight": "Each of `lights`",
+    "Sphere": "A sphere in `objects`",
+    "Box": "A box in `objects`",
+    "Plane": "A plane in `objects`",
+    "CarriedLight": "`light` of a sphere or box",
+    "Render": "`render`",
+    "Image": "`image`",
+}
+
+
+def scene_reference() -> str:
+    """Return all keys of a scene file as Markdown tables, from the schema."""
+    schema = scene_schema()
+    definitions = {**schema["$defs"], "Scene": schema}
+    return "\n\n".join(_section(title, definitions[name]) for name, title in SECTIONS.items())
+
+
+def _section(title: str, definition: dict[str, Any]) -> str:
+    required = definition.get("required", [])
+    lines = [f"**{title}**", "", "| key | value | default | meaning |", "| --- | --- | --- | --- |"]
+    rank = {key: (key != "type", key not in required) for key in definition["properties"]}
+    for key, field in sorted(definition["properties"].items(), key=lambda item: rank[item[0]]):
+        default = "*required*" if key in required else _default(field)
+        lines.append(f"| `{key}` | {_value(field)} | {default} | {_text(field['description'])} |")
+    return "\n".join(lines)
+
+
+def _default(field: dict[str, Any]) -> str:
+    default = field.get("default")
+    if default is None or isinstance(default, dict):
+        return ""
+    return f"`{re.sub(r'[.]0(?![0-9])', '', json.dumps(default))}`".replace('"', "")
+
+
+def _text(text: str) -> str:
+    return " ".join(text.split()).replace("|", "\\|")
+
+
+_KINDS = {"number": "number", "integer": "integer", "boolean": "true or false", "string": "text"}
+
+
+def _value(field: dict[str, Any]) -> str:
+    """Return what may stand for a key, in words."""
+    reference = field.get("$ref", "").rpartition("/")[2]
+    if reference in ("Albedo", "LightColor"):
+        return "color"
+    if reference:
+        return "mapping"
+    if "enum" in field:
+        return " \\| ".join(f"`{choice}`" for choice in field["enum"])
+    if "const" in field:
+        return f"`{field['const']}`"
+    if "anyOf" in field:
+        return " or ".join(_value(choice) for choice in field["anyOf"])
+    if field["type"] == "array":
+        count = field.get("minItems")
+        if not count:
+            return "list"
+        item = field["prefixItems"][0]
+        return f"{count} {_KINDS[item['type']]}s{_bounds(item)}"
+    return _KINDS[field["type"]] + _bounds(field)
+
+
+def _bounds(field: dict[str, Any]) -> str:
+    words = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "maximum": "<="}
+    bounds = [f" {sign} {field[key]:g}" for key, sign in words.items() if key in field]
+    return ",".join(bounds)
+
+
+# --- All of it -------------------------------------------------------------------------------------------
+
+
+def refresh() -> None:
+    """Write everything that is generated."""
+    SCHEMA.write_text(schema_text(), encoding="utf-8")
+    README.write_text(readme_text(), encoding="utf-8")
+    GALLERY.mkdir(parents=True, exist_ok=True)
+    for scene in gallery_scenes():
+        rtcli.render(rtcli.load_scene(scene)).save(picture_of(scene))
+
+
+if __name__ == "__main__":
+    refresh()
