@@ -241,7 +241,7 @@ class Render(_Model):
     max_depth: Annotated[Integer, Field(ge=0)] = 1
     """0: only objects that carry a light are seen; 1 or more: direct light with shadows."""
     eye_falloff: Annotated[bool, Field(strict=True)] = False
-    """Also divide by 4 pi t^2, t the way from the surface to the eye. Real light does not; some course texts do."""
+    """Also divide by 4 pi t^2, t the way from surface to eye. Real light does not; some course texts do."""
 
 
 class Image(_Model):

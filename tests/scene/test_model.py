@@ -202,7 +202,7 @@ def test_number_is_a_finite_number_and_nothing_that_looks_like_one(scene, pointe
     assert pointers(scene(value)) == [pointer]
 
 
-@pytest.mark.parametrize("value", ["[]", "[0]", "[0, 1]", "[0, 1, 0, 0]", "0", "up", "{x: 0, y: 1, z: 0}"])
+@pytest.mark.parametrize("value", ["[]", "[1]", "[1, 1]", "[1, 1, 1, 1]", "1", "up", "{x: 1, y: 1, z: 1}"])
 @pytest.mark.parametrize(
     ("scene", "pointer"),
     [

@@ -44,7 +44,7 @@ def render(data: Scene | Data, **options: Any) -> Film:
 
 
 def pixel_slopes(width: int, height: int, fov: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return x and y on the image plane at distance 1, (height, width) each: design, section 3.1, to the letter."""
+    """Return x and y on the image plane at distance 1, (height, width) each, by the formulas of section 2.1."""
     s_x = (np.arange(width) + 0.5) / width
     s_y = (np.arange(height) + 0.5) / height
     tangent = math.tan(math.radians(fov) / 2)
