@@ -38,15 +38,25 @@ def whole_file(target: Path) -> Iterator[BinaryIO]:
             file.flush()
             os.fsync(file.fileno())
         temporary.replace(final)
+    except OSError as error:
+        if error.filename in (None, str(temporary)):  # of the temporary file people know nothing
+            raise OSError(error.errno, error.strerror, str(target)) from error
+        raise
     finally:
-        temporary.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            temporary.unlink()
 
 
 def _refuse_what_is_no_file(path: Path) -> None:
-    """Refuse folders, where renaming fails late, and devices, which it would destroy (think of /dev/null)."""
+    """Refuse a target before any work, if its folder is missing or it is a folder or a device.
+
+    Renaming over a folder fails late, and renaming over a device such as /dev/null would destroy it.
+    """
     try:
         mode = path.stat().st_mode
     except FileNotFoundError:
+        if not path.parent.is_dir():
+            raise FileNotFoundError(errno.ENOENT, "its folder does not exist", str(path)) from None
         return
     if stat.S_ISDIR(mode):
         raise IsADirectoryError(errno.EISDIR, "is a folder: name a file in it", str(path))

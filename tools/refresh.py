@@ -188,7 +188,8 @@ def refresh() -> None:
     """Write everything that is generated."""
     SCHEMA.write_text(schema_text(), encoding="utf-8")
     README.write_text(readme_text(), encoding="utf-8")
-    GALLERY.mkdir(parents=True, exist_ok=True)
+    for stale in set(GALLERY.glob("*.png")) - {picture_of(scene) for scene in gallery_scenes()}:
+        stale.unlink()
     for scene in gallery_scenes():
         rtcli.render(rtcli.load_scene(scene)).save(picture_of(scene))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import re
 from collections.abc import Sequence
 from dataclasses import replace
@@ -102,9 +103,15 @@ def _resolve(node: Any, step: str | int, so_far: Loc) -> str | int:
             raise EditError(f"{here} has {len(node)} items, counted from 0: there is no [{step}]")
         return step
     if isinstance(node, list):
-        named = [index for index, item in enumerate(node) if isinstance(item, dict) and item.get("name") == step]
-        if not named:
-            raise EditError(f"{here} has no item named {quoted(str(step))}: name it in the file, or use its index")
-        return named[0]
+        return _index_of_name(node, str(step), here)
     kind = "a list" if isinstance(step, int) else "a mapping"
     raise EditError(f"{here} is not {kind}")
+
+
+def _index_of_name(items: list[Any], name: str, here: str) -> int:
+    names = [item.get("name") if isinstance(item, dict) else None for item in items]
+    if name in names:
+        return names.index(name)
+    close = difflib.get_close_matches(name, [str(known) for known in names if known is not None], n=1)
+    hint = f"did you mean {quoted(close[0])}?" if close else "name it in the file, or use its index"
+    raise EditError(f"{here} has no item named {quoted(name)}: {hint}")

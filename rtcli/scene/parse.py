@@ -67,6 +67,15 @@ class Place:
             place = place.children[step]
         return place
 
+    def holds(self, loc: Loc) -> bool:
+        """Return whether there is a value at `loc`."""
+        place = self
+        for step in loc:
+            if step not in place.children:
+                return False
+            place = place.children[step]
+        return True
+
     def of_key(self, loc: Loc) -> Place:
         """Return the place of the key that ends `loc`, or of the nearest value around it."""
         owner = self.of(loc[:-1])
@@ -94,11 +103,13 @@ class Document:
 
     def locate(self, loc: Loc, *, key: bool = False) -> Place:
         """Return the place of the value (or of the key) at `loc`, in the file or in an option."""
+        if self.places is None:
+            self.places = _places_of_json(self.text, self.source)
         for edit in reversed(self.edits):
             if loc[: len(edit.loc)] == edit.loc:
                 return edit.place.of(loc[len(edit.loc) :])
-        if self.places is None:
-            self.places = _places_of_json(self.text, self.source)
+            if edit.loc[: len(loc)] == loc and not self.places.holds(loc):
+                return edit.place  # a mapping that only the option made
         return self.places.of_key(loc) if key and loc else self.places.of(loc)
 
     def problem(self, loc: Loc, message: str, *, key: bool = False) -> Problem:

@@ -1,6 +1,6 @@
 """The reference tracer: the document's algorithm in NumPy, float64, on arrays of rays.
 
-Written to be read beside the document, whose class names it keeps. It is the oracle for other tracers, so it
+Written to be read beside the document (`docs/tracer.md`), whose class names it keeps. It is the oracle for other tracers, so it
 prefers the clearest formula that is also accurate. Vectors are component-first: (3, N) arrays of float64, one
 column a ray. No step depends on how many rays are traced together (no matrix products, whose rounding would),
 so a crop is bit for bit the sub-picture.
