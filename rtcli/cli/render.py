@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import contextlib
 import json
-import math
-import re
 import sys
-import time
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import click
 
 from rtcli import __version__
+from rtcli.cli.option_types import CropType, ExposureType, SizeType
 from rtcli.cli.output import STDIO, complain, name_of, read_bytes, write_bytes
 from rtcli.cli.progress import progress
+from rtcli.cli.stopwatch import Stopwatch
 from rtcli.files import whole_file
 from rtcli.film import Film, check_suffix
 from rtcli.image.write import write_png
@@ -26,52 +24,10 @@ from rtcli.pipeline import ENGINES, Request, expose, trace
 from rtcli.scene.diagnostics import validate
 from rtcli.scene.edits import EditError, set_expression, set_value
 from rtcli.scene.load import parse_bytes
-from rtcli.scene.model import MAX_SAMPLES, MAX_SIDE
+from rtcli.scene.model import MAX_SAMPLES
 from rtcli.scene.parse import Document
 from rtcli.scene.problems import printable
 from rtcli.tracer.world import Window, World
-
-
-class SizeType(click.ParamType[tuple[int, int]]):
-    """`640x480`."""
-
-    name = "WxH"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
-        """Return width and height."""
-        match = re.fullmatch(r"([0-9]{1,9})[xX]([0-9]{1,9})", str(value))
-        sides = (int(match[1]), int(match[2])) if match else (0, 0)
-        if not all(1 <= side <= MAX_SIDE for side in sides):
-            self.fail(f"{value!r} is not a size such as 640x480, each side 1 to {MAX_SIDE:,}", param, ctx)
-        return sides
-
-
-class CropType(click.ParamType[Window]):
-    """`100,50,64,64`."""
-
-    name = "X,Y,W,H"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Window:
-        """Return the window; whether it is inside the picture, the scene will tell."""
-        match = re.fullmatch(r"([0-9]{1,9}),([0-9]{1,9}),([0-9]{1,9}),([0-9]{1,9})", str(value))
-        if not match:
-            self.fail(f"{value!r} is not left,top,width,height in pixels, such as 100,50,64,64", param, ctx)
-        return Window(*map(int, match.groups()))
-
-
-class ExposureType(click.ParamType[float | str]):
-    """A number of stops, or `auto`."""
-
-    name = "EV|auto"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | str:
-        """Return stops, or `auto`."""
-        if value == "auto":
-            return "auto"
-        stops = float(click.FLOAT.convert(value, param, ctx))
-        if not math.isfinite(stops):
-            self.fail(f"{value!r} is not a finite number of stops", param, ctx)
-        return stops
 
 
 @dataclass(frozen=True)
@@ -101,26 +57,6 @@ class Options:
                 check_suffix(Path(self.output))
             except ValueError as error:
                 raise click.UsageError(str(error)) from error
-
-
-@dataclass
-class Stopwatch:
-    """Seconds spent in each stage."""
-
-    started: float = field(default_factory=time.perf_counter)
-    seconds: dict[str, float] = field(default_factory=dict)
-
-    @contextlib.contextmanager
-    def stage(self, name: str) -> Iterator[None]:
-        """Time what happens inside."""
-        start = time.perf_counter()
-        yield
-        self.seconds[name] = time.perf_counter() - start
-
-    def totals(self) -> dict[str, float]:
-        """Return the seconds of all stages and since the start, to the microsecond."""
-        total = time.perf_counter() - self.started
-        return {name: round(value, 6) for name, value in {**self.seconds, "total": total}.items()}
 
 
 @click.command("render")
@@ -231,7 +167,7 @@ def _stats(film: Film, request: Request, watch: Stopwatch) -> bytes:
         "rays": film.rays,
         "threads": request.thread_count,
         "engine": request.engine,
-        "simd": "numpy",
+        "simd": None,
         "version": __version__,
     }
     return (json.dumps(stats, indent=2) + "\n").encode()

@@ -7,9 +7,11 @@ scene can never run code.
 
 from __future__ import annotations
 
+import contextlib
+import gc
 import json
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
@@ -171,7 +173,23 @@ def parse(text: str, source: str, *, is_json: bool = False) -> Document:
     SceneError
         If the text is not YAML (or JSON) at all; what can be gone past is in the document's `problems`.
     """
-    return _parse_json(text, source) if is_json else parse_yaml(text, source)
+    with _garbage_collector_paused():
+        return _parse_json(text, source) if is_json else parse_yaml(text, source)
+
+
+@contextlib.contextmanager
+def _garbage_collector_paused() -> Iterator[None]:
+    """Pause the collector: a large scene is millions of new objects without a cycle, visited again and again.
+
+    For 100,000 objects that takes 3.8 s instead of 6.8 from YAML, and 0.15 s instead of 1.7 from JSON.
+    """
+    running = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if running:
+            gc.enable()
 
 
 # --- YAML ------------------------------------------------------------------------------------------------

@@ -1,9 +1,9 @@
 """The reference tracer: the document's algorithm in NumPy, float64, on arrays of rays.
 
-Written to be read beside the document (`docs/tracer.md`), whose class names it keeps. It is the oracle for other tracers, so it
-prefers the clearest formula that is also accurate. Vectors are component-first: (3, N) arrays of float64, one
-column a ray. No step depends on how many rays are traced together (no matrix products, whose rounding would),
-so a crop is bit for bit the sub-picture.
+Written to be read beside the document (told in `docs/tracer.md`), whose class names it keeps. It is the
+oracle for other tracers, so it prefers the clearest formula that is also accurate. Vectors are component-first:
+(3, N) arrays of float64, one column a ray. No step depends on how many rays are traced together (no matrix
+products, whose rounding would), so a crop is bit for bit the sub-picture.
 
 All rays traced together pass through one point, the eye or a light: `Ray.offset` is that point. Objects are
 taken relative to it before anything else, which keeps scenes far from the origin as accurate as those around it.

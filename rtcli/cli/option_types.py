@@ -1,0 +1,54 @@
+"""Values of options that are more than a word or a number."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any
+
+import click
+
+from rtcli.scene.model import MAX_SIDE
+from rtcli.tracer.world import Window
+
+
+class SizeType(click.ParamType[tuple[int, int]]):
+    """`640x480`."""
+
+    name = "WxH"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
+        """Return width and height."""
+        match = re.fullmatch(r"([0-9]{1,9})[xX]([0-9]{1,9})", str(value))
+        sides = (int(match[1]), int(match[2])) if match else (0, 0)
+        if not all(1 <= side <= MAX_SIDE for side in sides):
+            self.fail(f"{value!r} is not a size such as 640x480, each side 1 to {MAX_SIDE:,}", param, ctx)
+        return sides
+
+
+class CropType(click.ParamType[Window]):
+    """`100,50,64,64`."""
+
+    name = "X,Y,W,H"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Window:
+        """Return the window; whether it is inside the picture, the scene will tell."""
+        match = re.fullmatch(r"([0-9]{1,9}),([0-9]{1,9}),([0-9]{1,9}),([0-9]{1,9})", str(value))
+        if not match:
+            self.fail(f"{value!r} is not left,top,width,height in pixels, such as 100,50,64,64", param, ctx)
+        return Window(*map(int, match.groups()))
+
+
+class ExposureType(click.ParamType[float | str]):
+    """A number of stops, or `auto`."""
+
+    name = "EV|auto"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | str:
+        """Return stops, or `auto`."""
+        if value == "auto":
+            return "auto"
+        stops = float(click.FLOAT.convert(value, param, ctx))
+        if not math.isfinite(stops):
+            self.fail(f"{value!r} is not a finite number of stops", param, ctx)
+        return stops
