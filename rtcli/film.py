@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -74,15 +75,12 @@ class Film:
         OSError
             If the file cannot be written.
         """
-        target = Path(path)
-        check_suffix(target)
-        with whole_file(target) as file:
+        check_suffix(os.fspath(path))
+        with whole_file(Path(path)) as file:
             write_png(self.develop(), file)
 
 
-def check_suffix(target: Path) -> None:
-    """Raise ValueError unless the name's suffix is one of a format we write."""
-    if target.suffix.lower() not in SUFFIXES:
-        raise ValueError(
-            f"cannot tell the format of {str(target)!r}: its name must end in {' or '.join(SUFFIXES)}"
-        )
+def check_suffix(name: str) -> None:
+    """Raise ValueError unless a file's suffix is that of a format we write."""
+    if Path(name).suffix.lower() not in SUFFIXES:
+        raise ValueError(f"cannot tell the format of {name!r}: its name must end in {' or '.join(SUFFIXES)}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import shlex
 from importlib import resources
 from pathlib import Path
 
@@ -20,10 +21,17 @@ def command(file: str, force: bool) -> None:
 
     It goes to FILE, or to standard output for -.
     """
+    if file != STDIO and Path(file).suffix.lower() not in (".yaml", ".yml"):
+        raise click.UsageError(f"{file!r}: the name of a scene in YAML must end in .yaml or .yml")
     starter = (resources.files("rtcli.scene") / "starter.yaml").read_bytes()
     if file != STDIO and not force and Path(file).exists():
         raise FileExistsError(errno.EEXIST, "is there already: use --force to replace it", file)
     write_bytes(starter, file)
     if file != STDIO:
-        picture = Path(file).with_suffix(".png")
-        complain(f"wrote {printable(file)}; render it with: rtcli render {printable(f'{file} -o {picture}')}")
+        complain(f"wrote {printable(file)}; render it with: {printable(_render_command(file))}")
+
+
+def _render_command(file: str) -> str:
+    """Return a command to paste into a shell."""
+    safe = f"./{file}" if file.startswith("-") else file
+    return shlex.join(["rtcli", "render", safe, "-o", str(Path(file).with_suffix(".png"))])

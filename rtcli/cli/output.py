@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import sys
 from pathlib import Path
+from typing import BinaryIO, TextIO
 
 import click
 
@@ -31,7 +33,29 @@ def read_bytes(path: str) -> bytes:
     OSError
         If it cannot be read.
     """
-    return sys.stdin.buffer.read() if path == STDIO else Path(path).read_bytes()
+    if path != STDIO:
+        return Path(path).read_bytes()
+    if sys.stdin is None:  # as `rtcli ... <&-` has it
+        raise OSError(errno.EBADF, "is closed", "standard input")
+    return sys.stdin.buffer.read()
+
+
+def binary_stdout() -> BinaryIO:
+    """Return standard output for bytes.
+
+    Raises
+    ------
+    OSError
+        If it is closed.
+    """
+    if sys.stdout is None:
+        raise OSError(errno.EBADF, "is closed", "standard output")
+    return sys.stdout.buffer
+
+
+def is_terminal(stream: TextIO | None) -> bool:
+    """Return whether somebody watches a stream; a closed one is None."""
+    return stream is not None and stream.isatty()
 
 
 def write_bytes(content: bytes, path: str) -> None:
@@ -43,7 +67,7 @@ def write_bytes(content: bytes, path: str) -> None:
         If it cannot be written.
     """
     if path == STDIO:
-        click.echo(content, nl=False)
+        binary_stdout().write(content)
         return
     with whole_file(Path(path)) as file:
         file.write(content)

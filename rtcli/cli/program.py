@@ -63,7 +63,8 @@ def _exit_code(run: Callable[[], Any]) -> int:
 def _outcome(run: Callable[[], Any]) -> int:
     try:
         result = run()
-        sys.stdout.flush()
+        if sys.stdout is not None:
+            sys.stdout.flush()
     except click.ClickException as error:
         error.show()
         return error.exit_code

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 
 import click
 
-from rtcli.cli.output import complain
+from rtcli.cli.output import complain, is_terminal
 
 
 @contextlib.contextmanager
@@ -16,7 +16,7 @@ def progress(label: str, quiet: bool) -> Iterator[Callable[[int, int], None]]:
     """Give a function to be told (done, total), and show that on standard error."""
     if quiet:
         yield lambda done, total: None
-    elif sys.stderr.isatty():
+    elif is_terminal(sys.stderr):
         with click.progressbar(length=1, label=label, file=sys.stderr) as bar:
 
             def advance(done: int, total: int) -> None:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import json
+import os
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +15,7 @@ import click
 
 from rtcli import __version__
 from rtcli.cli.option_types import CropType, ExposureType, SizeType
-from rtcli.cli.output import STDIO, complain, name_of, read_bytes, write_bytes
+from rtcli.cli.output import STDIO, binary_stdout, complain, is_terminal, name_of, read_bytes
 from rtcli.cli.progress import progress
 from rtcli.cli.stopwatch import Stopwatch
 from rtcli.files import whole_file
@@ -50,13 +52,19 @@ class Options:
         """Raise click.UsageError for what cannot be right whatever the scene says."""
         if self.output == STDIO and self.stats == STDIO:
             raise click.UsageError("the picture and the statistics cannot both go to standard output")
-        if self.output == STDIO and sys.stdout.isatty():
+        if self.output == STDIO and is_terminal(sys.stdout):
             raise click.UsageError("a picture is not for a terminal: give a file, or pipe it on")
         if self.output != STDIO:
             try:
-                check_suffix(Path(self.output))
+                check_suffix(self.output)
             except ValueError as error:
                 raise click.UsageError(str(error)) from error
+        if self.stats not in (None, STDIO) and self._stats_would_replace_another_file():
+            raise click.UsageError(f"--stats {self.stats!r} would replace the scene or the picture")
+
+    def _stats_would_replace_another_file(self) -> bool:
+        others = (os.path.realpath(name) for name in (self.scene, self.output) if name != STDIO)
+        return os.path.realpath(str(self.stats)) in others
 
 
 @click.command("render")
@@ -112,15 +120,14 @@ def render(options: Options) -> None:
     with watch.stage("pack"):
         world = pack(scene)
         request = _request(options, world)
-    with _opened(options.output) as file:
+    with _opened(options.output) as picture_file, _opened(options.stats) as stats_file:
         with watch.stage("trace"), progress("rendering", options.quiet) as told:
             film = trace(world, request, told)
         with watch.stage("develop"):
             pixels = expose(film, scene, request).develop()
         with watch.stage("write"):
-            write_png(pixels, file)
-    if options.stats is not None:
-        write_bytes(_stats(film, request, watch), options.stats)
+            write_png(pixels, picture_file)
+        stats_file.write(_stats(film, request, watch))
     if not options.quiet:
         height, width, _ = pixels.shape
         complain(f"wrote {_shown(options.output)} ({width}x{height}) in {watch.totals()['total']:.2f} s")
@@ -154,11 +161,13 @@ def _request(options: Options, world: World) -> Request:
     return request
 
 
-def _opened(output: str) -> contextlib.AbstractContextManager[BinaryIO]:
-    """Open the target before the work, so that one which cannot be written costs no rendering."""
-    if output == STDIO:
-        return contextlib.nullcontext(sys.stdout.buffer)
-    return whole_file(Path(output))
+def _opened(target: str | None) -> contextlib.AbstractContextManager[BinaryIO]:
+    """Open a target before the work, so that one which cannot be written costs no rendering."""
+    if target is None:
+        return io.BytesIO()
+    if target == STDIO:
+        return contextlib.nullcontext(binary_stdout())
+    return whole_file(Path(target))
 
 
 def _stats(film: Film, request: Request, watch: Stopwatch) -> bytes:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
@@ -17,6 +17,9 @@ from rtcli.scene import model
 from rtcli.scene.colors import CSS_NAMES
 from rtcli.scene.parse import Document, Loc, plain_scalar
 from rtcli.scene.problems import Problem, SceneError, quoted
+
+# More are counted only: aliases can repeat a mistake a million times in a small file.
+MAX_PROBLEMS = 1_000
 
 # Past this an integer is named, not shown: its digits would fill the line.
 _HUGE_BITS = 128
@@ -40,42 +43,56 @@ def validate(document: Document) -> model.Scene:
     Raises
     ------
     SceneError
-        With every problem of the document, in the order of the file.
+        With every problem of the document, in the order of the file; past `MAX_PROBLEMS`, with their number.
     """
     problems = list(document.problems)
-    scene = None
     if not isinstance(document.data, dict):
         if not problems:
             found = "nothing" if document.data is None else _kind(document.data)
             problems.append(document.problem((), f"expected a mapping with `camera` and `objects`, got {found}"))
-    else:
-        try:
-            scene = model.Scene.model_validate(document.data)
-        except ValidationError as error:
-            problems += _problems(document, error.errors(include_url=False))
-    if problems or scene is None:
-        raise SceneError(sorted(dict.fromkeys(problems), key=lambda problem: (problem.line, problem.column)))
+        raise SceneError(problems)
+    try:
+        scene = model.Scene.model_validate(document.data)
+    except ValidationError as error:
+        problems += _problems(document, error.errors(include_url=False))
+    if problems:
+        raise SceneError(_ordered(problems, document.source))
     return scene
 
 
-def _problems(document: Document, errors: Iterable[ErrorDetails]) -> Iterable[Problem]:
-    for error in errors:
-        loc = _location(error["loc"])
-        kind = error["type"]
-        if kind == "missing" and isinstance(loc[-1], int):  # pydantic's view of a vector that is too short
-            given = len(error["input"])
-            yield document.problem(loc[:-1], f"needs {_needed(loc)} numbers, got {given}")
-        elif kind == "missing":
-            yield document.problem(loc[:-1], f"missing key {quoted(str(loc[-1]))}")
-        elif kind == "union_tag_not_found":
-            yield document.problem(loc, f"missing key `type`: it is one of {_listed(model.SHAPES)}")
-        elif kind == "union_tag_invalid":
-            tag = error["input"]["type"]
-            yield document.problem((*loc, "type"), f"{_unknown('type', str(tag), model.SHAPES)}")
-        elif kind == "extra_forbidden":
-            yield document.problem(loc, _unknown("key", str(loc[-1]), _keys_beside(error["loc"])), key=True)
-        else:
-            yield document.problem(loc, _WORDING[kind](error))
+def _ordered(problems: list[Problem], source: str) -> list[Problem]:
+    """Return each problem once: those of the file by their places, then those of options."""
+    return sorted(
+        dict.fromkeys(problems),
+        key=lambda problem: (0, problem.line, problem.column) if problem.path == source else (1, 0, 0),
+    )
+
+
+def _problems(document: Document, errors: list[ErrorDetails]) -> Iterator[Problem]:
+    for error in errors[:MAX_PROBLEMS]:
+        yield _problem(document, error)
+    if len(errors) > MAX_PROBLEMS:
+        more = f"and {len(errors) - MAX_PROBLEMS:,} more problems, which are not listed"
+        yield document.problem((), more)
+
+
+def _problem(document: Document, error: ErrorDetails) -> Problem:
+    loc = _location(error["loc"])
+    kind = error["type"]
+    if kind == "missing" and isinstance(loc[-1], int):  # pydantic's view of a vector that is too short
+        return document.problem(loc[:-1], f"needs {_length(loc[:-1])} numbers, got {len(error['input'])}")
+    if kind == "missing":
+        return document.problem(loc[:-1], f"missing key {quoted(str(loc[-1]))}")
+    if kind == "union_tag_not_found":
+        return document.problem(loc, f"missing key `type`: it is one of {_listed(model.SHAPES)}")
+    if kind == "union_tag_invalid":
+        return document.problem((*loc, "type"), _unknown("type", _kind(error["input"]["type"]), model.SHAPES))
+    if kind == "extra_forbidden":
+        message = _unknown("key", quoted(str(loc[-1])), _keys_beside(error["loc"]))
+        return document.problem(loc, message, key=True)
+    if kind == "tuple_type":
+        return document.problem(loc, f"must be a list{_of_numbers(loc)}, got {_kind(error['input'])}")
+    return document.problem(loc, _WORDING[kind](error))
 
 
 def _location(loc: Loc) -> Loc:
@@ -83,8 +100,12 @@ def _location(loc: Loc) -> Loc:
     return (*loc[:2], *loc[3:]) if loc[:1] == ("objects",) and len(loc) > 2 else loc
 
 
-def _needed(loc: Loc) -> int:
-    return 2 if loc[-2] == "resolution" else 3
+def _length(loc: Loc) -> int:
+    return 2 if loc[-1] == "resolution" else 3
+
+
+def _of_numbers(loc: Loc) -> str:
+    return "" if loc in (("objects",), ("lights",)) else f" of {_length(loc)} numbers"
 
 
 def _keys_beside(loc: Loc) -> Iterable[str]:
@@ -98,13 +119,16 @@ def _keys_beside(loc: Loc) -> Iterable[str]:
 
 
 def _unknown(what: str, name: str, known: Iterable[str]) -> str:
-    close = difflib.get_close_matches(name.lower(), list(known), n=1)
+    close = difflib.get_close_matches(name.strip("`").lower(), list(known), n=1)
     hint = f"did you mean `{close[0]}`?" if close else f"known here are {_listed(known)}"
-    return f"unknown {what} {quoted(name)}: {hint}"
+    return f"unknown {what} {name}: {hint}"
 
 
 def _listed(names: Iterable[str]) -> str:
     return ", ".join(f"`{name}`" for name in names)
+
+
+_TOO_LARGE = "must be finite: this number is too large"
 
 
 def _kind(value: Any) -> str:
@@ -118,19 +142,28 @@ def _kind(value: Any) -> str:
     if isinstance(value, bool):
         return f"`{str(value).lower()}`"
     if isinstance(value, float):
-        return f"{value:g}"
+        return repr(value)
     if isinstance(value, int):
         return str(value) if value.bit_length() < _HUGE_BITS else "a huge integer"
     return quoted(str(value))
 
 
+def _got(value: Any) -> str:
+    """Return what was found, and the remedy for the commonest slip."""
+    if isinstance(value, str) and not isinstance(plain_scalar(value), str) and value.strip():
+        return f"got the text {quoted(value)}: remove the quotes"
+    return f"got {_kind(value)}"
+
+
+def _must(words: str) -> Callable[[ErrorDetails], str]:
+    return lambda error: f"must be {words}, {_got(error['input'])}"
+
+
 def _number(error: ErrorDetails) -> str:
     value = error["input"]
-    if isinstance(value, str) and isinstance(plain_scalar(value), (int, float)):
-        return f"must be a number, got the text {quoted(value)}: remove the quotes"
     if isinstance(value, int) and not isinstance(value, bool):
-        return "must be finite: this number is too large"
-    return f"must be a number, got {_kind(value)}"
+        return _TOO_LARGE
+    return f"must be a number, {_got(value)}"
 
 
 def _bound(words: str, key: str) -> Callable[[ErrorDetails], str]:
@@ -142,17 +175,30 @@ def _bound(words: str, key: str) -> Callable[[ErrorDetails], str]:
 
 def _finite(error: ErrorDetails) -> str:
     value = error["input"]
+    if isinstance(value, int):
+        return _TOO_LARGE
     return f"must be finite, got {'.nan' if math.isnan(value) else '.inf' if value > 0 else '-.inf'}"
 
 
-def _list(error: ErrorDetails) -> str:
-    return f"must be a list, got {_kind(error['input'])}"
+def _color_kind(error: ErrorDetails) -> str:
+    if error["input"] is None:
+        return "has no value: `#` starts a comment, so put #rrggbb in quotes"
+    return f"must be a color ({_A_COLOR}), got {_kind(error['input'])}"
+
+
+def _text(error: ErrorDetails) -> str:
+    hint = ": put it in quotes" if isinstance(error["input"], (bool, int, float)) else ""
+    return f"must be text, got {_kind(error['input'])}{hint}"
+
+
+def _choice(error: ErrorDetails) -> str:
+    return f"must be {error['ctx']['expected'].replace(chr(39), '`')}, {_got(error['input'])}"
 
 
 def _color_name(error: ErrorDetails) -> str:
     name = error["ctx"]["name"]
     close = difflib.get_close_matches(name.lower(), CSS_NAMES, n=1)
-    hint = f"did you mean `{close[0]}`?" if close else f"{_A_COLOR} is one"
+    hint = f"did you mean `{close[0]}`?" if close else f"give {_A_COLOR}"
     return f"{quoted(name)} is not a color: {hint}"
 
 
@@ -163,29 +209,27 @@ def _too_long(error: ErrorDetails) -> str:
 _A_COLOR = '[r, g, b], a CSS name or "#rrggbb"'
 
 _WORDING: dict[str, Callable[[ErrorDetails], str]] = {
-    "bool_type": lambda error: f"must be true or false, got {_kind(error['input'])}",
-    "color_kind": lambda error: f"must be a color ({_A_COLOR}), got {_kind(error['input'])}",
+    "bool_type": _must("true or false"),
+    "color_kind": _color_kind,
     "color_name": _color_name,
-    "exposure_kind": lambda error: f"must be a number of stops, or auto, got {_kind(error['input'])}",
+    "exposure_kind": _must("a number of stops, or auto"),
     "finite_number": _finite,
     "float_type": _number,
     "greater_than": _bound("greater than", "gt"),
     "greater_than_equal": _bound("at least", "ge"),
-    "int_type": lambda error: f"must be an integer, got {_kind(error['input'])}",
+    "int_parsing_size": _must("an ordinary integer"),
+    "int_type": _must("an integer"),
     "less_than": _bound("less than", "lt"),
     "less_than_equal": _bound("at most", "le"),
-    "literal_error": lambda error: (
-        f"must be {error['ctx']['expected'].replace(chr(39), '`')}, got {_kind(error['input'])}"
-    ),
-    "model_attributes_type": lambda error: f"must be a mapping, got {_kind(error['input'])}",
-    "model_type": lambda error: f"must be a mapping, got {_kind(error['input'])}",
+    "literal_error": _choice,
+    "model_attributes_type": _must("a mapping"),
+    "model_type": _must("a mapping"),
     "name_taken": lambda error: str(error["ctx"]["message"]),
     "no_direction": lambda error: error["msg"],
     "no_value": lambda error: error["msg"],
     "string_too_short": lambda error: "must not be empty: give a name, or leave the key out",
-    "string_type": lambda error: f"must be text, got {_kind(error['input'])}: put it in quotes",
+    "string_type": _text,
     "too_long": _too_long,
-    "tuple_type": _list,
     "up_along_view": lambda error: error["msg"],
     "zero_length": lambda error: error["msg"],
 }

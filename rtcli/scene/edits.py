@@ -11,7 +11,7 @@ from typing import Any
 from rtcli.scene.parse import Document, Edit, Loc, Place, dotted, parse_yaml
 from rtcli.scene.problems import SceneError, quoted
 
-_STEP = re.compile(r"(?:^|\.)([^.\[\]]+)|\[([0-9]+)\]")
+_STEP = re.compile(r"(?:^|(?<=.)\.)([^.\[\]]+)|\[([0-9]+)\]")
 
 
 class EditError(ValueError):
@@ -58,7 +58,8 @@ def set_expression(document: Document, expression: str) -> Document:
         raise EditError(str(error.problems[0])) from error
     if value.problems:
         raise EditError(str(value.problems[0]))
-    return _set(document, _steps(path), value.data, value.places or Place(f"--set {expression}", 1, 1))
+    place = Place(value.source, 1, len(path) + 2) if value.data is None or value.places is None else value.places
+    return _set(document, _steps(path), value.data, place)
 
 
 def _steps(path: str) -> Loc:
@@ -105,7 +106,8 @@ def _resolve(node: Any, step: str | int, so_far: Loc) -> str | int:
     if isinstance(node, list):
         return _index_of_name(node, str(step), here)
     kind = "a list" if isinstance(step, int) else "a mapping"
-    raise EditError(f"{here} is not {kind}")
+    missing = " in the file, which leaves it out" if node == {} else ""
+    raise EditError(f"{here} is not {kind}{missing}: set the whole of it")
 
 
 def _index_of_name(items: list[Any], name: str, here: str) -> int:

@@ -7,6 +7,7 @@ are degrees, colors linear RGB. `rtcli.scene.schema` turns this module into the 
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Iterable
 from typing import Annotated, Any, Literal, TypeAlias
 
@@ -26,7 +27,7 @@ from typing_extensions import TypeAliasType
 
 from rtcli.scene.colors import CSS_NAMES, HEX_PATTERN, color_from_text
 from rtcli.scene.problems import quoted
-from rtcli.scene.vectors import cross, half_difference, unit
+from rtcli.scene.vectors import cross, direction, unit
 
 MAX_SIDE = 65_535
 MAX_SAMPLES = 1_024
@@ -72,6 +73,8 @@ def _color_schema(**bounds: float) -> WithJsonSchema:
             "anyOf": [
                 {"type": "array", "items": component, "minItems": 3, "maxItems": 3},
                 {"type": "string", "enum": list(CSS_NAMES)},
+                # The models take names in any case; of those with capitals a schema cannot list all.
+                {"type": "string", "pattern": "^[A-Za-z]*[A-Z][A-Za-z]*$"},
                 {"type": "string", "pattern": HEX_PATTERN},
             ]
         }
@@ -94,10 +97,8 @@ Side = Annotated[Integer, Field(ge=1, le=MAX_SIDE)]
 def _exposure(value: Any) -> Any:
     if value != "auto" and (isinstance(value, bool) or not isinstance(value, (int, float))):
         raise PydanticCustomError("exposure_kind", "must be a number of stops, or auto")
-    if isinstance(value, (int, float)):
-        if not math.isfinite(value):
-            raise PydanticCustomError("finite_number", "must be finite")
-        return float(value)
+    if value != "auto" and not -sys.float_info.max <= value <= sys.float_info.max:
+        raise PydanticCustomError("finite_number", "must be finite")
     return value
 
 
@@ -151,7 +152,7 @@ class Camera(_Model):
 
 
 def _view(position: Vector, look_at: Vector | None) -> Vector:
-    return (0.0, 0.0, -1.0) if look_at is None else half_difference(look_at, position)
+    return (0.0, 0.0, -1.0) if look_at is None else direction(position, look_at)
 
 
 def _sine(a: Vector, b: Vector) -> float:

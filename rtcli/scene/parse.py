@@ -7,6 +7,7 @@ scene can never run code.
 
 from __future__ import annotations
 
+import codecs
 import contextlib
 import gc
 import json
@@ -148,11 +149,12 @@ def decode(raw: bytes, source: str) -> str:
     SceneError
         At the first byte that is not UTF-8.
     """
+    encoded = raw.removeprefix(codecs.BOM_UTF8)
     try:
-        return raw.decode("utf-8-sig")
+        return encoded.decode("utf-8")
     except UnicodeDecodeError as error:
-        before = raw[: error.start].decode("utf-8-sig")
-        what = f"byte 0x{raw[error.start]:02x} is not UTF-8: save the file as UTF-8"
+        before = encoded[: error.start].decode("utf-8")
+        what = f"byte 0x{encoded[error.start]:02x} is not UTF-8: save the file as UTF-8"
         raise SceneError([problem_at(_place_after(before, source), what)]) from error
 
 
@@ -208,6 +210,9 @@ def parse_yaml(text: str, source: str) -> Document:
         builder.run()
     except yaml.MarkedYAMLError as error:
         raise SceneError([_syntax_problem(error, source)]) from error
+    except UnicodeEncodeError as error:  # half of a surrogate pair, which only arguments can hold
+        what = f"character {quoted(text[error.start])} is not allowed in YAML: remove it"
+        raise SceneError([problem_at(_place_after(text[: error.start], source), what)]) from error
     except yaml.reader.ReaderError as error:
         # The position counts bytes of the text as UTF-8.
         before = text.encode("utf-8")[: error.position].decode("utf-8", errors="ignore")
@@ -275,6 +280,10 @@ class _Builder:
         mark: Any = event.start_mark  # events of a parser always have one
         return Place(self.source, mark.line + 1, mark.column + 1)
 
+    def _refuse_tag(self, event: yaml.ScalarEvent | yaml.CollectionStartEvent) -> None:
+        if event.tag is not None:
+            self._refuse(event, f"tag {quoted(event.tag)} is not allowed: remove it, values have their types")
+
     def _refuse(self, event: yaml.Event, message: str) -> None:
         self.problems.append(problem_at(self._place(event), message))
 
@@ -286,8 +295,7 @@ class _Builder:
         if self._is_key():
             self._take_key(event, place)
             return
-        if event.tag is not None:
-            self._refuse(event, f"tag {quoted(event.tag)} is not allowed: remove it, values have their types")
+        self._refuse_tag(event)
         value = plain_scalar(event.value) if event.implicit[0] else event.value
         self._add(value, place, 1, event.anchor)
 
@@ -295,9 +303,12 @@ class _Builder:
         return bool(self.stack) and isinstance(self.stack[-1].value, dict) and self.stack[-1].key is None
 
     def _take_key(self, event: yaml.ScalarEvent, place: Place) -> None:
+        self._refuse_tag(event)
         frame = self.stack[-1]
         key = event.value
-        if key in frame.place.keys and not (key == _MERGE and event.implicit[0]):
+        if event.anchor is not None:
+            self.anchors[event.anchor] = (key, place, 1)
+        if key in frame.place.keys:
             first = frame.place.keys[key].line
             self._refuse(event, f"duplicate key {quoted(key)}: it was given in line {first} already")
             frame.key = _DROPPED
@@ -310,8 +321,7 @@ class _Builder:
             raise self._fatal(event, "a key must be text, not a list or a mapping")
         if len(self.stack) >= MAX_DEPTH:
             raise self._fatal(event, f"nested more than {MAX_DEPTH} deep: no scene is")
-        if event.tag is not None:
-            self._refuse(event, f"tag {quoted(event.tag)} is not allowed: remove it, values have their types")
+        self._refuse_tag(event)
         value: dict[str, Any] | list[Any] = {} if isinstance(event, yaml.MappingStartEvent) else []
         self.stack.append(_Frame(value, self._place(event), event.anchor))
 
@@ -416,6 +426,9 @@ def _syntax_problem(error: yaml.MarkedYAMLError, source: str) -> Problem:
 # --- JSON ------------------------------------------------------------------------------------------------
 
 
+_SURROGATE_ESCAPE = re.compile(r"\\u[dD][89a-fA-F][0-9a-fA-F]{2}")
+
+
 class _DuplicateKeyError(ValueError):
     """Two equal keys in one JSON object: the YAML reader then says where."""
 
@@ -426,13 +439,26 @@ def _parse_json(text: str, source: str) -> Document:
     except _DuplicateKeyError:
         return parse_yaml(text, source)
     except json.JSONDecodeError as error:
-        what = f"not valid JSON: {error.msg}"
+        what = f"not valid JSON: {error.msg.removesuffix(' at')}"
         raise SceneError([Problem(source, error.lineno, error.colno, what)]) from error
     except RecursionError as error:
         raise SceneError([Problem(source, 1, 1, "nested too deep: no scene is")]) from error
     except ValueError as error:  # Python converts no integer of more than 4,300 digits
         raise SceneError([Problem(source, 1, 1, "a number has too many digits")]) from error
+    _refuse_half_pairs(text, data, source)
     return Document(source, text, data)
+
+
+def _refuse_half_pairs(text: str, data: Any, source: str) -> None:
+    """Refuse escapes of half a surrogate pair, which are no characters."""
+    escape = _SURROGATE_ESCAPE.search(text)
+    if escape is None:
+        return
+    try:
+        json.dumps(data, ensure_ascii=False).encode("utf-8")
+    except UnicodeEncodeError as error:
+        what = f"{quoted(escape[0])} is half of a surrogate pair: write the character itself"
+        raise SceneError([problem_at(_place_after(text[: escape.start()], source), what)]) from error
 
 
 def _object_without_duplicates(pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:

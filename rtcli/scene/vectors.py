@@ -22,6 +22,10 @@ def cross(a: Vector, b: Vector) -> Vector:
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-def half_difference(a: Vector, b: Vector) -> Vector:
-    """Return (a - b) / 2: the difference of two finite numbers may overflow, that of their halves cannot."""
-    return a[0] / 2 - b[0] / 2, a[1] / 2 - b[1] / 2, a[2] / 2 - b[2] / 2
+def direction(start: Vector, end: Vector) -> Vector:
+    """Return the vector from start to end, of any length but with finite components."""
+    x, y, z = (there - here for here, there in zip(start, end, strict=True))
+    if math.isinf(x) or math.isinf(y) or math.isinf(z):
+        # The difference of two finite numbers may overflow, that of their halves cannot.
+        x, y, z = (there / 2 - here / 2 for here, there in zip(start, end, strict=True))
+    return x, y, z

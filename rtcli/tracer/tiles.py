@@ -62,7 +62,8 @@ def over_tiles(
                 if progress is not None:
                     progress(done, total)
     finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+        # A tile of many objects takes long, and an interrupt is not to wait for those that have been begun.
+        pool.shutdown(wait=False, cancel_futures=True)
 
 
 def default_threads() -> int:

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
-from rtcli.scene.diagnostics import validate
+from rtcli.scene.diagnostics import MAX_PROBLEMS, validate
 from rtcli.scene.load import load_scene, parse_bytes
 from rtcli.scene.model import Scene
 from rtcli.scene.problems import Problem, SceneError
@@ -166,3 +166,16 @@ def test_every_mistake_is_told_in_the_words_of_a_scene_file(scene, name):
             assert len(problem.message) < 300
             assert problem.line == 1
             assert problem.column >= 1
+
+
+# --- Many problems ---------------------------------------------------------------------------------------
+
+
+def test_a_mistake_that_aliases_repeat_a_million_times_is_counted_not_listed():
+    keys = "".join(f"    k{number}: 1\n" for number in range(100))
+    text = (
+        "camera: {resolution: [1, 1], fov: 1}\nobjects:\n  - &a\n    type: sphere\n" + keys + "  - *a\n" * 10_000
+    )
+    lines = report(text.encode(), "scene.yaml").splitlines()
+    assert len(lines) <= MAX_PROBLEMS + 1
+    assert "scene.yaml:1:1: and 1,029,103 more problems, which are not listed" in lines

@@ -103,6 +103,22 @@ def test_schema_refuses_what_the_models_refuse(text):
     assert not VALIDATOR.is_valid(document.data)
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "camera: {resolution: [640, 480], fov: 40}",
+        "camera: {resolution: [640, 480], fov: 40}\nrender: {background: Tomato}",
+        "camera: {resolution: [640, 480], fov: 40}\nrender: {background: '#FFaa00'}",
+        "camera: {resolution: [640, 480], fov: 40}\nimage: {exposure: auto}",
+        "camera: {resolution: [640, 480], fov: 40}\nimage: {exposure: -1.5}",
+    ],
+)
+def test_schema_accepts_what_the_models_accept(text):
+    document = parse_yaml(text, "scene.yaml")
+    assert validate(document)
+    VALIDATOR.validate(document.data)
+
+
 @pytest.mark.parametrize(("name", "key", "value"), properties(), ids=lambda value: str(value)[:20])
 def test_property_has_a_description(name, key, value):
     assert value.get("description"), f"{name}.{key}"

@@ -1,0 +1,70 @@
+"""What the tests of the command line share."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+from click.testing import CliRunner
+
+from rtcli.cli import main
+
+SCENE = """\
+camera: {resolution: [40, 30], fov: 40}
+lights:
+  - {position: [2, 3, 0], intensity: 1000}
+objects:
+  - {type: sphere, name: ball, position: [0, 0, -5], radius: 1, color: tomato}
+  - {type: plane, position: [0, -1, 0], normal: [0, 1, 0], color: [0.8, 0.8, 0.8]}
+render: {background: [0.1, 0.2, 0.3]}
+"""
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """An empty folder to work in, and no RTCLI_* variable of whoever runs the tests."""
+    monkeypatch.chdir(tmp_path)
+    for name in [name for name in os.environ if name.startswith("RTCLI_")]:
+        monkeypatch.delenv(name)
+    return tmp_path
+
+
+@pytest.fixture
+def scene(folder):
+    """A small valid scene, `scene.yaml` in the folder."""
+    (folder / "scene.yaml").write_text(SCENE)
+    return "scene.yaml"
+
+
+@pytest.fixture
+def run():
+    """Run `rtcli` in this process: `run("render", "scene.yaml", input=..., env=...)`."""
+
+    def invoke(*arguments, **options):
+        return CliRunner().invoke(main, list(arguments), prog_name="rtcli", **options)
+
+    return invoke
+
+
+@pytest.fixture
+def spawn():
+    """Run `python -m rtcli` in a process of its own, with pipes for its output.
+
+    A `prelude` of shell commands runs in that process first: `exec 1>&-` closes its standard output.
+    """
+    started = []
+
+    def start(*arguments, prelude=None, **options):
+        command = [sys.executable, "-m", "rtcli", *arguments]
+        if prelude is not None:
+            command = ["sh", "-c", f'{prelude}; exec "$@"', "sh", *command]
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+        process = subprocess.Popen(command, **{**pipes, **options})
+        started.append(process)
+        return process
+
+    yield start
+    for process in started:
+        if process.poll() is None:
+            process.kill()
+        process.communicate()

@@ -1,0 +1,301 @@
+"""The program as a whole: exit codes, streams, signals, terminals. Real processes where it matters."""
+
+import contextlib
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import rtcli
+
+needs_posix = pytest.mark.skipif(os.name == "nt", reason="POSIX only: signals and terminals")
+
+COMMANDS = ["render", "validate", "new", "schema"]
+
+
+def names_in(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+# --- Help, version, usage --------------------------------------------------------------------------------
+
+
+def test_version_is_printed(run):
+    result = run("--version")
+    assert (result.exit_code, result.stdout) == (0, f"rtcli {rtcli.__version__}\n")
+
+
+@pytest.mark.parametrize("option", ["--help", "-h"])
+def test_help_names_each_command(run, option):
+    result = run(option)
+    assert result.exit_code == 0
+    assert all(re.search(rf"^  {command} ", result.stdout, re.MULTILINE) for command in COMMANDS)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_each_command_has_help(run, command):
+    result = run(command, "--help")
+    assert result.exit_code == 0
+    assert result.stdout.startswith(f"Usage: rtcli {command} ")
+
+
+def test_no_command_prints_help_as_wrong_usage(run):
+    result = run()
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    assert "Usage: rtcli" in result.stderr
+
+
+@pytest.mark.parametrize("arguments", [["paint"], ["--paint"], ["render", "--paint"], ["rende"]])
+def test_unknown_command_or_option_is_wrong_usage(run, arguments):
+    result = run(*arguments)
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    assert arguments[-1] in result.stderr
+
+
+def test_failure_that_nobody_expected_exits_with_4_and_asks_for_a_report(run, scene, monkeypatch):
+    def fail(*arguments):
+        raise RuntimeError("broken")
+
+    monkeypatch.setattr("rtcli.cli.validate.validate", fail)
+    result = run("validate", scene)
+    assert result.exit_code == 4
+    assert result.stdout == ""
+    assert "RuntimeError: broken" in result.stderr
+    assert "bug" in result.stderr
+
+
+def test_lack_of_memory_exits_with_4_without_a_traceback(run, scene, monkeypatch):
+    def fail(*arguments):
+        raise MemoryError
+
+    monkeypatch.setattr("rtcli.cli.validate.validate", fail)
+    result = run("validate", scene)
+    assert result.exit_code == 4
+    assert "not enough memory" in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+# --- Processes -------------------------------------------------------------------------------------------
+
+
+def test_module_and_script_agree(spawn):
+    script = shutil.which("rtcli", path=str(Path(sys.executable).parent))
+    assert script, "the package is to be installed for its tests"
+    for arguments in (["--version"], ["render"], ["schema"]):
+        by_script = subprocess.run([script, *arguments], capture_output=True, check=False)
+        by_module = spawn(*arguments)
+        assert by_module.communicate() == (by_script.stdout, by_script.stderr)
+        assert by_module.returncode == by_script.returncode
+
+
+def test_exit_codes_reach_the_shell(spawn, scene, folder):
+    (folder / "wrong.yaml").write_text("camera: 1")
+    expected = {
+        ("validate", scene): 0,
+        ("validate", "wrong.yaml"): 1,
+        ("validate",): 2,
+        ("validate", "none.yaml"): 3,
+    }
+    processes = {arguments: spawn(*arguments) for arguments in expected}
+    assert {arguments: process.wait() for arguments, process in processes.items()} == expected
+
+
+@needs_posix
+@pytest.mark.parametrize(
+    "arguments", [["schema"], ["validate", "wrong.yaml"], ["new", "-"], ["render", "scene.yaml", "-q", "-o", "-"]]
+)
+def test_reader_that_goes_away_causes_no_traceback(spawn, scene, folder, arguments):
+    # More problems than a pipe holds.
+    (folder / "wrong.yaml").write_text("camera: 1\nobjects:\n" + "  - 1\n" * 5000)
+    reader, writer = os.pipe()
+    os.close(reader)
+    process = spawn(*arguments, stdout=writer)
+    os.close(writer)
+    _, errors = process.communicate(timeout=20)
+    assert errors == b""
+    assert process.returncode in (0, -signal.SIGPIPE)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+@pytest.mark.parametrize("arguments", [["schema"], ["new", "-"], ["render", "scene.yaml", "-q", "-o", "-"]])
+def test_full_disk_behind_standard_output_exits_with_3(spawn, scene, arguments):
+    with Path("/dev/full").open("wb") as full:
+        process = spawn(*arguments, stdout=full)
+        _, errors = process.communicate(timeout=20)
+    assert process.returncode == 3
+    assert errors.startswith(b"Error: ")
+    assert b"Traceback" not in errors
+
+
+@needs_posix
+@pytest.mark.parametrize("closing", ["exec 0<&-", "exec 1>&-", "exec 2>&-"], ids=["input", "output", "errors"])
+def test_stream_that_is_closed_and_not_needed_does_not_matter(spawn, scene, folder, closing):
+    process = spawn("render", scene, "-o", "out.png", prelude=closing)
+    _, errors = process.communicate(timeout=20)
+    assert b"Traceback" not in errors
+    assert process.returncode == 0
+    assert names_in(folder) == ["out.png", "scene.yaml"]
+
+
+@needs_posix
+@pytest.mark.parametrize(
+    ("arguments", "closing"),
+    [
+        (["validate", "-"], "exec 0<&-"),
+        (["render", "-", "-o", "out.png"], "exec 0<&-"),
+        (["render", "scene.yaml", "-o", "-"], "exec 1>&-"),
+    ],
+)
+def test_stream_that_is_closed_and_needed_is_an_error_of_the_caller(spawn, scene, folder, arguments, closing):
+    process = spawn(*arguments, prelude=closing)
+    _, errors = process.communicate(timeout=20)
+    assert b"Traceback" not in errors
+    assert process.returncode in (1, 2, 3)
+    assert names_in(folder) == ["scene.yaml"]
+
+
+@needs_posix
+def test_file_names_that_are_not_utf_8_work(spawn, scene, folder):
+    if sys.platform == "darwin":
+        pytest.skip("file names are UTF-8 there")
+    name = os.fsencode(folder) + b"/\xff.yaml"
+    shutil.copy(scene, name)
+    process = spawn("render", name, "-o", b"\xff.png")
+    _, errors = process.communicate(timeout=20)
+    assert process.returncode == 0
+    assert rb"wrote \udcff.png" in errors
+
+
+# --- Signals ---------------------------------------------------------------------------------------------
+
+
+def wait_for_progress(process):
+    """Return once the rendering has told how far it is."""
+    assert process.stderr.readline().startswith(b"rendering: ")
+
+
+@needs_posix
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+@pytest.mark.parametrize("threads", ["1", "2"])
+def test_signal_ends_a_rendering_by_that_very_signal_and_leaves_no_file(spawn, scene, folder, name, threads):
+    number = getattr(signal, name)
+    (folder / "old.png").write_bytes(b"old")
+    # A tenth of it takes about a second, the whole of it longer than anybody waits here.
+    size = ["--engine", "reference", "--size", "3000x3000", "--samples", "4"]
+    process = spawn("render", scene, "-o", "old.png", "--threads", threads, *size)
+    wait_for_progress(process)
+    assert len(names_in(folder)) == 3  # the temporary file among them
+    process.send_signal(number)
+    start = time.perf_counter()
+    output, errors = process.communicate(timeout=20)
+    assert time.perf_counter() - start < 5
+    assert process.returncode == -number
+    assert output == b""
+    assert b"Traceback" not in errors
+    assert names_in(folder) == ["old.png", "scene.yaml"]
+    assert (folder / "old.png").read_bytes() == b"old"
+
+
+@needs_posix
+def test_signal_is_heeded_at_once_where_each_tile_takes_minutes(spawn, folder):
+    spheres = "".join(
+        f"  - {{type: sphere, position: [{i % 50 - 25}, {i // 50 - 25}, -60], radius: 0.4, color: white}}\n"
+        for i in range(2500)
+    )
+    (folder / "crowd.yaml").write_text(f"camera: {{resolution: [400, 300], fov: 40}}\nobjects:\n{spheres}")
+    process = spawn("render", "crowd.yaml", "-o", "out.png", "--engine", "reference", "--samples", "1024")
+    for _ in range(100):
+        if len(names_in(folder)) == 2:  # the temporary file: the work has begun
+            break
+        time.sleep(0.1)
+    time.sleep(0.5)
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=5)
+    assert process.returncode == -signal.SIGINT
+    assert names_in(folder) == ["crowd.yaml"]
+
+
+@needs_posix
+def test_signal_that_was_ignored_stays_ignored(spawn, scene, folder):
+    as_nohup_does_it = "trap '' HUP"
+    options = ["--engine", "reference", "--size", "1300x1280", "--threads", "1"]
+    process = spawn("render", scene, "-o", "out.png", *options, prelude=as_nohup_does_it)
+    wait_for_progress(process)
+    process.send_signal(signal.SIGHUP)
+    process.communicate(timeout=30)
+    assert process.returncode == 0
+    assert names_in(folder) == ["out.png", "scene.yaml"]
+
+
+def test_signal_handlers_are_given_back(run, scene):
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    run("validate", scene)
+    assert {number: signal.getsignal(number) for number in before} == before
+
+
+# --- Terminals -------------------------------------------------------------------------------------------
+
+
+def on_terminal(command, stream):
+    """Run a command with one stream on a terminal; return its exit code and what the terminal got."""
+    import pty
+
+    ours, theirs = pty.openpty()
+    streams = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, stream: theirs}
+    process = subprocess.Popen([sys.executable, *command], **streams)
+    os.close(theirs)
+    shown = b""
+    with contextlib.suppress(OSError):  # how Linux tells that the other side is closed
+        while piece := os.read(ours, 4096):
+            shown += piece
+    os.close(ours)
+    return process.wait(timeout=20), shown.decode()
+
+
+RENDER = ["-m", "rtcli", "render", "scene.yaml", "-o"]
+
+# A rendering of a known duration: click shows the remaining time only after a second.
+SLOW_PROGRESS = """
+import time
+from rtcli.cli.progress import progress
+with progress("rendering", quiet=False) as told:
+    for done in (10, 20, 30, 100):
+        time.sleep(0.4)
+        told(done, 100)
+"""
+
+
+@needs_posix
+def test_terminal_sees_a_bar_with_percentage_and_remaining_time():
+    code, shown = on_terminal(["-c", SLOW_PROGRESS], "stderr")
+    assert code == 0
+    assert re.search(r"rendering +\[#+-+\] +10%", shown)
+    assert re.search(r"rendering +\[#+-+\] +30% +00:00:0\d", shown)
+    assert re.search(r"rendering +\[#+\] +100%", shown)
+
+
+@needs_posix
+def test_terminal_sees_the_bar_of_a_rendering_and_its_end(scene):
+    code, shown = on_terminal([*RENDER, "out.png", "--size", "300x200"], "stderr")
+    assert code == 0
+    assert "rendering: " not in shown
+    assert re.search(r"\[#+\] +100%", shown)
+    assert re.search(r"wrote out\.png \(300x200\) in [0-9.]+ s\s*$", shown)
+
+
+@needs_posix
+def test_quiet_terminal_sees_nothing(scene):
+    assert on_terminal([*RENDER, "out.png", "--quiet"], "stderr") == (0, "")
+
+
+@needs_posix
+def test_picture_is_not_thrown_at_a_terminal(scene):
+    assert on_terminal([*RENDER, "-"], "stdout") == (2, "")

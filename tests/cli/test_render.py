@@ -1,0 +1,337 @@
+import io
+import json
+import os
+import re
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import rtcli
+from rtcli.pipeline import ENGINES
+
+
+def names_in(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def pixels(picture):
+    """Return the pixels of a PNG, given as a file's name or as bytes."""
+    with Image.open(io.BytesIO(picture) if isinstance(picture, bytes) else picture) as image:
+        assert image.format == "PNG"
+        return np.asarray(image)
+
+
+def rendered(run, *options):
+    """Return the pixels that `rtcli render` makes with these options."""
+    result = run("render", "scene.yaml", "-o", "rendered.png", "--quiet", *options)
+    assert result.exit_code == 0, result.stderr
+    return pixels("rendered.png")
+
+
+# --- The picture -----------------------------------------------------------------------------------------
+
+
+def test_picture_is_written(run, scene, folder):
+    result = run("render", scene, "-o", "out.png")
+    assert result.exit_code == 0
+    assert result.stdout == ""
+    assert pixels("out.png").shape == (30, 40, 3)
+    assert names_in(folder) == ["out.png", "scene.yaml"]
+
+
+def test_picture_is_that_of_the_python_interface(run, scene):
+    rtcli.render(rtcli.load_scene(scene)).save("python.png")
+    assert np.array_equal(rendered(run), pixels("python.png"))
+
+
+def test_picture_is_replaced(run, scene, folder):
+    (folder / "out.png").write_bytes(b"old")
+    assert run("render", scene, "-o", "out.png").exit_code == 0
+    assert pixels("out.png").shape == (30, 40, 3)
+
+
+def test_picture_goes_to_standard_output_for_a_dash(run, scene):
+    result = run("render", scene, "-o", "-")
+    assert result.exit_code == 0
+    assert np.array_equal(pixels(result.stdout_bytes), rendered(run))
+
+
+def test_scene_comes_from_standard_input_for_a_dash(run, scene, folder):
+    result = run("render", "-", "-o", "out.png", input=(folder / scene).read_bytes())
+    assert result.exit_code == 0
+    assert np.array_equal(pixels("out.png"), rendered(run))
+
+
+def test_same_scene_gives_the_same_bytes_on_any_number_of_threads(run, scene):
+    pictures = [
+        run("render", scene, "-o", "-", "--size", "300x200", "--threads", count).stdout_bytes
+        for count in ("1", "2", "3")
+    ]
+    assert pictures[0] == pictures[1] == pictures[2]
+
+
+# --- Options ---------------------------------------------------------------------------------------------
+
+
+def test_size_replaces_the_resolution(run, scene):
+    assert rendered(run, "--size", "8x5").shape == (5, 8, 3)
+    assert rendered(run, "--size", "8X5").shape == (5, 8, 3)
+
+
+@pytest.mark.parametrize(
+    ("option", "edit"),
+    [
+        (["--size", "20x10"], "camera.resolution=[20, 10]"),
+        (["--samples", "4"], "render.samples=4"),
+        (["--exposure", "-1.5"], "image.exposure=-1.5"),
+        (["--exposure", "auto"], "image.exposure=auto"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_option_does_what_the_same_edit_does(run, scene, option, edit):
+    by_option = rendered(run, *option)
+    assert np.array_equal(by_option, rendered(run, "--set", edit))
+    assert not np.array_equal(by_option, rendered(run))
+
+
+def test_edit_has_the_last_word_over_an_option(run, scene):
+    assert rendered(run, "--set", "camera.resolution=[8, 5]", "--size", "20x10").shape == (5, 8, 3)
+
+
+def test_edits_by_name_are_applied_in_order(run, scene):
+    plain = rendered(run)
+    moved = rendered(run, "--set", "objects.ball.radius=9", "--set", "objects.ball.radius=0.5")
+    assert np.array_equal(moved, rendered(run, "--set", "objects[0].radius=0.5"))
+    assert not np.array_equal(moved, plain)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_engine_can_be_named(run, scene, engine):
+    assert rendered(run, "--engine", engine).shape == (30, 40, 3)
+
+
+@pytest.mark.parametrize("crop", [(0, 0, 40, 30), (10, 5, 20, 12), (39, 29, 1, 1), (0, 29, 40, 1)])
+@pytest.mark.parametrize(
+    "options", [[], ["--samples", "4"], ["--exposure", "auto"]], ids=["plain", "samples", "auto"]
+)
+def test_crop_is_the_same_part_of_the_whole_picture(run, scene, crop, options):
+    x, y, width, height = crop
+    part = rendered(run, "--crop", ",".join(map(str, crop)), *options)
+    assert np.array_equal(part, rendered(run, *options)[y : y + height, x : x + width])
+
+
+def test_crop_across_tiles_is_the_same_part_of_the_whole_picture(run, scene):
+    part = rendered(run, "--size", "400x300", "--crop", "100,90,200,150")
+    assert np.array_equal(part, rendered(run, "--size", "400x300")[90:240, 100:300])
+
+
+def test_variable_of_the_environment_is_a_default(run, scene):
+    result = run("render", scene, "-o", "-", env={"RTCLI_RENDER_SAMPLES": "4"})
+    assert np.array_equal(pixels(result.stdout_bytes), rendered(run, "--samples", "4"))
+    result = run("render", scene, "-o", "-", "--samples", "1", env={"RTCLI_RENDER_SAMPLES": "4"})
+    assert np.array_equal(pixels(result.stdout_bytes), rendered(run))
+
+
+# --- Statistics ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("target", ["stats.json", "-"])
+def test_statistics_are_one_json_object(run, scene, folder, target):
+    result = run("render", scene, "-o", "out.png", "--stats", target, "--threads", "2")
+    assert result.exit_code == 0
+    text = result.stdout if target == "-" else (folder / target).read_text()
+    stats = json.loads(text)
+    assert stats.keys() == {"seconds", "rays", "threads", "engine", "simd", "version"}
+    assert stats["seconds"].keys() == {"parse", "validate", "pack", "trace", "develop", "write", "total"}
+    assert all(seconds >= 0 for seconds in stats["seconds"].values())
+    assert sum(stats["seconds"].values()) <= 2 * stats["seconds"]["total"] + 1e-5
+    assert stats["rays"] >= 40 * 30
+    assert stats["threads"] == 2
+    assert stats["engine"] in ENGINES
+    assert stats["version"] == rtcli.__version__
+
+
+def test_statistics_that_cannot_be_written_are_found_out_before_the_work(run, scene, folder):
+    result = run("render", scene, "-o", "out.png", "--stats", "missing/stats.json")
+    assert result.exit_code == 3
+    assert "missing/stats.json" in result.stderr
+    assert names_in(folder) == ["scene.yaml"]
+
+
+@pytest.mark.parametrize("target", ["out.png", "./out.png", "scene.yaml"])
+def test_statistics_never_take_the_place_of_the_picture_or_the_scene(run, scene, folder, target):
+    before = (folder / scene).read_bytes()
+    result = run("render", scene, "-o", "out.png", "--stats", target)
+    assert result.exit_code == 2
+    assert (folder / scene).read_bytes() == before
+
+
+# --- What is said ----------------------------------------------------------------------------------------
+
+
+def test_progress_is_a_line_for_each_tenth_where_there_is_no_terminal(run, scene):
+    result = run("render", scene, "-o", "out.png", "--size", "1300x1280", "--threads", "1")
+    lines = result.stderr.splitlines()
+    percents = [int(re.fullmatch(r"rendering: (\d+) %", line)[1]) for line in lines[:-1]]
+    assert percents == list(range(10, 101, 10))
+    assert re.fullmatch(r"wrote out\.png \(1300x1280\) in \d+\.\d\d s", lines[-1])
+
+
+def test_progress_of_a_small_picture_ends_with_100(run, scene):
+    assert "100 %" in run("render", scene, "-o", "out.png", "--size", "1x1").stderr
+
+
+@pytest.mark.parametrize("option", ["--quiet", "-q"])
+def test_quiet_says_nothing(run, scene, option):
+    result = run("render", scene, "-o", "out.png", option)
+    assert result.exit_code == 0
+    assert result.output == ""
+
+
+def test_quiet_still_tells_mistakes(run, scene):
+    assert "camera.fov" in run("render", scene, "-o", "out.png", "-q", "--set", "camera.fov=0").stderr
+
+
+# --- What is refused -------------------------------------------------------------------------------------
+
+
+def refused(result, folder, code):
+    """Check that nothing was written, and that the reason stands on standard error; return it."""
+    assert result.exit_code == code, result.output
+    assert result.stdout == ""
+    assert "Traceback" not in result.stderr
+    assert names_in(folder) in ([], ["scene.yaml"])
+    return result.stderr
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (
+            "camera: {resolution: [640, 480], fov: 200}",
+            "scene.yaml:1:39: camera.fov: must be less than 180, got 200",
+        ),
+        ("", "scene.yaml:1:1: expected a mapping with `camera` and `objects`, got nothing"),
+        ("}", "scene.yaml:1:1: not valid YAML: "),
+    ],
+)
+def test_invalid_scene_exits_with_1(run, folder, text, line):
+    (folder / "scene.yaml").write_text(text)
+    assert refused(run("render", "scene.yaml", "-o", "out.png"), folder, 1).startswith(line)
+
+
+def test_invalid_scene_of_standard_input_is_named(run, folder):
+    assert refused(run("render", "-", "-o", "out.png", input="x: 1"), folder, 1).startswith("<stdin>:1:1: ")
+
+
+def test_all_problems_are_told_at_once(run, folder):
+    (folder / "scene.yaml").write_text("camera: {resolution: [0, 480], fov: 200}\nx: 1\n")
+    assert len(refused(run("render", "scene.yaml", "-o", "out.png"), folder, 1).splitlines()) == 3
+
+
+def test_edit_to_an_invalid_value_exits_with_1(run, scene, folder):
+    message = refused(run("render", scene, "-o", "out.png", "--set", "camera.fov=200"), folder, 1)
+    assert message == "--set camera.fov=200:1:12: camera.fov: must be less than 180, got 200\n"
+
+
+@pytest.mark.parametrize(
+    ("options", "part"),
+    [
+        (["--size", "640"], "640"),
+        (["--size", "0x480"], "0x480"),
+        (["--size", "65536x1"], "65536x1"),
+        (["--size", "-1x1"], "-1x1"),
+        (["--size", "6.4x4"], "6.4x4"),
+        (["--samples", "0"], "--samples"),
+        (["--samples", "1025"], "--samples"),
+        (["--samples", "many"], "--samples"),
+        (["--exposure", "bright"], "--exposure"),
+        (["--exposure", "nan"], "--exposure"),
+        (["--exposure", "inf"], "--exposure"),
+        (["--engine", "none"], "--engine"),
+        (["--threads", "0"], "--threads"),
+        (["--crop", "1,2,3"], "--crop"),
+        (["--crop", "0,0,-1,4"], "--crop"),
+        (["--crop", "0,0,0,4"], "not inside the picture of 40x30"),
+        (["--crop", "0,0,41,30"], "not inside the picture of 40x30"),
+        (["--crop", "40,0,1,1"], "not inside the picture of 40x30"),
+        (["--crop", "1,1,40,1"], "not inside the picture of 40x30"),
+        (["--crop", "30,0,1,1", "--size", "20x20"], "not inside the picture of 20x20"),
+        (["--set", "camera.fov"], "is not KEY=VALUE"),
+        (["--set", "objects.bal.radius=2"], "no item named `bal`"),
+        (["--set", "objects[2].radius=2"], "has 2 items"),
+        (["--set", "camera..fov=2"], "is not a path"),
+        (["--set", "camera.fov=[1"], "not valid YAML"),
+        (["--set", "camera.fov=\udcff"], r"\udcff"),
+        (["--frames", "3"], "--frames"),
+        (["-o", "-", "--stats", "-"], "standard output"),
+        (["-o", "out.bmp5"], "out.bmp5"),
+        (["-o", "out"], "out"),
+        (["-o", ""], "''"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_wrong_usage_exits_with_2_and_names_what_is_wrong(run, scene, folder, options, part):
+    assert part in refused(run("render", scene, "-o", "out.png", *options), folder, 2)
+
+
+@pytest.mark.parametrize("arguments", [["render"], ["render", "scene.yaml"], ["render", "-o", "out.png"]])
+def test_missing_argument_is_wrong_usage(run, scene, folder, arguments):
+    assert "Missing" in refused(run(*arguments), folder, 2)
+
+
+def test_wrong_variable_of_the_environment_is_wrong_usage(run, scene, folder):
+    assert "--samples" in refused(
+        run("render", scene, "-o", "a.png", env={"RTCLI_RENDER_SAMPLES": "0"}), folder, 2
+    )
+
+
+@pytest.mark.parametrize("name", ["none.yaml", ".", "scene.yaml/none.yaml", "\x1b[2J.yaml"])
+def test_scene_that_cannot_be_read_exits_with_3(run, scene, folder, name):
+    message = refused(run("render", name, "-o", "out.png"), folder, 3)
+    assert message.startswith("Error: ")
+    assert message.strip().isprintable()
+
+
+@pytest.mark.parametrize("target", ["missing/out.png", "scene.yaml/out.png", "missing/../../none/out.png"])
+def test_target_that_cannot_be_written_exits_with_3_before_the_work(run, scene, folder, target):
+    message = refused(run("render", scene, "-o", target), folder, 3)
+    assert "rendering" not in message
+    assert target.split("/")[-1] in message
+    assert ".tmp" not in message
+
+
+@pytest.mark.skipif(os.name == "nt", reason="POSIX only: devices")
+@pytest.mark.parametrize("target", ["/dev/null/out.png", "/proc/out.png", "/proc/self/out.png"])
+def test_target_in_what_takes_no_files_exits_with_3(run, scene, folder, target):
+    assert f"Error: {target}: " in refused(run("render", scene, "-o", target), folder, 3)
+
+
+def test_folder_as_target_exits_with_3(run, scene, folder):
+    (folder / "out.png").mkdir()
+    result = run("render", scene, "-o", "out.png")
+    assert result.exit_code == 3
+    assert "is a folder" in result.stderr
+    assert names_in(folder) == ["out.png", "scene.yaml"]
+    assert names_in(folder / "out.png") == []
+
+
+def test_old_picture_stays_when_the_scene_is_invalid(run, scene, folder):
+    (folder / "out.png").write_bytes(b"old")
+    assert run("render", scene, "-o", "out.png", "--set", "camera.fov=0").exit_code == 1
+    assert (folder / "out.png").read_bytes() == b"old"
+
+
+@pytest.mark.parametrize("error", [RuntimeError("broken"), MemoryError()])
+def test_failure_while_rendering_exits_with_4_and_leaves_the_old_picture(run, scene, folder, monkeypatch, error):
+    def fail(*arguments, **options):
+        raise error
+
+    monkeypatch.setattr("rtcli.cli.render.trace", fail)
+    (folder / "out.png").write_bytes(b"old")
+    result = run("render", scene, "-o", "out.png")
+    assert result.exit_code == 4
+    assert result.stdout == ""
+    assert (folder / "out.png").read_bytes() == b"old"
+    assert names_in(folder) == ["out.png", "scene.yaml"]

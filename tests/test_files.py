@@ -1,0 +1,167 @@
+"""Files that are whole or absent."""
+
+import os
+import re
+import stat
+from pathlib import Path
+
+import pytest
+
+from rtcli.files import whole_file
+
+needs_posix = pytest.mark.skipif(os.name == "nt", reason="POSIX only: links, devices and modes")
+
+
+def fail_halfway(target, error):
+    with whole_file(target) as file:
+        file.write(b"half")
+        raise error
+
+
+def names_in(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def write(target, content):
+    with whole_file(target) as file:
+        file.write(content)
+
+
+def test_file_is_written(tmp_path):
+    write(tmp_path / "new.bin", b"content")
+    assert (tmp_path / "new.bin").read_bytes() == b"content"
+    assert names_in(tmp_path) == ["new.bin"]
+
+
+def test_file_is_replaced(tmp_path):
+    target = tmp_path / "old.bin"
+    target.write_bytes(b"old and longer")
+    write(target, b"new")
+    assert target.read_bytes() == b"new"
+    assert names_in(tmp_path) == ["old.bin"]
+
+
+def test_file_is_not_under_its_name_before_it_is_complete(tmp_path):
+    target = tmp_path / "new.bin"
+    with whole_file(target) as file:
+        file.write(b"half")
+        file.flush()
+        assert not target.exists()
+        assert len(names_in(tmp_path)) == 1
+
+
+def test_old_content_is_there_until_the_new_is_complete(tmp_path):
+    target = tmp_path / "old.bin"
+    target.write_bytes(b"old")
+    with whole_file(target) as file:
+        file.write(b"new")
+        file.flush()
+        assert target.read_bytes() == b"old"
+
+
+@pytest.mark.parametrize("error", [ValueError, OSError, KeyboardInterrupt, SystemExit, MemoryError])
+def test_failure_on_the_way_leaves_the_old_content_and_nothing_else(tmp_path, error):
+    target = tmp_path / "old.bin"
+    target.write_bytes(b"old")
+    with pytest.raises(error):
+        fail_halfway(target, error)
+    assert target.read_bytes() == b"old"
+    assert names_in(tmp_path) == ["old.bin"]
+
+
+def test_failure_on_the_way_to_a_new_file_leaves_nothing(tmp_path):
+    with pytest.raises(ValueError):  # noqa: PT011 - any would do
+        fail_halfway(tmp_path / "new.bin", ValueError)
+    assert names_in(tmp_path) == []
+
+
+def test_failure_to_rename_leaves_nothing(tmp_path):
+    target = tmp_path / "new.bin"
+    with pytest.raises(OSError), whole_file(target):  # noqa: PT011 - which one depends on the system
+        target.mkdir()
+    assert names_in(tmp_path) == ["new.bin"]
+
+
+def test_several_files_may_be_written_side_by_side(tmp_path):
+    target = tmp_path / "new.bin"
+    with whole_file(target) as first, whole_file(target) as second:
+        first.write(b"first")
+        second.write(b"second")
+    assert target.read_bytes() == b"first"  # the last to end wins
+    assert names_in(tmp_path) == ["new.bin"]
+
+
+@pytest.mark.parametrize("length", [1, 100, 200, 251])
+def test_name_may_be_as_long_as_the_system_allows(tmp_path, length):
+    target = tmp_path / ("x" * length + ".png")
+    write(target, b"content")
+    assert target.read_bytes() == b"content"
+
+
+@needs_posix
+def test_name_may_be_as_long_as_the_system_allows_in_bytes(tmp_path):
+    target = tmp_path / ("ä" * 125 + ".png")
+    write(target, b"content")
+    assert target.read_bytes() == b"content"
+
+
+def test_folder_is_refused_before_the_work(tmp_path):
+    with pytest.raises(IsADirectoryError, match=re.escape(tmp_path.name)), whole_file(tmp_path):
+        pytest.fail("the body must not run")
+
+
+@pytest.mark.parametrize("parts", [("missing", "new.bin"), ("a file", "new.bin")])
+def test_target_that_cannot_be_created_is_refused_before_the_work_by_its_own_name(tmp_path, parts):
+    (tmp_path / "a file").touch()
+    target = tmp_path.joinpath(*parts)
+    with pytest.raises(OSError) as refused, whole_file(target):  # noqa: PT011 - which one depends on the system
+        pytest.fail("the body must not run")
+    assert str(refused.value.filename) == str(target)
+    assert names_in(tmp_path) == ["a file"]
+
+
+@needs_posix
+@pytest.mark.parametrize("device", ["/dev/null", "/dev/full"])
+def test_device_is_refused_and_stays(device):
+    with pytest.raises(OSError, match="not a regular file"), whole_file(Path(device)):
+        pytest.fail("the body must not run")
+    assert stat.S_ISCHR(Path(device).stat().st_mode)
+
+
+@needs_posix
+def test_named_pipe_is_refused(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(OSError, match="not a regular file"), whole_file(tmp_path / "pipe"):
+        pytest.fail("the body must not run")
+
+
+@needs_posix
+def test_link_is_followed_and_stays_a_link(tmp_path):
+    (tmp_path / "folder").mkdir()
+    target = tmp_path / "folder" / "target.bin"
+    target.write_bytes(b"old")
+    link = tmp_path / "link.bin"
+    link.symlink_to(target)
+    write(link, b"new")
+    assert link.is_symlink()
+    assert target.read_bytes() == b"new"
+
+
+@needs_posix
+def test_link_that_leads_nowhere_yet_gets_its_target(tmp_path):
+    link = tmp_path / "link.bin"
+    link.symlink_to("target.bin")
+    write(link, b"new")
+    assert link.is_symlink()
+    assert (tmp_path / "target.bin").read_bytes() == b"new"
+
+
+@needs_posix
+@pytest.mark.parametrize("umask", [0o022, 0o077, 0o000])
+def test_new_file_has_the_mode_that_the_user_mask_gives(tmp_path, umask):
+    before = os.umask(umask)
+    try:
+        write(tmp_path / "new.bin", b"")
+    finally:
+        os.umask(before)
+    assert stat.S_IMODE((tmp_path / "new.bin").stat().st_mode) == 0o666 & ~umask
