@@ -24,6 +24,8 @@ MAX_PROBLEMS = 1_000
 # Past this an integer is named, not shown: its digits would fill the line.
 _HUGE_BITS = 128
 
+_LONGEST_NAME = 60
+
 _SECTIONS: dict[str, type[BaseModel]] = {
     "camera": model.Camera,
     "render": model.Render,
@@ -51,12 +53,14 @@ def validate(document: Document) -> model.Scene:
             found = "nothing" if document.data is None else _kind(document.data)
             problems.append(document.problem((), f"expected a mapping with `camera` and `objects`, got {found}"))
         raise SceneError(problems)
+    errors: list[ErrorDetails] = []
     try:
         scene = model.Scene.model_validate(document.data)
     except ValidationError as error:
-        problems += _problems(document, error.errors(include_url=False))
+        errors = error.errors(include_url=False)
+    problems += (_problem(document, details) for details in errors[:MAX_PROBLEMS])
     if problems:
-        raise SceneError(_ordered(problems, document.source))
+        raise SceneError([*_ordered(problems, document.source), *_rest(document, len(errors))])
     return scene
 
 
@@ -68,12 +72,9 @@ def _ordered(problems: list[Problem], source: str) -> list[Problem]:
     )
 
 
-def _problems(document: Document, errors: list[ErrorDetails]) -> Iterator[Problem]:
-    for error in errors[:MAX_PROBLEMS]:
-        yield _problem(document, error)
-    if len(errors) > MAX_PROBLEMS:
-        more = f"and {len(errors) - MAX_PROBLEMS:,} more problems, which are not listed"
-        yield document.problem((), more)
+def _rest(document: Document, count: int) -> Iterator[Problem]:
+    if count > MAX_PROBLEMS:
+        yield document.problem((), f"and {count - MAX_PROBLEMS:,} more problems, which are not listed")
 
 
 def _problem(document: Document, error: ErrorDetails) -> Problem:
@@ -86,9 +87,9 @@ def _problem(document: Document, error: ErrorDetails) -> Problem:
     if kind == "union_tag_not_found":
         return document.problem(loc, f"missing key `type`: it is one of {_listed(model.SHAPES)}")
     if kind == "union_tag_invalid":
-        return document.problem((*loc, "type"), _unknown("type", _kind(error["input"]["type"]), model.SHAPES))
+        return document.problem((*loc, "type"), _unknown("type", error["input"]["type"], model.SHAPES))
     if kind == "extra_forbidden":
-        message = _unknown("key", quoted(str(loc[-1])), _keys_beside(error["loc"]))
+        message = _unknown("key", loc[-1], _keys_beside(error["loc"]))
         return document.problem(loc, message, key=True)
     if kind == "tuple_type":
         return document.problem(loc, f"must be a list{_of_numbers(loc)}, got {_kind(error['input'])}")
@@ -118,10 +119,15 @@ def _keys_beside(loc: Loc) -> Iterable[str]:
     return known.model_fields
 
 
-def _unknown(what: str, name: str, known: Iterable[str]) -> str:
-    close = difflib.get_close_matches(name.strip("`").lower(), list(known), n=1)
-    hint = f"did you mean `{close[0]}`?" if close else f"known here are {_listed(known)}"
-    return f"unknown {what} {name}: {hint}"
+def _unknown(what: str, found: Any, known: Iterable[str]) -> str:
+    hint = _did_you_mean(str(found), known) or f"known here are {_listed(known)}"
+    return f"unknown {what} {_kind(found)}: {hint}"
+
+
+def _did_you_mean(name: str, known: Iterable[str]) -> str | None:
+    # Cut, because the comparison takes time in proportion, and no name is that long.
+    close = difflib.get_close_matches(name[:_LONGEST_NAME].lower(), list(known), n=1)
+    return f"did you mean `{close[0]}`?" if close else None
 
 
 def _listed(names: Iterable[str]) -> str:
@@ -197,8 +203,7 @@ def _choice(error: ErrorDetails) -> str:
 
 def _color_name(error: ErrorDetails) -> str:
     name = error["ctx"]["name"]
-    close = difflib.get_close_matches(name.lower(), CSS_NAMES, n=1)
-    hint = f"did you mean `{close[0]}`?" if close else f"give {_A_COLOR}"
+    hint = _did_you_mean(name, CSS_NAMES) or f"give {_A_COLOR}"
     return f"{quoted(name)} is not a color: {hint}"
 
 

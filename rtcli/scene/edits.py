@@ -114,6 +114,6 @@ def _index_of_name(items: list[Any], name: str, here: str) -> int:
     names = [item.get("name") if isinstance(item, dict) else None for item in items]
     if name in names:
         return names.index(name)
-    close = difflib.get_close_matches(name, [str(known) for known in names if known is not None], n=1)
+    close = difflib.get_close_matches(name[:60], [str(known) for known in names if known is not None], n=1)
     hint = f"did you mean {quoted(close[0])}?" if close else "name it in the file, or use its index"
     raise EditError(f"{here} has no item named {quoted(name)}: {hint}")

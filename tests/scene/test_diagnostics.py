@@ -178,4 +178,4 @@ def test_a_mistake_that_aliases_repeat_a_million_times_is_counted_not_listed():
     )
     lines = report(text.encode(), "scene.yaml").splitlines()
     assert len(lines) <= MAX_PROBLEMS + 1
-    assert "scene.yaml:1:1: and 1,029,103 more problems, which are not listed" in lines
+    assert lines[-1] == "scene.yaml:1:1: and 1,029,103 more problems, which are not listed"
