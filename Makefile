@@ -30,7 +30,7 @@ format: $(VENV)/dev.stamp ## format the code
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-docs: $(VENV)/dev.stamp ## make anew what is generated: schema, README help, gallery
+docs: $(VENV)/dev.stamp ## regenerate schema, README tables and help texts, gallery
 	$(BIN)/python tools/refresh.py
 
 clean:           ## remove what was made

@@ -29,14 +29,19 @@ def whole_file(target: Path) -> Iterator[BinaryIO]:
     OSError
         If the file cannot be written there. That it cannot be created is found out at once, before any work.
     """
+    if Path(os.path.abspath(target)).parts[1:2] in (("dev",), ("proc",)):  # noqa: PTH100 - links are not to be followed
+        # /dev/stdout may lead to a log file, which must not be replaced by what is meant to be a part of it.
+        raise OSError(errno.EINVAL, "is not a place for files: use - for standard output", str(target))
     final = Path(os.path.realpath(target))
     _refuse_what_is_no_file(final)
-    temporary = final.with_name(f".{final.name[:100]}.{secrets.token_hex(6)}.tmp")
+    temporary = final.with_name(f".rtcli-{secrets.token_hex(8)}.tmp")
     try:
         with temporary.open("xb") as file:
             yield file
             file.flush()
             os.fsync(file.fileno())
+        if final.exists():
+            temporary.chmod(stat.S_IMODE(final.stat().st_mode))
         temporary.replace(final)
     except OSError as error:
         if error.filename in (None, str(temporary)):  # of the temporary file people know nothing

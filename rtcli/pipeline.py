@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from rtcli.film import Film
-from rtcli.image.meter import METER_ROWS, auto_exposure
+from rtcli.image.meter import METER_COLUMNS, METER_ROWS, auto_exposure
 from rtcli.pack import pack
-from rtcli.scene.model import MAX_SIDE, Camera, Render, Scene
+from rtcli.scene.model import Camera, Render, Scene
 from rtcli.tracer.reference import PASSES, build_scenery
 from rtcli.tracer.tiles import Progress, default_threads
 from rtcli.tracer.world import CameraFrame, Window, World
@@ -69,7 +69,7 @@ class Request:
 
 def render(
     scene: Scene,
-    passes: Iterable[str] = (),
+    passes: str | Iterable[str] = (),
     engine: str = "reference",
     threads: int | None = None,
     crop: tuple[int, int, int, int] | None = None,
@@ -100,7 +100,8 @@ def render(
     ValueError
         For an unknown pass or engine, less than one thread, or a crop that is not inside the picture.
     """
-    request = Request(tuple(passes), engine, threads, None if crop is None else Window(*crop))
+    names = (passes,) if isinstance(passes, str) else tuple(passes)
+    request = Request(names, engine, threads, None if crop is None else Window(*crop))
     return expose(trace(pack(scene), request), scene, request)
 
 
@@ -125,7 +126,8 @@ def expose(film: Film, scene: Scene, request: Request) -> Film:
 def _metered(scene: Scene) -> Scene:
     """Return the scene as the exposure meter sees it: a small picture of the same view."""
     width, height = scene.camera.resolution
-    columns = min(max(1, round(METER_ROWS * width / height)), MAX_SIDE)
-    camera: Camera = scene.camera.model_copy(update={"resolution": (columns, METER_ROWS)})
+    scale = min(METER_ROWS / height, METER_COLUMNS / width)
+    resolution = (max(1, round(width * scale)), max(1, round(height * scale)))
+    camera: Camera = scene.camera.model_copy(update={"resolution": resolution})
     settings: Render = scene.render.model_copy(update={"samples": 1})
     return scene.model_copy(update={"camera": camera, "render": settings})

@@ -123,7 +123,7 @@ def test_target_that_cannot_be_created_is_refused_before_the_work_by_its_own_nam
 @needs_posix
 @pytest.mark.parametrize("device", ["/dev/null", "/dev/full"])
 def test_device_is_refused_and_stays(device):
-    with pytest.raises(OSError, match="not a regular file"), whole_file(Path(device)):
+    with pytest.raises(OSError, match="is not a "), whole_file(Path(device)):
         pytest.fail("the body must not run")
     assert stat.S_ISCHR(Path(device).stat().st_mode)
 
@@ -131,7 +131,7 @@ def test_device_is_refused_and_stays(device):
 @needs_posix
 def test_named_pipe_is_refused(tmp_path):
     os.mkfifo(tmp_path / "pipe")
-    with pytest.raises(OSError, match="not a regular file"), whole_file(tmp_path / "pipe"):
+    with pytest.raises(OSError, match="is not a "), whole_file(tmp_path / "pipe"):
         pytest.fail("the body must not run")
 
 

@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 from worlds import light, plane, render, scene, sphere
 
+from rtcli.pack import pack
+from rtcli.pipeline import Request, trace
+
 ROOM = scene([plane([0, -1, 0], [0, 1, 0]), sphere([0, 0, -5])], [light([2, 3, -2])])
 
 
@@ -49,3 +52,16 @@ def test_memory_beside_the_film_does_not_grow_with_the_picture():
             tracemalloc.stop()
 
     assert beside_the_film(4096) < 1.2 * beside_the_film(512)
+
+
+def test_one_pass_may_be_named_without_a_list():
+    assert render(ROOM, passes="depth").depth is not None
+
+
+def test_progress_tells_the_pixels_done_and_ends_with_all():
+    told = []
+    camera = {"resolution": [300, 140], "fov": 40}
+    trace(pack(scene([], camera=camera)), Request(threads=2), lambda done, total: told.append((done, total)))
+    assert told == sorted(told)
+    assert len(told) == 6  # tiles of 128 x 128, cut at the right and lower edges
+    assert told[-1] == (300 * 140, 300 * 140)

@@ -1,4 +1,4 @@
-"""Make anew what is generated: the schema, the generated parts of the README, the gallery's pictures.
+"""Regenerate the schema, the generated parts of the README, and the gallery's pictures.
 
 `make docs` runs it; `tests/test_generated.py` fails when something it makes is stale.
 """
@@ -30,7 +30,7 @@ _PART = re.compile(r"(<!-- begin (?P<name>[\w ]+) -->\n).*?(<!-- end (?P=name) -
 
 
 def readme_text() -> str:
-    """Return the README with its generated parts made anew."""
+    """Return the README with its generated parts as they should be."""
     parts = generated_parts()
     text = README.read_text(encoding="utf-8")
     return _PART.sub(lambda match: f"{match[1]}{parts[match['name']]}\n{match[3]}", text)
@@ -170,7 +170,7 @@ def _value(field: dict[str, Any]) -> str:
         count = field.get("minItems")
         if not count:
             return "list"
-        item = field["prefixItems"][0]
+        item = field["items"]
         return f"{count} {_KINDS[item['type']]}s{_bounds(item)}"
     return _KINDS[field["type"]] + _bounds(field)
 

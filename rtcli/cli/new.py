@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from rtcli.cli.output import STDIO, complain, write_bytes
+from rtcli.cli.output import STDIO, tell, write_bytes
 from rtcli.scene.problems import printable
 
 
@@ -28,7 +28,7 @@ def command(file: str, force: bool) -> None:
         raise FileExistsError(errno.EEXIST, "is there already: use --force to replace it", file)
     write_bytes(starter, file)
     if file != STDIO:
-        complain(f"wrote {printable(file)}; render it with: {printable(_render_command(file))}")
+        tell(f"wrote {printable(file)}; render it with: {printable(_render_command(file))}")
 
 
 def _render_command(file: str) -> str:

@@ -15,7 +15,7 @@ from rtcli.files import whole_file
 STDIO = "-"
 
 
-def complain(text: str) -> None:
+def tell(text: str) -> None:
     """Print to standard error, where everything goes that nobody asked for."""
     click.echo(text, err=True)
 

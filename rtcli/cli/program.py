@@ -14,7 +14,7 @@ from typing import Any, NoReturn
 import click
 
 from rtcli import __version__
-from rtcli.cli.output import complain
+from rtcli.cli.output import tell
 from rtcli.scene.problems import SceneError, printable
 
 # Contract: 0 fine; 1 a scene is invalid; 2 wrong usage; 3 a file cannot be read or written; 4 internal error.
@@ -69,17 +69,17 @@ def _outcome(run: Callable[[], Any]) -> int:
         error.show()
         return error.exit_code
     except SceneError as error:
-        complain(str(error))
+        tell(str(error))
         return INVALID
     except OSError as error:
-        complain(f"Error: {os_error_text(error)}")
+        tell(f"Error: {os_error_text(error)}")
         return FILE
     except MemoryError:
-        complain("Error: not enough memory for this picture: make it smaller, or render parts of it with --crop")
+        tell("Error: not enough memory for this picture: make it smaller, or render parts of it with --crop")
         return INTERNAL
     except Exception:
-        complain(traceback.format_exc())
-        complain("Error: this is a bug in rtcli. Please report it with the lines above and the scene.")
+        tell(traceback.format_exc())
+        tell("Error: this is a bug in rtcli. Please report it with the lines above and the scene.")
         return INTERNAL
     return result if isinstance(result, int) else 0
 
@@ -124,6 +124,6 @@ def _die_of(number: int) -> NoReturn:
     context_settings={"auto_envvar_prefix": "RTCLI", "help_option_names": ["-h", "--help"]},
     epilog="Each option can be given as a variable as well: RTCLI_RENDER_SAMPLES=4 is --samples 4.",
 )
-@click.version_option(__version__, message="rtcli %(version)s")
+@click.version_option(__version__, message="rtcli %(version)s", allow_from_autoenv=False)
 def main() -> None:
     """Render scenes of spheres, planes, boxes and point lights, written as YAML, to pictures."""

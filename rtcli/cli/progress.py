@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 
 import click
 
-from rtcli.cli.output import complain, is_terminal
+from rtcli.cli.output import is_terminal, tell
 
 
 @contextlib.contextmanager
@@ -17,7 +17,7 @@ def progress(label: str, quiet: bool) -> Iterator[Callable[[int, int], None]]:
     if quiet:
         yield lambda done, total: None
     elif is_terminal(sys.stderr):
-        with click.progressbar(length=1, label=label, file=sys.stderr) as bar:
+        with click.progressbar(length=1, label=label, width=0, file=sys.stderr) as bar:
 
             def advance(done: int, total: int) -> None:
                 bar.length = total
@@ -31,11 +31,11 @@ def progress(label: str, quiet: bool) -> Iterator[Callable[[int, int], None]]:
 def _line_each_tenth(label: str) -> Callable[[int, int], None]:
     told = 0
 
-    def tell(done: int, total: int) -> None:
+    def advance(done: int, total: int) -> None:
         nonlocal told
         tenths = done * 10 // total
         if tenths > told:
             told = tenths
-            complain(f"{label}: {tenths * 10} %")
+            tell(f"{label}: {tenths * 10} %")
 
-    return tell
+    return advance

@@ -15,7 +15,7 @@ import click
 
 from rtcli import __version__
 from rtcli.cli.option_types import CropType, ExposureType, SizeType
-from rtcli.cli.output import STDIO, binary_stdout, complain, is_terminal, name_of, read_bytes
+from rtcli.cli.output import STDIO, binary_stdout, is_terminal, name_of, read_bytes, tell
 from rtcli.cli.progress import progress
 from rtcli.cli.stopwatch import Stopwatch
 from rtcli.files import whole_file
@@ -91,6 +91,7 @@ class Options:
 @click.option(
     "--set",
     "edits",
+    envvar="RTCLI_RENDER_SET",
     metavar="KEY=VALUE",
     multiple=True,
     help="Change a value of the scene, such as camera.fov=30 or objects.ball.position[0]=1. Repeatable.",
@@ -130,7 +131,7 @@ def render(options: Options) -> None:
         stats_file.write(_stats(film, request, watch))
     if not options.quiet:
         height, width, _ = pixels.shape
-        complain(f"wrote {_shown(options.output)} ({width}x{height}) in {watch.totals()['total']:.2f} s")
+        tell(f"wrote {_shown(options.output)} ({width}x{height}) in {watch.totals()['total']:.2f} s")
 
 
 def _edited(document: Document, options: Options) -> Document:

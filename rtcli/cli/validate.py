@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from rtcli.cli.output import STDIO, complain, name_of, read_bytes
+from rtcli.cli.output import STDIO, name_of, read_bytes, tell
 from rtcli.cli.program import FILE, INVALID, os_error_text
 from rtcli.scene.diagnostics import validate
 from rtcli.scene.load import parse_bytes
@@ -23,6 +23,7 @@ SUFFIXES = (".yaml", ".yml", ".json")
 @click.option(
     "--format",
     "style",
+    envvar="RTCLI_VALIDATE_FORMAT",
     type=click.Choice(["text", "json"]),
     default="text",
     show_default=True,
@@ -44,12 +45,10 @@ def command(paths: tuple[str, ...], style: str) -> int:
             problems += _problems_of(path)
         except OSError as error:
             unread += 1
-            complain(f"Error: {os_error_text(error)}")
+            tell(f"Error: {os_error_text(error)}")
     _report(problems, style)
     if not problems and not unread:
-        complain(
-            f"{checked} {'scene is' if checked == 1 else 'scenes are'} valid" if checked else "no scenes found"
-        )
+        tell(f"{checked} {'scene is' if checked == 1 else 'scenes are'} valid" if checked else "no scenes found")
     return FILE if unread else INVALID if problems else 0
 
 

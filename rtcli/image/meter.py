@@ -10,6 +10,8 @@ import numpy.typing as npt
 
 # The picture that is metered has this many rows: so the exposure does not depend on the resolution.
 METER_ROWS = 120
+# Unless it is so wide that these columns leave it fewer.
+METER_COLUMNS = 1920
 
 # Nineteen of twenty lit pixels stay below this share of white; the rest, lamps mostly, may burn out.
 _PERCENTILE = 95

@@ -303,7 +303,8 @@ def _repeated_names(objects: Any) -> Iterable[tuple[int, str, int]]:
 def _repeated_name(index: int, name: str, first: int) -> InitErrorDetails:
     context = {"message": f"name {quoted(name)} is taken by objects[{first}] already: names are unique"}
     error = PydanticCustomError("name_taken", "{message}", context)
-    return InitErrorDetails(type=error, loc=(index, "", "name"), input=name)
+    # "object" stands where pydantic's own errors have the tag of the union's member.
+    return InitErrorDetails(type=error, loc=(index, "object", "name"), input=name)
 
 
 def _line_error(details: Any) -> InitErrorDetails:

@@ -14,6 +14,7 @@ import json
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from enum import Enum
 from typing import Any, TypeAlias
 
 import yaml
@@ -226,6 +227,13 @@ def _code_point(error: yaml.reader.ReaderError) -> int:
     return character if isinstance(character, int) else ord(character[:1])
 
 
+class _NoKey(Enum):
+    """What a value belongs to where that is not a key of the file."""
+
+    MERGED = "the mapping that holds a merge key"
+    DROPPED = "a key that was given before"
+
+
 class _Frame:
     """A mapping or list that is being read: `key` waits for its value; `size` counts nodes, aliases expanded."""
 
@@ -236,7 +244,7 @@ class _Frame:
         self.place = place
         self.anchor = anchor
         self.size = 1
-        self.key: str | None = None
+        self.key: str | _NoKey | None = None
         self.merges: list[tuple[Any, Place]] = []
 
 
@@ -311,10 +319,10 @@ class _Builder:
         if key in frame.place.keys:
             first = frame.place.keys[key].line
             self._refuse(event, f"duplicate key {quoted(key)}: it was given in line {first} already")
-            frame.key = _DROPPED
+            frame.key = _NoKey.DROPPED
             return
         frame.place.keys[key] = place
-        frame.key = _MERGE_KEY if key == _MERGE and event.implicit[0] else key
+        frame.key = _NoKey.MERGED if key == _MERGE and event.implicit[0] else key
 
     def _open(self, event: yaml.MappingStartEvent | yaml.SequenceStartEvent) -> None:
         if self._is_key():
@@ -357,9 +365,9 @@ class _Builder:
             frame.value.append(value)
             return
         key, frame.key = frame.key, None
-        if key is _MERGE_KEY:
+        if key is _NoKey.MERGED:
             frame.merges.append((value, place))
-        elif key is not None and key is not _DROPPED:
+        elif isinstance(key, str):
             frame.place.children[key] = place
             frame.value[key] = value
 
@@ -382,11 +390,6 @@ class _Builder:
                 frame.value[key] = source[key]
                 frame.place.children[key] = at.children[key]
                 frame.place.keys[key] = at.keys[key]
-
-
-# Compared by identity, so that no key of a file is mistaken for them.
-_MERGE_KEY = str(b"<merge key>", "ascii")
-_DROPPED = str(b"<value of a duplicate key>", "ascii")
 
 
 def plain_scalar(text: str) -> bool | int | float | str | None:

@@ -17,6 +17,14 @@ class _SceneFileSchema(GenerateJsonSchema):
     def nullable_schema(self, schema: core_schema.NullableSchema) -> JsonSchemaValue:
         return self.generate_inner(schema["schema"])
 
+    def tuple_schema(self, schema: core_schema.TupleSchema) -> JsonSchemaValue:
+        """Describe a vector by `items`: editors know that, and `prefixItems` not all of them."""
+        result = super().tuple_schema(schema)
+        components = result.pop("prefixItems", None)
+        if components:
+            result["items"] = components[0]
+        return result
+
     def default_schema(self, schema: core_schema.WithDefaultSchema) -> JsonSchemaValue:
         if schema.get("default", ...) is None:
             return self.generate_inner(schema["schema"])
@@ -24,10 +32,10 @@ class _SceneFileSchema(GenerateJsonSchema):
 
 
 def scene_schema() -> dict[str, Any]:
-    """Return the schema of a scene file, JSON Schema 2020-12."""
+    """Return the schema of a scene file: JSON Schema draft 7, the newest that all YAML editors know."""
     body = Scene.model_json_schema(schema_generator=_SceneFileSchema)
     return {
-        "$schema": _SceneFileSchema.schema_dialect,
+        "$schema": "http://json-schema.org/draft-07/schema#",
         **body,
         "title": "rtcli scene",
     }

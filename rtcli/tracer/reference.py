@@ -39,6 +39,10 @@ Indices: TypeAlias = npt.NDArray[np.intp]
 # Document, section 2.2.2: a ray with |l . n| below this is parallel to the plane.
 PARALLEL = 1e-6
 
+# An object that a shadow ray meets within this share of its length before its end touches the point there: two
+# surfaces in one place, such as the flush tops of two boxes, do not stand between each other and the light.
+TOUCHING = 1e-9
+
 # What would exceed a float32 film is kept at its largest value: a picture holds no infinities.
 LARGEST = float(np.finfo(np.float32).max)
 
@@ -439,6 +443,7 @@ class Scenery:
         self.light_sources = light_sources
         self.settings = settings
         self.colors = np.hstack([shape.color for shape in objects]) if objects else np.zeros((3, 0))
+        self._sides: dict[tuple[float, ...], npt.NDArray[np.int8]] = {}
         self.shining = np.array([shape.source_object is not None for shape in objects], dtype=bool)
 
     def render_img_to_rgb_array(
@@ -493,8 +498,10 @@ class Scenery:
         """Return the light that reaches the rays' offset (t = 0), and how many rays that took.
 
         The nearest object decides: nothing hit gives the background; an object that carries a light is seen
-        shining; any other surface is lit by the light sources, one level deeper.
+        shining; any other surface is lit by the light sources, one level deeper. Too deep, all is black.
         """
+        if depth > self.settings.max_depth:
+            return Light(np.zeros_like(ray.direction), np.ones(1)), 0
         hit = self.nearest_hit(ray)
         radiance = np.repeat(column(self.settings.background), len(hit.t), axis=1)
         surfaces = np.flatnonzero(hit.index != NOTHING)
@@ -570,9 +577,15 @@ class Scenery:
 
     def _same_side(self, source: LightSource, ray: Ray) -> Mask:
         """Return for each object whether the eye and the light are on the same side of its surface."""
-        return np.array(
-            [shape.side(ray.offset) == shape.side(source.position) for shape in self.objects], dtype=bool
-        )
+        same: Mask = self._sides_from(ray.offset) == self._sides_from(source.position)
+        return same
+
+    def _sides_from(self, apex: Array) -> npt.NDArray[np.int8]:
+        """Return the side of each object on which a point lies, found out once for each eye and light: (N,)."""
+        key = tuple(apex.ravel())
+        if key not in self._sides:
+            self._sides[key] = np.array([shape.side(apex) for shape in self.objects], dtype=np.int8)
+        return self._sides[key]
 
     def _blocked(self, source: LightSource, ray: Ray, receiver: Indices, distance: Array) -> Mask:
         """Return whether an object stands between the light and each point: (N,).
@@ -580,9 +593,10 @@ class Scenery:
         Neither the object that the point lies on nor the one that carries the light counts.
         """
         blocked = np.zeros(len(distance), dtype=bool)
+        before = distance * (1 - TOUCHING)
         for i, shape in enumerate(self.objects):
             if shape.source_object is not source:
-                blocked |= (shape.intersection_parameter(ray) < distance) & (receiver != i)
+                blocked |= (shape.intersection_parameter(ray) < before) & (receiver != i)
         return blocked
 
 

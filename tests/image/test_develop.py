@@ -39,10 +39,13 @@ def test_a_stop_doubles_the_light(tone):
         assert grey(0.1, exposure=stops, tone=tone) == grey(0.1 * 2.0**stops, tone=tone)
 
 
+@pytest.mark.parametrize("tone", TONE_CURVES)
 @pytest.mark.parametrize("exposure", [-1e300, 1e300])
-def test_any_exposure_is_black_or_white_at_last(exposure):
-    assert grey(1.0, exposure=exposure) == (255 if exposure > 0 else 0)
-    assert grey(0.0, exposure=exposure) == 0
+@pytest.mark.parametrize("radiance", [1.0, 3.4e38])
+def test_any_exposure_is_black_or_white_at_last(radiance, exposure, tone):
+    assert grey(1.0, exposure=exposure, tone=tone) == (255 if exposure > 0 else 0)
+    assert grey(radiance, exposure=abs(exposure), tone=tone) == 255
+    assert grey(0.0, exposure=exposure, tone=tone) == 0
 
 
 @pytest.mark.parametrize("tone", TONE_CURVES)

@@ -5,12 +5,13 @@ from worlds import light, plane, render, scene, sphere
 from rtcli.image.meter import auto_exposure
 
 
-def room(intensity=50.0, resolution=(64, 48)):
+def room(intensity=50.0, resolution=(64, 48), samples=1):
     return scene(
         [plane([0, -1, 0], [0, 1, 0]), sphere([0, 0, -5], 1, "tomato")],
         [light([2, 3, -2], intensity)],
         camera={"resolution": list(resolution), "fov": 50},
         image={"exposure": "auto"},
+        render={"samples": samples},
     )
 
 
@@ -41,3 +42,13 @@ def test_exposure_does_not_depend_on_resolution(resolution):
 
 def test_a_crop_is_exposed_like_the_whole_picture():
     assert render(room(), crop=(0, 0, 5, 5)).exposure == render(room()).exposure
+
+
+def test_exposure_does_not_depend_on_the_samples():
+    assert render(room(samples=16)).exposure == render(room()).exposure
+
+
+@pytest.mark.parametrize("resolution", [(5000, 1), (1, 5000)])
+def test_a_very_wide_or_high_picture_is_metered_quickly_and_well(resolution):
+    film = render(room(resolution=resolution), crop=(0, 0, 1, 1))
+    assert -10 < film.exposure < 10

@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 
 import pytest
-from jsonschema import Draft202012Validator
+from jsonschema import Draft7Validator
 
 from rtcli.scene.diagnostics import validate
 from rtcli.scene.load import load_scene, parse_bytes
@@ -15,7 +15,7 @@ from rtcli.scene.schema import scene_schema, schema_text
 
 ROOT = Path(__file__).parents[2]
 SCHEMA = scene_schema()
-VALIDATOR = Draft202012Validator(SCHEMA)
+VALIDATOR = Draft7Validator(SCHEMA)
 SCENES = [*sorted((ROOT / "scenes").glob("*.yaml")), ROOT / "rtcli" / "scene" / "starter.yaml"]
 
 # What a schema cannot say: keys given twice, several documents, syntax, and rules over more than one value.
@@ -66,8 +66,8 @@ def test_file_in_the_repository_is_fresh():
 
 
 def test_schema_is_a_valid_schema():
-    assert SCHEMA["$schema"] == "https://json-schema.org/draft/2020-12/schema"
-    Draft202012Validator.check_schema(SCHEMA)
+    assert SCHEMA["$schema"] == "http://json-schema.org/draft-07/schema#"
+    Draft7Validator.check_schema(SCHEMA)
     assert json.loads(schema_text()) == SCHEMA
 
 

@@ -34,6 +34,26 @@ def test_scaling_by_a_power_of_two_leaves_the_picture_bit_for_bit(data, exponent
 
 
 @relaxed
+@given(random_scenes())
+def test_moving_the_scene_leaves_the_picture_bit_for_bit(data):
+    # Where the move itself is exact nothing is lost, for objects are taken relative to the eye and the light.
+    moved = rounded = copy.deepcopy(data)
+    for place in (rounded["camera"], *rounded["lights"], *rounded["objects"]):
+        for key in place.keys() & {"position", "look_at"}:
+            place[key] = [round(component * 1024) / 1024 for component in place[key]]
+    original = render(rounded, passes=PASSES)
+    for place in (moved["camera"], *moved["lights"], *moved["objects"]):
+        for key in place.keys() & {"position", "look_at"}:
+            place[key] = [
+                component + sign * 2.0**40 for component, sign in zip(place[key], (1, -1, 1), strict=True)
+            ]
+    other = render(moved, passes=PASSES)
+    np.testing.assert_array_equal(original.radiance, other.radiance)
+    np.testing.assert_array_equal(original.distance, other.distance)
+    np.testing.assert_array_equal(original.normal, other.normal)
+
+
+@relaxed
 @given(random_scenes(carriers=False))
 def test_light_of_several_lights_adds_up(data):
     data["render"]["background"] = [0, 0, 0]
@@ -111,6 +131,7 @@ def test_no_picture_of_a_valid_scene_holds_nan_or_infinity(data):
     assert (film.radiance >= 0).all()
     for name in ("normal", "position", "albedo"):
         assert np.isfinite(getattr(film, name)).all(), name
+    assert not np.isnan(film.depth).any()
     np.testing.assert_array_equal(np.isinf(film.distance), film.object_id == 0)
     film.develop()
 

@@ -1,10 +1,13 @@
 """Pictures whose radiance is known in closed form."""
 
+import itertools
 import math
 
 import numpy as np
 import pytest
 from worlds import box, light, pixel_slopes, plane, render, scene, sphere
+
+from rtcli.tracer.reference import Box, Ray
 
 DOWN = {"position": [0, 5, 0], "look_at": [0, 0, 0], "up": [0, 0, -1]}
 SIZES = [(1, 1), (2, 1), (1, 3), (31, 17), (40, 40), (150, 131)]
@@ -383,6 +386,68 @@ def test_quarter_turns_of_a_cube_change_nothing(turns):
         return scene([box([0.3, 0.2, -5], [1, 2, 1], rotation=rotation)], [light([1, 3, 0])])
 
     np.testing.assert_array_equal(render(cube(0)).radiance, render(cube(90.0 * turns)).radiance)
+
+
+def test_rays_to_the_corners_of_a_box_meet_it():
+    # The sphere around the box, by which most rays are rejected, touches it at the corners.
+    shape = Box((1, 1, 1), (1, 2, 3), (2, 5, 0.5), 35.0)
+    signs = np.array(list(itertools.product([-1, 1], repeat=3))).T
+    corners = shape.position + shape._to_world(0.999999 * signs * shape.half)
+    for eye in ([10, 0, 0], [-4, 9, 7], [1, 2, -30]):
+        ways = corners - np.array(eye)[:, None]
+        ray = Ray(np.array(eye, dtype=float)[:, None], ways / np.linalg.norm(ways, axis=0))
+        assert np.isfinite(shape.intersection_parameter(ray)).all()
+
+
+# --- Numbers ---------------------------------------------------------------------------------------------
+
+
+def test_eye_very_near_a_large_sphere_sees_it_at_the_right_distance():
+    # |c|^2 - R^2 would leave 4 of 16 digits here.
+    height = 2.0**-40
+    film = render(
+        scene(
+            [sphere([0, 0, 0], 1)],
+            camera=camera(1, 1, position=[0, 1 + height, 0], look_at=[0, 0, 0], up=[0, 0, 1]),
+        ),
+        passes=["distance"],
+    )
+    assert film.distance[0, 0] == pytest.approx(height, rel=1e-6)
+
+
+@pytest.mark.parametrize("length", [5e-324, 1e-200, 1e200, 1.7e308])
+def test_normal_of_any_length_stands_on_its_plane(length):
+    film = render(scene([plane([0, 0, -3], [0, 0, length])], [light([0, 0, 0])]), passes=["normal"])
+    np.testing.assert_array_equal(film.normal, np.broadcast_to(np.float32([0, 0, 1]), (24, 32, 3)))
+    assert film.radiance.all()
+
+
+def test_camera_at_a_light_that_is_off_sees_black():
+    film = render(scene([sphere([0, 0, 0], 1, light={"intensity": 0})]))
+    assert not film.radiance.any()
+
+
+# --- Surfaces in one place -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "flush",
+    [
+        [box([0, 0, 0], [4, 2, 4]), box([1, 0.5, 0.3], [4, 1, 2], rotation=17)],
+        [plane([0, 1, 0], [0, 1, 0]), box([0, 0, 0], [3, 2, 3], rotation=30)],
+        [plane([0, 1, 0], [0.1, 1, 0.2]), plane([0, 1, 0], [0.1, 1, 0.2])],
+    ],
+    ids=["two boxes", "a box in the floor", "a plane twice"],
+)
+def test_flush_surfaces_do_not_shadow_each_other(flush):
+    film = render(
+        scene(
+            flush,
+            [light([0.7, 4, 0.4])],
+            camera=camera(101, 77, 20, position=[0, 7, 0.1], look_at=[0, 1, 0], up=[0, 0, -1]),
+        )
+    )
+    assert film.radiance.all()
 
 
 # --- How it works ----------------------------------------------------------------------------------------
