@@ -15,7 +15,7 @@ PASSES = ("depth", "distance", "normal", "position", "albedo", "object_id")
 
 
 @relaxed
-@given(random_scenes(), st.integers(-30, 30))
+@given(random_scenes(), st.one_of(st.integers(-30, 30), st.integers(-480, 480)))
 def test_scaling_by_a_power_of_two_leaves_the_picture_bit_for_bit(data, exponent):
     scale = 2.0**exponent
     scaled = copy.deepcopy(data)
@@ -30,7 +30,8 @@ def test_scaling_by_a_power_of_two_leaves_the_picture_bit_for_bit(data, exponent
     original, bigger = render(data, passes=PASSES), render(scaled, passes=PASSES)
     np.testing.assert_array_equal(original.radiance, bigger.radiance)
     np.testing.assert_array_equal(original.object_id, bigger.object_id)
-    np.testing.assert_array_equal(original.distance * np.float32(scale), bigger.distance)
+    if abs(exponent) <= 30:  # beyond, distances leave the range of float32
+        np.testing.assert_array_equal(original.distance * np.float32(scale), bigger.distance)
 
 
 @relaxed
