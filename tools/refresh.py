@@ -92,10 +92,12 @@ def gallery_table() -> str:
 
 def first_scene() -> str:
     """Return the first scene's file beside its picture."""
-    text = (SCENES / "first.yaml").read_text(encoding="utf-8").strip()
+    lines = (SCENES / "first.yaml").read_text(encoding="utf-8").strip().splitlines()
+    scene = "\n".join(lines[2:])  # without the comments for the editor and the gallery
     return (
-        f'<table><tr><td valign="top">\n\n```yaml\n{text}\n```\n\n</td><td valign="top">\n\n'
-        f"![the picture of scenes/first.yaml](docs/gallery/first.png)\n\n</td></tr></table>"
+        f'<table><tr><td valign="top">\n\n```yaml\n{scene}\n```\n\n</td><td valign="top">\n\n'
+        '<img src="docs/gallery/first.png" width="480" alt="a red ball on a sandy floor under a blue sky">\n\n'
+        "</td></tr></table>"
     )
 
 

@@ -13,7 +13,8 @@ from rtcli.scene.schema import schema_text
 def command(output: str) -> None:
     """Print the JSON Schema of scene files.
 
-    With it an editor completes and checks scenes: put the line
-    "# yaml-language-server: $schema=scene.schema.json" on top of them.
+    With it an editor completes and checks scenes whose first line is:
+
+    # yaml-language-server: $schema=scene.schema.json
     """
     write_bytes(schema_text().encode(), output)
