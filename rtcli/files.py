@@ -29,7 +29,8 @@ def whole_file(target: Path) -> Iterator[BinaryIO]:
     OSError
         If the file cannot be written there. That it cannot be created is found out at once, before any work.
     """
-    if Path(os.path.abspath(target)).parts[1:2] in (("dev",), ("proc",)):  # noqa: PTH100 - links are not to be followed
+    named = Path(os.path.abspath(target))  # noqa: PTH100 - Path.resolve would follow links
+    if named.is_symlink() and named.parts[1] in ("dev", "proc"):
         # /dev/stdout may lead to a log file, which must not be replaced by what is meant to be a part of it.
         raise OSError(errno.EINVAL, "is not a place for files: use - for standard output", str(target))
     final = Path(os.path.realpath(target))

@@ -12,9 +12,7 @@ import numpy.typing as npt
 
 from rtcli.files import whole_file
 from rtcli.image.develop import develop
-from rtcli.image.write import write_png
-
-SUFFIXES = (".png",)
+from rtcli.image.write import check_suffix, write_png
 
 
 @dataclass(frozen=True)
@@ -78,9 +76,3 @@ class Film:
         check_suffix(os.fspath(path))
         with whole_file(Path(path)) as file:
             write_png(self.develop(), file)
-
-
-def check_suffix(name: str) -> None:
-    """Raise ValueError unless a file's suffix is that of a format we write."""
-    if Path(name).suffix.lower() not in SUFFIXES:
-        raise ValueError(f"cannot tell the format of {name!r}: its name must end in {' or '.join(SUFFIXES)}")

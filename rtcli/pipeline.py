@@ -116,11 +116,12 @@ def trace(world: World, request: Request, progress: Progress | None = None) -> F
 
 def expose(film: Film, scene: Scene, request: Request) -> Film:
     """Return the film with the scene's exposure and tone curve; `auto` is metered on the whole picture."""
-    exposure = scene.image.exposure
+    exposure, rays = scene.image.exposure, film.rays
     if exposure == "auto":
         meter = trace(pack(_metered(scene)), dataclasses.replace(request, passes=(), crop=None))
         exposure = auto_exposure(meter.radiance)
-    return dataclasses.replace(film, exposure=exposure, tone=scene.image.tone)
+        rays += meter.rays
+    return dataclasses.replace(film, exposure=exposure, tone=scene.image.tone, rays=rays)
 
 
 def _metered(scene: Scene) -> Scene:

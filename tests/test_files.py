@@ -3,6 +3,7 @@
 import os
 import re
 import stat
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -121,7 +122,7 @@ def test_target_that_cannot_be_created_is_refused_before_the_work_by_its_own_nam
 
 
 @needs_posix
-@pytest.mark.parametrize("device", ["/dev/null", "/dev/full"])
+@pytest.mark.parametrize("device", ["/dev/null", "/dev/zero"])
 def test_device_is_refused_and_stays(device):
     with pytest.raises(OSError, match="is not a "), whole_file(Path(device)):
         pytest.fail("the body must not run")
@@ -165,3 +166,32 @@ def test_new_file_has_the_mode_that_the_user_mask_gives(tmp_path, umask):
     finally:
         os.umask(before)
     assert stat.S_IMODE((tmp_path / "new.bin").stat().st_mode) == 0o666 & ~umask
+
+
+@needs_posix
+def test_mode_of_a_file_that_is_replaced_stays(tmp_path):
+    target = tmp_path / "private.bin"
+    target.touch(mode=0o600)
+    with whole_file(target) as file:
+        file.write(b"new")
+    assert stat.S_IMODE(target.stat().st_mode) == 0o600
+
+
+@pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="a system without /proc")
+def test_file_behind_an_open_stream_is_never_replaced(tmp_path):
+    log = tmp_path / "log"
+    log.write_bytes(b"earlier lines")
+    with log.open("ab") as stream:
+        for name in (f"/proc/self/fd/{stream.fileno()}", f"/dev/fd/{stream.fileno()}"):
+            with pytest.raises(OSError, match="use - for standard output"), whole_file(Path(name)):
+                pytest.fail("the body must not run")
+    assert log.read_bytes() == b"earlier lines"
+
+
+@pytest.mark.skipif(not Path("/dev/shm").is_dir(), reason="a system without /dev/shm")
+def test_memory_file_system_is_a_place_for_files():
+    with tempfile.TemporaryDirectory(dir="/dev/shm") as folder:
+        target = Path(folder) / "new.bin"
+        with whole_file(target) as file:
+            file.write(b"new")
+        assert target.read_bytes() == b"new"

@@ -1,3 +1,8 @@
+import os
+import signal
+import subprocess
+import sys
+import time
 import tracemalloc
 
 import numpy as np
@@ -6,6 +11,7 @@ from worlds import light, plane, render, scene, sphere
 
 from rtcli.pack import pack
 from rtcli.pipeline import Request, trace
+from rtcli.tracer.reference import SimpleCamera
 
 ROOM = scene([plane([0, -1, 0], [0, 1, 0]), sphere([0, 0, -5])], [light([2, 3, -2])])
 
@@ -65,3 +71,50 @@ def test_progress_tells_the_pixels_done_and_ends_with_all():
     assert told == sorted(told)
     assert len(told) == 6  # tiles of 128 x 128, cut at the right and lower edges
     assert told[-1] == (300 * 140, 300 * 140)
+
+
+HEAVY = """
+import sys, rtcli
+from rtcli import Scene
+spheres = [
+    {"type": "sphere", "position": [0.1 * i, 0.1 * j, -9], "radius": 0.04, "color": "white"}
+    for i in range(-25, 25) for j in range(-25, 25)
+]
+camera = {"resolution": [640, 480], "fov": 40}
+lights = [{"position": [1, 2, 3], "intensity": 1}]
+data = {"camera": camera, "lights": lights, "objects": spheres, "render": {"samples": 1024}}
+scene = Scene.model_validate(data)
+print("ready", flush=True)
+try:
+    rtcli.render(scene)
+except KeyboardInterrupt:
+    print("interrupted", flush=True)
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals are another matter there")
+@pytest.mark.skipif(signal.getsignal(signal.SIGINT) is signal.SIG_IGN, reason="SIGINT is ignored here")
+def test_interrupt_of_a_program_that_renders_leaves_no_thread_at_work():
+    process = subprocess.Popen([sys.executable, "-c", HEAVY], stdout=subprocess.PIPE, text=True)
+    try:
+        assert process.stdout.readline() == "ready\n"
+        time.sleep(1)
+        process.send_signal(signal.SIGINT)
+        rest, _ = process.communicate(timeout=60)  # some ten minutes without the end of its threads
+    finally:
+        process.kill()
+    assert rest == "interrupted\n"
+    assert process.returncode == 0
+
+
+def test_tile_that_fails_ends_the_rendering_with_its_error(monkeypatch):
+    def fail_at_the_second_tile(self, window, within):
+        if window.x > 0:
+            raise MemoryError("no more")
+        return original(self, window, within)
+
+    original = SimpleCamera.generate_primary_rays
+    monkeypatch.setattr(SimpleCamera, "generate_primary_rays", fail_at_the_second_tile)
+    wide = scene([sphere([0, 0, -5])], camera={"resolution": [300, 10], "fov": 40}, render={"samples": 1024})
+    with pytest.raises(MemoryError, match="no more"):
+        render(wide, threads=2)

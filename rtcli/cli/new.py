@@ -10,6 +10,7 @@ from pathlib import Path
 import click
 
 from rtcli.cli.output import STDIO, tell, write_bytes
+from rtcli.scene.load import YAML_SUFFIXES
 from rtcli.scene.problems import printable
 
 
@@ -21,7 +22,7 @@ def command(file: str, force: bool) -> None:
 
     It goes to FILE, or to standard output for -.
     """
-    if file != STDIO and Path(file).suffix.lower() not in (".yaml", ".yml"):
+    if file != STDIO and not file.lower().endswith(YAML_SUFFIXES):
         raise click.UsageError(f"{file!r}: the name of a scene in YAML must end in .yaml or .yml")
     starter = (resources.files("rtcli.scene") / "starter.yaml").read_bytes()
     if file != STDIO and not force and Path(file).exists():

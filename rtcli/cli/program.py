@@ -14,11 +14,9 @@ from typing import Any, NoReturn
 import click
 
 from rtcli import __version__
+from rtcli.cli.exits import FILE, INTERNAL, INVALID, os_error_text
 from rtcli.cli.output import tell
-from rtcli.scene.problems import SceneError, printable
-
-# Contract: 0 fine; 1 a scene is invalid; 2 wrong usage; 3 a file cannot be read or written; 4 internal error.
-INVALID, USAGE, FILE, INTERNAL = 1, 2, 3, 4
+from rtcli.scene.problems import SceneError
 
 
 class Interrupted(BaseException):
@@ -73,6 +71,7 @@ def _outcome(run: Callable[[], Any]) -> int:
         return INVALID
     except OSError as error:
         tell(f"Error: {os_error_text(error)}")
+        _drop_unwritten_output()
         return FILE
     except MemoryError:
         tell("Error: not enough memory for this picture: make it smaller, or render parts of it with --crop")
@@ -84,10 +83,13 @@ def _outcome(run: Callable[[], Any]) -> int:
     return result if isinstance(result, int) else 0
 
 
-def os_error_text(error: OSError) -> str:
-    """Return `NAME: what is wrong` for a file that cannot be read or written."""
-    what = error.strerror or str(error)
-    return f"{printable(str(error.filename))}: {what}" if error.filename is not None else what
+def _drop_unwritten_output() -> None:
+    """Let what a full disk did not take of standard output go, lest Python try again and exit with its own code."""
+    try:
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _end_on_signals() -> dict[int, Any]:

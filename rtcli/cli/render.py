@@ -19,8 +19,8 @@ from rtcli.cli.output import STDIO, binary_stdout, is_terminal, name_of, read_by
 from rtcli.cli.progress import progress
 from rtcli.cli.stopwatch import Stopwatch
 from rtcli.files import whole_file
-from rtcli.film import Film, check_suffix
-from rtcli.image.write import write_png
+from rtcli.film import Film
+from rtcli.image.write import check_suffix, write_png
 from rtcli.pack import pack
 from rtcli.pipeline import ENGINES, Request, expose, trace
 from rtcli.scene.diagnostics import validate
@@ -123,9 +123,9 @@ def render(options: Options) -> None:
         request = _request(options, world)
     with _opened(options.output) as picture_file, _opened(options.stats) as stats_file:
         with watch.stage("trace"), progress("rendering", options.quiet) as told:
-            film = trace(world, request, told)
+            film = expose(trace(world, request, told), scene, request)
         with watch.stage("develop"):
-            pixels = expose(film, scene, request).develop()
+            pixels = film.develop()
         with watch.stage("write"):
             write_png(pixels, picture_file)
         stats_file.write(_stats(film, request, watch))

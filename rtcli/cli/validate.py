@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import click
 
+from rtcli.cli.exits import FILE, INVALID, os_error_text
 from rtcli.cli.output import STDIO, name_of, read_bytes, tell
-from rtcli.cli.program import FILE, INVALID, os_error_text
 from rtcli.scene.diagnostics import validate
-from rtcli.scene.load import parse_bytes
+from rtcli.scene.load import SCENE_SUFFIXES, parse_bytes
 from rtcli.scene.problems import Problem, SceneError
-
-SUFFIXES = (".yaml", ".yml", ".json")
 
 
 @click.command("validate")
@@ -55,10 +54,21 @@ def command(paths: tuple[str, ...], style: str) -> int:
 def _scene_files(paths: Iterable[str]) -> Iterator[str]:
     for path in paths:
         if path != STDIO and Path(path).is_dir():
-            found = (file for file in Path(path).rglob("*") if file.suffix.lower() in SUFFIXES and file.is_file())
-            yield from map(str, sorted(found))
+            yield from _scene_files_below(path)
         else:
             yield path
+
+
+def _scene_files_below(folder: str) -> list[str]:
+    """Return the scene files of a folder, and the folders in it that cannot be read: reading them tells why."""
+    unreadable: list[str] = []
+    names = [
+        Path(parent, name)
+        for parent, _, files in os.walk(folder, onerror=lambda error: unreadable.append(error.filename))
+        for name in files
+        if name.lower().endswith(SCENE_SUFFIXES)
+    ]
+    return sorted([*map(str, names), *unreadable])
 
 
 def _problems_of(path: str) -> tuple[Problem, ...]:

@@ -29,7 +29,7 @@ def auto_exposure(radiance: npt.NDArray[np.floating[Any]]) -> float:
     Parameters
     ----------
     radiance
-        (H, W, 3), linear: the whole picture, `METER_ROWS` high.
+        (H, W, 3) float32, linear: the whole picture, at most `METER_ROWS` high and `METER_COLUMNS` wide.
 
     Returns
     -------

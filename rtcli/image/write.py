@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
 import numpy.typing as npt
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
+
+SUFFIXES = (".png",)
+
+
+def check_suffix(name: str) -> None:
+    """Raise ValueError unless a file's suffix is that of a format we write."""
+    if Path(name).suffix.lower() not in SUFFIXES:
+        raise ValueError(f"cannot tell the format of {name!r}: its name must end in {' or '.join(SUFFIXES)}")
 
 
 def write_png(pixels: npt.NDArray[np.uint8], file: BinaryIO) -> None:

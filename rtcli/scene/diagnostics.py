@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
@@ -16,15 +15,13 @@ from pydantic_core import ErrorDetails
 from rtcli.scene import model
 from rtcli.scene.colors import CSS_NAMES
 from rtcli.scene.parse import Document, Loc, plain_scalar
-from rtcli.scene.problems import Problem, SceneError, quoted
+from rtcli.scene.problems import Problem, SceneError, did_you_mean, quoted
 
 # More are counted only: aliases can repeat a mistake a million times in a small file.
 MAX_PROBLEMS = 1_000
 
 # Past this an integer is named, not shown: its digits would fill the line.
 _HUGE_BITS = 128
-
-_LONGEST_NAME = 60
 
 _SECTIONS: dict[str, type[BaseModel]] = {
     "camera": model.Camera,
@@ -120,14 +117,8 @@ def _keys_beside(loc: Loc) -> Iterable[str]:
 
 
 def _unknown(what: str, found: Any, known: Iterable[str]) -> str:
-    hint = _did_you_mean(str(found), known) or f"known here are {_listed(known)}"
+    hint = did_you_mean(str(found), known) or f"known here are {_listed(known)}"
     return f"unknown {what} {_kind(found)}: {hint}"
-
-
-def _did_you_mean(name: str, known: Iterable[str]) -> str | None:
-    # Cut, because the comparison takes time in proportion, and no name is that long.
-    close = difflib.get_close_matches(name[:_LONGEST_NAME].lower(), list(known), n=1)
-    return f"did you mean `{close[0]}`?" if close else None
 
 
 def _listed(names: Iterable[str]) -> str:
@@ -198,12 +189,13 @@ def _text(error: ErrorDetails) -> str:
 
 
 def _choice(error: ErrorDetails) -> str:
-    return f"must be {error['ctx']['expected'].replace(chr(39), '`')}, {_got(error['input'])}"
+    choices = error["ctx"]["expected"].replace("'", "`")
+    return f"must be {choices}, {_got(error['input'])}"
 
 
 def _color_name(error: ErrorDetails) -> str:
     name = error["ctx"]["name"]
-    hint = _did_you_mean(name, CSS_NAMES) or f"give {_A_COLOR}"
+    hint = did_you_mean(name, CSS_NAMES) or f"give {_A_COLOR}"
     return f"{quoted(name)} is not a color: {hint}"
 
 

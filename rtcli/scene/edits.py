@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 from rtcli.scene.parse import Document, Edit, Loc, Place, dotted, parse_yaml
-from rtcli.scene.problems import SceneError, quoted
+from rtcli.scene.problems import SceneError, did_you_mean, quoted
 
 _STEP = re.compile(r"(?:^|(?<=.)\.)([^.\[\]]+)|\[([0-9]+)\]")
+
+
+_NAME_IT = "name it in the file, or use its index"
 
 
 class EditError(ValueError):
@@ -114,6 +116,5 @@ def _index_of_name(items: list[Any], name: str, here: str) -> int:
     names = [item.get("name") if isinstance(item, dict) else None for item in items]
     if name in names:
         return names.index(name)
-    close = difflib.get_close_matches(name[:60], [str(known) for known in names if known is not None], n=1)
-    hint = f"did you mean {quoted(close[0])}?" if close else "name it in the file, or use its index"
+    hint = did_you_mean(name, [str(known) for known in names if known is not None]) or _NAME_IT
     raise EditError(f"{here} has no item named {quoted(name)}: {hint}")

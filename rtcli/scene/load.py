@@ -9,6 +9,10 @@ from rtcli.scene.diagnostics import validate
 from rtcli.scene.model import Scene
 from rtcli.scene.parse import Document, decode, parse
 
+YAML_SUFFIXES = (".yaml", ".yml")
+JSON_SUFFIX = ".json"
+SCENE_SUFFIXES = (*YAML_SUFFIXES, JSON_SUFFIX)
+
 
 def load_scene(path: str | PathLike[str]) -> Scene:
     """Read and check a scene file.
@@ -41,4 +45,4 @@ def parse_bytes(raw: bytes, source: str) -> Document:
     rtcli.SceneError
         If it is not text of that format.
     """
-    return parse(decode(raw, source), source, is_json=source.lower().endswith(".json"))
+    return parse(decode(raw, source), source, is_json=source.lower().endswith(JSON_SUFFIX))

@@ -39,10 +39,12 @@ Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[Number, Field(gt=0)]
 NotNegative = Annotated[Number, Field(ge=0)]
 Integer = Annotated[int, Field(strict=True)]
+# `rtcli.scene.vectors.Vector` with the checks of a scene file.
 Vector: TypeAlias = tuple[Number, Number, Number]
 
 WHITE = (1.0, 1.0, 1.0)
 BLACK = (0.0, 0.0, 0.0)
+ZERO = (0.0, 0.0, 0.0)
 
 
 def _given(value: Any) -> Any:
@@ -120,7 +122,7 @@ class Camera(_Model):
     """Width and height of the picture in pixels, each 1 to 65,535."""
     fov: Annotated[Positive, Field(lt=180)] = Field(examples=[20, 60])
     """Vertical field of view in degrees, between 0 and 180."""
-    position: Vector = Field(default=BLACK, examples=[[0, 2, 8]])
+    position: Vector = Field(default=ZERO, examples=[[0, 2, 8]])
     """Where the eye is: x, y, z."""
     look_at: Annotated[Vector | None, Given] = Field(default=None, examples=[[0, 1, 0]])
     """The point in the middle of the picture. Default: position + [0, 0, -1], a view along -z."""
@@ -137,7 +139,7 @@ class Camera(_Model):
     @field_validator("up")
     @classmethod
     def _up_is_up(cls, up: Vector, info: ValidationInfo) -> Vector:
-        if up == BLACK:
+        if up == ZERO:
             raise PydanticCustomError("zero_length", "must not be [0, 0, 0]")
         if info.data.keys() >= {"position", "look_at"}:
             view = _view(info.data["position"], info.data["look_at"])
@@ -196,7 +198,7 @@ class Plane(_Shape):
     @field_validator("normal")
     @classmethod
     def _normal_points(cls, normal: Vector) -> Vector:
-        if normal == BLACK:
+        if normal == ZERO:
             raise PydanticCustomError("zero_length", "must not be [0, 0, 0]")
         return normal
 

@@ -133,13 +133,14 @@ def pointer(loc: Loc) -> str:
     return "".join("/" + str(step).replace("~", "~0").replace("/", "~1") for step in loc)
 
 
+# A key in a location is cut there, as it is where a message quotes it.
+_MAX_STEP = 60
+
+
 def dotted(loc: Loc) -> str:
     """Return a location as a person writes it: `objects[2].radius`."""
     steps = (f"[{step}]" if isinstance(step, int) else f".{step[:_MAX_STEP]}" for step in loc)
     return "".join(steps).removeprefix(".")
-
-
-_MAX_STEP = 60
 
 
 def decode(raw: bytes, source: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -62,6 +63,13 @@ def printable(text: str) -> str:
     if text.isprintable():
         return text
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str | None:
+    """Return a hint at the known name that is most like a name, or None if none is."""
+    # Cut, because the comparison takes time in proportion, and no name is that long.
+    close = difflib.get_close_matches(name[:_QUOTED].lower(), list(known), n=1)
+    return f"did you mean {quoted(close[0])}?" if close else None
 
 
 def quoted(text: str) -> str:

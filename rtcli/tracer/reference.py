@@ -13,15 +13,16 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from threading import Event
 from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from rtcli.tracer.sampling import sample_offsets
-from rtcli.tracer.tiles import Progress, over_tiles, rows_and_columns
+from rtcli.tracer.tiles import AbandonedError, Progress, over_tiles, rows_and_columns
 from rtcli.tracer.world import (
     BOX,
     PLANE,
@@ -138,7 +139,7 @@ class Light:
     color
         (3, 1) or (3, N), linear RGB.
     intensity
-        (N,) or a number, the scale of the color.
+        (N,), (1,) or (): the scale of the color.
     """
 
     color: Array
@@ -348,7 +349,7 @@ class Box(Object):
         return -1 if bool((np.abs(self._to_box(point - self.position)) <= self.half).all()) else 1
 
     def _meets_bounding_sphere(self, ray: Ray) -> Indices:
-        """Return the indices of the rays whose line meets the bounding sphere (document, figure 6)."""
+        """Return the indices of the rays whose line meets the bounding sphere (section 2.2.3)."""
         c = self.position - ray.offset
         g = c - dot(c, ray.direction) * ray.direction
         return np.flatnonzero(dot(g, g) <= self.bounding_radius * self.bounding_radius)
@@ -429,6 +430,13 @@ class Scenery:
         All point lights, those that objects carry included.
     settings
         Samples, background, `max_depth`, `eye_falloff`.
+
+    Attributes
+    ----------
+    colors
+        (3, objects): the albedo of each object.
+    shining
+        (objects,) bool: whether each object carries a light.
     """
 
     def __init__(
@@ -443,6 +451,7 @@ class Scenery:
         self.light_sources = light_sources
         self.settings = settings
         self.colors = np.hstack([shape.color for shape in objects]) if objects else np.zeros((3, 0))
+        self._abandoned = Event()
         self._sides: dict[tuple[float, ...], npt.NDArray[np.int8]] = {}
         self.shining = np.array([shape.source_object is not None for shape in objects], dtype=bool)
 
@@ -465,7 +474,8 @@ class Scenery:
             radiance[rows_and_columns(tile, window)] = mean.T.reshape(tile.height, tile.width, 3)
             return rays
 
-        return radiance, sum(over_tiles(render_tile, window, threads, progress))
+        self._abandoned = Event()
+        return radiance, sum(over_tiles(render_tile, window, threads, progress, self._abandoned))
 
     def render_passes(self, window: Window, names: Sequence[str], threads: int = 1) -> dict[str, npt.NDArray[Any]]:
         """Take ground truth at the pixel centres of a window: one array for each name of `PASSES`."""
@@ -483,7 +493,9 @@ class Scenery:
             return 0
 
         if names:
-            sum(over_tiles(render_tile, window, threads, None))
+            self._abandoned = Event()
+            for _ in over_tiles(render_tile, window, threads, None, self._abandoned):
+                pass
         return arrays
 
     def _tile_radiance(self, tile: Window) -> tuple[Array, int]:
@@ -517,7 +529,7 @@ class Scenery:
         count = ray.direction.shape[1]
         nearest = np.full(count, np.inf)
         index = np.full(count, NOTHING, dtype=np.intp)
-        for i, shape in enumerate(self.objects):
+        for i, shape in self._objects_in_turn():
             t = shape.intersection_parameter(ray)
             closer = t < nearest
             nearest[closer] = t[closer]
@@ -527,6 +539,13 @@ class Scenery:
             rays = np.flatnonzero(index == i)
             normal[:, rays] = self.objects[i].normal(Ray(ray.offset, ray.direction[:, rays]), nearest[rays])
         return Hit(index, nearest, normal)
+
+    def _objects_in_turn(self) -> Iterator[tuple[int, Object]]:
+        """Yield each object and its index, as long as somebody waits for the picture."""
+        for indexed in enumerate(self.objects):
+            if self._abandoned.is_set():
+                raise AbandonedError
+            yield indexed
 
     def _add_shining(self, radiance: Array, rays: Indices, ray: Ray, hit: Hit) -> None:
         """Objects that carry a light show intensity * color / (4 pi r^2), r from the light to the eye."""
@@ -594,7 +613,7 @@ class Scenery:
         """
         blocked = np.zeros(len(distance), dtype=bool)
         before = distance * (1 - TOUCHING)
-        for i, shape in enumerate(self.objects):
+        for i, shape in self._objects_in_turn():
             if shape.source_object is not source:
                 blocked |= (shape.intersection_parameter(ray) < before) & (receiver != i)
         return blocked
@@ -664,6 +683,8 @@ def build_scenery(world: World) -> Scenery:
             objects.append(Plane(color, position, extent))
         elif kind == BOX:
             objects.append(Box(color, position, extent, rotation, carried.get(i)))
+        else:
+            raise ValueError(f"unknown kind of shape {kind}")
     return Scenery(SimpleCamera(world.camera), objects, sources, world.settings)
 
 

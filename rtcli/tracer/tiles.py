@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from itertools import chain
+from threading import Event
 from typing import TypeAlias
 
 import numpy as np
@@ -34,19 +35,46 @@ def rows_and_columns(tile: Window, window: Window) -> tuple[slice, slice]:
     return slice(top, top + tile.height), slice(left, left + tile.width)
 
 
+class AbandonedError(Exception):
+    """Raised in the threads of a rendering that nobody waits for any more."""
+
+
 def over_tiles(
-    work: Callable[[Window], int], window: Window, threads: int, progress: Progress | None
+    work: Callable[[Window], int],
+    window: Window,
+    threads: int,
+    progress: Progress | None,
+    abandoned: Event,
 ) -> Iterator[int]:
     """Yield the result of each tile in order, computed by threads; only a few tiles wait at any time.
 
     NumPy lets other threads run while it computes. Each pixel belongs to one tile and depends on nothing else,
     so the picture is the same for any number of threads.
-    """
 
-    def quiet(tile: Window) -> int:
-        # Misses and infinities are ordinary numbers here: they compare as they should.
-        with np.errstate(all="ignore"):
-            return work(tile)
+    Parameters
+    ----------
+    work
+        Computes a tile. It is to raise `AbandonedError` soon after `abandoned` is set.
+    window
+        The pixels to cover.
+    threads
+        How many tiles are computed at a time.
+    progress
+        Is told (pixels done, pixels in all) after each tile.
+    abandoned
+        Is set when a tile fails, or when the caller goes no further: on an interrupt, for example.
+    """
+    failures: list[BaseException] = []
+
+    def guarded(tile: Window) -> int:
+        try:
+            # Misses and infinities are ordinary numbers here: they compare as they should.
+            with np.errstate(all="ignore"):
+                return work(tile)
+        except BaseException as error:
+            failures.append(error)
+            abandoned.set()
+            raise
 
     total, done = window.width * window.height, 0
     waiting: deque[tuple[Window, Future[int]]] = deque()
@@ -54,15 +82,17 @@ def over_tiles(
     try:
         for tile in chain(tiles(window), [None]):
             if tile is not None:
-                waiting.append((tile, pool.submit(quiet, tile)))
+                waiting.append((tile, pool.submit(guarded, tile)))
             while waiting and (tile is None or len(waiting) > 2 * threads):
                 finished, future = waiting.popleft()
                 yield future.result()
                 done += finished.width * finished.height
                 if progress is not None:
                     progress(done, total)
+    except AbandonedError:
+        raise failures[0] from None
     finally:
-        # A tile of many objects takes long, and an interrupt is not to wait for those that have been begun.
+        abandoned.set()
         pool.shutdown(wait=False, cancel_futures=True)
 
 

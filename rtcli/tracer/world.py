@@ -61,13 +61,13 @@ class Shapes:
     kind
         (N,) uint8: `SPHERE`, `PLANE` or `BOX`.
     position
-        (N * 3) float64: centre, or a point on the plane.
+        (N * 3,) float64: centre, or a point on the plane.
     extent
-        (N * 3) float64: a sphere's radius three times, a plane's normal (any length), a box's full size.
+        (N * 3,) float64: a sphere's radius three times, a plane's normal (any length), a box's full size.
     rotation
-        (N) float64: degrees about +y, 0 for all but boxes.
+        (N,) float64: degrees about +y, 0 for all but boxes.
     color
-        (N * 3) float64: albedo, linear, 0..1.
+        (N * 3,) float64: albedo, linear, 0..1.
     """
 
     kind: array[int]
@@ -84,13 +84,13 @@ class Lights:
     Parameters
     ----------
     position
-        (M * 3) float64.
+        (M * 3,) float64.
     color
-        (M * 3) float64: linear, 0 or more.
+        (M * 3,) float64: linear, 0 or more.
     intensity
-        (M) float64: emitted power.
+        (M,) float64: emitted power.
     body
-        (M) int64: the index of the object that carries it, or `NO_BODY`.
+        (M,) int64: the index of the object that carries it, or `NO_BODY`.
     """
 
     position: array[float]
@@ -101,7 +101,19 @@ class Lights:
 
 @dataclass(frozen=True)
 class Settings:
-    """How light is computed: section 2 of the scene format, `render`."""
+    """How light is computed: `render` of the scene file.
+
+    Parameters
+    ----------
+    samples
+        Rays per pixel.
+    background
+        Linear RGB radiance of rays that hit nothing.
+    max_depth
+        0: only objects that carry a light are seen; 1 or more: direct light with shadows.
+    eye_falloff
+        Whether radiance is also divided by 4 pi t^2, t from the surface to the eye.
+    """
 
     samples: int
     background: Vector

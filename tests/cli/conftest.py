@@ -22,9 +22,9 @@ render: {background: [0.1, 0.2, 0.3]}
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
-    """An empty folder to work in, and no RTCLI_* variable of whoever runs the tests."""
+    """An empty folder to work in, and no variable of whoever runs the tests that changes rtcli or Python."""
     monkeypatch.chdir(tmp_path)
-    for name in [name for name in os.environ if name.startswith("RTCLI_")]:
+    for name in [name for name in os.environ if name.startswith(("RTCLI_", "PYTHON"))]:
         monkeypatch.delenv(name)
     return tmp_path
 

@@ -73,3 +73,8 @@ def test_missing_folder_exits_with_3(run, folder):
 def test_name_under_which_the_starter_would_be_misread_is_wrong_usage(run, folder, name):
     assert run("new", name).exit_code == 2
     assert names_in(folder) == []
+
+
+def test_file_named_dash_does_not_keep_the_starter_from_standard_output(run, folder):
+    (folder / "-").touch()
+    assert run("new", "-").exit_code == 0

@@ -9,6 +9,7 @@ from PIL import Image
 
 import rtcli
 from rtcli.pipeline import ENGINES
+from rtcli.tracer.tiles import default_threads
 
 
 def names_in(folder):
@@ -335,3 +336,28 @@ def test_failure_while_rendering_exits_with_4_and_leaves_the_old_picture(run, sc
     assert result.stdout == ""
     assert (folder / "out.png").read_bytes() == b"old"
     assert names_in(folder) == ["out.png", "scene.yaml"]
+
+
+# --- Threads and variables ---------------------------------------------------------------------------------
+
+
+def test_statistics_tell_the_threads_that_were_used(run, scene):
+    def threads(*options):
+        return json.loads(run("render", scene, "-o", "out.png", "--stats", "-", *options).stdout)["threads"]
+
+    assert threads("--threads", "1") == 1
+    assert threads("--threads", "3") == 3
+    assert threads() == default_threads()
+
+
+def test_statistics_count_the_rays_of_the_exposure_meter(run, scene):
+    def rays(*options):
+        return json.loads(run("render", scene, "-o", "out.png", "--stats", "-", *options).stdout)["rays"]
+
+    assert rays("--exposure", "auto") > rays() + 100
+
+
+def test_variable_named_after_set_sets_a_value(run, scene):
+    run("render", scene, "-o", "out.png", env={"RTCLI_RENDER_SET": "camera.resolution=[7,5]"})
+    with Image.open("out.png") as image:
+        assert image.size == (7, 5)

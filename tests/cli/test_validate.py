@@ -1,4 +1,5 @@
 import json
+import os
 import subprocess
 import sys
 
@@ -123,3 +124,31 @@ def test_validation_loads_neither_numpy_nor_pillow(scene):
     )
     result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert result.stdout == "['click', 'yaml']\n"
+
+
+def test_link_that_leads_nowhere_is_a_file_that_cannot_be_read(run, folder):
+    try:
+        (folder / "lost.yaml").symlink_to("missing.yaml")
+    except OSError:
+        pytest.skip("this system lets us make no links")
+    result = run("validate", ".")
+    assert result.exit_code == 3
+    assert "lost.yaml" in result.stderr
+    assert "valid" not in result.stderr
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root can read every folder")
+def test_folder_that_cannot_be_read_exits_with_3(run, folder):
+    (folder / "closed").mkdir(mode=0)
+    result = run("validate", ".")
+    assert result.exit_code == 3
+    assert "closed" in result.stderr
+
+
+def test_variable_named_after_an_option_sets_it(run, scene):
+    assert run("validate", scene, env={"RTCLI_VALIDATE_FORMAT": "json"}).stdout == "[]\n"
+
+
+def test_variable_named_version_does_nothing(run, scene):
+    for value in ("1", "0.1.0"):
+        assert run("validate", scene, env={"RTCLI_VERSION": value}).stderr == "1 scene is valid\n"

@@ -181,3 +181,7 @@ def test_shorthand_option_is_named_in_its_problems():
     document = set_value(parse(SCENE, "scene.yaml"), "render.samples", 0, "--samples 0")
     with pytest.raises(SceneError, match=r"^--samples 0:1:1: render\.samples: "):
         validate(document)
+
+
+def test_problem_of_a_value_that_is_set_twice_is_placed_in_the_last_edit():
+    assert report("camera.fov=300", "camera.fov=200").startswith("--set camera.fov=200:1:12: ")

@@ -1,0 +1,14 @@
+"""What the program ends with: exit codes, and the words for files that fail."""
+
+from __future__ import annotations
+
+from rtcli.scene.problems import printable
+
+# A scene is invalid; a file cannot be read or written; an error of rtcli. 0 is fine, and click's 2 is wrong usage.
+INVALID, FILE, INTERNAL = 1, 3, 4
+
+
+def os_error_text(error: OSError) -> str:
+    """Return `NAME: what is wrong` for a file that cannot be read or written."""
+    what = error.strerror or str(error)
+    return f"{printable(str(error.filename))}: {what}" if error.filename is not None else what
