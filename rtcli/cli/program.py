@@ -84,7 +84,7 @@ def _outcome(run: Callable[[], Any]) -> int:
 
 
 def _drop_unwritten_output() -> None:
-    """Let what a full disk did not take of standard output go, lest Python try again and exit with its own code."""
+    """Let go what a full disk did not take of standard output: Python would try again at its end."""
     try:
         if sys.stdout is not None:
             sys.stdout.flush()
