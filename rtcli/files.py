@@ -34,7 +34,7 @@ def whole_file(target: Path) -> Iterator[BinaryIO]:
         # /dev/stdout may lead to a log file, which must not be replaced by what is meant to be a part of it.
         raise OSError(errno.EINVAL, "is not a place for files: use - for standard output", str(target))
     final = Path(os.path.realpath(target))
-    _refuse_what_is_no_file(final)
+    _refuse_what_is_no_file(final, str(target))
     temporary = final.with_name(f".rtcli-{secrets.token_hex(8)}.tmp")
     try:
         with temporary.open("xb") as file:
@@ -53,7 +53,7 @@ def whole_file(target: Path) -> Iterator[BinaryIO]:
             temporary.unlink()
 
 
-def _refuse_what_is_no_file(path: Path) -> None:
+def _refuse_what_is_no_file(path: Path, name: str) -> None:
     """Refuse a target before any work, if its folder is missing or it is a folder or a device.
 
     Renaming over a folder fails late, and renaming over a device such as /dev/null would destroy it.
@@ -62,9 +62,9 @@ def _refuse_what_is_no_file(path: Path) -> None:
         mode = path.stat().st_mode
     except FileNotFoundError:
         if not path.parent.is_dir():
-            raise FileNotFoundError(errno.ENOENT, "its folder does not exist", str(path)) from None
+            raise FileNotFoundError(errno.ENOENT, "its folder does not exist", name) from None
         return
     if stat.S_ISDIR(mode):
-        raise IsADirectoryError(errno.EISDIR, "is a folder: name a file in it", str(path))
+        raise IsADirectoryError(errno.EISDIR, "is a folder: name a file in it", name)
     if not stat.S_ISREG(mode):
-        raise OSError(errno.EINVAL, "is not a regular file", str(path))
+        raise OSError(errno.EINVAL, "is not a regular file", name)

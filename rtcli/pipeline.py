@@ -10,7 +10,7 @@ from typing import Any
 from rtcli.film import Film
 from rtcli.image.meter import METER_COLUMNS, METER_ROWS, auto_exposure
 from rtcli.pack import pack
-from rtcli.scene.model import Camera, Render, Scene
+from rtcli.scene.model import Image, Scene
 from rtcli.tracer.reference import PASSES, build_scenery
 from rtcli.tracer.tiles import Progress, default_threads
 from rtcli.tracer.world import CameraFrame, Window, World
@@ -102,7 +102,8 @@ def render(
     """
     names = (passes,) if isinstance(passes, str) else tuple(passes)
     request = Request(names, engine, threads, None if crop is None else Window(*crop))
-    return expose(trace(pack(scene), request), scene, request)
+    world = pack(scene)
+    return expose(trace(world, request), world, scene.image, request)
 
 
 def trace(world: World, request: Request, progress: Progress | None = None) -> Film:
@@ -114,21 +115,23 @@ def trace(world: World, request: Request, progress: Progress | None = None) -> F
     return dataclasses.replace(Film(radiance, rays=rays), **passes)
 
 
-def expose(film: Film, scene: Scene, request: Request) -> Film:
+def expose(film: Film, world: World, image: Image, request: Request) -> Film:
     """Return the film with the scene's exposure and tone curve; `auto` is metered on the whole picture."""
-    exposure, rays = scene.image.exposure, film.rays
+    exposure, rays = image.exposure, film.rays
     if exposure == "auto":
-        meter = trace(pack(_metered(scene)), dataclasses.replace(request, passes=(), crop=None))
+        meter = trace(_metered(world), dataclasses.replace(request, passes=(), crop=None))
         exposure = auto_exposure(meter.radiance)
         rays += meter.rays
-    return dataclasses.replace(film, exposure=exposure, tone=scene.image.tone, rays=rays)
+    return dataclasses.replace(film, exposure=exposure, tone=image.tone, rays=rays)
 
 
-def _metered(scene: Scene) -> Scene:
-    """Return the scene as the exposure meter sees it: a small picture of the same view."""
-    width, height = scene.camera.resolution
-    scale = min(METER_ROWS / height, METER_COLUMNS / width)
-    resolution = (max(1, round(width * scale)), max(1, round(height * scale)))
-    camera: Camera = scene.camera.model_copy(update={"resolution": resolution})
-    settings: Render = scene.render.model_copy(update={"samples": 1})
-    return scene.model_copy(update={"camera": camera, "render": settings})
+def _metered(world: World) -> World:
+    """Return the world as the exposure meter sees it: a small picture of the same view."""
+    camera = world.camera
+    scale = min(METER_ROWS / camera.height, METER_COLUMNS / camera.width)
+    width, height = max(1, round(camera.width * scale)), max(1, round(camera.height * scale))
+    return dataclasses.replace(
+        world,
+        camera=dataclasses.replace(camera, width=width, height=height),
+        settings=dataclasses.replace(world.settings, samples=1),
+    )

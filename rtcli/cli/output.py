@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import sys
 from pathlib import Path
@@ -40,34 +41,33 @@ def read_bytes(path: str) -> bytes:
     return sys.stdin.buffer.read()
 
 
-def binary_stdout() -> BinaryIO:
-    """Return standard output for bytes.
-
-    Raises
-    ------
-    OSError
-        If it is closed.
-    """
-    if sys.stdout is None:
-        raise OSError(errno.EBADF, "is closed", "standard output")
-    return sys.stdout.buffer
-
-
 def is_terminal(stream: TextIO | None) -> bool:
     """Return whether somebody watches a stream; a closed one is None."""
     return stream is not None and stream.isatty()
 
 
-def write_bytes(content: bytes, path: str) -> None:
-    """Write a file, whole or not at all, or to standard output.
+def open_target(path: str) -> contextlib.AbstractContextManager[BinaryIO]:
+    """Open a file that is written whole or not at all, or standard output.
 
     Raises
     ------
     OSError
         If it cannot be written.
     """
-    if path == STDIO:
-        binary_stdout().write(content)
-        return
-    with whole_file(Path(path)) as file:
+    if path != STDIO:
+        return whole_file(Path(path))
+    if sys.stdout is None:  # as `rtcli ... >&-` has it
+        raise OSError(errno.EBADF, "is closed", "standard output")
+    return contextlib.nullcontext(sys.stdout.buffer)
+
+
+def write_bytes(content: bytes, path: str) -> None:
+    """Write bytes to a file, whole or not at all, or to standard output.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
+    with open_target(path) as file:
         file.write(content)

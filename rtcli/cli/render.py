@@ -8,17 +8,15 @@ import json
 import os
 import sys
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, BinaryIO
 
 import click
 
 from rtcli import __version__
 from rtcli.cli.option_types import CropType, ExposureType, SizeType
-from rtcli.cli.output import STDIO, binary_stdout, is_terminal, name_of, read_bytes, tell
+from rtcli.cli.output import STDIO, is_terminal, name_of, open_target, read_bytes, tell
 from rtcli.cli.progress import progress
 from rtcli.cli.stopwatch import Stopwatch
-from rtcli.files import whole_file
 from rtcli.film import Film
 from rtcli.image.write import check_suffix, write_png
 from rtcli.pack import pack
@@ -121,9 +119,10 @@ def render(options: Options) -> None:
     with watch.stage("pack"):
         world = pack(scene)
         request = _request(options, world)
-    with _opened(options.output) as picture_file, _opened(options.stats) as stats_file:
+    # Both are opened before the work, so that a target which cannot be written costs no rendering.
+    with open_target(options.output) as picture_file, _open_stats(options.stats) as stats_file:
         with watch.stage("trace"), progress("rendering", options.quiet) as told:
-            film = expose(trace(world, request, told), scene, request)
+            film = expose(trace(world, request, told), world, scene.image, request)
         with watch.stage("develop"):
             pixels = film.develop()
         with watch.stage("write"):
@@ -162,13 +161,8 @@ def _request(options: Options, world: World) -> Request:
     return request
 
 
-def _opened(target: str | None) -> contextlib.AbstractContextManager[BinaryIO]:
-    """Open a target before the work, so that one which cannot be written costs no rendering."""
-    if target is None:
-        return io.BytesIO()
-    if target == STDIO:
-        return contextlib.nullcontext(binary_stdout())
-    return whole_file(Path(target))
+def _open_stats(target: str | None) -> contextlib.AbstractContextManager[BinaryIO]:
+    return io.BytesIO() if target is None else open_target(target)
 
 
 def _stats(film: Film, request: Request, watch: Stopwatch) -> bytes:

@@ -283,14 +283,14 @@ class Scene(_Model):
     @classmethod
     def _names_are_unique(cls, objects: Any, validate: ValidatorFunctionWrapHandler) -> Any:
         """Report names used twice together with all other errors of the objects."""
-        repeated = [_repeated_name(*found) for found in _repeated_names(objects)]
+        problems = [_repeated_name(*found) for found in _repeated_names(objects)]
+        if not problems:
+            return validate(objects)
         try:
-            valid = validate(objects)
+            validate(objects)
         except ValidationError as error:
-            repeated += [_line_error(details) for details in error.errors(include_url=False)]
-        if repeated:
-            raise ValidationError.from_exception_data("Scene", repeated)
-        return valid
+            problems += [_line_error(details) for details in error.errors(include_url=False)]
+        raise ValidationError.from_exception_data("Scene", problems)
 
 
 def _repeated_names(objects: Any) -> Iterable[tuple[int, str, int]]:

@@ -64,21 +64,20 @@ class Place:
 
     def of(self, loc: Loc) -> Place:
         """Return the place of the value at `loc`, or of the nearest value around it."""
-        place = self
-        for step in loc:
-            if step not in place.children:
-                break
-            place = place.children[step]
-        return place
+        return self._follow(loc)[0]
 
     def holds(self, loc: Loc) -> bool:
         """Return whether there is a value at `loc`."""
+        return self._follow(loc)[1]
+
+    def _follow(self, loc: Loc) -> tuple[Place, bool]:
+        """Return the last place on the way to `loc`, and whether it is that of `loc` itself."""
         place = self
         for step in loc:
             if step not in place.children:
-                return False
+                return place, False
             place = place.children[step]
-        return True
+        return place, True
 
     def of_key(self, loc: Loc) -> Place:
         """Return the place of the key that ends `loc`, or of the nearest value around it."""
@@ -96,7 +95,23 @@ class Edit:
 
 @dataclass
 class Document:
-    """A scene file as plain data: mappings, lists, text, numbers, and what is wrong with it so far."""
+    """A scene file as plain data, and what is wrong with it so far.
+
+    Parameters
+    ----------
+    source
+        The file's name.
+    text
+        The whole file.
+    data
+        Mappings, lists, text, numbers, true, false and None, as the file nests them.
+    problems
+        What the parser could go past.
+    edits
+        What options of the command line put into `data`, in their order.
+    places
+        The places of the file's own values; None for JSON, where they are found out when first asked for.
+    """
 
     source: str
     text: str

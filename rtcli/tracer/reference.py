@@ -189,9 +189,9 @@ class Object(ABC):
     Parameters
     ----------
     color
-        Albedo, linear RGB.
+        Albedo, linear RGB: three numbers, kept as (3, 1) float64.
     position
-        The centre, or a point of a plane.
+        The centre, or a point of a plane, world space: three numbers, kept as (3, 1) float64.
     source_object
         The light that this object carries, if any: then it is seen shining.
     """
@@ -222,7 +222,7 @@ def nearest_positive(near: Array, far: Array) -> Array:
 
 
 class Sphere(Object):
-    """A sphere (section 2.2.1)."""
+    """A sphere (section 2.2.1): an `Object` with a `radius`."""
 
     def __init__(
         self,
@@ -296,12 +296,14 @@ class Plane(Object):
 
 
 class Box(Object):
-    """A box turned about +y (section 2.2.3).
+    """A box turned about +y (section 2.2.3): an `Object` with a size and a rotation.
 
     Parameters
     ----------
+    color, position, source_object
+        Those of each `Object`.
     size
-        Width w (x), height h (y), depth d (z).
+        Width w (x), height h (y), depth d (z): three numbers.
     rotation
         Degrees, counter-clockwise seen from above.
     """
@@ -665,7 +667,7 @@ def build_scenery(world: World) -> Scenery:
     lights = world.lights
     places, tints = _rows(lights.position), _rows(lights.color)
     sources = [PointLight(*row) for row in zip(tints, lights.intensity, places, strict=True)]
-    carried = {body: source for body, source in zip(lights.body, sources, strict=True)}
+    carried = dict(zip(lights.body, sources, strict=True))
     shapes = world.shapes
     rows = zip(
         shapes.kind,

@@ -361,3 +361,8 @@ def test_variable_named_after_set_sets_a_value(run, scene):
     run("render", scene, "-o", "out.png", env={"RTCLI_RENDER_SET": "camera.resolution=[7,5]"})
     with Image.open("out.png") as image:
         assert image.size == (7, 5)
+
+
+def test_target_is_named_as_it_was_given(run, scene):
+    result = run("render", scene, "-o", "missing/out.png")
+    assert result.stderr == "Error: missing/out.png: its folder does not exist\n"
