@@ -1,0 +1,178 @@
+//! A box turned about +y (document, section 2.2.3); `Box` is another thing in Rust.
+
+use crate::grid::{FACE_BITS, Grid, LANES, Nearest};
+use crate::plane::Plane;
+use crate::shadow::Shadow;
+use crate::vector::{cross, dot, length, scale, single, sub, turned};
+use crate::world::Vector;
+
+/// Stands for 0 in a direction: the ray is then parallel to two faces, and between them or not for its whole way.
+const ALMOST_ZERO: f32 = 1e-30;
+
+#[derive(Clone, Debug)]
+pub(crate) struct Cuboid {
+    pub(crate) center: Vector,
+    /// Its axes, unit vectors.
+    axes: [Vector; 3],
+    /// Half its size along them.
+    half: Vector,
+    /// The eye as the box sees it, from its centre along its axes.
+    eye: Vector,
+}
+
+impl Cuboid {
+    pub(crate) fn new(center: Vector, axes: [Vector; 3], half: Vector) -> Cuboid {
+        Cuboid {
+            center,
+            axes,
+            half,
+            eye: turned(&axes, scale(center, -1.0)),
+        }
+    }
+
+    /// The radius of the ball around it.
+    pub(crate) fn bounding_radius(&self) -> f64 {
+        length(self.half)
+    }
+
+    /// Whether a place in the axes of the box is inside, or on its surface.
+    fn inside(&self, local: Vector) -> bool {
+        (0..3).all(|i| local[i].abs() <= self.half[i])
+    }
+
+    /// Whether the eye and another place are both inside, or both outside.
+    pub(crate) fn same_side_as_the_eye(&self, place: Vector) -> bool {
+        let place = turned(&self.axes, sub(place, self.center));
+        self.inside(place) == self.inside(self.eye)
+    }
+
+    /// The plane of a face, as `meet` offered it, with its normal on the eye's side.
+    #[inline(always)]
+    pub(crate) fn face(&self, face: u32) -> Plane {
+        let number = face % (1 << FACE_BITS);
+        let axis = (number / 2) as usize % 3;
+        // Rays enter at the face that looks against them, and leave at the one that looks along with them.
+        let along = if number % 2 == 1 { 1.0 } else { -1.0 };
+        let side = if self.inside(self.eye) { along } else { -along };
+        let outward = scale(self.axes[axis], side);
+        Plane {
+            normal: outward,
+            offset: dot(outward, self.center) + self.half[axis],
+        }
+        .facing_the_eye()
+    }
+
+    /// Meet the three slabs: the box is where a ray is in all of them.
+    ///
+    /// The face that is offered has twice the number of its axis added to `face`, and 1 if the ray runs along it.
+    #[inline(always)]
+    pub(crate) fn meet(&self, face: u32, grid: &Grid, nearest: &mut Nearest) {
+        let inside = self.inside(self.eye);
+        let middle = single(turned(&self.axes, grid.middle));
+        let axes = self.axes.map(single);
+        let low: [f32; 3] = std::array::from_fn(|i| (-self.half[i] - self.eye[i]) as f32);
+        let high: [f32; 3] = std::array::from_fn(|i| (self.half[i] - self.eye[i]) as f32);
+        for lane in 0..LANES {
+            let (dx, dy) = (grid.dx[lane], grid.dy[lane]);
+            let mut enter = f32::NEG_INFINITY;
+            let mut leave = f32::INFINITY;
+            let (mut entered, mut left) = (0, 0);
+            for i in 0..3 {
+                let along = middle[i] + (axes[i][0] * dx + axes[i][1] * dy);
+                let along = if along == 0.0 { ALMOST_ZERO } else { along };
+                let inverse = 1.0 / along;
+                let (a, b) = (low[i] * inverse, high[i] * inverse);
+                let forward = along > 0.0;
+                let (near, far) = if forward { (a, b) } else { (b, a) };
+                let number = 2 * i as u32 + u32::from(forward);
+                entered = if near > enter { number } else { entered };
+                enter = if near > enter { near } else { enter };
+                left = if far < leave { number } else { left };
+                leave = if far < leave { far } else { leave };
+            }
+            let t = if inside { leave } else { enter };
+            let number = if inside { left } else { entered };
+            let t = if enter <= leave { t } else { 0.0 };
+            nearest.offer(lane, t, face + number);
+        }
+    }
+
+    /// Darken the points from which the box hides the lamp.
+    ///
+    /// In the axes of the box, with the lamp at L and the point at P = L + e, by separating axes: the segment
+    /// misses the box if both ends lie beyond one face, or if for some axis i, with j and k the others,
+    ///
+    /// |(L x P)_i| > h_j |e_k| + h_k |e_j|
+    #[inline(always)]
+    pub(crate) fn hide(&self, shadow: &mut Shadow<'_>) {
+        let lamp = turned(&self.axes, sub(shadow.lamp, self.center));
+        let reference = turned(&self.axes, sub(shadow.points.reference, self.center));
+        let slack = shadow.slack();
+        if self.inside(lamp) {
+            self.hide_from_inside(reference, slack, shadow);
+            return;
+        }
+        // Of each pair of faces the lamp is beyond at most one: there the point has to be before it.
+        let (mut sign, mut limit) = ([0.0_f32; 3], [f32::INFINITY; 3]);
+        for i in 0..3 {
+            if lamp[i].abs() > self.half[i] {
+                let side = lamp[i].signum();
+                sign[i] = side as f32;
+                limit[i] = (self.half[i] - side * reference[i] - slack) as f32;
+            }
+        }
+        let axes = self.axes.map(single);
+        let half = single(self.half);
+        let moment = single(cross(lamp, reference));
+        let e = single(sub(reference, lamp));
+        let l = single(lamp);
+        let points = shadow.points;
+        for lane in 0..points.padded() {
+            let p = local(&axes, &points.offset, lane);
+            let e = [
+                (e[0] + p[0]).abs(),
+                (e[1] + p[1]).abs(),
+                (e[2] + p[2]).abs(),
+            ];
+            let m = [
+                (moment[0] + (l[1] * p[2] - l[2] * p[1])).abs(),
+                (moment[1] + (l[2] * p[0] - l[0] * p[2])).abs(),
+                (moment[2] + (l[0] * p[1] - l[1] * p[0])).abs(),
+            ];
+            let between = (sign[0] * p[0] < limit[0])
+                & (sign[1] * p[1] < limit[1])
+                & (sign[2] * p[2] < limit[2]);
+            let crosses = (m[0] <= half[1] * e[2] + half[2] * e[1])
+                & (m[1] <= half[2] * e[0] + half[0] * e[2])
+                & (m[2] <= half[0] * e[1] + half[1] * e[0]);
+            shadow.darken(lane, between & crosses);
+        }
+    }
+
+    /// Darken the points outside, for a lamp inside.
+    #[inline(always)]
+    fn hide_from_inside(&self, reference: Vector, slack: f64, shadow: &mut Shadow<'_>) {
+        let axes = self.axes.map(single);
+        let low: [f32; 3] =
+            std::array::from_fn(|i| (-self.half[i] - reference[i] - slack) as f32);
+        let high: [f32; 3] = std::array::from_fn(|i| (self.half[i] - reference[i] + slack) as f32);
+        let points = shadow.points;
+        for lane in 0..points.padded() {
+            let p = local(&axes, &points.offset, lane);
+            let outside = (p[0] < low[0])
+                | (p[0] > high[0])
+                | (p[1] < low[1])
+                | (p[1] > high[1])
+                | (p[2] < low[2])
+                | (p[2] > high[2]);
+            shadow.darken(lane, outside);
+        }
+    }
+}
+
+/// A point's offset along the axes of a box.
+#[inline(always)]
+fn local(axes: &[[f32; 3]; 3], offset: &[[f32; LANES]; 3], lane: usize) -> [f32; 3] {
+    let p = [offset[0][lane], offset[1][lane], offset[2][lane]];
+    std::array::from_fn(|i| axes[i][0] * p[0] + axes[i][1] * p[1] + axes[i][2] * p[2])
+}

@@ -1,0 +1,146 @@
+//! The rays of a block: 16 x 16 pixels of the image plane, at a fixed place of the whole picture.
+//!
+//! All that is seen in a block is computed relative to the ray through its middle, whose constants are found in
+//! float64. So float32 has to carry only what differs within the block, and a small thing far away is as round
+//! as a large one nearby. Blocks belong to the picture and not to the order of work: no pixel depends on how the
+//! picture is divided among threads, or on a crop.
+
+use crate::place::View;
+use crate::world::Vector;
+
+/// Rows and columns of a block.
+pub(crate) const SIDE: u32 = 16;
+
+/// Rays of a block.
+pub(crate) const LANES: usize = (SIDE * SIDE) as usize;
+
+/// A number for each ray of a block, row by row.
+pub(crate) type Lanes = [f32; LANES];
+
+/// The rays v = (x, y, 1) through one place in each pixel of a block.
+#[derive(Clone, Debug)]
+pub(crate) struct Grid {
+    /// The ray through the middle of the block.
+    pub(crate) middle: Vector,
+    /// Half a side of the block on the image plane.
+    pub(crate) reach: f64,
+    /// x minus that of the middle.
+    pub(crate) dx: Lanes,
+    /// y minus that of the middle.
+    pub(crate) dy: Lanes,
+    pub(crate) x: Lanes,
+    pub(crate) y: Lanes,
+    /// v . v
+    pub(crate) vv: Lanes,
+}
+
+impl Grid {
+    /// Room for rays.
+    pub(crate) fn empty() -> Grid {
+        Grid {
+            middle: [0.0, 0.0, 1.0],
+            reach: 0.0,
+            dx: [0.0; LANES],
+            dy: [0.0; LANES],
+            x: [0.0; LANES],
+            y: [0.0; LANES],
+            vv: [0.0; LANES],
+        }
+    }
+
+    /// The rays through a place `within` each pixel of the block whose first column and row are `corner`.
+    ///
+    /// With the half pixel tan(fov / 2) / height (document, section 2.1, as corrected):
+    ///
+    /// x = (2 pixel_x - width) half_pixel,  y = (height - 2 pixel_y) half_pixel
+    #[inline(always)]
+    pub(crate) fn new(view: View, corner: (u32, u32), within: (f64, f64)) -> Grid {
+        let half = f64::from(SIDE / 2);
+        let half_pixel = view.half_pixel;
+        let middle_x = (2.0 * (f64::from(corner.0) + half) - f64::from(view.width)) * half_pixel;
+        let middle_y = (f64::from(view.height) - 2.0 * (f64::from(corner.1) + half)) * half_pixel;
+        let mut grid = Grid {
+            middle: [middle_x, middle_y, 1.0],
+            reach: f64::from(SIDE) * half_pixel,
+            ..Grid::empty()
+        };
+        let (mut dx, mut x) = ([0.0; SIDE as usize], [0.0; SIDE as usize]);
+        for i in 0..SIDE as usize {
+            let across = 2.0 * (i as f64 + within.0 - half) * half_pixel;
+            (dx[i], x[i]) = (across as f32, (middle_x + across) as f32);
+        }
+        for (j, row) in (0..LANES).step_by(SIDE as usize).enumerate() {
+            let down = -2.0 * (j as f64 + within.1 - half) * half_pixel;
+            let row = row..row + SIDE as usize;
+            grid.dx[row.clone()].copy_from_slice(&dx);
+            grid.x[row.clone()].copy_from_slice(&x);
+            grid.dy[row.clone()].fill(down as f32);
+            grid.y[row].fill((middle_y + down) as f32);
+        }
+        for lane in 0..LANES {
+            grid.vv[lane] = 1.0 + grid.x[lane] * grid.x[lane] + grid.y[lane] * grid.y[lane];
+        }
+        grid
+    }
+}
+
+/// What the rays of a block meet first.
+#[derive(Clone, Debug)]
+pub(crate) struct Nearest {
+    /// The parameter t, which is the depth; +inf where nothing is met.
+    pub(crate) t: Lanes,
+    /// Which face of which object; of several at the same depth the lowest. `NOTHING` where nothing is met.
+    pub(crate) face: [u32; LANES],
+}
+
+/// The face of a ray that meets nothing.
+pub(crate) const NOTHING: u32 = u32::MAX;
+
+/// A face has its object's number in its upper bits, and 3 bits to tell a box's faces apart.
+pub(crate) const FACE_BITS: u32 = 3;
+
+impl Nearest {
+    pub(crate) fn new() -> Nearest {
+        Nearest {
+            t: [f32::INFINITY; LANES],
+            face: [NOTHING; LANES],
+        }
+    }
+
+    /// Forget all that was met.
+    #[inline(always)]
+    pub(crate) fn clear(&mut self) {
+        self.t = [f32::INFINITY; LANES];
+        self.face = [NOTHING; LANES];
+    }
+
+    /// The largest depth of the block: what lies farther cannot be seen.
+    #[inline(always)]
+    pub(crate) fn farthest(&self) -> f32 {
+        // Positive floats order as their bits do, and integers are reduced in vectors.
+        let mut farthest = 0;
+        for t in &self.t {
+            farthest = farthest.max(t.to_bits());
+        }
+        f32::from_bits(farthest)
+    }
+
+    /// The smallest depth of the block.
+    #[inline(always)]
+    pub(crate) fn closest(&self) -> f32 {
+        let mut closest = u32::MAX;
+        for t in &self.t {
+            closest = closest.min(t.to_bits());
+        }
+        f32::from_bits(closest)
+    }
+
+    /// Keep a face where it is nearer than what was found so far. NaN counts as a miss.
+    #[inline(always)]
+    pub(crate) fn offer(&mut self, lane: usize, t: f32, face: u32) {
+        let (best, known) = (self.t[lane], self.face[lane]);
+        let nearer = (t > 0.0) & ((t < best) | ((t == best) & (face < known)));
+        self.t[lane] = if nearer { t } else { best };
+        self.face[lane] = if nearer { face } else { known };
+    }
+}

@@ -1,0 +1,46 @@
+//! The native tracer of rtcli: spheres, planes, boxes and point lights, in float32 SIMD on all cores.
+//!
+//! Every ray passes through one of a few points, the eye or a lamp. What depends on that point alone is computed
+//! once in float64, and what is left for float32 is small: see `grid` for the rays of a block, `sphere`, `plane`
+//! and `cuboid` for what they meet.
+//!
+//! | module | what it does |
+//! |---|---|
+//! | [`world`] | what the tracer is given |
+//! | `scene` | the world as the eye has it, and a tree over it (`bvh`) |
+//! | `place`, `grid` | the blocks of a picture, and their rays |
+//! | `groups`, `points` | the rays of a block, sorted by what they meet, and where |
+//! | `sphere`, `plane`, `cuboid` | where rays meet a shape, and which points it shadows |
+//! | `block`, `shadow` | the light that comes from a block |
+//! | [`render`] | whole pictures, on all cores |
+//! | [`develop`], [`meter`], [`png`] | from radiance to a file |
+//! | [`simd`] | which instructions the machine has |
+
+#![deny(unsafe_code, missing_docs)]
+// Loops over lanes index several arrays at once, which is what the compiler turns into vectors.
+#![allow(clippy::needless_range_loop)]
+
+mod block;
+mod bvh;
+mod cuboid;
+pub mod develop;
+mod film;
+mod grid;
+mod groups;
+pub mod meter;
+mod place;
+mod plane;
+pub mod png;
+mod points;
+pub mod render;
+mod sampling;
+mod scene;
+mod shadow;
+pub mod simd;
+mod sphere;
+mod vector;
+pub mod world;
+
+pub use film::Film;
+pub use render::{Cancelled, Monitor, Tracer};
+pub use simd::Level;

@@ -1,0 +1,91 @@
+//! Where blocks lie in a picture, and which of their pixels are wanted.
+
+use crate::grid::{LANES, SIDE};
+use crate::world::{Camera, Window};
+use std::f64::consts::PI;
+
+/// The size of the whole picture, in pixels and on the image plane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct View {
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+    /// Half a pixel on the image plane at distance 1.
+    pub(crate) half_pixel: f64,
+}
+
+impl View {
+    /// half_pixel = tan(fov / 2) / height (document, section 2.1)
+    pub(crate) fn new(camera: &Camera) -> View {
+        View {
+            width: camera.width,
+            height: camera.height,
+            half_pixel: libm::tan(camera.fov * (PI / 180.0) / 2.0) / f64::from(camera.height),
+        }
+    }
+}
+
+/// A block of the picture.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place {
+    pub(crate) view: View,
+    /// Its first column and row: multiples of `SIDE`.
+    pub(crate) corner: (u32, u32),
+    /// The pixels that are wanted, of this block and others.
+    pub(crate) window: Window,
+}
+
+/// Wanted pixels of one row of a block.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Span {
+    /// The first pixel's number in the window.
+    pub(crate) pixel: usize,
+    /// The first pixel's lane in the block.
+    pub(crate) lane: usize,
+    pub(crate) count: usize,
+}
+
+impl Place {
+    /// The blocks that a window meets, row by row.
+    pub(crate) fn all(view: View, window: Window) -> impl Iterator<Item = Place> {
+        let first = |start: u32| start - start % SIDE;
+        let rows = (first(window.y)..window.y + window.height).step_by(SIDE as usize);
+        rows.flat_map(move |row| {
+            let columns = (first(window.x)..window.x + window.width).step_by(SIDE as usize);
+            columns.map(move |column| Place {
+                view,
+                corner: (column, row),
+                window,
+            })
+        })
+    }
+
+    /// Whether all pixels of the block are wanted.
+    #[inline(always)]
+    pub(crate) fn is_whole(&self) -> bool {
+        self.wants(0) && self.wants(LANES - 1)
+    }
+
+    /// Whether the pixel of a lane is wanted.
+    #[inline(always)]
+    pub(crate) fn wants(&self, lane: usize) -> bool {
+        let x = self.corner.0 + lane as u32 % SIDE;
+        let y = self.corner.1 + lane as u32 / SIDE;
+        let window = &self.window;
+        // What is left of or above the window wraps around to something large.
+        x.wrapping_sub(window.x) < window.width && y.wrapping_sub(window.y) < window.height
+    }
+
+    /// The wanted pixels, row by row.
+    pub(crate) fn spans(&self) -> impl Iterator<Item = Span> + use<> {
+        let Place { corner, window, .. } = *self;
+        let left = corner.0.max(window.x);
+        let right = (corner.0 + SIDE).min(window.x + window.width);
+        let top = corner.1.max(window.y);
+        let bottom = (corner.1 + SIDE).min(window.y + window.height);
+        (top..bottom).map(move |y| Span {
+            pixel: (y - window.y) as usize * window.width as usize + (left - window.x) as usize,
+            lane: ((y - corner.1) * SIDE + left - corner.0) as usize,
+            count: (right - left) as usize,
+        })
+    }
+}

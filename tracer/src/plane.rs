@@ -1,0 +1,80 @@
+//! An infinite plane (document, section 2.2.2).
+
+use crate::grid::{Grid, LANES, Nearest};
+use crate::points::Points;
+use crate::vector::{dot, scale, single};
+use crate::world::Vector;
+
+/// Document, section 2.2.2: a ray with |d . n| below this, for unit d, is parallel to the plane.
+const PARALLEL: f32 = 1e-6;
+
+/// The points P with n . P = offset.
+#[derive(Clone, Debug)]
+pub(crate) struct Plane {
+    /// Unit normal.
+    pub(crate) normal: Vector,
+    /// The eye's distance: positive where the normal points away from the eye.
+    pub(crate) offset: f64,
+}
+
+impl Plane {
+    pub(crate) fn new(point: Vector, normal: Vector) -> Plane {
+        Plane {
+            normal,
+            offset: dot(normal, point),
+        }
+    }
+
+    /// On which side of the plane a place lies, and how far: positive where the normal points.
+    #[inline(always)]
+    pub(crate) fn height(&self, place: Vector) -> f64 {
+        dot(self.normal, place) - self.offset
+    }
+
+    /// The same plane, with its normal on the eye's side.
+    #[inline(always)]
+    pub(crate) fn facing_the_eye(&self) -> Plane {
+        let sign = if self.offset > 0.0 { -1.0 } else { 1.0 };
+        Plane {
+            normal: self.normal.map(|component| sign * component),
+            offset: sign * self.offset,
+        }
+    }
+
+    /// t = offset / (n . v)
+    #[inline(always)]
+    pub(crate) fn meet(&self, face: u32, grid: &Grid, nearest: &mut Nearest) {
+        let middle = dot(self.normal, grid.middle) as f32;
+        let [nx, ny, _] = single(self.normal);
+        let offset = self.offset as f32;
+        for lane in 0..LANES {
+            let along = middle + (nx * grid.dx[lane] + ny * grid.dy[lane]);
+            let t = offset / along;
+            let parallel = along * along < (PARALLEL * PARALLEL) * grid.vv[lane];
+            nearest.offer(lane, if parallel { 0.0 } else { t }, face);
+        }
+    }
+
+    /// Place points on the plane, and return what they are relative to: the point at depth `t` of the middle ray.
+    ///
+    /// With v = middle + delta and the parameter t + tau:
+    ///
+    /// tau = (offset - t (n . v)) / (n . v),  P - reference = t delta + tau v
+    #[inline(always)]
+    pub(crate) fn place(&self, t: f64, points: &mut Points) -> Vector {
+        let along_middle = dot(self.normal, points.middle);
+        let rest = (self.offset - t * along_middle) as f32;
+        let [nx, ny, _] = single(self.normal);
+        let reference = scale(points.middle, t);
+        let (middle, t) = (along_middle as f32, t as f32);
+        for lane in 0..points.padded() {
+            let (dx, dy) = (points.dx[lane], points.dy[lane]);
+            let across = nx * dx + ny * dy;
+            let tau = (rest - t * across) / (middle + across);
+            points.offset[0][lane] = t * dx + tau * points.x[lane];
+            points.offset[1][lane] = t * dy + tau * points.y[lane];
+            points.offset[2][lane] = tau;
+        }
+        reference
+    }
+}

@@ -1,0 +1,381 @@
+//! Whole pictures, on all cores: into arrays, or to a file while they are traced.
+
+use crate::block::Block;
+use crate::develop::Developer;
+use crate::film::{Film, Home, interleave};
+use crate::grid::{LANES, SIDE};
+use crate::meter::{auto_exposure, meter_size};
+use crate::place::{Place, View};
+use crate::png::PngWriter;
+use crate::scene::Scene;
+use crate::simd::{Level, Work};
+use crate::world::{Settings, Window, World};
+use rayon::prelude::*;
+use std::io;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
+use std::time::{Duration, Instant};
+
+/// How far the work has come, and whether anybody still waits for it; shared between threads.
+#[derive(Debug, Default)]
+pub struct Monitor {
+    done: AtomicU64,
+    cancelled: AtomicBool,
+}
+
+impl Monitor {
+    /// Nothing is done yet.
+    pub fn new() -> Monitor {
+        Monitor::default()
+    }
+
+    /// The pixels that are done.
+    pub fn done(&self) -> u64 {
+        self.done.load(Relaxed)
+    }
+
+    /// Ask for the work to be given up: it ends within a block.
+    pub fn cancel(&self) {
+        self.cancelled.store(true, Relaxed);
+    }
+
+    /// Whether it has been asked for.
+    pub fn cancelled(&self) -> bool {
+        self.cancelled.load(Relaxed)
+    }
+
+    fn check(&self) -> Result<(), Cancelled> {
+        if self.cancelled() { Err(Cancelled) } else { Ok(()) }
+    }
+}
+
+/// The work was given up because somebody asked for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cancelled;
+
+/// Why a picture was not written.
+#[derive(Debug)]
+pub enum PictureError {
+    /// Somebody asked for it.
+    Cancelled,
+    /// It could not be written.
+    Io(io::Error),
+}
+
+impl From<Cancelled> for PictureError {
+    fn from(_: Cancelled) -> PictureError {
+        PictureError::Cancelled
+    }
+}
+
+impl From<io::Error> for PictureError {
+    fn from(error: io::Error) -> PictureError {
+        PictureError::Io(error)
+    }
+}
+
+/// What it took to write a picture. The times are those of all threads together.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Effort {
+    /// Primary and shadow rays.
+    pub rays: u64,
+    /// Time for tracing.
+    pub trace: Duration,
+    /// Time for exposure, tone curve and sRGB.
+    pub develop: Duration,
+    /// Time for encoding and writing.
+    pub write: Duration,
+}
+
+/// Bytes of developed pixels that may wait to be written.
+const MOST_WAITING: usize = 64 << 20;
+
+/// A world made ready for tracing.
+#[derive(Debug)]
+pub struct Tracer {
+    world: World,
+    scene: Scene,
+    level: Level,
+}
+
+impl Tracer {
+    /// Make a world ready: move it to the eye, and build a tree over its objects.
+    pub fn new(world: World, level: Level) -> Tracer {
+        Tracer {
+            scene: Scene::new(&world),
+            world,
+            level,
+        }
+    }
+
+    /// Trace the pixels of a window, with the threads of the rayon pool this is called in; return how many rays
+    /// that took.
+    ///
+    /// # Errors
+    ///
+    /// If the monitor was asked to give up.
+    ///
+    /// # Panics
+    ///
+    /// If the arrays of the film do not fit the window, or the window is not inside the picture.
+    pub fn film(&self, window: Window, film: Film<'_>, monitor: &Monitor) -> Result<u64, Cancelled> {
+        let pixels = window.width as usize * window.height as usize;
+        assert!(film.holds(pixels), "the film does not fit the window");
+        let view = View::new(&self.world.camera);
+        self.film_of(view, &self.world.settings, window, film, monitor)
+    }
+
+    /// The exposure, in stops, that suits the whole picture, and how many rays it took to find out; see `meter`.
+    ///
+    /// # Errors
+    ///
+    /// If the monitor was asked to give up.
+    pub fn exposure(&self, monitor: &Monitor) -> Result<(f64, u64), Cancelled> {
+        let camera = &self.world.camera;
+        let (width, height) = meter_size(camera.width, camera.height);
+        let mut radiance = vec![0.0; 3 * width as usize * height as usize];
+        let film = Film {
+            radiance: &mut radiance,
+            ..Film::default()
+        };
+        let settings = Settings {
+            samples: 1,
+            ..self.world.settings.clone()
+        };
+        let view = View {
+            width,
+            height,
+            half_pixel: View::new(camera).half_pixel * f64::from(camera.height) / f64::from(height),
+        };
+        let window = Window {
+            x: 0,
+            y: 0,
+            width,
+            height,
+        };
+        let unseen = Monitor::new();
+        let rays = self.film_of(view, &settings, window, film, &unseen)?;
+        monitor.check()?;
+        Ok((auto_exposure(&radiance), rays))
+    }
+
+    fn film_of(
+        &self,
+        view: View,
+        settings: &Settings,
+        window: Window,
+        film: Film<'_>,
+        monitor: &Monitor,
+    ) -> Result<u64, Cancelled> {
+        let width = window.width as usize;
+        let mut bands = Vec::new();
+        let mut rest = film;
+        for window in bands_of(window) {
+            let (film, below) = rest.split(width * window.height as usize);
+            bands.push((window, film));
+            rest = below;
+        }
+        let home = Home {
+            scene: &self.scene,
+            camera: &self.world.camera,
+        };
+        let rays = bands
+            .into_par_iter()
+            .map(|(window, film)| {
+                let mut block = Block::new(film.wants_surface());
+                let mut effort = Effort::default();
+                self.level.run(Band {
+                    scene: &self.scene,
+                    settings,
+                    view,
+                    window,
+                    monitor,
+                    block: &mut block,
+                    effort: &mut effort,
+                    target: FilmTarget { film, home },
+                });
+                effort.rays
+            })
+            .sum();
+        monitor.check()?;
+        Ok(rays)
+    }
+
+    /// Trace, develop and write the pixels of a window as a PNG file, with the threads of the rayon pool this is
+    /// called in: while some rows are traced and developed, those before are written.
+    ///
+    /// # Errors
+    ///
+    /// If the monitor was asked to give up, or `sink` fails.
+    ///
+    /// # Panics
+    ///
+    /// If the window is not inside the picture.
+    pub fn write_png(
+        &self,
+        window: Window,
+        developer: &Developer,
+        sink: impl io::Write + Send,
+        monitor: &Monitor,
+    ) -> Result<Effort, PictureError> {
+        let mut writer = PngWriter::new(sink, window.width, window.height, developer.bits())?;
+        let mut effort = Effort::default();
+        let row = window.width as usize * developer.bytes_per_pixel();
+        let most = (MOST_WAITING / (row * SIDE as usize)).max(1);
+        let bands: Vec<Window> = bands_of(window).collect();
+        let mut written: Vec<u8> = Vec::new();
+        for batch in bands.chunks(most.min(4 * rayon::current_num_threads())) {
+            let rows: u32 = batch.iter().map(|band| band.height).sum();
+            let mut pixels = vec![0; row * rows as usize];
+            let (traced, result) = rayon::join(
+                || self.develop(batch, developer, &mut pixels, monitor),
+                || timed(|| writer.write_rows(&written)),
+            );
+            effort.add(traced);
+            effort.write += result?;
+            monitor.check()?;
+            written = pixels;
+        }
+        effort.write += timed(|| {
+            writer.write_rows(&written)?;
+            writer.finish()
+        })?;
+        Ok(effort)
+    }
+
+    /// Trace and develop some bands that follow each other.
+    fn develop(&self, bands: &[Window], developer: &Developer, pixels: &mut [u8], monitor: &Monitor) -> Effort {
+        let view = View::new(&self.world.camera);
+        let mut parts = Vec::new();
+        let mut rest = pixels;
+        for &window in bands {
+            let bytes = window.width as usize * window.height as usize * developer.bytes_per_pixel();
+            let (part, below) = rest.split_at_mut(bytes);
+            parts.push((window, part));
+            rest = below;
+        }
+        parts
+            .into_par_iter()
+            .map(|(window, pixels)| {
+                let mut block = Block::new(false);
+                let mut effort = Effort::default();
+                self.level.run(Band {
+                    scene: &self.scene,
+                    settings: &self.world.settings,
+                    view,
+                    window,
+                    monitor,
+                    block: &mut block,
+                    effort: &mut effort,
+                    target: PixelTarget { developer, pixels },
+                });
+                effort
+            })
+            .reduce(Effort::default, |mut a, b| {
+                a.add(b);
+                a
+            })
+    }
+}
+
+impl Effort {
+    fn add(&mut self, other: Effort) {
+        self.rays += other.rays;
+        self.trace += other.trace;
+        self.develop += other.develop;
+        self.write += other.write;
+    }
+}
+
+fn timed(work: impl FnOnce() -> io::Result<()>) -> io::Result<Duration> {
+    let start = Instant::now();
+    work()?;
+    Ok(start.elapsed())
+}
+
+/// The rows of a window block by block: the work that one thread does at a time.
+fn bands_of(window: Window) -> impl Iterator<Item = Window> {
+    let bottom = window.y + window.height;
+    let first = window.y - window.y % SIDE;
+    (first..bottom).step_by(SIDE as usize).map(move |top| {
+        let y = top.max(window.y);
+        Window {
+            y,
+            height: (top + SIDE).min(bottom) - y,
+            ..window
+        }
+    })
+}
+
+/// Where the pixels of a band go.
+trait Target {
+    /// To be marked `#[inline(always)]`: it is compiled for each SIMD level.
+    fn take(&mut self, block: &Block, place: Place);
+}
+
+/// The blocks of a band, traced one after the other.
+struct Band<'a, T> {
+    scene: &'a Scene,
+    settings: &'a Settings,
+    view: View,
+    window: Window,
+    monitor: &'a Monitor,
+    block: &'a mut Block,
+    effort: &'a mut Effort,
+    target: T,
+}
+
+impl<T: Target> Work for Band<'_, T> {
+    #[inline(always)]
+    fn run(mut self) {
+        let mut start = Instant::now();
+        for place in Place::all(self.view, self.window) {
+            if self.monitor.cancelled() {
+                return;
+            }
+            self.block
+                .trace(self.scene, self.settings, place, || self.monitor.cancelled());
+            let traced = Instant::now();
+            self.target.take(self.block, place);
+            self.effort.rays += self.block.rays;
+            self.effort.trace += traced - start;
+            let taken = Instant::now();
+            self.effort.develop += taken - traced;
+            start = taken;
+            let pixels: usize = place.spans().map(|span| span.count).sum();
+            self.monitor.done.fetch_add(pixels as u64, Relaxed);
+        }
+    }
+}
+
+/// Into arrays.
+struct FilmTarget<'a> {
+    film: Film<'a>,
+    home: Home<'a>,
+}
+
+impl Target for FilmTarget<'_> {
+    #[inline(always)]
+    fn take(&mut self, block: &Block, place: Place) {
+        self.film.take(block, place, self.home);
+    }
+}
+
+/// Into the values of an image file.
+struct PixelTarget<'a> {
+    developer: &'a Developer,
+    pixels: &'a mut [u8],
+}
+
+impl Target for PixelTarget<'_> {
+    #[inline(always)]
+    fn take(&mut self, block: &Block, place: Place) {
+        let size = self.developer.bytes_per_pixel();
+        let mut rgb = [0.0; 3 * LANES];
+        for span in place.spans() {
+            let rgb = &mut rgb[..3 * span.count];
+            interleave(&block.radiance, span.lane, rgb);
+            let pixels = &mut self.pixels[span.pixel * size..(span.pixel + span.count) * size];
+            self.developer.develop(rgb, pixels);
+        }
+    }
+}

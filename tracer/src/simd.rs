@@ -1,0 +1,145 @@
+//! Which vector instructions the kernel is compiled for; the machine's are found at run time.
+//!
+//! The kernel is plain Rust, compiled once for each level. All of its arithmetic is + - * / and square roots of
+//! single numbers, each rounded as IEEE 754 says, and never fused: so all levels give the same bits.
+
+use std::fmt;
+
+/// A set of vector instructions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Level {
+    /// What every machine of this kind has: SSE2 on x86-64.
+    Baseline,
+    /// 8 lanes.
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    /// 16 lanes.
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+    /// 4 lanes, which every arm64 machine has.
+    #[cfg(target_arch = "aarch64")]
+    Neon,
+}
+
+/// A level that this machine does not have.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct UnknownLevel {
+    name: String,
+}
+
+impl fmt::Display for UnknownLevel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names: Vec<&str> = Level::available().into_iter().map(Level::name).collect();
+        write!(
+            f,
+            "unknown SIMD level {:?}: this machine has {}",
+            self.name,
+            names.join(", ")
+        )
+    }
+}
+
+impl std::error::Error for UnknownLevel {}
+
+impl Level {
+    /// The levels of this machine, the best one last.
+    pub fn available() -> Vec<Level> {
+        let mut levels = vec![Level::Baseline];
+        #[cfg(target_arch = "x86_64")]
+        {
+            if is_x86_feature_detected!("avx2") {
+                levels.push(Level::Avx2);
+            }
+            if is_x86_feature_detected!("avx512f")
+                && is_x86_feature_detected!("avx512bw")
+                && is_x86_feature_detected!("avx512dq")
+                && is_x86_feature_detected!("avx512vl")
+            {
+                levels.push(Level::Avx512);
+            }
+        }
+        #[cfg(target_arch = "aarch64")]
+        levels.push(Level::Neon);
+        levels
+    }
+
+    /// The best level of this machine.
+    pub fn best() -> Level {
+        Level::available().pop().unwrap_or(Level::Baseline)
+    }
+
+    /// The level of a name.
+    ///
+    /// # Errors
+    ///
+    /// If this machine does not have it.
+    pub fn named(name: &str) -> Result<Level, UnknownLevel> {
+        Level::available()
+            .into_iter()
+            .find(|level| level.name() == name)
+            .ok_or_else(|| UnknownLevel {
+                name: name.to_owned(),
+            })
+    }
+
+    /// `baseline`, `avx2`, `avx512` or `neon`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Level::Baseline => "baseline",
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx2 => "avx2",
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx512 => "avx512",
+            #[cfg(target_arch = "aarch64")]
+            Level::Neon => "neon",
+        }
+    }
+
+    /// Do some work with the instructions of this level.
+    #[inline(always)]
+    pub(crate) fn run(self, work: impl Work) {
+        match self {
+            Level::Baseline => work.run(),
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx2 => x86::avx2(work),
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx512 => x86::avx512(work),
+            #[cfg(target_arch = "aarch64")]
+            Level::Neon => work.run(),
+        }
+    }
+}
+
+/// Work that is compiled for each level: all it calls must be inlined.
+pub(crate) trait Work {
+    /// Do it; to be marked `#[inline(always)]`.
+    fn run(self);
+}
+
+/// The one place that needs unsafe code: calling a function compiled for instructions that only some machines have.
+#[cfg(target_arch = "x86_64")]
+#[allow(unsafe_code)]
+mod x86 {
+    use super::Work;
+
+    pub(super) fn avx2(work: impl Work) {
+        #[target_feature(enable = "avx2")]
+        fn compiled(work: impl Work) {
+            work.run();
+        }
+        assert!(is_x86_feature_detected!("avx2"));
+        // SAFETY: the machine has AVX2.
+        unsafe { compiled(work) }
+    }
+
+    pub(super) fn avx512(work: impl Work) {
+        #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
+        fn compiled(work: impl Work) {
+            work.run();
+        }
+        assert!(is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512bw"));
+        assert!(is_x86_feature_detected!("avx512dq") && is_x86_feature_detected!("avx512vl"));
+        // SAFETY: the machine has these parts of AVX-512.
+        unsafe { compiled(work) }
+    }
+}

@@ -1,0 +1,229 @@
+//! A sphere (document, section 2.2.1).
+//!
+//! In units of its radius, with the centre c and a ray v from the eye, m = c x v is the ray's moment about the
+//! eye's side of the centre, and
+//!
+//! D = v.v - m.m,  s = sqrt(D),  b = c.v,  k = c.c - 1
+//!
+//! give the roots (b -+ s) / v.v, of which k / (b + s) is the near one without cancellation. Close to the sphere
+//! m is about 1 however far away it is, so nothing cancels in D: the moment of the block's middle ray comes from
+//! float64 and float32 only adds what differs within the block (after E. Haines et al., "Precision Improvements
+//! for Ray/Sphere Intersection", Ray Tracing Gems, 2019).
+
+use crate::grid::{Grid, LANES, Nearest};
+use crate::points::Points;
+use crate::shadow::Shadow;
+use crate::vector::{cross, dot, length, scale, single, sub};
+use crate::world::Vector;
+
+/// Rays that are tested together before it is decided whether any of them meets the sphere.
+const BATCH: usize = 64;
+
+/// A point whose power is closer to 0 than this, in units of the radius squared, lies on the sphere: two surfaces
+/// in one place do not stand between each other and a lamp.
+const TOUCHING: f32 = 4e-6;
+
+#[derive(Clone, Debug)]
+pub(crate) struct Sphere {
+    pub(crate) center: Vector,
+    pub(crate) radius: f64,
+}
+
+/// What one ray after the other needs to know of a sphere, in units of its radius.
+struct Seen {
+    center: [f32; 3],
+    /// Of the middle ray: its moment m, and b.
+    moment: [f32; 3],
+    along: f32,
+    /// k, in units of the scene over units of the radius.
+    power: f32,
+    radius: f32,
+}
+
+impl Sphere {
+    pub(crate) fn new(center: Vector, radius: f64) -> Sphere {
+        Sphere { center, radius }
+    }
+
+    /// (|a - C| - R) (|a - C| + R): positive outside.
+    #[inline(always)]
+    fn power(&self, from_center: Vector) -> f64 {
+        let distance = length(from_center);
+        (distance - self.radius) * (distance + self.radius)
+    }
+
+    /// Whether the eye and another place are both inside, or both outside.
+    pub(crate) fn same_side_as_the_eye(&self, place: Vector) -> bool {
+        (self.power(sub(self.center, place)) > 0.0) == self.eye_is_outside()
+    }
+
+    #[inline(always)]
+    fn eye_is_outside(&self) -> bool {
+        self.power(self.center) > 0.0
+    }
+
+    #[inline(always)]
+    fn seen(&self, middle: Vector) -> Seen {
+        let center = scale(self.center, 1.0 / self.radius);
+        Seen {
+            center: single(center),
+            moment: single(cross(center, middle)),
+            along: dot(center, middle) as f32,
+            power: (self.power(self.center) / self.radius) as f32,
+            radius: self.radius as f32,
+        }
+    }
+
+    /// Offer the nearest root ahead of the eye.
+    #[inline(always)]
+    pub(crate) fn meet(&self, face: u32, grid: &Grid, nearest: &mut Nearest) {
+        let seen = self.seen(grid.middle);
+        let outside = self.eye_is_outside();
+        let mut first = 0;
+        while first < LANES {
+            let mut discriminant = [0.0_f32; BATCH];
+            let mut met = 0_u32;
+            for i in 0..BATCH {
+                let lane = first + i;
+                let m = seen.moment(grid.dx[lane], grid.dy[lane]);
+                let d = grid.vv[lane] - (m[0] * m[0] + m[1] * m[1] + m[2] * m[2]);
+                discriminant[i] = d;
+                met |= u32::from(d >= 0.0);
+            }
+            if met != 0 && outside {
+                for i in 0..BATCH {
+                    let lane = first + i;
+                    let b = seen.along(grid.dx[lane], grid.dy[lane]);
+                    // A ray that misses has no root, NaN; of a sphere behind the eye b + s is negative.
+                    let t = seen.power / (b + discriminant[i].sqrt());
+                    nearest.offer(lane, t, face);
+                }
+            } else if met != 0 {
+                for i in 0..BATCH {
+                    let lane = first + i;
+                    let b = seen.along(grid.dx[lane], grid.dy[lane]);
+                    let s = discriminant[i].sqrt();
+                    let ahead = (b + s) * seen.radius / grid.vv[lane];
+                    let t = if b >= 0.0 { ahead } else { seen.power / (b - s) };
+                    nearest.offer(lane, t, face);
+                }
+            }
+            first += BATCH;
+        }
+    }
+
+    /// Place points on the sphere, with normals that face the eye, and return what they are relative to.
+    ///
+    /// n = -(v x m + s v) / v.v at the near root, (v x m - s v) / v.v at the far one, seen from inside
+    ///
+    /// The points are relative to the centre, P - C = R n or -R n; but on a large sphere close to the eye, where
+    /// float32 would lose them on their way from the centre, they are relative to the point at depth `t` of the
+    /// middle ray: with v = middle + delta and the parameter t + tau, P - reference = t delta + tau v.
+    #[inline(always)]
+    pub(crate) fn place(&self, t: f64, points: &mut Points) -> Vector {
+        let seen = self.seen(points.middle);
+        let turn = if self.eye_is_outside() { 1.0 } else { -1.0 };
+        let out = turn * seen.radius;
+        for lane in 0..points.padded() {
+            let m = seen.moment(points.dx[lane], points.dy[lane]);
+            let (x, y, vv) = (points.x[lane], points.y[lane], points.vv[lane]);
+            let d = vv - (m[0] * m[0] + m[1] * m[1] + m[2] * m[2]);
+            let s = turn * if d > 0.0 { d.sqrt() } else { 0.0 };
+            let normal = [
+                turn * (m[1] - y * m[2] - s * x) / vv,
+                turn * (x * m[2] - m[0] - s * y) / vv,
+                turn * (y * m[0] - x * m[1] - s) / vv,
+            ];
+            for i in 0..3 {
+                points.normal[i][lane] = normal[i];
+                points.offset[i][lane] = out * normal[i];
+            }
+        }
+        let nearness = length(self.center) - self.radius;
+        if 0.0 < nearness && nearness < self.radius {
+            self.place_near(&seen, t, points);
+            return scale(points.middle, t);
+        }
+        self.center
+    }
+
+    #[inline(always)]
+    fn place_near(&self, seen: &Seen, t: f64, points: &mut Points) {
+        let t = t as f32;
+        for lane in 0..points.padded() {
+            let (dx, dy) = (points.dx[lane], points.dy[lane]);
+            let m = seen.moment(dx, dy);
+            let d = points.vv[lane] - (m[0] * m[0] + m[1] * m[1] + m[2] * m[2]);
+            let s = if d > 0.0 { d.sqrt() } else { 0.0 };
+            let tau = seen.power / (seen.along(dx, dy) + s) - t;
+            points.offset[0][lane] = t * dx + tau * points.x[lane];
+            points.offset[1][lane] = t * dy + tau * points.y[lane];
+            points.offset[2][lane] = tau;
+        }
+    }
+
+    /// Darken the points from which the sphere hides the lamp.
+    ///
+    /// With w from the point to the lamp, q from it to the centre, and M = (C - L) x (P - L): the line meets the
+    /// sphere where M.M <= R^2 w.w, and does so between the two if 0 < q.w < w.w; or if one of them is inside.
+    #[inline(always)]
+    pub(crate) fn hide(&self, shadow: &mut Shadow<'_>) {
+        let from_lamp = sub(self.center, shadow.lamp);
+        let lamp_is_inside = self.power(from_lamp) <= 0.0;
+        let per_radius = 1.0 / self.radius;
+        let to_reference = sub(shadow.points.reference, shadow.lamp);
+        let moment = single(scale(cross(from_lamp, to_reference), per_radius));
+        let c = single(scale(from_lamp, per_radius));
+        let q = single(scale(sub(self.center, shadow.points.reference), per_radius));
+        let w = shadow.to_lamp;
+        let (radius, per_radius) = (self.radius as f32, per_radius as f32);
+        let points = shadow.points;
+        for lane in 0..points.padded() {
+            let p = [
+                points.offset[0][lane],
+                points.offset[1][lane],
+                points.offset[2][lane],
+            ];
+            let w = [w[0] - p[0], w[1] - p[1], w[2] - p[2]];
+            let q = [
+                q[0] - p[0] * per_radius,
+                q[1] - p[1] * per_radius,
+                q[2] - p[2] * per_radius,
+            ];
+            let power = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] - 1.0;
+            let hidden = if lamp_is_inside {
+                power > TOUCHING
+            } else {
+                let m = [
+                    moment[0] + (c[1] * p[2] - c[2] * p[1]),
+                    moment[1] + (c[2] * p[0] - c[0] * p[2]),
+                    moment[2] + (c[0] * p[1] - c[1] * p[0]),
+                ];
+                let ww = shadow.squared[lane];
+                let along = (q[0] * w[0] + q[1] * w[1] + q[2] * w[2]) * radius;
+                let crosses = m[0] * m[0] + m[1] * m[1] + m[2] * m[2] <= ww;
+                (power < -TOUCHING) | (crosses & (along > 0.0) & (along < ww))
+            };
+            shadow.darken(lane, hidden);
+        }
+    }
+}
+
+impl Seen {
+    /// m of the ray at a distance from the middle one.
+    #[inline(always)]
+    fn moment(&self, dx: f32, dy: f32) -> [f32; 3] {
+        let [x, y, z] = self.center;
+        [
+            self.moment[0] - z * dy,
+            self.moment[1] + z * dx,
+            self.moment[2] + (x * dy - y * dx),
+        ]
+    }
+
+    /// b of the ray at a distance from the middle one.
+    #[inline(always)]
+    fn along(&self, dx: f32, dy: f32) -> f32 {
+        self.along + (self.center[0] * dx + self.center[1] * dy)
+    }
+}

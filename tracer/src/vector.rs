@@ -1,0 +1,55 @@
+//! Three numbers in float64: the little vector algebra that prepares constants for the float32 kernel.
+
+use crate::world::Vector;
+
+/// Scalar product.
+#[inline(always)]
+pub(crate) fn dot(a: Vector, b: Vector) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Vector product.
+#[inline(always)]
+pub(crate) fn cross(a: Vector, b: Vector) -> Vector {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+/// a - b
+#[inline(always)]
+pub(crate) fn sub(a: Vector, b: Vector) -> Vector {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// a + b
+#[inline(always)]
+pub(crate) fn add(a: Vector, b: Vector) -> Vector {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+/// s a
+#[inline(always)]
+pub(crate) fn scale(a: Vector, s: f64) -> Vector {
+    [a[0] * s, a[1] * s, a[2] * s]
+}
+
+/// Euclidean length.
+#[inline(always)]
+pub(crate) fn length(a: Vector) -> f64 {
+    dot(a, a).sqrt()
+}
+
+/// The components in another frame, whose axes are the rows.
+#[inline(always)]
+pub(crate) fn turned(rows: &[Vector; 3], a: Vector) -> Vector {
+    [dot(rows[0], a), dot(rows[1], a), dot(rows[2], a)]
+}
+
+/// The same components in float32.
+#[inline(always)]
+pub(crate) fn single(a: Vector) -> [f32; 3] {
+    a.map(|component| component as f32)
+}
