@@ -1,13 +1,15 @@
 //! A tree of balls around the spheres and boxes of a scene, and the cones that walk it.
 //!
-//! Nodes have up to eight children, which are tested together; a child is a node or a single object. Bounds are
-//! float64 and the tests generous, so that what the kernel can hit is never left out: the tree decides how fast a
-//! picture is, not what is in it.
+//! Nodes have up to eight children, which are tested together; a child is a node or a single object. Bounds and
+//! tests are float32 and generous by more than their rounding, so that what the kernel can hit is never left out:
+//! the tree decides how fast a picture is, not what is in it.
 
+use crate::grid::Rays;
 use crate::points::Ball;
 use crate::scene::Shape;
-use crate::vector::{add, dot, length, scale, sub};
+use crate::vector::{add, dot, length, scale, single, sub};
 use crate::world::Vector;
+use rayon::prelude::*;
 
 /// Children of a node.
 const WIDTH: usize = 8;
@@ -18,19 +20,19 @@ const LEAF: u32 = 1 << 31;
 /// Candidate places for a cut along an axis.
 const BINS: usize = 16;
 
-/// Above this many objects the halves of a tree are built by two threads.
+/// Above this many objects the parts of a tree are built by several threads.
 const WORTH_A_THREAD: usize = 4096;
 
-/// The kernel's float32 may hit what is missed by this share of its distance and size.
-const GENEROUS: f64 = 1e-6;
+/// Rounding, here and in the kernel, is less than this share of the distances and sizes that come in.
+const GENEROUS: f32 = 2e-6;
 
 #[derive(Clone, Debug)]
 struct Node {
     /// Of each child: the ball around it. A missing child has a radius of -inf, which nothing meets.
-    x: [f64; WIDTH],
-    y: [f64; WIDTH],
-    z: [f64; WIDTH],
-    radius: [f64; WIDTH],
+    x: [f32; WIDTH],
+    y: [f32; WIDTH],
+    z: [f32; WIDTH],
+    radius: [f32; WIDTH],
     child: [u32; WIDTH],
 }
 
@@ -43,18 +45,21 @@ pub(crate) struct Bvh {
 /// All that is seen from a point in the directions around an axis, up to a distance.
 #[derive(Clone, Debug)]
 pub(crate) struct Cone {
-    apex: Vector,
+    apex: [f32; 3],
     /// Unit vector.
-    axis: Vector,
-    cos: f64,
-    sin: f64,
+    axis: [f32; 3],
+    cos: f32,
+    sin: f32,
     /// Along the axis, what is nearer is in the cone.
-    reach: f64,
+    reach: f32,
+    /// What rounding may do to the apex.
+    slack: f32,
 }
 
 impl Cone {
-    /// The cone from the origin around the rays of a block: `reach` is half its side at distance 1.
-    pub(crate) fn of_block(middle: Vector, reach: f64) -> Cone {
+    /// The cone around the rays of a block.
+    pub(crate) fn of_block(rays: &Rays) -> Cone {
+        let (middle, reach) = (rays.middle, rays.reach);
         let axis = scale(middle, 1.0 / length(middle));
         let cos = CORNERS
             .map(|(i, j)| {
@@ -72,59 +77,71 @@ impl Cone {
         let distance = length(toward);
         // sin = radius / distance; an apex in the ball sees it all around.
         let sin = ball.radius / distance;
-        let cos = if sin < 1.0 {
-            (1.0 - sin * sin).sqrt()
-        } else {
-            -1.0
-        };
+        let cos = if sin < 1.0 { (1.0 - sin * sin).sqrt() } else { -1.0 };
         let reach = distance + ball.radius;
         Cone::new(apex, scale(toward, 1.0 / distance), cos, reach)
     }
 
     fn new(apex: Vector, axis: Vector, cos: f64, reach: f64) -> Cone {
         // A wide cone is taken for all directions: it is not worth a test that holds for obtuse angles.
-        let wide = !(cos > 0.1);
-        let axis = if wide { [0.0; 3] } else { axis };
+        let narrow = cos > 0.1;
         Cone {
-            apex,
-            axis,
-            cos: if wide { 0.0 } else { cos },
-            sin: if wide { 0.0 } else { (1.0 - cos * cos).max(0.0).sqrt() },
-            reach,
+            apex: single(apex),
+            axis: if narrow { single(axis) } else { [0.0; 3] },
+            cos: if narrow { cos as f32 } else { 0.0 },
+            sin: if narrow {
+                (1.0 - cos * cos).max(0.0).sqrt() as f32
+            } else {
+                0.0
+            },
+            reach: reach as f32 * (1.0 + GENEROUS),
+            slack: length(apex) as f32 * GENEROUS,
         }
     }
 
-    /// The largest v . axis of the rays of a block, which turns a depth into a distance along the axis.
-    pub(crate) fn along_axis_per_depth(&self, middle: Vector, reach: f64) -> f64 {
-        CORNERS
-            .map(|(i, j)| dot(self.axis, [middle[0] + i * reach, middle[1] + j * reach, 1.0]))
-            .into_iter()
-            .fold(0.0, f64::max)
+    /// How far along the axis lies what the rays of a block meet at a depth, at most.
+    #[inline(always)]
+    pub(crate) fn along_axis(&self, rays: &Rays, depth: f32) -> f32 {
+        let [x, y, _] = single(rays.middle);
+        let reach = rays.reach as f32;
+        // v . axis is largest at a corner.
+        let [ax, ay, az] = self.axis;
+        let largest = ax * x + ay * y + az + reach * (ax.abs() + ay.abs());
+        // Infinite times 0, of a wide cone: no limit.
+        if depth < f32::INFINITY {
+            depth * largest * (1.0 + GENEROUS)
+        } else {
+            depth
+        }
     }
 
-    /// How far along the axis each child of a node begins, and whether the cone meets it.
+    /// How far along the axis each child of a node begins, and, byte by byte, which of them the cone meets.
     ///
-    /// A ball at distance d along the axis and p from it is met if p cos - d sin <= R: its centre is no farther
-    /// than R from the cone's surface.
+    /// A ball at distance d along the axis and p from it is met if p cos <= R + d sin: its centre is no farther
+    /// than R from the cone's surface. Squared, for roots are slow.
     #[inline(always)]
-    fn meet(&self, node: &Node) -> ([f64; WIDTH], [bool; WIDTH]) {
+    fn meet(&self, node: &Node, limit: f32) -> ([f32; WIDTH], u64) {
         let mut near = [0.0; WIDTH];
-        let mut met = [false; WIDTH];
+        let mut met = [0_u8; WIDTH];
+        let [ax, ay, az] = self.axis;
         for i in 0..WIDTH {
-            let c = [
+            let (x, y, z) = (
                 node.x[i] - self.apex[0],
                 node.y[i] - self.apex[1],
                 node.z[i] - self.apex[2],
-            ];
-            let d = dot(c, self.axis);
-            let cc = dot(c, c);
-            let p2 = cc - d * d;
-            let p = if p2 > 0.0 { p2.sqrt() } else { 0.0 };
-            let radius = node.radius[i] + GENEROUS * (node.radius[i] + cc.sqrt());
-            near[i] = d - radius;
-            met[i] = (p * self.cos - d * self.sin <= radius) & (d >= -radius);
+            );
+            let d = x * ax + y * ay + z * az;
+            let (px, py, pz) = (x - d * ax, y - d * ay, z - d * az);
+            let pp = px * px + py * py + pz * pz;
+            let radius = node.radius[i] + (self.slack + GENEROUS * (x.abs() + y.abs() + z.abs()));
+            let room = radius + d * self.sin;
+            // No child begins behind the apex; so its bits can be compared as an integer's.
+            near[i] = if d > radius { d - radius } else { 0.0 };
+            let hit =
+                (room >= 0.0) & (pp * (self.cos * self.cos) <= room * room) & (d >= -radius) & (near[i] <= limit);
+            met[i] = u8::from(hit);
         }
-        (near, met)
+        (near, u64::from_le_bytes(met))
     }
 }
 
@@ -136,11 +153,16 @@ impl Bvh {
         let mut items: Vec<Item> = shapes
             .iter()
             .enumerate()
-            .filter_map(|(i, shape)| Some(Item { ball: ball_around(shape)?, object: i as u32 }))
+            .filter_map(|(i, shape)| {
+                Some(Item {
+                    ball: ball_around(shape)?,
+                    object: i as u32,
+                })
+            })
             .collect();
         let mut nodes = Vec::new();
         if !items.is_empty() {
-            build(&mut items, &mut nodes);
+            build(Part::new(&mut items), &mut nodes);
         }
         Bvh { nodes }
     }
@@ -149,61 +171,82 @@ impl Bvh {
     #[inline(always)]
     pub(crate) fn walk<'a>(&'a self, cone: &'a Cone, stack: &'a mut Stack) -> Walk<'a> {
         stack.0.clear();
-        if !self.nodes.is_empty() {
-            stack.0.push((f64::NEG_INFINITY, 0));
-        }
         Walk {
             nodes: &self.nodes,
             cone,
+            next: if self.nodes.is_empty() { NOTHING } else { 0 },
             stack,
         }
     }
 }
 
-/// What waits to be visited in a walk: where it begins along the cone's axis, and its number. Kept from walk to walk.
+/// What waits to be visited in a walk: the distance along the cone's axis where it begins, as bits, and below it its
+/// number. Kept from walk to walk.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Stack(Vec<(f64, u32)>);
+pub(crate) struct Stack(Vec<u64>);
+
+/// Comes after all that waits.
+const NOTHING: u64 = u64::MAX;
 
 /// A walk through a tree, roughly from near to far.
 #[derive(Debug)]
 pub(crate) struct Walk<'a> {
     nodes: &'a [Node],
     cone: &'a Cone,
+    /// What comes next, or `NOTHING`.
+    next: u64,
+    /// What comes then, the nearest last.
     stack: &'a mut Stack,
 }
 
 impl Walk<'_> {
     /// The next object, unless all that is left begins beyond a distance along the cone's axis.
     #[inline(always)]
-    pub(crate) fn next(&mut self, limit: f64) -> Option<u32> {
+    pub(crate) fn next(&mut self, limit: f32) -> Option<u32> {
         let limit = limit.min(self.cone.reach);
-        while let Some((begin, number)) = self.stack.0.pop() {
-            if begin > limit {
-                continue;
+        loop {
+            let next = self.next;
+            if next == NOTHING {
+                return None;
             }
-            if number & LEAF != 0 {
+            let number = next as u32;
+            if (next >> 32) as u32 > limit.to_bits() {
+                self.next = self.stack.0.pop().unwrap_or(NOTHING);
+            } else if number & LEAF != 0 {
+                self.next = self.stack.0.pop().unwrap_or(NOTHING);
                 return Some(number & !LEAF);
+            } else {
+                self.open(number, limit);
             }
-            self.open(&self.nodes[number as usize], limit);
         }
-        None
     }
 
-    /// Put the children of a node on the stack, the nearest last, where it is popped first.
+    /// Go on with the nearest child of a node, and put the others on the stack.
     #[inline(always)]
-    fn open(&mut self, node: &Node, limit: f64) {
-        let (near, met) = self.cone.meet(node);
-        let stack = &mut self.stack.0;
-        let first = stack.len();
-        for i in 0..WIDTH {
-            if met[i] && near[i] <= limit {
-                stack.push((near[i], node.child[i]));
-                let mut j = stack.len() - 1;
-                while j > first && stack[j - 1].0 < stack[j].0 {
-                    stack.swap(j - 1, j);
-                    j -= 1;
-                }
+    fn open(&mut self, number: u32, limit: f32) {
+        let node = &self.nodes[number as usize];
+        let (near, mut met) = self.cone.meet(node, limit);
+        let mut found = [0; WIDTH];
+        let mut count = 0;
+        while met != 0 {
+            let i = met.trailing_zeros() as usize / 8 % WIDTH;
+            met &= met - 1;
+            let entry = u64::from(near[i].to_bits()) << 32 | u64::from(node.child[i]);
+            // Insertion, the nearest last.
+            let mut j = count;
+            while j > 0 && found[j - 1] < entry {
+                found[j] = found[j - 1];
+                j -= 1;
             }
+            found[j] = entry;
+            count += 1;
+        }
+        let stack = &mut self.stack.0;
+        if count == 0 {
+            self.next = stack.pop().unwrap_or(NOTHING);
+        } else {
+            self.next = found[count - 1];
+            stack.extend_from_slice(&found[..count - 1]);
         }
     }
 }
@@ -242,76 +285,112 @@ impl Extent {
         high: [f64::NEG_INFINITY; 3],
     };
 
-    fn with(mut self, ball: &Ball) -> Extent {
-        for i in 0..3 {
-            self.low[i] = self.low[i].min(ball.center[i] - ball.radius);
-            self.high[i] = self.high[i].max(ball.center[i] + ball.radius);
+    #[inline(always)]
+    fn with(self, center: Vector, radius: f64) -> Extent {
+        self.joined(&Extent {
+            low: center.map(|c| c - radius),
+            high: center.map(|c| c + radius),
+        })
+    }
+
+    #[inline(always)]
+    fn joined(&self, other: &Extent) -> Extent {
+        let lower = |a: f64, b: f64| if b < a { b } else { a };
+        let higher = |a: f64, b: f64| if b > a { b } else { a };
+        Extent {
+            low: std::array::from_fn(|i| lower(self.low[i], other.low[i])),
+            high: std::array::from_fn(|i| higher(self.high[i], other.high[i])),
         }
-        self
     }
 
-    fn of(items: &[Item]) -> Extent {
-        items
-            .iter()
-            .fold(Extent::NONE, |extent, item| extent.with(&item.ball))
-    }
-
-    fn joined(mut self, other: &Extent) -> Extent {
-        for i in 0..3 {
-            self.low[i] = self.low[i].min(other.low[i]);
-            self.high[i] = self.high[i].max(other.high[i]);
-        }
-        self
-    }
-
-    /// Half its surface.
+    /// Half its surface; 0 of nothing.
     fn area(&self) -> f64 {
         let [x, y, z] = sub(self.high, self.low);
-        x * y + y * z + z * x
+        if x >= 0.0 { x * y + y * z + z * x } else { 0.0 }
     }
 }
 
-/// The ball around items: around the middle of their extent, as large as they need.
-fn ball_around_items(items: &[Item]) -> Ball {
-    if let [item] = items {
-        return item.ball;
+/// Items that share a child, and their extent.
+struct Part<'a> {
+    items: &'a mut [Item],
+    extent: Extent,
+}
+
+impl<'a> Part<'a> {
+    fn new(items: &'a mut [Item]) -> Part<'a> {
+        let extent = items.iter().fold(Extent::NONE, |extent, item| {
+            extent.with(item.ball.center, item.ball.radius)
+        });
+        Part { items, extent }
     }
-    let extent = Extent::of(items);
-    let center = scale(add(extent.low, extent.high), 0.5);
-    let radius = items.iter().fold(0.0, |radius: f64, item| {
-        radius.max(length(sub(item.ball.center, center)) + item.ball.radius)
-    });
-    Ball { center, radius }
+
+    /// The ball around the items: around the middle of their extent, as large as they need.
+    fn ball(&self) -> Ball {
+        if let [item] = &*self.items {
+            return item.ball;
+        }
+        let center = scale(add(self.extent.low, self.extent.high), 0.5);
+        let radius = self.items.iter().fold(0.0, |radius: f64, item| {
+            radius.max(length(sub(item.ball.center, center)) + item.ball.radius)
+        });
+        Ball { center, radius }
+    }
 }
 
 /// Append the nodes of a tree over items, the root first.
-fn build(items: &mut [Item], nodes: &mut Vec<Node>) {
+fn build(part: Part<'_>, nodes: &mut Vec<Node>) {
     let place = nodes.len();
-    let mut node = Node {
-        x: [0.0; WIDTH],
-        y: [0.0; WIDTH],
-        z: [0.0; WIDTH],
-        radius: [f64::NEG_INFINITY; WIDTH],
-        child: [0; WIDTH],
-    };
-    nodes.push(node.clone());
-    let mut parts = eight_parts(items);
-    let subtrees = build_all(&mut parts);
-    for (i, (part, subtree)) in parts.iter().zip(subtrees).enumerate() {
-        let ball = ball_around_items(part);
-        [node.x[i], node.y[i], node.z[i]] = ball.center;
-        node.radius[i] = ball.radius;
-        node.child[i] = match part {
-            [item] => LEAF | item.object,
-            _ => nodes.len() as u32,
-        };
-        let shift = nodes.len() as u32;
-        nodes.extend(subtree.into_iter().map(|node| node.moved(shift)));
+    nodes.push(Node::empty());
+    let large = part.items.len() > WORTH_A_THREAD;
+    let parts = eight_parts(part);
+    for (i, part) in parts.iter().enumerate() {
+        let ball = part.ball();
+        let node = &mut nodes[place];
+        [node.x[i], node.y[i], node.z[i]] = single(ball.center);
+        node.radius[i] = (ball.radius + length(ball.center) * f64::from(GENEROUS)) as f32 * (1.0 + GENEROUS);
+        if let [item] = &*part.items {
+            node.child[i] = LEAF | item.object;
+        }
     }
-    nodes[place] = node;
+    if large {
+        let subtrees: Vec<Vec<Node>> = parts
+            .into_par_iter()
+            .map(|part| {
+                let mut nodes = Vec::new();
+                if part.items.len() > 1 {
+                    build(part, &mut nodes);
+                }
+                nodes
+            })
+            .collect();
+        for (i, subtree) in subtrees.into_iter().enumerate() {
+            let begin = nodes.len() as u32;
+            if !subtree.is_empty() {
+                nodes[place].child[i] = begin;
+            }
+            nodes.extend(subtree.into_iter().map(|node| node.moved(begin)));
+        }
+        return;
+    }
+    for (i, part) in parts.into_iter().enumerate() {
+        if part.items.len() > 1 {
+            nodes[place].child[i] = nodes.len() as u32;
+            build(part, nodes);
+        }
+    }
 }
 
 impl Node {
+    fn empty() -> Node {
+        Node {
+            x: [0.0; WIDTH],
+            y: [0.0; WIDTH],
+            z: [0.0; WIDTH],
+            radius: [f32::NEG_INFINITY; WIDTH],
+            child: [0; WIDTH],
+        }
+    }
+
     /// The node in a list where its tree begins later.
     fn moved(mut self, shift: u32) -> Node {
         for child in &mut self.child {
@@ -323,40 +402,22 @@ impl Node {
     }
 }
 
-/// The trees over parts; those of single items are empty.
-fn build_all(parts: &mut [&mut [Item]]) -> Vec<Vec<Node>> {
-    if parts.len() > 1 && parts.iter().map(|part| part.len()).sum::<usize>() > WORTH_A_THREAD {
-        let (left, right) = parts.split_at_mut(parts.len() / 2);
-        let (mut first, second) = rayon::join(|| build_all(left), || build_all(right));
-        first.extend(second);
-        return first;
-    }
-    parts
-        .iter_mut()
-        .map(|part| {
-            let mut nodes = Vec::new();
-            if part.len() > 1 {
-                build(part, &mut nodes);
-            }
-            nodes
-        })
-        .collect()
-}
-
 /// Cut items into at most eight parts, the one with the largest surface first.
-fn eight_parts(items: &mut [Item]) -> Vec<&mut [Item]> {
-    let mut parts = vec![items];
+fn eight_parts(part: Part<'_>) -> Vec<Part<'_>> {
+    if part.items.len() <= WIDTH {
+        return part.items.chunks_mut(1).map(Part::new).collect();
+    }
+    let mut parts = vec![part];
     while parts.len() < WIDTH {
         let largest = (0..parts.len())
-            .filter(|&i| parts[i].len() > 1)
-            .map(|i| (Extent::of(parts[i]).area(), i))
-            .max_by(|a, b| a.0.total_cmp(&b.0));
-        let Some((_, i)) = largest else { break };
+            .filter(|&i| parts[i].items.len() > 1)
+            .max_by(|&a, &b| parts[a].extent.area().total_cmp(&parts[b].extent.area()));
+        let Some(i) = largest else { break };
         let part = parts.swap_remove(i);
-        let middle = cut(part);
-        let (left, right) = part.split_at_mut(middle);
-        parts.push(left);
-        parts.push(right);
+        let middle = cut(part.items);
+        let (left, right) = part.items.split_at_mut(middle);
+        parts.push(Part::new(left));
+        parts.push(Part::new(right));
     }
     parts
 }
@@ -366,28 +427,26 @@ fn eight_parts(items: &mut [Item]) -> Vec<&mut [Item]> {
 /// The surface area heuristic, in bins (I. Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies",
 /// 2007): the cost of a cut is the sum over its parts of surface times count.
 fn cut(items: &mut [Item]) -> usize {
-    let centers = items.iter().fold(Extent::NONE, |extent, item| {
-        extent.with(&Ball {
-            center: item.ball.center,
-            radius: 0.0,
-        })
-    });
+    let centers = items
+        .iter()
+        .fold(Extent::NONE, |extent, item| extent.with(item.ball.center, 0.0));
     let size = sub(centers.high, centers.low);
     let axis = (0..3).fold(0, |a, b| if size[b] > size[a] { b } else { a });
+    let per_size = BINS as f64 / size[axis];
     let bin = |item: &Item| {
-        let place = (item.ball.center[axis] - centers.low[axis]) / size[axis];
-        ((place * BINS as f64) as usize).min(BINS - 1)
+        let place = (item.ball.center[axis] - centers.low[axis]) * per_size;
+        (place as usize).min(BINS - 1)
     };
     let mut bins = [(0_usize, Extent::NONE); BINS];
     for item in items.iter() {
         let (count, extent) = &mut bins[bin(item)];
         *count += 1;
-        *extent = extent.with(&item.ball);
+        *extent = extent.with(item.ball.center, item.ball.radius);
     }
-    let best = cheapest_cut(&bins);
+    let last = cheapest_cut(&bins);
     let mut middle = 0;
     for i in 0..items.len() {
-        if bin(&items[i]) <= best {
+        if bin(&items[i]) <= last {
             items.swap(i, middle);
             middle += 1;
         }
@@ -401,12 +460,22 @@ fn cut(items: &mut [Item]) -> usize {
 
 /// The last bin of the left part.
 fn cheapest_cut(bins: &[(usize, Extent); BINS]) -> usize {
-    let cost_of = |bins: &[(usize, Extent)]| {
-        let (count, extent) = bins.iter().fold((0, Extent::NONE), |(n, a), (m, b)| {
-            (n + m, a.joined(b))
-        });
-        if count == 0 { 0.0 } else { extent.area() * count as f64 }
-    };
-    let costs = (0..BINS - 1).map(|i| (cost_of(&bins[..=i]) + cost_of(&bins[i + 1..]), i));
-    costs.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0, |(_, i)| i)
+    let joined = |a: (usize, Extent), b: &(usize, Extent)| (a.0 + b.0, a.1.joined(&b.1));
+    let cost = |(count, extent): (usize, Extent)| count as f64 * extent.area();
+    let mut right_cost = [0.0; BINS];
+    let mut right = (0, Extent::NONE);
+    for i in (1..BINS).rev() {
+        right = joined(right, &bins[i]);
+        right_cost[i] = cost(right);
+    }
+    let (mut best, mut cheapest) = (0, f64::INFINITY);
+    let mut left = (0, Extent::NONE);
+    for i in 0..BINS - 1 {
+        left = joined(left, &bins[i]);
+        let total = cost(left) + right_cost[i + 1];
+        if total < cheapest {
+            (best, cheapest) = (i, total);
+        }
+    }
+    best
 }

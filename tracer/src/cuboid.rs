@@ -1,6 +1,6 @@
 //! A box turned about +y (document, section 2.2.3); `Box` is another thing in Rust.
 
-use crate::grid::{FACE_BITS, Grid, LANES, Nearest};
+use crate::grid::{FACE_BITS, LANES, Nearest, Rays};
 use crate::plane::Plane;
 use crate::shadow::Shadow;
 use crate::vector::{cross, dot, length, scale, single, sub, turned};
@@ -66,14 +66,14 @@ impl Cuboid {
     ///
     /// The face that is offered has twice the number of its axis added to `face`, and 1 if the ray runs along it.
     #[inline(always)]
-    pub(crate) fn meet(&self, face: u32, grid: &Grid, nearest: &mut Nearest) {
+    pub(crate) fn meet(&self, face: u32, rays: &Rays, nearest: &mut Nearest) {
         let inside = self.inside(self.eye);
-        let middle = single(turned(&self.axes, grid.middle));
+        let middle = single(turned(&self.axes, rays.middle));
         let axes = self.axes.map(single);
         let low: [f32; 3] = std::array::from_fn(|i| (-self.half[i] - self.eye[i]) as f32);
         let high: [f32; 3] = std::array::from_fn(|i| (self.half[i] - self.eye[i]) as f32);
         for lane in 0..LANES {
-            let (dx, dy) = (grid.dx[lane], grid.dy[lane]);
+            let (dx, dy) = (rays.dx[lane], rays.dy[lane]);
             let mut enter = f32::NEG_INFINITY;
             let mut leave = f32::INFINITY;
             let (mut entered, mut left) = (0, 0);
@@ -129,19 +129,13 @@ impl Cuboid {
         let points = shadow.points;
         for lane in 0..points.padded() {
             let p = local(&axes, &points.offset, lane);
-            let e = [
-                (e[0] + p[0]).abs(),
-                (e[1] + p[1]).abs(),
-                (e[2] + p[2]).abs(),
-            ];
+            let e = [(e[0] + p[0]).abs(), (e[1] + p[1]).abs(), (e[2] + p[2]).abs()];
             let m = [
                 (moment[0] + (l[1] * p[2] - l[2] * p[1])).abs(),
                 (moment[1] + (l[2] * p[0] - l[0] * p[2])).abs(),
                 (moment[2] + (l[0] * p[1] - l[1] * p[0])).abs(),
             ];
-            let between = (sign[0] * p[0] < limit[0])
-                & (sign[1] * p[1] < limit[1])
-                & (sign[2] * p[2] < limit[2]);
+            let between = (sign[0] * p[0] < limit[0]) & (sign[1] * p[1] < limit[1]) & (sign[2] * p[2] < limit[2]);
             let crosses = (m[0] <= half[1] * e[2] + half[2] * e[1])
                 & (m[1] <= half[2] * e[0] + half[0] * e[2])
                 & (m[2] <= half[0] * e[1] + half[1] * e[0]);
@@ -153,8 +147,7 @@ impl Cuboid {
     #[inline(always)]
     fn hide_from_inside(&self, reference: Vector, slack: f64, shadow: &mut Shadow<'_>) {
         let axes = self.axes.map(single);
-        let low: [f32; 3] =
-            std::array::from_fn(|i| (-self.half[i] - reference[i] - slack) as f32);
+        let low: [f32; 3] = std::array::from_fn(|i| (-self.half[i] - reference[i] - slack) as f32);
         let high: [f32; 3] = std::array::from_fn(|i| (self.half[i] - reference[i] + slack) as f32);
         let points = shadow.points;
         for lane in 0..points.padded() {

@@ -1,7 +1,7 @@
 //! The arrays of a rendered picture, and how a block fills its part of them.
 
 use crate::block::Block;
-use crate::grid::{FACE_BITS, Lanes, NOTHING};
+use crate::grid::{FACE_BITS, LANES, NOTHING};
 use crate::place::Place;
 use crate::scene::Scene;
 use crate::vector::{add, length, scale};
@@ -81,7 +81,7 @@ impl<'a> Film<'a> {
         let passes = self.has_passes();
         for span in place.spans() {
             let radiance = &mut self.radiance[3 * span.pixel..3 * (span.pixel + span.count)];
-            interleave(&block.radiance, span.lane, radiance);
+            interleave(block, span.lane, radiance);
             for i in 0..if passes { span.count } else { 0 } {
                 self.take_passes(block, span.pixel + i, span.lane + i, home);
             }
@@ -89,13 +89,7 @@ impl<'a> Film<'a> {
     }
 
     fn has_passes(&self) -> bool {
-        let floats = [
-            &self.depth,
-            &self.distance,
-            &self.normal,
-            &self.position,
-            &self.albedo,
-        ];
+        let floats = [&self.depth, &self.distance, &self.normal, &self.position, &self.albedo];
         floats.into_iter().any(Option::is_some) || self.object_id.is_some()
     }
 
@@ -106,7 +100,7 @@ impl<'a> Film<'a> {
             depth[pixel] = home.length(t);
         }
         if let Some(distance) = &mut self.distance {
-            distance[pixel] = home.length(t * block.grid.vv[lane].sqrt());
+            distance[pixel] = home.length(t * block.rays.vv[lane].sqrt());
         }
         if let Some(albedo) = &mut self.albedo {
             let color = if hit {
@@ -154,12 +148,15 @@ fn bounded(value: f64) -> f32 {
     value.clamp(-largest, largest) as f32
 }
 
-/// Write the radiance of lanes, from `lane` on, as RGB triples.
+/// Write the mean radiance of lanes, from `lane` on, as RGB triples.
 #[inline(always)]
-pub(crate) fn interleave(radiance: &[Lanes; 3], lane: usize, rgb: &mut [f32]) {
-    let [red, green, blue] = radiance.each_ref().map(|channel| &channel[lane..lane + rgb.len() / 3]);
-    for (i, pixel) in rgb.chunks_exact_mut(3).enumerate() {
-        (pixel[0], pixel[1], pixel[2]) = (red[i], green[i], blue[i]);
+pub(crate) fn interleave(block: &Block, lane: usize, rgb: &mut [f32]) {
+    let count = rgb.len() / 3;
+    assert!(lane + count <= LANES);
+    for i in 0..count {
+        for channel in 0..3 {
+            rgb[3 * i + channel] = block.mean(channel, lane + i);
+        }
     }
 }
 

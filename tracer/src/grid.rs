@@ -6,6 +6,7 @@
 //! picture is divided among threads, or on a crop.
 
 use crate::place::View;
+use crate::vector::single;
 use crate::world::Vector;
 
 /// Rows and columns of a block.
@@ -14,12 +15,17 @@ pub(crate) const SIDE: u32 = 16;
 /// Rays of a block.
 pub(crate) const LANES: usize = (SIDE * SIDE) as usize;
 
+/// Rays are handled in groups of this many, so that loops over them need no rest.
+pub(crate) const STEP: usize = 16;
+
 /// A number for each ray of a block, row by row.
 pub(crate) type Lanes = [f32; LANES];
 
-/// The rays v = (x, y, 1) through one place in each pixel of a block.
+/// Rays v = (x, y, 1) of a block: those through one place in each pixel, or some of them.
 #[derive(Clone, Debug)]
-pub(crate) struct Grid {
+pub(crate) struct Rays {
+    /// How many.
+    pub(crate) count: usize,
     /// The ray through the middle of the block.
     pub(crate) middle: Vector,
     /// Half a side of the block on the image plane.
@@ -32,12 +38,15 @@ pub(crate) struct Grid {
     pub(crate) y: Lanes,
     /// v . v
     pub(crate) vv: Lanes,
+    /// What dx and dy were made for: the place in each pixel, and half a pixel on the image plane.
+    pattern: ((f64, f64), f64),
 }
 
-impl Grid {
+impl Rays {
     /// Room for rays.
-    pub(crate) fn empty() -> Grid {
-        Grid {
+    pub(crate) fn new() -> Rays {
+        Rays {
+            count: 0,
             middle: [0.0, 0.0, 1.0],
             reach: 0.0,
             dx: [0.0; LANES],
@@ -45,42 +54,71 @@ impl Grid {
             x: [0.0; LANES],
             y: [0.0; LANES],
             vv: [0.0; LANES],
+            pattern: ((0.0, 0.0), 0.0),
         }
     }
 
-    /// The rays through a place `within` each pixel of the block whose first column and row are `corner`.
+    /// Become the rays through a place `within` each pixel of the block whose first column and row are `corner`.
     ///
     /// With the half pixel tan(fov / 2) / height (document, section 2.1, as corrected):
     ///
     /// x = (2 pixel_x - width) half_pixel,  y = (height - 2 pixel_y) half_pixel
     #[inline(always)]
-    pub(crate) fn new(view: View, corner: (u32, u32), within: (f64, f64)) -> Grid {
+    pub(crate) fn aim(&mut self, view: View, corner: (u32, u32), within: (f64, f64)) {
         let half = f64::from(SIDE / 2);
-        let half_pixel = view.half_pixel;
-        let middle_x = (2.0 * (f64::from(corner.0) + half) - f64::from(view.width)) * half_pixel;
-        let middle_y = (f64::from(view.height) - 2.0 * (f64::from(corner.1) + half)) * half_pixel;
-        let mut grid = Grid {
-            middle: [middle_x, middle_y, 1.0],
-            reach: f64::from(SIDE) * half_pixel,
-            ..Grid::empty()
-        };
-        let (mut dx, mut x) = ([0.0; SIDE as usize], [0.0; SIDE as usize]);
-        for i in 0..SIDE as usize {
-            let across = 2.0 * (i as f64 + within.0 - half) * half_pixel;
-            (dx[i], x[i]) = (across as f32, (middle_x + across) as f32);
+        self.count = LANES;
+        self.middle = [
+            (2.0 * (f64::from(corner.0) + half) - f64::from(view.width)) * view.half_pixel,
+            (f64::from(view.height) - 2.0 * (f64::from(corner.1) + half)) * view.half_pixel,
+            1.0,
+        ];
+        self.reach = f64::from(SIDE) * view.half_pixel;
+        if self.pattern != (within, view.half_pixel) {
+            self.pattern = (within, view.half_pixel);
+            self.spread();
         }
-        for (j, row) in (0..LANES).step_by(SIDE as usize).enumerate() {
-            let down = -2.0 * (j as f64 + within.1 - half) * half_pixel;
-            let row = row..row + SIDE as usize;
-            grid.dx[row.clone()].copy_from_slice(&dx);
-            grid.x[row.clone()].copy_from_slice(&x);
-            grid.dy[row.clone()].fill(down as f32);
-            grid.y[row].fill((middle_y + down) as f32);
-        }
+        self.complete();
+    }
+
+    /// Find dx and dy.
+    fn spread(&mut self) {
+        let (within, half_pixel) = self.pattern;
+        let half = f64::from(SIDE / 2);
         for lane in 0..LANES {
-            grid.vv[lane] = 1.0 + grid.x[lane] * grid.x[lane] + grid.y[lane] * grid.y[lane];
+            let (i, j) = (lane as u32 % SIDE, lane as u32 / SIDE);
+            self.dx[lane] = (2.0 * (f64::from(i) + within.0 - half) * half_pixel) as f32;
+            self.dy[lane] = (-2.0 * (f64::from(j) + within.1 - half) * half_pixel) as f32;
         }
-        grid
+    }
+
+    /// Become some of the rays of a block; the last step is filled up with the first of them.
+    #[inline(always)]
+    pub(crate) fn pick(&mut self, block: &Rays, lanes: &[u8]) {
+        self.count = lanes.len().min(LANES);
+        (self.middle, self.reach) = (block.middle, block.reach);
+        for i in 0..self.padded() {
+            let lane = usize::from(lanes[if i < self.count { i } else { 0 }]);
+            self.dx[i] = block.dx[lane];
+            self.dy[i] = block.dy[lane];
+        }
+        self.complete();
+    }
+
+    /// Find the rest from middle, dx and dy.
+    #[inline(always)]
+    fn complete(&mut self) {
+        let [x, y, _] = single(self.middle);
+        for i in 0..self.padded() {
+            self.x[i] = x + self.dx[i];
+            self.y[i] = y + self.dy[i];
+            self.vv[i] = 1.0 + self.x[i] * self.x[i] + self.y[i] * self.y[i];
+        }
+    }
+
+    /// The count rounded up to whole steps.
+    #[inline(always)]
+    pub(crate) fn padded(&self) -> usize {
+        self.count.next_multiple_of(STEP).min(LANES)
     }
 }
 

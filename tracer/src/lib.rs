@@ -11,7 +11,7 @@
 //! | `place`, `grid` | the blocks of a picture, and their rays |
 //! | `groups`, `points` | the rays of a block, sorted by what they meet, and where |
 //! | `sphere`, `plane`, `cuboid` | where rays meet a shape, and which points it shadows |
-//! | `block`, `shadow` | the light that comes from a block |
+//! | `block`, `lighting`, `shadow` | the light that comes from a block |
 //! | [`render`] | whole pictures, on all cores |
 //! | [`develop`], [`meter`], [`png`] | from radiance to a file |
 //! | [`simd`] | which instructions the machine has |
@@ -27,6 +27,7 @@ pub mod develop;
 mod film;
 mod grid;
 mod groups;
+mod lighting;
 pub mod meter;
 mod place;
 mod plane;

@@ -1,6 +1,6 @@
 //! An infinite plane (document, section 2.2.2).
 
-use crate::grid::{Grid, LANES, Nearest};
+use crate::grid::{LANES, Nearest, Rays};
 use crate::points::Points;
 use crate::vector::{dot, scale, single};
 use crate::world::Vector;
@@ -43,14 +43,14 @@ impl Plane {
 
     /// t = offset / (n . v)
     #[inline(always)]
-    pub(crate) fn meet(&self, face: u32, grid: &Grid, nearest: &mut Nearest) {
-        let middle = dot(self.normal, grid.middle) as f32;
+    pub(crate) fn meet(&self, face: u32, rays: &Rays, nearest: &mut Nearest) {
+        let middle = dot(self.normal, rays.middle) as f32;
         let [nx, ny, _] = single(self.normal);
         let offset = self.offset as f32;
         for lane in 0..LANES {
-            let along = middle + (nx * grid.dx[lane] + ny * grid.dy[lane]);
+            let along = middle + (nx * rays.dx[lane] + ny * rays.dy[lane]);
             let t = offset / along;
-            let parallel = along * along < (PARALLEL * PARALLEL) * grid.vv[lane];
+            let parallel = along * along < (PARALLEL * PARALLEL) * rays.vv[lane];
             nearest.offer(lane, if parallel { 0.0 } else { t }, face);
         }
     }
@@ -61,18 +61,18 @@ impl Plane {
     ///
     /// tau = (offset - t (n . v)) / (n . v),  P - reference = t delta + tau v
     #[inline(always)]
-    pub(crate) fn place(&self, t: f64, points: &mut Points) -> Vector {
-        let along_middle = dot(self.normal, points.middle);
+    pub(crate) fn place(&self, t: f64, rays: &Rays, points: &mut Points) -> Vector {
+        let along_middle = dot(self.normal, rays.middle);
         let rest = (self.offset - t * along_middle) as f32;
         let [nx, ny, _] = single(self.normal);
-        let reference = scale(points.middle, t);
+        let reference = scale(rays.middle, t);
         let (middle, t) = (along_middle as f32, t as f32);
         for lane in 0..points.padded() {
-            let (dx, dy) = (points.dx[lane], points.dy[lane]);
+            let (dx, dy) = (rays.dx[lane], rays.dy[lane]);
             let across = nx * dx + ny * dy;
             let tau = (rest - t * across) / (middle + across);
-            points.offset[0][lane] = t * dx + tau * points.x[lane];
-            points.offset[1][lane] = t * dy + tau * points.y[lane];
+            points.offset[0][lane] = t * dx + tau * rays.x[lane];
+            points.offset[1][lane] = t * dy + tau * rays.y[lane];
             points.offset[2][lane] = tau;
         }
         reference

@@ -1,7 +1,7 @@
 //! PNG files, written row by row.
 //!
-//! The filter and the compression were chosen by measurement: milliseconds per megapixel / KB of the file, from memory
-//! to memory, scenes of `scenes/` at 1920x1080, one thread on 2 cores of an AMD EPYC (Zen 5).
+//! The filter and the compression were chosen by measurement: milliseconds per megapixel / KB of the file, from
+//! memory to memory, scenes of `scenes/` at 1920x1080, one thread on 2 cores of an AMD EPYC (Zen 5).
 //!
 //! | 8 bits                 | first     | still-life | city      |
 //! |------------------------|-----------|------------|-----------|
@@ -24,7 +24,7 @@
 //! | adaptive, zlib level 6 | 116 / 1113 | 269 / 2245 | 218 / 3240  |
 //!
 //! So Paeth it is: nearly the smallest file that fdeflate makes, in a little more time than the quickest. `first` at
-//! 3840x2160 takes 10 ms. Row by row is a sixth to a third slower than the crate's way for whole pictures, because each
+//! 3840x2160 takes 10 ms. Row by row is a sixth to a third slower than the crate's way for whole pictures, since each
 //! row is copied before it is filtered, and the encoded data pass through the chunk's buffer eight bytes at a time;
 //! larger IDAT chunks gain nothing.
 

@@ -1,31 +1,18 @@
 //! The points of a block that lie on one face, as the lamps see them.
 
-use crate::grid::{Grid, LANES, Lanes};
+use crate::grid::{LANES, Lanes, Rays, STEP};
 use crate::plane::Plane;
 use crate::scene::Shape;
 use crate::vector::{add, length};
 use crate::world::Vector;
 
-/// Points are handled in groups of this many, so that loops over them need no rest.
-pub(crate) const STEP: usize = 16;
-
-/// Up to 256 points on one flat face, or on one sphere, gathered from the rays of a block.
+/// Where rays of a block meet one flat face, or one sphere.
 #[derive(Clone, Debug)]
 pub(crate) struct Points {
     /// How many.
     pub(crate) count: usize,
-    /// The lane of each in its block.
-    pub(crate) lane: [u8; LANES],
-    /// The ray through the middle of the block.
-    pub(crate) middle: Vector,
     /// What they are relative to.
     pub(crate) reference: Vector,
-    /// Their rays, as in `Grid`.
-    pub(crate) dx: Lanes,
-    pub(crate) dy: Lanes,
-    pub(crate) x: Lanes,
-    pub(crate) y: Lanes,
-    pub(crate) vv: Lanes,
     /// The points minus the reference.
     pub(crate) offset: [Lanes; 3],
     /// Unit normals that face the eye; of spheres only.
@@ -41,19 +28,11 @@ pub(crate) struct Ball {
 
 impl Points {
     pub(crate) fn new() -> Points {
-        const ZERO: Lanes = [0.0; LANES];
         Points {
             count: 0,
-            lane: [0; LANES],
-            middle: [0.0; 3],
             reference: [0.0; 3],
-            dx: ZERO,
-            dy: ZERO,
-            x: ZERO,
-            y: ZERO,
-            vv: ZERO,
-            offset: [ZERO; 3],
-            normal: [ZERO; 3],
+            offset: [[0.0; LANES]; 3],
+            normal: [[0.0; LANES]; 3],
         }
     }
 
@@ -63,42 +42,26 @@ impl Points {
         self.count.next_multiple_of(STEP).min(LANES)
     }
 
-    /// Take the rays of some lanes; the last step is filled up with the first of them.
+    /// From a point to a place, given as it is from the reference.
     #[inline(always)]
-    pub(crate) fn gather(&mut self, grid: &Grid, lanes: &[u8]) {
-        self.middle = grid.middle;
-        self.count = lanes.len().min(LANES);
-        if self.count == LANES {
-            // All lanes, which are in order.
-            self.lane.copy_from_slice(&lanes[..LANES]);
-            (self.dx, self.dy) = (grid.dx, grid.dy);
-            (self.x, self.y, self.vv) = (grid.x, grid.y, grid.vv);
-            return;
-        }
-        for i in 0..self.padded() {
-            let lane = lanes[if i < self.count { i } else { 0 }];
-            self.lane[i] = lane;
-            let lane = usize::from(lane);
-            self.dx[i] = grid.dx[lane];
-            self.dy[i] = grid.dy[lane];
-            self.x[i] = grid.x[lane];
-            self.y[i] = grid.y[lane];
-            self.vv[i] = grid.vv[lane];
-        }
+    pub(crate) fn toward(&self, place: [f32; 3], i: usize) -> [f32; 3] {
+        std::array::from_fn(|axis| place[axis] - self.offset[axis][i])
     }
 
-    /// Put the points on a face of a shape whose smallest depth is `t`, and return its plane if it is flat.
+    /// Put the points where rays meet a face of a shape, whose smallest depth is `t`, and return its plane if it is
+    /// flat.
     #[inline(always)]
-    pub(crate) fn place(&mut self, shape: &Shape, face: u32, t: f64) -> Option<Plane> {
+    pub(crate) fn place(&mut self, rays: &Rays, shape: &Shape, face: u32, t: f64) -> Option<Plane> {
+        self.count = rays.count;
         let plane = match shape {
             Shape::Sphere(sphere) => {
-                self.reference = sphere.place(t, self);
+                self.reference = sphere.place(t, rays, self);
                 return None;
             }
             Shape::Plane(plane) => plane.facing_the_eye(),
             Shape::Cuboid(cuboid) => cuboid.face(face),
         };
-        self.reference = plane.place(t, self);
+        self.reference = plane.place(t, rays, self);
         Some(plane)
     }
 

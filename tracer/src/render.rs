@@ -89,6 +89,9 @@ pub struct Effort {
 /// Bytes of developed pixels that may wait to be written.
 const MOST_WAITING: usize = 64 << 20;
 
+/// Bytes of a pixel of three 16-bit values.
+const MOST_BYTES: usize = 6;
+
 /// A world made ready for tracing.
 #[derive(Debug)]
 pub struct Tracer {
@@ -336,7 +339,7 @@ impl<T: Target> Work for Band<'_, T> {
                 .trace(self.scene, self.settings, place, || self.monitor.cancelled());
             let traced = Instant::now();
             self.target.take(self.block, place);
-            self.effort.rays += self.block.rays;
+            self.effort.rays += self.block.traced;
             self.effort.trace += traced - start;
             let taken = Instant::now();
             self.effort.develop += taken - traced;
@@ -371,11 +374,13 @@ impl Target for PixelTarget<'_> {
     fn take(&mut self, block: &Block, place: Place) {
         let size = self.developer.bytes_per_pixel();
         let mut rgb = [0.0; 3 * LANES];
+        interleave(block, 0, &mut rgb);
+        let mut developed = [0; MOST_BYTES * LANES];
+        let developed = &mut developed[..size * LANES];
+        self.developer.develop(&rgb, developed);
         for span in place.spans() {
-            let rgb = &mut rgb[..3 * span.count];
-            interleave(&block.radiance, span.lane, rgb);
-            let pixels = &mut self.pixels[span.pixel * size..(span.pixel + span.count) * size];
-            self.developer.develop(rgb, pixels);
+            let from = &developed[span.lane * size..(span.lane + span.count) * size];
+            self.pixels[span.pixel * size..(span.pixel + span.count) * size].copy_from_slice(from);
         }
     }
 }

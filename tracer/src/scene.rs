@@ -6,7 +6,9 @@
 
 use crate::bvh::Bvh;
 use crate::cuboid::Cuboid;
+use crate::grid::{Nearest, Rays};
 use crate::plane::Plane;
+use crate::shadow::Shadow;
 use crate::sphere::Sphere;
 use crate::vector::{dot, length, scale, sub, turned};
 use crate::world::{Camera, Form, Light, Object, Vector, World};
@@ -24,6 +26,26 @@ pub(crate) enum Shape {
 }
 
 impl Shape {
+    /// Offer where rays meet the shape, which has the face numbers from `face` on.
+    #[inline(always)]
+    pub(crate) fn meet(&self, face: u32, rays: &Rays, nearest: &mut Nearest) {
+        match self {
+            Shape::Sphere(sphere) => sphere.meet(face, rays, nearest),
+            Shape::Plane(plane) => plane.meet(face, rays, nearest),
+            Shape::Cuboid(cuboid) => cuboid.meet(face, rays, nearest),
+        }
+    }
+
+    /// Darken the points from which the shape hides the lamp.
+    #[inline(always)]
+    pub(crate) fn hide(&self, shadow: &mut Shadow<'_>) {
+        match self {
+            Shape::Sphere(sphere) => sphere.hide(shadow),
+            Shape::Plane(plane) => plane.hide(shadow),
+            Shape::Cuboid(cuboid) => cuboid.hide(shadow),
+        }
+    }
+
     /// Whether a lamp is where it can light what the eye sees: both inside or both outside. Of a plane, the height
     /// above it tells.
     #[inline(always)]
@@ -81,11 +103,7 @@ impl Scene {
             camera: &world.camera,
             unit,
         };
-        let shapes: Vec<Shape> = world
-            .objects
-            .iter()
-            .map(|object| space.shape(object))
-            .collect();
+        let shapes: Vec<Shape> = world.objects.iter().map(|object| space.shape(object)).collect();
         let planes = (0..shapes.len() as u32)
             .filter(|&i| matches!(shapes[i as usize], Shape::Plane(_)))
             .collect();
@@ -119,19 +137,14 @@ impl Space<'_> {
     }
 
     fn direction(&self, direction: Vector) -> Vector {
-        turned(
-            &[self.camera.right, self.camera.up, self.camera.forward],
-            direction,
-        )
+        turned(&[self.camera.right, self.camera.up, self.camera.forward], direction)
     }
 
     fn shape(&self, object: &Object) -> Shape {
         let place = self.place(object.position);
         match object.form {
             Form::Sphere { radius } => Shape::Sphere(Sphere::new(place, self.length(radius))),
-            Form::Plane { normal } => {
-                Shape::Plane(Plane::new(place, self.direction(unit_vector(normal))))
-            }
+            Form::Plane { normal } => Shape::Plane(Plane::new(place, self.direction(unit_vector(normal)))),
             Form::Box { size, rotation } => {
                 let axes = turned_axes(rotation).map(|axis| self.direction(axis));
                 let half = size.map(|side| self.length(side) / 2.0);
@@ -173,14 +186,8 @@ fn seen_directly(light: &Light, eye: Vector) -> [f32; 3] {
     let r = length(sub(light.position, eye));
     let arriving = light.intensity / (4.0 * PI * r * r);
     // 0 / 0: a light without power at the eye.
-    let arriving = if arriving.is_nan() {
-        0.0
-    } else {
-        arriving.min(largest)
-    };
-    light
-        .color
-        .map(|channel| (channel * arriving).min(largest) as f32)
+    let arriving = if arriving.is_nan() { 0.0 } else { arriving.min(largest) };
+    light.color.map(|channel| (channel * arriving).min(largest) as f32)
 }
 
 /// A power of two that brings the typical distance from the eye, or the size of what is larger, to about 1.

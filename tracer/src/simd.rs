@@ -77,9 +77,7 @@ impl Level {
         Level::available()
             .into_iter()
             .find(|level| level.name() == name)
-            .ok_or_else(|| UnknownLevel {
-                name: name.to_owned(),
-            })
+            .ok_or_else(|| UnknownLevel { name: name.to_owned() })
     }
 
     /// `baseline`, `avx2`, `avx512` or `neon`.

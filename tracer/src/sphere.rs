@@ -10,13 +10,13 @@
 //! float64 and float32 only adds what differs within the block (after E. Haines et al., "Precision Improvements
 //! for Ray/Sphere Intersection", Ray Tracing Gems, 2019).
 
-use crate::grid::{Grid, LANES, Nearest};
+use crate::grid::{LANES, Nearest, Rays, SIDE};
 use crate::points::Points;
 use crate::shadow::Shadow;
 use crate::vector::{cross, dot, length, scale, single, sub};
 use crate::world::Vector;
 
-/// Rays that are tested together before it is decided whether any of them meets the sphere.
+/// Rays that are tested together before it is decided whether any of them meets the sphere: whole rows.
 const BATCH: usize = 64;
 
 /// A point whose power is closer to 0 than this, in units of the radius squared, lies on the sphere: two surfaces
@@ -76,39 +76,39 @@ impl Sphere {
 
     /// Offer the nearest root ahead of the eye.
     #[inline(always)]
-    pub(crate) fn meet(&self, face: u32, grid: &Grid, nearest: &mut Nearest) {
-        let seen = self.seen(grid.middle);
+    pub(crate) fn meet(&self, face: u32, rays: &Rays, nearest: &mut Nearest) {
+        let seen = self.seen(rays.middle);
         let outside = self.eye_is_outside();
-        let mut first = 0;
-        while first < LANES {
+        for first in (0..LANES).step_by(BATCH) {
+            if !seen.crosses_rows(rays, first) {
+                continue;
+            }
             let mut discriminant = [0.0_f32; BATCH];
             let mut met = 0_u32;
             for i in 0..BATCH {
                 let lane = first + i;
-                let m = seen.moment(grid.dx[lane], grid.dy[lane]);
-                let d = grid.vv[lane] - (m[0] * m[0] + m[1] * m[1] + m[2] * m[2]);
+                let m = seen.moment(rays.dx[lane], rays.dy[lane]);
+                let d = rays.vv[lane] - (m[0] * m[0] + m[1] * m[1] + m[2] * m[2]);
                 discriminant[i] = d;
                 met |= u32::from(d >= 0.0);
             }
-            if met != 0 && outside {
-                for i in 0..BATCH {
-                    let lane = first + i;
-                    let b = seen.along(grid.dx[lane], grid.dy[lane]);
-                    // A ray that misses has no root, NaN; of a sphere behind the eye b + s is negative.
-                    let t = seen.power / (b + discriminant[i].sqrt());
-                    nearest.offer(lane, t, face);
-                }
-            } else if met != 0 {
-                for i in 0..BATCH {
-                    let lane = first + i;
-                    let b = seen.along(grid.dx[lane], grid.dy[lane]);
-                    let s = discriminant[i].sqrt();
-                    let ahead = (b + s) * seen.radius / grid.vv[lane];
-                    let t = if b >= 0.0 { ahead } else { seen.power / (b - s) };
-                    nearest.offer(lane, t, face);
-                }
+            if met == 0 {
+                continue;
             }
-            first += BATCH;
+            for i in 0..BATCH {
+                let lane = first + i;
+                let b = seen.along(rays.dx[lane], rays.dy[lane]);
+                let s = discriminant[i].sqrt();
+                // A ray that misses has no root, NaN; of a sphere behind the eye b + s is negative.
+                let t = if outside {
+                    seen.power / (b + s)
+                } else if b >= 0.0 {
+                    (b + s) * seen.radius / rays.vv[lane]
+                } else {
+                    seen.power / (b - s)
+                };
+                nearest.offer(lane, t, face);
+            }
         }
     }
 
@@ -120,13 +120,13 @@ impl Sphere {
     /// float32 would lose them on their way from the centre, they are relative to the point at depth `t` of the
     /// middle ray: with v = middle + delta and the parameter t + tau, P - reference = t delta + tau v.
     #[inline(always)]
-    pub(crate) fn place(&self, t: f64, points: &mut Points) -> Vector {
-        let seen = self.seen(points.middle);
+    pub(crate) fn place(&self, t: f64, rays: &Rays, points: &mut Points) -> Vector {
+        let seen = self.seen(rays.middle);
         let turn = if self.eye_is_outside() { 1.0 } else { -1.0 };
         let out = turn * seen.radius;
         for lane in 0..points.padded() {
-            let m = seen.moment(points.dx[lane], points.dy[lane]);
-            let (x, y, vv) = (points.x[lane], points.y[lane], points.vv[lane]);
+            let m = seen.moment(rays.dx[lane], rays.dy[lane]);
+            let (x, y, vv) = (rays.x[lane], rays.y[lane], rays.vv[lane]);
             let d = vv - (m[0] * m[0] + m[1] * m[1] + m[2] * m[2]);
             let s = turn * if d > 0.0 { d.sqrt() } else { 0.0 };
             let normal = [
@@ -141,23 +141,23 @@ impl Sphere {
         }
         let nearness = length(self.center) - self.radius;
         if 0.0 < nearness && nearness < self.radius {
-            self.place_near(&seen, t, points);
-            return scale(points.middle, t);
+            self.place_near(&seen, t, rays, points);
+            return scale(rays.middle, t);
         }
         self.center
     }
 
     #[inline(always)]
-    fn place_near(&self, seen: &Seen, t: f64, points: &mut Points) {
+    fn place_near(&self, seen: &Seen, t: f64, rays: &Rays, points: &mut Points) {
         let t = t as f32;
         for lane in 0..points.padded() {
-            let (dx, dy) = (points.dx[lane], points.dy[lane]);
+            let (dx, dy) = (rays.dx[lane], rays.dy[lane]);
             let m = seen.moment(dx, dy);
-            let d = points.vv[lane] - (m[0] * m[0] + m[1] * m[1] + m[2] * m[2]);
+            let d = rays.vv[lane] - (m[0] * m[0] + m[1] * m[1] + m[2] * m[2]);
             let s = if d > 0.0 { d.sqrt() } else { 0.0 };
             let tau = seen.power / (seen.along(dx, dy) + s) - t;
-            points.offset[0][lane] = t * dx + tau * points.x[lane];
-            points.offset[1][lane] = t * dy + tau * points.y[lane];
+            points.offset[0][lane] = t * dx + tau * rays.x[lane];
+            points.offset[1][lane] = t * dy + tau * rays.y[lane];
             points.offset[2][lane] = tau;
         }
     }
@@ -175,16 +175,12 @@ impl Sphere {
         let moment = single(scale(cross(from_lamp, to_reference), per_radius));
         let c = single(scale(from_lamp, per_radius));
         let q = single(scale(sub(self.center, shadow.points.reference), per_radius));
-        let w = shadow.to_lamp;
+        let to_lamp = single(sub(shadow.lamp, shadow.points.reference));
         let (radius, per_radius) = (self.radius as f32, per_radius as f32);
         let points = shadow.points;
         for lane in 0..points.padded() {
-            let p = [
-                points.offset[0][lane],
-                points.offset[1][lane],
-                points.offset[2][lane],
-            ];
-            let w = [w[0] - p[0], w[1] - p[1], w[2] - p[2]];
+            let p = points.offset.each_ref().map(|axis| axis[lane]);
+            let w = points.toward(to_lamp, lane);
             let q = [
                 q[0] - p[0] * per_radius,
                 q[1] - p[1] * per_radius,
@@ -210,6 +206,23 @@ impl Sphere {
 }
 
 impl Seen {
+    /// Whether a batch of whole rows may meet the sphere: m_x, the same along a row, has to be below |v|.
+    #[inline(always)]
+    fn crosses_rows(&self, rays: &Rays, first: usize) -> bool {
+        let last = first + BATCH - 1;
+        let top = self.moment(0.0, rays.dy[first])[0];
+        let bottom = self.moment(0.0, rays.dy[last])[0];
+        let corners = [
+            rays.vv[first],
+            rays.vv[first + SIDE as usize - 1],
+            rays.vv[last],
+            rays.vv[last + 1 - SIDE as usize],
+        ];
+        let longest = corners.into_iter().fold(0.0, f32::max) * 1.001;
+        let beyond = |m: f32| m * m > longest;
+        !((top > 0.0) == (bottom > 0.0) && beyond(top) && beyond(bottom))
+    }
+
     /// m of the ray at a distance from the middle one.
     #[inline(always)]
     fn moment(&self, dx: f32, dy: f32) -> [f32; 3] {

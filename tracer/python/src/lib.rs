@@ -1,0 +1,36 @@
+//! `rtcli.tracer._native`: the tracer as a Python module.
+//!
+//! - `tracer`: the class `Tracer`, a world that is rendered to a film or to a picture
+//! - `world`: what Python packs, as the tracer's `World`
+//! - `arrays`: the arrays of a film, which Python owns
+//! - `attend`: work in a pool of threads, while the calling thread listens to Python
+//! - `mailbox`: bytes on their way from the pool to the calling thread
+//! - `look`: from radiance to an image, for films of any engine
+//!
+//! `rtcli/tracer/_native.pyi` says what Python sees.
+
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+
+mod arrays;
+mod attend;
+mod look;
+mod mailbox;
+mod tracer;
+mod world;
+
+/// The compiled part of rtcli.
+#[pyo3::pymodule]
+mod _native {
+    use pyo3::prelude::*;
+
+    #[pymodule_export]
+    use crate::look::{PngEncoder, auto_exposure, develop, meter_size};
+    #[pymodule_export]
+    use crate::tracer::{Tracer, simd_level};
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

@@ -1,9 +1,9 @@
 //! Tone curves and the sRGB transfer function, there and back, in f64.
 //!
 //! The numbers of these functions decide pixels, so they have to be the same on every machine. They use `+ - * /` and
-//! `sqrt`, which IEEE 754 rounds exactly, and `pow` of the `libm` crate: FreeBSD's `e_pow.c` in Rust, built of the
-//! same operations and of table look-ups, without fused multiply-add or anything of the platform's C library, and within
-//! 0.7 units in the last place. An f32, which is what is developed, has 29 bits less.
+//! `sqrt`, which IEEE 754 rounds exactly, and `pow` of the `libm` crate: FreeBSD's `e_pow.c` in Rust, built of the same
+//! operations and of table look-ups, without fused multiply-add or anything of the platform's C library, and within 0.7
+//! units in the last place. An f32, which is what is developed, has 29 bits less.
 
 /// How radiance beyond white is brought into the range of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,9 +1,9 @@
 //! From an f32 to a step: the look-ups behind [`Developer`](super::Developer).
 //!
-//! Both are given the *steps*: `steps[k]`, k = 1 to the white of the picture, is the smallest f32 whose developed value is
-//! k or more, so the developed value of x is the number of steps up to x. The bits of a positive float, read as an
-//! integer, grow with it; their upper 16 name a *bucket*, 128 of which make an octave. A bucket is at most 1/128
-//! of its start wide.
+//! Both are given the *steps*: `steps[k]`, k = 1 to the white of the picture, is the smallest f32 whose developed value
+//! is k or more, so the developed value of x is the number of steps up to x. The bits of a positive float, read as an
+//! integer, grow with it; their upper 16 name a *bucket*, 128 of which make an octave. A bucket is at most 1/128 of its
+//! start wide.
 
 /// The bits that a bucket's name leaves.
 const LOW: u32 = 16;
@@ -47,8 +47,9 @@ impl Span {
 
 /// The look-up for the 255 steps of 8 bits: one gather, one addition, one shift.
 ///
-/// Two steps are at least 2.4 / (255 * 1.055) = 1/112 of their value apart under the plain curve, and farther under the others
-/// (their log-log slope is at most 1.6, and only in the shadows, where the steps are wide). So a bucket holds at most one, and
+/// Two steps are at least 2.4 / (255 * 1.055) = 1/112 of their value apart under the plain curve, and farther under the
+/// others (where those are steeper, by at most 1.6 on logarithmic scales, it is dark and the steps are wide). So a bucket
+/// holds at most one, and
 ///
 /// value = (entry + low) >> 16, entry = (steps before the bucket) << 16 | (2^16 - low of the step in it),
 ///
@@ -60,7 +61,8 @@ pub(super) struct Eight {
 }
 
 impl Eight {
-    /// Reinhard's curve, the longest, has its steps on 21 octaves. A power of two, for a mask in the place of a bounds check.
+    /// Reinhard's curve, the longest, has its steps on 21 octaves. A power of two, for a mask in the place of a bounds
+    /// check.
     const BUCKETS: usize = 1 << 12;
 
     pub(super) fn new(steps: &[f32]) -> Eight {
@@ -87,12 +89,13 @@ impl Eight {
 /// The look-up for the 65,535 steps of 16 bits: a guess on a straight line, and one comparison that corrects it.
 ///
 /// A bucket holds up to 225 steps, but within it the curve is nearly straight: a chord misses it by
-/// (1/8) (1/2.4) (1 - 1/2.4) / 128^2 of the value, 0.12 steps at most. Half a step below the curve the chord is therefore
-/// at most one value behind, never ahead, and the next step tells which. In units of 2^-16 steps,
+/// (1/8) (1/2.4) (1 - 1/2.4) / 128^2 of the value, 0.12 steps at most. Half a step below the curve the chord is
+/// therefore at most one value behind, never ahead, and the next step tells which. In units of 2^-16 steps,
 ///
-/// guess = (start + rise * (low / 2^4)) >> 16, entry = start to 1/16 of a step | rise over the bucket in 1/16 steps.
+/// guess = (start + rise * (low / 2^4)) >> 16, entry = start | rise,
 ///
-/// Rounding both and cutting low adds 0.12 steps to the chord's error; half a step would be too much.
+/// the start of the chord rounded to 1/16 of a step in the upper 20 bits, its rise over the bucket in 1/16 steps in the
+/// lower 12. That and the cut of low add 0.12 steps to the chord's error; half a step would be too much.
 pub(super) struct Sixteen {
     span: Span,
     entries: Box<[u32; Sixteen::BUCKETS]>,
@@ -131,5 +134,19 @@ impl Sixteen {
         let along = (offset & LOW_MASK) >> (LOW - Sixteen::RISE);
         let guess = ((entry & !RISE_MASK) + (entry & RISE_MASK) * along) >> LOW;
         guess as u16 + u16::from(x >= self.next[guess as usize & 0xFFFF])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_lies_below_the_first_step_is_black_even_if_a_bucket_starts_with_it() {
+        for first in [0.5, 0.5f32.next_up(), 0.5f32.next_down()] {
+            let eight = Eight::new(&[0.0, first, 1.0]);
+            let values = [0.0, first.next_down(), first, 1.0, 2.0].map(|x| eight.value(x));
+            assert_eq!(values, [0, 0, 1, 2, 2], "for a first step at {first}");
+        }
     }
 }

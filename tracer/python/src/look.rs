@@ -1,0 +1,184 @@
+//! From radiance to an image, for films of any engine.
+
+use std::borrow::Cow;
+use std::io::{self, Write};
+use std::mem;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyByteArray, PyBytes};
+use rtcli_tracer::develop::{Bits, Developer, Tone};
+use rtcli_tracer::meter;
+use rtcli_tracer::png::PngWriter;
+
+/// Stops, tone curve, bits a channel.
+pub type PyLook<'a> = (f64, &'a str, u8);
+
+const CHANNELS: usize = 3;
+
+/// Returns what develops radiance to this look.
+///
+/// # Errors
+///
+/// `ValueError` for an unknown tone curve or number of bits, or an exposure that is no number.
+pub fn developer((exposure, tone, bits): PyLook<'_>) -> PyResult<Developer> {
+    if exposure.is_nan() {
+        return Err(PyValueError::new_err("the exposure is not a number"));
+    }
+    let unknown = || PyValueError::new_err(format!("unknown tone curve {tone:?}"));
+    let tone = Tone::named(tone).ok_or_else(unknown)?;
+    let bits = match bits {
+        8 => Bits::Eight,
+        16 => Bits::Sixteen,
+        _ => {
+            return Err(PyValueError::new_err(format!("bits must be 8 or 16, got {bits}")));
+        }
+    };
+    Ok(Developer::new(exposure, tone, bits))
+}
+
+/// Develops radiance, interleaved float32 RGB, to 8 bits a channel, or to 16 with the high byte first.
+#[pyfunction]
+#[pyo3(signature = (radiance, look, /))]
+pub fn develop<'py>(py: Python<'py>, radiance: &[u8], look: PyLook<'_>) -> PyResult<Bound<'py, PyByteArray>> {
+    let developer = developer(look)?;
+    let radiance = pixels(radiance)?;
+    let length = radiance.len() / CHANNELS * developer.bytes_per_pixel();
+    PyByteArray::new_with(py, length, |developed| {
+        py.detach(|| developer.develop(&radiance, developed));
+        Ok(())
+    })
+}
+
+/// Returns the stops that expose a picture well; 0 if it is all black.
+#[pyfunction]
+#[pyo3(signature = (radiance, /))]
+pub fn auto_exposure(py: Python<'_>, radiance: &[u8]) -> PyResult<f64> {
+    let radiance = pixels(radiance)?;
+    Ok(py.detach(|| meter::auto_exposure(&radiance)))
+}
+
+/// Returns the size of the small picture on which the exposure of a picture of this size is metered.
+#[pyfunction]
+#[pyo3(signature = (width, height, /))]
+pub fn meter_size(width: u32, height: u32) -> PyResult<(u32, u32)> {
+    has_pixels(width, height)?;
+    Ok(meter::meter_size(width, height))
+}
+
+/// Encodes a picture as a PNG, some rows of radiance at a time.
+#[pyclass(module = "rtcli.tracer._native")]
+pub struct PngEncoder {
+    developer: Developer,
+    /// None once the picture is finished.
+    writer: Option<PngWriter<Spool>>,
+    spool: Spool,
+    width: usize,
+    rows_left: usize,
+}
+
+#[pymethods]
+impl PngEncoder {
+    #[new]
+    #[pyo3(signature = (width, height, look, /))]
+    fn new(width: u32, height: u32, look: PyLook<'_>) -> PyResult<Self> {
+        has_pixels(width, height)?;
+        let developer = developer(look)?;
+        let spool = Spool::default();
+        Ok(PngEncoder {
+            writer: Some(PngWriter::new(spool.clone(), width, height, developer.bits())?),
+            developer,
+            spool,
+            width: width as usize,
+            rows_left: height as usize,
+        })
+    }
+
+    /// Develops and encodes the next rows; returns what the file holds next.
+    #[pyo3(signature = (radiance, /))]
+    fn push<'py>(&mut self, py: Python<'py>, radiance: &[u8]) -> PyResult<Bound<'py, PyBytes>> {
+        let radiance = pixels(radiance)?;
+        let row = self.width * CHANNELS;
+        let rows = radiance.len() / row;
+        if !radiance.len().is_multiple_of(row) || rows > self.rows_left {
+            let left = self.rows_left;
+            let message = format!(
+                "{} pixels are not up to {left} rows of {}",
+                radiance.len() / CHANNELS,
+                self.width
+            );
+            return Err(PyValueError::new_err(message));
+        }
+        self.rows_left -= rows;
+        py.detach(|| self.encode(&radiance))?;
+        Ok(PyBytes::new(py, &self.spool.take()))
+    }
+
+    /// Ends the picture, of which all rows were pushed; returns the rest of the file.
+    fn finish<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        if self.rows_left > 0 {
+            let message = format!("{} rows are missing", self.rows_left);
+            return Err(PyValueError::new_err(message));
+        }
+        if let Some(writer) = self.writer.take() {
+            writer.finish()?;
+        }
+        Ok(PyBytes::new(py, &self.spool.take()))
+    }
+}
+
+impl PngEncoder {
+    fn encode(&mut self, radiance: &[f32]) -> io::Result<()> {
+        let mut rows = vec![0; radiance.len() / CHANNELS * self.developer.bytes_per_pixel()];
+        self.developer.develop(radiance, &mut rows);
+        match &mut self.writer {
+            Some(writer) => writer.write_rows(&rows),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Refuses a picture without pixels.
+///
+/// # Errors
+///
+/// `ValueError` then.
+pub fn has_pixels(width: u32, height: u32) -> PyResult<()> {
+    if width == 0 || height == 0 {
+        return Err(PyValueError::new_err("a picture has at least one pixel"));
+    }
+    Ok(())
+}
+
+/// What the encoder wrote and Python did not take yet.
+#[derive(Clone, Default)]
+struct Spool(Arc<Mutex<Vec<u8>>>);
+
+impl Spool {
+    fn take(&self) -> Vec<u8> {
+        mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+impl Write for Spool {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let mut spool = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        spool.extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// Returns bytes as interleaved RGB; copied only if they lie where floats may not.
+fn pixels(bytes: &[u8]) -> PyResult<Cow<'_, [f32]>> {
+    if !bytes.len().is_multiple_of(CHANNELS * size_of::<f32>()) {
+        let message = format!("{} bytes are no whole number of RGB pixels in float32", bytes.len());
+        return Err(PyValueError::new_err(message));
+    }
+    let copy = || bytemuck::pod_collect_to_vec(bytes);
+    Ok(bytemuck::try_cast_slice(bytes).map_or_else(|_| Cow::Owned(copy()), Cow::Borrowed))
+}

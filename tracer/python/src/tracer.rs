@@ -1,0 +1,135 @@
+//! The class `Tracer`: a world that is rendered to a film or to a picture.
+
+use std::env;
+
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyString};
+use rtcli_tracer::Level;
+use rtcli_tracer::render::{Cancelled, Monitor, PictureError};
+use rtcli_tracer::world::World;
+
+use crate::arrays::{arrays_of, byte_length, film_over, pixels, with_arrays};
+use crate::attend::Listener;
+use crate::look::{PyLook, developer};
+use crate::world::{self, PyCamera, PyLights, PyObjects, PySettings, PyWindow, Size};
+
+/// Forces a SIMD level.
+const SIMD: &str = "RTCLI_SIMD";
+
+/// The SIMD level that the tracer uses here.
+#[pyfunction]
+pub fn simd_level() -> PyResult<&'static str> {
+    Ok(level()?.name())
+}
+
+fn level() -> PyResult<Level> {
+    match env::var_os(SIMD) {
+        None => Ok(Level::best()),
+        Some(name) => Level::named(&name.to_string_lossy())
+            .map_err(|error| PyValueError::new_err(format!("{SIMD}: {error}"))),
+    }
+}
+
+/// A world that is rendered to a film or to a picture.
+#[pyclass(frozen, module = "rtcli.tracer._native")]
+pub struct Tracer {
+    core: rtcli_tracer::Tracer,
+    size: Size,
+}
+
+#[pymethods]
+impl Tracer {
+    #[new]
+    #[pyo3(signature = (camera, objects, lights, settings, /))]
+    fn new(
+        py: Python<'_>,
+        camera: PyCamera,
+        objects: PyObjects<'_>,
+        lights: PyLights<'_>,
+        settings: PySettings,
+    ) -> PyResult<Self> {
+        let level = level()?;
+        let objects = world::objects(objects)?;
+        let world = World {
+            camera: world::camera(camera)?,
+            lights: world::lights(lights, objects.len())?,
+            objects,
+            settings: world::settings(settings)?,
+        };
+        Ok(Tracer {
+            size: Size::from(&world.camera),
+            core: py.detach(|| rtcli_tracer::Tracer::new(world, level)),
+        })
+    }
+
+    /// Renders radiance and passes of a window; returns them by name, and the number of rays.
+    #[pyo3(signature = (window, passes, threads, progress, /))]
+    fn film<'py>(
+        &self,
+        py: Python<'py>,
+        window: PyWindow,
+        passes: Vec<String>,
+        threads: usize,
+        progress: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<(Bound<'py, PyDict>, u64)> {
+        let window = world::window(window, self.size)?;
+        let arrays = arrays_of(&passes)?;
+        let lengths: PyResult<Vec<_>> = arrays
+            .iter()
+            .map(|(_, components)| byte_length(window, *components))
+            .collect();
+        let mut made = Vec::new();
+        let mut rays = 0;
+        with_arrays(py, &lengths?, Vec::new(), &mut made, &mut |bytes| {
+            let film = film_over(&arrays, bytes)?;
+            let mut listener = Listener::new(py, pixels(window), progress.as_ref(), None);
+            let work = |monitor: &Monitor, _: &_| self.core.film(window, film, monitor);
+            rays = listener.attend(threads, work)?.map_err(given_up)?;
+            Ok(())
+        })?;
+        let named = PyDict::new(py);
+        for ((name, _), array) in arrays.iter().zip(made.into_iter().rev()) {
+            named.set_item(PyString::intern(py, name), array)?;
+        }
+        Ok((named, rays))
+    }
+
+    /// Renders a window to a PNG, of which `write` is given piece by piece.
+    ///
+    /// Returns the number of rays, and the seconds that the threads spent in tracing, developing and encoding.
+    #[pyo3(signature = (window, look, threads, write, progress, /))]
+    fn picture<'py>(
+        &self,
+        py: Python<'py>,
+        window: PyWindow,
+        look: PyLook<'py>,
+        threads: usize,
+        write: Bound<'py, PyAny>,
+        progress: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<(u64, f64, f64, f64)> {
+        let window = world::window(window, self.size)?;
+        let developer = developer(look)?;
+        let mut listener = Listener::new(py, pixels(window), progress.as_ref(), Some(&write));
+        let work = |monitor: &Monitor, mailbox: &_| self.core.write_png(window, &developer, mailbox, monitor);
+        let effort = listener.attend(threads, work)?.map_err(|error| match error {
+            PictureError::Io(error) => error.into(),
+            PictureError::Cancelled => given_up(Cancelled),
+        })?;
+        let [trace, develop, write] = [effort.trace, effort.develop, effort.write].map(|time| time.as_secs_f64());
+        Ok((effort.rays, trace, develop, write))
+    }
+
+    /// Returns the stops that the exposure meter finds, and how many rays that took.
+    #[pyo3(signature = (threads, /))]
+    fn exposure(&self, py: Python<'_>, threads: usize) -> PyResult<(f64, u64)> {
+        let mut listener = Listener::new(py, 0, None, None);
+        let work = |monitor: &Monitor, _: &_| self.core.exposure(monitor);
+        listener.attend(threads, work)?.map_err(given_up)
+    }
+}
+
+/// Only who listens gives a rendering up, and then raises an error of its own.
+fn given_up(_: Cancelled) -> PyErr {
+    PyRuntimeError::new_err("the rendering was given up")
+}

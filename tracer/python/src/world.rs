@@ -1,0 +1,186 @@
+//! What Python packs, as the tracer's `World`: see `rtcli/tracer/world.py` for the meaning of each number.
+
+use crate::look::has_pixels;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use rtcli_tracer::world::{Camera, Form, Light, Object, Settings, Vector, Window};
+
+/// Width, height, fov, position, right, up, forward.
+pub type PyCamera = (u32, u32, f64, Vector, Vector, Vector, Vector);
+
+/// Kind (u8), position, extent, rotation, color (f64), in native byte order.
+pub type PyObjects<'a> = (&'a [u8], &'a [u8], &'a [u8], &'a [u8], &'a [u8]);
+
+/// Position, color, intensity (f64), body (i64), in native byte order.
+pub type PyLights<'a> = (&'a [u8], &'a [u8], &'a [u8], &'a [u8]);
+
+/// Samples, background, whether objects are lit, whether light weakens on its way to the eye.
+pub type PySettings = (u32, Vector, bool, bool);
+
+/// Left, top, width, height.
+pub type PyWindow = (u32, u32, u32, u32);
+
+/// The whole picture, pixels.
+#[derive(Clone, Copy)]
+pub struct Size {
+    width: u32,
+    height: u32,
+}
+
+impl From<&Camera> for Size {
+    fn from(camera: &Camera) -> Size {
+        Size {
+            width: camera.width,
+            height: camera.height,
+        }
+    }
+}
+
+/// The kinds of `rtcli/tracer/world.py`.
+const SPHERE: u8 = 0;
+const PLANE: u8 = 1;
+const BOX: u8 = 2;
+
+/// Returns the camera.
+///
+/// # Errors
+///
+/// `ValueError` for a picture without pixels.
+pub fn camera(camera: PyCamera) -> PyResult<Camera> {
+    let (width, height, fov, position, right, up, forward) = camera;
+    has_pixels(width, height)?;
+    Ok(Camera {
+        width,
+        height,
+        fov,
+        position,
+        right,
+        up,
+        forward,
+    })
+}
+
+/// Returns the objects.
+///
+/// # Errors
+///
+/// `ValueError` for an unknown kind, or columns of different lengths.
+pub fn objects(columns: PyObjects<'_>) -> PyResult<Vec<Object>> {
+    let (kinds, position, extent, rotation, color) = columns;
+    let (position, extent) = (vectors(position)?, vectors(extent)?);
+    let (rotation, color) = (numbers(rotation)?, vectors(color)?);
+    let lengths = [position.len(), extent.len(), rotation.len(), color.len()];
+    same_lengths(kinds.len(), &lengths)?;
+    (0..kinds.len())
+        .map(|i| {
+            Ok(Object {
+                position: position[i],
+                color: color[i],
+                form: form(kinds[i], extent[i], rotation[i])?,
+            })
+        })
+        .collect()
+}
+
+fn form(kind: u8, extent: Vector, rotation: f64) -> PyResult<Form> {
+    match kind {
+        SPHERE => Ok(Form::Sphere { radius: extent[0] }),
+        PLANE => Ok(Form::Plane { normal: extent }),
+        BOX => Ok(Form::Box { size: extent, rotation }),
+        _ => Err(PyValueError::new_err(format!("unknown kind of shape {kind}"))),
+    }
+}
+
+/// Returns the lights.
+///
+/// # Errors
+///
+/// `ValueError` for columns of different lengths, or a body that is none of the objects.
+pub fn lights(columns: PyLights<'_>, objects: usize) -> PyResult<Vec<Light>> {
+    let (position, color, intensity, bodies) = columns;
+    let (position, color) = (vectors(position)?, vectors(color)?);
+    let (intensity, bodies) = (numbers(intensity)?, indices(bodies)?);
+    same_lengths(bodies.len(), &[position.len(), color.len(), intensity.len()])?;
+    (0..bodies.len())
+        .map(|i| {
+            Ok(Light {
+                position: position[i],
+                color: color[i],
+                intensity: intensity[i],
+                body: body(bodies[i], objects)?,
+            })
+        })
+        .collect()
+}
+
+fn body(index: i64, objects: usize) -> PyResult<Option<usize>> {
+    match usize::try_from(index) {
+        Ok(index) if index < objects => Ok(Some(index)),
+        Err(_) => Ok(None),
+        Ok(_) => Err(PyValueError::new_err(format!(
+            "there is no object {index} to carry a light"
+        ))),
+    }
+}
+
+/// Returns the settings.
+///
+/// # Errors
+///
+/// `ValueError` for a picture without samples.
+pub fn settings((samples, background, lit, eye_falloff): PySettings) -> PyResult<Settings> {
+    if samples == 0 {
+        return Err(PyValueError::new_err("samples must be at least 1"));
+    }
+    Ok(Settings {
+        samples,
+        background,
+        lit,
+        eye_falloff,
+    })
+}
+
+/// Returns a window of a picture.
+///
+/// # Errors
+///
+/// `ValueError` if it is empty or reaches out of the picture.
+pub fn window((x, y, width, height): PyWindow, whole: Size) -> PyResult<Window> {
+    let inside = |start: u32, length: u32, whole: u32| {
+        length > 0 && start.checked_add(length).is_some_and(|end| end <= whole)
+    };
+    if inside(x, width, whole.width) && inside(y, height, whole.height) {
+        Ok(Window { x, y, width, height })
+    } else {
+        Err(PyValueError::new_err("the window is not inside the picture"))
+    }
+}
+
+fn vectors(bytes: &[u8]) -> PyResult<Vec<Vector>> {
+    items(bytes)
+}
+
+fn numbers(bytes: &[u8]) -> PyResult<Vec<f64>> {
+    items(bytes)
+}
+
+fn indices(bytes: &[u8]) -> PyResult<Vec<i64>> {
+    items(bytes)
+}
+
+/// Copies bytes, which lie anywhere, to where items may lie.
+fn items<T: bytemuck::AnyBitPattern + bytemuck::NoUninit>(bytes: &[u8]) -> PyResult<Vec<T>> {
+    if !bytes.len().is_multiple_of(size_of::<T>()) {
+        let message = format!("{} bytes are no whole number of items", bytes.len());
+        return Err(PyValueError::new_err(message));
+    }
+    Ok(bytemuck::pod_collect_to_vec(bytes))
+}
+
+fn same_lengths(rows: usize, columns: &[usize]) -> PyResult<()> {
+    if columns.iter().all(|length| *length == rows) {
+        Ok(())
+    } else {
+        Err(PyValueError::new_err("columns of different lengths"))
+    }
+}

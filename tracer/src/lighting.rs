@@ -1,0 +1,148 @@
+//! The light that lamps bring to points, and that the points send to the eye.
+
+use crate::bvh::Stack;
+use crate::grid::{LANES, Lanes};
+use crate::plane::Plane;
+use crate::points::Points;
+use crate::scene::{Lamp, Scene, Shape};
+use crate::shadow::Shadow;
+use crate::vector::{single, sub};
+use crate::world::{Settings, Vector};
+use std::f64::consts::PI;
+
+/// Points on a face and the light that reaches them.
+#[derive(Debug)]
+pub(crate) struct Lighting {
+    pub(crate) points: Points,
+    /// The squared distance to a lamp.
+    squared: Lanes,
+    /// cos(theta) / r^2 of one lamp, and 0 where it is hidden.
+    light: Lanes,
+    stack: Stack,
+}
+
+impl Lighting {
+    pub(crate) fn new() -> Lighting {
+        Lighting {
+            points: Points::new(),
+            squared: [0.0; LANES],
+            light: [0.0; LANES],
+            stack: Stack::default(),
+        }
+    }
+
+    /// Add what the points, placed on an object, send back of the light that reaches them; return how many shadow
+    /// rays that took. `flat` is the plane of their face, unless they lie on a sphere.
+    ///
+    /// radiance = sum over lamps of albedo / pi L_i cos(theta), L_i = power / r^2 (document, sections 2.3.1, 2.3.2)
+    ///
+    /// A surface is lit from the eye's side only. All shapes are convex, so where eye and lamp are on the same side
+    /// of an object and cos(theta) > 0, the object cannot stand in its own light: it is left out, and no epsilon is
+    /// needed.
+    #[inline(always)]
+    pub(crate) fn add(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        object: u32,
+        flat: Option<&Plane>,
+        radiance: &mut [Lanes; 3],
+    ) -> u64 {
+        let albedo = scene.looks[object as usize].albedo;
+        let ball = self.points.bound();
+        let mut rays = 0;
+        for lamp in &scene.lamps {
+            let facing = self.arrive(lamp.position, &scene.shapes[object as usize], flat);
+            if facing == 0 {
+                continue;
+            }
+            rays += facing;
+            let mut shadow = Shadow {
+                points: &self.points,
+                lamp: lamp.position,
+                squared: &self.squared,
+                light: &mut self.light,
+                ball,
+            };
+            shadow.cast(scene, object, lamp.body, &mut self.stack);
+            if settings.eye_falloff {
+                self.weaken(scene.unit);
+            }
+            let share = share(lamp, albedo);
+            for (channel, share) in radiance.iter_mut().zip(share) {
+                for lane in 0..self.points.padded() {
+                    channel[lane] += share * self.light[lane];
+                }
+            }
+        }
+        rays
+    }
+
+    /// Find the light that reaches the points from a lamp unless something is between, and how many face it.
+    #[inline(always)]
+    fn arrive(&mut self, lamp: Vector, shape: &Shape, flat: Option<&Plane>) -> u64 {
+        if !shape.sees(lamp) {
+            return 0;
+        }
+        let to_lamp = single(sub(lamp, self.points.reference));
+        if let Some(plane) = flat {
+            let height = plane.height(lamp);
+            if height <= 0.0 {
+                return 0;
+            }
+            self.arrive_flat(to_lamp, height as f32);
+            return self.points.count as u64;
+        }
+        self.arrive_curved(to_lamp);
+        let facing = |&light: &f32| u32::from(light > 0.0);
+        u64::from(self.light[..self.points.count].iter().map(facing).sum::<u32>())
+    }
+
+    /// cos(theta) / r^2 = height / r^3: the lamp is equally high above all points of a flat face.
+    #[inline(always)]
+    fn arrive_flat(&mut self, to_lamp: [f32; 3], height: f32) {
+        for lane in 0..self.points.padded() {
+            let w = self.points.toward(to_lamp, lane);
+            let squared = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
+            self.squared[lane] = squared;
+            self.light[lane] = height / (squared * squared.sqrt());
+        }
+    }
+
+    /// cos(theta) / r^2 = n . w / r^3
+    #[inline(always)]
+    fn arrive_curved(&mut self, to_lamp: [f32; 3]) {
+        for lane in 0..self.points.padded() {
+            let w = self.points.toward(to_lamp, lane);
+            let squared = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
+            let n = &self.points.normal;
+            let along = n[0][lane] * w[0] + n[1][lane] * w[1] + n[2][lane] * w[2];
+            self.squared[lane] = squared;
+            // Also 0 where it is NaN, at a lamp on the surface.
+            let light = along / (squared * squared.sqrt());
+            self.light[lane] = if light > 0.0 { light } else { 0.0 };
+        }
+    }
+
+    /// Divide by 4 pi t^2 (document, section 3.4), t the distance to the eye in the world's units.
+    #[inline(always)]
+    fn weaken(&mut self, unit: f64) {
+        let eye = single(self.points.reference.map(|component| -component));
+        let (unit, per_sphere) = (bounded(unit), (0.25 / PI) as f32);
+        for lane in 0..self.points.padded() {
+            let p = self.points.toward(eye, lane);
+            let factor = unit / (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt();
+            self.light[lane] = self.light[lane] * factor * factor * per_sphere;
+        }
+    }
+}
+
+/// albedo / pi times the lamp's power.
+fn share(lamp: &Lamp, albedo: Vector) -> [f32; 3] {
+    std::array::from_fn(|i| bounded(lamp.power[i] * (albedo[i] / PI)))
+}
+
+/// In float32, whose largest value stands for what is larger.
+fn bounded(value: f64) -> f32 {
+    value.min(f64::from(f32::MAX)) as f32
+}
