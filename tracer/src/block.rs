@@ -169,7 +169,7 @@ impl Surface {
 /// What the rays of a block meet first.
 #[inline(always)]
 fn nearest_hits(scene: &Scene, rays: &Rays, nearest: &mut Nearest, stack: &mut Stack) {
-    nearest.clear();
+    nearest.clear(rays);
     let cone = Cone::of_block(rays);
     let mut walk = scene.bvh.walk(&cone, stack);
     let mut limit = f32::INFINITY;

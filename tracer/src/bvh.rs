@@ -63,7 +63,7 @@ impl Cone {
         let axis = scale(middle, 1.0 / length(middle));
         let cos = CORNERS
             .map(|(i, j)| {
-                let corner = [middle[0] + i * reach, middle[1] + j * reach, 1.0];
+                let corner = [middle[0] + i * reach.0, middle[1] + j * reach.1, 1.0];
                 dot(axis, corner) / length(corner)
             })
             .into_iter()
@@ -103,10 +103,10 @@ impl Cone {
     #[inline(always)]
     pub(crate) fn along_axis(&self, rays: &Rays, depth: f32) -> f32 {
         let [x, y, _] = single(rays.middle);
-        let reach = rays.reach as f32;
+        let (right, up) = (rays.reach.0 as f32, rays.reach.1 as f32);
         // v . axis is largest at a corner.
         let [ax, ay, az] = self.axis;
-        let largest = ax * x + ay * y + az + reach * (ax.abs() + ay.abs());
+        let largest = ax * x + ay * y + az + right * ax.abs() + up * ay.abs();
         // Infinite times 0, of a wide cone: no limit.
         if depth < f32::INFINITY {
             depth * largest * (1.0 + GENEROUS)

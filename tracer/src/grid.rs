@@ -26,10 +26,10 @@ pub(crate) type Lanes = [f32; LANES];
 pub(crate) struct Rays {
     /// How many.
     pub(crate) count: usize,
-    /// The ray through the middle of the block.
+    /// The ray through the middle of the block, or of its part that is inside the picture.
     pub(crate) middle: Vector,
-    /// Half a side of the block on the image plane.
-    pub(crate) reach: f64,
+    /// Half the width and the height of that part on the image plane.
+    pub(crate) reach: (f64, f64),
     /// x minus that of the middle.
     pub(crate) dx: Lanes,
     /// y minus that of the middle.
@@ -38,8 +38,19 @@ pub(crate) struct Rays {
     pub(crate) y: Lanes,
     /// v . v
     pub(crate) vv: Lanes,
-    /// What dx and dy were made for: the place in each pixel, and half a pixel on the image plane.
-    pattern: ((f64, f64), f64),
+    /// What dx and dy were made for.
+    pattern: Pattern,
+}
+
+/// Where the rays of a block go, wherever it is in the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Pattern {
+    /// Columns and rows that are inside the picture.
+    inside: (u32, u32),
+    /// Half a pixel on the image plane.
+    half_pixel: f64,
+    /// The place in each pixel.
+    within: (f64, f64),
 }
 
 impl Rays {
@@ -48,13 +59,17 @@ impl Rays {
         Rays {
             count: 0,
             middle: [0.0, 0.0, 1.0],
-            reach: 0.0,
+            reach: (0.0, 0.0),
             dx: [0.0; LANES],
             dy: [0.0; LANES],
             x: [0.0; LANES],
             y: [0.0; LANES],
             vv: [0.0; LANES],
-            pattern: ((0.0, 0.0), 0.0),
+            pattern: Pattern {
+                inside: (0, 0),
+                half_pixel: 0.0,
+                within: (0.0, 0.0),
+            },
         }
     }
 
@@ -65,16 +80,26 @@ impl Rays {
     /// x = (2 pixel_x - width) half_pixel,  y = (height - 2 pixel_y) half_pixel
     #[inline(always)]
     pub(crate) fn aim(&mut self, view: View, corner: (u32, u32), within: (f64, f64)) {
-        let half = f64::from(SIDE / 2);
+        let inside = (
+            SIDE.min(view.width - corner.0),
+            SIDE.min(view.height - corner.1),
+        );
+        let pixel = view.half_pixel;
         self.count = LANES;
+        // 2 (corner + inside / 2) is a whole number.
         self.middle = [
-            (2.0 * (f64::from(corner.0) + half) - f64::from(view.width)) * view.half_pixel,
-            (f64::from(view.height) - 2.0 * (f64::from(corner.1) + half)) * view.half_pixel,
+            (f64::from(2 * corner.0 + inside.0) - f64::from(view.width)) * pixel,
+            (f64::from(view.height) - f64::from(2 * corner.1 + inside.1)) * pixel,
             1.0,
         ];
-        self.reach = f64::from(SIDE) * view.half_pixel;
-        if self.pattern != (within, view.half_pixel) {
-            self.pattern = (within, view.half_pixel);
+        self.reach = (f64::from(inside.0) * pixel, f64::from(inside.1) * pixel);
+        let pattern = Pattern {
+            inside,
+            half_pixel: pixel,
+            within,
+        };
+        if self.pattern != pattern {
+            self.pattern = pattern;
             self.spread();
         }
         self.complete();
@@ -82,13 +107,24 @@ impl Rays {
 
     /// Find dx and dy.
     fn spread(&mut self) {
-        let (within, half_pixel) = self.pattern;
-        let half = f64::from(SIDE / 2);
+        let Pattern {
+            inside,
+            half_pixel,
+            within,
+        } = self.pattern;
         for lane in 0..LANES {
             let (i, j) = (lane as u32 % SIDE, lane as u32 / SIDE);
-            self.dx[lane] = (2.0 * (f64::from(i) + within.0 - half) * half_pixel) as f32;
-            self.dy[lane] = (-2.0 * (f64::from(j) + within.1 - half) * half_pixel) as f32;
+            let right = 2.0 * (f64::from(i) + within.0) - f64::from(inside.0);
+            let down = 2.0 * (f64::from(j) + within.1) - f64::from(inside.1);
+            self.dx[lane] = (right * half_pixel) as f32;
+            self.dy[lane] = (-down * half_pixel) as f32;
         }
+    }
+
+    /// Whether the pixel of a lane is inside the picture.
+    fn is_inside(&self, lane: usize) -> bool {
+        let (columns, rows) = self.pattern.inside;
+        (lane as u32 % SIDE) < columns && lane as u32 / SIDE < rows
     }
 
     /// Become some of the rays of a block; the last step is filled up with the first of them.
@@ -145,11 +181,18 @@ impl Nearest {
         }
     }
 
-    /// Forget all that was met.
+    /// Nothing is met yet. Outside of the picture nothing will be: nothing is nearer than 0.
     #[inline(always)]
-    pub(crate) fn clear(&mut self) {
+    pub(crate) fn clear(&mut self, rays: &Rays) {
         self.t = [f32::INFINITY; LANES];
         self.face = [NOTHING; LANES];
+        if !rays.is_inside(LANES - 1) {
+            for lane in 0..LANES {
+                if !rays.is_inside(lane) {
+                    self.t[lane] = 0.0;
+                }
+            }
+        }
     }
 
     /// The largest depth of the block: what lies farther cannot be seen.

@@ -23,6 +23,9 @@ const BATCH: usize = 64;
 /// in one place do not stand between each other and a lamp.
 const TOUCHING: f32 = 4e-6;
 
+/// The eye is close to a sphere if k is below this: closer than a radius.
+const NEAR: f64 = 3.0;
+
 #[derive(Clone, Debug)]
 pub(crate) struct Sphere {
     pub(crate) center: Vector,
@@ -38,6 +41,8 @@ struct Seen {
     /// k, in units of the scene over units of the radius.
     power: f32,
     radius: f32,
+    /// Whether the eye is inside, or close.
+    near: bool,
 }
 
 impl Sphere {
@@ -65,12 +70,14 @@ impl Sphere {
     #[inline(always)]
     fn seen(&self, middle: Vector) -> Seen {
         let center = scale(self.center, 1.0 / self.radius);
+        let power = self.power(self.center) / self.radius;
         Seen {
             center: single(center),
             moment: single(cross(center, middle)),
             along: dot(center, middle) as f32,
-            power: (self.power(self.center) / self.radius) as f32,
+            power: power as f32,
             radius: self.radius as f32,
+            near: power < NEAR * self.radius,
         }
     }
 
@@ -87,8 +94,7 @@ impl Sphere {
             let mut met = 0_u32;
             for i in 0..BATCH {
                 let lane = first + i;
-                let m = seen.moment(rays.dx[lane], rays.dy[lane]);
-                let d = rays.vv[lane] - (m[0] * m[0] + m[1] * m[1] + m[2] * m[2]);
+                let d = seen.discriminant(rays.dx[lane], rays.dy[lane], rays.vv[lane]);
                 discriminant[i] = d;
                 met |= u32::from(d >= 0.0);
             }
@@ -99,7 +105,7 @@ impl Sphere {
                 let lane = first + i;
                 let b = seen.along(rays.dx[lane], rays.dy[lane]);
                 let s = discriminant[i].sqrt();
-                // A ray that misses has no root, NaN; of a sphere behind the eye b + s is negative.
+                // A ray that misses has no root, NaN. Of a sphere behind the eye both are negative.
                 let t = if outside {
                     seen.power / (b + s)
                 } else if b >= 0.0 {
@@ -107,7 +113,8 @@ impl Sphere {
                 } else {
                     seen.power / (b - s)
                 };
-                nearest.offer(lane, t, face);
+                let behind = outside & (b <= 0.0);
+                nearest.offer(lane, if behind { 0.0 } else { t }, face);
             }
         }
     }
@@ -127,7 +134,7 @@ impl Sphere {
         for lane in 0..points.padded() {
             let m = seen.moment(rays.dx[lane], rays.dy[lane]);
             let (x, y, vv) = (rays.x[lane], rays.y[lane], rays.vv[lane]);
-            let d = vv - (m[0] * m[0] + m[1] * m[1] + m[2] * m[2]);
+            let d = seen.discriminant(rays.dx[lane], rays.dy[lane], vv);
             let s = turn * if d > 0.0 { d.sqrt() } else { 0.0 };
             let normal = [
                 turn * (m[1] - y * m[2] - s * x) / vv,
@@ -139,8 +146,7 @@ impl Sphere {
                 points.offset[i][lane] = out * normal[i];
             }
         }
-        let nearness = length(self.center) - self.radius;
-        if 0.0 < nearness && nearness < self.radius {
+        if seen.near && self.eye_is_outside() {
             self.place_near(&seen, t, rays, points);
             return scale(rays.middle, t);
         }
@@ -152,8 +158,7 @@ impl Sphere {
         let t = t as f32;
         for lane in 0..points.padded() {
             let (dx, dy) = (rays.dx[lane], rays.dy[lane]);
-            let m = seen.moment(dx, dy);
-            let d = rays.vv[lane] - (m[0] * m[0] + m[1] * m[1] + m[2] * m[2]);
+            let d = seen.discriminant(dx, dy, rays.vv[lane]);
             let s = if d > 0.0 { d.sqrt() } else { 0.0 };
             let tau = seen.power / (seen.along(dx, dy) + s) - t;
             points.offset[0][lane] = t * dx + tau * rays.x[lane];
@@ -206,6 +211,20 @@ impl Sphere {
 }
 
 impl Seen {
+    /// D of the ray at a distance from the middle one.
+    ///
+    /// Close to a sphere k is small, and D = b^2 - k v.v loses nothing where the ray grazes it.
+    #[inline(always)]
+    fn discriminant(&self, dx: f32, dy: f32, vv: f32) -> f32 {
+        if self.near {
+            let b = self.along(dx, dy);
+            b * b - self.power / self.radius * vv
+        } else {
+            let m = self.moment(dx, dy);
+            vv - (m[0] * m[0] + m[1] * m[1] + m[2] * m[2])
+        }
+    }
+
     /// Whether a batch of whole rows may meet the sphere: m_x, the same along a row, has to be below |v|.
     #[inline(always)]
     fn crosses_rows(&self, rays: &Rays, first: usize) -> bool {
