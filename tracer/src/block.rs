@@ -94,13 +94,29 @@ impl Block {
         }
     }
 
-    /// The mean radiance of a pixel's samples, one channel of some lanes.
+    /// Write the mean radiance of each pixel's samples as RGB triples, from the pixel of `lane` on.
     #[inline(always)]
-    pub(crate) fn mean(&self, channel: usize, lane: usize) -> f32 {
-        let mean = self.radiance[channel][lane] / self.samples;
-        // NaN, of 0 * inf, counts as 0.
-        let mean = if mean > 0.0 { mean } else { 0.0 };
-        if mean < f32::MAX { mean } else { f32::MAX }
+    pub(crate) fn mean(&self, lane: usize, rgb: &mut [f32]) {
+        let samples = self.samples;
+        if samples == 1.0 {
+            self.interleave(lane, rgb, |sum| sum);
+        } else {
+            self.interleave(lane, rgb, |sum| sum / samples);
+        }
+    }
+
+    #[inline(always)]
+    fn interleave(&self, lane: usize, rgb: &mut [f32], mean: impl Fn(f32) -> f32) {
+        let count = rgb.len() / 3;
+        assert!(lane + count <= LANES);
+        for i in 0..count {
+            for channel in 0..3 {
+                let mean = mean(self.radiance[channel][lane + i]);
+                // NaN, of 0 * inf, counts as 0.
+                let mean = if mean > 0.0 { mean } else { 0.0 };
+                rgb[3 * i + channel] = if mean < f32::MAX { mean } else { f32::MAX };
+            }
+        }
     }
 
     /// Add the radiance of one group of rays, all of which met the same face.

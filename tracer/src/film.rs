@@ -1,7 +1,7 @@
 //! The arrays of a rendered picture, and how a block fills its part of them.
 
 use crate::block::Block;
-use crate::grid::{FACE_BITS, LANES, NOTHING};
+use crate::grid::{FACE_BITS, NOTHING};
 use crate::place::Place;
 use crate::scene::Scene;
 use crate::vector::{add, length, scale};
@@ -81,7 +81,7 @@ impl<'a> Film<'a> {
         let passes = self.has_passes();
         for span in place.spans() {
             let radiance = &mut self.radiance[3 * span.pixel..3 * (span.pixel + span.count)];
-            interleave(block, span.lane, radiance);
+            block.mean(span.lane, radiance);
             for i in 0..if passes { span.count } else { 0 } {
                 self.take_passes(block, span.pixel + i, span.lane + i, home);
             }
@@ -146,18 +146,6 @@ fn put(array: &mut [f32], pixel: usize, value: Vector) {
 fn bounded(value: f64) -> f32 {
     let largest = f64::from(f32::MAX);
     value.clamp(-largest, largest) as f32
-}
-
-/// Write the mean radiance of lanes, from `lane` on, as RGB triples.
-#[inline(always)]
-pub(crate) fn interleave(block: &Block, lane: usize, rgb: &mut [f32]) {
-    let count = rgb.len() / 3;
-    assert!(lane + count <= LANES);
-    for i in 0..count {
-        for channel in 0..3 {
-            rgb[3 * i + channel] = block.mean(channel, lane + i);
-        }
-    }
 }
 
 /// The way back from the camera's space to the world.
