@@ -1,12 +1,18 @@
-# make demo, make test and make check set up a virtual environment of their own: python3 and make are all they need.
+# make demo, make test and make check set up a virtual environment of their own: python3, make and Rust's cargo are
+# all they need.
 
 PYTHON ?= python3
 VENV := .venv
 # Windows has Scripts where others have bin.
 BIN := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 DEMO := out/cornell.png
+CARGO ?= cargo
+CRATE := --manifest-path tracer/Cargo.toml
+# What the compiled module is made of.
+NATIVE := tracer/Cargo.toml tracer/Cargo.lock tracer/python/Cargo.toml \
+	$(wildcard tracer/src/*.rs tracer/src/*/*.rs tracer/python/src/*.rs)
 
-.PHONY: demo test check format docs clean help
+.PHONY: demo test check format docs bench clean help
 
 help:            ## show this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
@@ -19,7 +25,10 @@ demo: $(VENV)/run.stamp ## render the Cornell scene to out/cornell.png
 test: $(VENV)/oracle.stamp ## run all tests
 	$(BIN)/python -m pytest -n auto
 
-check: $(VENV)/dev.stamp ## format, lint, types, import contracts, fast tests
+check: $(VENV)/dev.stamp ## format, lint, types, import contracts, fast tests, in Rust and Python
+	$(CARGO) fmt $(CRATE) --all --check
+	$(CARGO) clippy $(CRATE) --workspace --all-targets --locked -- --deny warnings
+	$(CARGO) test $(CRATE) --workspace --locked --quiet
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
@@ -27,14 +36,24 @@ check: $(VENV)/dev.stamp ## format, lint, types, import contracts, fast tests
 	$(BIN)/python -m pytest -n auto -m "not slow"
 
 format: $(VENV)/dev.stamp ## format the code
+	$(CARGO) fmt $(CRATE) --all
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
 docs: $(VENV)/dev.stamp ## regenerate schema, README tables and help texts, gallery
 	$(BIN)/python tools/refresh.py
 
+bench: $(VENV)/run.stamp ## compare the speed with that of others: see benchmarks/README.md
+	$(BIN)/python benchmarks/run.py $(BENCH)
+
 clean:           ## remove what was made
-	rm -rf $(VENV) out build dist
+	rm -rf $(VENV) out build dist tracer/target rtcli/tracer/_native.abi3.so rtcli/tracer/_native.pyd
+
+# Said here, because pip says it at length.
+define need_cargo
+@command -v $(CARGO) >/dev/null || \
+	{ echo "rtcli is compiled with Rust 1.88 or newer, and there is no $(CARGO) here: see https://rustup.rs" >&2; exit 1; }
+endef
 
 # A stamp is newer than what it was installed from.
 $(VENV)/python.stamp:
@@ -43,11 +62,13 @@ $(VENV)/python.stamp:
 	$(PYTHON) -m venv $(VENV)
 	@touch $@
 
-$(VENV)/run.stamp: pyproject.toml | $(VENV)/python.stamp
+$(VENV)/run.stamp: pyproject.toml $(NATIVE) | $(VENV)/python.stamp
+	$(need_cargo)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
 	@touch $@
 
-$(VENV)/dev.stamp: pyproject.toml | $(VENV)/python.stamp
+$(VENV)/dev.stamp: pyproject.toml $(NATIVE) | $(VENV)/python.stamp
+	$(need_cargo)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	@touch $@ $(VENV)/run.stamp
 

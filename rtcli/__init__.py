@@ -22,8 +22,7 @@ if TYPE_CHECKING:
     from rtcli.scene.load import load_scene
     from rtcli.scene.model import Scene
     from rtcli.scene.problems import Problem, SceneError
-
-__version__ = "0.1.0"
+    from rtcli.tracer._native import __version__
 
 __all__ = ["Film", "Problem", "Scene", "SceneError", "__version__", "load_scene", "render"]
 
@@ -33,6 +32,7 @@ _HOMES = {
     "Problem": "rtcli.scene.problems",
     "Scene": "rtcli.scene.model",
     "SceneError": "rtcli.scene.problems",
+    "__version__": "rtcli.tracer._native",
     "load_scene": "rtcli.scene.load",
     "render": "rtcli.pipeline",
 }

@@ -6,13 +6,15 @@ import os
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from rtcli.files import whole_file
 from rtcli.image.develop import develop
-from rtcli.image.write import check_suffix, write_png
+from rtcli.image.look import Look
+from rtcli.image.write import check_suffix, png_pieces
 
 
 @dataclass(frozen=True)
@@ -54,25 +56,28 @@ class Film:
     albedo: npt.NDArray[np.float32] | None = None
     object_id: npt.NDArray[np.uint32] | None = None
 
-    def develop(self) -> npt.NDArray[np.uint8]:
-        """Return the picture as (H, W, 3) 8-bit sRGB."""
-        return develop(self.radiance, self.exposure, self.tone)
+    def develop(self, bits: Literal[8, 16] = 8) -> npt.NDArray[np.uint8] | npt.NDArray[np.uint16]:
+        """Return the picture as (H, W, 3) sRGB, uint8 or, with 16 bits, uint16."""
+        return develop(self.radiance, Look(self.exposure, self.tone, bits))
 
-    def save(self, path: str | PathLike[str]) -> None:
+    def save(self, path: str | PathLike[str], bits: Literal[8, 16] = 8) -> None:
         """Write the picture to a file, whole or not at all.
 
         Parameters
         ----------
         path
             The format is that of the suffix: `.png`.
+        bits
+            Of each channel: 8 or 16.
 
         Raises
         ------
         ValueError
-            If the suffix is not one of a format.
+            If the suffix is not one of a format, or the bits are neither 8 nor 16.
         OSError
             If the file cannot be written.
         """
         check_suffix(os.fspath(path))
         with whole_file(Path(path)) as file:
-            write_png(self.develop(), file)
+            for piece in png_pieces(self.radiance, Look(self.exposure, self.tone, bits)):
+                file.write(piece)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from array import array
 
 from rtcli.scene.model import Box, CarriedLight, Object, Scene, Sphere
@@ -44,7 +43,7 @@ def _camera(camera: SceneCamera) -> CameraFrame:
     return CameraFrame(
         width=width,
         height=height,
-        tan_half_fov=math.tan(math.radians(camera.fov) / 2),
+        fov=camera.fov,
         position=camera.position,
         right=right,
         up=cross(right, forward),

@@ -1,21 +1,26 @@
-"""From a checked scene to a film: pack, trace, expose."""
+"""From a checked scene to a film, or straight to a picture: pack, trace, expose, develop, write."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
+import os
+import time
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
-from rtcli.film import Film
-from rtcli.image.meter import METER_COLUMNS, METER_ROWS, auto_exposure
+from rtcli.image.look import Look
+from rtcli.image.write import png_pieces
 from rtcli.pack import pack
 from rtcli.scene.model import Image, Scene
-from rtcli.tracer.reference import PASSES, build_scenery
-from rtcli.tracer.tiles import Progress, default_threads
-from rtcli.tracer.world import CameraFrame, Window, World
+from rtcli.tracer._native import simd_level
+from rtcli.tracer.native import NativeTracer
+from rtcli.tracer.world import PASSES, CameraFrame, Progress, Window, World
 
-ENGINES = ("reference",)
+if TYPE_CHECKING:  # it comes with NumPy, which a picture of the native tracer needs not
+    from rtcli.film import Film
+
+ENGINES = ("native", "reference")
 
 
 @dataclass(frozen=True)
@@ -29,13 +34,13 @@ class Request:
     """
 
     passes: tuple[str, ...] = ()
-    engine: str = "reference"
+    engine: str = "native"
     threads: int | None = None
     crop: Window | None = None
 
     def __post_init__(self) -> None:
         if self.engine not in ENGINES:
-            raise ValueError(f"unknown engine {self.engine!r}: known is {', '.join(ENGINES)}")
+            raise ValueError(f"unknown engine {self.engine!r}: known are {', '.join(ENGINES)}")
         unknown = [name for name in self.passes if name not in PASSES]
         if unknown:
             raise ValueError(f"unknown passes {', '.join(unknown)}: known are {', '.join(PASSES)}")
@@ -46,6 +51,16 @@ class Request:
     def thread_count(self) -> int:
         """The threads asked for, or one for each processor core."""
         return self.threads or default_threads()
+
+    def simd(self) -> str | None:
+        """Return the SIMD level of the native tracer; None for the reference tracer, which has none.
+
+        Raises
+        ------
+        ValueError
+            If RTCLI_SIMD asks for a level that is unknown, or not to be had here.
+        """
+        return simd_level() if self.engine == "native" else None
 
     def window(self, camera: CameraFrame) -> Window:
         """Return the pixels to render.
@@ -67,10 +82,18 @@ class Request:
         return self.crop
 
 
+def default_threads() -> int:
+    """Return how many processor cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+# --- To a film -------------------------------------------------------------------------------------------
+
+
 def render(
     scene: Scene,
     passes: str | Iterable[str] = (),
-    engine: str = "reference",
+    engine: str = "native",
     threads: int | None = None,
     crop: tuple[int, int, int, int] | None = None,
 ) -> Film:
@@ -84,7 +107,7 @@ def render(
         Which arrays the film holds beside radiance: `depth`, `distance`, `normal`, `position`, `albedo`,
         `object_id`. They are taken at pixel centres, whatever the number of samples.
     engine
-        `reference`, the tracer in NumPy.
+        `native`, the fast one; or `reference`, the tracer in NumPy, to compare with.
     threads
         How many processor cores to use; all by default. The picture does not depend on it.
     crop
@@ -98,7 +121,8 @@ def render(
     Raises
     ------
     ValueError
-        For an unknown pass or engine, less than one thread, or a crop that is not inside the picture.
+        For an unknown pass or engine, less than one thread, a crop that is not inside the picture, or a variable
+        RTCLI_SIMD that names no SIMD level of this machine.
     """
     names = (passes,) if isinstance(passes, str) else tuple(passes)
     request = Request(names, engine, threads, None if crop is None else Window(*crop))
@@ -108,30 +132,106 @@ def render(
 
 def trace(world: World, request: Request, progress: Progress | None = None) -> Film:
     """Return the film of a world, without exposure; `progress` is told (pixels done, pixels in all)."""
+    from rtcli.film import Film
+
     window = request.window(world.camera)
-    scenery = build_scenery(world)
-    radiance, rays = scenery.render_img_to_rgb_array(window, request.thread_count, progress)
-    passes: dict[str, Any] = scenery.render_passes(window, request.passes, request.thread_count)
-    return dataclasses.replace(Film(radiance, rays=rays), **passes)
+    arrays, rays = _tracer(world, request.engine).film(window, request.passes, request.thread_count, progress)
+    return Film(**arrays, rays=rays)
 
 
 def expose(film: Film, world: World, image: Image, request: Request) -> Film:
     """Return the film with the scene's exposure and tone curve; `auto` is metered on the whole picture."""
-    exposure, rays = image.exposure, film.rays
-    if exposure == "auto":
-        meter = trace(_metered(world), dataclasses.replace(request, passes=(), crop=None))
-        exposure = auto_exposure(meter.radiance)
-        rays += meter.rays
-    return dataclasses.replace(film, exposure=exposure, tone=image.tone, rays=rays)
+    exposure, rays = _exposure(_tracer(world, request.engine), image, request)
+    return dataclasses.replace(film, exposure=exposure, tone=image.tone, rays=film.rays + rays)
 
 
-def _metered(world: World) -> World:
-    """Return the world as the exposure meter sees it: a small picture of the same view."""
-    camera = world.camera
-    scale = min(METER_ROWS / camera.height, METER_COLUMNS / camera.width)
-    width, height = max(1, round(camera.width * scale)), max(1, round(camera.height * scale))
-    return dataclasses.replace(
-        world,
-        camera=dataclasses.replace(camera, width=width, height=height),
-        settings=dataclasses.replace(world.settings, samples=1),
-    )
+class Tracer(Protocol):
+    """What each engine offers, of a world it was made for."""
+
+    def film(
+        self, window: Window, passes: tuple[str, ...], threads: int, progress: Progress | None = None
+    ) -> tuple[dict[str, Any], int]:
+        """Return radiance and passes by name, and the number of rays."""
+
+    def exposure(self, threads: int) -> tuple[float, int]:
+        """Return the stops that expose the whole picture well, and the number of rays."""
+
+
+def _tracer(world: World, engine: str) -> Tracer:
+    if engine == "native":
+        return NativeTracer(world)
+    from rtcli.tracer.reference import ReferenceTracer  # with NumPy
+
+    return ReferenceTracer(world)
+
+
+def _exposure(tracer: Tracer, image: Image, request: Request) -> tuple[float, int]:
+    """Return the exposure in stops, and how many rays it took to find it."""
+    return tracer.exposure(request.thread_count) if image.exposure == "auto" else (image.exposure, 0)
+
+
+# --- Straight to a picture -------------------------------------------------------------------------------
+
+
+class Target(NamedTuple):
+    """Where a picture goes: bits of a channel, and what is given the bytes of the PNG, piece by piece."""
+
+    bits: int
+    write: Callable[[bytes], Any]
+
+
+class Work(NamedTuple):
+    """What a picture took: rays, and the seconds that the threads spent in `trace`, `develop` and `write`."""
+
+    rays: int
+    seconds: dict[str, float]
+
+
+def write_picture(
+    world: World, image: Image, request: Request, target: Target, progress: Progress | None = None
+) -> Work:
+    """Trace, develop and write a picture.
+
+    The native tracer does all three at a time, band by band: so memory does not grow with the picture.
+
+    Parameters
+    ----------
+    world, image
+        What is seen, and how it is exposed.
+    request
+        Engine, threads, crop.
+    target
+        Where the bytes go.
+    progress
+        Is told (pixels done, pixels in all).
+
+    Returns
+    -------
+    Work
+        What it took.
+    """
+    paint = _stream if request.engine == "native" else _by_film
+    return paint(world, image, request, target, progress)
+
+
+def _stream(world: World, image: Image, request: Request, target: Target, progress: Progress | None) -> Work:
+    start = time.perf_counter()
+    tracer = NativeTracer(world)
+    exposure, metered = _exposure(tracer, image, request)
+    prepared = time.perf_counter() - start
+    window, look = request.window(world.camera), Look(exposure, image.tone, target.bits)
+    rays, seconds = tracer.picture(window, look, request.thread_count, target.write, progress)
+    return Work(rays + metered, {**seconds, "trace": seconds["trace"] + prepared})
+
+
+def _by_film(world: World, image: Image, request: Request, target: Target, progress: Progress | None) -> Work:
+    start = time.perf_counter()
+    film = expose(trace(world, request, progress), world, image, request)
+    traced = time.perf_counter()
+    written = 0.0
+    for piece in png_pieces(film.radiance, Look(film.exposure, film.tone, target.bits)):
+        before = time.perf_counter()
+        target.write(piece)
+        written += time.perf_counter() - before
+    developed = time.perf_counter() - traced - written
+    return Work(film.rays, {"trace": traced - start, "develop": developed, "write": written})

@@ -1,10 +1,28 @@
-"""Settings that hold for all tests."""
+"""Settings that hold for all tests, and the engines of those that hold for each."""
 
+import functools
 import os
 
+import pytest
+import worlds
 from hypothesis import settings
+
+from rtcli.pipeline import ENGINES
 
 # The same examples each time, so that no test fails by chance: `RTCLI_HYPOTHESIS=thorough make test` searches.
 settings.register_profile("default", max_examples=60, derandomize=True)
 settings.register_profile("thorough", max_examples=2000)
 settings.load_profile(os.environ.get("RTCLI_HYPOTHESIS", "default"))
+
+
+# For the whole session, as Hypothesis wants it: each example of a test uses the same.
+@pytest.fixture(scope="session", params=ENGINES)
+def engine(request):
+    """Each engine in turn: what a test with this fixture says holds for both."""
+    return request.param
+
+
+@pytest.fixture(scope="session")
+def render(engine):
+    """Render a scene, or data of one, with each engine in turn: `render(scene, passes=...)`."""
+    return functools.partial(worlds.render, engine=engine)

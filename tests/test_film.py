@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from PIL import Image
-from worlds import render, scene, sphere
+from worlds import scene, sphere
 
 from rtcli import Film
 
@@ -12,6 +12,31 @@ def test_save_writes_the_developed_picture(tmp_path):
     FILM.save(tmp_path / "out.png")
     with Image.open(tmp_path / "out.png") as image:
         np.testing.assert_array_equal(np.asarray(image), FILM.develop())
+
+
+@pytest.mark.parametrize(("bits", "dtype"), [(8, np.uint8), (16, np.uint16)])
+def test_bits_are_those_of_the_pixels_and_the_file(tmp_path, bits, dtype):
+    FILM.save(tmp_path / "out.png", bits=bits)
+    assert FILM.develop(bits).dtype == dtype
+    assert (tmp_path / "out.png").read_bytes()[24] == bits  # IHDR: width and height, then the depth
+
+
+@pytest.mark.parametrize("bits", [0, 1, 12, 32])
+def test_other_bits_are_refused_and_leave_no_file(tmp_path, bits):
+    with pytest.raises(ValueError, match="8 or 16"):
+        FILM.save(tmp_path / "out.png", bits=bits)
+    assert not list(tmp_path.iterdir())
+
+
+def test_sixteen_bits_tell_apart_what_eight_do_not():
+    ramp = Film(radiance=np.linspace(0.5, 0.505, 30, dtype=np.float32).reshape(1, 10, 3))
+    assert len(np.unique(ramp.develop(8))) < 5
+    assert len(np.unique(ramp.develop(16))) == 30
+
+
+def test_film_of_another_type_is_developed_as_float32():
+    wide = Film(radiance=FILM.radiance.astype(np.float64)[::-1, ::-1])
+    np.testing.assert_array_equal(wide.develop(), Film(radiance=FILM.radiance).develop()[::-1, ::-1])
 
 
 def test_save_takes_text_and_any_case_of_the_suffix(tmp_path):
@@ -31,7 +56,7 @@ def test_save_into_a_missing_folder_is_an_os_error(tmp_path):
         FILM.save(tmp_path / "missing" / "out.png")
 
 
-def test_passes_are_absent_unless_asked_for():
+def test_passes_are_absent_unless_asked_for(render):
     film = render(scene([sphere([0, 0, -5])]), passes=["depth"])
     assert film.depth is not None
     assert film.normal is film.object_id is film.position is film.albedo is film.distance is None
@@ -49,7 +74,7 @@ def test_passes_are_absent_unless_asked_for():
         ("object_id", np.uint32, (24, 32)),
     ],
 )
-def test_arrays_have_the_types_and_shapes_of_the_contract(name, dtype, shape):
+def test_arrays_have_the_types_and_shapes_of_the_contract(render, name, dtype, shape):
     film = render(scene([sphere([0, 0, -5])]), passes=[] if name == "radiance" else [name])
     array = getattr(film, name)
     assert (array.dtype, array.shape) == (dtype, shape)

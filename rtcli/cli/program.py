@@ -6,7 +6,6 @@ import importlib
 import os
 import signal
 import sys
-import traceback
 from collections.abc import Callable
 from types import FrameType
 from typing import Any, NoReturn
@@ -77,6 +76,8 @@ def _outcome(run: Callable[[], Any]) -> int:
         tell("Error: not enough memory for this picture: make it smaller, or render parts of it with --crop")
         return INTERNAL
     except Exception:
+        import traceback
+
         tell(traceback.format_exc())
         tell("Error: this is a bug in rtcli. Please report it with the lines above and the scene.")
         return INTERNAL

@@ -17,10 +17,10 @@ from rtcli.cli.option_types import CropType, ExposureType, SizeType
 from rtcli.cli.output import STDIO, is_terminal, name_of, open_target, read_bytes, tell
 from rtcli.cli.progress import progress
 from rtcli.cli.stopwatch import Stopwatch
-from rtcli.film import Film
-from rtcli.image.write import check_suffix, write_png
+from rtcli.image.look import DEPTHS
+from rtcli.image.write import check_suffix
 from rtcli.pack import pack
-from rtcli.pipeline import ENGINES, Request, expose, trace
+from rtcli.pipeline import ENGINES, Request, Target, Work, write_picture
 from rtcli.scene.diagnostics import validate
 from rtcli.scene.edits import EditError, set_expression, set_value
 from rtcli.scene.load import parse_bytes
@@ -39,6 +39,7 @@ class Options:
     size: tuple[int, int] | None
     samples: int | None
     exposure: float | str | None
+    bits: int
     engine: str
     threads: int | None
     crop: Window | None
@@ -83,7 +84,20 @@ class Options:
     metavar="EV|auto",
     help="Stops, +1 is twice as bright; instead of the scene's.",
 )
-@click.option("--engine", type=click.Choice(ENGINES), default="reference", show_default=True, help="The tracer.")
+@click.option(
+    "--bits",
+    type=click.Choice(DEPTHS),
+    default=DEPTHS[0],
+    show_default=True,
+    help="Of each color channel of the picture.",
+)
+@click.option(
+    "--engine",
+    type=click.Choice(ENGINES),
+    default=ENGINES[0],
+    show_default=True,
+    help="The tracer; reference is slow, and there to compare with.",
+)
 @click.option("--threads", type=click.IntRange(1), metavar="N", show_default="all", help="Processor cores to use.")
 @click.option("--crop", type=CropType(), help="Render only this part: left, top, width, height in pixels.")
 @click.option(
@@ -97,7 +111,8 @@ class Options:
 @click.option(
     "--stats",
     metavar="FILE",
-    help="Write seconds per stage and other figures as JSON; - for standard output.",
+    help="Write seconds per stage and other figures as JSON; - for standard output. The native engine works at "
+    "trace, develop and write together: their time is shared out as the threads spent it.",
 )
 @click.option("-q", "--quiet", is_flag=True, help="No progress, no closing line.")
 def command(**options: Any) -> None:
@@ -121,16 +136,15 @@ def render(options: Options) -> None:
         request = _request(options, world)
     # Both are opened before the work, so that a target which cannot be written costs no rendering.
     with open_target(options.output) as picture_file, _open_stats(options.stats) as stats_file:
-        with watch.stage("trace"), progress("rendering", options.quiet) as told:
-            film = expose(trace(world, request, told), world, scene.image, request)
-        with watch.stage("develop"):
-            pixels = film.develop()
-        with watch.stage("write"):
-            write_png(pixels, picture_file)
-        stats_file.write(_stats(film, request, watch))
+        with watch.stages_together() as spent, progress("rendering", options.quiet) as told:
+            target = Target(options.bits, picture_file.write)
+            work = write_picture(world, scene.image, request, target, told)
+            spent.update(work.seconds)
+        stats_file.write(_stats(work, request, watch))
     if not options.quiet:
-        height, width, _ = pixels.shape
-        tell(f"wrote {_shown(options.output)} ({width}x{height}) in {watch.totals()['total']:.2f} s")
+        window = request.window(world.camera)
+        size = f"{window.width}x{window.height}"
+        tell(f"wrote {_shown(options.output)} ({size}) in {watch.totals()['total']:.2f} s")
 
 
 def _edited(document: Document, options: Options) -> Document:
@@ -156,6 +170,7 @@ def _request(options: Options, world: World) -> Request:
     request = Request(engine=options.engine, threads=options.threads, crop=options.crop)
     try:
         request.window(world.camera)
+        request.simd()
     except ValueError as error:
         raise click.UsageError(str(error)) from error
     return request
@@ -165,13 +180,13 @@ def _open_stats(target: str | None) -> contextlib.AbstractContextManager[BinaryI
     return io.BytesIO() if target is None else open_target(target)
 
 
-def _stats(film: Film, request: Request, watch: Stopwatch) -> bytes:
+def _stats(work: Work, request: Request, watch: Stopwatch) -> bytes:
     stats = {
         "seconds": watch.totals(),
-        "rays": film.rays,
+        "rays": work.rays,
         "threads": request.thread_count,
         "engine": request.engine,
-        "simd": None,
+        "simd": request.simd(),
         "version": __version__,
     }
     return (json.dumps(stats, indent=2) + "\n").encode()

@@ -22,6 +22,20 @@ class Stopwatch:
         yield
         self.seconds[name] = time.perf_counter() - start
 
+    @contextlib.contextmanager
+    def stages_together(self) -> Iterator[dict[str, float]]:
+        """Time stages that go on at the same time.
+
+        Give the dictionary the seconds that threads spent in each stage: the time that passed is shared out in
+        proportion, so that the stages still add up to it.
+        """
+        start = time.perf_counter()
+        spent: dict[str, float] = {}
+        yield spent
+        passed, all_spent = time.perf_counter() - start, sum(spent.values())
+        for name, seconds in spent.items():
+            self.seconds[name] = passed * (seconds / all_spent if all_spent else 1 / len(spent))
+
     def totals(self) -> dict[str, float]:
         """Return the seconds of all stages and since the start, to the microsecond."""
         total = time.perf_counter() - self.started

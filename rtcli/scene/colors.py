@@ -8,6 +8,8 @@ from __future__ import annotations
 import re
 
 HEX_PATTERN = "^#[0-9a-fA-F]{6}$"
+# From 1 down to 0.38 takes five steps, and five more double the digits to all there are.
+_NEWTON_STEPS = 12
 _HEX = re.compile(r"#[0-9a-fA-F]{6}\Z")
 
 
@@ -16,7 +18,24 @@ def linear_from_srgb(value: float) -> float:
 
     IEC 61966-2-1: `v / 12.92` up to 0.04045, else `((v + 0.055) / 1.055) ** 2.4`.
     """
-    return value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4
+    if value <= 0.04045:
+        return value / 12.92
+    x = (value + 0.055) / 1.055
+    return x * x * _fifth_root(x * x)  # x^2.4 = x^2 (x^2)^(1/5)
+
+
+def _fifth_root(value: float) -> float:
+    """Return the fifth root of a value in 0.008..1, to its last bit or two.
+
+    `value ** 0.2` would be the C library's `pow`, whose last bit differs between platforms: + - * / do not, and a
+    scene is to have the same colors, and so the same bytes, on all of them.
+    """
+    root = 1.0
+    for _ in range(_NEWTON_STEPS):
+        # Newton's method for r^5 = value: r - (r^5 - value) / (5 r^4)
+        fourth = root * root * root * root
+        root -= (root - value / fourth) / 5
+    return root
 
 
 def color_from_text(text: str) -> tuple[float, float, float] | None:

@@ -159,7 +159,8 @@ def _view(position: Vector, look_at: Vector | None) -> Vector:
 
 def _sine(a: Vector, b: Vector) -> float:
     """Return the sine of the angle between two vectors of any length but 0: |a x b| of the unit vectors."""
-    return math.hypot(*cross(unit(a), unit(b)))
+    x, y, z = cross(unit(a), unit(b))
+    return math.sqrt(x * x + y * y + z * z)
 
 
 class CarriedLight(_Model):

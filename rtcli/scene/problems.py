@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -67,6 +66,8 @@ def printable(text: str) -> str:
 
 def did_you_mean(name: str, known: Iterable[str]) -> str | None:
     """Return a hint at the known name that is most like a name, or None if none is."""
+    import difflib  # only for mistakes, of which most scenes have none
+
     # Cut, because the comparison takes time in proportion, and no name is that long.
     close = difflib.get_close_matches(name[:_QUOTED].lower(), list(known), n=1)
     return f"did you mean {quoted(close[0])}?" if close else None

@@ -14,20 +14,22 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from threading import Event
 from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
+from rtcli.tracer._native import auto_exposure, meter_size
 from rtcli.tracer.sampling import sample_offsets
-from rtcli.tracer.tiles import AbandonedError, Progress, over_tiles, rows_and_columns
+from rtcli.tracer.tiles import AbandonedError, over_tiles, rows_and_columns
 from rtcli.tracer.world import (
     BOX,
     PLANE,
     SPHERE,
     CameraFrame,
+    Progress,
     Settings,
     Window,
     World,
@@ -118,7 +120,7 @@ class SimpleCamera:
         The sizes are cancelled below, so that the left half mirrors the right one bit for bit.
         """
         frame = self.frame
-        scale = frame.tan_half_fov / frame.height
+        scale = math.tan(math.radians(frame.fov) / 2) / frame.height
         pixel_x = np.arange(window.x, window.x + window.width) + within[0]
         pixel_y = np.arange(window.y, window.y + window.height) + within[1]
         x = np.tile((2 * pixel_x - frame.width) * scale, window.height)
@@ -693,3 +695,30 @@ def build_scenery(world: World) -> Scenery:
 def _rows(flat: Sequence[float]) -> list[tuple[float, ...]]:
     values = iter(flat)
     return list(zip(values, values, values, strict=True))
+
+
+class ReferenceTracer:
+    """A world made ready for this tracer: what every engine of rtcli offers."""
+
+    def __init__(self, world: World) -> None:
+        self.world = world
+        self.scenery = build_scenery(world)
+
+    def film(
+        self, window: Window, passes: tuple[str, ...], threads: int, progress: Progress | None = None
+    ) -> tuple[dict[str, npt.NDArray[Any]], int]:
+        """Return radiance and passes by name, and the number of rays."""
+        radiance, rays = self.scenery.render_img_to_rgb_array(window, threads, progress)
+        return {"radiance": radiance, **self.scenery.render_passes(window, passes, threads)}, rays
+
+    def exposure(self, threads: int) -> tuple[float, int]:
+        """Return the stops that expose the whole picture well, and the number of rays."""
+        world = self.world
+        width, height = meter_size(world.camera.width, world.camera.height)
+        small = replace(
+            world,
+            camera=replace(world.camera, width=width, height=height),
+            settings=replace(world.settings, samples=1),
+        )
+        arrays, rays = ReferenceTracer(small).film(Window(0, 0, width, height), (), threads)
+        return auto_exposure(arrays["radiance"].tobytes()), rays

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import os
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from itertools import chain
 from threading import Event
-from typing import TypeAlias
 
 import numpy as np
 
-from rtcli.tracer.world import Window
-
-# Told (pixels done, pixels in all).
-Progress: TypeAlias = Callable[[int, int], None]
+from rtcli.tracer.world import Progress, Window
 
 # 128 x 128 rays: large enough that NumPy's overhead is small, small enough that the arrays stay in the cache.
 TILE = 128
@@ -94,8 +89,3 @@ def over_tiles(
     finally:
         abandoned.set()
         pool.shutdown(wait=False, cancel_futures=True)
-
-
-def default_threads() -> int:
-    """Return how many processor cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

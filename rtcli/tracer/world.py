@@ -7,15 +7,22 @@ The records hold the standard library's arrays, so that a tracer which needs no 
 from __future__ import annotations
 
 from array import array
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
 Vector: TypeAlias = tuple[float, float, float]
 
+# Told (pixels done, pixels in all).
+Progress: TypeAlias = Callable[[int, int], None]
+
 SPHERE, PLANE, BOX = range(3)
 
 # What a light that no object carries has as its `body`.
 NO_BODY = -1
+
+# What a film may hold beside radiance, taken at pixel centres.
+PASSES = ("depth", "distance", "normal", "position", "albedo", "object_id")
 
 
 class Window(NamedTuple):
@@ -35,8 +42,9 @@ class CameraFrame:
     ----------
     width, height
         The whole picture, pixels.
-    tan_half_fov
-        tan(fov / 2), fov being vertical: half the height of the image plane at distance 1.
+    fov
+        Vertical field of view in degrees. Each tracer computes tan(fov / 2) itself: that of a platform's C library
+        differs from others in its last bits.
     position
         The eye, world space.
     right, up, forward
@@ -45,7 +53,7 @@ class CameraFrame:
 
     width: int
     height: int
-    tan_half_fov: float
+    fov: float
     position: Vector
     right: Vector
     up: Vector

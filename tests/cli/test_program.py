@@ -174,6 +174,46 @@ def test_file_names_that_are_not_utf_8_work(spawn, scene, folder):
     assert rb"wrote \udcff.png" in errors
 
 
+# --- What is imported ------------------------------------------------------------------------------------
+
+IMPORTED = """
+import sys
+sys.argv = ["rtcli", *sys.argv[1:]]
+try:
+    from rtcli.__main__ import run
+    run()
+finally:
+    print(*sys.modules, sep="\\n")
+"""
+
+
+def imported_by(*arguments):
+    result = subprocess.run([sys.executable, "-c", IMPORTED, *arguments], stdout=subprocess.PIPE, text=True)
+    assert result.returncode == 0
+    return set(result.stdout.split("\n"))
+
+
+@pytest.mark.parametrize("options", [[], ["--exposure", "auto"], ["--bits", "16"], ["--crop", "1,1,9,9"]])
+def test_picture_of_the_native_engine_takes_neither_numpy_nor_pillow(scene, options):
+    modules = imported_by("render", scene, "-o", "out.png", *options)
+    assert "rtcli.tracer._native" in modules
+    unneeded = {
+        *("numpy", "PIL", "concurrent.futures", "traceback", "asyncio"),
+        *("rtcli.film", "rtcli.image.develop", "rtcli.tracer.reference", "rtcli.scene.schema", "rtcli.cli.new"),
+    }
+    assert modules & unneeded == set()
+
+
+def test_reference_engine_takes_numpy_but_not_pillow(scene):
+    modules = imported_by("render", scene, "-o", "out.png", "--engine", "reference")
+    assert {"numpy", "rtcli.tracer.reference"} <= modules
+    assert "PIL" not in modules
+
+
+def test_validation_takes_no_tracer(scene):
+    assert imported_by("validate", scene) & {"numpy", "rtcli.pipeline", "rtcli.tracer.native"} == set()
+
+
 # --- Signals ---------------------------------------------------------------------------------------------
 
 
@@ -182,15 +222,22 @@ def wait_for_progress(process):
     assert process.stderr.readline().startswith(b"rendering: ")
 
 
+# A tenth of it takes about a second, the whole of it longer than anybody waits here.
+LONG = {
+    "native": ["--engine", "native", "--size", "6000x6000", "--samples", "256"],
+    "reference": ["--engine", "reference", "--size", "3000x3000", "--samples", "4"],
+}
+
+
 @needs_posix
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
 @pytest.mark.parametrize("threads", ["1", "2"])
-def test_signal_ends_a_rendering_by_that_very_signal_and_leaves_no_file(spawn, scene, folder, name, threads):
+def test_signal_ends_a_rendering_by_that_very_signal_and_leaves_no_file(
+    spawn, scene, folder, engine, name, threads
+):
     number = getattr(signal, name)
     (folder / "old.png").write_bytes(b"old")
-    # A tenth of it takes about a second, the whole of it longer than anybody waits here.
-    size = ["--engine", "reference", "--size", "3000x3000", "--samples", "4"]
-    process = spawn("render", scene, "-o", "old.png", "--threads", threads, *size)
+    process = spawn("render", scene, "-o", "old.png", "--threads", threads, *LONG[engine])
     wait_for_progress(process)
     assert len(names_in(folder)) == 3  # the temporary file among them
     process.send_signal(number)
@@ -205,13 +252,14 @@ def test_signal_ends_a_rendering_by_that_very_signal_and_leaves_no_file(spawn, s
 
 
 @needs_posix
-def test_signal_is_heeded_at_once_where_each_tile_takes_minutes(spawn, folder):
+def test_signal_is_heeded_at_once_where_each_tile_takes_minutes(spawn, folder, engine):
+    size = ["--size", "400x300"] if engine == "reference" else ["--size", "20000x20000"]
     spheres = "".join(
         f"  - {{type: sphere, position: [{i % 50 - 25}, {i // 50 - 25}, -60], radius: 0.4, color: white}}\n"
         for i in range(2500)
     )
     (folder / "crowd.yaml").write_text(f"camera: {{resolution: [400, 300], fov: 40}}\nobjects:\n{spheres}")
-    process = spawn("render", "crowd.yaml", "-o", "out.png", "--engine", "reference", "--samples", "1024")
+    process = spawn("render", "crowd.yaml", "-o", "out.png", "--engine", engine, "--samples", "1024", *size)
     for _ in range(100):
         if len(names_in(folder)) == 2:  # the temporary file: the work has begun
             break

@@ -2,14 +2,19 @@ import io
 import json
 import os
 import re
+import struct
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
-from PIL import Image
+from PIL import Image as PillowImage
 
 import rtcli
-from rtcli.pipeline import ENGINES
-from rtcli.tracer.tiles import default_threads
+from rtcli.pipeline import default_threads
+from rtcli.scene.model import Image, Render
+from rtcli.tracer._native import simd_level
 
 
 def names_in(folder):
@@ -18,7 +23,7 @@ def names_in(folder):
 
 def pixels(picture):
     """Return the pixels of a PNG, given as a file's name or as bytes."""
-    with Image.open(io.BytesIO(picture) if isinstance(picture, bytes) else picture) as image:
+    with PillowImage.open(io.BytesIO(picture) if isinstance(picture, bytes) else picture) as image:
         assert image.format == "PNG"
         return np.asarray(image)
 
@@ -107,9 +112,23 @@ def test_edits_by_name_are_applied_in_order(run, scene):
     assert not np.array_equal(moved, plain)
 
 
-@pytest.mark.parametrize("engine", ENGINES)
 def test_engine_can_be_named(run, scene, engine):
     assert rendered(run, "--engine", engine).shape == (30, 40, 3)
+
+
+@pytest.mark.parametrize("options", [[], ["--exposure", "auto"], ["--crop", "10,5,20,12", "--samples", "3"]])
+@pytest.mark.parametrize("bits", [8, 16])
+def test_picture_is_what_the_film_of_its_engine_saves(run, scene, engine, options, bits):
+    # Of the native engine no film is made: its picture is traced, developed and written band by band.
+    result = run("render", scene, "-o", "out.png", "--engine", engine, "--bits", str(bits), *options)
+    assert result.exit_code == 0
+    samples, exposure = 3 if "--samples" in options else 1, "auto" if "auto" in options else 0.0
+    same = rtcli.load_scene(scene).model_copy(
+        update={"render": Render(samples=samples, background=(0.1, 0.2, 0.3)), "image": Image(exposure=exposure)}
+    )
+    crop = (10, 5, 20, 12) if "--crop" in options else None
+    rtcli.render(same, engine=engine, crop=crop).save("film.png", bits=bits)
+    assert Path("out.png").read_bytes() == Path("film.png").read_bytes()
 
 
 @pytest.mark.parametrize("crop", [(0, 0, 40, 30), (10, 5, 20, 12), (39, 29, 1, 1), (0, 29, 40, 1)])
@@ -134,6 +153,28 @@ def test_variable_of_the_environment_is_a_default(run, scene):
     assert np.array_equal(pixels(result.stdout_bytes), rendered(run))
 
 
+HUGE = """
+from memory import peak_mib
+from rtcli.cli import main
+
+try:
+    main(["render", "scene.yaml", "-o", "out.png", "--size", "16384x16384", "--quiet"])
+finally:
+    print(peak_mib())
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="POSIX only: getrusage")
+@pytest.mark.slow
+def test_huge_picture_takes_little_memory(scene):
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    result = subprocess.run([sys.executable, "-c", HUGE], stdout=subprocess.PIPE, text=True, env=env, check=True)
+    assert float(result.stdout) < 300  # MiB, of 768 for its pixels and 3,072 for its radiance
+    with Path("out.png").open("rb") as file:
+        header = file.read(24)
+    assert struct.unpack(">II", header[16:]) == (16384, 16384)
+
+
 # --- Statistics ------------------------------------------------------------------------------------------
 
 
@@ -149,8 +190,24 @@ def test_statistics_are_one_json_object(run, scene, folder, target):
     assert sum(stats["seconds"].values()) <= 2 * stats["seconds"]["total"] + 1e-5
     assert stats["rays"] >= 40 * 30
     assert stats["threads"] == 2
-    assert stats["engine"] in ENGINES
+    assert stats["engine"] == "native"
+    assert stats["simd"] == simd_level()
     assert stats["version"] == rtcli.__version__
+
+
+def test_statistics_of_the_reference_engine_name_no_simd_level(run, scene):
+    result = run("render", scene, "-o", "out.png", "--stats", "-", "--engine", "reference")
+    stats = json.loads(result.stdout)
+    assert (stats["engine"], stats["simd"]) == ("reference", None)
+    assert stats["seconds"]["trace"] > stats["seconds"]["write"] > 0
+
+
+def test_stages_add_up_to_the_total(run, scene):
+    result = run("render", scene, "-o", "out.png", "--size", "1000x800", "--samples", "16", "--stats", "-")
+    seconds = json.loads(result.stdout)["seconds"]
+    total = seconds.pop("total")
+    assert 0.5 * total < sum(seconds.values()) <= total + 1e-5
+    assert all(seconds.values())
 
 
 def test_statistics_that_cannot_be_written_are_found_out_before_the_work(run, scene, folder):
@@ -172,7 +229,9 @@ def test_statistics_never_take_the_place_of_the_picture_or_the_scene(run, scene,
 
 
 def test_progress_is_a_line_for_each_tenth_where_there_is_no_terminal(run, scene):
-    result = run("render", scene, "-o", "out.png", "--size", "1300x1280", "--threads", "1")
+    result = run(
+        "render", scene, "-o", "out.png", "--size", "1300x1280", "--threads", "1", "--engine", "reference"
+    )
     lines = result.stderr.splitlines()
     percents = [int(re.fullmatch(r"rendering: (\d+) %", line)[1]) for line in lines[:-1]]
     assert percents == list(range(10, 101, 10))
@@ -251,6 +310,7 @@ def test_edit_to_an_invalid_value_exits_with_1(run, scene, folder):
         (["--exposure", "nan"], "--exposure"),
         (["--exposure", "inf"], "--exposure"),
         (["--engine", "none"], "--engine"),
+        (["--bits", "12"], "--bits"),
         (["--threads", "0"], "--threads"),
         (["--crop", "1,2,3"], "--crop"),
         (["--crop", "0,0,-1,4"], "--crop"),
@@ -329,7 +389,7 @@ def test_failure_while_rendering_exits_with_4_and_leaves_the_old_picture(run, sc
     def fail(*arguments, **options):
         raise error
 
-    monkeypatch.setattr("rtcli.cli.render.trace", fail)
+    monkeypatch.setattr("rtcli.cli.render.write_picture", fail)
     (folder / "out.png").write_bytes(b"old")
     result = run("render", scene, "-o", "out.png")
     assert result.exit_code == 4
@@ -357,9 +417,20 @@ def test_statistics_count_the_rays_of_the_exposure_meter(run, scene):
     assert rays("--exposure", "auto") > rays() + 100
 
 
+@pytest.mark.parametrize("level", ["sse9", "", "AVX2"])
+def test_unknown_simd_level_is_wrong_usage_and_tells_which_there_are(run, scene, folder, level):
+    message = refused(run("render", scene, "-o", "out.png", env={"RTCLI_SIMD": level}), folder, 2)
+    assert "RTCLI_SIMD" in message
+    assert "baseline" in message
+
+
+def test_reference_engine_does_not_mind_the_simd_level(run, scene):
+    assert run("render", scene, "-o", "a.png", "--engine", "reference", env={"RTCLI_SIMD": "?"}).exit_code == 0
+
+
 def test_variable_named_after_set_sets_a_value(run, scene):
     run("render", scene, "-o", "out.png", env={"RTCLI_RENDER_SET": "camera.resolution=[7,5]"})
-    with Image.open("out.png") as image:
+    with PillowImage.open("out.png") as image:
         assert image.size == (7, 5)
 
 

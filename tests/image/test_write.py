@@ -1,30 +1,79 @@
 import io
+import struct
+import zlib
 
 import numpy as np
+import pytest
 from PIL import Image
 
-from rtcli.image.write import write_png
+from rtcli.image.develop import develop
+from rtcli.image.look import DEPTHS, Look
+from rtcli.image.write import png_pieces
 
-PIXELS = np.random.default_rng(7).integers(0, 256, (13, 21, 3), dtype=np.uint8)
-
-
-def png(pixels):
-    file = io.BytesIO()
-    write_png(pixels, file)
-    return file.getvalue()
+RADIANCE = np.random.default_rng(7).random((13, 21, 3), dtype=np.float32)
 
 
-def test_png_reads_back_to_the_same_pixels():
-    with Image.open(io.BytesIO(png(PIXELS))) as image:
+def png(radiance, bits=8):
+    return b"".join(png_pieces(radiance, Look(bits=bits)))
+
+
+def chunks(file):
+    """Yield the name and the content of each chunk of a PNG."""
+    assert file[:8] == b"\x89PNG\r\n\x1a\n"
+    place = 8
+    while place < len(file):
+        (length,) = struct.unpack_from(">I", file, place)
+        yield file[place + 4 : place + 8], file[place + 8 : place + 8 + length]
+        place += 12 + length
+
+
+def samples(file, bits):
+    """Return the pixels of a PNG by the book: Pillow reads 16-bit colors as 8-bit ones."""
+    contents = list(chunks(file))
+    width, height, depth, color = struct.unpack_from(">IIBB", contents[0][1])
+    assert (depth, color) == (bits, 2)
+    size = bits // 8
+    rows = zlib.decompress(b"".join(content for name, content in contents if name == b"IDAT"))
+    rows = np.frombuffer(rows, np.uint8).reshape(height, 1 + width * 3 * size)
+    before, decoded = np.zeros(width * 3 * size, np.uint8), []
+    for kind, *row in rows.tolist():
+        before = _unfiltered(kind, row, before.tolist(), 3 * size)
+        decoded.append(before)
+    return np.concatenate(decoded).view(np.uint8 if bits == 8 else ">u2").reshape(height, width, 3)
+
+
+def _unfiltered(kind, row, above, step):
+    """PNG specification, section 9: filters none, sub, up, average, Paeth."""
+    for i in range(len(row)):
+        a, b, c = row[i - step] if i >= step else 0, above[i], above[i - step] if i >= step else 0
+        nearest = min((a, b, c), key=lambda x: abs(a + b - c - x))
+        row[i] = (row[i] + (0, a, b, (a + b) // 2, nearest)[kind]) % 256
+    return np.array(row, np.uint8)
+
+
+def test_png_reads_back_to_the_developed_pixels():
+    with Image.open(io.BytesIO(png(RADIANCE))) as image:
         assert image.mode == "RGB"
-        np.testing.assert_array_equal(np.asarray(image), PIXELS)
+        np.testing.assert_array_equal(np.asarray(image), develop(RADIANCE, Look()))
 
 
-def test_png_says_that_it_is_srgb_and_nothing_else():
-    with Image.open(io.BytesIO(png(PIXELS))) as image:
-        image.load()
-        assert image.info == {"srgb": 0}
+@pytest.mark.parametrize("bits", DEPTHS)
+def test_png_holds_the_developed_pixels_bit_for_bit(bits):
+    np.testing.assert_array_equal(samples(png(RADIANCE, bits), bits), develop(RADIANCE, Look(bits=bits)))
 
 
-def test_same_pixels_give_the_same_bytes():
-    assert png(PIXELS) == png(PIXELS.copy())
+@pytest.mark.parametrize("bits", DEPTHS)
+def test_png_says_that_it_is_srgb_and_nothing_else(bits):
+    told = [(name, content) for name, content in chunks(png(RADIANCE, bits)) if name not in (b"IHDR", b"IDAT")]
+    assert told == [(b"sRGB", b"\0"), (b"IEND", b"")]
+
+
+def test_same_radiance_gives_the_same_bytes():
+    assert png(RADIANCE) == png(RADIANCE.copy())
+
+
+def test_bands_do_not_show():
+    tall = np.random.default_rng(1).random((3000, 200, 3), dtype=np.float32)
+    assert sum(1 for _ in png_pieces(tall, Look())) > 2
+    with Image.open(io.BytesIO(png(tall))) as image:
+        np.testing.assert_array_equal(np.asarray(image), develop(tall, Look()))

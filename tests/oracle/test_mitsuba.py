@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import importlib.util
-import itertools
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -12,10 +11,10 @@ from types import ModuleType
 import numpy as np
 import numpy.typing as npt
 import pytest
+from borders import Picture, clear_of_borders, relative_difference
 
 import rtcli
 from rtcli.pipeline import ENGINES
-from rtcli.scene.model import CarriedLight, Object, Plane, Scene
 
 HERE = Path(__file__).parent
 SCRIPT = HERE / "mitsuba_radiance.py"
@@ -29,11 +28,6 @@ TOLERANCE = 0.002
 STRAY_SHARE = 0.0003
 # The mask must not hide the picture.
 LEAST_KEPT_SHARE = 0.6
-# The cosine of 60 degrees: between the faces of a box it is 0, from pixel to pixel on a ball almost 1.
-SAME_FACE = 0.5
-
-Mask = npt.NDArray[np.bool_]
-Picture = npt.NDArray[np.float32]
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -43,7 +37,7 @@ def test_radiance_agrees_with_mitsuba(name: str, engine: str) -> None:
     film = rtcli.render(scene, passes=("object_id", "normal"), engine=engine)
     reference = _reference(name)
     difference = relative_difference(film.radiance, reference)
-    kept = _clear_of_borders(scene, film, engine)
+    kept = clear_of_borders(scene, film, engine)
     stray_share = _stray_share(difference[kept])
     if stray_share > STRAY_SHARE:
         _write_pictures(f"{name}_{engine}", film, reference, np.where(kept, difference, 0))
@@ -67,13 +61,6 @@ def test_mitsuba_still_computes_the_committed_radiance(monkeypatch: pytest.Monke
     assert stray_share <= STRAY_SHARE
 
 
-def relative_difference(a: Picture, b: Picture) -> npt.NDArray[np.float64]:
-    """Return the largest difference of a channel at each pixel, as a share of the larger value: (H, W)."""
-    larger = np.maximum(a, b).astype(np.float64)
-    apart = np.abs(a.astype(np.float64) - b)
-    return np.divide(apart, larger, out=np.zeros_like(apart), where=apart != 0).max(axis=-1)
-
-
 def _stray_share(difference: npt.NDArray[np.float64]) -> float:
     """Return the share of pixels beyond the tolerance, put so that NaN is beyond it."""
     return float(np.mean(~(difference <= TOLERANCE)))
@@ -82,63 +69,6 @@ def _stray_share(difference: npt.NDArray[np.float64]) -> float:
 def _reference(name: str) -> Picture:
     with np.load(REFERENCES[name]) as arrays:
         return arrays["radiance"]
-
-
-# --- Where pictures may differ: a border between two objects, two faces, light and shadow ------------------------
-
-
-def _clear_of_borders(scene: Scene, film: rtcli.Film, engine: str) -> Mask:
-    """Return the pixels that have no silhouette, edge or shadow border in or beside them: (H, W)."""
-    kept = _like_its_neighbours(film.object_id) & _on_one_face(film.normal)
-    for number in range(_light_count(scene)):
-        alone = rtcli.render(_with_only_light(scene, number), engine=engine)
-        kept &= _like_its_neighbours(alone.radiance.any(axis=-1))
-    return kept
-
-
-def _like_its_neighbours(values: npt.NDArray[np.generic]) -> Mask:
-    """Return the pixels (H, W) whose eight neighbours have the same value."""
-    return (_neighbourhoods(values) == values[:, :, None, None]).all(axis=(2, 3))
-
-
-def _on_one_face(normals: Picture) -> Mask:
-    """Return the pixels (H, W) whose eight neighbours look the same way, more or less, or show nothing as well."""
-    cosines = sum(_neighbourhoods(normals[:, :, i]) * normals[:, :, i, None, None] for i in range(3))
-    nothing = ~normals.any(axis=-1)
-    return (cosines > SAME_FACE).all(axis=(2, 3)) | nothing
-
-
-def _neighbourhoods(values: npt.NDArray[np.generic]) -> npt.NDArray[np.generic]:
-    """Return each pixel's 3 x 3 neighbourhood, repeating the picture's rim: (H, W, 3, 3)."""
-    return np.lib.stride_tricks.sliding_window_view(np.pad(values, 1, mode="edge"), (3, 3))
-
-
-def _light_count(scene: Scene) -> int:
-    return len(scene.lights) + sum(_carries_light(shape) for shape in scene.objects)
-
-
-def _with_only_light(scene: Scene, chosen: int) -> Scene:
-    """Return the scene with one light, the others at intensity 0, so that their bodies still cast shadows.
-
-    The chosen light is white, so that it shows wherever it falls on a surface that is not black.
-    """
-    number = itertools.count()
-
-    def alone(light: CarriedLight) -> CarriedLight:
-        if next(number) == chosen:
-            return light.model_copy(update={"color": (1.0, 1.0, 1.0)})
-        return light.model_copy(update={"intensity": 0.0})
-
-    lights = tuple(alone(light) for light in scene.lights)
-    objects = tuple(
-        shape.model_copy(update={"light": alone(shape.light)}) if _carries_light(shape) else shape
-        for shape in scene.objects
-    )
-    return scene.model_copy(update={"lights": lights, "objects": objects})
-
-
-def _carries_light(shape: Object) -> bool:
-    return not isinstance(shape, Plane) and shape.light is not None
 
 
 # --- Helpers -----------------------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from rtcli.scene.diagnostics import validate
 from rtcli.scene.load import parse_bytes
-from rtcli.scene.parse import MAX_DEPTH, decode, dotted, parse, pointer
+from rtcli.scene.parse import MAX_DEPTH, decode, dotted, parse, parse_yaml, pointer
 from rtcli.scene.problems import SceneError, printable, quoted
 
 INFINITY = float("inf")
@@ -471,6 +471,61 @@ def test_json_text_gives_its_data_back_through_both_readers(data, indent):
 
 PIECES = ["a", "1", ": ", "- ", "\n", " ", "[", "]", "{", "}", ",", "&x ", "*x", "<<", "'", '"', "!x ", "? ", "|"]
 YAML_LIKE = st.lists(st.sampled_from(PIECES), max_size=30).map("".join)
+
+
+def reading(read, text):
+    """Return all that a reader says of a text: data, problems, and the place of the value that was read last."""
+    try:
+        document = read(text, "scene.yaml")
+    except SceneError as error:
+        return error.problems
+    loc, data = (), document.data
+    while isinstance(data, (dict, list)) and data:
+        step = list(data)[-1] if isinstance(data, dict) else len(data) - 1
+        loc, data = (*loc, step), data[step]
+    return repr(document.data), document.problems, document.problem(loc, "here")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("a: 1\nb: [2, {c: 'd'}]", "[]", "{}", "x", "--- x\n...", "'<<'", "- |\n  a\n", "!", "! a", "a: ! 'b'"),
+        *("", "# c", "---", "--- a\n--- b", "--- a\n--- [", "a: [", "a: \x00", "a: \ud800", "'a': 1\na: 2"),
+        *("&x a", "&x [1]", "&x a: 1", "&x a: 1\nb: *x", "*x", "? *x\n: 1", "a: &x {b: 1}\nc: *x"),
+        *("<<: {a: 1}", "'<<': {a: 1}"),
+        *("!x a", "!x a: 1", "!x [1]", "!x {a: 1}", "[a]: 1", "? {a: 1}\n: 1"),
+        *("[" * depth + "]" * depth for depth in (MAX_DEPTH, MAX_DEPTH + 1)),
+        *("{a: " * depth + "1" + "}" * depth for depth in (MAX_DEPTH, MAX_DEPTH + 1)),
+    ],
+)
+def test_reading_without_places_agrees_with_the_one_with_places(text):
+    assert reading(parse, text) == reading(parse_yaml, text)
+
+
+@given(text=YAML_LIKE)
+def test_reading_without_places_agrees_with_the_one_with_places_for_any_text(text):
+    assert reading(parse, text) == reading(parse_yaml, text)
+
+
+@pytest.mark.parametrize("bound", range(1, 12))
+def test_both_readings_have_the_same_bound_of_values(monkeypatch, bound):
+    monkeypatch.setattr("rtcli.scene.parse.MAX_NODES", bound)
+    text = "- {a: 1, b: [2, 3]}\n- 4"
+    assert reading(parse, text) == reading(parse_yaml, text)
+
+
+@pytest.mark.parametrize(
+    ("text", "plain"),
+    [
+        ("a: 1", True),
+        ("- {a: [1, 'b']}", True),
+        ("[" * MAX_DEPTH + "]" * MAX_DEPTH, True),
+        ("a: &x 1", False),
+        ("a: 1\na: 2", False),
+    ],
+)
+def test_only_a_text_that_needs_places_is_read_with_them(text, plain):
+    assert (parse(text, "scene.yaml").places is None) is plain
 
 
 def refusal(read, *arguments, **options):

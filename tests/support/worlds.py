@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -138,3 +139,71 @@ def extreme_scenes() -> st.SearchStrategy[Data]:
             "render": settings,
         }
     )
+
+
+# --- Many objects, at any scale and distance ---------------------------------------------------------------
+
+
+class Crowd(Data):
+    """A scene with a short name: Hypothesis would print all of its objects."""
+
+    def __init__(self, name: str, data: Data) -> None:
+        super().__init__(data)
+        self.name = name
+
+    def __repr__(self) -> str:
+        return self.name
+
+
+@st.composite
+def crowded_scenes(draw: st.DrawFn) -> Data:
+    """Draw what `crowd` gives: any number of objects, with and without its extremes."""
+    count, seed = draw(st.integers(1, 300)), draw(st.integers(0, 2**32))
+    far_off, telescope = draw(st.booleans()), draw(st.booleans())
+    return Crowd(f"crowd({count}, {seed}, {far_off}, {telescope})", crowd(count, seed, far_off, telescope))
+
+
+def crowd(count: int, seed: int, far_off: bool, telescope: bool) -> Data:
+    """Return a scene of many objects, as small as 1e-6 or as large as 1e6, perhaps 1e5 of its sizes from the
+    origin, and seen from near by or through a telescope.
+    """
+    rng = random.Random(seed)
+    scale = 10 ** rng.uniform(-6, 6)
+    middle = [1e5 * scale * x if far_off else 0.0 for x in _point(rng, 1)]
+
+    def place(reach: float) -> list[float]:
+        return [m + scale * x for m, x in zip(middle, _point(rng, reach), strict=True)]
+
+    target, away = place(2), 2e4 if telescope else rng.uniform(4, 20)
+    eye = [x + scale * away * d for x, d in zip(target, _direction(rng), strict=True)]
+    return {
+        "camera": {
+            "resolution": [rng.randint(16, 64), rng.randint(16, 48)],
+            "fov": 0.02 if telescope else rng.uniform(5, 110),
+            "position": eye,
+            "look_at": target,
+            "up": _direction(rng),
+        },
+        "lights": [
+            light(place(8), rng.uniform(10, 300) * scale**2, color=_color(rng)) for _ in range(rng.randint(0, 3))
+        ],
+        "objects": [_crowd_object(rng, place, scale * 8 / count ** (1 / 3), i) for i in range(count)],
+        "render": {"background": _color(rng), "eye_falloff": rng.random() < 0.2},
+    }
+
+
+def _crowd_object(rng: random.Random, place: Callable[[float], list[float]], size: float, index: int) -> Data:
+    kind = rng.random()
+    if kind < 0.5:
+        carried = {"light": {"intensity": size**2 * rng.uniform(1, 200)}} if rng.random() < 0.03 else {}
+        return sphere(place(5), size * rng.uniform(0.1, 0.6), _color(rng), **carried)
+    if kind < 0.95 or index > 20:  # a few planes: more would hide all else
+        return box(
+            place(5), [size * rng.uniform(0.1, 1) for _ in range(3)], _color(rng), rotation=rng.uniform(-360, 360)
+        )
+    return plane(place(6), _direction(rng), _color(rng))
+
+
+def _direction(rng: random.Random) -> list[float]:
+    vector = [rng.gauss(0, 1) for _ in range(3)]
+    return [x / math.hypot(*vector) for x in vector]

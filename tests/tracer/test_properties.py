@@ -6,7 +6,7 @@ import math
 import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from worlds import extreme_scenes, random_scenes, render
+from worlds import extreme_scenes, random_scenes
 
 # Rendering takes longer than Hypothesis expects of a test, and on a busy machine unevenly so.
 relaxed = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -16,7 +16,7 @@ PASSES = ("depth", "distance", "normal", "position", "albedo", "object_id")
 
 @relaxed
 @given(random_scenes(), st.one_of(st.integers(-30, 30), st.integers(-480, 480)))
-def test_scaling_by_a_power_of_two_leaves_the_picture_bit_for_bit(data, exponent):
+def test_scaling_by_a_power_of_two_leaves_the_picture_bit_for_bit(render, data, exponent):
     scale = 2.0**exponent
     scaled = copy.deepcopy(data)
     for place in (scaled["camera"], *scaled["lights"], *scaled["objects"]):
@@ -36,7 +36,7 @@ def test_scaling_by_a_power_of_two_leaves_the_picture_bit_for_bit(data, exponent
 
 @relaxed
 @given(random_scenes())
-def test_moving_the_scene_leaves_the_picture_bit_for_bit(data):
+def test_moving_the_scene_leaves_the_picture_bit_for_bit(render, data):
     # Where the move itself is exact nothing is lost, for objects are taken relative to the eye and the light.
     moved = rounded = copy.deepcopy(data)
     for place in (rounded["camera"], *rounded["lights"], *rounded["objects"]):
@@ -56,7 +56,7 @@ def test_moving_the_scene_leaves_the_picture_bit_for_bit(data):
 
 @relaxed
 @given(random_scenes(carriers=False))
-def test_light_of_several_lights_adds_up(data):
+def test_light_of_several_lights_adds_up(render, data):
     data["render"]["background"] = [0, 0, 0]
     together = render(data).radiance
     alone = [render({**data, "lights": [source]}).radiance for source in data["lights"]]
@@ -65,7 +65,7 @@ def test_light_of_several_lights_adds_up(data):
 
 @relaxed
 @given(random_scenes(), st.randoms())
-def test_order_of_objects_and_lights_does_not_matter(data, rng):
+def test_order_of_objects_and_lights_does_not_matter(render, data, rng):
     order = list(range(len(data["objects"])))
     rng.shuffle(order)
     shuffled = {**data, "objects": [data["objects"][i] for i in order], "lights": data["lights"][::-1]}
@@ -77,7 +77,7 @@ def test_order_of_objects_and_lights_does_not_matter(data, rng):
 
 @relaxed
 @given(random_scenes())
-def test_mirrored_scene_gives_the_mirrored_picture(data):
+def test_mirrored_scene_gives_the_mirrored_picture(engine, render, data):
     mirrored = copy.deepcopy(data)
     for place in (mirrored["camera"], *mirrored["lights"], *mirrored["objects"]):
         for key in place.keys() & {"position", "look_at", "up", "normal"}:
@@ -85,14 +85,18 @@ def test_mirrored_scene_gives_the_mirrored_picture(data):
         if "rotation" in place:
             place["rotation"] *= -1
     original, other = render(data, passes=PASSES), render(mirrored, passes=PASSES)
-    np.testing.assert_array_equal(original.radiance[:, ::-1], other.radiance)
-    np.testing.assert_array_equal(original.depth[:, ::-1], other.depth)
-    np.testing.assert_array_equal(original.normal[:, ::-1] * np.float32([-1, 1, 1]), other.normal)
+    # Bit for bit with the reference tracer; the native one measures from the middle of a block of pixels, which
+    # has another place in the mirrored picture.
+    rounding = {"rtol": 0, "atol": 0} if engine == "reference" else {"rtol": 1e-4, "atol": 1e-6}
+    np.testing.assert_array_equal(original.object_id[:, ::-1], other.object_id)
+    np.testing.assert_allclose(original.radiance[:, ::-1], other.radiance, **rounding)
+    np.testing.assert_allclose(original.depth[:, ::-1], other.depth, **rounding)
+    np.testing.assert_allclose(original.normal[:, ::-1] * np.float32([-1, 1, 1]), other.normal, **rounding)
 
 
 @relaxed
 @given(random_scenes(), st.floats(-360, 360))
-def test_yaw_of_the_whole_scene_leaves_the_picture(data, degrees):
+def test_yaw_of_the_whole_scene_leaves_the_picture(render, data, degrees):
     cosine, sine = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
 
     def turned(vector):  # about +y, counter-clockwise seen from above
@@ -114,7 +118,7 @@ def test_yaw_of_the_whole_scene_leaves_the_picture(data, degrees):
 
 @relaxed
 @given(random_scenes(samples=3), st.data())
-def test_crop_is_the_sub_picture_bit_for_bit(data, draw):
+def test_crop_is_the_sub_picture_bit_for_bit(render, data, draw):
     width, height = data["camera"]["resolution"]
     x, y = draw.draw(st.integers(0, width - 1)), draw.draw(st.integers(0, height - 1))
     crop = (x, y, draw.draw(st.integers(1, width - x)), draw.draw(st.integers(1, height - y)))
@@ -126,7 +130,7 @@ def test_crop_is_the_sub_picture_bit_for_bit(data, draw):
 
 @relaxed
 @given(extreme_scenes())
-def test_no_picture_of_a_valid_scene_holds_nan_or_infinity(data):
+def test_no_picture_of_a_valid_scene_holds_nan_or_infinity(render, data):
     film = render(data, passes=PASSES)
     assert np.isfinite(film.radiance).all()
     assert (film.radiance >= 0).all()
@@ -139,7 +143,7 @@ def test_no_picture_of_a_valid_scene_holds_nan_or_infinity(data):
 
 @relaxed
 @given(random_scenes())
-def test_passes_describe_one_and_the_same_hit(data):
+def test_passes_describe_one_and_the_same_hit(render, data):
     film = render(data, passes=PASSES)
     hit = film.object_id > 0
     eye, view = np.array(data["camera"]["position"]), np.array(data["camera"]["look_at"])

@@ -1,0 +1,189 @@
+"""The renderers that rtcli is compared with: found, or installed, or left out aloud.
+
+POV-Ray comes from the system's package manager, Mitsuba 3 into a virtual environment of its own, and the kernel of
+`brute_force.c` from the C compiler. Whoever cannot be had is `None`, and a line on standard error says so.
+"""
+
+from __future__ import annotations
+
+import glob
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import scenes
+
+HERE = Path(__file__).parent
+WORK = HERE.parent / "out" / "bench"
+
+# Libraries that Mitsuba can compile with, newest first; older than 15 is refused.
+LLVM_PACKAGES = ("libllvm20", "libllvm19", "libllvm18", "libllvm17", "libllvm16", "libllvm15")
+LLVM_PLACES = ("/usr/lib/*/libLLVM*.so*", "/usr/lib/llvm-*/lib/libLLVM*.so*", "/usr/lib64/libLLVM*.so*")
+
+# Every advantage for the kernel; rtcli itself is built without any of these.
+C_FLAGS = ("-O3", "-march=native", "-ffast-math", "-std=gnu11")
+
+PROBE = """
+import drjit, mitsuba
+mitsuba.set_variant("llvm_ad_rgb")
+drjit.eval(drjit.arange(mitsuba.Float, 8))
+print(mitsuba.__version__, ".".join(map(str, drjit.detail.llvm_version())))
+"""
+
+
+@dataclass(frozen=True)
+class Peer:
+    """A program to compare with.
+
+    Parameters
+    ----------
+    program
+        What is run.
+    version
+        As people would say it.
+    environment
+        Variables it needs.
+    """
+
+    program: str
+    version: str
+    environment: dict[str, str] = field(default_factory=dict)
+
+
+def leave_out(name: str, reason: str) -> None:
+    """Say that a peer is missing, so that nobody takes the rest for the whole."""
+    sys.stderr.write(f"\n*** {name} IS LEFT OUT: {reason}\n\n")
+
+
+# --- POV-Ray -------------------------------------------------------------------------------------------------
+
+
+def povray() -> Peer | None:
+    """Return POV-Ray, installed if need be."""
+    if shutil.which("povray") is None:
+        _install_package("povray")
+    program = shutil.which("povray")
+    if program is None:
+        leave_out("POV-Ray", "`povray` is not there, and apt-get could not install it")
+        return None
+    told = subprocess.run([program, "--version"], capture_output=True, text=True, check=False)
+    version = re.search(r"POV-Ray ([\d.]*\d)", told.stdout + told.stderr)
+    return Peer(program, f"POV-Ray {version[1]}" if version else "POV-Ray")
+
+
+def _install_package(name: str) -> bool:
+    """Install a package by apt-get, as root or by a sudo that asks nothing; return whether that went well."""
+    apt_get = shutil.which("apt-get")
+    if apt_get is None:
+        return False
+    as_root = [] if os.geteuid() == 0 else ["sudo", "--non-interactive"]
+    if as_root and shutil.which("sudo") is None:
+        return False
+    sys.stderr.write(f"installing {name} by apt-get\n")
+    update = [*as_root, apt_get, "update", "--quiet"]
+    install = [*as_root, apt_get, "install", "--quiet", "--yes", "--no-install-recommends", name]
+    if _succeeds(install):
+        return True
+    return _succeeds(update) and _succeeds(install)
+
+
+def _succeeds(command: list[str]) -> bool:
+    environment = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
+    return subprocess.run(command, capture_output=True, env=environment, check=False).returncode == 0
+
+
+# --- Mitsuba -------------------------------------------------------------------------------------------------
+
+
+def mitsuba() -> Peer | None:
+    """Return Mitsuba 3 with a working LLVM backend, each installed if need be."""
+    python = WORK / "mitsuba" / "bin" / "python"
+    if not _has_mitsuba(python) and not _install_mitsuba(python):
+        leave_out("Mitsuba 3", "pip could not install it")
+        return None
+    peer = _working_mitsuba(python)
+    if peer is None and any(_install_package(name) for name in LLVM_PACKAGES):
+        peer = _working_mitsuba(python)
+    if peer is None:
+        leave_out(
+            "Mitsuba 3", "it finds no LLVM library of version 15 or newer, and apt-get could not install one"
+        )
+    return peer
+
+
+def _has_mitsuba(python: Path) -> bool:
+    return python.exists() and _succeeds([str(python), "-m", "pip", "show", "mitsuba"])
+
+
+def _install_mitsuba(python: Path) -> bool:
+    sys.stderr.write("installing Mitsuba 3 by pip\n")
+    return _succeeds([sys.executable, "-m", "venv", str(python.parent.parent)]) and _succeeds(
+        [str(python), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "mitsuba>=3.5"]
+    )
+
+
+def _working_mitsuba(python: Path) -> Peer | None:
+    """Return Mitsuba with the LLVM library that it finds by itself, or else with the first one that it can use."""
+    found = (path for place in LLVM_PLACES for path in sorted(glob.glob(place), reverse=True))  # noqa: PTH207
+    for environment in ({}, *({"DRJIT_LIBLLVM_PATH": path} for path in found)):
+        probe = subprocess.run(
+            [str(python), "-c", PROBE],
+            capture_output=True,
+            text=True,
+            env={**os.environ, **environment},
+            check=False,
+        )
+        if probe.returncode == 0:
+            version, llvm = probe.stdout.split()
+            return Peer(str(python), f"Mitsuba {version} llvm_ad_rgb (LLVM {llvm})", environment)
+    return None
+
+
+# --- The kernel in C -----------------------------------------------------------------------------------------
+
+
+def plain_kernel() -> Peer | None:
+    """Return `brute_force.c` as the compiler vectorises it."""
+    return _kernel("the kernel in plain C", "brute_force_plain", "-DPORTABLE")
+
+
+def intrinsics_kernel() -> Peer | None:
+    """Return `brute_force.c` with the intrinsics of AVX-512, where the processor has it."""
+    name = "the kernel with AVX-512 intrinsics"
+    peer = _kernel(name, "brute_force")
+    if peer and not peer.version.endswith(", avx512"):
+        leave_out(name, "this processor has no AVX-512")
+        return None
+    return peer
+
+
+def _kernel(name: str, program: str, *flags: str) -> Peer | None:
+    """Return the kernel, compiled with the numbers of the still life; its version ends with its SIMD level."""
+    compiler = shutil.which("cc")
+    if compiler is None:
+        leave_out(name, "there is no C compiler: `cc`")
+        return None
+    header, target = WORK / "still_life.h", WORK / program
+    # The resolution is no part of the header.
+    header.write_text(scenes.c_header(scenes.still_life(16, 9)))
+    source = str(HERE / "brute_force.c")
+    command = [compiler, *C_FLAGS, *flags, "-include", str(header), source, "-o", str(target), "-lm"]
+    compiled = subprocess.run(command, capture_output=True, text=True, check=False)
+    if compiled.returncode != 0:
+        leave_out(name, f"the compiler says\n{compiled.stderr}")
+        return None
+    return Peer(str(target), f"{_first_line(compiler, '--version')}, {_simd_level(target)}")
+
+
+def _first_line(*command: str) -> str:
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()[0]
+
+
+def _simd_level(program: Path) -> str:
+    level: str = json.loads(_first_line(str(program), "16", "9", "1", "0"))["simd"]
+    return level

@@ -1,0 +1,170 @@
+"""From results to the tables that people read: the bars and whether they are reached, and all medians."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from contest import PROCESS, TRACE, TRACE_DEVELOP
+
+Results = dict[str, Any]
+
+BEGIN, END = "<!-- begin results -->", "<!-- end results -->"
+
+
+@dataclass(frozen=True)
+class Bar:
+    """A figure to reach.
+
+    Parameters
+    ----------
+    work
+        In words.
+    against
+        What the seconds are divided by, in words.
+    most
+        The largest ratio that reaches it.
+    ratio
+        From the results' contests to the measured ratio; KeyError where a contestant did not take part.
+    """
+
+    work: str
+    against: str
+    most: float
+    ratio: Callable[[Results], float]
+
+
+def median(contests: Results, contest: str, contestant: str, stage: str = PROCESS) -> float:
+    """Return the median seconds of a contestant."""
+    seconds: float = contests[contest]["seconds"][contestant][stage]["median"]
+    return seconds
+
+
+def _process(contest: str, contestant: str, other: str) -> Callable[[Results], float]:
+    return lambda contests: median(contests, contest, contestant) / median(contests, contest, other)
+
+
+def _kernel(other: str) -> Callable[[Results], float]:
+    return lambda contests: (
+        median(contests, "kernel", "rtcli, one thread", TRACE_DEVELOP)
+        / median(contests, "kernel", other, TRACE_DEVELOP)
+    )
+
+
+def _growth(contests: Results) -> float:
+    """Return the longest trace of all crowds, relative to that of the smallest."""
+    traces = [median(contests, "growth", name, TRACE) for name in contests["growth"]["seconds"]]
+    return max(traces) / traces[0]
+
+
+_LARGEST = "crowd-100000"
+_STILL_LIFE = "2 spheres, box, plane, light"
+
+BARS = (
+    Bar(f"{_STILL_LIFE}, 1920x1080: whole process", "POV-Ray", 0.25, _process("hd", "rtcli", "POV-Ray")),
+    Bar(f"{_STILL_LIFE}, 1920x1080: whole process", "Mitsuba", 0.70, _process("hd", "rtcli", "Mitsuba")),
+    Bar(f"{_STILL_LIFE}, 3840x2160: whole process", "POV-Ray", 0.09, _process("4k", "rtcli", "POV-Ray")),
+    Bar(f"{_STILL_LIFE}, 3840x2160: whole process", "Mitsuba", 0.42, _process("4k", "rtcli", "Mitsuba")),
+    Bar("the same, 1920x1080: trace + develop, one thread", "plain C", 1.0, _kernel("C, plain")),
+    Bar(
+        "the same, 1920x1080: trace + develop, one thread",
+        "C, AVX-512 intrinsics",
+        1.0,
+        _kernel("C, intrinsics"),
+    ),
+    Bar("100 to 100,000 spheres of constant volume: trace", "100 spheres", 8.0, _growth),
+    Bar("100,000 spheres, YAML: whole process", "POV-Ray", 0.9, _process(_LARGEST, "rtcli, YAML", "POV-Ray")),
+    Bar("100,000 spheres, JSON: whole process", "POV-Ray", 0.35, _process(_LARGEST, "rtcli, JSON", "POV-Ray")),
+    Bar("start-up, 64x64: whole process", "its imports", 1.3, _process("start-up", "rtcli", "imports")),
+)
+
+
+_BAR_HEAD = ("work", "rtcli against", "at most", "measured", "bar")
+
+
+def bar_rows(results: Results) -> Iterator[tuple[str, str, str, str, str]]:
+    """Yield work, against, bar, measured ratio and verdict of each bar."""
+    for bar in BARS:
+        try:
+            ratio = bar.ratio(results["contests"])
+        except KeyError:
+            yield bar.work, bar.against, f"{bar.most:g}", "", "not measured"
+        else:
+            verdict = "reached" if ratio <= bar.most else "missed"
+            yield bar.work, bar.against, f"{bar.most:g}", f"{ratio:.3f}", verdict
+
+
+def contest_rows(contest: Results) -> Iterator[tuple[str, str, str]]:
+    """Yield contestant, what of it was timed, and its milliseconds: median (least to most)."""
+    for contestant, stages in contest["seconds"].items():
+        for stage in contest["timed"]:
+            if stage in stages:
+                yield contestant, stage, milliseconds(stages[stage]) + _rate(contest["pixels"], stages[stage])
+
+
+def _rate(pixels: int | None, spread: dict[str, float]) -> str:
+    return "" if pixels is None else f", {pixels / spread['median'] / 1e6:,.0f} Mpixel/s"
+
+
+def milliseconds(spread: dict[str, float]) -> str:
+    """Return median (least to most) of seconds, in milliseconds."""
+    middle, least, most = (_shown(spread[name]) for name in ("median", "least", "most"))
+    return middle if least == most else f"{middle} ({least} to {most})"
+
+
+def _shown(value: float) -> str:
+    return f"{1000 * value:,.1f}" if value < 0.1 else f"{1000 * value:,.0f}"
+
+
+def markdown(results: Results) -> str:
+    """Return the bars as a Markdown table, headed by the machine and who took part."""
+    programs = "; ".join(results["versions"].values())
+    rounds = f"Medians of {results['rounds']} rounds, taken in turn"
+    return f"{rounds}, on {results['machine']}. {programs}.\n\n{bar_table(results)}"
+
+
+def bar_table(results: Results) -> str:
+    """Return the bars as a Markdown table."""
+    return _markdown_table([_BAR_HEAD, *bar_rows(results)])
+
+
+def contest_table(results: Results) -> str:
+    """Return all medians as a Markdown table; a work is named once, in its first row."""
+    rows = [("work", "who", "timed", "milliseconds: median (least to most)")]
+    for contest in results["contests"].values():
+        for number, row in enumerate(contest_rows(contest)):
+            rows.append(("" if number else contest["work"], *row))
+    return _markdown_table(rows)
+
+
+def _markdown_table(rows: list[tuple[str, ...]]) -> str:
+    head, *body = rows
+    lines = [head, tuple("---" for _ in head), *body]
+    return "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
+
+
+def bar_text(results: Results) -> str:
+    """Return the bars for a terminal."""
+    return _text_table([_BAR_HEAD, *bar_rows(results)])
+
+
+def contest_text(contest: Results) -> str:
+    """Return the medians of one contest for a terminal."""
+    return f"{contest['work']}\n{_text_table(list(contest_rows(contest)))}"
+
+
+def _text_table(rows: list[tuple[str, ...]]) -> str:
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = ("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows)
+    return "".join(f"  {line.rstrip()}\n" for line in lines)
+
+
+def refreshed(readme: str, results: Results) -> str:
+    """Return the text of a README with both tables between its markers."""
+    block = f"{BEGIN}\n{markdown(results)}\n{contest_table(results)}{END}"
+    fresh, count = re.subn(f"{BEGIN}.*?{END}", lambda _: block, readme, flags=re.DOTALL)
+    if count != 1:
+        raise ValueError(f"the README must hold the markers {BEGIN} and {END} once")
+    return fresh

@@ -1,0 +1,104 @@
+"""The compiled tracer: the crate in `tracer/python`, a thin layer over the one in `tracer/`.
+
+While it computes, other Python threads run, and the calling thread gives signals, progress and bytes to Python
+every 20 ms; what is raised there ends the work within 0.2 s and is raised again. Numbers in `bytes` stand in
+native byte order; arguments of a wrong length or range raise ValueError.
+"""
+
+from collections.abc import Callable
+from typing import Any, TypeAlias, final
+
+from rtcli.tracer.world import Vector, Window
+
+# Stops, tone curve (`clip`, `reinhard` or `aces`), bits a channel (8 or 16).
+_Look: TypeAlias = tuple[float, str, int]
+# Told (pixels done, pixels in all).
+_Progress: TypeAlias = Callable[[int, int], None]
+
+__version__: str
+
+@final
+class Tracer:
+    """A world that is rendered to a film or to a picture. See `rtcli.tracer.world` for the meaning of each number.
+
+    Parameters
+    ----------
+    camera
+        Width, height, fov, position, right, up, forward.
+    objects
+        Kind (uint8), position, extent, rotation, color (float64).
+    lights
+        Position, color, intensity (float64), body (int64).
+    settings
+        Samples, background, whether objects are lit (`max_depth` of 1 or more), eye_falloff.
+    """
+
+    def __new__(
+        cls,
+        camera: tuple[int, int, float, Vector, Vector, Vector, Vector],
+        objects: tuple[bytes, bytes, bytes, bytes, bytes],
+        lights: tuple[bytes, bytes, bytes, bytes],
+        settings: tuple[int, Vector, bool, bool],
+        /,
+    ) -> Tracer: ...
+    def film(
+        self, window: Window, passes: tuple[str, ...], threads: int, progress: _Progress | None, /
+    ) -> tuple[dict[str, bytearray], int]:
+        """Return the radiance and the passes of a window by name, float32 and uint32, and the number of rays."""
+
+    def picture(
+        self,
+        window: Window,
+        look: _Look,
+        threads: int,
+        write: Callable[[bytes], Any],
+        progress: _Progress | None,
+        /,
+    ) -> tuple[int, float, float, float]:
+        """Render a window to a PNG, of which `write` is given piece by piece, in memory that stays bounded.
+
+        Returns
+        -------
+        rays, trace, develop, encode
+            The number of rays, and the seconds that all threads together spent in each stage.
+        """
+
+    def exposure(self, threads: int, /) -> tuple[float, int]:
+        """Return the stops that the exposure meter finds for the whole picture, and the number of rays."""
+
+@final
+class PngEncoder:
+    """Encodes radiance, interleaved float32 RGB, as a PNG, some rows at a time.
+
+    Parameters
+    ----------
+    width, height
+        The picture, pixels.
+    look
+        Stops, tone curve, bits a channel.
+    """
+
+    def __new__(cls, width: int, height: int, look: _Look, /) -> PngEncoder: ...
+    def push(self, radiance: bytes, /) -> bytes:
+        """Add whole rows; return what the file holds next."""
+
+    def finish(self) -> bytes:
+        """Return the rest of the file, once all rows were added."""
+
+def simd_level() -> str:
+    """Return `baseline`, `avx2`, `avx512` or `neon`: the best of this machine, or what RTCLI_SIMD asks for.
+
+    Raises
+    ------
+    ValueError
+        If RTCLI_SIMD names none of them, or one that this machine lacks.
+    """
+
+def develop(radiance: bytes, look: _Look, /) -> bytearray:
+    """Return radiance, interleaved float32 RGB, as sRGB: 8 bits a channel, or 16 with the high byte first."""
+
+def auto_exposure(radiance: bytes, /) -> float:
+    """Return the stops that expose a picture well: those of the exposure meter, 0 for an all black one."""
+
+def meter_size(width: int, height: int, /) -> tuple[int, int]:
+    """Return the size of the small picture on which the exposure of a picture of this size is metered."""

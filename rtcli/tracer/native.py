@@ -1,0 +1,89 @@
+"""The native tracer: a `World` as the compiled module takes it, and what that gives as arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from rtcli.tracer._native import Tracer
+from rtcli.tracer.world import Lights, Progress, Shapes, Window, World
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    Arrays: TypeAlias = dict[str, npt.NDArray[np.generic]]
+
+# Arrays of the film with one number a pixel; the others have three.
+_SCALARS = frozenset({"depth", "distance", "object_id"})
+
+
+class NativeTracer:
+    """A world made ready for the compiled tracer."""
+
+    def __init__(self, world: World) -> None:
+        camera, settings = world.camera, world.settings
+        self._tracer = Tracer(
+            (
+                camera.width,
+                camera.height,
+                camera.fov,
+                camera.position,
+                camera.right,
+                camera.up,
+                camera.forward,
+            ),
+            _object_columns(world.shapes),
+            _light_columns(world.lights),
+            (settings.samples, settings.background, settings.max_depth > 0, settings.eye_falloff),
+        )
+
+    def film(
+        self, window: Window, passes: tuple[str, ...], threads: int, progress: Progress | None = None
+    ) -> tuple[Arrays, int]:
+        """Return radiance and passes by name, and the number of rays."""
+        buffers, rays = self._tracer.film(window, passes, threads, progress)
+        return {name: _as_array(name, buffer, window) for name, buffer in buffers.items()}, rays
+
+    def exposure(self, threads: int) -> tuple[float, int]:
+        """Return the stops that expose the whole picture well, and the number of rays."""
+        return self._tracer.exposure(threads)
+
+    def picture(
+        self,
+        window: Window,
+        look: tuple[float, str, int],
+        threads: int,
+        write: Callable[[bytes], Any],
+        progress: Progress | None = None,
+    ) -> tuple[int, dict[str, float]]:
+        """Write a PNG piece by piece; return the number of rays, and the seconds of all threads in each stage."""
+        rays, trace, develop, encode = self._tracer.picture(window, look, threads, write, progress)
+        return rays, {"trace": trace, "develop": develop, "write": encode}
+
+
+def _object_columns(shapes: Shapes) -> tuple[bytes, bytes, bytes, bytes, bytes]:
+    return (
+        shapes.kind.tobytes(),
+        shapes.position.tobytes(),
+        shapes.extent.tobytes(),
+        shapes.rotation.tobytes(),
+        shapes.color.tobytes(),
+    )
+
+
+def _light_columns(lights: Lights) -> tuple[bytes, bytes, bytes, bytes]:
+    return (
+        lights.position.tobytes(),
+        lights.color.tobytes(),
+        lights.intensity.tobytes(),
+        lights.body.tobytes(),
+    )
+
+
+def _as_array(name: str, buffer: bytearray, window: Window) -> npt.NDArray[np.generic]:
+    import numpy as np  # only films need it: a picture is written without
+
+    dtype = np.uint32 if name == "object_id" else np.float32
+    shape = (window.height, window.width) if name in _SCALARS else (window.height, window.width, 3)
+    return np.frombuffer(buffer, dtype=dtype).reshape(shape)

@@ -1,0 +1,280 @@
+"""What of the benchmarks is not timing: the scenes in all languages, the turns, the tables."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import sys
+from pathlib import Path
+from xml.etree import ElementTree
+
+import agreement
+import numpy as np
+import peers
+import pytest
+import report
+import run
+from contest import PROCESS, TRACE, TRACE_DEVELOP, Contest, Contestant, summary, told_seconds
+
+import rtcli
+import scenes
+
+SCENES = {"still life": scenes.still_life(64, 36), "crowd": scenes.crowd(100, 64, 36)}
+
+described = pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
+
+
+# --- One description, all languages --------------------------------------------------------------------------
+
+
+@described
+def test_yaml_and_json_are_the_same_valid_scene(scene, tmp_path: Path):
+    loaded = []
+    for suffix in (".yaml", ".json"):
+        path = tmp_path / f"scene{suffix}"
+        path.write_text(scenes.FORMATS[suffix](scene))
+        loaded.append(rtcli.load_scene(path))
+    assert loaded[0] == loaded[1]
+    assert [shape.position for shape in loaded[0].objects] == [
+        tuple(shape["position"]) for shape in scene["objects"]
+    ]
+
+
+@described
+def test_pov_ray_and_mitsuba_get_the_same_spheres(scene):
+    expected = [
+        (*shape["position"], shape["radius"], *shape["color"])
+        for shape in scene["objects"]
+        if shape["type"] == "sphere"
+    ]
+    assert _pov_spheres(scenes.to_pov(scene)) == expected
+    assert _mitsuba_spheres(scenes.to_mitsuba(scene)) == expected
+
+
+def _pov_spheres(text: str) -> list[tuple[float, ...]]:
+    lines = [line for line in text.splitlines() if line.startswith("sphere")]
+    return [tuple(map(float, re.findall(r"-?\d[\d.e-]*", line))) for line in lines]
+
+
+def _mitsuba_spheres(text: str) -> list[tuple[float, ...]]:
+    found = []
+    for shape in ElementTree.fromstring(text).iterfind("shape[@type='sphere']"):
+        texts = [shape.find(path).get("value") for path in ("point", "float", "bsdf/rgb")]
+        found.append(tuple(float(number) for text in texts for number in text.split(", ")))
+    return found
+
+
+@described
+def test_pov_ray_and_mitsuba_get_the_same_light(scene):
+    [light] = scene["lights"]
+    brightness, fade_distance = map(
+        float, re.search(r"rgb (\S+) fade_distance (\S+)", scenes.to_pov(scene)).groups()
+    )
+    # Both against what arrives from rtcli's light at a white surface straight below, 10 away: I / (4 pi^2 r^2).
+    arriving = light["intensity"] / (4 * math.pi**2 * 10**2)
+    assert scenes.POV_DIFFUSE * brightness * 2 / (1 + (10 / fade_distance) ** 2) == pytest.approx(
+        arriving, rel=1e-5
+    )
+    emitter = ElementTree.fromstring(scenes.to_mitsuba(scene)).find("emitter")
+    assert float(emitter.find("rgb").get("value")) / math.pi / 10**2 == pytest.approx(arriving)
+    assert emitter.find("point").get("value") == ", ".join(map(str, light["position"]))
+
+
+@described
+def test_pov_ray_camera_sees_as_far_up_and_aside_as_the_field_of_view(scene):
+    text = scenes.to_pov(scene)
+    extents = [
+        math.hypot(*map(float, re.search(rf"{name} <(.*?)>", text)[1].split(", ")))
+        for name in ("direction", "right", "up")
+    ]
+    up = 2 * math.tan(math.radians(scene["camera"]["fov"]) / 2)
+    assert extents == pytest.approx([1, up * 64 / 36, up])
+
+
+def test_kernel_gets_the_still_life_relative_to_the_eye():
+    scene = scenes.still_life(64, 36)
+    constants = dict(re.findall(r"#define (\w+) \((\S+)f\)", scenes.c_header(scene)))
+    eye, ball = scene["camera"]["position"], scene["objects"][1]
+    assert [float(constants[f"BALL_{axis}"]) + eye[i] for i, axis in enumerate("XYZ")] == ball["position"]
+    assert float(constants["BALL_RADIUS"]) == ball["radius"]
+
+
+# --- Crowds --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("count", scenes.CROWD_SIZES)
+def test_crowds_have_the_same_volume(count):
+    volume = count * 4 / 3 * math.pi * scenes.crowd_radius(count) ** 3
+    assert volume == pytest.approx(0.05 * 32 * 18 * 18)
+
+
+@pytest.mark.parametrize("count", [100, 1000])
+def test_crowd_lies_in_its_box(count):
+    for sphere in scenes.crowd(count, 64, 36)["objects"]:
+        for place, (low, high) in zip(sphere["position"], scenes.CROWD_BOX, strict=True):
+            assert low <= place - sphere["radius"] + 1e-4
+            assert place + sphere["radius"] - 1e-4 <= high
+
+
+def test_crowd_is_the_same_every_time():
+    assert scenes.crowd(100, 64, 36) == scenes.crowd(100, 64, 36)
+
+
+# --- Turns ---------------------------------------------------------------------------------------------------
+
+
+def test_contestants_take_turns_and_the_first_round_is_not_counted(tmp_path: Path):
+    log = tmp_path / "log"
+    contest = Contest("test", "work", (_logging("a", log), _logging("b", log), _logging("c", log, once=True)))
+    results = contest.hold(2)
+    assert log.read_text() == "abcabab"
+    assert results["seconds"]["a"].keys() == {PROCESS, TRACE}
+    # The first number that each tells is its turn.
+    assert results["seconds"]["a"][TRACE] == {"median": 1.5, "least": 1.0, "most": 2.0}
+    assert results["seconds"]["c"][TRACE]["median"] == 0.0
+
+
+def _logging(name: str, log: Path, once: bool = False) -> Contestant:
+    program = (
+        f"import json, pathlib; log = pathlib.Path({str(log)!r}); old = log.read_text() if log.exists() else '';"
+        f"log.write_text(old + {name!r}); print(json.dumps({{'trace': float(old.count({name!r}))}}))"
+    )
+    return Contestant(name, (sys.executable, "-c", program), once=once)
+
+
+def test_failure_of_a_contestant_says_what_it_said():
+    failing = Contestant("failing", (sys.executable, "-c", "raise SystemExit('no such scene')"))
+    with pytest.raises(SystemExit, match=r"failing failed with exit code 1[\s\S]*no such scene"):
+        failing.run()
+
+
+def test_contestants_see_no_options_of_rtcli_in_the_environment(monkeypatch):
+    monkeypatch.setenv("RTCLI_RENDER_ENGINE", "reference")
+    program = (
+        "import json, os; print(json.dumps({'seen': float(any(k.startswith('RTCLI_') for k in os.environ))}))"
+    )
+    assert Contestant("a", (sys.executable, "-c", program)).run()["seen"] == 0.0
+
+
+def test_seconds_are_read_from_statistics_and_from_nothing_else():
+    assert told_seconds(b'{"seconds": {"trace": 0.5}, "rays": 3}') == {"trace": 0.5}
+    assert told_seconds(b"rendered") == {}
+
+
+def test_trace_and_develop_are_added_run_by_run():
+    runs = [{"trace": 1.0, "develop": 5.0}, {"trace": 2.0, "develop": 1.0}, {"trace": 3.0, "develop": 1.0}]
+    assert summary(runs)[TRACE_DEVELOP] == {"median": 4.0, "least": 3.0, "most": 6.0}
+
+
+# --- Peers that cannot be had --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("find", [peers.povray, peers.plain_kernel])
+def test_missing_peer_is_left_out_aloud(find, monkeypatch, capsys):
+    monkeypatch.setenv("PATH", "")
+    assert find() is None
+    assert "IS LEFT OUT" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", run.CONTESTS)
+def test_contest_is_held_without_peers(name, monkeypatch, tmp_path):
+    monkeypatch.setattr(run, "WORK", tmp_path)
+    contest = run.CONTESTS[name](run.Peers(None, None, None, None))
+    assert contest.name == name
+    assert contest.contestants[0].name.startswith("rtcli")
+
+
+# --- Pictures ------------------------------------------------------------------------------------------------
+
+
+def test_pictures_are_compared_off_borders():
+    reference = np.zeros((20, 20, 3), dtype=np.int16)
+    reference[:, 10:] = 200
+    picture = reference.copy()
+    picture[:, 9] = 200
+    assert agreement.strays(picture, reference, 1) == 0
+    picture[5, 5] = 2
+    assert agreement.strays(picture, reference, 1) == pytest.approx(1 / 360)
+    assert agreement.strays(picture, reference, 2) == 0
+
+
+# --- Tables --------------------------------------------------------------------------------------------------
+
+
+def _spread(median: float) -> dict[str, float]:
+    return {"median": median, "least": median / 2, "most": median * 2}
+
+
+RESULTS = {
+    "machine": "2 cores",
+    "versions": {"rtcli": "rtcli 1"},
+    "rounds": 9,
+    "contests": {
+        "hd": {
+            "work": "a still life",
+            "timed": [PROCESS],
+            "pixels": None,
+            "seconds": {
+                "rtcli": {PROCESS: _spread(0.25), TRACE: _spread(0.1)},
+                "POV-Ray": {PROCESS: _spread(1.0)},
+                "Mitsuba": {PROCESS: _spread(0.3)},
+            },
+        },
+        "kernel": {
+            "work": "the same",
+            "timed": [TRACE_DEVELOP],
+            "pixels": 2_000_000,
+            "seconds": {"C, plain": {TRACE_DEVELOP: _spread(0.01)}},
+        },
+        "growth": {
+            "work": "crowds",
+            "timed": [TRACE],
+            "pixels": None,
+            "seconds": {
+                "few": {TRACE: _spread(1.0)},
+                "more": {TRACE: _spread(9.0)},
+                "most": {TRACE: _spread(7.0)},
+            },
+        },
+    },
+}
+
+
+def test_bars_are_reached_missed_or_not_measured():
+    verdicts = [row[2:] for row in report.bar_rows(RESULTS)]
+    assert verdicts[0] == ("0.25", "0.250", "reached")
+    assert verdicts[1] == ("0.7", "0.833", "missed")
+    assert verdicts[2] == ("0.09", "", "not measured")
+    assert verdicts[6] == ("8", "9.000", "missed")
+
+
+def test_medians_are_told_with_their_spread():
+    rows = [row for contest in RESULTS["contests"].values() for row in report.contest_rows(contest)]
+    assert rows[0] == ("rtcli", PROCESS, "250 (125 to 500)")
+    assert rows[3] == ("C, plain", TRACE_DEVELOP, "10.0 (5.0 to 20.0), 200 Mpixel/s")
+
+
+def test_markdown_names_the_machine_and_who_took_part():
+    text = report.markdown(RESULTS)
+    assert text.startswith("Medians of 9 rounds, taken in turn, on 2 cores. rtcli 1.\n\n| work |")
+    assert len(text.splitlines()) == 2 + 2 + len(report.BARS)
+
+
+def test_readme_is_renewed_between_its_markers():
+    text = report.refreshed(f"before\n{report.BEGIN}old{report.END}\nafter", RESULTS)
+    assert text.startswith(f"before\n{report.BEGIN}\nMedians")
+    assert text.endswith(f"{report.END}\nafter")
+    assert "old" not in text
+    assert report.refreshed(text, RESULTS) == text
+
+
+def test_readme_without_markers_is_refused():
+    with pytest.raises(ValueError, match="markers"):
+        report.refreshed("no place for results", RESULTS)
+
+
+def test_readme_shows_the_committed_results():
+    results = json.loads(run.RESULTS.read_text(encoding="utf-8"))
+    readme = run.README.read_text(encoding="utf-8")
+    assert readme == report.refreshed(readme, results), "run: make bench"

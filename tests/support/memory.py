@@ -1,0 +1,16 @@
+"""How much memory a process took at most, for programs that tests run."""
+
+import re
+import resource
+import sys
+from pathlib import Path
+
+
+def peak_mib() -> float:
+    """Return the most memory that this process held at any time, in MiB."""
+    if sys.platform == "linux":
+        # What getrusage tells there is at least what the process that started this one held.
+        status = Path("/proc/self/status").read_text()
+        return int(re.search(r"VmHWM:\s*(\d+) kB", status)[1]) / 1024
+    unit = 1 if sys.platform == "darwin" else 1024
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 2**20

@@ -1,0 +1,375 @@
+"""The compiled module as Python sees it: bytes, threads, signals, mistakes of a caller, what is in it."""
+
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+from array import array
+
+import numpy as np
+import pytest
+from worlds import box, light, plane, scene, sphere
+
+import rtcli
+from rtcli.pack import pack
+from rtcli.tracer import _native
+from rtcli.tracer.native import NativeTracer
+from rtcli.tracer.world import PASSES, Window
+
+LEVELS = ["baseline", "avx2", "avx512", "neon"]
+LOOK = (0.0, "clip", 8)
+ROOM = scene(
+    [
+        plane([0, -1, 0], [0, 1, 0], "wheat"),
+        *(sphere([x, y, -6 - x], 0.3, "tomato") for x in range(-2, 3) for y in range(3)),
+        box([1, 0.2, -4], [0.5, 1, 0.4], rotation=30),
+        sphere([0, 3, -5], 0.2, light={"intensity": 100}),
+    ],
+    [light([3, 4, 0]), light([-4, 2, -1], 50)],
+    camera={"resolution": [301, 203], "fov": 45},
+    render={"samples": 2, "background": "skyblue"},
+)
+WHOLE = Window(0, 0, 301, 203)
+
+
+def tracer(described=ROOM):
+    return NativeTracer(pack(described))
+
+
+def large(samples, resolution=(2000, 1500)):
+    """Return a scene that takes long enough to do something meanwhile."""
+    camera = ROOM.camera.model_copy(update={"resolution": resolution})
+    return ROOM.model_copy(
+        update={"camera": camera, "render": ROOM.render.model_copy(update={"samples": samples})}
+    )
+
+
+def picture(threads=2):
+    """Return the bytes of a PNG of the room, and all arrays of its film."""
+    pieces = []
+    tracer().picture(WHOLE, LOOK, threads, pieces.append)
+    film, _ = tracer().film(WHOLE, PASSES, threads)
+    return b"".join(pieces), {name: values.tobytes() for name, values in film.items()}
+
+
+# --- The same bytes ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("threads", [2, 3, 7])
+def test_threads_do_not_change_a_byte(threads):
+    assert picture(threads) == picture(1)
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_simd_level_does_not_change_a_byte(monkeypatch, level):
+    best = picture()
+    monkeypatch.setenv("RTCLI_SIMD", level)
+    try:
+        assert _native.simd_level() == level
+    except ValueError as error:
+        pytest.skip(str(error))
+    assert picture() == best
+
+
+@pytest.mark.parametrize("auto", [False, True])
+def test_exposure_meter_does_not_mind_threads_and_level(monkeypatch, auto):
+    metered = tracer().exposure(3)
+    if auto:
+        monkeypatch.setenv("RTCLI_SIMD", "baseline")
+    assert tracer().exposure(1) == metered
+
+
+def test_level_that_is_unknown_is_refused_with_those_there_are(monkeypatch):
+    monkeypatch.setenv("RTCLI_SIMD", "mmx")
+    for wrong in (_native.simd_level, tracer, lambda: rtcli.render(ROOM)):
+        with pytest.raises(ValueError, match=r"RTCLI_SIMD.*mmx.*baseline"):
+            wrong()
+
+
+def test_no_multiplication_is_fused_with_an_addition():
+    # Such an instruction rounds once where two round twice: machines without it would give another picture.
+    if not (objdump := shutil.which("objdump")):
+        pytest.skip("objdump is not installed: nobody looks for fused instructions")
+    listing = subprocess.run([objdump, "-d", _native.__file__], capture_output=True, text=True, check=True).stdout
+    instructions = re.findall(r"^\s*[0-9a-f]+:\t(?:[0-9a-f]{2} )*\s*\t?([a-z]\w+)", listing, re.MULTILINE)
+    assert len(instructions) > 10_000
+    assert any(name.startswith(("mulps", "vmulps", "fmul")) for name in instructions)
+    fused = re.compile(r"v?fn?m(add|sub|la|ls)|fml[as]|vfmaddsub|vfmsubadd")
+    assert sorted({name for name in instructions if fused.match(name)}) == []
+
+
+# --- While it works ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("work", ["film", "picture"])
+def test_other_threads_run_meanwhile(work):
+    ticks, done = [], threading.Event()
+
+    def tick():
+        while not done.wait(0.001):
+            ticks.append(time.perf_counter())
+
+    ticking = threading.Thread(target=tick)
+    ticking.start()
+    start = time.perf_counter()
+    _run(work, large(256), None)
+    end = time.perf_counter()
+    done.set()
+    ticking.join()
+    assert end - start > 0.1
+    assert len([moment for moment in ticks if start < moment < end]) > 200 * (end - start)
+
+
+def _run(work, described, progress, write=lambda piece: None):
+    window = Window(0, 0, *described.camera.resolution)
+    if work == "film":
+        return tracer(described).film(window, (), 2, progress)
+    return tracer(described).picture(window, LOOK, 2, write, progress)
+
+
+@pytest.mark.parametrize("work", ["film", "picture"])
+def test_progress_rises_to_the_number_of_pixels(work):
+    told = []
+    _run(work, large(256), lambda done, total: told.append((done, total)))
+    assert len(told) > 2
+    assert told == sorted(set(told))
+    assert told[-1] == (2000 * 1500, 2000 * 1500)
+
+
+class GivenUpError(Exception):
+    """What a caller raises to end a rendering."""
+
+
+def give_up(*anything):
+    raise GivenUpError
+
+
+@pytest.mark.parametrize("by", ["progress of a film", "progress of a picture", "write"])
+def test_error_of_the_caller_ends_the_work_and_is_raised(by):
+    endless = large(1024, (65_535, 1_000))
+    work, progress, write = {
+        "progress of a film": ("film", give_up, None),
+        "progress of a picture": ("picture", give_up, lambda piece: None),
+        "write": ("picture", None, give_up),
+    }[by]
+    start = time.perf_counter()
+    with pytest.raises(GivenUpError):
+        _run(work, endless, progress, write)
+    assert time.perf_counter() - start < 5
+
+
+SLOW_TARGET = """
+import time
+from memory import peak_mib
+from worlds import scene, sphere
+from rtcli.pack import pack
+from rtcli.tracer.native import NativeTracer
+from rtcli.tracer.world import Window
+
+seen = 0
+def write(piece):
+    global seen
+    if seen == 0:
+        time.sleep(2)  # in which all of it would be traced
+    seen += len(piece)
+
+room = scene([sphere([0, 0, -5], 2)], [{"position": [1, 2, 0], "intensity": 900}],
+             camera={"resolution": [8000, 8000], "fov": 40})
+tracer, before = NativeTracer(pack(room)), peak_mib()
+tracer.picture(Window(0, 0, 8000, 8000), (0.0, "reinhard", 16), 2, write)
+print(seen / 2**20, peak_mib() - before)
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="POSIX only: getrusage")
+@pytest.mark.slow
+def test_slow_target_holds_the_tracer_up_and_memory_stays_bounded():
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    result = subprocess.run(
+        [sys.executable, "-c", SLOW_TARGET], capture_output=True, text=True, env=env, check=True
+    )
+    written, grown = map(float, result.stdout.split())
+    assert written > 80
+    assert grown < 60  # MiB, where an unbounded one would hold what is written and more
+
+
+@pytest.mark.skipif(os.name == "nt", reason="POSIX only: signals")
+@pytest.mark.parametrize("work", ["film", "picture"])
+def test_interrupt_raises_within_the_blink_of_an_eye(work):
+    endless = large(1024, (8_000, 6_000))
+    sent = []
+
+    def interrupt():
+        sent.append(time.perf_counter())
+        signal.raise_signal(signal.SIGINT)
+
+    old = signal.signal(signal.SIGINT, signal.default_int_handler)
+    timer = threading.Timer(0.5, interrupt)
+    timer.start()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            _run(work, endless, None)
+        waited = time.perf_counter() - sent[0]
+    finally:
+        timer.cancel()
+        signal.signal(signal.SIGINT, old)
+    assert waited < 2  # 0.2 on a machine with nothing else to do
+
+
+# --- Films -------------------------------------------------------------------------------------------------
+
+
+def test_arrays_of_a_film_are_writable_and_own_their_memory():
+    film = rtcli.render(ROOM, passes=PASSES)
+    for name in ("radiance", *PASSES):
+        values = getattr(film, name)
+        assert values.flags.writeable, name
+        values[...] = 0
+
+
+def test_pass_asked_for_twice_is_there_once():
+    film, _ = tracer().film(WHOLE, ("depth", "depth"), 1)
+    assert film.keys() == {"radiance", "depth"}
+
+
+TOO_LARGE = """
+import resource
+from worlds import render, scene
+
+resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30))
+try:
+    render(scene([], camera={"resolution": [65_535, 65_535], "fov": 40}))
+except MemoryError:
+    print("MemoryError")
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="Linux only: a bound of memory that is kept")
+def test_film_that_no_memory_holds_is_a_memory_error():
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    program = [sys.executable, "-c", TOO_LARGE]
+    assert (
+        subprocess.run(program, stdout=subprocess.PIPE, text=True, env=env, check=True).stdout == "MemoryError\n"
+    )
+
+
+# --- Mistakes of a caller ------------------------------------------------------------------------------------
+
+CAMERA = (4, 3, 40.0, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0))
+NO_OBJECTS = (b"", b"", b"", b"", b"")
+NO_LIGHTS = (b"", b"", b"", b"")
+SETTINGS = (1, (0.0, 0.0, 0.0), True, False)
+
+
+def floats(count):
+    return array("d", [1.0] * count).tobytes()
+
+
+ONE_OBJECT = (b"\0", floats(3), floats(3), floats(1), floats(3))
+ONE_LIGHT = (floats(3), floats(3), floats(1), array("q", [-1]).tobytes())
+
+
+def with_item(values, index, item):
+    return (*values[:index], item, *values[index + 1 :])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((with_item(CAMERA, 0, 0), NO_OBJECTS, NO_LIGHTS, SETTINGS), "at least one pixel"),
+        ((CAMERA, NO_OBJECTS, NO_LIGHTS, with_item(SETTINGS, 0, 0)), "samples"),
+        ((CAMERA, with_item(ONE_OBJECT, 0, b"\3"), NO_LIGHTS, SETTINGS), "unknown kind of shape 3"),
+        *(
+            ((CAMERA, with_item(ONE_OBJECT, i, wrong), NO_LIGHTS, SETTINGS), "different lengths|whole number")
+            for i in range(5)
+            for wrong in (b"", b"\0\0", floats(2), floats(6))
+        ),
+        *(
+            ((CAMERA, NO_OBJECTS, with_item(ONE_LIGHT, i, wrong), SETTINGS), "different lengths|whole number")
+            for i in range(4)
+            for wrong in (b"", b"\0", floats(2), floats(6))
+        ),
+        ((CAMERA, ONE_OBJECT, with_item(ONE_LIGHT, 3, array("q", [1]).tobytes()), SETTINGS), "no object 1"),
+    ],
+)
+def test_world_that_does_not_fit_together_is_a_value_error(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        _native.Tracer(*arguments)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (((0, 0, 5, 3), (), 1, None), "not inside the picture"),
+        (((0, 3, 1, 1), (), 1, None), "not inside the picture"),
+        (((0, 0, 0, 1), (), 1, None), "not inside the picture"),
+        (((4294967295, 0, 4294967295, 1), (), 1, None), "not inside the picture"),
+        (((0, 0, 4, 3), ("depths",), 1, None), "unknown pass"),
+        (((0, 0, 4, 3), (), 0, None), "threads must be at least 1"),
+    ],
+)
+def test_film_that_cannot_be_is_a_value_error(arguments, message):
+    world = _native.Tracer(CAMERA, ONE_OBJECT, ONE_LIGHT, SETTINGS)
+    with pytest.raises(ValueError, match=message):
+        world.film(*arguments)
+
+
+def test_threads_beyond_all_measure_are_no_error():
+    film, _ = _native.Tracer(CAMERA, ONE_OBJECT, ONE_LIGHT, SETTINGS).film((0, 0, 4, 3), (), 10**9, None)
+    assert film.keys() == {"radiance"}
+
+
+@pytest.mark.parametrize("look", [(0.0, "film", 8), (0.0, "clip", 12), (float("nan"), "clip", 8)])
+def test_look_that_cannot_be_is_a_value_error(look):
+    for wrong in (
+        lambda: _native.develop(b"", look),
+        lambda: _native.PngEncoder(1, 1, look),
+        lambda: tracer().picture(WHOLE, look, 1, print),
+    ):
+        with pytest.raises(ValueError, match=r"tone|bits|exposure"):
+            wrong()
+
+
+@pytest.mark.parametrize("call", [lambda radiance: _native.develop(radiance, LOOK), _native.auto_exposure])
+def test_radiance_of_no_whole_pixels_is_a_value_error(call):
+    with pytest.raises(ValueError, match="whole number of RGB pixels"):
+        call(b"\0" * 16)
+
+
+@pytest.mark.parametrize("offset", [0, 1, 2, 3])
+def test_radiance_may_lie_anywhere_in_memory(offset):
+    # Bytes of Python are aligned; those of a slice are copied, and so are these.
+    values = np.linspace(0, 1, 12, dtype=np.float32).tobytes()
+    shifted = (b"\0" * offset + values)[offset:]
+    assert _native.develop(shifted, LOOK) == _native.develop(values, LOOK)
+
+
+@pytest.mark.parametrize(("width", "height"), [(0, 1), (1, 0)])
+def test_picture_without_pixels_is_a_value_error(width, height):
+    for wrong in (lambda: _native.PngEncoder(width, height, LOOK), lambda: _native.meter_size(width, height)):
+        with pytest.raises(ValueError, match="at least one pixel"):
+            wrong()
+
+
+def test_encoder_takes_whole_rows_and_all_of_them():
+    row = b"\0" * (2 * 12)
+    encoder = _native.PngEncoder(2, 2, LOOK)
+    with pytest.raises(ValueError, match="rows of 2"):
+        encoder.push(b"\0" * 12)
+    with pytest.raises(ValueError, match="rows of 2"):
+        encoder.push(3 * row)
+    first = encoder.push(row)
+    with pytest.raises(ValueError, match="1 rows are missing"):
+        encoder.finish()
+    assert first + encoder.push(row) + encoder.finish() == _encoded(row, row)
+    with pytest.raises(ValueError, match="rows of 2"):
+        encoder.push(row)
+
+
+def _encoded(*rows):
+    encoder = _native.PngEncoder(2, 2, LOOK)
+    return encoder.push(b"".join(rows)) + encoder.finish()

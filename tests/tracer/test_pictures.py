@@ -1,0 +1,464 @@
+"""Pictures whose radiance is known in closed form, by each engine."""
+
+import math
+
+import numpy as np
+import pytest
+from worlds import box, light, pixel_slopes, plane, scene, sphere
+
+DOWN = {"position": [0, 5, 0], "look_at": [0, 0, 0], "up": [0, 0, -1]}
+SIZES = [(1, 1), (2, 1), (1, 3), (31, 17), (40, 40), (150, 131)]
+
+
+@pytest.fixture
+def rounding(engine):
+    """The relative error of radiance: one computes in float64 and keeps float32, the other computes in float32."""
+    return {"reference": 1e-6, "native": 1e-5}[engine]
+
+
+def camera(width=32, height=24, fov=40.0, **pose):
+    return {"resolution": [width, height], "fov": fov, **pose}
+
+
+def floor_points(width, height, fov, eye_height=5.0):
+    """Where the rays of a camera that looks down meet y = 0: x to the right, z down in the picture."""
+    x, y = pixel_slopes(width, height, fov)
+    return x * eye_height, -y * eye_height
+
+
+# --- Direct light ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("width", "height"), SIZES)
+def test_plane_under_a_light(render, rounding, width, height):
+    # albedo / pi * I / (4 pi (rho^2 + h^2)) * h / sqrt(rho^2 + h^2)
+    intensity, lamp_height = 300.0, 2.0
+    film = render(
+        scene(
+            [plane([3, 0, -7], [0, 2, 0], [0.2, 0.5, 1.0])],
+            [light([0, lamp_height, 0], intensity, color=[1, 0.5, 2])],
+            camera=camera(width, height, 70, **DOWN),
+        )
+    )
+    x, z = floor_points(width, height, 70)
+    squared = x**2 + z**2 + lamp_height**2
+    irradiance = intensity / (4 * math.pi * squared) * lamp_height / np.sqrt(squared)
+    expected = irradiance[..., None] / math.pi * np.array([0.2, 0.25, 2.0])
+    np.testing.assert_allclose(film.radiance, expected, rtol=rounding)
+
+
+def test_sphere_lit_from_the_eye(render):
+    # t = D cos a - sqrt(R^2 - D^2 sin^2 a), cos(theta) = sqrt(R^2 - D^2 sin^2 a) / R
+    distance, radius, intensity = 10.0, 2.0, 500.0
+    film = render(
+        scene([sphere([0, 0, -distance], radius)], [light([0, 0, 0], intensity)], camera=camera(41, 31, 30)),
+        passes=["distance", "object_id"],
+    )
+    x, y = pixel_slopes(41, 31, 30)
+    sine_squared = (x**2 + y**2) / (1 + x**2 + y**2)
+    under_root = radius**2 - distance**2 * sine_squared
+    root = np.sqrt(np.maximum(under_root, 0))
+    t = distance * np.sqrt(1 - sine_squared) - root
+    expected = np.where(under_root > 0, intensity / (4 * math.pi * t**2) / math.pi * root / radius, 0)
+    np.testing.assert_array_equal(film.object_id, under_root > 0)
+    np.testing.assert_allclose(film.distance, np.where(under_root > 0, t, np.inf), rtol=1e-6)
+    np.testing.assert_allclose(film.radiance[..., 1], expected, rtol=1e-5)
+
+
+def test_albedo_and_light_color_multiply(render):
+    film = render(
+        scene(
+            [plane([0, 0, -3], [0, 0, 1], [0.5, 0.25, 0.0])],
+            [light([0, 0, 0], 7.0, color=[1, 2, 3])],
+            camera=camera(1, 1),
+        )
+    )
+    incoming = 7.0 / (4 * math.pi * 9)
+    np.testing.assert_allclose(film.radiance[0, 0], [0.5 * incoming / math.pi, 0.5 * incoming / math.pi, 0])
+
+
+def test_surface_is_lit_from_the_viewers_side_only(render):
+    wall = plane([0, 0, -3], [0, 0, 1])
+    behind = render(scene([wall], [light([0, 0, -5])]))
+    assert not behind.radiance.any()
+    from_behind = render(scene([wall], [light([0, 0, -5])], camera=camera(position=[0, 0, -9], look_at=[0, 0, 0])))
+    assert from_behind.radiance.all()
+
+
+def test_light_on_a_plane_does_not_light_it(render):
+    assert not render(scene([plane([0, 0, -3], [0, 0, 1])], [light([0, 0, -3])])).radiance.any()
+
+
+# --- Shadows ---------------------------------------------------------------------------------------------
+
+
+def test_shadow_of_a_sphere_ends_on_its_cone(render):
+    # sin(beta) = r / (h - c); the shadow's radius on the floor is h tan(beta)
+    lamp_height, centre, radius = 4.0, 2.0, 0.5
+    film = render(
+        scene(
+            [plane([0, 0, 0], [0, 1, 0]), sphere([0, centre, 0], radius)],
+            [light([0, lamp_height, 0])],
+            camera=camera(101, 77, 60, **DOWN),
+        ),
+        passes=["object_id", "position"],
+    )
+    on_floor = film.object_id == 1
+    from_axis = np.hypot(film.position[..., 0], film.position[..., 2])
+    border = lamp_height * math.tan(math.asin(radius / (lamp_height - centre)))
+    clear = on_floor & (np.abs(from_axis - border) > 1e-5)
+    np.testing.assert_array_equal((film.radiance[..., 0] > 0)[clear], (from_axis > border)[clear])
+    assert (from_axis[clear] < border).any()
+    assert (from_axis[clear] > border).any()
+
+
+@pytest.mark.parametrize("rotation", [0, 30, 45, 90, -200])
+def test_shadow_of_a_turned_box_ends_at_its_projected_top(render, rotation):
+    # The top at height c throws a square of half side a h / (h - c).
+    lamp_height, top, half = 4.0, 1.0, 0.5
+    film = render(
+        scene(
+            [plane([0, 0, 0], [0, 1, 0]), box([0, 0.5, 0], [2 * half, top, 2 * half], rotation=rotation)],
+            [light([0, lamp_height, 0])],
+            camera=camera(101, 77, 50, **DOWN),
+        ),
+        passes=["object_id", "position"],
+    )
+    on_floor = film.object_id == 1
+    angle = math.radians(rotation)
+    x, z = film.position[..., 0], film.position[..., 2]
+    # Design, section 2: rotation counter-clockwise seen from above, that is from +z towards +x.
+    across = x * math.cos(angle) - z * math.sin(angle)
+    along = x * math.sin(angle) + z * math.cos(angle)
+    reach = np.maximum(np.abs(across), np.abs(along))
+    border = half * lamp_height / (lamp_height - top)
+    clear = on_floor & (np.abs(reach - border) > 1e-5)
+    np.testing.assert_array_equal((film.radiance[..., 0] > 0)[clear], (reach > border)[clear])
+    assert (reach[clear] < border).any()
+
+
+def test_what_lies_behind_the_light_casts_no_shadow(render):
+    wall, lamp = plane([0, 0, -3], [0, 0, 1]), light([0, 0, -1])
+    alone = render(scene([wall], [lamp]))
+    with_sphere_behind = render(scene([wall, sphere([0, 0, 3], 1)], [lamp]))
+    np.testing.assert_array_equal(alone.radiance, with_sphere_behind.radiance)
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+@pytest.mark.parametrize("centre", [0.0, 1e5])
+def test_no_shape_shadows_itself(render, scale, centre):
+    middle = [centre, -centre, centre]
+    ball = sphere(middle, scale)
+    eye = [centre + 3 * scale, -centre + 2 * scale, centre + 5 * scale]
+    lamp = [centre + 4 * scale, -centre + 5 * scale, centre + 3 * scale]
+    film = render(
+        scene([ball], [light(lamp, scale**2)], camera=camera(64, 64, 25, position=eye, look_at=middle)),
+        passes=["object_id", "normal", "position"],
+    )
+    hit = film.object_id == 1
+    offset = (np.array(lamp) - middle) / scale  # of the light from the centre, in radii
+    towards = film.normal @ offset - 1  # n . (L - P), since P = C + R n
+    clear = hit & (np.abs(towards) > 1e-3)
+    np.testing.assert_array_equal((film.radiance[..., 0] > 0)[clear], (towards > 0)[clear])
+    assert (towards[clear] > 0).any()
+
+
+# --- Closed shapes ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("eye", [[0, 0, 0], [1.5, -0.5, 1.0]])
+def test_sphere_seen_from_inside_is_evenly_lit_from_its_centre(render, eye):
+    film = render(
+        scene([sphere([0, 0, 0], 3, "white")], [light([0, 0, 0], 200)], camera=camera(fov=100, position=eye))
+    )
+    np.testing.assert_allclose(film.radiance, 200 / (4 * math.pi * 9) / math.pi, rtol=1e-6)
+
+
+@pytest.mark.parametrize("rotation", [0, 33])
+def test_box_seen_from_inside_is_lit_like_six_walls(render, rotation):
+    # From the centre each wall at distance h has cos(theta) = h / t.
+    half, intensity = np.array([2.0, 1.5, 3.0]), 200
+    angle = math.radians(rotation)
+    view = [-math.sin(angle), 0, -math.cos(angle)]  # along the turned box's own -z
+    film = render(
+        scene(
+            [box([0, 0, 0], list(2 * half), rotation=rotation)],
+            [light([0, 0, 0], intensity)],
+            camera=camera(42, 32, 140, look_at=view),
+        ),
+        passes=["distance"],
+    )
+    x, y = pixel_slopes(42, 32, 140)  # even sizes: no ray is parallel to a wall
+    walls = half / np.abs(np.stack([x, y, np.ones_like(x)], axis=-1))  # z at which each slab is left
+    wall = walls.argmin(axis=-1)
+    t = walls.min(axis=-1) * np.sqrt(x**2 + y**2 + 1)
+    np.testing.assert_allclose(film.distance, t, rtol=1e-5)
+    expected = intensity / (4 * math.pi * t**2) / math.pi * half[wall] / t
+    np.testing.assert_allclose(film.radiance[..., 0], expected, rtol=1e-5)
+    assert set(np.unique(wall)) == {0, 1, 2}
+
+
+CLOSED = [sphere([0, 0, -6], 1), box([0, 0, -6], [1.5, 2, 1.5], rotation=20)]
+
+
+@pytest.mark.parametrize("shape", CLOSED, ids=["sphere", "box"])
+def test_light_inside_a_closed_shape_lights_nothing_outside(render, shape):
+    film = render(scene([shape, plane([0, -2, 0], [0, 1, 0]), sphere([2, 0, -5], 0.7)], [light([0.1, 0.2, -6.1])]))
+    assert not film.radiance.any()
+
+
+@pytest.mark.parametrize("shape", CLOSED, ids=["sphere", "box"])
+def test_light_outside_a_closed_shape_lights_nothing_inside(render, shape):
+    film = render(
+        scene([shape], [light([0, 0, 0]), light([4, 4, -6])], camera=camera(fov=120, position=[0.2, 0.1, -6.2]))
+    )
+    assert not film.radiance.any()
+
+
+@pytest.mark.parametrize("shape", CLOSED, ids=["sphere", "box"])
+def test_normals_face_the_viewer_inside_and_outside(render, shape):
+    for eye in ([0, 0, 0], [0.1, 0.1, -6]):
+        film = render(
+            scene([shape], camera=camera(fov=60, position=eye)), passes=["normal", "position", "object_id"]
+        )
+        to_eye = np.array(eye) - film.position
+        hit = film.object_id == 1
+        assert hit.any()
+        assert (np.sum(film.normal * to_eye, axis=-1)[hit] > 0).all()
+        np.testing.assert_allclose(np.linalg.norm(film.normal, axis=-1)[hit], 1, rtol=1e-6)
+
+
+# --- Objects that carry a light --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "body", [sphere([1, 2, -8], 1.5), box([1, 2, -8], [2, 2, 2], rotation=10)], ids=["sphere", "box"]
+)
+def test_light_body_shows_what_its_light_sends_to_the_eye(render, body):
+    film = render(scene([{**body, "light": {"intensity": 900, "color": [1, 0.5, 0.25]}}]), passes=["object_id"])
+    expected = 900 * np.array([1, 0.5, 0.25]) / (4 * math.pi * (1 + 4 + 64))
+    np.testing.assert_allclose(
+        film.radiance[film.object_id == 1],
+        expected[None].repeat(np.count_nonzero(film.object_id), axis=0),
+        rtol=1e-6,
+    )
+    assert not film.radiance[film.object_id == 0].any()
+    assert film.object_id.any()
+
+
+def test_light_body_casts_no_shadow_in_its_own_light_but_in_others(render):
+    floor = plane([0, -2, 0], [0, 1, 0])
+    body = sphere([0, 0, -8], 1, light={"intensity": 300})
+    free = light([0, 0, -8], 300)
+    carried = render(scene([floor, body]), passes=["object_id"])
+    bare = render(scene([floor], [free]))
+    on_floor = carried.object_id == 1
+    np.testing.assert_array_equal(carried.radiance[on_floor], bare.radiance[on_floor])
+    above = light([0, 4, -8], 100)
+    both = render(scene([floor, body], [above]))
+    shaded = np.all(both.radiance == carried.radiance, axis=-1) & on_floor & (bare.radiance[..., 0] > 0)
+    assert shaded.any()
+
+
+def test_camera_at_a_light_sees_finite_white(render):
+    film = render(scene([sphere([0, 0, 0], 1, light={"intensity": 1})]))
+    assert np.isfinite(film.radiance).all()
+    assert (film.develop() == 255).all()
+
+
+# --- Settings --------------------------------------------------------------------------------------------
+
+
+def test_eye_falloff_divides_by_the_way_to_the_eye(render):
+    parts = ([plane([0, -2, 0], [0, 1, 0]), sphere([0, 0, -6], 1)], [light([3, 4, 0])])
+    plain = render(scene(*parts), passes=["distance"])
+    dimmed = render(scene(*parts, render={"eye_falloff": True}))
+    t = plain.distance[..., None].astype(np.float64)
+    np.testing.assert_allclose(dimmed.radiance, plain.radiance / (4 * math.pi * t**2), rtol=1e-5)
+
+
+def test_eye_falloff_leaves_background_and_light_bodies_alone(render):
+    body = [sphere([0, 0, -6], 1, light={"intensity": 50})]
+    plain = render(scene(body, render={"background": "navy"}))
+    dimmed = render(scene(body, render={"background": "navy", "eye_falloff": True}))
+    np.testing.assert_array_equal(plain.radiance, dimmed.radiance)
+
+
+def test_depth_zero_shows_only_what_carries_a_light(render):
+    objects = [plane([0, -2, 0], [0, 1, 0]), sphere([0, 0, -6], 1, light={"intensity": 50})]
+    settings = {"max_depth": 0, "background": [0.1, 0.2, 0.3]}
+    film = render(scene(objects, [light([0, 3, -3])], render=settings), passes=["object_id"])
+    assert film.radiance[film.object_id == 2].all()
+    assert not film.radiance[film.object_id == 1].any()
+    missed = film.radiance[film.object_id == 0]
+    np.testing.assert_array_equal(missed, np.broadcast_to(np.float32([0.1, 0.2, 0.3]), missed.shape))
+
+
+def test_greater_depths_change_nothing(render):
+    parts = ([plane([0, -2, 0], [0, 1, 0]), sphere([0, 0, -6], 1)], [light([3, 4, 0])])
+    np.testing.assert_array_equal(
+        render(scene(*parts)).radiance, render(scene(*parts, render={"max_depth": 9})).radiance
+    )
+
+
+def test_background_fills_what_rays_miss(render):
+    film = render(scene([], render={"background": [0.5, 2.0, 0.0]}))
+    np.testing.assert_array_equal(film.radiance, np.broadcast_to(np.float32([0.5, 2.0, 0.0]), (24, 32, 3)))
+
+
+def test_without_lights_all_surfaces_are_black(render):
+    assert not render(scene([sphere([0, 0, -5], 2)])).radiance.any()
+
+
+def test_samples_average_the_rays_through_a_pixel(render):
+    # The edge of a shining wall runs through the middle of the only pixel.
+    body = box([-5, 0, -10], [10, 100, 1], light={"intensity": 100})
+    film = render(scene([body], camera=camera(1, 1), render={"samples": 256}))
+    shining = 100 / (4 * math.pi * (25 + 100))
+    np.testing.assert_allclose(film.radiance[0, 0] / shining, 0.5, atol=0.01)
+
+
+# --- Grazing and parallel rays ---------------------------------------------------------------------------
+
+
+def test_rays_parallel_to_a_plane_miss_it(render):
+    # With an odd number of rows the middle one looks along the horizon.
+    film = render(scene([plane([0, -1, 0], [0, 1, 0])], camera=camera(3, 5)), passes=["object_id"])
+    np.testing.assert_array_equal(film.object_id[:, 0], [0, 0, 0, 1, 1])
+
+
+@pytest.mark.parametrize(("slope", "seen"), [(0.9e-6, 0), (1.1e-6, 1)])
+def test_rays_within_a_millionth_of_parallel_miss_the_plane(render, slope, seen):
+    # The lower of two rows looks down by half the picture's half height.
+    fov = math.degrees(2 * math.atan(2 * slope))
+    film = render(scene([plane([0, -1, 0], [0, 1, 0])], camera=camera(1, 2, fov)), passes=["object_id"])
+    assert film.object_id[1, 0] == seen
+
+
+def test_camera_on_a_plane_does_not_see_it(render):
+    assert not render(scene([plane([0, 0, 0], [0, 1, 0])]), passes=["object_id"]).object_id.any()
+
+
+def test_rays_along_an_axis_meet_a_box_squarely(render):
+    # The middle ray has two direction components that are exactly 0: slabs it never enters or leaves.
+    film = render(scene([box([0, 0, -5], [1, 1, 2])], camera=camera(3, 3, 1)), passes=["distance", "normal"])
+    assert film.distance[1, 1] == 4.0
+    np.testing.assert_array_equal(film.normal[1, 1], [0, 0, 1])
+
+
+def test_rays_beside_a_box_along_its_faces_miss_it(render):
+    film = render(scene([box([2, 0, -5], [1, 1, 2])], camera=camera(1, 1)), passes=["object_id"])
+    assert film.object_id[0, 0] == 0
+
+
+def test_ray_in_the_plane_of_a_face_meets_the_box(render):
+    film = render(scene([box([0, -0.5, -5], [1, 1, 2])], camera=camera(1, 1)), passes=["distance"])
+    assert film.distance[0, 0] == 4.0
+
+
+def test_what_lies_behind_the_eye_is_not_seen(render):
+    behind = [sphere([0, 0, 5], 1), box([0, 0, 5], [1, 1, 1]), plane([0, 0, 5], [0, 0, 1])]
+    assert not render(scene(behind), passes=["object_id"]).object_id.any()
+
+
+def test_nearest_object_wins(render):
+    film = render(
+        scene([sphere([0, 0, -9], 3), sphere([0, 0, -5], 0.5)], camera=camera(33, 33, 60)), passes=["object_id"]
+    )
+    assert film.object_id[16, 16] == 2
+    assert film.object_id[16, 10] == 1
+
+
+# --- Box geometry ----------------------------------------------------------------------------------------
+
+
+def test_positive_rotation_turns_counter_clockwise_seen_from_above(render):
+    # A rod along x, turned by 30 degrees: its right end moves away from the viewer, to -z.
+    rod = box([0, 0, 0], [4, 0.2, 0.2], rotation=30)
+    film = render(
+        scene([rod], camera=camera(81, 81, 60, position=[0, 6, 0], look_at=[0, 0, 0], up=[0, 0, -1])),
+        passes=["object_id", "position"],
+    )
+    x, z = film.position[..., 0][film.object_id == 1], film.position[..., 2][film.object_id == 1]
+    assert np.polyfit(x, z, 1)[0] == pytest.approx(-math.tan(math.radians(30)), rel=0.05)
+
+
+@pytest.mark.parametrize("turns", [-4, -1, 1, 2, 7])
+def test_quarter_turns_of_a_cube_change_nothing(render, turns):
+    def cube(rotation):
+        return scene([box([0.3, 0.2, -5], [1, 2, 1], rotation=rotation)], [light([1, 3, 0])])
+
+    np.testing.assert_array_equal(render(cube(0)).radiance, render(cube(90.0 * turns)).radiance)
+
+
+# --- Numbers ---------------------------------------------------------------------------------------------
+
+
+def test_eye_very_near_a_large_sphere_sees_it_at_the_right_distance(render):
+    # |c|^2 - R^2 would leave 4 of 16 digits here.
+    height = 2.0**-40
+    film = render(
+        scene(
+            [sphere([0, 0, 0], 1)],
+            camera=camera(1, 1, position=[0, 1 + height, 0], look_at=[0, 0, 0], up=[0, 0, 1]),
+        ),
+        passes=["distance"],
+    )
+    assert film.distance[0, 0] == pytest.approx(height, rel=1e-6)
+
+
+@pytest.mark.parametrize("length", [5e-324, 1e-200, 1e200, 1.7e308])
+def test_normal_of_any_length_stands_on_its_plane(render, length):
+    film = render(scene([plane([0, 0, -3], [0, 0, length])], [light([0, 0, 0])]), passes=["normal"])
+    np.testing.assert_array_equal(film.normal, np.broadcast_to(np.float32([0, 0, 1]), (24, 32, 3)))
+    assert film.radiance.all()
+
+
+def test_camera_at_a_light_that_is_off_sees_black(render):
+    film = render(scene([sphere([0, 0, 0], 1, light={"intensity": 0})]))
+    assert not film.radiance.any()
+
+
+# --- Surfaces in one place -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "flush",
+    [
+        [box([0, 0, 0], [4, 2, 4]), box([1, 0.5, 0.3], [4, 1, 2], rotation=17)],
+        [plane([0, 1, 0], [0, 1, 0]), box([0, 0, 0], [3, 2, 3], rotation=30)],
+        [plane([0, 1, 0], [0.1, 1, 0.2]), plane([0, 1, 0], [0.1, 1, 0.2])],
+    ],
+    ids=["two boxes", "a box in the floor", "a plane twice"],
+)
+def test_flush_surfaces_do_not_shadow_each_other(render, flush):
+    film = render(
+        scene(
+            flush,
+            [light([0.7, 4, 0.4])],
+            camera=camera(101, 77, 20, position=[0, 7, 0.1], look_at=[0, 1, 0], up=[0, 0, -1]),
+        )
+    )
+    assert film.radiance.all()
+
+
+# --- How it works ----------------------------------------------------------------------------------------
+
+
+def test_rays_are_counted(render):
+    # One pixel sees the wall: a primary and a shadow ray for each light on its side, for each sample.
+    wall = plane([0, 0, -3], [0, 0, 1])
+    lamps = [light([0, 0, 0]), light([1, 0, 0]), light([0, 0, -9])]
+    film = render(scene([wall], lamps, camera=camera(1, 1), render={"samples": 4}))
+    assert film.rays == 4 * (1 + 2)
+
+
+@pytest.mark.parametrize("threads", [2, 5])
+def test_threads_do_not_change_a_bit(render, threads):
+    room = scene(
+        [plane([0, -2, 0], [0, 1, 0]), sphere([0, 0, -6], 1)], [light([3, 4, 0])], camera=camera(300, 200)
+    )
+    one, many = render(room, threads=1, passes=["normal"]), render(room, threads=threads, passes=["normal"])
+    np.testing.assert_array_equal(one.radiance, many.radiance)
+    np.testing.assert_array_equal(one.normal, many.normal)
+    assert one.rays == many.rays

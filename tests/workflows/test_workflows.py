@@ -1,0 +1,98 @@
+"""The workflows are valid, and run the Pythons that the package names."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib  # pytest brings it
+
+ROOT = Path(__file__).resolve().parents[2]
+WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
+ACTIONLINT = "github.com/rhysd/actionlint/cmd/actionlint@v1.7.12"
+EXECUTABLE = ".exe" if os.name == "nt" else ""
+
+
+def program(name):
+    """Return the path of a program in the folder of this Python or on the PATH, or None."""
+    return shutil.which(name, path=os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]]))
+
+
+@pytest.fixture
+def actionlint(pytestconfig):
+    """Return the path of actionlint, built once with Go where it is not installed: PyPI has no wheel of it."""
+    if found := program("actionlint"):
+        return found
+    # A folder for each version: another one in ACTIONLINT is built anew.
+    folder = pytestconfig.cache.mkdir(f"actionlint-{ACTIONLINT.rpartition('@')[2]}")
+    built = folder / f"actionlint{EXECUTABLE}"
+    if not built.exists():
+        if not (go := program("go")):
+            pytest.skip("neither actionlint nor Go is installed: the workflows are not checked")
+        result = subprocess.run(
+            [go, "install", ACTIONLINT], env={**os.environ, "GOBIN": str(folder)}, capture_output=True
+        )
+        if result.returncode:
+            pytest.skip(f"actionlint cannot be built: the workflows are not checked: {result.stderr.decode()}")
+    return built
+
+
+def lint(actionlint, *files):
+    """Return the exit code of actionlint and what it says; shellcheck, if it is there, reads the scripts."""
+    options = ["-no-color", f"-shellcheck={program('shellcheck') or ''}", "-pyflakes="]
+    result = subprocess.run([actionlint, *options, *files], cwd=ROOT, capture_output=True, text=True)
+    return result.returncode, result.stdout + result.stderr
+
+
+def test_there_are_workflows_for_checks_and_releases():
+    assert [path.name for path in WORKFLOWS] == ["ci.yml", "release.yml"]
+
+
+def test_workflows_are_valid(actionlint, tmp_path):
+    assert lint(actionlint, *WORKFLOWS) == (0, "")
+    # Its silence says something only if it finds a mistake.
+    broken = tmp_path / "broken.yml"
+    text = WORKFLOWS[0].read_text(encoding="utf-8")
+    broken.write_text(text.replace("needs: pictures", "needs: nothing-there"), encoding="utf-8")
+    code, report = lint(actionlint, broken)
+    assert code == 1
+    assert "nothing-there" in report
+
+
+@pytest.mark.parametrize("workflow", WORKFLOWS, ids=lambda path: path.stem)
+def test_each_job_has_a_time_limit(workflow):
+    jobs = yaml.safe_load(workflow.read_text(encoding="utf-8"))["jobs"]
+    assert {name for name, job in jobs.items() if "timeout-minutes" not in job} == set()
+
+
+@pytest.mark.parametrize("workflow", WORKFLOWS, ids=lambda path: path.stem)
+def test_actions_of_others_are_pinned_to_commits(workflow):
+    used = re.findall(r"uses: (\S+)", workflow.read_text(encoding="utf-8"))
+    others = [action for action in used if not action.startswith("actions/")]
+    assert [action for action in others if not re.fullmatch(r"[^@]+@[0-9a-f]{40}", action)] == []
+
+
+@pytest.mark.parametrize("workflow", WORKFLOWS, ids=lambda path: path.stem)
+def test_pythons_are_the_oldest_and_the_newest(workflow):
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    oldest = project["requires-python"].removeprefix(">=")
+    named = [text.rpartition(" ")[2] for text in project["classifiers"] if re.search(r"Python :: 3[.]\d+$", text)]
+    newest = max(named, key=lambda version: int(version.partition(".")[2]))
+    used = re.findall(r'[":](3[.]\d+)["-]', workflow.read_text(encoding="utf-8"))
+    assert set(used) == {oldest, newest}
+
+
+def test_ci_runs_each_python_on_each_system():
+    jobs = yaml.safe_load((ROOT / ".github" / "workflows" / "ci.yml").read_text(encoding="utf-8"))["jobs"]
+    matrix = jobs["test"]["strategy"]["matrix"]
+    assert len(matrix["python"]) == 2
+    assert {system.partition("-")[0] for system in matrix["system"]} == {"ubuntu", "macos", "windows"}
+    assert jobs["pictures"]["strategy"]["matrix"]["system"] == matrix["system"]
