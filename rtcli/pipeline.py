@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import os
 import time
 from collections.abc import Callable, Iterable
@@ -126,48 +125,42 @@ def render(
     """
     names = (passes,) if isinstance(passes, str) else tuple(passes)
     request = Request(names, engine, threads, None if crop is None else Window(*crop))
-    world = pack(scene)
-    return expose(trace(world, request), world, scene.image, request)
+    return expose_film(pack(scene), scene.image, request)
 
 
-def trace(world: World, request: Request, progress: Progress | None = None) -> Film:
-    """Return the film of a world, without exposure; `progress` is told (pixels done, pixels in all)."""
+def expose_film(world: World, image: Image, request: Request, progress: Progress | None = None) -> Film:
+    """Return the film of a world with its exposure and tone curve; `progress` is told (pixels done, in all)."""
     from rtcli.film import Film
 
-    window = request.window(world.camera)
-    arrays, rays = _tracer(world, request.engine).film(window, request.passes, request.thread_count, progress)
-    return Film(**arrays, rays=rays)
-
-
-def expose(film: Film, world: World, image: Image, request: Request) -> Film:
-    """Return the film with the scene's exposure and tone curve; `auto` is metered on the whole picture."""
-    exposure, rays = _exposure(_tracer(world, request.engine), image, request)
-    return dataclasses.replace(film, exposure=exposure, tone=image.tone, rays=film.rays + rays)
+    tracer = _tracer(world, request)
+    arrays, rays = tracer.film(request.window(world.camera), request.passes, progress)
+    exposure, metered = _exposure(tracer, image)
+    return Film(**arrays, exposure=exposure, tone=image.tone, rays=rays + metered)
 
 
 class Tracer(Protocol):
     """What each engine offers, of a world it was made for."""
 
     def film(
-        self, window: Window, passes: tuple[str, ...], threads: int, progress: Progress | None = None
+        self, window: Window, passes: tuple[str, ...] = (), progress: Progress | None = None
     ) -> tuple[dict[str, Any], int]:
         """Return radiance and passes by name, and the number of rays."""
 
-    def exposure(self, threads: int) -> tuple[float, int]:
+    def exposure(self) -> tuple[float, int]:
         """Return the stops that expose the whole picture well, and the number of rays."""
 
 
-def _tracer(world: World, engine: str) -> Tracer:
-    if engine == "native":
-        return NativeTracer(world)
+def _tracer(world: World, request: Request) -> Tracer:
+    if request.engine == "native":
+        return NativeTracer(world, request.thread_count)
     from rtcli.tracer.reference import ReferenceTracer  # with NumPy
 
-    return ReferenceTracer(world)
+    return ReferenceTracer(world, request.thread_count)
 
 
-def _exposure(tracer: Tracer, image: Image, request: Request) -> tuple[float, int]:
+def _exposure(tracer: Tracer, image: Image) -> tuple[float, int]:
     """Return the exposure in stops, and how many rays it took to find it."""
-    return tracer.exposure(request.thread_count) if image.exposure == "auto" else (image.exposure, 0)
+    return tracer.exposure() if image.exposure == "auto" else (image.exposure, 0)
 
 
 # --- Straight to a picture -------------------------------------------------------------------------------
@@ -216,17 +209,17 @@ def write_picture(
 
 def _stream(world: World, image: Image, request: Request, target: Target, progress: Progress | None) -> Work:
     start = time.perf_counter()
-    tracer = NativeTracer(world)
-    exposure, metered = _exposure(tracer, image, request)
+    tracer = NativeTracer(world, request.thread_count)
+    exposure, metered = _exposure(tracer, image)
     prepared = time.perf_counter() - start
     window, look = request.window(world.camera), Look(exposure, image.tone, target.bits)
-    rays, seconds = tracer.picture(window, look, request.thread_count, target.write, progress)
+    rays, seconds = tracer.picture(window, look, target.write, progress)
     return Work(rays + metered, {**seconds, "trace": seconds["trace"] + prepared})
 
 
 def _by_film(world: World, image: Image, request: Request, target: Target, progress: Progress | None) -> Work:
     start = time.perf_counter()
-    film = expose(trace(world, request, progress), world, image, request)
+    film = expose_film(world, image, request, progress)
     traced = time.perf_counter()
     written = 0.0
     for piece in png_pieces(film.radiance, Look(film.exposure, film.tone, target.bits)):

@@ -11,7 +11,7 @@ from worlds import light, plane, scene, sphere
 
 import rtcli
 from rtcli.pack import pack
-from rtcli.pipeline import Request, trace
+from rtcli.pipeline import Request, expose_film
 from rtcli.tracer.reference import SimpleCamera
 
 ROOM = scene([plane([0, -1, 0], [0, 1, 0]), sphere([0, 0, -5])], [light([2, 3, -2])])
@@ -73,8 +73,9 @@ def test_one_pass_may_be_named_without_a_list(render):
 def progress_of(engine, resolution):
     """Return what a rendering tells, as (pixels done, pixels in all)."""
     told = []
-    world = pack(scene([sphere([0, 0, -5])], camera={"resolution": resolution, "fov": 40}))
-    trace(world, Request(threads=2, engine=engine), lambda done, total: told.append((done, total)))
+    ball = scene([sphere([0, 0, -5])], camera={"resolution": resolution, "fov": 40})
+    request = Request(threads=2, engine=engine)
+    expose_film(pack(ball), ball.image, request, lambda done, total: told.append((done, total)))
     return told
 
 

@@ -29,6 +29,7 @@ VARIANTS = (
     ("--size", "160x120", "--crop", "31,17,67,53", "--exposure", "auto"),
     ("--size", "160x90", "--set", "image.tone=aces"),
     ("--size", "64x64", "--set", "image.tone=reinhard", "--exposure", "1.5"),
+    ("--size", "97x61", "--bits", "16"),
 )
 
 

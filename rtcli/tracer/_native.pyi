@@ -31,6 +31,8 @@ class Tracer:
         Position, color, intensity (float64), body (int64).
     settings
         Samples, background, whether objects are lit (`max_depth` of 1 or more), eye_falloff.
+    threads
+        How many work, at most four for each processor core.
     """
 
     def __new__(
@@ -39,10 +41,11 @@ class Tracer:
         objects: tuple[bytes, bytes, bytes, bytes, bytes],
         lights: tuple[bytes, bytes, bytes, bytes],
         settings: tuple[int, Vector, bool, bool],
+        threads: int,
         /,
     ) -> Tracer: ...
     def film(
-        self, window: Window, passes: tuple[str, ...], threads: int, progress: _Progress | None, /
+        self, window: Window, passes: tuple[str, ...], progress: _Progress | None, /
     ) -> tuple[dict[str, bytearray], int]:
         """Return the radiance and the passes of a window by name, float32 and uint32, and the number of rays."""
 
@@ -50,7 +53,6 @@ class Tracer:
         self,
         window: Window,
         look: _Look,
-        threads: int,
         write: Callable[[bytes], Any],
         progress: _Progress | None,
         /,
@@ -63,7 +65,7 @@ class Tracer:
             The number of rays, and the seconds that all threads together spent in each stage.
         """
 
-    def exposure(self, threads: int, /) -> tuple[float, int]:
+    def exposure(self) -> tuple[float, int]:
         """Return the stops that the exposure meter finds for the whole picture, and the number of rays."""
 
 @final

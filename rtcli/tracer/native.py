@@ -19,9 +19,9 @@ _SCALARS = frozenset({"depth", "distance", "object_id"})
 
 
 class NativeTracer:
-    """A world made ready for the compiled tracer."""
+    """A world made ready for the compiled tracer, which works with so many threads."""
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: World, threads: int) -> None:
         camera, settings = world.camera, world.settings
         self._tracer = Tracer(
             (
@@ -36,29 +36,29 @@ class NativeTracer:
             _object_columns(world.shapes),
             _light_columns(world.lights),
             (settings.samples, settings.background, settings.max_depth > 0, settings.eye_falloff),
+            threads,
         )
 
     def film(
-        self, window: Window, passes: tuple[str, ...], threads: int, progress: Progress | None = None
+        self, window: Window, passes: tuple[str, ...] = (), progress: Progress | None = None
     ) -> tuple[Arrays, int]:
         """Return radiance and passes by name, and the number of rays."""
-        buffers, rays = self._tracer.film(window, passes, threads, progress)
+        buffers, rays = self._tracer.film(window, passes, progress)
         return {name: _as_array(name, buffer, window) for name, buffer in buffers.items()}, rays
 
-    def exposure(self, threads: int) -> tuple[float, int]:
+    def exposure(self) -> tuple[float, int]:
         """Return the stops that expose the whole picture well, and the number of rays."""
-        return self._tracer.exposure(threads)
+        return self._tracer.exposure()
 
     def picture(
         self,
         window: Window,
         look: tuple[float, str, int],
-        threads: int,
         write: Callable[[bytes], Any],
         progress: Progress | None = None,
     ) -> tuple[int, dict[str, float]]:
         """Write a PNG piece by piece; return the number of rays, and the seconds of all threads in each stage."""
-        rays, trace, develop, encode = self._tracer.picture(window, look, threads, write, progress)
+        rays, trace, develop, encode = self._tracer.picture(window, look, write, progress)
         return rays, {"trace": trace, "develop": develop, "write": encode}
 
 

@@ -698,20 +698,21 @@ def _rows(flat: Sequence[float]) -> list[tuple[float, ...]]:
 
 
 class ReferenceTracer:
-    """A world made ready for this tracer: what every engine of rtcli offers."""
+    """A world made ready for this tracer, which works with so many threads: what every engine of rtcli offers."""
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: World, threads: int) -> None:
         self.world = world
+        self.threads = threads
         self.scenery = build_scenery(world)
 
     def film(
-        self, window: Window, passes: tuple[str, ...], threads: int, progress: Progress | None = None
+        self, window: Window, passes: tuple[str, ...] = (), progress: Progress | None = None
     ) -> tuple[dict[str, npt.NDArray[Any]], int]:
         """Return radiance and passes by name, and the number of rays."""
-        radiance, rays = self.scenery.render_img_to_rgb_array(window, threads, progress)
-        return {"radiance": radiance, **self.scenery.render_passes(window, passes, threads)}, rays
+        radiance, rays = self.scenery.render_img_to_rgb_array(window, self.threads, progress)
+        return {"radiance": radiance, **self.scenery.render_passes(window, passes, self.threads)}, rays
 
-    def exposure(self, threads: int) -> tuple[float, int]:
+    def exposure(self) -> tuple[float, int]:
         """Return the stops that expose the whole picture well, and the number of rays."""
         world = self.world
         width, height = meter_size(world.camera.width, world.camera.height)
@@ -720,5 +721,5 @@ class ReferenceTracer:
             camera=replace(world.camera, width=width, height=height),
             settings=replace(world.settings, samples=1),
         )
-        arrays, rays = ReferenceTracer(small).film(Window(0, 0, width, height), (), threads)
+        arrays, rays = ReferenceTracer(small, self.threads).film(Window(0, 0, width, height))
         return auto_exposure(arrays["radiance"].tobytes()), rays

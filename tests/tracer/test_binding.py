@@ -36,8 +36,8 @@ ROOM = scene(
 WHOLE = Window(0, 0, 301, 203)
 
 
-def tracer(described=ROOM):
-    return NativeTracer(pack(described))
+def tracer(described=ROOM, threads=2):
+    return NativeTracer(pack(described), threads)
 
 
 def large(samples, resolution=(2000, 1500)):
@@ -51,8 +51,8 @@ def large(samples, resolution=(2000, 1500)):
 def picture(threads=2):
     """Return the bytes of a PNG of the room, and all arrays of its film."""
     pieces = []
-    tracer().picture(WHOLE, LOOK, threads, pieces.append)
-    film, _ = tracer().film(WHOLE, PASSES, threads)
+    tracer(threads=threads).picture(WHOLE, LOOK, pieces.append)
+    film, _ = tracer(threads=threads).film(WHOLE, PASSES)
     return b"".join(pieces), {name: values.tobytes() for name, values in film.items()}
 
 
@@ -77,10 +77,10 @@ def test_simd_level_does_not_change_a_byte(monkeypatch, level):
 
 @pytest.mark.parametrize("auto", [False, True])
 def test_exposure_meter_does_not_mind_threads_and_level(monkeypatch, auto):
-    metered = tracer().exposure(3)
+    metered = tracer(threads=3).exposure()
     if auto:
         monkeypatch.setenv("RTCLI_SIMD", "baseline")
-    assert tracer().exposure(1) == metered
+    assert tracer(threads=1).exposure() == metered
 
 
 def test_level_that_is_unknown_is_refused_with_those_there_are(monkeypatch):
@@ -127,8 +127,8 @@ def test_other_threads_run_meanwhile(work):
 def _run(work, described, progress, write=lambda piece: None):
     window = Window(0, 0, *described.camera.resolution)
     if work == "film":
-        return tracer(described).film(window, (), 2, progress)
-    return tracer(described).picture(window, LOOK, 2, write, progress)
+        return tracer(described).film(window, (), progress)
+    return tracer(described).picture(window, LOOK, write, progress)
 
 
 @pytest.mark.parametrize("work", ["film", "picture"])
@@ -179,8 +179,8 @@ def write(piece):
 
 room = scene([sphere([0, 0, -5], 2)], [{"position": [1, 2, 0], "intensity": 900}],
              camera={"resolution": [8000, 8000], "fov": 40})
-tracer, before = NativeTracer(pack(room)), peak_mib()
-tracer.picture(Window(0, 0, 8000, 8000), (0.0, "reinhard", 16), 2, write)
+tracer, before = NativeTracer(pack(room), 2), peak_mib()
+tracer.picture(Window(0, 0, 8000, 8000), (0.0, "reinhard", 16), write)
 print(seen / 2**20, peak_mib() - before)
 """
 
@@ -232,7 +232,7 @@ def test_arrays_of_a_film_are_writable_and_own_their_memory():
 
 
 def test_pass_asked_for_twice_is_there_once():
-    film, _ = tracer().film(WHOLE, ("depth", "depth"), 1)
+    film, _ = tracer().film(WHOLE, ("depth", "depth"))
     assert film.keys() == {"radiance", "depth"}
 
 
@@ -298,28 +298,32 @@ def with_item(values, index, item):
 )
 def test_world_that_does_not_fit_together_is_a_value_error(arguments, message):
     with pytest.raises(ValueError, match=message):
-        _native.Tracer(*arguments)
+        _native.Tracer(*arguments, 1)
+
+
+def test_tracer_without_threads_is_a_value_error():
+    with pytest.raises(ValueError, match="threads must be at least 1"):
+        _native.Tracer(CAMERA, ONE_OBJECT, ONE_LIGHT, SETTINGS, 0)
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (((0, 0, 5, 3), (), 1, None), "not inside the picture"),
-        (((0, 3, 1, 1), (), 1, None), "not inside the picture"),
-        (((0, 0, 0, 1), (), 1, None), "not inside the picture"),
-        (((4294967295, 0, 4294967295, 1), (), 1, None), "not inside the picture"),
-        (((0, 0, 4, 3), ("depths",), 1, None), "unknown pass"),
-        (((0, 0, 4, 3), (), 0, None), "threads must be at least 1"),
+        (((0, 0, 5, 3), (), None), "not inside the picture"),
+        (((0, 3, 1, 1), (), None), "not inside the picture"),
+        (((0, 0, 0, 1), (), None), "not inside the picture"),
+        (((4294967295, 0, 4294967295, 1), (), None), "not inside the picture"),
+        (((0, 0, 4, 3), ("depths",), None), "unknown pass"),
     ],
 )
 def test_film_that_cannot_be_is_a_value_error(arguments, message):
-    world = _native.Tracer(CAMERA, ONE_OBJECT, ONE_LIGHT, SETTINGS)
+    world = _native.Tracer(CAMERA, ONE_OBJECT, ONE_LIGHT, SETTINGS, 1)
     with pytest.raises(ValueError, match=message):
         world.film(*arguments)
 
 
 def test_threads_beyond_all_measure_are_no_error():
-    film, _ = _native.Tracer(CAMERA, ONE_OBJECT, ONE_LIGHT, SETTINGS).film((0, 0, 4, 3), (), 10**9, None)
+    film, _ = _native.Tracer(CAMERA, ONE_OBJECT, ONE_LIGHT, SETTINGS, 10**9).film((0, 0, 4, 3), (), None)
     assert film.keys() == {"radiance"}
 
 
@@ -328,7 +332,7 @@ def test_look_that_cannot_be_is_a_value_error(look):
     for wrong in (
         lambda: _native.develop(b"", look),
         lambda: _native.PngEncoder(1, 1, look),
-        lambda: tracer().picture(WHOLE, look, 1, print),
+        lambda: tracer().picture(WHOLE, look, print),
     ):
         with pytest.raises(ValueError, match=r"tone|bits|exposure"):
             wrong()

@@ -52,7 +52,7 @@ pub(crate) struct Cone {
     sin: f32,
     /// Along the axis, what is nearer is in the cone.
     reach: f32,
-    /// What rounding may do to the apex.
+    /// What rounding may do to the apex and the points.
     slack: f32,
 }
 
@@ -71,15 +71,19 @@ impl Cone {
         Cone::new([0.0; 3], axis, cos, f64::INFINITY)
     }
 
-    /// The cone from an apex around a ball, up to its far end.
-    pub(crate) fn from_apex(apex: Vector, ball: Ball) -> Cone {
+    /// The cone from an apex around a ball of points, up to its far end.
+    ///
+    /// `farthest` is how far they are from what they are relative to, which tells what float32 has taken from them.
+    pub(crate) fn from_apex(apex: Vector, ball: Ball, farthest: f64) -> Cone {
         let toward = sub(ball.center, apex);
         let distance = length(toward);
         // sin = radius / distance; an apex in the ball sees it all around.
         let sin = ball.radius / distance;
         let cos = if sin < 1.0 { (1.0 - sin * sin).sqrt() } else { -1.0 };
         let reach = distance + ball.radius;
-        Cone::new(apex, scale(toward, 1.0 / distance), cos, reach)
+        let mut cone = Cone::new(apex, scale(toward, 1.0 / distance), cos, reach);
+        cone.slack += farthest as f32 * GENEROUS;
+        cone
     }
 
     fn new(apex: Vector, axis: Vector, cos: f64, reach: f64) -> Cone {
@@ -174,7 +178,7 @@ impl Bvh {
         Walk {
             nodes: &self.nodes,
             cone,
-            next: if self.nodes.is_empty() { NOTHING } else { 0 },
+            next: if self.nodes.is_empty() { DONE } else { 0 },
             stack,
         }
     }
@@ -186,14 +190,14 @@ impl Bvh {
 pub(crate) struct Stack(Vec<u64>);
 
 /// Comes after all that waits.
-const NOTHING: u64 = u64::MAX;
+const DONE: u64 = u64::MAX;
 
 /// A walk through a tree, roughly from near to far.
 #[derive(Debug)]
 pub(crate) struct Walk<'a> {
     nodes: &'a [Node],
     cone: &'a Cone,
-    /// What comes next, or `NOTHING`.
+    /// What comes next, or `DONE`.
     next: u64,
     /// What comes then, the nearest last.
     stack: &'a mut Stack,
@@ -206,14 +210,14 @@ impl Walk<'_> {
         let limit = limit.min(self.cone.reach);
         loop {
             let next = self.next;
-            if next == NOTHING {
+            if next == DONE {
                 return None;
             }
             let number = next as u32;
             if (next >> 32) as u32 > limit.to_bits() {
-                self.next = self.stack.0.pop().unwrap_or(NOTHING);
+                self.next = self.stack.0.pop().unwrap_or(DONE);
             } else if number & LEAF != 0 {
-                self.next = self.stack.0.pop().unwrap_or(NOTHING);
+                self.next = self.stack.0.pop().unwrap_or(DONE);
                 return Some(number & !LEAF);
             } else {
                 self.open(number, limit);
@@ -243,7 +247,7 @@ impl Walk<'_> {
         }
         let stack = &mut self.stack.0;
         if count == 0 {
-            self.next = stack.pop().unwrap_or(NOTHING);
+            self.next = stack.pop().unwrap_or(DONE);
         } else {
             self.next = found[count - 1];
             stack.extend_from_slice(&found[..count - 1]);
@@ -479,3 +483,6 @@ fn cheapest_cut(bins: &[(usize, Extent); BINS]) -> usize {
     }
     best
 }
+
+#[cfg(test)]
+mod tests;

@@ -3,11 +3,8 @@
 use crate::grid::{FACE_BITS, LANES, Nearest, Rays};
 use crate::plane::Plane;
 use crate::shadow::Shadow;
-use crate::vector::{cross, dot, length, scale, single, sub, turned};
+use crate::vector::{add, cross, dot, length, scale, single, sub, turned};
 use crate::world::Vector;
-
-/// Stands for 0 in a direction: the ray is then parallel to two faces, and between them or not for its whole way.
-const ALMOST_ZERO: f32 = 1e-30;
 
 #[derive(Clone, Debug)]
 pub(crate) struct Cuboid {
@@ -64,25 +61,38 @@ impl Cuboid {
 
     /// Meet the three slabs: the box is where a ray is in all of them.
     ///
+    /// With v = middle + delta, o what the middle ray's point at depth `start` is for the box, and the parameter
+    /// start + tau, a slab of half width h along the axis a is entered and left at
+    ///
+    /// tau = (-+h - o - start (a . delta)) / (a . v)
+    ///
     /// The face that is offered has twice the number of its axis added to `face`, and 1 if the ray runs along it.
     #[inline(always)]
     pub(crate) fn meet(&self, face: u32, rays: &Rays, nearest: &mut Nearest) {
         let inside = self.inside(self.eye);
-        let middle = single(turned(&self.axes, rays.middle));
+        let start = self.start(rays.middle);
+        let middle = turned(&self.axes, rays.middle);
+        let from: Vector = add(self.eye, scale(middle, f64::from(start)));
+        let middle = single(middle);
         let axes = self.axes.map(single);
-        let low: [f32; 3] = std::array::from_fn(|i| (-self.half[i] - self.eye[i]) as f32);
-        let high: [f32; 3] = std::array::from_fn(|i| (self.half[i] - self.eye[i]) as f32);
+        let low: [f32; 3] = std::array::from_fn(|i| (-self.half[i] - from[i]) as f32);
+        let high: [f32; 3] = std::array::from_fn(|i| (self.half[i] - from[i]) as f32);
         for lane in 0..LANES {
             let (dx, dy) = (rays.dx[lane], rays.dy[lane]);
             let mut enter = f32::NEG_INFINITY;
             let mut leave = f32::INFINITY;
             let (mut entered, mut left) = (0, 0);
             for i in 0..3 {
-                let along = middle[i] + (axes[i][0] * dx + axes[i][1] * dy);
-                let along = if along == 0.0 { ALMOST_ZERO } else { along };
+                let across = axes[i][0] * dx + axes[i][1] * dy;
+                let along = middle[i] + across;
                 let inverse = 1.0 / along;
-                let (a, b) = (low[i] * inverse, high[i] * inverse);
-                let forward = along > 0.0;
+                let shift = start * across;
+                let (a, b) = (low[i] - shift, high[i] - shift);
+                // A ray parallel to two faces is between them, or on one of them, for its whole way or not at all.
+                let parallel = along == 0.0;
+                let a = if parallel { beyond(a > 0.0) } else { a * inverse };
+                let b = if parallel { -beyond(b < 0.0) } else { b * inverse };
+                let forward = along >= 0.0;
                 let (near, far) = if forward { (a, b) } else { (b, a) };
                 let number = 2 * i as u32 + u32::from(forward);
                 entered = if near > enter { number } else { entered };
@@ -90,10 +100,23 @@ impl Cuboid {
                 left = if far < leave { number } else { left };
                 leave = if far < leave { far } else { leave };
             }
-            let t = if inside { leave } else { enter };
+            let tau = if inside { leave } else { enter };
             let number = if inside { left } else { entered };
-            let t = if enter <= leave { t } else { 0.0 };
+            let t = if enter <= leave { start + tau } else { 0.0 };
             nearest.offer(lane, t, face + number);
+        }
+    }
+
+    /// The depth of the middle ray from which float32 may go on: where the ball around the box begins, or the eye if
+    /// the box is not far from it in its own size.
+    #[inline(always)]
+    fn start(&self, middle: Vector) -> f32 {
+        let size = length(middle);
+        let begin = dot(self.center, middle) / size - self.bounding_radius();
+        if begin > self.bounding_radius() {
+            (begin / size) as f32
+        } else {
+            0.0
         }
     }
 
@@ -107,19 +130,21 @@ impl Cuboid {
     pub(crate) fn hide(&self, shadow: &mut Shadow<'_>) {
         let lamp = turned(&self.axes, sub(shadow.lamp, self.center));
         let reference = turned(&self.axes, sub(shadow.points.reference, self.center));
-        let slack = shadow.slack();
-        if self.inside(lamp) {
-            self.hide_from_inside(reference, slack, shadow);
-            return;
-        }
-        // Of each pair of faces the lamp is beyond at most one: there the point has to be before it.
+        let rounding = shadow.rounding(self.half[0] + self.half[1] + self.half[2]);
+        // Of each pair of faces the lamp is beyond at most one, or on it: there the point has to be before it.
         let (mut sign, mut limit) = ([0.0_f32; 3], [f32::INFINITY; 3]);
+        let mut inside = true;
         for i in 0..3 {
-            if lamp[i].abs() > self.half[i] {
+            if lamp[i].abs() >= self.half[i] - rounding {
                 let side = lamp[i].signum();
                 sign[i] = side as f32;
-                limit[i] = (self.half[i] - side * reference[i] - slack) as f32;
+                limit[i] = (self.half[i] - side * reference[i] - rounding) as f32;
+                inside = false;
             }
+        }
+        if inside {
+            self.hide_from_inside(reference, rounding, shadow);
+            return;
         }
         let axes = self.axes.map(single);
         let half = single(self.half);
@@ -135,7 +160,10 @@ impl Cuboid {
                 (moment[1] + (l[2] * p[0] - l[0] * p[2])).abs(),
                 (moment[2] + (l[0] * p[1] - l[1] * p[0])).abs(),
             ];
-            let between = (sign[0] * p[0] < limit[0]) & (sign[1] * p[1] < limit[1]) & (sign[2] * p[2] < limit[2]);
+            let slack = points.slack(lane);
+            let between = (sign[0] * p[0] + slack < limit[0])
+                & (sign[1] * p[1] + slack < limit[1])
+                & (sign[2] * p[2] + slack < limit[2]);
             let crosses = (m[0] <= half[1] * e[2] + half[2] * e[1])
                 & (m[1] <= half[2] * e[0] + half[0] * e[2])
                 & (m[2] <= half[0] * e[1] + half[1] * e[0]);
@@ -145,22 +173,29 @@ impl Cuboid {
 
     /// Darken the points outside, for a lamp inside.
     #[inline(always)]
-    fn hide_from_inside(&self, reference: Vector, slack: f64, shadow: &mut Shadow<'_>) {
+    fn hide_from_inside(&self, reference: Vector, rounding: f64, shadow: &mut Shadow<'_>) {
         let axes = self.axes.map(single);
-        let low: [f32; 3] = std::array::from_fn(|i| (-self.half[i] - reference[i] - slack) as f32);
-        let high: [f32; 3] = std::array::from_fn(|i| (self.half[i] - reference[i] + slack) as f32);
+        let low: [f32; 3] = std::array::from_fn(|i| (-self.half[i] - reference[i] - rounding) as f32);
+        let high: [f32; 3] = std::array::from_fn(|i| (self.half[i] - reference[i] + rounding) as f32);
         let points = shadow.points;
         for lane in 0..points.padded() {
             let p = local(&axes, &points.offset, lane);
-            let outside = (p[0] < low[0])
-                | (p[0] > high[0])
-                | (p[1] < low[1])
-                | (p[1] > high[1])
-                | (p[2] < low[2])
-                | (p[2] > high[2]);
+            let slack = points.slack(lane);
+            let outside = (p[0] + slack < low[0])
+                | (p[0] - slack > high[0])
+                | (p[1] + slack < low[1])
+                | (p[1] - slack > high[1])
+                | (p[2] + slack < low[2])
+                | (p[2] - slack > high[2]);
             shadow.darken(lane, outside);
         }
     }
+}
+
+/// Where a slab begins for a ray parallel to it.
+#[inline(always)]
+fn beyond(outside: bool) -> f32 {
+    if outside { f32::INFINITY } else { f32::NEG_INFINITY }
 }
 
 /// A point's offset along the axes of a box.
@@ -169,3 +204,6 @@ fn local(axes: &[[f32; 3]; 3], offset: &[[f32; LANES]; 3], lane: usize) -> [f32;
     let p = [offset[0][lane], offset[1][lane], offset[2][lane]];
     std::array::from_fn(|i| axes[i][0] * p[0] + axes[i][1] * p[1] + axes[i][2] * p[2])
 }
+
+#[cfg(test)]
+mod tests;

@@ -80,10 +80,7 @@ impl Rays {
     /// x = (2 pixel_x - width) half_pixel,  y = (height - 2 pixel_y) half_pixel
     #[inline(always)]
     pub(crate) fn aim(&mut self, view: View, corner: (u32, u32), within: (f64, f64)) {
-        let inside = (
-            SIDE.min(view.width - corner.0),
-            SIDE.min(view.height - corner.1),
-        );
+        let inside = (SIDE.min(view.width - corner.0), SIDE.min(view.height - corner.1));
         let pixel = view.half_pixel;
         self.count = LANES;
         // 2 (corner + inside / 2) is a whole number.
@@ -216,11 +213,11 @@ impl Nearest {
         f32::from_bits(closest)
     }
 
-    /// Keep a face where it is nearer than what was found so far. NaN counts as a miss.
+    /// Keep a face where it is nearer than what was found so far. NaN and infinity count as a miss.
     #[inline(always)]
     pub(crate) fn offer(&mut self, lane: usize, t: f32, face: u32) {
         let (best, known) = (self.t[lane], self.face[lane]);
-        let nearer = (t > 0.0) & ((t < best) | ((t == best) & (face < known)));
+        let nearer = (t > 0.0) & (t < f32::INFINITY) & ((t < best) | ((t == best) & (face < known)));
         self.t[lane] = if nearer { t } else { best };
         self.face[lane] = if nearer { face } else { known };
     }

@@ -136,3 +136,6 @@ fn is_uniform(faces: &[u32; LANES]) -> bool {
     }
     difference == 0
 }
+
+#[cfg(test)]
+mod tests;

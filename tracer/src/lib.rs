@@ -29,6 +29,8 @@ mod grid;
 mod groups;
 mod lighting;
 pub mod meter;
+#[cfg(test)]
+mod oracle;
 mod place;
 mod plane;
 pub mod png;

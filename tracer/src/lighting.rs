@@ -105,7 +105,7 @@ impl Lighting {
             let w = self.points.toward(to_lamp, lane);
             let squared = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
             self.squared[lane] = squared;
-            self.light[lane] = height / (squared * squared.sqrt());
+            self.light[lane] = per_cube(height, squared);
         }
     }
 
@@ -119,7 +119,7 @@ impl Lighting {
             let along = n[0][lane] * w[0] + n[1][lane] * w[1] + n[2][lane] * w[2];
             self.squared[lane] = squared;
             // Also 0 where it is NaN, at a lamp on the surface.
-            let light = along / (squared * squared.sqrt());
+            let light = per_cube(along, squared);
             self.light[lane] = if light > 0.0 { light } else { 0.0 };
         }
     }
@@ -135,6 +135,14 @@ impl Lighting {
             self.light[lane] = self.light[lane] * factor * factor * per_sphere;
         }
     }
+}
+
+/// value / r^3, with r^2 given. The cube itself would leave float32 where a lamp is as far away as the sun from a scene
+/// of a few millimetres.
+#[inline(always)]
+fn per_cube(value: f32, squared: f32) -> f32 {
+    let inverse = 1.0 / squared;
+    value * inverse * inverse.sqrt()
 }
 
 /// albedo / pi times the lamp's power.

@@ -89,3 +89,6 @@ impl Place {
         })
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -18,11 +18,8 @@ pub(crate) struct Plane {
 }
 
 impl Plane {
-    pub(crate) fn new(point: Vector, normal: Vector) -> Plane {
-        Plane {
-            normal,
-            offset: dot(normal, point),
-        }
+    pub(crate) fn new(normal: Vector, offset: f64) -> Plane {
+        Plane { normal, offset }
     }
 
     /// On which side of the plane a place lies, and how far: positive where the normal points.
@@ -78,3 +75,6 @@ impl Plane {
         reference
     }
 }
+
+#[cfg(test)]
+mod tests;

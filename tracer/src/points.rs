@@ -6,6 +6,9 @@ use crate::scene::Shape;
 use crate::vector::{add, length};
 use crate::world::Vector;
 
+/// Rounding in float32 is less than this share of the distances from the reference.
+const TOUCHING: f32 = 4e-6;
+
 /// Where rays of a block meet one flat face, or one sphere.
 #[derive(Clone, Debug)]
 pub(crate) struct Points {
@@ -46,6 +49,15 @@ impl Points {
     #[inline(always)]
     pub(crate) fn toward(&self, place: [f32; 3], i: usize) -> [f32; 3] {
         std::array::from_fn(|axis| place[axis] - self.offset[axis][i])
+    }
+
+    /// What rounding may have taken from the place of a point: what is closer touches.
+    ///
+    /// It depends on nothing but the point, as all that decides a pixel.
+    #[inline(always)]
+    pub(crate) fn slack(&self, i: usize) -> f32 {
+        let [x, y, z] = &self.offset;
+        TOUCHING * (x[i].abs() + y[i].abs() + z[i].abs())
     }
 
     /// Put the points where rays meet a face of a shape, whose smallest depth is `t`, and return its plane if it is

@@ -9,9 +9,10 @@ use crate::place::{Place, View};
 use crate::png::PngWriter;
 use crate::scene::Scene;
 use crate::simd::{Level, Work};
-use crate::world::{Settings, Window, World};
+use crate::world::{Camera, Settings, Window, World};
 use rayon::prelude::*;
 use std::io;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 use std::time::{Duration, Instant};
 
@@ -19,7 +20,7 @@ use std::time::{Duration, Instant};
 #[derive(Debug, Default)]
 pub struct Monitor {
     done: AtomicU64,
-    cancelled: AtomicBool,
+    cancelled: Arc<AtomicBool>,
 }
 
 impl Monitor {
@@ -36,6 +37,14 @@ impl Monitor {
     /// Ask for the work to be given up: it ends within a block.
     pub fn cancel(&self) {
         self.cancelled.store(true, Relaxed);
+    }
+
+    /// A monitor of work that does not count, given up together with what counts.
+    fn aside(&self) -> Monitor {
+        Monitor {
+            done: AtomicU64::new(0),
+            cancelled: Arc::clone(&self.cancelled),
+        }
     }
 
     /// Whether it has been asked for.
@@ -144,20 +153,18 @@ impl Tracer {
             samples: 1,
             ..self.world.settings.clone()
         };
-        let view = View {
+        let view = View::new(&Camera {
             width,
             height,
-            half_pixel: View::new(camera).half_pixel * f64::from(camera.height) / f64::from(height),
-        };
+            ..camera.clone()
+        });
         let window = Window {
             x: 0,
             y: 0,
             width,
             height,
         };
-        let unseen = Monitor::new();
-        let rays = self.film_of(view, &settings, window, film, &unseen)?;
-        monitor.check()?;
+        let rays = self.film_of(view, &settings, window, film, &monitor.aside())?;
         Ok((auto_exposure(&radiance), rays))
     }
 

@@ -129,11 +129,15 @@ impl Space<'_> {
         (length * self.unit).clamp(-FARTHEST, FARTHEST)
     }
 
-    fn place(&self, place: Vector) -> Vector {
+    /// A place relative to the eye, still in the world's axes.
+    fn relative(&self, place: Vector) -> Vector {
         let eye = self.camera.position;
         // Scaled first: the difference of huge places might overflow.
-        let relative: Vector = std::array::from_fn(|i| self.length(place[i]) - self.length(eye[i]));
-        self.direction(relative)
+        std::array::from_fn(|i| self.length(place[i]) - self.length(eye[i]))
+    }
+
+    fn place(&self, place: Vector) -> Vector {
+        self.direction(self.relative(place))
     }
 
     fn direction(&self, direction: Vector) -> Vector {
@@ -144,7 +148,12 @@ impl Space<'_> {
         let place = self.place(object.position);
         match object.form {
             Form::Sphere { radius } => Shape::Sphere(Sphere::new(place, self.length(radius))),
-            Form::Plane { normal } => Shape::Plane(Plane::new(place, self.direction(unit_vector(normal)))),
+            Form::Plane { normal } => {
+                let normal = unit_vector(normal);
+                // In the world's axes a plane through the eye is at distance 0 exactly, and not seen.
+                let offset = dot(normal, self.relative(object.position));
+                Shape::Plane(Plane::new(self.direction(normal), offset))
+            }
             Form::Box { size, rotation } => {
                 let axes = turned_axes(rotation).map(|axis| self.direction(axis));
                 let half = size.map(|side| self.length(side) / 2.0);
@@ -243,3 +252,6 @@ fn sine_and_cosine(degrees: f64) -> (f64, f64) {
         _ => (-cosine, sine),
     }
 }
+
+#[cfg(test)]
+mod tests;

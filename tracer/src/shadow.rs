@@ -5,8 +5,11 @@ use crate::grid::Lanes;
 use crate::plane::Plane;
 use crate::points::{Ball, Points};
 use crate::scene::Scene;
-use crate::vector::{length, scale, single, sub};
+use crate::vector::{scale, single, sub};
 use crate::world::Vector;
+
+/// Rounding in float64 is less than this share of the distances from the eye.
+const ROUNDING: f64 = 1e-13;
 
 /// Points, a lamp, and the light that it brings to them.
 pub(crate) struct Shadow<'a> {
@@ -38,10 +41,11 @@ impl Shadow<'_> {
         bits == 0
     }
 
-    /// The share of a length that rounding may take from points: what is closer touches.
-    pub(crate) fn slack(&self) -> f64 {
-        let offset = sub(self.ball.center, self.points.reference);
-        4e-6 * (length(offset) + self.ball.radius)
+    /// What float64 may have taken from the places of the points, the lamp, and an object of some size that is close to
+    /// one of them: what is closer touches.
+    #[inline(always)]
+    pub(crate) fn rounding(&self, size: f64) -> f64 {
+        ROUNDING * (taxi(self.points.reference) + taxi(self.lamp) + size)
     }
 
     /// Darken the points from which another object hides the lamp.
@@ -54,7 +58,8 @@ impl Shadow<'_> {
                 scene.shapes[i as usize].hide(self);
             }
         }
-        let cone = Cone::from_apex(self.lamp, self.ball);
+        let farthest = taxi(sub(self.ball.center, self.points.reference)) + self.ball.radius;
+        let cone = Cone::from_apex(self.lamp, self.ball, farthest);
         let mut walk = scene.bvh.walk(&cone, stack);
         while let Some(i) = walk.next(f32::INFINITY) {
             if i == receiver || i == body {
@@ -68,12 +73,20 @@ impl Shadow<'_> {
     }
 }
 
+/// At least the length of a vector, and at most twice; without a root.
+#[inline(always)]
+fn taxi(vector: Vector) -> f64 {
+    vector[0].abs() + vector[1].abs() + vector[2].abs()
+}
+
 impl Plane {
     /// Darken the points that have the plane between them and the lamp.
     #[inline(always)]
     pub(crate) fn hide(&self, shadow: &mut Shadow<'_>) {
         let lamp = self.height(shadow.lamp);
-        if lamp == 0.0 {
+        let rounding = shadow.rounding(self.offset.abs());
+        // A lamp on the plane, such as one on the ceiling, shines to both sides.
+        if lamp.abs() <= rounding {
             return;
         }
         let toward = scale(self.normal, lamp.signum());
@@ -82,13 +95,13 @@ impl Plane {
             return;
         }
         let height = lamp.signum() * self.height(shadow.points.reference);
-        let limit = (-height - shadow.slack()) as f32;
+        let limit = (-height - rounding) as f32;
         let n = single(toward);
         let points = shadow.points;
         for lane in 0..points.padded() {
             let [x, y, z] = &points.offset;
             let rise = n[0] * x[lane] + n[1] * y[lane] + n[2] * z[lane];
-            shadow.darken(lane, rise < limit);
+            shadow.darken(lane, rise + points.slack(lane) < limit);
         }
     }
 }

@@ -21,7 +21,7 @@ const BATCH: usize = 64;
 
 /// A point whose power is closer to 0 than this, in units of the radius squared, lies on the sphere: two surfaces
 /// in one place do not stand between each other and a lamp.
-const TOUCHING: f32 = 4e-6;
+const TOUCHING_POWER: f32 = 4e-6;
 
 /// The eye is close to a sphere if k is below this: closer than a radius.
 const NEAR: f64 = 3.0;
@@ -174,7 +174,8 @@ impl Sphere {
     #[inline(always)]
     pub(crate) fn hide(&self, shadow: &mut Shadow<'_>) {
         let from_lamp = sub(self.center, shadow.lamp);
-        let lamp_is_inside = self.power(from_lamp) <= 0.0;
+        // A lamp on the sphere counts as outside, and lights what is above it.
+        let lamp_is_inside = length(from_lamp) < self.radius - shadow.rounding(self.radius);
         let per_radius = 1.0 / self.radius;
         let to_reference = sub(shadow.points.reference, shadow.lamp);
         let moment = single(scale(cross(from_lamp, to_reference), per_radius));
@@ -193,7 +194,7 @@ impl Sphere {
             ];
             let power = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] - 1.0;
             let hidden = if lamp_is_inside {
-                power > TOUCHING
+                power > TOUCHING_POWER
             } else {
                 let m = [
                     moment[0] + (c[1] * p[2] - c[2] * p[1]),
@@ -203,7 +204,7 @@ impl Sphere {
                 let ww = shadow.squared[lane];
                 let along = (q[0] * w[0] + q[1] * w[1] + q[2] * w[2]) * radius;
                 let crosses = m[0] * m[0] + m[1] * m[1] + m[2] * m[2] <= ww;
-                (power < -TOUCHING) | (crosses & (along > 0.0) & (along < ww))
+                (power < -TOUCHING_POWER) | (crosses & (along > 0.0) & (along < ww))
             };
             shadow.darken(lane, hidden);
         }
@@ -259,3 +260,6 @@ impl Seen {
         self.along + (self.center[0] * dx + self.center[1] * dy)
     }
 }
+
+#[cfg(test)]
+mod tests;

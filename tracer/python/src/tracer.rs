@@ -36,18 +36,20 @@ fn level() -> PyResult<Level> {
 pub struct Tracer {
     core: rtcli_tracer::Tracer,
     size: Size,
+    threads: usize,
 }
 
 #[pymethods]
 impl Tracer {
     #[new]
-    #[pyo3(signature = (camera, objects, lights, settings, /))]
+    #[pyo3(signature = (camera, objects, lights, settings, threads, /))]
     fn new(
         py: Python<'_>,
         camera: PyCamera,
         objects: PyObjects<'_>,
         lights: PyLights<'_>,
         settings: PySettings,
+        threads: usize,
     ) -> PyResult<Self> {
         let level = level()?;
         let objects = world::objects(objects)?;
@@ -57,20 +59,21 @@ impl Tracer {
             objects,
             settings: world::settings(settings)?,
         };
+        let mut listener = Listener::new(py, 0, None, None);
         Ok(Tracer {
             size: Size::from(&world.camera),
-            core: py.detach(|| rtcli_tracer::Tracer::new(world, level)),
+            threads,
+            core: listener.attend(threads, |_, _| rtcli_tracer::Tracer::new(world, level))?,
         })
     }
 
     /// Renders radiance and passes of a window; returns them by name, and the number of rays.
-    #[pyo3(signature = (window, passes, threads, progress, /))]
+    #[pyo3(signature = (window, passes, progress, /))]
     fn film<'py>(
         &self,
         py: Python<'py>,
         window: PyWindow,
         passes: Vec<String>,
-        threads: usize,
         progress: Option<Bound<'py, PyAny>>,
     ) -> PyResult<(Bound<'py, PyDict>, u64)> {
         let window = world::window(window, self.size)?;
@@ -85,7 +88,7 @@ impl Tracer {
             let film = film_over(&arrays, bytes)?;
             let mut listener = Listener::new(py, pixels(window), progress.as_ref(), None);
             let work = |monitor: &Monitor, _: &_| self.core.film(window, film, monitor);
-            rays = listener.attend(threads, work)?.map_err(given_up)?;
+            rays = listener.attend(self.threads, work)?.map_err(given_up)?;
             Ok(())
         })?;
         let named = PyDict::new(py);
@@ -98,13 +101,12 @@ impl Tracer {
     /// Renders a window to a PNG, of which `write` is given piece by piece.
     ///
     /// Returns the number of rays, and the seconds that the threads spent in tracing, developing and encoding.
-    #[pyo3(signature = (window, look, threads, write, progress, /))]
+    #[pyo3(signature = (window, look, write, progress, /))]
     fn picture<'py>(
         &self,
         py: Python<'py>,
         window: PyWindow,
         look: PyLook<'py>,
-        threads: usize,
         write: Bound<'py, PyAny>,
         progress: Option<Bound<'py, PyAny>>,
     ) -> PyResult<(u64, f64, f64, f64)> {
@@ -112,7 +114,7 @@ impl Tracer {
         let developer = developer(look)?;
         let mut listener = Listener::new(py, pixels(window), progress.as_ref(), Some(&write));
         let work = |monitor: &Monitor, mailbox: &_| self.core.write_png(window, &developer, mailbox, monitor);
-        let effort = listener.attend(threads, work)?.map_err(|error| match error {
+        let effort = listener.attend(self.threads, work)?.map_err(|error| match error {
             PictureError::Io(error) => error.into(),
             PictureError::Cancelled => given_up(Cancelled),
         })?;
@@ -121,11 +123,10 @@ impl Tracer {
     }
 
     /// Returns the stops that the exposure meter finds, and how many rays that took.
-    #[pyo3(signature = (threads, /))]
-    fn exposure(&self, py: Python<'_>, threads: usize) -> PyResult<(f64, u64)> {
+    fn exposure(&self, py: Python<'_>) -> PyResult<(f64, u64)> {
         let mut listener = Listener::new(py, 0, None, None);
         let work = |monitor: &Monitor, _: &_| self.core.exposure(monitor);
-        listener.attend(threads, work)?.map_err(given_up)
+        listener.attend(self.threads, work)?.map_err(given_up)
     }
 }
 

@@ -1,0 +1,210 @@
+//! How long the kernel takes: tracing, developing, building the tree. One thread, the scenes of `benchmarks/scenes.py`.
+//!
+//! A measurement is of the whole picture, 1920x1080; throughput is in pixels.
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use rtcli_tracer::develop::{Bits, Developer, Tone};
+use rtcli_tracer::world::{Camera, Form, Light, Object, Settings, Vector, Window, World};
+use rtcli_tracer::{Film, Level, Monitor, Tracer};
+use std::time::Duration;
+
+const WIDTH: u32 = 1920;
+const HEIGHT: u32 = 1080;
+const PIXELS: usize = WIDTH as usize * HEIGHT as usize;
+
+/// The box of a crowd, from low to high, and the share of it that the spheres fill.
+const CROWD_BOX: [(f64, f64); 3] = [(-16.0, 16.0), (-9.0, 9.0), (-49.0, -31.0)];
+const CROWD_SHARE_OF_VOLUME: f64 = 0.05;
+const CROWD_SIZES: [usize; 3] = [100, 10_000, 100_000];
+
+criterion_group! {
+    name = kernel;
+    config = Criterion::default()
+        .sample_size(10)
+        .warm_up_time(Duration::from_millis(500))
+        .measurement_time(Duration::from_secs(2));
+    targets = still_life_by_level, crowds, trees, developing, streaming
+}
+criterion_main!(kernel);
+
+/// Tracing two spheres and a box on a plane, with the instructions of each level.
+fn still_life_by_level(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("trace/still life");
+    group.throughput(Throughput::Elements(PIXELS as u64));
+    for level in Level::available() {
+        let tracer = Tracer::new(still_life(), level);
+        let mut radiance = vec![0.0; 3 * PIXELS];
+        group.bench_function(level.name(), |bencher| bencher.iter(|| trace(&tracer, &mut radiance)));
+    }
+}
+
+/// Tracing more and more spheres of the same total volume.
+fn crowds(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("trace/crowd");
+    group.throughput(Throughput::Elements(PIXELS as u64));
+    for count in CROWD_SIZES {
+        let tracer = Tracer::new(crowd(count), Level::best());
+        let mut radiance = vec![0.0; 3 * PIXELS];
+        group.bench_function(BenchmarkId::from_parameter(count), |bencher| {
+            bencher.iter(|| trace(&tracer, &mut radiance));
+        });
+    }
+}
+
+/// Making a world ready: moving it to the eye, and building the tree.
+fn trees(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("prepare/crowd");
+    for count in CROWD_SIZES {
+        let world = crowd(count);
+        group.throughput(Throughput::Elements(count as u64));
+        group.bench_function(BenchmarkId::from_parameter(count), |bencher| {
+            bencher.iter_with_large_drop(|| on_one_thread(|| Tracer::new(world.clone(), Level::best())));
+        });
+    }
+}
+
+/// From radiance to the values of an image, as its caller gets it outside the kernel: without wide vectors.
+fn developing(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("develop/still life");
+    group.throughput(Throughput::Elements(PIXELS as u64));
+    let mut radiance = vec![0.0; 3 * PIXELS];
+    trace(&Tracer::new(still_life(), Level::best()), &mut radiance);
+    for bits in [Bits::Eight, Bits::Sixteen] {
+        let developer = Developer::new(0.0, Tone::Clip, bits);
+        let mut pixels = vec![0; PIXELS * bits.bytes_per_pixel()];
+        group.bench_function(format!("{} bits", 8 * bits.bytes_per_pixel() / 3), |bencher| {
+            bencher.iter(|| developer.develop(&radiance, &mut pixels));
+        });
+    }
+}
+
+/// From a scene to the bytes of a file: tracing, developing and encoding.
+fn streaming(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("picture/still life");
+    group.throughput(Throughput::Elements(PIXELS as u64));
+    let tracer = Tracer::new(still_life(), Level::best());
+    for bits in [Bits::Eight, Bits::Sixteen] {
+        let developer = Developer::new(0.0, Tone::Clip, bits);
+        group.bench_function(format!("{} bits", 8 * bits.bytes_per_pixel() / 3), |bencher| {
+            bencher
+                .iter(|| on_one_thread(|| tracer.write_png(WINDOW, &developer, std::io::sink(), &Monitor::new())));
+        });
+    }
+}
+
+const WINDOW: Window = Window {
+    x: 0,
+    y: 0,
+    width: WIDTH,
+    height: HEIGHT,
+};
+
+fn trace(tracer: &Tracer, radiance: &mut [f32]) -> u64 {
+    let film = Film {
+        radiance,
+        ..Film::default()
+    };
+    on_one_thread(|| tracer.film(WINDOW, film, &Monitor::new()).expect("nobody cancels"))
+}
+
+fn on_one_thread<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    pool.expect("a thread can be started").install(work)
+}
+
+fn still_life() -> World {
+    World {
+        camera: camera([0.0, 8.0, 26.0], [0.0, 2.5, 0.0], 30.0),
+        objects: vec![
+            object(
+                [0.0, 0.0, 0.0],
+                [0.8, 0.75, 0.7],
+                Form::Plane {
+                    normal: [0.0, 1.0, 0.0],
+                },
+            ),
+            object([-4.0, 3.0, 0.0], [0.9, 0.25, 0.15], Form::Sphere { radius: 3.0 }),
+            object([1.0, 1.5, 5.0], [0.2, 0.45, 0.9], Form::Sphere { radius: 1.5 }),
+            object(
+                [4.5, 3.0, -2.0],
+                [0.3, 0.8, 0.35],
+                Form::Box {
+                    size: [4.0, 6.0, 4.0],
+                    rotation: 30.0,
+                },
+            ),
+        ],
+        lights: vec![light([-8.0, 14.0, 10.0], 12000.0)],
+        settings: settings(),
+    }
+}
+
+fn crowd(count: usize) -> World {
+    // Volume V of N spheres: r = (3 V / (4 pi N))^(1/3)
+    let volume: f64 = CROWD_SHARE_OF_VOLUME * CROWD_BOX.iter().map(|(low, high)| high - low).product::<f64>();
+    let radius = (3.0 * volume / (4.0 * std::f64::consts::PI * count as f64)).cbrt();
+    let mut random = Random(1);
+    let objects = (0..count)
+        .map(|_| {
+            let place = CROWD_BOX.map(|(low, high)| random.between(low + radius, high - radius));
+            object(place, [random.between(0.2, 0.9), 0.5, 0.5], Form::Sphere { radius })
+        })
+        .collect();
+    let fov = 2.0 * f64::atan2(CROWD_BOX[1].1, -CROWD_BOX[2].1).to_degrees();
+    World {
+        camera: camera([0.0; 3], [0.0, 0.0, -1.0], fov),
+        objects,
+        lights: vec![light([-20.0, 20.0, 0.0], 80000.0)],
+        settings: settings(),
+    }
+}
+
+fn settings() -> Settings {
+    Settings {
+        samples: 1,
+        background: [0.0; 3],
+        lit: true,
+        eye_falloff: false,
+    }
+}
+
+fn object(position: Vector, color: Vector, form: Form) -> Object {
+    Object { position, color, form }
+}
+
+fn light(position: Vector, intensity: f64) -> Light {
+    Light {
+        position,
+        color: [1.0; 3],
+        intensity,
+        body: None,
+    }
+}
+
+/// A camera with y up that looks at a place straight ahead of it, above or below.
+fn camera(position: Vector, look_at: Vector, fov: f64) -> Camera {
+    let (y, z) = (look_at[1] - position[1], look_at[2] - position[2]);
+    let distance = y.hypot(z);
+    let (y, z) = (y / distance, z / distance);
+    Camera {
+        width: WIDTH,
+        height: HEIGHT,
+        fov,
+        position,
+        right: [-z.signum(), 0.0, 0.0],
+        up: [0.0, -z, y],
+        forward: [0.0, y, z],
+    }
+}
+
+/// Numbers without a pattern (G. Steele et al., "Fast Splittable Pseudorandom Number Generators", 2014: SplitMix64).
+struct Random(u64);
+
+impl Random {
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        low + (high - low) * ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}

@@ -1,0 +1,422 @@
+//! What the tests of the kernel measure it against: shapes that are met in float64, by formulas of their own.
+
+use crate::cuboid::Cuboid;
+use crate::grid::{FACE_BITS, LANES, Lanes, NOTHING, Nearest, Rays, SIDE};
+use crate::place::View;
+use crate::plane::Plane;
+use crate::points::Points;
+use crate::scene::Shape;
+use crate::shadow::Shadow;
+use crate::sphere::Sphere;
+use crate::vector::{add, dot, length, scale, single, sub};
+use crate::world::{Camera, Form, Light, Object, Settings, Vector, World};
+use proptest::prelude::*;
+
+/// A shape in the camera's space.
+#[derive(Clone, Debug)]
+pub(crate) enum Solid {
+    Ball {
+        center: Vector,
+        radius: f64,
+    },
+    Wall {
+        normal: Vector,
+        offset: f64,
+    },
+    Brick {
+        center: Vector,
+        axes: [Vector; 3],
+        half: Vector,
+    },
+}
+
+impl Solid {
+    /// What the kernel makes of it.
+    pub(crate) fn shape(&self) -> Shape {
+        match *self {
+            Solid::Ball { center, radius } => Shape::Sphere(Sphere::new(center, radius)),
+            Solid::Wall { normal, offset } => Shape::Plane(Plane::new(normal, offset)),
+            Solid::Brick { center, axes, half } => Shape::Cuboid(Cuboid::new(center, axes, half)),
+        }
+    }
+
+    /// The solid with its surface moved outward.
+    pub(crate) fn swollen(&self, by: f64) -> Solid {
+        let mut solid = self.clone();
+        match &mut solid {
+            Solid::Ball { radius, .. } => *radius += by,
+            Solid::Wall { offset, .. } => *offset += by,
+            Solid::Brick { half, .. } => half.iter_mut().for_each(|half| *half += by),
+        }
+        solid
+    }
+
+    /// How large it is.
+    pub(crate) fn size(&self) -> f64 {
+        match *self {
+            Solid::Ball { radius, .. } => radius,
+            Solid::Wall { .. } => 0.0,
+            Solid::Brick { half, .. } => length(half),
+        }
+    }
+
+    /// A point in the middle of it.
+    pub(crate) fn center(&self) -> Vector {
+        match *self {
+            Solid::Ball { center, .. } | Solid::Brick { center, .. } => center,
+            Solid::Wall { normal, offset } => scale(normal, offset),
+        }
+    }
+
+    /// The parameters between which a line is in the solid; for a wall those at which it crosses the wall.
+    pub(crate) fn span(&self, origin: Vector, direction: Vector) -> Option<(f64, f64)> {
+        match *self {
+            Solid::Ball { center, radius } => ball_span(sub(center, origin), radius, direction),
+            Solid::Wall { normal, offset } => {
+                let t = (offset - dot(normal, origin)) / dot(normal, direction);
+                t.is_finite().then_some((t, t))
+            }
+            Solid::Brick { center, axes, half } => {
+                let mut span = (f64::NEG_INFINITY, f64::INFINITY);
+                for i in 0..3 {
+                    let from = dot(axes[i], sub(origin, center));
+                    let along = dot(axes[i], direction);
+                    let (a, b) = ((-half[i] - from) / along, (half[i] - from) / along);
+                    span = (span.0.max(a.min(b)), span.1.min(a.max(b)));
+                }
+                (span.0 <= span.1 && half.iter().all(|&half| half > 0.0)).then_some(span)
+            }
+        }
+    }
+
+    /// The parameter at which a ray from the eye first meets the surface.
+    pub(crate) fn depth(&self, direction: Vector) -> Option<f64> {
+        let (near, far) = self.span([0.0; 3], direction)?;
+        [near, far].into_iter().find(|&t| t > 0.0)
+    }
+
+    /// Whether its surface crosses the way from one point to another.
+    pub(crate) fn stands_between(&self, a: Vector, b: Vector) -> bool {
+        let crossing = self.span(a, sub(b, a));
+        crossing.is_some_and(|(near, far)| [near, far].into_iter().any(|t| 0.0 < t && t < 1.0))
+    }
+
+    /// The distance of a point from the surface.
+    pub(crate) fn distance(&self, point: Vector) -> f64 {
+        match *self {
+            Solid::Ball { center, radius } => (length(sub(point, center)) - radius).abs(),
+            Solid::Wall { normal, offset } => (dot(normal, point) - offset).abs(),
+            Solid::Brick { center, axes, half } => {
+                let beyond: Vector = std::array::from_fn(|i| dot(axes[i], sub(point, center)).abs() - half[i]);
+                let deepest = beyond.into_iter().fold(f64::NEG_INFINITY, f64::max);
+                if deepest < 0.0 {
+                    -deepest
+                } else {
+                    length(beyond.map(|b| b.max(0.0)))
+                }
+            }
+        }
+    }
+}
+
+fn ball_span(center: Vector, radius: f64, direction: Vector) -> Option<(f64, f64)> {
+    let speed = length(direction);
+    let unit = scale(direction, 1.0 / speed);
+    let middle = dot(center, unit);
+    let foot = sub(center, scale(unit, middle));
+    let half = (radius * radius - dot(foot, foot)).sqrt();
+    (radius > 0.0 && half >= 0.0).then_some(((middle - half) / speed, (middle + half) / speed))
+}
+
+/// The ray of a lane, in float64.
+pub(crate) fn exact_ray(view: View, corner: (u32, u32), lane: usize) -> Vector {
+    let x = f64::from(corner.0 + lane as u32 % SIDE) + 0.5;
+    let y = f64::from(corner.1 + lane as u32 / SIDE) + 0.5;
+    [
+        (2.0 * x - f64::from(view.width)) * view.half_pixel,
+        (f64::from(view.height) - 2.0 * y) * view.half_pixel,
+        1.0,
+    ]
+}
+
+/// The rays through the pixel centres of a block.
+pub(crate) fn rays_of(view: View, corner: (u32, u32)) -> Rays {
+    let mut rays = Rays::new();
+    rays.aim(view, corner, (0.5, 0.5));
+    rays
+}
+
+/// Where a lane's point lies.
+pub(crate) fn point_of(points: &Points, lane: usize) -> Vector {
+    let offset = points.offset.each_ref().map(|axis| f64::from(axis[lane]));
+    add(points.reference, offset)
+}
+
+/// A number of any size between two powers of ten.
+pub(crate) fn any_size(exponents: std::ops::Range<f64>) -> impl Strategy<Value = f64> {
+    exponents.prop_map(|exponent| 10_f64.powf(exponent))
+}
+
+/// A direction.
+pub(crate) fn any_direction() -> impl Strategy<Value = Vector> {
+    let component = || -1.0..1.0;
+    [component(), component(), component()]
+        .prop_filter("not too short", |v| length(*v) > 0.1)
+        .prop_map(|v| scale(v, 1.0 / length(v)))
+}
+
+/// Axes at right angles to each other.
+pub(crate) fn any_axes() -> impl Strategy<Value = [Vector; 3]> {
+    (any_direction(), any_direction())
+        .prop_filter("not parallel", |(a, b)| dot(*a, *b).abs() < 0.9)
+        .prop_map(|(a, b)| {
+            let b = sub(b, scale(a, dot(a, b)));
+            let b = scale(b, 1.0 / length(b));
+            [a, b, crate::vector::cross(a, b)]
+        })
+}
+
+/// A block of a picture, taken with anything between a telescope and a fisheye.
+pub(crate) fn any_block() -> impl Strategy<Value = (View, (u32, u32))> {
+    (any_size(-8.0..-2.0), 0_u32..10, 0_u32..10).prop_map(|(half_pixel, column, row)| {
+        let view = View {
+            width: 160,
+            height: 160,
+            half_pixel,
+        };
+        (view, (column * SIDE, row * SIDE))
+    })
+}
+
+/// The ray through the middle of a block.
+pub(crate) fn middle_of((view, corner): (View, (u32, u32))) -> Vector {
+    rays_of(view, corner).middle
+}
+
+/// A sphere or a box whose outline a block is likely to see, or which holds the eye.
+///
+/// `distances` are the powers of ten of its distance from the eye in its own size.
+pub(crate) fn solid_before(
+    block: (View, (u32, u32)),
+    distances: std::ops::Range<f64>,
+) -> impl Strategy<Value = Solid> {
+    let place = (any_size(-6.0..6.0), any_size(distances), any_direction(), 0.0..1.5_f64);
+    (place, any_axes(), [0.1..1.0, 0.1..1.0, 0.1..1.0], 0..3).prop_map(
+        move |((size, distance, aside, share), axes, sides, kind)| {
+            let (view, _) = block;
+            let away = size * (1.0 + distance);
+            let reach = size + away * view.half_pixel * f64::from(SIDE);
+            let middle = middle_of(block);
+            let ahead = scale(middle, away / length(middle));
+            // The eye may also be inside.
+            let center = if kind == 0 {
+                scale(aside, 0.9 * share.min(1.0) * size / 3.0_f64.sqrt() * 0.1)
+            } else {
+                add(ahead, scale(aside, share * reach))
+            };
+            if axes[0][0] > 0.0 {
+                Solid::Ball { center, radius: size }
+            } else {
+                let half = sides.map(|side| side * size);
+                Solid::Brick { center, axes, half }
+            }
+        },
+    )
+}
+
+/// A wall before or behind the eye.
+pub(crate) fn any_wall() -> impl Strategy<Value = Solid> {
+    (any_direction(), any_size(-6.0..6.0), any::<bool>()).prop_map(|(normal, offset, behind)| Solid::Wall {
+        normal,
+        offset: if behind { -offset } else { offset },
+    })
+}
+
+/// Check what the kernel says of the rays of a block against the solid, allowing for its surface to be off by `error`.
+pub(crate) fn check_meeting(
+    solid: &Solid,
+    (view, corner): (View, (u32, u32)),
+    error: f64,
+) -> Result<Nearest, TestCaseError> {
+    let mut nearest = Nearest::new();
+    solid.shape().meet(FACE, &rays_of(view, corner), &mut nearest);
+    for lane in 0..LANES {
+        let v = exact_ray(view, corner, lane);
+        let bounds = [solid.swollen(error).depth(v), solid.swollen(-error).depth(v)];
+        let t = f64::from(nearest.t[lane]);
+        let hit = nearest.face[lane] != NOTHING;
+        prop_assert_eq!(hit, t.is_finite(), "lane {}: {}", lane, t);
+        match bounds {
+            [Some(a), Some(b)] => {
+                let rounding = 2e-6 * t;
+                prop_assert!(
+                    hit && a.min(b) - rounding <= t && t <= a.max(b) + rounding,
+                    "lane {lane} of {v:?} meets it at {t}, not between {a} and {b}"
+                );
+            }
+            [None, None] => prop_assert!(!hit, "lane {lane} of {v:?} meets it at {t}"),
+            _ => (),
+        }
+    }
+    Ok(nearest)
+}
+
+/// The first face of what is met in tests.
+pub(crate) const FACE: u32 = 5 << FACE_BITS;
+
+/// The points at which rays of a block meet the faces of a solid: for each face its lanes, points, and plane.
+pub(crate) fn placed(solid: &Solid, (view, corner): (View, (u32, u32))) -> Vec<(Vec<u8>, Points, Option<Plane>)> {
+    let rays = rays_of(view, corner);
+    let shape = solid.shape();
+    let mut nearest = Nearest::new();
+    shape.meet(FACE, &rays, &mut nearest);
+    let mut faces: Vec<u32> = nearest.face.iter().copied().filter(|&face| face != NOTHING).collect();
+    faces.sort_unstable();
+    faces.dedup();
+    faces
+        .into_iter()
+        .map(|face| {
+            let lanes: Vec<u8> = (0..=255)
+                .filter(|&lane| nearest.face[usize::from(lane)] == face)
+                .collect();
+            let depths = lanes.iter().map(|&lane| nearest.t[usize::from(lane)]);
+            let t = depths.fold(f32::INFINITY, f32::min);
+            let mut some = Rays::new();
+            some.pick(&rays, &lanes);
+            let mut points = Points::new();
+            let plane = points.place(&some, &shape, face, f64::from(t));
+            (lanes, points, plane)
+        })
+        .collect()
+}
+
+/// The light that is left at points, of which each had 1, when a solid stands in it.
+pub(crate) fn light_left(occluder: &Solid, lamp: Vector, points: &Points) -> Lanes {
+    let mut light = [1.0; LANES];
+    let mut squared = [0.0; LANES];
+    let to_lamp = single(sub(lamp, points.reference));
+    for lane in 0..points.padded() {
+        let [x, y, z] = points.toward(to_lamp, lane);
+        squared[lane] = x * x + y * y + z * z;
+    }
+    occluder.shape().hide(&mut Shadow {
+        points,
+        lamp,
+        squared: &squared,
+        light: &mut light,
+        ball: points.bound(),
+    });
+    light
+}
+
+/// Check which points a solid hides from a lamp, allowing for its surface to be off by what rounding takes from the
+/// lengths that come in. Whether points or lamps that close to the surface are in the solid is left open.
+pub(crate) fn check_hiding(occluder: &Solid, lamp: Vector, points: &Points) -> Result<(), TestCaseError> {
+    let lengths = [
+        occluder.size(),
+        length(sub(occluder.center(), points.reference)),
+        length(sub(lamp, points.reference)),
+        length(sub(points.bound().center, points.reference)) + points.bound().radius,
+    ];
+    let error = 4e-6 * lengths.iter().sum::<f64>();
+    let light = light_left(occluder, lamp, points);
+    let (large, small) = (occluder.swollen(error), occluder.swollen(-error));
+    for lane in 0..points.count {
+        let point = point_of(points, lane);
+        // The corners of a box move farther than its faces.
+        if occluder.distance(point).min(occluder.distance(lamp)) < 2.0 * error {
+            continue;
+        }
+        if large.stands_between(lamp, point) && small.stands_between(lamp, point) {
+            prop_assert_eq!(light[lane], 0.0, "hidden: {:?} from {:?}", point, lamp);
+        } else if !large.stands_between(lamp, point) && !small.stands_between(lamp, point) {
+            prop_assert_eq!(light[lane], 1.0, "seen: {:?} from {:?}", point, lamp);
+        }
+    }
+    Ok(())
+}
+
+/// A small world with all that a world can have, seen from anywhere.
+pub(crate) fn any_world() -> impl Strategy<Value = World> {
+    let objects = prop::collection::vec(any_object(), 0..8);
+    (any_camera(), objects, any_settings()).prop_flat_map(|(camera, objects, settings)| {
+        let lights = prop::collection::vec(any_light(objects.clone()), 0..4);
+        lights.prop_map(move |lights| World {
+            camera: camera.clone(),
+            objects: objects.clone(),
+            lights,
+            settings: settings.clone(),
+        })
+    })
+}
+
+fn any_place(size: f64) -> impl Strategy<Value = Vector> {
+    let axis = move || -size..size;
+    [axis(), axis(), axis()]
+}
+
+fn any_color() -> impl Strategy<Value = Vector> {
+    let channel = || 0.0..1.0;
+    [channel(), channel(), channel()]
+}
+
+fn any_camera() -> impl Strategy<Value = Camera> {
+    let size = (1_u32..70, 1_u32..50);
+    (size, 5.0..120.0, any_place(1.0), any_direction(), any_axes()).prop_map(
+        |((width, height), fov, aside, toward, axes)| {
+            // Mostly outside, looking in.
+            let [right, up, _] = axes;
+            let forward = crate::vector::cross(up, right);
+            let position = add(scale(forward, -8.0), add(aside, scale(toward, 0.5)));
+            Camera {
+                width,
+                height,
+                fov,
+                position,
+                right,
+                up,
+                forward,
+            }
+        },
+    )
+}
+
+fn any_object() -> impl Strategy<Value = Object> {
+    let size = || 0.1..3.0;
+    let form = prop_oneof![
+        3 => size().prop_map(|radius| Form::Sphere { radius }),
+        3 => ([size(), size(), size()], -180.0..180.0).prop_map(|(size, rotation)| Form::Box { size, rotation }),
+        1 => any_direction().prop_map(|normal| Form::Plane { normal }),
+    ];
+    (any_place(3.0), any_color(), form).prop_map(|(position, color, form)| Object { position, color, form })
+}
+
+/// A light, free or carried by a sphere or a box.
+fn any_light(objects: Vec<Object>) -> impl Strategy<Value = Light> {
+    (any_place(6.0), any_color(), 1.0..1000.0, any::<prop::sample::Index>()).prop_map(
+        move |(position, color, intensity, index)| {
+            // As many are free as are carried.
+            let body = index.index(2 * objects.len() + 1);
+            let carrier = objects
+                .get(body)
+                .filter(|object| !matches!(object.form, Form::Plane { .. }));
+            Light {
+                position: carrier.map_or(position, |object| object.position),
+                color,
+                intensity,
+                body: carrier.map(|_| body),
+            }
+        },
+    )
+}
+
+fn any_settings() -> impl Strategy<Value = Settings> {
+    (1_u32..5, any_color(), prop::bool::weighted(0.9), any::<bool>()).prop_map(
+        |(samples, background, lit, eye_falloff)| Settings {
+            samples,
+            background,
+            lit,
+            eye_falloff,
+        },
+    )
+}

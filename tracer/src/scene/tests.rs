@@ -1,0 +1,158 @@
+use super::*;
+use crate::oracle::any_world;
+use crate::world::Settings;
+use proptest::prelude::*;
+
+/// All numbers of a scene.
+fn told(scene: &Scene) -> String {
+    format!("{:?} {:?} {:?} {:?}", scene.shapes, scene.looks, scene.lamps, scene.bvh)
+}
+
+/// The same world with all lengths times a factor, and as much light.
+fn scaled(world: &World, factor: f64) -> World {
+    let mut world = world.clone();
+    let times = |v: Vector| v.map(|x| x * factor);
+    world.camera.position = times(world.camera.position);
+    for object in &mut world.objects {
+        object.position = times(object.position);
+        match &mut object.form {
+            Form::Sphere { radius } => *radius *= factor,
+            Form::Plane { .. } => (),
+            Form::Box { size, .. } => *size = times(*size),
+        }
+    }
+    for light in &mut world.lights {
+        light.position = times(light.position);
+        light.intensity *= factor * factor;
+    }
+    world
+}
+
+proptest! {
+    #[test]
+    fn a_scene_is_the_same_in_any_unit_that_is_a_power_of_two(world in any_world(), exponent in -60..60_i32) {
+        // Without objects there is nothing to tell its size by.
+        prop_assume!(world.objects.iter().any(|object| object.position != world.camera.position));
+        let factor = libm::scalbn(1.0, exponent);
+        let (scene, large) = (Scene::new(&world), Scene::new(&scaled(&world, factor)));
+        prop_assert_eq!(large.unit * factor, scene.unit);
+        prop_assert_eq!(told(&large), told(&scene));
+    }
+
+    #[test]
+    fn a_scene_is_the_same_wherever_it_is_moved_exactly(world in any_world(), way in [-512..512_i32, -512..512, -512..512]) {
+        let world = rounded(world);
+        let mut moved = world.clone();
+        let there = |place: Vector| std::array::from_fn(|i| place[i] + f64::from(way[i]));
+        moved.camera.position = there(world.camera.position);
+        moved.objects.iter_mut().for_each(|object| object.position = there(object.position));
+        moved.lights.iter_mut().for_each(|light| light.position = there(light.position));
+        prop_assert_eq!(told(&Scene::new(&moved)), told(&Scene::new(&world)));
+    }
+}
+
+/// The same world with places that can be added without rounding.
+fn rounded(mut world: World) -> World {
+    let near = |place: &mut Vector| place.iter_mut().for_each(|x| *x = (*x * 1024.0).round() / 1024.0);
+    near(&mut world.camera.position);
+    world.objects.iter_mut().for_each(|object| near(&mut object.position));
+    world.lights.iter_mut().for_each(|light| near(&mut light.position));
+    world
+}
+
+fn one_object(form: Form, position: Vector) -> World {
+    World {
+        camera: Camera {
+            width: 16,
+            height: 16,
+            fov: 60.0,
+            position: [0.0; 3],
+            right: [1.0, 0.0, 0.0],
+            up: [0.0, 1.0, 0.0],
+            forward: [0.0, 0.0, -1.0],
+        },
+        objects: vec![Object {
+            position,
+            color: [0.5; 3],
+            form,
+        }],
+        lights: vec![],
+        settings: Settings {
+            samples: 1,
+            background: [0.0; 3],
+            lit: true,
+            eye_falloff: false,
+        },
+    }
+}
+
+#[test]
+fn right_angles_are_exact() {
+    for (degrees, expected) in [
+        (0.0, (0.0, 1.0)),
+        (90.0, (1.0, 0.0)),
+        (180.0, (0.0, -1.0)),
+        (270.0, (-1.0, 0.0)),
+        (-90.0, (-1.0, 0.0)),
+        (360.0, (0.0, 1.0)),
+        (-180.0, (0.0, -1.0)),
+        (360e6 + 90.0, (1.0, 0.0)),
+    ] {
+        assert_eq!(sine_and_cosine(degrees), expected, "of {degrees} degrees");
+    }
+}
+
+#[test]
+fn other_angles_are_those_of_the_mathematics_library() {
+    for tenth in -7200..7200 {
+        let degrees = f64::from(tenth) / 10.0;
+        let (sine, cosine) = sine_and_cosine(degrees);
+        assert!(
+            (sine - degrees.to_radians().sin()).abs() < 1e-14,
+            "sin of {degrees} degrees"
+        );
+        assert!(
+            (cosine - degrees.to_radians().cos()).abs() < 1e-14,
+            "cos of {degrees} degrees"
+        );
+    }
+}
+
+#[test]
+fn the_axes_of_a_box_turn_counter_clockwise_seen_from_above() {
+    // From above, x points right and -z up: a quarter turn takes x to -z.
+    assert_eq!(turned_axes(90.0), [[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]);
+}
+
+#[test]
+fn a_normal_may_have_any_length() {
+    for length in [1e-300, 1e-160, 1.0, 1e160, 1e300] {
+        assert_eq!(unit_vector([0.0, -length, 0.0]), [0.0, -1.0, 0.0]);
+    }
+}
+
+#[test]
+fn the_unit_brings_the_scene_to_about_one() {
+    for size in [1e-300, 1e-30, 1e-6, 1.0, 1e6, 1e30, 1e300] {
+        let scene = Scene::new(&one_object(Form::Sphere { radius: size / 10.0 }, [0.0, 0.0, -size]));
+        let Shape::Sphere(sphere) = &scene.shapes[0] else {
+            panic!("a sphere")
+        };
+        assert!((0.5..4.0).contains(&sphere.center[2]), "{size}: {:?}", sphere.center);
+        let ratio = sphere.center[2] / sphere.radius;
+        assert!((ratio - 10.0).abs() < 1e-12, "{size}: {ratio}");
+    }
+}
+
+#[test]
+fn an_object_that_carries_a_light_shines_with_the_light_that_reaches_the_eye() {
+    let mut world = one_object(Form::Sphere { radius: 1.0 }, [0.0, 0.0, -5.0]);
+    world.lights.push(Light {
+        position: [0.0, 3.0, -4.0],
+        color: [1.0, 0.5, 0.0],
+        intensity: 100.0 * PI,
+        body: Some(0),
+    });
+    let shining = Scene::new(&world).looks[0].shining;
+    assert_eq!(shining, Some([1.0, 0.5, 0.0]));
+}
