@@ -9,7 +9,7 @@ def run() -> None:
     """Run the command line and exit."""
     # What is imported stays until the end: looking through it for garbage as often as Python does takes a tenth
     # of a short run. Cycles of a long one are still collected.
-    gc.set_threshold(100_000)
+    gc.set_threshold(1_000_000)
     from rtcli.cli import main
 
     try:

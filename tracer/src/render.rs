@@ -177,6 +177,8 @@ impl Tracer {
         monitor: &Monitor,
     ) -> Result<u64, Cancelled> {
         let width = window.width as usize;
+        let with_surface = film.wants_surface();
+        let new_block = || Block::new(with_surface);
         let mut bands = Vec::new();
         let mut rest = film;
         for window in bands_of(window) {
@@ -190,8 +192,7 @@ impl Tracer {
         };
         let rays = bands
             .into_par_iter()
-            .map(|(window, film)| {
-                let mut block = Block::new(film.wants_surface());
+            .map_init(new_block, |block, (window, film)| {
                 let mut effort = Effort::default();
                 self.level.run(Band {
                     scene: &self.scene,
@@ -199,7 +200,7 @@ impl Tracer {
                     view,
                     window,
                     monitor,
-                    block: &mut block,
+                    block,
                     effort: &mut effort,
                     target: FilmTarget { film, home },
                 });
@@ -232,10 +233,11 @@ impl Tracer {
         let row = window.width as usize * developer.bytes_per_pixel();
         let most = (MOST_WAITING / (row * SIDE as usize)).max(1);
         let bands: Vec<Window> = bands_of(window).collect();
-        let mut written: Vec<u8> = Vec::new();
+        // Two buffers in turn: new memory would be a page fault for each 4 KiB.
+        let (mut pixels, mut written) = (Vec::new(), Vec::new());
         for batch in bands.chunks(most.min(4 * rayon::current_num_threads())) {
             let rows: u32 = batch.iter().map(|band| band.height).sum();
-            let mut pixels = vec![0; row * rows as usize];
+            pixels.resize(row * rows as usize, 0);
             let (traced, result) = rayon::join(
                 || self.develop(batch, developer, &mut pixels, monitor),
                 || timed(|| writer.write_rows(&written)),
@@ -243,7 +245,7 @@ impl Tracer {
             effort.add(traced);
             effort.write += result?;
             monitor.check()?;
-            written = pixels;
+            std::mem::swap(&mut pixels, &mut written);
         }
         effort.write += timed(|| {
             writer.write_rows(&written)?;
@@ -265,21 +267,23 @@ impl Tracer {
         }
         parts
             .into_par_iter()
-            .map(|(window, pixels)| {
-                let mut block = Block::new(false);
-                let mut effort = Effort::default();
-                self.level.run(Band {
-                    scene: &self.scene,
-                    settings: &self.world.settings,
-                    view,
-                    window,
-                    monitor,
-                    block: &mut block,
-                    effort: &mut effort,
-                    target: PixelTarget { developer, pixels },
-                });
-                effort
-            })
+            .map_init(
+                || Block::new(false),
+                |block, (window, pixels)| {
+                    let mut effort = Effort::default();
+                    self.level.run(Band {
+                        scene: &self.scene,
+                        settings: &self.world.settings,
+                        view,
+                        window,
+                        monitor,
+                        block,
+                        effort: &mut effort,
+                        target: PixelTarget { developer, pixels },
+                    });
+                    effort
+                },
+            )
             .reduce(Effort::default, |mut a, b| {
                 a.add(b);
                 a
