@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import re
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ SCHEMA = ROOT / "schemas" / "scene.schema.json"
 SCENES = ROOT / "scenes"
 WRONG = ROOT / "docs" / "wrong.yaml"
 GALLERY = ROOT / "docs" / "gallery"
+BENCHMARKS = ROOT / "benchmarks"
 
 COMMANDS = ("render", "validate", "new", "schema")
 GALLERY_COLUMNS = 3
@@ -46,7 +48,20 @@ def generated_parts() -> dict[str, str]:
         "mistakes": mistakes(),
         "gallery": gallery_table(),
         "reference": scene_reference(),
+        "speed": speed(),
     }
+
+
+# --- Speed -----------------------------------------------------------------------------------------------
+
+
+def speed() -> str:
+    """Return the figures of the committed run of the benchmarks as a table."""
+    if str(BENCHMARKS) not in sys.path:  # a folder of scripts, no package
+        sys.path.append(str(BENCHMARKS))
+    from report import markdown
+
+    return markdown(json.loads((BENCHMARKS / "results.json").read_text(encoding="utf-8"))).rstrip()
 
 
 # --- Help ------------------------------------------------------------------------------------------------
