@@ -8,6 +8,8 @@ BIN := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 DEMO := out/cornell.png
 CARGO ?= cargo
 CRATE := --manifest-path tracer/Cargo.toml
+# The same random cases each time, so that no test fails by chance: without it, cargo test searches.
+export PROPTEST_RNG_SEED ?= 1
 # What the compiled module is made of.
 NATIVE := tracer/Cargo.toml tracer/Cargo.lock tracer/python/Cargo.toml \
 	$(wildcard tracer/src/*.rs tracer/src/*/*.rs tracer/python/src/*.rs)
