@@ -48,8 +48,8 @@ class Request:
 
     @property
     def thread_count(self) -> int:
-        """The threads asked for, or one for each processor core."""
-        return self.threads or default_threads()
+        """The threads asked for, or one for each processor core; more than four for each would only wait."""
+        return min(self.threads or default_threads(), 4 * default_threads())
 
     def simd(self) -> str | None:
         """Return the SIMD level of the native tracer; None for the reference tracer, which has none.

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import io
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO, TextIO
 
@@ -58,7 +60,21 @@ def open_target(path: str) -> contextlib.AbstractContextManager[BinaryIO]:
         return whole_file(Path(path))
     if sys.stdout is None:  # as `rtcli ... >&-` has it
         raise OSError(errno.EBADF, "is closed", "standard output")
-    return contextlib.nullcontext(sys.stdout.buffer)
+    return _whole_writes(sys.stdout.buffer)
+
+
+@contextlib.contextmanager
+def _whole_writes(stream: BinaryIO) -> Iterator[BinaryIO]:
+    """Give a stream that writes all or raises: one without a buffer (PYTHONUNBUFFERED) may write a part."""
+    if not isinstance(stream, io.RawIOBase):
+        yield stream
+        return
+    buffered = io.BufferedWriter(stream)
+    try:
+        yield buffered
+        buffered.flush()
+    finally:
+        buffered.detach()
 
 
 def write_bytes(content: bytes, path: str) -> None:

@@ -75,7 +75,9 @@ def _outcome(run: Callable[[], Any]) -> int:
     except MemoryError:
         tell("Error: not enough memory for this picture: make it smaller, or render parts of it with --crop")
         return INTERNAL
-    except Exception:
+    except (Interrupted, KeyboardInterrupt, SystemExit):
+        raise
+    except BaseException:  # a panic of the compiled tracer is no Exception
         import traceback
 
         tell(traceback.format_exc())

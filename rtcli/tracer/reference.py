@@ -44,7 +44,7 @@ PARALLEL = 1e-6
 
 # An object that a shadow ray meets within this share of its length before its end touches the point there: two
 # surfaces in one place, such as the flush tops of two boxes, do not stand between each other and the light.
-TOUCHING = 1e-9
+TOUCHING = 1e-13
 
 # What would exceed a float32 film is kept at its largest value: a picture holds no infinities.
 LARGEST = float(np.finfo(np.float32).max)

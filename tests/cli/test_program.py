@@ -60,15 +60,20 @@ def test_unknown_command_or_option_is_wrong_usage(run, arguments):
     assert arguments[-1] in result.stderr
 
 
-def test_failure_that_nobody_expected_exits_with_4_and_asks_for_a_report(run, scene, monkeypatch):
+class PanicException(BaseException):
+    """As PyO3 raises it when Rust panics: no Exception."""
+
+
+@pytest.mark.parametrize("failure", [RuntimeError, PanicException])
+def test_failure_that_nobody_expected_exits_with_4_and_asks_for_a_report(run, scene, monkeypatch, failure):
     def fail(*arguments):
-        raise RuntimeError("broken")
+        raise failure("broken")
 
     monkeypatch.setattr("rtcli.cli.validate.validate", fail)
     result = run("validate", scene)
     assert result.exit_code == 4
     assert result.stdout == ""
-    assert "RuntimeError: broken" in result.stderr
+    assert f"{failure.__name__}: broken" in result.stderr
     assert "bug" in result.stderr
 
 
@@ -122,6 +127,19 @@ def test_reader_that_goes_away_causes_no_traceback(spawn, scene, folder, argumen
     _, errors = process.communicate(timeout=20)
     assert errors == b""
     assert process.returncode in (0, -signal.SIGPIPE)
+
+
+@needs_posix
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_picture_that_does_not_fit_behind_standard_output_exits_with_3(spawn, scene, folder, unbuffered):
+    # Without Python's buffer a system call may write a part of what it is given, and say so only by a number.
+    env = {**os.environ, "PYTHONUNBUFFERED": unbuffered}
+    with (folder / "out.png").open("wb") as out:
+        arguments = ["render", scene, "-q", "-o", "-", "--size", "600x600", "--bits", "16"]
+        process = spawn(*arguments, prelude="ulimit -f 1", stdout=out, env=env)
+        _, errors = process.communicate(timeout=20)
+    assert process.returncode == 3
+    assert errors.startswith(b"Error: ")
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")

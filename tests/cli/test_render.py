@@ -417,7 +417,16 @@ def test_statistics_count_the_rays_of_the_exposure_meter(run, scene):
     assert rays("--exposure", "auto") > rays() + 100
 
 
-@pytest.mark.parametrize("level", ["sse9", "", "AVX2"])
+def test_threads_are_those_that_work(run, scene):
+    result = run("render", scene, "-o", "out.png", "-q", "--threads", "100000", "--stats", "-")
+    assert json.loads(result.stdout)["threads"] == 4 * default_threads()
+
+
+def test_empty_variable_asks_for_no_simd_level(run, scene):
+    assert run("render", scene, "-o", "out.png", env={"RTCLI_SIMD": ""}).exit_code == 0
+
+
+@pytest.mark.parametrize("level", ["sse9", "AVX2"])
 def test_unknown_simd_level_is_wrong_usage_and_tells_which_there_are(run, scene, folder, level):
     message = refused(run("render", scene, "-o", "out.png", env={"RTCLI_SIMD": level}), folder, 2)
     assert "RTCLI_SIMD" in message

@@ -130,12 +130,14 @@ impl Cuboid {
     pub(crate) fn hide(&self, shadow: &mut Shadow<'_>) {
         let lamp = turned(&self.axes, sub(shadow.lamp, self.center));
         let reference = turned(&self.axes, sub(shadow.points.reference, self.center));
-        let rounding = shadow.rounding(self.half[0] + self.half[1] + self.half[2]);
+        let size = self.half[0] + self.half[1] + self.half[2];
+        let rounding = shadow.rounding_at_points(size);
+        let at_lamp = shadow.rounding_at_lamp(size);
         // Of each pair of faces the lamp is beyond at most one, or on it: there the point has to be before it.
         let (mut sign, mut limit) = ([0.0_f32; 3], [f32::INFINITY; 3]);
         let mut inside = true;
         for i in 0..3 {
-            if lamp[i].abs() >= self.half[i] - rounding {
+            if lamp[i].abs() >= self.half[i] - at_lamp {
                 let side = lamp[i].signum();
                 sign[i] = side as f32;
                 limit[i] = (self.half[i] - side * reference[i] - rounding) as f32;

@@ -5,7 +5,7 @@ use crate::grid::{LANES, Lanes};
 use crate::plane::Plane;
 use crate::points::Points;
 use crate::scene::{Lamp, Scene, Shape};
-use crate::shadow::Shadow;
+use crate::shadow::{ROUNDING, Shadow, taxi};
 use crate::vector::{single, sub};
 use crate::world::{Settings, Vector};
 use std::f64::consts::PI;
@@ -87,7 +87,8 @@ impl Lighting {
         let to_lamp = single(sub(lamp, self.points.reference));
         if let Some(plane) = flat {
             let height = plane.height(lamp);
-            if height <= 0.0 {
+            // A lamp in the plane of a face does not light it, wherever rounding puts it.
+            if height <= ROUNDING * (taxi(lamp) + plane.offset.abs()) {
                 return 0;
             }
             self.arrive_flat(to_lamp, height as f32);

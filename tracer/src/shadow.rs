@@ -9,7 +9,7 @@ use crate::vector::{scale, single, sub};
 use crate::world::Vector;
 
 /// Rounding in float64 is less than this share of the distances from the eye.
-const ROUNDING: f64 = 1e-13;
+pub(crate) const ROUNDING: f64 = 1e-13;
 
 /// Points, a lamp, and the light that it brings to them.
 pub(crate) struct Shadow<'a> {
@@ -41,11 +41,16 @@ impl Shadow<'_> {
         bits == 0
     }
 
-    /// What float64 may have taken from the places of the points, the lamp, and an object of some size that is close to
-    /// one of them: what is closer touches.
+    /// What float64 may have taken from the places of the points and of an object of some size: what is closer touches.
     #[inline(always)]
-    pub(crate) fn rounding(&self, size: f64) -> f64 {
-        ROUNDING * (taxi(self.points.reference) + taxi(self.lamp) + size)
+    pub(crate) fn rounding_at_points(&self, size: f64) -> f64 {
+        ROUNDING * (taxi(self.points.reference) + size)
+    }
+
+    /// What float64 may have taken from the places of the lamp and of an object of some size.
+    #[inline(always)]
+    pub(crate) fn rounding_at_lamp(&self, size: f64) -> f64 {
+        ROUNDING * (taxi(self.lamp) + size)
     }
 
     /// Darken the points from which another object hides the lamp.
@@ -75,7 +80,7 @@ impl Shadow<'_> {
 
 /// At least the length of a vector, and at most twice; without a root.
 #[inline(always)]
-fn taxi(vector: Vector) -> f64 {
+pub(crate) fn taxi(vector: Vector) -> f64 {
     vector[0].abs() + vector[1].abs() + vector[2].abs()
 }
 
@@ -84,9 +89,8 @@ impl Plane {
     #[inline(always)]
     pub(crate) fn hide(&self, shadow: &mut Shadow<'_>) {
         let lamp = self.height(shadow.lamp);
-        let rounding = shadow.rounding(self.offset.abs());
         // A lamp on the plane, such as one on the ceiling, shines to both sides.
-        if lamp.abs() <= rounding {
+        if lamp.abs() <= shadow.rounding_at_lamp(self.offset.abs()) {
             return;
         }
         let toward = scale(self.normal, lamp.signum());
@@ -95,7 +99,7 @@ impl Plane {
             return;
         }
         let height = lamp.signum() * self.height(shadow.points.reference);
-        let limit = (-height - rounding) as f32;
+        let limit = (-height - shadow.rounding_at_points(self.offset.abs())) as f32;
         let n = single(toward);
         let points = shadow.points;
         for lane in 0..points.padded() {

@@ -175,7 +175,7 @@ impl Sphere {
     pub(crate) fn hide(&self, shadow: &mut Shadow<'_>) {
         let from_lamp = sub(self.center, shadow.lamp);
         // A lamp on the sphere counts as outside, and lights what is above it.
-        let lamp_is_inside = length(from_lamp) < self.radius - shadow.rounding(self.radius);
+        let lamp_is_inside = length(from_lamp) < self.radius - shadow.rounding_at_lamp(self.radius);
         let per_radius = 1.0 / self.radius;
         let to_reference = sub(shadow.points.reference, shadow.lamp);
         let moment = single(scale(cross(from_lamp, to_reference), per_radius));

@@ -26,6 +26,7 @@ pub fn simd_level() -> PyResult<&'static str> {
 fn level() -> PyResult<Level> {
     match env::var_os(SIMD) {
         None => Ok(Level::best()),
+        Some(name) if name.is_empty() => Ok(Level::best()),
         Some(name) => Level::named(&name.to_string_lossy())
             .map_err(|error| PyValueError::new_err(format!("{SIMD}: {error}"))),
     }

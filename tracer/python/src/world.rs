@@ -5,6 +5,12 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rtcli_tracer::world::{Camera, Form, Light, Object, Settings, Vector, Window};
 
+/// Pixels of a picture's side; scenes ask for no more, and a PNG's rows hold them.
+const LONGEST_SIDE: u32 = 65_535;
+
+/// Objects whose faces can be numbered in 32 bits.
+const MOST_OBJECTS: usize = 1 << 28;
+
 /// Width, height, fov, position, right, up, forward.
 pub type PyCamera = (u32, u32, f64, Vector, Vector, Vector, Vector);
 
@@ -49,6 +55,10 @@ const BOX: u8 = 2;
 pub fn camera(camera: PyCamera) -> PyResult<Camera> {
     let (width, height, fov, position, right, up, forward) = camera;
     has_pixels(width, height)?;
+    if width.max(height) > LONGEST_SIDE {
+        let message = format!("a picture may have {LONGEST_SIDE} pixels a side, not {width}x{height}");
+        return Err(PyValueError::new_err(message));
+    }
     Ok(Camera {
         width,
         height,
@@ -71,6 +81,12 @@ pub fn objects(columns: PyObjects<'_>) -> PyResult<Vec<Object>> {
     let (rotation, color) = (numbers(rotation)?, vectors(color)?);
     let lengths = [position.len(), extent.len(), rotation.len(), color.len()];
     same_lengths(kinds.len(), &lengths)?;
+    if kinds.len() > MOST_OBJECTS {
+        return Err(PyValueError::new_err(format!(
+            "there may be {MOST_OBJECTS} objects, not {}",
+            kinds.len()
+        )));
+    }
     (0..kinds.len())
         .map(|i| {
             Ok(Object {
