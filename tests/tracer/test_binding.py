@@ -352,10 +352,22 @@ def test_radiance_may_lie_anywhere_in_memory(offset):
     assert _native.develop(shifted, LOOK) == _native.develop(values, LOOK)
 
 
-@pytest.mark.parametrize(("width", "height"), [(0, 1), (1, 0)])
-def test_picture_without_pixels_is_a_value_error(width, height):
-    for wrong in (lambda: _native.PngEncoder(width, height, LOOK), lambda: _native.meter_size(width, height)):
-        with pytest.raises(ValueError, match="at least one pixel"):
+@pytest.mark.parametrize(
+    ("width", "height", "message"),
+    [
+        (0, 1, "at least one pixel"),
+        (1, 0, "at least one pixel"),
+        (65_536, 1, "at most 65535 pixels a side"),
+        (1, 2**32 - 1, "at most 65535 pixels a side"),
+    ],
+)
+def test_picture_without_pixels_or_with_too_many_is_a_value_error(width, height, message):
+    for wrong in (
+        lambda: _native.PngEncoder(width, height, LOOK),
+        lambda: _native.meter_size(width, height),
+        lambda: _native.Tracer((width, height, *CAMERA[2:]), ONE_OBJECT, ONE_LIGHT, SETTINGS, 1),
+    ):
+        with pytest.raises(ValueError, match=message):
             wrong()
 
 

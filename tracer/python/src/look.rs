@@ -17,6 +17,9 @@ pub type PyLook<'a> = (f64, &'a str, u8);
 
 const CHANNELS: usize = 3;
 
+/// Pixels of a picture's side: no scene asks for more.
+const LONGEST_SIDE: u32 = 65_535;
+
 /// Returns what develops radiance to this look.
 ///
 /// # Errors
@@ -139,7 +142,7 @@ impl PngEncoder {
     }
 }
 
-/// Refuses a picture without pixels.
+/// Refuses a picture without pixels, or with more than a side may have.
 ///
 /// # Errors
 ///
@@ -147,6 +150,10 @@ impl PngEncoder {
 pub fn has_pixels(width: u32, height: u32) -> PyResult<()> {
     if width == 0 || height == 0 {
         return Err(PyValueError::new_err("a picture has at least one pixel"));
+    }
+    if width.max(height) > LONGEST_SIDE {
+        let message = format!("a picture has at most {LONGEST_SIDE} pixels a side, not {width}x{height}");
+        return Err(PyValueError::new_err(message));
     }
     Ok(())
 }

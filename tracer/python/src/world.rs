@@ -5,9 +5,6 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rtcli_tracer::world::{Camera, Form, Light, Object, Settings, Vector, Window};
 
-/// Pixels of a picture's side; scenes ask for no more, and a PNG's rows hold them.
-const LONGEST_SIDE: u32 = 65_535;
-
 /// Objects whose faces can be numbered in 32 bits.
 const MOST_OBJECTS: usize = 1 << 28;
 
@@ -55,10 +52,6 @@ const BOX: u8 = 2;
 pub fn camera(camera: PyCamera) -> PyResult<Camera> {
     let (width, height, fov, position, right, up, forward) = camera;
     has_pixels(width, height)?;
-    if width.max(height) > LONGEST_SIDE {
-        let message = format!("a picture may have {LONGEST_SIDE} pixels a side, not {width}x{height}");
-        return Err(PyValueError::new_err(message));
-    }
     Ok(Camera {
         width,
         height,
@@ -74,7 +67,7 @@ pub fn camera(camera: PyCamera) -> PyResult<Camera> {
 ///
 /// # Errors
 ///
-/// `ValueError` for an unknown kind, or columns of different lengths.
+/// `ValueError` for an unknown kind, columns of different lengths, or more objects than can be numbered.
 pub fn objects(columns: PyObjects<'_>) -> PyResult<Vec<Object>> {
     let (kinds, position, extent, rotation, color) = columns;
     let (position, extent) = (vectors(position)?, vectors(extent)?);
