@@ -309,6 +309,15 @@ pub(crate) fn light_left(occluder: &Solid, lamp: Vector, points: &Points) -> Lan
     light
 }
 
+/// Check that the same is left at all points of a light of 1.
+pub(crate) fn assert_all_lit(occluder: &Solid, lamp: Vector, points: &Points, expected: f32) {
+    let light = light_left(occluder, lamp, points);
+    assert!(
+        light[..points.count].iter().all(|&light| light == expected),
+        "{occluder:?} {lamp:?}"
+    );
+}
+
 /// Check which points a solid hides from a lamp, allowing for its surface to be off by what rounding takes from the
 /// lengths that come in. Whether points or lamps that close to the surface are in the solid is left open.
 pub(crate) fn check_hiding(occluder: &Solid, lamp: Vector, points: &Points) -> Result<(), TestCaseError> {

@@ -2,6 +2,7 @@
 
 use crate::grid::{LANES, Nearest, Rays};
 use crate::points::Points;
+use crate::shadow::Shadow;
 use crate::vector::{dot, scale, single};
 use crate::world::Vector;
 
@@ -73,6 +74,30 @@ impl Plane {
             points.offset[2][lane] = tau;
         }
         reference
+    }
+
+    /// Darken the points that have the plane between them and the lamp.
+    #[inline(always)]
+    pub(crate) fn hide(&self, shadow: &mut Shadow<'_>) {
+        let lamp = self.height(shadow.lamp);
+        // A lamp on the plane, such as one on the ceiling, shines to both sides.
+        if lamp.abs() <= shadow.rounding_at_lamp(self.offset.abs()) {
+            return;
+        }
+        let toward = scale(self.normal, lamp.signum());
+        let ball = lamp.signum() * self.height(shadow.ball.center);
+        if ball > shadow.ball.radius {
+            return;
+        }
+        let height = lamp.signum() * self.height(shadow.points.reference);
+        let limit = (-height - shadow.rounding_at_points(self.offset.abs())) as f32;
+        let n = single(toward);
+        let points = shadow.points;
+        for lane in 0..points.padded() {
+            let [x, y, z] = &points.offset;
+            let rise = n[0] * x[lane] + n[1] * y[lane] + n[2] * z[lane];
+            shadow.darken(lane, rise + points.slack(lane) < limit);
+        }
     }
 }
 

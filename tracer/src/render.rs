@@ -132,8 +132,7 @@ impl Tracer {
     pub fn film(&self, window: Window, film: Film<'_>, monitor: &Monitor) -> Result<u64, Cancelled> {
         let pixels = window.width as usize * window.height as usize;
         assert!(film.holds(pixels), "the film does not fit the window");
-        let view = View::new(&self.world.camera);
-        self.film_of(view, &self.world.settings, window, film, monitor)
+        self.film_of(self.shot(monitor), window, film)
     }
 
     /// The exposure, in stops, that suits the whole picture, and how many rays it took to find out; see `meter`.
@@ -164,18 +163,25 @@ impl Tracer {
             width,
             height,
         };
-        let rays = self.film_of(view, &settings, window, film, &monitor.aside())?;
+        let shot = Shot {
+            view,
+            settings: &settings,
+            monitor: &monitor.aside(),
+        };
+        let rays = self.film_of(shot, window, film)?;
         Ok((auto_exposure(&radiance), rays))
     }
 
-    fn film_of(
-        &self,
-        view: View,
-        settings: &Settings,
-        window: Window,
-        film: Film<'_>,
-        monitor: &Monitor,
-    ) -> Result<u64, Cancelled> {
+    /// What is asked of the whole picture.
+    fn shot<'a>(&'a self, monitor: &'a Monitor) -> Shot<'a> {
+        Shot {
+            view: View::new(&self.world.camera),
+            settings: &self.world.settings,
+            monitor,
+        }
+    }
+
+    fn film_of(&self, shot: Shot<'_>, window: Window, film: Film<'_>) -> Result<u64, Cancelled> {
         let width = window.width as usize;
         let with_surface = film.wants_surface();
         let new_block = || Block::new(with_surface);
@@ -193,22 +199,25 @@ impl Tracer {
         let rays = bands
             .into_par_iter()
             .map_init(new_block, |block, (window, film)| {
-                let mut effort = Effort::default();
-                self.level.run(Band {
-                    scene: &self.scene,
-                    settings,
-                    view,
-                    window,
-                    monitor,
-                    block,
-                    effort: &mut effort,
-                    target: FilmTarget { film, home },
-                });
-                effort.rays
+                self.trace(shot, window, block, FilmTarget { film, home }).rays
             })
             .sum();
-        monitor.check()?;
+        shot.monitor.check()?;
         Ok(rays)
+    }
+
+    /// Trace the blocks of a band, for one thread.
+    fn trace(&self, shot: Shot<'_>, window: Window, block: &mut Block, target: impl Target) -> Effort {
+        let mut effort = Effort::default();
+        self.level.run(Band {
+            scene: &self.scene,
+            shot,
+            window,
+            block,
+            effort: &mut effort,
+            target,
+        });
+        effort
     }
 
     /// Trace, develop and write the pixels of a window as a PNG file, with the threads of the rayon pool this is
@@ -256,7 +265,7 @@ impl Tracer {
 
     /// Trace and develop some bands that follow each other.
     fn develop(&self, bands: &[Window], developer: &Developer, pixels: &mut [u8], monitor: &Monitor) -> Effort {
-        let view = View::new(&self.world.camera);
+        let shot = self.shot(monitor);
         let mut parts = Vec::new();
         let mut rest = pixels;
         for &window in bands {
@@ -269,20 +278,7 @@ impl Tracer {
             .into_par_iter()
             .map_init(
                 || Block::new(false),
-                |block, (window, pixels)| {
-                    let mut effort = Effort::default();
-                    self.level.run(Band {
-                        scene: &self.scene,
-                        settings: &self.world.settings,
-                        view,
-                        window,
-                        monitor,
-                        block,
-                        effort: &mut effort,
-                        target: PixelTarget { developer, pixels },
-                    });
-                    effort
-                },
+                |block, (window, pixels)| self.trace(shot, window, block, PixelTarget { developer, pixels }),
             )
             .reduce(Effort::default, |mut a, b| {
                 a.add(b);
@@ -326,13 +322,19 @@ trait Target {
     fn take(&mut self, block: &Block, place: Place);
 }
 
+/// What is asked of all blocks of a picture.
+#[derive(Clone, Copy)]
+struct Shot<'a> {
+    view: View,
+    settings: &'a Settings,
+    monitor: &'a Monitor,
+}
+
 /// The blocks of a band, traced one after the other.
 struct Band<'a, T> {
     scene: &'a Scene,
-    settings: &'a Settings,
-    view: View,
+    shot: Shot<'a>,
     window: Window,
-    monitor: &'a Monitor,
     block: &'a mut Block,
     effort: &'a mut Effort,
     target: T,
@@ -344,14 +346,18 @@ const TIMED: u32 = 8;
 impl<T: Target> Work for Band<'_, T> {
     #[inline(always)]
     fn run(mut self) {
+        let Shot {
+            view,
+            settings,
+            monitor,
+        } = self.shot;
         let start = Instant::now();
         let (mut blocks, mut timed) = (0, Duration::ZERO);
-        for place in Place::all(self.view, self.window) {
-            if self.monitor.cancelled() {
+        for place in Place::all(view, self.window) {
+            if monitor.cancelled() {
                 return;
             }
-            self.block
-                .trace(self.scene, self.settings, place, || self.monitor.cancelled());
+            self.block.trace(self.scene, settings, place, || monitor.cancelled());
             if blocks % TIMED == 0 {
                 let traced = Instant::now();
                 self.target.take(self.block, place);
@@ -362,7 +368,7 @@ impl<T: Target> Work for Band<'_, T> {
             blocks += 1;
             self.effort.rays += self.block.traced;
             let pixels: usize = place.spans().map(|span| span.count).sum();
-            self.monitor.done.fetch_add(pixels as u64, Relaxed);
+            monitor.done.fetch_add(pixels as u64, Relaxed);
         }
         let elapsed = start.elapsed();
         let develop = timed.mul_f64(f64::from(blocks) / f64::from(blocks.div_ceil(TIMED).max(1)));

@@ -2,10 +2,9 @@
 
 use crate::bvh::{Cone, Stack};
 use crate::grid::Lanes;
-use crate::plane::Plane;
 use crate::points::{Ball, Points};
 use crate::scene::Scene;
-use crate::vector::{scale, single, sub};
+use crate::vector::sub;
 use crate::world::Vector;
 
 /// Rounding in float64 is less than this share of the distances from the eye.
@@ -63,6 +62,9 @@ impl Shadow<'_> {
                 scene.shapes[i as usize].hide(self);
             }
         }
+        if self.is_dark() {
+            return;
+        }
         let farthest = taxi(sub(self.ball.center, self.points.reference)) + self.ball.radius;
         let cone = Cone::from_apex(self.lamp, self.ball, farthest);
         let mut walk = scene.bvh.walk(&cone, stack);
@@ -82,30 +84,4 @@ impl Shadow<'_> {
 #[inline(always)]
 pub(crate) fn taxi(vector: Vector) -> f64 {
     vector[0].abs() + vector[1].abs() + vector[2].abs()
-}
-
-impl Plane {
-    /// Darken the points that have the plane between them and the lamp.
-    #[inline(always)]
-    pub(crate) fn hide(&self, shadow: &mut Shadow<'_>) {
-        let lamp = self.height(shadow.lamp);
-        // A lamp on the plane, such as one on the ceiling, shines to both sides.
-        if lamp.abs() <= shadow.rounding_at_lamp(self.offset.abs()) {
-            return;
-        }
-        let toward = scale(self.normal, lamp.signum());
-        let ball = lamp.signum() * self.height(shadow.ball.center);
-        if ball > shadow.ball.radius {
-            return;
-        }
-        let height = lamp.signum() * self.height(shadow.points.reference);
-        let limit = (-height - shadow.rounding_at_points(self.offset.abs())) as f32;
-        let n = single(toward);
-        let points = shadow.points;
-        for lane in 0..points.padded() {
-            let [x, y, z] = &points.offset;
-            let rise = n[0] * x[lane] + n[1] * y[lane] + n[2] * z[lane];
-            shadow.darken(lane, rise + points.slack(lane) < limit);
-        }
-    }
 }

@@ -213,12 +213,7 @@ fn points_on_top() -> Points {
 }
 
 fn assert_light(occluder: &Solid, lamp: Vector, expected: f32) {
-    let points = points_on_top();
-    let light = light_left(occluder, lamp, &points);
-    assert!(
-        light[..points.count].iter().all(|&light| light == expected),
-        "{occluder:?} {lamp:?}"
-    );
+    assert_all_lit(occluder, lamp, &points_on_top(), expected);
 }
 
 #[test]
