@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from rtcli.image.look import Look
@@ -161,6 +161,34 @@ def _tracer(world: World, request: Request) -> Tracer:
 def _exposure(tracer: Tracer, image: Image) -> tuple[float, int]:
     """Return the exposure in stops, and how many rays it took to find it."""
     return tracer.exposure() if image.exposure == "auto" else (image.exposure, 0)
+
+
+# --- To a glance -----------------------------------------------------------------------------------------
+
+_GLANCE_SIDE = 128
+
+
+class Glance(NamedTuple):
+    """A small picture of a scene: the exposure in stops, and the 8-bit red, green and blue of all its pixels."""
+
+    exposure: float
+    levels: bytes
+
+
+def glance(scene: Scene) -> Glance:
+    """Return a small picture of a scene, which takes a thousandth of a second, and needs no NumPy."""
+    world = pack(scene)
+    camera = world.camera
+    scale = min(1.0, _GLANCE_SIDE / max(camera.width, camera.height))
+    width, height = (max(1, round(side * scale)) for side in (camera.width, camera.height))
+    small = replace(
+        world,
+        camera=replace(camera, width=width, height=height),
+        settings=replace(world.settings, samples=1),
+    )
+    tracer = NativeTracer(small, threads=1)
+    exposure, _ = _exposure(tracer, scene.image)
+    return Glance(exposure, tracer.levels(Window(0, 0, width, height), Look(exposure, scene.image.tone)))
 
 
 # --- Straight to a picture -------------------------------------------------------------------------------

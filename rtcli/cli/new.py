@@ -10,7 +10,7 @@ from pathlib import Path
 import click
 
 from rtcli.cli.output import STDIO, tell, write_bytes
-from rtcli.scene.load import YAML_SUFFIXES
+from rtcli.scene.parse import YAML_SUFFIXES
 from rtcli.scene.problems import printable
 
 

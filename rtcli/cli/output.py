@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import io
+import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -28,8 +29,8 @@ def name_of(path: str) -> str:
     return "<stdin>" if path == STDIO else path
 
 
-def read_bytes(path: str) -> bytes:
-    """Read a file, or standard input.
+def read_bytes(path: str, limit: int) -> bytes:
+    """Read a file, or standard input, up to so many bytes: a device such as /dev/zero has no end.
 
     Raises
     ------
@@ -37,15 +38,29 @@ def read_bytes(path: str) -> bytes:
         If it cannot be read.
     """
     if path != STDIO:
-        return Path(path).read_bytes()
+        with Path(path).open("rb") as file:
+            return file.read(limit)
     if sys.stdin is None:  # as `rtcli ... <&-` has it
         raise OSError(errno.EBADF, "is closed", "standard input")
-    return sys.stdin.buffer.read()
+    return sys.stdin.buffer.read(limit)
 
 
 def is_terminal(stream: TextIO | None) -> bool:
     """Return whether somebody watches a stream; a closed one is None."""
     return stream is not None and stream.isatty()
+
+
+def wants_color(stream: TextIO | None) -> bool:
+    """Return whether to color what goes to a stream.
+
+    NO_COLOR and FORCE_COLOR decide if one is set and not empty, as https://no-color.org and https://force-color.org
+    have it; else whether the stream is a terminal.
+    """
+    if os.environ.get("NO_COLOR"):
+        return False
+    if os.environ.get("FORCE_COLOR"):
+        return True
+    return is_terminal(stream) and os.environ.get("TERM") != "dumb"
 
 
 def open_target(path: str) -> contextlib.AbstractContextManager[BinaryIO]:

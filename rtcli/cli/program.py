@@ -14,7 +14,7 @@ import click
 
 from rtcli import __version__
 from rtcli.cli.exits import FILE, INTERNAL, INVALID, os_error_text
-from rtcli.cli.output import tell
+from rtcli.cli.output import tell, wants_color
 from rtcli.scene.problems import SceneError
 
 
@@ -66,7 +66,7 @@ def _outcome(run: Callable[[], Any]) -> int:
         error.show()
         return error.exit_code
     except SceneError as error:
-        tell(str(error))
+        _tell_problems(error)
         return INVALID
     except OSError as error:
         tell(f"Error: {os_error_text(error)}")
@@ -84,6 +84,14 @@ def _outcome(run: Callable[[], Any]) -> int:
         tell("Error: this is a bug in rtcli. Please report it with the lines above and the scene.")
         return INTERNAL
     return result if isinstance(result, int) else 0
+
+
+def _tell_problems(error: SceneError) -> None:
+    from rtcli.reports import text
+    from rtcli.reports.checked import Checked
+
+    for piece in text.report([Checked("", error.problems)], wants_color(sys.stderr)):
+        click.echo(piece, nl=False, err=True, color=True)
 
 
 def _drop_unwritten_output() -> None:

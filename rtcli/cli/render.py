@@ -22,10 +22,10 @@ from rtcli.image.write import check_suffix
 from rtcli.pack import pack
 from rtcli.pipeline import ENGINES, Request, Target, Work, write_picture
 from rtcli.scene.diagnostics import validate
+from rtcli.scene.document import Document
 from rtcli.scene.edits import EditError, set_expression, set_value
-from rtcli.scene.load import parse_bytes
 from rtcli.scene.model import MAX_SAMPLES
-from rtcli.scene.parse import Document
+from rtcli.scene.parse import READ_BYTES, parse_bytes
 from rtcli.scene.problems import printable
 from rtcli.tracer.world import Window, World
 
@@ -128,7 +128,7 @@ def render(options: Options) -> None:
     options.check()
     watch = Stopwatch()
     with watch.stage("parse"):
-        document = _edited(parse_bytes(read_bytes(options.scene), name_of(options.scene)), options)
+        document = _edited(parse_bytes(read_bytes(options.scene, READ_BYTES), name_of(options.scene)), options)
     with watch.stage("validate"):
         scene = validate(document)
     with watch.stage("pack"):

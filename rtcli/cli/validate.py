@@ -3,18 +3,32 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import os
-from collections.abc import Iterable, Iterator
+import stat
+import sys
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 import click
 
+from rtcli import __version__
+from rtcli.check import check
 from rtcli.cli.exits import FILE, INVALID, os_error_text
-from rtcli.cli.output import STDIO, name_of, read_bytes, tell
-from rtcli.scene.diagnostics import validate
-from rtcli.scene.load import SCENE_SUFFIXES, parse_bytes
-from rtcli.scene.problems import Problem, SceneError
+from rtcli.cli.output import STDIO, name_of, read_bytes, tell, wants_color
+from rtcli.reports import concise, github, json, junit, sarif, text
+from rtcli.reports.checked import Checked, Tally, counted
+from rtcli.scene.parse import READ_BYTES, SCENE_SUFFIXES
+from rtcli.scene.problems import Problem
+from rtcli.scene.rules import ERROR
+
+_REPORTS: dict[str, Callable[[Iterable[Checked]], Iterator[str]]] = {
+    "text": lambda checks: text.report(checks, wants_color(sys.stdout)),
+    "concise": concise.report,
+    "json": json.report,
+    "github": github.report,
+    "sarif": lambda checks: sarif.report(checks, __version__),
+    "junit": junit.report,
+}
 
 
 @click.command("validate")
@@ -23,32 +37,36 @@ from rtcli.scene.problems import Problem, SceneError
     "--format",
     "style",
     envvar="RTCLI_VALIDATE_FORMAT",
-    type=click.Choice(["text", "json"]),
+    type=click.Choice(list(_REPORTS)),
     default="text",
     show_default=True,
-    help="text: path:line:column: message; json: a list of objects.",
+    help="text: for people, with the lines of the file; concise: a line each; json: a list of objects; github: "
+    "annotations of a GitHub workflow; sarif, junit: for code scanners and CI servers.",
 )
-def command(paths: tuple[str, ...], style: str) -> int:
+@click.option("--strict", is_flag=True, help="Take warnings for errors.")
+def command(paths: tuple[str, ...], style: str, strict: bool) -> int:
     """Check scene files, and say all that is wrong with them.
 
-    PATH is a scene file, a folder (all .yaml, .yml and .json files in it and below), or - for standard input.
-    The report goes to standard output.
+    PATH is a scene file, a folder (all .yaml, .yml and .json files in it and below), or - for YAML on standard
+    input. The report goes to standard output.
+
+    Errors make a scene invalid; warnings tell what is hardly meant, such as an object that nobody sees.
 
     Exits with 0 if all scenes are valid, 1 if one is not, 3 if one cannot be read.
     """
-    problems: list[Problem] = []
-    checked = unread = 0
-    for path in _scene_files(paths):
-        checked += 1
-        try:
-            problems += _problems_of(path)
-        except OSError as error:
-            unread += 1
-            tell(f"Error: {os_error_text(error)}")
-    _report(problems, style)
-    if not problems and not unread:
-        tell(f"{checked} {'scene is' if checked == 1 else 'scenes are'} valid" if checked else "no scenes found")
-    return FILE if unread else INVALID if problems else 0
+    tally = Tally()
+    checks = tally.count(_checked(path, strict) for path in _scene_files(paths))
+    for piece in _REPORTS[style](checks):
+        click.echo(piece, nl=False, color=True)  # without colors there are none to strip
+    if not tally.invalid and not tally.unreadable:
+        tell(_all_valid(tally))
+    return FILE if tally.unreadable else INVALID if tally.invalid else 0
+
+
+def _all_valid(tally: Tally) -> str:
+    if not tally.scenes:
+        return "no scenes found"
+    return f"{counted(tally.scenes, 'scene')} {'is' if tally.scenes == 1 else 'are'} valid"
 
 
 def _scene_files(paths: Iterable[str]) -> Iterator[str]:
@@ -66,22 +84,29 @@ def _scene_files_below(folder: str) -> list[str]:
         Path(parent, name)
         for parent, _, files in os.walk(folder, onerror=lambda error: unreadable.append(error.filename))
         for name in files
-        if name.lower().endswith(SCENE_SUFFIXES)
+        if name.lower().endswith(SCENE_SUFFIXES) and not _would_block(Path(parent, name))
     ]
     return sorted([*map(str, names), *unreadable])
 
 
-def _problems_of(path: str) -> tuple[Problem, ...]:
+def _would_block(path: Path) -> bool:
+    """Return whether a file that was found is a pipe, socket or device, and so no scene."""
     try:
-        validate(parse_bytes(read_bytes(path), name_of(path)))
-    except SceneError as error:
-        return error.problems
-    return ()
+        mode = path.stat().st_mode
+    except OSError:
+        return False  # which reading tells
+    return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode))
 
 
-def _report(problems: list[Problem], style: str) -> None:
-    if style == "json":
-        click.echo(json.dumps([dataclasses.asdict(problem) for problem in problems], indent=2))
-    else:
-        for problem in problems:
-            click.echo(str(problem))
+def _checked(path: str, strict: bool) -> Checked:
+    name = name_of(path)
+    try:
+        problems = check(read_bytes(path, READ_BYTES), name)
+    except OSError as error:
+        tell(f"Error: {os_error_text(error)}")
+        return Checked(name, unreadable=error.strerror or str(error))
+    return Checked(name, tuple(map(_as_error, problems)) if strict else problems)
+
+
+def _as_error(problem: Problem) -> Problem:
+    return dataclasses.replace(problem, severity=ERROR)

@@ -1,34 +1,32 @@
-"""From pydantic's errors to messages in the words of a scene file, each at its place.
+"""From pydantic's errors to problems in the words of a scene file, each at its place.
 
-`_WORDING` holds one entry per kind of error the models can raise; a kind without one is a bug that a test finds.
+`_FINDINGS` holds one entry per kind of error the models can raise; a kind without one is a bug that a test finds.
 """
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable, Iterable, Iterator
-from typing import Any
+from typing import Any, NamedTuple, TypeAlias
 
 from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from rtcli.scene import model
+from rtcli.scene import model, rules
 from rtcli.scene.colors import CSS_NAMES
-from rtcli.scene.parse import Document, Loc, plain_scalar
+from rtcli.scene.document import HEAD, KEY, VALUE, Document, Loc
 from rtcli.scene.problems import Problem, SceneError, did_you_mean, quoted
+from rtcli.scene.reading import UNREADABLE
+from rtcli.scene.rules import Rule
+from rtcli.scene.yaml_reader import plain_scalar
 
-# More are counted only: aliases can repeat a mistake a million times in a small file.
-MAX_PROBLEMS = 1_000
+# More are not listed: a file of many megabytes may hold a million mistakes.
+MAX_PROBLEMS = model.MAX_ERRORS
 
 # Past this an integer is named, not shown: its digits would fill the line.
 _HUGE_BITS = 128
-
-_SECTIONS: dict[str, type[BaseModel]] = {
-    "camera": model.Camera,
-    "render": model.Render,
-    "image": model.Image,
-    "lights": model.PointLight,
-}
 
 
 def validate(document: Document) -> model.Scene:
@@ -42,60 +40,211 @@ def validate(document: Document) -> model.Scene:
     Raises
     ------
     SceneError
-        With every problem of the document, in the order of the file; past `MAX_PROBLEMS`, with their number.
+        With every problem of the document, in the order of the file; past `MAX_PROBLEMS`, that there are more.
     """
-    problems = list(document.problems)
     if not isinstance(document.data, dict):
-        if not problems:
-            found = "nothing" if document.data is None else _kind(document.data)
-            problems.append(document.problem((), f"expected a mapping with `camera` and `objects`, got {found}"))
-        raise SceneError(problems)
+        raise SceneError([*document.problems, *_no_mapping(document)])
     errors: list[ErrorDetails] = []
     try:
         scene = model.Scene.model_validate(document.data)
     except ValidationError as error:
+        document.find_places()  # which may find more problems
         errors = error.errors(include_url=False)
-    problems += (_problem(document, details) for details in errors[:MAX_PROBLEMS])
-    if problems:
-        raise SceneError([*_ordered(problems, document.source), *_rest(document, len(errors))])
-    return scene
+    if not errors and not document.problems:
+        return scene
+    found = [_problem(document, error) for error in errors[:MAX_PROBLEMS] if error["input"] is not UNREADABLE]
+    raise SceneError(_listed([*document.problems, *found], document, len(errors) > MAX_PROBLEMS))
 
 
-def _ordered(problems: list[Problem], source: str) -> list[Problem]:
-    """Return each problem once: those of the file by their places, then those of options."""
-    return sorted(
-        dict.fromkeys(problems),
-        key=lambda problem: (0, problem.line, problem.column) if problem.path == source else (1, 0, 0),
-    )
+def _no_mapping(document: Document) -> Iterator[Problem]:
+    if not document.problems:
+        document.find_places()
+        found = "nothing" if document.data is None else _kind(document.data)
+        message = f"expected a mapping with `camera` and `objects`, got {found}"
+        yield document.problem(rules.NOT_A_MAPPING, (), message, at=HEAD, help=_FIRST_LINES)
 
 
-def _rest(document: Document, count: int) -> Iterator[Problem]:
-    if count > MAX_PROBLEMS:
-        yield document.problem((), f"and {count - MAX_PROBLEMS:,} more problems, which are not listed")
+_FIRST_LINES = "start with `camera: {resolution: [640, 480], fov: 40}`, or with what `rtcli new` writes"
+
+
+def _listed(problems: list[Problem], document: Document, there_are_more: bool) -> Iterator[Problem]:
+    """Yield each problem once: those of the file by their places, then those of options."""
+    in_order = sorted(dict.fromkeys(problems), key=lambda problem: place_in_file(problem, document))
+    yield from in_order[:MAX_PROBLEMS]
+    if there_are_more or len(in_order) > MAX_PROBLEMS:
+        yield document.problem(
+            rules.MORE_PROBLEMS, (), f"only the first {MAX_PROBLEMS:,} problems are listed", at=HEAD
+        )
+
+
+def place_in_file(problem: Problem, document: Document) -> tuple[bool, int, int]:
+    """Return what problems are sorted by: the place in the file, those of options last."""
+    in_file = problem.path == document.source.name
+    return not in_file, problem.line * in_file, problem.column * in_file
+
+
+class _Finding(NamedTuple):
+    """What an error of the models is to people: the rule, what is wrong, and what to do if that can be said."""
+
+    rule: Rule
+    message: str
+    help: str = ""
 
 
 def _problem(document: Document, error: ErrorDetails) -> Problem:
-    loc = _location(error["loc"])
-    kind = error["type"]
-    if kind == "missing" and isinstance(loc[-1], int):  # pydantic's view of a vector that is too short
-        return document.problem(loc[:-1], f"needs {_length(loc[:-1])} numbers, got {len(error['input'])}")
-    if kind == "missing":
-        return document.problem(loc[:-1], f"missing key {quoted(str(loc[-1]))}")
-    if kind == "union_tag_not_found":
-        return document.problem(loc, f"missing key `type`: it is one of {_listed(model.SHAPES)}")
-    if kind == "union_tag_invalid":
-        return document.problem((*loc, "type"), _unknown("type", error["input"]["type"], model.SHAPES))
-    if kind == "extra_forbidden":
-        message = _unknown("key", loc[-1], _keys_beside(error["loc"]))
-        return document.problem(loc, message, key=True)
-    if kind == "tuple_type":
-        return document.problem(loc, f"must be a list{_of_numbers(loc)}, got {_kind(error['input'])}")
-    return document.problem(loc, _WORDING[kind](error))
+    loc, kind = _location(error["loc"]), error["type"]
+    at = VALUE
+    if kind == "missing" and not isinstance(loc[-1], int):
+        finding, loc, at = _missing_key(error["loc"]), loc[:-1], HEAD
+    elif kind == "missing":  # pydantic's view of a vector that is too short
+        loc = loc[:-1]
+        finding = _wrong_length(loc, len(error["input"]))
+    elif kind == "union_tag_not_found":
+        finding, at = _missing_type(), HEAD
+    elif kind == "union_tag_invalid":
+        loc = (*loc, "type")
+        finding = _unknown_type(error["input"]["type"])
+    elif kind == "extra_forbidden":
+        finding, at = _unknown_key(error["loc"]), KEY
+    elif kind == "tuple_type":
+        finding = _Finding(rules.NOT_A_LIST, f"must be a list{_of_numbers(loc)}, got {_kind(error['input'])}")
+    else:
+        finding = _FINDINGS[kind](error)
+    help = finding.help or (_meaning(error["loc"]) if at == VALUE else "")
+    return document.problem(finding.rule, loc, finding.message, help=help, at=at)
 
 
 def _location(loc: Loc) -> Loc:
     """Return pydantic's location as the file has it: without the tag of the union that stands after the index."""
     return (*loc[:2], *loc[3:]) if loc[:1] == ("objects",) and len(loc) > 2 else loc
+
+
+# --- What a value is to be, from the models -----------------------------------------------------------------
+
+_SECTIONS: dict[str, type[BaseModel]] = {
+    "camera": model.Camera,
+    "render": model.Render,
+    "image": model.Image,
+    "lights": model.PointLight,
+}
+
+
+def _model_around(loc: Loc) -> type[BaseModel]:
+    """Return the model of the mapping in which the last key of pydantic's location stands."""
+    keys = [step for step in loc if isinstance(step, str)]
+    if loc[:1] == ("objects",) and len(keys) > 2:
+        return (
+            model.CarriedLight if keys[2] == "light" and len(keys) > 3 else model.SHAPES.get(keys[1], model.Sphere)
+        )
+    return _SECTIONS[keys[0]] if len(keys) > 1 else model.Scene
+
+
+def _name_of(around: type[BaseModel]) -> str:
+    """Return what people call the mapping of a model."""
+    return {model.Scene: "a scene", model.PointLight: "a light", model.CarriedLight: "a carried light"}.get(
+        around, around.__name__.lower() if around in _SECTIONS.values() else f"a {around.__name__.lower()}"
+    )
+
+
+def _field(loc: Loc) -> tuple[str, FieldInfo | None]:
+    """Return the last key of pydantic's location, and its field."""
+    key = str(next((step for step in reversed(loc) if isinstance(step, str)), ""))
+    return key, _model_around(loc).model_fields.get(key)
+
+
+def _meaning(loc: Loc) -> str:
+    """Return what the value at pydantic's location means, and an example; empty where the models say neither."""
+    key, field = _field(loc)
+    if field is None or not field.description:
+        return ""
+    example = _example(key, field)
+    return field.description + (f" Such as {example}" if example else "")
+
+
+def _example(key: str, field: FieldInfo) -> str:
+    examples = field.examples or []
+    return f"`{key}: {_as_yaml(examples[0])}`" if examples else ""
+
+
+def _as_yaml(value: Any) -> str:
+    """Return plain data as YAML in one line."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key}: {_as_yaml(inner)}" for key, inner in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_as_yaml, value)) + "]"
+    if isinstance(value, float):
+        return f"{value:g}"
+    return value if isinstance(value, str) and value.isalpha() else json.dumps(value)
+
+
+# --- Keys and structure -------------------------------------------------------------------------------------
+
+
+def _missing_key(loc: Loc) -> _Finding:
+    key, field = _field(loc)
+    example = _example(key, field) if field is not None else ""
+    help = f"add {example}. {field.description}" if field is not None and example else ""
+    return _Finding(rules.MISSING_KEY, f"missing key {quoted(key)}", help)
+
+
+def _missing_type() -> _Finding:
+    return _Finding(rules.MISSING_KEY, "missing key `type`", f"add one of {_names(model.SHAPES, 'type: ')}")
+
+
+def _unknown_type(found: Any) -> _Finding:
+    hint = did_you_mean(str(found), model.SHAPES)
+    message = f"unknown type {_kind(found)}" + (f": {hint}" if hint else "")
+    return _Finding(rules.UNKNOWN_TYPE, message, f"the types are {_names(model.SHAPES)}")
+
+
+def _unknown_key(loc: Loc) -> _Finding:
+    around = _model_around(loc)
+    key, known = str(loc[-1]), around.model_fields
+    meant = _SYNONYMS.get(key.lower().replace("_", "").replace("-", ""), ())
+    hint = next((f"did you mean `{name}`?" for name in meant if name in known), None) or did_you_mean(key, known)
+    message = f"unknown key {quoted(key)}" + (f": {hint}" if hint else "")
+    in_order = sorted(known, key=lambda name: (name != "type", not known[name].is_required()))
+    return _Finding(rules.UNKNOWN_KEY, message, f"the keys of {_name_of(around)} are {_names(in_order)}")
+
+
+# What other renderers, and people, call the keys of a scene.
+_SYNONYMS: dict[str, tuple[str, ...]] = {
+    "albedo": ("color",),
+    "angle": ("rotation", "fov"),
+    "background": ("render",),
+    "center": ("position",),
+    "centre": ("position",),
+    "dimensions": ("size", "resolution"),
+    "diffuse": ("color",),
+    "energy": ("intensity",),
+    "eye": ("position",),
+    "from": ("position",),
+    "height": ("resolution", "size"),
+    "id": ("name",),
+    "kind": ("type",),
+    "light": ("lights", "light"),
+    "location": ("position",),
+    "lookat": ("look_at",),
+    "material": ("color",),
+    "origin": ("position",),
+    "power": ("intensity",),
+    "rgb": ("color",),
+    "rotate": ("rotation",),
+    "scale": ("size", "radius"),
+    "shape": ("type",),
+    "shapes": ("objects",),
+    "spp": ("samples",),
+    "target": ("look_at",),
+    "to": ("look_at",),
+    "tonemap": ("tone",),
+    "tonemapping": ("tone",),
+    "translate": ("position",),
+    "width": ("resolution", "size"),
+}
+
+
+def _names(names: Iterable[str], before: str = "") -> str:
+    return ", ".join(f"`{before}{name}`" for name in names)
 
 
 def _length(loc: Loc) -> int:
@@ -106,24 +255,11 @@ def _of_numbers(loc: Loc) -> str:
     return "" if loc in (("objects",), ("lights",)) else f" of {_length(loc)} numbers"
 
 
-def _keys_beside(loc: Loc) -> Iterable[str]:
-    """Return the keys that are known where the last step of pydantic's location was refused."""
-    known: type[BaseModel] = model.Scene
-    if len(loc) > 1:
-        known = model.SHAPES[str(loc[2])] if loc[0] == "objects" else _SECTIONS[str(loc[0])]
-    if loc[-2:-1] == ("light",):
-        known = model.CarriedLight
-    return known.model_fields
+def _wrong_length(loc: Loc, found: int) -> _Finding:
+    return _Finding(rules.WRONG_LENGTH, f"needs {_length(loc)} numbers, got {found}")
 
 
-def _unknown(what: str, found: Any, known: Iterable[str]) -> str:
-    hint = did_you_mean(str(found), known) or f"known here are {_listed(known)}"
-    return f"unknown {what} {_kind(found)}: {hint}"
-
-
-def _listed(names: Iterable[str]) -> str:
-    return ", ".join(f"`{name}`" for name in names)
-
+# --- Values -------------------------------------------------------------------------------------------------
 
 _TOO_LARGE = "must be finite: this number is too large"
 
@@ -152,81 +288,105 @@ def _got(value: Any) -> str:
     return f"got {_kind(value)}"
 
 
-def _must(words: str) -> Callable[[ErrorDetails], str]:
-    return lambda error: f"must be {words}, {_got(error['input'])}"
+_Find: TypeAlias = Callable[[ErrorDetails], _Finding]
 
 
-def _number(error: ErrorDetails) -> str:
+def _must(rule: Rule, words: str) -> _Find:
+    return lambda error: _Finding(rule, f"must be {words}, {_got(error['input'])}")
+
+
+def _said(rule: Rule) -> _Find:
+    """Return the message that the model gives itself."""
+    return lambda error: _Finding(rule, error["msg"], rule.remedy)
+
+
+def _number(error: ErrorDetails) -> _Finding:
     value = error["input"]
     if isinstance(value, int) and not isinstance(value, bool):
-        return _TOO_LARGE
-    return f"must be a number, {_got(value)}"
+        return _Finding(rules.NOT_FINITE, _TOO_LARGE)
+    return _Finding(rules.NOT_A_NUMBER, f"must be a number, {_got(value)}")
 
 
-def _bound(words: str, key: str) -> Callable[[ErrorDetails], str]:
-    def message(error: ErrorDetails) -> str:
-        return f"must be {words} {error['ctx'][key]:g}, got {_kind(error['input'])}"
+def _bound(words: str, key: str) -> _Find:
+    def find(error: ErrorDetails) -> _Finding:
+        message = f"must be {words} {error['ctx'][key]:g}, got {_kind(error['input'])}"
+        return _Finding(rules.OUT_OF_RANGE, message)
 
-    return message
+    return find
 
 
-def _finite(error: ErrorDetails) -> str:
+def _finite(error: ErrorDetails) -> _Finding:
     value = error["input"]
     if isinstance(value, int):
-        return _TOO_LARGE
-    return f"must be finite, got {'.nan' if math.isnan(value) else '.inf' if value > 0 else '-.inf'}"
+        return _Finding(rules.NOT_FINITE, _TOO_LARGE)
+    found = ".nan" if math.isnan(value) else ".inf" if value > 0 else "-.inf"
+    return _Finding(rules.NOT_FINITE, f"must be finite, got {found}")
 
 
-def _color_kind(error: ErrorDetails) -> str:
+def _color_kind(error: ErrorDetails) -> _Finding:
     if error["input"] is None:
-        return "has no value: `#` starts a comment, so put #rrggbb in quotes"
-    return f"must be a color ({_A_COLOR}), got {_kind(error['input'])}"
+        help = "`#` starts a comment, so put #rrggbb in quotes; or give [r, g, b] or a CSS name"
+        return _Finding(rules.NO_VALUE, "has no value", help)
+    return _Finding(rules.NOT_A_COLOR, f"must be a color, got {_kind(error['input'])}", rules.NOT_A_COLOR.remedy)
 
 
-def _text(error: ErrorDetails) -> str:
-    hint = ": put it in quotes" if isinstance(error["input"], (bool, int, float)) else ""
-    return f"must be text, got {_kind(error['input'])}{hint}"
+def _text(error: ErrorDetails) -> _Finding:
+    help = "put it in quotes" if isinstance(error["input"], (bool, int, float)) else ""
+    return _Finding(rules.NOT_TEXT, f"must be text, got {_kind(error['input'])}", help)
 
 
-def _choice(error: ErrorDetails) -> str:
+def _choice(error: ErrorDetails) -> _Finding:
     choices = error["ctx"]["expected"].replace("'", "`")
-    return f"must be {choices}, {_got(error['input'])}"
+    value = error["input"]
+    hint = did_you_mean(value, choices.split("`")[1::2]) if isinstance(value, str) else None
+    return _Finding(rules.NOT_A_CHOICE, f"must be {choices}, {_got(value)}" + (f": {hint}" if hint else ""))
 
 
-def _color_name(error: ErrorDetails) -> str:
+def _color_name(error: ErrorDetails) -> _Finding:
     name = error["ctx"]["name"]
-    hint = did_you_mean(name, CSS_NAMES) or f"give {_A_COLOR}"
-    return f"{quoted(name)} is not a color: {hint}"
+    hint = did_you_mean(name, CSS_NAMES)
+    message = f"{quoted(name)} is not a color" + (f": {hint}" if hint else "")
+    return _Finding(rules.UNKNOWN_COLOR, message, rules.UNKNOWN_COLOR.remedy)
 
 
-def _too_long(error: ErrorDetails) -> str:
-    return f"needs {error['ctx']['max_length']} numbers, got {len(error['input'])}"
+def _too_long(error: ErrorDetails) -> _Finding:
+    return _wrong_length(_location(error["loc"]), len(error["input"]))
 
 
-_A_COLOR = '[r, g, b], a CSS name or "#rrggbb"'
+def _exposure(error: ErrorDetails) -> _Finding:
+    value = error["input"]
+    hint = ": did you mean `auto`?" if isinstance(value, str) and value.lower() == "auto" else ""
+    return _Finding(rules.NOT_A_NUMBER, f"must be a number of stops, or auto, {_got(value)}{hint}")
 
-_WORDING: dict[str, Callable[[ErrorDetails], str]] = {
-    "bool_type": _must("true or false"),
+
+def _long_name(error: ErrorDetails) -> _Finding:
+    message = f"must have at most {model.MAX_NAME} characters, got {len(error['input'])}"
+    return _Finding(rules.NAME_TOO_LONG, message)
+
+
+_FINDINGS: dict[str, _Find] = {
+    "bool_type": _must(rules.NOT_A_BOOLEAN, "true or false"),
     "color_kind": _color_kind,
     "color_name": _color_name,
-    "exposure_kind": _must("a number of stops, or auto"),
+    "exposure_kind": _exposure,
     "finite_number": _finite,
     "float_type": _number,
     "greater_than": _bound("greater than", "gt"),
     "greater_than_equal": _bound("at least", "ge"),
-    "int_parsing_size": _must("an ordinary integer"),
-    "int_type": _must("an integer"),
+    "int_parsing_size": _must(rules.OUT_OF_RANGE, "an ordinary integer"),
+    "int_type": _must(rules.NOT_AN_INTEGER, "an integer"),
     "less_than": _bound("less than", "lt"),
     "less_than_equal": _bound("at most", "le"),
     "literal_error": _choice,
-    "model_attributes_type": _must("a mapping"),
-    "model_type": _must("a mapping"),
-    "name_taken": lambda error: str(error["ctx"]["message"]),
-    "no_direction": lambda error: error["msg"],
-    "no_value": lambda error: error["msg"],
-    "string_too_short": lambda error: "must not be empty: give a name, or leave the key out",
+    "model_attributes_type": _must(rules.NOT_A_MAPPING, "a mapping"),
+    "model_type": _must(rules.NOT_A_MAPPING, "a mapping"),
+    "name_taken": _said(rules.NAME_TAKEN),
+    "no_direction": _said(rules.NO_DIRECTION),
+    "no_value": _said(rules.NO_VALUE),
+    "string_too_long": _long_name,
+    "string_too_short": lambda error: _Finding(rules.EMPTY_TEXT, "must not be empty"),
     "string_type": _text,
     "too_long": _too_long,
-    "up_along_view": lambda error: error["msg"],
-    "zero_length": lambda error: error["msg"],
+    "up_along_view": _said(rules.UP_ALONG_VIEW),
+    "zero_length": _said(rules.ZERO_LENGTH),
 }

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from rtcli.scene.parse import Document, Edit, Loc, Place, dotted, parse_yaml
-from rtcli.scene.problems import SceneError, did_you_mean, quoted
+from rtcli.scene.document import Document, Edit, Loc, Place, Source, dotted
+from rtcli.scene.problems import Problem, SceneError, did_you_mean, printable, quoted
+from rtcli.scene.yaml_reader import read_carefully
 
 _STEP = re.compile(r"(?:^|(?<=.)\.)([^.\[\]]+)|\[([0-9]+)\]")
 
@@ -39,7 +40,7 @@ def set_value(document: Document, path: str, value: Any, option: str) -> Documen
     EditError
         If the path is malformed or leads nowhere.
     """
-    return _set(document, _steps(path), value, Place(option, 1, 1))
+    return _set(document, value, Edit(_steps(path), Source(option, option), Place(0, len(option))))
 
 
 def set_expression(document: Document, expression: str) -> Document:
@@ -53,15 +54,20 @@ def set_expression(document: Document, expression: str) -> Document:
     path, equals, text = expression.partition("=")
     if not equals:
         raise EditError(f"{quoted(expression)} is not KEY=VALUE")
+    name = f"--set {expression}"
     try:
         # Padded to where the value stands in the expression, so that columns count from its start.
-        value = parse_yaml(" " * (len(path) + 1) + text, f"--set {expression}")
+        read = read_carefully(Source(name, " " * (len(path) + 1) + text))
     except SceneError as error:
-        raise EditError(str(error.problems[0])) from error
-    if value.problems:
-        raise EditError(str(value.problems[0]))
-    place = Place(value.source, 1, len(path) + 2) if value.data is None or value.places is None else value.places
-    return _set(document, _steps(path), value.data, place)
+        raise _not_a_value(error.problems[0]) from error
+    if read.problems:
+        raise _not_a_value(read.problems[0])
+    place = Place(len(path) + 1, len(expression)) if read.data is None or read.places is None else read.places
+    return _set(document, read.data, Edit(_steps(path), Source(name, expression), place))
+
+
+def _not_a_value(problem: Problem) -> EditError:
+    return EditError(f"{printable(problem.path)}: {problem.message}")
 
 
 def _steps(path: str) -> Loc:
@@ -77,11 +83,11 @@ def _steps(path: str) -> Loc:
     return tuple(steps)
 
 
-def _set(document: Document, steps: Loc, value: Any, place: Place) -> Document:
+def _set(document: Document, value: Any, edit: Edit) -> Document:
     if not isinstance(document.data, dict):
         return document  # which validation refuses for that very reason
-    data, loc = _replaced(document.data, steps, value, ())
-    return replace(document, data=data, edits=(*document.edits, Edit(loc, place)))
+    data, loc = _replaced(document.data, edit.loc, value, ())
+    return replace(document, data=data, edits=(*document.edits, replace(edit, loc=loc)))
 
 
 def _replaced(node: Any, steps: Sequence[str | int], value: Any, so_far: Loc) -> tuple[Any, Loc]:

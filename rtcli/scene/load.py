@@ -7,11 +7,7 @@ from pathlib import Path
 
 from rtcli.scene.diagnostics import validate
 from rtcli.scene.model import Scene
-from rtcli.scene.parse import Document, decode, parse
-
-YAML_SUFFIXES = (".yaml", ".yml")
-JSON_SUFFIX = ".json"
-SCENE_SUFFIXES = (*YAML_SUFFIXES, JSON_SUFFIX)
+from rtcli.scene.parse import READ_BYTES, parse_bytes
 
 
 def load_scene(path: str | PathLike[str]) -> Scene:
@@ -34,15 +30,5 @@ def load_scene(path: str | PathLike[str]) -> Scene:
     OSError
         If the file cannot be read.
     """
-    return validate(parse_bytes(Path(path).read_bytes(), str(path)))
-
-
-def parse_bytes(raw: bytes, source: str) -> Document:
-    """Read a scene file's bytes as plain data: JSON by the name's suffix, YAML otherwise.
-
-    Raises
-    ------
-    rtcli.SceneError
-        If it is not text of that format.
-    """
-    return parse(decode(raw, source), source, is_json=source.lower().endswith(JSON_SUFFIX))
+    with Path(path).open("rb") as file:
+        return validate(parse_bytes(file.read(READ_BYTES), str(path)))

@@ -6,6 +6,7 @@ are degrees, colors linear RGB. `rtcli.scene.schema` turns this module into the 
 
 from __future__ import annotations
 
+import itertools
 import math
 import sys
 from collections.abc import Iterable
@@ -31,6 +32,9 @@ from rtcli.scene.vectors import cross, direction, unit
 
 MAX_SIDE = 65_535
 MAX_SAMPLES = 1_024
+MAX_NAME = 10_000
+# Validation stops soon after so many errors: those of a hostile file would fill the memory.
+MAX_ERRORS = 1_000
 
 # `up` counts as lying along the view when the sine of the angle between them is not above this.
 _MIN_SINE = 1e-9
@@ -50,7 +54,7 @@ ZERO = (0.0, 0.0, 0.0)
 def _given(value: Any) -> Any:
     """Refuse an explicit null: a key that is left out has a default, a key without a value is a slip."""
     if value is None:
-        raise PydanticCustomError("no_value", "has no value: give one, or leave the key out")
+        raise PydanticCustomError("no_value", "has no value")
     return value
 
 
@@ -180,7 +184,9 @@ class PointLight(CarriedLight):
 
 
 class _Shape(_Model):
-    name: Annotated[str | None, Given] = Field(default=None, min_length=1, examples=["tall box"])
+    name: Annotated[str | None, Given] = Field(
+        default=None, min_length=1, max_length=MAX_NAME, examples=["tall box"]
+    )
     """A name of your choice, unique in the scene; messages, ids and `--set objects.NAME...` use it."""
     color: Albedo = Field(examples=[[0.9, 0.9, 0.9], "tomato", "#b3b3b3"])
     """The albedo: [r, g, b], linear, each 0 to 1; or a CSS name or #rrggbb."""
@@ -207,7 +213,7 @@ class Plane(_Shape):
 class _Body(_Shape):
     position: Vector = Field(examples=[[0, 1, 0]])
     """The centre: x, y, z."""
-    light: Annotated[CarriedLight | None, Given] = None
+    light: Annotated[CarriedLight | None, Given] = Field(default=None, examples=[{"intensity": 1000}])
     """Makes this object the body of a point light: it is seen shining, and casts no shadow in its own light."""
 
 
@@ -262,11 +268,13 @@ class Scene(_Model):
 
     version: Literal[1] = 1
     """The version of this format."""
-    camera: Camera
+    camera: Camera = Field(examples=[{"resolution": [640, 480], "fov": 40}])
     """Where the picture is taken from, and its size."""
-    lights: tuple[PointLight, ...] = ()
+    lights: tuple[PointLight, ...] = Field(default=(), examples=[[{"position": [0, 5, 0], "intensity": 1000}]])
     """Point lights."""
-    objects: tuple[Object, ...] = ()
+    objects: tuple[Object, ...] = Field(
+        default=(), examples=[[{"type": "sphere", "position": [0, 0, -5], "radius": 1, "color": "tomato"}]]
+    )
     """Spheres, planes and boxes."""
     render: Render = Render()
     """How light is computed: samples, background, depth, falloff."""
@@ -280,18 +288,42 @@ class Scene(_Model):
             raise PydanticCustomError("literal_error", "must be 1", {"expected": "1"})
         return version
 
+    @field_validator("lights", "objects", mode="wrap")
+    @classmethod
+    def _in_pieces(cls, items: Any, validate: ValidatorFunctionWrapHandler) -> Any:
+        """Validate a long list piece by piece, so that the errors of one which is all wrong end soon."""
+        if not isinstance(items, (list, tuple)) or len(items) <= _PIECE:
+            return validate(items)
+        valid: list[Any] = []
+        errors: list[InitErrorDetails] = []
+        for start in range(0, len(items), _PIECE):
+            try:
+                valid += validate(items[start : start + _PIECE])
+            except ValidationError as error:
+                errors += _line_errors(error, start)
+            if len(errors) > MAX_ERRORS:
+                break
+        if errors:
+            raise ValidationError.from_exception_data("Scene", errors)
+        return tuple(valid)
+
     @field_validator("objects", mode="wrap")
     @classmethod
     def _names_are_unique(cls, objects: Any, validate: ValidatorFunctionWrapHandler) -> Any:
         """Report names used twice together with all other errors of the objects."""
-        problems = [_repeated_name(*found) for found in _repeated_names(objects)]
+        repeated = itertools.islice(_repeated_names(objects), MAX_ERRORS + 1)
+        problems = [_repeated_name(*found) for found in repeated]
         if not problems:
             return validate(objects)
         try:
             validate(objects)
         except ValidationError as error:
-            problems += [_line_error(details) for details in error.errors(include_url=False)]
+            problems += _line_errors(error)
         raise ValidationError.from_exception_data("Scene", problems)
+
+
+# As many objects are validated at a time; more take no less time.
+_PIECE = 1_000
 
 
 def _repeated_names(objects: Any) -> Iterable[tuple[int, str, int]]:
@@ -304,12 +336,18 @@ def _repeated_names(objects: Any) -> Iterable[tuple[int, str, int]]:
 
 
 def _repeated_name(index: int, name: str, first: int) -> InitErrorDetails:
-    context = {"message": f"name {quoted(name)} is taken by objects[{first}] already: names are unique"}
+    context = {"message": f"name {quoted(name)} is taken by objects[{first}] already"}
     error = PydanticCustomError("name_taken", "{message}", context)
     # "object" stands where pydantic's own errors have the tag of the union's member.
     return InitErrorDetails(type=error, loc=(index, "object", "name"), input=name)
 
 
-def _line_error(details: Any) -> InitErrorDetails:
+def _line_errors(error: ValidationError, start: int = 0) -> list[InitErrorDetails]:
+    """Return the errors of a list that begins at index `start` of the whole."""
+    return [_line_error(details, start) for details in error.errors(include_url=False)[: MAX_ERRORS + 1]]
+
+
+def _line_error(details: Any, start: int) -> InitErrorDetails:
     error = PydanticCustomError(details["type"], "{text}", {**details.get("ctx", {}), "text": details["msg"]})
-    return InitErrorDetails(type=error, loc=details["loc"], input=details["input"])
+    index, *rest = details["loc"]
+    return InitErrorDetails(type=error, loc=(index + start, *rest), input=details["input"])

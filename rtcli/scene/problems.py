@@ -3,10 +3,58 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
+
+from rtcli.scene.rules import ERROR, Rule
 
 # A key or value of the file is quoted up to this many characters, so that a message stays a line.
 _QUOTED = 60
+
+
+@dataclass(frozen=True)
+class Excerpt:
+    """The line of the text in which a span starts, or a piece of it where that is very long.
+
+    Parameters
+    ----------
+    text
+        The line, without what ends it.
+    start, end
+        The span in it, in characters; `end` is that of the line for a span of several lines.
+    cut_before, cut_after
+        Whether the line goes on at these sides.
+    """
+
+    text: str
+    start: int
+    end: int
+    cut_before: bool = False
+    cut_after: bool = False
+
+
+@dataclass(frozen=True)
+class Span:
+    """A piece of a text.
+
+    Parameters
+    ----------
+    path
+        The file's name, `<stdin>`, or the option that set the value (`--set camera.fov=200`).
+    line, column
+        Its first character, both counted from 1; columns count characters, not bytes.
+    end_line, end_column
+        The character after its last one.
+    excerpt
+        The line in which it starts, for showing it.
+    """
+
+    path: str
+    line: int
+    column: int
+    end_line: int
+    end_column: int
+    excerpt: Excerpt | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True)
@@ -15,28 +63,80 @@ class Problem:
 
     Parameters
     ----------
-    path
-        The file's name, `<stdin>`, or the option that set the value (`--set camera.fov=200`).
-    line, column
-        Where it is, both counted from 1.
+    rule
+        What it breaks.
+    span
+        Where it is.
     message
-        What is wrong, and what to do instead.
+        What is wrong.
+    help
+        What to do instead.
     pointer
         The JSON pointer (RFC 6901) of the value, `""` for the whole document.
     where
         The same place as a person writes it: `objects[2].radius`; empty for the whole document.
+    severity
+        `error` or `warning`.
     """
 
-    path: str
-    line: int
-    column: int
+    rule: Rule
+    span: Span
     message: str
+    help: str = ""
     pointer: str = ""
     where: str = ""
+    severity: str = ERROR
+
+    @property
+    def path(self) -> str:
+        """The file's name, or the option that set the value."""
+        return self.span.path
+
+    @property
+    def line(self) -> int:
+        """The line, counted from 1."""
+        return self.span.line
+
+    @property
+    def column(self) -> int:
+        """The column, counted from 1, in characters."""
+        return self.span.column
+
+    @property
+    def end_line(self) -> int:
+        """The line of the character after the last one."""
+        return self.span.end_line
+
+    @property
+    def end_column(self) -> int:
+        """The column of the character after the last one."""
+        return self.span.end_column
+
+    @property
+    def code(self) -> str:
+        """The rule's code."""
+        return self.rule.code
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the problem as plain data, as `rtcli validate --format json` writes it."""
+        return {
+            "path": self.path,
+            "line": self.line,
+            "column": self.column,
+            "end_line": self.end_line,
+            "end_column": self.end_column,
+            "severity": self.severity,
+            "code": self.code,
+            "message": self.message,
+            "help": self.help,
+            "pointer": self.pointer,
+        }
 
     def __str__(self) -> str:
+        """Return the problem as one line, in the form that editors know from compilers."""
         where = f"{printable(self.where)}: " if self.where else ""
-        return f"{printable(self.path)}:{self.line}:{self.column}: {where}{self.message}"
+        place = f"{printable(self.path)}:{self.line}:{self.column}"
+        return f"{place}: {self.severity}: {where}{self.message} [{self.code}]"
 
 
 class SceneError(ValueError):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from rtcli.tracer._native import Tracer
+from rtcli.tracer._native import Tracer, develop
 from rtcli.tracer.world import Lights, Progress, Shapes, Window, World
 
 if TYPE_CHECKING:
@@ -45,6 +45,11 @@ class NativeTracer:
         """Return radiance and passes by name, and the number of rays."""
         buffers, rays = self._tracer.film(window, passes, progress)
         return {name: _as_array(name, buffer, window) for name, buffer in buffers.items()}, rays
+
+    def levels(self, window: Window, look: tuple[float, str, int]) -> bytes:
+        """Return the developed picture: red, green and blue of each pixel, row by row."""
+        buffers, _ = self._tracer.film(window, (), None)
+        return bytes(develop(bytes(buffers["radiance"]), look))
 
     def exposure(self) -> tuple[float, int]:
         """Return the stops that expose the whole picture well, and the number of rays."""

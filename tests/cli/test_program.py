@@ -69,7 +69,7 @@ def test_failure_that_nobody_expected_exits_with_4_and_asks_for_a_report(run, sc
     def fail(*arguments):
         raise failure("broken")
 
-    monkeypatch.setattr("rtcli.cli.validate.validate", fail)
+    monkeypatch.setattr("rtcli.cli.validate.check", fail)
     result = run("validate", scene)
     assert result.exit_code == 4
     assert result.stdout == ""
@@ -81,7 +81,7 @@ def test_lack_of_memory_exits_with_4_without_a_traceback(run, scene, monkeypatch
     def fail(*arguments):
         raise MemoryError
 
-    monkeypatch.setattr("rtcli.cli.validate.validate", fail)
+    monkeypatch.setattr("rtcli.cli.validate.check", fail)
     result = run("validate", scene)
     assert result.exit_code == 4
     assert "not enough memory" in result.stderr
@@ -228,8 +228,8 @@ def test_reference_engine_takes_numpy_but_not_pillow(scene):
     assert "PIL" not in modules
 
 
-def test_validation_takes_no_tracer(scene):
-    assert imported_by("validate", scene) & {"numpy", "rtcli.pipeline", "rtcli.tracer.native"} == set()
+def test_validation_takes_neither_numpy_nor_pillow_though_it_looks_at_a_small_picture(scene):
+    assert imported_by("validate", scene) & {"numpy", "PIL", "rtcli.film"} == set()
 
 
 # --- Signals ---------------------------------------------------------------------------------------------

@@ -266,33 +266,44 @@ def refused(result, folder, code):
 
 
 @pytest.mark.parametrize(
-    ("text", "line"),
+    ("text", "message", "place"),
     [
         (
             "camera: {resolution: [640, 480], fov: 200}",
-            "scene.yaml:1:39: camera.fov: must be less than 180, got 200",
+            "error[E204]: must be less than 180, got 200",
+            "1:39",
         ),
-        ("", "scene.yaml:1:1: expected a mapping with `camera` and `objects`, got nothing"),
-        ("}", "scene.yaml:1:1: not valid YAML: "),
+        ("", "error[E101]: expected a mapping with `camera` and `objects`, got nothing", "1:1"),
+        ("}", "error[E004]: not valid YAML: expected a value", "1:1"),
     ],
 )
-def test_invalid_scene_exits_with_1(run, folder, text, line):
+def test_invalid_scene_exits_with_1(run, folder, text, message, place):
     (folder / "scene.yaml").write_text(text)
-    assert refused(run("render", "scene.yaml", "-o", "out.png"), folder, 1).startswith(line)
+    lines = refused(run("render", "scene.yaml", "-o", "out.png"), folder, 1).splitlines()
+    assert lines[:2] == [message, f" --> scene.yaml:{place}"]
+    assert lines[-1] == "1 error"
 
 
 def test_invalid_scene_of_standard_input_is_named(run, folder):
-    assert refused(run("render", "-", "-o", "out.png", input="x: 1"), folder, 1).startswith("<stdin>:1:1: ")
+    assert "\n --> <stdin>:1:1\n" in refused(run("render", "-", "-o", "out.png", input="x: 1"), folder, 1)
 
 
 def test_all_problems_are_told_at_once(run, folder):
     (folder / "scene.yaml").write_text("camera: {resolution: [0, 480], fov: 200}\nx: 1\n")
-    assert len(refused(run("render", "scene.yaml", "-o", "out.png"), folder, 1).splitlines()) == 3
+    report = refused(run("render", "scene.yaml", "-o", "out.png"), folder, 1)
+    assert report.count(" --> scene.yaml:") == 3
+    assert report.endswith("\n3 errors\n")
 
 
 def test_edit_to_an_invalid_value_exits_with_1(run, scene, folder):
     message = refused(run("render", scene, "-o", "out.png", "--set", "camera.fov=200"), folder, 1)
-    assert message == "--set camera.fov=200:1:12: camera.fov: must be less than 180, got 200\n"
+    assert message.splitlines()[:5] == [
+        "error[E204]: must be less than 180, got 200",
+        " --> --set camera.fov=200:1:12",
+        "  |",
+        "1 | camera.fov=200",
+        "  |            ^^^ camera.fov",
+    ]
 
 
 @pytest.mark.parametrize(

@@ -7,9 +7,9 @@ import pytest
 
 WRONG = "camera: {resolution: [0, 480], fov: 200}\nx: 1\n"
 WRONG_LINES = [
-    "1:23: camera.resolution[0]: must be at least 1, got 0",
-    "1:37: camera.fov: must be less than 180, got 200",
-    "2:1: unknown key `x`: known here are `version`, `camera`, `lights`, `objects`, `render`, `image`",
+    "1:23: error: camera.resolution[0]: must be at least 1, got 0 [E204]",
+    "1:37: error: camera.fov: must be less than 180, got 200 [E204]",
+    "2:1: error: unknown key `x` [E104]",
 ]
 
 
@@ -36,7 +36,7 @@ def test_several_valid_scenes_are_counted(run, scene):
 
 
 def test_all_problems_are_reported_at_once_on_standard_output(run, wrong):
-    result = run("validate", wrong)
+    result = run("validate", wrong, "--format", "concise")
     assert result.exit_code == 1
     assert result.stdout.splitlines() == lines_for("wrong.yaml")
     assert result.stderr == ""
@@ -44,7 +44,7 @@ def test_all_problems_are_reported_at_once_on_standard_output(run, wrong):
 
 def test_problems_of_all_files_are_reported_in_the_order_of_the_arguments(run, scene, wrong, folder):
     (folder / "also.yaml").write_text(WRONG)
-    result = run("validate", wrong, scene, "also.yaml")
+    result = run("validate", wrong, scene, "also.yaml", "--format", "concise")
     assert result.exit_code == 1
     assert result.stdout.splitlines() == lines_for("wrong.yaml") + lines_for("also.yaml")
 
@@ -54,7 +54,7 @@ def test_folder_stands_for_the_scenes_in_it_and_below_in_the_order_of_their_name
         (folder / "scenes" / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / "scenes" / name).write_text("3")
     (folder / "scenes" / "folder.yaml").mkdir()
-    result = run("validate", "scenes")
+    result = run("validate", "scenes", "--format", "concise")
     found = [line.split(":")[0].replace("\\", "/") for line in result.stdout.splitlines()]
     assert found == ["scenes/a.yml", "scenes/b.yaml", "scenes/sub/.d.yaml", "scenes/sub/deeper/c.JSON"]
     assert result.exit_code == 1
@@ -62,11 +62,11 @@ def test_folder_stands_for_the_scenes_in_it_and_below_in_the_order_of_their_name
 
 def test_file_that_is_named_is_checked_whatever_its_suffix(run, folder):
     (folder / "scene.txt").write_text(WRONG)
-    assert run("validate", "scene.txt").stdout.splitlines() == lines_for("scene.txt")
+    assert run("validate", "scene.txt", "--format", "concise").stdout.splitlines() == lines_for("scene.txt")
 
 
 def test_dash_is_standard_input(run):
-    result = run("validate", "-", input=WRONG)
+    result = run("validate", "-", "--format", "concise", input=WRONG)
     assert result.exit_code == 1
     assert result.stdout.splitlines() == lines_for("<stdin>")
 
@@ -80,9 +80,13 @@ def test_json_format_is_a_list_of_objects(run, wrong):
         "path": "wrong.yaml",
         "line": 1,
         "column": 37,
+        "end_line": 1,
+        "end_column": 40,
+        "severity": "error",
+        "code": "E204",
         "message": "must be less than 180, got 200",
+        "help": "Vertical field of view in degrees, between 0 and 180. Such as `fov: 20`",
         "pointer": "/camera/fov",
-        "where": "camera.fov",
     }
 
 
@@ -93,7 +97,7 @@ def test_json_format_of_valid_scenes_is_an_empty_list(run, scene):
 
 
 def test_file_that_cannot_be_read_exits_with_3_and_the_others_are_checked(run, scene, wrong):
-    result = run("validate", "none.yaml", wrong, scene)
+    result = run("validate", "none.yaml", wrong, scene, "--format", "concise")
     assert result.exit_code == 3
     assert result.stdout.splitlines() == lines_for("wrong.yaml")
     assert result.stderr.startswith("Error: none.yaml: ")
@@ -109,10 +113,10 @@ def test_wrong_usage_exits_with_2(run, scene, arguments):
 def test_hostile_text_of_a_scene_and_of_its_name_is_escaped(run, folder):
     name = "a\x1b[2J.yaml"
     (folder / name).write_text('"\\e[2J": 1\n')
-    result = run("validate", name)
+    result = run("validate", name, "--format", "concise")
     assert result.exit_code == 1
     assert "\x1b" not in result.output
-    assert r"a\x1b[2J.yaml:1:1: unknown key `\x1b[2J`" in result.stdout
+    assert r"a\x1b[2J.yaml:1:1: error: unknown key `\x1b[2J`" in result.stdout
 
 
 def test_validation_loads_neither_numpy_nor_pillow(scene):

@@ -144,22 +144,22 @@ def test_edit_that_cannot_be_made_is_refused(expression, part):
 @pytest.mark.parametrize(
     ("expression", "expected"),
     [
-        ("camera.fov=200", "--set camera.fov=200:1:12: camera.fov: must be less than 180, got 200"),
-        ("camera.fov=  200", "--set camera.fov=  200:1:14: camera.fov: must be less than 180, got 200"),
+        ("camera.fov=200", "--set camera.fov=200:1:12: error: camera.fov: must be less than 180, got 200"),
+        ("camera.fov=  200", "--set camera.fov=  200:1:14: error: camera.fov: must be less than 180, got 200"),
         (
             "objects.ball.radius=0",
-            "--set objects.ball.radius=0:1:21: objects[0].radius: must be greater than 0, got 0",
+            "--set objects.ball.radius=0:1:21: error: objects[0].radius: must be greater than 0, got 0",
         ),
         (
             "camera.resolution=[4, 0]",
-            "--set camera.resolution=[4, 0]:1:23: camera.resolution[1]: must be at least 1, got 0",
+            "--set camera.resolution=[4, 0]:1:23: error: camera.resolution[1]: must be at least 1, got 0",
         ),
-        ("version=2", "--set version=2:1:9: version: must be 1, got 2"),
-        ("camera={fov: 9}", "--set camera={fov: 9}:1:8: camera: missing key `resolution`"),
+        ("version=2", "--set version=2:1:9: error: version: must be 1, got 2"),
+        ("camera={fov: 9}", "--set camera={fov: 9}:1:8: error: camera: missing key `resolution`"),
     ],
 )
 def test_problem_of_an_edit_is_placed_in_the_option(expression, expected):
-    assert report(expression) == expected
+    assert report(expression).startswith(expected)
 
 
 @pytest.mark.parametrize("expression", ["camera.fow=3", "render.x=3", "render.x.y=3", "x=3", "x.y=3"])
@@ -174,12 +174,12 @@ def test_problem_of_the_file_beside_an_edit_is_placed_in_the_file():
 
 @pytest.mark.parametrize("text", ["", "3", "[]"])
 def test_edit_of_what_is_no_scene_leaves_the_reason_to_validation(text):
-    assert report("camera.fov=3", text=text).startswith("scene.yaml:1:1: expected a mapping")
+    assert report("camera.fov=3", text=text).startswith("scene.yaml:1:1: error: expected a mapping")
 
 
 def test_shorthand_option_is_named_in_its_problems():
     document = set_value(parse(SCENE, "scene.yaml"), "render.samples", 0, "--samples 0")
-    with pytest.raises(SceneError, match=r"^--samples 0:1:1: render\.samples: "):
+    with pytest.raises(SceneError, match=r"^--samples 0:1:1: error: render\.samples: "):
         validate(document)
 
 

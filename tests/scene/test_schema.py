@@ -8,8 +8,8 @@ import pytest
 from jsonschema import Draft7Validator
 
 from rtcli.scene.diagnostics import validate
-from rtcli.scene.load import load_scene, parse_bytes
-from rtcli.scene.parse import parse_yaml
+from rtcli.scene.load import load_scene
+from rtcli.scene.parse import parse, parse_bytes
 from rtcli.scene.problems import SceneError
 from rtcli.scene.schema import scene_schema, schema_text
 
@@ -74,7 +74,7 @@ def test_schema_is_a_valid_schema():
 @pytest.mark.parametrize("file", SCENES, ids=[file.name for file in SCENES])
 def test_schema_and_models_accept_each_scene_of_the_repository(file):
     assert load_scene(file)
-    VALIDATOR.validate(parse_yaml(file.read_text(encoding="utf-8"), file.name).data)
+    VALIDATOR.validate(parse(file.read_text(encoding="utf-8"), file.name).data)
 
 
 @pytest.mark.parametrize("file", INVALID, ids=[file.name for file in INVALID])
@@ -97,7 +97,7 @@ def test_list_of_what_is_beyond_a_schema_names_files_that_are_there():
     ],
 )
 def test_schema_refuses_what_the_models_refuse(text):
-    document = parse_yaml(text, "scene.yaml")
+    document = parse(text, "scene.yaml")
     with pytest.raises(SceneError):
         validate(document)
     assert not VALIDATOR.is_valid(document.data)
@@ -114,7 +114,7 @@ def test_schema_refuses_what_the_models_refuse(text):
     ],
 )
 def test_schema_accepts_what_the_models_accept(text):
-    document = parse_yaml(text, "scene.yaml")
+    document = parse(text, "scene.yaml")
     assert validate(document)
     VALIDATOR.validate(document.data)
 
@@ -132,7 +132,7 @@ def test_mapping_takes_no_other_keys(name, body):
 
 
 def test_defaults_equal_those_of_the_models():
-    scene = validate(parse_yaml("camera: {resolution: [640, 480], fov: 40}", "scene.yaml"))
+    scene = validate(parse("camera: {resolution: [640, 480], fov: 40}", "scene.yaml"))
     found = {}
     for name, key, value in properties():
         if "default" in value:

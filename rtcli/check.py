@@ -1,0 +1,53 @@
+"""All that can be said of a scene file: errors, by which it is not valid; else warnings of the improbable."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+
+from rtcli.pipeline import glance
+from rtcli.scene import lint, rules
+from rtcli.scene.diagnostics import MAX_PROBLEMS, place_in_file, validate
+from rtcli.scene.document import HEAD, Document
+from rtcli.scene.lint import LintWarning
+from rtcli.scene.model import Scene
+from rtcli.scene.parse import parse_bytes
+from rtcli.scene.problems import Problem, SceneError
+
+
+def check(raw: bytes, name: str) -> tuple[Problem, ...]:
+    """Return what is wrong with a scene file, in the order of the file.
+
+    Parameters
+    ----------
+    raw
+        The whole file.
+    name
+        Its name, by whose suffix it is read as YAML or JSON.
+    """
+    try:
+        document = parse_bytes(raw, name)
+        scene = validate(document)
+    except SceneError as error:
+        return error.problems
+    found = itertools.islice(_warnings(scene), MAX_PROBLEMS + 1)
+    problems = [document.problem(rule, loc, message, at=at) for rule, loc, message, at in found]
+    return tuple(_listed(problems, document))
+
+
+def _warnings(scene: Scene) -> Iterator[LintWarning]:
+    yield from lint.lint(scene)
+    seen = glance(scene)
+    yield from lint.burnt_out(scene, seen.exposure)
+    place = ("image", "exposure")
+    if not any(seen.levels) and lint.shines(scene):  # without a light it is no wonder, and was told
+        yield LintWarning(rules.BLACK_PICTURE, place, "the whole picture comes out black")
+    if seen.levels.count(255) == len(seen.levels):
+        yield LintWarning(rules.WHITE_PICTURE, place, "the whole picture comes out white")
+
+
+def _listed(problems: list[Problem], document: Document) -> Iterator[Problem]:
+    yield from sorted(problems[:MAX_PROBLEMS], key=lambda problem: place_in_file(problem, document))
+    if len(problems) > MAX_PROBLEMS:
+        message = f"only the first {MAX_PROBLEMS:,} warnings are listed"
+        yield document.problem(rules.MORE_WARNINGS, (), message, at=HEAD)

@@ -1,0 +1,14 @@
+"""One line for each problem, in the form that editors know from compilers: `path:line:column: error: message`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from rtcli.reports.checked import Checked
+
+
+def report(checks: Iterable[Checked]) -> Iterator[str]:
+    """Yield a line for each problem."""
+    for checked in checks:
+        for problem in checked.problems:
+            yield f"{problem}\n"

@@ -1,0 +1,47 @@
+"""JUnit's XML, as CI servers read it: a test case for each file, which fails if the scene is not valid.
+
+There is no standard; all readers take one `failure` or `error` a test case, so that one holds all its problems.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from xml.etree import ElementTree
+
+from rtcli.reports.checked import Checked, Tally, counted
+from rtcli.scene.problems import Problem, printable
+from rtcli.scene.rules import ERROR, WARNING
+
+
+def report(checks: Iterable[Checked]) -> Iterator[str]:
+    """Yield one document."""
+    tally = Tally()
+    suite = ElementTree.Element("testsuite", name="rtcli validate")
+    suite.extend(map(_case, tally.count(checks)))
+    counts = {"tests": len(suite), "failures": tally.invalid, "errors": tally.unreadable, "skipped": 0}
+    for name, count in counts.items():
+        suite.set(name, str(count))
+    suites = ElementTree.Element("testsuites")
+    suites.append(suite)
+    ElementTree.indent(suites)
+    yield '<?xml version="1.0" encoding="utf-8"?>\n' + ElementTree.tostring(suites, encoding="unicode") + "\n"
+
+
+def _case(checked: Checked) -> ElementTree.Element:
+    case = ElementTree.Element("testcase", classname="rtcli.validate", name=printable(checked.path))
+    if checked.unreadable:
+        ElementTree.SubElement(case, "error", message=printable(checked.unreadable), type="unreadable")
+    errors = [problem for problem in checked.problems if problem.severity == ERROR]
+    if errors:
+        attributes = {"message": counted(len(errors), "error"), "type": errors[0].code}
+        ElementTree.SubElement(case, "failure", attributes).text = _lines(errors)
+    warnings = [problem for problem in checked.problems if problem.severity == WARNING]
+    if warnings:
+        ElementTree.SubElement(case, "system-out").text = _lines(warnings)
+    return case
+
+
+def _lines(problems: Iterable[Problem]) -> str:
+    return "\n" + "".join(
+        f"{problem}\n" + (f"  help: {problem.help}\n" if problem.help else "") for problem in problems
+    )

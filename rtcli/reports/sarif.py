@@ -1,0 +1,83 @@
+"""SARIF 2.1.0 (OASIS Standard, 2020), which code scanners and editors exchange."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Iterator
+from pathlib import PurePath
+from typing import Any
+from urllib.parse import quote
+
+from rtcli.reports.checked import Checked
+from rtcli.scene.problems import Problem
+from rtcli.scene.rules import RULES, Rule
+
+_SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
+
+
+def report(checks: Iterable[Checked], version: str) -> Iterator[str]:
+    """Yield a log with one run; `version` is that of rtcli."""
+    results: list[dict[str, Any]] = []
+    unreadable: list[dict[str, Any]] = []
+    for checked in checks:
+        results += map(_result, checked.problems)
+        if checked.unreadable:
+            unreadable.append(_notification(checked))
+    run = {
+        "tool": {"driver": {"name": "rtcli", "semanticVersion": version, "rules": [*map(_rule, RULES)]}},
+        "invocations": [{"executionSuccessful": not unreadable, "toolExecutionNotifications": unreadable}],
+        "columnKind": "unicodeCodePoints",
+        "results": results,
+    }
+    yield json.dumps({"$schema": _SCHEMA, "version": "2.1.0", "runs": [run]}, indent=2) + "\n"
+
+
+def _rule(rule: Rule) -> dict[str, Any]:
+    described: dict[str, Any] = {
+        "id": rule.code,
+        "name": rule.name,
+        "shortDescription": {"text": rule.summary},
+        "defaultConfiguration": {"level": rule.severity},
+    }
+    return described | ({"help": {"text": rule.remedy}} if rule.remedy else {})
+
+
+def _result(problem: Problem) -> dict[str, Any]:
+    help = f"\nhelp: {problem.help}" if problem.help else ""
+    location: dict[str, Any] = {
+        "physicalLocation": {
+            "artifactLocation": {"uri": _uri(problem.path)},
+            "region": {
+                "startLine": problem.line,
+                "startColumn": problem.column,
+                "endLine": problem.end_line,
+                "endColumn": problem.end_column,
+            },
+        }
+    }
+    if problem.where:
+        location["logicalLocations"] = [{"fullyQualifiedName": problem.where}]
+    return {
+        "ruleId": problem.code,
+        "ruleIndex": RULES.index(problem.rule),
+        "level": problem.severity,
+        "message": {"text": problem.message + help},
+        "locations": [location],
+    }
+
+
+def _notification(checked: Checked) -> dict[str, Any]:
+    return {
+        "level": "error",
+        "message": {"text": checked.unreadable},
+        "locations": [{"physicalLocation": {"artifactLocation": {"uri": _uri(checked.path)}}}],
+    }
+
+
+def _uri(path: str) -> str:
+    """Return a path as a relative reference, or as a file URI if it is absolute (RFC 3986, RFC 8089)."""
+    pure = PurePath(path)
+    if pure.is_absolute():
+        return pure.as_uri()
+    return quote(os.fsencode(pure.as_posix()), safe="/")

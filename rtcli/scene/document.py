@@ -1,0 +1,230 @@
+"""A scene file as it was read: its text, its data, and the place of every value."""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_right
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from types import MappingProxyType
+from typing import Any, TypeAlias
+
+from rtcli.scene.problems import Excerpt, Problem, Span
+from rtcli.scene.rules import Rule
+
+Loc: TypeAlias = tuple[str | int, ...]
+
+# What libyaml and editors both take for the end of a line.
+_LINE_END = re.compile(r"\r\n|\r|\n")
+
+# Of a longer line the piece around a problem is kept: a file may hold one line of millions of characters.
+_BEFORE, _AFTER = 100, 200
+
+# What of a location a problem is about: all of the value, the key that leads to it, or its first token.
+VALUE, KEY, HEAD = "value", "key", "head"
+
+
+@dataclass(frozen=True)
+class Source:
+    """A text with a name.
+
+    Parameters
+    ----------
+    name
+        The file's name, `<stdin>`, or the option that set a value.
+    text
+        All of it.
+    """
+
+    name: str
+    text: str
+
+    @cached_property
+    def _line_starts(self) -> list[int]:
+        return [0, *(match.end() for match in _LINE_END.finditer(self.text))]
+
+    def _line_and_column(self, offset: int) -> tuple[int, int]:
+        line = bisect_right(self._line_starts, offset)
+        return line, offset - self._line_starts[line - 1] + 1
+
+    def span(self, start: int, end: int | None = None) -> Span:
+        """Return the piece of the text from one offset to another, or one that is empty."""
+        end = start if end is None else max(start, end)
+        return Span(
+            self.name, *self._line_and_column(start), *self._line_and_column(end), self._excerpt(start, end)
+        )
+
+    def _excerpt(self, start: int, end: int) -> Excerpt:
+        line_start = self._line_starts[bisect_right(self._line_starts, start) - 1]
+        line_end = _LINE_END.search(self.text, start)
+        stop = line_end.start() if line_end else len(self.text)
+        if stop < start:  # between the two characters of a line end
+            stop = start
+        first, last = max(line_start, start - _BEFORE), min(stop, start + _AFTER)
+        return Excerpt(
+            text=self.text[first:last],
+            start=start - first,
+            end=max(min(end, last), start) - first,
+            cut_before=first > line_start,
+            cut_after=last < stop,
+        )
+
+    def problem(self, rule: Rule, message: str, start: int, end: int | None = None, help: str = "") -> Problem:
+        """Return a problem of the text itself, from one offset to another."""
+        return Problem(rule, self.span(start, end), message, help or rule.remedy)
+
+
+class Place:
+    """Where a value stands in its text.
+
+    Parameters
+    ----------
+    start, end
+        Offsets of its first character, and of the one after its last.
+    """
+
+    __slots__ = ("end", "start")
+
+    # Those of a list or mapping, which is a `Container`: nearly all values are neither.
+    children: Mapping[str | int, Place] = MappingProxyType({})
+    keys: Mapping[str, Place] = MappingProxyType({})
+
+    def __init__(self, start: int, end: int) -> None:
+        self.start = start
+        self.end = end
+
+    def find(self, loc: Loc) -> tuple[Place, bool]:
+        """Return the last place on the way to `loc`, and whether it is that of `loc` itself."""
+        place = self
+        for step in loc:
+            if step not in place.children:
+                return place, False
+            place = place.children[step]
+        return place, True
+
+    def at(self, loc: Loc, what: str = VALUE) -> Place:
+        """Return the place of the value, key or first token at `loc`; else the first token around it."""
+        if what == KEY and loc:
+            owner, _ = self.find(loc[:-1])
+            return owner.keys.get(str(loc[-1]), owner.head)
+        place, found = self.find(loc)
+        return place if found and what == VALUE else place.head
+
+    @property
+    def head(self) -> Place:
+        """The first token of the value."""
+        return self
+
+
+class Container(Place):
+    """Where a list or mapping stands, and the places of what it contains.
+
+    Parameters
+    ----------
+    children
+        The places of values, by key or index.
+    keys
+        The places of a mapping's keys.
+    """
+
+    __slots__ = ("children", "keys")
+
+    def __init__(self, start: int, end: int) -> None:
+        super().__init__(start, end)
+        self.children: dict[str | int, Place] = {}
+        self.keys: dict[str, Place] = {}
+
+    @property
+    def head(self) -> Place:
+        """The first token: a bracket or hyphen, or the first key of a mapping in lines."""
+        first = next(iter(self.keys.values()), self)
+        return first if first.start == self.start and self.keys else Place(self.start, self.start + 1)
+
+
+@dataclass(frozen=True)
+class Edit:
+    """A value that an option of the command line put into the scene, and its place there."""
+
+    loc: Loc
+    source: Source
+    place: Place
+
+
+@dataclass
+class Document:
+    """A scene file as plain data, and what is wrong with it so far.
+
+    Parameters
+    ----------
+    source
+        The file's name and text.
+    data
+        Mappings, lists, text, numbers, true, false and None, as the file nests them.
+    problems
+        What the reader could go past.
+    edits
+        What options of the command line put into `data`, in their order.
+    places
+        The places of the file's own values; None until they are first asked for, if it was read without them.
+    read_again
+        Reads the same text with places.
+    """
+
+    source: Source
+    data: Any
+    problems: list[Problem] = field(default_factory=list)
+    edits: tuple[Edit, ...] = ()
+    places: Place | None = None
+    read_again: Callable[[Source], Document] | None = None
+
+    def find_places(self) -> None:
+        """Read the places of the values, unless they are there already.
+
+        Raises
+        ------
+        SceneError
+            If the careful reading finds what the fast one passes over, such as a depth of nesting no scene has.
+        """
+        if self.places is None and self.read_again is not None:
+            again = self.read_again(self.source)
+            self.places = again.places
+            self.problems += again.problems
+
+    def span(self, loc: Loc, what: str = VALUE) -> Span:
+        """Return the span of the value, key or first token at `loc`, in the file or in an option.
+
+        Of what is not there, it is the first token of what is around it.
+        """
+        self.find_places()
+        places = self.places or Place(0, 0)
+        for edit in reversed(self.edits):
+            if loc[: len(edit.loc)] == edit.loc:
+                place = edit.place.at(loc[len(edit.loc) :], what)
+                return edit.source.span(place.start, place.end)
+            if edit.loc[: len(loc)] == loc and not places.find(loc)[1]:
+                return edit.source.span(edit.place.start, edit.place.end)  # a mapping that only the option made
+        place = places.at(loc, what)
+        return self.source.span(place.start, place.end)
+
+    def problem(self, rule: Rule, loc: Loc, message: str, *, help: str = "", at: str = VALUE) -> Problem:
+        """Return a problem at `loc` of this document; without a `help` of its own it has the rule's remedy."""
+        where = loc[:-1] if at == KEY else loc  # the message names the key
+        return Problem(
+            rule, self.span(loc, at), message, help or rule.remedy, pointer(loc), dotted(where), rule.severity
+        )
+
+
+def pointer(loc: Loc) -> str:
+    """Return a location as a JSON pointer (RFC 6901): `/objects/2/radius`."""
+    return "".join("/" + str(step).replace("~", "~0").replace("/", "~1") for step in loc)
+
+
+# A key in a location is cut there, as it is where a message quotes it.
+_MAX_STEP = 60
+
+
+def dotted(loc: Loc) -> str:
+    """Return a location as a person writes it: `objects[2].radius`."""
+    steps = (f"[{step}]" if isinstance(step, int) else f".{step[:_MAX_STEP]}" for step in loc)
+    return "".join(steps).removeprefix(".")

@@ -1,0 +1,371 @@
+"""YAML to plain data, event by event from PyYAML's parser.
+
+Scalars follow the YAML 1.2 core schema (`no` is a string, `1e3` a float); tags are refused, so a scene can never
+run code. Places are the dearer half of the work, so a first reading takes the data alone; the careful one, with
+the place of each value, follows only when there is a problem to place, or an anchor, alias or merge key to expand.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterator
+from typing import Any, TypeAlias
+
+import yaml
+
+from rtcli.scene import reading, rules
+from rtcli.scene.document import Container, Document, Place, Source
+from rtcli.scene.problems import SceneError, quoted
+from rtcli.scene.reading import UNREADABLE, Reading, garbage_collector_paused, integer
+from rtcli.scene.syntax import yaml_advice
+
+# Which attributes an event has depends on its class, which the readers look at.
+_Event: TypeAlias = Any
+
+# libyaml's parser is an order of magnitude faster; a PyYAML built without it reads the same.
+_Parser = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+# YAML 1.2.2, section 10.3.2: the core schema's plain scalars.
+_NULL = frozenset({"", "~", "null", "Null", "NULL"})
+_BOOL = {text: text.lower() == "true" for text in ("true", "True", "TRUE", "false", "False", "FALSE")}
+# One pattern for both kinds of decimal numbers, which a large scene holds by the million: a float has a group.
+_DECIMAL = re.compile(r"[-+]?(?:[0-9]+(\.[0-9]*)?|(\.[0-9]+))([eE][-+]?[0-9]+)?\Z")
+_OCTAL_OR_HEX = re.compile(r"0o[0-7]+\Z|0x[0-9a-fA-F]+\Z")
+_SPECIAL_FLOAT = re.compile(r"[-+]?\.(inf|Inf|INF)\Z|\.(nan|NaN|NAN)\Z")
+_FIRST_OF_NUMBER = frozenset("0123456789+-.")
+
+_MERGE = "<<"
+
+
+def plain_scalar(text: str) -> bool | int | float | str | None:
+    """Return the value of an unquoted YAML scalar by the YAML 1.2 core schema.
+
+    Examples
+    --------
+    >>> [plain_scalar(text) for text in ("1e3", "0x10", "12:30", "no", "true", "~")]
+    [1000.0, 16, '12:30', 'no', True, None]
+    """
+    if text[:1] in _FIRST_OF_NUMBER and (number := _number(text)) is not None:
+        return number
+    if text in _NULL:
+        return None
+    return _BOOL.get(text, text)
+
+
+def _number(text: str) -> int | float | None:
+    decimal = _DECIMAL.match(text)
+    if decimal is None:
+        return _special_number(text)
+    return float(text) if decimal.lastindex else integer(text, 10)
+
+
+def _special_number(text: str) -> int | float | None:
+    if _OCTAL_OR_HEX.match(text):
+        return integer(text, 8 if text.startswith("0o") else 16)
+    if _SPECIAL_FLOAT.match(text):
+        return float(text.replace(".", ""))
+    return None
+
+
+# --- The data alone --------------------------------------------------------------------------------------
+
+
+class _NotPlainError(Exception):
+    """The text needs the careful reading: something is wrong with it, or has to be expanded."""
+
+
+@garbage_collector_paused()
+def read_plain(source: Source) -> Document | None:
+    """Read one YAML document without places, in half the time, or return None if it needs the careful reading.
+
+    It may give up on any text, but must not differ from `read_carefully` on those it reads.
+    """
+    # Each value follows one of these characters, so there are no more values than that.
+    if 1 + sum(map(source.text.count, ",:-[{?")) > reading.MAX_NODES:
+        return None
+    try:
+        return Document(source, _plain_document(source.text), read_again=read_carefully)
+    except (_NotPlainError, StopIteration, yaml.YAMLError, UnicodeEncodeError):
+        return None
+
+
+def _plain_document(text: str) -> Any:
+    events = iter(_Parser(text).get_event, None)
+    _skip(events, yaml.StreamStartEvent)
+    _skip(events, yaml.DocumentStartEvent)
+    data = _plain_value(next(events), events, 0)
+    _skip(events, yaml.DocumentEndEvent)
+    _skip(events, yaml.StreamEndEvent)
+    return data
+
+
+def _skip(events: Iterator[_Event], kind: type[yaml.Event]) -> None:
+    if type(next(events)) is not kind:
+        raise _NotPlainError
+
+
+def _plain_value(event: _Event, events: Iterator[_Event], depth: int) -> Any:
+    """Return the value that starts with an event, `depth` lists and mappings deep."""
+    if event.anchor is not None or event.tag is not None:  # an alias names its anchor
+        raise _NotPlainError
+    kind = type(event)
+    if kind is yaml.ScalarEvent:
+        text = event.value
+        if len(text) > reading.MAX_CHARACTERS:
+            raise _NotPlainError
+        return plain_scalar(text) if event.implicit[0] else text
+    if depth >= reading.MAX_DEPTH:
+        raise _NotPlainError
+    return (_plain_mapping if kind is yaml.MappingStartEvent else _plain_list)(events, depth + 1)
+
+
+def _plain_list(events: Iterator[_Event], depth: int) -> list[Any]:
+    items: list[Any] = []
+    for event in events:
+        if type(event) is yaml.SequenceEndEvent:
+            return items
+        items.append(_plain_value(event, events, depth))
+    raise _NotPlainError
+
+
+def _plain_mapping(events: Iterator[_Event], depth: int) -> dict[str, Any]:
+    mapping: dict[str, Any] = {}
+    for event in events:
+        if type(event) is yaml.MappingEndEvent:
+            return mapping
+        if type(event) is not yaml.ScalarEvent or event.tag is not None:  # only an alias asks for a key's anchor
+            raise _NotPlainError
+        key = event.value
+        if (
+            len(key) > reading.MAX_CHARACTERS
+            or key in mapping
+            or key == _MERGE
+            or len(mapping) >= reading.MAX_KEYS
+        ):
+            raise _NotPlainError
+        # A scene has few keys, each a hundred thousand times.
+        mapping[sys.intern(key)] = _plain_value(next(events), events, depth)
+    raise _NotPlainError
+
+
+# --- With places -----------------------------------------------------------------------------------------
+
+
+@garbage_collector_paused()
+def read_carefully(source: Source) -> Document:
+    """Read one YAML document with the place of each value, going past what is wrong where it can.
+
+    Raises
+    ------
+    SceneError
+        At a syntax error, or when nesting or aliases go past the bounds of a scene.
+    """
+    reader = _YamlReading(source)
+    try:
+        return reader.document()
+    except yaml.MarkedYAMLError as error:
+        raise reader.syntax_error(error) from error
+    except UnicodeEncodeError as error:  # half of a surrogate pair, which only arguments can hold
+        raise reader.bad_character(error.start) from error
+    except yaml.reader.ReaderError as error:
+        # The position counts bytes of the text as UTF-8.
+        before = source.text.encode("utf-8")[: error.position].decode("utf-8", errors="ignore")
+        raise reader.bad_character(len(before)) from error
+
+
+# A value, its place, and how many values it is with all aliases expanded.
+_Read: TypeAlias = tuple[Any, Place, int]
+
+
+# Anchor and tag, which stand before a value but are no part of it.
+_PROPERTIES = re.compile(r"(?:[&!]\S*(?:\s+(?:#[^\r\n]*)?)*)+")
+
+
+class _YamlReading(Reading):
+    """Builds data and places from events, by recursion: depth is bounded."""
+
+    def __init__(self, source: Source) -> None:
+        super().__init__(source)
+        self.anchors: dict[str, _Read] = {}
+        self.open_anchors: list[str] = []
+
+    def document(self) -> Document:
+        """Return the document, with what could be gone past among its problems."""
+        self.events: Iterator[_Event] = iter(_Parser(self.text).get_event, None)
+        next(self.events)  # the stream starts
+        data, place = None, Place(0, 0)
+        if type(next(self.events)) is yaml.DocumentStartEvent:
+            data, place = self._value(next(self.events), 0)
+            next(self.events)  # the document ends
+            self._refuse_another_document(next(self.events))
+        return Document(self.source, data, self.problems, places=place)
+
+    def _refuse_another_document(self, event: _Event) -> None:
+        kind = type(event)
+        if kind is yaml.DocumentStartEvent:
+            start = event.start_mark.index
+            place = Place(start, start + 3 * self.text.startswith("---", start))
+            self.refuse(rules.SECOND_DOCUMENT, "expected one document, but a second one starts here", place)
+
+    def _value(self, event: _Event, depth: int) -> tuple[Any, Place]:
+        """Return the value that starts with an event, and its place."""
+        kind = type(event)
+        if kind is yaml.ScalarEvent:
+            return self._scalar(event)
+        if kind is yaml.AliasEvent:
+            return self._alias(event)
+        return self._container(event, depth)
+
+    def _scalar(self, event: _Event) -> tuple[Any, Place]:
+        self.nodes += 1
+        place = self._place_of_scalar(event)
+        text = event.value
+        value = plain_scalar(text) if event.implicit[0] else text
+        if self.nodes > reading.MAX_NODES:
+            self.grow(0, place)
+        if event.anchor is not None:
+            self.anchors[event.anchor] = (value, place, 1)
+        return value, place
+
+    def _place_of_scalar(self, event: _Event) -> Place:
+        """Return the place of a scalar, which is neither too long nor tagged."""
+        place = Place(event.start_mark.index, event.end_mark.index)
+        if event.anchor is not None or event.tag is not None:
+            self._skip_properties(event, place)
+        if event.style is not None and event.style in "|>":  # whose end is that of the empty lines after it
+            place.end = place.start + len(self.text[place.start : place.end].rstrip())
+        if len(event.value) > reading.MAX_CHARACTERS:
+            self.check_length(event.value, place)
+        return place
+
+    def _skip_properties(self, event: _Event, place: Place) -> None:
+        """Set the start of a scalar behind its anchor and tag, and refuse the tag."""
+        properties = _PROPERTIES.match(self.text, place.start, place.end)
+        if event.tag is not None:
+            self._refuse_tag(event)
+        if properties:
+            place.start = properties.end()
+
+    def _container(self, event: _Event, depth: int) -> tuple[Any, Place]:
+        is_mapping = type(event) is yaml.MappingStartEvent
+        place = self._place_of_start(event)
+        if event.tag is not None:
+            self._refuse_tag(event)
+        self.check_depth(depth, place)
+        self.grow(1, place)
+        read = self._mapping if is_mapping else self._list
+        if event.anchor is None:
+            return read(place, depth + 1), place
+        nodes = self.nodes
+        self.open_anchors.append(event.anchor)
+        value = read(place, depth + 1)
+        self.open_anchors.pop()
+        self.anchors[event.anchor] = (value, place, self.nodes - nodes + 1)
+        return value, place
+
+    def _place_of_start(self, event: _Event) -> Container:
+        """Return the place of a bracket, or of where the first key or hyphen in lines starts."""
+        start, end = event.start_mark.index, event.end_mark.index
+        is_token = event.flow_style or (start < end and self.text[end - 1] == "-")
+        return Container(end - 1 if is_token else end, end)
+
+    def _list(self, place: Container, depth: int) -> list[Any]:
+        items: list[Any] = []
+        children = place.children
+        for event in self.events:
+            kind = type(event)
+            if kind is yaml.SequenceEndEvent:
+                _close(event, place)
+                return items
+            value, child = self._scalar(event) if kind is yaml.ScalarEvent else self._value(event, depth)
+            children[len(items)] = child
+            items.append(value)
+            if kind is not yaml.AliasEvent:  # which has the place of its anchor
+                place.end = child.end
+        raise AssertionError("the parser ends each list that it starts")
+
+    def _mapping(self, place: Container, depth: int) -> dict[str, Any]:
+        mapping: dict[str, Any] = {}
+        merges: list[tuple[Any, Place]] = []
+        for event in self.events:
+            if type(event) is yaml.MappingEndEvent:
+                _close(event, place)
+                for value, child in merges:
+                    self._merge(mapping, place, value, child)
+                return mapping
+            at, is_new = self._key(event, place.keys)
+            value_event = next(self.events)
+            value, child = self._value(value_event, depth)
+            place.end = at.end if type(value_event) is yaml.AliasEvent else child.end
+            if is_new and event.value == _MERGE and event.implicit[0]:
+                merges.append((value, child))
+            elif is_new:
+                mapping[event.value] = value
+                place.children[event.value] = child
+        raise AssertionError("the parser ends each mapping that it starts")
+
+    def _key(self, event: _Event, keys: dict[str, Place]) -> tuple[Place, bool]:
+        """Return the place of a key, and whether it is the first of its name."""
+        if type(event) is not yaml.ScalarEvent:
+            kind = "an alias" if type(event) is yaml.AliasEvent else "a list or a mapping"
+            place = Place(event.start_mark.index, event.end_mark.index)
+            raise self.fatal(rules.KEY_NOT_TEXT, f"a key must be text, not {kind}", place)
+        place = self._place_of_scalar(event)
+        if event.anchor is not None:
+            self.anchors[event.anchor] = (event.value, place, 1)
+        return place, self.is_new_key(event.value, place, keys)
+
+    def _refuse_tag(self, event: _Event) -> None:
+        start = event.start_mark.index
+        written = re.compile(r"(?:&\S*\s+)?(![^\s,\[\]{}]*)").match(self.text, start)
+        place = Place(*written.span(1)) if written else Place(start, start)
+        self.refuse(rules.TAG, f"tag {quoted(event.tag)} is not allowed", place)
+
+    def _alias(self, event: _Event) -> tuple[Any, Place]:
+        name, place = event.anchor, Place(event.start_mark.index, event.end_mark.index)
+        if name in self.open_anchors:
+            message = f"alias {quoted('*' + name)} stands inside its own anchor"
+            self.refuse(rules.RECURSIVE_ALIAS, message, place)
+            return UNREADABLE, place
+        if name not in self.anchors:
+            self.refuse(rules.UNKNOWN_ALIAS, f"alias {quoted('*' + name)} has no anchor before it", place)
+            return UNREADABLE, place
+        value, defined, size = self.anchors[name]
+        self.grow(size, place)
+        return value, defined
+
+    def _merge(self, mapping: dict[str, Any], place: Container, value: Any, at: Place) -> None:
+        """Merge key `<<`: take over each key that the mapping does not give itself."""
+        sources = value if isinstance(value, list) else [value]
+        for index, source in enumerate(sources):
+            here = at.children[index] if isinstance(value, list) else at
+            if isinstance(source, dict):
+                self._take_over(mapping, place, source, here)
+            elif source is not UNREADABLE:
+                self.refuse(rules.MERGE, "`<<` merges mappings only", here)
+
+    def _take_over(self, mapping: dict[str, Any], place: Container, source: dict[str, Any], at: Place) -> None:
+        self.grow(len(source), at)
+        for key in source:
+            if key not in mapping:
+                mapping[key] = source[key]
+                place.children[key] = at.children[key]
+                place.keys[key] = at.keys[key]
+
+    def syntax_error(self, error: yaml.MarkedYAMLError) -> SceneError:
+        """Return the error for a text that is not YAML."""
+        message, help, start, end = yaml_advice(error, self.text)
+        return self.fatal(rules.YAML_SYNTAX, f"not valid YAML: {message}", Place(start, end), help)
+
+    def bad_character(self, offset: int) -> SceneError:
+        """Return the error for a character that YAML does not allow."""
+        message = f"character {quoted(self.text[offset : offset + 1])} is not allowed in YAML"
+        return self.fatal(rules.CHARACTER, message, Place(offset, offset + 1))
+
+
+def _close(event: _Event, place: Container) -> None:
+    """Set the end of a list or mapping to its bracket; one in lines ends with its last value."""
+    end = event.end_mark.index
+    if end > event.start_mark.index:
+        place.end = end
