@@ -9,7 +9,7 @@ from rtcli.pipeline import glance
 from rtcli.scene import lint, rules
 from rtcli.scene.diagnostics import MAX_PROBLEMS, place_in_file, validate
 from rtcli.scene.document import HEAD, Document
-from rtcli.scene.lint import LintWarning
+from rtcli.scene.lint import LintWarning, Look
 from rtcli.scene.model import Scene
 from rtcli.scene.parse import parse_bytes
 from rtcli.scene.problems import Problem, SceneError
@@ -31,19 +31,27 @@ def check(raw: bytes, name: str) -> tuple[Problem, ...]:
     except SceneError as error:
         return error.problems
     found = itertools.islice(_warnings(scene), MAX_PROBLEMS + 1)
-    problems = [document.problem(rule, loc, message, at=at) for rule, loc, message, at in found]
-    return tuple(_listed(problems, document))
+    return tuple(_listed([_placed(document, warning) for warning in found], document))
+
+
+def _placed(document: Document, warning: LintWarning) -> Problem:
+    """Return a warning at its place; of what the file leaves out, at the start of what is around it."""
+    loc = document.nearest(warning.loc)
+    at = warning.at if loc == warning.loc else HEAD
+    return document.problem(warning.rule, loc, warning.message, at=at)
 
 
 def _warnings(scene: Scene) -> Iterator[LintWarning]:
-    yield from lint.lint(scene)
+    look = Look(scene)
+    yield from lint.lint(look)
     seen = glance(scene)
-    yield from lint.burnt_out(scene, seen.exposure)
     place = ("image", "exposure")
-    if not any(seen.levels) and lint.shines(scene):  # without a light it is no wonder, and was told
+    if seen.is_black and look.shines:  # without a light it is no wonder, and was told
         yield LintWarning(rules.BLACK_PICTURE, place, "the whole picture comes out black")
-    if seen.levels.count(255) == len(seen.levels):
+    if seen.is_white:
         yield LintWarning(rules.WHITE_PICTURE, place, "the whole picture comes out white")
+    else:
+        yield from lint.burnt_out(look, seen.exposure)
 
 
 def _listed(problems: list[Problem], document: Document) -> Iterator[Problem]:

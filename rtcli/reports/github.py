@@ -7,6 +7,7 @@ toolkit (actions/toolkit, packages/core/src/command.ts).
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from pathlib import PurePath
 
 from rtcli.reports.checked import Checked
 from rtcli.scene.problems import Problem, printable
@@ -16,29 +17,26 @@ def report(checks: Iterable[Checked]) -> Iterator[str]:
     """Yield a command for each problem, and for each file that could not be read."""
     for checked in checks:
         if checked.unreadable:
-            yield f"::error file={_property(checked.path)}::{_data(printable(checked.unreadable))}\n"
+            yield f"::error file={_file(checked.path)}::{_data(printable(checked.unreadable))}\n"
         for problem in checked.problems:
             yield _command(problem)
 
 
 def _command(problem: Problem) -> str:
     where = f"{printable(problem.where)}: " if problem.where else ""
-    help = f"\nhelp: {problem.help}" if problem.help else ""
-    properties = {
-        "file": problem.path,
-        "line": str(problem.line),
-        "endLine": str(problem.end_line),
-        "title": f"rtcli {problem.code}",
-    }
+    help = f"\nhelp: {printable(problem.help)}" if problem.help else ""
+    properties = {"line": problem.line, "endLine": problem.end_line}
     if problem.line == problem.end_line:  # GitHub takes columns only within one line
-        properties |= {"col": str(problem.column), "endColumn": str(problem.end_column)}
-    listed = ",".join(f"{name}={_property(value)}" for name, value in properties.items())
-    return f"::{problem.severity} {listed}::{_data(where + problem.message + help)}\n"
+        properties |= {"col": problem.column, "endColumn": problem.end_column}
+    place = ",".join(f"{name}={value}" for name, value in properties.items())
+    about = f"file={_file(problem.path)},{place},title=rtcli {problem.code}"
+    return f"::{problem.severity} {about}::{_data(where + printable(problem.message) + help)}\n"
+
+
+def _file(path: str) -> str:
+    """Return a path as a property, as GitHub names files: with / on all systems, and without ./ in front."""
+    return _data(printable(PurePath(path).as_posix())).replace(":", "%3A").replace(",", "%2C")
 
 
 def _data(text: str) -> str:
     return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
-
-
-def _property(text: str) -> str:
-    return _data(printable(text)).replace(":", "%3A").replace(",", "%2C")

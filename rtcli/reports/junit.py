@@ -1,6 +1,7 @@
 """JUnit's XML, as CI servers read it: a test case for each file, which fails if the scene is not valid.
 
 There is no standard; all readers take one `failure` or `error` a test case, so that one holds all its problems.
+What is not ASCII is escaped, so that it means the same in whatever encoding standard output has.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ def report(checks: Iterable[Checked]) -> Iterator[str]:
     suites = ElementTree.Element("testsuites")
     suites.append(suite)
     ElementTree.indent(suites)
-    yield '<?xml version="1.0" encoding="utf-8"?>\n' + ElementTree.tostring(suites, encoding="unicode") + "\n"
+    yield ElementTree.tostring(suites, encoding="us-ascii", xml_declaration=True).decode("ascii") + "\n"
 
 
 def _case(checked: Checked) -> ElementTree.Element:
@@ -43,5 +44,6 @@ def _case(checked: Checked) -> ElementTree.Element:
 
 def _lines(problems: Iterable[Problem]) -> str:
     return "\n" + "".join(
-        f"{problem}\n" + (f"  help: {problem.help}\n" if problem.help else "") for problem in problems
+        f"{printable(str(problem))}\n" + (f"  help: {printable(problem.help)}\n" if problem.help else "")
+        for problem in problems
     )

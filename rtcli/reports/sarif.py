@@ -1,4 +1,8 @@
-"""SARIF 2.1.0 (OASIS Standard, 2020), which code scanners and editors exchange."""
+"""SARIF 2.1.0 (OASIS Standard, 2020), which code scanners and editors exchange.
+
+Of what the standard leaves open, that is there which GitHub's code scanning requires ("SARIF support for code
+scanning").
+"""
 
 from __future__ import annotations
 
@@ -28,19 +32,22 @@ def report(checks: Iterable[Checked], version: str) -> Iterator[str]:
         "tool": {"driver": {"name": "rtcli", "semanticVersion": version, "rules": [*map(_rule, RULES)]}},
         "invocations": [{"executionSuccessful": not unreadable, "toolExecutionNotifications": unreadable}],
         "columnKind": "unicodeCodePoints",
+        "newlineSequences": ["\r\n", "\r", "\n"],
         "results": results,
     }
     yield json.dumps({"$schema": _SCHEMA, "version": "2.1.0", "runs": [run]}, indent=2) + "\n"
 
 
 def _rule(rule: Rule) -> dict[str, Any]:
-    described: dict[str, Any] = {
+    summary = _message(rule.summary)
+    return {
         "id": rule.code,
         "name": rule.name,
-        "shortDescription": {"text": rule.summary},
+        "shortDescription": summary,
+        "fullDescription": summary,
         "defaultConfiguration": {"level": rule.severity},
+        "help": _message(rule.remedy) if rule.remedy else summary,  # which must not be empty
     }
-    return described | ({"help": {"text": rule.remedy}} if rule.remedy else {})
 
 
 def _result(problem: Problem) -> dict[str, Any]:
@@ -62,7 +69,7 @@ def _result(problem: Problem) -> dict[str, Any]:
         "ruleId": problem.code,
         "ruleIndex": RULES.index(problem.rule),
         "level": problem.severity,
-        "message": {"text": problem.message + help},
+        "message": _message(problem.message + help),
         "locations": [location],
     }
 
@@ -70,9 +77,14 @@ def _result(problem: Problem) -> dict[str, Any]:
 def _notification(checked: Checked) -> dict[str, Any]:
     return {
         "level": "error",
-        "message": {"text": checked.unreadable},
+        "message": _message(checked.unreadable),
         "locations": [{"physicalLocation": {"artifactLocation": {"uri": _uri(checked.path)}}}],
     }
+
+
+def _message(text: str) -> dict[str, str]:
+    """Return a message: its braces are doubled, since `{0}` stands for an argument (section 3.11.5)."""
+    return {"text": text.replace("{", "{{").replace("}", "}}")}
 
 
 def _uri(path: str) -> str:

@@ -57,13 +57,13 @@ def problem_text(problem: Problem, color: bool = False) -> str:
     margin = " " * len(str(problem.line))
     place = f"{printable(problem.path)}:{problem.line}:{problem.column}"
     lines = [
-        paint(problem.severity, f"{problem.severity}[{problem.code}]") + paint("strong", f": {problem.message}"),
+        paint(problem.severity, f"{problem.severity}[{problem.code}]") + paint("strong", f": {printable(problem.message)}"),
         f"{margin}{paint('frame', '-->')} {place}",
     ]
     if problem.span.excerpt is not None:
         lines += _pointed_at(problem, problem.span.excerpt, paint)
     if problem.help:
-        lines.append(f"{margin} {paint('frame', '=')} {paint('help', 'help')}: {problem.help}")
+        lines.append(f"{margin} {paint('frame', '=')} {paint('help', 'help')}: {printable(problem.help)}")
     return "\n".join(lines)
 
 

@@ -207,6 +207,15 @@ class Document:
         place = places.at(loc, what)
         return self.source.span(place.start, place.end)
 
+    def nearest(self, loc: Loc) -> Loc:
+        """Return a location, or that of the nearest value around it which is there."""
+        value = self.data
+        for count, step in enumerate(loc):
+            if not (step in value if isinstance(value, dict) else isinstance(value, list)):
+                return loc[:count]
+            value = value[step]
+        return loc
+
     def problem(self, rule: Rule, loc: Loc, message: str, *, help: str = "", at: str = VALUE) -> Problem:
         """Return a problem at `loc` of this document; without a `help` of its own it has the rule's remedy."""
         where = loc[:-1] if at == KEY else loc  # the message names the key

@@ -1,81 +1,63 @@
 """Spheres and boxes as solids: which of them encloses what.
 
 `Enclosures` finds what encloses a solid among many others in about constant time: a grid for each power of two
-holds the solids of that size, each in the at most eight cells that its bounds meet.
+holds the solids of that size by their centres, and what encloses a point has its centre in one of eight cells.
 """
 
 from __future__ import annotations
 
 import math
-from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import product
 from typing import TypeAlias
 
 from rtcli.scene.model import Box, Object, Sphere
 from rtcli.scene.vectors import Vector
 
-_Cell: TypeAlias = tuple[int, float, float, float]
-
 # Comparisons for each solid, on the average, before `Enclosures` gives up: those of a scene take a few.
-_MAX_COMPARISONS = 50
+_MAX_COMPARISONS = 64
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Point:
-    """A point, which is a solid without extent."""
+    """A point, which is a solid without extent.
+
+    Parameters
+    ----------
+    centre
+        Where it is.
+    bounds
+        Half the size of the bounding box along the axes.
+    """
 
     centre: Vector
-
-    @property
-    def bounds(self) -> Vector:
-        """Half the size of the bounding box along the axes."""
-        return (0.0, 0.0, 0.0)
-
-    def farthest(self, origin: Vector, way: Vector) -> float:
-        """Return how far the solid reaches from an origin along a unit vector."""
-        return sum((c - o) * w for c, o, w in zip(self.centre, origin, way, strict=True))
+    bounds: Vector = (0.0, 0.0, 0.0)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Ball(Point):
     """A sphere with what is inside."""
 
-    radius: float
+    radius: float = 0.0
 
-    @property
-    def bounds(self) -> Vector:
-        """Half the size of the bounding box along the axes."""
-        return (self.radius, self.radius, self.radius)
-
-    def farthest(self, origin: Vector, way: Vector) -> float:
-        """Return how far the solid reaches from an origin along a unit vector."""
-        return super().farthest(origin, way) + self.radius
+    def reach(self, way: Vector) -> float:
+        """Return how far the solid reaches from its centre along a unit vector."""
+        return self.radius
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Cuboid(Point):
     """A box with what is inside: half its size, and cosine and sine of its rotation about +y."""
 
-    half: Vector
-    cos: float
-    sin: float
+    half: Vector = (0.0, 0.0, 0.0)
+    cos: float = 1.0
+    sin: float = 0.0
 
-    @cached_property
-    def bounds(self) -> Vector:
-        """Half the size of the bounding box along the axes."""
-        x, y, z = self.half
-        cos, sin = abs(self.cos), abs(self.sin)
-        return (x * cos + z * sin, y, x * sin + z * cos)
-
-    def farthest(self, origin: Vector, way: Vector) -> float:
-        """Return how far the solid reaches from an origin along a unit vector."""
+    def reach(self, way: Vector) -> float:
+        """Return how far the solid reaches from its centre along a unit vector."""
         x, y, z = self.into_box(way)
-        return (
-            super().farthest(origin, way) + abs(x) * self.half[0] + abs(y) * self.half[1] + abs(z) * self.half[2]
-        )
+        return abs(x) * self.half[0] + abs(y) * self.half[1] + abs(z) * self.half[2]
 
     def into_box(self, vector: Vector) -> Vector:
         """Return a vector of the world in the axes of the box."""
@@ -93,38 +75,44 @@ class Cuboid(Point):
             )
 
 
-Solid: TypeAlias = Point | Ball | Cuboid
+Solid: TypeAlias = Ball | Cuboid
 
 
 def solid_of(shape: Object) -> Solid | None:
     """Return the solid of a sphere or box; a plane has none."""
     if isinstance(shape, Sphere):
-        return Ball(shape.position, shape.radius)
+        radius = shape.radius
+        return Ball(shape.position, (radius, radius, radius), radius)
     if isinstance(shape, Box):
-        angle = math.radians(math.fmod(shape.rotation, 360))
-        x, y, z = shape.size
-        return Cuboid(shape.position, (x / 2, y / 2, z / 2), math.cos(angle), math.sin(angle))
+        return _cuboid(shape)
     return None
+
+
+def _cuboid(box: Box) -> Cuboid:
+    angle = math.radians(math.fmod(box.rotation, 360))
+    cos, sin = math.cos(angle), math.sin(angle)
+    x, y, z = (side / 2 for side in box.size)
+    bounds = (x * abs(cos) + z * abs(sin), y, x * abs(sin) + z * abs(cos))
+    return Cuboid(box.position, bounds, (x, y, z), cos, sin)
 
 
 def surface_distance(solid: Solid, point: Vector) -> float:
     """Return the distance from a point to the surface of a solid, negative inside."""
-    way: Vector = tuple(p - c for p, c in zip(point, solid.centre, strict=True))  # type: ignore[assignment]
     if isinstance(solid, Ball):
-        return math.hypot(*way) - solid.radius
-    assert isinstance(solid, Cuboid)
-    beyond = [abs(x) - half for x, half in zip(solid.into_box(way), solid.half, strict=True)]
+        return math.dist(point, solid.centre) - solid.radius
+    (px, py, pz), (cx, cy, cz) = point, solid.centre
+    beyond = [abs(x) - h for x, h in zip(solid.into_box((px - cx, py - cy, pz - cz)), solid.half, strict=True)]
     outside = math.hypot(*(max(0.0, x) for x in beyond))
     return outside if outside > 0 else max(beyond)
 
 
-def contains(outer: Solid, inner: Solid) -> bool:
-    """Return whether a solid is wholly inside another; both are convex, so their farthest points tell."""
+def contains(outer: Solid, inner: Point) -> bool:
+    """Return whether a solid wholly encloses another, which is convex: so its farthest points tell."""
     if isinstance(inner, Cuboid):
         return all(surface_distance(outer, corner) <= 0 for corner in inner.corners())
-    radius = inner.radius if isinstance(inner, Ball) else 0.0
-    distance = surface_distance(outer, inner.centre) + radius
-    return distance <= 0 if radius else distance < 0  # a point on the surface is not inside
+    if isinstance(inner, Ball):
+        return surface_distance(outer, inner.centre) + inner.radius <= 0
+    return surface_distance(outer, inner.centre) < 0  # a point on the surface is not inside
 
 
 class Enclosures:
@@ -137,20 +125,17 @@ class Enclosures:
     """
 
     def __init__(self, solids: Iterable[tuple[int, Solid]]) -> None:
-        self._cells: defaultdict[_Cell, list[tuple[int, Solid]]] = defaultdict(list)
+        self._levels: dict[int, dict[tuple[float, ...], list[tuple[int, Solid]]]] = {}
         self._left = 0
         for index, solid in solids:
             self._left += _MAX_COMPARISONS
-            level, size = _level(max(solid.bounds))
-            spans = [
-                {(centre - half) // size, (centre + half) // size}
-                for centre, half in zip(solid.centre, solid.bounds, strict=True)
-            ]
-            for x, y, z in product(*spans):
-                self._cells[level, x, y, z].append((index, solid))
-        self._levels = sorted({cell[0] for cell in self._cells})
+            level = _level(max(solid.bounds))
+            size = math.ldexp(1.0, level)
+            x, y, z = solid.centre
+            cells = self._levels.setdefault(level, {})
+            cells.setdefault((x // size, y // size, z // size), []).append((index, solid))
 
-    def around(self, inner: Solid, own: int | None) -> int | None:
+    def around(self, inner: Point, own: int | None) -> int | None:
         """Return the index of a solid around another, or None; of two equal ones the first is around the second.
 
         Parameters
@@ -160,28 +145,32 @@ class Enclosures:
         own
             Its own index, if it is one of the solids.
         """
-        extent = max(inner.bounds)
-        least = _level(extent)[0] if extent > 0 else -math.inf
-        for level in self._levels:
-            if level >= least:
-                size = math.ldexp(1.0, level)
-                x, y, z = (centre // size for centre in inner.centre)
-                for index, solid in self._cells.get((level, x, y, z), ()):
-                    self._left -= 1
-                    if self._left < 0:
-                        return None
-                    if index != own and self._encloses(index, solid, inner, own):
-                        return index
+        for index, outer in self._near(inner):
+            self._left -= 1
+            if self._left < 0:
+                return None
+            if index == own or any(o < i for o, i in zip(outer.bounds, inner.bounds, strict=True)):
+                continue
+            if contains(outer, inner) and (own is None or index < own or not _equal(outer, inner)):
+                return index
         return None
 
-    def _encloses(self, index: int, outer: Solid, inner: Solid, own: int | None) -> bool:
-        if not contains(outer, inner):
-            return False
-        is_equal = isinstance(inner, (Ball, Cuboid)) and contains(inner, outer)
-        return not is_equal or own is None or index < own
+    def _near(self, inner: Point) -> Iterator[tuple[int, Solid]]:
+        """Yield the solids that are large and near enough: their centres are at most half a cell away."""
+        extent = max(inner.bounds)
+        least = _level(extent) if extent > 0 else -math.inf
+        for level, cells in self._levels.items():
+            if level >= least:
+                size = math.ldexp(1.0, level)
+                ways = [{(c - size / 2) // size, (c + size / 2) // size} for c in inner.centre]
+                for cell in product(*ways):
+                    yield from cells.get(cell, ())
 
 
-def _level(extent: float) -> tuple[int, float]:
-    """Return the exponent of the least power of two that is at least twice an extent, and that power."""
-    exponent = min(max(math.frexp(extent)[1] + 1, -1000), 1000)
-    return exponent, math.ldexp(1.0, exponent)
+def _equal(outer: Solid, inner: Point) -> bool:
+    return isinstance(inner, (Ball, Cuboid)) and contains(inner, outer)
+
+
+def _level(extent: float) -> int:
+    """Return the exponent of a power of two that is at least twice an extent: the size of a cell."""
+    return min(max(math.frexp(extent)[1] + 1, -1000), 1000)

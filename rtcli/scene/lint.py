@@ -52,29 +52,22 @@ class _Light:
         return self.light.intensity * max(self.light.color)
 
 
-def lint(scene: Scene) -> Iterator[LintWarning]:
+def lint(look: Look) -> Iterator[LintWarning]:
     """Yield the warnings that the numbers of a scene give, without a picture of it."""
-    look = _Look(scene)
     yield from _lights(look)
     yield from _camera(look)
     yield from _views(look)
     yield from _pairs(look)
 
 
-def shines(scene: Scene) -> bool:
-    """Return whether any light of a scene shines."""
-    return any(light.strength > 0 for light in _lights_of(scene))
-
-
-def burnt_out(scene: Scene, exposure: float) -> Iterator[LintWarning]:
+def burnt_out(look: Look, exposure: float) -> Iterator[LintWarning]:
     """Yield the lights that are so close to a surface that it burns out, at an exposure in stops."""
-    look = _Look(scene)
-    if scene.render.max_depth > 0:
-        for light in look.lights[: max(1, _MAX_DISTANCES // max(1, len(scene.objects)))]:
+    if look.scene.render.max_depth > 0:
+        for light in look.lights[: max(1, _MAX_DISTANCES // max(1, len(look.solids)))]:
             yield from _burnt_by(look, light, exposure)
 
 
-class _Look:
+class Look:
     """A scene with what several rules ask of it."""
 
     def __init__(self, scene: Scene) -> None:
@@ -82,6 +75,11 @@ class _Look:
         self.eye = scene.camera.position
         self.solids: list[Solid | None] = [solid_of(shape) for shape in scene.objects]
         self.lights = list(_lights_of(scene))
+
+    @property
+    def shines(self) -> bool:
+        """Whether any light shines."""
+        return any(light.strength > 0 for light in self.lights)
 
     @cached_property
     def around_eye(self) -> set[int]:
@@ -114,8 +112,8 @@ def _lights_of(scene: Scene) -> Iterator[_Light]:
 # --- Lights and camera -----------------------------------------------------------------------------------
 
 
-def _lights(look: _Look) -> Iterator[LintWarning]:
-    if not shines(look.scene):
+def _lights(look: Look) -> Iterator[LintWarning]:
+    if not look.shines:
         yield LintWarning(rules.NO_LIGHT, ("lights",), "no light shines: only the background is seen", HEAD)
     for light in look.lights:
         around = look.enclosures.around(Point(light.position), light.body)
@@ -124,7 +122,7 @@ def _lights(look: _Look) -> Iterator[LintWarning]:
             yield LintWarning(rules.ENCLOSED_LIGHT, light.loc, message, HEAD)
 
 
-def _camera(look: _Look) -> Iterator[LintWarning]:
+def _camera(look: Look) -> Iterator[LintWarning]:
     for index in sorted(look.around_eye):
         message = f"the camera is inside {look.named(index)}"
         yield LintWarning(rules.CAMERA_INSIDE, ("camera", "position"), message)
@@ -153,10 +151,12 @@ class _View:
         if isinstance(shape, Plane):
             return self._misses_plane(shape)
         assert solid is not None
-        if solid.farthest(self.eye, self.forward) <= 0:
+        way = direction(self.eye, solid.centre)
+        if _dot(way, self.forward) + solid.reach(self.forward) <= 0:
             return rules.BEHIND_CAMERA
-        if any(solid.farthest(self.eye, side) <= 0 for side in self.sides):
-            return rules.OUT_OF_VIEW
+        for side in self.sides:
+            if _dot(way, side) + solid.reach(side) <= 0:
+                return rules.OUT_OF_VIEW
         return None
 
     def _misses_plane(self, plane: Plane) -> Rule | None:
@@ -177,7 +177,7 @@ def _four_sides(right: Vector, up: Vector, wide: float, tall: float) -> list[tup
     return [(right, wide), (_scaled(right, -1), wide), (up, tall), (_scaled(up, -1), tall)]
 
 
-def _views(look: _Look) -> Iterator[LintWarning]:
+def _views(look: Look) -> Iterator[LintWarning]:
     view = _View(look.scene)
     words = {rules.BEHIND_CAMERA: "is wholly behind the camera", rules.OUT_OF_VIEW: "is wholly outside the view"}
     carriers = {light.body for light in look.lights}
@@ -190,13 +190,15 @@ def _views(look: _Look) -> Iterator[LintWarning]:
 # --- Objects and others ----------------------------------------------------------------------------------
 
 
-def _pairs(look: _Look) -> Iterator[LintWarning]:
+def _pairs(look: Look) -> Iterator[LintWarning]:
     first: dict[tuple[object, ...], int] = {}
     carriers = {light.body for light in look.lights}
     for index, (shape, solid) in enumerate(zip(look.scene.objects, look.solids, strict=True)):
         twin = first.setdefault(_all_but_name(shape), index)
         if twin != index:
-            yield LintWarning(rules.EQUAL_OBJECTS, ("objects", index), f"equals {look.named(twin)}", HEAD)
+            yield LintWarning(
+                rules.EQUAL_OBJECTS, ("objects", index), f"the {shape.type} equals {look.named(twin)}", HEAD
+            )
         elif solid is not None and index not in carriers:  # of a light inside another object was told already
             around = look.enclosures.around(solid, index)
             if around is not None:
@@ -211,7 +213,7 @@ def _all_but_name(shape: Object) -> tuple[object, ...]:
 # --- Light and surfaces ----------------------------------------------------------------------------------
 
 
-def _burnt_by(look: _Look, light: _Light, exposure: float) -> Iterator[LintWarning]:
+def _burnt_by(look: Look, light: _Light, exposure: float) -> Iterator[LintWarning]:
     """Yield a warning if the light burns out the object that it makes the brightest.
 
     radiance = albedo / pi * I / (4 pi h^2), h the distance to the surface (design, section 2; document, 3.3).
@@ -235,7 +237,7 @@ def _radiance(strength: float, distance: float) -> float:
     return strength / (4 * math.pi**2) / distance / distance
 
 
-def _falloff(look: _Look, light: _Light) -> float:
+def _falloff(look: Look, light: _Light) -> float:
     if not look.scene.render.eye_falloff:
         return 1.0
     way = math.dist(look.eye, light.position)
