@@ -6,6 +6,7 @@ import refresh
 from PIL import Image
 
 import rtcli
+from rtcli.scene.rules import RULES
 
 GALLERY = refresh.gallery_scenes()
 
@@ -14,9 +15,19 @@ def test_readme_is_fresh():
     assert refresh.README.read_text(encoding="utf-8") == refresh.readme_text(), "run: make docs"
 
 
-@pytest.mark.parametrize("part", refresh.generated_parts())
+@pytest.mark.parametrize("part", refresh.readme_parts())
 def test_readme_holds_each_generated_part(part):
     assert f"<!-- begin {part} -->" in refresh.README.read_text(encoding="utf-8")
+
+
+def test_page_on_diagnostics_is_fresh():
+    assert refresh.DIAGNOSTICS.read_text(encoding="utf-8") == refresh.diagnostics_text(), "run: make docs"
+
+
+@pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.code)
+def test_page_on_diagnostics_tells_each_rule_once(rule):
+    text = refresh.DIAGNOSTICS.read_text(encoding="utf-8")
+    assert text.count(f"\n| `{rule.code}` | {rule.name} | ") == 1
 
 
 def test_every_command_is_in_the_readme():

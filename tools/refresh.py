@@ -15,6 +15,7 @@ from click.testing import CliRunner
 
 import rtcli
 from rtcli.cli import main
+from rtcli.scene.rules import RULES
 from rtcli.scene.schema import scene_schema, schema_text
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -22,6 +23,7 @@ README = ROOT / "README.md"
 SCHEMA = ROOT / "schemas" / "scene.schema.json"
 SCENES = ROOT / "scenes"
 WRONG = ROOT / "docs" / "wrong.yaml"
+DIAGNOSTICS = ROOT / "docs" / "diagnostics.md"
 GALLERY = ROOT / "docs" / "gallery"
 BENCHMARKS = ROOT / "benchmarks"
 
@@ -33,12 +35,20 @@ _PART = re.compile(r"(<!-- begin (?P<name>[\w ]+) -->\n).*?(<!-- end (?P=name) -
 
 def readme_text() -> str:
     """Return the README with its generated parts as they should be."""
-    parts = generated_parts()
-    text = README.read_text(encoding="utf-8")
+    return _with_parts(README, readme_parts())
+
+
+def diagnostics_text() -> str:
+    """Return the page on diagnostics with its generated parts as they should be."""
+    return _with_parts(DIAGNOSTICS, diagnostics_parts())
+
+
+def _with_parts(page: Path, parts: dict[str, str]) -> str:
+    text = page.read_text(encoding="utf-8")
     return _PART.sub(lambda match: f"{match[1]}{parts[match['name']]}\n{match[3]}", text)
 
 
-def generated_parts() -> dict[str, str]:
+def readme_parts() -> dict[str, str]:
     """Return the generated parts of the README by name."""
     parts = {f"help {name}": help_block(name) for name in COMMANDS}
     return {
@@ -124,6 +134,35 @@ def mistakes() -> str:
     return f"```yaml\n{text}\n```\n\n```console\n$ rtcli validate {WRONG.name}\n{report}\n```"
 
 
+# --- Diagnostics -----------------------------------------------------------------------------------------
+
+# The letters and digits that codes of a group start with, and what the group is.
+RULE_GROUPS = {
+    "E0": "text",
+    "E1": "structure",
+    "E2": "values",
+    "E3": "values together",
+    "W0": "warnings",
+}
+
+
+def diagnostics_parts() -> dict[str, str]:
+    """Return the generated parts of the page on diagnostics by name: a table for each group of rules."""
+    groups = {name: rules_table(start) for start, name in RULE_GROUPS.items()}
+    beyond = [f"`{rule.code}` {rule.name}" for rule in RULES if rule.code.startswith("E") and not rule.in_schema]
+    return {**groups, "beyond a schema": ", ".join(beyond) + "."}
+
+
+def rules_table(start: str) -> str:
+    """Return the rules whose codes start alike as a Markdown table."""
+    lines = ["| code | name | what is wrong | what to do |", "| --- | --- | --- | --- |"]
+    for rule in RULES:
+        if rule.code.startswith(start):
+            remedy = _text(rule.remedy) or "the message says what is allowed"
+            lines.append(f"| `{rule.code}` | {rule.name} | {_text(rule.summary)} | {remedy} |")
+    return "\n".join(lines)
+
+
 # --- Scene reference -------------------------------------------------------------------------------------
 
 SECTIONS = {
@@ -205,6 +244,7 @@ def refresh() -> None:
     """Write everything that is generated."""
     SCHEMA.write_text(schema_text(), encoding="utf-8")
     README.write_text(readme_text(), encoding="utf-8")
+    DIAGNOSTICS.write_text(diagnostics_text(), encoding="utf-8")
     for stale in set(GALLERY.glob("*.png")) - {picture_of(scene) for scene in gallery_scenes()}:
         stale.unlink()
     for scene in gallery_scenes():

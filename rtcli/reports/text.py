@@ -57,7 +57,8 @@ def problem_text(problem: Problem, color: bool = False) -> str:
     margin = " " * len(str(problem.line))
     place = f"{printable(problem.path)}:{problem.line}:{problem.column}"
     lines = [
-        paint(problem.severity, f"{problem.severity}[{problem.code}]") + paint("strong", f": {printable(problem.message)}"),
+        paint(problem.severity, f"{problem.severity}[{problem.code}]")
+        + paint("strong", f": {printable(problem.message)}"),
         f"{margin}{paint('frame', '-->')} {place}",
     ]
     if problem.span.excerpt is not None:

@@ -192,9 +192,11 @@ def _missing_type() -> _Finding:
 
 
 def _unknown_type(found: Any) -> _Finding:
-    hint = did_you_mean(str(found), model.SHAPES)
-    message = f"unknown type {_kind(found)}" + (f": {hint}" if hint else "")
-    return _Finding(rules.UNKNOWN_TYPE, message, f"the types are {_names(model.SHAPES)}")
+    if not isinstance(found, str):
+        return _Finding(rules.UNKNOWN_TYPE, f"must be the name of a shape, got {_kind(found)}", _THE_TYPES)
+    hint = did_you_mean(found, model.SHAPES)
+    message = f"unknown type {quoted(found)}" + (f": {hint}" if hint else "")
+    return _Finding(rules.UNKNOWN_TYPE, message, _THE_TYPES)
 
 
 def _unknown_key(loc: Loc) -> _Finding:
@@ -245,6 +247,9 @@ _SYNONYMS: dict[str, tuple[str, ...]] = {
 
 def _names(names: Iterable[str], before: str = "") -> str:
     return ", ".join(f"`{before}{name}`" for name in names)
+
+
+_THE_TYPES = f"the types are {_names(model.SHAPES)}"
 
 
 def _length(loc: Loc) -> int:
@@ -359,11 +364,6 @@ def _exposure(error: ErrorDetails) -> _Finding:
     return _Finding(rules.NOT_A_NUMBER, f"must be a number of stops, or auto, {_got(value)}{hint}")
 
 
-def _long_name(error: ErrorDetails) -> _Finding:
-    message = f"must have at most {model.MAX_NAME} characters, got {len(error['input'])}"
-    return _Finding(rules.NAME_TOO_LONG, message)
-
-
 _FINDINGS: dict[str, _Find] = {
     "bool_type": _must(rules.NOT_A_BOOLEAN, "true or false"),
     "color_kind": _color_kind,
@@ -383,7 +383,7 @@ _FINDINGS: dict[str, _Find] = {
     "name_taken": _said(rules.NAME_TAKEN),
     "no_direction": _said(rules.NO_DIRECTION),
     "no_value": _said(rules.NO_VALUE),
-    "string_too_long": _long_name,
+    "string_too_long": lambda error: _Finding(rules.TOO_LONG, f"has more than {model.MAX_NAME:,} characters"),
     "string_too_short": lambda error: _Finding(rules.EMPTY_TEXT, "must not be empty"),
     "string_type": _text,
     "too_long": _too_long,

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import re
-from bisect import bisect_right
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from types import MappingProxyType
 from typing import Any, TypeAlias
 
+from rtcli.scene.lines import Lines
 from rtcli.scene.problems import Excerpt, Problem, Span
 from rtcli.scene.rules import Rule
 
 Loc: TypeAlias = tuple[str | int, ...]
 
-# What libyaml and editors both take for the end of a line.
-_LINE_END = re.compile(r"\r\n|\r|\n")
+_LINE_END = re.compile(r"[\r\n]")
 
 # Of a longer line the piece around a problem is kept: a file may hold one line of millions of characters.
 _BEFORE, _AFTER = 100, 200
@@ -41,12 +39,11 @@ class Source:
     text: str
 
     @cached_property
-    def _line_starts(self) -> list[int]:
-        return [0, *(match.end() for match in _LINE_END.finditer(self.text))]
+    def _lines(self) -> Lines:
+        return Lines(self.text)
 
     def _line_and_column(self, offset: int) -> tuple[int, int]:
-        line = bisect_right(self._line_starts, offset)
-        return line, offset - self._line_starts[line - 1] + 1
+        return self._lines.number_of(offset), offset - self._lines.start_of(offset) + 1
 
     def span(self, start: int, end: int | None = None) -> Span:
         """Return the piece of the text from one offset to another, or one that is empty."""
@@ -56,18 +53,16 @@ class Source:
         )
 
     def _excerpt(self, start: int, end: int) -> Excerpt:
-        line_start = self._line_starts[bisect_right(self._line_starts, start) - 1]
-        line_end = _LINE_END.search(self.text, start)
-        stop = line_end.start() if line_end else len(self.text)
-        if stop < start:  # between the two characters of a line end
-            stop = start
-        first, last = max(line_start, start - _BEFORE), min(stop, start + _AFTER)
+        line_start = self._lines.start_of(start)
+        first, last = max(line_start, start - _BEFORE), min(start + _AFTER, len(self.text))
+        line_end = _LINE_END.search(self.text, start, last)
+        last = line_end.start() if line_end else last
         return Excerpt(
             text=self.text[first:last],
             start=start - first,
-            end=max(min(end, last), start) - first,
+            end=min(end, last) - first,
             cut_before=first > line_start,
-            cut_after=last < stop,
+            cut_after=line_end is None and last < len(self.text),
         )
 
     def problem(self, rule: Rule, message: str, start: int, end: int | None = None, help: str = "") -> Problem:
@@ -86,60 +81,84 @@ class Place:
 
     __slots__ = ("end", "start")
 
-    # Those of a list or mapping, which is a `Container`: nearly all values are neither.
-    children: Mapping[str | int, Place] = MappingProxyType({})
-    keys: Mapping[str, Place] = MappingProxyType({})
-
     def __init__(self, start: int, end: int) -> None:
         self.start = start
         self.end = end
 
-    def find(self, loc: Loc) -> tuple[Place, bool]:
-        """Return the last place on the way to `loc`, and whether it is that of `loc` itself."""
-        place = self
-        for step in loc:
-            if step not in place.children:
-                return place, False
-            place = place.children[step]
-        return place, True
+    def child(self, step: str | int) -> Place | None:
+        """Return the place of a value in this one, or None if there is none."""
+        return None
 
-    def at(self, loc: Loc, what: str = VALUE) -> Place:
-        """Return the place of the value, key or first token at `loc`; else the first token around it."""
-        if what == KEY and loc:
-            owner, _ = self.find(loc[:-1])
-            return owner.keys.get(str(loc[-1]), owner.head)
-        place, found = self.find(loc)
-        return place if found and what == VALUE else place.head
+    def key(self, step: str | int) -> Place | None:
+        """Return the place of a key in this value, or None if there is none."""
+        return None
 
     @property
     def head(self) -> Place:
         """The first token of the value."""
         return self
 
+    def find(self, loc: Loc) -> tuple[Place, bool]:
+        """Return the last place on the way to `loc`, and whether it is that of `loc` itself."""
+        place = self
+        for step in loc:
+            child = place.child(step)
+            if child is None:
+                return place, False
+            place = child
+        return place, True
 
-class Container(Place):
-    """Where a list or mapping stands, and the places of what it contains.
+    def at(self, loc: Loc, what: str = VALUE) -> Place:
+        """Return the place of the value, key or first token at `loc`; else the first token around it."""
+        if what == KEY and loc:
+            owner, _ = self.find(loc[:-1])
+            return owner.key(loc[-1]) or owner.head
+        place, found = self.find(loc)
+        return place if found and what == VALUE else place.head
 
-    Parameters
-    ----------
-    children
-        The places of values, by key or index.
-    keys
-        The places of a mapping's keys.
-    """
 
-    __slots__ = ("children", "keys")
+class ListPlace(Place):
+    """Where a list stands, and its items."""
+
+    __slots__ = ("items",)
 
     def __init__(self, start: int, end: int) -> None:
         super().__init__(start, end)
-        self.children: dict[str | int, Place] = {}
-        self.keys: dict[str, Place] = {}
+        self.items: list[Place] = []
+
+    def child(self, step: str | int) -> Place | None:
+        """Return the place of an item, or None if there is none."""
+        return self.items[step] if isinstance(step, int) and step < len(self.items) else None
 
     @property
     def head(self) -> Place:
-        """The first token: a bracket or hyphen, or the first key of a mapping in lines."""
-        first = next(iter(self.keys.values()), self)
-        return first if first.start == self.start and self.keys else Place(self.start, self.start + 1)
+        """The bracket, or the first hyphen."""
+        return Place(self.start, self.start + 1)
+
+
+class MappingPlace(Place):
+    """Where a mapping stands, with its values and its keys."""
+
+    __slots__ = ("keys", "values")
+
+    def __init__(self, start: int, end: int) -> None:
+        super().__init__(start, end)
+        self.values: dict[str, Place] = {}
+        self.keys: dict[str, Place] = {}
+
+    def child(self, step: str | int) -> Place | None:
+        """Return the place of a value, or None if there is none."""
+        return self.values.get(step) if isinstance(step, str) else None
+
+    def key(self, step: str | int) -> Place | None:
+        """Return the place of a key, or None if there is none."""
+        return self.keys.get(step) if isinstance(step, str) else None
+
+    @property
+    def head(self) -> Place:
+        """The bracket, or the first key of a mapping in lines."""
+        first = next(iter(self.keys.values()), None)
+        return first if first and first.start == self.start else Place(self.start, self.start + 1)
 
 
 @dataclass(frozen=True)

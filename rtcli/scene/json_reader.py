@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from rtcli.scene import reading, rules
-from rtcli.scene.document import Container, Document, Place, Source
+from rtcli.scene.document import Document, ListPlace, MappingPlace, Place, Source
 from rtcli.scene.problems import SceneError, quoted
 from rtcli.scene.reading import Reading, garbage_collector_paused, integer
 
@@ -16,8 +16,11 @@ _SURROGATE_ESCAPE = re.compile(r"\\u[dD][89a-fA-F][0-9a-fA-F]{2}")
 _SURROGATE = re.compile("[\ud800-\udfff]")
 _SPACE = re.compile(r"[ \t\n\r]*")
 _DECODER = json.JSONDecoder()
-# RFC 8259, section 6; an integer has neither of the groups.
-_NUMBER = re.compile(r"-?(?:0|[1-9][0-9]*)(\.[0-9]+)?([eE][-+]?[0-9]+)?")
+# RFC 8259, section 6; an integer has neither of the inner groups.
+_NUMBER = re.compile(r"[ \t\n\r]*(-?(?:0|[1-9][0-9]*)(\.[0-9]+)?([eE][-+]?[0-9]+)?)")
+# A comma, and what cannot be a closing bracket after it.
+_COMMA = re.compile(r"[ \t\n\r]*,(?=[ \t\n\r]*[^ \t\n\r\]}])")
+_PLAIN_KEY = re.compile(r'[ \t\n\r]*"([ -!#-\[\]-~]{0,100})"[ \t\n\r]*:')
 # The last three are Python's own, which the models refuse as not finite.
 _WORD = re.compile(r"true|false|null|NaN|-?Infinity")
 _WORDS = {
@@ -85,17 +88,20 @@ class _JsonReading(Reading):
         return Document(self.source, data, self.problems, places=place)
 
     def _value(self, depth: int) -> tuple[Any, Place]:
-        self._skip_space()
         self.nodes += 1
         if self.nodes > reading.MAX_NODES:
             self.grow(0, Place(self.at, self.at))
+        number = _NUMBER.match(self.text, self.at)
+        if number:  # as most values are
+            return self._number(number)
+        self._skip_space()
         character = self._peek()
         if character == '"':
             return self._string()
         if character in ("{", "["):
             self.check_depth(depth, Place(self.at, self.at + 1))
             return (self._mapping if character == "{" else self._list)(depth + 1)
-        return self._number_or_word()
+        return self._word()
 
     def _peek(self) -> str:
         return self.text[self.at : self.at + 1]
@@ -115,12 +121,13 @@ class _JsonReading(Reading):
 
     def _list(self, depth: int) -> tuple[list[Any], Place]:
         items: list[Any] = []
-        place = Container(self.at, self.at)
+        place = ListPlace(self.at, self.at)
         self.at += 1
         if not self._take("]"):
             while True:
-                item, place.children[len(items)] = self._value(depth)
+                item, at = self._value(depth)
                 items.append(item)
+                place.items.append(at)
                 if not self._goes_on("]"):
                     break
         place.end = self.at
@@ -128,7 +135,7 @@ class _JsonReading(Reading):
 
     def _mapping(self, depth: int) -> tuple[dict[str, Any], Place]:
         mapping: dict[str, Any] = {}
-        place = Container(self.at, self.at)
+        place = MappingPlace(self.at, self.at)
         self.at += 1
         if not self._take("}"):
             while True:
@@ -136,13 +143,17 @@ class _JsonReading(Reading):
                 is_new = self.is_new_key(key, at, place.keys)
                 value, child = self._value(depth)
                 if is_new:
-                    mapping[key], place.children[key] = value, child
+                    mapping[key], place.values[key] = value, child
                 if not self._goes_on("}"):
                     break
         place.end = self.at
         return mapping, place
 
     def _key(self) -> tuple[str, Place]:
+        plain = _PLAIN_KEY.match(self.text, self.at)
+        if plain:
+            self.at = plain.end()
+            return plain[1], Place(plain.start(1) - 1, plain.end(1) + 1)
         self._skip_space()
         if self._peek() != '"':
             raise self._expected("a key in double quotes")
@@ -153,6 +164,10 @@ class _JsonReading(Reading):
 
     def _goes_on(self, closing: str) -> bool:
         """Go past a comma, or past the bracket that closes."""
+        goes_on = _COMMA.match(self.text, self.at)
+        if goes_on:
+            self.at = goes_on.end()
+            return True
         if self._take(closing):
             return False
         if not self._take(","):
@@ -189,19 +204,19 @@ class _JsonReading(Reading):
         help = r"write `\\` for a backslash"
         return self.fatal(rules.JSON_SYNTAX, "not valid JSON: no such escape", Place(at, at + 1), help)
 
-    def _number_or_word(self) -> tuple[Any, Place]:
+    def _number(self, number: re.Match[str]) -> tuple[int | float, Place]:
+        digits, self.at = number[1], number.end()
+        place = Place(number.start(1), self.at)
+        self.check_length(digits, place)
+        return float(digits) if number[2] or number[3] else integer(digits, 10), place
+
+    def _word(self) -> tuple[Any, Place]:
         start = self.at
         word = _WORD.match(self.text, start)
-        if word:
-            self.at = word.end()
-            return _WORDS[word[0]], Place(start, self.at)
-        number = _NUMBER.match(self.text, start)
-        if number is None:
+        if word is None:
             raise self._expected("a value")
-        self.at = number.end()
-        place = Place(start, self.at)
-        self.check_length(number[0], place)
-        return float(number[0]) if number.lastindex else integer(number[0], 10), place
+        self.at = word.end()
+        return _WORDS[word[0]], Place(start, self.at)
 
     def _expected(self, what: str) -> SceneError:
         """Return the error for something else than what must come here."""

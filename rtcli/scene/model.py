@@ -26,7 +26,7 @@ from pydantic import (
 from pydantic_core import InitErrorDetails, PydanticCustomError
 from typing_extensions import TypeAliasType
 
-from rtcli.scene.colors import CSS_NAMES, HEX_PATTERN, color_from_text
+from rtcli.scene.colors import color_from_text
 from rtcli.scene.problems import quoted
 from rtcli.scene.vectors import cross, direction, unit
 
@@ -45,6 +45,8 @@ NotNegative = Annotated[Number, Field(ge=0)]
 Integer = Annotated[int, Field(strict=True)]
 # `rtcli.scene.vectors.Vector` with the checks of a scene file.
 Vector: TypeAlias = tuple[Number, Number, Number]
+# One that points somewhere; the models say so in better words than a schema.
+Direction: TypeAlias = Annotated[Vector, Field(json_schema_extra={"not": {"const": [0, 0, 0]}})]
 
 WHITE = (1.0, 1.0, 1.0)
 BLACK = (0.0, 0.0, 0.0)
@@ -72,30 +74,16 @@ def _color(value: Any) -> Any:
     return value
 
 
-def _color_schema(**bounds: float) -> WithJsonSchema:
-    component = {"type": "number", **bounds}
-    return WithJsonSchema(
-        {
-            "anyOf": [
-                {"type": "array", "items": component, "minItems": 3, "maxItems": 3},
-                {"type": "string", "enum": list(CSS_NAMES)},
-                # The models take names in any case; of those with capitals a schema cannot list all.
-                {"type": "string", "pattern": "^[A-Za-z]*[A-Z][A-Za-z]*$"},
-                {"type": "string", "pattern": HEX_PATTERN},
-            ]
-        }
-    )
-
-
 _Share = Annotated[NotNegative, Field(le=1)]
-# Named types, so that the schema holds the list of CSS names twice and not at each use.
+_Reflected: TypeAlias = tuple[_Share, _Share, _Share]
+_Emitted: TypeAlias = tuple[NotNegative, NotNegative, NotNegative]
+# Named types, so that the schema holds each once and not at each use; which texts name a color it spells out itself.
+ColorName = TypeAliasType("ColorName", str)
 Albedo = TypeAliasType(
-    "Albedo",
-    Annotated[tuple[_Share, _Share, _Share], BeforeValidator(_color), _color_schema(minimum=0, maximum=1)],
+    "Albedo", Annotated[_Reflected, BeforeValidator(_color, json_schema_input_type=ColorName | _Reflected)]
 )
 LightColor = TypeAliasType(
-    "LightColor",
-    Annotated[tuple[NotNegative, NotNegative, NotNegative], BeforeValidator(_color), _color_schema(minimum=0)],
+    "LightColor", Annotated[_Emitted, BeforeValidator(_color, json_schema_input_type=ColorName | _Emitted)]
 )
 Side = Annotated[Integer, Field(ge=1, le=MAX_SIDE)]
 
@@ -130,7 +118,7 @@ class Camera(_Model):
     """Where the eye is: x, y, z."""
     look_at: Annotated[Vector | None, Given] = Field(default=None, examples=[[0, 1, 0]])
     """The point in the middle of the picture. Default: position + [0, 0, -1], a view along -z."""
-    up: Vector = Field(default=(0.0, 1.0, 0.0), examples=[[0, 1, 0]], validate_default=True)
+    up: Direction = Field(default=(0.0, 1.0, 0.0), examples=[[0, 1, 0]], validate_default=True)
     """The direction that is up in the picture, of any length but 0, not along the view."""
 
     @field_validator("look_at")
@@ -199,7 +187,7 @@ class Plane(_Shape):
     """The kind of shape."""
     position: Vector = Field(examples=[[0, -20, 0]])
     """Any point on the plane."""
-    normal: Vector = Field(examples=[[0, 1, 0]])
+    normal: Direction = Field(examples=[[0, 1, 0]])
     """The direction that stands on the plane, of any length but 0."""
 
     @field_validator("normal")

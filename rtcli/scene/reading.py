@@ -17,7 +17,7 @@ from rtcli.scene.rules import Rule
 
 MAX_BYTES = 64 * 2**20
 MAX_DEPTH = 64
-MAX_NODES = 4_000_000  # values, aliases and merge keys expanded
+MAX_NODES = 3_000_000  # values, aliases and merge keys expanded
 MAX_KEYS = 100
 MAX_CHARACTERS = 10_000
 # Python refuses to convert longer digit strings, and no float is that large.

@@ -67,7 +67,7 @@ TOO_DEEP = Rule(
 TOO_MANY_VALUES = Rule(
     "E008",
     "too-many-values",
-    "The file holds more than 4,000,000 values, counted with all aliases and merge keys expanded.",
+    "The file holds more than 3,000,000 values, counted with all aliases and merge keys expanded.",
     "split the scene; if it is small, its aliases multiply each other",
 )
 TOO_LONG = Rule(
@@ -186,10 +186,6 @@ UNKNOWN_COLOR = Rule(
     'give [r, g, b], linear; a CSS name such as tomato; or "#rrggbb" in quotes',
     in_schema=True,
 )
-NAME_TOO_LONG = Rule(
-    "E211", "name-too-long", "A name of more than 10,000 characters.", "give a shorter name", in_schema=True
-)
-
 # --- E3: values that must fit each other -----------------------------------------------------------------
 
 NAME_TAKEN = Rule(

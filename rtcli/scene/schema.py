@@ -1,4 +1,8 @@
-"""The JSON Schema of scene files, generated from the models, for editors and other programs."""
+"""The JSON Schema of scene files, generated from the models, for editors and other programs.
+
+It refuses what the models refuse, but for the rules that no schema can express: see `rtcli.scene.rules`. How it is
+laid out decides what an editor offers and says, so that differs here and there from pydantic's own way.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +12,13 @@ from typing import Any
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
+from rtcli.scene.colors import CSS_NAMES, HEX_PATTERN
 from rtcli.scene.model import Scene
+
+# `errorMessage` is what VS Code and the YAML language server say instead of their own words, of which theirs for a
+# value that fits none of several schemas is about the first of them only.
+_NO_COLOR = 'Not a color: give a CSS name such as tomato, "#rrggbb" in quotes, or [r, g, b].'
+_NO_EXPOSURE = "Not an exposure: give a number of stops, or auto."
 
 
 class _SceneFileSchema(GenerateJsonSchema):
@@ -26,19 +36,67 @@ class _SceneFileSchema(GenerateJsonSchema):
         return result
 
     def default_schema(self, schema: core_schema.WithDefaultSchema) -> JsonSchemaValue:
-        if schema.get("default", ...) is None:
+        """Leave out a default that says nothing: null, or the empty list, which an editor would write out."""
+        if schema.get("default", ...) in (None, ()):
             return self.generate_inner(schema["schema"])
         return super().default_schema(schema)
+
+    def tagged_union_schema(self, schema: core_schema.TaggedUnionSchema) -> JsonSchemaValue:
+        """Describe each kind of object by `if` and `then`: with `oneOf`, all that is told of a mistake in one is
+        that it is no object of any kind.
+        """
+        tag = str(schema["discriminator"])
+        kinds = {str(kind): self.generate_inner(choice) for kind, choice in schema["choices"].items()}
+        return {
+            "title": "Object",
+            "type": "object",
+            "properties": {tag: {"title": "Type", "description": "The kind of shape.", "enum": list(kinds)}},
+            "required": [tag],
+            "allOf": [
+                {
+                    "if": {"type": "object", "properties": {tag: {"const": kind}}, "required": [tag]},
+                    "then": body,
+                }
+                for kind, body in kinds.items()
+            ],
+        }
 
 
 def scene_schema() -> dict[str, Any]:
     """Return the schema of a scene file: JSON Schema draft 7, the newest that all YAML editors know."""
     body = Scene.model_json_schema(schema_generator=_SceneFileSchema)
+    body["$defs"]["ColorName"] = _color_name()
+    body["$defs"]["Image"]["properties"]["exposure"]["anyOf"][0]["errorMessage"] = _NO_EXPOSURE
+    for kind in ("Sphere", "Plane", "Box"):
+        _put_first(body["$defs"][kind], "type")
     return {
         "$schema": "http://json-schema.org/draft-07/schema#",
         **body,
         "title": "rtcli scene",
     }
+
+
+def _color_name() -> JsonSchemaValue:
+    """Return the schema of the texts that `rtcli.scene.colors` takes for colors."""
+    return {
+        "title": "Color",
+        "anyOf": [
+            {"enum": list(CSS_NAMES), "errorMessage": _NO_COLOR},
+            # The same in any case: a pattern of draft 7 has no flag for that.
+            {"type": "string", "pattern": f"^({'|'.join(map(_in_any_case, CSS_NAMES))})$"},
+            {"type": "string", "pattern": HEX_PATTERN},
+        ],
+    }
+
+
+def _in_any_case(name: str) -> str:
+    return "".join(f"[{letter.upper()}{letter}]" for letter in name)
+
+
+def _put_first(mapping: JsonSchemaValue, key: str) -> None:
+    """Let the mapping begin with a key, as it does where an editor writes it out."""
+    properties = mapping["properties"]
+    mapping["properties"] = {key: properties.pop(key), **properties}
 
 
 def schema_text() -> str:

@@ -81,6 +81,7 @@ _ADVICE = (
         "close it with the quote that opens it",
         context="while scanning a quoted scalar",
     ),
+    _Advice("exceeded maximum nesting depth", "nested too deep: no scene is", "flatten it"),
     _Advice("found unknown escape character", "no such escape in a quoted text", r"write `\\` for a backslash"),
     _Advice(
         "did not find expected '-' indicator",

@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 import yaml
 
 from rtcli.scene import reading, rules
-from rtcli.scene.document import Container, Document, Place, Source
+from rtcli.scene.document import Document, ListPlace, MappingPlace, Place, Source
 from rtcli.scene.problems import SceneError, quoted
 from rtcli.scene.reading import UNREADABLE, Reading, garbage_collector_paused, integer
 from rtcli.scene.syntax import yaml_advice
@@ -248,44 +248,47 @@ class _YamlReading(Reading):
             place.start = properties.end()
 
     def _container(self, event: _Event, depth: int) -> tuple[Any, Place]:
+        start, end = self._first_token(event)
         is_mapping = type(event) is yaml.MappingStartEvent
-        place = self._place_of_start(event)
+        place = MappingPlace(start, end) if is_mapping else ListPlace(start, end)
         if event.tag is not None:
             self._refuse_tag(event)
         self.check_depth(depth, place)
         self.grow(1, place)
-        read = self._mapping if is_mapping else self._list
         if event.anchor is None:
-            return read(place, depth + 1), place
+            return self._inside(place, depth + 1), place
         nodes = self.nodes
         self.open_anchors.append(event.anchor)
-        value = read(place, depth + 1)
+        value = self._inside(place, depth + 1)
         self.open_anchors.pop()
         self.anchors[event.anchor] = (value, place, self.nodes - nodes + 1)
         return value, place
 
-    def _place_of_start(self, event: _Event) -> Container:
-        """Return the place of a bracket, or of where the first key or hyphen in lines starts."""
+    def _inside(self, place: MappingPlace | ListPlace, depth: int) -> Any:
+        return self._mapping(place, depth) if isinstance(place, MappingPlace) else self._list(place, depth)
+
+    def _first_token(self, event: _Event) -> tuple[int, int]:
+        """Return start and end of a bracket or hyphen, or twice where the first key or hyphen in lines starts."""
         start, end = event.start_mark.index, event.end_mark.index
         is_token = event.flow_style or (start < end and self.text[end - 1] == "-")
-        return Container(end - 1 if is_token else end, end)
+        return end - 1 if is_token else end, end
 
-    def _list(self, place: Container, depth: int) -> list[Any]:
+    def _list(self, place: ListPlace, depth: int) -> list[Any]:
         items: list[Any] = []
-        children = place.children
+        places = place.items
         for event in self.events:
             kind = type(event)
             if kind is yaml.SequenceEndEvent:
                 _close(event, place)
                 return items
             value, child = self._scalar(event) if kind is yaml.ScalarEvent else self._value(event, depth)
-            children[len(items)] = child
+            places.append(child)
             items.append(value)
             if kind is not yaml.AliasEvent:  # which has the place of its anchor
                 place.end = child.end
         raise AssertionError("the parser ends each list that it starts")
 
-    def _mapping(self, place: Container, depth: int) -> dict[str, Any]:
+    def _mapping(self, place: MappingPlace, depth: int) -> dict[str, Any]:
         mapping: dict[str, Any] = {}
         merges: list[tuple[Any, Place]] = []
         for event in self.events:
@@ -302,7 +305,7 @@ class _YamlReading(Reading):
                 merges.append((value, child))
             elif is_new:
                 mapping[event.value] = value
-                place.children[event.value] = child
+                place.values[event.value] = child
         raise AssertionError("the parser ends each mapping that it starts")
 
     def _key(self, event: _Event, keys: dict[str, Place]) -> tuple[Place, bool]:
@@ -335,22 +338,24 @@ class _YamlReading(Reading):
         self.grow(size, place)
         return value, defined
 
-    def _merge(self, mapping: dict[str, Any], place: Container, value: Any, at: Place) -> None:
+    def _merge(self, mapping: dict[str, Any], place: MappingPlace, value: Any, at: Place) -> None:
         """Merge key `<<`: take over each key that the mapping does not give itself."""
         sources = value if isinstance(value, list) else [value]
         for index, source in enumerate(sources):
-            here = at.children[index] if isinstance(value, list) else at
-            if isinstance(source, dict):
+            here = at.items[index] if isinstance(at, ListPlace) else at
+            if isinstance(here, MappingPlace):
                 self._take_over(mapping, place, source, here)
             elif source is not UNREADABLE:
                 self.refuse(rules.MERGE, "`<<` merges mappings only", here)
 
-    def _take_over(self, mapping: dict[str, Any], place: Container, source: dict[str, Any], at: Place) -> None:
+    def _take_over(
+        self, mapping: dict[str, Any], place: MappingPlace, source: dict[str, Any], at: MappingPlace
+    ) -> None:
         self.grow(len(source), at)
         for key in source:
             if key not in mapping:
                 mapping[key] = source[key]
-                place.children[key] = at.children[key]
+                place.values[key] = at.values[key]
                 place.keys[key] = at.keys[key]
 
     def syntax_error(self, error: yaml.MarkedYAMLError) -> SceneError:
@@ -364,7 +369,7 @@ class _YamlReading(Reading):
         return self.fatal(rules.CHARACTER, message, Place(offset, offset + 1))
 
 
-def _close(event: _Event, place: Container) -> None:
+def _close(event: _Event, place: Place) -> None:
     """Set the end of a list or mapping to its bracket; one in lines ends with its last value."""
     end = event.end_mark.index
     if end > event.start_mark.index:

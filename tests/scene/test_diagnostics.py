@@ -3,15 +3,15 @@
 `tests/invalid/` holds wrong files, each beside the exact report it must get.
 """
 
-import copy
 import json
 import re
 from pathlib import Path
 
 import expectations
 import pytest
-from hypothesis import assume, example, given
+from hypothesis import example, given
 from hypothesis import strategies as st
+from mutations import VALID, mutated_scenes
 
 from rtcli.scene import rules
 from rtcli.scene.diagnostics import MAX_PROBLEMS, validate
@@ -40,6 +40,24 @@ def test_wrong_file_gets_its_expected_report(file):
 def test_corpus_has_a_wrong_file_for_each_expectation_and_no_name_twice():
     expectations = [path.stem for path in INVALID.glob("*.expected")]
     assert sorted(expectations) == [file.stem for file in sorted(FILES, key=lambda file: file.stem)]
+
+
+# Their files would be large: see tests/scene/test_parse.py.
+TOO_LARGE_FOR_THE_CORPUS = {"E002", "E008", "E108"}
+
+
+def test_each_rule_has_a_wrong_file():
+    found = set()
+    for file in FILES:
+        with pytest.raises(SceneError) as refused:
+            validate(parse_bytes(file.read_bytes(), file.name))
+        found |= {problem.code for problem in refused.value.problems}
+    errors = {rule.code for rule in rules.RULES if rule.severity == "error"}
+    assert errors - found == TOO_LARGE_FOR_THE_CORPUS
+
+
+def test_corpus_is_large():
+    assert len(FILES) >= 80
 
 
 def test_problem_holds_its_place_as_data():
@@ -83,60 +101,6 @@ def test_float_where_an_integer_belongs_is_shown_as_a_float(value):
 
 
 # --- Every kind of mistake has a wording ------------------------------------------------------------------
-
-VALID = {
-    "version": 1,
-    "camera": {"resolution": [4, 3], "fov": 40, "position": [0, 0, 0], "look_at": [0, 0, -1], "up": [0, 1, 0]},
-    "lights": [{"position": [0, 3, 0], "intensity": 100, "color": "white"}],
-    "objects": [
-        {"type": "plane", "name": "floor", "position": [0, -1, 0], "normal": [0, 1, 0], "color": [1, 1, 1]},
-        {"type": "sphere", "position": [0, 0, -5], "radius": 1, "color": "#ff0000", "light": {"intensity": 1}},
-        {"type": "box", "position": [0, 0, -5], "size": [1, 1, 1], "rotation": 45, "color": "red"},
-    ],
-    "render": {"samples": 1, "background": [0, 0, 0], "max_depth": 1, "eye_falloff": False},
-    "image": {"exposure": 0, "tone": "clip"},
-}
-
-KEYS = (
-    st.sampled_from(["type", "name", "position", "light", "color", "radius", "camera", "x", "", "a.b"]) | st.text()
-)
-NUMBERS = st.sampled_from([0, 1, -1, 10**400, -(10**400), 10**5, 0.0, -0.0, 0.5, 1e308, 5e-324, 1e400, -1e400])
-WORDS = st.sampled_from(["", "auto", "red", "sphere", "plane", "box", "1", "#fff", "\ud800", "\x1b", "x" * 200])
-VALUES = st.recursive(
-    st.none() | st.booleans() | NUMBERS | st.floats() | WORDS | st.text(max_size=5),
-    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(KEYS, inner, max_size=4),
-    max_leaves=6,
-)
-
-
-def containers(node):
-    """Yield all mappings and lists in the node that are not empty, itself included."""
-    if isinstance(node, (dict, list)) and node:
-        yield node
-        for child in node.values() if isinstance(node, dict) else node:
-            yield from containers(child)
-
-
-@st.composite
-def mutated_scenes(draw):
-    """Return the valid scene with one to four values replaced, removed, repeated or renamed."""
-    scene = copy.deepcopy(VALID)
-    for _ in range(draw(st.integers(1, 4))):
-        places = list(containers(scene))
-        assume(places)
-        node = draw(st.sampled_from(places))
-        step = draw(st.sampled_from(list(node) if isinstance(node, dict) else range(len(node))))
-        change = draw(st.sampled_from(["replace", "remove", "repeat", "add"]))
-        if change == "replace":
-            node[step] = draw(VALUES)
-        elif change == "remove":
-            del node[step]
-        elif isinstance(node, list):
-            node.append(copy.deepcopy(node[step]) if change == "repeat" else draw(VALUES))
-        else:
-            node[draw(KEYS)] = copy.deepcopy(node[step]) if change == "repeat" else draw(VALUES)
-    return scene
-
 
 # How pydantic words its own messages.
 RAW = re.compile(
