@@ -19,6 +19,7 @@ from typing import Any
 PROCESS = "whole process"
 TRACE = "trace"
 TRACE_DEVELOP = "trace + develop"
+READ = "read"
 
 Seconds = dict[str, float]
 

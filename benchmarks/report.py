@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from contest import PROCESS, TRACE, TRACE_DEVELOP
+from contest import PROCESS, READ, TRACE, TRACE_DEVELOP
 
 Results = dict[str, Any]
 
-BEGIN, END = "<!-- begin results -->", "<!-- end results -->"
+BEGIN, END = "<!-- begin {} -->", "<!-- end {} -->"
 
 
 @dataclass(frozen=True)
@@ -80,13 +80,37 @@ BARS = (
     Bar("start-up, 64x64: whole process", "its imports", 1.3, _process("start-up", "rtcli", "imports")),
 )
 
+# What scene files take before anything is rendered.
+FILE_BARS = (
+    Bar(
+        "100,000 objects from YAML: read",
+        "yaml.load, CSafeLoader",
+        0.25,
+        lambda contests: median(contests, "read", "rtcli", READ) / median(contests, "read", "yaml.load", READ),
+    ),
+    Bar(
+        "the same with the place of every value",
+        "yaml.load, CSafeLoader",
+        0.25,
+        lambda contests: (
+            median(contests, "read", "rtcli, with places", READ) / median(contests, "read", "yaml.load", READ)
+        ),
+    ),
+    Bar(
+        "1,000 small scenes: rtcli validate, whole process",
+        "3 seconds",
+        1.0,
+        lambda contests: median(contests, "validate", "rtcli validate") / 3.0,
+    ),
+)
+
 
 _BAR_HEAD = ("work", "rtcli against", "at most", "measured", "bar")
 
 
-def bar_rows(results: Results) -> Iterator[tuple[str, str, str, str, str]]:
+def bar_rows(results: Results, bars: tuple[Bar, ...] = BARS) -> Iterator[tuple[str, str, str, str, str]]:
     """Yield work, against, bar, measured ratio and verdict of each bar."""
-    for bar in BARS:
+    for bar in bars:
         try:
             ratio = bar.ratio(results["contests"])
         except KeyError:
@@ -118,16 +142,16 @@ def _shown(value: float) -> str:
     return f"{1000 * value:,.1f}" if value < 0.1 else f"{1000 * value:,.0f}"
 
 
-def markdown(results: Results) -> str:
+def markdown(results: Results, bars: tuple[Bar, ...] = BARS) -> str:
     """Return the bars as a Markdown table, headed by the machine and who took part."""
     programs = "; ".join(results["versions"].values())
     rounds = f"Medians of {results['rounds']} rounds, taken in turn"
-    return f"{rounds}, on {results['machine']}. {programs}.\n\n{bar_table(results)}"
+    return f"{rounds}, on {results['machine']}. {programs}.\n\n{bar_table(results, bars)}"
 
 
-def bar_table(results: Results) -> str:
+def bar_table(results: Results, bars: tuple[Bar, ...] = BARS) -> str:
     """Return the bars as a Markdown table."""
-    return _markdown_table([_BAR_HEAD, *bar_rows(results)])
+    return _markdown_table([_BAR_HEAD, *bar_rows(results, bars)])
 
 
 def contest_table(results: Results) -> str:
@@ -145,9 +169,9 @@ def _markdown_table(rows: list[tuple[str, ...]]) -> str:
     return "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
 
 
-def bar_text(results: Results) -> str:
+def bar_text(results: Results, bars: tuple[Bar, ...] = BARS) -> str:
     """Return the bars for a terminal."""
-    return _text_table([_BAR_HEAD, *bar_rows(results)])
+    return _text_table([_BAR_HEAD, *bar_rows(results, bars)])
 
 
 def contest_text(contest: Results) -> str:
@@ -161,10 +185,11 @@ def _text_table(rows: list[tuple[str, ...]]) -> str:
     return "".join(f"  {line.rstrip()}\n" for line in lines)
 
 
-def refreshed(readme: str, results: Results) -> str:
-    """Return the text of a README with both tables between its markers."""
-    block = f"{BEGIN}\n{markdown(results)}\n{contest_table(results)}{END}"
-    fresh, count = re.subn(f"{BEGIN}.*?{END}", lambda _: block, readme, flags=re.DOTALL)
+def refreshed(readme: str, results: Results, name: str = "results", bars: tuple[Bar, ...] = BARS) -> str:
+    """Return the text of a README with both tables between the markers of a name."""
+    begin, end = BEGIN.format(name), END.format(name)
+    block = f"{begin}\n{markdown(results, bars)}\n{contest_table(results)}{end}"
+    fresh, count = re.subn(f"{begin}.*?{end}", lambda _: block, readme, flags=re.DOTALL)
     if count != 1:
-        raise ValueError(f"the README must hold the markers {BEGIN} and {END} once")
+        raise ValueError(f"the README must hold the markers {begin} and {end} once")
     return fresh

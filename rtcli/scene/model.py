@@ -77,7 +77,7 @@ def _color(value: Any) -> Any:
 _Share = Annotated[NotNegative, Field(le=1)]
 _Reflected: TypeAlias = tuple[_Share, _Share, _Share]
 _Emitted: TypeAlias = tuple[NotNegative, NotNegative, NotNegative]
-# Named types, so that the schema holds each once and not at each use; which texts name a color it spells out itself.
+# Named types, so that the schema holds each once and not at each use; it spells out which texts name a color.
 ColorName = TypeAliasType("ColorName", str)
 Albedo = TypeAliasType(
     "Albedo", Annotated[_Reflected, BeforeValidator(_color, json_schema_input_type=ColorName | _Reflected)]

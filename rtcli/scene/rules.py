@@ -145,7 +145,6 @@ MORE_PROBLEMS = Rule(
     "more-problems",
     "There are more than 1,000 problems; the others are not listed.",
     "mend the listed ones first, and check again",
-    in_schema=True,
 )
 
 # --- E2: single values -----------------------------------------------------------------------------------
@@ -192,7 +191,11 @@ NAME_TAKEN = Rule(
     "E301", "name-taken", "A name that another object has already.", "names are unique: give another"
 )
 ZERO_LENGTH = Rule(
-    "E302", "zero-length", "A direction of length 0.", "give a direction: at least one of its numbers is not 0"
+    "E302",
+    "zero-length",
+    "A direction of length 0.",
+    "give a direction: at least one of its numbers is not 0",
+    in_schema=True,
 )
 NO_DIRECTION = Rule(
     "E303",

@@ -42,9 +42,7 @@ class _SceneFileSchema(GenerateJsonSchema):
         return super().default_schema(schema)
 
     def tagged_union_schema(self, schema: core_schema.TaggedUnionSchema) -> JsonSchemaValue:
-        """Describe each kind of object by `if` and `then`: with `oneOf`, all that is told of a mistake in one is
-        that it is no object of any kind.
-        """
+        """Describe each kind by `if` and `then`: of a mistake, `oneOf` would tell only that no kind fits."""
         tag = str(schema["discriminator"])
         kinds = {str(kind): self.generate_inner(choice) for kind, choice in schema["choices"].items()}
         return {
@@ -82,9 +80,9 @@ def _color_name() -> JsonSchemaValue:
         "title": "Color",
         "anyOf": [
             {"enum": list(CSS_NAMES), "errorMessage": _NO_COLOR},
-            # The same in any case: a pattern of draft 7 has no flag for that.
-            {"type": "string", "pattern": f"^({'|'.join(map(_in_any_case, CSS_NAMES))})$"},
             {"type": "string", "pattern": HEX_PATTERN},
+            # The names in any case: a pattern of draft 7 has no flag for that.
+            {"type": "string", "pattern": f"^({'|'.join(map(_in_any_case, CSS_NAMES))})$"},
         ],
     }
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import random
 import re
 import sys
 from pathlib import Path
@@ -13,8 +14,10 @@ import agreement
 import numpy as np
 import peers
 import pytest
+import read_scene
 import report
 import run
+import scene_files
 from contest import PROCESS, TRACE, TRACE_DEVELOP, Contest, Contestant, summary, told_seconds
 
 import rtcli
@@ -262,9 +265,9 @@ def test_markdown_names_the_machine_and_who_took_part():
 
 
 def test_readme_is_renewed_between_its_markers():
-    text = report.refreshed(f"before\n{report.BEGIN}old{report.END}\nafter", RESULTS)
-    assert text.startswith(f"before\n{report.BEGIN}\nMedians")
-    assert text.endswith(f"{report.END}\nafter")
+    text = report.refreshed("before\n<!-- begin results -->old<!-- end results -->\nafter", RESULTS)
+    assert text.startswith("before\n<!-- begin results -->\nMedians")
+    assert text.endswith("<!-- end results -->\nafter")
     assert "old" not in text
     assert report.refreshed(text, RESULTS) == text
 
@@ -278,3 +281,21 @@ def test_readme_shows_the_committed_results():
     results = json.loads(run.RESULTS.read_text(encoding="utf-8"))
     readme = run.README.read_text(encoding="utf-8")
     assert readme == report.refreshed(readme, results), "run: make bench"
+
+
+def test_readme_shows_the_committed_results_of_scene_files():
+    results = json.loads(scene_files.RESULTS.read_text(encoding="utf-8"))
+    readme = run.README.read_text(encoding="utf-8")
+    fresh = report.refreshed(readme, results, "scene files", report.FILE_BARS)
+    assert readme == fresh, "run: python benchmarks/scene_files.py"
+    assert [row[-1] for row in report.bar_rows(results, report.FILE_BARS)] == ["reached"] * 3
+
+
+def test_small_scene_of_the_benchmark_is_valid(tmp_path):
+    scene_files.write_small_scene(tmp_path / "small.yaml", random.Random(1))
+    assert len(rtcli.load_scene(tmp_path / "small.yaml").objects) == 9
+
+
+@pytest.mark.parametrize("reader", read_scene.READERS)
+def test_reader_of_the_benchmark_reads(reader):
+    assert read_scene.READERS[reader]("camera: {fov: 40}")

@@ -2,6 +2,7 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -156,3 +157,122 @@ def test_variable_named_after_an_option_sets_it(run, scene):
 def test_variable_named_version_does_nothing(run, scene):
     for value in ("1", "0.1.0"):
         assert run("validate", scene, env={"RTCLI_VERSION": value}).stderr == "1 scene is valid\n"
+
+
+# --- Reports ---------------------------------------------------------------------------------------------
+
+UNSEEN = "camera: {resolution: [8, 8], fov: 40}\nlights: [{position: [0, 5, 0], intensity: 900}]\nobjects:\n" + (
+    "  - {type: sphere, position: [0, 0, -5], radius: 1, color: red}\n"
+    "  - {type: sphere, position: [0, 0, 5], radius: 1, color: red}\n"
+)
+STYLES = ["text", "concise", "json", "github", "sarif", "junit"]
+
+
+@pytest.fixture
+def unseen(folder):
+    """A valid scene with a warning, `unseen.yaml` in the folder."""
+    (folder / "unseen.yaml").write_text(UNSEEN)
+    return "unseen.yaml"
+
+
+def test_text_shows_the_line_points_at_the_token_and_says_what_to_do(run, wrong, scene):
+    result = run("validate", wrong, scene)
+    assert result.stdout.splitlines()[:6] == [
+        "error[E204]: must be at least 1, got 0",
+        " --> wrong.yaml:1:23",
+        "  |",
+        "1 | camera: {resolution: [0, 480], fov: 200}",
+        "  |                       ^ camera.resolution[0]",
+        "  = help: Width and height of the picture in pixels, each 1 to 65,535. Such as `resolution: [640, 480]`",
+    ]
+    assert result.stdout.splitlines()[-1] == "3 errors in 1 of 2 scenes"
+
+
+def test_warning_leaves_a_scene_valid(run, unseen):
+    result = run("validate", unseen)
+    assert result.exit_code == 0
+    assert result.stdout.startswith(
+        "warning[W004]: the sphere is wholly behind the camera\n --> unseen.yaml:5:5\n"
+    )
+    assert result.stdout.endswith("\n1 warning\n")
+    assert result.stderr == "1 scene is valid\n"
+
+
+def test_warning_is_an_error_with_strict(run, unseen):
+    result = run("validate", unseen, "--strict")
+    assert result.exit_code == 1
+    assert result.stdout.startswith("error[W004]: the sphere is wholly behind the camera\n")
+    assert result.stdout.endswith("\n1 error\n")
+    assert result.stderr == ""
+
+
+def test_scenes_of_the_repository_get_no_warning(run):
+    scenes = Path(__file__).parents[2] / "scenes"
+    assert run("validate", str(scenes), "--strict").output == f"{len(list(scenes.iterdir()))} scenes are valid\n"
+
+
+def test_scene_that_new_writes_gets_no_warning(run):
+    run("new", "new.yaml")
+    assert run("validate", "new.yaml", "--strict").exit_code == 0
+
+
+@pytest.mark.parametrize("style", STYLES)
+def test_each_format_tells_errors_and_warnings_and_exits_alike(run, wrong, unseen, style):
+    result = run("validate", wrong, unseen, "--format", style)
+    assert result.exit_code == 1
+    assert all(part in result.stdout for part in ("E204", "W004", "must be less than 180, got 200", "unseen.yaml"))
+    assert run("validate", unseen, "--format", style).exit_code == 0
+    assert run("validate", unseen, "--format", style, "--strict").exit_code == 1
+
+
+@pytest.mark.parametrize("style", ["github", "sarif", "junit"])
+def test_report_for_a_machine_names_the_file_that_cannot_be_read(run, style):
+    result = run("validate", "none.yaml", "--format", style)
+    assert result.exit_code == 3
+    assert "none.yaml" in result.stdout
+    assert result.stderr.startswith("Error: none.yaml: ")
+
+
+def test_problems_of_standard_input_are_named_so_in_json(run):
+    problems = json.loads(run("validate", "-", "--format", "json", input=WRONG).stdout)
+    assert {problem["path"] for problem in problems} == {"<stdin>"}
+
+
+def test_values_of_a_json_scene_have_places(run, folder):
+    (folder / "wrong.json").write_text('{\n  "camera": {"resolution": [640, 480],\n    "fov": 200}\n}\n')
+    (problem,) = json.loads(run("validate", "wrong.json", "--format", "json").stdout)
+    assert (problem["line"], problem["column"], problem["end_line"], problem["end_column"]) == (3, 12, 3, 15)
+
+
+def test_nothing_is_said_of_a_folder_without_scenes_but_that(run, folder):
+    (folder / "empty").mkdir()
+    result = run("validate", "empty")
+    assert (result.exit_code, result.output) == (0, "no scenes found\n")
+
+
+# --- What is no file -------------------------------------------------------------------------------------
+
+needs_fifos = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+
+
+@needs_fifos
+def test_pipe_in_a_folder_is_no_scene_and_is_not_waited_for(spawn, folder):
+    (folder / "scenes").mkdir()
+    os.mkfifo(folder / "scenes" / "pipe.yaml")
+    process = spawn("validate", "scenes")
+    assert process.communicate(timeout=60) == (b"", b"no scenes found\n")
+
+
+@needs_fifos
+def test_pipe_that_is_named_is_read(spawn, folder, scene):
+    os.mkfifo(folder / "pipe")
+    process = spawn("validate", "pipe")
+    (folder / "pipe").write_bytes((folder / scene).read_bytes())
+    assert process.communicate(timeout=60)[1] == b"1 scene is valid\n"
+
+
+@pytest.mark.skipif(not Path("/dev/zero").exists(), reason="this system has no /dev/zero")
+def test_file_without_an_end_is_too_large(run):
+    result = run("validate", "/dev/zero", "--format", "concise")
+    assert result.exit_code == 1
+    assert result.stdout == "/dev/zero:1:1: error: the file is larger than 64 MiB [E002]\n"

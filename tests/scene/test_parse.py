@@ -1,14 +1,18 @@
 import gc
 import json
 import math
+import re
+import subprocess
+import sys
 import time
 
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from rtcli.scene import json_reader, yaml_reader
 from rtcli.scene.diagnostics import validate
-from rtcli.scene.document import KEY, Source, dotted, pointer
+from rtcli.scene.document import HEAD, KEY, VALUE, Source, dotted, pointer
 from rtcli.scene.parse import decode, parse, parse_bytes
 from rtcli.scene.problems import SceneError, printable, quoted
 from rtcli.scene.reading import MAX_DEPTH
@@ -320,6 +324,47 @@ def test_json_that_exhausts_the_parser_is_a_problem(text):
     assert len(problems_of(text, "scene.json")) == 1
 
 
+MEBIBYTE = 2**20
+SPHERE = "{type: sphere, position: [0, 0, -5], radius: -1, color: red}"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "make", "code"),
+    [
+        ("large.yaml", lambda: "#" * (64 * MEBIBYTE + 1), "E002"),
+        ("lists.yaml", lambda: "a: [" + "[]," * (20 * MEBIBYTE), "E008"),
+        ("lists.json", lambda: '{"a": [' + "[]," * (20 * MEBIBYTE), "E008"),
+        ("numbers.json", lambda: "[" + "0," * (30 * MEBIBYTE) + "0]", "E008"),
+        ("keys.yaml", lambda: "".join(f"k{number}: 1\n" for number in range(2 * MEBIBYTE)), "E016"),
+        ("keys.json", lambda: "{" + ",".join(f'"k{number}":1' for number in range(2 * MEBIBYTE)) + "}", "E016"),
+        ("text.yaml", lambda: "a: " + "x" * (60 * MEBIBYTE), "E009"),
+        ("key.json", lambda: '{"' + "x" * (60 * MEBIBYTE) + '": 1}', "E009"),
+        ("escapes.json", lambda: '["' + "\\ud800" * (10 * MEBIBYTE) + '"]', "E009"),
+        ("lines.yaml", lambda: "\n" * (60 * MEBIBYTE), "E101"),
+        ("one-line.yaml", lambda: "{objects: [" + f"{SPHERE}, " * 50_000 + "]}", "E108"),
+        ("wrong.json", lambda: '{"objects": [' + "0, " * MEBIBYTE + "0]}", "E108"),
+        ("open.yaml", lambda: "[" * (60 * MEBIBYTE), "E004"),
+        ("questions.yaml", lambda: "? " * (30 * MEBIBYTE), "E014"),
+        ("quote.yaml", lambda: "a: 'x\n" + "b: c\n" * (10 * MEBIBYTE), "E004"),
+        ("anchors.yaml", lambda: "a: [" + "".join(f"&a{n} 1, " for n in range(MEBIBYTE)) + "]", "E104"),
+    ],
+)
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits the memory of a process")
+def test_hostile_file_is_refused_with_little_memory_and_time(tmp_path, name, make, code):
+    (tmp_path / name).write_text(make())
+    program = (
+        "import resource, sys; resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30))\n"
+        "from rtcli.cli import main; main(['validate', sys.argv[1], '--format', 'concise'])"
+    )
+    result = subprocess.run(
+        [sys.executable, "-c", program, name], cwd=tmp_path, capture_output=True, text=True, timeout=120
+    )
+    assert (result.returncode, result.stderr) == (1, "")
+    assert f"[{code}]" in result.stdout
+    assert len(result.stdout) < 200_000
+
+
 def test_nesting_up_to_the_bound_is_read():
     assert data_of("[" * MAX_DEPTH + "]" * MAX_DEPTH)
 
@@ -390,6 +435,89 @@ def test_location_is_written_as_json_pointer_and_as_path(loc, as_pointer, as_wri
     assert dotted(loc) == as_written
 
 
+# --- Both ends of a span ---------------------------------------------------------------------------------
+
+ENDS = """\
+camera: {resolution: [640, 480], fov: 40}  # a camera
+objects:
+  - type: sphere
+    name: 'a ball'
+    color: &red [1,
+      0, 0]
+    light:
+      intensity: 9
+
+  - &box !x {type: box}
+  - |
+    some
+    text
+
+  - two
+    lines
+version:
+"""
+
+
+@pytest.mark.parametrize(
+    ("loc", "what", "shown"),
+    [
+        (("camera",), VALUE, "{resolution: [640, 480], fov: 40}"),
+        (("camera", "resolution"), VALUE, "[640, 480]"),
+        (("camera", "resolution", 1), VALUE, "480"),
+        (("camera", "fov"), KEY, "fov"),
+        (("camera", "fov"), VALUE, "40"),
+        (("camera",), HEAD, "{"),
+        (("camera", "up"), VALUE, "{"),  # missing: the first token of what it is missing from
+        (("objects",), HEAD, "-"),
+        (("objects", 0), HEAD, "type"),
+        (("objects", 0, "radius"), VALUE, "type"),
+        (("objects", 0), VALUE, ENDS[ENDS.index("type: sphere") : ENDS.index("\n\n  - &box")]),
+        (("objects", 0, "name"), VALUE, "'a ball'"),
+        (("objects", 0, "color"), VALUE, "[1,\n      0, 0]"),
+        (("objects", 0, "light"), VALUE, "intensity: 9"),
+        (("objects", 1), VALUE, "{type: box}"),
+        (("objects", 2), VALUE, "|\n    some\n    text"),
+        (("objects", 3), VALUE, "two\n    lines"),
+        (("version",), VALUE, ""),
+        ((), HEAD, "camera"),
+    ],
+)
+def test_span_is_just_the_token(loc, what, shown):
+    assert spanned(read_carefully(Source("scene.yaml", ENDS)).span(loc, what), ENDS) == shown
+
+
+def spanned(span, text):
+    """Return the piece of a text that a span names, by its lines and columns."""
+    starts = [0, *(match.end() for match in re.finditer(r"\r\n|\r|\n", text))]
+    first = starts[span.line - 1] + span.column - 1
+    return text[first : starts[span.end_line - 1] + span.end_column - 1]
+
+
+@given(data=st.deferred(lambda: DATA), indent=st.sampled_from([None, 2]), is_json=st.booleans())
+def test_spans_of_json_hold_the_text_of_their_values(data, indent, is_json):
+    text = json.dumps(data, ensure_ascii=False, indent=indent)
+    document = (json_reader if is_json else yaml_reader).read_carefully(Source("scene", text))
+    for loc, value in all_values(data, ()):
+        assert repr(json.loads(spanned(document.span(loc), text))) == repr(value)
+        if loc and isinstance(loc[-1], str):
+            assert json.loads(spanned(document.span(loc, KEY), text)) == loc[-1]
+
+
+def all_values(node, loc):
+    """Yield the location and value of a node and all that is in it."""
+    yield loc, node
+    for step, child in (
+        node.items() if isinstance(node, dict) else enumerate(node if isinstance(node, list) else ())
+    ):
+        yield from all_values(child, (*loc, step))
+
+
+@pytest.mark.parametrize("separator", ["\x85", "\u2028", "\u2029"])
+def test_line_separators_that_editors_do_not_count_are_not_counted(separator):
+    text = f'a: "x{separator}y"\nb: {{c: 1, c: 2}}\n'
+    assert [(line, column) for line, column, _ in problems_of(text)] == [(2, 11)]
+
+
 # --- JSON ------------------------------------------------------------------------------------------------
 
 
@@ -427,6 +555,57 @@ def test_json_number_that_is_not_finite_is_left_to_the_models(text):
 @pytest.mark.parametrize("name", ["scene.json", "SCENE.JSON"])
 def test_json_is_known_by_its_suffix(name):
     assert problems_of("a: 1", name)
+
+
+@given(data=st.deferred(lambda: DATA), indent=st.sampled_from([None, 2]), ascii_only=st.booleans())
+def test_both_readings_of_json_agree(data, indent, ascii_only):
+    source = Source("scene.json", json.dumps(data, ensure_ascii=ascii_only, indent=indent))
+    assert repr(json_reader.read_carefully(source).data) == repr(json.loads(source.text))
+
+
+JSON_PIECES = [
+    '"a"',
+    "1",
+    "-0.5e3",
+    ":",
+    ",",
+    "[",
+    "]",
+    "{",
+    "}",
+    " ",
+    "\n",
+    "true",
+    "null",
+    "NaN",
+    '"',
+    "\\",
+    "01",
+    "-",
+]
+
+
+@given(text=st.lists(st.sampled_from(JSON_PIECES), max_size=12).map("".join))
+@example(text='{"a":1,}')
+@example(text="[1,]")
+@example(text='["\t"]')
+@example(text="-Infinity")
+@example(text="[1]]")
+@example(text="1.")
+@example(text="\x0c1")
+def test_careful_reading_of_json_refuses_what_pythons_parser_refuses(text):
+    try:
+        expected = repr(json.loads(text))
+    except ValueError:
+        expected = None
+    refused = refusal(json_reader.read_carefully, Source("scene.json", text))
+    assert (refused is None) == (expected is not None)
+    if refused is None and "duplicate" not in str(json_reader.read_carefully(Source("a", text)).problems):
+        assert repr(json_reader.read_carefully(Source("scene.json", text)).data) == expected
+
+
+def test_surrogate_pair_of_json_is_a_character():
+    assert parse('"\\ud83d\\ude00"', "a", is_json=True).data == "😀"
 
 
 # --- Text in messages ------------------------------------------------------------------------------------
