@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import gc
+import io
 import signal
+import sys
 
 
 def run() -> None:
@@ -16,6 +18,9 @@ def run() -> None:
     gc.set_threshold(1_000_000)
     from rtcli.cli import main
 
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a closed one is None
+            stream.reconfigure(errors="backslashreplace")  # where the encoding is older than a scene's characters
     try:
         main(prog_name="rtcli")
     finally:

@@ -75,15 +75,10 @@ def _color(value: Any) -> Any:
 
 
 _Share = Annotated[NotNegative, Field(le=1)]
-_Reflected: TypeAlias = tuple[_Share, _Share, _Share]
-_Emitted: TypeAlias = tuple[NotNegative, NotNegative, NotNegative]
-# Named types, so that the schema holds each once and not at each use; it spells out which texts name a color.
-ColorName = TypeAliasType("ColorName", str)
-Albedo = TypeAliasType(
-    "Albedo", Annotated[_Reflected, BeforeValidator(_color, json_schema_input_type=ColorName | _Reflected)]
-)
+# Named types, so that the schema holds each once and not at each use; it adds there which texts name a color.
+Albedo = TypeAliasType("Albedo", Annotated[tuple[_Share, _Share, _Share], BeforeValidator(_color)])
 LightColor = TypeAliasType(
-    "LightColor", Annotated[_Emitted, BeforeValidator(_color, json_schema_input_type=ColorName | _Emitted)]
+    "LightColor", Annotated[tuple[NotNegative, NotNegative, NotNegative], BeforeValidator(_color)]
 )
 Side = Annotated[Integer, Field(ge=1, le=MAX_SIDE)]
 

@@ -13,7 +13,7 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
 from rtcli.scene.colors import CSS_NAMES, HEX_PATTERN
-from rtcli.scene.model import Scene
+from rtcli.scene.model import SHAPES, Scene
 
 # `errorMessage` is what VS Code and the YAML language server say instead of their own words, of which theirs for a
 # value that fits none of several schemas is about the first of them only.
@@ -63,10 +63,13 @@ class _SceneFileSchema(GenerateJsonSchema):
 def scene_schema() -> dict[str, Any]:
     """Return the schema of a scene file: JSON Schema draft 7, the newest that all YAML editors know."""
     body = Scene.model_json_schema(schema_generator=_SceneFileSchema)
-    body["$defs"]["ColorName"] = _color_name()
-    body["$defs"]["Image"]["properties"]["exposure"]["anyOf"][0]["errorMessage"] = _NO_EXPOSURE
-    for kind in ("Sphere", "Plane", "Box"):
-        _put_first(body["$defs"][kind], "type")
+    parts = body["$defs"]
+    for color in ("Albedo", "LightColor"):
+        parts[color] = {"anyOf": [{"$ref": "#/$defs/ColorName"}, parts[color]]}
+    parts["ColorName"] = _color_name()
+    parts["Image"]["properties"]["exposure"]["anyOf"][0]["errorMessage"] = _NO_EXPOSURE
+    for kind in SHAPES.values():
+        _put_first(parts[kind.__name__], "type")
     return {
         "$schema": "http://json-schema.org/draft-07/schema#",
         **body,

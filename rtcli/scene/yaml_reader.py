@@ -166,17 +166,16 @@ def read_carefully(source: Source) -> Document:
         return reader.document()
     except yaml.MarkedYAMLError as error:
         raise reader.syntax_error(error) from error
-    except UnicodeEncodeError as error:  # half of a surrogate pair, which only arguments can hold
-        raise reader.bad_character(error.start) from error
-    except yaml.reader.ReaderError as error:
-        # The position counts bytes of the text as UTF-8.
-        before = source.text.encode("utf-8")[: error.position].decode("utf-8", errors="ignore")
-        raise reader.bad_character(len(before)) from error
+    except (yaml.reader.ReaderError, UnicodeEncodeError) as error:  # the latter for half of a surrogate pair
+        raise reader.bad_character() from error
 
 
 # A value, its place, and how many values it is with all aliases expanded.
 _Read: TypeAlias = tuple[Any, Place, int]
 
+
+# What is not in `c-printable` (YAML 1.2.2, section 5.1), and the byte order mark inside a text.
+_NOT_ALLOWED = re.compile("[^\t\n\r -~\x85\xa0-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]")
 
 # Anchor and tag, which stand before a value but are no part of it.
 _PROPERTIES = re.compile(r"(?:[&!]\S*(?:\s+(?:#[^\r\n]*)?)*)+")
@@ -363,8 +362,10 @@ class _YamlReading(Reading):
         message, help, start, end = yaml_advice(error, self.text)
         return self.fatal(rules.YAML_SYNTAX, f"not valid YAML: {message}", Place(start, end), help)
 
-    def bad_character(self, offset: int) -> SceneError:
-        """Return the error for a character that YAML does not allow."""
+    def bad_character(self) -> SceneError:
+        """Return the error for the first character that YAML does not allow."""
+        found = _NOT_ALLOWED.search(self.text)
+        offset = found.start() if found else 0
         message = f"character {quoted(self.text[offset : offset + 1])} is not allowed in YAML"
         return self.fatal(rules.CHARACTER, message, Place(offset, offset + 1))
 

@@ -133,7 +133,8 @@ def test_reader_that_goes_away_causes_no_traceback(spawn, scene, folder, argumen
 @pytest.mark.parametrize("unbuffered", ["", "1"])
 def test_picture_that_does_not_fit_behind_standard_output_exits_with_3(spawn, scene, folder, unbuffered):
     # Without Python's buffer a system call may write a part of what it is given, and say so only by a number.
-    env = {**os.environ, "PYTHONUNBUFFERED": unbuffered}
+    # Under that limit Python would leave cut files of compiled code, which it cannot load later.
+    env = {**os.environ, "PYTHONUNBUFFERED": unbuffered, "PYTHONDONTWRITEBYTECODE": "1"}
     with (folder / "out.png").open("wb") as out:
         arguments = ["render", scene, "-q", "-o", "-", "--size", "600x600", "--bits", "16"]
         process = spawn(*arguments, prelude="ulimit -f 1", stdout=out, env=env)
@@ -230,6 +231,14 @@ def test_reference_engine_takes_numpy_but_not_pillow(scene):
 
 def test_validation_takes_neither_numpy_nor_pillow_though_it_looks_at_a_small_picture(scene):
     assert imported_by("validate", scene) & {"numpy", "PIL", "rtcli.film"} == set()
+
+
+def test_characters_that_the_output_cannot_encode_are_escaped(spawn, folder):
+    (folder / "wrong.yaml").write_text("größe: 1", encoding="utf-8")
+    process = spawn("validate", "wrong.yaml", env={**os.environ, "PYTHONIOENCODING": "ascii"})
+    out, err = process.communicate()
+    assert (process.returncode, err) == (1, b"")
+    assert b"unknown key `gr\\xf6\\xdfe`" in out
 
 
 # --- Signals ---------------------------------------------------------------------------------------------
