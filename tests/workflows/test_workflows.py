@@ -1,9 +1,6 @@
 """The workflows are valid, and run the Pythons that the package names."""
 
-import os
 import re
-import shutil
-import subprocess
 import sys
 from pathlib import Path
 
@@ -17,39 +14,6 @@ else:
 
 ROOT = Path(__file__).resolve().parents[2]
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
-ACTIONLINT = "github.com/rhysd/actionlint/cmd/actionlint@v1.7.12"
-EXECUTABLE = ".exe" if os.name == "nt" else ""
-
-
-def program(name):
-    """Return the path of a program in the folder of this Python or on the PATH, or None."""
-    return shutil.which(name, path=os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]]))
-
-
-@pytest.fixture
-def actionlint(pytestconfig):
-    """Return the path of actionlint, built once with Go where it is not installed: PyPI has no wheel of it."""
-    if found := program("actionlint"):
-        return found
-    # A folder for each version: another one in ACTIONLINT is built anew.
-    folder = pytestconfig.cache.mkdir(f"actionlint-{ACTIONLINT.rpartition('@')[2]}")
-    built = folder / f"actionlint{EXECUTABLE}"
-    if not built.exists():
-        if not (go := program("go")):
-            pytest.skip("neither actionlint nor Go is installed: the workflows are not checked")
-        result = subprocess.run(
-            [go, "install", ACTIONLINT], env={**os.environ, "GOBIN": str(folder)}, capture_output=True
-        )
-        if result.returncode:
-            pytest.skip(f"actionlint cannot be built: the workflows are not checked: {result.stderr.decode()}")
-    return built
-
-
-def lint(actionlint, *files):
-    """Return the exit code of actionlint and what it says; shellcheck, if it is there, reads the scripts."""
-    options = ["-no-color", f"-shellcheck={program('shellcheck') or ''}", "-pyflakes="]
-    result = subprocess.run([actionlint, *options, *files], cwd=ROOT, capture_output=True, text=True)
-    return result.returncode, result.stdout + result.stderr
 
 
 def test_there_are_workflows_for_checks_and_releases():
@@ -57,12 +21,12 @@ def test_there_are_workflows_for_checks_and_releases():
 
 
 def test_workflows_are_valid(actionlint, tmp_path):
-    assert lint(actionlint, *WORKFLOWS) == (0, "")
+    assert actionlint(*WORKFLOWS) == (0, "")
     # Its silence says something only if it finds a mistake.
     broken = tmp_path / "broken.yml"
     text = WORKFLOWS[0].read_text(encoding="utf-8")
     broken.write_text(text.replace("needs: pictures", "needs: nothing-there"), encoding="utf-8")
-    code, report = lint(actionlint, broken)
+    code, report = actionlint(broken)
     assert code == 1
     assert "nothing-there" in report
 
