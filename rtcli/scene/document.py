@@ -55,7 +55,7 @@ class Source:
     def _excerpt(self, start: int, end: int) -> Excerpt:
         line_start = self._lines.start_of(start)
         first, last = max(line_start, start - _BEFORE), min(start + _AFTER, len(self.text))
-        line_end = _LINE_END.search(self.text, start, last)
+        line_end = _LINE_END.search(self.text, start, last + 1)
         last = line_end.start() if line_end else last
         return Excerpt(
             text=self.text[first:last],

@@ -82,8 +82,8 @@ def _color_name() -> JsonSchemaValue:
     return {
         "title": "Color",
         "anyOf": [
-            {"enum": list(CSS_NAMES), "errorMessage": _NO_COLOR},
-            {"type": "string", "pattern": HEX_PATTERN},
+            {"type": "string", "pattern": HEX_PATTERN, "errorMessage": _NO_COLOR},
+            {"enum": list(CSS_NAMES)},
             # The names in any case: a pattern of draft 7 has no flag for that.
             {"type": "string", "pattern": f"^({'|'.join(map(_in_any_case, CSS_NAMES))})$"},
         ],
