@@ -40,7 +40,8 @@ def _fifth_root(value: float) -> float:
 
 def color_from_text(text: str) -> tuple[float, float, float] | None:
     """Return the linear color of a CSS name (any case) or `#rrggbb`, or None if it is neither."""
-    number = CSS_NAMES.get(text.lower())
+    # Only ASCII: the sign of kelvin, too, is a k when it is made small.
+    number = CSS_NAMES.get(text.lower()) if text.isascii() else None
     if number is None:
         if not _HEX.match(text):
             return None

@@ -312,6 +312,13 @@ def _number(error: ErrorDetails) -> _Finding:
     return _Finding(rules.NOT_A_NUMBER, f"must be a number, {_got(value)}")
 
 
+def _integer(error: ErrorDetails) -> _Finding:
+    value = error["input"]
+    if isinstance(value, float) and math.isinf(value):  # what the readers make of too many digits
+        return _Finding(rules.NOT_FINITE, _TOO_LARGE)
+    return _Finding(rules.NOT_AN_INTEGER, f"must be an integer, {_got(value)}")
+
+
 def _bound(words: str, key: str) -> _Find:
     def find(error: ErrorDetails) -> _Finding:
         message = f"must be {words} {error['ctx'][key]:g}, got {_kind(error['input'])}"
@@ -374,7 +381,7 @@ _FINDINGS: dict[str, _Find] = {
     "greater_than": _bound("greater than", "gt"),
     "greater_than_equal": _bound("at least", "ge"),
     "int_parsing_size": _must(rules.OUT_OF_RANGE, "an ordinary integer"),
-    "int_type": _must(rules.NOT_AN_INTEGER, "an integer"),
+    "int_type": _integer,
     "less_than": _bound("less than", "lt"),
     "less_than_equal": _bound("at most", "le"),
     "literal_error": _choice,

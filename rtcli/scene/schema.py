@@ -52,6 +52,7 @@ class _SceneFileSchema(GenerateJsonSchema):
             "required": [tag],
             "allOf": [
                 {
+                    # Without "type", each `if` holds for what is no mapping, and each `then` tells that once more.
                     "if": {"type": "object", "properties": {tag: {"const": kind}}, "required": [tag]},
                     "then": body,
                 }

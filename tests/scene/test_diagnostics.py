@@ -100,6 +100,12 @@ def test_float_where_an_integer_belongs_is_shown_as_a_float(value):
     )
 
 
+@pytest.mark.parametrize("name", ["scene.yaml", "scene.json"])
+def test_integer_of_thousands_of_digits_is_too_large(name):
+    text = f'{{"camera": {{"resolution": [1, 1], "fov": 1}}, "render": {{"max_depth": {"9" * 5000}}}}}'
+    assert "render.max_depth: must be finite: this number is too large [E203]" in report(text.encode(), name)
+
+
 # --- Every kind of mistake has a wording ------------------------------------------------------------------
 
 # How pydantic words its own messages.

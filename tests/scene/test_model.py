@@ -425,6 +425,11 @@ def test_srgb_becomes_linear_by_its_definition(byte):
     assert color_from_text(f"#00{byte:02X}00") == (0, linear, 0)
 
 
+def test_color_name_is_in_any_case_of_ascii_alone():
+    assert color_from_text("BLACK") == color_from_text("bLaCk") == (0, 0, 0)
+    assert color_from_text("blac\N{KELVIN SIGN}") is None  # which becomes a k when it is made small
+
+
 # --- Render and image ------------------------------------------------------------------------------------
 
 

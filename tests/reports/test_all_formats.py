@@ -1,0 +1,53 @@
+"""What holds for the report of every format."""
+
+import unicodedata
+
+import pytest
+import random_problems
+from hypothesis import example, given
+
+from rtcli.reports import concise, github, json, junit, sarif, text
+from rtcli.reports.checked import Checked
+
+FORMATS = {
+    "text": text.report,
+    "concise": concise.report,
+    "json": json.report,
+    "github": github.report,
+    "sarif": lambda checks: sarif.report(checks, "1.2.3"),
+    "junit": junit.report,
+}
+# Those that a program reads: their bytes are the same in all encodings that standard output may have.
+ASCII_FORMATS = ["json", "sarif", "junit"]
+
+HOSTILE_CHECKS = [
+    Checked(random_problems.HOSTILE.path, (random_problems.HOSTILE,)),
+    Checked(random_problems.HOSTILE.path, unreadable=random_problems.HOSTILE.message),
+]
+
+# Of UAX #9: what embeds, overrides and isolates, and its ends. BN is what else has no width.
+BIDI_CONTROLS = {"LRE", "RLE", "LRO", "RLO", "PDF", "LRI", "RLI", "FSI", "PDI", "BN"}
+
+
+def is_trustworthy(character):
+    """Return whether a character of a report moves no cursor, reorders nothing, and can be encoded."""
+    return character == "\n" or not (
+        unicodedata.category(character) in {"Cc", "Cf", "Cs", "Zl", "Zp"}
+        or unicodedata.bidirectional(character) in BIDI_CONTROLS
+    )
+
+
+@pytest.mark.parametrize("report", FORMATS.values(), ids=FORMATS.keys())
+@given(checks=random_problems.checks())
+@example(checks=HOSTILE_CHECKS)
+def test_no_character_is_a_control_a_bidirectional_one_or_a_surrogate(report, checks):
+    output = "".join(report(checks))
+    assert [character for character in output if not is_trustworthy(character)] == []
+    assert output == "" or output.endswith("\n")
+
+
+@pytest.mark.parametrize("name", ASCII_FORMATS)
+@given(checks=random_problems.checks())
+@example(checks=HOSTILE_CHECKS)
+def test_what_programs_read_is_ascii(name, checks):
+    assert "".join(FORMATS[name](checks)).isascii()

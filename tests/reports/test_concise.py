@@ -1,0 +1,52 @@
+import re
+
+import random_problems
+from hypothesis import example, given
+
+from rtcli.reports import concise
+from rtcli.reports.checked import Checked
+from rtcli.scene import rules
+from rtcli.scene.problems import Problem, Span
+
+# That of the problem matcher `$gcc`, which VS Code's C++ extension brings.
+GCC = re.compile(r"^(.*?):(\d+):(\d*):?\s+(?:fatal\s+)?(warning|error):\s+(.*)$")
+
+
+def lines(*problems):
+    return "".join(concise.report([Checked("a.yaml", problems)])).split("\n")
+
+
+@given(problem=random_problems.problems())
+@example(problem=random_problems.HOSTILE)
+def test_each_problem_is_a_line_that_editors_know_from_compilers(problem):
+    line, rest = lines(problem)
+    assert GCC.search(line)
+    assert rest == ""
+
+
+@given(problem=random_problems.problems(random_problems.PLAIN_PATHS))
+def test_editors_read_path_line_column_and_severity(problem):
+    line, _ = lines(problem)
+    path, row, column, severity, message = GCC.search(line).groups()
+    assert (path, int(row), int(column), severity) == (
+        problem.path,
+        problem.line,
+        problem.column,
+        problem.severity,
+    )
+    assert message.endswith(f"[{problem.code}]")
+
+
+def test_line_names_place_severity_value_message_and_code():
+    problem = Problem(
+        rules.BEHIND_CAMERA,
+        Span("a.yaml", 3, 7, 3, 9),
+        "is behind",
+        where="objects[0]",
+        severity=rules.WARNING,
+    )
+    assert lines(problem) == ["a.yaml:3:7: warning: objects[0]: is behind [W004]", ""]
+
+
+def test_no_problems_are_no_lines():
+    assert lines() == [""]
