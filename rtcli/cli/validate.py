@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import io
 import os
 import stat
 import sys
@@ -54,6 +55,8 @@ def command(paths: tuple[str, ...], style: str, strict: bool) -> int:
 
     Exits with 0 if all scenes are valid, 1 if one is not, 3 if one cannot be read.
     """
+    if style == "github" and isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(encoding="utf-8")  # as its runner reads it, on Windows too
     tally = Tally()
     checks = tally.count(_checked(path, strict) for path in _scene_files(paths))
     for piece in _REPORTS[style](checks):

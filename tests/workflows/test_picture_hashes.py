@@ -79,7 +79,8 @@ def test_render_fails_with_what_the_program_says(tiny, capfd):
     assert main(["render", str(tiny)]) == 1
     output = capfd.readouterr()
     assert output.out == ""
-    assert "tiny.yaml:1:9: camera: missing key `fov`" in output.err
+    assert "missing key `fov`" in output.err
+    assert "tiny.yaml:1:9" in output.err
 
 
 # --- Compare ---------------------------------------------------------------------------------------------
