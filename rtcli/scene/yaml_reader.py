@@ -2,7 +2,7 @@
 
 Scalars follow the YAML 1.2 core schema (`no` is a string, `1e3` a float); tags are refused, so a scene can never
 run code. Places are the dearer half of the work, so a first reading takes the data alone; the careful one, with
-the place of each value, follows only when there is a problem to place, or an anchor, alias or merge key to expand.
+the place of each value, follows only when there is a problem to place.
 """
 
 from __future__ import annotations
@@ -72,7 +72,14 @@ def _special_number(text: str) -> int | float | None:
 
 
 class _NotPlainError(Exception):
-    """The text needs the careful reading: something is wrong with it, or has to be expanded."""
+    """Something is wrong with the text: the careful reading tells what."""
+
+
+class _Open:
+    """Stands for the value of an anchor while that is being read."""
+
+
+_OPEN = _Open()
 
 
 @garbage_collector_paused()
@@ -81,72 +88,122 @@ def read_plain(source: Source) -> Document | None:
 
     It may give up on any text, but must not differ from `read_carefully` on those it reads.
     """
-    # Each value follows one of these characters, so there are no more values than that.
-    if 1 + sum(map(source.text.count, ",:-[{?")) > reading.MAX_NODES:
-        return None
     try:
-        return Document(source, _plain_document(source.text), read_again=read_carefully)
+        return Document(source, _PlainReading(source.text).document(), read_again=read_carefully)
     except (_NotPlainError, StopIteration, yaml.YAMLError, UnicodeEncodeError):
         return None
 
 
-def _plain_document(text: str) -> Any:
-    events = iter(_Parser(text).get_event, None)
-    _skip(events, yaml.StreamStartEvent)
-    _skip(events, yaml.DocumentStartEvent)
-    data = _plain_value(next(events), events, 0)
-    _skip(events, yaml.DocumentEndEvent)
-    _skip(events, yaml.StreamEndEvent)
-    return data
+class _PlainReading:
+    """Builds data from events, by recursion: depth is bounded."""
 
+    def __init__(self, text: str) -> None:
+        self._events: Iterator[_Event] = iter(_Parser(text).get_event, None)
+        self._anchors: dict[str, tuple[Any, int]] = {}
+        # Each value follows one of these characters, so there are no more values than that; aliases add to them.
+        self._most_nodes = 1 + sum(map(text.count, ",:-[{?"))
+        self._grow(0)
+        # What all lists and mappings hold, aliases expanded: how much that grows is the size of an anchor's value.
+        self._nodes = 0
 
-def _skip(events: Iterator[_Event], kind: type[yaml.Event]) -> None:
-    if type(next(events)) is not kind:
+    def document(self) -> Any:
+        """Return the data of the only document."""
+        self._skip(yaml.StreamStartEvent)
+        self._skip(yaml.DocumentStartEvent)
+        data = self._value(next(self._events), 0)
+        self._skip(yaml.DocumentEndEvent)
+        self._skip(yaml.StreamEndEvent)
+        return data
+
+    def _skip(self, kind: type[yaml.Event]) -> None:
+        if type(next(self._events)) is not kind:
+            raise _NotPlainError
+
+    def _grow(self, count: int) -> None:
+        self._most_nodes += count
+        if self._most_nodes > reading.MAX_NODES:
+            raise _NotPlainError
+
+    def _value(self, event: _Event, depth: int) -> Any:
+        """Return the value that starts with an event, `depth` lists and mappings deep."""
+        if event.anchor is not None:  # an alias names its anchor
+            return self._anchored(event, depth)
+        if event.tag is not None:
+            raise _NotPlainError
+        kind = type(event)
+        if kind is yaml.ScalarEvent:
+            text = event.value
+            if len(text) > reading.MAX_CHARACTERS:
+                raise _NotPlainError
+            return plain_scalar(text) if event.implicit[0] else text
+        if depth >= reading.MAX_DEPTH:
+            raise _NotPlainError
+        return (self._mapping if kind is yaml.MappingStartEvent else self._list)(depth + 1)
+
+    def _anchored(self, event: _Event, depth: int) -> Any:
+        name, event.anchor = event.anchor, None
+        if type(event) is yaml.AliasEvent:
+            value, size = self._anchors.get(name, (_OPEN, 0))
+            if value is _OPEN:
+                raise _NotPlainError
+            self._grow(size)
+            self._nodes += size - 1
+            return value
+        nodes = self._nodes
+        self._anchors[name] = (_OPEN, 0)
+        value = self._value(event, depth)
+        self._anchors[name] = (value, 1 + self._nodes - nodes)
+        return value
+
+    def _list(self, depth: int) -> list[Any]:
+        items: list[Any] = []
+        for event in self._events:
+            if type(event) is yaml.SequenceEndEvent:
+                self._nodes += len(items)
+                return items
+            items.append(self._value(event, depth))
         raise _NotPlainError
 
-
-def _plain_value(event: _Event, events: Iterator[_Event], depth: int) -> Any:
-    """Return the value that starts with an event, `depth` lists and mappings deep."""
-    if event.anchor is not None or event.tag is not None:  # an alias names its anchor
+    def _mapping(self, depth: int) -> dict[str, Any]:
+        mapping: dict[str, Any] = {}
+        merged: list[Any] | None = None
+        for event in self._events:
+            if type(event) is yaml.MappingEndEvent:
+                self._nodes += len(mapping)
+                return mapping if merged is None else self._merge(mapping, merged)
+            key = self._key(event)
+            if key in mapping or len(mapping) >= reading.MAX_KEYS - 1:
+                raise _NotPlainError
+            value = self._value(next(self._events), depth)
+            if key != _MERGE:
+                mapping[key] = value
+            elif event.implicit[0] and merged is None:
+                merged = value if isinstance(value, list) else [value]
+            else:
+                raise _NotPlainError
         raise _NotPlainError
-    kind = type(event)
-    if kind is yaml.ScalarEvent:
-        text = event.value
-        if len(text) > reading.MAX_CHARACTERS:
+
+    def _key(self, event: _Event) -> str:
+        if type(event) is not yaml.ScalarEvent or event.tag is not None:
             raise _NotPlainError
-        return plain_scalar(text) if event.implicit[0] else text
-    if depth >= reading.MAX_DEPTH:
-        raise _NotPlainError
-    return (_plain_mapping if kind is yaml.MappingStartEvent else _plain_list)(events, depth + 1)
-
-
-def _plain_list(events: Iterator[_Event], depth: int) -> list[Any]:
-    items: list[Any] = []
-    for event in events:
-        if type(event) is yaml.SequenceEndEvent:
-            return items
-        items.append(_plain_value(event, events, depth))
-    raise _NotPlainError
-
-
-def _plain_mapping(events: Iterator[_Event], depth: int) -> dict[str, Any]:
-    mapping: dict[str, Any] = {}
-    for event in events:
-        if type(event) is yaml.MappingEndEvent:
-            return mapping
-        if type(event) is not yaml.ScalarEvent or event.tag is not None:  # only an alias asks for a key's anchor
+        key: str = event.value
+        if len(key) > reading.MAX_CHARACTERS:
             raise _NotPlainError
-        key = event.value
-        if (
-            len(key) > reading.MAX_CHARACTERS
-            or key in mapping
-            or key == _MERGE
-            or len(mapping) >= reading.MAX_KEYS
-        ):
-            raise _NotPlainError
-        # A scene has few keys, each a hundred thousand times.
-        mapping[sys.intern(key)] = _plain_value(next(events), events, depth)
-    raise _NotPlainError
+        if event.anchor is not None:
+            self._anchors[event.anchor] = (key, 1)
+        return sys.intern(key)  # a scene has few keys, each a hundred thousand times
+
+    def _merge(self, mapping: dict[str, Any], merged: list[Any]) -> dict[str, Any]:
+        """Merge key `<<`: take over each key that the mapping does not give itself."""
+        self._nodes += 1 + len(merged)
+        for source in merged:
+            if not isinstance(source, dict):
+                raise _NotPlainError
+            self._grow(len(source))
+            self._nodes += len(source)
+            for key, value in source.items():
+                mapping.setdefault(key, value)
+        return mapping
 
 
 # --- With places -----------------------------------------------------------------------------------------
@@ -187,7 +244,6 @@ class _YamlReading(Reading):
     def __init__(self, source: Source) -> None:
         super().__init__(source)
         self.anchors: dict[str, _Read] = {}
-        self.open_anchors: list[str] = []
 
     def document(self) -> Document:
         """Return the document, with what could be gone past among its problems."""
@@ -257,9 +313,8 @@ class _YamlReading(Reading):
         if event.anchor is None:
             return self._inside(place, depth + 1), place
         nodes = self.nodes
-        self.open_anchors.append(event.anchor)
+        self.anchors[event.anchor] = (_OPEN, place, 0)
         value = self._inside(place, depth + 1)
-        self.open_anchors.pop()
         self.anchors[event.anchor] = (value, place, self.nodes - nodes + 1)
         return value, place
 
@@ -326,14 +381,14 @@ class _YamlReading(Reading):
 
     def _alias(self, event: _Event) -> tuple[Any, Place]:
         name, place = event.anchor, Place(event.start_mark.index, event.end_mark.index)
-        if name in self.open_anchors:
-            message = f"alias {quoted('*' + name)} stands inside its own anchor"
-            self.refuse(rules.RECURSIVE_ALIAS, message, place)
-            return UNREADABLE, place
         if name not in self.anchors:
             self.refuse(rules.UNKNOWN_ALIAS, f"alias {quoted('*' + name)} has no anchor before it", place)
             return UNREADABLE, place
         value, defined, size = self.anchors[name]
+        if value is _OPEN:
+            message = f"alias {quoted('*' + name)} stands inside its own anchor"
+            self.refuse(rules.RECURSIVE_ALIAS, message, place)
+            return UNREADABLE, place
         self.grow(size, place)
         return value, defined
 

@@ -310,8 +310,19 @@ def _bomb(item):
         "{a: " * 100_000,
         "- " * 100_000,
         "[" * (MAX_DEPTH + 1) + "]" * (MAX_DEPTH + 1),
+        # Each anchor nests the one before 60 levels deeper: 6,000 in all.
+        "".join(f"- &a{n} {'[' * 60}*a{n - 1}{']' * 60}\n" if n else "- &a0 1\n" for n in range(100))
+        + "- {a: 1, a: 2}",
     ],
-    ids=["lists of aliases", "mappings of aliases", "lists", "mappings", "block lists", "one too deep"],
+    ids=[
+        "lists of aliases",
+        "mappings of aliases",
+        "lists",
+        "mappings",
+        "block lists",
+        "one too deep",
+        "anchors in anchors",
+    ],
 )
 def test_bomb_ends_quickly_with_one_problem(text):
     start = time.perf_counter()
@@ -681,7 +692,10 @@ def carefully(text, name):
         *("a: 1\nb: [2, {c: 'd'}]", "[]", "{}", "x", "--- x\n...", "'<<'", "- |\n  a\n", "!", "! a", "a: ! 'b'"),
         *("", "# c", "---", "--- a\n--- b", "--- a\n--- [", "a: [", "a: \x00", "a: \ud800", "'a': 1\na: 2"),
         *("&x a", "&x [1]", "&x a: 1", "&x a: 1\nb: *x", "*x", "? *x\n: 1", "a: &x {b: 1}\nc: *x"),
-        *("<<: {a: 1}", "'<<': {a: 1}"),
+        *("<<: {a: 1}", "'<<': {a: 1}", "<<: {a: 1}\n<<: {b: 1}", "<<: {a: 1}\n'<<': 2", "'<<': 2\n<<: {a: 1}"),
+        *("<<: 3", "<<: [{a: 1}, 3]", "x: &x [{a: 1}, {a: 2, b: 3}]\ny: {<<: *x, a: 0}", "<<: {a: 1}\na: 0"),
+        *("a: &x {b: &x 1, c: *x}", "a: &x [1]\nb: &x [*x]", "a: &x 1\nb: &x [*x]", "&x a: 1\nb: [*x, *x]"),
+        *("{" + "".join(f"k{number}: 1, " for number in range(count)) + "<<: {a: 1}}" for count in (98, 99, 100)),
         *("!x a", "!x a: 1", "!x [1]", "!x {a: 1}", "[a]: 1", "? {a: 1}\n: 1"),
         *("[" * depth + "]" * depth for depth in (MAX_DEPTH, MAX_DEPTH + 1)),
         *("{a: " * depth + "1" + "}" * depth for depth in (MAX_DEPTH, MAX_DEPTH + 1)),
@@ -696,10 +710,17 @@ def test_reading_without_places_agrees_with_the_one_with_places_for_any_text(tex
     assert reading(parse, text) == reading(carefully, text)
 
 
-@pytest.mark.parametrize("bound", range(1, 12))
-def test_both_readings_have_the_same_bound_of_values(monkeypatch, bound):
+@pytest.mark.parametrize(
+    "text",
+    [
+        "- {a: 1, b: [2, 3]}\n- 4",
+        "- &a [1, &b 2]\n- *a\n- &c {x: *a, y: *b}\n- [*c, *c]",
+        "- &a {x: 1, y: [2]}\n- &b {<<: *a, z: 3}\n- {<<: [*a, *b]}\n- *b",
+    ],
+)
+@pytest.mark.parametrize("bound", range(1, 40))
+def test_both_readings_have_the_same_bound_of_values(monkeypatch, bound, text):
     monkeypatch.setattr("rtcli.scene.reading.MAX_NODES", bound)
-    text = "- {a: 1, b: [2, 3]}\n- 4"
     assert reading(parse, text) == reading(carefully, text)
 
 
@@ -709,8 +730,11 @@ def test_both_readings_have_the_same_bound_of_values(monkeypatch, bound):
         ("a: 1", True),
         ("- {a: [1, 'b']}", True),
         ("[" * MAX_DEPTH + "]" * MAX_DEPTH, True),
-        ("a: &x 1", False),
+        ("a: &x 1\nb: *x", True),
+        ("<<: {a: 1}\nb: 2", True),
         ("a: 1\na: 2", False),
+        ("a: *x", False),
+        ("a: &x [*x]", False),
     ],
 )
 def test_only_a_text_that_needs_places_is_read_with_them(text, plain):
