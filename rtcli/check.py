@@ -45,6 +45,8 @@ def _warnings(scene: Scene) -> Iterator[LintWarning]:
     look = Look(scene)
     yield from lint.lint(look)
     seen = glance(scene)
+    if seen is None:
+        return
     place = ("image", "exposure")
     if seen.is_black and look.shines:  # without a light it is no wonder, and was told
         yield LintWarning(rules.BLACK_PICTURE, place, "the whole picture comes out black")

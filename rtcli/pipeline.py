@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import time
 from collections.abc import Callable, Iterable
@@ -166,8 +167,9 @@ def _exposure(tracer: Tracer, image: Image) -> tuple[float, int]:
 # --- To a glance -----------------------------------------------------------------------------------------
 
 # The longer side of the picture in small: most are neither black nor white at a first glance; of others a second
-# one shows whether a small light was missed.
+# one shows whether a small light was missed. Both are smaller where there are so many lights that it would take long.
 _GLANCES = (32, 512)
+_MOST_SHADOW_RAYS = 3_000_000
 
 
 class Glance(NamedTuple):
@@ -178,15 +180,24 @@ class Glance(NamedTuple):
     is_white: bool
 
 
-def glance(scene: Scene) -> Glance:
-    """Look at a picture of a scene in small, which takes less than a millisecond for nearly all, and no NumPy."""
+def glance(scene: Scene) -> Glance | None:
+    """Look at a picture of a scene in small, which takes less than a millisecond for nearly all, and no NumPy.
+
+    Returns
+    -------
+    Glance or None
+        None for a scene of so many lights that not even the smallest picture can be had soon.
+    """
     world = pack(scene)
+    if len(world.lights.intensity) * _GLANCES[0] ** 2 > _MOST_SHADOW_RAYS:
+        return None
     seen = _glance(world, scene.image, _GLANCES[0])
     return _glance(world, scene.image, _GLANCES[1]) if seen.is_black or seen.is_white else seen
 
 
 def _glance(world: World, image: Image, longer: int) -> Glance:
     camera = world.camera
+    longer = min(longer, math.isqrt(_MOST_SHADOW_RAYS // max(1, len(world.lights.intensity))))
     scale = min(1.0, longer / max(camera.width, camera.height))
     width, height = (max(1, round(side * scale)) for side in (camera.width, camera.height))
     small = replace(

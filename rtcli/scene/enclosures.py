@@ -16,7 +16,7 @@ from rtcli.scene.model import Box, Object, Sphere
 from rtcli.scene.vectors import Vector
 
 # Comparisons for each solid, on the average, before `Enclosures` gives up: those of a scene take a few.
-_MAX_COMPARISONS = 64
+_MAX_COMPARISONS = 32
 
 
 @dataclass(frozen=True, slots=True)

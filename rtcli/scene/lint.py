@@ -22,8 +22,8 @@ from rtcli.scene.vectors import Vector, cross, direction, unit
 
 # So many times as bright as white a surface counts as burnt out.
 BURNT = 50.0
-# Lights times objects whose distances are looked at: half a second's work.
-_MAX_DISTANCES = 500_000
+# Lights times objects whose distances are looked at: a second's work at the most.
+_MAX_DISTANCES = 200_000
 # The sine of the angle between two directions that count as parallel.
 _PARALLEL = 1e-9
 

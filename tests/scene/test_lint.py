@@ -14,6 +14,7 @@ from rtcli.check import check
 from rtcli.pipeline import glance
 from rtcli.scene import lint, rules
 from rtcli.scene.model import Scene
+from rtcli.tracer.native import NativeTracer
 
 FILES = sorted((Path(__file__).parents[1] / "lint").glob("*.yaml"))
 
@@ -189,3 +190,25 @@ def test_small_lamp_in_the_dark_is_not_taken_for_a_black_picture():
     scene = worlds.scene([lamp], camera={"resolution": [501, 401], "fov": 60})
     assert worlds.render(scene).develop().max() > 0
     assert not glance(scene).is_black
+
+
+def test_scene_of_very_many_lights_is_not_looked_at():
+    lights = [worlds.light([x, 5, 0], 1e-9) for x in range(10_000)]
+    scene = worlds.scene([worlds.sphere([0, 0, -5])], lights)
+    assert glance(scene) is None
+    assert glance(worlds.scene([worlds.sphere([0, 0, -5])], lights[:1000])).is_black
+
+
+def test_fewer_pixels_are_looked_at_where_there_are_many_lights(monkeypatch):
+    sizes = []
+    levels = NativeTracer.levels
+
+    def seen(self, window, look):
+        sizes.append((window.width, window.height))
+        return levels(self, window, look)
+
+    monkeypatch.setattr(NativeTracer, "levels", seen)
+    for count in (1, 1000):
+        lights = [worlds.light([0, 5, 0], 1e-9)] * count
+        glance(worlds.scene([worlds.sphere([0, 0, -5])], lights, camera={"resolution": [4000, 3000], "fov": 40}))
+    assert sizes == [(32, 24), (512, 384), (32, 24), (54, 40)]
