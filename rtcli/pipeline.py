@@ -167,7 +167,7 @@ def _exposure(tracer: Tracer, image: Image) -> tuple[float, int]:
 # --- To a glance -----------------------------------------------------------------------------------------
 
 # The longer side of the picture in small: most are neither black nor white at a first glance; of others a second
-# one shows whether a small light was missed. Both are smaller where there are so many lights that it would take long.
+# one shows whether a small light was missed. Both are smaller where so many lights shine that it would take long.
 _GLANCES = (32, 512)
 _MOST_SHADOW_RAYS = 3_000_000
 
