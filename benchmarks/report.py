@@ -89,14 +89,6 @@ FILE_BARS = (
         lambda contests: median(contests, "read", "rtcli", READ) / median(contests, "read", "yaml.load", READ),
     ),
     Bar(
-        "the same with the place of every value",
-        "yaml.load, CSafeLoader",
-        0.25,
-        lambda contests: (
-            median(contests, "read", "rtcli, with places", READ) / median(contests, "read", "yaml.load", READ)
-        ),
-    ),
-    Bar(
         "1,000 small scenes: rtcli validate, whole process",
         "3 seconds",
         1.0,

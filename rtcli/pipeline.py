@@ -186,10 +186,11 @@ def glance(scene: Scene) -> Glance | None:
     Returns
     -------
     Glance or None
-        None for a scene of so many lights that not even the smallest picture can be had soon.
+        None for a scene of so many lights, or objects and lights, that not even the smallest picture comes soon.
     """
     world = pack(scene)
-    if len(world.lights.intensity) * _GLANCES[0] ** 2 > _MOST_SHADOW_RAYS:
+    # Each light is prepared with all objects, and then asked for by each pixel.
+    if len(world.lights.intensity) * max(_GLANCES[0] ** 2, len(scene.objects)) > _MOST_SHADOW_RAYS:
         return None
     seen = _glance(world, scene.image, _GLANCES[0])
     return _glance(world, scene.image, _GLANCES[1]) if seen.is_black or seen.is_white else seen

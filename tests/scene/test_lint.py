@@ -196,6 +196,8 @@ def test_scene_of_very_many_lights_is_not_looked_at():
     lights = [worlds.light([x, 5, 0], 1e-9) for x in range(10_000)]
     scene = worlds.scene([worlds.sphere([0, 0, -5])], lights)
     assert glance(scene) is None
+    many = [worlds.sphere([0, 0, -5 - number]) for number in range(2_000)]
+    assert glance(worlds.scene(many, lights[:2000])) is None
     assert glance(worlds.scene([worlds.sphere([0, 0, -5])], lights[:1000])).is_black
 
 
