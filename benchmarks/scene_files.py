@@ -23,7 +23,7 @@ import rtcli
 import scenes
 
 RESULTS = HERE / "scene_files.json"
-ROUNDS = 5
+ROUNDS = 3
 SMALL_SCENES = 1_000
 
 
