@@ -15,6 +15,9 @@ from typing import TypeAlias
 from rtcli.scene.model import Box, Object, Sphere
 from rtcli.scene.vectors import Vector
 
+# Solids closer than this share of their size touch.
+_TOUCHING = 1e-6
+
 # Comparisons for each solid, on the average, before `Enclosures` gives up: those of a scene take a few.
 _MAX_COMPARISONS = 32
 
@@ -108,10 +111,11 @@ def surface_distance(solid: Solid, point: Vector) -> float:
 
 def contains(outer: Solid, inner: Point) -> bool:
     """Return whether a solid wholly encloses another, which is convex: so its farthest points tell."""
+    margin = -_TOUCHING * max(outer.bounds)  # a face that two solids share may be seen
     if isinstance(inner, Cuboid):
-        return all(surface_distance(outer, corner) <= 0 for corner in inner.corners())
+        return all(surface_distance(outer, corner) < margin for corner in inner.corners())
     if isinstance(inner, Ball):
-        return surface_distance(outer, inner.centre) + inner.radius <= 0
+        return surface_distance(outer, inner.centre) + inner.radius < margin
     return surface_distance(outer, inner.centre) < 0  # a point on the surface is not inside
 
 

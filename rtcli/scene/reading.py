@@ -20,6 +20,7 @@ MAX_DEPTH = 64
 MAX_NODES = 3_000_000  # values, aliases and merge keys expanded
 MAX_KEYS = 100
 MAX_CHARACTERS = 10_000
+MAX_PROBLEMS = 1_000
 # Python refuses to convert longer digit strings, and no float is that large.
 _MAX_DIGITS = 4000
 
@@ -47,7 +48,10 @@ class Reading:
         self.nodes = 0
 
     def refuse(self, rule: Rule, message: str, place: Place, help: str = "") -> None:
-        """Report what can be gone past."""
+        """Report what can be gone past, up to `MAX_PROBLEMS`: those of a hostile file would fill the memory."""
+        if len(self.problems) >= MAX_PROBLEMS:
+            message = f"only the first {MAX_PROBLEMS:,} problems are listed"
+            raise SceneError([*self.problems, self.source.problem(rules.MORE_PROBLEMS, message, 0)])
         self.problems.append(self.source.problem(rule, message, place.start, place.end, help))
 
     def fatal(self, rule: Rule, message: str, place: Place, help: str = "") -> SceneError:

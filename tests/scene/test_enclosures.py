@@ -54,11 +54,11 @@ def test_box_turns_counter_clockwise_seen_from_above():
 @pytest.mark.parametrize(
     ("outer", "inner", "inside"),
     [
-        (BALL, worlds.sphere([1, 2, 4], radius=1), True),  # touches from within
+        (BALL, worlds.sphere([1, 2, 4], radius=1), False),  # touches from within
         (BALL, worlds.sphere([1, 2, 4.001], radius=1), False),
         (BALL, worlds.box([1, 2, 3], [2, 2, 2]), True),
         (BALL, worlds.box([1, 2, 3], [2.4, 2.4, 2.4]), False),  # its corners reach out
-        (CUBE, worlds.sphere([1, 2, 3], radius=1), True),
+        (CUBE, worlds.sphere([1, 2, 3], radius=0.99), True),
         (CUBE, worlds.sphere([1.1, 2, 3], radius=1), False),
         (CUBE, worlds.box([1, 2, 3], [1, 1, 1], rotation=45), True),
         (CUBE, worlds.box([1, 2, 3], [1.5, 1, 1.5], rotation=45), False),  # its edges reach out

@@ -144,9 +144,9 @@ def test_of_two_equal_objects_the_second_is_told_whatever_its_name():
     assert found == {rules.EQUAL_OBJECTS: [("objects", 1)]}
 
 
-def test_same_shape_in_another_color_is_hidden_in_the_first():
-    found = warnings_of(worlds.scene([worlds.sphere([0, 0, -6]), worlds.sphere([0, 0, -6], color="red")], LIT))
-    assert found == {rules.HIDDEN_INSIDE: [("objects", 1)]}
+def test_box_whose_face_lies_in_that_of_another_may_be_seen():
+    flush = [worlds.box([0, 0, -6], [2, 2, 2]), worlds.box([0, 0.5, -6], [1, 1, 1])]
+    assert rules_of(flush) == set()
 
 
 @pytest.mark.parametrize(

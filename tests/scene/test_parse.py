@@ -358,6 +358,9 @@ SPHERE = "{type: sphere, position: [0, 0, -5], radius: -1, color: red}"
         ("open.yaml", lambda: "[" * (60 * MEBIBYTE), "E004"),
         ("questions.yaml", lambda: "? " * (30 * MEBIBYTE), "E014"),
         ("quote.yaml", lambda: "a: 'x\n" + "b: c\n" * (10 * MEBIBYTE), "E004"),
+        ("aliases.yaml", lambda: "a: [" + "*a," * MEBIBYTE + "]", "E108"),
+        ("repeated.json", lambda: "{" + '"a":1,' * MEBIBYTE + '"a":1}', "E108"),
+        ("tags.yaml", lambda: "a: [" + "!a 1," * MEBIBYTE + "]", "E108"),
         ("anchors.yaml", lambda: "a: [" + "".join(f"&a{n} 1, " for n in range(MEBIBYTE)) + "]", "E104"),
     ],
 )
