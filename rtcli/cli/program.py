@@ -73,7 +73,7 @@ def _outcome(run: Callable[[], Any]) -> int:
         _drop_unwritten_output()
         return FILE
     except MemoryError:
-        tell("Error: not enough memory for this picture: make it smaller, or render parts of it with --crop")
+        tell("Error: not enough memory: make the picture smaller, or render parts of it with --crop")
         return INTERNAL
     except (Interrupted, KeyboardInterrupt, SystemExit):
         raise

@@ -51,7 +51,7 @@ def command(paths: tuple[str, ...], style: str, strict: bool) -> int:
     PATH is a scene file, a folder (all .yaml, .yml and .json files in it and below), or - for YAML on standard
     input. The report goes to standard output.
 
-    Errors make a scene invalid; warnings tell what is hardly meant, such as an object that nobody sees.
+    Errors make a scene invalid; warnings tell what is probably not intended, such as an object that nobody sees.
 
     Exits with 0 if all scenes are valid, 1 if one is not, 3 if one cannot be read.
     """
