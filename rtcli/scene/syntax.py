@@ -49,6 +49,7 @@ _ADVICE = (
         "indent with spaces",
         fits=_is_tab,
     ),
+    _Advice("found a tab character", "a tab cannot indent", "indent with spaces"),
     _Advice(
         "found character that cannot start any token",
         "{character} cannot start a value",
