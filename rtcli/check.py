@@ -7,12 +7,12 @@ from collections.abc import Iterator
 
 from rtcli.pipeline import glance
 from rtcli.scene import lint, rules
-from rtcli.scene.diagnostics import MAX_PROBLEMS, place_in_file, validate
+from rtcli.scene.diagnostics import place_in_file, validate
 from rtcli.scene.document import HEAD, Document
 from rtcli.scene.lint import LintWarning, Look
 from rtcli.scene.model import Scene
 from rtcli.scene.parse import parse_bytes
-from rtcli.scene.problems import Problem, SceneError
+from rtcli.scene.problems import MAX_PROBLEMS, Problem, SceneError
 
 
 def check(raw: bytes, name: str) -> tuple[Problem, ...]:

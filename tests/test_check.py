@@ -1,7 +1,7 @@
 """All that is said of a scene file: errors, or warnings in the order of the file."""
 
 from rtcli.check import check
-from rtcli.scene.diagnostics import MAX_PROBLEMS
+from rtcli.scene.problems import MAX_PROBLEMS
 
 HEAD = "camera: {resolution: [8, 8], fov: 40}\nlights: [{position: [0, 5, 0], intensity: 900}]\nobjects:\n"
 SEEN = "  - {type: sphere, position: [0, 0, -5], radius: 1, color: red}\n"

@@ -61,7 +61,7 @@ class Tally:
             self.scenes += not checked.unreadable
             self.unreadable += bool(checked.unreadable)
             self.with_problems += bool(checked.problems)
-            self.invalid += errors > 0
+            self.invalid += checked.has_errors
             self.errors += errors
             self.warnings += len(checked.problems) - errors
             yield checked

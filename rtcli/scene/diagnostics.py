@@ -17,13 +17,10 @@ from pydantic_core import ErrorDetails
 from rtcli.scene import model, rules
 from rtcli.scene.colors import CSS_NAMES
 from rtcli.scene.document import HEAD, KEY, VALUE, Document, Loc
-from rtcli.scene.problems import Problem, SceneError, did_you_mean, quoted
+from rtcli.scene.problems import MAX_PROBLEMS, Problem, SceneError, did_you_mean, quoted
 from rtcli.scene.reading import UNREADABLE
 from rtcli.scene.rules import Rule
 from rtcli.scene.yaml_reader import plain_scalar
-
-# More are not listed: a file of many megabytes may hold a million mistakes.
-MAX_PROBLEMS = model.MAX_ERRORS
 
 # Past this an integer is named, not shown: its digits would fill the line.
 _HUGE_BITS = 128

@@ -82,6 +82,11 @@ class Look:
         return any(light.strength > 0 for light in self.lights)
 
     @cached_property
+    def carriers(self) -> set[int | None]:
+        """The indices of the objects that carry a light."""
+        return {light.body for light in self.lights}
+
+    @cached_property
     def around_eye(self) -> set[int]:
         """The indices of the objects that the camera is inside of."""
         eye = Point(self.eye)
@@ -180,9 +185,8 @@ def _four_sides(right: Vector, up: Vector, wide: float, tall: float) -> list[tup
 def _views(look: Look) -> Iterator[LintWarning]:
     view = _View(look.scene)
     words = {rules.BEHIND_CAMERA: "is wholly behind the camera", rules.OUT_OF_VIEW: "is wholly outside the view"}
-    carriers = {light.body for light in look.lights}
     for index, (shape, solid) in enumerate(zip(look.scene.objects, look.solids, strict=True)):
-        rule = None if index in carriers else view.misses(shape, solid)
+        rule = None if index in look.carriers else view.misses(shape, solid)
         if rule is not None:
             yield LintWarning(rule, ("objects", index), f"the {shape.type} {words[rule]}", HEAD)
 
@@ -192,14 +196,13 @@ def _views(look: Look) -> Iterator[LintWarning]:
 
 def _pairs(look: Look) -> Iterator[LintWarning]:
     first: dict[tuple[object, ...], int] = {}
-    carriers = {light.body for light in look.lights}
     for index, (shape, solid) in enumerate(zip(look.scene.objects, look.solids, strict=True)):
         twin = first.setdefault(_all_but_name(shape), index)
         if twin != index:
             yield LintWarning(
                 rules.EQUAL_OBJECTS, ("objects", index), f"the {shape.type} equals {look.named(twin)}", HEAD
             )
-        elif solid is not None and index not in carriers:  # of a light inside another object was told already
+        elif solid is not None and index not in look.carriers:  # of a light inside another object was told already
             around = look.enclosures.around(solid, index)
             if around is not None:
                 message = f"the {shape.type} is wholly inside {look.named(around)}, which hides it"

@@ -27,14 +27,12 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 from typing_extensions import TypeAliasType
 
 from rtcli.scene.colors import color_from_text
-from rtcli.scene.problems import quoted
+from rtcli.scene.problems import MAX_PROBLEMS, quoted
 from rtcli.scene.vectors import cross, direction, unit
 
 MAX_SIDE = 65_535
 MAX_SAMPLES = 1_024
 MAX_NAME = 10_000
-# Validation stops soon after so many errors: those of a hostile file would fill the memory.
-MAX_ERRORS = 1_000
 
 # `up` counts as lying along the view when the sine of the angle between them is not above this.
 _MIN_SINE = 1e-9
@@ -284,7 +282,7 @@ class Scene(_Model):
                 valid += validate(items[start : start + _PIECE])
             except ValidationError as error:
                 errors += _line_errors(error, start)
-            if len(errors) > MAX_ERRORS:
+            if len(errors) > MAX_PROBLEMS:
                 break
         if errors:
             raise ValidationError.from_exception_data("Scene", errors)
@@ -294,7 +292,7 @@ class Scene(_Model):
     @classmethod
     def _names_are_unique(cls, objects: Any, validate: ValidatorFunctionWrapHandler) -> Any:
         """Report names used twice together with all other errors of the objects."""
-        repeated = itertools.islice(_repeated_names(objects), MAX_ERRORS + 1)
+        repeated = itertools.islice(_repeated_names(objects), MAX_PROBLEMS + 1)
         problems = [_repeated_name(*found) for found in repeated]
         if not problems:
             return validate(objects)
@@ -327,7 +325,7 @@ def _repeated_name(index: int, name: str, first: int) -> InitErrorDetails:
 
 def _line_errors(error: ValidationError, start: int = 0) -> list[InitErrorDetails]:
     """Return the errors of a list that begins at index `start` of the whole."""
-    return [_line_error(details, start) for details in error.errors(include_url=False)[: MAX_ERRORS + 1]]
+    return [_line_error(details, start) for details in error.errors(include_url=False)[: MAX_PROBLEMS + 1]]
 
 
 def _line_error(details: Any, start: int) -> InitErrorDetails:

@@ -8,6 +8,9 @@ from typing import Any
 
 from rtcli.scene.rules import ERROR, Rule
 
+# More are not listed, and looking for them stops: those of a hostile file would fill the memory.
+MAX_PROBLEMS = 1_000
+
 # A key or value of the file is quoted up to this many characters, so that a message stays a line.
 _QUOTED = 60
 

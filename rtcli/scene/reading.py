@@ -12,7 +12,7 @@ from collections.abc import Iterator
 
 from rtcli.scene import rules
 from rtcli.scene.document import Place, Source
-from rtcli.scene.problems import Problem, SceneError, quoted
+from rtcli.scene.problems import MAX_PROBLEMS, Problem, SceneError, quoted
 from rtcli.scene.rules import Rule
 
 MAX_BYTES = 64 * 2**20
@@ -20,7 +20,6 @@ MAX_DEPTH = 64
 MAX_NODES = 3_000_000  # values, aliases and merge keys expanded
 MAX_KEYS = 100
 MAX_CHARACTERS = 10_000
-MAX_PROBLEMS = 1_000
 # Python refuses to convert longer digit strings, and no float is that large.
 _MAX_DIGITS = 4000
 

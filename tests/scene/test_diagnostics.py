@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 from mutations import VALID, mutated_scenes
 
 from rtcli.scene import rules
-from rtcli.scene.diagnostics import MAX_PROBLEMS, validate
+from rtcli.scene.diagnostics import validate
 from rtcli.scene.load import load_scene
 from rtcli.scene.model import Scene
 from rtcli.scene.parse import parse_bytes
-from rtcli.scene.problems import Problem, SceneError, Span
+from rtcli.scene.problems import MAX_PROBLEMS, Problem, SceneError, Span
 
 INVALID = Path(__file__).parents[1] / "invalid"
 FILES = sorted(path for path in INVALID.iterdir() if path.suffix in {".yaml", ".json"})
