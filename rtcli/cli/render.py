@@ -13,19 +13,16 @@ from typing import Any, BinaryIO
 import click
 
 from rtcli import __version__
-from rtcli.cli.option_types import CropType, ExposureType, SizeType
-from rtcli.cli.output import STDIO, is_terminal, name_of, open_target, read_bytes, tell
+from rtcli.cli.option_types import CropType
+from rtcli.cli.output import STDIO, is_terminal, open_target, tell
 from rtcli.cli.progress import progress
+from rtcli.cli.scene_options import SceneEdits, scene_options
 from rtcli.cli.stopwatch import Stopwatch
 from rtcli.image.look import DEPTHS
 from rtcli.image.write import check_suffix
 from rtcli.pack import pack
 from rtcli.pipeline import ENGINES, Request, Target, Work, write_picture
 from rtcli.scene.diagnostics import validate
-from rtcli.scene.document import Document
-from rtcli.scene.edits import EditError, set_expression, set_value
-from rtcli.scene.model import MAX_SAMPLES
-from rtcli.scene.parse import READ_BYTES, parse_bytes
 from rtcli.scene.problems import printable
 from rtcli.tracer.world import Window, World
 
@@ -36,16 +33,13 @@ class Options:
 
     scene: str
     output: str
-    size: tuple[int, int] | None
-    samples: int | None
-    exposure: float | str | None
     bits: int
     engine: str
     threads: int | None
     crop: Window | None
-    edits: tuple[str, ...]
     stats: str | None
     quiet: bool
+    edits: SceneEdits
 
     def check(self) -> None:
         """Raise click.UsageError for what cannot be right whatever the scene says."""
@@ -71,19 +65,7 @@ class Options:
 @click.option(
     "-o", "--output", metavar="OUT", required=True, help="The picture, a .png file; - for standard output."
 )
-@click.option("--size", type=SizeType(), metavar="WxH", help="Width and height in pixels, instead of the scene's.")
-@click.option(
-    "--samples",
-    type=click.IntRange(1, MAX_SAMPLES),
-    metavar="N",
-    help="Rays per pixel, instead of the scene's.",
-)
-@click.option(
-    "--exposure",
-    type=ExposureType(),
-    metavar="EV|auto",
-    help="Stops, +1 is twice as bright; instead of the scene's.",
-)
+@scene_options
 @click.option(
     "--bits",
     type=click.Choice(DEPTHS),
@@ -101,14 +83,6 @@ class Options:
 @click.option("--threads", type=click.IntRange(1), metavar="N", show_default="all", help="Processor cores to use.")
 @click.option("--crop", type=CropType(), help="Render only this part: left, top, width, height in pixels.")
 @click.option(
-    "--set",
-    "edits",
-    envvar="RTCLI_RENDER_SET",
-    metavar="KEY=VALUE",
-    multiple=True,
-    help="Change a value of the scene, such as camera.fov=30 or objects.ball.position[0]=1. Repeatable.",
-)
-@click.option(
     "--stats",
     metavar="FILE",
     help="Write seconds per stage and other figures as JSON; - for standard output. The native engine works at "
@@ -120,7 +94,7 @@ def command(**options: Any) -> None:
 
     SCENE is a .yaml, .yml or .json file, or - for YAML on standard input.
     """
-    render(Options(**options))
+    render(Options(edits=SceneEdits.taken_from(options), **options))
 
 
 def render(options: Options) -> None:
@@ -128,7 +102,7 @@ def render(options: Options) -> None:
     options.check()
     watch = Stopwatch()
     with watch.stage("parse"):
-        document = _edited(parse_bytes(read_bytes(options.scene, READ_BYTES), name_of(options.scene)), options)
+        document = options.edits.read(options.scene)
     with watch.stage("validate"):
         scene = validate(document)
     with watch.stage("pack"):
@@ -145,25 +119,6 @@ def render(options: Options) -> None:
         window = request.window(world.camera)
         size = f"{window.width}x{window.height}"
         tell(f"wrote {_shown(options.output)} ({size}) in {watch.totals()['total']:.2f} s")
-
-
-def _edited(document: Document, options: Options) -> Document:
-    """Return the document with the values that options set: shorthands first, so that --set has the last word."""
-    shorthands: dict[str, tuple[str, Any]] = {}
-    if options.size is not None:
-        shorthands["camera.resolution"] = (f"--size {options.size[0]}x{options.size[1]}", list(options.size))
-    if options.samples is not None:
-        shorthands["render.samples"] = (f"--samples {options.samples}", options.samples)
-    if options.exposure is not None:
-        shorthands["image.exposure"] = (f"--exposure {options.exposure}", options.exposure)
-    try:
-        for path, (option, value) in shorthands.items():
-            document = set_value(document, path, value, option)
-        for expression in options.edits:
-            document = set_expression(document, expression)
-    except EditError as error:
-        raise click.UsageError(f"cannot set a value: {error}") from error
-    return document
 
 
 def _request(options: Options, world: World) -> Request:
