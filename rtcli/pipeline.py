@@ -262,7 +262,7 @@ def _stream(world: World, image: Image, request: Request, target: Target, progre
     exposure, metered = _exposure(tracer, image)
     prepared = time.perf_counter() - start
     window, look = request.window(world.camera), Look(exposure, image.tone, target.bits)
-    rays, seconds = tracer.picture(window, look, target.write, progress)
+    rays, seconds = tracer.picture(window, look, [], target.write, progress)
     return Work(rays + metered, {**seconds, "trace": seconds["trace"] + prepared})
 
 

@@ -30,7 +30,7 @@ def png_pieces(radiance: npt.NDArray[np.floating], look: Look) -> Iterator[bytes
     from rtcli.tracer._native import PngEncoder
 
     height, width, _ = radiance.shape
-    encoder = PngEncoder(width, height, look)
+    encoder = PngEncoder(width, height, look, [])
     for rows in bands(height, width):
         yield encoder.push(band_bytes(radiance, rows))
     yield encoder.finish()

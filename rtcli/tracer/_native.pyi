@@ -12,6 +12,8 @@ from rtcli.tracer.world import Vector, Window
 
 # Stops, tone curve (`clip`, `reinhard` or `aces`), bits a channel (8 or 16).
 _Look: TypeAlias = tuple[float, str, int]
+# Keywords and what is told under them, for the text chunks of a PNG.
+_Texts: TypeAlias = list[tuple[str, str]]
 # Told (pixels done, pixels in all).
 _Progress: TypeAlias = Callable[[int, int], None]
 
@@ -53,6 +55,7 @@ class Tracer:
         self,
         window: Window,
         look: _Look,
+        texts: _Texts,
         write: Callable[[bytes], Any],
         progress: _Progress | None,
         /,
@@ -78,9 +81,11 @@ class PngEncoder:
         The picture, pixels.
     look
         Stops, tone curve, bits a channel.
+    texts
+        What the file tells beside its pixels.
     """
 
-    def __new__(cls, width: int, height: int, look: _Look, /) -> PngEncoder: ...
+    def __new__(cls, width: int, height: int, look: _Look, texts: _Texts, /) -> PngEncoder: ...
     def push(self, radiance: bytes, /) -> bytes:
         """Add whole rows; return what the file holds next."""
 
@@ -98,6 +103,23 @@ def simd_level() -> str:
 
 def develop(radiance: bytes, look: _Look, /) -> bytearray:
     """Return radiance, interleaved float32 RGB, as sRGB: 8 bits a channel, or 16 with the high byte first."""
+
+def encode_png(pixels: bytes, size: tuple[int, int], channels: int, bits: int, texts: _Texts, /) -> bytes:
+    """Return a PNG of numbers that are no radiance: 1 or 3 channels of 8 bits, or of 16 in native byte order.
+
+    The size is width and height.
+    """
+
+def decode_png(file: bytes, /) -> tuple[int, int, int, int, bytes]:
+    """Return width, height, channels (1 to 4), bits and the numbers of a PNG, 16 bits in native byte order.
+
+    Palettes, small depths and transparent colors are expanded.
+
+    Raises
+    ------
+    ValueError
+        If it is no PNG, is broken, or is larger than 6 GiB when decoded.
+    """
 
 def auto_exposure(radiance: bytes, /) -> float:
     """Return the stops that expose a picture well: those of the exposure meter, 0 for an all black one."""

@@ -59,11 +59,15 @@ class NativeTracer:
         self,
         window: Window,
         look: tuple[float, str, int],
+        texts: list[tuple[str, str]],
         write: Callable[[bytes], Any],
         progress: Progress | None = None,
     ) -> tuple[int, dict[str, float]]:
-        """Write a PNG piece by piece; return the number of rays, and the seconds of all threads in each stage."""
-        rays, trace, develop, encode = self._tracer.picture(window, look, write, progress)
+        """Write a PNG piece by piece; return the number of rays, and the seconds of all threads in each stage.
+
+        `texts` are keywords, and what the file tells under them.
+        """
+        rays, trace, develop, encode = self._tracer.picture(window, look, texts, write, progress)
         return rays, {"trace": trace, "develop": develop, "write": encode}
 
 

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
-# The plastic number g solves g^3 = g + 1; its powers 1/g and 1/g^2 are the two-dimensional relatives of the
-# golden ratio (M. Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018: the R2 sequence).
-_R2_X = 0.7548776662466927
-_R2_Y = 0.5698402909980532
+# 1/phi of the golden ratio phi: its multiples fall between each other more evenly than those of any other number.
+_GOLDEN = 0.6180339887498949
 
 
-def sample_offsets(count: int) -> Iterator[tuple[float, float]]:
-    """Yield the places of a pixel's samples, each in 0..1 from its left and top edge.
+def sample_offsets(count: int) -> list[tuple[float, float]]:
+    """Return the places of a pixel's samples, each in 0..1 from its left and top edge; a single one is its centre.
 
-    (x_i, y_i) = frac((0.5, 0.5) + i (1/g, 1/g^2)): a low-discrepancy sequence without randomness, the same
-    for each pixel. The first sample is the centre.
+    (x_i, y_i) = (i + 1/2, rank_i + 1/2) / n, where rank_i counts the numbers frac(1/2 + k / phi), k < n, that are
+    below the i-th: a golden lattice (a rank-1 lattice, S. Dammertz and A. Keller, "Image Synthesis by Rank-1
+    Lattices", 2008) whose rows are made as even as its columns. So an upright or level edge is placed to 1/n of a
+    pixel; four samples are the rotated grid. The same for each pixel, without randomness.
     """
-    for i in range(count):
-        yield (0.5 + i * _R2_X) % 1.0, (0.5 + i * _R2_Y) % 1.0
+    by_height = sorted(range(count), key=lambda i: (0.5 + i * _GOLDEN) % 1.0)
+    rows = {i: rank for rank, i in enumerate(by_height)}
+    return [((i + 0.5) / count, (rows[i] + 0.5) / count) for i in range(count)]

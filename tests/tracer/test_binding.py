@@ -51,7 +51,7 @@ def large(samples, resolution=(2000, 1500)):
 def picture(threads=2):
     """Return the bytes of a PNG of the room, and all arrays of its film."""
     pieces = []
-    tracer(threads=threads).picture(WHOLE, LOOK, pieces.append)
+    tracer(threads=threads).picture(WHOLE, LOOK, [], pieces.append)
     film, _ = tracer(threads=threads).film(WHOLE, PASSES)
     return b"".join(pieces), {name: values.tobytes() for name, values in film.items()}
 
@@ -128,7 +128,7 @@ def _run(work, described, progress, write=lambda piece: None):
     window = Window(0, 0, *described.camera.resolution)
     if work == "film":
         return tracer(described).film(window, (), progress)
-    return tracer(described).picture(window, LOOK, write, progress)
+    return tracer(described).picture(window, LOOK, [], write, progress)
 
 
 @pytest.mark.parametrize("work", ["film", "picture"])
@@ -180,7 +180,7 @@ def write(piece):
 room = scene([sphere([0, 0, -5], 2)], [{"position": [1, 2, 0], "intensity": 900}],
              camera={"resolution": [8000, 8000], "fov": 40})
 tracer, before = NativeTracer(pack(room), 2), peak_mib()
-tracer.picture(Window(0, 0, 8000, 8000), (0.0, "reinhard", 16), write)
+tracer.picture(Window(0, 0, 8000, 8000), (0.0, "reinhard", 16), [], write)
 print(seen / 2**20, peak_mib() - before)
 """
 
@@ -331,8 +331,8 @@ def test_threads_beyond_all_measure_are_no_error():
 def test_look_that_cannot_be_is_a_value_error(look):
     for wrong in (
         lambda: _native.develop(b"", look),
-        lambda: _native.PngEncoder(1, 1, look),
-        lambda: tracer().picture(WHOLE, look, print),
+        lambda: _native.PngEncoder(1, 1, look, []),
+        lambda: tracer().picture(WHOLE, look, [], print),
     ):
         with pytest.raises(ValueError, match=r"tone|bits|exposure"):
             wrong()
@@ -363,7 +363,7 @@ def test_radiance_may_lie_anywhere_in_memory(offset):
 )
 def test_picture_without_pixels_or_with_too_many_is_a_value_error(width, height, message):
     for wrong in (
-        lambda: _native.PngEncoder(width, height, LOOK),
+        lambda: _native.PngEncoder(width, height, LOOK, []),
         lambda: _native.meter_size(width, height),
         lambda: _native.Tracer((width, height, *CAMERA[2:]), ONE_OBJECT, ONE_LIGHT, SETTINGS, 1),
     ):
@@ -373,7 +373,7 @@ def test_picture_without_pixels_or_with_too_many_is_a_value_error(width, height,
 
 def test_encoder_takes_whole_rows_and_all_of_them():
     row = b"\0" * (2 * 12)
-    encoder = _native.PngEncoder(2, 2, LOOK)
+    encoder = _native.PngEncoder(2, 2, LOOK, [])
     with pytest.raises(ValueError, match="rows of 2"):
         encoder.push(b"\0" * 12)
     with pytest.raises(ValueError, match="rows of 2"):
@@ -387,5 +387,5 @@ def test_encoder_takes_whole_rows_and_all_of_them():
 
 
 def _encoded(*rows):
-    encoder = _native.PngEncoder(2, 2, LOOK)
+    encoder = _native.PngEncoder(2, 2, LOOK, [])
     return encoder.push(b"".join(rows)) + encoder.finish()

@@ -1,15 +1,27 @@
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+import rtcli
 from rtcli.tracer.sampling import sample_offsets
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def test_one_sample_is_the_centre():
     assert list(sample_offsets(1)) == [(0.5, 0.5)]
 
 
-def test_more_samples_begin_with_those_of_fewer():
-    assert list(sample_offsets(9))[:4] == list(sample_offsets(4))
+def test_four_samples_are_the_rotated_grid():
+    assert list(sample_offsets(4)) == [(0.125, 0.625), (0.375, 0.125), (0.625, 0.875), (0.875, 0.375)]
+
+
+@pytest.mark.parametrize("count", [2, 3, 7, 16, 100, 1024])
+def test_each_column_and_each_row_of_a_pixel_has_one_sample(count):
+    middles = [(i + 0.5) / count for i in range(count)]
+    x, y = zip(*sample_offsets(count), strict=True)
+    assert (sorted(x), sorted(y)) == (middles, middles)
 
 
 @pytest.mark.parametrize("count", [64, 256, 1024])
@@ -25,3 +37,21 @@ def test_half_of_the_samples_lie_on_each_side_of_an_edge_through_the_centre(angl
     x, y = np.array(list(sample_offsets(1024))).T
     normal = np.cos(np.radians(angle)), np.sin(np.radians(angle))
     assert np.mean((x - 0.5) * normal[0] + (y - 0.5) * normal[1] > 0) == pytest.approx(0.5, abs=0.01)
+
+
+SCENES = sorted((ROOT / "scenes").glob("*.yaml"))
+
+
+@pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
+def test_error_at_least_halves_from_one_to_four_and_from_four_to_sixteen_samples(path):
+    scene = rtcli.load_scene(path)
+
+    def radiance(samples):
+        camera = scene.camera.model_copy(update={"resolution": (320, 240)})
+        many = scene.render.model_copy(update={"samples": samples})
+        return rtcli.render(scene.model_copy(update={"camera": camera, "render": many})).radiance.astype(float)
+
+    exact = radiance(1024)
+    one, four, sixteen = (np.sqrt(np.mean((radiance(samples) - exact) ** 2)) for samples in (1, 4, 16))
+    assert four <= one / 2
+    assert sixteen <= four / 2

@@ -86,8 +86,9 @@ fn streaming(criterion: &mut Criterion) {
     for bits in [Bits::Eight, Bits::Sixteen] {
         let developer = Developer::new(0.0, Tone::Clip, bits);
         group.bench_function(format!("{} bits", 8 * bits.bytes_per_pixel() / 3), |bencher| {
-            bencher
-                .iter(|| on_one_thread(|| tracer.write_png(WINDOW, &developer, std::io::sink(), &Monitor::new())));
+            bencher.iter(|| {
+                on_one_thread(|| tracer.write_png(WINDOW, &developer, &[], std::io::sink(), &Monitor::new()))
+            });
         });
     }
 }

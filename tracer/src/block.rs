@@ -7,7 +7,7 @@ use crate::lighting::Lighting;
 use crate::place::Place;
 use crate::plane::Plane;
 use crate::points::Points;
-use crate::sampling::sample_offset;
+use crate::sampling::sample_offsets;
 use crate::scene::Scene;
 use crate::vector::single;
 use crate::world::Settings;
@@ -19,7 +19,11 @@ pub(crate) struct Block {
     /// something that can be shown.
     radiance: [Lanes; 3],
     samples: f32,
-    /// What is met at the pixel centres.
+    /// Where in each pixel they go.
+    offsets: Vec<(f64, f64)>,
+    /// Whether the last rays go through the pixel centres, so that `nearest`, `rays` and `surface` are ground truth.
+    with_truth: bool,
+    /// What is met at the pixel centres, with ground truth.
     pub(crate) nearest: Nearest,
     /// The rays through the pixel centres.
     pub(crate) rays: Rays,
@@ -35,6 +39,19 @@ pub(crate) struct Block {
     stack: Stack,
 }
 
+/// What is wanted of a block beside radiance, at the pixel centres.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Truth {
+    Unwanted,
+    /// What is met, and how far away.
+    Hits,
+    /// Points and normals too, which take time to find.
+    AndSurface,
+}
+
+/// The place in a pixel where ground truth is taken.
+const CENTRE: (f64, f64) = (0.5, 0.5);
+
 /// Ground truth at the pixel centres of a block.
 #[derive(Debug)]
 pub(crate) struct Surface {
@@ -47,10 +64,13 @@ pub(crate) struct Surface {
 const ZERO: Lanes = [0.0; LANES];
 
 impl Block {
-    pub(crate) fn new(with_surface: bool) -> Block {
+    pub(crate) fn new(truth: Truth) -> Block {
+        let with_surface = truth == Truth::AndSurface;
         Block {
             radiance: [ZERO; 3],
             samples: 1.0,
+            offsets: Vec::new(),
+            with_truth: truth != Truth::Unwanted,
             nearest: Nearest::new(),
             rays: Rays::new(),
             surface: with_surface.then(|| {
@@ -80,18 +100,33 @@ impl Block {
         self.radiance = [ZERO; 3];
         self.samples = settings.samples as f32;
         self.traced = 0;
-        // Backwards, so that what the pixel centres meet is what remains.
-        for sample in (0..settings.samples).rev() {
+        if self.offsets.len() != settings.samples as usize {
+            self.offsets = sample_offsets(settings.samples);
+        }
+        for sample in 0..self.offsets.len() {
             if cancelled() {
                 return;
             }
-            self.rays.aim(place.view, place.corner, sample_offset(sample));
-            nearest_hits(scene, &self.rays, &mut self.nearest, &mut self.stack);
-            self.groups.collect(&self.nearest, place);
+            self.look(scene, place, self.offsets[sample]);
             for group in 0..self.groups.list.len() {
-                self.shade(scene, settings, group, sample == 0);
+                self.shade(scene, settings, group);
             }
         }
+        // A single sample goes through the centre: what it met is the ground truth.
+        if self.with_truth && self.offsets.len() > 1 {
+            self.look(scene, place, CENTRE);
+            for group in 0..self.groups.list.len() {
+                self.survey(scene, group);
+            }
+        }
+    }
+
+    /// Find what the rays through a place `within` each pixel meet first, and group them by it.
+    #[inline(always)]
+    fn look(&mut self, scene: &Scene, place: Place, within: (f64, f64)) {
+        self.rays.aim(place.view, place.corner, within);
+        nearest_hits(scene, &self.rays, &mut self.nearest, &mut self.stack);
+        self.groups.collect(&self.nearest, place);
     }
 
     /// Write the mean radiance of each pixel's samples as RGB triples, from the pixel of `lane` on.
@@ -119,9 +154,23 @@ impl Block {
         }
     }
 
+    /// Keep where a group of rays through the pixel centres ends, if that is wanted.
+    #[inline(always)]
+    fn survey(&mut self, scene: &Scene, group: usize) {
+        let Group { face, t, .. } = self.groups.list[group];
+        let lanes = self.groups.lanes(group);
+        let Some(surface) = self.surface.as_mut().filter(|_| face != NOTHING && !lanes.is_empty()) else {
+            return;
+        };
+        self.some_rays.pick(&self.rays, lanes);
+        let shape = &scene.shapes[(face >> FACE_BITS) as usize];
+        let flat = self.lighting.points.place(&self.some_rays, shape, face, f64::from(t));
+        surface.take(lanes, &self.lighting.points, flat.as_ref());
+    }
+
     /// Add the radiance of one group of rays, all of which met the same face.
     #[inline(always)]
-    fn shade(&mut self, scene: &Scene, settings: &Settings, group: usize, centres: bool) {
+    fn shade(&mut self, scene: &Scene, settings: &Settings, group: usize) {
         let Group { face, t, .. } = self.groups.list[group];
         let lanes = self.groups.lanes(group);
         self.traced += lanes.len() as u64;
@@ -135,7 +184,7 @@ impl Block {
             fill(&mut self.radiance, lanes, radiance);
         }
         let lit = settings.lit && look.shining.is_none();
-        let surface = self.surface.as_mut().filter(|_| centres);
+        let surface = self.surface.as_mut().filter(|_| self.offsets.len() == 1);
         if lanes.is_empty() || !(lit || surface.is_some()) {
             return;
         }

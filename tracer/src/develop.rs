@@ -34,12 +34,17 @@ pub enum Bits {
 }
 
 impl Bits {
+    /// Returns the bytes of a channel.
+    pub const fn bytes(self) -> usize {
+        match self {
+            Bits::Eight => 1,
+            Bits::Sixteen => 2,
+        }
+    }
+
     /// Returns the bytes of an RGB pixel.
     pub const fn bytes_per_pixel(self) -> usize {
-        match self {
-            Bits::Eight => 3,
-            Bits::Sixteen => 6,
-        }
+        3 * self.bytes()
     }
 
     /// Returns the value of white.

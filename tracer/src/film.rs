@@ -1,6 +1,6 @@
 //! The arrays of a rendered picture, and how a block fills its part of them.
 
-use crate::block::Block;
+use crate::block::{Block, Truth};
 use crate::grid::{FACE_BITS, NOTHING};
 use crate::place::Place;
 use crate::scene::Scene;
@@ -29,9 +29,15 @@ pub struct Film<'a> {
 }
 
 impl<'a> Film<'a> {
-    /// Whether points and normals are wanted, which take time to find.
-    pub(crate) fn wants_surface(&self) -> bool {
-        self.normal.is_some() || self.position.is_some()
+    /// What is wanted beside radiance.
+    pub(crate) fn truth(&self) -> Truth {
+        if self.normal.is_some() || self.position.is_some() {
+            Truth::AndSurface
+        } else if self.has_passes() {
+            Truth::Hits
+        } else {
+            Truth::Unwanted
+        }
     }
 
     /// Whether each array has the length that so many pixels need.

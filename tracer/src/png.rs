@@ -36,7 +36,42 @@ use crate::develop::Bits;
 /// The size of an IDAT chunk: what is encoded goes to the sink in such pieces.
 const CHUNK: usize = 1 << 15;
 
-/// Writes an RGB picture of 8 or 16 bits a channel as a PNG that says of itself that it is sRGB.
+/// What stands in front of a picture's pixels.
+#[derive(Clone, Copy, Debug)]
+pub struct Header<'a> {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// What a pixel holds.
+    pub color: Color,
+    /// Of each channel.
+    pub bits: Bits,
+    /// Keywords of Latin-1 and what is told under them, in ASCII.
+    pub texts: &'a [(String, String)],
+}
+
+/// What a pixel holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Color {
+    /// One number that is no color.
+    Grey,
+    /// Numbers that are no color.
+    Triple,
+    /// Red, green and blue: the file says of itself that it is sRGB.
+    Srgb,
+}
+
+impl Color {
+    const fn channels(self) -> usize {
+        match self {
+            Color::Grey => 1,
+            Color::Triple | Color::Srgb => 3,
+        }
+    }
+}
+
+/// Writes a picture of 8 or 16 bits a channel as a PNG.
 ///
 /// It holds three rows and a chunk of encoded data, whatever the height. A file without its last row is
 /// not ended: it has no IEND chunk, so that no reader takes it for whole.
@@ -74,36 +109,44 @@ impl Write for Encoded {
 }
 
 impl<W: Write> PngWriter<W> {
-    /// Begins a picture: writes what stands in front of its pixels.
+    /// Begins a picture: writes what stands in front of its pixels, rows of its channels one after the other.
     ///
     /// # Errors
     ///
     /// If the picture has no pixels, or the sink refuses.
-    pub fn new(sink: W, width: u32, height: u32, bits: Bits) -> io::Result<Self> {
+    pub fn new(sink: W, header: Header<'_>) -> io::Result<Self> {
         let encoded = Encoded::default();
-        let mut settings = png::Encoder::new(encoded.clone(), width, height);
-        settings.set_color(png::ColorType::Rgb);
-        settings.set_depth(match bits {
+        let mut settings = png::Encoder::new(encoded.clone(), header.width, header.height);
+        settings.set_color(match header.color {
+            Color::Grey => png::ColorType::Grayscale,
+            Color::Triple | Color::Srgb => png::ColorType::Rgb,
+        });
+        settings.set_depth(match header.bits {
             Bits::Eight => png::BitDepth::Eight,
             Bits::Sixteen => png::BitDepth::Sixteen,
         });
-        settings.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+        if header.color == Color::Srgb {
+            settings.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+        }
+        for (keyword, text) in header.texts {
+            settings.add_text_chunk(keyword.clone(), text.clone())?;
+        }
         settings.set_deflate_compression(png::DeflateCompression::FdeflateUltraFast);
         settings.set_filter(png::Filter::Paeth);
         let encoder = settings.write_header()?.into_stream_writer_with_size(CHUNK)?;
-        let row_bytes = width as usize * bits.bytes_per_pixel();
+        let row_bytes = header.width as usize * header.color.channels() * header.bits.bytes();
         let mut writer = PngWriter {
             sink,
             encoded,
             encoder,
             row_bytes,
-            rows_left: height,
+            rows_left: header.height,
         };
         writer.pass_on()?;
         Ok(writer)
     }
 
-    /// Writes the next rows, from the top: interleaved RGB, 8 bits or big-endian 16 bits.
+    /// Writes the next rows, from the top: interleaved channels, 8 bits or big-endian 16 bits.
     ///
     /// # Errors
     ///
@@ -153,14 +196,66 @@ impl<W: Write> PngWriter<W> {
     }
 }
 
+/// A picture as a PNG holds it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Decoded {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// 1 to 4: grey, grey and alpha, RGB, RGB and alpha.
+    pub channels: usize,
+    /// 8 or 16.
+    pub bits: u8,
+    /// Interleaved channels row by row; 16 bits have the high byte first.
+    pub pixels: Vec<u8>,
+}
+
+/// Reads a PNG of any kind; palettes, small depths and transparent colors are expanded.
+///
+/// # Errors
+///
+/// If it is none, or is broken, or its pixels take more than `most` bytes.
+pub fn decode(file: &[u8], most: usize) -> Result<Decoded, png::DecodingError> {
+    let limits = png::Limits { bytes: most };
+    let mut decoder = png::Decoder::new_with_limits(io::Cursor::new(file), limits);
+    decoder.set_transformations(png::Transformations::EXPAND);
+    let mut reader = decoder.read_info()?;
+    let size = reader.output_buffer_size().filter(|&size| size <= most);
+    let mut pixels = vec![0; size.ok_or(png::DecodingError::LimitsExceeded)?];
+    let info = reader.next_frame(&mut pixels)?;
+    reader.finish()?;
+    Ok(Decoded {
+        width: info.width,
+        height: info.height,
+        channels: info.color_type.samples(),
+        bits: if info.bit_depth == png::BitDepth::Sixteen {
+            16
+        } else {
+            8
+        },
+        pixels,
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    fn srgb(width: u32, height: u32, bits: Bits) -> Header<'static> {
+        Header {
+            width,
+            height,
+            color: Color::Srgb,
+            bits,
+            texts: &[],
+        }
+    }
+
     fn encoded(width: u32, height: u32, bits: Bits, pixels: &[u8]) -> Vec<u8> {
         let mut file = Vec::new();
-        let mut writer = PngWriter::new(&mut file, width, height, bits).unwrap();
+        let mut writer = PngWriter::new(&mut file, srgb(width, height, bits)).unwrap();
         writer.write_rows(pixels).unwrap();
         writer.finish().unwrap();
         file
@@ -216,7 +311,7 @@ mod tests {
     fn the_file_does_not_depend_on_the_bands_it_was_written_in() {
         let pixels = noise(300 * 3 * 100);
         let mut file = Vec::new();
-        let mut writer = PngWriter::new(&mut file, 300, 100, Bits::Eight).unwrap();
+        let mut writer = PngWriter::new(&mut file, srgb(300, 100, Bits::Eight)).unwrap();
         for band in pixels.chunks(300 * 3 * 7) {
             writer.write_rows(band).unwrap();
         }
@@ -226,7 +321,7 @@ mod tests {
 
     #[test]
     fn encoded_rows_leave_for_the_sink_as_they_come() {
-        let mut writer = PngWriter::new(Vec::new(), 1000, 200, Bits::Sixteen).unwrap();
+        let mut writer = PngWriter::new(Vec::new(), srgb(1000, 200, Bits::Sixteen)).unwrap();
         for row in noise(6000 * 200).chunks(6000) {
             writer.write_rows(row).unwrap();
             let (waiting, space) = writer.encoded.with(|bytes| (bytes.len(), bytes.capacity()));
@@ -248,7 +343,7 @@ mod tests {
         let pixels = noise(30 * 3 * 1000);
         let size = encoded(30, 1000, Bits::Eight, &pixels).len();
         for room in (0..size).step_by(5003).chain(size - 100..size) {
-            let written = PngWriter::new(Disk(room), 30, 1000, Bits::Eight).and_then(|mut writer| {
+            let written = PngWriter::new(Disk(room), srgb(30, 1000, Bits::Eight)).and_then(|mut writer| {
                 writer.write_rows(&pixels)?;
                 writer.finish()
             });
@@ -268,21 +363,21 @@ mod tests {
                 Err(io::ErrorKind::StorageFull.into())
             }
         }
-        let mut writer = PngWriter::new(Unflushable, 1, 1, Bits::Eight).unwrap();
+        let mut writer = PngWriter::new(Unflushable, srgb(1, 1, Bits::Eight)).unwrap();
         writer.write_rows(&[0; 3]).unwrap();
         assert!(writer.finish().is_err());
     }
 
     #[test]
     fn missing_rows_are_an_error() {
-        let mut writer = PngWriter::new(Vec::new(), 4, 3, Bits::Eight).unwrap();
+        let mut writer = PngWriter::new(Vec::new(), srgb(4, 3, Bits::Eight)).unwrap();
         writer.write_rows(&[0; 24]).unwrap();
         assert!(writer.finish().is_err());
     }
 
     #[test]
     fn too_many_rows_or_parts_of_rows_are_an_error() {
-        let mut writer = PngWriter::new(Vec::new(), 4, 3, Bits::Eight).unwrap();
+        let mut writer = PngWriter::new(Vec::new(), srgb(4, 3, Bits::Eight)).unwrap();
         assert!(writer.write_rows(&[0; 48]).is_err());
         assert!(writer.write_rows(&[0; 13]).is_err());
         writer.write_rows(&[0; 36]).unwrap();
@@ -292,14 +387,14 @@ mod tests {
 
     #[test]
     fn a_picture_without_pixels_is_an_error() {
-        assert!(PngWriter::new(Vec::new(), 0, 1, Bits::Eight).is_err());
-        assert!(PngWriter::new(Vec::new(), 1, 0, Bits::Eight).is_err());
+        assert!(PngWriter::new(Vec::new(), srgb(0, 1, Bits::Eight)).is_err());
+        assert!(PngWriter::new(Vec::new(), srgb(1, 0, Bits::Eight)).is_err());
     }
 
     #[test]
     fn a_writer_that_is_dropped_leaves_a_file_without_an_end() {
         let mut file = Vec::new();
-        let mut writer = PngWriter::new(&mut file, 4, 3, Bits::Eight).unwrap();
+        let mut writer = PngWriter::new(&mut file, srgb(4, 3, Bits::Eight)).unwrap();
         writer.write_rows(&[7; 24]).unwrap();
         drop(writer);
         assert!(file.starts_with(b"\x89PNG"));
@@ -308,7 +403,7 @@ mod tests {
 
     #[test]
     fn a_writer_can_be_dropped_with_a_full_disk() {
-        let mut writer = PngWriter::new(Disk(1000), 1000, 30, Bits::Eight).unwrap();
+        let mut writer = PngWriter::new(Disk(1000), srgb(1000, 30, Bits::Eight)).unwrap();
         assert!(writer.write_rows(&noise(90_000)).is_err());
     }
 

@@ -1,12 +1,12 @@
 //! Whole pictures, on all cores: into arrays, or to a file while they are traced.
 
-use crate::block::Block;
+use crate::block::{Block, Truth};
 use crate::develop::Developer;
 use crate::film::{Film, Home};
 use crate::grid::{LANES, SIDE};
 use crate::meter::{auto_exposure, meter_size};
 use crate::place::{Place, View};
-use crate::png::PngWriter;
+use crate::png::{Color, Header, PngWriter};
 use crate::scene::Scene;
 use crate::simd::{Level, Work};
 use crate::world::{Camera, Settings, Window, World};
@@ -183,8 +183,8 @@ impl Tracer {
 
     fn film_of(&self, shot: Shot<'_>, window: Window, film: Film<'_>) -> Result<u64, Cancelled> {
         let width = window.width as usize;
-        let with_surface = film.wants_surface();
-        let new_block = || Block::new(with_surface);
+        let truth = film.truth();
+        let new_block = || Block::new(truth);
         let mut bands = Vec::new();
         let mut rest = film;
         for window in bands_of(window) {
@@ -220,7 +220,7 @@ impl Tracer {
         effort
     }
 
-    /// Trace, develop and write the pixels of a window as a PNG file, with the threads of the rayon pool this is
+    /// Trace, develop and write the pixels of a window as a PNG file with some `texts` in front, with the threads of the rayon pool this is
     /// called in: while some rows are traced and developed, those before are written.
     ///
     /// # Errors
@@ -234,10 +234,18 @@ impl Tracer {
         &self,
         window: Window,
         developer: &Developer,
+        texts: &[(String, String)],
         sink: impl io::Write + Send,
         monitor: &Monitor,
     ) -> Result<Effort, PictureError> {
-        let mut writer = PngWriter::new(sink, window.width, window.height, developer.bits())?;
+        let header = Header {
+            width: window.width,
+            height: window.height,
+            color: Color::Srgb,
+            bits: developer.bits(),
+            texts,
+        };
+        let mut writer = PngWriter::new(sink, header)?;
         let mut effort = Effort::default();
         let row = window.width as usize * developer.bytes_per_pixel();
         let most = (MOST_WAITING / (row * SIDE as usize)).max(1);
@@ -277,7 +285,7 @@ impl Tracer {
         parts
             .into_par_iter()
             .map_init(
-                || Block::new(false),
+                || Block::new(Truth::Unwanted),
                 |block, (window, pixels)| self.trace(shot, window, block, PixelTarget { developer, pixels }),
             )
             .reduce(Effort::default, |mut a, b| {

@@ -1,13 +1,50 @@
 //! Where in a pixel its rays go.
 
-/// 1/g and 1/g^2, where the plastic number g solves g^3 = g + 1: the two-dimensional relatives of the golden ratio
-/// (M. Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018: the R2 sequence).
-const R2: (f64, f64) = (0.7548776662466927, 0.5698402909980532);
+/// 1/phi of the golden ratio phi: its multiples fall between each other more evenly than those of any other number.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
-/// The place of a pixel's sample, each in 0..1 from its left and top edge: frac((0.5, 0.5) + i (1/g, 1/g^2)).
-/// The first is the centre.
-pub(crate) fn sample_offset(sample: u32) -> (f64, f64) {
-    let i = f64::from(sample);
-    let fraction = |value: f64| value - value.floor();
-    (fraction(0.5 + i * R2.0), fraction(0.5 + i * R2.1))
+/// The places of a pixel's samples, each in 0..1 from its left and top edge; a single one goes through
+/// the centre.
+///
+/// (x_i, y_i) = (i + 1/2, rank_i + 1/2) / n, where rank_i counts the numbers frac(1/2 + k / phi), k < n, that are below
+/// the i-th: a golden lattice (a rank-1 lattice, S. Dammertz and A. Keller, "Image Synthesis by Rank-1 Lattices", 2008)
+/// whose rows are made as even as its columns. So an upright or level edge is placed to 1/n of a pixel; four samples are
+/// the rotated grid.
+pub(crate) fn sample_offsets(count: u32) -> Vec<(f64, f64)> {
+    let height = |i: u32| {
+        let value = 0.5 + f64::from(i) * GOLDEN;
+        value - value.floor()
+    };
+    let mut by_height: Vec<u32> = (0..count).collect();
+    by_height.sort_by(|&a, &b| height(a).total_cmp(&height(b)));
+    let middle = |place: u32| (f64::from(place) + 0.5) / f64::from(count);
+    let mut offsets = vec![(0.0, 0.0); count as usize];
+    for (rank, &i) in (0..).zip(&by_height) {
+        offsets[i as usize] = (middle(i), middle(rank));
+    }
+    offsets
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_sample_goes_through_the_centre_and_four_are_the_rotated_grid() {
+        assert_eq!(sample_offsets(1), [(0.5, 0.5)]);
+        assert_eq!(
+            sample_offsets(4),
+            [(0.125, 0.625), (0.375, 0.125), (0.625, 0.875), (0.875, 0.375)]
+        );
+    }
+
+    #[test]
+    fn each_row_and_each_column_of_a_pixel_has_one_sample() {
+        for count in 1..=1024 {
+            let mut rows: Vec<f64> = sample_offsets(count).iter().map(|place| place.1).collect();
+            rows.sort_by(f64::total_cmp);
+            let columns: Vec<f64> = sample_offsets(count).iter().map(|place| place.0).collect();
+            assert_eq!(rows, columns);
+        }
+    }
 }

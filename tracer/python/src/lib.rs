@@ -6,6 +6,7 @@
 //! - `attend`: work in a pool of threads, while the calling thread listens to Python
 //! - `mailbox`: bytes on their way from the pool to the calling thread
 //! - `look`: from radiance to an image, for films of any engine
+//! - `png`: PNG files of numbers that are developed already, or are no color at all
 //!
 //! `rtcli/tracer/_native.pyi` says what Python sees.
 
@@ -16,6 +17,7 @@ mod arrays;
 mod attend;
 mod look;
 mod mailbox;
+mod png;
 mod tracer;
 mod world;
 
@@ -26,6 +28,8 @@ mod _native {
 
     #[pymodule_export]
     use crate::look::{PngEncoder, auto_exposure, develop, meter_size};
+    #[pymodule_export]
+    use crate::png::{decode_png, encode_png};
     #[pymodule_export]
     use crate::tracer::{Tracer, simd_level};
 

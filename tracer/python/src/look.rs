@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyByteArray, PyBytes};
 use rtcli_tracer::develop::{Bits, Developer, Tone};
 use rtcli_tracer::meter;
-use rtcli_tracer::png::PngWriter;
+use rtcli_tracer::png::{Color, Header, PngWriter};
 
 /// Stops, tone curve, bits a channel.
 pub type PyLook<'a> = (f64, &'a str, u8);
@@ -84,13 +84,20 @@ pub struct PngEncoder {
 #[pymethods]
 impl PngEncoder {
     #[new]
-    #[pyo3(signature = (width, height, look, /))]
-    fn new(width: u32, height: u32, look: PyLook<'_>) -> PyResult<Self> {
+    #[pyo3(signature = (width, height, look, texts, /))]
+    fn new(width: u32, height: u32, look: PyLook<'_>, texts: Vec<(String, String)>) -> PyResult<Self> {
         has_pixels(width, height)?;
         let developer = developer(look)?;
         let spool = Spool::default();
+        let header = Header {
+            width,
+            height,
+            color: Color::Srgb,
+            bits: developer.bits(),
+            texts: &texts,
+        };
         Ok(PngEncoder {
-            writer: Some(PngWriter::new(spool.clone(), width, height, developer.bits())?),
+            writer: Some(PngWriter::new(spool.clone(), header)?),
             developer,
             spool,
             width: width as usize,

@@ -102,19 +102,21 @@ impl Tracer {
     /// Renders a window to a PNG, of which `write` is given piece by piece.
     ///
     /// Returns the number of rays, and the seconds that the threads spent in tracing, developing and encoding.
-    #[pyo3(signature = (window, look, write, progress, /))]
+    #[pyo3(signature = (window, look, texts, write, progress, /))]
     fn picture<'py>(
         &self,
         py: Python<'py>,
         window: PyWindow,
         look: PyLook<'py>,
+        texts: Vec<(String, String)>,
         write: Bound<'py, PyAny>,
         progress: Option<Bound<'py, PyAny>>,
     ) -> PyResult<(u64, f64, f64, f64)> {
         let window = world::window(window, self.size)?;
         let developer = developer(look)?;
         let mut listener = Listener::new(py, pixels(window), progress.as_ref(), Some(&write));
-        let work = |monitor: &Monitor, mailbox: &_| self.core.write_png(window, &developer, mailbox, monitor);
+        let work =
+            |monitor: &Monitor, mailbox: &_| self.core.write_png(window, &developer, &texts, mailbox, monitor);
         let effort = listener.attend(self.threads, work)?.map_err(|error| match error {
             PictureError::Io(error) => error.into(),
             PictureError::Cancelled => given_up(Cancelled),

@@ -97,7 +97,7 @@ fn written(tracer: &Tracer, window: Window, bits: Bits) -> Vec<u8> {
     let mut file = Vec::new();
     let developer = Developer::new(0.0, Tone::Clip, bits);
     tracer
-        .write_png(window, &developer, &mut file, &Monitor::new())
+        .write_png(window, &developer, &[], &mut file, &Monitor::new())
         .unwrap();
     file
 }
@@ -460,7 +460,7 @@ fn in_the_end_all_pixels_are_done_and_never_more() {
     };
     let developer = Developer::new(0.0, Tone::Clip, Bits::Eight);
     best(&scene)
-        .write_png(window, &developer, Watcher { look: &mut look }, &monitor)
+        .write_png(window, &developer, &[], Watcher { look: &mut look }, &monitor)
         .unwrap();
     assert_eq!(monitor.done(), 210_000);
     let monitor = Monitor::new();
@@ -478,7 +478,7 @@ fn what_is_cancelled_before_it_begins_is_not_done() {
     let monitor = Monitor::new();
     monitor.cancel();
     let developer = Developer::new(0.0, Tone::Clip, Bits::Eight);
-    let result = best(&scene).write_png(whole(&scene), &developer, io::sink(), &monitor);
+    let result = best(&scene).write_png(whole(&scene), &developer, &[], io::sink(), &monitor);
     assert!(matches!(result, Err(PictureError::Cancelled)));
     let small = Window {
         x: 0,
@@ -502,7 +502,7 @@ fn what_is_cancelled_while_it_is_done_ends_soon() {
     let monitor = Monitor::new();
     let developer = Developer::new(0.0, Tone::Clip, Bits::Eight);
     std::thread::scope(|threads| {
-        let work = threads.spawn(|| tracer.write_png(whole(&scene), &developer, io::sink(), &monitor));
+        let work = threads.spawn(|| tracer.write_png(whole(&scene), &developer, &[], io::sink(), &monitor));
         while monitor.done() == 0 {
             std::thread::yield_now();
         }
@@ -528,7 +528,7 @@ fn a_sink_that_fails_is_an_error() {
     }
     let scene = world(100, 100, vec![], vec![]);
     let developer = Developer::new(0.0, Tone::Clip, Bits::Eight);
-    let result = best(&scene).write_png(whole(&scene), &developer, Full, &Monitor::new());
+    let result = best(&scene).write_png(whole(&scene), &developer, &[], Full, &Monitor::new());
     let Err(PictureError::Io(error)) = result else {
         panic!("{result:?}")
     };
