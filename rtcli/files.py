@@ -7,50 +7,96 @@ import errno
 import os
 import secrets
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import BinaryIO
 
 
 @contextlib.contextmanager
 def whole_file(target: Path) -> Iterator[BinaryIO]:
-    """Open a file that appears under its name only once it is complete.
+    """Open a file that appears under its name only once it is complete; see `whole_files`."""
+    with whole_files([target]) as [file]:
+        yield file
 
-    The bytes go to a temporary file beside the target, which is renamed over it at the end. If anything goes
-    wrong on the way, interrupts included, the temporary file is removed and an older target stays as it was.
+
+@contextlib.contextmanager
+def whole_files(targets: Sequence[Path]) -> Iterator[list[BinaryIO]]:
+    """Open files that appear under their names only once all of them are complete.
+
+    The bytes go to temporary files beside the targets, which are renamed over them at the end. If anything goes
+    wrong on the way, interrupts included, the temporary files are removed and older targets stay as they were.
 
     Parameters
     ----------
-    target
-        Where the file is to be. A link is followed, so that what it leads to is replaced.
+    targets
+        Where the files are to be. Links are followed, so that what they lead to is replaced.
 
     Raises
     ------
     OSError
-        If the file cannot be written there. That it cannot be created is found out at once, before any work.
+        If a file cannot be written there. That it cannot be created is found out at once, before any work.
     """
-    named = Path(os.path.abspath(target))  # noqa: PTH100 - Path.resolve would follow links
-    if named.is_symlink() and named.parts[1] in ("dev", "proc"):
-        # /dev/stdout may lead to a log file, which must not be replaced by what is meant to be a part of it.
-        raise OSError(errno.EINVAL, "is not a place for files: use - for standard output", str(target))
-    final = Path(os.path.realpath(target))
-    _refuse_what_is_no_file(final, str(target))
-    temporary = final.with_name(f".rtcli-{secrets.token_hex(8)}.tmp")
-    try:
-        with temporary.open("xb") as file:
-            yield file
-            file.flush()
-            os.fsync(file.fileno())
-        if final.exists():
-            temporary.chmod(stat.S_IMODE(final.stat().st_mode))
-        temporary.replace(final)
-    except OSError as error:
-        if error.filename in (None, str(temporary)):  # of the temporary file people know nothing
-            raise OSError(error.errno, error.strerror, str(target)) from error
-        raise
-    finally:
-        with contextlib.suppress(OSError):
-            temporary.unlink()
+    with contextlib.ExitStack() as stack:
+        files = [_File(target) for target in targets]
+        opened = [stack.enter_context(file.open()) for file in files]
+        yield opened
+        for step in (_File.complete, _File.appear):
+            for file in files:
+                with file.named_in_errors():
+                    step(file)
+
+
+class _File:
+    """A file on its way to its place.
+
+    Raises
+    ------
+    OSError
+        If it cannot be there.
+    """
+
+    def __init__(self, target: Path) -> None:
+        named = Path(os.path.abspath(target))  # noqa: PTH100 - Path.resolve would follow links
+        if named.is_symlink() and named.parts[1] in ("dev", "proc"):
+            # /dev/stdout may lead to a log file, which must not be replaced by what is meant to be a part of it.
+            raise OSError(errno.EINVAL, "is not a place for files: use - for standard output", str(target))
+        self.target = target
+        self.final = Path(os.path.realpath(target))
+        _refuse_what_is_no_file(self.final, str(target))
+        self.temporary = self.final.with_name(f".rtcli-{secrets.token_hex(8)}.tmp")
+        self.file: BinaryIO | None = None
+
+    @contextlib.contextmanager
+    def open(self) -> Iterator[BinaryIO]:
+        try:
+            with self.named_in_errors(), self.temporary.open("xb") as self.file:
+                yield self.file
+        finally:
+            with contextlib.suppress(OSError):
+                self.temporary.unlink()
+
+    def complete(self) -> None:
+        """Have all bytes on the disk."""
+        assert self.file is not None
+        self.file.flush()
+        os.fsync(self.file.fileno())
+        self.file.close()  # what is open cannot be renamed on Windows
+
+    def appear(self) -> None:
+        """Take the place of the target."""
+        if self.final.exists():
+            self.temporary.chmod(stat.S_IMODE(self.final.stat().st_mode))
+        self.temporary.replace(self.final)
+
+    @contextlib.contextmanager
+    def named_in_errors(self) -> Iterator[None]:
+        """Name the target in errors: of the temporary file people know nothing."""
+        try:
+            yield
+        except OSError as error:
+            if error.filename in (None, str(self.temporary)) and error.errno is not None:
+                raise OSError(error.errno, error.strerror, str(self.target)) from error
+            raise
 
 
 def _refuse_what_is_no_file(path: Path, name: str) -> None:

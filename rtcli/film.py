@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import json
 import os
 from dataclasses import dataclass
+from functools import cached_property
 from os import PathLike
-from pathlib import Path
-from typing import Literal
+from typing import Any, BinaryIO, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from rtcli.files import whole_file
+from rtcli.files import whole_files
 from rtcli.image.develop import develop
+from rtcli.image.formats import METADATA, RADIANCE, check_fits, format_of, parts_of
 from rtcli.image.look import Look
-from rtcli.image.write import check_suffix, png_pieces
+from rtcli.image.pass_picture import pass_png
+from rtcli.image.write import pillow_bytes, png_pieces, png_texts, write_exr, write_npy, write_npz
+from rtcli.tracer.engines import tracer_of
+from rtcli.tracer.world import PASSES
+from rtcli.truth import SOFTWARE, Shot, camera_matrices, object_table
 
 
 @dataclass(frozen=True)
@@ -43,6 +49,8 @@ class Film:
         (H, W, 3) float32: linear; 0 where nothing is hit.
     object_id
         (H, W) uint32: 0 where nothing is hit, i + 1 for `objects[i]`.
+    shot
+        What it was taken of, which its metadata tell.
     """
 
     radiance: npt.NDArray[np.float32]
@@ -55,29 +63,87 @@ class Film:
     position: npt.NDArray[np.float32] | None = None
     albedo: npt.NDArray[np.float32] | None = None
     object_id: npt.NDArray[np.uint32] | None = None
+    shot: Shot | None = None
 
     def develop(self, bits: Literal[8, 16] = 8) -> npt.NDArray[np.uint8] | npt.NDArray[np.uint16]:
         """Return the picture as (H, W, 3) sRGB, uint8 or, with 16 bits, uint16."""
         return develop(self.radiance, Look(self.exposure, self.tone, bits))
 
+    @property
+    def passes(self) -> tuple[str, ...]:
+        """The names of the passes that there are."""
+        return tuple(name for name in PASSES if getattr(self, name) is not None)
+
+    @cached_property
+    def metadata(self) -> dict[str, Any]:
+        """What is known beside the arrays, ready for JSON; see docs/ground-truth.md.
+
+        `software`, `scene` (the SHA-256 of its content), `settings`, `camera` (intrinsics and extrinsics) and, for
+        a film with `object_id`, `objects`: of each its id, type, name, visible pixels, bounding box and the share
+        of it that is not hidden. Of a film that was not rendered, the software and the settings to develop it.
+        """
+        if self.shot is None:
+            return self.summary
+        world, window = self.shot.world, self.shot.window
+        metadata = {**self.summary, "camera": camera_matrices(world.camera, window)}
+        if self.object_id is not None:
+            coverage = tracer_of(world, self.shot.engine).coverage(window)
+            metadata["objects"] = object_table(self.shot.scene, self.object_id, coverage)
+        return metadata
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """The metadata that a picture file tells: software, scene and settings."""
+        if self.shot is None:
+            return {"software": SOFTWARE, "settings": {"exposure": self.exposure, "tone": self.tone}}
+        return self.shot.summary(self.exposure)
+
     def save(self, path: str | PathLike[str], bits: Literal[8, 16] = 8) -> None:
-        """Write the picture to a file, whole or not at all.
+        """Write the film to a file, whole or not at all.
+
+        `.exr`, `.npz` hold all arrays and the metadata. Other files hold the picture, `.npy` the radiance; the
+        passes then stand beside it, `out.depth.png` beside `out.png`, and the metadata in `out.json`.
 
         Parameters
         ----------
         path
-            The format is that of the suffix: `.png`.
+            The format is that of the suffix: `.png`, `.jpg`, `.webp`, `.tif`, `.exr`, `.npz` or `.npy`.
         bits
-            Of each channel: 8 or 16.
+            Of each channel of a PNG: 8 or 16.
 
         Raises
         ------
         ValueError
-            If the suffix is not one of a format, or the bits are neither 8 nor 16.
+            If the suffix is not one of a format, the format cannot hold a picture of this size, or the bits are
+            neither 8 nor 16, or not those of the format.
         OSError
-            If the file cannot be written.
+            If a file cannot be written, or a package that the format needs is not installed
+            (`rtcli.extras.MissingExtraError`).
         """
-        check_suffix(os.fspath(path))
-        with whole_file(Path(path)) as file:
-            for piece in png_pieces(self.radiance, Look(self.exposure, self.tone, bits)):
+        parts = parts_of(os.fspath(path), self.passes)
+        check_fits(os.fspath(path), (self.radiance.shape[1], self.radiance.shape[0]), bits)
+        with whole_files(list(parts.values())) as files:
+            self.write({part: (str(parts[part]), file) for part, file in zip(parts, files, strict=True)}, bits)
+
+    def write(self, files: dict[str, tuple[str, BinaryIO]], bits: int = 8) -> None:
+        """Write the parts of `parts_of` to open files, each with the name that tells its format."""
+        for part, (name, file) in files.items():
+            if part == METADATA:
+                file.write((json.dumps(self.metadata, indent=2, allow_nan=False) + "\n").encode())
+            else:
+                self._write_part(part, format_of(name).name, file, bits)
+
+    def _write_part(self, part: str, format: str, file: BinaryIO, bits: int) -> None:
+        look = Look(self.exposure, self.tone, bits)
+        if format in ("NPZ", "EXR"):
+            write = write_npz if format == "NPZ" else write_exr
+            write({name: getattr(self, name) for name in (RADIANCE, *self.passes)}, self.metadata, file)
+        elif format == "NPY":
+            write_npy(getattr(self, part), file)
+        elif part != RADIANCE:
+            file.write(pass_png(part, getattr(self, part), self.summary))
+        elif format == "PNG":
+            for piece in png_pieces(self.radiance, look, png_texts(self.summary)):
                 file.write(piece)
+        else:
+            file.write(pillow_bytes(develop(self.radiance, look), format, self.summary))

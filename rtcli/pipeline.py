@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 import math
-import os
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 
+from rtcli.image.formats import RADIANCE, format_of
 from rtcli.image.look import Look
-from rtcli.image.write import png_pieces
+from rtcli.image.write import png_texts
 from rtcli.pack import pack
 from rtcli.scene.model import Image, Scene
 from rtcli.tracer._native import simd_level
+from rtcli.tracer.engines import ENGINES, Tracer, default_threads, tracer_of
 from rtcli.tracer.native import NativeTracer
 from rtcli.tracer.world import PASSES, CameraFrame, Progress, Window, World
+from rtcli.truth import Shot
 
 if TYPE_CHECKING:  # it comes with NumPy, which a picture of the native tracer needs not
     from rtcli.film import Film
-
-ENGINES = ("native", "reference")
 
 
 @dataclass(frozen=True)
@@ -82,11 +82,6 @@ class Request:
         return self.crop
 
 
-def default_threads() -> int:
-    """Return how many processor cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 # --- To a film -------------------------------------------------------------------------------------------
 
 
@@ -126,37 +121,29 @@ def render(
     """
     names = (passes,) if isinstance(passes, str) else tuple(passes)
     request = Request(names, engine, threads, None if crop is None else Window(*crop))
-    return expose_film(pack(scene), scene.image, request)
+    return expose_film(shoot(scene, pack(scene), request), request)
 
 
-def expose_film(world: World, image: Image, request: Request, progress: Progress | None = None) -> Film:
-    """Return the film of a world with its exposure and tone curve; `progress` is told (pixels done, in all)."""
+def shoot(scene: Scene, world: World, request: Request) -> Shot:
+    """Return what is to be traced of a scene and its `pack`.
+
+    Raises
+    ------
+    ValueError
+        If the crop is empty or reaches out of the picture.
+    """
+    return Shot(scene, world, request.window(world.camera), request.engine)
+
+
+def expose_film(shot: Shot, request: Request, progress: Progress | None = None) -> Film:
+    """Return the film of a shot with its exposure and tone curve; `progress` is told (pixels done, in all)."""
     from rtcli.film import Film
 
-    tracer = _tracer(world, request)
-    arrays, rays = tracer.film(request.window(world.camera), request.passes, progress)
+    image = shot.scene.image
+    tracer = tracer_of(shot.world, shot.engine, request.thread_count)
+    arrays, rays = tracer.film(shot.window, request.passes, progress)
     exposure, metered = _exposure(tracer, image)
-    return Film(**arrays, exposure=exposure, tone=image.tone, rays=rays + metered)
-
-
-class Tracer(Protocol):
-    """What each engine offers, of a world it was made for."""
-
-    def film(
-        self, window: Window, passes: tuple[str, ...] = (), progress: Progress | None = None
-    ) -> tuple[dict[str, Any], int]:
-        """Return radiance and passes by name, and the number of rays."""
-
-    def exposure(self) -> tuple[float, int]:
-        """Return the stops that expose the whole picture well, and the number of rays."""
-
-
-def _tracer(world: World, request: Request) -> Tracer:
-    if request.engine == "native":
-        return NativeTracer(world, request.thread_count)
-    from rtcli.tracer.reference import ReferenceTracer  # with NumPy
-
-    return ReferenceTracer(world, request.thread_count)
+    return Film(**arrays, exposure=exposure, tone=image.tone, rays=rays + metered, shot=shot)
 
 
 def _exposure(tracer: Tracer, image: Image) -> tuple[float, int]:
@@ -212,14 +199,7 @@ def _glance(world: World, image: Image, longer: int) -> Glance:
     return Glance(exposure, is_black=not any(levels), is_white=levels.count(255) == len(levels))
 
 
-# --- Straight to a picture -------------------------------------------------------------------------------
-
-
-class Target(NamedTuple):
-    """Where a picture goes: bits of a channel, and what is given the bytes of the PNG, piece by piece."""
-
-    bits: int
-    write: Callable[[bytes], Any]
+# --- To files --------------------------------------------------------------------------------------------
 
 
 class Work(NamedTuple):
@@ -229,21 +209,35 @@ class Work(NamedTuple):
     seconds: dict[str, float]
 
 
-def write_picture(
-    world: World, image: Image, request: Request, target: Target, progress: Progress | None = None
-) -> Work:
-    """Trace, develop and write a picture.
-
-    The native tracer does all three at a time, band by band: so memory does not grow with the picture.
+class Target(NamedTuple):
+    """Where a film goes.
 
     Parameters
     ----------
-    world, image
-        What is seen, and how it is exposed.
+    files
+        The open file of each part, of `rtcli.image.formats.parts_of`, and the name that tells its format.
+    bits
+        Of each channel of a PNG.
+    """
+
+    files: dict[str, tuple[str, BinaryIO]]
+    bits: int = 8
+
+
+def write_film(shot: Shot, request: Request, target: Target, progress: Progress | None = None) -> Work:
+    """Trace, develop and write what is seen.
+
+    A PNG alone is traced, developed and written by the native tracer at a time, band by band: so memory does not
+    grow with the picture.
+
+    Parameters
+    ----------
+    shot
+        What is seen; see `shoot`.
     request
-        Engine, threads, crop.
+        Passes and threads.
     target
-        Where the bytes go.
+        The files.
     progress
         Is told (pixels done, pixels in all).
 
@@ -252,28 +246,28 @@ def write_picture(
     Work
         What it took.
     """
-    paint = _stream if request.engine == "native" else _by_film
-    return paint(world, image, request, target, progress)
+    name, file = target.files[RADIANCE]
+    is_png = format_of(name).name == "PNG"
+    if request.engine == "native" and is_png and not request.passes:
+        return _stream(shot, request, (file, target.bits), progress)
+    return _by_film(shot, request, target, progress)
 
 
-def _stream(world: World, image: Image, request: Request, target: Target, progress: Progress | None) -> Work:
+def _stream(shot: Shot, request: Request, picture: tuple[BinaryIO, int], progress: Progress | None) -> Work:
     start = time.perf_counter()
-    tracer = NativeTracer(world, request.thread_count)
+    image, (file, bits) = shot.scene.image, picture
+    tracer = NativeTracer(shot.world, request.thread_count)
     exposure, metered = _exposure(tracer, image)
     prepared = time.perf_counter() - start
-    window, look = request.window(world.camera), Look(exposure, image.tone, target.bits)
-    rays, seconds = tracer.picture(window, look, [], target.write, progress)
+    look, texts = Look(exposure, image.tone, bits), png_texts(shot.summary(exposure))
+    rays, seconds = tracer.picture(shot.window, look, texts, file.write, progress)
     return Work(rays + metered, {**seconds, "trace": seconds["trace"] + prepared})
 
 
-def _by_film(world: World, image: Image, request: Request, target: Target, progress: Progress | None) -> Work:
+def _by_film(shot: Shot, request: Request, target: Target, progress: Progress | None) -> Work:
     start = time.perf_counter()
-    film = expose_film(world, image, request, progress)
+    film = expose_film(shot, request, progress)
     traced = time.perf_counter()
-    written = 0.0
-    for piece in png_pieces(film.radiance, Look(film.exposure, film.tone, target.bits)):
-        before = time.perf_counter()
-        target.write(piece)
-        written += time.perf_counter() - before
-    developed = time.perf_counter() - traced - written
-    return Work(film.rays, {"trace": traced - start, "develop": developed, "write": written})
+    film.write(target.files, target.bits)
+    written = time.perf_counter()
+    return Work(film.rays, {"trace": traced - start, "develop": 0.0, "write": written - traced})

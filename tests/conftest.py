@@ -7,7 +7,7 @@ import pytest
 import worlds
 from hypothesis import settings
 
-from rtcli.pipeline import ENGINES
+from rtcli.tracer.engines import ENGINES
 
 # The same examples each time, so that no test fails by chance: `RTCLI_HYPOTHESIS=thorough make test` searches.
 # And without a deadline: a busy machine is no failure.

@@ -11,7 +11,7 @@ from worlds import light, plane, scene, sphere
 
 import rtcli
 from rtcli.pack import pack
-from rtcli.pipeline import Request, expose_film
+from rtcli.pipeline import Request, expose_film, shoot
 from rtcli.tracer.reference import SimpleCamera
 
 ROOM = scene([plane([0, -1, 0], [0, 1, 0]), sphere([0, 0, -5])], [light([2, 3, -2])])
@@ -75,7 +75,7 @@ def progress_of(engine, resolution):
     told = []
     ball = scene([sphere([0, 0, -5])], camera={"resolution": resolution, "fov": 40})
     request = Request(threads=2, engine=engine)
-    expose_film(pack(ball), ball.image, request, lambda done, total: told.append((done, total)))
+    expose_film(shoot(ball, pack(ball), request), request, lambda done, total: told.append((done, total)))
     return told
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from rtcli.scene.model import MAX_SIDE
-from rtcli.tracer.world import Window
+from rtcli.tracer.world import PASSES, Window
 
 
 class SizeType(click.ParamType[tuple[int, int]]):
@@ -52,3 +52,21 @@ class ExposureType(click.ParamType[float | str]):
         if not math.isfinite(stops):
             self.fail(f"{value!r} is not a finite number of stops", param, ctx)
         return stops
+
+
+class PassesType(click.ParamType[tuple[str, ...]]):
+    """`depth,normal`, or `all`."""
+
+    name = "a,b"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, ...]:
+        """Return the passes, each once, in the order of the film."""
+        if isinstance(value, tuple):
+            return value
+        named = [name.strip() for name in str(value).split(",")]
+        unknown = [name for name in named if name not in (*PASSES, "all")]
+        if unknown:
+            self.fail(
+                f"{unknown[0]!r} is not a pass: there are {', '.join(PASSES)}, or all of them: all", param, ctx
+            )
+        return tuple(name for name in PASSES if name in named or "all" in named)

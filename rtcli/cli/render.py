@@ -7,24 +7,30 @@ import io
 import json
 import os
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, BinaryIO
 
 import click
 
 from rtcli import __version__
-from rtcli.cli.option_types import CropType
+from rtcli.cli.option_types import CropType, PassesType
 from rtcli.cli.output import STDIO, is_terminal, open_target, tell
 from rtcli.cli.progress import progress
 from rtcli.cli.scene_options import SceneEdits, scene_options
 from rtcli.cli.stopwatch import Stopwatch
+from rtcli.files import whole_files
+from rtcli.image.formats import FORMATS, RADIANCE, check_fits, parts_of
 from rtcli.image.look import DEPTHS
-from rtcli.image.write import check_suffix
 from rtcli.pack import pack
-from rtcli.pipeline import ENGINES, Request, Target, Work, write_picture
+from rtcli.pipeline import Request, Target, Work, shoot, write_film
 from rtcli.scene.diagnostics import validate
+from rtcli.scene.model import Scene
 from rtcli.scene.problems import printable
-from rtcli.tracer.world import Window, World
+from rtcli.tracer.engines import ENGINES
+from rtcli.tracer.world import PASSES, Window
+from rtcli.truth import Shot
 
 
 @dataclass(frozen=True)
@@ -33,6 +39,7 @@ class Options:
 
     scene: str
     output: str
+    passes: tuple[str, ...]
     bits: int
     engine: str
     threads: int | None
@@ -47,31 +54,52 @@ class Options:
             raise click.UsageError("the picture and the statistics cannot both go to standard output")
         if self.output == STDIO and is_terminal(sys.stdout):
             raise click.UsageError("a picture is not for a terminal: give a file, or pipe it on")
-        if self.output != STDIO:
-            try:
-                check_suffix(self.output)
-            except ValueError as error:
-                raise click.UsageError(str(error)) from error
-        if self.stats not in (None, STDIO) and self._stats_would_replace_another_file():
-            raise click.UsageError(f"--stats {self.stats!r} would replace the scene or the picture")
+        if self.output == STDIO and self.passes:
+            raise click.UsageError("--passes needs a file: only the picture goes to standard output")
+        with _usage_errors():
+            targets = self.parts().values()
+        if self.stats not in (None, STDIO):
+            others = [os.path.realpath(name) for name in (self.scene, *map(str, targets)) if name != STDIO]
+            if os.path.realpath(str(self.stats)) in others:
+                raise click.UsageError(f"--stats {self.stats!r} would replace the scene or the picture")
 
-    def _stats_would_replace_another_file(self) -> bool:
-        others = (os.path.realpath(name) for name in (self.scene, self.output) if name != STDIO)
-        return os.path.realpath(str(self.stats)) in others
+    def parts(self) -> dict[str, Path]:
+        """Return the part of the film that each file holds; standard output takes a PNG."""
+        return {RADIANCE: Path(STDIO)} if self.output == STDIO else parts_of(self.output, self.passes)
+
+
+@contextlib.contextmanager
+def _usage_errors() -> Iterator[None]:
+    """Turn what the layers below refuse into wrong usage."""
+    try:
+        yield
+    except ValueError as error:
+        raise click.UsageError(str(error)) from error
 
 
 @click.command("render")
 @click.argument("scene")
 @click.option(
-    "-o", "--output", metavar="OUT", required=True, help="The picture, a .png file; - for standard output."
+    "-o",
+    "--output",
+    metavar="OUT",
+    required=True,
+    help=f"The picture: {', '.join(FORMATS)}, by the suffix; - for a PNG on standard output.",
 )
 @scene_options
+@click.option(
+    "--passes",
+    type=PassesType(),
+    default=(),
+    help=f"Ground truth at pixel centres: {', '.join(PASSES)}, or all. In the file for .exr and .npz; for others "
+    "beside it, as NAME.depth.png and so on with NAME.json.",
+)
 @click.option(
     "--bits",
     type=click.Choice(DEPTHS),
     default=DEPTHS[0],
     show_default=True,
-    help="Of each color channel of the picture.",
+    help="Of each color channel of a .png file.",
 )
 @click.option(
     "--engine",
@@ -106,29 +134,39 @@ def render(options: Options) -> None:
     with watch.stage("validate"):
         scene = validate(document)
     with watch.stage("pack"):
-        world = pack(scene)
-        request = _request(options, world)
-    # Both are opened before the work, so that a target which cannot be written costs no rendering.
-    with open_target(options.output) as picture_file, _open_stats(options.stats) as stats_file:
+        shot, request = _shot(options, scene)
+    # All are opened before the work, so that a target which cannot be written costs no rendering.
+    with _open_parts(options) as files, _open_stats(options.stats) as stats_file:
         with watch.stages_together() as spent, progress("rendering", options.quiet) as told:
-            target = Target(options.bits, picture_file.write)
-            work = write_picture(world, scene.image, request, target, told)
+            work = write_film(shot, request, Target(files, options.bits), told)
             spent.update(work.seconds)
         stats_file.write(_stats(work, request, watch))
     if not options.quiet:
-        window = request.window(world.camera)
-        size = f"{window.width}x{window.height}"
-        tell(f"wrote {_shown(options.output)} ({size}) in {watch.totals()['total']:.2f} s")
+        size = f"{shot.window.width}x{shot.window.height}"
+        others = f" and {len(files) - 1} beside it" if len(files) > 1 else ""
+        tell(f"wrote {_shown(options.output)}{others} ({size}) in {watch.totals()['total']:.2f} s")
 
 
-def _request(options: Options, world: World) -> Request:
-    request = Request(engine=options.engine, threads=options.threads, crop=options.crop)
-    try:
-        request.window(world.camera)
+def _shot(options: Options, scene: Scene) -> tuple[Shot, Request]:
+    request = Request(options.passes, options.engine, options.threads, options.crop)
+    with _usage_errors():
+        shot = shoot(scene, pack(scene), request)
         request.simd()
-    except ValueError as error:
-        raise click.UsageError(str(error)) from error
-    return request
+        if options.output != STDIO:
+            check_fits(options.output, shot.window[2:], options.bits)
+    return shot, request
+
+
+@contextlib.contextmanager
+def _open_parts(options: Options) -> Iterator[dict[str, tuple[str, BinaryIO]]]:
+    """Open the file of each part of the film, and give them with the names that tell their formats."""
+    parts = options.parts()
+    if options.output == STDIO:
+        with open_target(STDIO) as stream:
+            yield {RADIANCE: ("standard output.png", stream)}
+    else:
+        with whole_files(list(parts.values())) as files:
+            yield {part: (str(parts[part]), file) for part, file in zip(parts, files, strict=True)}
 
 
 def _open_stats(target: str | None) -> contextlib.AbstractContextManager[BinaryIO]:

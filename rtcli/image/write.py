@@ -1,36 +1,154 @@
-"""Encoders: radiance to the bytes of an image file."""
+"""Encoders: arrays to the bytes of files, the same bytes each time."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from pathlib import PurePath
-from typing import TYPE_CHECKING
+import errno
+import io
+import json
+import zipfile
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, BinaryIO
 
+from rtcli.extras import need
 from rtcli.image.look import Look
 
 if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-SUFFIXES = (".png",)
+    Arrays = Mapping[str, npt.NDArray[Any]]
+
+# The keyword of what rtcli tells in its files, a JSON object.
+KEYWORD = "rtcli"
 
 
-def check_suffix(name: str) -> None:
-    """Raise ValueError unless a file's suffix is that of a format we write."""
-    if PurePath(name).suffix.lower() not in SUFFIXES:
-        raise ValueError(f"cannot tell the format of {name!r}: its name must end in {' or '.join(SUFFIXES)}")
+def compact(metadata: Mapping[str, Any]) -> str:
+    """Return metadata as JSON in one line, in ASCII, which every format can hold."""
+    return json.dumps(metadata, separators=(",", ":"), allow_nan=False)
 
 
-def png_pieces(radiance: npt.NDArray[np.floating], look: Look) -> Iterator[bytes]:
-    """Yield the bytes of a PNG of (H, W, 3) linear radiance, piece by piece.
+# --- Pictures --------------------------------------------------------------------------------------------
 
-    The file says that it is sRGB and nothing else, so the same picture gives the same bytes.
-    """
+
+def png_texts(metadata: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return what a PNG tells: the keyword that PNG has for the software, and all of it as JSON."""
+    return [("Software", metadata["software"]), (KEYWORD, compact(metadata))]
+
+
+def png_pieces(radiance: npt.NDArray[np.floating], look: Look, texts: list[tuple[str, str]]) -> Iterator[bytes]:
+    """Yield the bytes of a PNG of (H, W, 3) linear radiance, piece by piece; it says that it is sRGB."""
     from rtcli.image.develop import band_bytes, bands  # with NumPy, which a picture of the native tracer needs not
     from rtcli.tracer._native import PngEncoder
 
     height, width, _ = radiance.shape
-    encoder = PngEncoder(width, height, look, [])
+    encoder = PngEncoder(width, height, look, texts)
     for rows in bands(height, width):
         yield encoder.push(band_bytes(radiance, rows))
     yield encoder.finish()
+
+
+# Tags of EXIF and TIFF: the software, the description, and that the colors are sRGB.
+_SOFTWARE, _DESCRIPTION, _EXIF, _COLOR_SPACE = 0x0131, 0x010E, 0x8769, 0xA001
+
+# JPEG is the one that loses something: little, at this quality and with all of its color.
+_PILLOW_OPTIONS: dict[str, dict[str, Any]] = {
+    "JPEG": {"quality": 95, "subsampling": 0},
+    "WEBP": {"lossless": True, "quality": 50},
+    "TIFF": {"compression": "tiff_adobe_deflate"},
+}
+
+
+def pillow_bytes(pixels: npt.NDArray[Any], format: str, metadata: Mapping[str, Any]) -> bytes:
+    """Return (H, W, 3) uint8 sRGB as a file of one of Pillow's formats: JPEG, WEBP (lossless) or TIFF."""
+    from PIL import Image
+
+    exif = Image.Exif()
+    exif[_SOFTWARE] = metadata["software"]
+    exif[_DESCRIPTION] = compact(metadata)
+    if format != "TIFF":  # it has no room for a folder of further tags
+        exif.get_ifd(_EXIF)[_COLOR_SPACE] = 1
+    file = io.BytesIO()
+    Image.fromarray(pixels).save(file, format, exif=exif, **_PILLOW_OPTIONS[format])
+    return file.getvalue()
+
+
+# --- Arrays ----------------------------------------------------------------------------------------------
+
+# The first moment of a ZIP archive: no date is told.
+_NO_DATE = (1980, 1, 1, 0, 0, 0)
+_UNIX = 3
+
+
+def write_npz(arrays: Arrays, metadata: Mapping[str, Any], file: BinaryIO) -> None:
+    """Write arrays by name, and the metadata as the array `metadata`, a JSON text, as `numpy.savez` does.
+
+    NumPy's own function would write another byte for the system on Windows.
+    """
+    import numpy as np
+
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_STORED) as archive:
+        for name, array in {**arrays, "metadata": np.array(compact(metadata))}.items():
+            member = zipfile.ZipInfo(f"{name}.npy", _NO_DATE)
+            member.create_system = _UNIX
+            with archive.open(member, "w", force_zip64=True) as stream:
+                np.lib.format.write_array(stream, _little(array), allow_pickle=False)
+
+
+def write_npy(array: npt.NDArray[Any], file: BinaryIO) -> None:
+    """Write one array as `numpy.save` does, which itself does not say why a disk took only a part."""
+    from numpy.lib import format
+
+    stored = _little(array)
+    format.write_array_header_1_0(file, format.header_data_from_array_1_0(stored))
+    file.write(stored.data)
+
+
+def _little(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Return an array in C order with the low byte first, so that files are the same on any machine."""
+    import numpy as np
+
+    return np.ascontiguousarray(array).astype(array.dtype.newbyteorder("<"), copy=False)
+
+
+# --- OpenEXR ---------------------------------------------------------------------------------------------
+
+# The channels of each array: radiance is the layer without a name, which every viewer shows.
+EXR_CHANNELS = {
+    "radiance": ("R", "G", "B"),
+    "depth": ("depth.Z",),
+    "distance": ("distance.Z",),
+    "normal": ("normal.X", "normal.Y", "normal.Z"),
+    "position": ("position.X", "position.Y", "position.Z"),
+    "albedo": ("albedo.R", "albedo.G", "albedo.B"),
+    "object_id": ("object_id.id",),
+}
+
+
+def write_exr(arrays: Arrays, metadata: Mapping[str, Any], file: BinaryIO) -> None:
+    """Write arrays by name as the layers of one OpenEXR file: float32, and uint32 for ids.
+
+    Raises
+    ------
+    OSError
+        If the file did not become whole, on a full disk for example.
+    rtcli.extras.MissingExtraError
+        If OpenEXR is not installed.
+    """
+    openexr = need("OpenEXR", "exr", "writing .exr files")
+    channels = {}
+    for name, array in arrays.items():
+        planes = array.reshape(*array.shape[:2], -1)
+        for i, channel in enumerate(EXR_CHANNELS[name]):
+            channels[channel] = planes[:, :, i].copy()
+    header = {
+        "compression": openexr.ZIP_COMPRESSION,
+        "type": openexr.scanlineimage,
+        "software": metadata["software"],
+        KEYWORD: compact(metadata),
+    }
+    try:
+        openexr.File(header, channels).write(file.name)
+        # It does not tell what a full disk did not take: only reading it all back does.
+        openexr.File(file.name, separate_channels=True)
+    except RuntimeError as error:
+        raise OSError(errno.EIO, "OpenEXR could not write all of it: is the disk full?") from error

@@ -68,6 +68,9 @@ class Tracer:
             The number of rays, and the seconds that all threads together spent in each stage.
         """
 
+    def coverage(self, window: Window, /) -> list[int]:
+        """Return of each object how many pixels of a window its surface covers, what others hide included."""
+
     def exposure(self) -> tuple[float, int]:
         """Return the stops that the exposure meter finds for the whole picture, and the number of rays."""
 

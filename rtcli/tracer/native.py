@@ -51,6 +51,10 @@ class NativeTracer:
         buffers, _ = self._tracer.film(window, (), None)
         return bytes(develop(bytes(buffers["radiance"]), look))
 
+    def coverage(self, window: Window) -> list[int]:
+        """Return of each object how many pixel centres of a window it covers, what others hide included."""
+        return self._tracer.coverage(window)
+
     def exposure(self) -> tuple[float, int]:
         """Return the stops that expose the whole picture well, and the number of rays."""
         return self._tracer.exposure()

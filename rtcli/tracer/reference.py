@@ -23,7 +23,7 @@ import numpy.typing as npt
 
 from rtcli.tracer._native import auto_exposure, meter_size
 from rtcli.tracer.sampling import sample_offsets
-from rtcli.tracer.tiles import AbandonedError, over_tiles, rows_and_columns
+from rtcli.tracer.tiles import AbandonedError, over_tiles, rows_and_columns, tiles
 from rtcli.tracer.world import (
     BOX,
     PLANE,
@@ -502,6 +502,22 @@ class Scenery:
                 pass
         return arrays
 
+    def coverage(self, window: Window, threads: int = 1) -> list[int]:
+        """Return of each object how many pixel centres of a window it covers, what others hide included."""
+        rows = {tile: row for row, tile in enumerate(tiles(window))}
+        covered = np.zeros((len(rows), len(self.objects)), dtype=np.int64)
+
+        def count_tile(tile: Window) -> int:
+            ray = self.camera.generate_primary_rays(tile)
+            for i, shape in self._objects_in_turn():
+                covered[rows[tile], i] = np.count_nonzero(np.isfinite(shape.intersection_parameter(ray)))
+            return 0
+
+        self._abandoned = Event()
+        for _ in over_tiles(count_tile, window, threads, None, self._abandoned):
+            pass
+        return [int(count) for count in covered.sum(axis=0)]
+
     def _tile_radiance(self, tile: Window) -> tuple[Array, int]:
         total, rays = np.zeros((3, tile.width * tile.height)), 0
         for within in sample_offsets(self.settings.samples):
@@ -711,6 +727,10 @@ class ReferenceTracer:
         """Return radiance and passes by name, and the number of rays."""
         radiance, rays = self.scenery.render_img_to_rgb_array(window, self.threads, progress)
         return {"radiance": radiance, **self.scenery.render_passes(window, passes, self.threads)}, rays
+
+    def coverage(self, window: Window) -> list[int]:
+        """Return of each object how many pixel centres of a window it covers, what others hide included."""
+        return self.scenery.coverage(window, self.threads)
 
     def exposure(self) -> tuple[float, int]:
         """Return the stops that expose the whole picture well, and the number of rays."""

@@ -12,9 +12,11 @@ import pytest
 from PIL import Image as PillowImage
 
 import rtcli
-from rtcli.pipeline import default_threads
+from rtcli.image.formats import FORMATS
 from rtcli.scene.model import Image, Render
 from rtcli.tracer._native import simd_level
+from rtcli.tracer.engines import default_threads
+from rtcli.tracer.world import PASSES
 
 
 def names_in(folder):
@@ -400,7 +402,7 @@ def test_failure_while_rendering_exits_with_4_and_leaves_the_old_picture(run, sc
     def fail(*arguments, **options):
         raise error
 
-    monkeypatch.setattr("rtcli.cli.render.write_picture", fail)
+    monkeypatch.setattr("rtcli.cli.render.write_film", fail)
     (folder / "out.png").write_bytes(b"old")
     result = run("render", scene, "-o", "out.png")
     assert result.exit_code == 4
@@ -457,3 +459,76 @@ def test_variable_named_after_set_sets_a_value(run, scene):
 def test_target_is_named_as_it_was_given(run, scene):
     result = run("render", scene, "-o", "missing/out.png")
     assert result.stderr == "Error: missing/out.png: its folder does not exist\n"
+
+
+# --- Formats and passes ----------------------------------------------------------------------------------
+
+SUFFIXES = sorted(FORMATS)
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("passes", [[], ["depth", "object_id"]], ids=["alone", "passes"])
+def test_files_are_what_the_film_saves(run, scene, folder, suffix, passes):
+    options = ["--passes", ",".join(passes)] if passes else []
+    assert run("render", scene, "-o", f"out{suffix}", *options).exit_code == 0
+    film = rtcli.render(rtcli.load_scene(scene), passes=passes)
+    (folder / "other").mkdir()
+    film.save(folder / "other" / f"out{suffix}")
+    written = {path.name: path.read_bytes() for path in (folder / "other").iterdir()}
+    assert {name: (folder / name).read_bytes() for name in written} == written
+    assert names_in(folder) == sorted([*written, "scene.yaml", "other"])
+
+
+def test_all_passes_have_a_word(run, scene):
+    run("render", scene, "-o", "out.npz", "--passes", "all")
+    with np.load("out.npz") as file:
+        assert set(file.files) == {"radiance", *PASSES, "metadata"}
+
+
+def test_closing_line_tells_how_many_files_there_are(run, scene):
+    assert (
+        "wrote out.png and 3 beside it (40x30)"
+        in run("render", scene, "-o", "out.png", "--passes", "depth,normal").stderr
+    )
+
+
+@pytest.mark.parametrize(
+    ("options", "part"),
+    [
+        (["-o", "out.png", "--passes", "depht"], "'depht' is not a pass: there are depth, distance"),
+        (["-o", "out.png", "--passes", ""], "'' is not a pass"),
+        (["-o", "-", "--passes", "depth"], "--passes needs a file"),
+        (["-o", "out.tif", "--bits", "16"], "16 bits a channel are for .png"),
+        (["-o", "out.webp", "--size", "16384x1"], "a WEBP has at most 16,383 pixels a side"),
+        (["-o", "out.png", "--passes", "depth", "--stats", "out.json"], "would replace"),
+    ],
+)
+def test_passes_and_formats_that_do_not_fit_are_wrong_usage(run, scene, folder, options, part):
+    assert part in refused(run("render", scene, *options), folder, 2)
+
+
+def test_missing_extra_exits_with_3_before_the_work(run, scene, folder, monkeypatch):
+    monkeypatch.setitem(sys.modules, "OpenEXR", None)
+    assert "pip install 'rtcli[exr]'" in refused(run("render", scene, "-o", "out.exr"), folder, 3)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="limits are another matter there")
+@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("blocks", [0, 1, 16])
+def test_full_disk_exits_with_3_and_leaves_no_file(spawn, scene, folder, suffix, blocks):
+    # A limit on the size of files, in blocks of 512 bytes, does what a full disk does.
+    if suffix == ".exr":
+        pytest.importorskip("OpenEXR", exc_type=ImportError)
+    options = ["--size", "200x150", "--passes", "all", "-q"]
+    limited = spawn(
+        "render",
+        scene,
+        "-o",
+        f"out{suffix}",
+        *options,
+        prelude=f"export PYTHONDONTWRITEBYTECODE=1; trap '' XFSZ; ulimit -f {blocks}",
+    )
+    _, told = limited.communicate(timeout=60)
+    assert limited.returncode == 3
+    assert b"out" in told
+    assert names_in(folder) == ["scene.yaml"]

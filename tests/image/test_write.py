@@ -10,11 +10,12 @@ from rtcli.image.develop import develop
 from rtcli.image.look import DEPTHS, Look
 from rtcli.image.write import png_pieces
 
+TEXTS = [("Software", "rtcli 1")]
 RADIANCE = np.random.default_rng(7).random((13, 21, 3), dtype=np.float32)
 
 
 def png(radiance, bits=8):
-    return b"".join(png_pieces(radiance, Look(bits=bits)))
+    return b"".join(png_pieces(radiance, Look(bits=bits), TEXTS))
 
 
 def chunks(file):
@@ -63,9 +64,9 @@ def test_png_holds_the_developed_pixels_bit_for_bit(bits):
 
 
 @pytest.mark.parametrize("bits", DEPTHS)
-def test_png_says_that_it_is_srgb_and_nothing_else(bits):
+def test_png_says_that_it_is_srgb_and_what_it_is_given_and_nothing_else(bits):
     told = [(name, content) for name, content in chunks(png(RADIANCE, bits)) if name not in (b"IHDR", b"IDAT")]
-    assert told == [(b"sRGB", b"\0"), (b"IEND", b"")]
+    assert told == [(b"sRGB", b"\0"), (b"tEXt", b"Software\0rtcli 1"), (b"IEND", b"")]
 
 
 def test_same_radiance_gives_the_same_bytes():
@@ -74,6 +75,6 @@ def test_same_radiance_gives_the_same_bytes():
 
 def test_bands_do_not_show():
     tall = np.random.default_rng(1).random((3000, 200, 3), dtype=np.float32)
-    assert sum(1 for _ in png_pieces(tall, Look())) > 2
+    assert sum(1 for _ in png_pieces(tall, Look(), [])) > 2
     with Image.open(io.BytesIO(png(tall))) as image:
         np.testing.assert_array_equal(np.asarray(image), develop(tall, Look()))

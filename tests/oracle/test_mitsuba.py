@@ -14,7 +14,7 @@ import pytest
 from borders import Picture, clear_of_borders, relative_difference
 
 import rtcli
-from rtcli.pipeline import ENGINES
+from rtcli.tracer.engines import ENGINES
 
 HERE = Path(__file__).parent
 SCRIPT = HERE / "mitsuba_radiance.py"

@@ -121,6 +121,25 @@ impl Block {
         }
     }
 
+    /// Tell of each object how many of the wanted pixel centres it would cover if it were alone.
+    #[inline(always)]
+    pub(crate) fn cover(&mut self, scene: &Scene, place: Place, mut tell: impl FnMut(u32, u64)) {
+        self.rays.aim(place.view, place.corner, CENTRE);
+        let cone = Cone::of_block(&self.rays);
+        let mut walk = scene.bvh.walk(&cone, &mut self.stack);
+        let (rays, nearest) = (&self.rays, &mut self.nearest);
+        let mut count = |object: u32| {
+            nearest.clear(rays);
+            scene.shapes[object as usize].meet(object << FACE_BITS, rays, nearest);
+            let covered = (0..LANES).filter(|&lane| nearest.face[lane] != NOTHING && place.wants(lane));
+            tell(object, covered.count() as u64);
+        };
+        while let Some(object) = walk.next(f32::INFINITY) {
+            count(object);
+        }
+        scene.planes.iter().copied().for_each(count);
+    }
+
     /// Find what the rays through a place `within` each pixel meet first, and group them by it.
     #[inline(always)]
     fn look(&mut self, scene: &Scene, place: Place, within: (f64, f64)) {

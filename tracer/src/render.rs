@@ -172,6 +172,27 @@ impl Tracer {
         Ok((auto_exposure(&radiance), rays))
     }
 
+    /// How many pixels of a window each object would cover at their centres if it were alone: what is hidden by others
+    /// counts. Uses the threads of the rayon pool this is called in.
+    ///
+    /// # Errors
+    ///
+    /// If the monitor was asked to give up.
+    pub fn coverage(&self, window: Window, monitor: &Monitor) -> Result<Vec<u64>, Cancelled> {
+        let covered: Vec<AtomicU64> = self.scene.shapes.iter().map(|_| AtomicU64::new(0)).collect();
+        let bands: Vec<Window> = bands_of(window).collect();
+        bands.into_par_iter().for_each(|window| {
+            self.level.run(Coverage {
+                scene: &self.scene,
+                shot: self.shot(monitor),
+                window,
+                covered: &covered,
+            });
+        });
+        monitor.check()?;
+        Ok(covered.into_iter().map(AtomicU64::into_inner).collect())
+    }
+
     /// What is asked of the whole picture.
     fn shot<'a>(&'a self, monitor: &'a Monitor) -> Shot<'a> {
         Shot {
@@ -382,6 +403,29 @@ impl<T: Target> Work for Band<'_, T> {
         let develop = timed.mul_f64(f64::from(blocks) / f64::from(blocks.div_ceil(TIMED).max(1)));
         self.effort.develop = develop.min(elapsed);
         self.effort.trace = elapsed - self.effort.develop;
+    }
+}
+
+/// The pixels of a band that each object covers.
+struct Coverage<'a> {
+    scene: &'a Scene,
+    shot: Shot<'a>,
+    window: Window,
+    covered: &'a [AtomicU64],
+}
+
+impl Work for Coverage<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let mut block = Block::new(Truth::Hits);
+        for place in Place::all(self.shot.view, self.window) {
+            if self.shot.monitor.cancelled() {
+                return;
+            }
+            block.cover(self.scene, place, |object, pixels| {
+                self.covered[object as usize].fetch_add(pixels, Relaxed);
+            });
+        }
     }
 }
 

@@ -125,6 +125,15 @@ impl Tracer {
         Ok((effort.rays, trace, develop, write))
     }
 
+    /// Returns how many pixels of a window each object would cover if it were alone.
+    #[pyo3(signature = (window, /))]
+    fn coverage(&self, py: Python<'_>, window: PyWindow) -> PyResult<Vec<u64>> {
+        let window = world::window(window, self.size)?;
+        let mut listener = Listener::new(py, 0, None, None);
+        let work = |monitor: &Monitor, _: &_| self.core.coverage(window, monitor);
+        listener.attend(self.threads, work)?.map_err(given_up)
+    }
+
     /// Returns the stops that the exposure meter finds, and how many rays that took.
     fn exposure(&self, py: Python<'_>) -> PyResult<(f64, u64)> {
         let mut listener = Listener::new(py, 0, None, None);

@@ -1,0 +1,97 @@
+"""The formats of the files that a film is saved to, by their suffixes."""
+
+from __future__ import annotations
+
+from pathlib import Path, PurePath
+from typing import NamedTuple
+
+from rtcli.extras import need
+from rtcli.image.look import DEPTHS
+
+# What stands for the metadata among the parts of a film; the picture itself is the part "radiance".
+METADATA = "metadata"
+RADIANCE = "radiance"
+
+
+class Format(NamedTuple):
+    """A kind of file.
+
+    Parameters
+    ----------
+    name
+        As Pillow calls it, or the suffix.
+    holds_all
+        Whether one file holds all passes and the metadata.
+    pass_suffix
+        Of the files beside it that hold the passes of others.
+    most
+        Pixels of a side.
+    """
+
+    name: str
+    holds_all: bool = False
+    pass_suffix: str = ".png"
+    most: int = 65_535
+
+
+FORMATS = {
+    ".png": Format("PNG"),
+    ".exr": Format("EXR", holds_all=True),
+    ".npz": Format("NPZ", holds_all=True),
+    ".npy": Format("NPY", pass_suffix=".npy"),
+    ".jpg": Format("JPEG", most=65_500),
+    ".jpeg": Format("JPEG", most=65_500),
+    ".webp": Format("WEBP", most=16_383),
+    ".tif": Format("TIFF"),
+    ".tiff": Format("TIFF"),
+}
+
+
+def format_of(name: str) -> Format:
+    """Return the format of a file by its suffix, in upper or lower case.
+
+    Raises
+    ------
+    ValueError
+        If the suffix is that of no format.
+    rtcli.extras.MissingExtraError
+        If the format needs a package that is not installed.
+    """
+    format = FORMATS.get(PurePath(name).suffix.lower())
+    if format is None:
+        *others, last = FORMATS
+        raise ValueError(f"cannot tell the format of {name!r}: its name must end in {', '.join(others)} or {last}")
+    if format.name == "EXR":
+        need("OpenEXR", "exr", "writing .exr files")
+    return format
+
+
+def parts_of(name: str, passes: tuple[str, ...]) -> dict[str, Path]:
+    """Return the files that a film is saved to: the part that each holds, and its path.
+
+    A picture has no room for passes. They stand beside it, `NAME.depth.png` beside `NAME.jpg`, with `NAME.json`
+    for the metadata.
+
+    Raises
+    ------
+    ValueError
+        If the suffix is that of no format.
+    rtcli.extras.MissingExtraError
+        If the format needs a package that is not installed.
+    """
+    format, path = format_of(name), Path(name)
+    if format.holds_all or not passes:
+        return {RADIANCE: path}
+    beside = {each: path.with_name(f"{path.stem}.{each}{format.pass_suffix}") for each in passes}
+    return {RADIANCE: path, **beside, METADATA: path.with_suffix(".json")}
+
+
+def check_fits(name: str, size: tuple[int, int], bits: int) -> None:
+    """Raise ValueError unless a file's format can hold a picture of so many columns, rows and bits a channel."""
+    format = format_of(name)
+    if bits not in DEPTHS:
+        raise ValueError(f"bits must be {' or '.join(map(str, DEPTHS))}, got {bits}")
+    if bits != DEPTHS[0] and format.name != "PNG":
+        raise ValueError(f"{bits} bits a channel are for .png files, not {name!r}")
+    if max(size) > format.most:
+        raise ValueError(f"a {format.name} has at most {format.most:,} pixels a side, not {size[0]}x{size[1]}")

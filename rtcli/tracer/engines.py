@@ -1,0 +1,41 @@
+"""The engines by name, and what each offers."""
+
+from __future__ import annotations
+
+import os
+from typing import Any, Protocol
+
+from rtcli.tracer.native import NativeTracer
+from rtcli.tracer.world import Progress, Window, World
+
+ENGINES = ("native", "reference")
+
+
+class Tracer(Protocol):
+    """What each engine offers, of a world it was made for."""
+
+    def film(
+        self, window: Window, passes: tuple[str, ...] = (), progress: Progress | None = None
+    ) -> tuple[dict[str, Any], int]:
+        """Return radiance and passes by name, and the number of rays."""
+
+    def coverage(self, window: Window) -> list[int]:
+        """Return of each object how many pixel centres of a window it covers, what others hide included."""
+
+    def exposure(self) -> tuple[float, int]:
+        """Return the stops that expose the whole picture well, and the number of rays."""
+
+
+def tracer_of(world: World, engine: str, threads: int | None = None) -> Tracer:
+    """Make a world ready for an engine, which works with so many threads, or one for each processor core."""
+    threads = threads or default_threads()
+    if engine == "native":
+        return NativeTracer(world, threads)
+    from rtcli.tracer.reference import ReferenceTracer  # with NumPy
+
+    return ReferenceTracer(world, threads)
+
+
+def default_threads() -> int:
+    """Return how many processor cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
