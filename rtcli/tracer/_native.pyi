@@ -104,3 +104,22 @@ def auto_exposure(radiance: bytes, /) -> float:
 
 def meter_size(width: int, height: int, /) -> tuple[int, int]:
     """Return the size of the small picture on which the exposure of a picture of this size is metered."""
+
+def decode_png(data: bytes, /) -> tuple[int, int, int, int, bytes]:
+    """Decode a PNG; palettes and transparent colors are expanded.
+
+    Returns
+    -------
+    width, height, channels, bits, samples
+        Channels: 1 grey, 2 grey and alpha, 3 RGB, 4 RGBA; bits of each: 8 or 16; samples in native byte order.
+
+    Raises
+    ------
+    ValueError
+        If the data is not a whole PNG.
+    """
+
+def encode_png(
+    pixels: bytes, size: tuple[int, int], channels: int, bits: int, texts: list[tuple[str, str]], /
+) -> bytes:
+    """Encode samples in native byte order, of 1 or 3 channels and 8 or 16 bits, as a PNG with these texts."""

@@ -1,0 +1,35 @@
+"""Optional packages: what most people do not need, and is imported when it is asked for."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from types import ModuleType
+
+
+class MissingExtraError(OSError):
+    """An optional package is not installed."""
+
+
+def need(module: str, extra: str, purpose: str) -> ModuleType:
+    """Import a module of an optional package.
+
+    Parameters
+    ----------
+    module
+        Its name, which is that of its package but for `_` in place of `-`.
+    extra
+        The extra of rtcli that installs it, as `pyproject.toml` names it.
+    purpose
+        What needs it, as the message starts: `reading EXR`.
+
+    Raises
+    ------
+    MissingExtraError
+        If it is not installed; the message says how to install it.
+    """
+    try:
+        return import_module(module)
+    except ImportError as error:
+        package = module.partition(".")[0].replace("_", "-")
+        told = f"{purpose} needs the package {package}: pip install 'rtcli[{extra}]'"
+        raise MissingExtraError(told) from error
