@@ -19,8 +19,8 @@ _OPTIONS = (
         metavar="T",
         default="0",
         show_default=True,
-        help="A pixel differs if a channel differs by more: of pictures in levels of 0..255, of arrays in their own "
-        "units. Of integers any difference counts.",
+        help="A pixel differs if a channel differs by more: in levels of 0..255 for pictures, in their own units "
+        "for arrays. Of integers any difference counts.",
     ),
     click.option(
         "--max-pixels",

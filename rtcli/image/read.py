@@ -290,17 +290,18 @@ def _refuse_unlike_films(openexr: ModuleType, path: str) -> None:
     _UnfitError
         For several parts, deep pixels, channels of different resolution.
     """
-    with openexr.File(path, header_only=True) as exr:
-        header = exr.header(0)
+    with openexr.File(path, header_only=True) as exr:  # which empties its headers when it is closed
         if _has_part(exr, 1):
             raise _UnfitError("holds several parts: one is expected")
-    if header["type"] not in (openexr.scanlineimage, openexr.tiledimage):
+        header = dict(exr.header(0))
+    if header["type"] in (openexr.deepscanline, openexr.deeptile):
         raise _UnfitError("holds deep pixels, which cannot be compared")
-    if any((channel.xSampling, channel.ySampling) != (1, 1) for channel in header["channels"]):
+    channels = header["channels"]
+    if any((channel.xSampling, channel.ySampling) != (1, 1) for channel in channels):
         raise _UnfitError("has channels of different resolution, which cannot be compared")
     (left, top), (right, bottom) = (map(int, corner) for corner in header["dataWindow"])
-    # Twice: as the channels are read, and joined.
-    _refuse_what_memory_cannot_hold((right - left + 1) * (bottom - top + 1) * 8 * len(header["channels"]))
+    # Up to four bytes a value, and twice: as channels are read, and as they are joined.
+    _refuse_what_memory_cannot_hold((right - left + 1) * (bottom - top + 1) * 8 * len(channels))
 
 
 def _has_part(exr: Any, number: int) -> bool:

@@ -139,9 +139,8 @@ def _mismatch(mismatch: Mismatch, names: tuple[str, str]) -> str:
     first, second = map(printable, names)
     if mismatch.first is None or mismatch.second is None:
         return f"{quoted(mismatch.name)} is in {second if mismatch.first is None else first} only"
-    return (
-        f"{quoted(mismatch.name)} is {_size(mismatch.first)} in {first}, and {_size(mismatch.second)} in {second}"
-    )
+    sizes = _size(mismatch.first), _size(mismatch.second)
+    return f"{quoted(mismatch.name)} is {sizes[0]} in {first}, and {sizes[1]} in {second}"
 
 
 def _size(shape: tuple[int, ...]) -> str:
@@ -150,7 +149,9 @@ def _size(shape: tuple[int, ...]) -> str:
 
 
 def _number(value: float) -> str:
-    return f"{value:.4g}" if math.isfinite(value) else "none" if math.isnan(value) else f"{value}nite"
+    if math.isnan(value):
+        return "none"
+    return f"{value:.4g}" if math.isfinite(value) else "infinite" if value > 0 else "-infinite"
 
 
 def _percentage(share: float) -> str:
