@@ -1,4 +1,4 @@
-"""Optional packages: named with the command that installs them when they are missing."""
+"""Optional packages: what most people do not need, and is imported when it is asked for."""
 
 from __future__ import annotations
 
@@ -16,19 +16,20 @@ def need(module: str, extra: str, purpose: str) -> ModuleType:
     Parameters
     ----------
     module
-        Its name, such as `OpenEXR`.
+        Its name, which is that of its package but for `_` in place of `-`.
     extra
-        The extra of rtcli that brings it, such as `exr`.
+        The extra of rtcli that installs it, as `pyproject.toml` names it.
     purpose
-        What it is needed for, as the beginning of a sentence: `writing .exr files`.
+        What needs it, as the message starts: `reading EXR`.
 
     Raises
     ------
     MissingExtraError
-        If it is not installed; the message says what to do.
+        If it is not installed; the message says how to install it.
     """
     try:
         return import_module(module)
     except ImportError as error:
-        message = f"{purpose} needs {module}, which is not installed: pip install 'rtcli[{extra}]'"
-        raise MissingExtraError(message) from error
+        package = module.partition(".")[0].replace("_", "-")
+        told = f"{purpose} needs the package {package}: pip install 'rtcli[{extra}]'"
+        raise MissingExtraError(told) from error

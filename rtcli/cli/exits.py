@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from rtcli.scene.problems import printable
 
-# A scene is invalid; a file cannot be read or written; an error of rtcli. 0 is fine, and click's 2 is wrong usage.
-INVALID, FILE, INTERNAL = 1, 3, 4
+# A scene is invalid; a comparison fails; a file cannot be read or written; an error of rtcli. 0 is fine, and 2 is
+# click's for wrong usage.
+INVALID, DIFFERENT, FILE, INTERNAL = 1, 1, 3, 4
 
 
 def os_error_text(error: OSError) -> str:

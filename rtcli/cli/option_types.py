@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 import re
+from fractions import Fraction
 from typing import Any
 
 import click
 
+from rtcli.image.bounds import PixelBound
 from rtcli.scene.model import MAX_SIDE
 from rtcli.tracer.world import PASSES, Window
 
@@ -70,3 +72,30 @@ class PassesType(click.ParamType[tuple[str, ...]]):
                 f"{unknown[0]!r} is not a pass: there are {', '.join(PASSES)}, or all of them: all", param, ctx
             )
         return tuple(name for name in PASSES if name in named or "all" in named)
+
+
+class BoundType(click.ParamType[float]):
+    """A finite number, 0 or more."""
+
+    name = "NUMBER"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return the number."""
+        number = float(click.FLOAT.convert(value, param, ctx))
+        if not 0 <= number < math.inf:
+            self.fail(f"{value!r} is not a finite number of 0 or more", param, ctx)
+        return number
+
+
+class PixelBoundType(click.ParamType[PixelBound]):
+    """`12` pixels, or `0.1%` of all."""
+
+    name = "N|P%"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> PixelBound:
+        """Return how many pixels may differ."""
+        match = re.fullmatch(r"([0-9]{1,18})|([0-9]{1,3}(?:\.[0-9]{1,18})?) ?%", str(value))
+        share = Fraction(match[2]) / 100 if match and match[2] else None
+        if not match or (share or 0) > 1:
+            self.fail(f"{value!r} is not a number of pixels such as 12, or a share such as 0.1%", param, ctx)
+        return PixelBound(share=share) if match[2] else PixelBound(int(match[1]))

@@ -9,18 +9,20 @@ import os
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any, BinaryIO
 
 import click
 
 from rtcli import __version__
+from rtcli.cli.bound_options import bound_options, bounds_taken_from
 from rtcli.cli.option_types import CropType, PassesType
 from rtcli.cli.output import STDIO, is_terminal, open_target, tell
 from rtcli.cli.progress import progress
 from rtcli.cli.scene_options import SceneEdits, scene_options
 from rtcli.cli.stopwatch import Stopwatch
 from rtcli.files import whole_files
+from rtcli.image.bounds import Bounds
 from rtcli.image.formats import FORMATS, RADIANCE, check_fits, parts_of
 from rtcli.image.look import DEPTHS
 from rtcli.pack import pack
@@ -83,7 +85,6 @@ def _usage_errors() -> Iterator[None]:
     "-o",
     "--output",
     metavar="OUT",
-    required=True,
     help=f"The picture: {', '.join(FORMATS)}, by the suffix; - for a PNG on standard output.",
 )
 @scene_options
@@ -111,18 +112,52 @@ def _usage_errors() -> Iterator[None]:
 @click.option("--threads", type=click.IntRange(1), metavar="N", show_default="all", help="Processor cores to use.")
 @click.option("--crop", type=CropType(), help="Render only this part: left, top, width, height in pixels.")
 @click.option(
+    "--check",
+    metavar="GOLDEN",
+    help="Compare with this file, and exit with 1 if the rendering differs. OUT may be left out then; bits and, "
+    "if none are named, passes are those of the file.",
+)
+@bound_options
+@click.option("--diff", metavar="DIFF.png", help="With --check: a picture of the differences, if there are any.")
+@click.option(
     "--stats",
     metavar="FILE",
     help="Write seconds per stage and other figures as JSON; - for standard output. The native engine works at "
     "trace, develop and write together: their time is shared out as the threads spent it.",
 )
-@click.option("-q", "--quiet", is_flag=True, help="No progress, no closing line.")
-def command(**options: Any) -> None:
-    """Render a scene to a picture.
+@click.option("-q", "--quiet", is_flag=True, help="No progress, no closing line, no report.")
+def command(**options: Any) -> int:
+    """Render a scene to a picture, or check that it is still the same.
 
     SCENE is a .yaml, .yml or .json file, or - for YAML on standard input.
     """
-    render(Options(edits=SceneEdits.taken_from(options), **options))
+    golden, difference, bounds = options.pop("check"), options.pop("diff"), bounds_taken_from(options)
+    edits = SceneEdits.taken_from(options)
+    if golden is not None:
+        return _check(options, edits, (golden, difference, bounds))
+    if difference is not None:
+        raise click.UsageError("--diff needs --check GOLDEN: there is nothing to differ from")
+    if options["output"] is None:
+        raise click.UsageError("Missing option '-o': say where the picture goes, or what to --check it with")
+    render(Options(edits=edits, **options))
+    return 0
+
+
+def _check(options: dict[str, Any], edits: SceneEdits, golden_file: tuple[str, str | None, Bounds]) -> int:
+    """Render to a file of the golden one's format, and return the exit code of the comparison."""
+    from rtcli.cli.golden import place_beside, read_golden  # with NumPy
+
+    golden = read_golden(*golden_file)
+    output = options.pop("output")
+    wanted = {**options, "passes": options["passes"] or golden.passes, "bits": golden.bits}
+    if output is not None:
+        if PurePath(output).suffix.lower() != PurePath(golden.path).suffix.lower():
+            raise click.UsageError(f"OUT is to be of the format of {golden.path!r}, which it is compared with")
+        render(Options(output=output, edits=edits, **wanted))
+        return golden.verdict(output, options["quiet"])
+    with place_beside(golden) as place:
+        render(Options(output=place, edits=edits, **{**wanted, "quiet": True}))
+        return golden.verdict(place, options["quiet"])
 
 
 def render(options: Options) -> None:

@@ -532,3 +532,81 @@ def test_full_disk_exits_with_3_and_leaves_no_file(spawn, scene, folder, suffix,
     assert limited.returncode == 3
     assert b"out" in told
     assert names_in(folder) == ["scene.yaml"]
+
+
+# --- Golden pictures -------------------------------------------------------------------------------------
+
+
+@pytest.fixture(params=SUFFIXES)
+def golden(run, scene, request):
+    """A picture that was kept, in each format."""
+    if request.param == ".exr":
+        pytest.importorskip("OpenEXR", exc_type=ImportError)
+    name = f"golden{request.param}"
+    assert run("render", scene, "-o", name, "-q").exit_code == 0
+    return name
+
+
+def test_same_scene_passes_the_check_and_leaves_nothing(run, scene, folder, golden):
+    before = names_in(folder)
+    result = run("render", scene, "--check", golden, "--diff", "diff.png")
+    assert (result.exit_code, result.stdout.splitlines()[-1]) == (0, "equal")
+    assert names_in(folder) == before
+
+
+def test_other_scene_fails_the_check_and_shows_where(run, scene, folder, golden):
+    result = run("render", scene, "--check", golden, "--diff", "diff.png", "--set", "objects.ball.color=blue")
+    assert result.exit_code == 1
+    assert result.stdout.splitlines()[-1].startswith("different: ")
+    assert pixels("diff.png").any()
+
+
+def test_bounds_allow_differences(run, scene):
+    run("render", scene, "-o", "golden.png", "-q")
+    other = ["render", scene, "--check", "golden.png", "--set", "objects.ball.color=blue"]
+    assert run(*other, "--max-pixels", "1").exit_code == 1
+    assert run(*other, "--max-pixels", "100%").exit_code == 0
+    assert run(*other, "--tolerance", "255").exit_code == 0
+
+
+def test_check_takes_bits_and_passes_of_the_golden_file(run, scene):
+    run("render", scene, "-o", "deep.png", "--bits", "16", "-q")
+    run("render", scene, "-o", "truth.npz", "--passes", "depth,object_id", "-q")
+    assert run("render", scene, "--check", "deep.png").exit_code == 0
+    result = run("render", scene, "--check", "truth.npz")
+    assert result.exit_code == 0
+    assert "object_id" in result.stdout
+
+
+def test_rendering_that_is_checked_is_kept_where_asked_for(run, scene, folder):
+    run("render", scene, "-o", "golden.png", "-q")
+    changed = ["--set", "objects.ball.radius=0.5"]
+    assert run("render", scene, "--check", "golden.png", "-o", "new.png", *changed).exit_code == 1
+    run("render", scene, "-o", "expected.png", *changed)
+    assert (folder / "new.png").read_bytes() == (folder / "expected.png").read_bytes()
+
+
+def test_quiet_check_says_nothing(run, scene):
+    run("render", scene, "-o", "golden.png", "-q")
+    result = run("render", scene, "--check", "golden.png", "-q", "--set", "objects.ball.radius=0.5")
+    assert (result.exit_code, result.output) == (1, "")
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "part"),
+    [
+        ([], 2, "Missing option '-o'"),
+        (["--check", "missing.png"], 3, "missing.png: No such file"),
+        (["--check", "scene.yaml"], 2, "scene.yaml"),
+        (["-o", "out.png", "--diff", "diff.png"], 2, "--diff needs --check"),
+    ],
+)
+def test_check_that_cannot_be_made_says_why(run, scene, folder, options, code, part):
+    assert part in refused(run("render", scene, *options), folder, code)
+
+
+def test_rendering_of_another_format_is_not_compared(run, scene, folder):
+    run("render", scene, "-o", "golden.png", "-q")
+    result = run("render", scene, "--check", "golden.png", "-o", "out.npz")
+    assert result.exit_code == 2
+    assert names_in(folder) == ["golden.png", "scene.yaml"]

@@ -1,0 +1,142 @@
+"""`rtcli compare`: how far two pictures, or two files of arrays, are apart."""
+
+from __future__ import annotations
+
+import os
+import sys
+from dataclasses import dataclass
+from typing import Any
+
+import click
+
+from rtcli.cli.bound_options import bound_options, bounds_taken_from
+from rtcli.cli.exits import DIFFERENT
+from rtcli.cli.output import STDIO, tell, wants_color, write_bytes
+from rtcli.image.bounds import Bounds
+from rtcli.image.compare import Comparison, compare
+from rtcli.image.difference import difference_paths, difference_png
+from rtcli.image.layers import Layers
+from rtcli.image.read import kind_of, read_layers
+from rtcli.reports.comparison import as_json, text
+from rtcli.scene.problems import quoted
+
+
+@dataclass(frozen=True)
+class Options:
+    """The options of `rtcli compare`."""
+
+    first: str
+    second: str
+    output: str | None
+    as_json: bool
+    quiet: bool
+    bounds: Bounds
+
+    @property
+    def names(self) -> tuple[str, str]:
+        """What is compared."""
+        return self.first, self.second
+
+    def check(self) -> None:
+        """Raise click.UsageError for what cannot be right whatever the files hold."""
+        if STDIO in self.names:
+            raise click.UsageError("standard input cannot be compared: give two files")
+        if self.quiet and self.as_json:
+            raise click.UsageError("--quiet prints nothing, and --json a report: give one of them")
+        if self.output is not None and not self.output.lower().endswith(".png"):
+            raise click.UsageError(f"the difference picture {self.output!r} is a PNG: its name must end in .png")
+        self._check_kinds()
+
+    def _check_kinds(self) -> None:
+        try:
+            kinds = {kind_of(name): name for name in self.names}
+        except ValueError as error:
+            raise click.UsageError(str(error)) from error
+        if len(kinds) > 1:
+            raise click.UsageError(
+                f"{kinds['picture']!r} is a picture and {kinds['arrays']!r} holds arrays, which share no unit: "
+                "compare two pictures, or two of .exr, .npz and .npy"
+            )
+
+
+@click.command("compare")
+@click.argument("first", metavar="A")
+@click.argument("second", metavar="B")
+@bound_options
+@click.option(
+    "-o",
+    "--output",
+    metavar="DIFF.png",
+    help="Write a picture of the differences: black where there is none, else from red to white. Those of further "
+    "layers go to DIFF.NAME.png.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Report one JSON object.")
+@click.option("-q", "--quiet", is_flag=True, help="No report: the exit code tells.")
+def command(**options: Any) -> int:
+    """Compare two pictures, or two files of arrays.
+
+    A and B are pictures (.png, .jpg, .webp, .tif) or hold arrays (.exr, .npz, .npy), which are compared layer by
+    layer. The report goes to standard output.
+
+    Exits with 0 if they are equal within the bounds, 1 if they are not, 3 if one cannot be read.
+    """
+    return run(Options(bounds=bounds_taken_from(options), **options))
+
+
+def run(options: Options) -> int:
+    """Read, compare, draw the differences, report."""
+    options.check()
+    first, second = (read_layers(name) for name in options.names)
+    try:
+        comparison = compare(first, second, options.bounds)
+    except ValueError as error:
+        raise click.UsageError(str(error)) from error
+    if options.output is not None:
+        write_differences(first, second, comparison, options.output, options.names)
+    if not options.quiet:
+        _report(comparison, options)
+    return 0 if comparison.equal else DIFFERENT
+
+
+def _report(comparison: Comparison, options: Options) -> None:
+    if options.as_json:
+        click.echo(as_json(comparison, options.names), nl=False)
+        return
+    for line in text(comparison, options.names, wants_color(sys.stdout)):
+        click.echo(line, color=True)  # without colors there are none to strip
+
+
+def write_differences(
+    first: Layers, second: Layers, comparison: Comparison, output: str, inputs: tuple[str, ...]
+) -> None:
+    """Write the difference picture of each layer, and tell of which there is none.
+
+    Parameters
+    ----------
+    first, second
+        What was compared.
+    comparison
+        What it gave.
+    output
+        Where the first layer's picture goes; see `rtcli.image.difference.difference_paths`.
+    inputs
+        Files that must not be replaced.
+
+    Raises
+    ------
+    click.UsageError
+        If one would be.
+    OSError
+        If a picture cannot be written.
+    """
+    drawn = [name for name, layer in comparison.layers.items() if layer.pixels]
+    paths = difference_paths(output, drawn)
+    kept = {os.path.realpath(name) for name in inputs}
+    for path in paths.values():
+        if os.path.realpath(path) in kept:
+            raise click.UsageError(f"the difference picture {path!r} would replace what is compared")
+    for name, path in paths.items():
+        layer = comparison.layers[name]
+        write_bytes(difference_png(first.arrays[name], second.arrays[name], layer, comparison.kind), path)
+    for mismatch in comparison.mismatches:
+        tell(f"no difference picture of {quoted(mismatch.name)}: its shapes differ, or it is in one file only")

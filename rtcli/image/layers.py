@@ -1,0 +1,36 @@
+"""What a file holds for comparing: named arrays of pixels, from a picture or from a film."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias
+
+import numpy.typing as npt
+
+Array: TypeAlias = npt.NDArray[Any]
+Kind: TypeAlias = Literal["picture", "arrays"]
+
+# The layer of a picture, and the one of a film that looks like it: reports name them first.
+PICTURE_LAYER, RADIANCE_LAYER = "picture", "radiance"
+
+
+@dataclass(frozen=True)
+class Layers:
+    """Named arrays of pixels.
+
+    Parameters
+    ----------
+    kind
+        `picture`: one layer, `picture`, in sRGB levels; `arrays`: any layers, in units of their own. One cannot
+        be compared with the other.
+    arrays
+        By name. A picture is (H, W, C) uint8 or uint16, of 1 channel (grey), 2 (grey, alpha), 3 (RGB) or 4 (RGBA);
+        other layers are (H, W) or (H, W, C) of booleans, integers or floats.
+    """
+
+    kind: Kind
+    arrays: dict[str, Array]
+
+    def names(self) -> list[str]:
+        """Return the names, that of the picture or the radiance first, the others by the alphabet."""
+        return sorted(self.arrays, key=lambda name: (name not in (PICTURE_LAYER, RADIANCE_LAYER), name))

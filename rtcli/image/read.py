@@ -1,0 +1,331 @@
+"""Decoders: image files and files of arrays to their layers.
+
+No file is trusted. What is read is numbers, never code; a file that would need more memory than the machine has
+is refused before it is decoded, and one that is broken in any way is an OSError that names it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import stat
+import struct
+import sys
+import warnings
+from collections.abc import Callable, Iterator
+from pathlib import Path, PurePath
+from types import ModuleType
+from typing import Any, BinaryIO, NamedTuple
+
+import numpy as np
+
+from rtcli.extras import MissingExtraError, need
+from rtcli.image.layers import PICTURE_LAYER, RADIANCE_LAYER, Array, Kind, Layers
+from rtcli.tracer import _native
+
+# The array of an .npz that tells how the others came about: a string of JSON.
+_METADATA = "metadata"
+
+
+class _UnfitError(Exception):
+    """A file is well-formed, but not one that can be compared; the message says why."""
+
+
+class _Format(NamedTuple):
+    """A format of files.
+
+    Parameters
+    ----------
+    name
+        As messages call a file of it: `a PNG picture`.
+    kind
+        What its files hold.
+    decode
+        Takes the open file and its path, and gives the layers.
+    """
+
+    name: str
+    kind: Kind
+    decode: Callable[[BinaryIO, str], dict[str, Array]]
+
+
+def kind_of(path: str) -> Kind:
+    """Return what a file holds, by its suffix.
+
+    Raises
+    ------
+    ValueError
+        If the suffix is not that of a format that is read.
+    """
+    return _format_of(path).kind
+
+
+def read_layers(path: str) -> Layers:
+    """Read a file's layers.
+
+    Parameters
+    ----------
+    path
+        A picture (.png, .jpg, .jpeg, .webp, .tif, .tiff), which has one layer, `picture`; or arrays: .npz, whose
+        layers are its arrays, but for the text `metadata`; .npy, with one layer, `values`; .exr (with the extra
+        `exr`), where the channels R, G, B are the layer `radiance` and others are grouped by the name before
+        their last dot: `normal.X`, `normal.Y`, `normal.Z` are the layer `normal`.
+
+    Raises
+    ------
+    ValueError
+        If the suffix is not one of these.
+    OSError
+        If the file cannot be read or decoded, or would not fit into memory.
+    rtcli.extras.MissingExtraError
+        For .exr without its package.
+    """
+    form = _format_of(path)
+    _refuse_what_is_no_file(path)
+    with Path(path).open("rb") as file, _told_of(path, form.name):
+        _refuse_what_memory_cannot_hold(os.fstat(file.fileno()).st_size)
+        return Layers(form.kind, form.decode(file, path))
+
+
+def _format_of(path: str) -> _Format:
+    form = _FORMATS.get(PurePath(path).suffix.lower())
+    if form is None:
+        raise ValueError(f"cannot tell the format of {path!r}: its name must end in {', '.join(_FORMATS)}")
+    return form
+
+
+def _refuse_what_is_no_file(path: str) -> None:
+    """Refuse folders, of which systems tell differently, and pipes and devices, which may keep us waiting."""
+    mode = Path(path).stat().st_mode
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, "is a folder", path)
+    if not stat.S_ISREG(mode):
+        raise OSError(errno.EINVAL, "is not a regular file", path)
+
+
+@contextlib.contextmanager
+def _told_of(path: str, name: str) -> Iterator[None]:
+    """Turn whatever a decoder raises into an OSError that names the file, and silence its warnings."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    except MissingExtraError:
+        raise
+    except _UnfitError as error:
+        raise OSError(errno.EINVAL, str(error), path) from error
+    except MemoryError as error:
+        raise OSError(errno.ENOMEM, "is too large for the memory of this machine", path) from error
+    except OSError as error:
+        if error.errno not in (None, errno.EINVAL):  # of the disk, not of a decoder that was led astray
+            raise OSError(error.errno, error.strerror, path) from error
+        raise OSError(errno.EINVAL, f"is not {name}, or is damaged", path) from error
+    except Exception as error:  # decoders raise anything over broken data
+        raise OSError(errno.EINVAL, f"is not {name}, or is damaged", path) from error
+
+
+def memory_bytes() -> int:
+    """Return how much memory the machine has; where it does not tell, more than any has."""
+    try:
+        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, OSError, ValueError):  # Windows has no sysconf
+        return sys.maxsize
+
+
+def _refuse_what_memory_cannot_hold(size: int) -> None:
+    if size > memory_bytes():
+        raise MemoryError
+
+
+# --- Pictures --------------------------------------------------------------------------------------------
+
+# PNG specification, section 11.2.2: the signature and the chunk IHDR.
+_PNG_HEADER = struct.Struct(">8sI4sIIBB")
+_PNG_START = (b"\x89PNG\r\n\x1a\n", 13, b"IHDR")
+
+
+def _png(file: BinaryIO, path: str) -> dict[str, Array]:
+    data = file.read()
+    *start, width, height, bits, _ = _PNG_HEADER.unpack_from(data)
+    if tuple(start) != _PNG_START:
+        raise ValueError
+    # Up to four channels: a palette may be expanded to colors with alpha.
+    _refuse_what_memory_cannot_hold(width * height * 4 * (2 if bits == 16 else 1))
+    width, height, channels, bits, samples = _native.decode_png(data)
+    pixels = np.frombuffer(samples, np.uint8 if bits == 8 else np.uint16)
+    return {PICTURE_LAYER: pixels.reshape(height, width, channels)}
+
+
+def _pillow(form: str) -> Callable[[BinaryIO, str], dict[str, Array]]:
+    """Return a decoder by Pillow, which is kept to one format: its others need not meet what is not trusted."""
+
+    def decode(file: BinaryIO, path: str) -> dict[str, Array]:
+        from PIL import Image
+
+        with _no_pixel_limit(), Image.open(file, formats=(form,)) as image:
+            # Up to four channels: a palette may be expanded to colors with alpha.
+            _refuse_what_memory_cannot_hold(image.width * image.height * 4)
+            _refuse_unlike_pictures(image)
+            pixels = _pillow_pixels(image)
+        return {PICTURE_LAYER: pixels.reshape(*pixels.shape[:2], -1)}
+
+    return decode
+
+
+@contextlib.contextmanager
+def _no_pixel_limit() -> Iterator[None]:
+    """Lift Pillow's limit of 89 million pixels, which a picture may have: memory is the limit here."""
+    from PIL import Image
+
+    limit = Image.MAX_IMAGE_PIXELS
+    Image.MAX_IMAGE_PIXELS = None
+    try:
+        yield
+    finally:
+        Image.MAX_IMAGE_PIXELS = limit
+
+
+def _refuse_unlike_pictures(image: Any) -> None:
+    count = getattr(image, "n_frames", 1)
+    if count != 1:
+        raise _UnfitError(f"holds {count} pictures: one is expected")
+    if image.mode in ("I", "F"):
+        raise _UnfitError("has 32 bits a channel: pictures have 8 or 16")
+    # TIFF 6.0, section 8, BitsPerSample. Pillow drops the lower bytes of colors of 16 bits.
+    bits = max(getattr(image, "tag_v2", {}).get(258, (8,)))
+    if bits > 8 and not image.mode.startswith("I;16"):
+        raise _UnfitError(f"has {bits} bits a channel, which are not read from a colored TIFF: use PNG")
+
+
+def _pillow_pixels(image: Any) -> Array:
+    """Return (H, W) or (H, W, C) levels, converted to grey or RGB, with alpha if the picture has it."""
+    if image.mode.startswith("I;16"):
+        return np.asarray(image).astype(np.uint16)
+    if image.mode in ("L", "LA", "RGB", "RGBA"):
+        return np.asarray(image)
+    if image.mode == "1":
+        return np.asarray(image.convert("L"))
+    return np.asarray(image.convert("RGBA" if image.has_transparency_data else "RGB"))
+
+
+# --- Arrays of NumPy -------------------------------------------------------------------------------------
+
+
+def _npy(file: BinaryIO, path: str) -> dict[str, Array]:
+    return {"values": _layer("values", np.lib.format.read_array(file, allow_pickle=False))}
+
+
+def _npz(file: BinaryIO, path: str) -> dict[str, Array]:
+    with np.load(file, allow_pickle=False) as archive:
+        if not isinstance(archive, np.lib.npyio.NpzFile) or archive.zip is None:
+            raise TypeError
+        _refuse_what_memory_cannot_hold(sum(member.file_size for member in archive.zip.infolist()))
+        names = [name for name in archive.files if name != _METADATA]
+        if len(set(names)) < len(names):
+            raise _UnfitError("holds several arrays of one name")
+        if not names:
+            raise _UnfitError("holds no arrays")
+        return {name: _layer(name, archive[name]) for name in names}
+
+
+def _layer(name: str, values: Any) -> Array:
+    """Return an array as a layer; one of less than two dimensions is taken for a row.
+
+    Raises
+    ------
+    _UnfitError
+        If it holds no numbers, or has more than three dimensions.
+    """
+    shown = f"its array {name[:60]!r}"
+    if not isinstance(values, np.ndarray) or values.dtype.kind not in "biuf":
+        raise _UnfitError(f"{shown} does not hold booleans, integers or floats")
+    if values.ndim > 3:
+        raise _UnfitError(f"{shown} has {values.ndim} dimensions: layers have 2, or 3 with channels")
+    return np.atleast_2d(values)
+
+
+# --- EXR -------------------------------------------------------------------------------------------------
+
+# The channels of a layer stand in this order; others follow by the alphabet.
+_CHANNEL_ORDER = {name: place for place, name in enumerate("RGBAXYZ")}
+
+
+def _exr(file: BinaryIO, path: str) -> dict[str, Array]:
+    openexr = need("OpenEXR", "exr", "reading EXR")
+    with _silence():
+        _refuse_unlike_films(openexr, path)
+        with openexr.File(path, separate_channels=True) as exr:
+            channels = {name: channel.pixels for name, channel in exr.channels().items()}
+    groups: dict[str, dict[str, Array]] = {}
+    for name, pixels in channels.items():
+        layer, _, component = name.rpartition(".")
+        layer = layer or (RADIANCE_LAYER if name in ("R", "G", "B") else name)
+        groups.setdefault(layer, {})[component] = pixels
+    return {layer: _joined(group) for layer, group in groups.items()}
+
+
+@contextlib.contextmanager
+def _silence() -> Iterator[None]:
+    """Silence OpenEXR, which writes of broken files to standard output, and from C to standard error."""
+    with contextlib.ExitStack() as stack:
+        null = stack.enter_context(Path(os.devnull).open("w"))
+        stack.enter_context(contextlib.redirect_stdout(null))
+        try:
+            before = os.dup(2)
+        except OSError:  # closed: there is nothing to silence
+            yield
+            return
+        stack.callback(os.close, before)
+        stack.callback(os.dup2, before, 2)
+        os.dup2(null.fileno(), 2)
+        yield
+
+
+def _refuse_unlike_films(openexr: ModuleType, path: str) -> None:
+    """Read nothing but the headers, and refuse what cannot be compared or held.
+
+    Raises
+    ------
+    _UnfitError
+        For several parts, deep pixels, channels of different resolution.
+    """
+    with openexr.File(path, header_only=True) as exr:  # which empties its headers when it is closed
+        if _has_part(exr, 1):
+            raise _UnfitError("holds several parts: one is expected")
+        header = dict(exr.header(0))
+    if header["type"] in (openexr.deepscanline, openexr.deeptile):
+        raise _UnfitError("holds deep pixels, which cannot be compared")
+    channels = header["channels"]
+    if any((channel.xSampling, channel.ySampling) != (1, 1) for channel in channels):
+        raise _UnfitError("has channels of different resolution, which cannot be compared")
+    (left, top), (right, bottom) = (map(int, corner) for corner in header["dataWindow"])
+    # Up to four bytes a value, and twice: as channels are read, and as they are joined.
+    _refuse_what_memory_cannot_hold((right - left + 1) * (bottom - top + 1) * 8 * len(channels))
+
+
+def _has_part(exr: Any, number: int) -> bool:
+    try:
+        exr.header(number)
+    except ValueError:
+        return False
+    return True
+
+
+def _joined(group: dict[str, Array]) -> Array:
+    """Return (H, W) for a group of one channel, else (H, W, C)."""
+    names = sorted(group, key=lambda name: (_CHANNEL_ORDER.get(name, len(_CHANNEL_ORDER)), name))
+    return group[names[0]] if len(names) == 1 else np.stack([group[name] for name in names], axis=-1)
+
+
+_FORMATS = {
+    ".png": _Format("a PNG picture", "picture", _png),
+    ".jpg": _Format("a JPEG picture", "picture", _pillow("JPEG")),
+    ".jpeg": _Format("a JPEG picture", "picture", _pillow("JPEG")),
+    ".webp": _Format("a WebP picture", "picture", _pillow("WEBP")),
+    ".tif": _Format("a TIFF picture", "picture", _pillow("TIFF")),
+    ".tiff": _Format("a TIFF picture", "picture", _pillow("TIFF")),
+    ".exr": _Format("an OpenEXR picture", "arrays", _exr),
+    ".npz": _Format("an archive of NumPy arrays", "arrays", _npz),
+    ".npy": _Format("a NumPy array", "arrays", _npy),
+}

@@ -1,0 +1,217 @@
+"""What a comparison of pictures or arrays found, for people and for programs."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from rtcli.image.compare import Comparison, LayerDifference, Mismatch
+from rtcli.reports.checked import counted
+from rtcli.scene.problems import printable, quoted
+
+# Select Graphic Rendition (ECMA-48, section 8.3.117): bold green and red.
+_EQUAL, _DIFFERENT = "1;32", "1;31"
+
+_CHANNELS_SHOWN = 4
+
+
+# --- For people ------------------------------------------------------------------------------------------
+
+
+def text(comparison: Comparison, names: tuple[str, str], color: bool = False) -> Iterator[str]:
+    """Yield the lines of a report: a table of layers, where the differences are largest, and the verdict.
+
+    Parameters
+    ----------
+    comparison
+        What `rtcli.image.compare.compare` gave.
+    names
+        How to call the two sides.
+    color
+        Whether to mark the verdict with the colors of a terminal.
+    """
+    yield from _table(comparison)
+    for name, layer in comparison.layers.items():
+        yield from _remarks(_prefix(comparison, name), layer)
+    for word, reason in _verdict(comparison, names):
+        yield f"{_painted(word, color)}{reason}"
+
+
+def _painted(word: str, color: bool) -> str:
+    code = _EQUAL if word == "equal" else _DIFFERENT
+    return f"\x1b[{code}m{word}\x1b[0m" if color else word
+
+
+def _table(comparison: Comparison) -> Iterator[str]:
+    """Yield a line for each layer, in columns, and one above them all."""
+    if not comparison.layers:
+        return
+    head = ["layer", "largest", "RMSE", "PSNR", "differing", "share", *(["FLIP"] if comparison.flips else [])]
+    rows = [head, *(_row(comparison, name) for name in comparison.layers)]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for first, *others in rows:
+        cells = [first.ljust(widths[0])]
+        cells += [cell.rjust(width) for cell, width in zip(others, widths[1:], strict=True)]
+        yield "  ".join(cells).rstrip()
+
+
+def _row(comparison: Comparison, name: str) -> list[str]:
+    layer = comparison.layers[name]
+    row = [
+        _name(name),
+        _number(layer.largest),
+        _number(layer.rmse),
+        f"{_number(layer.psnr)} dB" if math.isfinite(layer.psnr) else _number(layer.psnr),
+        f"{layer.differing:,}",
+        _percentage(layer.share),
+    ]
+    if comparison.flips:
+        row.append(_number(comparison.flips[name]) if name in comparison.flips else "")
+    return row
+
+
+def _name(name: str) -> str:
+    return quoted(name)[1:-1]
+
+
+def _prefix(comparison: Comparison, name: str) -> str:
+    """Return what a line on a layer starts with: nothing if there is but one."""
+    return f"{_name(name)}: " if len(comparison.layers) + len(comparison.mismatches) > 1 else ""
+
+
+def _remarks(prefix: str, layer: LayerDifference) -> Iterator[str]:
+    if layer.place is not None and layer.values is not None:
+        x, y = layer.place
+        first, second = map(_channels, layer.values)
+        yield f"{prefix}largest difference at x {x}, y {y}: {first} and {second}"
+    if layer.infinite:
+        yield (
+            f"{prefix}at {counted(layer.infinite, 'pixel')} only one value is finite, or a number; "
+            "RMSE and PSNR leave them out"
+        )
+
+
+def _channels(values: tuple[float, ...]) -> str:
+    shown = [f"{value:.6g}" for value in values[:_CHANNELS_SHOWN]]
+    return ", ".join([*shown, "..."] if len(values) > _CHANNELS_SHOWN else shown)
+
+
+def _verdict(comparison: Comparison, names: tuple[str, str]) -> Iterator[tuple[str, str]]:
+    """Yield `equal` or `different` and the rest of its line, one for each reason."""
+    if comparison.equal:
+        yield "equal", _within_bounds(comparison)
+    for mismatch in comparison.mismatches:
+        yield "different", f": {_mismatch(mismatch, names)}"
+    for name, layer in comparison.layers.items():
+        prefix = _prefix(comparison, name)
+        if not comparison.has_few_differing_pixels(name):
+            yield "different", f": {prefix}{_pixels(comparison, layer)}"
+        if not comparison.has_low_flip(name):
+            yield "different", f": {prefix}{_flip(comparison.flips[name], comparison.bounds.max_flip)}"
+
+
+def _within_bounds(comparison: Comparison) -> str:
+    if comparison.identical:
+        return ""
+    layers = [layer for layer in comparison.layers.values() if layer.largest > 0]
+    return " within the bounds" + (f": {_pixels(comparison, layers[0])}" if len(layers) == 1 else "")
+
+
+def _pixels(comparison: Comparison, layer: LayerDifference) -> str:
+    """Return the sentence on a layer's pixels."""
+    verb = "differs" if layer.differing == 1 else "differ"
+    allowed = comparison.bounds.max_pixels.of(layer.pixels)
+    return (
+        f"{layer.differing:,} of {counted(layer.pixels, 'pixel')} ({_percentage(layer.share)}) {verb} "
+        f"by more than {layer.tolerance:g} (allowed: {allowed:,})"
+    )
+
+
+def _flip(flip: float, bound: float | None) -> str:
+    if math.isnan(flip):
+        return "there is no mean FLIP, for some radiance is not finite"
+    return f"the mean FLIP of {flip:.4g} is more than {bound:g}"
+
+
+def _mismatch(mismatch: Mismatch, names: tuple[str, str]) -> str:
+    first, second = map(printable, names)
+    if mismatch.first is None or mismatch.second is None:
+        return f"{quoted(mismatch.name)} is in {second if mismatch.first is None else first} only"
+    sizes = _size(mismatch.first), _size(mismatch.second)
+    return f"{quoted(mismatch.name)} is {sizes[0]} in {first}, and {sizes[1]} in {second}"
+
+
+def _size(shape: tuple[int, ...]) -> str:
+    height, width, *channels = shape
+    return f"{width}x{height}" + (f" with {counted(channels[0], 'channel')}" if channels else "")
+
+
+def _number(value: float) -> str:
+    if math.isnan(value):
+        return "none"
+    return f"{value:.4g}" if math.isfinite(value) else "infinite" if value > 0 else "-infinite"
+
+
+def _percentage(share: float) -> str:
+    """Return two digits that count, or more of what is nearly all."""
+    percent = 100 * share
+    if 0 < percent < 0.001:
+        return "< 0.001 %"
+    return f"{percent:.2g} %" if percent < 10 else f"{percent:.1f} %"
+
+
+# --- For programs ----------------------------------------------------------------------------------------
+
+
+def as_json(comparison: Comparison, names: tuple[str, str]) -> str:
+    """Return a report as one JSON object; what is infinite or no number in it is null.
+
+    Parameters
+    ----------
+    comparison, names
+        As for `text`.
+    """
+    report = {
+        "equal": comparison.equal,
+        "first": names[0],
+        "second": names[1],
+        "kind": comparison.kind,
+        "layers": [_layer(comparison, name) for name in comparison.layers],
+        "mismatches": [
+            {"name": mismatch.name, "first": mismatch.first, "second": mismatch.second}
+            for mismatch in comparison.mismatches
+        ],
+    }
+    return json.dumps(report, indent=2, allow_nan=False) + "\n"
+
+
+def _layer(comparison: Comparison, name: str) -> dict[str, Any]:
+    layer = comparison.layers[name]
+    place = None
+    if layer.place is not None and layer.values is not None:
+        first, second = ([_finite(value) for value in values] for values in layer.values)
+        place = {"x": layer.place[0], "y": layer.place[1], "first": first, "second": second}
+    return {
+        "name": name,
+        "equal": comparison.passes(name),
+        "width": layer.shape[1],
+        "height": layer.shape[0],
+        "pixels": layer.pixels,
+        "tolerance": layer.tolerance,
+        "allowed_pixels": comparison.bounds.max_pixels.of(layer.pixels),
+        "differing_pixels": layer.differing,
+        "differing_share": layer.share,
+        "infinite_pixels": layer.infinite,
+        "largest": _finite(layer.largest),
+        "largest_at": place,
+        "rmse": _finite(layer.rmse),
+        "psnr": _finite(layer.psnr),
+        "flip": _finite(comparison.flips.get(name)),
+        "max_flip": comparison.bounds.max_flip if name in comparison.flips else None,
+    }
+
+
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None
