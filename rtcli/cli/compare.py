@@ -139,4 +139,4 @@ def write_differences(
         layer = comparison.layers[name]
         write_bytes(difference_png(first.arrays[name], second.arrays[name], layer, comparison.kind), path)
     for mismatch in comparison.mismatches:
-        tell(f"no difference picture of {quoted(mismatch.name)}: its shapes differ, or it is in one file only")
+        tell(f"no difference picture of {quoted(mismatch.name)}: there are not two of one shape")

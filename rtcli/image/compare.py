@@ -42,7 +42,7 @@ class LayerDifference:
     largest
         The largest |a - b|; infinite if one value is infinite or no number, and the other is not the same.
     largest_finite
-        The largest |a - b| that is finite.
+        The same of the pixels where it is finite.
     rmse
         The root of the mean of (a - b)^2 over all values, but for infinite differences.
     psnr
@@ -129,10 +129,11 @@ def pixel_differences(a: Array, b: Array, kind: Kind = "arrays") -> Iterator[tup
 def _bands(a: Array, b: Array, kind: Kind) -> Iterator[tuple[slice, Array, Array]]:
     """Yield rows, and those of both layers as (rows, W, C), C alike; of pictures as int32 levels of 16 bits."""
     height, width, *channels = a.shape
+    count = -1 if kind == "picture" else math.prod(channels)  # pictures may have unlike ones
     step = max(1, _BAND // max(1, width * math.prod(channels)))
     for top in range(0, height, step):
         rows = slice(top, min(top + step, height))
-        first, second = (layer[rows].reshape(rows.stop - top, width, -1) for layer in (a, b))
+        first, second = (layer[rows].reshape(rows.stop - top, width, count) for layer in (a, b))
         yield rows, *(_alike(first, second) if kind == "picture" else (first, second))
 
 
@@ -206,8 +207,9 @@ class _Tally:
         with np.errstate(over="ignore"):
             self.squares.append(float(np.sum(finite_differences**2)))
         self.values += finite_differences.size
-        self.largest_finite = max(self.largest_finite, float(finite_differences.max(initial=0.0)))
         pixels = band.difference.max(axis=-1, initial=0.0)
+        largest_finite = pixels.max(initial=0.0, where=np.isfinite(pixels))
+        self.largest_finite = max(self.largest_finite, float(largest_finite))
         self.differing += int(np.count_nonzero(pixels > self.tolerance))
         self.infinite += int(np.count_nonzero(np.isinf(pixels)))
         self._find_largest(top, band, pixels)

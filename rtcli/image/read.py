@@ -238,8 +238,8 @@ def _layer(name: str, values: Any) -> Array:
         If it holds no numbers, or has more than three dimensions.
     """
     shown = f"its array {name[:60]!r}"
-    if not isinstance(values, np.ndarray) or values.dtype.kind not in "biuf":
-        raise _UnfitError(f"{shown} does not hold booleans, integers or floats")
+    if not isinstance(values, np.ndarray) or values.dtype.kind not in "biuf" or values.itemsize > 8:
+        raise _UnfitError(f"{shown} does not hold booleans, integers or floats of up to 8 bytes")
     if values.ndim > 3:
         raise _UnfitError(f"{shown} has {values.ndim} dimensions: layers have 2, or 3 with channels")
     return np.atleast_2d(values)

@@ -103,7 +103,7 @@ def _verdict(comparison: Comparison, names: tuple[str, str]) -> Iterator[tuple[s
     if comparison.equal:
         yield "equal", _within_bounds(comparison)
     for mismatch in comparison.mismatches:
-        yield "different", f": {_mismatch(mismatch, names)}"
+        yield "different", f": {_mismatch(comparison, mismatch, names)}"
     for name, layer in comparison.layers.items():
         prefix = _prefix(comparison, name)
         if not comparison.has_few_differing_pixels(name):
@@ -135,11 +135,13 @@ def _flip(flip: float, bound: float | None) -> str:
     return f"the mean FLIP of {flip:.4g} is more than {bound:g}"
 
 
-def _mismatch(mismatch: Mismatch, names: tuple[str, str]) -> str:
+def _mismatch(comparison: Comparison, mismatch: Mismatch, names: tuple[str, str]) -> str:
     first, second = map(printable, names)
     if mismatch.first is None or mismatch.second is None:
         return f"{quoted(mismatch.name)} is in {second if mismatch.first is None else first} only"
-    sizes = _size(mismatch.first), _size(mismatch.second)
+    sizes = [
+        _size(shape[:2] if comparison.kind == "picture" else shape) for shape in (mismatch.first, mismatch.second)
+    ]
     return f"{quoted(mismatch.name)} is {sizes[0]} in {first}, and {sizes[1]} in {second}"
 
 
@@ -175,6 +177,7 @@ def as_json(comparison: Comparison, names: tuple[str, str]) -> str:
     """
     report = {
         "equal": comparison.equal,
+        "identical": comparison.identical,
         "first": names[0],
         "second": names[1],
         "kind": comparison.kind,

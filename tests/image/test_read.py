@@ -1,0 +1,489 @@
+import contextlib
+import io
+import os
+import pickle
+import struct
+import sys
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from PIL import Image
+
+import rtcli
+from rtcli.extras import MissingExtraError
+from rtcli.image import read
+from rtcli.image.read import kind_of, read_layers
+from rtcli.tracer import _native
+
+RNG = np.random.default_rng(3)
+GREY = RNG.integers(0, 256, (5, 7, 1), dtype=np.uint8)
+GREY_16 = RNG.integers(0, 65536, (5, 7, 1), dtype=np.uint16)
+COLOR = RNG.integers(0, 256, (5, 7, 3), dtype=np.uint8)
+COLOR_16 = RNG.integers(0, 65536, (5, 7, 3), dtype=np.uint16)
+ALPHA = RNG.integers(0, 256, (5, 7, 4), dtype=np.uint8)
+GREY_ALPHA = RNG.integers(0, 256, (5, 7, 2), dtype=np.uint8)
+PICTURES = [GREY, GREY_16, COLOR, COLOR_16]
+
+RADIANCE = RNG.random((5, 7, 3), dtype=np.float32)
+DEPTH = np.where(RADIANCE[..., 0] > 0.5, np.float32(np.inf), RADIANCE[..., 1])
+IDS = RNG.integers(0, 2**32, (5, 7), dtype=np.uint32)
+
+needs_posix = pytest.mark.skipif(os.name == "nt", reason="POSIX only: links, devices and pipes")
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def openexr():
+    return pytest.importorskip("OpenEXR", reason="the extra exr is not installed")
+
+
+def save_png(path, pixels):
+    height, width, channels = pixels.shape
+    data = _native.encode_png(pixels.tobytes(), (width, height), channels, 8 * pixels.itemsize, [])
+    Path(path).write_bytes(data)
+
+
+def save_exr(openexr, path, channels):
+    with openexr.File({}, {name: np.ascontiguousarray(pixels) for name, pixels in channels.items()}) as file:
+        file.write(path)
+
+
+def film_channels():
+    channels = {"RGB"[i]: RADIANCE[..., i] for i in range(3)}
+    channels |= {f"normal.{'XYZ'[i]}": RADIANCE[..., 2 - i] for i in range(3)}
+    return {**channels, "depth.Z": DEPTH, "object_id.id": IDS}
+
+
+def picture(path):
+    layers = read_layers(path)
+    assert layers.kind == "picture"
+    assert list(layers.arrays) == ["picture"]
+    return layers.arrays["picture"]
+
+
+def refusal(path):
+    """Return why a file is refused."""
+    with pytest.raises(OSError) as refused:  # noqa: PT011 - the message is what the tests look at
+        read_layers(path)
+    assert not isinstance(refused.value, MissingExtraError)
+    assert refused.value.filename == path
+    return refused.value.strerror
+
+
+# --- Pictures --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("pixels", PICTURES, ids=["grey", "grey 16", "color", "color 16"])
+def test_png_is_read_to_its_levels(pixels):
+    save_png("a.png", pixels)
+    np.testing.assert_array_equal(picture("a.png"), pixels)
+    assert picture("a.png").dtype == pixels.dtype
+
+
+@pytest.mark.parametrize("suffix", [".png", ".tif", ".webp"])
+@pytest.mark.parametrize("pixels", [COLOR, ALPHA], ids=["color", "alpha"])
+def test_picture_of_pillow_is_read_to_its_levels(pixels, suffix):
+    Image.fromarray(pixels).save(f"a{suffix}", lossless=True, exact=True)
+    np.testing.assert_array_equal(picture(f"a{suffix}"), pixels)
+
+
+@pytest.mark.parametrize("suffix", [".png", ".tif"])
+def test_grey_with_alpha_is_read(suffix):
+    Image.fromarray(GREY_ALPHA, "LA").save(f"a{suffix}")
+    np.testing.assert_array_equal(picture(f"a{suffix}"), GREY_ALPHA)
+
+
+@pytest.mark.parametrize("suffix", [".png", ".tif"])
+def test_grey_of_16_bits_is_read(suffix):
+    Image.fromarray(GREY_16[..., 0]).save(f"a{suffix}")
+    np.testing.assert_array_equal(picture(f"a{suffix}"), GREY_16)
+    assert picture(f"a{suffix}").dtype == np.uint16
+
+
+@pytest.mark.parametrize("suffix", [".jpg", ".jpeg", ".JPG"])
+@pytest.mark.parametrize("channels", [1, 3])
+def test_jpeg_is_read_as_pillow_reads_it(suffix, channels):
+    Image.fromarray(COLOR if channels == 3 else GREY[..., 0]).save(f"a{suffix}")
+    with Image.open(f"a{suffix}") as image:
+        np.testing.assert_array_equal(picture(f"a{suffix}"), np.asarray(image).reshape(5, 7, channels))
+
+
+@pytest.mark.parametrize("suffix", [".png", ".tif"])
+def test_palette_is_expanded_to_colors(suffix):
+    indexed = Image.fromarray(COLOR).quantize(16)
+    indexed.save(f"a{suffix}")
+    np.testing.assert_array_equal(picture(f"a{suffix}"), np.asarray(indexed.convert("RGB")))
+
+
+@pytest.mark.parametrize("suffix", [".png", ".tif"])
+def test_picture_of_one_bit_is_black_and_white(suffix):
+    Image.fromarray(GREY[..., 0] > 127).save(f"a{suffix}")
+    np.testing.assert_array_equal(picture(f"a{suffix}"), np.where(GREY > 127, 255, 0))
+
+
+@pytest.mark.parametrize("suffix", [".jpg", ".tif"])
+def test_cmyk_is_converted_to_rgb(suffix):
+    Image.new("CMYK", (7, 5), (0, 0, 0, 255)).save(f"a{suffix}")
+    assert picture(f"a{suffix}").shape == (5, 7, 3)
+    assert picture(f"a{suffix}").max() <= 1
+
+
+def test_pillow_is_left_with_its_limit_and_warns_of_nothing(monkeypatch):
+    monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 10)
+    Image.fromarray(COLOR).save("a.webp", lossless=True)  # of 35 pixels, which Pillow would refuse
+    assert picture("a.webp").shape == COLOR.shape
+    assert Image.MAX_IMAGE_PIXELS == 10
+
+
+@pytest.mark.parametrize("mode", ["I", "F"])
+def test_tiff_of_32_bits_is_no_picture(mode):
+    Image.new(mode, (7, 5)).save("a.tif")
+    assert refusal("a.tif") == "has 32 bits a channel: pictures have 8 or 16"
+
+
+def test_colored_tiff_of_16_bits_is_refused_because_pillow_drops_half_of_them():
+    Path("a.tif").write_bytes(tiff_of_16_bits(COLOR_16))
+    assert refusal("a.tif") == "has 16 bits a channel, which are not read from a colored TIFF: use PNG"
+
+
+def tiff_of_16_bits(pixels):
+    """Return an uncompressed TIFF 6.0 with one strip of RGB."""
+    height, width, _ = pixels.shape
+    tags = [
+        (256, 3, 1, width),
+        (257, 3, 1, height),
+        (258, 3, 3, 8),
+        (259, 3, 1, 1),
+        (262, 3, 1, 2),
+        (273, 4, 1, 14),
+    ]
+    tags += [(277, 3, 1, 3), (278, 3, 1, height), (279, 4, 1, pixels.nbytes)]
+    directory = struct.pack("<H", len(tags)) + b"".join(struct.pack("<HHII", *tag) for tag in tags) + bytes(4)
+    start = struct.pack("<2sHI3H", b"II", 42, 14 + pixels.nbytes, 16, 16, 16)
+    return start + pixels.astype("<u2").tobytes() + directory
+
+
+@pytest.mark.parametrize("suffix", [".tif", ".webp"])
+def test_file_of_several_pictures_is_refused(suffix):
+    first, second = Image.fromarray(COLOR), Image.fromarray(255 - COLOR)
+    first.save(f"a{suffix}", save_all=True, append_images=[second])
+    assert refusal(f"a{suffix}") == "holds 2 pictures: one is expected"
+
+
+# --- Arrays of NumPy -------------------------------------------------------------------------------------
+
+
+def test_archive_is_read_array_by_array_but_for_its_metadata():
+    np.savez("a.npz", radiance=RADIANCE, object_id=IDS, metadata=np.array('{"version": 1}'))
+    layers = read_layers("a.npz")
+    assert layers.kind == "arrays"
+    assert layers.names() == ["radiance", "object_id"]
+    np.testing.assert_array_equal(layers.arrays["radiance"], RADIANCE)
+    np.testing.assert_array_equal(layers.arrays["object_id"], IDS)
+
+
+def test_compressed_archive_is_read():
+    np.savez_compressed("a.npz", depth=DEPTH)
+    np.testing.assert_array_equal(read_layers("a.npz").arrays["depth"], DEPTH)
+
+
+def test_array_is_the_layer_of_values():
+    np.save("a.npy", DEPTH)
+    layers = read_layers("a.npy")
+    assert (layers.kind, layers.names()) == ("arrays", ["values"])
+    np.testing.assert_array_equal(layers.arrays["values"], DEPTH)
+
+
+@pytest.mark.parametrize(("values", "shape"), [(3.5, (1, 1)), ([1, 2, 3], (1, 3))])
+def test_number_or_row_is_taken_for_a_row_of_pixels(values, shape):
+    np.save("a.npy", np.array(values))
+    assert read_layers("a.npy").arrays["values"].shape == shape
+
+
+@pytest.mark.parametrize(
+    "values", [np.array("text"), np.zeros((2, 2), complex), np.zeros(2, "i4,f4"), np.zeros(2, "M8[s]")]
+)
+def test_array_of_anything_but_numbers_is_refused(values):
+    np.save("a.npy", values)
+    assert refusal("a.npy") == "its array 'values' does not hold booleans, integers or floats of up to 8 bytes"
+
+
+def test_array_of_more_than_three_dimensions_is_refused():
+    np.savez("a.npz", **{"very \x1b[31m deep": np.zeros((1, 2, 3, 4))})
+    told = "its array 'very \\x1b[31m deep' has 4 dimensions: layers have 2, or 3 with channels"
+    assert refusal("a.npz") == told
+
+
+class Code:
+    """What runs code when it is unpickled."""
+
+    def __reduce__(self):
+        return Path.touch, (Path("pwned"),)
+
+
+@pytest.mark.parametrize("suffix", [".npy", ".npz"])
+def test_file_never_runs_code(folder, suffix):
+    save = np.save if suffix == ".npy" else np.savez
+    save(f"a{suffix}", np.array([Code()], dtype=object))
+    assert "is not a" in refusal(f"a{suffix}")
+    Path(f"b{suffix}").write_bytes(pickle.dumps(Code()))
+    assert "is not a" in refusal(f"b{suffix}")
+    assert sorted(path.name for path in folder.iterdir()) == [f"a{suffix}", f"b{suffix}"]
+
+
+@pytest.mark.parametrize("content", [{}, {"metadata": np.array("{}")}])
+def test_archive_without_arrays_is_refused(content):
+    np.savez("a.npz", **content)
+    assert refusal("a.npz") == "holds no arrays"
+
+
+def test_archive_with_two_arrays_of_one_name_is_refused():
+    array = io.BytesIO()
+    np.save(array, DEPTH)
+    with zipfile.ZipFile("a.npz", "w") as archive:
+        archive.writestr("depth", array.getvalue())
+        archive.writestr("depth.npy", array.getvalue())
+    assert refusal("a.npz") == "holds several arrays of one name"
+
+
+def test_archive_with_something_else_than_arrays_is_refused():
+    with zipfile.ZipFile("a.npz", "w") as archive:
+        archive.writestr("readme.txt", "no array")
+    assert "'readme.txt'" in refusal("a.npz")
+
+
+@pytest.mark.parametrize(("suffix", "other"), [(".npy", ".npz"), (".npz", ".npy")])
+def test_array_under_the_name_of_an_archive_is_refused_and_the_other_way_round(suffix, other):
+    np.save("a.npy", DEPTH)
+    np.savez("a.npz", depth=DEPTH)
+    Path(f"b{suffix}").write_bytes(Path(f"a{other}").read_bytes())
+    assert "or is damaged" in refusal(f"b{suffix}")
+
+
+# --- EXR -------------------------------------------------------------------------------------------------
+
+
+def test_exr_is_read_to_the_layers_of_a_film(openexr):
+    save_exr(openexr, "a.exr", film_channels())
+    layers = read_layers("a.exr")
+    assert layers.kind == "arrays"
+    assert layers.names() == ["radiance", "depth", "normal", "object_id"]
+    np.testing.assert_array_equal(layers.arrays["radiance"], RADIANCE)
+    np.testing.assert_array_equal(layers.arrays["normal"], RADIANCE[..., ::-1])
+    np.testing.assert_array_equal(layers.arrays["depth"], DEPTH)
+    np.testing.assert_array_equal(layers.arrays["object_id"], IDS)
+    assert layers.arrays["object_id"].dtype == np.uint32
+
+
+def test_exr_with_alpha_keeps_it_in_a_layer_of_its_own(openexr):
+    channels = {name: RADIANCE[..., 0] for name in ("R", "G", "B", "A", "Z")}
+    save_exr(openexr, "a.exr", channels)
+    assert {name: array.shape for name, array in read_layers("a.exr").arrays.items()} == {
+        "radiance": (5, 7, 3),
+        "A": (5, 7),
+        "Z": (5, 7),
+    }
+
+
+def test_name_of_a_layer_of_exr_may_have_dots(openexr):
+    save_exr(openexr, "a.exr", {f"left.normal.{name}": DEPTH for name in "XYZ"})
+    assert read_layers("a.exr").names() == ["left.normal"]
+
+
+def test_exr_of_half_floats_is_read(openexr):
+    save_exr(openexr, "a.exr", {name: RADIANCE[..., 0].astype(np.float16) for name in "RGB"})
+    assert read_layers("a.exr").arrays["radiance"].dtype == np.float16
+
+
+def test_exr_of_several_parts_is_refused(openexr):
+    parts = [openexr.Part({}, {"Z": np.zeros((3, 4), "f")}, name) for name in ("left", "right")]
+    with openexr.File(parts) as file:
+        file.write("a.exr")
+    assert refusal("a.exr") == "holds several parts: one is expected"
+
+
+def test_exr_needs_its_package(monkeypatch):
+    monkeypatch.setitem(sys.modules, "OpenEXR", None)
+    Path("a.exr").write_bytes(b"")
+    with pytest.raises(
+        MissingExtraError, match=r"reading EXR needs the package OpenEXR: pip install 'rtcli\[exr\]'"
+    ):
+        read_layers("a.exr")
+
+
+@pytest.mark.parametrize("length", [0, 10, 100, 400, -10])
+def test_broken_exr_is_refused_without_a_word_of_its_library(openexr, capfd, length):
+    save_exr(openexr, "whole.exr", film_channels())
+    Path("a.exr").write_bytes(Path("whole.exr").read_bytes()[:length])
+    assert refusal("a.exr") == "is not an OpenEXR picture, or is damaged"
+    assert capfd.readouterr() == ("", "")
+    os.write(2, b"still open")
+    assert capfd.readouterr().err == "still open"
+
+
+# --- Files that are broken, hostile or none ---------------------------------------------------------------
+
+FORMATS = {
+    ".png": "a PNG picture",
+    ".jpg": "a JPEG picture",
+    ".jpeg": "a JPEG picture",
+    ".webp": "a WebP picture",
+    ".tif": "a TIFF picture",
+    ".tiff": "a TIFF picture",
+    ".exr": "an OpenEXR picture",
+    ".npz": "an archive of NumPy arrays",
+    ".npy": "a NumPy array",
+}
+PILLOW = [".jpg", ".jpeg", ".webp", ".tif", ".tiff"]
+
+
+def save(suffix):
+    """Write a whole file of a format, and return its bytes."""
+    path = f"whole{suffix}"
+    if suffix == ".exr":
+        save_exr(pytest.importorskip("OpenEXR", reason="the extra exr is not installed"), path, film_channels())
+    elif suffix == ".npz":
+        np.savez(path, radiance=RADIANCE, depth=DEPTH)
+    elif suffix == ".npy":
+        np.save(path, DEPTH)
+    else:
+        Image.fromarray(COLOR).save(path)
+    return Path(path).read_bytes()
+
+
+@pytest.mark.parametrize(("suffix", "name"), FORMATS.items())
+@pytest.mark.parametrize(
+    "content", [b"", b"text\n", bytes(1000), b"\x89PNG\r\n\x1a\n", b"PK\3\4", b"\x93NUMPY\1\0"]
+)
+def test_file_of_something_else_is_refused(suffix, name, content):
+    if suffix == ".exr":
+        pytest.importorskip("OpenEXR", reason="the extra exr is not installed")
+    Path(f"a{suffix}").write_bytes(content)
+    assert refusal(f"a{suffix}") == f"is not {name}, or is damaged"
+
+
+@pytest.mark.parametrize(("suffix", "name"), FORMATS.items())
+def test_truncated_file_is_refused(suffix, name):
+    whole = save(suffix)
+    Path(f"a{suffix}").write_bytes(whole[: len(whole) * 2 // 3])
+    assert refusal(f"a{suffix}") == f"is not {name}, or is damaged"
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+@given(data=st.data())
+def test_mutated_file_is_read_or_refused(suffix, data):
+    mutated = bytearray(save(suffix))
+    for _ in range(data.draw(st.integers(1, 4))):
+        mutated[data.draw(st.integers(0, len(mutated) - 1))] = data.draw(st.integers(0, 255))
+    path = f"mutated{suffix}"
+    Path(path).write_bytes(mutated)
+    with contextlib.suppress(OSError):
+        layers = read_layers(path)
+        assert all(array.dtype.kind in "biuf" and array.ndim in (2, 3) for array in layers.arrays.values())
+
+
+def bomb_png(folder):
+    chunk = b"IHDR" + struct.pack(">IIBBBBB", 65535, 65535, 16, 6, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + struct.pack(">I", 13) + chunk + bytes(4)
+
+
+def bomb_npy(folder):
+    header = io.BytesIO()
+    np.lib.format.write_array_header_1_0(header, {"descr": "<f8", "fortran_order": False, "shape": (10**6, 10**9)})
+    return header.getvalue()
+
+
+def bomb_npz(folder):
+    with zipfile.ZipFile(folder / "bomb.zip", "w") as archive:
+        archive.writestr("values.npy", bomb_npy(folder))
+    return (folder / "bomb.zip").read_bytes()
+
+
+@pytest.mark.parametrize(("suffix", "bomb"), [(".png", bomb_png), (".npy", bomb_npy), (".npz", bomb_npz)])
+def test_file_that_claims_to_be_huge_is_refused_before_it_is_decoded(folder, monkeypatch, suffix, bomb):
+    monkeypatch.setattr(read, "memory_bytes", lambda: 2**34)
+    Path(f"a{suffix}").write_bytes(bomb(folder))
+    assert refusal(f"a{suffix}") == "is too large for the memory of this machine"
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_file_that_memory_cannot_hold_is_refused(monkeypatch, suffix):
+    size = len(save(suffix))
+    monkeypatch.setattr(read, "memory_bytes", lambda: size - 1)
+    assert refusal(f"whole{suffix}") == "is too large for the memory of this machine"
+
+
+@pytest.mark.parametrize("suffix", [".png", ".jpg", ".webp", ".tif", ".exr", ".npz"])
+def test_content_that_memory_cannot_hold_is_refused(monkeypatch, suffix):
+    flat = np.zeros((300, 400, 3), np.uint8)
+    if suffix == ".exr":
+        openexr = pytest.importorskip("OpenEXR", reason="the extra exr is not installed")
+        save_exr(openexr, "a.exr", {name: flat[..., 0].astype(np.float32) for name in "RGB"})
+    elif suffix == ".npz":
+        np.savez_compressed("a.npz", values=flat)
+    else:
+        options = {"compression": "tiff_deflate"} if suffix == ".tif" else {}
+        Image.fromarray(flat).save(f"a{suffix}", **options)
+    assert Path(f"a{suffix}").stat().st_size < flat.nbytes // 2
+    monkeypatch.setattr(read, "memory_bytes", lambda: flat.nbytes - 1)
+    assert refusal(f"a{suffix}") == "is too large for the memory of this machine"
+
+
+def test_memory_of_this_machine_is_known_or_no_limit():
+    assert read.memory_bytes() > 2**28
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_missing_file_is_told_as_the_system_tells_it(suffix):
+    with pytest.raises(FileNotFoundError) as missing:
+        read_layers(f"missing{suffix}")
+    assert missing.value.filename == f"missing{suffix}"
+
+
+def test_folder_is_refused(folder):
+    (folder / "a.png").mkdir()
+    with pytest.raises(IsADirectoryError, match="is a folder"):
+        read_layers("a.png")
+
+
+@needs_posix
+@pytest.mark.parametrize("suffix", [".png", ".npz"])
+def test_device_or_pipe_is_refused_and_not_waited_for(folder, suffix):
+    (folder / f"device{suffix}").symlink_to("/dev/zero")
+    os.mkfifo(folder / f"pipe{suffix}")
+    assert refusal(f"device{suffix}") == refusal(f"pipe{suffix}") == "is not a regular file"
+
+
+@needs_posix
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_link_is_followed(folder, suffix):
+    save(suffix)
+    (folder / f"link{suffix}").symlink_to(f"whole{suffix}")
+    first, second = read_layers(f"whole{suffix}").arrays, read_layers(f"link{suffix}").arrays
+    assert all(np.array_equal(first[name], second[name]) for name in first)
+
+
+@pytest.mark.parametrize("name", ["a.gif", "a", "", ".png", "a.png.bak", "png"])
+def test_suffix_decides_and_an_unknown_one_is_refused(name):
+    with pytest.raises(ValueError, match="cannot tell the format"):
+        read_layers(name)
+
+
+def test_kind_is_known_without_the_file():
+    assert kind_of("missing.PNG") == kind_of("missing.jpeg") == "picture"
+    assert kind_of("missing.exr") == kind_of("missing.npy") == "arrays"
+
+
+def test_saved_film_reads_back_to_what_it_develops_to():
+    film = rtcli.Film(radiance=RADIANCE)
+    save_png("a.png", film.develop(16))
+    np.testing.assert_array_equal(picture("a.png"), film.develop(16))
