@@ -26,7 +26,7 @@ from rtcli.image.bounds import Bounds
 from rtcli.image.formats import FORMATS, RADIANCE, check_fits, parts_of
 from rtcli.image.look import DEPTHS
 from rtcli.pack import pack
-from rtcli.pipeline import Request, Target, Work, shoot, write_film
+from rtcli.pipeline import Request, Target, Work, expose_film, shoot, write_film
 from rtcli.scene.diagnostics import validate
 from rtcli.scene.model import Scene
 from rtcli.scene.problems import printable
@@ -85,7 +85,8 @@ def _usage_errors() -> Iterator[None]:
     "-o",
     "--output",
     metavar="OUT",
-    help=f"The picture: {', '.join(FORMATS)}, by the suffix; - for a PNG on standard output.",
+    help=f"The picture: {', '.join(FORMATS)}, by the suffix; - for a PNG on standard output. Without "
+    "it the picture is shown in the terminal.",
 )
 @scene_options
 @click.option(
@@ -137,9 +138,27 @@ def command(**options: Any) -> int:
         return _check(options, edits, (golden, difference, bounds))
     if difference is not None:
         raise click.UsageError("--diff needs --check GOLDEN: there is nothing to differ from")
+    if options["output"] is None and is_terminal(sys.stdout):
+        return _preview(options, edits)
     if options["output"] is None:
         raise click.UsageError("Missing option '-o': say where the picture goes, or what to --check it with")
     render(Options(edits=edits, **options))
+    return 0
+
+
+def _preview(options: dict[str, Any], edits: SceneEdits) -> int:
+    """Show the picture in the terminal."""
+    from rtcli.cli.preview import check_preview, show  # with NumPy
+
+    check_preview()
+    if options["passes"] or options["stats"]:
+        raise click.UsageError("--passes and --stats need a file for the picture: -o OUT")
+    shot, request = _shot(
+        Options(edits=edits, **{**options, "output": STDIO}), validate(edits.read(options["scene"]))
+    )
+    with progress("rendering", options["quiet"]) as told:
+        film = expose_film(shot, request, told)
+    show(film)
     return 0
 
 
