@@ -16,7 +16,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from threading import Event
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -223,6 +223,27 @@ def nearest_positive(near: Array, far: Array) -> Array:
     return np.where(near > 0, near, np.where(far > 0, far, np.inf))
 
 
+class Quadratic(NamedTuple):
+    """The terms of section 2.2.1 for N rays and a sphere; see `Sphere.quadratic`.
+
+    Parameters
+    ----------
+    c
+        (3, 1): from the rays' offset to the centre.
+    b, discriminant, t_1, t_2
+        (N,): b, D and the two intersection parameters, NaN where D < 0.
+    g
+        (3, N): from the ray's nearest point to the centre.
+    """
+
+    c: Array
+    b: Array
+    g: Array
+    discriminant: Array
+    t_1: Array
+    t_2: Array
+
+
 class Sphere(Object):
     """A sphere (section 2.2.1): an `Object` with a `radius`."""
 
@@ -237,6 +258,11 @@ class Sphere(Object):
         self.radius = radius
 
     def intersection_parameter(self, ray: Ray) -> Array:
+        """Return the smaller of t_1 and t_2 that is > 0 (section 2.2.1)."""
+        terms = self.quadratic(ray)
+        return nearest_positive(np.minimum(terms.t_2, terms.t_1), np.maximum(terms.t_2, terms.t_1))
+
+    def quadratic(self, ray: Ray) -> Quadratic:
         """Solve |o + t d - C|^2 = R^2 with the stable form of section 2.2.1.
 
         With unit d and the centre c = C - o as the ray's start sees it::
@@ -252,10 +278,9 @@ class Sphere(Object):
         c = self.position - ray.offset
         b = dot(c, ray.direction)
         g = c - b * ray.direction
-        root = np.sqrt(self.radius * self.radius - dot(g, g))  # NaN: missed, and no comparison holds
-        q = b + np.copysign(root, b)
-        other = self._power(c) / q
-        return nearest_positive(np.minimum(q, other), np.maximum(q, other))
+        discriminant = self.radius * self.radius - dot(g, g)
+        q = b + np.copysign(np.sqrt(discriminant), b)  # NaN: missed, and no comparison holds
+        return Quadratic(c, b, g, discriminant, self._power(c) / q, q)
 
     def normal(self, ray: Ray, t: Array) -> Array:
         """Return n = (P - C) / |P - C|, turned to the viewer."""
@@ -282,10 +307,14 @@ class Plane(Object):
         self.direction = scaled / length(scaled)
 
     def intersection_parameter(self, ray: Ray) -> Array:
-        """Solve (p - p_0) . n = 0: t = (p_0 - l_0) . n / (l . n), parallel where |l . n| < 1e-6."""
-        along = dot(ray.direction, self.direction)
-        t = dot(self.position - ray.offset, self.direction) / along
+        """Return t where it is > 0 and the ray is not parallel to the plane: |l . n| >= 1e-6."""
+        along, t = self.crossing(ray)
         return np.where((t > 0) & (np.abs(along) >= PARALLEL), t, np.inf)
+
+    def crossing(self, ray: Ray) -> tuple[Array, Array]:
+        """Solve (p - p_0) . n = 0: return l . n and t = (p_0 - l_0) . n / (l . n), both (N,)."""
+        along = dot(ray.direction, self.direction)
+        return along, dot(self.position - ray.offset, self.direction) / along
 
     def normal(self, ray: Ray, t: Array) -> Array:
         """Return n, turned to the viewer; the same for all rays of a pencil."""
@@ -327,38 +356,46 @@ class Box(Object):
     def intersection_parameter(self, ray: Ray) -> Array:
         """Meet the slabs of the box in box space, after rejecting rays that miss its bounding sphere."""
         t = np.full(ray.direction.shape[1], np.inf)
-        candidates = self._meets_bounding_sphere(ray)
+        candidates = np.flatnonzero(self.meets_bounding_sphere(ray))
         if candidates.size:
-            near, far = self._slabs(Ray(ray.offset, ray.direction[:, candidates]))
+            near, far = self.slabs(Ray(ray.offset, ray.direction[:, candidates]))
             entry, leaving = near.max(axis=0), far.min(axis=0)
             t[candidates] = np.where(entry <= leaving, nearest_positive(entry, leaving), np.inf)
         return t
 
     def normal(self, ray: Ray, t: Array) -> Array:
-        """Return the normal of the face that is met, n' = R_y,neg n, turned to the viewer.
+        """Return the normal of the face that is met, n' = R_y,neg n, turned to the viewer."""
+        return self._to_world(self.face(ray))
+
+    def face(self, ray: Ray) -> Array:
+        """Return the normal of the face that is met, in box space: (3, N), one component +-1, the others 0.
 
         That is the face of the slab entered last, or seen from inside the one left first; either way it looks
         against the ray.
         """
-        near, far = self._slabs(ray)
+        near, far = self.slabs(ray)
         axis = near.argmax(axis=0) if self.side(ray.offset) > 0 else far.argmin(axis=0)
         local = self._to_box(ray.direction)
-        rays = np.arange(len(t))
+        rays = np.arange(local.shape[1])
         face = np.zeros_like(local)
         face[axis, rays] = -np.copysign(1.0, local[axis, rays])
-        return self._to_world(face)
+        return face
 
     def side(self, point: Array) -> int:
         """Return 1 outside, -1 inside."""
         return -1 if bool((np.abs(self._to_box(point - self.position)) <= self.half).all()) else 1
 
-    def _meets_bounding_sphere(self, ray: Ray) -> Indices:
-        """Return the indices of the rays whose line meets the bounding sphere (section 2.2.3)."""
-        c = self.position - ray.offset
-        g = c - dot(c, ray.direction) * ray.direction
-        return np.flatnonzero(dot(g, g) <= self.bounding_radius * self.bounding_radius)
+    def meets_bounding_sphere(self, ray: Ray) -> Mask:
+        """Return whether the line of each ray meets the bounding sphere (section 2.2.3): (N,)."""
+        g = self.from_ray(ray)
+        return dot(g, g) <= self.bounding_radius * self.bounding_radius
 
-    def _slabs(self, ray: Ray) -> tuple[Array, Array]:
+    def from_ray(self, ray: Ray) -> Array:
+        """Return g, the way from each ray's nearest point to the centre, as for a sphere: (3, N)."""
+        c = self.position - ray.offset
+        return c - dot(c, ray.direction) * ray.direction
+
+    def slabs(self, ray: Ray) -> tuple[Array, Array]:
         """Return where the rays enter and leave each of the slabs |x| <= w/2, |y| <= h/2, |z| <= d/2: two (3, N).
 
         G' = R_y (o - position) + t R_y d: section 2.2.3, with the direction rotated too. A ray parallel to a slab
@@ -419,6 +456,67 @@ class Hit:
     def take(self, rays: Indices) -> Hit:
         """Return the hits of some of the rays."""
         return Hit(self.index[rays], self.t[rays], self.normal[:, rays])
+
+
+@dataclass(frozen=True)
+class WayToLight:
+    """The ways from N surface points to a light.
+
+    Parameters
+    ----------
+    distance
+        (N,): r.
+    wi
+        (3, N): l, the unit direction to the light.
+    cosine
+        (N,): cos(theta) = n . l, with the normal that faces the viewer.
+    """
+
+    distance: Array
+    wi: Array
+    cosine: Array
+
+    def take(self, points: Indices) -> WayToLight:
+        """Return the ways from some of the points."""
+        return WayToLight(self.distance[points], self.wi[:, points], self.cosine[points])
+
+
+def way_to_light(source: LightSource, ray: Ray, hit: Hit) -> WayToLight:
+    """Return the ways from where rays hit to a light (section 2.3.1)."""
+    # From the surface to the light, by way of the eye: both parts are small where the scene is far away.
+    to_light = (source.position - ray.offset) - hit.t * ray.direction
+    distance = length(to_light)
+    wi = to_light / distance
+    return WayToLight(distance, wi, dot(hit.normal, wi))
+
+
+@dataclass(frozen=True)
+class Blocker:
+    """An object on N shadow rays.
+
+    Parameters
+    ----------
+    index
+        The object.
+    t
+        (N,): how far from the light the ray meets it, +inf where it does not.
+    between
+        (N,) bool: whether that is between the light and the surface point.
+    """
+
+    index: int
+    t: Array
+    between: Mask
+
+
+def seen_directly(source: LightSource, ray: Ray) -> Array:
+    """Return intensity * color / (4 pi r^2), r from the light to the rays' offset (section 3.4): (3, 1)."""
+    return source.light_at(length(source.position - ray.offset)).rgb
+
+
+def weakened(radiance: Array, t: Array) -> Array:
+    """Return radiance (3, N) divided by 4 pi t^2: section 3.4 weakens it on its way from surface to eye, too."""
+    return Light(radiance, np.ones(1)).travel(t).rgb
 
 
 class Scenery:
@@ -568,12 +666,11 @@ class Scenery:
             yield indexed
 
     def _add_shining(self, radiance: Array, rays: Indices, ray: Ray, hit: Hit) -> None:
-        """Objects that carry a light show intensity * color / (4 pi r^2), r from the light to the eye."""
+        """Objects that carry a light show it as it arrives at the eye."""
         for i in np.unique(hit.index[rays]):
             source = self.objects[i].source_object
             if source is not None:
-                light = source.light_at(length(source.position - ray.offset))
-                radiance[:, rays[hit.index[rays] == i]] = light.rgb
+                radiance[:, rays[hit.index[rays] == i]] = seen_directly(source, ray)
 
     def _direct_light(self, ray: Ray, hit: Hit, depth: int) -> tuple[Array, int]:
         """Return what the surfaces send back to the rays' offset: the recursion of section 3.4.
@@ -585,13 +682,20 @@ class Scenery:
             return radiance, 0
         shadow_rays = 0
         for source in self.light_sources:
-            irradiance, traced = self._irradiance(source, ray, hit)
-            radiance += self.colors[:, hit.index] / math.pi * irradiance
+            share, traced = self.reflected(source, ray, hit)
+            radiance += share
             shadow_rays += traced
         if self.settings.eye_falloff:
-            # Section 3.4: the light also weakens on its way from the surface to the eye.
-            radiance = Light(radiance, np.ones(1)).travel(hit.t).rgb
+            radiance = weakened(radiance, hit.t)
         return radiance, shadow_rays
+
+    def reflected(self, source: LightSource, ray: Ray, hit: Hit) -> tuple[Array, int]:
+        """Return the share of one light in the radiance of each surface point, (3, N), and how many shadow rays.
+
+        albedo / pi * L_i * cos(theta) (section 2.3.1)
+        """
+        irradiance, traced = self._irradiance(source, ray, hit)
+        return self.colors[:, hit.index] / math.pi * irradiance, traced
 
     def _irradiance(self, source: LightSource, ray: Ray, hit: Hit) -> tuple[Array, int]:
         """Return L_i * cos(theta) of one light at each surface point, 0 in shadow: (3, N).
@@ -600,21 +704,15 @@ class Scenery:
         same side of an object and cos(theta) > 0, the object cannot stand in its own light: it is left out of
         its own shadow test, and no epsilon is needed.
         """
-        # From the surface to the light, by way of the eye: both parts are small where the scene is far away.
-        to_light = (source.position - ray.offset) - hit.t * ray.direction
-        distance = length(to_light)
-        wi = to_light / distance
-        cosine = dot(hit.normal, wi)
-        facing = np.flatnonzero((cosine > 0) & self._same_side(source, ray)[hit.index])
-        # Shadow rays are traced from the light to the surface: they pass through one point as well.
-        shadow_ray = Ray(source.position, -wi[:, facing])
-        blocked = self._blocked(source, shadow_ray, hit.index[facing], distance[facing])
+        way = way_to_light(source, ray, hit)
+        facing = np.flatnonzero((way.cosine > 0) & self.same_side(source, ray)[hit.index])
+        blocked = self._blocked(source, way.take(facing), hit.index[facing])
         lit = facing[~blocked]
-        irradiance = np.zeros_like(wi)
-        irradiance[:, lit] = source.light_at(distance[lit]).rgb * cosine[lit]
+        irradiance = np.zeros_like(way.wi)
+        irradiance[:, lit] = source.light_at(way.distance[lit]).rgb * way.cosine[lit]
         return irradiance, len(facing)
 
-    def _same_side(self, source: LightSource, ray: Ray) -> Mask:
+    def same_side(self, source: LightSource, ray: Ray) -> Mask:
         """Return for each object whether the eye and the light are on the same side of its surface."""
         same: Mask = self._sides_from(ray.offset) == self._sides_from(source.position)
         return same
@@ -626,17 +724,25 @@ class Scenery:
             self._sides[key] = np.array([shape.side(apex) for shape in self.objects], dtype=np.int8)
         return self._sides[key]
 
-    def _blocked(self, source: LightSource, ray: Ray, receiver: Indices, distance: Array) -> Mask:
-        """Return whether an object stands between the light and each point: (N,).
+    def _blocked(self, source: LightSource, way: WayToLight, receiver: Indices) -> Mask:
+        """Return whether an object stands between the light and each point: (N,)."""
+        blocked = np.zeros(len(way.distance), dtype=bool)
+        for blocker in self.blockers(source, way, receiver):
+            blocked |= blocker.between
+        return blocked
+
+    def blockers(self, source: LightSource, way: WayToLight, receiver: Indices) -> Iterator[Blocker]:
+        """Yield each object that might stand between the light and the points of the objects `receiver`, (N,).
 
         Neither the object that the point lies on nor the one that carries the light counts.
         """
-        blocked = np.zeros(len(distance), dtype=bool)
-        before = distance * (1 - TOUCHING)
+        # Shadow rays are traced from the light to the surface: they pass through one point as well.
+        shadow_ray = Ray(source.position, -way.wi)
+        before = way.distance * (1 - TOUCHING)
         for i, shape in self._objects_in_turn():
             if shape.source_object is not source:
-                blocked |= (shape.intersection_parameter(ray) < before) & (receiver != i)
-        return blocked
+                t = shape.intersection_parameter(shadow_ray)
+                yield Blocker(i, t, (t < before) & (receiver != i))
 
 
 # --- Passes: ground truth at pixel centres -----------------------------------------------------------------
