@@ -27,7 +27,7 @@ DIAGNOSTICS = ROOT / "docs" / "diagnostics.md"
 GALLERY = ROOT / "docs" / "gallery"
 BENCHMARKS = ROOT / "benchmarks"
 
-COMMANDS = ("render", "validate", "compare", "new", "schema")
+COMMANDS = ("render", "validate", "explain", "compare", "new", "schema")
 GALLERY_COLUMNS = 3
 
 _PART = re.compile(r"(<!-- begin (?P<name>[\w ]+) -->\n).*?(<!-- end (?P=name) -->)", re.DOTALL)

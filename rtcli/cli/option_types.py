@@ -41,6 +41,19 @@ class CropType(click.ParamType[Window]):
         return Window(*map(int, match.groups()))
 
 
+class PixelType(click.ParamType[tuple[int, int]]):
+    """`320,240`."""
+
+    name = "X,Y"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
+        """Return column and row; whether they are in the picture, the scene will tell."""
+        match = re.fullmatch(r"([0-9]{1,9}),([0-9]{1,9})", str(value))
+        if not match:
+            self.fail(f"{value!r} is not column,row of a pixel, such as 320,240", param, ctx)
+        return int(match[1]), int(match[2])
+
+
 class ExposureType(click.ParamType[float | str]):
     """A number of stops, or `auto`."""
 

@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
-import unicodedata
-from collections.abc import Callable, Iterable, Iterator
-from typing import TypeAlias
+from collections.abc import Iterable, Iterator
 
 from rtcli.reports.checked import Checked, Tally, counted
+from rtcli.reports.terminal import Paint, cells, painter
 from rtcli.scene.problems import Excerpt, Problem, printable
 from rtcli.scene.rules import ERROR, WARNING
-
-# Takes a style and a text, and gives the text in that style.
-_Paint: TypeAlias = Callable[[str, str], str]
-
-# Select Graphic Rendition (ECMA-48, section 8.3.117).
-_STYLES = {"strong": "1", ERROR: "1;31", WARNING: "1;33", "frame": "1;34", "help": "36"}
 
 # Terminal cells of a line that are shown before what is wrong, and in all.
 _CELLS_BEFORE, _CELLS = 40, 100
@@ -34,7 +27,7 @@ def report(checks: Iterable[Checked], color: bool = False) -> Iterator[str]:
 
 def _summary(tally: Tally, color: bool) -> str:
     counts = {ERROR: tally.errors, WARNING: tally.warnings}
-    paint = _painter(color)
+    paint = painter(color)
     found = [paint(severity, counted(count, severity)) for severity, count in counts.items() if count]
     return " and ".join(found) + _of_scenes(tally)
 
@@ -53,7 +46,7 @@ def problem_text(problem: Problem, color: bool = False) -> str:
     color
         Whether to mark its parts with the colors of a terminal.
     """
-    paint = _painter(color)
+    paint = painter(color)
     margin = " " * len(str(problem.line))
     place = f"{printable(problem.path)}:{problem.line}:{problem.column}"
     lines = [
@@ -68,13 +61,7 @@ def problem_text(problem: Problem, color: bool = False) -> str:
     return "\n".join(lines)
 
 
-def _painter(color: bool) -> _Paint:
-    if not color:
-        return lambda style, text: text
-    return lambda style, text: f"\x1b[{_STYLES[style]}m{text}\x1b[0m"
-
-
-def _pointed_at(problem: Problem, excerpt: Excerpt, paint: _Paint) -> Iterator[str]:
+def _pointed_at(problem: Problem, excerpt: Excerpt, paint: Paint) -> Iterator[str]:
     """Yield the line of the file, and below it carets and the name of the value."""
     number, bar = str(problem.line), paint("frame", "|")
     margin = " " * len(number)
@@ -88,22 +75,15 @@ def _pointed_at(problem: Problem, excerpt: Excerpt, paint: _Paint) -> Iterator[s
 def _window(excerpt: Excerpt) -> tuple[str, int, int]:
     """Return what is shown of a line, the cells before the span, and those of the span, at least one."""
     shown = [_TAB if character == "\t" else printable(character) for character in excerpt.text]
-    cells = [sum(map(_cells, text)) for text in shown]
-    first, last = 0, len(cells)
-    if excerpt.cut_before or excerpt.cut_after or sum(cells) > _CELLS:
-        while sum(cells[first : excerpt.start]) > _CELLS_BEFORE:
+    widths = [cells(text) for text in shown]
+    first, last = 0, len(widths)
+    if excerpt.cut_before or excerpt.cut_after or sum(widths) > _CELLS:
+        while sum(widths[first : excerpt.start]) > _CELLS_BEFORE:
             first += 1
-        while last > excerpt.start + 1 and sum(cells[first:last]) > _CELLS:
+        while last > excerpt.start + 1 and sum(widths[first:last]) > _CELLS:
             last -= 1
     start = _CUT if first > 0 or excerpt.cut_before else ""
-    end = _CUT if last < len(cells) or excerpt.cut_after else ""
-    before = len(start) + sum(cells[first : excerpt.start])
-    width = sum(cells[excerpt.start : min(excerpt.end, last)])
+    end = _CUT if last < len(widths) or excerpt.cut_after else ""
+    before = len(start) + sum(widths[first : excerpt.start])
+    width = sum(widths[excerpt.start : min(excerpt.end, last)])
     return f"{start}{''.join(shown[first:last])}{end}", before, max(1, width)
-
-
-def _cells(character: str) -> int:
-    """Return how many cells of a terminal a character takes (Unicode Standard Annex 11)."""
-    if unicodedata.category(character) in ("Mn", "Me"):
-        return 0
-    return 2 if unicodedata.east_asian_width(character) in ("W", "F") else 1

@@ -93,6 +93,14 @@ class Ray:
     offset: Array
     direction: Array
 
+    def at(self, t: Array) -> Array:
+        """Return the points o + t d: (3, N)."""
+        return self.offset + t * self.direction
+
+    def take(self, rays: Indices) -> Ray:
+        """Return some of the rays."""
+        return Ray(self.offset, self.direction[:, rays])
+
 
 @dataclass(frozen=True)
 class SimpleCamera:
@@ -112,6 +120,16 @@ class SimpleCamera:
 
         Notes
         -----
+        d = (x r + y u + f) / |x r + y u + f| (section 2.1.5)
+        """
+        frame = self.frame
+        x, y = self.on_image_plane(window, within)
+        point = x * column(frame.right) + y * column(frame.up) + column(frame.forward)
+        return Ray(column(frame.position), point / length(point))
+
+    def on_image_plane(self, window: Window, within: tuple[float, float] = (0.5, 0.5)) -> tuple[Array, Array]:
+        """Return x and y, where those rays cross the image plane at distance 1 from the eye: (N,) each.
+
         With s = (pixel + within) / size (section 2.1.2, as corrected)::
 
             x = (2 s_x - 1) * width / height * tan(fov / 2)
@@ -125,8 +143,7 @@ class SimpleCamera:
         pixel_y = np.arange(window.y, window.y + window.height) + within[1]
         x = np.tile((2 * pixel_x - frame.width) * scale, window.height)
         y = np.repeat((frame.height - 2 * pixel_y) * scale, window.width)
-        point = x * column(frame.right) + y * column(frame.up) + column(frame.forward)
-        return Ray(column(frame.position), point / length(point))
+        return x, y
 
 
 # --- Light: document, sections 2.3.2 and 3.3 ---------------------------------------------------------------
@@ -358,7 +375,7 @@ class Box(Object):
         t = np.full(ray.direction.shape[1], np.inf)
         candidates = np.flatnonzero(self.meets_bounding_sphere(ray))
         if candidates.size:
-            near, far = self.slabs(Ray(ray.offset, ray.direction[:, candidates]))
+            near, far = self.slabs(ray.take(candidates))
             entry, leaving = near.max(axis=0), far.min(axis=0)
             t[candidates] = np.where(entry <= leaving, nearest_positive(entry, leaving), np.inf)
         return t
@@ -638,9 +655,15 @@ class Scenery:
         shining = self.shining[hit.index[surfaces]]
         self._add_shining(radiance, surfaces[shining], ray, hit)
         lit = surfaces[~shining]
-        surface_ray = Ray(ray.offset, ray.direction[:, lit])
-        radiance[:, lit], shadow_rays = self._direct_light(surface_ray, hit.take(lit), depth + 1)
+        radiance[:, lit], shadow_rays = self._direct_light(ray.take(lit), hit.take(lit), depth + 1)
         return Light(radiance, np.ones(1)), len(hit.t) + shadow_rays
+
+    def pixel_radiance(self, samples: Array) -> npt.NDArray[np.float32]:
+        """Return the mean of a pixel's samples (3, N), added in their order, as the film holds it: (3,)."""
+        total = np.zeros(3)
+        for sample in samples.T:
+            total += sample
+        return _to_film(total / samples.shape[1], np.dtype(np.float32))
 
     def nearest_hit(self, ray: Ray) -> Hit:
         """Return the nearest hit of each ray; of two at the same distance, the first object's."""
@@ -655,7 +678,7 @@ class Scenery:
         normal = np.zeros((3, count))
         for i in np.unique(index[index != NOTHING]):
             rays = np.flatnonzero(index == i)
-            normal[:, rays] = self.objects[i].normal(Ray(ray.offset, ray.direction[:, rays]), nearest[rays])
+            normal[:, rays] = self.objects[i].normal(ray.take(rays), nearest[rays])
         return Hit(index, nearest, normal)
 
     def _objects_in_turn(self) -> Iterator[tuple[int, Object]]:
@@ -764,7 +787,7 @@ def _depth(scenery: Scenery, ray: Ray, hit: Hit) -> Array:
 
 def _position(scenery: Scenery, ray: Ray, hit: Hit) -> Array:
     """Return o + t d."""
-    point = np.clip(ray.offset + hit.t * ray.direction, -LARGEST, LARGEST)
+    point = np.clip(ray.at(hit.t), -LARGEST, LARGEST)
     return np.where(hit.index == NOTHING, 0.0, point)
 
 

@@ -1,0 +1,75 @@
+"""`rtcli explain`: the story of one pixel."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from typing import Any
+
+import click
+
+from rtcli.cli.option_types import PixelType
+from rtcli.cli.output import name_of, wants_color
+from rtcli.cli.scene_options import SceneEdits, scene_options
+from rtcli.explain import Explanation, check_place, explain
+from rtcli.pipeline import Request
+from rtcli.reports.explanation import as_json, text
+from rtcli.scene.diagnostics import validate
+
+
+@dataclass(frozen=True)
+class Options:
+    """The options of `rtcli explain`."""
+
+    scene: str
+    pixel: tuple[int, int]
+    sample: int
+    as_json: bool
+    edits: SceneEdits
+
+
+@click.command("explain")
+@click.argument("scene")
+@click.option(
+    "--pixel", type=PixelType(), required=True, help="Which one: its column and row, from 0 at the left and top."
+)
+@click.option(
+    "--sample",
+    type=click.IntRange(1),
+    metavar="N",
+    default=1,
+    show_default=True,
+    help="Which of the pixel's samples is told step by step.",
+)
+@scene_options
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def command(**options: Any) -> None:
+    """Tell how a pixel comes to its value, step by step.
+
+    SCENE is a .yaml, .yml or .json file, or - for YAML on standard input.
+
+    The story goes to standard output: the primary ray, where it meets each object or why it does not, what is seen,
+    each light and what blocks it, radiance, exposure, tone curve, sRGB. Each step has its equations, its numbers and
+    the section of docs/tracer.md. It is the reference engine's: its value is what that renders.
+    """
+    run(Options(edits=SceneEdits.taken_from(options), **options))
+
+
+def run(options: Options) -> None:
+    """Parse, validate, explain, report."""
+    scene = validate(options.edits.read(options.scene))
+    try:
+        check_place(scene, *options.pixel, options.sample)
+        Request().simd()
+    except ValueError as error:
+        raise click.UsageError(str(error)) from error
+    _report(explain(scene, *options.pixel, options.sample), options)
+
+
+def _report(explanation: Explanation, options: Options) -> None:
+    name = name_of(options.scene)
+    if options.as_json:
+        click.echo(as_json(explanation, name), nl=False)
+        return
+    for line in text(explanation, name, wants_color(sys.stdout)):
+        click.echo(line, color=True)  # without colors there are none to strip

@@ -1,0 +1,164 @@
+"""The story of one pixel, told by the reference tracer: each step with its equation, numbers and outcome.
+
+    ray --intersections--> nearest hit --lights--> radiance --mean, exposure, tone, sRGB--> 8 bits
+
+Every number comes from the methods that render pictures (`rtcli.tracer.reference`, `rtcli.image.develop`). Only
+the steps between radiance and value, which the compiled core takes at once, are shown by formulas of their own
+(`rtcli.image.curves`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtcli.explain.development import Developed, developed
+from rtcli.explain.intersections import meet_all
+from rtcli.explain.lighting import Place, hit_step, lights_step, radiance_step
+from rtcli.explain.records import Explanation, NativePixel, Number, Sample, Step, Story
+from rtcli.explain.words import name_of, triple
+from rtcli.image.look import Look
+from rtcli.pack import pack
+from rtcli.scene.model import Scene
+from rtcli.tracer.engines import default_threads
+from rtcli.tracer.native import NativeTracer
+from rtcli.tracer.reference import NOTHING, Ray, ReferenceTracer
+from rtcli.tracer.sampling import sample_offsets
+from rtcli.tracer.world import Window, World
+
+__all__ = ["Explanation", "check_place", "explain"]
+
+
+def explain(scene: Scene, x: int, y: int, sample: int = 1) -> Explanation:
+    """Tell how a pixel comes to its value.
+
+    Parameters
+    ----------
+    scene
+        From `rtcli.load_scene`.
+    x, y
+        Column and row of the pixel, counted from 0 at the left and top.
+    sample
+        Which of its samples is told step by step, counted from 1.
+
+    Returns
+    -------
+    Explanation
+        Its value is that of `rtcli.render(scene, engine="reference").develop()[y, x]`.
+
+    Raises
+    ------
+    ValueError
+        If the pixel is not in the picture, or there is no such sample.
+    """
+    check_place(scene, x, y, sample)
+    # Misses and infinities are ordinary numbers to the tracer.
+    with np.errstate(all="ignore"):
+        return _Pixel(scene, (x, y)).explanation(sample - 1)
+
+
+def check_place(scene: Scene, x: int, y: int, sample: int = 1) -> None:
+    """Raise ValueError if the pixel is not in the picture, or there is no such sample."""
+    width, height = scene.camera.resolution
+    if not (0 <= x < width and 0 <= y < height):
+        raise ValueError(f"pixel {x},{y} is not in the picture of {width}x{height} pixels, counted from 0")
+    if not 1 <= sample <= scene.render.samples:
+        raise ValueError(f"there is no sample {sample}: the pixel has {scene.render.samples}, counted from 1")
+
+
+class _Pixel:
+    """A pixel of a scene, with all of its samples traced at once: the tracer's results do not depend on that."""
+
+    def __init__(self, scene: Scene, pixel: tuple[int, int]) -> None:
+        self.scene = scene
+        self.pixel = pixel
+        self.window = Window(*pixel, 1, 1)
+        self.names = [name_of(index, shape) for index, shape in enumerate(scene.objects)]
+        self.tracer = ReferenceTracer(pack(scene), default_threads())
+        self.offsets = list(sample_offsets(scene.render.samples))
+        self.rays = self._rays()
+        self.hits = self.tracer.scenery.nearest_hit(self.rays)
+        self.light = self.tracer.scenery.trace_ray(self.rays)[0].rgb
+
+    def _rays(self) -> Ray:
+        camera = self.tracer.scenery.camera
+        rays = [camera.generate_primary_rays(self.window, within) for within in self.offsets]
+        return Ray(rays[0].offset, np.hstack([ray.direction for ray in rays]))
+
+    def explanation(self, told: int) -> Explanation:
+        """Return the explanation that tells one of the samples, counted from 0."""
+        image = self.scene.image
+        radiance = self.tracer.scenery.pixel_radiance(self.light)
+        exposure = self.tracer.exposure()[0] if image.exposure == "auto" else float(image.exposure)
+        value = developed(radiance, Look(exposure, image.tone))
+        samples = tuple(self._sample(i) for i in range(len(self.offsets)))
+        return Explanation(
+            resolution=self.scene.camera.resolution,
+            pixel=self.pixel,
+            value=value,
+            radiance=triple(radiance),
+            exposure=exposure,
+            story=self._story(told),
+            samples=samples,
+            development=Developed(self.scene, triple(radiance), exposure, value).steps(samples),
+            native=_native_pixel(self.scene, self.tracer.world, self.window),
+        )
+
+    def _sample(self, i: int) -> Sample:
+        index = int(self.hits.index[i])
+        return Sample(self.offsets[i], None if index == NOTHING else self.names[index], triple(self.light[:, i]))
+
+    def _story(self, told: int) -> Story:
+        only = np.array([told])
+        ray, hit = self.rays.take(only), self.hits.take(only)
+        scenery = self.tracer.scenery
+        place = Place(self.tracer.world, scenery, self.names, ray, hit)
+        lights = lights_step(place)
+        return Story(
+            sample=told + 1,
+            ray=self._ray_step(ray, self.offsets[told]),
+            intersections=meet_all(scenery, self.names, ray, hit),
+            hit=hit_step(place),
+            lights=lights,
+            radiance=radiance_step(place, self.light[:, told], lights.lights),
+        )
+
+    def _ray_step(self, ray: Ray, within: tuple[float, float]) -> Step:
+        camera = self.tracer.scenery.camera
+        frame, (px, py) = camera.frame, self.pixel
+        x, y = camera.on_image_plane(self.window, within)
+        return Step(
+            "The primary ray",
+            "2.1.2 to 2.1.5",
+            (
+                "s_x = (px + a_x) / W      x = (2 s_x - 1) (W / H) tan(fov / 2)",
+                "s_y = (py + a_y) / H      y = (1 - 2 s_y) tan(fov / 2)",
+                "d = (x r + y u + f) / |x r + y u + f|",
+            ),
+            (
+                Number("p", (px, py), "the pixel's column and row, from 0"),
+                Number("a", within, "the place in it, from its left and top edge"),
+                Number("size", (frame.width, frame.height), "W and H"),
+                Number(
+                    "s",
+                    ((px + within[0]) / frame.width, (py + within[1]) / frame.height),
+                    "the same in the picture, 0..1",
+                ),
+                Number("fov", frame.fov, "degrees, vertical"),
+                Number("xy", (float(x[0]), float(y[0])), "x and y on the image plane, at distance 1"),
+                Number("r", frame.right, "the camera's right"),
+                Number("u", frame.up, "its up"),
+                Number("f", frame.forward, "its view"),
+                Number("o", triple(ray.offset), "the eye"),
+                Number("d", triple(ray.direction), "the direction, of length 1"),
+            ),
+            "The ray is o + t d. It starts at the eye, and t is the distance from it.",
+            note="Corrected: the document maps to -1..1 twice. So fov is the vertical field of view.",
+        )
+
+
+def _native_pixel(scene: Scene, world: World, window: Window) -> NativePixel:
+    tracer = NativeTracer(world, default_threads())
+    radiance = tracer.film(window)[0]["radiance"][0, 0]
+    image = scene.image
+    exposure = tracer.exposure()[0] if image.exposure == "auto" else float(image.exposure)
+    return NativePixel(triple(radiance), exposure, developed(radiance, Look(exposure, image.tone)))

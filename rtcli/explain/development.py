@@ -1,0 +1,117 @@
+"""From the samples of a pixel to its 8-bit value: mean, exposure, tone curve, sRGB."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from rtcli.explain.records import Development, Group, Mean, Number, ObjectName, Sample, Step, Triple
+from rtcli.explain.words import number, triple
+from rtcli.image.curves import TONE_EQUATIONS, exposure_factor, srgb, tone_curve
+from rtcli.image.develop import develop
+from rtcli.image.look import Look
+from rtcli.scene.model import Scene
+from rtcli.tracer._native import meter_size
+
+# The heading of `docs/tracer.md` that tells of it: the document ends with the radiance.
+_SECTION = "From radiance to the picture"
+
+# The meter's rule (tracer/src/meter.rs): 95 % of what is lit stays below this share of white.
+_METER_TARGET = 0.8
+_METER_EQUATION = "2^EV * P95 = 0.8, where 95 % of all pixels with Y > 0 have Y < P95"
+_LUMINANCE = "Y = 0.2126 R + 0.7152 G + 0.0722 B"
+
+
+def developed(radiance: npt.NDArray[np.floating], look: Look) -> tuple[int, int, int]:
+    """Return red, green and blue, 0..255, of a pixel's radiance (3,) float32, as a picture holds them."""
+    red, green, blue = develop(radiance.reshape(1, 1, 3), look)[0, 0]
+    return int(red), int(green), int(blue)
+
+
+@dataclass(frozen=True)
+class Developed:
+    """What was developed: a scene's pixel, its radiance as the film holds it, the stops, and what came out."""
+
+    scene: Scene
+    radiance: Triple
+    exposure: float
+    value: tuple[int, int, int]
+
+    def steps(self, samples: Sequence[Sample]) -> Development:
+        """Return the steps from the samples to the value."""
+        exposed = _each(lambda x: exposure_factor(self.exposure) * x, self.radiance)
+        toned = _each(lambda x: tone_curve(self.scene.image.tone, x), exposed)
+        return Development(
+            self._mean(samples), self._exposure(exposed), self._tone(toned), self._value(_each(srgb, toned))
+        )
+
+    def _mean(self, samples: Sequence[Sample]) -> Mean:
+        count = len(samples)
+        return Mean(
+            "The samples of the pixel",
+            "2.1.5",
+            ("radiance = (1 / N) * the sum of the samples",),
+            (Number("N", count, "samples"), Number("radiance", self.radiance, "their mean, as the film holds it")),
+            "Its one sample is the pixel." if count == 1 else "The pixel is the mean of its samples.",
+            groups=_groups(samples),
+        )
+
+    def _exposure(self, exposed: Triple) -> Step:
+        factor = exposure_factor(self.exposure)
+        stops = (
+            Number("EV", self.exposure, "stops"),
+            Number("factor", factor),
+            Number("x", exposed, "exposed light"),
+        )
+        equation = "x = 2^EV * radiance"
+        if self.scene.image.exposure == "auto":
+            metered = Number("P95", _METER_TARGET / factor, "luminance")
+            equations = (_METER_EQUATION, _LUMINANCE, equation)
+            return Step("The exposure", _SECTION, equations, (metered, *stops), self._metered())
+        outcome = "The scene gives the exposure; each stop doubles the light."
+        return Step("The exposure", _SECTION, (equation,), stops, outcome)
+
+    def _metered(self) -> str:
+        width, height = meter_size(*self.scene.camera.resolution)
+        if self.exposure == 0:
+            return "The exposure is auto: 0 stops, which a picture that is all black gets."
+        return f"The exposure is auto: {number(self.exposure)} stops, metered on {width}x{height} pixels."
+
+    def _tone(self, toned: Triple) -> Step:
+        tone = self.scene.image.tone
+        equation, source = TONE_EQUATIONS[tone]
+        outcome = f"The tone curve is {tone}: {source}."
+        return Step("The tone curve", _SECTION, (equation,), (Number("y", toned, "linear, 0..1"),), outcome)
+
+    def _value(self, encoded: Triple) -> Step:
+        red, green, blue = self.value
+        return Step(
+            "sRGB and 8 bits",
+            _SECTION,
+            (
+                "v = 12.92 y for y <= 0.0031308, else 1.055 y^(1/2.4) - 0.055",
+                "value = round(255 v)",
+            ),
+            (
+                Number("v", encoded, "sRGB, 0..1"),
+                Number("v_255", _each(lambda v: 255 * v, encoded)),
+                Number("value", self.value, "red, green, blue"),
+            ),
+            f"The pixel is {red} {green} {blue}.",
+        )
+
+
+def _groups(samples: Sequence[Sample]) -> tuple[Group, ...]:
+    seen: dict[ObjectName | None, list[Triple]] = {}
+    for sample in samples:
+        seen.setdefault(sample.object, []).append(sample.radiance)
+    groups = [Group(name, len(lights), triple(np.mean(lights, axis=0))) for name, lights in seen.items()]
+    return tuple(sorted(groups, key=lambda group: -group.count))
+
+
+def _each(change: Callable[[float], float], values: Triple) -> Triple:
+    red, green, blue = map(change, values)
+    return red, green, blue

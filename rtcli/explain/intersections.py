@@ -1,0 +1,144 @@
+"""Where a ray meets each object, or why it does not: document, section 2.2."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from rtcli.explain.records import (
+    BEHIND,
+    FARTHER,
+    NEAREST,
+    OUT_OF_RANGE,
+    OUTSIDE_BOUNDING_SPHERE,
+    OUTSIDE_SLABS,
+    PARALLEL,
+    PASSED_BY,
+    Intersection,
+    Intersections,
+    Number,
+    ObjectName,
+)
+from rtcli.explain.words import number, several
+from rtcli.tracer.reference import NOTHING, Box, Hit, Object, Plane, Ray, Scenery, Sphere, length
+from rtcli.tracer.reference import PARALLEL as LEAST_COSINE
+
+EQUATIONS = {
+    "sphere": (
+        "sphere (2.2.1)   c = C - o      b = c . d      g = c - b d      D = R^2 - g . g",
+        "                 q = b + sign(b) sqrt(D)      t_1 = (|c| - R)(|c| + R) / q      t_2 = q",
+    ),
+    "plane": ("plane (2.2.2)    t = (p_0 - o) . n / (d . n)",),
+    "box": (
+        "box (2.2.3)      o' = R_y (o - position)      d' = R_y d",
+        "                 slabs: t = (-size/2 - o') / d'  to  t = (size/2 - o') / d'",
+    ),
+}
+
+
+class Meeting(NamedTuple):
+    """The terms of one ray and one object; and if the ray misses it, why: a code of `MISSES`, and in words."""
+
+    numbers: tuple[Number, ...]
+    miss: str
+    reason: str
+
+
+def meet_all(scenery: Scenery, names: Sequence[ObjectName], ray: Ray, hit: Hit) -> Intersections:
+    """Return the step of all objects on one ray, whose nearest hit is known."""
+    nearest = int(hit.index[0])
+    objects = tuple(
+        _intersection(shape, name, ray, (nearest, names))
+        for shape, name in zip(scenery.objects, names, strict=True)
+    )
+    types = {name.type for name in names}
+    return Intersections(
+        title="Each object on the ray",
+        section="2.2",
+        equations=tuple(line for type, lines in EQUATIONS.items() if type in types for line in lines),
+        numbers=(),
+        outcome=_outcome(objects, nearest),
+        note="The smallest t > 0 counts: what lies ahead.",
+        objects=objects,
+    )
+
+
+def _outcome(objects: Sequence[Intersection], nearest: int) -> str:
+    hits = sum(item.t is not None for item in objects)
+    if nearest == NOTHING:
+        return f"Of {several(len(objects), 'object')} the ray hits none." if objects else "There are no objects."
+    first = objects[nearest]
+    return f"The ray hits {hits:,} of {several(len(objects), 'object')}. The nearest is {first.object.label}."
+
+
+def _intersection(
+    shape: Object, name: ObjectName, ray: Ray, seen: tuple[int, Sequence[ObjectName]]
+) -> Intersection:
+    t = float(shape.intersection_parameter(ray)[0])
+    meeting = _meet(shape, ray)
+    if not math.isfinite(t):
+        return Intersection(name, meeting.miss, None, meeting.numbers, meeting.reason)
+    nearest, names = seen
+    if name.index == nearest:
+        return Intersection(name, NEAREST, t, meeting.numbers, "the nearest: it is seen")
+    return Intersection(name, FARTHER, t, meeting.numbers, f"hit behind {names[nearest].label}")
+
+
+def _meet(shape: Object, ray: Ray) -> Meeting:
+    meet: dict[type[Object], Callable[..., Meeting]] = {Sphere: _sphere, Plane: _plane, Box: _box}
+    return meet[type(shape)](shape, ray)
+
+
+def _ahead(numbers: tuple[Number, ...], ends: tuple[float, ...], names: str) -> Meeting:
+    """Return what comes of a line that meets the object, at these parameters."""
+    if all(t <= 0 for t in ends):
+        return Meeting(numbers, BEHIND, f"behind the eye: {names} <= 0")
+    return Meeting(numbers, OUT_OF_RANGE, "its numbers are beyond those of float64")
+
+
+def _sphere(shape: Sphere, ray: Ray) -> Meeting:
+    terms = shape.quadratic(ray)
+    b, discriminant, t_1, t_2 = (float(x[0]) for x in (terms.b, terms.discriminant, terms.t_1, terms.t_2))
+    distance = float(length(terms.g)[0])
+    common = (Number("b", b), Number("g_length", distance), Number("R", shape.radius), Number("D", discriminant))
+    if discriminant < 0:
+        reason = f"the ray passes the centre at |g| = {number(distance)}, more than R: D < 0"
+        return Meeting(common, PASSED_BY, reason)
+    return _ahead((*common, Number("t_1", t_1), Number("t_2", t_2)), (t_1, t_2), "t_1 and t_2")
+
+
+def _plane(shape: Plane, ray: Ray) -> Meeting:
+    along, t = (float(x[0]) for x in shape.crossing(ray))
+    cosine = Number("d_n", along, "cosine of the angle to the normal")
+    if abs(along) < LEAST_COSINE:
+        return Meeting((cosine,), PARALLEL, f"parallel: |d . n| < {LEAST_COSINE:g}")
+    return _ahead((cosine, Number("t", t)), (t,), "t")
+
+
+def _box(shape: Box, ray: Ray) -> Meeting:
+    distance = float(length(shape.from_ray(ray))[0])
+    common = (Number("g_length", distance), Number("R", shape.bounding_radius))
+    if not shape.meets_bounding_sphere(ray)[0]:
+        reason = "the ray misses the sphere around it: |g| > R"
+        return Meeting(common, OUTSIDE_BOUNDING_SPHERE, reason)
+    near, far = (bounds[:, 0] for bounds in shape.slabs(ray))
+    slabs = [
+        Number(f"{axis}_slab", (float(enter), float(leave)))
+        for axis, enter, leave in zip("xyz", near, far, strict=True)
+    ]
+    numbers = (*common, *slabs)
+    if near.max() > far.min():
+        return Meeting(numbers, OUTSIDE_SLABS, _outside("xyz"[near.argmax()], "xyz"[far.argmin()], near, far))
+    return _ahead(numbers, (float(near.max()), float(far.min())), "entry and exit")
+
+
+def _outside(entered: str, left: str, near: np.ndarray, far: np.ndarray) -> str:
+    if math.isinf(near.max()):
+        return f"the ray runs along the {entered} slab, outside of it"
+    return (
+        f"leaves the {left} slab at {number(float(far.min()))}, before it enters the {entered} slab at "
+        f"{number(float(near.max()))}"
+    )

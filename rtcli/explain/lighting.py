@@ -1,0 +1,279 @@
+"""What the ray ends at, and how the lights shine on it: document, sections 2.3 and 3.4."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rtcli.explain.records import (
+    BACKGROUND,
+    BLOCKED,
+    LIT,
+    OTHER_SIDE,
+    SHINING,
+    SURFACE,
+    TURNED_AWAY,
+    Blocking,
+    Hit,
+    Lights,
+    LightShare,
+    Number,
+    ObjectName,
+    Step,
+)
+from rtcli.explain.words import listed, number, several, triple
+from rtcli.tracer import reference
+from rtcli.tracer.reference import NOTHING, Array, LightSource, Ray, Scenery, length, seen_directly, way_to_light
+from rtcli.tracer.world import NO_BODY, World
+
+_POINT = "P = o + t d"
+_NORMALS = {
+    "sphere": ("2.2.1", "n = (P - C) / |P - C|"),
+    "plane": ("2.2.2", "n = the plane's normal"),
+    "box": ("2.2.3", "n = R_y(-a) n', with n' the normal of the side in box space"),
+}
+_SIDES = {
+    "sphere": {1: "from outside", -1: "from inside"},
+    "box": {1: "from outside", -1: "from inside"},
+    "plane": {1: "from its front", -1: "from its back", 0: "from within it"},
+}
+_ARRIVING = "L_i = intensity * color / (4 pi r^2)"
+
+
+@dataclass(frozen=True)
+class Place:
+    """A scenery, what its objects are called, and where one ray ends in it.
+
+    Parameters
+    ----------
+    world, scenery
+        What the reference tracer traces.
+    names
+        Of each object.
+    ray, hit
+        One ray, and its nearest hit.
+    """
+
+    world: World
+    scenery: Scenery
+    names: Sequence[ObjectName]
+    ray: Ray
+    hit: reference.Hit
+
+    @property
+    def index(self) -> int:
+        """The object that is hit, or `NOTHING`."""
+        return int(self.hit.index[0])
+
+    @property
+    def source(self) -> LightSource | None:
+        """The light that the object carries, if any."""
+        return self.scenery.objects[self.index].source_object if self.index != NOTHING else None
+
+    @property
+    def kind(self) -> str:
+        """What the ray ends at: `BACKGROUND`, `SHINING` or `SURFACE`."""
+        if self.index == NOTHING:
+            return BACKGROUND
+        return SURFACE if self.source is None else SHINING
+
+    @property
+    def is_lit(self) -> bool:
+        """Whether the lights are asked."""
+        return self.kind == SURFACE and self.scenery.settings.max_depth > 0
+
+
+# --- What is hit -----------------------------------------------------------------------------------------
+
+
+def hit_step(place: Place) -> Hit:
+    """Return the step of what the ray ends at: the point, the normal, the albedo."""
+    if place.kind == BACKGROUND:
+        return Hit(
+            "What is seen",
+            "3.4",
+            (),
+            (),
+            "The ray meets nothing: the background is seen.",
+            kind=BACKGROUND,
+            object=None,
+        )
+    name, shape = place.names[place.index], place.scenery.objects[place.index]
+    section, normal = _NORMALS[name.type]
+    numbers = [
+        Number("t", float(place.hit.t[0]), "the distance from the eye"),
+        Number("P", triple(place.ray.at(place.hit.t)), "the point"),
+        Number("n", triple(place.hit.normal), "the normal, facing the eye"),
+        Number("rho", triple(shape.color), "the albedo"),
+    ]
+    if isinstance(shape, reference.Box):
+        numbers.insert(2, Number("n_box", triple(shape.face(place.ray)), "the normal in box space"))
+    seen = f"The eye sees {name.label} {_SIDES[name.type][shape.side(place.ray.offset)]}."
+    return Hit(
+        "What is seen",
+        section,
+        (_POINT, normal),
+        tuple(numbers),
+        seen if place.source is None else f"{seen} It carries a light, and is seen shining.",
+        note="Chosen: surfaces have two sides, and the normal faces the eye.",
+        kind=place.kind,
+        object=name,
+    )
+
+
+# --- The lights ------------------------------------------------------------------------------------------
+
+
+def lights_step(place: Place) -> Lights:
+    """Return the step of all lights at the point that is seen; without any where none is asked."""
+    shares = tuple(_share(place, i) for i in range(len(place.scenery.light_sources))) if place.is_lit else ()
+    if not shares:
+        return Lights("Each light at the point", "2.3, 3.4", (), (), _no_lights(place), lights=())
+    lit = sum(share.verdict == LIT for share in shares)
+    return Lights(
+        "Each light at the point",
+        "2.3, 3.4",
+        (
+            "r = |light - P|      l = (light - P) / r",
+            f"{_ARRIVING}      cos(theta) = n . l",
+            "share = rho / pi * L_i * cos(theta), 0 where the light does not reach",
+        ),
+        (),
+        f"{lit:,} of {several(len(shares), 'light')} {'reaches' if lit == 1 else 'reach'} the point.",
+        note="Chosen: only lights on the eye's side of the surface light it. Neither the object that is seen nor the "
+        "one that carries the light can stand between.",
+        lights=shares,
+    )
+
+
+def _no_lights(place: Place) -> str:
+    if place.kind == BACKGROUND:
+        return "No light is asked: nothing is hit."
+    if place.kind == SHINING:
+        return "No light is asked: the object shines by itself."
+    return "There are no lights." if place.is_lit else "No light is asked: max_depth is 0."
+
+
+def _share(place: Place, i: int) -> LightShare:
+    scenery, source = place.scenery, place.scenery.light_sources[i]
+    way = way_to_light(source, place.ray, place.hit)
+    cosine = float(way.cosine[0])
+    same_side = bool(scenery.same_side(source, place.ray)[place.index])
+    faces = cosine > 0
+    blockers = _blockers(place, source, way) if faces and same_side else ()
+    verdict = _verdict(faces, same_side, blockers)
+    radiance = triple(scenery.reflected(source, place.ray, place.hit)[0])
+    body = place.world.lights.body[i]
+    name = None if body == NO_BODY else place.names[body]
+    return LightShare(
+        label=f"lights[{i}]" if name is None else name.label,
+        body=name,
+        verdict=verdict,
+        faces=faces,
+        same_side=same_side,
+        blockers=blockers,
+        radiance=radiance,
+        numbers=(
+            Number("position", triple(source.position), "where the light stands"),
+            Number("r", float(way.distance[0]), "its distance"),
+            Number("l", triple(way.wi), "the direction to it"),
+            Number("L_i", triple(source.light_at(way.distance).rgb), "what arrives there"),
+            Number("cos_theta", cosine),
+        ),
+        outcome=_light_outcome(verdict, place.names[place.index].type, blockers),
+    )
+
+
+def _verdict(faces: bool, same_side: bool, blockers: Sequence[Blocking]) -> str:
+    if not same_side:
+        return OTHER_SIDE
+    if not faces:
+        return TURNED_AWAY
+    return BLOCKED if blockers else LIT
+
+
+def _blockers(place: Place, source: LightSource, way: reference.WayToLight) -> tuple[Blocking, ...]:
+    found = (
+        Blocking(place.names[blocker.index], float(blocker.t[0]))
+        for blocker in place.scenery.blockers(source, way, place.hit.index)
+        if blocker.between[0]
+    )
+    return tuple(sorted(found, key=lambda blocking: blocking.distance))
+
+
+def _light_outcome(verdict: str, type: str, blockers: Sequence[Blocking]) -> str:
+    if verdict == LIT:
+        return "nothing stands between: it reaches the point"
+    if verdict == OTHER_SIDE:
+        where = "of the plane than the eye" if type == "plane" else "of the surface than the eye: in or out"
+        return f"on the other side {where}"
+    if verdict == TURNED_AWAY:
+        return "the surface is turned away from it: cos(theta) <= 0"
+    between = listed([f"{item.object.label} ({number(item.distance)} from the light)" for item in blockers])
+    return f"blocked by {between}"
+
+
+# --- The radiance ----------------------------------------------------------------------------------------
+
+
+def radiance_step(place: Place, radiance: Array, shares: Sequence[LightShare]) -> Step:
+    """Return the step of a sample's radiance.
+
+    Parameters
+    ----------
+    place
+        Where the ray ends.
+    radiance
+        (3,): what the tracer found for it.
+    shares
+        Those of the lights.
+    """
+    total = Number("radiance", triple(radiance), "linear RGB")
+    if place.kind == BACKGROUND:
+        return Step(
+            "The radiance", "3.4", ("radiance = background",), (total,), "The background's, as the scene has it."
+        )
+    if place.source is not None:
+        r = float(length(place.source.position - place.ray.offset)[0])
+        seen = Number("L_i", triple(seen_directly(place.source, place.ray)), "what arrives at the eye")
+        return Step(
+            "The radiance",
+            "3.4",
+            (f"radiance = {_ARRIVING}",),
+            (Number("r", r, "from the light, at the object's position, to the eye"), seen, total),
+            "Seen directly, a light is as bright as what of it arrives at the eye.",
+        )
+    return _surface_radiance(place, total, shares)
+
+
+def _surface_radiance(place: Place, total: Number, shares: Sequence[LightShare]) -> Step:
+    settings, t = place.scenery.settings, place.hit.t
+    if not place.is_lit:
+        told = "max_depth is 0: only objects that carry a light are seen."
+        return Step("The radiance", "3.4", ("radiance = 0",), (total,), told)
+    step = "radiance = the sum of the shares"
+    if not settings.eye_falloff:
+        return Step("The radiance", "2.3.2", (step,), (total,), _radiance_outcome(shares))
+    # Added in the order of the lights, as the tracer does.
+    leaving = np.zeros(3)
+    for share in shares:
+        leaving += share.radiance
+    numbers = (
+        Number("leaving", triple(leaving), "the sum of the shares"),
+        Number("t", float(t[0]), "the way to the eye"),
+        total,
+    )
+    return Step(
+        "The radiance",
+        "3.4",
+        ("leaving = the sum of the shares", "radiance = leaving / (4 pi t^2)"),
+        numbers,
+        _radiance_outcome(shares) + " With eye_falloff the light weakens on its way to the eye as well.",
+    )
+
+
+def _radiance_outcome(shares: Sequence[LightShare]) -> str:
+    lit = [share.label for share in shares if share.verdict == LIT]
+    return f"The light of {listed(lit)} is seen." if lit else "No light reaches the point: it is black."

@@ -1,0 +1,286 @@
+"""The story of a pixel, for people and for programs."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+from rtcli.explain.records import (
+    BEHIND,
+    BLOCKED,
+    LIT,
+    NEAREST,
+    OTHER_SIDE,
+    OUT_OF_RANGE,
+    OUTSIDE_BOUNDING_SPHERE,
+    OUTSIDE_SLABS,
+    PARALLEL,
+    PASSED_BY,
+    TURNED_AWAY,
+    Explanation,
+    Group,
+    Intersection,
+    Intersections,
+    Lights,
+    LightShare,
+    Mean,
+    Number,
+    Step,
+    Value,
+)
+from rtcli.reports.checked import counted
+from rtcli.reports.terminal import Paint, cells, lines_of, padded, painter
+from rtcli.scene.problems import printable
+
+# Cells of a line, of the margin below a heading, and of a symbol and a number in a table.
+_WIDTH, _MARGIN, _SYMBOL, _NUMBER = 100, 3, 12, 13
+
+# What stands before the outcome of a step, in its margin.
+_SO = "=> "
+
+# More objects are counted instead of listed, and so are lights.
+_MOST_OBJECTS, _MOST_LIGHTS, _MOST_GROUPS = 20, 8, 20
+
+_NAME = 60
+
+# How symbols that are no identifiers are written in the document.
+_SYMBOLS = {
+    "cos_theta": "cos(theta)",
+    "d_n": "d . n",
+    "factor": "2^EV",
+    "g_length": "|g|",
+    "n_box": "n'",
+    "size": "W, H",
+    "v_255": "255 v",
+    "xy": "x, y",
+    "p": "px, py",
+    "x_slab": "x slab",
+    "y_slab": "y slab",
+    "z_slab": "z slab",
+}
+
+_MISSED = {
+    PASSED_BY: "the ray passes the sphere by: D < 0",
+    OUTSIDE_BOUNDING_SPHERE: "the ray misses the sphere around the box",
+    OUTSIDE_SLABS: "the ray leaves one slab of the box before it enters another",
+    PARALLEL: "the ray is parallel to the plane",
+    BEHIND: "behind the eye: t <= 0",
+    OUT_OF_RANGE: "numbers beyond those of float64",
+}
+
+# What is said of the lights that are not shown.
+_REST = {
+    LIT: "light the point",
+    OTHER_SIDE: "are on the other side of the surface",
+    TURNED_AWAY: "do not face the surface",
+    BLOCKED: "are blocked by other objects",
+}
+
+
+# --- For people ------------------------------------------------------------------------------------------
+
+
+def text(explanation: Explanation, name: str, color: bool = False) -> Iterator[str]:
+    """Yield the lines of the story, none longer than 100 cells.
+
+    Parameters
+    ----------
+    explanation
+        What `rtcli.explain.explain` gave.
+    name
+        The scene's file.
+    color
+        Whether to mark its parts with the colors of a terminal.
+    """
+    return _Text(painter(color)).story(explanation, name)
+
+
+class _Text:
+    """The story in the style of a terminal."""
+
+    def __init__(self, paint: Paint) -> None:
+        self.paint = paint
+
+    def story(self, explanation: Explanation, name: str) -> Iterator[str]:
+        """Yield all lines."""
+        yield from self._head(explanation, name)
+        story, development = explanation.story, explanation.development
+        steps: list[Step] = [story.ray, story.intersections, story.hit, story.lights, story.radiance]
+        steps += [development.mean, development.exposure, development.tone, development.srgb]
+        for place, step in enumerate(steps, start=1):
+            yield ""
+            yield from self._step(place, step)
+        yield ""
+        yield from self._native(explanation)
+
+    def _head(self, explanation: Explanation, name: str) -> Iterator[str]:
+        x, y = explanation.pixel
+        width, height = explanation.resolution
+        shown = printable(name)
+        cut = shown if len(shown) <= _NAME else f"…{shown[1 - _NAME :]}"
+        red, green, blue = explanation.value
+        yield self.paint("strong", f"Pixel {x},{y} of {cut} ({width}x{height})")
+        yield f"{red} {green} {blue}, #{red:02x}{green:02x}{blue:02x}"
+        if len(explanation.samples) > 1:
+            yield (
+                f"Of its {len(explanation.samples):,} samples number {explanation.story.sample} is told in full; "
+                "step 6 takes them together."
+            )
+
+    def _step(self, place: int, step: Step) -> Iterator[str]:
+        yield self._heading(f"{place}. {step.title}", f"docs/tracer.md, {step.section}")
+        yield from _indented(self.paint("help", equation) for equation in step.equations)
+        yield from _indented(self.paint("weak", line) for line in lines_of(step.note.split(), _WIDTH - _MARGIN))
+        yield from _indented(map(_row, step.numbers))
+        if isinstance(step, Intersections):
+            yield from self._objects(step)
+        if isinstance(step, Lights):
+            yield from self._lights(step)
+        if isinstance(step, Mean):
+            yield from _indented(_groups(step.groups))
+        yield from self._outcome(step.outcome)
+
+    def _outcome(self, outcome: str) -> Iterator[str]:
+        first, *more = lines_of(outcome.split(), _WIDTH - len(_SO))
+        yield self.paint("good", _SO) + self.paint("strong", first)
+        yield from (" " * len(_SO) + self.paint("strong", line) for line in more)
+
+    def _heading(self, title: str, section: str) -> str:
+        gap = " " * (_WIDTH - cells(title) - cells(section))
+        return f"{self.paint('frame', title)}{gap}{self.paint('weak', section)}"
+
+    # --- Objects
+
+    def _objects(self, step: Intersections) -> Iterator[str]:
+        hits = sorted((item for item in step.objects if item.t is not None), key=_place_on_ray)
+        misses = [item for item in step.objects if item.t is None]
+        is_long = len(step.objects) > _MOST_OBJECTS
+        shown = hits[:_MOST_OBJECTS] if is_long else [*hits, *misses]
+        width = max((cells(item.object.label) for item in shown), default=0)
+        for item in shown:
+            yield from self._object(item, width)
+        if is_long:
+            yield from _indented(_counts(len(hits) - len(shown), misses))
+
+    def _object(self, item: Intersection, width: int) -> Iterator[str]:
+        t = "missed" if item.t is None else f"t = {_shown(item.t)}"
+        yield from self._item(item.object.label, f"{padded(item.object.label, width)}  {t:<15}", item.outcome)
+        terms = (f"{_symbol(number)} = {_values(number.value)}" for number in item.numbers)
+        yield from _indented(lines_of(terms, _WIDTH - 2 * _MARGIN, gap="   "), 2)
+
+    # --- Lights
+
+    def _lights(self, step: Lights) -> Iterator[str]:
+        brightest = sorted(step.lights, key=lambda share: -max(share.radiance))[:_MOST_LIGHTS]
+        for share in (share for share in step.lights if share in brightest):
+            yield from self._light(share)
+        rest = Counter(share.verdict for share in step.lights if share not in brightest)
+        yield from _indented(f"{count:,} more {_REST[verdict]}" for verdict, count in rest.most_common())
+
+    def _light(self, share: LightShare) -> Iterator[str]:
+        yield from self._item(share.label, f"{share.label} ", share.outcome)
+        yield from _indented(map(_row, (*share.numbers, Number("share", share.radiance, "of the radiance"))), 2)
+
+    def _item(self, label: str, start: str, outcome: str) -> Iterator[str]:
+        """Yield the first lines of an object or light: its label, and what comes out."""
+        first, *more = lines_of([start, *outcome.split()], _WIDTH - 2 * _MARGIN)
+        yield from _indented([self.paint("strong", label) + first[len(label) :]])
+        yield from _indented(more, 2)
+
+    # --- The end
+
+    def _native(self, explanation: Explanation) -> Iterator[str]:
+        if explanation.engines_agree:
+            told = "The native engine, which renders by default, gives the same value."
+        else:
+            red, green, blue = explanation.native.value
+            told = (
+                f"The native engine, which renders by default, gives {red} {green} {blue}. It computes in float32: "
+                "a value may be rounded to the next level, and a ray that grazes a border may see what is beside it."
+            )
+        yield from lines_of(told.split(), _WIDTH)
+
+
+def _place_on_ray(item: Intersection) -> tuple[bool, float]:
+    return item.verdict != NEAREST, math.inf if item.t is None else item.t
+
+
+def _counts(behind: int, misses: Iterable[Intersection]) -> Iterator[str]:
+    if behind:
+        yield f"{behind:>7,} more are hit behind these"
+    for verdict, count in Counter(item.verdict for item in misses).most_common():
+        yield f"{count:>7,} missed: {_MISSED[verdict]}"
+
+
+def _groups(groups: Sequence[Group]) -> Iterator[str]:
+    if len(groups) == 1 and groups[0].count == 1:
+        return
+    labels = ["the background" if group.object is None else group.object.label for group in groups[:_MOST_GROUPS]]
+    width = max(map(cells, labels))
+    for group, label in zip(groups, labels, strict=False):
+        yield f"{group.count:>5,}  {padded(label, width)}  {_columns(group.radiance)}".rstrip()
+    if len(groups) > len(labels):
+        yield f"      {counted(len(groups) - len(labels), 'object')} more"
+
+
+def _row(number: Number) -> str:
+    """Return a number as a row of a table: its symbol, its value, what it is."""
+    value = padded(_columns(number.value), 3 * _NUMBER)
+    return f"{padded(_symbol(number), _SYMBOL)}{value} {number.meaning}".rstrip()
+
+
+def _symbol(number: Number) -> str:
+    return _SYMBOLS.get(number.name, number.name)
+
+
+def _columns(value: Value) -> str:
+    """Return components in columns, a minus sign left of the digits of those without."""
+    return "".join(f"{_shown(x) if x < 0 else f' {_shown(x)}':<{_NUMBER}}" for x in _components(value))
+
+
+def _values(value: Value) -> str:
+    return " to ".join(map(_shown, _components(value)))
+
+
+def _components(value: Value) -> tuple[float, ...]:
+    return value if isinstance(value, tuple) else (value,)
+
+
+def _shown(value: float) -> str:
+    return f"{value + 0.0:.6g}"
+
+
+def _indented(lines: Iterable[str], depth: int = 1) -> Iterator[str]:
+    return (" " * _MARGIN * depth + line for line in lines)
+
+
+# --- For programs ----------------------------------------------------------------------------------------
+
+
+def as_json(explanation: Explanation, name: str) -> str:
+    """Return the story as one JSON object, whose keys `docs/explain.md` tells.
+
+    What is infinite or no number is null.
+
+    Parameters
+    ----------
+    explanation, name
+        As for `text`.
+    """
+    story = {"scene": name, **_plain(explanation), "engines_agree": explanation.engines_agree}
+    return json.dumps(story, indent=2, allow_nan=False) + "\n"
+
+
+def _plain(value: Any) -> Any:
+    """Return records as JSON has them; numbers of a step become an object with their names as keys."""
+    if is_dataclass(value):
+        return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, tuple):
+        if value and isinstance(value[0], Number):
+            return {number.name: _plain(number.value) for number in value}
+        return [_plain(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

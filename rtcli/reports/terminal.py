@@ -1,0 +1,58 @@
+"""What reports for people share: styles of a terminal, and the width of text on it."""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Callable, Iterable, Iterator
+from typing import TypeAlias
+
+from rtcli.scene.rules import ERROR, WARNING
+
+# Takes a style and a text, and gives the text in that style.
+Paint: TypeAlias = Callable[[str, str], str]
+
+# Select Graphic Rendition (ECMA-48, section 8.3.117).
+_STYLES = {
+    "strong": "1",
+    ERROR: "1;31",
+    WARNING: "1;33",
+    "frame": "1;34",
+    "help": "36",
+    "good": "1;32",
+    "weak": "2",
+}
+
+
+def painter(color: bool) -> Paint:
+    """Return what marks text with the colors of a terminal, or leaves it as it is."""
+    if not color:
+        return lambda style, text: text
+    return lambda style, text: f"\x1b[{_STYLES[style]}m{text}\x1b[0m" if text else text
+
+
+def cells(text: str) -> int:
+    """Return how many cells of a terminal a text takes (Unicode Standard Annex 11)."""
+    return sum(map(_cells, text))
+
+
+def _cells(character: str) -> int:
+    if unicodedata.category(character) in ("Mn", "Me"):
+        return 0
+    return 2 if unicodedata.east_asian_width(character) in ("W", "F") else 1
+
+
+def padded(text: str, width: int) -> str:
+    """Return a text with spaces behind it, up to so many cells."""
+    return text + " " * (width - cells(text))
+
+
+def lines_of(words: Iterable[str], width: int, gap: str = " ") -> Iterator[str]:
+    """Yield lines of words with a gap between them, each of so many cells at most; a longer word has its own."""
+    line = ""
+    for word in words:
+        if line and cells(line) + len(gap) + cells(word) > width:
+            yield line
+            line = ""
+        line = f"{line}{gap}{word}" if line else word
+    if line:
+        yield line
