@@ -24,6 +24,12 @@ def test_page_on_diagnostics_is_fresh():
     assert refresh.DIAGNOSTICS.read_text(encoding="utf-8") == refresh.diagnostics_text(), "run: make docs"
 
 
+def test_page_on_the_story_of_a_pixel_is_fresh():
+    text = refresh.EXPLAIN.read_text(encoding="utf-8")
+    assert text == refresh.explain_text(), "run: make docs"
+    assert f"$ rtcli explain scenes/first.yaml --pixel {refresh.PIXEL}\nPixel {refresh.PIXEL} of" in text
+
+
 @pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.code)
 def test_page_on_diagnostics_tells_each_rule_once(rule):
     text = refresh.DIAGNOSTICS.read_text(encoding="utf-8")

@@ -24,6 +24,7 @@ SCHEMA = ROOT / "schemas" / "scene.schema.json"
 SCENES = ROOT / "scenes"
 WRONG = ROOT / "docs" / "wrong.yaml"
 DIAGNOSTICS = ROOT / "docs" / "diagnostics.md"
+EXPLAIN = ROOT / "docs" / "explain.md"
 GALLERY = ROOT / "docs" / "gallery"
 BENCHMARKS = ROOT / "benchmarks"
 
@@ -41,6 +42,11 @@ def readme_text() -> str:
 def diagnostics_text() -> str:
     """Return the page on diagnostics with its generated parts as they should be."""
     return _with_parts(DIAGNOSTICS, diagnostics_parts())
+
+
+def explain_text() -> str:
+    """Return the page on the story of a pixel with its generated part as it should be."""
+    return _with_parts(EXPLAIN, {"explain": story_of_a_pixel()})
 
 
 def _with_parts(page: Path, parts: dict[str, str]) -> str:
@@ -132,6 +138,21 @@ def mistakes() -> str:
     report = result.stdout.replace("<stdin>", WRONG.name).rstrip()
     text = WRONG.read_text(encoding="utf-8").rstrip()
     return f"```yaml\n{text}\n```\n\n```console\n$ rtcli validate {WRONG.name}\n{report}\n```"
+
+
+# --- The story of a pixel --------------------------------------------------------------------------------
+
+# At the border of the ball in the first scene, most samples see the floor in its shadow.
+PIXEL = "386,330"
+
+
+def story_of_a_pixel() -> str:
+    """Return what `rtcli explain` tells of a pixel of the first scene."""
+    scene = SCENES / "first.yaml"
+    result = CliRunner().invoke(main, ["explain", "-", "--pixel", PIXEL], input=scene.read_bytes())
+    name = scene.relative_to(ROOT).as_posix()
+    story = result.stdout.replace("<stdin>", name).rstrip()
+    return f"```console\n$ rtcli explain {name} --pixel {PIXEL}\n{story}\n```"
 
 
 # --- Diagnostics -----------------------------------------------------------------------------------------
@@ -245,6 +266,7 @@ def refresh() -> None:
     SCHEMA.write_text(schema_text(), encoding="utf-8")
     README.write_text(readme_text(), encoding="utf-8")
     DIAGNOSTICS.write_text(diagnostics_text(), encoding="utf-8")
+    EXPLAIN.write_text(explain_text(), encoding="utf-8")
     for stale in set(GALLERY.glob("*.png")) - {picture_of(scene) for scene in gallery_scenes()}:
         stale.unlink()
     for scene in gallery_scenes():

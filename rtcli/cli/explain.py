@@ -48,9 +48,9 @@ def command(**options: Any) -> None:
 
     SCENE is a .yaml, .yml or .json file, or - for YAML on standard input.
 
-    The story goes to standard output: the primary ray, where it meets each object or why it does not, what is seen,
-    each light and what blocks it, radiance, exposure, tone curve, sRGB. Each step has its equations, its numbers and
-    the section of docs/tracer.md. It is the reference engine's: its value is what that renders.
+    The story goes to standard output: the primary ray, where it meets each object or why it does not, what is
+    seen, each light and what blocks it, radiance, exposure, tone curve, sRGB. Each step has its equations, its
+    numbers and the section of docs/tracer.md. It is the reference engine's: its value is what that renders.
     """
     run(Options(edits=SceneEdits.taken_from(options), **options))
 

@@ -49,14 +49,17 @@ class Developed:
         )
 
     def _mean(self, samples: Sequence[Sample]) -> Mean:
-        count = len(samples)
+        groups = _groups(samples)
         return Mean(
             "The samples of the pixel",
             "2.1.5",
             ("radiance = (1 / N) * the sum of the samples",),
-            (Number("N", count, "samples"), Number("radiance", self.radiance, "their mean, as the film holds it")),
-            "Its one sample is the pixel." if count == 1 else "The pixel is the mean of its samples.",
-            groups=_groups(samples),
+            (
+                Number("N", len(samples), "samples"),
+                Number("radiance", self.radiance, "their mean, as the film holds it"),
+            ),
+            _mean_outcome(groups),
+            groups=groups,
         )
 
     def _exposure(self, exposed: Triple) -> Step:
@@ -110,6 +113,15 @@ def _groups(samples: Sequence[Sample]) -> tuple[Group, ...]:
         seen.setdefault(sample.object, []).append(sample.radiance)
     groups = [Group(name, len(lights), triple(np.mean(lights, axis=0))) for name, lights in seen.items()]
     return tuple(sorted(groups, key=lambda group: -group.count))
+
+
+def _mean_outcome(groups: Sequence[Group]) -> str:
+    if len(groups) > 1:
+        return "The pixel is the mean of its samples, which see different things."
+    if groups[0].count == 1:
+        return "The pixel has one sample, through its centre."
+    seen = groups[0].object
+    return f"All {groups[0].count:,} samples see {'the background' if seen is None else seen.label}."
 
 
 def _each(change: Callable[[float], float], values: Triple) -> Triple:

@@ -28,13 +28,15 @@ from rtcli.tracer.reference import PARALLEL as LEAST_COSINE
 
 EQUATIONS = {
     "sphere": (
-        "sphere (2.2.1)   c = C - o      b = c . d      g = c - b d      D = R^2 - g . g",
+        "sphere (2.2.1)   c = C - o      b = c . d      g = c - b d      D = R^2 - g . g, missed if D < 0",
         "                 q = b + sign(b) sqrt(D)      t_1 = (|c| - R)(|c| + R) / q      t_2 = q",
     ),
-    "plane": ("plane (2.2.2)    t = (p_0 - o) . n / (d . n)",),
+    "plane": ("plane (2.2.2)    t = (p_0 - o) . n / (d . n), parallel if |d . n| < 1e-6",),
     "box": (
-        "box (2.2.3)      o' = R_y (o - position)      d' = R_y d",
-        "                 slabs: t = (-size/2 - o') / d'  to  t = (size/2 - o') / d'",
+        "box (2.2.3)      the sphere around it, R = |size| / 2, is missed if |g| > R",
+        "                 o' = R_y (o - position)      d' = R_y d",
+        "                 each slab from t = (-size/2 - o') / d' to t = (size/2 - o') / d', or the other way",
+        "                 t = the last entry, if that is before the first exit",
     ),
 }
 
@@ -105,8 +107,7 @@ def _sphere(shape: Sphere, ray: Ray) -> Meeting:
     distance = float(length(terms.g)[0])
     common = (Number("b", b), Number("g_length", distance), Number("R", shape.radius), Number("D", discriminant))
     if discriminant < 0:
-        reason = f"the ray passes the centre at |g| = {number(distance)}, more than R: D < 0"
-        return Meeting(common, PASSED_BY, reason)
+        return Meeting(common, PASSED_BY, "the ray passes by: |g| > R, so D < 0")
     return _ahead((*common, Number("t_1", t_1), Number("t_2", t_2)), (t_1, t_2), "t_1 and t_2")
 
 
@@ -122,8 +123,7 @@ def _box(shape: Box, ray: Ray) -> Meeting:
     distance = float(length(shape.from_ray(ray))[0])
     common = (Number("g_length", distance), Number("R", shape.bounding_radius))
     if not shape.meets_bounding_sphere(ray)[0]:
-        reason = "the ray misses the sphere around it: |g| > R"
-        return Meeting(common, OUTSIDE_BOUNDING_SPHERE, reason)
+        return Meeting(common, OUTSIDE_BOUNDING_SPHERE, "the ray passes the sphere around it: |g| > R")
     near, far = (bounds[:, 0] for bounds in shape.slabs(ray))
     slabs = [
         Number(f"{axis}_slab", (float(enter), float(leave)))

@@ -142,8 +142,8 @@ def lights_step(place: Place) -> Lights:
         ),
         (),
         f"{lit:,} of {several(len(shares), 'light')} {'reaches' if lit == 1 else 'reach'} the point.",
-        note="Chosen: only lights on the eye's side of the surface light it. Neither the object that is seen nor the "
-        "one that carries the light can stand between.",
+        note="Chosen: only lights on the eye's side of the surface light it. Neither the object that is seen nor "
+        "the one that carries the light can stand between.",
         lights=shares,
     )
 
@@ -211,8 +211,8 @@ def _light_outcome(verdict: str, type: str, blockers: Sequence[Blocking]) -> str
         return f"on the other side {where}"
     if verdict == TURNED_AWAY:
         return "the surface is turned away from it: cos(theta) <= 0"
-    between = listed([f"{item.object.label} ({number(item.distance)} from the light)" for item in blockers])
-    return f"blocked by {between}"
+    between = listed([f"{item.object.label} at {number(item.distance)}" for item in blockers])
+    return f"blocked by {between} from the light"
 
 
 # --- The radiance ----------------------------------------------------------------------------------------

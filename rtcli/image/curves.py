@@ -1,7 +1,7 @@
 """Tone curves and the sRGB transfer function in Python, to show what the compiled core does.
 
 The numbers of a picture are decided by the core (`rtcli.image.develop`); these are the same formulas in the
-platform's float64, of one channel at a time.
+platform's float64, of one channel at a time (`docs/tracer.md`, "From radiance to the picture").
 """
 
 from __future__ import annotations

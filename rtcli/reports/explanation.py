@@ -58,14 +58,15 @@ _SYMBOLS = {
     "v_255": "255 v",
     "xy": "x, y",
     "p": "px, py",
+    "position": "light",
     "x_slab": "x slab",
     "y_slab": "y slab",
     "z_slab": "z slab",
 }
 
 _MISSED = {
-    PASSED_BY: "the ray passes the sphere by: D < 0",
-    OUTSIDE_BOUNDING_SPHERE: "the ray misses the sphere around the box",
+    PASSED_BY: "the ray passes by the sphere: D < 0",
+    OUTSIDE_BOUNDING_SPHERE: "the ray passes the sphere around the box",
     OUTSIDE_SLABS: "the ray leaves one slab of the box before it enters another",
     PARALLEL: "the ray is parallel to the plane",
     BEHIND: "behind the eye: t <= 0",
@@ -127,8 +128,8 @@ class _Text:
         yield f"{red} {green} {blue}, #{red:02x}{green:02x}{blue:02x}"
         if len(explanation.samples) > 1:
             yield (
-                f"Of its {len(explanation.samples):,} samples number {explanation.story.sample} is told in full; "
-                "step 6 takes them together."
+                f"Of its {len(explanation.samples):,} samples number {explanation.story.sample} is told in full "
+                "(--sample tells another); step 6 takes all together."
             )
 
     def _step(self, place: int, step: Step) -> Iterator[str]:
@@ -183,7 +184,9 @@ class _Text:
 
     def _light(self, share: LightShare) -> Iterator[str]:
         yield from self._item(share.label, f"{share.label} ", share.outcome)
-        yield from _indented(map(_row, (*share.numbers, Number("share", share.radiance, "of the radiance"))), 2)
+        yield from _indented(map(_row, share.numbers), 2)
+        if share.verdict == LIT:
+            yield from _indented([_row(Number("share", share.radiance, "of the radiance"))], 2)
 
     def _item(self, label: str, start: str, outcome: str) -> Iterator[str]:
         """Yield the first lines of an object or light: its label, and what comes out."""
@@ -199,8 +202,8 @@ class _Text:
         else:
             red, green, blue = explanation.native.value
             told = (
-                f"The native engine, which renders by default, gives {red} {green} {blue}. It computes in float32: "
-                "a value may be rounded to the next level, and a ray that grazes a border may see what is beside it."
+                f"The native engine, which renders by default, gives {red} {green} {blue}. In its float32 "
+                "a value may be rounded to the next level, and a ray at a border may see what is beside it."
             )
         yield from lines_of(told.split(), _WIDTH)
 
@@ -217,7 +220,7 @@ def _counts(behind: int, misses: Iterable[Intersection]) -> Iterator[str]:
 
 
 def _groups(groups: Sequence[Group]) -> Iterator[str]:
-    if len(groups) == 1 and groups[0].count == 1:
+    if len(groups) == 1:
         return
     labels = ["the background" if group.object is None else group.object.label for group in groups[:_MOST_GROUPS]]
     width = max(map(cells, labels))
