@@ -35,10 +35,17 @@ EQUATIONS = {
     "box": (
         "box (2.2.3)      the sphere around it, R = |size| / 2, is missed if |g| > R",
         "                 o' = R_y (o - position)      d' = R_y d",
-        "                 each slab from t = (-size/2 - o') / d' to t = (size/2 - o') / d', or the other way",
+        "                 each slab is between t = (-size/2 - o') / d' and t = (size/2 - o') / d'",
         "                 t = the last entry, if that is before the first exit",
     ),
 }
+
+
+class Seen(NamedTuple):
+    """The nearest object, None if there is none, and its t."""
+
+    object: ObjectName | None
+    t: float
 
 
 class Meeting(NamedTuple):
@@ -52,9 +59,9 @@ class Meeting(NamedTuple):
 def meet_all(scenery: Scenery, names: Sequence[ObjectName], ray: Ray, hit: Hit) -> Intersections:
     """Return the step of all objects on one ray, whose nearest hit is known."""
     nearest = int(hit.index[0])
+    seen = Seen(None if nearest == NOTHING else names[nearest], float(hit.t[0]))
     objects = tuple(
-        _intersection(shape, name, ray, (nearest, names))
-        for shape, name in zip(scenery.objects, names, strict=True)
+        _intersection(shape, name, ray, seen) for shape, name in zip(scenery.objects, names, strict=True)
     )
     types = {name.type for name in names}
     return Intersections(
@@ -76,17 +83,17 @@ def _outcome(objects: Sequence[Intersection], nearest: int) -> str:
     return f"The ray hits {hits:,} of {several(len(objects), 'object')}. The nearest is {first.object.label}."
 
 
-def _intersection(
-    shape: Object, name: ObjectName, ray: Ray, seen: tuple[int, Sequence[ObjectName]]
-) -> Intersection:
+def _intersection(shape: Object, name: ObjectName, ray: Ray, seen: Seen) -> Intersection:
     t = float(shape.intersection_parameter(ray)[0])
     meeting = _meet(shape, ray)
-    if not math.isfinite(t):
+    if seen.object is None or not math.isfinite(t):
         return Intersection(name, meeting.miss, None, meeting.numbers, meeting.reason)
-    nearest, names = seen
-    if name.index == nearest:
+    if name == seen.object:
         return Intersection(name, NEAREST, t, meeting.numbers, "the nearest: it is seen")
-    return Intersection(name, FARTHER, t, meeting.numbers, f"hit behind {names[nearest].label}")
+    if t == seen.t:
+        outcome = f"as near as {seen.object.label}, which comes first in the file"
+        return Intersection(name, FARTHER, t, meeting.numbers, outcome)
+    return Intersection(name, FARTHER, t, meeting.numbers, f"hit behind {seen.object.label}")
 
 
 def _meet(shape: Object, ray: Ray) -> Meeting:

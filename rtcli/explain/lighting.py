@@ -25,7 +25,17 @@ from rtcli.explain.records import (
 )
 from rtcli.explain.words import listed, number, several, triple
 from rtcli.tracer import reference
-from rtcli.tracer.reference import NOTHING, Array, LightSource, Ray, Scenery, length, seen_directly, way_to_light
+from rtcli.tracer.reference import (
+    NOTHING,
+    Array,
+    LightSource,
+    Ray,
+    Scenery,
+    irradiance_of,
+    length,
+    seen_directly,
+    way_to_light,
+)
 from rtcli.tracer.world import NO_BODY, World
 
 _POINT = "P = o + t d"
@@ -164,7 +174,7 @@ def _share(place: Place, i: int) -> LightShare:
     faces = cosine > 0
     blockers = _blockers(place, source, way) if faces and same_side else ()
     verdict = _verdict(faces, same_side, blockers)
-    radiance = triple(scenery.reflected(source, place.ray, place.hit)[0])
+    irradiance = irradiance_of(source, way, np.flatnonzero([verdict == LIT]))
     body = place.world.lights.body[i]
     name = None if body == NO_BODY else place.names[body]
     return LightShare(
@@ -174,7 +184,7 @@ def _share(place: Place, i: int) -> LightShare:
         faces=faces,
         same_side=same_side,
         blockers=blockers,
-        radiance=radiance,
+        radiance=triple(scenery.reflected(irradiance, place.hit)),
         numbers=(
             Number("position", triple(source.position), "where the light stands"),
             Number("r", float(way.distance[0]), "its distance"),
@@ -242,7 +252,7 @@ def radiance_step(place: Place, radiance: Array, shares: Sequence[LightShare]) -
             "The radiance",
             "3.4",
             (f"radiance = {_ARRIVING}",),
-            (Number("r", r, "from the light, at the object's position, to the eye"), seen, total),
+            (Number("r", r, "from the object's position to the eye"), seen, total),
             "Seen directly, a light is as bright as what of it arrives at the eye.",
         )
     return _surface_radiance(place, total, shares)

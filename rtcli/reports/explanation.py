@@ -33,7 +33,7 @@ from rtcli.explain.records import (
     Value,
 )
 from rtcli.reports.checked import counted
-from rtcli.reports.terminal import Paint, cells, lines_of, padded, painter
+from rtcli.reports.terminal import Paint, cells, lines_of, padded, painter, shortened
 from rtcli.scene.problems import printable
 
 # Cells of a line, of the margin below a heading, and of a symbol and a number in a table.
@@ -45,6 +45,7 @@ _SO = "=> "
 # More objects are counted instead of listed, and so are lights.
 _MOST_OBJECTS, _MOST_LIGHTS, _MOST_GROUPS = 20, 8, 20
 
+# Cells of a file's name.
 _NAME = 60
 
 # How symbols that are no identifiers are written in the document.
@@ -121,10 +122,9 @@ class _Text:
     def _head(self, explanation: Explanation, name: str) -> Iterator[str]:
         x, y = explanation.pixel
         width, height = explanation.resolution
-        shown = printable(name)
-        cut = shown if len(shown) <= _NAME else f"…{shown[1 - _NAME :]}"
+        shown = shortened(printable(name), _NAME)
         red, green, blue = explanation.value
-        yield self.paint("strong", f"Pixel {x},{y} of {cut} ({width}x{height})")
+        yield self.paint("strong", f"Pixel {x},{y} of {shown} ({width}x{height})")
         yield f"{red} {green} {blue}, #{red:02x}{green:02x}{blue:02x}"
         if len(explanation.samples) > 1:
             yield (
@@ -242,7 +242,8 @@ def _symbol(number: Number) -> str:
 
 def _columns(value: Value) -> str:
     """Return components in columns, a minus sign left of the digits of those without."""
-    return "".join(f"{_shown(x) if x < 0 else f' {_shown(x)}':<{_NUMBER}}" for x in _components(value))
+    signed = (_shown(x) if x < 0 else f" {_shown(x)}" for x in _components(value))
+    return " ".join(f"{x:<{_NUMBER - 1}}" for x in signed)
 
 
 def _values(value: Value) -> str:

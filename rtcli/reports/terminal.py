@@ -46,6 +46,16 @@ def padded(text: str, width: int) -> str:
     return text + " " * (width - cells(text))
 
 
+def shortened(text: str, width: int) -> str:
+    """Return a text, or its end behind `…`, in so many cells."""
+    if cells(text) <= width:
+        return text
+    end = text[-width:]
+    while cells(end) >= width:
+        end = end[1:]
+    return f"…{end}"
+
+
 def lines_of(words: Iterable[str], width: int, gap: str = " ") -> Iterator[str]:
     """Yield lines of words with a gap between them, each of so many cells at most; a longer word has its own."""
     line = ""

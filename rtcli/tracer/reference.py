@@ -507,6 +507,13 @@ def way_to_light(source: LightSource, ray: Ray, hit: Hit) -> WayToLight:
     return WayToLight(distance, wi, dot(hit.normal, wi))
 
 
+def irradiance_of(source: LightSource, way: WayToLight, lit: Indices) -> Array:
+    """Return L_i * cos(theta) at the points that a light reaches, 0 at the others: (3, N)."""
+    irradiance = np.zeros_like(way.wi)
+    irradiance[:, lit] = source.light_at(way.distance[lit]).rgb * way.cosine[lit]
+    return irradiance
+
+
 @dataclass(frozen=True)
 class Blocker:
     """An object on N shadow rays.
@@ -705,20 +712,16 @@ class Scenery:
             return radiance, 0
         shadow_rays = 0
         for source in self.light_sources:
-            share, traced = self.reflected(source, ray, hit)
-            radiance += share
+            irradiance, traced = self._irradiance(source, ray, hit)
+            radiance += self.reflected(irradiance, hit)
             shadow_rays += traced
         if self.settings.eye_falloff:
             radiance = weakened(radiance, hit.t)
         return radiance, shadow_rays
 
-    def reflected(self, source: LightSource, ray: Ray, hit: Hit) -> tuple[Array, int]:
-        """Return the share of one light in the radiance of each surface point, (3, N), and how many shadow rays.
-
-        albedo / pi * L_i * cos(theta) (section 2.3.1)
-        """
-        irradiance, traced = self._irradiance(source, ray, hit)
-        return self.colors[:, hit.index] / math.pi * irradiance, traced
+    def reflected(self, irradiance: Array, hit: Hit) -> Array:
+        """Return what surface points reflect: albedo / pi * L_i * cos(theta) (section 2.3.1): (3, N)."""
+        return self.colors[:, hit.index] / math.pi * irradiance
 
     def _irradiance(self, source: LightSource, ray: Ray, hit: Hit) -> tuple[Array, int]:
         """Return L_i * cos(theta) of one light at each surface point, 0 in shadow: (3, N).
@@ -731,9 +734,7 @@ class Scenery:
         facing = np.flatnonzero((way.cosine > 0) & self.same_side(source, ray)[hit.index])
         blocked = self._blocked(source, way.take(facing), hit.index[facing])
         lit = facing[~blocked]
-        irradiance = np.zeros_like(way.wi)
-        irradiance[:, lit] = source.light_at(way.distance[lit]).rgb * way.cosine[lit]
-        return irradiance, len(facing)
+        return irradiance_of(source, way, lit), len(facing)
 
     def same_side(self, source: LightSource, ray: Ray) -> Mask:
         """Return for each object whether the eye and the light are on the same side of its surface."""
