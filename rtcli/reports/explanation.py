@@ -33,7 +33,7 @@ from rtcli.explain.records import (
     Value,
 )
 from rtcli.reports.checked import counted
-from rtcli.reports.terminal import Paint, cells, lines_of, padded, painter, shortened
+from rtcli.reports.terminal import cells, lines_of, padded, painter, shortened, swatch
 from rtcli.scene.problems import printable
 
 # Cells of a line, of the margin below a heading, and of a symbol and a number in a table.
@@ -98,14 +98,15 @@ def text(explanation: Explanation, name: str, color: bool = False) -> Iterator[s
     color
         Whether to mark its parts with the colors of a terminal.
     """
-    return _Text(painter(color)).story(explanation, name)
+    return _Text(color).story(explanation, name)
 
 
 class _Text:
-    """The story in the style of a terminal."""
+    """The story, with the colors of a terminal or without."""
 
-    def __init__(self, paint: Paint) -> None:
-        self.paint = paint
+    def __init__(self, color: bool) -> None:
+        self.color = color
+        self.paint = painter(color)
 
     def story(self, explanation: Explanation, name: str) -> Iterator[str]:
         """Yield all lines."""
@@ -125,7 +126,8 @@ class _Text:
         shown = shortened(printable(name), _NAME)
         red, green, blue = explanation.value
         yield self.paint("strong", f"Pixel {x},{y} of {shown} ({width}x{height})")
-        yield f"{red} {green} {blue}, #{red:02x}{green:02x}{blue:02x}"
+        code = f"#{red:02x}{green:02x}{blue:02x}"
+        yield f"{red} {green} {blue}, {swatch(code, explanation.value, self.color)}"
         if len(explanation.samples) > 1:
             yield (
                 f"Of its {len(explanation.samples):,} samples number {explanation.story.sample} is told in full "

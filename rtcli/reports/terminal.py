@@ -30,6 +30,15 @@ def painter(color: bool) -> Paint:
     return lambda style, text: f"\x1b[{_STYLES[style]}m{text}\x1b[0m" if text else text
 
 
+def swatch(text: str, value: tuple[int, int, int], color: bool) -> str:
+    """Return a text on a ground of red, green and blue, 0..255, in black or white, whichever is easier to read."""
+    if not color:
+        return text
+    red, green, blue = value
+    ink = 0 if 0.299 * red + 0.587 * green + 0.114 * blue > 127 else 255  # luma (ITU-R BT.601)
+    return f"\x1b[38;2;{ink};{ink};{ink};48;2;{red};{green};{blue}m{text}\x1b[0m"
+
+
 def cells(text: str) -> int:
     """Return how many cells of a terminal a text takes (Unicode Standard Annex 11)."""
     return sum(map(_cells, text))
