@@ -41,6 +41,14 @@ EQUATIONS = {
 }
 
 
+# Where the document's formulas were corrected.
+_CORRECTIONS = {
+    "sphere": "at spheres the document's o stands for o - C",
+    "plane": "at planes it leaves out the absolute value",
+    "box": "at boxes it forgets to turn d",
+}
+
+
 class Seen(NamedTuple):
     """The nearest object, None if there is none, and its t."""
 
@@ -70,9 +78,15 @@ def meet_all(scenery: Scenery, names: Sequence[ObjectName], ray: Ray, hit: Hit) 
         equations=tuple(line for type, lines in EQUATIONS.items() if type in types for line in lines),
         numbers=(),
         outcome=_outcome(objects, nearest),
-        note="The smallest t > 0 counts: what lies ahead.",
+        note=_note(types),
         objects=objects,
     )
+
+
+def _note(types: set[str]) -> str:
+    ahead = "The smallest t > 0 counts: what lies ahead."
+    corrections = [correction for type, correction in _CORRECTIONS.items() if type in types]
+    return f"{ahead} Corrected: {'; '.join(corrections)}." if corrections else ahead
 
 
 def _outcome(objects: Sequence[Intersection], nearest: int) -> str:

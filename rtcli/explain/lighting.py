@@ -217,8 +217,7 @@ def _light_outcome(verdict: str, type: str, blockers: Sequence[Blocking]) -> str
     if verdict == LIT:
         return "nothing stands between: it reaches the point"
     if verdict == OTHER_SIDE:
-        where = "of the plane than the eye" if type == "plane" else "of the surface than the eye: in or out"
-        return f"on the other side {where}"
+        return f"on the other side of the {'plane' if type == 'plane' else 'surface'} than the eye"
     if verdict == TURNED_AWAY:
         return "the surface is turned away from it: cos(theta) <= 0"
     between = listed([f"{item.object.label} at {number(item.distance)}" for item in blockers])

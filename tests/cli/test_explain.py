@@ -54,7 +54,8 @@ Pixel 1,1 of small.yaml (3x3)
                     o' = R_y (o - position)      d' = R_y d
                     each slab is between t = (-size/2 - o') / d' and t = (size/2 - o') / d'
                     t = the last entry, if that is before the first exit
-   The smallest t > 0 counts: what lies ahead.
+   The smallest t > 0 counts: what lies ahead. Corrected: at spheres the document's o stands for o -
+   C; at planes it leaves out the absolute value; at boxes it forgets to turn d.
    `ball`              t = 4           the nearest: it is seen
       b = 5   |g| = 0   R = 1   D = 1   t_1 = 4   t_2 = 6
    objects[0] (plane)  t = 10          hit behind `ball`
