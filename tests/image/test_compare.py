@@ -153,6 +153,12 @@ def test_bands_do_not_show(pair, values):
     assert (parts.largest, parts.place, parts.differing) == (whole.largest, whole.place, whole.differing)
 
 
+def test_rmse_is_over_bands_that_are_equal_too(monkeypatch):
+    monkeypatch.setattr(module, "_BAND", 24)  # a row
+    found = compare_layers(FLOATS, changed(FLOATS, (2, 3, 1), FLOATS[2, 3, 1] + 12))
+    assert found.rmse == pytest.approx(1)  # sqrt(12^2 / (6 * 8 * 3))
+
+
 def test_tolerance_itself_is_within_it():
     a = np.array([[1.0, 2.0]])
     b = np.array([[1.5, 2.25]])

@@ -123,6 +123,12 @@ def test_names_of_files_and_layers_are_escaped_and_cut():
     assert max(map(len, report)) < 120
 
 
+def test_values_have_as_many_digits_as_it_takes_to_tell_them_apart():
+    a = np.float32([[1.0]])
+    report = lines(arrays(a=a), arrays(a=np.nextafter(a, np.float32(2))))
+    assert report[-2] == "largest difference at x 0, y 0: 1 and 1.0000001192092896"
+
+
 def test_many_channels_are_cut():
     report = lines(arrays(a=np.zeros((1, 1, 9))), arrays(a=np.ones((1, 1, 9))))
     assert report[-2] == "largest difference at x 0, y 0: 0, 0, 0, 0, ... and 1, 1, 1, 1, ..."
