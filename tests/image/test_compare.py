@@ -1,5 +1,4 @@
 import math
-from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -301,10 +300,17 @@ def test_as_many_pixels_may_differ_as_are_allowed(count, equal):
 
 @pytest.mark.parametrize(
     ("share", "pixels", "allowed"),
-    [("0", 1000, 0), ("1", 1000, 1000), ("0.001", 1000, 1), ("0.0009", 1000, 0), ("0.29", 100, 29), ("0.5", 3, 1)],
+    [
+        ((0, 1), 9, 0),
+        ((1, 1), 9, 9),
+        ((1, 1000), 1000, 1),
+        ((9, 10_000), 1000, 0),
+        ((29, 100), 100, 29),
+        ((1, 2), 3, 1),
+    ],
 )
 def test_share_of_pixels_is_exact_and_rounded_down(share, pixels, allowed):
-    assert PixelBound(share=Fraction(share)).of(pixels) == allowed
+    assert PixelBound(*share).of(pixels) == allowed
 
 
 def test_each_layer_has_to_keep_the_bounds():

@@ -1,6 +1,5 @@
 import json
 import math
-from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -57,7 +56,7 @@ def test_unlike_pictures():
         (Bounds(1), "different: 1 of 76,800 pixels (0.0013 %) differs by more than 1 (allowed: 0)"),
         (Bounds(7), "equal within the bounds: 0 of 76,800 pixels (0 %) differ by more than 7 (allowed: 0)"),
         (
-            Bounds(0.5, PixelBound(share=Fraction(1, 100))),
+            Bounds(0.5, PixelBound(1, 100)),
             "equal within the bounds: 12 of 76,800 pixels (0.016 %) differ by more than 0.5 (allowed: 768)",
         ),
     ],
