@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 
-class PixelBound(NamedTuple):
+@dataclass(frozen=True)
+class PixelBound:
     """How many pixels may differ: a count, or a share of all of them.
 
     Parameters
