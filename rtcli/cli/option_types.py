@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from fractions import Fraction
 from typing import Any
 
 import click
@@ -107,8 +106,13 @@ class PixelBoundType(click.ParamType[PixelBound]):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> PixelBound:
         """Return how many pixels may differ."""
-        match = re.fullmatch(r"([0-9]{1,18})|([0-9]{1,3}(?:\.[0-9]{1,18})?) ?%", str(value))
-        share = Fraction(match[2]) / 100 if match and match[2] else None
-        if not match or (share or 0) > 1:
+        match = re.fullmatch(r"([0-9]{1,18})|([0-9]{1,3})(?:\.([0-9]{1,18}))? ?%", str(value))
+        bound = _pixel_bound(*match.groups("")) if match else None
+        if bound is None or (bound.whole is not None and bound.count > bound.whole):
             self.fail(f"{value!r} is not a number of pixels such as 12, or a share such as 0.1%", param, ctx)
-        return PixelBound(share=share) if match[2] else PixelBound(int(match[1]))
+        return bound
+
+
+def _pixel_bound(count: str, percent: str, decimals: str) -> PixelBound:
+    """Return the bound of a count, or of a share in percent, before and after the point."""
+    return PixelBound(int(count)) if count else PixelBound(int(percent + decimals), 100 * 10 ** len(decimals))

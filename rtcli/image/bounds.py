@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from fractions import Fraction
 
 
 @dataclass(frozen=True)
@@ -13,17 +12,17 @@ class PixelBound:
     Parameters
     ----------
     count
-        Pixels.
-    share
-        0 to 1; if it is given, `count` does not matter.
+        Pixels; if there is a share, its numerator.
+    whole
+        The denominator of a share, of which floats would miss a pixel: (1, 1000) is 0.1 %. None for a count.
     """
 
     count: int = 0
-    share: Fraction | None = None
+    whole: int | None = None
 
     def of(self, pixels: int) -> int:
-        """Return how many of so many pixels may differ."""
-        return self.count if self.share is None else int(self.share * pixels)
+        """Return how many of so many pixels may differ, rounded down."""
+        return self.count if self.whole is None else pixels * self.count // self.whole
 
 
 @dataclass(frozen=True)

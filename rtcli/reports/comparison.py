@@ -84,7 +84,9 @@ def _prefix(comparison: Comparison, name: str) -> str:
 def _remarks(prefix: str, layer: LayerDifference) -> Iterator[str]:
     if layer.place is not None and layer.values is not None:
         x, y = layer.place
-        first, second = map(_channels, layer.values)
+        first, second = (_channels(values, 6) for values in layer.values)
+        if first == second:  # to so many digits
+            first, second = (_channels(values, 17) for values in layer.values)
         yield f"{prefix}largest difference at x {x}, y {y}: {first} and {second}"
     if layer.infinite:
         yield (
@@ -93,8 +95,8 @@ def _remarks(prefix: str, layer: LayerDifference) -> Iterator[str]:
         )
 
 
-def _channels(values: tuple[float, ...]) -> str:
-    shown = [f"{value:.6g}" for value in values[:_CHANNELS_SHOWN]]
+def _channels(values: tuple[float, ...], digits: int) -> str:
+    shown = [f"{value:.{digits}g}" for value in values[:_CHANNELS_SHOWN]]
     return ", ".join([*shown, "..."] if len(values) > _CHANNELS_SHOWN else shown)
 
 

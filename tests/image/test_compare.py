@@ -1,5 +1,4 @@
 import math
-from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -153,6 +152,12 @@ def test_bands_do_not_show(pair, values):
     assert (parts.largest, parts.place, parts.differing) == (whole.largest, whole.place, whole.differing)
 
 
+def test_rmse_is_over_bands_that_are_equal_too(monkeypatch):
+    monkeypatch.setattr(module, "_BAND", 24)  # a row
+    found = compare_layers(FLOATS, changed(FLOATS, (2, 3, 1), FLOATS[2, 3, 1] + 12))
+    assert found.rmse == pytest.approx(1)  # sqrt(12^2 / (6 * 8 * 3))
+
+
 def test_tolerance_itself_is_within_it():
     a = np.array([[1.0, 2.0]])
     b = np.array([[1.5, 2.25]])
@@ -295,10 +300,17 @@ def test_as_many_pixels_may_differ_as_are_allowed(count, equal):
 
 @pytest.mark.parametrize(
     ("share", "pixels", "allowed"),
-    [("0", 1000, 0), ("1", 1000, 1000), ("0.001", 1000, 1), ("0.0009", 1000, 0), ("0.29", 100, 29), ("0.5", 3, 1)],
+    [
+        ((0, 1), 9, 0),
+        ((1, 1), 9, 9),
+        ((1, 1000), 1000, 1),
+        ((9, 10_000), 1000, 0),
+        ((29, 100), 100, 29),
+        ((1, 2), 3, 1),
+    ],
 )
 def test_share_of_pixels_is_exact_and_rounded_down(share, pixels, allowed):
-    assert PixelBound(share=Fraction(share)).of(pixels) == allowed
+    assert PixelBound(*share).of(pixels) == allowed
 
 
 def test_each_layer_has_to_keep_the_bounds():

@@ -69,6 +69,12 @@ def test_radiance_of_any_range_has_a_flip(reference, test, looks_alike):
     assert (found == 0) is looks_alike
 
 
+def test_radiance_past_all_floats_of_the_package_is_as_white_as_any():
+    dim = RADIANCE * np.float32(1e-30)
+    bright, brighter = RADIANCE + 1, (RADIANCE + 1) * np.float32(1e30)
+    assert mean_flip(dim, brighter, "arrays") == pytest.approx(mean_flip(dim, bright, "arrays"), abs=1e-6)
+
+
 @pytest.mark.parametrize("odd", [np.inf, np.nan])
 def test_radiance_that_is_not_finite_has_none_and_keeps_no_bound(odd):
     other = RADIANCE.copy()

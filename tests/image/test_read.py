@@ -1,4 +1,5 @@
 import contextlib
+import errno
 import io
 import os
 import pickle
@@ -32,7 +33,7 @@ RADIANCE = RNG.random((5, 7, 3), dtype=np.float32)
 DEPTH = np.where(RADIANCE[..., 0] > 0.5, np.float32(np.inf), RADIANCE[..., 1])
 IDS = RNG.integers(0, 2**32, (5, 7), dtype=np.uint32)
 
-needs_posix = pytest.mark.skipif(os.name == "nt", reason="POSIX only: links, devices and pipes")
+needs_posix = pytest.mark.skipif(os.name == "nt", reason="POSIX only: links and devices")
 
 
 @pytest.fixture(autouse=True)
@@ -201,6 +202,12 @@ def test_array_is_the_layer_of_values():
     layers = read_layers("a.npy")
     assert (layers.kind, layers.names()) == ("arrays", ["values"])
     np.testing.assert_array_equal(layers.arrays["values"], DEPTH)
+
+
+def test_array_of_an_old_python_is_read_without_a_warning():
+    header = b"{'descr': '<f4', 'fortran_order': False, 'shape': (2L, 3L), }\n"
+    Path("a.npy").write_bytes(b"\x93NUMPY\1\0" + struct.pack("<H", len(header)) + header + bytes(24))
+    assert read_layers("a.npy").arrays["values"].shape == (2, 3)
 
 
 @pytest.mark.parametrize(("values", "shape"), [(3.5, (1, 1)), ([1, 2, 3], (1, 3))])
@@ -455,12 +462,31 @@ def test_folder_is_refused(folder):
         read_layers("a.png")
 
 
+@pytest.mark.parametrize(
+    ("error", "told"),
+    [
+        (OSError(errno.EIO, "Input/output error"), "Input/output error"),
+        (OSError(errno.EINVAL, "Invalid argument"), "is not a PNG picture, or is damaged"),
+        (OSError("cannot identify"), "is not a PNG picture, or is damaged"),
+        (ZeroDivisionError(), "is not a PNG picture, or is damaged"),
+    ],
+)
+def test_disk_that_fails_is_told_from_a_decoder_that_does(monkeypatch, error, told):
+    def fail(data):
+        raise error
+
+    save_png("a.png", COLOR)
+    monkeypatch.setattr(_native, "decode_png", fail)
+    assert refusal("a.png") == told
+
+
 @needs_posix
 @pytest.mark.parametrize("suffix", [".png", ".npz"])
-def test_device_or_pipe_is_refused_and_not_waited_for(folder, suffix):
-    (folder / f"device{suffix}").symlink_to("/dev/zero")
-    os.mkfifo(folder / f"pipe{suffix}")
-    assert refusal(f"device{suffix}") == refusal(f"pipe{suffix}") == "is not a regular file"
+def test_device_is_refused(folder, suffix):
+    (folder / f"device{suffix}").symlink_to(
+        "/dev/null"
+    )  # not /dev/zero, which would fill the memory if it were read
+    assert refusal(f"device{suffix}") == "is not a regular file"
 
 
 @needs_posix

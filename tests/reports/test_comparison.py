@@ -1,6 +1,5 @@
 import json
 import math
-from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -57,7 +56,7 @@ def test_unlike_pictures():
         (Bounds(1), "different: 1 of 76,800 pixels (0.0013 %) differs by more than 1 (allowed: 0)"),
         (Bounds(7), "equal within the bounds: 0 of 76,800 pixels (0 %) differ by more than 7 (allowed: 0)"),
         (
-            Bounds(0.5, PixelBound(share=Fraction(1, 100))),
+            Bounds(0.5, PixelBound(1, 100)),
             "equal within the bounds: 12 of 76,800 pixels (0.016 %) differ by more than 0.5 (allowed: 768)",
         ),
     ],
@@ -121,6 +120,12 @@ def test_names_of_files_and_layers_are_escaped_and_cut():
     report += lines(arrays(**layer), arrays(**layer))
     assert all(line.isprintable() for line in report)
     assert max(map(len, report)) < 120
+
+
+def test_values_have_as_many_digits_as_it_takes_to_tell_them_apart():
+    a = np.float32([[1.0]])
+    report = lines(arrays(a=a), arrays(a=np.nextafter(a, np.float32(2))))
+    assert report[-2] == "largest difference at x 0, y 0: 1 and 1.0000001192092896"
 
 
 def test_many_channels_are_cut():
