@@ -12,9 +12,8 @@ from typing import Any, BinaryIO, Literal
 import numpy as np
 import numpy.typing as npt
 
-from rtcli.files import whole_files
 from rtcli.image.develop import develop
-from rtcli.image.formats import METADATA, RADIANCE, check_fits, format_of, parts_of
+from rtcli.image.formats import METADATA, RADIANCE, check_fits, format_of, open_parts, parts_of
 from rtcli.image.look import Look
 from rtcli.image.pass_picture import pass_png
 from rtcli.image.write import pillow_bytes, png_pieces, png_texts, write_exr, write_npy, write_npz
@@ -87,11 +86,11 @@ class Film:
         world, window = self.shot.world, self.shot.window
         metadata = {**self.summary, "camera": camera_matrices(world.camera, window)}
         if self.object_id is not None:
-            coverage = tracer_of(world, self.shot.engine).coverage(window)
+            coverage = tracer_of(world, self.shot.engine, self.shot.threads).coverage(window)
             metadata["objects"] = object_table(self.shot.scene, self.object_id, coverage)
         return metadata
 
-    @property
+    @cached_property
     def summary(self) -> dict[str, Any]:
         """The metadata that a picture file tells: software, scene and settings."""
         if self.shot is None:
@@ -122,8 +121,8 @@ class Film:
         """
         parts = parts_of(os.fspath(path), self.passes)
         check_fits(os.fspath(path), (self.radiance.shape[1], self.radiance.shape[0]), bits)
-        with whole_files(list(parts.values())) as files:
-            self.write({part: (str(parts[part]), file) for part, file in zip(parts, files, strict=True)}, bits)
+        with open_parts(parts) as files:
+            self.write(files, bits)
 
     def write(self, files: dict[str, tuple[str, BinaryIO]], bits: int = 8) -> None:
         """Write the parts of `parts_of` to open files, each with the name that tells its format."""

@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, BinaryIO, NamedTuple
+from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple, cast
 
 from rtcli.image.formats import RADIANCE, format_of
 from rtcli.image.look import Look
@@ -14,7 +14,7 @@ from rtcli.image.write import png_texts
 from rtcli.pack import pack
 from rtcli.scene.model import Image, Scene
 from rtcli.tracer._native import simd_level
-from rtcli.tracer.engines import ENGINES, Tracer, default_threads, tracer_of
+from rtcli.tracer.engines import ENGINES, default_threads, stops_of, tracer_of
 from rtcli.tracer.native import NativeTracer
 from rtcli.tracer.world import PASSES, CameraFrame, Progress, Window, World
 from rtcli.truth import Shot
@@ -132,7 +132,7 @@ def shoot(scene: Scene, world: World, request: Request) -> Shot:
     ValueError
         If the crop is empty or reaches out of the picture.
     """
-    return Shot(scene, world, request.window(world.camera), request.engine)
+    return Shot(scene, world, request.window(world.camera), request.engine, request.thread_count)
 
 
 def expose_film(shot: Shot, request: Request, progress: Progress | None = None) -> Film:
@@ -140,15 +140,10 @@ def expose_film(shot: Shot, request: Request, progress: Progress | None = None) 
     from rtcli.film import Film
 
     image = shot.scene.image
-    tracer = tracer_of(shot.world, shot.engine, request.thread_count)
+    tracer = tracer_of(shot.world, shot.engine, shot.threads)
     arrays, rays = tracer.film(shot.window, request.passes, progress)
-    exposure, metered = _exposure(tracer, image)
+    exposure, metered = stops_of(tracer, image.exposure)
     return Film(**arrays, exposure=exposure, tone=image.tone, rays=rays + metered, shot=shot)
-
-
-def _exposure(tracer: Tracer, image: Image) -> tuple[float, int]:
-    """Return the exposure in stops, and how many rays it took to find it."""
-    return tracer.exposure() if image.exposure == "auto" else (image.exposure, 0)
 
 
 # --- To a glance -----------------------------------------------------------------------------------------
@@ -194,7 +189,7 @@ def _glance(world: World, image: Image, longer: int) -> Glance:
         settings=replace(world.settings, samples=1),
     )
     tracer = NativeTracer(small, threads=1)
-    exposure, _ = _exposure(tracer, image)
+    exposure, _ = stops_of(tracer, image.exposure)
     levels = tracer.levels(Window(0, 0, width, height), Look(exposure, image.tone))
     return Glance(exposure, is_black=not any(levels), is_white=levels.count(255) == len(levels))
 
@@ -235,7 +230,7 @@ def write_film(shot: Shot, request: Request, target: Target, progress: Progress 
     shot
         What is seen; see `shoot`.
     request
-        Passes and threads.
+        The passes.
     target
         The files.
     progress
@@ -248,16 +243,16 @@ def write_film(shot: Shot, request: Request, target: Target, progress: Progress 
     """
     name, file = target.files[RADIANCE]
     is_png = format_of(name).name == "PNG"
-    if request.engine == "native" and is_png and not request.passes:
-        return _stream(shot, request, (file, target.bits), progress)
+    if shot.engine == "native" and is_png and not request.passes:
+        return _stream(shot, (file, target.bits), progress)
     return _by_film(shot, request, target, progress)
 
 
-def _stream(shot: Shot, request: Request, picture: tuple[BinaryIO, int], progress: Progress | None) -> Work:
+def _stream(shot: Shot, picture: tuple[BinaryIO, int], progress: Progress | None) -> Work:
     start = time.perf_counter()
     image, (file, bits) = shot.scene.image, picture
-    tracer = NativeTracer(shot.world, request.thread_count)
-    exposure, metered = _exposure(tracer, image)
+    tracer = NativeTracer(shot.world, shot.threads)
+    exposure, metered = stops_of(tracer, image.exposure)
     prepared = time.perf_counter() - start
     look, texts = Look(exposure, image.tone, bits), png_texts(shot.summary(exposure))
     rays, seconds = tracer.picture(shot.window, look, texts, file.write, progress)
@@ -268,6 +263,26 @@ def _by_film(shot: Shot, request: Request, target: Target, progress: Progress | 
     start = time.perf_counter()
     film = expose_film(shot, request, progress)
     traced = time.perf_counter()
-    film.write(target.files, target.bits)
-    written = time.perf_counter()
-    return Work(film.rays, {"trace": traced - start, "develop": 0.0, "write": written - traced})
+    clocked = {part: (name, _ClockedFile(file)) for part, (name, file) in target.files.items()}
+    film.write(cast("dict[str, tuple[str, BinaryIO]]", clocked), target.bits)
+    written = sum(file.seconds for _, file in clocked.values())
+    developed = time.perf_counter() - traced - written
+    return Work(film.rays, {"trace": traced - start, "develop": developed, "write": written})
+
+
+class _ClockedFile:
+    """A file that knows how many seconds writing to it took."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+        self.seconds = 0.0
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._file, name)
+
+    def write(self, data: bytes, /) -> int:
+        """Write bytes, and count the time."""
+        before = time.perf_counter()
+        written = self._file.write(data)
+        self.seconds += time.perf_counter() - before
+        return written

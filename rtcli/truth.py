@@ -7,15 +7,15 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 import struct
+import sys
 from array import array
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from rtcli.scene.model import Scene
-from rtcli.tracer._native import __version__
+from rtcli.tracer._native import __version__, focal_length
 from rtcli.tracer.world import CameraFrame, Vector, Window, World
 
 if TYPE_CHECKING:
@@ -41,12 +41,15 @@ class Shot:
         The pixels of the picture that the film holds.
     engine
         The tracer.
+    threads
+        How many processor cores it uses, which changes nothing but the time.
     """
 
     scene: Scene
     world: World
     window: Window
     engine: str
+    threads: int
 
     def settings(self, exposure: float) -> dict[str, Any]:
         """Return all that shapes the picture beside the scene's objects; `exposure` in stops, metered or given."""
@@ -96,12 +99,11 @@ def fingerprint(scene: Scene, world: World) -> str:
 
 
 def _little(numbers: array[Any]) -> bytes:
-    """Return numbers with the low byte first, on any machine."""
-    if array("H", [1]).tobytes() == b"\x01\x00":
-        return struct.pack("<q", len(numbers)) + numbers.tobytes()
-    swapped = array(numbers.typecode, numbers)
-    swapped.byteswap()
-    return struct.pack("<q", len(numbers)) + swapped.tobytes()
+    """Return the count of numbers and then themselves, the low byte first on any machine."""
+    if sys.byteorder == "big":
+        numbers = array(numbers.typecode, numbers)
+        numbers.byteswap()
+    return struct.pack("<q", len(numbers)) + numbers.tobytes()
 
 
 # --- The camera ------------------------------------------------------------------------------------------
@@ -130,7 +132,7 @@ def camera_matrices(frame: CameraFrame, window: Window) -> dict[str, Any]:
     dict
         `intrinsics` (K), and `opencv` and `opengl`, each with `world_to_camera` and `camera_to_world`.
     """
-    focal = frame.height / (2 * math.tan(math.radians(frame.fov) / 2))
+    focal = focal_length(frame.fov, frame.height)
     center = frame.width / 2 - 0.5 - window.x, frame.height / 2 - 0.5 - window.y
     down, backward = _negative(frame.up), _negative(frame.forward)
     return {

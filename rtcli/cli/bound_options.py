@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any
 
 import click
 
-from rtcli.cli.option_types import BoundType, PixelBoundType
+from rtcli.cli.option_types import BoundType, PixelBoundType, all_of
 from rtcli.image.bounds import Bounds
 
-_Command = TypeVar("_Command", bound=Callable[..., Any])
-
-_OPTIONS = (
+bound_options = all_of(
     click.option(
         "--tolerance",
         type=BoundType(),
@@ -38,13 +35,6 @@ _OPTIONS = (
     ),
     click.option("--max-flip", type=BoundType(), metavar="F", help="The mean FLIP may be no more than that."),
 )
-
-
-def bound_options(command: _Command) -> _Command:
-    """Give a command the options `--tolerance`, `--max-pixels`, `--flip` and `--max-flip`."""
-    for option in reversed(_OPTIONS):
-        command = option(command)
-    return command
 
 
 def bounds_taken_from(options: dict[str, Any]) -> Bounds:

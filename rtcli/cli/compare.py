@@ -10,8 +10,8 @@ from typing import Any
 import click
 
 from rtcli.cli.bound_options import bound_options, bounds_taken_from
-from rtcli.cli.exits import DIFFERENT
-from rtcli.cli.output import STDIO, tell, wants_color, write_bytes
+from rtcli.cli.exits import DIFFERENT, usage_errors
+from rtcli.cli.output import STDIO, print_lines, tell, wants_color, write_bytes
 from rtcli.image.bounds import Bounds
 from rtcli.image.compare import Comparison, compare
 from rtcli.image.difference import difference_paths, difference_png
@@ -43,15 +43,12 @@ class Options:
             raise click.UsageError("standard input cannot be compared: give two files")
         if self.quiet and self.as_json:
             raise click.UsageError("--quiet prints nothing, and --json a report: give one of them")
-        if self.output is not None and not self.output.lower().endswith(".png"):
-            raise click.UsageError(f"the difference picture {self.output!r} is a PNG: its name must end in .png")
+        check_difference(self.output)
         self._check_kinds()
 
     def _check_kinds(self) -> None:
-        try:
+        with usage_errors():
             kinds = {kind_of(name): name for name in self.names}
-        except ValueError as error:
-            raise click.UsageError(str(error)) from error
         if len(kinds) > 1:
             raise click.UsageError(
                 f"{kinds['picture']!r} is a picture and {kinds['arrays']!r} holds arrays, which share no unit: "
@@ -87,10 +84,8 @@ def run(options: Options) -> int:
     """Read, compare, draw the differences, report."""
     options.check()
     first, second = (read_layers(name) for name in options.names)
-    try:
+    with usage_errors():
         comparison = compare(first, second, options.bounds)
-    except ValueError as error:
-        raise click.UsageError(str(error)) from error
     if options.output is not None:
         write_differences(first, second, comparison, options.output, options.names)
     if not options.quiet:
@@ -102,8 +97,13 @@ def _report(comparison: Comparison, options: Options) -> None:
     if options.as_json:
         click.echo(as_json(comparison, options.names), nl=False)
         return
-    for line in text(comparison, options.names, wants_color(sys.stdout)):
-        click.echo(line, color=True)  # without colors there are none to strip
+    print_lines(text(comparison, options.names, wants_color(sys.stdout)))
+
+
+def check_difference(output: str | None) -> None:
+    """Raise click.UsageError unless the name of a difference picture, if there is one, is that of a PNG."""
+    if output is not None and not output.lower().endswith(".png"):
+        raise click.UsageError(f"the difference picture {output!r} is a PNG: its name must end in .png")
 
 
 def write_differences(

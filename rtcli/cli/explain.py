@@ -8,8 +8,9 @@ from typing import Any
 
 import click
 
+from rtcli.cli.exits import usage_errors
 from rtcli.cli.option_types import PixelType
-from rtcli.cli.output import name_of, wants_color
+from rtcli.cli.output import name_of, print_lines, wants_color
 from rtcli.cli.scene_options import SceneEdits, scene_options
 from rtcli.explain import Explanation, check_place, explain
 from rtcli.pipeline import Request
@@ -58,11 +59,9 @@ def command(**options: Any) -> None:
 def run(options: Options) -> None:
     """Parse, validate, explain, report."""
     scene = validate(options.edits.read(options.scene))
-    try:
+    with usage_errors():
         check_place(scene, *options.pixel, options.sample)
         Request().simd()
-    except ValueError as error:
-        raise click.UsageError(str(error)) from error
     _report(explain(scene, *options.pixel, options.sample), options)
 
 
@@ -71,5 +70,4 @@ def _report(explanation: Explanation, options: Options) -> None:
     if options.as_json:
         click.echo(as_json(explanation, name), nl=False)
         return
-    for line in text(explanation, name, wants_color(sys.stdout)):
-        click.echo(line, color=True)  # without colors there are none to strip
+    print_lines(text(explanation, name, wants_color(sys.stdout)))

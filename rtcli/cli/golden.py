@@ -9,12 +9,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-import click
 import numpy as np
 
-from rtcli.cli.compare import write_differences
-from rtcli.cli.exits import DIFFERENT
-from rtcli.cli.output import wants_color
+from rtcli.cli.compare import check_difference, write_differences
+from rtcli.cli.exits import DIFFERENT, usage_errors
+from rtcli.cli.output import print_lines, wants_color
 from rtcli.image.bounds import Bounds
 from rtcli.image.compare import compare
 from rtcli.image.layers import PICTURE_LAYER, Layers
@@ -60,16 +59,18 @@ class Golden:
 
         Raises
         ------
+        click.UsageError
+            If FLIP is asked for and there is nothing to look at, or the difference picture would replace a file.
         OSError
             If the difference picture cannot be written.
         """
         layers = read_layers(result)
-        comparison = compare(self.layers, layers, self.bounds)
+        with usage_errors():
+            comparison = compare(self.layers, layers, self.bounds)
         if self.difference is not None and not comparison.equal:
             write_differences(self.layers, layers, comparison, self.difference, (self.path, result))
         if not quiet:
-            for line in text(comparison, (self.path, "the rendering"), wants_color(sys.stdout)):
-                click.echo(line, color=True)  # without colors there are none to strip
+            print_lines(text(comparison, (self.path, "the rendering"), wants_color(sys.stdout)))
         return 0 if comparison.equal else DIFFERENT
 
 
@@ -83,12 +84,9 @@ def read_golden(path: str, difference: str | None, bounds: Bounds) -> Golden:
     OSError
         If the file cannot be read.
     """
-    if difference is not None and not difference.lower().endswith(".png"):
-        raise click.UsageError(f"the difference picture {difference!r} is a PNG: its name must end in .png")
-    try:
+    check_difference(difference)
+    with usage_errors():
         return Golden(path, difference, bounds, read_layers(path))
-    except ValueError as error:
-        raise click.UsageError(str(error)) from error
 
 
 @contextlib.contextmanager

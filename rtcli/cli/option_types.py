@@ -4,13 +4,27 @@ from __future__ import annotations
 
 import math
 import re
-from typing import Any
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 import click
 
 from rtcli.image.bounds import PixelBound
 from rtcli.scene.model import MAX_SIDE
 from rtcli.tracer.world import PASSES, Window
+
+_Command = TypeVar("_Command", bound=Callable[..., Any])
+
+
+def all_of(*options: Callable[[_Command], _Command]) -> Callable[[_Command], _Command]:
+    """Return what gives a command several options, which its help shows in this order."""
+
+    def give(command: _Command) -> _Command:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return give
 
 
 class SizeType(click.ParamType[tuple[int, int]]):

@@ -7,7 +7,7 @@ import errno
 import io
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import BinaryIO, TextIO
 
@@ -22,6 +22,12 @@ STDIO = "-"
 def tell(text: str) -> None:
     """Print to standard error, where everything goes that nobody asked for."""
     click.echo(text, err=True)
+
+
+def print_lines(lines: Iterable[str]) -> None:
+    """Print a report to standard output; its colors, if it has any, stay whatever stands there."""
+    for line in lines:
+        click.echo(line, color=True)
 
 
 def name_of(path: str) -> str:

@@ -16,14 +16,14 @@ import click
 
 from rtcli import __version__
 from rtcli.cli.bound_options import bound_options, bounds_taken_from
+from rtcli.cli.exits import usage_errors
 from rtcli.cli.option_types import CropType, PassesType
 from rtcli.cli.output import STDIO, is_terminal, open_target, tell
 from rtcli.cli.progress import progress
 from rtcli.cli.scene_options import SceneEdits, scene_options
 from rtcli.cli.stopwatch import Stopwatch
-from rtcli.files import whole_files
 from rtcli.image.bounds import Bounds
-from rtcli.image.formats import FORMATS, RADIANCE, check_fits, parts_of
+from rtcli.image.formats import FORMATS, RADIANCE, check_fits, open_parts, parts_of
 from rtcli.image.look import DEPTHS
 from rtcli.pack import pack
 from rtcli.pipeline import Request, Target, Work, expose_film, shoot, write_film
@@ -58,7 +58,7 @@ class Options:
             raise click.UsageError("a picture is not for a terminal: give a file, or pipe it on")
         if self.output == STDIO and self.passes:
             raise click.UsageError("--passes needs a file: only the picture goes to standard output")
-        with _usage_errors():
+        with usage_errors():
             targets = self.parts().values()
         if self.stats not in (None, STDIO):
             others = [os.path.realpath(name) for name in (self.scene, *map(str, targets)) if name != STDIO]
@@ -68,15 +68,6 @@ class Options:
     def parts(self) -> dict[str, Path]:
         """Return the part of the film that each file holds; standard output takes a PNG."""
         return {RADIANCE: Path(STDIO)} if self.output == STDIO else parts_of(self.output, self.passes)
-
-
-@contextlib.contextmanager
-def _usage_errors() -> Iterator[None]:
-    """Turn what the layers below refuse into wrong usage."""
-    try:
-        yield
-    except ValueError as error:
-        raise click.UsageError(str(error)) from error
 
 
 @click.command("render")
@@ -172,6 +163,8 @@ def _check(options: dict[str, Any], edits: SceneEdits, golden_file: tuple[str, s
     if output is not None:
         if PurePath(output).suffix.lower() != PurePath(golden.path).suffix.lower():
             raise click.UsageError(f"OUT is to be of the format of {golden.path!r}, which it is compared with")
+        if os.path.realpath(output) == os.path.realpath(golden.path):
+            raise click.UsageError(f"OUT would replace {golden.path!r}, which it is compared with")
         render(Options(output=output, edits=edits, **wanted))
         return golden.verdict(output, options["quiet"])
     with place_beside(golden) as place:
@@ -203,7 +196,7 @@ def render(options: Options) -> None:
 
 def _shot(options: Options, scene: Scene) -> tuple[Shot, Request]:
     request = Request(options.passes, options.engine, options.threads, options.crop)
-    with _usage_errors():
+    with usage_errors():
         shot = shoot(scene, pack(scene), request)
         request.simd()
         if options.output != STDIO:
@@ -219,8 +212,8 @@ def _open_parts(options: Options) -> Iterator[dict[str, tuple[str, BinaryIO]]]:
         with open_target(STDIO) as stream:
             yield {RADIANCE: ("standard output.png", stream)}
     else:
-        with whole_files(list(parts.values())) as files:
-            yield {part: (str(parts[part]), file) for part, file in zip(parts, files, strict=True)}
+        with open_parts(parts) as files:
+            yield files
 
 
 def _open_stats(target: str | None) -> contextlib.AbstractContextManager[BinaryIO]:

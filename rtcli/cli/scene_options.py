@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any
 
 import click
 
-from rtcli.cli.option_types import ExposureType, SizeType
+from rtcli.cli.option_types import ExposureType, SizeType, all_of
 from rtcli.cli.output import name_of, read_bytes
 from rtcli.scene.document import Document
 from rtcli.scene.edits import EditError, set_expression, set_value
 from rtcli.scene.model import MAX_SAMPLES
 from rtcli.scene.parse import READ_BYTES, parse_bytes
 
-_Command = TypeVar("_Command", bound=Callable[..., Any])
-
-_OPTIONS = (
+scene_options = all_of(
     click.option(
         "--size", type=SizeType(), metavar="WxH", help="Width and height in pixels, instead of the scene's."
     ),
@@ -40,13 +37,6 @@ _OPTIONS = (
         help="Change a value of the scene, such as camera.fov=30 or objects.ball.position[0]=1. Repeatable.",
     ),
 )
-
-
-def scene_options(command: _Command) -> _Command:
-    """Give a command the options `--size`, `--samples`, `--exposure` and `--set`."""
-    for option in reversed(_OPTIONS):
-        command = option(command)
-    return command
 
 
 @dataclass(frozen=True)

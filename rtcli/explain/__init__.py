@@ -19,7 +19,7 @@ from rtcli.explain.words import name_of, triple
 from rtcli.image.look import Look
 from rtcli.pack import pack
 from rtcli.scene.model import Scene
-from rtcli.tracer.engines import default_threads
+from rtcli.tracer.engines import default_threads, stops_of
 from rtcli.tracer.native import NativeTracer
 from rtcli.tracer.reference import NOTHING, Ray, ReferenceTracer
 from rtcli.tracer.sampling import sample_offsets
@@ -88,7 +88,7 @@ class _Pixel:
         """Return the explanation that tells one of the samples, counted from 0."""
         image = self.scene.image
         radiance = self.tracer.scenery.pixel_radiance(self.light)
-        exposure = self.tracer.exposure()[0] if image.exposure == "auto" else float(image.exposure)
+        exposure, _ = stops_of(self.tracer, image.exposure)
         value = developed(radiance, Look(exposure, image.tone))
         samples = tuple(self._sample(i) for i in range(len(self.offsets)))
         return Explanation(
@@ -160,5 +160,5 @@ def _native_pixel(scene: Scene, world: World, window: Window) -> NativePixel:
     tracer = NativeTracer(world, default_threads())
     radiance = tracer.film(window)[0]["radiance"][0, 0]
     image = scene.image
-    exposure = tracer.exposure()[0] if image.exposure == "auto" else float(image.exposure)
+    exposure, _ = stops_of(tracer, image.exposure)
     return NativePixel(triple(radiance), exposure, developed(radiance, Look(exposure, image.tone)))

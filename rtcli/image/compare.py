@@ -14,7 +14,8 @@ import numpy as np
 
 from rtcli.image.bounds import Bounds
 from rtcli.image.flip import has_flip, mean_flip
-from rtcli.image.layers import PICTURE_LAYER, RADIANCE_LAYER, Array, Kind, Layers
+from rtcli.image.formats import RADIANCE
+from rtcli.image.layers import PICTURE_LAYER, Array, Kind, Layers
 
 # Rows are compared in bands of about this many values, which fit into a processor's cache with what is computed.
 _BAND = 1 << 17
@@ -335,7 +336,7 @@ def compare(first: Layers, second: Layers, bounds: Bounds) -> Comparison:
     if first.kind != second.kind:
         raise ValueError("a picture and arrays cannot be compared with each other")
     names = Layers(first.kind, {**second.arrays, **first.arrays}).names()
-    if bounds.wants_flip and not set(names) & {PICTURE_LAYER, RADIANCE_LAYER}:
+    if bounds.wants_flip and not set(names) & {PICTURE_LAYER, RADIANCE}:
         raise ValueError("FLIP is for pictures and radiance, and there is neither")
     mismatches = tuple(mismatch for name in names if (mismatch := _mismatch(name, first, second)))
     unfit = {mismatch.name for mismatch in mismatches}

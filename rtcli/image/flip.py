@@ -11,12 +11,13 @@ import math
 import numpy as np
 
 from rtcli.extras import need
-from rtcli.image.layers import PICTURE_LAYER, RADIANCE_LAYER, Array, Kind
+from rtcli.image.formats import RADIANCE
+from rtcli.image.layers import PICTURE_LAYER, Array, Kind
 
 
 def has_flip(name: str, a: Array, b: Array) -> bool:
     """Return whether two layers are something to look at: pictures, or radiance of three channels."""
-    return name == PICTURE_LAYER or (name == RADIANCE_LAYER and a.shape[2:] == b.shape[2:] == (3,))
+    return name == PICTURE_LAYER or (name == RADIANCE and a.shape[2:] == b.shape[2:] == (3,))
 
 
 def mean_flip(a: Array, b: Array, kind: Kind) -> float:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterator
 from pathlib import Path, PurePath
-from typing import NamedTuple
+from typing import BinaryIO, NamedTuple
 
 from rtcli.extras import need
+from rtcli.files import whole_files
 from rtcli.image.look import DEPTHS
 
 # What stands for the metadata among the parts of a film; the picture itself is the part "radiance".
@@ -54,15 +57,11 @@ def format_of(name: str) -> Format:
     ------
     ValueError
         If the suffix is that of no format.
-    rtcli.extras.MissingExtraError
-        If the format needs a package that is not installed.
     """
     format = FORMATS.get(PurePath(name).suffix.lower())
     if format is None:
         *others, last = FORMATS
         raise ValueError(f"cannot tell the format of {name!r}: its name must end in {', '.join(others)} or {last}")
-    if format.name == "EXR":
-        need("OpenEXR", "exr", "writing .exr files")
     return format
 
 
@@ -80,10 +79,25 @@ def parts_of(name: str, passes: tuple[str, ...]) -> dict[str, Path]:
         If the format needs a package that is not installed.
     """
     format, path = format_of(name), Path(name)
+    if format.name == "EXR":
+        need("OpenEXR", "exr", "writing .exr files")
     if format.holds_all or not passes:
         return {RADIANCE: path}
     beside = {each: path.with_name(f"{path.stem}.{each}{format.pass_suffix}") for each in passes}
     return {RADIANCE: path, **beside, METADATA: path.with_suffix(".json")}
+
+
+@contextlib.contextmanager
+def open_parts(parts: dict[str, Path]) -> Iterator[dict[str, tuple[str, BinaryIO]]]:
+    """Open the file of each part, to appear together once all are complete; give them with their names.
+
+    Raises
+    ------
+    OSError
+        If one cannot be written.
+    """
+    with whole_files(list(parts.values())) as files:
+        yield {part: (str(parts[part]), file) for part, file in zip(parts, files, strict=True)}
 
 
 def check_fits(name: str, size: tuple[int, int], bits: int) -> None:

@@ -7,11 +7,13 @@ from typing import Any, Literal, TypeAlias
 
 import numpy.typing as npt
 
+from rtcli.image.formats import RADIANCE
+
 Array: TypeAlias = npt.NDArray[Any]
 Kind: TypeAlias = Literal["picture", "arrays"]
 
-# The layer of a picture, and the one of a film that looks like it: reports name them first.
-PICTURE_LAYER, RADIANCE_LAYER = "picture", "radiance"
+# The layer of a picture. Reports name it, and the radiance of a film, first.
+PICTURE_LAYER = "picture"
 
 
 @dataclass(frozen=True)
@@ -33,4 +35,4 @@ class Layers:
 
     def names(self) -> list[str]:
         """Return the names, that of the picture or the radiance first, the others by the alphabet."""
-        return sorted(self.arrays, key=lambda name: (name not in (PICTURE_LAYER, RADIANCE_LAYER), name))
+        return sorted(self.arrays, key=lambda name: (name not in (PICTURE_LAYER, RADIANCE), name))

@@ -14,18 +14,16 @@ import struct
 import sys
 import warnings
 from collections.abc import Callable, Iterator
-from pathlib import Path, PurePath
+from pathlib import Path
 from types import ModuleType
 from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
 from rtcli.extras import MissingExtraError, need
-from rtcli.image.layers import PICTURE_LAYER, RADIANCE_LAYER, Array, Kind, Layers
+from rtcli.image.formats import METADATA, RADIANCE, format_of
+from rtcli.image.layers import PICTURE_LAYER, Array, Kind, Layers
 from rtcli.tracer import _native
-
-# The array of an .npz that tells how the others came about: a string of JSON.
-_METADATA = "metadata"
 
 
 class _UnfitError(Exception):
@@ -89,10 +87,7 @@ def read_layers(path: str) -> Layers:
 
 
 def _format_of(path: str) -> _Format:
-    form = _FORMATS.get(PurePath(path).suffix.lower())
-    if form is None:
-        raise ValueError(f"cannot tell the format of {path!r}: its name must end in {', '.join(_FORMATS)}")
-    return form
+    return _FORMATS[format_of(path).name]
 
 
 def _refuse_what_is_no_file(path: str) -> None:
@@ -221,7 +216,7 @@ def _npz(file: BinaryIO, path: str) -> dict[str, Array]:
         if not isinstance(archive, np.lib.npyio.NpzFile) or archive.zip is None:
             raise TypeError
         _refuse_what_memory_cannot_hold(sum(member.file_size for member in archive.zip.infolist()))
-        names = [name for name in archive.files if name != _METADATA]
+        names = [name for name in archive.files if name != METADATA]
         if len(set(names)) < len(names):
             raise _UnfitError("holds several arrays of one name")
         if not names:
@@ -260,7 +255,7 @@ def _exr(file: BinaryIO, path: str) -> dict[str, Array]:
     groups: dict[str, dict[str, Array]] = {}
     for name, pixels in channels.items():
         layer, _, component = name.rpartition(".")
-        layer = layer or (RADIANCE_LAYER if name in ("R", "G", "B") else name)
+        layer = layer or (RADIANCE if name in ("R", "G", "B") else name)
         groups.setdefault(layer, {})[component] = pixels
     return {layer: _joined(group) for layer, group in groups.items()}
 
@@ -318,14 +313,13 @@ def _joined(group: dict[str, Array]) -> Array:
     return group[names[0]] if len(names) == 1 else np.stack([group[name] for name in names], axis=-1)
 
 
+# By the names of `rtcli.image.formats`.
 _FORMATS = {
-    ".png": _Format("a PNG picture", "picture", _png),
-    ".jpg": _Format("a JPEG picture", "picture", _pillow("JPEG")),
-    ".jpeg": _Format("a JPEG picture", "picture", _pillow("JPEG")),
-    ".webp": _Format("a WebP picture", "picture", _pillow("WEBP")),
-    ".tif": _Format("a TIFF picture", "picture", _pillow("TIFF")),
-    ".tiff": _Format("a TIFF picture", "picture", _pillow("TIFF")),
-    ".exr": _Format("an OpenEXR picture", "arrays", _exr),
-    ".npz": _Format("an archive of NumPy arrays", "arrays", _npz),
-    ".npy": _Format("a NumPy array", "arrays", _npy),
+    "PNG": _Format("a PNG picture", "picture", _png),
+    "JPEG": _Format("a JPEG picture", "picture", _pillow("JPEG")),
+    "WEBP": _Format("a WebP picture", "picture", _pillow("WEBP")),
+    "TIFF": _Format("a TIFF picture", "picture", _pillow("TIFF")),
+    "EXR": _Format("an OpenEXR picture", "arrays", _exr),
+    "NPZ": _Format("an archive of NumPy arrays", "arrays", _npz),
+    "NPY": _Format("a NumPy array", "arrays", _npy),
 }

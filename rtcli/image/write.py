@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 from rtcli.extras import need
+from rtcli.image.formats import METADATA
 from rtcli.image.look import Look
 
 if TYPE_CHECKING:
@@ -87,7 +88,7 @@ def write_npz(arrays: Arrays, metadata: Mapping[str, Any], file: BinaryIO) -> No
     import numpy as np
 
     with zipfile.ZipFile(file, "w", zipfile.ZIP_STORED) as archive:
-        for name, array in {**arrays, "metadata": np.array(compact(metadata))}.items():
+        for name, array in {**arrays, METADATA: np.array(compact(metadata))}.items():
             member = zipfile.ZipInfo(f"{name}.npy", _NO_DATE)
             member.create_system = _UNIX
             with archive.open(member, "w", force_zip64=True) as stream:
@@ -149,6 +150,7 @@ def write_exr(arrays: Arrays, metadata: Mapping[str, Any], file: BinaryIO) -> No
     try:
         openexr.File(header, channels).write(file.name)
         # It does not tell what a full disk did not take: only reading it all back does.
-        openexr.File(file.name, separate_channels=True)
+        with openexr.File(file.name, separate_channels=True):
+            pass
     except RuntimeError as error:
         raise OSError(errno.EIO, "OpenEXR could not write all of it: is the disk full?") from error

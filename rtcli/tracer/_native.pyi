@@ -127,5 +127,8 @@ def decode_png(file: bytes, /) -> tuple[int, int, int, int, bytes]:
 def auto_exposure(radiance: bytes, /) -> float:
     """Return the stops that expose a picture well: those of the exposure meter, 0 for an all black one."""
 
+def focal_length(fov: float, height: int, /) -> float:
+    """Return height / (2 tan(fov / 2)), in pixels: the same on every machine, as `math.tan` is not."""
+
 def meter_size(width: int, height: int, /) -> tuple[int, int]:
     """Return the size of the small picture on which the exposure of a picture of this size is metered."""

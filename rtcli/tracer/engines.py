@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 from rtcli.tracer.native import NativeTracer
 from rtcli.tracer.world import Progress, Window, World
@@ -34,6 +34,11 @@ def tracer_of(world: World, engine: str, threads: int | None = None) -> Tracer:
     from rtcli.tracer.reference import ReferenceTracer  # with NumPy
 
     return ReferenceTracer(world, threads)
+
+
+def stops_of(tracer: Tracer, exposure: float | Literal["auto"]) -> tuple[float, int]:
+    """Return an exposure in stops, metered for `auto`, and how many rays it took to find it."""
+    return tracer.exposure() if exposure == "auto" else (exposure, 0)
 
 
 def default_threads() -> int:

@@ -610,3 +610,26 @@ def test_rendering_of_another_format_is_not_compared(run, scene, folder):
     result = run("render", scene, "--check", "golden.png", "-o", "out.npz")
     assert result.exit_code == 2
     assert names_in(folder) == ["golden.png", "scene.yaml"]
+
+
+def test_rendering_does_not_replace_what_it_is_compared_with(run, scene, folder):
+    run("render", scene, "-o", "golden.png", "-q")
+    before = (folder / "golden.png").read_bytes()
+    result = run("render", scene, "--check", "golden.png", "-o", "./golden.png", "--set", "camera.fov=50")
+    assert result.exit_code == 2
+    assert "would replace 'golden.png'" in result.stderr
+    assert (folder / "golden.png").read_bytes() == before
+
+
+def test_flip_of_what_nobody_looks_at_is_wrong_usage(run, scene):
+    run("render", scene, "-o", "golden.npy", "-q")
+    result = run("render", scene, "--check", "golden.npy", "--flip")
+    assert result.exit_code == 2
+    assert "FLIP is for pictures and radiance" in result.stderr
+
+
+@pytest.mark.parametrize("options", [["-o", "out.npz"], ["-o", "out.png", "--engine", "reference"]])
+def test_developing_and_writing_are_timed_apart_for_every_format(run, scene, options):
+    seconds = json.loads(run("render", scene, *options, "--stats", "-").stdout)["seconds"]
+    assert seconds["develop"] > 0
+    assert seconds["write"] > 0

@@ -45,5 +45,6 @@ mod vector;
 pub mod world;
 
 pub use film::Film;
+pub use place::focal_length;
 pub use render::{Cancelled, Monitor, Tracer};
 pub use simd::Level;

@@ -19,9 +19,21 @@ impl View {
         View {
             width: camera.width,
             height: camera.height,
-            half_pixel: libm::tan(camera.fov * (PI / 180.0) / 2.0) / f64::from(camera.height),
+            half_pixel: half_tangent(camera.fov) / f64::from(camera.height),
         }
     }
+}
+
+/// tan(fov / 2), of a field of view in degrees: not that of the platform, which differs in its last bits.
+fn half_tangent(fov: f64) -> f64 {
+    libm::tan(fov * (PI / 180.0) / 2.0)
+}
+
+/// Returns the focal length in pixels of a picture with a vertical field of view, in degrees, and so many rows.
+///
+/// f = height / (2 tan(fov / 2))
+pub fn focal_length(fov: f64, height: u32) -> f64 {
+    f64::from(height) / (2.0 * half_tangent(fov))
 }
 
 /// A block of the picture.

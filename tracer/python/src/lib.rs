@@ -27,7 +27,7 @@ mod _native {
     use pyo3::prelude::*;
 
     #[pymodule_export]
-    use crate::look::{PngEncoder, auto_exposure, develop, meter_size};
+    use crate::look::{PngEncoder, auto_exposure, develop, focal_length, meter_size};
     #[pymodule_export]
     use crate::png::{decode_png, encode_png};
     #[pymodule_export]

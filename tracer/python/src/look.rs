@@ -31,14 +31,27 @@ pub fn developer((exposure, tone, bits): PyLook<'_>) -> PyResult<Developer> {
     }
     let unknown = || PyValueError::new_err(format!("unknown tone curve {tone:?}"));
     let tone = Tone::named(tone).ok_or_else(unknown)?;
-    let bits = match bits {
-        8 => Bits::Eight,
-        16 => Bits::Sixteen,
-        _ => {
-            return Err(PyValueError::new_err(format!("bits must be 8 or 16, got {bits}")));
-        }
-    };
-    Ok(Developer::new(exposure, tone, bits))
+    Ok(Developer::new(exposure, tone, depth(bits)?))
+}
+
+/// Returns the depth of channels of so many bits.
+///
+/// # Errors
+///
+/// `ValueError` for another number than 8 or 16.
+pub fn depth(bits: u8) -> PyResult<Bits> {
+    match bits {
+        8 => Ok(Bits::Eight),
+        16 => Ok(Bits::Sixteen),
+        _ => Err(PyValueError::new_err(format!("bits must be 8 or 16, got {bits}"))),
+    }
+}
+
+/// Returns the focal length in pixels of a camera's vertical field of view, in degrees, and its picture's height.
+#[pyfunction]
+#[pyo3(signature = (fov, height, /))]
+pub fn focal_length(fov: f64, height: u32) -> f64 {
+    rtcli_tracer::focal_length(fov, height)
 }
 
 /// Develops radiance, interleaved float32 RGB, to 8 bits a channel, or to 16 with the high byte first.

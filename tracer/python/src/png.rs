@@ -8,7 +8,7 @@ use pyo3::types::PyBytes;
 use rtcli_tracer::develop::Bits;
 use rtcli_tracer::png::{self, Color, Header, PngWriter};
 
-use crate::look::has_pixels;
+use crate::look::{depth, has_pixels};
 
 /// The largest picture that is read: 65,535 x 16,384 pixels of RGB in 16 bits.
 const MOST_BYTES: usize = 6 << 30;
@@ -62,14 +62,6 @@ fn color(channels: u8) -> PyResult<Color> {
         _ => Err(PyValueError::new_err(format!(
             "channels must be 1 or 3, got {channels}"
         ))),
-    }
-}
-
-fn depth(bits: u8) -> PyResult<Bits> {
-    match bits {
-        8 => Ok(Bits::Eight),
-        16 => Ok(Bits::Sixteen),
-        _ => Err(PyValueError::new_err(format!("bits must be 8 or 16, got {bits}"))),
     }
 }
 
