@@ -21,7 +21,7 @@ from rtcli.pack import pack
 from rtcli.scene.model import Scene
 from rtcli.tracer.engines import default_threads, stops_of
 from rtcli.tracer.native import NativeTracer
-from rtcli.tracer.reference import NOTHING, Ray, ReferenceTracer
+from rtcli.tracer.reference import NOTHING, Ray, ReferenceTracer, mean_of_samples
 from rtcli.tracer.sampling import sample_offsets
 from rtcli.tracer.world import Window, World
 
@@ -87,7 +87,8 @@ class _Pixel:
     def explanation(self, told: int) -> Explanation:
         """Return the explanation that tells one of the samples, counted from 0."""
         image = self.scene.image
-        radiance = self.tracer.scenery.pixel_radiance(self.light)
+        # Added one after the other, as those of a picture are.
+        radiance = mean_of_samples(np.add.accumulate(self.light, axis=1)[:, -1], len(self.offsets))
         exposure, _ = stops_of(self.tracer, image.exposure)
         value = developed(radiance, Look(exposure, image.tone))
         samples = tuple(self._sample(i) for i in range(len(self.offsets)))

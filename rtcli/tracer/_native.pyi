@@ -8,12 +8,15 @@ native byte order; arguments of a wrong length or range raise ValueError.
 from collections.abc import Callable
 from typing import Any, TypeAlias, final
 
+import numpy.typing as npt
+
 from rtcli.tracer.world import Vector, Window
 
 # Stops, tone curve (`clip`, `reinhard` or `aces`), bits a channel (8 or 16).
 _Look: TypeAlias = tuple[float, str, int]
 # Keywords and what is told under them, for the text chunks of a PNG.
 _Texts: TypeAlias = list[tuple[str, str]]
+_Arrays: TypeAlias = dict[str, npt.NDArray[Any]]
 # Told (pixels done, pixels in all).
 _Progress: TypeAlias = Callable[[int, int], None]
 
@@ -46,10 +49,22 @@ class Tracer:
         threads: int,
         /,
     ) -> Tracer: ...
-    def film(
-        self, window: Window, passes: tuple[str, ...], progress: _Progress | None, /
-    ) -> tuple[dict[str, bytearray], int]:
-        """Return the radiance and the passes of a window by name, float32 and uint32, and the number of rays."""
+    def film(self, window: Window, arrays: _Arrays, progress: _Progress | None, /) -> int:
+        """Render a window into `radiance` and the passes that are there; return the number of rays.
+
+        Each array has one item a pixel, or three for `radiance`, `normal`, `position` and `albedo`: float32, or
+        uint32 for `object_id`.
+
+        Raises
+        ------
+        TypeError
+            If an array has items of another type, or is not contiguous.
+        ValueError
+            If an array has another size or an unknown name, or `radiance` is missing.
+        """
+
+    def levels(self, window: Window, look: _Look, /) -> bytearray:
+        """Render a window and develop it: red, green and blue of each pixel, 16 bits with the high byte first."""
 
     def picture(
         self,

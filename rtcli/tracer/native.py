@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from rtcli.tracer._native import Tracer, develop
+from rtcli.tracer._native import Tracer
 from rtcli.tracer.world import Lights, Progress, Shapes, Window, World
 
 if TYPE_CHECKING:
@@ -43,13 +43,12 @@ class NativeTracer:
         self, window: Window, passes: tuple[str, ...] = (), progress: Progress | None = None
     ) -> tuple[Arrays, int]:
         """Return radiance and passes by name, and the number of rays."""
-        buffers, rays = self._tracer.film(window, passes, progress)
-        return {name: _as_array(name, buffer, window) for name, buffer in buffers.items()}, rays
+        arrays = {name: _new_array(name, window) for name in ("radiance", *passes)}
+        return arrays, self._tracer.film(window, arrays, progress)
 
-    def levels(self, window: Window, look: tuple[float, str, int]) -> bytes:
-        """Return the developed picture: red, green and blue of each pixel, row by row."""
-        buffers, _ = self._tracer.film(window, (), None)
-        return bytes(develop(bytes(buffers["radiance"]), look))
+    def levels(self, window: Window, look: tuple[float, str, int]) -> bytearray:
+        """Return the developed picture, a small one: red, green and blue of each pixel, row by row."""
+        return self._tracer.levels(window, look)
 
     def coverage(self, window: Window) -> list[int]:
         """Return of each object how many pixel centres of a window it covers, what others hide included."""
@@ -94,9 +93,10 @@ def _light_columns(lights: Lights) -> tuple[bytes, bytes, bytes, bytes]:
     )
 
 
-def _as_array(name: str, buffer: bytearray, window: Window) -> npt.NDArray[np.generic]:
+def _new_array(name: str, window: Window) -> npt.NDArray[np.generic]:
+    """Return an array of the film, not filled: the tracer's threads are the first to touch its memory."""
     import numpy as np  # only films need it: a picture is written without
 
     dtype = np.uint32 if name == "object_id" else np.float32
     shape = (window.height, window.width) if name in _SCALARS else (window.height, window.width, 3)
-    return np.frombuffer(buffer, dtype=dtype).reshape(shape)
+    return np.empty(shape, dtype)

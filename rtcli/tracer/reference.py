@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from threading import Event
 from typing import Any, NamedTuple, TypeAlias
@@ -51,6 +51,9 @@ LARGEST = float(np.finfo(np.float32).max)
 
 NOTHING = -1
 
+# The place in a pixel where ground truth is taken.
+CENTRE = (0.5, 0.5)
+
 
 def _to_film(values: npt.NDArray[Any], dtype: np.dtype[Any]) -> npt.NDArray[Any]:
     """Return values as the film holds them: what is finite stays finite in float32."""
@@ -58,6 +61,16 @@ def _to_film(values: npt.NDArray[Any], dtype: np.dtype[Any]) -> npt.NDArray[Any]
         return values.astype(dtype)
     bounded = np.where(np.isfinite(values), np.clip(values, -LARGEST, LARGEST), values)
     return bounded.astype(dtype)
+
+
+def _as_rows(values: npt.NDArray[Any], tile: Window) -> npt.NDArray[Any]:
+    """Return values of a tile's pixels, (N,) or (3, N), as the picture's arrays have them."""
+    return values.T.reshape(tile.height, tile.width, *values.shape[:-1])
+
+
+def mean_of_samples(total: Array, samples: int) -> Array:
+    """Return the mean radiance of pixels, (3, N) or (3,), from the sum of samples, as the film holds it."""
+    return _to_film(total / samples, np.dtype(np.float32))
 
 
 def dot(a: Array, b: Array) -> Array:
@@ -108,7 +121,7 @@ class SimpleCamera:
 
     frame: CameraFrame
 
-    def generate_primary_rays(self, window: Window, within: tuple[float, float] = (0.5, 0.5)) -> Ray:
+    def generate_primary_rays(self, window: Window, within: tuple[float, float] = CENTRE) -> Ray:
         """Return the rays through the pixels of a window, row by row.
 
         Parameters
@@ -127,7 +140,7 @@ class SimpleCamera:
         point = x * column(frame.right) + y * column(frame.up) + column(frame.forward)
         return Ray(column(frame.position), point / length(point))
 
-    def on_image_plane(self, window: Window, within: tuple[float, float] = (0.5, 0.5)) -> tuple[Array, Array]:
+    def on_image_plane(self, window: Window, within: tuple[float, float] = CENTRE) -> tuple[Array, Array]:
         """Return x and y, where those rays cross the image plane at distance 1 from the eye: (N,) each.
 
         With s = (pixel + within) / size (section 2.1.2, as corrected)::
@@ -582,9 +595,24 @@ class Scenery:
         self.shining = np.array([shape.source_object is not None for shape in objects], dtype=bool)
 
     def render_img_to_rgb_array(
-        self, window: Window, threads: int = 1, progress: Progress | None = None
+        self,
+        window: Window,
+        threads: int = 1,
+        progress: Progress | None = None,
+        passes: Mapping[str, npt.NDArray[Any]] | None = None,
     ) -> tuple[npt.NDArray[np.float32], int]:
         """Trace every sample of every pixel of a window of the picture.
+
+        Parameters
+        ----------
+        window
+            The pixels.
+        threads
+            How many tiles are traced at a time.
+        progress
+            Is told (pixels done, pixels in all) after each tile.
+        passes
+            Arrays to fill with ground truth meanwhile, by the names of `PASSES`; see `new_passes`.
 
         Returns
         -------
@@ -596,33 +624,32 @@ class Scenery:
         radiance = np.zeros((window.height, window.width, 3), dtype=np.float32)
 
         def render_tile(tile: Window) -> int:
-            mean, rays = self._tile_radiance(tile)
-            radiance[rows_and_columns(tile, window)] = mean.T.reshape(tile.height, tile.width, 3)
+            place = rows_and_columns(tile, window)
+            mean, rays, centres = self._trace_tile(tile)
+            radiance[place] = _as_rows(mean, tile)
+            if passes:
+                # A single sample went through the centres; of several, none may have.
+                ray, hit = centres or self._look(tile, CENTRE)
+                for name, array in passes.items():
+                    array[place] = _as_rows(_to_film(PASSES[name].values(self, ray, hit), array.dtype), tile)
             return rays
 
         self._abandoned = Event()
         return radiance, sum(over_tiles(render_tile, window, threads, progress, self._abandoned))
 
-    def render_passes(self, window: Window, names: Sequence[str], threads: int = 1) -> dict[str, npt.NDArray[Any]]:
-        """Take ground truth at the pixel centres of a window: one array for each name of `PASSES`."""
-        arrays = {
-            name: np.zeros((window.height, window.width, *PASSES[name].shape), dtype=PASSES[name].dtype)
-            for name in names
-        }
+    def _trace_tile(self, tile: Window) -> tuple[Array, int, tuple[Ray, Hit] | None]:
+        """Return the radiance of a tile, the number of rays, and what its centres see if its samples are there."""
+        total, rays, offsets = np.zeros((3, tile.width * tile.height)), 0, sample_offsets(self.settings.samples)
+        for within in offsets:
+            ray, hit = self._look(tile, within)
+            light, shadow_rays = self._light_from(ray, hit)
+            total += light.rgb
+            rays += len(hit.t) + shadow_rays
+        return mean_of_samples(total, len(offsets)), rays, (ray, hit) if offsets == [CENTRE] else None
 
-        def render_tile(tile: Window) -> int:
-            ray = self.camera.generate_primary_rays(tile)
-            hit = self.nearest_hit(ray)
-            for name, array in arrays.items():
-                values = _to_film(PASSES[name].values(self, ray, hit), array.dtype)
-                array[rows_and_columns(tile, window)] = values.T.reshape(tile.height, tile.width, *array.shape[2:])
-            return 0
-
-        if names:
-            self._abandoned = Event()
-            for _ in over_tiles(render_tile, window, threads, None, self._abandoned):
-                pass
-        return arrays
+    def _look(self, tile: Window, within: tuple[float, float]) -> tuple[Ray, Hit]:
+        ray = self.camera.generate_primary_rays(tile, within)
+        return ray, self.nearest_hit(ray)
 
     def coverage(self, window: Window, threads: int = 1) -> list[int]:
         """Return of each object how many pixel centres of a window it covers, what others hide included."""
@@ -640,14 +667,6 @@ class Scenery:
             pass
         return [int(count) for count in covered.sum(axis=0)]
 
-    def _tile_radiance(self, tile: Window) -> tuple[Array, int]:
-        total, rays = np.zeros((3, tile.width * tile.height)), 0
-        for within in sample_offsets(self.settings.samples):
-            light, traced = self.trace_ray(self.camera.generate_primary_rays(tile, within))
-            total += light.rgb
-            rays += traced
-        return _to_film(total / self.settings.samples, np.dtype(np.float32)), rays
-
     def trace_ray(self, ray: Ray, depth: int = 0) -> tuple[Light, int]:
         """Return the light that reaches the rays' offset (t = 0), and how many rays that took.
 
@@ -657,20 +676,18 @@ class Scenery:
         if depth > self.settings.max_depth:
             return Light(np.zeros_like(ray.direction), np.ones(1)), 0
         hit = self.nearest_hit(ray)
+        light, shadow_rays = self._light_from(ray, hit, depth)
+        return light, len(hit.t) + shadow_rays
+
+    def _light_from(self, ray: Ray, hit: Hit, depth: int = 0) -> tuple[Light, int]:
+        """Return the light of what the rays hit, and how many shadow rays that took."""
         radiance = np.repeat(column(self.settings.background), len(hit.t), axis=1)
         surfaces = np.flatnonzero(hit.index != NOTHING)
         shining = self.shining[hit.index[surfaces]]
         self._add_shining(radiance, surfaces[shining], ray, hit)
         lit = surfaces[~shining]
         radiance[:, lit], shadow_rays = self._direct_light(ray.take(lit), hit.take(lit), depth + 1)
-        return Light(radiance, np.ones(1)), len(hit.t) + shadow_rays
-
-    def pixel_radiance(self, samples: Array) -> npt.NDArray[np.float32]:
-        """Return the mean of a pixel's samples (3, N), added in their order, as the film holds it: (3,)."""
-        total = np.zeros(3)
-        for sample in samples.T:
-            total += sample
-        return _to_film(total / samples.shape[1], np.dtype(np.float32))
+        return Light(radiance, np.ones(1)), shadow_rays
 
     def nearest_hit(self, ray: Ray) -> Hit:
         """Return the nearest hit of each ray; of two at the same distance, the first object's."""
@@ -807,6 +824,12 @@ PASSES: dict[str, Pass] = {
 }
 
 
+def new_passes(names: Iterable[str], window: Window) -> dict[str, npt.NDArray[Any]]:
+    """Return an array for the ground truth of each name of `PASSES`."""
+    size = (window.height, window.width)
+    return {name: np.zeros((*size, *PASSES[name].shape), dtype=PASSES[name].dtype) for name in names}
+
+
 # --- From a world of plain arrays --------------------------------------------------------------------------
 
 
@@ -855,8 +878,9 @@ class ReferenceTracer:
         self, window: Window, passes: tuple[str, ...] = (), progress: Progress | None = None
     ) -> tuple[dict[str, npt.NDArray[Any]], int]:
         """Return radiance and passes by name, and the number of rays."""
-        radiance, rays = self.scenery.render_img_to_rgb_array(window, self.threads, progress)
-        return {"radiance": radiance, **self.scenery.render_passes(window, passes, self.threads)}, rays
+        arrays = new_passes(passes, window)
+        radiance, rays = self.scenery.render_img_to_rgb_array(window, self.threads, progress, arrays)
+        return {"radiance": radiance, **arrays}, rays
 
     def coverage(self, window: Window) -> list[int]:
         """Return of each object how many pixel centres of a window it covers, what others hide included."""

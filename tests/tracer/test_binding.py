@@ -306,25 +306,69 @@ def test_tracer_without_threads_is_a_value_error():
         _native.Tracer(CAMERA, ONE_OBJECT, ONE_LIGHT, SETTINGS, 0)
 
 
+def small_tracer(threads=1):
+    """Return the compiled tracer of a picture of 4x3 pixels."""
+    return _native.Tracer(CAMERA, ONE_OBJECT, ONE_LIGHT, SETTINGS, threads)
+
+
+SMALL = (0, 0, 4, 3)
+
+
+def radiance(*shape, dtype=np.float32):
+    return {"radiance": np.zeros(shape, dtype)}
+
+
+@pytest.mark.parametrize("window", [(0, 0, 5, 3), (0, 3, 1, 1), (0, 0, 0, 1), (4294967295, 0, 4294967295, 1)])
+def test_window_that_is_not_inside_the_picture_is_a_value_error(window):
+    with pytest.raises(ValueError, match="not inside the picture"):
+        small_tracer().film(window, radiance(3, 5, 3), None)
+
+
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("arrays", "error", "message"),
     [
-        (((0, 0, 5, 3), (), None), "not inside the picture"),
-        (((0, 3, 1, 1), (), None), "not inside the picture"),
-        (((0, 0, 0, 1), (), None), "not inside the picture"),
-        (((4294967295, 0, 4294967295, 1), (), None), "not inside the picture"),
-        (((0, 0, 4, 3), ("depths",), None), "unknown pass"),
+        ({**radiance(3, 4, 3), "depths": np.zeros((3, 4), np.float32)}, ValueError, "unknown pass"),
+        ({}, ValueError, "do not fit"),
+        ({"depth": np.zeros((3, 4), np.float32)}, ValueError, "do not fit"),
+        (radiance(3, 4), ValueError, "do not fit"),
+        *(
+            ({**radiance(3, 4, 3), name: np.zeros(wrong, dtype)}, ValueError, "do not fit")
+            for name, dtype, wrong in [
+                ("depth", np.float32, 11),
+                ("distance", np.float32, 13),
+                ("normal", np.float32, 35),
+                ("position", np.float32, (3, 4)),
+                ("albedo", np.float32, 37),
+                ("object_id", np.uint32, (3, 4, 3)),
+            ]
+        ),
+        (radiance(3, 4, 3, dtype=np.float64), TypeError, "not an instance of"),
+        ({**radiance(3, 4, 3), "object_id": np.zeros((3, 4), np.int32)}, TypeError, "not an instance of"),
+        ({"radiance": bytearray(144)}, TypeError, "not an instance of"),
+        ({"radiance": np.zeros((3, 4, 6), np.float32)[:, :, ::2]}, TypeError, "contiguous"),
     ],
 )
-def test_film_that_cannot_be_is_a_value_error(arguments, message):
-    world = _native.Tracer(CAMERA, ONE_OBJECT, ONE_LIGHT, SETTINGS, 1)
-    with pytest.raises(ValueError, match=message):
-        world.film(*arguments)
+def test_arrays_that_do_not_suit_a_film_are_an_error(arrays, error, message):
+    with pytest.raises(error, match=message):
+        small_tracer().film(SMALL, arrays, None)
+
+
+def test_array_that_is_not_writable_is_an_error():
+    arrays = radiance(3, 4, 3)
+    arrays["radiance"].flags.writeable = False
+    with pytest.raises(TypeError, match="writeable"):
+        small_tracer().film(SMALL, arrays, None)
+    assert not arrays["radiance"].any()
+
+
+def test_array_that_would_be_written_twice_is_an_error():
+    one = np.zeros((3, 4), np.float32)
+    with pytest.raises(TypeError, match="borrowed"):
+        small_tracer().film(SMALL, {**radiance(3, 4, 3), "depth": one, "distance": one}, None)
 
 
 def test_threads_beyond_all_measure_are_no_error():
-    film, _ = _native.Tracer(CAMERA, ONE_OBJECT, ONE_LIGHT, SETTINGS, 10**9).film((0, 0, 4, 3), (), None)
-    assert film.keys() == {"radiance"}
+    assert small_tracer(10**9).film(SMALL, radiance(3, 4, 3), None) > 0
 
 
 @pytest.mark.parametrize("look", [(0.0, "film", 8), (0.0, "clip", 12), (float("nan"), "clip", 8)])

@@ -229,23 +229,39 @@ impl Block {
             self.traced += self
                 .lighting
                 .add(scene, settings, object, flat.as_ref(), &mut self.some_radiance);
-            scatter(&self.some_radiance, lanes, &mut self.radiance);
+            for (to, from) in self.radiance.iter_mut().zip(&self.some_radiance) {
+                put(to, lanes, |i| from[i]);
+            }
         }
     }
 }
 
 impl Surface {
+    /// Keep the points of a group, which lie on a plane if they are on something flat.
     #[inline(always)]
     fn take(&mut self, lanes: &[u8], points: &Points, flat: Option<&Plane>) {
-        for (i, &lane) in lanes.iter().enumerate() {
-            let lane = usize::from(lane);
-            for axis in 0..3 {
-                self.position[axis][lane] = points.reference[axis] + f64::from(points.offset[axis][i]);
-                self.normal[axis][lane] = match flat {
-                    Some(plane) => plane.normal[axis] as f32,
-                    None => points.normal[axis][i],
-                };
+        for axis in 0..3 {
+            let (reference, offset) = (points.reference[axis], &points.offset[axis]);
+            put(&mut self.position[axis], lanes, |i| reference + f64::from(offset[i]));
+            match flat {
+                Some(plane) => put(&mut self.normal[axis], lanes, |_| plane.normal[axis] as f32),
+                None => put(&mut self.normal[axis], lanes, |i| points.normal[axis][i]),
             }
+        }
+    }
+}
+
+/// Write what belongs to the lanes of a group.
+#[inline(always)]
+fn put<T>(to: &mut [T; LANES], lanes: &[u8], value: impl Fn(usize) -> T) {
+    if lanes.len() == LANES {
+        // All lanes in turn: a loop for vectors.
+        for (i, to) in to.iter_mut().enumerate() {
+            *to = value(i);
+        }
+    } else {
+        for (i, &lane) in lanes.iter().enumerate() {
+            to[usize::from(lane)] = value(i);
         }
     }
 }
@@ -283,15 +299,6 @@ fn gather(from: &[Lanes; 3], lanes: &[u8], to: &mut [Lanes; 3]) {
     for (to, from) in to.iter_mut().zip(from) {
         for (to, &lane) in to.iter_mut().zip(lanes) {
             *to = from[usize::from(lane)];
-        }
-    }
-}
-
-#[inline(always)]
-fn scatter(from: &[Lanes; 3], lanes: &[u8], to: &mut [Lanes; 3]) {
-    for (to, from) in to.iter_mut().zip(from) {
-        for (from, &lane) in from.iter().zip(lanes) {
-            to[usize::from(lane)] = *from;
         }
     }
 }

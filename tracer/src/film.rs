@@ -1,11 +1,11 @@
 //! The arrays of a rendered picture, and how a block fills its part of them.
 
 use crate::block::{Block, Truth};
-use crate::grid::{FACE_BITS, NOTHING};
+use crate::grid::{FACE_BITS, LANES, Lanes, NOTHING};
 use crate::place::Place;
 use crate::scene::Scene;
-use crate::vector::{add, length, scale};
-use crate::world::{Camera, Vector};
+use crate::vector::{add, dot, scale, single, turned};
+use crate::world::{Camera, Vector, Window};
 
 /// Where to put radiance and passes of a window: arrays row by row, of width * height pixels.
 ///
@@ -40,8 +40,9 @@ impl<'a> Film<'a> {
         }
     }
 
-    /// Whether each array has the length that so many pixels need.
-    pub(crate) fn holds(&self, pixels: usize) -> bool {
+    /// Whether each array has the length that the pixels of a window need.
+    pub fn holds(&self, window: Window) -> bool {
+        let pixels = window.width as usize * window.height as usize;
         let triples = [&self.normal, &self.position, &self.albedo];
         let singles = [&self.depth, &self.distance];
         self.radiance.len() == 3 * pixels
@@ -84,12 +85,29 @@ impl<'a> Film<'a> {
     /// Take the wanted pixels of a block. The film is that of the place's window.
     #[inline(always)]
     pub(crate) fn take(&mut self, block: &Block, place: Place, home: Home<'_>) {
-        let passes = self.has_passes();
         for span in place.spans() {
             let radiance = &mut self.radiance[3 * span.pixel..3 * (span.pixel + span.count)];
             block.mean(span.lane, radiance);
-            for i in 0..if passes { span.count } else { 0 } {
-                self.take_passes(block, span.pixel + i, span.lane + i, home);
+        }
+        let (t, faces) = (&block.nearest.t, &block.nearest.face);
+        if let Some(depth) = &mut self.depth {
+            place.put(depth, &home.depths(t));
+        }
+        if let Some(distance) = &mut self.distance {
+            place.put(distance, &home.distances(t, &block.rays.vv));
+        }
+        if let Some(albedo) = &mut self.albedo {
+            place.put(albedo.as_chunks_mut().0, &home.albedos(faces));
+        }
+        if let Some(object_id) = &mut self.object_id {
+            place.put(object_id, &object_ids(faces));
+        }
+        if let Some(surface) = &block.surface {
+            if let Some(position) = &mut self.position {
+                place.put(position.as_chunks_mut().0, &home.places(&surface.position, faces));
+            }
+            if let Some(normal) = &mut self.normal {
+                place.put(normal.as_chunks_mut().0, &home.directions(&surface.normal, faces));
             }
         }
     }
@@ -97,38 +115,6 @@ impl<'a> Film<'a> {
     fn has_passes(&self) -> bool {
         let floats = [&self.depth, &self.distance, &self.normal, &self.position, &self.albedo];
         floats.into_iter().any(Option::is_some) || self.object_id.is_some()
-    }
-
-    fn take_passes(&mut self, block: &Block, pixel: usize, lane: usize, home: Home<'_>) {
-        let (t, face) = (block.nearest.t[lane], block.nearest.face[lane]);
-        let hit = face != NOTHING;
-        if let Some(depth) = &mut self.depth {
-            depth[pixel] = home.length(t);
-        }
-        if let Some(distance) = &mut self.distance {
-            distance[pixel] = home.length(t * block.rays.vv[lane].sqrt());
-        }
-        if let Some(albedo) = &mut self.albedo {
-            let color = if hit {
-                home.scene.looks[(face >> FACE_BITS) as usize].albedo
-            } else {
-                [0.0; 3]
-            };
-            put(albedo, pixel, color);
-        }
-        if let Some(object_id) = &mut self.object_id {
-            object_id[pixel] = if hit { (face >> FACE_BITS) + 1 } else { 0 };
-        }
-        if let Some(surface) = &block.surface {
-            if let Some(position) = &mut self.position {
-                let point = surface.position.each_ref().map(|axis| axis[lane]);
-                put(position, pixel, if hit { home.place(point) } else { [0.0; 3] });
-            }
-            if let Some(normal) = &mut self.normal {
-                let n = surface.normal.each_ref().map(|axis| f64::from(axis[lane]));
-                put(normal, pixel, if hit { home.direction(n) } else { [0.0; 3] });
-            }
-        }
     }
 }
 
@@ -142,47 +128,116 @@ fn split<T>(array: Option<&mut [T]>, at: usize) -> (Option<&mut [T]>, Option<&mu
     }
 }
 
-fn put(array: &mut [f32], pixel: usize, value: Vector) {
-    for (to, from) in array[3 * pixel..3 * pixel + 3].iter_mut().zip(value) {
-        *to = bounded(from);
+/// Three numbers for each ray of a block.
+type Triples = [[f32; 3]; LANES];
+
+/// The number of each object plus 1; 0 where nothing is met.
+#[inline(always)]
+fn object_ids(faces: &[u32; LANES]) -> [u32; LANES] {
+    let mut ids = [0; LANES];
+    for lane in 0..LANES {
+        let face = faces[lane];
+        ids[lane] = if face == NOTHING { 0 } else { (face >> FACE_BITS) + 1 };
     }
+    ids
 }
 
 /// In float32; what is finite stays finite.
+#[inline(always)]
 fn bounded(value: f64) -> f32 {
     let largest = f64::from(f32::MAX);
     value.clamp(-largest, largest) as f32
 }
 
-/// The way back from the camera's space to the world.
+/// The way back from the camera's space to the world, for whole blocks: loops that are compiled for vectors.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Home<'a> {
-    pub(crate) scene: &'a Scene,
-    pub(crate) camera: &'a Camera,
+    scene: &'a Scene,
+    /// What one of the camera's units is in the world: a power of two.
+    unit: f64,
+    eye: Vector,
+    /// The rotation to the world's axes, row by row.
+    rows: [Vector; 3],
 }
 
-impl Home<'_> {
-    /// A length, which stays finite if it is.
-    fn length(&self, length: f32) -> f32 {
-        if length == f32::INFINITY {
-            return length;
+impl<'a> Home<'a> {
+    pub(crate) fn new(scene: &'a Scene, camera: &Camera) -> Home<'a> {
+        let Camera { right, up, forward, .. } = camera;
+        Home {
+            scene,
+            unit: 1.0 / scene.unit,
+            eye: camera.position,
+            rows: std::array::from_fn(|axis| [right[axis], up[axis], forward[axis]]),
         }
-        bounded(f64::from(length) / self.scene.unit)
     }
 
-    fn place(&self, point: Vector) -> Vector {
-        let relative = self.turn(point).map(|component| component / self.scene.unit);
-        add(self.camera.position, relative)
+    /// depth = t
+    #[inline(always)]
+    fn depths(&self, t: &Lanes) -> Lanes {
+        let mut depths = [0.0; LANES];
+        for lane in 0..LANES {
+            depths[lane] = self.length(t[lane]);
+        }
+        depths
     }
 
-    /// A unit vector, made exactly as long as float64 can.
-    fn direction(&self, direction: Vector) -> Vector {
-        scale(self.turn(direction), 1.0 / length(direction))
+    /// distance = t |v|
+    #[inline(always)]
+    fn distances(&self, t: &Lanes, vv: &Lanes) -> Lanes {
+        let mut distances = [0.0; LANES];
+        for lane in 0..LANES {
+            distances[lane] = self.length(t[lane] * vv[lane].sqrt());
+        }
+        distances
     }
 
-    /// From the camera's axes to the world's.
-    fn turn(&self, v: Vector) -> Vector {
-        let Camera { right, up, forward, .. } = self.camera;
-        std::array::from_fn(|i| v[0] * right[i] + v[1] * up[i] + v[2] * forward[i])
+    /// A length, which stays finite if it is.
+    #[inline(always)]
+    fn length(&self, length: f32) -> f32 {
+        let home = bounded(f64::from(length) * self.unit);
+        if length < f32::INFINITY { home } else { length }
+    }
+
+    /// Places, from what they are relative to the eye; 0 where nothing is met.
+    #[inline(always)]
+    fn places(&self, [x, y, z]: &[[f64; LANES]; 3], faces: &[u32; LANES]) -> Triples {
+        let mut places = [[0.0; 3]; LANES];
+        for lane in 0..LANES {
+            let relative = turned(&self.rows, [x[lane], y[lane], z[lane]]);
+            let place = add(self.eye, scale(relative, self.unit)).map(bounded);
+            places[lane] = if faces[lane] == NOTHING { [0.0; 3] } else { place };
+        }
+        places
+    }
+
+    /// Unit vectors, whose length is known to float32 only, with that of float64; 0 where nothing is met.
+    ///
+    /// 1 / |n| = (3 - n.n) / 2, up to the square of how far n.n is from 1
+    #[inline(always)]
+    fn directions(&self, [x, y, z]: &[Lanes; 3], faces: &[u32; LANES]) -> Triples {
+        let mut directions = [[0.0; 3]; LANES];
+        for lane in 0..LANES {
+            let n = [x[lane], y[lane], z[lane]].map(f64::from);
+            let direction = single(scale(turned(&self.rows, n), (3.0 - dot(n, n)) / 2.0));
+            directions[lane] = if faces[lane] == NOTHING { [0.0; 3] } else { direction };
+        }
+        directions
+    }
+
+    /// The colors of what is met; 0 where it is nothing.
+    #[inline(always)]
+    fn albedos(&self, faces: &[u32; LANES]) -> Triples {
+        let mut albedos = [[0.0; 3]; LANES];
+        let (mut last, mut color) = (NOTHING, [0.0; 3]);
+        for (albedo, &face) in albedos.iter_mut().zip(faces) {
+            if face != last {
+                last = face;
+                // Of nothing there is no look.
+                let look = self.scene.looks.get((face >> FACE_BITS) as usize);
+                color = look.map_or([0.0; 3], |look| single(look.albedo));
+            }
+            *albedo = color;
+        }
+        albedos
     }
 }

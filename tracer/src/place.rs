@@ -1,6 +1,6 @@
 //! Where blocks lie in a picture, and which of their pixels are wanted.
 
-use crate::grid::{LANES, SIDE};
+use crate::grid::{LANES, SIDE, STEP};
 use crate::world::{Camera, Window};
 use std::f64::consts::PI;
 
@@ -85,6 +85,20 @@ impl Place {
         let window = &self.window;
         // What is left of or above the window wraps around to something large.
         x.wrapping_sub(window.x) < window.width && y.wrapping_sub(window.y) < window.height
+    }
+
+    /// Write the wanted pixels of a block into an array of the window.
+    #[inline(always)]
+    pub(crate) fn put<T: Copy>(&self, array: &mut [T], block: &[T; LANES]) {
+        for Span { pixel, lane, count } in self.spans() {
+            let to = &mut array[pixel..pixel + count];
+            let from = &block[lane..lane + count];
+            // Most rows are whole, and copied without a call.
+            match (<&mut [T; STEP]>::try_from(&mut *to), <&[T; STEP]>::try_from(from)) {
+                (Ok(to), Ok(from)) => *to = *from,
+                _ => to.copy_from_slice(from),
+            }
+        }
     }
 
     /// The wanted pixels, row by row.

@@ -130,8 +130,7 @@ impl Tracer {
     ///
     /// If the arrays of the film do not fit the window, or the window is not inside the picture.
     pub fn film(&self, window: Window, film: Film<'_>, monitor: &Monitor) -> Result<u64, Cancelled> {
-        let pixels = window.width as usize * window.height as usize;
-        assert!(film.holds(pixels), "the film does not fit the window");
+        assert!(film.holds(window), "the film does not fit the window");
         self.film_of(self.shot(monitor), window, film)
     }
 
@@ -213,10 +212,7 @@ impl Tracer {
             bands.push((window, film));
             rest = below;
         }
-        let home = Home {
-            scene: &self.scene,
-            camera: &self.world.camera,
-        };
+        let home = Home::new(&self.scene, &self.world.camera);
         let rays = bands
             .into_par_iter()
             .map_init(new_block, |block, (window, film)| {

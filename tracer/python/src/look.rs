@@ -58,11 +58,22 @@ pub fn focal_length(fov: f64, height: u32) -> f64 {
 #[pyfunction]
 #[pyo3(signature = (radiance, look, /))]
 pub fn develop<'py>(py: Python<'py>, radiance: &[u8], look: PyLook<'_>) -> PyResult<Bound<'py, PyByteArray>> {
-    let developer = developer(look)?;
-    let radiance = pixels(radiance)?;
+    developed(py, &developer(look)?, &pixels(radiance)?)
+}
+
+/// Returns developed radiance, interleaved RGB.
+///
+/// # Errors
+///
+/// `MemoryError` if no memory holds it.
+pub fn developed<'py>(
+    py: Python<'py>,
+    developer: &Developer,
+    radiance: &[f32],
+) -> PyResult<Bound<'py, PyByteArray>> {
     let length = radiance.len() / CHANNELS * developer.bytes_per_pixel();
     PyByteArray::new_with(py, length, |developed| {
-        py.detach(|| developer.develop(&radiance, developed));
+        py.detach(|| developer.develop(radiance, developed));
         Ok(())
     })
 }

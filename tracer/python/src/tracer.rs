@@ -1,17 +1,18 @@
 //! The class `Tracer`: a world that is rendered to a film or to a picture.
 
+use std::collections::HashMap;
 use std::env;
 
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString};
-use rtcli_tracer::Level;
+use pyo3::types::PyByteArray;
 use rtcli_tracer::render::{Cancelled, Monitor, PictureError};
 use rtcli_tracer::world::World;
+use rtcli_tracer::{Film, Level};
 
-use crate::arrays::{arrays_of, byte_length, film_over, pixels, with_arrays};
+use crate::arrays::{PyFilm, pixels};
 use crate::attend::Listener;
-use crate::look::{PyLook, developer};
+use crate::look::{PyLook, developed, developer};
 use crate::world::{self, PyCamera, PyLights, PyObjects, PySettings, PyWindow, Size};
 
 /// Forces a SIMD level.
@@ -68,35 +69,42 @@ impl Tracer {
         })
     }
 
-    /// Renders radiance and passes of a window; returns them by name, and the number of rays.
-    #[pyo3(signature = (window, passes, progress, /))]
+    /// Renders a window into arrays, of which `radiance` is one; returns the number of rays.
+    #[pyo3(signature = (window, arrays, progress, /))]
     fn film<'py>(
         &self,
         py: Python<'py>,
         window: PyWindow,
-        passes: Vec<String>,
+        arrays: HashMap<String, Bound<'py, PyAny>>,
         progress: Option<Bound<'py, PyAny>>,
-    ) -> PyResult<(Bound<'py, PyDict>, u64)> {
+    ) -> PyResult<u64> {
         let window = world::window(window, self.size)?;
-        let arrays = arrays_of(&passes)?;
-        let lengths: PyResult<Vec<_>> = arrays
-            .iter()
-            .map(|(_, components)| byte_length(window, *components))
-            .collect();
-        let mut made = Vec::new();
-        let mut rays = 0;
-        with_arrays(py, &lengths?, Vec::new(), &mut made, &mut |bytes| {
-            let film = film_over(&arrays, bytes)?;
-            let mut listener = Listener::new(py, pixels(window), progress.as_ref(), None);
-            let work = |monitor: &Monitor, _: &_| self.core.film(window, film, monitor);
-            rays = listener.attend(self.threads, work)?.map_err(given_up)?;
-            Ok(())
-        })?;
-        let named = PyDict::new(py);
-        for ((name, _), array) in arrays.iter().zip(made.into_iter().rev()) {
-            named.set_item(PyString::intern(py, name), array)?;
-        }
-        Ok((named, rays))
+        let mut arrays = PyFilm::new(arrays)?;
+        let film = arrays.film(window)?;
+        let mut listener = Listener::new(py, pixels(window), progress.as_ref(), None);
+        let work = |monitor: &Monitor, _: &_| self.core.film(window, film, monitor);
+        listener.attend(self.threads, work)?.map_err(given_up)
+    }
+
+    /// Renders a window and develops it to 8 bits a channel.
+    #[pyo3(signature = (window, look, /))]
+    fn levels<'py>(
+        &self,
+        py: Python<'py>,
+        window: PyWindow,
+        look: PyLook<'py>,
+    ) -> PyResult<Bound<'py, PyByteArray>> {
+        let window = world::window(window, self.size)?;
+        let developer = developer(look)?;
+        let mut radiance = vec![0.0; 3 * pixels(window) as usize];
+        let film = Film {
+            radiance: &mut radiance,
+            ..Film::default()
+        };
+        let mut listener = Listener::new(py, 0, None, None);
+        let work = |monitor: &Monitor, _: &_| self.core.film(window, film, monitor);
+        listener.attend(self.threads, work)?.map_err(given_up)?;
+        developed(py, &developer, &radiance)
     }
 
     /// Renders a window to a PNG, of which `write` is given piece by piece.
