@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,11 +16,11 @@ import numpy.typing as npt
 from rtcli.image.develop import develop
 from rtcli.image.formats import METADATA, RADIANCE, check_fits, format_of, open_parts, parts_of
 from rtcli.image.look import Look
-from rtcli.image.pass_picture import pass_png
+from rtcli.image.pass_picture import pass_picture, pass_png
 from rtcli.image.write import pillow_bytes, png_pieces, png_texts, write_exr, write_npy, write_npz
 from rtcli.tracer.engines import tracer_of
 from rtcli.tracer.world import PASSES
-from rtcli.truth import SOFTWARE, Shot, camera_matrices, object_table
+from rtcli.truth import SOFTWARE, Shot, camera_matrices, object_table, visibility
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,11 @@ class Film:
         (H, W) uint32: 0 where nothing is hit, i + 1 for `objects[i]`.
     shot
         What it was taken of, which its metadata tell.
+
+    Raises
+    ------
+    ValueError
+        For an exposure that is not finite.
     """
 
     radiance: npt.NDArray[np.float32]
@@ -64,6 +70,10 @@ class Film:
     object_id: npt.NDArray[np.uint32] | None = None
     shot: Shot | None = None
 
+    def __post_init__(self) -> None:
+        if not math.isfinite(self.exposure):
+            raise ValueError(f"the exposure must be a finite number of stops, got {self.exposure}")
+
     def develop(self, bits: Literal[8, 16] = 8) -> npt.NDArray[np.uint8] | npt.NDArray[np.uint16]:
         """Return the picture as (H, W, 3) sRGB, uint8 or, with 16 bits, uint16."""
         return develop(self.radiance, Look(self.exposure, self.tone, bits))
@@ -77,18 +87,26 @@ class Film:
     def metadata(self) -> dict[str, Any]:
         """What is known beside the arrays, ready for JSON; see docs/ground-truth.md.
 
-        `software`, `scene` (the SHA-256 of its content), `settings`, `camera` (intrinsics and extrinsics) and, for
-        a film with `object_id`, `objects`: of each its id, type, name, visible pixels, bounding box and the share
-        of it that is not hidden. Of a film that was not rendered, the software and the settings to develop it.
+        `software`, `scene` (the SHA-256 of its content), `settings`, `camera` (intrinsics and extrinsics) and
+        `objects`: of each its id, type and name, and for a film with `object_id` its visible pixels, bounding box
+        and the share of it that is not hidden. Of a film that was not rendered, the software and the settings to
+        develop it.
         """
         if self.shot is None:
             return self.summary
-        world, window = self.shot.world, self.shot.window
-        metadata = {**self.summary, "camera": camera_matrices(world.camera, window)}
-        if self.object_id is not None:
-            coverage = tracer_of(world, self.shot.engine, self.shot.threads).coverage(window)
-            metadata["objects"] = object_table(self.shot.scene, self.object_id, coverage)
-        return metadata
+        return {
+            **self.summary,
+            "camera": camera_matrices(self.shot.world.camera, self.shot.window),
+            "objects": self._objects(self.shot),
+        }
+
+    def _objects(self, shot: Shot) -> list[dict[str, Any]]:
+        objects = object_table(shot.scene)
+        if self.object_id is None:
+            return objects
+        coverage = tracer_of(shot.world, shot.engine, shot.threads).coverage(shot.window)
+        seen = visibility(self.object_id, coverage)
+        return [{**row, **what} for row, what in zip(objects, seen, strict=True)]
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -101,7 +119,8 @@ class Film:
         """Write the film to a file, whole or not at all.
 
         `.exr`, `.npz` hold all arrays and the metadata. Other files hold the picture, `.npy` the radiance; the
-        passes then stand beside it, `out.depth.png` beside `out.png`, and the metadata in `out.json`.
+        passes then stand beside it, `out.depth.png` beside `out.png`, and the metadata in `out.json`, which also
+        tells under `passes` how values come back from levels.
 
         Parameters
         ----------
@@ -126,23 +145,33 @@ class Film:
 
     def write(self, files: dict[str, tuple[str, BinaryIO]], bits: int = 8) -> None:
         """Write the parts of `parts_of` to open files, each with the name that tells its format."""
+        beside: dict[str, Any] = {}
         for part, (name, file) in files.items():
-            if part == METADATA:
-                file.write((json.dumps(self.metadata, indent=2, allow_nan=False) + "\n").encode())
+            if part == METADATA:  # the last
+                file.write((json.dumps({**self.metadata, "passes": beside}, indent=2) + "\n").encode())
+            elif part == RADIANCE:
+                self._write_picture(format_of(name).name, file, bits)
             else:
-                self._write_part(part, format_of(name).name, file, bits)
+                beside[part] = self._write_pass(part, format_of(name).name, file)
 
-    def _write_part(self, part: str, format: str, file: BinaryIO, bits: int) -> None:
+    def _write_picture(self, format: str, file: BinaryIO, bits: int) -> None:
         look = Look(self.exposure, self.tone, bits)
         if format in ("NPZ", "EXR"):
             write = write_npz if format == "NPZ" else write_exr
             write({name: getattr(self, name) for name in (RADIANCE, *self.passes)}, self.metadata, file)
         elif format == "NPY":
-            write_npy(getattr(self, part), file)
-        elif part != RADIANCE:
-            file.write(pass_png(part, getattr(self, part), self.summary))
+            write_npy(self.radiance, file)
         elif format == "PNG":
             for piece in png_pieces(self.radiance, look, png_texts(self.summary)):
                 file.write(piece)
         else:
             file.write(pillow_bytes(develop(self.radiance, look), format, self.summary))
+
+    def _write_pass(self, name: str, format: str, file: BinaryIO) -> dict[str, Any]:
+        """Write a pass beside the picture, and return how values come back from it."""
+        if format == "NPY":
+            write_npy(getattr(self, name), file)
+            return {}
+        picture = pass_picture(name, getattr(self, name))
+        file.write(pass_png(name, picture, self.summary))
+        return picture.decode

@@ -10,7 +10,7 @@ import json
 import struct
 import sys
 from array import array
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -158,13 +158,28 @@ def _negative(vector: Vector) -> Vector:
 # --- The objects -----------------------------------------------------------------------------------------
 
 
-def object_table(scene: Scene, object_id: npt.NDArray[np.uint32], coverage: Sequence[int]) -> list[dict[str, Any]]:
-    """Return what is seen of each object, in the order of the file.
+def object_table(scene: Scene) -> list[dict[str, Any]]:
+    """Return what the objects of a scene are called, in the order of the file.
+
+    Returns
+    -------
+    list of dict
+        `id` as in the pass `object_id`; `color` of it in a picture of the pass, `#rrggbb`; `type`; `name` or None.
+    """
+    from rtcli.image.pass_picture import id_colors  # with NumPy, which a picture of the native tracer needs not
+
+    colors = id_colors(len(scene.objects) + 1)
+    return [
+        {"id": number, "color": f"#{colors[number].tobytes().hex()}", "type": item.type, "name": item.name}
+        for number, item in enumerate(scene.objects, start=1)
+    ]
+
+
+def visibility(object_id: npt.NDArray[np.uint32], coverage: Sequence[int]) -> list[dict[str, Any]]:
+    """Return what is seen of each object.
 
     Parameters
     ----------
-    scene
-        Gives types and names.
     object_id
         (H, W) uint32: the film's pass.
     coverage
@@ -173,28 +188,13 @@ def object_table(scene: Scene, object_id: npt.NDArray[np.uint32], coverage: Sequ
     Returns
     -------
     list of dict
-        `id` as in the pass; `color` of it in a picture of the pass, `#rrggbb`; `type`; `name` or None;
         `visible_pixels`; `bbox`, [left, top, width, height] of them in pixels or None; `visible_fraction`, the
         share of its pixels in the picture that others do not hide, None for an object that is not in the picture.
     """
-    from rtcli.image.pass_picture import id_colors  # with NumPy, which a picture of the native tracer needs not
-
-    colors = id_colors(len(scene.objects) + 1)
-    boxes = _bounding_boxes(object_id, len(scene.objects))
-    rows: Iterable[tuple[Any, int, tuple[int, list[int] | None]]] = zip(
-        scene.objects, coverage, boxes, strict=True
-    )
+    boxes = _bounding_boxes(object_id, len(coverage))
     return [
-        {
-            "id": number,
-            "color": f"#{colors[number].tobytes().hex()}",
-            "type": item.type,
-            "name": item.name,
-            "visible_pixels": visible,
-            "bbox": box,
-            "visible_fraction": visible / covered if covered else None,
-        }
-        for number, (item, covered, (visible, box)) in enumerate(rows, start=1)
+        {"visible_pixels": visible, "bbox": box, "visible_fraction": visible / covered if covered else None}
+        for covered, (visible, box) in zip(coverage, boxes, strict=True)
     ]
 
 

@@ -78,3 +78,9 @@ def test_arrays_have_the_types_and_shapes_of_the_contract(render, name, dtype, s
     film = render(scene([sphere([0, 0, -5])]), passes=[] if name == "radiance" else [name])
     array = getattr(film, name)
     assert (array.dtype, array.shape) == (dtype, shape)
+
+
+@pytest.mark.parametrize("exposure", [float("inf"), float("-inf"), float("nan")])
+def test_exposure_that_is_not_finite_is_refused(exposure):
+    with pytest.raises(ValueError, match="finite number of stops"):
+        Film(radiance=np.zeros((1, 1, 3), np.float32), exposure=exposure)

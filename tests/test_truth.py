@@ -1,4 +1,5 @@
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from rtcli import Scene
 from rtcli.pack import pack
 from rtcli.tracer.engines import ENGINES, tracer_of
 from rtcli.tracer.world import Window
-from rtcli.truth import fingerprint, object_table
+from rtcli.truth import fingerprint, visibility
 
 ROOM = {
     "camera": {
@@ -115,14 +116,15 @@ def test_table_tells_types_and_names_and_what_half_a_thing_hides():
 
 
 def test_empty_picture_of_many_objects_has_no_boxes():
-    items = scene([sphere([0, 0, 9])] * 3)
-    table = object_table(items, np.zeros((4, 5), dtype=np.uint32), [0, 7, 0])
-    assert [row["bbox"] for row in table] == [None] * 3
-    assert [row["visible_fraction"] for row in table] == [None, 0, None]
+    rows = visibility(np.zeros((4, 5), dtype=np.uint32), [0, 7, 0])
+    assert [row["bbox"] for row in rows] == [None] * 3
+    assert [row["visible_fraction"] for row in rows] == [None, 0, None]
 
 
-def test_film_without_ids_has_no_table_and_one_that_was_not_rendered_no_camera():
-    assert "objects" not in render(ROOM, passes="depth").metadata
+def test_film_without_ids_tells_names_but_not_what_is_seen_and_one_that_was_not_rendered_no_camera():
+    objects = render(ROOM, passes="depth").metadata["objects"]
+    assert [row["name"] for row in objects] == [item.get("name") for item in ROOM["objects"]]
+    assert all(row.keys() == {"id", "color", "type", "name"} for row in objects)
     plain = rtcli.Film(radiance=np.zeros((2, 2, 3), dtype=np.float32))
     assert set(plain.metadata) == {"software", "settings"}
 
@@ -179,3 +181,9 @@ def test_form_of_the_file_does_not_change_the_fingerprint(tmp_path):
     (tmp_path / "a.json").write_text(json.dumps(ROOM))
     (tmp_path / "b.yaml").write_text("# a comment\n" + json.dumps({"version": 1, **ROOM}, indent=3))
     assert {print_of(rtcli.load_scene(path)) for path in sorted(tmp_path.iterdir())} == {print_of(ROOM)}
+
+
+def test_documentation_shows_the_color_of_the_first_id():
+    text = (Path(__file__).parents[1] / "docs" / "ground-truth.md").read_text(encoding="utf-8")
+    first = render(ROOM, passes="depth").metadata["objects"][0]
+    assert f'"id": 1, "color": "{first["color"]}"' in text

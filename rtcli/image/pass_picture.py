@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -14,45 +14,91 @@ from rtcli.tracer._native import encode_png
 _MOST = 65_535
 
 
-def pass_png(name: str, values: npt.NDArray[Any], metadata: Mapping[str, Any]) -> bytes:
+# A 16-bit pass reaches at most this many times as far as half of its pixels do: those keep 12 bits, even where a
+# floor goes on to the horizon. What is farther is clipped, and counted.
+_REACH = 16
+
+
+class PassPicture(NamedTuple):
+    """A pass as levels of a picture.
+
+    Parameters
+    ----------
+    levels
+        (H, W) or (H, W, 3), uint8 or uint16.
+    decode
+        How values come back from levels, ready for JSON.
+    """
+
+    levels: npt.NDArray[Any]
+    decode: dict[str, Any]
+
+
+def pass_picture(name: str, values: npt.NDArray[Any]) -> PassPicture:
+    """Return a pass of `rtcli.tracer.world.PASSES`, (H, W) or (H, W, 3) as the film holds it, as a picture."""
+    return PassPicture(*_LEVELS[name](values))
+
+
+def pass_png(name: str, picture: PassPicture, metadata: Mapping[str, Any]) -> bytes:
     """Return a pass as a PNG.
 
     Parameters
     ----------
     name
-        Of `rtcli.tracer.world.PASSES`.
-    values
-        (H, W) or (H, W, 3), as the film holds it.
+        Of the pass.
+    picture
+        What it looks like.
     metadata
         What the file tells; under `pass` it also tells the name, and how values come from levels.
     """
-    levels, decode = _LEVELS[name](values)
+    levels = picture.levels
     height, width = levels.shape[:2]
     channels = 1 if levels.ndim == 2 else 3
-    texts = png_texts({**metadata, "pass": {"name": name, **decode}})
+    texts = png_texts({**metadata, "pass": {"name": name, **picture.decode}})
     return encode_png(levels.tobytes(), (width, height), channels, 8 * levels.itemsize, texts)
 
 
 def _length_levels(lengths: npt.NDArray[np.float32]) -> tuple[npt.NDArray[Any], dict[str, Any]]:
-    """Return length / scale in 16 bits, the largest length at 65,535; 0 where nothing is hit."""
+    """Return length / scale in 16 bits, from 1 on; 0 where nothing is hit."""
     hit = np.isfinite(lengths)
-    scale = float(lengths[hit].max(initial=0)) / _MOST or 1.0
-    levels = np.where(hit, np.clip(np.rint(np.where(hit, lengths, 0) / scale), 1, _MOST), 0)
-    return levels.astype(np.uint16), {"value": "scale * level", "scale": scale, "nothing": 0}
+    seen = lengths[hit].astype(np.float64)
+    farthest = min(seen.max(), _REACH * np.median(seen)) if seen.size else 0.0
+    scale = float(farthest) / _MOST or 1.0
+    levels = np.zeros(lengths.shape, dtype=np.uint16)
+    levels[hit] = np.clip(np.rint(seen / scale), 1, _MOST)
+    clipped = int(np.count_nonzero(seen > farthest))
+    return levels, {"value": "scale * level", "scale": scale, "nothing": 0, "clipped_pixels": clipped}
 
 
 def _position_levels(points: npt.NDArray[np.float32]) -> tuple[npt.NDArray[Any], dict[str, Any]]:
-    """Return (point - low) / scale in 16 bits, each axis from its lowest to its highest place."""
-    places = points.reshape(-1, 3).astype(np.float64)
-    low, high = places.min(axis=0), places.max(axis=0)
-    scale = np.where(high > low, (high - low) / _MOST, 1.0)
-    levels = np.rint((points - low) / scale).astype(np.uint16)
-    return levels, {"value": "low + scale * level", "low": low.tolist(), "scale": scale.tolist()}
+    """Return (point - low) / scale in 16 bits, each axis from its lowest place at 1 to its highest.
+
+    Where nothing is hit all three are 0. A point hit at the origin counts as nothing: the pass has no other mark.
+    """
+    hit = points.any(axis=2)
+    seen = points[hit].astype(np.float64)
+    low, high = _extent(seen) if len(seen) else (np.zeros(3), np.zeros(3))
+    scale = np.where(high > low, (high - low) / (_MOST - 1), 1.0)
+    low -= scale
+    levels = np.zeros(points.shape, dtype=np.uint16)
+    levels[hit] = np.clip(np.rint((seen - low) / scale), 1, _MOST)
+    clipped = int(np.count_nonzero(((seen < low + scale) | (seen > high)).any(axis=1)))
+    told = {"low": low.tolist(), "scale": scale.tolist(), "nothing": [0, 0, 0], "clipped_pixels": clipped}
+    return levels, {"value": "low + scale * level", **told}
+
+
+def _extent(points: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return the lowest and the highest place on each axis, (3,), but no more than a few times what half take."""
+    middle = np.median(points, axis=0)
+    reach = _REACH * np.median(np.abs(points - middle).max(axis=1))
+    low, high = points.min(axis=0), points.max(axis=0)
+    return np.maximum(low, middle - reach), np.minimum(high, middle + reach)
 
 
 def _normal_levels(normals: npt.NDArray[np.float32]) -> tuple[npt.NDArray[Any], dict[str, Any]]:
     """Return 255 (n + 1) / 2 in 8 bits, the usual colors of normals; 128 three times where nothing is hit."""
-    return np.rint((normals + 1) * 127.5).astype(np.uint8), {"value": "level / 127.5 - 1"}
+    levels = np.rint((normals + 1) * 127.5).astype(np.uint8)
+    return levels, {"value": "level / 127.5 - 1", "nothing": [128, 128, 128]}
 
 
 def _albedo_levels(albedo: npt.NDArray[np.float32]) -> tuple[npt.NDArray[Any], dict[str, Any]]:
@@ -63,7 +109,7 @@ def _albedo_levels(albedo: npt.NDArray[np.float32]) -> tuple[npt.NDArray[Any], d
 def _id_levels(object_id: npt.NDArray[np.uint32]) -> tuple[npt.NDArray[Any], dict[str, Any]]:
     """Return a color for each id."""
     levels = id_colors(int(object_id.max(initial=0)) + 1)[object_id]
-    return levels, {"value": "the id of the color in objects of the metadata"}
+    return levels, {"value": "the id of the color in objects of the metadata", "nothing": [0, 0, 0]}
 
 
 _LEVELS: dict[str, Callable[[npt.NDArray[Any]], tuple[npt.NDArray[Any], dict[str, Any]]]] = {

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import io
 import json
+import os
+import struct
 import zipfile
 from collections.abc import Iterator, Mapping
+from mmap import ACCESS_READ, mmap
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 from rtcli.extras import need
@@ -135,22 +140,60 @@ def write_exr(arrays: Arrays, metadata: Mapping[str, Any], file: BinaryIO) -> No
     rtcli.extras.MissingExtraError
         If OpenEXR is not installed.
     """
+    import numpy as np
+
     openexr = need("OpenEXR", "exr", "writing .exr files")
     channels = {}
     for name, array in arrays.items():
         planes = array.reshape(*array.shape[:2], -1)
+        kind = np.uint32 if planes.dtype.kind == "u" else np.float32
         for i, channel in enumerate(EXR_CHANNELS[name]):
-            channels[channel] = planes[:, :, i].copy()
+            channels[channel] = planes[:, :, i].astype(kind, order="C")
     header = {
         "compression": openexr.ZIP_COMPRESSION,
         "type": openexr.scanlineimage,
         "software": metadata["software"],
         KEYWORD: compact(metadata),
     }
-    try:
+    with contextlib.suppress(RuntimeError):
         openexr.File(header, channels).write(file.name)
-        # It does not tell what a full disk did not take: only reading it all back does.
-        with openexr.File(file.name, separate_channels=True):
-            pass
-    except RuntimeError as error:
-        raise OSError(errno.EIO, "OpenEXR could not write all of it: is the disk full?") from error
+    # Of what a full disk did not take it tells nothing, or no more than that.
+    if not is_whole_exr(file.name):
+        raise OSError(errno.EIO, "OpenEXR could not write all of it: is the disk full?")
+
+
+# Bytes before the header's attributes: the magic number, and the version. Lines of a chunk compressed by ZIP.
+_EXR_START, _EXR_LINES = 8, 16
+
+
+def is_whole_exr(path: str) -> bool:
+    """Return whether a file of scan lines has all of its chunks: the last thing written is where each begins.
+
+    An attribute of the header is its name and type, each with a zero at its end, its size and its value; a zero
+    ends the header. Then 64 bits for each chunk tell where it begins: a line's number, its size, its bytes.
+    """
+    with Path(path).open("rb") as file:
+        if not os.fstat(file.fileno()).st_size:  # of which no map can be made
+            return False
+        with mmap(file.fileno(), 0, access=ACCESS_READ) as content:
+            try:
+                chunks = _exr_chunks(content)
+                last = max(chunks)
+                (size,) = struct.unpack_from("<i", content, last + 4)
+            except (IndexError, ValueError, struct.error):  # it ends before it is told where they begin
+                return False
+            return 0 not in chunks and last + 8 + int(size) == len(content)
+
+
+def _exr_chunks(content: mmap) -> tuple[int, ...]:
+    """Return where each chunk begins, 0 for one that was not written."""
+    at, lines = _EXR_START, 0
+    while content[at] != 0:
+        name_end = content.find(b"\0", at)
+        type_end = content.find(b"\0", name_end + 1)
+        (size,) = struct.unpack_from("<i", content, type_end + 1)
+        if content[at:name_end] == b"dataWindow":
+            _, top, _, bottom = struct.unpack_from("<4i", content, type_end + 5)
+            lines = bottom - top + 1
+        at = type_end + 5 + size
+    return struct.unpack_from(f"<{-(-lines // _EXR_LINES)}Q", content, at + 1)

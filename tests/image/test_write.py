@@ -8,7 +8,7 @@ from PIL import Image
 
 from rtcli.image.develop import develop
 from rtcli.image.look import DEPTHS, Look
-from rtcli.image.write import png_pieces
+from rtcli.image.write import is_whole_exr, png_pieces, write_exr
 
 TEXTS = [("Software", "rtcli 1")]
 RADIANCE = np.random.default_rng(7).random((13, 21, 3), dtype=np.float32)
@@ -78,3 +78,42 @@ def test_bands_do_not_show():
     assert sum(1 for _ in png_pieces(tall, Look(), [])) > 2
     with Image.open(io.BytesIO(png(tall))) as image:
         np.testing.assert_array_equal(np.asarray(image), develop(tall, Look()))
+
+
+# --- OpenEXR: whether all of a file is there -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("height", [1, 16, 17, 40])
+def test_exr_counts_as_whole_only_if_no_byte_is_missing(tmp_path, height):
+    radiance = np.random.default_rng(height).random((height, 9, 3), dtype=np.float32)
+    path = tmp_path / "whole.exr"
+    with path.open("wb") as file:
+        write_exr({"radiance": radiance}, {"software": "rtcli 1"}, file)
+    content = path.read_bytes()
+    assert is_whole_exr(str(path))
+    for length in (*range(0, 400, 7), len(content) - 1, len(content) // 2):
+        path.write_bytes(content[:length])
+        assert not is_whole_exr(str(path)), length
+    path.write_bytes(content + b"\0")
+    assert not is_whole_exr(str(path))
+
+
+def test_exr_whose_chunks_were_never_told_is_not_whole(tmp_path):
+    path = tmp_path / "holes.exr"
+    with path.open("wb") as file:
+        write_exr({"radiance": np.ones((40, 9, 3), np.float32)}, {"software": "rtcli 1"}, file)
+    content = bytearray(path.read_bytes())
+    # Three chunks of 16 lines: the table stands right before the first, and begins with where that is.
+    start = next(i + 24 for i in range(len(content)) if struct.unpack_from("<Q", content, i) == (i + 24,))
+    assert is_whole_exr(str(path))
+    content[start - 16 : start - 8] = bytes(8)
+    path.write_bytes(content)
+    assert not is_whole_exr(str(path))
+
+
+def test_exr_holds_float32_whatever_the_arrays_are(tmp_path):
+    openexr = pytest.importorskip("OpenEXR")
+    with (tmp_path / "out.exr").open("wb") as file:
+        write_exr({"radiance": np.ones((2, 3, 3))}, {"software": "rtcli 1"}, file)
+    with openexr.File(str(tmp_path / "out.exr"), separate_channels=True) as stored:
+        assert stored.channels()["R"].pixels.dtype == np.float32

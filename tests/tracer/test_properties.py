@@ -8,6 +8,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from worlds import extreme_scenes, random_scenes
 
+from rtcli import Scene
+from rtcli.pack import pack
+from rtcli.tracer.reference import SimpleCamera
+from rtcli.tracer.world import Window
+
 # Rendering takes longer than Hypothesis expects of a test, and on a busy machine unevenly so.
 relaxed = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
@@ -149,9 +154,14 @@ def test_passes_describe_one_and_the_same_hit(render, data):
     eye, view = np.array(data["camera"]["position"]), np.array(data["camera"]["look_at"])
     assert (film.depth <= film.distance).all()
     offset = film.position - eye
+    # Where each ray goes by the document's formula (section 2.1), whatever engine took the film.
+    frame = pack(Scene.model_validate(data)).camera
+    rays = SimpleCamera(frame).generate_primary_rays(Window(0, 0, frame.width, frame.height))
+    exact = eye + film.distance[..., None] * rays.direction.T.reshape(*film.distance.shape, 3)
     # Positions are float32, so that all that follows from them is as exact as their components.
     rounding = 8 * np.finfo(np.float32).eps * (np.linalg.norm(eye) + film.distance[hit])
     assert (np.abs(np.linalg.norm(offset, axis=-1)[hit] - film.distance[hit]) <= rounding).all()
+    assert (np.abs(film.position - exact)[hit].max(axis=-1) <= rounding).all()
     forward = (view - eye) / np.linalg.norm(view - eye)
     assert (np.abs((offset @ forward)[hit] - film.depth[hit]) <= rounding).all()
     np.testing.assert_allclose(np.linalg.norm(film.normal, axis=-1), hit, rtol=1e-6)
