@@ -12,6 +12,7 @@ from xml.etree import ElementTree
 
 import agreement
 import numpy as np
+import passes
 import peers
 import pytest
 import read_scene
@@ -22,6 +23,7 @@ from contest import PROCESS, TRACE, TRACE_DEVELOP, Contest, Contestant, summary,
 
 import rtcli
 import scenes
+from rtcli.tracer.engines import ENGINES
 
 SCENES = {"still life": scenes.still_life(64, 36), "crowd": scenes.crowd(100, 64, 36)}
 
@@ -281,6 +283,18 @@ def test_readme_shows_the_committed_results():
     results = json.loads(run.RESULTS.read_text(encoding="utf-8"))
     readme = run.README.read_text(encoding="utf-8")
     assert readme == report.refreshed(readme, results), "run: make bench"
+
+
+def test_readme_shows_the_committed_results_of_passes():
+    results = json.loads(passes.RESULTS.read_text(encoding="utf-8"))
+    readme = run.README.read_text(encoding="utf-8")
+    fresh = report.refreshed(readme, results, "passes", tuple(passes.bars(results["contests"])))
+    assert readme == fresh, "run: python benchmarks/passes.py"
+
+
+def test_all_scenes_of_the_gallery_are_measured_with_passes():
+    results = json.loads(passes.RESULTS.read_text(encoding="utf-8"))
+    assert results["contests"].keys() == {f"{engine}-{path.stem}" for engine in ENGINES for path in passes.SCENES}
 
 
 def test_readme_shows_the_committed_results_of_scene_files():

@@ -1,0 +1,110 @@
+"""What passes cost beside the picture alone, for each scene of the gallery and both engines.
+
+python benchmarks/passes.py            # renews passes.json and the tables in README.md
+python benchmarks/passes.py --quick    # one round, only shown
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import platform
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import report
+from contest import summary
+from peers import HERE
+from run import README, machine
+
+import rtcli
+from rtcli.pack import pack
+from rtcli.scene.model import Scene
+from rtcli.tracer.engines import ENGINES, Tracer, tracer_of
+from rtcli.tracer.world import PASSES, Window, World
+
+RESULTS = HERE / "passes.json"
+SCENES = sorted((HERE.parent / "scenes").glob("*.yaml"))
+ROUNDS = {"native": 25, "reference": 5}
+# The reference tracer takes dozens of times as long for a pixel.
+SIZES = {"native": (1920, 1080), "reference": (480, 270)}
+FILM = "film"
+ALONE, SOME, ALL = "picture alone", "with depth, normal, id", "with all six"
+WANTED: dict[str, tuple[str, ...]] = {ALONE: (), SOME: ("depth", "normal", "object_id"), ALL: PASSES}
+
+
+def resized(scene: Scene, engine: str) -> World:
+    """Return the arrays of a scene whose picture has the size for an engine."""
+    world = pack(scene)
+    width, height = SIZES[engine]
+    return replace(world, camera=replace(world.camera, width=width, height=height))
+
+
+def hold(path: Path, engine: str, rounds: int) -> dict[str, Any]:
+    """Return the seconds of each kind of film, taken in turn, as a contest."""
+    world = resized(rtcli.load_scene(path), engine)
+    tracer = tracer_of(world, engine)
+    seconds: dict[str, list[dict[str, float]]] = {name: [] for name in WANTED}
+    for number in range(rounds + 1):
+        for name, passes in WANTED.items():
+            taken = film_seconds(tracer, Window(0, 0, *SIZES[engine]), passes)
+            if number:  # the first is to warm up
+                seconds[name].append({FILM: taken})
+    work = f"{path.stem}, {'x'.join(map(str, SIZES[engine]))}, {engine}"
+    spreads = {name: summary(runs) for name, runs in seconds.items()}
+    return {"work": work, "timed": [FILM], "pixels": None, "seconds": spreads}
+
+
+def film_seconds(tracer: Tracer, window: Window, passes: tuple[str, ...]) -> float:
+    """Return the seconds until all arrays of a film are there."""
+    start = time.perf_counter()
+    tracer.film(window, passes)
+    return time.perf_counter() - start
+
+
+def bars(contests: dict[str, Any]) -> Iterator[report.Bar]:
+    """Yield the bar of each contest: passes for at most half as much again."""
+    for name, contest in contests.items():
+        for passes in (SOME, ALL):
+            yield report.Bar(f"{contest['work']}: {passes}", ALONE, 1.5, _ratio(name, passes))
+
+
+def _ratio(contest: str, passes: str) -> Any:
+    return lambda contests: (
+        report.median(contests, contest, passes, FILM) / report.median(contests, contest, ALONE, FILM)
+    )
+
+
+def main() -> None:
+    """Hold all contests, and write down what came out."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="one round, only shown")
+    parser.add_argument("--machine", default=machine(), help="how to name this machine")
+    options = parser.parse_args()
+    contests = {
+        f"{engine}-{path.stem}": hold(path, engine, 1 if options.quick else ROUNDS[engine])
+        for engine in ENGINES
+        for path in SCENES
+    }
+    python = f"rtcli {rtcli.__version__}, Python {platform.python_version()}"
+    rounds = " or ".join(str(1 if options.quick else number) for number in ROUNDS.values())
+    results = {
+        "machine": options.machine,
+        "versions": {"rtcli": python, "NumPy": f"NumPy {np.__version__}"},
+        "rounds": rounds,
+        "contests": contests,
+    }
+    sys.stdout.write(f"\n{report.bar_text(results, tuple(bars(contests)))}")
+    if not options.quick:
+        RESULTS.write_text(json.dumps(results, indent=2) + "\n", encoding="utf-8")
+        text = README.read_text(encoding="utf-8")
+        README.write_text(report.refreshed(text, results, "passes", tuple(bars(contests))), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
