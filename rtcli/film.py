@@ -18,7 +18,6 @@ from rtcli.image.formats import METADATA, RADIANCE, check_fits, format_of, open_
 from rtcli.image.look import Look
 from rtcli.image.pass_picture import pass_picture, pass_png
 from rtcli.image.write import pillow_bytes, png_pieces, png_texts, write_exr, write_npy, write_npz
-from rtcli.tracer.engines import tracer_of
 from rtcli.tracer.world import PASSES
 from rtcli.truth import SOFTWARE, Shot, camera_matrices, object_table, visibility
 
@@ -104,8 +103,7 @@ class Film:
         objects = object_table(shot.scene)
         if self.object_id is None:
             return objects
-        coverage = tracer_of(shot.world, shot.engine, shot.threads).coverage(shot.window)
-        seen = visibility(self.object_id, coverage)
+        seen = visibility(self.object_id, shot.tracer().coverage(shot.window))
         return [{**row, **what} for row, what in zip(objects, seen, strict=True)]
 
     @cached_property

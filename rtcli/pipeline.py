@@ -13,19 +13,24 @@ from rtcli.image.look import Look
 from rtcli.image.write import png_texts
 from rtcli.pack import pack
 from rtcli.scene.model import Image, Scene
-from rtcli.tracer._native import simd_level
-from rtcli.tracer.engines import ENGINES, default_threads, stops_of, tracer_of
+from rtcli.tracer._native import PngEncoder, simd_level
+from rtcli.tracer.bands import BandedTracer
+from rtcli.tracer.engines import ENGINES, default_threads, stops_of
 from rtcli.tracer.native import NativeTracer
 from rtcli.tracer.world import PASSES, CameraFrame, Progress, Window, World
 from rtcli.truth import Shot
 
 if TYPE_CHECKING:  # it comes with NumPy, which a picture of the native tracer needs not
+    from concurrent.futures import Executor
+
     from rtcli.film import Film
 
 
 @dataclass(frozen=True)
 class Request:
     """What is wanted of a rendering beside the scene itself; see `render` for the meaning of each.
+
+    An `executor` traces bands of the picture elsewhere.
 
     Raises
     ------
@@ -37,6 +42,7 @@ class Request:
     engine: str = "native"
     threads: int | None = None
     crop: Window | None = None
+    executor: Executor | None = None
 
     def __post_init__(self) -> None:
         if self.engine not in ENGINES:
@@ -132,7 +138,8 @@ def shoot(scene: Scene, world: World, request: Request) -> Shot:
     ValueError
         If the crop is empty or reaches out of the picture.
     """
-    return Shot(scene, world, request.window(world.camera), request.engine, request.thread_count)
+    window = request.window(world.camera)
+    return Shot(scene, world, window, request.engine, request.thread_count, request.executor)
 
 
 def expose_film(shot: Shot, request: Request, progress: Progress | None = None) -> Film:
@@ -140,7 +147,7 @@ def expose_film(shot: Shot, request: Request, progress: Progress | None = None) 
     from rtcli.film import Film
 
     image = shot.scene.image
-    tracer = tracer_of(shot.world, shot.engine, shot.threads)
+    tracer = shot.tracer()
     arrays, rays = tracer.film(shot.window, request.passes, progress)
     exposure, metered = stops_of(tracer, image.exposure)
     return Film(**arrays, exposure=exposure, tone=image.tone, rays=rays + metered, shot=shot)
@@ -222,8 +229,8 @@ class Target(NamedTuple):
 def write_film(shot: Shot, request: Request, target: Target, progress: Progress | None = None) -> Work:
     """Trace, develop and write what is seen.
 
-    A PNG alone is traced, developed and written by the native tracer at a time, band by band: so memory does not
-    grow with the picture.
+    A PNG alone is traced, developed and written at a time by the native tracer, or by an executor, band by band:
+    so memory does not grow with the picture.
 
     Parameters
     ----------
@@ -243,7 +250,11 @@ def write_film(shot: Shot, request: Request, target: Target, progress: Progress 
     """
     name, file = target.files[RADIANCE]
     is_png = format_of(name).name == "PNG"
-    if shot.engine == "native" and is_png and not request.passes:
+    if not is_png or request.passes:
+        return _by_film(shot, request, target, progress)
+    if shot.executor is not None:
+        return _stream_bands(shot, (file, target.bits), progress)
+    if shot.engine == "native":
         return _stream(shot, (file, target.bits), progress)
     return _by_film(shot, request, target, progress)
 
@@ -257,6 +268,23 @@ def _stream(shot: Shot, picture: tuple[BinaryIO, int], progress: Progress | None
     look, texts = Look(exposure, image.tone, bits), png_texts(shot.summary(exposure))
     rays, seconds = tracer.picture(shot.window, look, texts, file.write, progress)
     return Work(rays + metered, {**seconds, "trace": seconds["trace"] + prepared})
+
+
+def _stream_bands(shot: Shot, picture: tuple[BinaryIO, int], progress: Progress | None) -> Work:
+    start = time.perf_counter()
+    image, (file, bits) = shot.scene.image, picture
+    tracer = BandedTracer(shot.world, shot.engine, cast("Executor", shot.executor))
+    exposure, rays = stops_of(tracer, image.exposure)
+    look, texts = Look(exposure, image.tone, bits), png_texts(shot.summary(exposure))
+    encoder = PngEncoder(shot.window.width, shot.window.height, look, texts)
+    encoded = 0.0
+    for band in tracer.bands(shot.window, progress=progress):
+        rays += band.rays
+        before = time.perf_counter()
+        file.write(encoder.push(band.arrays["radiance"].tobytes()))
+        encoded += time.perf_counter() - before
+    file.write(encoder.finish())
+    return Work(rays, {"trace": time.perf_counter() - start - encoded, "develop": 0.0, "write": encoded})
 
 
 def _by_film(shot: Shot, request: Request, target: Target, progress: Progress | None) -> Work:

@@ -16,9 +16,13 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from rtcli.scene.model import Scene
 from rtcli.tracer._native import __version__, focal_length
+from rtcli.tracer.bands import BandedTracer
+from rtcli.tracer.engines import Tracer, tracer_of
 from rtcli.tracer.world import CameraFrame, Vector, Window, World
 
 if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
     import numpy as np
     import numpy.typing as npt
 
@@ -43,6 +47,8 @@ class Shot:
         The tracer.
     threads
         How many processor cores it uses, which changes nothing but the time.
+    executor
+        Traces bands elsewhere, which changes nothing but the time either; None for this process.
     """
 
     scene: Scene
@@ -50,6 +56,13 @@ class Shot:
     window: Window
     engine: str
     threads: int
+    executor: Executor | None = None
+
+    def tracer(self) -> Tracer:
+        """Return what traces it."""
+        if self.executor is None:
+            return tracer_of(self.world, self.engine, self.threads)
+        return BandedTracer(self.world, self.engine, self.executor)
 
     def settings(self, exposure: float) -> dict[str, Any]:
         """Return all that shapes the picture beside the scene's objects; `exposure` in stops, metered or given."""

@@ -1,17 +1,21 @@
+import io
 import os
 import signal
 import subprocess
 import sys
 import time
 import tracemalloc
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 from worlds import light, plane, scene, sphere
 
 import rtcli
+from rtcli.image.formats import parts_of
 from rtcli.pack import pack
-from rtcli.pipeline import Request, expose_film, shoot
+from rtcli.pipeline import Request, Target, expose_film, shoot, write_film
+from rtcli.tracer.engines import ENGINES
 from rtcli.tracer.reference import SimpleCamera
 
 ROOM = scene([plane([0, -1, 0], [0, 1, 0]), sphere([0, 0, -5])], [light([2, 3, -2])])
@@ -134,3 +138,28 @@ def test_tile_that_fails_ends_the_rendering_with_its_error(monkeypatch):
     wide = scene([sphere([0, 0, -5])], camera={"resolution": [300, 10], "fov": 40}, render={"samples": 1024})
     with pytest.raises(MemoryError, match="no more"):
         rtcli.render(wide, engine="reference", threads=2)
+
+
+def written(described, name, passes=(), **options):
+    """Return the bytes of the parts of a film, and what they took."""
+    request = Request(tuple(passes), **options)
+    shot = shoot(described, pack(described), request)
+    files = {part: (str(path), io.BytesIO()) for part, path in parts_of(name, request.passes).items()}
+    work = write_film(shot, request, Target(files))
+    return {part: file.getvalue() for part, (_, file) in files.items()}, work
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize(
+    ("name", "passes"), [("out.png", ()), ("out.png", ("object_id", "depth")), ("out.npz", ())]
+)
+def test_executor_gives_the_same_bytes(engine, name, passes):
+    image = ROOM.image.model_copy(update={"exposure": "auto"})
+    tall = ROOM.camera.model_copy(update={"resolution": (40, 100)})
+    described = ROOM.model_copy(update={"image": image, "camera": tall})
+    whole, work = written(described, name, passes, engine=engine)
+    with ThreadPoolExecutor(2) as pool:
+        banded, banded_work = written(described, name, passes, engine=engine, executor=pool)
+    assert banded == whole
+    assert banded_work.rays == work.rays
+    assert banded_work.seconds.keys() == work.seconds.keys()

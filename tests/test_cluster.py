@@ -1,0 +1,99 @@
+"""Work on a real cluster of Dask: a scheduler and two worker processes on the loopback."""
+
+import os
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+from worlds import light, plane, scene, sphere
+
+from rtcli import cluster
+from rtcli.cluster import dask_executor
+from rtcli.extras import MissingExtraError
+from rtcli.pack import pack
+from rtcli.tracer import bands
+from rtcli.tracer._native import __version__
+from rtcli.tracer.bands import BandedTracer
+from rtcli.tracer.engines import tracer_of
+from rtcli.tracer.world import Window
+
+ROOM = scene(
+    [plane([0, -1, 0], [0, 1, 0]), *(sphere([x, 0, -6 - x], 0.4) for x in range(-3, 4))],
+    [light([2, 3, -2])],
+    camera={"resolution": [640, 960], "fov": 50},
+    render={"samples": 4},
+)
+WHOLE = Window(0, 0, 640, 960)
+
+
+def test_missing_package_is_named_with_what_installs_it(monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "distributed", None)
+    with pytest.raises(MissingExtraError, match=r"pip install 'rtcli\[dask\]'"), dask_executor("local"):
+        pass
+
+
+@pytest.fixture(scope="module")
+def workers():
+    distributed = pytest.importorskip("distributed", exc_type=ImportError)
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, host="127.0.0.1"
+    ) as running:
+        yield running
+
+
+def slow_band(*arguments):
+    """Trace a band as the tracer does, but not sooner than in a while."""
+    time.sleep(0.1)
+    return bands.trace_band(*arguments)
+
+
+@pytest.mark.slow
+def test_film_of_a_cluster_is_that_of_one_machine_though_a_worker_dies(workers, monkeypatch):
+    expected, expected_rays = tracer_of(pack(ROOM), "native").film(WHOLE, ("depth",))
+    monkeypatch.setattr(bands, "trace_band", slow_band)
+    with workers.get_client() as client:
+        pids = sorted(client.run(os.getpid).values())
+    assert len(pids) == 2
+    told = []
+    with dask_executor(workers.scheduler_address) as executor:
+        killer = threading.Timer(0.8, os.kill, (pids[0], signal.SIGKILL))
+        killer.start()
+        tracer = BandedTracer(pack(ROOM), "native", executor)
+        arrays, rays = tracer.film(WHOLE, ("depth",), lambda done, total: told.append(done))
+        killer.join()
+    with workers.get_client() as client:
+        client.wait_for_workers(2, timeout=60)
+        assert pids[0] not in client.run(os.getpid).values()
+    assert rays == expected_rays
+    assert told[-1] == 640 * 960
+    for name, values in expected.items():
+        np.testing.assert_array_equal(arrays[name], values, err_msg=name)
+
+
+@pytest.mark.slow
+def test_worker_with_another_version_is_refused(workers, monkeypatch):
+    assert __version__ == cluster.version()
+    monkeypatch.setattr(cluster, "__version__", "9.9.9")
+    told = pytest.raises(OSError, match=f"has rtcli {__version__}, not 9.9.9: install the same on both")
+    with told, dask_executor(workers.scheduler_address):
+        pass
+
+
+@pytest.mark.slow
+def test_work_that_kills_every_worker_is_told(workers):
+    told = pytest.raises(OSError, match=r"the cluster gave up: .* was lost with each of the workers")
+    with told, dask_executor(workers.scheduler_address) as executor:
+        executor.submit(os._exit, 1).result()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("address", "message"),
+    [("tcp://127.0.0.1:9", "no scheduler of Dask answers at 'tcp://127.0.0.1:9'"), ("nonsense", "'nonsense'")],
+)
+def test_scheduler_that_is_not_there_is_an_error_with_its_address(address, message):
+    pytest.importorskip("distributed", exc_type=ImportError)
+    with pytest.raises(OSError, match=message), dask_executor(address):
+        pass
