@@ -7,6 +7,7 @@ from PIL import Image
 
 import rtcli
 from rtcli.scene.rules import RULES
+from rtcli.tracer.world import PASSES
 
 GALLERY = refresh.gallery_scenes()
 
@@ -43,6 +44,14 @@ def test_every_command_is_in_the_readme():
 def test_gallery_has_a_picture_of_each_scene_and_no_other():
     assert len(GALLERY) >= 8
     assert {refresh.picture_of(scene) for scene in GALLERY} == set(refresh.GALLERY.glob("*.png"))
+
+
+def test_passes_on_the_page_on_ground_truth_are_what_is_rendered(tmp_path):
+    refresh.save_passes(tmp_path)
+    fresh = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    assert fresh.keys() == {"still-life.png", "still-life.json", *(f"still-life.{name}.png" for name in PASSES)}
+    for name, content in fresh.items():
+        assert (refresh.PASSES / name).read_bytes() == content, f"{name}: run: make docs"
 
 
 @pytest.mark.slow

@@ -26,6 +26,7 @@ WRONG = ROOT / "docs" / "wrong.yaml"
 DIAGNOSTICS = ROOT / "docs" / "diagnostics.md"
 EXPLAIN = ROOT / "docs" / "explain.md"
 GALLERY = ROOT / "docs" / "gallery"
+PASSES = ROOT / "docs" / "passes"
 BENCHMARKS = ROOT / "benchmarks"
 
 COMMANDS = ("render", "validate", "explain", "compare", "new", "schema")
@@ -102,6 +103,13 @@ def gallery_scenes() -> list[Path]:
 def picture_of(scene: Path) -> Path:
     """Return where a scene's picture stands."""
     return GALLERY / f"{scene.stem}.png"
+
+
+def save_passes(folder: Path) -> None:
+    """Render the scene whose passes the page on ground truth shows, as that page says."""
+    options = ["--passes", "all", "--size", "240x160", "--quiet"]
+    target = str(folder / "still-life.png")
+    CliRunner().invoke(main, ["render", str(SCENES / "still-life.yaml"), "-o", target, *options])
 
 
 def caption_of(scene: Path) -> str:
@@ -267,6 +275,7 @@ def refresh() -> None:
     README.write_text(readme_text(), encoding="utf-8")
     DIAGNOSTICS.write_text(diagnostics_text(), encoding="utf-8")
     EXPLAIN.write_text(explain_text(), encoding="utf-8")
+    save_passes(PASSES)
     for stale in set(GALLERY.glob("*.png")) - {picture_of(scene) for scene in gallery_scenes()}:
         stale.unlink()
     for scene in gallery_scenes():
