@@ -306,10 +306,10 @@ def test_manifest_of_any_shape_gives_a_page(scenes):
 
 @pytest.mark.skipif(os.name == "nt", reason="files have no such names here")
 def test_links_are_percent_encoded(tmp_path):
-    name = "50% a?b#c'd\"é.png"
+    name = "50% a?b#c'd\"é:\\.png"
     picture(tmp_path / "sub" / name)
     page = Page(gallery_page(manifest(a=done(f"sub/{name}")), tmp_path))
-    assert files(page) == [(f"sub/{name}", "sub/50%25%20a%3Fb%23c%27d%22%C3%A9.png")]
+    assert files(page) == [(printable(f"sub/{name}"), "sub/50%25%20a%3Fb%23c%27d%22%C3%A9%3A%5C.png")]
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="names of files are Unicode here")
@@ -328,6 +328,8 @@ def test_name_that_is_no_unicode_is_linked(tmp_path):
         "sub/../../secret.png",
         "/etc/passwd",
         "{outside}/secret.png",
+        "{outside}/folder/sub/a.png",
+        "inner/../secret.png",
         "..\\secret.png",
         "C:secret.png",
         "javascript:alert(1)",
@@ -352,6 +354,8 @@ def test_what_is_not_in_the_folder_is_neither_linked_nor_shown(path, tmp_path):
     folder, outside = tmp_path / "folder", tmp_path
     picture(outside / "secret.png")
     picture(folder / "sub" / "a.png")
+    (folder / "inner").symlink_to(folder / "sub", target_is_directory=True)
+    picture(folder / "secret.png")
     (folder / "link").symlink_to(outside, target_is_directory=True)
     (folder / "link.png").symlink_to(outside / "secret.png")
     (folder / "circle").symlink_to(folder / "circle")

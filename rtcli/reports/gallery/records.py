@@ -11,7 +11,7 @@ import math
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
@@ -203,8 +203,8 @@ def _part(output: Mapping[str, Any], root: Path) -> Part:
 
 def _inside(root: Path, stored: str) -> Path | None:
     """Return where a file of the folder is; None if it is not there, or anywhere else, be it by a link."""
-    # A colon names a drive in Windows, and a backslash parts folders there.
-    if "\\" in stored or ":" in stored or ".." in PurePosixPath(stored).parts:
+    # A browser takes .. back from what is written, a file system from where links lead.
+    if Path(stored).anchor or ".." in Path(stored).parts:
         return None
     try:
         path = (root / stored).resolve()
