@@ -57,7 +57,7 @@ def test_wheel_holds_the_package_and_nothing_else(wheel):
     sources = {
         path.relative_to(ROOT).as_posix()
         for path in (ROOT / "rtcli").rglob("*")
-        if path.suffix in (".py", ".pyi", ".typed", ".yaml")
+        if path.suffix in (".py", ".pyi", ".typed", ".yaml", ".html", ".css", ".js")
     }
     assert {name for name in names if not name.startswith(info)} == {*sources, "rtcli/py.typed", compiled}
     assert {f"{info}METADATA", f"{info}entry_points.txt", f"{info}licenses/LICENSE"} <= names

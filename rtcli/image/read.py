@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import json
 import os
 import stat
 import struct
@@ -23,6 +24,8 @@ import numpy as np
 from rtcli.extras import MissingExtraError, need
 from rtcli.image.formats import METADATA, RADIANCE, format_of
 from rtcli.image.layers import PICTURE_LAYER, Array, Kind, Layers
+from rtcli.image.look import Look
+from rtcli.image.write import KEYWORD
 from rtcli.tracer import _native
 
 
@@ -41,11 +44,14 @@ class _Format(NamedTuple):
         What its files hold.
     decode
         Takes the open file and its path, and gives the layers.
+    film
+        The same for the radiance alone, if it is there, and the metadata, if there are any; None for pictures.
     """
 
     name: str
     kind: Kind
     decode: Callable[[BinaryIO, str], dict[str, Array]]
+    film: Callable[[BinaryIO, str], tuple[Array | None, str]] | None = None
 
 
 def kind_of(path: str) -> Kind:
@@ -84,6 +90,51 @@ def read_layers(path: str) -> Layers:
     with Path(path).open("rb") as file, _told_of(path, form.name):
         _refuse_what_memory_cannot_hold(os.fstat(file.fileno()).st_size)
         return Layers(form.kind, form.decode(file, path))
+
+
+def read_radiance(path: str) -> tuple[Array, Look]:
+    """Read the radiance of a file of arrays, and how its film is developed.
+
+    Parameters
+    ----------
+    path
+        .npz, .exr or .npy, as a film is saved. If the file does not tell the film's look, and neither does
+        `NAME.json` beside `NAME.npy`, then the exposure is metered.
+
+    Returns
+    -------
+    radiance : (H, W, 3) float
+        Linear.
+    look : Look
+        With 8 bits.
+
+    Raises
+    ------
+    ValueError
+        If the suffix is not that of arrays.
+    OSError
+        If it cannot be read or decoded, would not fit into memory, or holds no radiance.
+    rtcli.extras.MissingExtraError
+        For .exr without its package.
+    """
+    form = _format_of(path)
+    if form.film is None:
+        raise ValueError(f"{path!r} holds a picture, not radiance")
+    _refuse_what_is_no_file(path)
+    with Path(path).open("rb") as file, _told_of(path, form.name):
+        _refuse_what_memory_cannot_hold(os.fstat(file.fileno()).st_size)
+        radiance, metadata = form.film(file, path)
+        if radiance is None or radiance.ndim != 3 or radiance.shape[2] != 3:
+            raise _UnfitError("holds no radiance: an array of this name, of rows, columns and 3 channels")
+        return radiance, _look(metadata, radiance)
+
+
+def _look(metadata: str, radiance: Array) -> Look:
+    """Return the look that the metadata of a film tell, a JSON object; a metered one if there are none."""
+    if not metadata:
+        return Look(_native.auto_exposure(radiance.astype(np.float32).tobytes()))
+    settings = json.loads(metadata)["settings"]
+    return Look(float(settings["exposure"]), str(settings["tone"]))
 
 
 def _format_of(path: str) -> _Format:
@@ -211,17 +262,36 @@ def _npy(file: BinaryIO, path: str) -> dict[str, Array]:
     return {"values": _layer("values", np.lib.format.read_array(file, allow_pickle=False))}
 
 
+def _npy_film(file: BinaryIO, path: str) -> tuple[Array | None, str]:
+    beside = Path(path).with_suffix(".json")
+    return _npy(file, path)["values"], beside.read_text(encoding="utf-8") if beside.is_file() else ""
+
+
 def _npz(file: BinaryIO, path: str) -> dict[str, Array]:
-    with np.load(file, allow_pickle=False) as archive:
-        if not isinstance(archive, np.lib.npyio.NpzFile) or archive.zip is None:
-            raise TypeError
-        _refuse_what_memory_cannot_hold(sum(member.file_size for member in archive.zip.infolist()))
+    with _archive(file) as archive:
         names = [name for name in archive.files if name != METADATA]
         if len(set(names)) < len(names):
             raise _UnfitError("holds several arrays of one name")
         if not names:
             raise _UnfitError("holds no arrays")
         return {name: _layer(name, archive[name]) for name in names}
+
+
+def _npz_film(file: BinaryIO, path: str) -> tuple[Array | None, str]:
+    """Leave the passes alone, which are most of the file."""
+    with _archive(file) as archive:
+        radiance = _layer(RADIANCE, archive[RADIANCE]) if RADIANCE in archive else None
+        return radiance, str(archive[METADATA].item()) if METADATA in archive else ""
+
+
+@contextlib.contextmanager
+def _archive(file: BinaryIO) -> Iterator[Any]:
+    """Open an archive whose arrays fit into memory all together."""
+    with np.load(file, allow_pickle=False) as archive:
+        if not isinstance(archive, np.lib.npyio.NpzFile) or archive.zip is None:
+            raise TypeError
+        _refuse_what_memory_cannot_hold(sum(member.file_size for member in archive.zip.infolist()))
+        yield archive
 
 
 def _layer(name: str, values: Any) -> Array:
@@ -258,6 +328,12 @@ def _exr(file: BinaryIO, path: str) -> dict[str, Array]:
         layer = layer or (RADIANCE if name in ("R", "G", "B") else name)
         groups.setdefault(layer, {})[component] = pixels
     return {layer: _joined(group) for layer, group in groups.items()}
+
+
+def _exr_film(file: BinaryIO, path: str) -> tuple[Array | None, str]:
+    layers = _exr(file, path)
+    with _silence(), need("OpenEXR", "exr", "reading EXR").File(path, header_only=True) as exr:
+        return layers.get(RADIANCE), str(exr.header(0).get(KEYWORD, ""))
 
 
 @contextlib.contextmanager
@@ -319,7 +395,7 @@ _FORMATS = {
     "JPEG": _Format("a JPEG picture", "picture", _pillow("JPEG")),
     "WEBP": _Format("a WebP picture", "picture", _pillow("WEBP")),
     "TIFF": _Format("a TIFF picture", "picture", _pillow("TIFF")),
-    "EXR": _Format("an OpenEXR picture", "arrays", _exr),
-    "NPZ": _Format("an archive of NumPy arrays", "arrays", _npz),
-    "NPY": _Format("a NumPy array", "arrays", _npy),
+    "EXR": _Format("an OpenEXR picture", "arrays", _exr, _exr_film),
+    "NPZ": _Format("an archive of NumPy arrays", "arrays", _npz, _npz_film),
+    "NPY": _Format("a NumPy array", "arrays", _npy, _npy_film),
 }

@@ -17,7 +17,8 @@ from PIL import Image
 import rtcli
 from rtcli.extras import MissingExtraError
 from rtcli.image import read
-from rtcli.image.read import kind_of, read_layers
+from rtcli.image.look import Look
+from rtcli.image.read import kind_of, read_layers, read_radiance
 from rtcli.tracer import _native
 
 RNG = np.random.default_rng(3)
@@ -513,3 +514,65 @@ def test_saved_film_reads_back_to_what_it_develops_to():
     film = rtcli.Film(radiance=RADIANCE)
     save_png("a.png", film.develop(16))
     np.testing.assert_array_equal(picture("a.png"), film.develop(16))
+
+
+# --- Radiance and how it is developed --------------------------------------------------------------------
+
+
+def film(exposure=1.5, tone="reinhard"):
+    return rtcli.Film(RADIANCE, exposure=exposure, tone=tone, depth=DEPTH)
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".npy", ".exr"])
+def test_radiance_of_a_film_is_read_with_its_look(suffix, openexr):
+    film().save(f"a{suffix}")
+    radiance, look = read_radiance(f"a{suffix}")
+    np.testing.assert_array_equal(radiance, RADIANCE)
+    assert look == Look(1.5, "reinhard", 8)
+
+
+def test_radiance_alone_is_metered():
+    np.save("a.npy", np.full((9, 9, 3), 0.05, np.float32))
+    np.savez("a.npz", radiance=np.full((9, 9, 3), 0.05, np.float64))
+    for path in ("a.npy", "a.npz"):
+        _, look = read_radiance(path)
+        assert 2**look.exposure * 0.05 == pytest.approx(0.8)
+        assert look.tone == "clip"
+
+
+def test_radiance_of_exr_without_metadata_is_metered(openexr):
+    save_exr(openexr, "a.exr", film_channels())
+    assert read_radiance("a.exr")[1] == Look(auto_exposure(RADIANCE))
+
+
+def test_passes_are_not_read_for_the_radiance(monkeypatch):
+    film().save("a.npz")
+    read_names = []
+    monkeypatch.setattr(read, "_layer", lambda name, values: read_names.append(name) or values)
+    read_radiance("a.npz")
+    assert read_names == ["radiance"]
+
+
+@pytest.mark.parametrize("arrays", [{"depth": DEPTH}, {"radiance": DEPTH}, {"radiance": RADIANCE[..., :2]}])
+def test_archive_without_radiance_is_refused(arrays):
+    np.savez("a.npz", **arrays)
+    with pytest.raises(OSError, match="holds no radiance"):
+        read_radiance("a.npz")
+
+
+@pytest.mark.parametrize("metadata", ["{", "[]", "{}", '{"settings": {"exposure": "x", "tone": "clip"}}'])
+def test_metadata_of_something_else_are_refused(metadata):
+    np.savez("a.npz", radiance=RADIANCE, metadata=np.array(metadata))
+    with pytest.raises(OSError, match="or is damaged") as refused:
+        read_radiance("a.npz")
+    assert refused.value.filename == "a.npz"
+
+
+def test_picture_has_no_radiance():
+    save_png("a.png", PICTURES[0])
+    with pytest.raises(ValueError, match="holds a picture, not radiance"):
+        read_radiance("a.png")
+
+
+def auto_exposure(radiance):
+    return _native.auto_exposure(radiance.astype(np.float32).tobytes())
