@@ -113,7 +113,7 @@ def _little(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Return an array in C order with the low byte first, so that files are the same on any machine."""
     import numpy as np
 
-    return np.ascontiguousarray(array).astype(array.dtype.newbyteorder("<"), copy=False)
+    return np.asarray(array, array.dtype.newbyteorder("<"), order="C")
 
 
 # --- OpenEXR ---------------------------------------------------------------------------------------------

@@ -41,6 +41,7 @@ def test_npz_holds_the_arrays_and_the_metadata(film, tmp_path):
         for name in ARRAYS:
             assert file[name].dtype == getattr(film, name).dtype
             np.testing.assert_array_equal(file[name], getattr(film, name))
+        assert file["metadata"].shape == ()
         assert json.loads(file["metadata"].item()) == film.metadata
 
 
