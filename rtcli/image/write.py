@@ -153,4 +153,4 @@ def write_exr(arrays: Arrays, metadata: Mapping[str, Any], file: BinaryIO) -> No
         with openexr.File(file.name, separate_channels=True):
             pass
     except RuntimeError as error:
-        raise OSError(errno.EIO, "OpenEXR could not write all of it: is the disk full?") from error
+        raise OSError(errno.EIO, "OpenEXR could not write all of it: is the disk full?", file.name) from error
