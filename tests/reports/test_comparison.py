@@ -91,7 +91,7 @@ def test_layers_are_told_by_their_names():
     second = arrays(depth=far, normal=np.ones((2, 3, 3)), albedo=depth[:1], radiance=depth)
     assert lines(first, second, names=("a.npz", "b.exr")) == [
         "layer    largest  RMSE       PSNR  differing    share",
-        "depth   infinite     0   infinite          1   16.7 %",
+        "depth   infinite     0       none          1   16.7 %",
         "normal         1     1  -infinite          6  100.0 %",
         "depth: largest difference at x 2, y 1: 4 and inf",
         "depth: at 1 pixel only one value is finite, or a number; RMSE and PSNR leave them out",
