@@ -43,7 +43,7 @@ class DifferencePictures:
 
     def __init__(self, output: str, option: str) -> None:
         if output == STDIO:
-            raise click.UsageError(f"{option} needs the name of a file: standard output is not for pictures of it")
+            raise click.UsageError(f"{option} needs a file: difference pictures are not for standard output")
         if not output.lower().endswith(".png"):
             raise click.UsageError(f"the difference picture {output!r} is a PNG: its name must end in .png")
         self._output, self._option = output, option

@@ -23,6 +23,7 @@ from rtcli.image.formats import METADATA, RADIANCE, format_of, parts_of
 from rtcli.image.layers import PICTURE_LAYER, Layers
 from rtcli.image.read import kind_of, read_layers
 from rtcli.reports.comparison import text
+from rtcli.scene.problems import printable
 from rtcli.tracer.world import PASSES, Window
 
 
@@ -150,9 +151,10 @@ def read_golden(options: CheckOptions, passes: tuple[str, ...]) -> Golden:
 def _refuse_missing_passes(files: dict[str, Path], golden: str) -> None:
     """Raise FileNotFoundError if the picture is there, and a pass is not that is to be compared."""
     passes = [part for part in files if part not in (RADIANCE, METADATA)]
+    command = f"-o {printable(golden)} --passes {','.join(passes)}"
     for name in passes:
         if files[RADIANCE].exists() and not files[name].exists():
-            told = f"no such file to compare the pass with: render it with -o {golden} --passes {','.join(passes)}"
+            told = f"no such file to compare the pass with: render it with {command}"
             raise FileNotFoundError(errno.ENOENT, told, str(files[name]))
 
 
