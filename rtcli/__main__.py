@@ -17,10 +17,12 @@ def run() -> None:
     # of a short run. Cycles of a long one are still collected.
     gc.set_threshold(1_000_000)
     from rtcli.cli import main
+    from rtcli.cli.output import make_output_whole
 
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # a closed one is None
             stream.reconfigure(errors="backslashreplace")  # where the encoding is older than a scene's characters
+    make_output_whole()
     try:
         main(prog_name="rtcli")
     finally:

@@ -7,7 +7,7 @@ from types import ModuleType
 
 
 class MissingExtraError(OSError):
-    """An optional package is not installed."""
+    """An optional package is not installed, or cannot be loaded."""
 
 
 def need(module: str, extra: str, purpose: str) -> ModuleType:
@@ -25,11 +25,15 @@ def need(module: str, extra: str, purpose: str) -> ModuleType:
     Raises
     ------
     MissingExtraError
-        If it is not installed; the message says how to install it.
+        If it is not installed, with how to install it; or cannot be loaded, with the reason.
     """
+    top = module.partition(".")[0]
+    package = top.replace("_", "-")
     try:
         return import_module(module)
-    except ImportError as error:
-        package = module.partition(".")[0].replace("_", "-")
-        told = f"{purpose} needs the package {package}: pip install 'rtcli[{extra}]'"
+    except Exception as error:  # a package that is broken raises anything
+        if isinstance(error, ModuleNotFoundError) and error.name == top:
+            told = f"{purpose} needs the package {package}: pip install 'rtcli[{extra}]'"
+        else:
+            told = f"{purpose} needs the package {package}, which is installed but cannot be loaded: {error}"
         raise MissingExtraError(told) from error

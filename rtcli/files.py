@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import io
 import os
 import secrets
 import stat
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 
 @contextlib.contextmanager
@@ -23,8 +24,9 @@ def whole_file(target: Path) -> Iterator[BinaryIO]:
 def whole_files(targets: Sequence[Path]) -> Iterator[list[BinaryIO]]:
     """Open files that appear under their names only once all of them are complete.
 
-    The bytes go to temporary files beside the targets, which are renamed over them at the end. If anything goes
-    wrong on the way, interrupts included, the temporary files are removed and older targets stay as they were.
+    The bytes go to temporary files beside the targets, which are renamed over them at the end, one by one. If
+    anything goes wrong before, interrupts included, the temporary files are removed and older targets stay as they
+    were. If renaming itself fails, which it hardly does once the files are complete, those before stay renamed.
 
     Parameters
     ----------
@@ -34,7 +36,8 @@ def whole_files(targets: Sequence[Path]) -> Iterator[list[BinaryIO]]:
     Raises
     ------
     OSError
-        If a file cannot be written there. That it cannot be created is found out at once, before any work.
+        If a file cannot be written there; it names the target. That it cannot be created is found out at once,
+        before any work.
     """
     with contextlib.ExitStack() as stack:
         files = [_File(target) for target in targets]
@@ -44,6 +47,18 @@ def whole_files(targets: Sequence[Path]) -> Iterator[list[BinaryIO]]:
             for file in files:
                 with file.named_in_errors():
                     step(file)
+
+
+def try_target(target: Path) -> None:
+    """Find out whether a file could be written by `whole_file`, and leave all as it is.
+
+    Raises
+    ------
+    OSError
+        If it could not; it names the target.
+    """
+    with _File(target).open():
+        pass
 
 
 class _File:
@@ -69,7 +84,7 @@ class _File:
     @contextlib.contextmanager
     def open(self) -> Iterator[BinaryIO]:
         try:
-            with self.named_in_errors(), self.temporary.open("xb") as self.file:
+            with self.named_in_errors(), io.BufferedWriter(_NamedFile(str(self.temporary), "xb")) as self.file:
                 yield self.file
         finally:
             with contextlib.suppress(OSError):
@@ -79,7 +94,10 @@ class _File:
         """Have all bytes on the disk."""
         assert self.file is not None
         self.file.flush()
-        os.fsync(self.file.fileno())
+        try:
+            os.fsync(self.file.fileno())
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, str(self.temporary)) from error
         self.file.close()  # what is open cannot be renamed on Windows
 
     def appear(self) -> None:
@@ -90,13 +108,23 @@ class _File:
 
     @contextlib.contextmanager
     def named_in_errors(self) -> Iterator[None]:
-        """Name the target in errors: of the temporary file people know nothing."""
+        """Name the target in errors of the temporary file, of which people know nothing."""
         try:
             yield
         except OSError as error:
-            if error.filename in (None, str(self.temporary)) and error.errno is not None:
+            if error.filename == str(self.temporary):
                 raise OSError(error.errno, error.strerror, str(self.target)) from error
             raise
+
+
+class _NamedFile(io.FileIO):
+    """A file whose errors name it, so that among several that are open the right one is blamed."""
+
+    def write(self, data: Any, /) -> int:
+        try:
+            return super().write(data)
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, self.name) from error
 
 
 def _refuse_what_is_no_file(path: Path, name: str) -> None:

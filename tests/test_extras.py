@@ -21,7 +21,30 @@ def test_missing_package_is_told_with_how_to_install_it(monkeypatch):
     assert os_error_text(missing.value) == told
 
 
-def test_package_of_a_module_below_it_is_told(monkeypatch):
-    monkeypatch.setitem(sys.modules, "package", None)
-    with pytest.raises(MissingExtraError, match="needs the package package: "):
-        need("package.module", "some", "reading some")
+def test_package_of_a_module_below_it_is_told():
+    with pytest.raises(MissingExtraError, match="needs the package nothing-such: "):
+        need("nothing_such.module", "some", "reading some")
+
+
+@pytest.mark.parametrize(
+    ("source", "why"),
+    [
+        ("import a_package_that_is_missing", "No module named 'a_package_that_is_missing'"),
+        ("from math import nothing_such", "cannot import name 'nothing_such' from 'math'"),
+        ("raise OSError('no such library')", "no such library"),
+    ],
+)
+def test_package_that_is_broken_is_not_called_missing(tmp_path, monkeypatch, source, why):
+    (tmp_path / "broken_package.py").write_text(source)
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(MissingExtraError) as broken:
+        need("broken_package", "some", "reading some")
+    told = os_error_text(broken.value)
+    start = "reading some needs the package broken-package, which is installed but cannot be loaded: "
+    assert told.startswith(start + why)
+    assert "pip install" not in told
+
+
+def test_module_that_an_installed_package_lacks_is_not_called_a_missing_package():
+    with pytest.raises(MissingExtraError, match="cannot be loaded: No module named 'json"):
+        need("json.nothing_such", "some", "reading some")

@@ -1,14 +1,17 @@
 """Files that are whole or absent."""
 
+import errno
 import os
 import re
 import stat
+import subprocess
+import sys
 import tempfile
 from pathlib import Path
 
 import pytest
 
-from rtcli.files import whole_file
+from rtcli.files import try_target, whole_file, whole_files
 
 needs_posix = pytest.mark.skipif(os.name == "nt", reason="POSIX only: links, devices and modes")
 
@@ -195,3 +198,46 @@ def test_memory_file_system_is_a_place_for_files():
         with whole_file(target) as file:
             file.write(b"new")
         assert target.read_bytes() == b"new"
+
+
+FULL = """
+import sys
+from pathlib import Path
+from rtcli.files import whole_files
+
+small, big, other = map(Path, ("small.bin", "big.bin", "other.bin"))
+with whole_files([small, big, other]) as files:
+    for file, size in zip(files, (10, int(sys.argv[1]), 10)):
+        file.write(bytes(size))
+"""
+
+
+@needs_posix
+@pytest.mark.parametrize("size", [3000, 300_000], ids=["found out at the end", "found out at once"])
+def test_file_that_does_not_fit_is_the_one_that_is_named(tmp_path, size):
+    command = ["sh", "-c", "trap '' XFSZ; ulimit -f 4; exec \"$@\"", "sh", sys.executable, "-B", "-c", FULL]
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    failed = subprocess.run([*command, str(size)], cwd=tmp_path, env=env, stderr=subprocess.PIPE, text=True)
+    assert failed.returncode == 1
+    assert failed.stderr.splitlines()[-1] == "OSError: [Errno 27] File too large: 'big.bin'"
+    assert names_in(tmp_path) == []
+
+
+def test_error_that_is_of_no_file_stays_so(tmp_path):
+    with pytest.raises(OSError, match="elsewhere") as failed, whole_files([tmp_path / "a", tmp_path / "b"]):
+        raise OSError(errno.EIO, "elsewhere")
+    assert failed.value.filename is None
+
+
+def test_trying_a_target_changes_nothing(tmp_path):
+    old = tmp_path / "old.bin"
+    old.write_bytes(b"old")
+    try_target(old)
+    try_target(tmp_path / "new.bin")
+    assert names_in(tmp_path) == ["old.bin"]
+    assert old.read_bytes() == b"old"
+
+
+def test_trying_a_target_tells_what_writing_would(tmp_path):
+    with pytest.raises(FileNotFoundError, match="its folder does not exist"):
+        try_target(tmp_path / "missing" / "new.bin")

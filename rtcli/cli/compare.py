@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from dataclasses import dataclass
 from typing import Any
@@ -10,15 +9,15 @@ from typing import Any
 import click
 
 from rtcli.cli.bound_options import bound_options, bounds_taken_from
+from rtcli.cli.differences import Compared, DifferencePictures
 from rtcli.cli.exits import DIFFERENT, usage_errors
-from rtcli.cli.output import STDIO, print_lines, tell, wants_color, write_bytes
+from rtcli.cli.output import STDIO, print_lines, wants_color
+from rtcli.cli.targets import Place, refuse_collisions, refuse_folder
 from rtcli.image.bounds import Bounds
 from rtcli.image.compare import Comparison, compare
-from rtcli.image.difference import difference_paths, difference_png
 from rtcli.image.layers import Layers
 from rtcli.image.read import kind_of, read_layers
 from rtcli.reports.comparison import as_json, text
-from rtcli.scene.problems import quoted
 
 
 @dataclass(frozen=True)
@@ -43,7 +42,8 @@ class Options:
             raise click.UsageError("standard input cannot be compared: give two files")
         if self.quiet and self.as_json:
             raise click.UsageError("--quiet prints nothing, and --json a report: give one of them")
-        check_difference(self.output)
+        for name in self.names:
+            refuse_folder(name, "comparing")
         self._check_kinds()
 
     def _check_kinds(self) -> None:
@@ -83,11 +83,16 @@ def command(**options: Any) -> int:
 def run(options: Options) -> int:
     """Read, compare, draw the differences, report."""
     options.check()
+    differences = None if options.output is None else DifferencePictures(options.output, "-o")
     first, second = (read_layers(name) for name in options.names)
+    if differences is not None:
+        planned = differences.plan(Layers(first.kind, {**second.arrays, **first.arrays}).names())
+        refuse_collisions([Place("what is compared", name) for name in options.names], planned)
+        differences.try_out()
     with usage_errors():
         comparison = compare(first, second, options.bounds)
-    if options.output is not None:
-        write_differences(first, second, comparison, options.output, options.names)
+    if differences is not None:
+        differences.write([Compared(first, second, comparison)])
     if not options.quiet:
         _report(comparison, options)
     return 0 if comparison.equal else DIFFERENT
@@ -98,45 +103,3 @@ def _report(comparison: Comparison, options: Options) -> None:
         click.echo(as_json(comparison, options.names), nl=False)
         return
     print_lines(text(comparison, options.names, wants_color(sys.stdout)))
-
-
-def check_difference(output: str | None) -> None:
-    """Raise click.UsageError unless the name of a difference picture, if there is one, is that of a PNG."""
-    if output is not None and not output.lower().endswith(".png"):
-        raise click.UsageError(f"the difference picture {output!r} is a PNG: its name must end in .png")
-
-
-def write_differences(
-    first: Layers, second: Layers, comparison: Comparison, output: str, inputs: tuple[str, ...]
-) -> None:
-    """Write the difference picture of each layer, and tell of which there is none.
-
-    Parameters
-    ----------
-    first, second
-        What was compared.
-    comparison
-        What it gave.
-    output
-        Where the first layer's picture goes; see `rtcli.image.difference.difference_paths`.
-    inputs
-        Files that must not be replaced.
-
-    Raises
-    ------
-    click.UsageError
-        If one would be.
-    OSError
-        If a picture cannot be written.
-    """
-    drawn = [name for name, layer in comparison.layers.items() if layer.pixels]
-    paths = difference_paths(output, drawn)
-    kept = {os.path.realpath(name) for name in inputs}
-    for path in paths.values():
-        if os.path.realpath(path) in kept:
-            raise click.UsageError(f"the difference picture {path!r} would replace what is compared")
-    for name, path in paths.items():
-        layer = comparison.layers[name]
-        write_bytes(difference_png(first.arrays[name], second.arrays[name], layer, comparison.kind), path)
-    for mismatch in comparison.mismatches:
-        tell(f"no difference picture of {quoted(mismatch.name)}: there are not two of one shape")

@@ -76,9 +76,12 @@ class ExposureType(click.ParamType[float | str]):
         """Return stops, or `auto`."""
         if value == "auto":
             return "auto"
-        stops = float(click.FLOAT.convert(value, param, ctx))
+        try:
+            stops = float(value)
+        except ValueError:
+            stops = math.nan
         if not math.isfinite(stops):
-            self.fail(f"{value!r} is not a finite number of stops", param, ctx)
+            self.fail(f"{value!r} is not a number of stops such as -1.5, or auto", param, ctx)
         return stops
 
 

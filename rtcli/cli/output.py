@@ -7,9 +7,9 @@ import errno
 import io
 import os
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from pathlib import Path
-from typing import BinaryIO, TextIO
+from typing import Any, BinaryIO, TextIO
 
 import click
 
@@ -28,6 +28,45 @@ def print_lines(lines: Iterable[str]) -> None:
     """Print a report to standard output; its colors, if it has any, stay whatever stands there."""
     for line in lines:
         click.echo(line, color=True)
+
+
+class _StandardOutput(io.RawIOBase):
+    """The bytes behind standard output, whose errors say that they are of it."""
+
+    def __init__(self, raw: io.RawIOBase) -> None:
+        self._raw = raw
+
+    def writable(self) -> bool:
+        return True
+
+    def fileno(self) -> int:
+        return self._raw.fileno()
+
+    def isatty(self) -> bool:
+        return self._raw.isatty()
+
+    def write(self, data: Any, /) -> int | None:
+        try:
+            return self._raw.write(data)
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, "standard output") from error
+
+
+def make_output_whole() -> None:
+    """Have standard output take all that is written, or raise an OSError that names it.
+
+    Without Python's buffer (PYTHONUNBUFFERED) a system call may write a part of what it is given, and say so only
+    by a number that nobody heeds.
+    """
+    stream = sys.stdout
+    if not isinstance(stream, io.TextIOWrapper):  # a closed one is None
+        return
+    encoding, errors, at_once = stream.encoding, stream.errors, stream.line_buffering or stream.write_through
+    binary: Any = stream.detach()
+    raw = binary.detach() if isinstance(binary, io.BufferedWriter) else binary
+    whole = io.BufferedWriter(_StandardOutput(raw))
+    sys.stdout = io.TextIOWrapper(whole, encoding, errors, line_buffering=at_once)
+    setattr(sys, "__stdout__", sys.stdout)  # noqa: B010 - final to type checkers, but its old stream is detached
 
 
 def name_of(path: str) -> str:
@@ -81,21 +120,7 @@ def open_target(path: str) -> contextlib.AbstractContextManager[BinaryIO]:
         return whole_file(Path(path))
     if sys.stdout is None:  # as `rtcli ... >&-` has it
         raise OSError(errno.EBADF, "is closed", "standard output")
-    return _whole_writes(sys.stdout.buffer)
-
-
-@contextlib.contextmanager
-def _whole_writes(stream: BinaryIO) -> Iterator[BinaryIO]:
-    """Give a stream that writes all or raises: one without a buffer (PYTHONUNBUFFERED) may write a part."""
-    if not isinstance(stream, io.RawIOBase):
-        yield stream
-        return
-    buffered = io.BufferedWriter(stream)
-    try:
-        yield buffered
-        buffered.flush()
-    finally:
-        buffered.detach()
+    return contextlib.nullcontext(sys.stdout.buffer)
 
 
 def write_bytes(content: bytes, path: str) -> None:

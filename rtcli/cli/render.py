@@ -5,25 +5,24 @@ from __future__ import annotations
 import contextlib
 import io
 import json
-import os
 import sys
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path, PurePath
-from typing import Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
 import click
 
 from rtcli import __version__
-from rtcli.cli.bound_options import bound_options, bounds_taken_from
+from rtcli.cli.check_options import CheckOptions, check_options, check_taken_from
 from rtcli.cli.exits import usage_errors
 from rtcli.cli.option_types import CropType, PassesType
 from rtcli.cli.output import STDIO, is_terminal, open_target, tell
 from rtcli.cli.progress import progress
 from rtcli.cli.scene_options import SceneEdits, scene_options
 from rtcli.cli.stopwatch import Stopwatch
-from rtcli.image.bounds import Bounds
-from rtcli.image.formats import FORMATS, RADIANCE, check_fits, open_parts, parts_of
+from rtcli.cli.targets import Place, refuse_collisions, refuse_folder
+from rtcli.image.formats import FORMATS, METADATA, RADIANCE, check_fits, open_parts, parts_of
 from rtcli.image.look import DEPTHS
 from rtcli.pack import pack
 from rtcli.pipeline import Request, Target, Work, expose_film, shoot, write_film
@@ -34,40 +33,51 @@ from rtcli.tracer.engines import ENGINES
 from rtcli.tracer.world import PASSES, Window
 from rtcli.truth import Shot
 
+if TYPE_CHECKING:  # it comes with NumPy, which a picture of the native tracer needs not
+    from rtcli.cli.golden import Golden
+
 
 @dataclass(frozen=True)
-class Options:
-    """The options of `rtcli render`, as the contract names them."""
+class Traced:
+    """What is traced, as the contract's options say it."""
 
     scene: str
-    output: str
     passes: tuple[str, ...]
-    bits: int
     engine: str
     threads: int | None
     crop: Window | None
-    stats: str | None
     quiet: bool
     edits: SceneEdits
 
-    def check(self) -> None:
-        """Raise click.UsageError for what cannot be right whatever the scene says."""
-        if self.output == STDIO and self.stats == STDIO:
-            raise click.UsageError("the picture and the statistics cannot both go to standard output")
-        if self.output == STDIO and is_terminal(sys.stdout):
-            raise click.UsageError("a picture is not for a terminal: give a file, or pipe it on")
-        if self.output == STDIO and self.passes:
-            raise click.UsageError("--passes needs a file: only the picture goes to standard output")
-        with usage_errors():
-            targets = self.parts().values()
-        if self.stats not in (None, STDIO):
-            others = [os.path.realpath(name) for name in (self.scene, *map(str, targets)) if name != STDIO]
-            if os.path.realpath(str(self.stats)) in others:
-                raise click.UsageError(f"--stats {self.stats!r} would replace the scene or the picture")
 
-    def parts(self) -> dict[str, Path]:
+@dataclass(frozen=True)
+class Output:
+    """Where a film goes, and how; not kept is what is only compared."""
+
+    path: str
+    bits: int
+    stats: str | None
+    is_kept: bool = True
+
+    def check(self, passes: tuple[str, ...]) -> None:
+        """Raise click.UsageError for what cannot be right whatever the scene says."""
+        if self.path == STDIO and is_terminal(sys.stdout):
+            raise click.UsageError("a picture is not for a terminal: give a file, or pipe it on")
+        if self.path == STDIO and passes:
+            raise click.UsageError("--passes needs a file: only the picture goes to standard output")
+        refuse_folder(self.path, "-o")
+
+    def parts(self, passes: tuple[str, ...]) -> dict[str, Path]:
         """Return the part of the film that each file holds; standard output takes a PNG."""
-        return {RADIANCE: Path(STDIO)} if self.output == STDIO else parts_of(self.output, self.passes)
+        with usage_errors():
+            return {RADIANCE: Path(STDIO)} if self.path == STDIO else parts_of(self.path, passes)
+
+    def places(self, passes: tuple[str, ...]) -> list[Place]:
+        """Return all that is written."""
+        names = {RADIANCE: "the picture", METADATA: "the metadata"}
+        parts = self.parts(passes).items()
+        written = [Place(names.get(part, f"the pass {part}"), str(path), "-o") for part, path in parts]
+        return written + ([] if self.stats is None else [Place("the statistics", self.stats, "--stats")])
 
 
 @click.command("render")
@@ -77,7 +87,7 @@ class Options:
     "--output",
     metavar="OUT",
     help=f"The picture: {', '.join(FORMATS)}, by the suffix; - for a PNG on standard output. Without "
-    "it the picture is shown in the terminal.",
+    "it the picture is shown in the terminal. .exr needs the extra rtcli[exr], the terminal rtcli[preview].",
 )
 @scene_options
 @click.option(
@@ -103,14 +113,7 @@ class Options:
 )
 @click.option("--threads", type=click.IntRange(1), metavar="N", show_default="all", help="Processor cores to use.")
 @click.option("--crop", type=CropType(), help="Render only this part: left, top, width, height in pixels.")
-@click.option(
-    "--check",
-    metavar="GOLDEN",
-    help="Compare with this file, and exit with 1 if the rendering differs. OUT may be left out then; bits and, "
-    "if none are named, passes are those of the file.",
-)
-@bound_options
-@click.option("--diff", metavar="DIFF.png", help="With --check: a picture of the differences, if there are any.")
+@check_options
 @click.option(
     "--stats",
     metavar="FILE",
@@ -118,97 +121,130 @@ class Options:
     "trace, develop and write together: their time is shared out as the threads spent it.",
 )
 @click.option("-q", "--quiet", is_flag=True, help="No progress, no closing line, no report.")
-def command(**options: Any) -> int:
+@click.pass_context
+def command(context: click.Context, /, **options: Any) -> int:
     """Render a scene to a picture, or check that it is still the same.
 
     SCENE is a .yaml, .yml or .json file, or - for YAML on standard input.
     """
-    golden, difference, bounds = options.pop("check"), options.pop("diff"), bounds_taken_from(options)
-    edits = SceneEdits.taken_from(options)
-    if golden is not None:
-        return _check(options, edits, (golden, difference, bounds))
-    if difference is not None:
-        raise click.UsageError("--diff needs --check GOLDEN: there is nothing to differ from")
-    if options["output"] is None and is_terminal(sys.stdout):
-        return _preview(options, edits)
-    if options["output"] is None:
+    check = check_taken_from(options, context)
+    path, bits, stats = (options.pop(name) for name in ("output", "bits", "stats"))
+    traced = Traced(edits=SceneEdits.taken_from(options), **options)
+    if check is not None:
+        return _check(traced, check, path, stats)
+    if path is None and is_terminal(sys.stdout):
+        if traced.passes or stats is not None or bits != DEPTHS[0]:
+            raise click.UsageError("--passes, --stats and --bits need a file for the picture: -o OUT")
+        return _preview(traced)
+    if path is None:
         raise click.UsageError("Missing option '-o': say where the picture goes, or what to --check it with")
-    render(Options(edits=edits, **options))
+    render(traced, Output(path, bits, stats))
     return 0
 
 
-def _preview(options: dict[str, Any], edits: SceneEdits) -> int:
+def _preview(traced: Traced) -> int:
     """Show the picture in the terminal."""
-    from rtcli.cli.preview import check_preview, show  # with NumPy
+    from rtcli.cli.preview import Preview  # with NumPy
 
-    check_preview()
-    if options["passes"] or options["stats"]:
-        raise click.UsageError("--passes and --stats need a file for the picture: -o OUT")
-    shot, request = _shot(
-        Options(edits=edits, **{**options, "output": STDIO}), validate(edits.read(options["scene"]))
-    )
-    with progress("rendering", options["quiet"]) as told:
+    preview = Preview()
+    shot, request = _shot(traced, validate(traced.edits.read(traced.scene)))
+    with progress("rendering", traced.quiet) as told:
         film = expose_film(shot, request, told)
-    show(film)
+    preview.show(film)
     return 0
 
 
-def _check(options: dict[str, Any], edits: SceneEdits, golden_file: tuple[str, str | None, Bounds]) -> int:
+def _check(traced: Traced, check: CheckOptions, path: str | None, stats: str | None) -> int:
     """Render to a file of the golden one's format, and return the exit code of the comparison."""
     from rtcli.cli.golden import place_beside, read_golden  # with NumPy
 
-    golden = read_golden(*golden_file)
-    output = options.pop("output")
-    wanted = {**options, "passes": options["passes"] or golden.passes, "bits": golden.bits}
-    if output is not None:
-        if PurePath(output).suffix.lower() != PurePath(golden.path).suffix.lower():
-            raise click.UsageError(f"OUT is to be of the format of {golden.path!r}, which it is compared with")
-        if os.path.realpath(output) == os.path.realpath(golden.path):
-            raise click.UsageError(f"OUT would replace {golden.path!r}, which it is compared with")
-        render(Options(output=output, edits=edits, **wanted))
-        return golden.verdict(output, options["quiet"])
-    with place_beside(golden) as place:
-        render(Options(output=place, edits=edits, **{**wanted, "quiet": True}))
-        return golden.verdict(place, options["quiet"])
+    golden = read_golden(check, traced.passes)
+    if path is not None and PurePath(path).suffix.lower() != PurePath(check.golden).suffix.lower():
+        raise click.UsageError(f"OUT is to be a file of the format of {check.golden!r}, which it is compared with")
+    traced = replace(traced, passes=traced.passes or golden.passes)
+    with place_beside(golden) if path is None else contextlib.nullcontext(path) as place:
+        output = Output(place, golden.bits, stats, is_kept=path is not None)
+        return _rendered_and_checked(traced, output, golden)
 
 
-def render(options: Options) -> None:
+def _rendered_and_checked(traced: Traced, output: Output, golden: Golden) -> int:
+    report = [] if traced.quiet else [Place("the report", STDIO)]
+    parts = _checked_parts(traced, output, golden.places(), [*golden.difference_places(traced.passes), *report])
+    if golden.differences is not None:
+        golden.differences.try_out()
+    rendering = _prepare(traced, output)
+    unlike = golden.unlike_size(rendering.shot.window)
+    # One that is wanted for itself is made whatever its size.
+    if unlike is not None and not output.is_kept:
+        return golden.tell_unlike(unlike, traced.quiet)
+    _write(rendering, traced, output, parts)
+    return golden.verdict(parts, traced.quiet)
+
+
+def render(traced: Traced, output: Output) -> None:
     """Take a scene from its text to its picture, stage by stage."""
-    options.check()
+    parts = _checked_parts(traced, output)
+    _write(_prepare(traced, output), traced, output, parts)
+
+
+def _checked_parts(
+    traced: Traced, output: Output, inputs: Sequence[Place] = (), others: Sequence[Place] = ()
+) -> dict[str, Path]:
+    """Return where the parts of the film go, if all that is written may be; it is not asked yet whether it can."""
+    output.check(traced.passes)
+    scene = Place("the scene", traced.scene)
+    refuse_collisions([scene, *inputs], [*output.places(traced.passes), *others])
+    return output.parts(traced.passes)
+
+
+class _Rendering(NamedTuple):
+    """What is ready to be traced, and the time that took."""
+
+    shot: Shot
+    request: Request
+    watch: Stopwatch
+
+
+def _prepare(traced: Traced, output: Output) -> _Rendering:
     watch = Stopwatch()
     with watch.stage("parse"):
-        document = options.edits.read(options.scene)
+        document = traced.edits.read(traced.scene)
     with watch.stage("validate"):
         scene = validate(document)
     with watch.stage("pack"):
-        shot, request = _shot(options, scene)
-    # All are opened before the work, so that a target which cannot be written costs no rendering.
-    with _open_parts(options) as files, _open_stats(options.stats) as stats_file:
-        with watch.stages_together() as spent, progress("rendering", options.quiet) as told:
-            work = write_film(shot, request, Target(files, options.bits), told)
-            spent.update(work.seconds)
-        stats_file.write(_stats(work, request, watch))
-    if not options.quiet:
-        size = f"{shot.window.width}x{shot.window.height}"
-        others = f" and {len(files) - 1} beside it" if len(files) > 1 else ""
-        tell(f"wrote {_shown(options.output)}{others} ({size}) in {watch.totals()['total']:.2f} s")
+        shot, request = _shot(traced, scene)
+        if output.path != STDIO:
+            with usage_errors():
+                check_fits(output.path, shot.window[2:], output.bits)
+    return _Rendering(shot, request, watch)
 
 
-def _shot(options: Options, scene: Scene) -> tuple[Shot, Request]:
-    request = Request(options.passes, options.engine, options.threads, options.crop)
+def _shot(traced: Traced, scene: Scene) -> tuple[Shot, Request]:
+    request = Request(traced.passes, traced.engine, traced.threads, traced.crop)
     with usage_errors():
         shot = shoot(scene, pack(scene), request)
         request.simd()
-        if options.output != STDIO:
-            check_fits(options.output, shot.window[2:], options.bits)
     return shot, request
 
 
+def _write(rendering: _Rendering, traced: Traced, output: Output, parts: dict[str, Path]) -> None:
+    shot, request, watch = rendering
+    # All are opened before the work, so that a target which cannot be written costs no rendering.
+    with _open_parts(output, parts) as files, _open_stats(output.stats) as stats_file:
+        with watch.stages_together() as spent, progress("rendering", traced.quiet) as told:
+            work = write_film(shot, request, Target(files, output.bits), told)
+            spent.update(work.seconds)
+        stats_file.write(_stats(work, request, watch))
+    if output.is_kept and not traced.quiet:
+        size = f"{shot.window.width}x{shot.window.height}"
+        others = f" and {len(files) - 1} beside it" if len(files) > 1 else ""
+        tell(f"wrote {_shown(output.path)}{others} ({size}) in {watch.totals()['total']:.2f} s")
+
+
 @contextlib.contextmanager
-def _open_parts(options: Options) -> Iterator[dict[str, tuple[str, BinaryIO]]]:
+def _open_parts(output: Output, parts: dict[str, Path]) -> Iterator[dict[str, tuple[str, BinaryIO]]]:
     """Open the file of each part of the film, and give them with the names that tell their formats."""
-    parts = options.parts()
-    if options.output == STDIO:
+    if output.path == STDIO:
         with open_target(STDIO) as stream:
             yield {RADIANCE: ("standard output.png", stream)}
     else:

@@ -6,8 +6,8 @@ Layers are compared band by band in float64, so that large pictures need no copi
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +15,7 @@ import numpy as np
 from rtcli.image.bounds import Bounds
 from rtcli.image.flip import has_flip, mean_flip
 from rtcli.image.formats import RADIANCE
-from rtcli.image.layers import PICTURE_LAYER, Array, Kind, Layers
+from rtcli.image.layers import ALPHA, PICTURE_LAYER, Array, Kind, Layers
 
 # Rows are compared in bands of about this many values, which fit into a processor's cache with what is computed.
 _BAND = 1 << 17
@@ -47,7 +47,8 @@ class LayerDifference:
     rmse
         The root of the mean of (a - b)^2 over all values, but for infinite differences.
     psnr
-        The peak signal-to-noise ratio in dB that belongs to it; infinite where it is 0.
+        The peak signal-to-noise ratio in dB that belongs to it; infinite where it is 0. Not a number if only
+        infinite differences are left out of that: what differs so is not perfect.
     infinite
         Pixels with an infinite difference.
     place
@@ -237,7 +238,9 @@ class _Tally:
             largest=self.largest,
             largest_finite=self.largest_finite,
             rmse=rmse,
-            psnr=_psnr(_WHITE if kind == "picture" else self.peak, rmse),
+            psnr=math.nan
+            if self.infinite and rmse == 0
+            else _psnr(_WHITE if kind == "picture" else self.peak, rmse),
             infinite=self.infinite,
             place=self.place,
             values=(first, second) if self.pair else None,
@@ -329,12 +332,18 @@ def compare(first: Layers, second: Layers, bounds: Bounds) -> Comparison:
     Raises
     ------
     ValueError
-        If one is a picture and the other holds arrays, or FLIP is asked for where there is nothing to look at.
+        If one is a picture and the other holds arrays, their pixels start at different places, or FLIP is asked
+        for where there is nothing to look at.
     rtcli.extras.MissingExtraError
         If FLIP is asked for and its package is missing.
     """
     if first.kind != second.kind:
-        raise ValueError("a picture and arrays cannot be compared with each other")
+        raise ValueError("a picture and arrays, or a pass as a picture, cannot be compared with each other")
+    if first.origin != second.origin:
+        raise ValueError(
+            f"the data windows start at {first.origin} and at {second.origin}: their pixels do not show the same"
+        )
+    first, second = _opaque(first, second), _opaque(second, first)
     names = Layers(first.kind, {**second.arrays, **first.arrays}).names()
     if bounds.wants_flip and not set(names) & {PICTURE_LAYER, RADIANCE}:
         raise ValueError("FLIP is for pictures and radiance, and there is neither")
@@ -349,6 +358,25 @@ def compare(first: Layers, second: Layers, bounds: Bounds) -> Comparison:
         flips=_flips(pairs, first.kind, bounds),
         mismatches=mismatches,
     )
+
+
+def joined(comparisons: Sequence[Comparison]) -> Comparison:
+    """Return several comparisons, of different layers, as one; kind and bounds are those of the first."""
+    return replace(
+        comparisons[0],
+        layers={name: layer for each in comparisons for name, layer in each.layers.items()},
+        flips={name: flip for each in comparisons for name, flip in each.flips.items()},
+        mismatches=tuple(mismatch for each in comparisons for mismatch in each.mismatches),
+    )
+
+
+def _opaque(layers: Layers, other: Layers) -> Layers:
+    """Return radiance with an alpha of 1 if the other side has one, and it has none."""
+    arrays = layers.arrays
+    if ALPHA in arrays or ALPHA not in other.arrays or RADIANCE not in arrays:
+        return layers
+    opaque = np.ones(arrays[RADIANCE].shape[:2], dtype=other.arrays[ALPHA].dtype)
+    return replace(layers, arrays={**arrays, ALPHA: opaque})
 
 
 def _mismatch(name: str, first: Layers, second: Layers) -> Mismatch | None:

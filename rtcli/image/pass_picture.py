@@ -122,6 +122,38 @@ _LEVELS: dict[str, Callable[[npt.NDArray[Any]], tuple[npt.NDArray[Any], dict[str
 }
 
 
+# --- And back --------------------------------------------------------------------------------------------
+
+
+def pass_values(name: str, levels: npt.NDArray[Any], decode: Mapping[str, Any]) -> npt.NDArray[Any]:
+    """Return the values of a pass from the levels of its picture, (H, W, C), and what is told of them.
+
+    Those of ids are their colors: only the metadata of the film tell which is whose.
+
+    Raises
+    ------
+    KeyError
+        If there is no such pass or formula, or a number is missing.
+    """
+    if name not in _LEVELS:
+        raise KeyError(name)
+    if name == "object_id":
+        return levels
+    values, nothing = _VALUES[decode["value"]](levels, decode), decode.get("nothing")
+    if nothing is not None:
+        is_nothing = (levels == np.array(nothing)).all(axis=2)
+        values[is_nothing] = np.inf if name in ("depth", "distance") else 0
+    return values[..., 0] if levels.shape[2] == 1 else values
+
+
+_VALUES: dict[str, Callable[[npt.NDArray[Any], Mapping[str, Any]], npt.NDArray[np.float64]]] = {
+    "scale * level": lambda levels, told: levels * np.float64(told["scale"]),
+    "low + scale * level": lambda levels, told: np.array(told["low"], float) + np.array(told["scale"]) * levels,
+    "level / 127.5 - 1": lambda levels, told: levels / 127.5 - 1,
+    "level / 65535": lambda levels, told: levels / 65_535,
+}
+
+
 # --- Colors of ids ---------------------------------------------------------------------------------------
 
 # 2^24 / phi of the golden ratio phi, made odd: so its multiples modulo 2^24 are all different, and far apart.

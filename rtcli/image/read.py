@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import io
 import json
 import os
 import stat
@@ -25,6 +26,7 @@ from rtcli.extras import MissingExtraError, need
 from rtcli.image.formats import METADATA, RADIANCE, format_of
 from rtcli.image.layers import PICTURE_LAYER, Array, Kind, Layers
 from rtcli.image.look import Look
+from rtcli.image.pass_picture import pass_values
 from rtcli.image.write import KEYWORD
 from rtcli.tracer import _native
 
@@ -50,7 +52,7 @@ class _Format(NamedTuple):
 
     name: str
     kind: Kind
-    decode: Callable[[BinaryIO, str], dict[str, Array]]
+    decode: Callable[[BinaryIO, str], Layers]
     film: Callable[[BinaryIO, str], tuple[Array | None, str]] | None = None
 
 
@@ -72,9 +74,11 @@ def read_layers(path: str) -> Layers:
     ----------
     path
         A picture (.png, .jpg, .jpeg, .webp, .tif, .tiff), which has one layer, `picture`; or arrays: .npz, whose
-        layers are its arrays, but for the text `metadata`; .npy, with one layer, `values`; .exr (with the extra
-        `exr`), where the channels R, G, B are the layer `radiance` and others are grouped by the name before
-        their last dot: `normal.X`, `normal.Y`, `normal.Z` are the layer `normal`.
+        layers are its arrays, but for the text `metadata`; .npy, with one layer, `radiance` if it holds three
+        floats for each pixel, else `values`; a pass that rtcli wrote as a .png, with one layer of its name, in the
+        units of the pass; .exr (with the extra `exr`), where the channels R, G, B are the layer `radiance` and
+        others are grouped by the name before their last dot: `normal.X`, `normal.Y`, `normal.Z` are the layer
+        `normal`.
 
     Raises
     ------
@@ -89,7 +93,7 @@ def read_layers(path: str) -> Layers:
     _refuse_what_is_no_file(path)
     with Path(path).open("rb") as file, _told_of(path, form.name):
         _refuse_what_memory_cannot_hold(os.fstat(file.fileno()).st_size)
-        return Layers(form.kind, form.decode(file, path))
+        return form.decode(file, path)
 
 
 def read_radiance(path: str) -> tuple[Array, Look]:
@@ -191,7 +195,7 @@ _PNG_HEADER = struct.Struct(">8sI4sIIBB")
 _PNG_START = (b"\x89PNG\r\n\x1a\n", 13, b"IHDR")
 
 
-def _png(file: BinaryIO, path: str) -> dict[str, Array]:
+def _png(file: BinaryIO, path: str) -> Layers:
     data = file.read()
     *start, width, height, bits, _ = _PNG_HEADER.unpack_from(data)
     if tuple(start) != _PNG_START:
@@ -199,14 +203,29 @@ def _png(file: BinaryIO, path: str) -> dict[str, Array]:
     # Up to four channels: a palette may be expanded to colors with alpha.
     _refuse_what_memory_cannot_hold(width * height * 4 * (2 if bits == 16 else 1))
     width, height, channels, bits, samples = _native.decode_png(data)
-    pixels = np.frombuffer(samples, np.uint8 if bits == 8 else np.uint16)
-    return {PICTURE_LAYER: pixels.reshape(height, width, channels)}
+    pixels = np.frombuffer(samples, np.uint8 if bits == 8 else np.uint16).reshape(height, width, channels)
+    told = _told_pass(data)
+    if told is None:
+        return Layers("picture", {PICTURE_LAYER: pixels})
+    return Layers("arrays", {told["name"]: pass_values(told["name"], pixels, told)})
 
 
-def _pillow(form: str) -> Callable[[BinaryIO, str], dict[str, Array]]:
+def _told_pass(data: bytes) -> dict[str, Any] | None:
+    """Return what a PNG of a pass tells of it, None for another picture; see `rtcli.image.pass_picture`."""
+    if KEYWORD.encode() not in data.partition(b"IDAT")[0]:  # most are spared another decoder
+        return None
+    from PIL import Image
+
+    with _no_pixel_limit(), Image.open(io.BytesIO(data), formats=("PNG",)) as image:
+        metadata = json.loads(image.info.get(KEYWORD, "null"))
+    told = metadata.get("pass") if isinstance(metadata, dict) else None
+    return told if isinstance(told, dict) else None
+
+
+def _pillow(form: str) -> Callable[[BinaryIO, str], Layers]:
     """Return a decoder by Pillow, which is kept to one format: its others need not meet what is not trusted."""
 
-    def decode(file: BinaryIO, path: str) -> dict[str, Array]:
+    def decode(file: BinaryIO, path: str) -> Layers:
         from PIL import Image
 
         with _no_pixel_limit(), Image.open(file, formats=(form,)) as image:
@@ -214,7 +233,7 @@ def _pillow(form: str) -> Callable[[BinaryIO, str], dict[str, Array]]:
             _refuse_what_memory_cannot_hold(image.width * image.height * 4)
             _refuse_unlike_pictures(image)
             pixels = _pillow_pixels(image)
-        return {PICTURE_LAYER: pixels.reshape(*pixels.shape[:2], -1)}
+        return Layers("picture", {PICTURE_LAYER: pixels.reshape(*pixels.shape[:2], -1)})
 
     return decode
 
@@ -258,23 +277,26 @@ def _pillow_pixels(image: Any) -> Array:
 # --- Arrays of NumPy -------------------------------------------------------------------------------------
 
 
-def _npy(file: BinaryIO, path: str) -> dict[str, Array]:
-    return {"values": _layer("values", np.lib.format.read_array(file, allow_pickle=False))}
+def _npy(file: BinaryIO, path: str) -> Layers:
+    values = _layer("values", np.lib.format.read_array(file, allow_pickle=False))
+    is_radiance = values.shape[2:] == (3,) and values.dtype.kind == "f"  # as a film is saved
+    return Layers("arrays", {RADIANCE if is_radiance else "values": values})
 
 
 def _npy_film(file: BinaryIO, path: str) -> tuple[Array | None, str]:
     beside = Path(path).with_suffix(".json")
-    return _npy(file, path)["values"], beside.read_text(encoding="utf-8") if beside.is_file() else ""
+    (values,) = _npy(file, path).arrays.values()
+    return values, beside.read_text(encoding="utf-8") if beside.is_file() else ""
 
 
-def _npz(file: BinaryIO, path: str) -> dict[str, Array]:
+def _npz(file: BinaryIO, path: str) -> Layers:
     with _archive(file) as archive:
         names = [name for name in archive.files if name != METADATA]
         if len(set(names)) < len(names):
             raise _UnfitError("holds several arrays of one name")
         if not names:
             raise _UnfitError("holds no arrays")
-        return {name: _layer(name, archive[name]) for name in names}
+        return Layers("arrays", {name: _layer(name, archive[name]) for name in names})
 
 
 def _npz_film(file: BinaryIO, path: str) -> tuple[Array | None, str]:
@@ -316,10 +338,10 @@ def _layer(name: str, values: Any) -> Array:
 _CHANNEL_ORDER = {name: place for place, name in enumerate("RGBAXYZ")}
 
 
-def _exr(file: BinaryIO, path: str) -> dict[str, Array]:
+def _exr(file: BinaryIO, path: str) -> Layers:
     openexr = need("OpenEXR", "exr", "reading EXR")
     with _silence():
-        _refuse_unlike_films(openexr, path)
+        origin = _origin_of_a_film(openexr, path)
         with openexr.File(path, separate_channels=True) as exr:
             channels = {name: channel.pixels for name, channel in exr.channels().items()}
     groups: dict[str, dict[str, Array]] = {}
@@ -327,13 +349,13 @@ def _exr(file: BinaryIO, path: str) -> dict[str, Array]:
         layer, _, component = name.rpartition(".")
         layer = layer or (RADIANCE if name in ("R", "G", "B") else name)
         groups.setdefault(layer, {})[component] = pixels
-    return {layer: _joined(group) for layer, group in groups.items()}
+    return Layers("arrays", {layer: _joined(group) for layer, group in groups.items()}, origin)
 
 
 def _exr_film(file: BinaryIO, path: str) -> tuple[Array | None, str]:
     layers = _exr(file, path)
     with _silence(), need("OpenEXR", "exr", "reading EXR").File(path, header_only=True) as exr:
-        return layers.get(RADIANCE), str(exr.header(0).get(KEYWORD, ""))
+        return layers.arrays.get(RADIANCE), str(exr.header(0).get(KEYWORD, ""))
 
 
 @contextlib.contextmanager
@@ -353,8 +375,8 @@ def _silence() -> Iterator[None]:
         yield
 
 
-def _refuse_unlike_films(openexr: ModuleType, path: str) -> None:
-    """Read nothing but the headers, and refuse what cannot be compared or held.
+def _origin_of_a_film(openexr: ModuleType, path: str) -> tuple[int, int]:
+    """Return where the data window starts, and refuse what cannot be compared or held, by the headers alone.
 
     Raises
     ------
@@ -373,6 +395,7 @@ def _refuse_unlike_films(openexr: ModuleType, path: str) -> None:
     (left, top), (right, bottom) = (map(int, corner) for corner in header["dataWindow"])
     # Up to four bytes a value, and twice: as channels are read, and as they are joined.
     _refuse_what_memory_cannot_hold((right - left + 1) * (bottom - top + 1) * 8 * len(channels))
+    return left, top
 
 
 def _has_part(exr: Any, number: int) -> bool:

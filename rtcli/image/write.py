@@ -159,7 +159,7 @@ def write_exr(arrays: Arrays, metadata: Mapping[str, Any], file: BinaryIO) -> No
         openexr.File(header, channels).write(file.name)
     # Of what a full disk did not take it tells nothing, or no more than that.
     if not is_whole_exr(file.name):
-        raise OSError(errno.EIO, "OpenEXR could not write all of it: is the disk full?")
+        raise OSError(errno.EIO, "OpenEXR could not write all of it: is the disk full?", file.name)
 
 
 # Bytes before the header's attributes: the magic number, and the version. Lines of a chunk compressed by ZIP.

@@ -9,10 +9,9 @@ from typing import Any
 
 from rtcli.image.compare import Comparison, LayerDifference, Mismatch
 from rtcli.reports.checked import counted
+from rtcli.reports.terminal import cells, padded, painter
 from rtcli.scene.problems import printable, quoted
-
-# Select Graphic Rendition (ECMA-48, section 8.3.117): bold green and red.
-_EQUAL, _DIFFERENT = "1;32", "1;31"
+from rtcli.scene.rules import ERROR
 
 _CHANNELS_SHOWN = 4
 
@@ -35,13 +34,9 @@ def text(comparison: Comparison, names: tuple[str, str], color: bool = False) ->
     yield from _table(comparison)
     for name, layer in comparison.layers.items():
         yield from _remarks(_prefix(comparison, name), layer)
+    paint, style = painter(color), "good" if comparison.equal else ERROR
     for word, reason in _verdict(comparison, names):
-        yield f"{_painted(word, color)}{reason}"
-
-
-def _painted(word: str, color: bool) -> str:
-    code = _EQUAL if word == "equal" else _DIFFERENT
-    return f"\x1b[{code}m{word}\x1b[0m" if color else word
+        yield f"{paint(style, word)}{reason}"
 
 
 def _table(comparison: Comparison) -> Iterator[str]:
@@ -50,11 +45,10 @@ def _table(comparison: Comparison) -> Iterator[str]:
         return
     head = ["layer", "largest", "RMSE", "PSNR", "differing", "share", *(["FLIP"] if comparison.flips else [])]
     rows = [head, *(_row(comparison, name) for name in comparison.layers)]
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    widths = [max(map(cells, column)) for column in zip(*rows, strict=True)]
     for first, *others in rows:
-        cells = [first.ljust(widths[0])]
-        cells += [cell.rjust(width) for cell, width in zip(others, widths[1:], strict=True)]
-        yield "  ".join(cells).rstrip()
+        numbers = (number.rjust(width) for number, width in zip(others, widths[1:], strict=True))
+        yield "  ".join([padded(first, widths[0]), *numbers]).rstrip()
 
 
 def _row(comparison: Comparison, name: str) -> list[str]:

@@ -272,8 +272,85 @@ def test_no_difference_picture_of_unlike_shapes_and_it_is_told(run, folder):
     np.savez("b.npz", depth=DEPTH, radiance=RADIANCE[:9])
     result = run("compare", "a.npz", "b.npz", "-o", "diff.png")
     assert result.exit_code == 1
-    assert result.stderr == "no difference picture of `radiance`: there are not two of one shape\n"
-    assert names_in(folder) == ["a.npz", "b.npz", "diff.png"]
+    assert result.stderr == "no difference picture of `radiance`: its sizes differ\n"
+    assert names_in(folder) == ["a.npz", "b.npz", "diff.depth.png"]
+
+
+def test_difference_picture_of_an_earlier_run_that_stays_is_told(run, folder):
+    np.savez("a.npz", radiance=RADIANCE, depth=DEPTH)
+    np.savez("b.npz", radiance=RADIANCE)
+    np.savez("c.npz", radiance=RADIANCE[:9], depth=DEPTH)
+    assert run("compare", "a.npz", "a.npz", "-o", "diff.png").exit_code == 0
+    told = "no difference picture of `depth`: only one side has it; diff.depth.png is from an earlier run\n"
+    assert run("compare", "a.npz", "b.npz", "-o", "diff.png").stderr == told
+    told = "no difference picture of `radiance`: its sizes differ; diff.png is from an earlier run\n"
+    assert run("compare", "a.npz", "c.npz", "-o", "diff.png").stderr == told
+
+
+def test_layers_without_pixels_have_no_difference_picture_and_it_is_told(run, folder):
+    np.savez("a.npz", radiance=RADIANCE, nothing=np.zeros((0, 3)))
+    result = run("compare", "a.npz", "a.npz", "-o", "diff.png")
+    assert result.stderr == "no difference picture of `nothing`: it has no pixels\n"
+
+
+@pytest.mark.parametrize("other", ["x.npz", "x.npy"])
+def test_radiance_of_a_film_is_compared_from_an_npy_too(run, other):
+    np.save("x.npy", RADIANCE)
+    np.savez("x.npz", radiance=RADIANCE)
+    result = run("compare", "x.npy", other)
+    assert (result.exit_code, result.stdout.splitlines()[1].split()[0]) == (0, "radiance")
+
+
+def test_flip_of_an_npy_of_radiance_is_told(run):
+    pytest.importorskip("flip_evaluator", reason="the extra flip is not installed")
+    np.save("x.npy", RADIANCE)
+    assert run("compare", "x.npy", "x.npy", "--flip", "--max-flip", "0").exit_code == 0
+
+
+@pytest.mark.parametrize(("alpha", "code"), [(1.0, 0), (0.5, 1)])
+def test_radiance_without_alpha_is_opaque(run, alpha, code):
+    openexr = pytest.importorskip("OpenEXR", reason="the extra exr is not installed")
+    channels = {"RGB"[i]: np.ascontiguousarray(RADIANCE[..., i]) for i in range(3)}
+    for name, more in (("a.exr", {}), ("b.exr", {"A": np.full((30, 40), alpha, np.float32)})):
+        with openexr.File({}, {**channels, **more}) as file:
+            file.write(name)
+    for pair in (("a.exr", "b.exr"), ("b.exr", "a.exr")):
+        assert run("compare", *pair).exit_code == code
+        assert run("compare", *pair, "--tolerance", "0.5").exit_code == 0
+
+
+def test_pixels_of_other_places_are_not_compared(run):
+    openexr = pytest.importorskip("OpenEXR", reason="the extra exr is not installed")
+    for name, start in (("a.exr", 0), ("b.exr", 5)):
+        window = (np.array([start, start], np.int32), np.array([start + 39, start + 29], np.int32))
+        with openexr.File({"dataWindow": window}, {"Y": DEPTH}) as file:
+            file.write(name)
+    result = run("compare", "a.exr", "b.exr")
+    assert result.exit_code == 2
+    assert "the data windows start at (0, 0) and at (5, 5)" in result.stderr
+    assert run("compare", "b.exr", "b.exr").exit_code == 0
+
+
+def test_what_differs_infinitely_has_no_psnr(run):
+    np.save("a.npy", DEPTH)
+    np.save("b.npy", np.where(np.eye(30, 40, dtype=bool), np.float32(np.nan), DEPTH))
+    assert run("compare", "a.npy", "b.npy").stdout.splitlines()[1].split()[:4] == [
+        *("values", "infinite", "0", "none")
+    ]
+    (layer,) = json.loads(run("compare", "a.npy", "b.npy", "--json").stdout)["layers"]
+    assert layer["psnr"] is None
+
+
+def test_pass_as_a_picture_is_compared_in_its_units(run, scene):
+    for name, size in (("near", 0), ("far", 3)):
+        move = ["--set", f"camera.position=[0, 0, {size}]"]
+        run("render", scene, "-o", f"{name}.png", "--passes", "depth,object_id", "-q", *move)
+    result = run("compare", "near.depth.png", "far.depth.png")
+    assert (result.exit_code, result.stdout.splitlines()[1].split()[0]) == (1, "depth")
+    assert run("compare", "near.depth.png", "near.depth.png").exit_code == 0
+    mixed = run("compare", "near.depth.png", "near.png")
+    assert mixed.exit_code == 2
+    assert "a pass as a picture, cannot be compared" in mixed.stderr
 
 
 def test_names_of_layers_lead_nowhere_else(run, folder):
@@ -351,6 +428,12 @@ def test_picture_and_arrays_are_wrong_usage_that_says_what_to_do(run, suffixes):
 def test_other_file_is_wrong_usage(run, unlike, name):
     assert run("compare", name, "b.png").exit_code == 2
     assert run("compare", "a.png", name).exit_code == 2
+
+
+def test_folder_is_called_one(run, folder):
+    result = run("compare", ".", "b.png")
+    assert result.exit_code == 2
+    assert "'.' is a folder" in result.stderr
 
 
 @pytest.mark.parametrize("arguments", [[], ["a.png"], ["a.png", "b.png", "b.png"]])

@@ -1,4 +1,5 @@
 import os
+import re
 import struct
 import sys
 
@@ -7,14 +8,20 @@ import pytest
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="terminals are another matter there")
 
 
-def on_a_terminal(spawn, *arguments, size=(20, 40)):
-    """Run rtcli on a terminal without special talents; return the exit code, what it shows, and standard error."""
+def on_a_terminal(spawn, *arguments, size=(20, 40), stdin=None, prelude=None, **variables):
+    """Run rtcli on a terminal without special talents; return the exit code, what it shows, and standard error.
+
+    Standard input is the terminal too, unless it is given.
+    """
     import fcntl
     import termios
 
     ours, theirs = os.openpty()
     fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("4H", *size, 8 * size[1], 16 * size[0]))
-    process = spawn(*arguments, stdin=theirs, stdout=theirs, env={**os.environ, "TERM": "xterm"})
+    plain = {name: value for name, value in os.environ.items() if name not in ("NO_COLOR", "FORCE_COLOR")}
+    env = {**plain, "TERM": "xterm-256color", **variables}
+    stdin = theirs if stdin is None else stdin
+    process = spawn(*arguments, prelude=prelude, stdin=stdin, stdout=theirs, env=env)
     os.close(theirs)
     shown = b""
     while True:
@@ -38,6 +45,37 @@ def test_picture_without_a_target_is_shown_on_a_terminal(spawn, scene, folder):
     assert [path.name for path in folder.iterdir()] == ["scene.yaml"]
 
 
+@pytest.mark.parametrize("source", ["pipe", "null", "closed"])
+def test_picture_is_shown_though_standard_input_is_no_terminal(spawn, scene, folder, source):
+    pytest.importorskip("textual_image")
+    with open(os.devnull if source == "null" else scene, "rb") as stdin:  # noqa: PTH123 - as a shell opens it
+        shown_scene = "-" if source == "pipe" else scene
+        code, shown, told = on_a_terminal(
+            spawn, "render", shown_scene, stdin=stdin, prelude="exec 0<&-" if source == "closed" else None
+        )
+    assert (code, told.splitlines()[-1]) == (0, "rendering: 100 %")
+    assert "▀" in shown
+    assert re.search(r"\x1b\[38;5;\d+;48;5;\d+m▀|\x1b\[38;2;[\d;]+m▀", shown)
+
+
+@pytest.mark.parametrize(
+    ("variables", "reason"),
+    [
+        ({"NO_COLOR": "1"}, "the terminal is to show no colors"),
+        ({"TERM": "dumb"}, "the terminal is to show no colors"),
+        ({"TERM": "dumb", "FORCE_COLOR": "1"}, "the terminal is to show no colors"),
+        ({"PYTHONIOENCODING": "ascii"}, "the terminal's encoding, ascii, has no half blocks"),
+    ],
+)
+def test_terminal_that_shows_no_pictures_is_told_before_the_work(spawn, scene, variables, reason):
+    pytest.importorskip("textual_image")
+    code, shown, told = on_a_terminal(spawn, "render", scene, **variables)
+    assert (code, shown) == (3, "")
+    assert told.startswith(f"Error: {reason}")
+    assert told.endswith("give the picture a file with -o OUT\n")
+    assert "rendering" not in told
+
+
 def test_terminal_without_a_size_is_told_to_need_a_file(spawn, scene):
     pytest.importorskip("textual_image")
     code, _, told = on_a_terminal(spawn, "render", scene, size=(0, 0))
@@ -45,9 +83,9 @@ def test_terminal_without_a_size_is_told_to_need_a_file(spawn, scene):
     assert "does not say how large it is" in told
 
 
-def test_passes_are_not_for_a_terminal(spawn, scene):
-    pytest.importorskip("textual_image")
-    code, _, told = on_a_terminal(spawn, "render", scene, "--passes", "depth")
+@pytest.mark.parametrize("options", [["--passes", "depth"], ["--stats", "s.json"], ["--bits", "16"]], ids=" ".join)
+def test_what_is_for_files_is_not_for_a_terminal(spawn, scene, options):
+    code, _, told = on_a_terminal(spawn, "render", scene, *options)
     assert code == 2
     assert "need a file for the picture" in told
 

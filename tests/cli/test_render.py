@@ -319,8 +319,8 @@ def test_edit_to_an_invalid_value_exits_with_1(run, scene, folder):
         (["--samples", "0"], "--samples"),
         (["--samples", "1025"], "--samples"),
         (["--samples", "many"], "--samples"),
-        (["--exposure", "bright"], "--exposure"),
-        (["--exposure", "nan"], "--exposure"),
+        (["--exposure", "bright"], "'--exposure': 'bright' is not a number of stops such as -1.5, or auto"),
+        (["--exposure", "nan"], "'--exposure': 'nan' is not a number of stops such as -1.5, or auto"),
         (["--exposure", "inf"], "--exposure"),
         (["--engine", "none"], "--engine"),
         (["--bits", "12"], "--bits"),
@@ -530,8 +530,34 @@ def test_full_disk_exits_with_3_and_leaves_no_file(spawn, scene, folder, suffix,
     )
     _, told = limited.communicate(timeout=60)
     assert limited.returncode == 3
-    assert b"out" in told
+    reason = r"File too large|OpenEXR could not write all of it: is the disk full\?"
+    assert re.fullmatch(
+        rf"Error: out(\.\w+)?{re.escape(suffix)}: ({reason})\n|Error: out\.(\w+\.)?(png|npy|json): ({reason})\n",
+        told.decode(),
+    )
     assert names_in(folder) == ["scene.yaml"]
+
+
+READ_ONLY = Path("/proc/self")  # where root cannot write either, whose rights no mode of a folder takes away
+
+
+@pytest.mark.skipif(os.name == "nt", reason="modes of folders are another matter there")
+@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("options", [[], ["--passes", "depth"]], ids=["alone", "passes"])
+def test_read_only_folder_exits_with_3_before_the_work(run, scene, folder, suffix, options):
+    if suffix == ".exr":
+        pytest.importorskip("OpenEXR", exc_type=ImportError)
+    (folder / "locked").mkdir(mode=0o555)
+    place = folder / "locked"
+    if os.access(place, os.W_OK):
+        if not READ_ONLY.is_dir():
+            pytest.skip("root may write everywhere here")
+        place = READ_ONLY
+    result = run("render", scene, "-o", f"{place}/out{suffix}", *options)
+    assert result.exit_code == 3
+    assert re.fullmatch(rf"Error: {place}/out{re.escape(suffix)}: [A-Z][a-z ]+\n", result.stderr)
+    assert names_in(folder) == ["locked", "scene.yaml"]
+    assert names_in(folder / "locked") == []
 
 
 # --- Golden pictures -------------------------------------------------------------------------------------
@@ -598,7 +624,15 @@ def test_quiet_check_says_nothing(run, scene):
         ([], 2, "Missing option '-o'"),
         (["--check", "missing.png"], 3, "missing.png: No such file"),
         (["--check", "scene.yaml"], 2, "scene.yaml"),
-        (["-o", "out.png", "--diff", "diff.png"], 2, "--diff needs --check"),
+        (["-o", "out.png", "--diff", "diff.png"], 2, "--diff without --check"),
+        (["-o", "out.png", "--tolerance", "0"], 2, "--tolerance without --check"),
+        (["-o", "out.png", "--max-pixels", "1%"], 2, "--max-pixels without --check"),
+        (["-o", "out.png", "--flip", "--max-flip", "1"], 2, "--flip and --max-flip without --check"),
+        (["--check", "-"], 2, "--check needs the name of a file"),
+        (["--check", "."], 2, "'.' is a folder"),
+        (["--check", "none/"], 2, "'none/' is a folder"),
+        (["-o", "."], 2, "'.' is a folder: -o needs the name of a file in it"),
+        (["-o", "none/"], 2, "'none/' is a folder: -o needs the name of a file in it"),
     ],
 )
 def test_check_that_cannot_be_made_says_why(run, scene, folder, options, code, part):
@@ -617,15 +651,157 @@ def test_rendering_does_not_replace_what_it_is_compared_with(run, scene, folder)
     before = (folder / "golden.png").read_bytes()
     result = run("render", scene, "--check", "golden.png", "-o", "./golden.png", "--set", "camera.fov=50")
     assert result.exit_code == 2
-    assert "would replace 'golden.png'" in result.stderr
+    assert "would replace the golden file 'golden.png': choose another name with -o" in result.stderr
     assert (folder / "golden.png").read_bytes() == before
 
 
-def test_flip_of_what_nobody_looks_at_is_wrong_usage(run, scene):
-    run("render", scene, "-o", "golden.npy", "-q")
-    result = run("render", scene, "--check", "golden.npy", "--flip")
+def test_bounds_of_the_environment_do_not_matter_without_a_check(run, scene):
+    assert run("render", scene, "-o", "out.png", env={"RTCLI_RENDER_TOLERANCE": "1"}).exit_code == 0
+
+
+def test_check_shows_progress_but_no_closing_line(run, scene):
+    run("render", scene, "-o", "golden.png", "-q")
+    assert run("render", scene, "--check", "golden.png").stderr == "rendering: 100 %\n"
+
+
+def test_statistics_and_report_do_not_share_standard_output(run, scene):
+    run("render", scene, "-o", "golden.png", "-q")
+    check = ["render", scene, "--check", "golden.png", "--stats", "-"]
+    result = run(*check)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert "the statistics and the report cannot both go to standard output: name a file with --stats" in (
+        result.stderr
+    )
+    assert json.loads(run(*check, "--quiet").stdout)["rays"] > 0
+
+
+@pytest.mark.parametrize("target", ["missing/diff.png", "folder.png"])
+def test_difference_picture_that_cannot_be_written_is_found_out_before_the_work(run, scene, folder, target):
+    run("render", scene, "-o", "golden.png", "-q")
+    (folder / "folder.png").mkdir()
+    result = run("render", scene, "--check", "golden.png", "--diff", target)
+    assert result.exit_code == 3
+    assert result.stderr.startswith(f"Error: {target}: ")
+    assert "rendering" not in result.stderr
+
+
+@pytest.mark.parametrize("name", ["diff.jpg", "-"])
+def test_difference_picture_of_a_check_is_a_png(run, scene, name):
+    run("render", scene, "-o", "golden.png", "-q")
+    result = run("render", scene, "--check", "golden.png", "--diff", name)
     assert result.exit_code == 2
-    assert "FLIP is for pictures and radiance" in result.stderr
+    assert "rendering" not in result.stderr
+
+
+def test_golden_file_of_another_size_differs_before_the_work(run, scene, golden):
+    result = run("render", scene, "--check", golden, "--size", "8x5", "--tolerance", "255")
+    layer = "radiance" if golden.endswith((".exr", ".npz", ".npy")) else "picture"
+    channels = " with 3 channels" if layer == "radiance" else ""
+    told = f"different: `{layer}` is 40x30{channels} in {golden}, and 8x5{channels} in the rendering\n"
+    assert (result.exit_code, result.stdout, result.stderr) == (1, told, "")
+
+
+def test_rendering_of_another_size_is_still_made_where_it_is_asked_for(run, scene):
+    run("render", scene, "-o", "golden.png", "-q")
+    result = run("render", scene, "--check", "golden.png", "--size", "8x5", "-o", "new.png")
+    assert result.exit_code == 1
+    assert "different: `picture` is 40x30 in golden.png, and 8x5 in the rendering" in result.stdout
+    assert pixels("new.png").shape == (5, 8, 3)
+
+
+# --- Golden passes ---------------------------------------------------------------------------------------
+
+
+@pytest.fixture(params=[suffix for suffix in SUFFIXES if suffix != ".exr"])
+def golden_with_passes(run, scene, request):
+    """A picture that was kept with passes, in each format that needs no other package."""
+    name = f"golden{request.param}"
+    assert run("render", scene, "-o", name, "-q", "--passes", "all").exit_code == 0
+    return name
+
+
+def test_passes_that_are_named_pass_the_check_too(run, scene, golden_with_passes):
+    result = run("render", scene, "--check", golden_with_passes, "--passes", "all")
+    assert result.exit_code == 0
+    layers = [line.split()[0] for line in result.stdout.splitlines()]
+    picture = "radiance" if golden_with_passes.endswith((".npz", ".npy")) else "picture"
+    assert sorted(layers) == sorted(["layer", picture, *PASSES, "equal"])
+
+
+# Each changes one pass, and of the radiance nothing: it is black.
+CHANGES = {
+    "depth": ["--set", "camera.position=[0, 0, 1]", "--set", "objects.ball.radius=1.0001"],
+    "normal": ["--set", "objects[1].normal=[0.1, 1, 0]"],
+    "albedo": ["--set", "objects.ball.color=blue"],
+}
+
+
+@pytest.mark.parametrize("name", CHANGES)
+@pytest.mark.parametrize("suffix", [".png", ".jpg", ".npy", ".npz"])
+def test_pass_that_differs_fails_the_check_where_the_picture_does_not(run, scene, folder, suffix, name):
+    dark = ["--set", "lights=[]", "--set", "render.background=[0,0,0]"]
+    run("render", scene, "-o", f"golden{suffix}", "-q", "--passes", name, *dark)
+    check = ["render", scene, "--check", f"golden{suffix}", "--passes", name, *dark]
+    assert run(*check).exit_code == 0
+    result = run(*check, *CHANGES[name], "--diff", "diff.png")
+    assert result.exit_code == 1
+    assert result.stdout.splitlines()[-1].startswith(f"different: {name}: ")
+    assert pixels(f"diff.{name}.png").any()
+    assert not pixels("diff.png").any()
+
+
+def test_depth_of_another_scale_differs_though_its_levels_do_not(run, folder):
+    for distance in (5, 10):
+        wall = f"{{type: plane, position: [0, 0, -{distance}], normal: [0, 0, 1], color: red}}"
+        (folder / f"{distance}.yaml").write_text(f"camera: {{resolution: [8, 6], fov: 40}}\nobjects: [{wall}]\n")
+    run("render", "5.yaml", "-o", "golden.png", "--passes", "depth", "-q")
+    result = run("render", "10.yaml", "--check", "golden.png", "--passes", "depth")
+    assert result.exit_code == 1
+    assert "depth: largest difference at x 0, y 0: 5 and 10\n" in result.stdout
+
+
+def test_golden_pass_that_is_damaged_or_missing_is_told(run, scene, folder):
+    run("render", scene, "-o", "golden.png", "-q", "--passes", "depth")
+    check = ["render", scene, "--check", "golden.png", "--passes", "depth"]
+    depth = folder / "golden.depth.png"
+    for content, told in [
+        (b"corrupt", "Error: golden.depth.png: is not a PNG picture, or is damaged\n"),
+        ((folder / "golden.png").read_bytes(), "Error: golden.depth.png: does not tell that it is the pass depth"),
+        (None, "Error: golden.depth.png: no such file to compare the pass with: render it with -o golden.png "),
+    ]:
+        depth.unlink() if content is None else depth.write_bytes(content)
+        result = run(*check)
+        assert result.exit_code == 3
+        assert result.stderr.startswith(told)
+
+
+def test_pass_is_not_checked_as_if_it_were_the_picture(run, scene):
+    run("render", scene, "-o", "golden.png", "-q", "--passes", "depth")
+    result = run("render", scene, "--check", "golden.depth.png")
+    assert result.exit_code == 2
+    assert "'golden.depth.png' is the pass depth of a picture: --check that picture, with --passes depth" in (
+        result.stderr
+    )
+
+
+def test_flip_is_of_the_picture_alone_where_passes_are_checked(run, scene):
+    pytest.importorskip("flip_evaluator", reason="the extra flip is not installed")
+    run("render", scene, "-o", "golden.png", "-q", "--passes", "depth")
+    result = run("render", scene, "--check", "golden.png", "--passes", "depth", "--flip", "--max-flip", "0.5")
+    assert result.exit_code == 0
+    assert "FLIP" in result.stdout
+
+
+def test_difference_picture_of_an_earlier_check_is_told(run, scene, folder):
+    run("render", scene, "-o", "golden.png", "-q")
+    check = ["render", scene, "--check", "golden.png", "--diff", "diff.png"]
+    assert run(*check, "--set", "camera.fov=30").exit_code == 1
+    told = "diff.png is from an earlier run"
+    assert f"{told}: now there is no difference to be shown\n" in run(*check).stderr
+    assert f"no difference picture of `picture`: its sizes differ; {told}\n" in run(*check, "--size", "8x5").stderr
+    assert run(*check, "-q").output == ""
+    (folder / "diff.png").unlink()
+    assert "earlier" not in run(*check).stderr
 
 
 @pytest.mark.parametrize("options", [["-o", "out.npz"], ["-o", "out.png", "--engine", "reference"]])

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from worlds import plane, random_scenes, render, scene, sphere
 
 import rtcli
-from rtcli.image.pass_picture import pass_picture
+from rtcli.image.pass_picture import pass_picture, pass_values
 from rtcli.image.read import read_layers
 from rtcli.tracer.world import PASSES
 
@@ -15,12 +15,8 @@ from rtcli.tracer.world import PASSES
 HALF = 0.5001
 
 
-def decoded(levels, decode):
-    """Return values by the formulas that the files tell."""
-    if "scale" not in decode:
-        return {"level / 127.5 - 1": levels / 127.5 - 1, "level / 65535": levels / 65535}[decode["value"]]
-    offset = np.array(decode["low"]) if "low" in decode else 0
-    return offset + np.array(decode["scale"]) * levels
+def decoded(name, levels, decode):
+    return pass_values(name, levels.reshape(*levels.shape[:2], -1), decode)
 
 
 @given(random_scenes())
@@ -31,7 +27,7 @@ def test_values_come_back_within_half_a_level_but_for_those_that_are_counted(dat
         exact = getattr(film, name)
         levels, decode = pass_picture(name, exact)
         step = np.array(decode.get("scale", 1 / 127.5 if name == "normal" else 1 / 65535))
-        off = (np.abs(decoded(levels, decode) - exact.astype(float)) > HALF * step)[hit]
+        off = np.abs(decoded(name, levels, decode)[hit] - exact[hit].astype(float)) > HALF * step
         wrong = off if off.ndim == 1 else off.any(axis=1)
         assert np.count_nonzero(wrong) <= decode.get("clipped_pixels", 0), name
 
@@ -45,6 +41,9 @@ def test_level_of_nothing_is_that_of_nothing_alone(data):
         if levels.ndim == 3:
             is_nothing = is_nothing.all(axis=2)
         np.testing.assert_array_equal(is_nothing, film.object_id == 0, err_msg=name)
+        if name != "object_id":
+            values = decoded(name, levels, decode)[film.object_id == 0]
+            np.testing.assert_array_equal(values, getattr(film, name)[film.object_id == 0], err_msg=name)
 
 
 @given(random_scenes(), st.sampled_from(["depth", "distance"]))
@@ -91,12 +90,22 @@ def test_lengths_that_float32_hardly_holds_have_a_scale_too(smallest):
     assert decode["scale"] * 65535 == pytest.approx(float(lengths[0, 0]))
 
 
-def test_all_levels_can_be_read_back_with_rtcli(tmp_path):
+def test_values_can_be_read_back_with_rtcli(tmp_path):
     film = render(scene([sphere([0, 0, -5], color=[0.1, 0.5, 0.9])]), passes=PASSES)
     film.save(tmp_path / "out.png")
     for name in PASSES:
-        layers = read_layers(str(tmp_path / f"out.{name}.png"))
-        expected = pass_picture(name, getattr(film, name)).levels
-        stored = layers.arrays["picture"]
-        assert stored.dtype == expected.dtype
-        np.testing.assert_array_equal(stored.squeeze(), expected, err_msg=name)
+        ((stored_name, values),) = read_layers(str(tmp_path / f"out.{name}.png")).arrays.items()
+        assert stored_name == name
+        expected = decoded(name, *pass_picture(name, getattr(film, name)))
+        np.testing.assert_array_equal(values, expected, err_msg=name)
+
+
+@pytest.mark.parametrize("told", [{}, {"value": "level"}, {"value": "scale * level"}])
+def test_values_of_what_tells_no_known_formula_are_refused(told):
+    with pytest.raises(KeyError):
+        pass_values("depth", np.zeros((2, 3, 1), np.uint16), told)
+
+
+def test_values_of_an_unknown_pass_are_refused():
+    with pytest.raises(KeyError):
+        pass_values("none", np.zeros((2, 3, 1), np.uint16), {"value": "level / 65535"})

@@ -1,6 +1,7 @@
 import contextlib
 import errno
 import io
+import json
 import os
 import pickle
 import struct
@@ -19,7 +20,9 @@ from rtcli.extras import MissingExtraError
 from rtcli.image import read
 from rtcli.image.look import Look
 from rtcli.image.read import kind_of, read_layers, read_radiance
+from rtcli.scene.model import Scene
 from rtcli.tracer import _native
+from rtcli.tracer.world import PASSES
 
 RNG = np.random.default_rng(3)
 GREY = RNG.integers(0, 256, (5, 7, 1), dtype=np.uint8)
@@ -510,10 +513,132 @@ def test_kind_is_known_without_the_file():
     assert kind_of("missing.exr") == kind_of("missing.npy") == "arrays"
 
 
-def test_saved_film_reads_back_to_what_it_develops_to():
-    film = rtcli.Film(radiance=RADIANCE)
-    save_png("a.png", film.develop(16))
-    np.testing.assert_array_equal(picture("a.png"), film.develop(16))
+# --- What a film is saved to -----------------------------------------------------------------------------
+
+numbers = st.floats(-3, 3, width=32)
+spheres = st.builds(
+    lambda position, radius, color: {
+        "type": "sphere",
+        "position": [*position, -6],
+        "radius": radius,
+        "color": color,
+    },
+    st.tuples(numbers, numbers),
+    st.floats(0.25, 3, width=32),
+    st.sampled_from(["tomato", "white", "#102030"]),
+)
+sizes = st.one_of(
+    st.tuples(st.integers(1, 9), st.integers(1, 9)),
+    st.tuples(st.just(1), st.integers(1, 40)),
+    st.tuples(st.integers(1, 40), st.just(1)),
+)
+
+
+@st.composite
+def films(draw):
+    """Films of small random scenes, whole or a crop, with some passes."""
+    width, height = draw(sizes)
+    scene = {
+        "camera": {"resolution": [width, height], "fov": 60},
+        "lights": [{"position": [2, 3, 0], "intensity": 900}],
+        "objects": draw(st.lists(spheres, max_size=3)),
+        "render": {"samples": draw(st.integers(1, 3)), "background": [0.1, 0.2, 0.3]},
+        "image": {"exposure": draw(st.sampled_from([0, -1.5, "auto"]))},
+    }
+    crop = None
+    if draw(st.booleans()):
+        x, y = draw(st.integers(0, width - 1)), draw(st.integers(0, height - 1))
+        crop = (x, y, draw(st.integers(1, width - x)), draw(st.integers(1, height - y)))
+    passes = draw(st.sets(st.sampled_from(PASSES)))
+    return rtcli.render(Scene.model_validate(scene), passes=[name for name in PASSES if name in passes], crop=crop)
+
+
+@given(film=films())
+@pytest.mark.parametrize("suffix", [".npz", ".exr"])
+def test_arrays_of_a_saved_film_read_back_equal(suffix, film):
+    if suffix == ".exr":
+        pytest.importorskip("OpenEXR", reason="the extra exr is not installed")
+    film.save(f"film{suffix}")
+    layers = read_layers(f"film{suffix}").arrays
+    assert set(layers) == {"radiance", *film.passes}
+    for name, array in layers.items():
+        assert array.dtype == getattr(film, name).dtype
+        np.testing.assert_array_equal(array, getattr(film, name))
+
+
+@given(film=films())
+def test_npy_of_a_saved_film_reads_back_equal(film):
+    film.save("film.npy")
+    np.testing.assert_array_equal(read_layers("film.npy").arrays["radiance"], film.radiance)
+    for name in film.passes:
+        (array,) = read_layers(f"film.{name}.npy").arrays.values()
+        np.testing.assert_array_equal(array, getattr(film, name))
+
+
+@given(film=films(), bits=st.sampled_from([8, 16]))
+def test_png_of_a_saved_film_reads_back_to_what_it_develops_to(film, bits):
+    film.save("film.png", bits=bits)
+    np.testing.assert_array_equal(picture("film.png"), film.develop(bits))
+
+
+@given(film=films())
+@pytest.mark.parametrize("suffix", [".webp", ".tif", ".tiff"])
+def test_picture_of_a_saved_film_reads_back_to_what_it_develops_to(suffix, film):
+    film.save(f"film{suffix}")
+    np.testing.assert_array_equal(picture(f"film{suffix}"), film.develop())
+
+
+@given(film=films())
+@pytest.mark.parametrize("suffix", [".jpg", ".jpeg"])
+def test_jpeg_of_a_saved_film_has_its_size(suffix, film):
+    film.save(f"film{suffix}")
+    assert picture(f"film{suffix}").shape == film.radiance.shape
+
+
+# Half a level, with its rounding; of lengths and positions their own scale tells it.
+HALF_LEVELS = {"normal": 0.51 / 127.5, "albedo": 0.51 / 65_535}
+
+
+@given(film=films())
+def test_passes_of_a_saved_picture_read_back_within_half_a_level(film):
+    film.save("film.png")
+    for name in film.passes:
+        (found,) = read_layers(f"film.{name}.png").arrays.items()
+        assert found[0] == name
+        exact = getattr(film, name)
+        if name == "object_id":
+            colors = [b"\0\0\0", *(bytes.fromhex(row["color"][1:]) for row in film.metadata["objects"])]
+            expected = np.frombuffer(b"".join(colors), np.uint8).reshape(-1, 3)[exact]
+            np.testing.assert_array_equal(found[1], expected)
+            continue
+        assert found[1].shape == exact.shape
+        np.testing.assert_array_equal(np.isinf(found[1]), np.isinf(exact))
+        finite = np.isfinite(exact)
+        span = np.ptp(exact[finite]) if name == "position" and finite.any() else exact[finite].max(initial=0)
+        bound = HALF_LEVELS.get(name, 0.51 * span / 65_535 + 1e-6)
+        assert np.abs(found[1][finite] - exact[finite]).max(initial=0) <= bound
+
+
+@pytest.mark.parametrize(
+    "told",
+    [
+        {"name": "depth", "scale": "x", "nothing": 0},
+        {"name": "depth"},
+        {"name": "none", "scale": 1},
+        {"name": ["depth"]},
+        {"name": "position", "low": [0, 0], "scale": [1]},
+    ],
+)
+def test_picture_that_lies_about_its_pass_is_refused(told):
+    text = json.dumps({"pass": told})
+    Path("a.png").write_bytes(_native.encode_png(COLOR.tobytes(), (7, 5), 3, 8, [("rtcli", text)]))
+    assert refusal("a.png") == "is not a PNG picture, or is damaged"
+
+
+@pytest.mark.parametrize("text", ["null", "[]", '{"pass": 1}', "{}"])
+def test_picture_that_tells_of_no_pass_is_a_picture(text):
+    Path("a.png").write_bytes(_native.encode_png(COLOR.tobytes(), (7, 5), 3, 8, [("rtcli", text)]))
+    np.testing.assert_array_equal(picture("a.png"), COLOR)
 
 
 # --- Radiance and how it is developed --------------------------------------------------------------------

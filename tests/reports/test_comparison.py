@@ -8,6 +8,7 @@ from rtcli.image.bounds import Bounds, PixelBound
 from rtcli.image.compare import Comparison, compare
 from rtcli.image.layers import Layers
 from rtcli.reports.comparison import as_json, text
+from rtcli.reports.terminal import cells
 
 NAMES = ("golden.png", "new.png")
 GREY = np.full((240, 320, 1), 100, np.uint8)
@@ -91,7 +92,7 @@ def test_layers_are_told_by_their_names():
     second = arrays(depth=far, normal=np.ones((2, 3, 3)), albedo=depth[:1], radiance=depth)
     assert lines(first, second, names=("a.npz", "b.exr")) == [
         "layer    largest  RMSE       PSNR  differing    share",
-        "depth   infinite     0   infinite          1   16.7 %",
+        "depth   infinite     0       none          1   16.7 %",
         "normal         1     1  -infinite          6  100.0 %",
         "depth: largest difference at x 2, y 1: 4 and inf",
         "depth: at 1 pixel only one value is finite, or a number; RMSE and PSNR leave them out",
@@ -102,6 +103,21 @@ def test_layers_are_told_by_their_names():
         "different: depth: 1 of 6 pixels (16.7 %) differs by more than 0 (allowed: 0)",
         "different: normal: 6 of 6 pixels (100.0 %) differ by more than 0 (allowed: 0)",
     ]
+
+
+def test_columns_stand_below_each_other_whatever_a_layer_is_called():
+    layers = arrays(**{"深さ": np.zeros((1, 1)), "normal": np.zeros((1, 1))})
+    head, *rows = lines(layers, layers)[:3]
+    assert {cells(row) for row in rows} == {cells(head)}
+
+
+def test_verdict_has_its_color():
+    assert (
+        list(text(compare(picture(GREY), picture(GREY), Bounds()), NAMES, color=True))[-1]
+        == "\x1b[1;32mequal\x1b[0m"
+    )
+    told = list(text(compare(picture(GREY), brightened(3), Bounds()), NAMES, color=True))[-1]
+    assert told.startswith("\x1b[1;31mdifferent\x1b[0m: ")
 
 
 def test_sizes_are_told_with_channels_where_they_matter():

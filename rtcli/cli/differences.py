@@ -1,0 +1,94 @@
+"""Pictures of differences, which `rtcli compare -o` and `rtcli render --check --diff` write."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import NamedTuple
+
+import click
+
+from rtcli.cli.output import STDIO, tell, write_bytes
+from rtcli.cli.targets import Place
+from rtcli.files import try_target
+from rtcli.image.compare import Comparison
+from rtcli.image.difference import difference_paths, difference_png
+from rtcli.image.layers import Layers
+from rtcli.scene.problems import printable, quoted
+
+
+class Compared(NamedTuple):
+    """Two sets of layers, and what comparing them gave."""
+
+    first: Layers
+    second: Layers
+    comparison: Comparison
+
+
+class DifferencePictures:
+    """Where the difference pictures go.
+
+    Parameters
+    ----------
+    output
+        The name of the first; see `rtcli.image.difference.difference_paths`.
+    option
+        What gives it that name.
+
+    Raises
+    ------
+    click.UsageError
+        Unless it is the name of a PNG.
+    """
+
+    def __init__(self, output: str, option: str) -> None:
+        if output == STDIO:
+            raise click.UsageError(f"{option} needs a file: difference pictures are not for standard output")
+        if not output.lower().endswith(".png"):
+            raise click.UsageError(f"the difference picture {output!r} is a PNG: its name must end in .png")
+        self._output, self._option = output, option
+        self._paths = {"": output}
+
+    def plan(self, names: Iterable[str]) -> list[Place]:
+        """Give each layer its picture, and return the files; the first has the name that was given."""
+        self._paths = difference_paths(self._output, names) or self._paths
+        return [Place("the difference picture", path, self._option) for path in self._paths.values()]
+
+    def try_out(self) -> None:
+        """Find out before the work whether they can be written; raise OSError if not."""
+        for path in self._paths.values():
+            try_target(Path(path))
+
+    def write(self, compared: Iterable[Compared]) -> None:
+        """Write those of the layers that two sides share, and tell of which there is none.
+
+        Raises
+        ------
+        OSError
+            If one cannot be written.
+        """
+        for first, second, comparison in compared:
+            for name, layer in comparison.layers.items():
+                if layer.pixels:
+                    png = difference_png(first.arrays[name], second.arrays[name], layer, comparison.kind)
+                    write_bytes(png, self._paths[name])
+                else:
+                    self._tell_none(name, "it has no pixels")
+            self.tell_mismatches(comparison)
+
+    def tell_mismatches(self, comparison: Comparison) -> None:
+        """Tell of which layers there is no picture because they cannot be compared."""
+        for name, first, second in ((item.name, item.first, item.second) for item in comparison.mismatches):
+            one_sided = first is None or second is None
+            self._tell_none(name, "only one side has it" if one_sided else "its sizes differ")
+
+    def _tell_none(self, name: str, reason: str) -> None:
+        told = f"no difference picture of {quoted(name)}: {reason}"
+        path = self._paths[name]
+        tell(told + (f"; {printable(path)} is from an earlier run" if Path(path).exists() else ""))
+
+    def tell_old_ones(self) -> None:
+        """Tell which pictures are there though nothing differs now."""
+        for path in self._paths.values():
+            if Path(path).exists():
+                tell(f"{printable(path)} is from an earlier run: now there is no difference to be shown")
