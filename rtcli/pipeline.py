@@ -30,8 +30,6 @@ if TYPE_CHECKING:  # it comes with NumPy, which a picture of the native tracer n
 class Request:
     """What is wanted of a rendering beside the scene itself; see `render` for the meaning of each.
 
-    An `executor` traces bands of the picture elsewhere.
-
     Raises
     ------
     ValueError
@@ -42,7 +40,6 @@ class Request:
     engine: str = "native"
     threads: int | None = None
     crop: Window | None = None
-    executor: Executor | None = None
 
     def __post_init__(self) -> None:
         if self.engine not in ENGINES:
@@ -138,8 +135,7 @@ def shoot(scene: Scene, world: World, request: Request) -> Shot:
     ValueError
         If the crop is empty or reaches out of the picture.
     """
-    window = request.window(world.camera)
-    return Shot(scene, world, window, request.engine, request.thread_count, request.executor)
+    return Shot(scene, world, request.window(world.camera), request.engine, request.thread_count)
 
 
 def expose_film(shot: Shot, request: Request, progress: Progress | None = None) -> Film:

@@ -6,6 +6,7 @@ import sys
 import time
 import tracemalloc
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -140,10 +141,10 @@ def test_tile_that_fails_ends_the_rendering_with_its_error(monkeypatch):
         rtcli.render(wide, engine="reference", threads=2)
 
 
-def written(described, name, passes=(), **options):
+def written(described, name, passes, engine, executor=None):
     """Return the bytes of the parts of a film, and what they took."""
-    request = Request(tuple(passes), **options)
-    shot = shoot(described, pack(described), request)
+    request = Request(passes, engine)
+    shot = replace(shoot(described, pack(described), request), executor=executor)
     files = {part: (str(path), io.BytesIO()) for part, path in parts_of(name, request.passes).items()}
     work = write_film(shot, request, Target(files))
     return {part: file.getvalue() for part, (_, file) in files.items()}, work
@@ -157,9 +158,9 @@ def test_executor_gives_the_same_bytes(engine, name, passes):
     image = ROOM.image.model_copy(update={"exposure": "auto"})
     tall = ROOM.camera.model_copy(update={"resolution": (40, 100)})
     described = ROOM.model_copy(update={"image": image, "camera": tall})
-    whole, work = written(described, name, passes, engine=engine)
+    whole, work = written(described, name, passes, engine)
     with ThreadPoolExecutor(2) as pool:
-        banded, banded_work = written(described, name, passes, engine=engine, executor=pool)
+        banded, banded_work = written(described, name, passes, engine, pool)
     assert banded == whole
     assert banded_work.rays == work.rays
     assert banded_work.seconds.keys() == work.seconds.keys()

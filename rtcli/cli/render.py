@@ -33,7 +33,9 @@ from rtcli.tracer.engines import ENGINES
 from rtcli.tracer.world import PASSES, Window
 from rtcli.truth import Shot
 
-if TYPE_CHECKING:  # it comes with NumPy, which a picture of the native tracer needs not
+if TYPE_CHECKING:  # with NumPy and other things, which a picture of the native tracer needs not
+    from concurrent.futures import Executor
+
     from rtcli.cli.golden import Golden
 
 
@@ -46,8 +48,21 @@ class Traced:
     engine: str
     threads: int | None
     crop: Window | None
+    dask: str | None
     quiet: bool
     edits: SceneEdits
+
+    def __post_init__(self) -> None:
+        if self.dask is not None and self.threads is not None:
+            raise click.UsageError("--threads is for this machine: with --dask each worker has one")
+
+    def executor(self) -> contextlib.AbstractContextManager[Executor | None]:
+        """Give what traces bands elsewhere, or None for here."""
+        if self.dask is None:
+            return contextlib.nullcontext()
+        from rtcli.cluster import dask_executor
+
+        return dask_executor(self.dask)
 
 
 @dataclass(frozen=True)
@@ -113,6 +128,12 @@ class Output:
 )
 @click.option("--threads", type=click.IntRange(1), metavar="N", show_default="all", help="Processor cores to use.")
 @click.option("--crop", type=CropType(), help="Render only this part: left, top, width, height in pixels.")
+@click.option(
+    "--dask",
+    metavar="ADDRESS|local",
+    help="Trace bands of the picture on a Dask cluster: the address of its scheduler, or local for one of this "
+    "machine's cores. Needs rtcli[dask].",
+)
 @check_options
 @click.option(
     "--stats",
@@ -148,8 +169,8 @@ def _preview(traced: Traced) -> int:
 
     preview = Preview()
     shot, request = _shot(traced, validate(traced.edits.read(traced.scene)))
-    with progress("rendering", traced.quiet) as told:
-        film = expose_film(shot, request, told)
+    with traced.executor() as executor, progress("rendering", traced.quiet) as told:
+        film = expose_film(replace(shot, executor=executor), request, told)
     preview.show(film)
     return 0
 
@@ -230,7 +251,12 @@ def _shot(traced: Traced, scene: Scene) -> tuple[Shot, Request]:
 def _write(rendering: _Rendering, traced: Traced, output: Output, parts: dict[str, Path]) -> None:
     shot, request, watch = rendering
     # All are opened before the work, so that a target which cannot be written costs no rendering.
-    with _open_parts(output, parts) as files, _open_stats(output.stats) as stats_file:
+    with (
+        _open_parts(output, parts) as files,
+        _open_stats(output.stats) as stats_file,
+        traced.executor() as executor,
+    ):
+        shot = replace(shot, executor=executor)
         with watch.stages_together() as spent, progress("rendering", traced.quiet) as told:
             work = write_film(shot, request, Target(files, output.bits), told)
             spent.update(work.seconds)
