@@ -19,7 +19,9 @@ from rtcli.explain import explain
 from rtcli.explain.records import LIGHT_VERDICTS, MISSES, Number
 from rtcli.image.look import TONE_CURVES
 from rtcli.reports.explanation import as_json, text
+from rtcli.tracer.reference import ReferenceTracer
 from rtcli.tracer.sampling import sample_offsets
+from rtcli.tracer.world import Metered
 
 
 def numbers(step):
@@ -63,14 +65,58 @@ def test_value_is_that_of_the_reference_engine(data, samples, image, eye_falloff
     assert_told_as_rendered(Scene.model_validate({**data, "image": image}), *pixel_of(data, at))
 
 
-@pytest.mark.parametrize("tone", TONE_CURVES)
-@given(data=random_scenes(), at=PLACES)
+@given(st.sampled_from(TONE_CURVES), random_scenes(), PLACES)
 def test_value_is_that_of_the_reference_engine_with_the_exposure_it_meters(tone, data, at):
     image = {"exposure": "auto", "tone": tone}
     explanation = assert_told_as_rendered(Scene.model_validate({**data, "image": image}), *pixel_of(data, at))
-    if explanation.exposure:
-        exposure = numbers(explanation.development.exposure)
-        assert math.isclose(2 ** exposure["EV"] * exposure["P95"], 0.8)
+    assert numbers(explanation.development.exposure)["EV"] == explanation.exposure
+
+
+def test_percentile_of_the_meter_is_that_of_numpy():
+    # A square picture of 256 rows is looked at where the meter looks.
+    camera = {"resolution": [256, 256], "fov": 50}
+    data = scene(
+        [plane([0, -1, 0], [0, 1, 0])], [light([0, 2, -5], 50)], camera=camera, image={"exposure": "auto"}
+    )
+    luminance = rtcli.render(data, engine="reference").radiance.astype(float) @ [0.2126, 0.7152, 0.0722]
+    assert 0 < np.count_nonzero(luminance) < luminance.size
+    expected = np.percentile(luminance[luminance > 0], 95)
+    step = explain(data, 128, 200).development.exposure
+    assert numbers(step)["P95"] == pytest.approx(expected, rel=1e-12)
+    assert step.outcome.endswith(
+        f"{math.log2(0.8 / expected):.6g} stops, metered at 256x256 points of the picture."
+    )
+
+
+def test_black_picture_has_no_percentile():
+    explanation = straight([sphere([0, 0, -5])], image={"exposure": "auto"})
+    step = explanation.development.exposure
+    assert math.isnan(numbers(step)["P95"])
+    assert (numbers(step)["EV"], numbers(step)["factor"]) == (0, 1)
+    assert step.outcome == "The exposure is auto: 0 stops, as all 256x256 points of the picture are black."
+    as_data = json.loads(as_json(explanation, "scene.yaml"))
+    assert as_data["development"]["exposure"]["numbers"]["P95"] is None
+
+
+def test_picture_that_is_metered_at_no_stops_is_not_called_black(monkeypatch):
+    monkeypatch.setattr(ReferenceTracer, "exposure", lambda self, progress: Metered(0.0, 0.8, 1))
+    step = straight([sphere([0, 0, -5])], [light([0, 0, 0])], image={"exposure": "auto"}).development.exposure
+    assert numbers(step)["P95"] == 0.8
+    assert step.outcome == "The exposure is auto: 0 stops, metered at 256x256 points of the picture."
+
+
+def test_progress_of_the_meter_is_told():
+    def told(exposure):
+        steps = []
+        data = scene([sphere([0, 0, -5])], image={"exposure": exposure})
+        explain(data, 0, 0, progress=lambda done, total: steps.append((done, total)))
+        return steps
+
+    steps = told("auto")
+    assert len(steps) > 1
+    assert steps == sorted(steps)
+    assert steps[-1] == (256**2, 256**2)
+    assert told(0) == []
 
 
 @given(extreme_scenes(), PLACES)
