@@ -8,8 +8,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from rtcli.image.compare import Comparison, LayerDifference, Mismatch
-from rtcli.reports.checked import counted
-from rtcli.scene.problems import printable, quoted
+from rtcli.scene.problems import counted, printable, quoted
 
 # Select Graphic Rendition (ECMA-48, section 8.3.117): bold green and red.
 _EQUAL, _DIFFERENT = "1;32", "1;31"
