@@ -298,6 +298,14 @@ def test_object_whose_numbers_overflow_tells_so():
     assert item.outcome == "its numbers are beyond those of float64"
 
 
+def test_object_that_is_met_beyond_float64_is_not_called_behind_the_eye():
+    # The eye is in a corner of the box: the ray enters it behind the eye, and leaves it farther than float64 goes.
+    far = 0.8e308
+    item = met(straight([box([far, far, -far], [1.7e308] * 3)], camera={**STRAIGHT, "look_at": [1, 1, -1]}))
+    assert all(near < 0 and leaving == math.inf for near, leaving in (numbers(item)[f"{x}_slab"] for x in "xyz"))
+    assert (item.verdict, item.t) == ("out_of_range", None)
+
+
 def test_object_behind_the_nearest_tells_what_hides_it():
     explanation = straight([sphere([0, 0, -9]), sphere([0, 0, -5], name="ball"), sphere([0, 0, -5])])
     assert [(item.verdict, item.outcome) for item in explanation.story.intersections.objects] == [
@@ -452,6 +460,12 @@ def test_blockers_are_told_from_the_light_on():
     )
     assert share.outcome.startswith("blocked by `ball 5` at ")
     assert share.radiance == (0, 0, 0)
+
+
+def test_object_that_is_seen_does_not_block_its_own_light():
+    # Rounding puts its surface nearer to the light, as the light sees it, than the point that the eye sees.
+    (share,) = shares(straight([sphere([0, 0, -1_000_004], 1_000_000)], [light([0, 0, -3.9])]))
+    assert (share.verdict, share.blockers) == ("lit", ())
 
 
 def test_carried_light_is_called_by_its_object_and_not_blocked_by_it():
