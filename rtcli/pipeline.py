@@ -154,6 +154,8 @@ def expose_film(shot: Shot, request: Request, progress: Progress | None = None) 
 # The longer side of the picture in small: most are neither black nor white at a first glance; of others a second
 # one shows whether a small light was missed. Both are smaller where so many lights shine that it would take long.
 _GLANCES = (32, 512)
+# The points of its meter in a row and in a column: half as many as for a picture, exact to some percent.
+_GLANCE_GRID = 128
 _MOST_SHADOW_RAYS = 3_000_000
 
 
@@ -183,8 +185,8 @@ def glance(scene: Scene) -> Glance | None:
 
 def _glance(world: World, image: Image, longer: int) -> Glance:
     camera = world.camera
-    longer = min(longer, math.isqrt(_MOST_SHADOW_RAYS // max(1, len(world.lights.intensity))))
-    scale = min(1.0, longer / max(camera.width, camera.height))
+    most = math.isqrt(_MOST_SHADOW_RAYS // max(1, len(world.lights.intensity)))
+    scale = min(1.0, min(longer, most) / max(camera.width, camera.height))
     width, height = (max(1, round(side * scale)) for side in (camera.width, camera.height))
     small = replace(
         world,
@@ -192,7 +194,7 @@ def _glance(world: World, image: Image, longer: int) -> Glance:
         settings=replace(world.settings, samples=1),
     )
     tracer = NativeTracer(small, threads=1)
-    exposure, _ = stops_of(tracer, image.exposure)
+    exposure = tracer.exposure(min(_GLANCE_GRID, most)).stops if image.exposure == "auto" else image.exposure
     levels = tracer.levels(Window(0, 0, width, height), Look(exposure, image.tone))
     return Glance(exposure, is_black=not any(levels), is_white=levels.count(255) == len(levels))
 

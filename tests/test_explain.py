@@ -19,7 +19,9 @@ from rtcli.explain import explain
 from rtcli.explain.records import LIGHT_VERDICTS, MISSES, Number
 from rtcli.image.look import TONE_CURVES
 from rtcli.reports.explanation import as_json, text
+from rtcli.tracer.reference import ReferenceTracer
 from rtcli.tracer.sampling import sample_offsets
+from rtcli.tracer.world import Metered
 
 
 def numbers(step):
@@ -63,14 +65,58 @@ def test_value_is_that_of_the_reference_engine(data, samples, image, eye_falloff
     assert_told_as_rendered(Scene.model_validate({**data, "image": image}), *pixel_of(data, at))
 
 
-@pytest.mark.parametrize("tone", TONE_CURVES)
-@given(data=random_scenes(), at=PLACES)
+@given(st.sampled_from(TONE_CURVES), random_scenes(), PLACES)
 def test_value_is_that_of_the_reference_engine_with_the_exposure_it_meters(tone, data, at):
     image = {"exposure": "auto", "tone": tone}
     explanation = assert_told_as_rendered(Scene.model_validate({**data, "image": image}), *pixel_of(data, at))
-    if explanation.exposure:
-        exposure = numbers(explanation.development.exposure)
-        assert math.isclose(2 ** exposure["EV"] * exposure["P95"], 0.8)
+    assert numbers(explanation.development.exposure)["EV"] == explanation.exposure
+
+
+def test_percentile_of_the_meter_is_that_of_numpy():
+    # A square picture of 256 rows is looked at where the meter looks.
+    camera = {"resolution": [256, 256], "fov": 50}
+    data = scene(
+        [plane([0, -1, 0], [0, 1, 0])], [light([0, 2, -5], 50)], camera=camera, image={"exposure": "auto"}
+    )
+    luminance = rtcli.render(data, engine="reference").radiance.astype(float) @ [0.2126, 0.7152, 0.0722]
+    assert 0 < np.count_nonzero(luminance) < luminance.size
+    expected = np.percentile(luminance[luminance > 0], 95)
+    step = explain(data, 128, 200).development.exposure
+    assert numbers(step)["P95"] == pytest.approx(expected, rel=1e-12)
+    assert step.outcome.endswith(
+        f"{math.log2(0.8 / expected):.6g} stops, metered at 256x256 points of the picture."
+    )
+
+
+def test_black_picture_has_no_percentile():
+    explanation = straight([sphere([0, 0, -5])], image={"exposure": "auto"})
+    step = explanation.development.exposure
+    assert math.isnan(numbers(step)["P95"])
+    assert (numbers(step)["EV"], numbers(step)["factor"]) == (0, 1)
+    assert step.outcome == "The exposure is auto: 0 stops, as all 256x256 points of the picture are black."
+    as_data = json.loads(as_json(explanation, "scene.yaml"))
+    assert as_data["development"]["exposure"]["numbers"]["P95"] is None
+
+
+def test_picture_that_is_metered_at_no_stops_is_not_called_black(monkeypatch):
+    monkeypatch.setattr(ReferenceTracer, "exposure", lambda self, progress: Metered(0.0, 0.8, 1))
+    step = straight([sphere([0, 0, -5])], [light([0, 0, 0])], image={"exposure": "auto"}).development.exposure
+    assert numbers(step)["P95"] == 0.8
+    assert step.outcome == "The exposure is auto: 0 stops, metered at 256x256 points of the picture."
+
+
+def test_progress_of_the_meter_is_told():
+    def told(exposure):
+        steps = []
+        data = scene([sphere([0, 0, -5])], image={"exposure": exposure})
+        explain(data, 0, 0, progress=lambda done, total: steps.append((done, total)))
+        return steps
+
+    steps = told("auto")
+    assert len(steps) > 1
+    assert steps == sorted(steps)
+    assert steps[-1] == (256**2, 256**2)
+    assert told(0) == []
 
 
 @given(extreme_scenes(), PLACES)
@@ -252,6 +298,14 @@ def test_object_whose_numbers_overflow_tells_so():
     assert item.outcome == "its numbers are beyond those of float64"
 
 
+def test_object_that_is_met_beyond_float64_is_not_called_behind_the_eye():
+    # The eye is in a corner of the box: the ray enters it behind the eye, and leaves it farther than float64 goes.
+    far = 0.8e308
+    item = met(straight([box([far, far, -far], [1.7e308] * 3)], camera={**STRAIGHT, "look_at": [1, 1, -1]}))
+    assert all(near < 0 and leaving == math.inf for near, leaving in (numbers(item)[f"{x}_slab"] for x in "xyz"))
+    assert (item.verdict, item.t) == ("out_of_range", None)
+
+
 def test_object_behind_the_nearest_tells_what_hides_it():
     explanation = straight([sphere([0, 0, -9]), sphere([0, 0, -5], name="ball"), sphere([0, 0, -5])])
     assert [(item.verdict, item.outcome) for item in explanation.story.intersections.objects] == [
@@ -406,6 +460,12 @@ def test_blockers_are_told_from_the_light_on():
     )
     assert share.outcome.startswith("blocked by `ball 5` at ")
     assert share.radiance == (0, 0, 0)
+
+
+def test_object_that_is_seen_does_not_block_its_own_light():
+    # Rounding puts its surface nearer to the light, as the light sees it, than the point that the eye sees.
+    (share,) = shares(straight([sphere([0, 0, -1_000_004], 1_000_000)], [light([0, 0, -3.9])]))
+    assert (share.verdict, share.blockers) == ("lit", ())
 
 
 def test_carried_light_is_called_by_its_object_and_not_blocked_by_it():

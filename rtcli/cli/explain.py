@@ -10,7 +10,8 @@ import click
 
 from rtcli.cli.exits import usage_errors
 from rtcli.cli.option_types import PixelType
-from rtcli.cli.output import name_of, print_lines, wants_color
+from rtcli.cli.output import is_terminal, name_of, print_lines, wants_color
+from rtcli.cli.progress import progress
 from rtcli.cli.scene_options import SceneEdits, scene_options
 from rtcli.explain import Explanation, check_place, explain
 from rtcli.pipeline import Request
@@ -62,7 +63,11 @@ def run(options: Options) -> None:
     with usage_errors():
         check_place(scene, *options.pixel, options.sample)
         Request().simd()
-    _report(explain(scene, *options.pixel, options.sample), options)
+    # The meter looks at the whole picture: of thousands of objects that takes long, and somebody may wait for it.
+    is_watched = scene.image.exposure == "auto" and is_terminal(sys.stderr)
+    with progress("metering", quiet=not is_watched) as told:
+        explanation = explain(scene, *options.pixel, options.sample, told)
+    _report(explanation, options)
 
 
 def _report(explanation: Explanation, options: Options) -> None:

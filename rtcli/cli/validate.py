@@ -17,9 +17,9 @@ from rtcli.check import check
 from rtcli.cli.exits import FILE, INVALID, os_error_text
 from rtcli.cli.output import STDIO, name_of, read_bytes, tell, wants_color
 from rtcli.reports import concise, github, json, junit, sarif, text
-from rtcli.reports.checked import Checked, Tally, counted
+from rtcli.reports.checked import Checked, Tally
 from rtcli.scene.parse import READ_BYTES, SCENE_SUFFIXES
-from rtcli.scene.problems import Problem
+from rtcli.scene.problems import Problem, counted
 from rtcli.scene.rules import ERROR
 
 _REPORTS: dict[str, Callable[[Iterable[Checked]], Iterator[str]]] = {

@@ -23,12 +23,12 @@ from rtcli.tracer.engines import default_threads, stops_of
 from rtcli.tracer.native import NativeTracer
 from rtcli.tracer.reference import NOTHING, Ray, ReferenceTracer, mean_of_samples
 from rtcli.tracer.sampling import sample_offsets
-from rtcli.tracer.world import Window, World
+from rtcli.tracer.world import Progress, Window, World
 
 __all__ = ["Explanation", "check_place", "explain"]
 
 
-def explain(scene: Scene, x: int, y: int, sample: int = 1) -> Explanation:
+def explain(scene: Scene, x: int, y: int, sample: int = 1, progress: Progress | None = None) -> Explanation:
     """Tell how a pixel comes to its value.
 
     Parameters
@@ -39,6 +39,9 @@ def explain(scene: Scene, x: int, y: int, sample: int = 1) -> Explanation:
         Column and row of the pixel, counted from 0 at the left and top.
     sample
         Which of its samples is told step by step, counted from 1.
+    progress
+        Is told (points done, points in all) while the light is metered for an exposure that is `auto`: of
+        thousands of objects that takes long.
 
     Returns
     -------
@@ -53,7 +56,7 @@ def explain(scene: Scene, x: int, y: int, sample: int = 1) -> Explanation:
     check_place(scene, x, y, sample)
     # Misses and infinities are ordinary numbers to the tracer.
     with np.errstate(all="ignore"):
-        return _Pixel(scene, (x, y)).explanation(sample - 1)
+        return _Pixel(scene, (x, y)).explanation(sample - 1, progress)
 
 
 def check_place(scene: Scene, x: int, y: int, sample: int = 1) -> None:
@@ -84,12 +87,12 @@ class _Pixel:
         rays = [camera.generate_primary_rays(self.window, within) for within in self.offsets]
         return Ray(rays[0].offset, np.hstack([ray.direction for ray in rays]))
 
-    def explanation(self, told: int) -> Explanation:
+    def explanation(self, told: int, progress: Progress | None) -> Explanation:
         """Return the explanation that tells one of the samples, counted from 0."""
         image = self.scene.image
         # Added one after the other, as those of a picture are.
         radiance = mean_of_samples(np.add.accumulate(self.light, axis=1)[:, -1], len(self.offsets))
-        exposure, _ = stops_of(self.tracer, image.exposure)
+        exposure, percentile = self._exposure(progress)
         value = developed(radiance, Look(exposure, image.tone))
         samples = tuple(self._sample(i) for i in range(len(self.offsets)))
         return Explanation(
@@ -100,9 +103,17 @@ class _Pixel:
             exposure=exposure,
             story=self._story(told),
             samples=samples,
-            development=Developed(self.scene, triple(radiance), exposure, value).steps(samples),
+            development=Developed(self.scene, triple(radiance), exposure, percentile, value).steps(samples),
             native=_native_pixel(self.scene, self.tracer.world, self.window),
         )
+
+    def _exposure(self, progress: Progress | None) -> tuple[float, float | None]:
+        """Return the stops, and the percentile of luminance that they were metered from."""
+        given = self.scene.image.exposure
+        if given != "auto":
+            return given, None
+        metered = self.tracer.exposure(progress)
+        return metered.stops, metered.percentile
 
     def _sample(self, i: int) -> Sample:
         index = int(self.hits.index[i])

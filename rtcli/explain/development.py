@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -14,14 +15,12 @@ from rtcli.image.curves import TONE_EQUATIONS, exposure_factor, srgb, tone_curve
 from rtcli.image.develop import develop
 from rtcli.image.look import Look
 from rtcli.scene.model import Scene
-from rtcli.tracer._native import meter_size
+from rtcli.tracer._native import METER_GRID
 
 # The heading of `docs/tracer.md` that tells of it: the document ends with the radiance.
 _SECTION = "From radiance to the picture"
 
-# The meter's rule (tracer/src/meter.rs): 95 % of what is lit stays below this share of white.
-_METER_TARGET = 0.8
-_METER_EQUATION = "2^EV * P95 = 0.8, where 95 % of all pixels with Y > 0 have Y < P95"
+_METER_EQUATION = "2^EV * P95 = 0.8, where 95 % of all points with Y > 0 have Y < P95"
 _LUMINANCE = "Y = 0.2126 R + 0.7152 G + 0.0722 B"
 
 
@@ -33,11 +32,26 @@ def developed(radiance: npt.NDArray[np.floating], look: Look) -> tuple[int, int,
 
 @dataclass(frozen=True)
 class Developed:
-    """What was developed: a scene's pixel, its radiance as the film holds it, the stops, and what came out."""
+    """What was developed.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    radiance
+        That of its pixel, as the film holds it.
+    exposure
+        In stops.
+    percentile
+        What they were metered from, if they were and anything is lit.
+    value
+        What came out.
+    """
 
     scene: Scene
     radiance: Triple
     exposure: float
+    percentile: float | None
     value: tuple[int, int, int]
 
     def steps(self, samples: Sequence[Sample]) -> Development:
@@ -71,17 +85,21 @@ class Developed:
         )
         equation = "x = 2^EV * radiance"
         if self.scene.image.exposure == "auto":
-            metered = Number("P95", _METER_TARGET / factor, "luminance")
             equations = (_METER_EQUATION, _LUMINANCE, equation)
-            return Step("The exposure", _SECTION, equations, (metered, *stops), self._metered())
+            return Step("The exposure", _SECTION, equations, (self._percentile(), *stops), self._metered())
         outcome = "The scene gives the exposure; each stop doubles the light."
         return Step("The exposure", _SECTION, (equation,), stops, outcome)
 
+    def _percentile(self) -> Number:
+        if self.percentile is None:
+            return Number("P95", math.nan, "no point is lit")
+        return Number("P95", self.percentile, "luminance")
+
     def _metered(self) -> str:
-        width, height = meter_size(*self.scene.camera.resolution)
-        if self.exposure == 0:
-            return "The exposure is auto: 0 stops, which a picture that is all black gets."
-        return f"The exposure is auto: {number(self.exposure)} stops, metered on {width}x{height} pixels."
+        points = f"{METER_GRID}x{METER_GRID} points of the picture"
+        if self.percentile is None:
+            return f"The exposure is auto: 0 stops, as all {points} are black."
+        return f"The exposure is auto: {number(self.exposure)} stops, metered at {points}."
 
     def _tone(self, toned: Triple) -> Step:
         tone = self.scene.image.tone

@@ -22,7 +22,8 @@ from rtcli.explain.records import (
     Number,
     ObjectName,
 )
-from rtcli.explain.words import number, several
+from rtcli.explain.words import number
+from rtcli.scene.problems import counted
 from rtcli.tracer.reference import NOTHING, Box, Hit, Object, Plane, Ray, Scenery, Sphere, length
 from rtcli.tracer.reference import PARALLEL as LEAST_COSINE
 
@@ -92,9 +93,9 @@ def _note(types: set[str]) -> str:
 def _outcome(objects: Sequence[Intersection], nearest: int) -> str:
     hits = sum(item.t is not None for item in objects)
     if nearest == NOTHING:
-        return f"Of {several(len(objects), 'object')} the ray hits none." if objects else "There are no objects."
+        return f"Of {counted(len(objects), 'object')} the ray hits none." if objects else "There are no objects."
     first = objects[nearest]
-    return f"The ray hits {hits:,} of {several(len(objects), 'object')}. The nearest is {first.object.label}."
+    return f"The ray hits {hits:,} of {counted(len(objects), 'object')}. The nearest is {first.object.label}."
 
 
 def _intersection(shape: Object, name: ObjectName, ray: Ray, seen: Seen) -> Intersection:

@@ -23,7 +23,8 @@ from rtcli.explain.records import (
     ObjectName,
     Step,
 )
-from rtcli.explain.words import listed, number, several, triple
+from rtcli.explain.words import listed, number, triple
+from rtcli.scene.problems import counted
 from rtcli.tracer import reference
 from rtcli.tracer.reference import (
     NOTHING,
@@ -151,7 +152,7 @@ def lights_step(place: Place) -> Lights:
             "share = rho / pi * L_i * cos(theta), 0 where the light does not reach",
         ),
         (),
-        f"{lit:,} of {several(len(shares), 'light')} {'reaches' if lit == 1 else 'reach'} the point.",
+        f"{lit:,} of {counted(len(shares), 'light')} {'reaches' if lit == 1 else 'reach'} the point.",
         note="Chosen: only lights on the eye's side of the surface light it. Neither the object that is seen nor "
         "the one that carries the light can stand between.",
         lights=shares,

@@ -110,7 +110,7 @@ class Intersection:
     numbers
         The terms of its equation.
     outcome
-        What comes out, without the object: "seen", "passes the centre at 2.5, more than R".
+        What comes out, without the object: "the nearest: it is seen", "the ray passes by: |g| > R, so D < 0".
     """
 
     object: ObjectName

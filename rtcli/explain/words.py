@@ -19,11 +19,6 @@ def number(value: float) -> str:
     return f"{value + 0.0:.6g}"
 
 
-def several(count: int, noun: str) -> str:
-    """Return `1 object`, `2 objects`."""
-    return f"{count:,} {noun}{'' if count == 1 else 's'}"
-
-
 def listed(items: list[str], most: int = 3) -> str:
     """Return `a, b and c`; of more than `most` items, the first and how many more there are."""
     shown = items if len(items) <= most else [*items[:most], f"{len(items) - most:,} more"]

@@ -136,7 +136,7 @@ def read_radiance(path: str) -> tuple[Array, Look]:
 def _look(metadata: str, radiance: Array) -> Look:
     """Return the look that the metadata of a film tell, a JSON object; a metered one if there are none."""
     if not metadata:
-        return Look(_native.auto_exposure(radiance.astype(np.float32).tobytes()))
+        return Look(_native.meter(radiance.astype(np.float32).tobytes())[0])
     settings = json.loads(metadata)["settings"]
     return Look(float(settings["exposure"]), str(settings["tone"]))
 

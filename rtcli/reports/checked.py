@@ -65,8 +65,3 @@ class Tally:
             self.errors += errors
             self.warnings += len(checked.problems) - errors
             yield checked
-
-
-def counted(count: int, noun: str) -> str:
-    """Return `1 scene`, `2 scenes`."""
-    return f"{count:,} {noun}{'' if count == 1 else 's'}"

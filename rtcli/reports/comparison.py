@@ -8,9 +8,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from rtcli.image.compare import Comparison, LayerDifference, Mismatch
-from rtcli.reports.checked import counted
 from rtcli.reports.terminal import cells, padded, painter
-from rtcli.scene.problems import printable, quoted
+from rtcli.scene.problems import counted, printable, quoted
 from rtcli.scene.rules import ERROR
 
 _CHANNELS_SHOWN = 4

@@ -32,9 +32,9 @@ from rtcli.explain.records import (
     Step,
     Value,
 )
-from rtcli.reports.checked import counted
+from rtcli.explain.words import number as shown
 from rtcli.reports.terminal import cells, lines_of, padded, painter, shortened, swatch
-from rtcli.scene.problems import printable
+from rtcli.scene.problems import counted, printable
 
 # Cells of a line, of the margin below a heading, and of a symbol and a number in a table.
 _WIDTH, _MARGIN, _SYMBOL, _NUMBER = 100, 3, 12, 13
@@ -170,7 +170,7 @@ class _Text:
             yield from _indented(_counts(len(hits) - len(shown), misses))
 
     def _object(self, item: Intersection, width: int) -> Iterator[str]:
-        t = "missed" if item.t is None else f"t = {_shown(item.t)}"
+        t = "missed" if item.t is None else f"t = {shown(item.t)}"
         yield from self._item(item.object.label, f"{padded(item.object.label, width)}  {t:<15}", item.outcome)
         terms = (f"{_symbol(number)} = {_values(number.value)}" for number in item.numbers)
         yield from _indented(lines_of(terms, _WIDTH - 2 * _MARGIN, gap="   "), 2)
@@ -244,20 +244,16 @@ def _symbol(number: Number) -> str:
 
 def _columns(value: Value) -> str:
     """Return components in columns, a minus sign left of the digits of those without."""
-    signed = (_shown(x) if x < 0 else f" {_shown(x)}" for x in _components(value))
+    signed = (shown(x) if x < 0 else f" {shown(x)}" for x in _components(value))
     return " ".join(f"{x:<{_NUMBER - 1}}" for x in signed)
 
 
 def _values(value: Value) -> str:
-    return " to ".join(map(_shown, _components(value)))
+    return " to ".join(map(shown, _components(value)))
 
 
 def _components(value: Value) -> tuple[float, ...]:
     return value if isinstance(value, tuple) else (value,)
-
-
-def _shown(value: float) -> str:
-    return f"{value + 0.0:.6g}"
 
 
 def _indented(lines: Iterable[str], depth: int = 1) -> Iterator[str]:

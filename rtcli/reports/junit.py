@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from xml.etree import ElementTree
 
-from rtcli.reports.checked import Checked, Tally, counted
-from rtcli.scene.problems import Problem, printable
+from rtcli.reports.checked import Checked, Tally
+from rtcli.scene.problems import Problem, counted, printable
 from rtcli.scene.rules import ERROR, WARNING
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from rtcli.reports.checked import Checked, Tally, counted
+from rtcli.reports.checked import Checked, Tally
 from rtcli.reports.terminal import Paint, cells, painter
-from rtcli.scene.problems import Excerpt, Problem, printable
+from rtcli.scene.problems import Excerpt, Problem, counted, printable
 from rtcli.scene.rules import ERROR, WARNING
 
 # Terminal cells of a line that are shown before what is wrong, and in all.

@@ -167,6 +167,11 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
 
 
+def counted(count: int, noun: str) -> str:
+    """Return `1 scene`, `2 scenes`."""
+    return f"{count:,} {noun}{'' if count == 1 else 's'}"
+
+
 def did_you_mean(name: str, known: Iterable[str]) -> str | None:
     """Return a hint at the known name that is most like a name, or None if none is."""
     import difflib  # only for mistakes, of which most scenes have none

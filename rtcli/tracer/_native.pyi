@@ -22,6 +22,9 @@ _Progress: TypeAlias = Callable[[int, int], None]
 
 __version__: str
 
+# The exposure is metered at this many times as many points, a grid that spans the whole picture.
+METER_GRID: int
+
 @final
 class Tracer:
     """A world that is rendered to a film or to a picture. See `rtcli.tracer.world` for the meaning of each number.
@@ -86,8 +89,8 @@ class Tracer:
     def coverage(self, window: Window, /) -> list[int]:
         """Return of each object how many pixels of a window its surface covers, what others hide included."""
 
-    def exposure(self) -> tuple[float, int]:
-        """Return the stops that the exposure meter finds for the whole picture, and the number of rays."""
+    def exposure(self, grid: int, /) -> tuple[float, float | None, int]:
+        """Meter the whole picture at `grid` x `grid` points: return what `meter` does, and the number of rays."""
 
 @final
 class PngEncoder:
@@ -119,6 +122,9 @@ def simd_level() -> str:
         If RTCLI_SIMD names none of them, or one that this machine lacks.
     """
 
+def sample_offsets(count: int, /) -> list[tuple[float, float]]:
+    """Return the places of a pixel's samples; see `rtcli.tracer.sampling`."""
+
 def develop(radiance: bytes, look: _Look, /) -> bytearray:
     """Return radiance, interleaved float32 RGB, as sRGB: 8 bits a channel, or 16 with the high byte first."""
 
@@ -139,11 +145,11 @@ def decode_png(file: bytes, /) -> tuple[int, int, int, int, bytes]:
         If it is no PNG, is broken, or is larger than 6 GiB when decoded.
     """
 
-def auto_exposure(radiance: bytes, /) -> float:
-    """Return the stops that expose a picture well: those of the exposure meter, 0 for an all black one."""
+def meter(radiance: bytes, /) -> tuple[float, float | None]:
+    """Return the stops that expose a picture well, and the 95th percentile of luminance they were found from.
+
+    That is the percentile of all points that are not black; 0 stops and None if all are.
+    """
 
 def focal_length(fov: float, height: int, /) -> float:
     """Return height / (2 tan(fov / 2)), in pixels: the same on every machine, as `math.tan` is not."""
-
-def meter_size(width: int, height: int, /) -> tuple[int, int]:
-    """Return the size of the small picture on which the exposure of a picture of this size is metered."""

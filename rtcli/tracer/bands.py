@@ -9,7 +9,7 @@ from threading import local
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from rtcli.tracer.engines import Tracer, default_threads, tracer_of
-from rtcli.tracer.world import Progress, Window, World
+from rtcli.tracer.world import Metered, Progress, Window, World
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor, Future  # which takes its time to import, and few need it
@@ -96,8 +96,8 @@ class BandedTracer:
         parts = list(self._in_turn(cover_band, window))
         return [sum(counts) for counts in zip(*parts, strict=True)]
 
-    def exposure(self) -> tuple[float, int]:
-        """Return the stops that expose the whole picture well, and the number of rays; that takes no help."""
+    def exposure(self) -> Metered:
+        """Return what the meter finds for the whole picture, which takes no help."""
         return tracer_of(self._task.world, self._task.engine, default_threads()).exposure()
 
     def _in_turn(self, work: Callable[..., _T], window: Window, *arguments: Any) -> Iterator[_T]:

@@ -6,7 +6,7 @@ import os
 from typing import Any, Literal, Protocol
 
 from rtcli.tracer.native import NativeTracer
-from rtcli.tracer.world import Progress, Window, World
+from rtcli.tracer.world import Metered, Progress, Window, World
 
 ENGINES = ("native", "reference")
 
@@ -22,8 +22,8 @@ class Tracer(Protocol):
     def coverage(self, window: Window) -> list[int]:
         """Return of each object how many pixel centres of a window it covers, what others hide included."""
 
-    def exposure(self) -> tuple[float, int]:
-        """Return the stops that expose the whole picture well, and the number of rays."""
+    def exposure(self) -> Metered:
+        """Return what the meter finds for the whole picture."""
 
 
 def tracer_of(world: World, engine: str, threads: int | None = None) -> Tracer:
@@ -38,7 +38,10 @@ def tracer_of(world: World, engine: str, threads: int | None = None) -> Tracer:
 
 def stops_of(tracer: Tracer, exposure: float | Literal["auto"]) -> tuple[float, int]:
     """Return an exposure in stops, metered for `auto`, and how many rays it took to find it."""
-    return tracer.exposure() if exposure == "auto" else (exposure, 0)
+    if exposure != "auto":
+        return exposure, 0
+    metered = tracer.exposure()
+    return metered.stops, metered.rays
 
 
 def default_threads() -> int:

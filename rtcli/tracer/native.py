@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from rtcli.tracer._native import Tracer
-from rtcli.tracer.world import Lights, Progress, Shapes, Window, World
+from rtcli.tracer._native import METER_GRID, Tracer
+from rtcli.tracer.world import Lights, Metered, Progress, Shapes, Window, World
 
 if TYPE_CHECKING:
     import numpy as np
@@ -54,9 +54,9 @@ class NativeTracer:
         """Return of each object how many pixel centres of a window it covers, what others hide included."""
         return self._tracer.coverage(window)
 
-    def exposure(self) -> tuple[float, int]:
-        """Return the stops that expose the whole picture well, and the number of rays."""
-        return self._tracer.exposure()
+    def exposure(self, grid: int = METER_GRID) -> Metered:
+        """Return what the meter finds for the whole picture, with fewer points if a rough result will do."""
+        return Metered(*self._tracer.exposure(grid))
 
     def picture(
         self,

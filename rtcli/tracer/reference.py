@@ -21,7 +21,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from rtcli.tracer._native import auto_exposure, meter_size
+from rtcli.tracer._native import METER_GRID, meter
 from rtcli.tracer.sampling import sample_offsets
 from rtcli.tracer.tiles import AbandonedError, over_tiles, rows_and_columns, tiles
 from rtcli.tracer.world import (
@@ -29,6 +29,7 @@ from rtcli.tracer.world import (
     PLANE,
     SPHERE,
     CameraFrame,
+    Metered,
     Progress,
     Settings,
     Window,
@@ -117,9 +118,18 @@ class Ray:
 
 @dataclass(frozen=True)
 class SimpleCamera:
-    """The pinhole camera of section 2.1, with the frame that `look_at` and `up` give it."""
+    """The pinhole camera of section 2.1, with the frame that `look_at` and `up` give it.
+
+    Parameters
+    ----------
+    frame
+        The camera.
+    pixel_aspect
+        The width of a pixel over its height: 1, but where the meter looks.
+    """
 
     frame: CameraFrame
+    pixel_aspect: float = 1.0
 
     def generate_primary_rays(self, window: Window, within: tuple[float, float] = CENTRE) -> Ray:
         """Return the rays through the pixels of a window, row by row.
@@ -154,7 +164,7 @@ class SimpleCamera:
         scale = math.tan(math.radians(frame.fov) / 2) / frame.height
         pixel_x = np.arange(window.x, window.x + window.width) + within[0]
         pixel_y = np.arange(window.y, window.y + window.height) + within[1]
-        x = np.tile((2 * pixel_x - frame.width) * scale, window.height)
+        x = np.tile((2 * pixel_x - frame.width) * (scale * self.pixel_aspect), window.height)
         y = np.repeat((frame.height - 2 * pixel_y) * scale, window.width)
         return x, y
 
@@ -886,14 +896,12 @@ class ReferenceTracer:
         """Return of each object how many pixel centres of a window it covers, what others hide included."""
         return self.scenery.coverage(window, self.threads)
 
-    def exposure(self) -> tuple[float, int]:
-        """Return the stops that expose the whole picture well, and the number of rays."""
-        world = self.world
-        width, height = meter_size(world.camera.width, world.camera.height)
-        small = replace(
-            world,
-            camera=replace(world.camera, width=width, height=height),
-            settings=replace(world.settings, samples=1),
-        )
-        arrays, rays = ReferenceTracer(small, self.threads).film(Window(0, 0, width, height))
-        return auto_exposure(arrays["radiance"].tobytes()), rays
+    def exposure(self, progress: Progress | None = None) -> Metered:
+        """Return what the meter finds for the whole picture; `progress` is told (points done, points in all)."""
+        world, grid = self.world, METER_GRID
+        # The same rectangle of the image plane in as many columns as rows, whatever its shape.
+        square = replace(world.camera, width=grid, height=grid)
+        scenery = build_scenery(replace(world, settings=replace(world.settings, samples=1)))
+        scenery.camera = SimpleCamera(square, pixel_aspect=world.camera.width / world.camera.height)
+        radiance, rays = scenery.render_img_to_rgb_array(Window(0, 0, grid, grid), self.threads, progress)
+        return Metered(*meter(radiance.tobytes()), rays)

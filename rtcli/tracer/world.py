@@ -34,6 +34,24 @@ class Window(NamedTuple):
     height: int
 
 
+class Metered(NamedTuple):
+    """What the exposure meter found.
+
+    Parameters
+    ----------
+    stops
+        Those that expose the whole picture well, 0 if it is all black.
+    percentile
+        The 95th percentile of the luminance of all points that are not black; None if all are.
+    rays
+        How many it took.
+    """
+
+    stops: float
+    percentile: float | None
+    rays: int
+
+
 @dataclass(frozen=True)
 class CameraFrame:
     """A pinhole camera.

@@ -5,9 +5,9 @@ import os
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
-
-import rtcli
+from PIL import Image
 
 SGR = re.compile(r"\x1b\[[0-9;]*m")
 
@@ -183,13 +183,17 @@ def test_scene_can_be_changed_as_for_a_picture(run, small):
     assert story["exposure"] != 1
 
 
+def pixel_of(file):
+    with Image.open(file) as image:
+        return np.asarray(image).reshape(3).tolist()
+
+
 def test_value_is_that_of_the_picture(run, scene):
     for x, y in [(20, 15), (3, 28), (0, 0), (39, 29)]:
         crop = ["--crop", f"{x},{y},1,1", "--engine", "reference"]
         assert run("render", scene, "-o", f"{x}.png", "-q", *crop).exit_code == 0
         story = json.loads(told(run, scene, "--pixel", f"{x},{y}", "--json"))
-        film = rtcli.render(rtcli.load_scene(scene), engine="reference")
-        assert story["value"] == film.develop()[y, x].tolist()
+        assert story["value"] == pixel_of(f"{x}.png")
 
 
 def test_names_of_a_file_cannot_steer_the_terminal(run, folder):
@@ -209,6 +213,16 @@ def test_color_marks_the_story_and_changes_nothing_else(run, small):
     assert "\x1b[38;2;0;0;0;48;2;197;167;135m#c5a787\x1b[0m\n" in colored  # on the pixel's own color
     assert SGR.sub("", colored) == plain == STORY
     assert told(run, small, "--pixel", "1,1", env={"FORCE_COLOR": "1", "NO_COLOR": "1"}) == plain
+
+
+def test_progress_of_the_meter_is_shown_to_who_waits_for_it(run, small, monkeypatch):
+    arguments = ["explain", small, "--pixel", "1,1", "--exposure"]
+    quiet = run(*arguments, "auto")
+    monkeypatch.setattr("rtcli.cli.explain.is_terminal", lambda stream: True)
+    told = run(*arguments, "auto")
+    assert told.stderr.splitlines()[-1] == "metering: 100 %"
+    assert (quiet.stdout, quiet.stderr) == (told.stdout, "")
+    assert run(*arguments, "0").stderr == ""
 
 
 # --- JSON ------------------------------------------------------------------------------------------------

@@ -700,4 +700,4 @@ def test_picture_has_no_radiance():
 
 
 def auto_exposure(radiance):
-    return _native.auto_exposure(radiance.astype(np.float32).tobytes())
+    return _native.meter(radiance.astype(np.float32).tobytes())[0]

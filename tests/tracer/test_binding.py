@@ -77,10 +77,10 @@ def test_simd_level_does_not_change_a_byte(monkeypatch, level):
 
 @pytest.mark.parametrize("auto", [False, True])
 def test_exposure_meter_does_not_mind_threads_and_level(monkeypatch, auto):
-    metered = tracer(threads=3).exposure()
+    metered = tracer(threads=3).exposure(9)
     if auto:
         monkeypatch.setenv("RTCLI_SIMD", "baseline")
-    assert tracer(threads=1).exposure() == metered
+    assert tracer(threads=1).exposure(9) == metered
 
 
 def test_level_that_is_unknown_is_refused_with_those_there_are(monkeypatch):
@@ -382,7 +382,7 @@ def test_look_that_cannot_be_is_a_value_error(look):
             wrong()
 
 
-@pytest.mark.parametrize("call", [lambda radiance: _native.develop(radiance, LOOK), _native.auto_exposure])
+@pytest.mark.parametrize("call", [lambda radiance: _native.develop(radiance, LOOK), _native.meter])
 def test_radiance_of_no_whole_pixels_is_a_value_error(call):
     with pytest.raises(ValueError, match="whole number of RGB pixels"):
         call(b"\0" * 16)
@@ -408,7 +408,6 @@ def test_radiance_may_lie_anywhere_in_memory(offset):
 def test_picture_without_pixels_or_with_too_many_is_a_value_error(width, height, message):
     for wrong in (
         lambda: _native.PngEncoder(width, height, LOOK, []),
-        lambda: _native.meter_size(width, height),
         lambda: _native.Tracer((width, height, *CAMERA[2:]), ONE_OBJECT, ONE_LIGHT, SETTINGS, 1),
     ):
         with pytest.raises(ValueError, match=message):

@@ -246,6 +246,22 @@ def test_light_body_shows_what_its_light_sends_to_the_eye(render, body):
     assert film.object_id.any()
 
 
+@pytest.mark.parametrize(
+    ("shape", "lamp"),
+    [
+        (sphere([0, 0, -1_000_004], 1_000_000), [0, 0, -3.9]),
+        (plane([1e6, -3e5 - 1, 0], [0.3, 1, 0.2]), [0, -0.5, -2]),
+    ],
+    ids=["sphere", "plane"],
+)
+def test_surface_that_rounding_puts_nearer_to_the_light_does_not_shadow_itself(render, shape, lamp):
+    # Seen from the light these surfaces are nearer than from the eye, by some of the last digits of their sizes.
+    film = render(scene([shape], [light(lamp, 1000)], camera=camera(64, 48, 50)), passes="object_id")
+    seen = film.object_id == 1
+    assert seen.any()
+    assert (film.radiance[seen] > 0).all()
+
+
 def test_light_body_casts_no_shadow_in_its_own_light_but_in_others(render):
     floor = plane([0, -2, 0], [0, 1, 0])
     body = sphere([0, 0, -8], 1, light={"intensity": 300})

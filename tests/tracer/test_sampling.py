@@ -2,8 +2,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import worlds
 
 import rtcli
+from rtcli.tracer import _native
 from rtcli.tracer.sampling import sample_offsets
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -15,6 +17,19 @@ def test_one_sample_is_the_centre():
 
 def test_four_samples_are_the_rotated_grid():
     assert list(sample_offsets(4)) == [(0.125, 0.625), (0.375, 0.125), (0.625, 0.875), (0.875, 0.375)]
+
+
+def test_both_engines_have_the_same_samples():
+    for count in range(1, 1025):
+        assert _native.sample_offsets(count) == sample_offsets(count)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 100, 1000, 1024])
+def test_mean_of_equal_samples_is_each_of_them(render, count):
+    # Sums of so many in float32 would drift by up to 1e-5, or overflow.
+    background = np.float32([1 / 3, 0.1, 1e37])
+    film = render(worlds.scene([], render={"background": background.tolist(), "samples": count}))
+    np.testing.assert_array_equal(film.radiance, np.broadcast_to(background, film.radiance.shape))
 
 
 @pytest.mark.parametrize("count", [2, 3, 7, 16, 100, 1024])

@@ -15,10 +15,11 @@ use crate::world::Settings;
 /// The result of one block, and the room to work in.
 #[derive(Debug)]
 pub(crate) struct Block {
-    /// Linear radiance of red, green and blue, row by row: the sum of each pixel's samples, of which `mean` makes
-    /// something that can be shown.
+    /// Linear radiance of red, green and blue, row by row, of the last sample.
     radiance: [Lanes; 3],
-    samples: f32,
+    /// The sum of each pixel's samples if there are several: in float64, where it loses nothing that the mean shows
+    /// and does not overflow.
+    total: Option<Box<[[f64; LANES]; 3]>>,
     /// Where in each pixel they go.
     offsets: Vec<(f64, f64)>,
     /// Whether the last rays go through the pixel centres, so that `nearest`, `rays` and `surface` are ground truth.
@@ -68,7 +69,7 @@ impl Block {
         let with_surface = truth == Truth::AndSurface;
         Block {
             radiance: [ZERO; 3],
-            samples: 1.0,
+            total: None,
             offsets: Vec::new(),
             with_truth: truth != Truth::Unwanted,
             nearest: Nearest::new(),
@@ -97,19 +98,25 @@ impl Block {
         place: Place,
         cancelled: impl Fn() -> bool,
     ) {
-        self.radiance = [ZERO; 3];
-        self.samples = settings.samples as f32;
         self.traced = 0;
         if self.offsets.len() != settings.samples as usize {
             self.offsets = sample_offsets(settings.samples);
+            self.total = (settings.samples > 1).then(|| Box::new([[0.0; LANES]; 3]));
+        }
+        if let Some(total) = &mut self.total {
+            **total = [[0.0; LANES]; 3];
         }
         for sample in 0..self.offsets.len() {
             if cancelled() {
                 return;
             }
+            self.radiance = [ZERO; 3];
             self.look(scene, place, self.offsets[sample]);
             for group in 0..self.groups.list.len() {
                 self.shade(scene, settings, group);
+            }
+            if let Some(total) = &mut self.total {
+                add(total, &self.radiance);
             }
         }
         // A single sample goes through the centre: what it met is the ground truth.
@@ -151,24 +158,14 @@ impl Block {
     /// Write the mean radiance of each pixel's samples as RGB triples, from the pixel of `lane` on.
     #[inline(always)]
     pub(crate) fn mean(&self, lane: usize, rgb: &mut [f32]) {
-        let samples = self.samples;
-        if samples == 1.0 {
-            self.interleave(lane, rgb, |sum| sum);
-        } else {
-            self.interleave(lane, rgb, |sum| sum / samples);
-        }
-    }
-
-    #[inline(always)]
-    fn interleave(&self, lane: usize, rgb: &mut [f32], mean: impl Fn(f32) -> f32) {
         let count = rgb.len() / 3;
         assert!(lane + count <= LANES);
         for i in 0..count {
             for channel in 0..3 {
-                let mean = mean(self.radiance[channel][lane + i]);
-                // NaN, of 0 * inf, counts as 0.
-                let mean = if mean > 0.0 { mean } else { 0.0 };
-                rgb[3 * i + channel] = if mean < f32::MAX { mean } else { f32::MAX };
+                rgb[3 * i + channel] = match &self.total {
+                    None => shown(self.radiance[channel][lane + i]),
+                    Some(total) => (total[channel][lane + i] / self.offsets.len() as f64) as f32,
+                };
             }
         }
     }
@@ -279,6 +276,23 @@ fn nearest_hits(scene: &Scene, rays: &Rays, nearest: &mut Nearest, stack: &mut S
     }
     for &object in &scene.planes {
         scene.shapes[object as usize].meet(object << FACE_BITS, rays, nearest);
+    }
+}
+
+/// What a picture can show of radiance: NaN, of 0 * inf, counts as 0, and infinity as the most that there is.
+#[inline(always)]
+fn shown(radiance: f32) -> f32 {
+    let radiance = if radiance > 0.0 { radiance } else { 0.0 };
+    if radiance < f32::MAX { radiance } else { f32::MAX }
+}
+
+/// Add the radiance of a sample.
+#[inline(always)]
+fn add(total: &mut [[f64; LANES]; 3], radiance: &[Lanes; 3]) {
+    for (total, radiance) in total.iter_mut().zip(radiance) {
+        for (total, &radiance) in total.iter_mut().zip(radiance) {
+            *total += f64::from(shown(radiance));
+        }
     }
 }
 

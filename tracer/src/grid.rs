@@ -47,8 +47,8 @@ pub(crate) struct Rays {
 struct Pattern {
     /// Columns and rows that are inside the picture.
     inside: (u32, u32),
-    /// Half a pixel on the image plane.
-    half_pixel: f64,
+    /// Half the width and half the height of a pixel on the image plane.
+    half_pixel: (f64, f64),
     /// The place in each pixel.
     within: (f64, f64),
 }
@@ -67,7 +67,7 @@ impl Rays {
             vv: [0.0; LANES],
             pattern: Pattern {
                 inside: (0, 0),
-                half_pixel: 0.0,
+                half_pixel: (0.0, 0.0),
                 within: (0.0, 0.0),
             },
         }
@@ -75,24 +75,24 @@ impl Rays {
 
     /// Become the rays through a place `within` each pixel of the block whose first column and row are `corner`.
     ///
-    /// With the half pixel tan(fov / 2) / height (document, section 2.1, as corrected):
+    /// With half a pixel's width and height, tan(fov / 2) / height (document, section 2.1, as corrected):
     ///
-    /// x = (2 pixel_x - width) half_pixel,  y = (height - 2 pixel_y) half_pixel
+    /// x = (2 pixel_x - width) half_width,  y = (height - 2 pixel_y) half_height
     #[inline(always)]
     pub(crate) fn aim(&mut self, view: View, corner: (u32, u32), within: (f64, f64)) {
         let inside = (SIDE.min(view.width - corner.0), SIDE.min(view.height - corner.1));
-        let pixel = view.half_pixel;
+        let (half_width, half_height) = view.half_pixel;
         self.count = LANES;
         // 2 (corner + inside / 2) is a whole number.
         self.middle = [
-            (f64::from(2 * corner.0 + inside.0) - f64::from(view.width)) * pixel,
-            (f64::from(view.height) - f64::from(2 * corner.1 + inside.1)) * pixel,
+            (f64::from(2 * corner.0 + inside.0) - f64::from(view.width)) * half_width,
+            (f64::from(view.height) - f64::from(2 * corner.1 + inside.1)) * half_height,
             1.0,
         ];
-        self.reach = (f64::from(inside.0) * pixel, f64::from(inside.1) * pixel);
+        self.reach = (f64::from(inside.0) * half_width, f64::from(inside.1) * half_height);
         let pattern = Pattern {
             inside,
-            half_pixel: pixel,
+            half_pixel: view.half_pixel,
             within,
         };
         if self.pattern != pattern {
@@ -106,15 +106,15 @@ impl Rays {
     fn spread(&mut self) {
         let Pattern {
             inside,
-            half_pixel,
+            half_pixel: (half_width, half_height),
             within,
         } = self.pattern;
         for lane in 0..LANES {
             let (i, j) = (lane as u32 % SIDE, lane as u32 / SIDE);
             let right = 2.0 * (f64::from(i) + within.0) - f64::from(inside.0);
             let down = 2.0 * (f64::from(j) + within.1) - f64::from(inside.1);
-            self.dx[lane] = (right * half_pixel) as f32;
-            self.dy[lane] = (-down * half_pixel) as f32;
+            self.dx[lane] = (right * half_width) as f32;
+            self.dy[lane] = (-down * half_height) as f32;
         }
     }
 

@@ -47,4 +47,5 @@ pub mod world;
 pub use film::Film;
 pub use place::focal_length;
 pub use render::{Cancelled, Monitor, Tracer};
+pub use sampling::sample_offsets;
 pub use simd::Level;

@@ -1,36 +1,33 @@
 //! The exposure meter behind `exposure: auto`.
 
-/// The picture that is metered has this many rows, so that the exposure does not depend on the resolution.
-const ROWS: u32 = 120;
-/// Unless it is so wide that these columns leave it fewer.
-const COLUMNS: u32 = 1920;
-
-/// Nineteen of twenty lit pixels stay below this share of white; the rest, lamps mostly, may burn out.
+/// Nineteen of twenty lit points stay below this share of white; the rest, lamps mostly, may burn out.
 const TARGET: f64 = 0.8;
 const QUANTILE: f64 = 0.95;
 
-/// Returns the size of the picture to meter for a picture of `width` x `height` pixels: the same view, but small.
-pub fn meter_size(width: u32, height: u32) -> (u32, u32) {
-    let (width, height) = (f64::from(width), f64::from(height));
-    let scale = (f64::from(ROWS) / height).min(f64::from(COLUMNS) / width);
-    let scaled = |side: f64| (side * scale).round_ties_even().max(1.0) as u32;
-    (scaled(width), scaled(height))
+/// The light is metered at this many times as many points, the middles of a grid that spans the whole picture: at the
+/// same places of the view whatever the resolution. A picture that is a little wider moves each of them a little.
+pub const GRID: u32 = 256;
+
+/// What the meter found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Metered {
+    /// The 95th percentile of the luminance of all points that are not black; None if all are.
+    pub percentile: Option<f64>,
+    /// The stops that expose the picture well, 0 if it is all black: 2^EV * P95 = 0.8.
+    pub stops: f64,
 }
 
-/// Returns the stops that expose a picture well, 0 for one that is all black.
-///
-/// 2^EV * P95 = 0.8, where P95 is the 95th percentile of the luminance of all pixels that are not black.
-///
-/// `radiance` is interleaved linear RGB, the whole picture in the size that [`meter_size`] gives.
-pub fn auto_exposure(radiance: &[f32]) -> f64 {
-    let (pixels, _) = radiance.as_chunks();
-    let lit = pixels.iter().map(luminance).filter(|&y| y > 0.0);
+/// Returns the exposure for the `radiance` of points, interleaved linear RGB.
+pub fn meter(radiance: &[f32]) -> Metered {
+    let (points, _) = radiance.as_chunks();
+    let lit = points.iter().map(luminance).filter(|&y| y > 0.0);
     // Infinite light counts as the most that an f32 holds, so that the exposure is finite.
     let mut lit: Vec<f64> = lit.map(|y| y.min(f64::from(f32::MAX))).collect();
-    if lit.is_empty() {
-        return 0.0;
+    let percentile = (!lit.is_empty()).then(|| quantile(&mut lit, QUANTILE));
+    Metered {
+        percentile,
+        stops: percentile.map_or(0.0, |p95| libm::log2(TARGET / p95)),
     }
-    libm::log2(TARGET / quantile(&mut lit, QUANTILE))
 }
 
 /// Y = 0.2126 R + 0.7152 G + 0.0722 B (Rec. 709).
@@ -60,35 +57,18 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn the_metered_picture_has_120_rows_but_at_most_1920_columns() {
-        let cases = [
-            ((1920, 1080), (213, 120)),
-            ((64, 64), (120, 120)),
-            ((1, 1), (120, 120)),
-            ((32768, 1024), (1920, 60)),
-            ((65535, 1), (1920, 1)),
-            ((1, 65535), (1, 120)),
-        ];
-        for ((width, height), expected) in cases {
-            assert_eq!(meter_size(width, height), expected, "for {width}x{height}");
-        }
-    }
-
-    #[test]
-    fn half_a_pixel_is_rounded_to_the_even_number() {
-        assert_eq!(meter_size(5, 240), (2, 120));
-        assert_eq!(meter_size(7, 240), (4, 120));
-    }
-
-    #[test]
     fn a_black_picture_needs_no_exposure() {
-        assert_eq!(auto_exposure(&[0.0; 30]), 0.0);
-        assert_eq!(auto_exposure(&[]), 0.0);
+        let black = Metered {
+            percentile: None,
+            stops: 0.0,
+        };
+        assert_eq!(meter(&[0.0; 30]), black);
+        assert_eq!(meter(&[]), black);
     }
 
     #[test]
     fn an_even_picture_comes_out_at_four_fifths_of_white() {
-        let stops = auto_exposure(&[0.2; 300]);
+        let stops = meter(&[0.2; 300]).stops;
         assert!((stops - 2.0).abs() < 1e-6, "{stops} stops");
     }
 
@@ -98,12 +78,12 @@ mod tests {
         let mut framed = vec![0.0; 30];
         framed.extend(lit);
         framed.extend([f32::NAN, 0.0, 0.0, -1.0, -1.0, -1.0]);
-        assert_eq!(auto_exposure(&framed), auto_exposure(&lit));
+        assert_eq!(meter(&framed), meter(&lit));
     }
 
     #[test]
     fn infinite_light_gives_a_finite_exposure() {
-        let stops = auto_exposure(&[f32::INFINITY; 30]);
+        let stops = meter(&[f32::INFINITY; 30]).stops;
         assert!((stops + 128.3).abs() < 0.1, "{stops} stops");
     }
 
@@ -120,8 +100,9 @@ mod tests {
         ];
         for (pixels, expected) in cases {
             let radiance: Vec<f32> = (0..3 * pixels).map(|i| (7919 * i % 1000) as f32 / 250.0).collect();
-            let stops = auto_exposure(&radiance);
+            let Metered { stops, percentile } = meter(&radiance);
             assert!((stops - expected).abs() <= 4e-16, "{stops} for {pixels} pixels");
+            assert!((percentile.unwrap() * 2.0_f64.powf(stops) - 0.8).abs() < 1e-15);
         }
     }
 
@@ -138,7 +119,7 @@ mod tests {
         #[test]
         fn twice_the_light_needs_one_stop_less(radiance in prop::collection::vec(1e-3f32..1e3, 3..90)) {
             let doubled: Vec<f32> = radiance.iter().map(|x| 2.0 * x).collect();
-            prop_assert!((auto_exposure(&radiance) - auto_exposure(&doubled) - 1.0).abs() < 1e-12);
+            prop_assert!((meter(&radiance).stops - meter(&doubled).stops - 1.0).abs() < 1e-12);
         }
     }
 }

@@ -133,8 +133,8 @@ pub(crate) fn exact_ray(view: View, corner: (u32, u32), lane: usize) -> Vector {
     let x = f64::from(corner.0 + lane as u32 % SIDE) + 0.5;
     let y = f64::from(corner.1 + lane as u32 / SIDE) + 0.5;
     [
-        (2.0 * x - f64::from(view.width)) * view.half_pixel,
-        (f64::from(view.height) - 2.0 * y) * view.half_pixel,
+        (2.0 * x - f64::from(view.width)) * view.half_pixel.0,
+        (f64::from(view.height) - 2.0 * y) * view.half_pixel.1,
         1.0,
     ]
 }
@@ -182,7 +182,7 @@ pub(crate) fn any_block() -> impl Strategy<Value = (View, (u32, u32))> {
         let view = View {
             width: 160,
             height: 160,
-            half_pixel,
+            half_pixel: (half_pixel, half_pixel),
         };
         (view, (column * SIDE, row * SIDE))
     })
@@ -205,7 +205,7 @@ pub(crate) fn solid_before(
         move |((size, distance, aside, share), axes, sides, kind)| {
             let (view, _) = block;
             let away = size * (1.0 + distance);
-            let reach = size + away * view.half_pixel * f64::from(SIDE);
+            let reach = size + away * view.half_pixel.0 * f64::from(SIDE);
             let middle = middle_of(block);
             let ahead = scale(middle, away / length(middle));
             // The eye may also be inside.

@@ -9,17 +9,29 @@ use std::f64::consts::PI;
 pub(crate) struct View {
     pub(crate) width: u32,
     pub(crate) height: u32,
-    /// Half a pixel on the image plane at distance 1.
-    pub(crate) half_pixel: f64,
+    /// Half the width and half the height of a pixel on the image plane at distance 1.
+    pub(crate) half_pixel: (f64, f64),
 }
 
 impl View {
-    /// half_pixel = tan(fov / 2) / height (document, section 2.1)
+    /// Square pixels: half_pixel = tan(fov / 2) / height (document, section 2.1)
     pub(crate) fn new(camera: &Camera) -> View {
+        let half_pixel = half_tangent(camera.fov) / f64::from(camera.height);
         View {
             width: camera.width,
             height: camera.height,
-            half_pixel: half_tangent(camera.fov) / f64::from(camera.height),
+            half_pixel: (half_pixel, half_pixel),
+        }
+    }
+
+    /// The same rectangle of the image plane in as many columns as rows, whatever its shape.
+    pub(crate) fn in_grid(camera: &Camera, side: u32) -> View {
+        let half_pixel = half_tangent(camera.fov) / f64::from(side);
+        let aspect = f64::from(camera.width) / f64::from(camera.height);
+        View {
+            width: side,
+            height: side,
+            half_pixel: (half_pixel * aspect, half_pixel),
         }
     }
 }

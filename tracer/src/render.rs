@@ -4,12 +4,12 @@ use crate::block::{Block, Truth};
 use crate::develop::Developer;
 use crate::film::{Film, Home};
 use crate::grid::{LANES, SIDE};
-use crate::meter::{auto_exposure, meter_size};
+use crate::meter::{Metered, meter};
 use crate::place::{Place, View};
 use crate::png::{Color, Header, PngWriter};
 use crate::scene::Scene;
 use crate::simd::{Level, Work};
-use crate::world::{Camera, Settings, Window, World};
+use crate::world::{Settings, Window, World};
 use rayon::prelude::*;
 use std::io;
 use std::sync::Arc;
@@ -134,15 +134,13 @@ impl Tracer {
         self.film_of(self.shot(monitor), window, film)
     }
 
-    /// The exposure, in stops, that suits the whole picture, and how many rays it took to find out; see `meter`.
+    /// Meter the whole picture at `grid` x `grid` points, and return how many rays that took; see `meter`.
     ///
     /// # Errors
     ///
     /// If the monitor was asked to give up.
-    pub fn exposure(&self, monitor: &Monitor) -> Result<(f64, u64), Cancelled> {
-        let camera = &self.world.camera;
-        let (width, height) = meter_size(camera.width, camera.height);
-        let mut radiance = vec![0.0; 3 * width as usize * height as usize];
+    pub fn exposure(&self, grid: u32, monitor: &Monitor) -> Result<(Metered, u64), Cancelled> {
+        let mut radiance = vec![0.0; 3 * grid as usize * grid as usize];
         let film = Film {
             radiance: &mut radiance,
             ..Film::default()
@@ -151,24 +149,19 @@ impl Tracer {
             samples: 1,
             ..self.world.settings.clone()
         };
-        let view = View::new(&Camera {
-            width,
-            height,
-            ..camera.clone()
-        });
         let window = Window {
             x: 0,
             y: 0,
-            width,
-            height,
+            width: grid,
+            height: grid,
         };
         let shot = Shot {
-            view,
+            view: View::in_grid(&self.world.camera, grid),
             settings: &settings,
             monitor: &monitor.aside(),
         };
         let rays = self.film_of(shot, window, film)?;
-        Ok((auto_exposure(&radiance), rays))
+        Ok((meter(&radiance), rays))
     }
 
     /// How many pixels of a window each object would cover at their centres if it were alone: what is hidden by others

@@ -10,7 +10,7 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// the i-th: a golden lattice (a rank-1 lattice, S. Dammertz and A. Keller, "Image Synthesis by Rank-1 Lattices", 2008)
 /// whose rows are made as even as its columns. So an upright or level edge is placed to 1/n of a pixel; four samples are
 /// the rotated grid.
-pub(crate) fn sample_offsets(count: u32) -> Vec<(f64, f64)> {
+pub fn sample_offsets(count: u32) -> Vec<(f64, f64)> {
     let height = |i: u32| {
         let value = 0.5 + f64::from(i) * GOLDEN;
         value - value.floor()

@@ -13,10 +13,9 @@ from string import Template
 from typing import Any
 from urllib.parse import quote
 
-from rtcli.reports.checked import counted
 from rtcli.reports.gallery.records import Part, Record, records_of
 from rtcli.reports.gallery.thumbnails import thumbnail
-from rtcli.scene.problems import printable
+from rtcli.scene.problems import counted, printable
 
 
 def gallery_page(manifest: Mapping[str, Any], folder: Path) -> str:

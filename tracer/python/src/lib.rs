@@ -27,14 +27,15 @@ mod _native {
     use pyo3::prelude::*;
 
     #[pymodule_export]
-    use crate::look::{PngEncoder, auto_exposure, develop, focal_length, meter_size};
+    use crate::look::{PngEncoder, develop, focal_length, meter};
     #[pymodule_export]
     use crate::png::{decode_png, encode_png};
     #[pymodule_export]
-    use crate::tracer::{Tracer, simd_level};
+    use crate::tracer::{Tracer, sample_offsets, simd_level};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("METER_GRID", rtcli_tracer::meter::GRID)?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

@@ -9,7 +9,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyByteArray, PyBytes};
 use rtcli_tracer::develop::{Bits, Developer, Tone};
-use rtcli_tracer::meter;
+use rtcli_tracer::meter::Metered;
 use rtcli_tracer::png::{Color, Header, PngWriter};
 
 /// Stops, tone curve, bits a channel.
@@ -78,20 +78,13 @@ pub fn developed<'py>(
     })
 }
 
-/// Returns the stops that expose a picture well; 0 if it is all black.
+/// Returns the stops that expose a picture well, and what they were found from; see `meter`.
 #[pyfunction]
 #[pyo3(signature = (radiance, /))]
-pub fn auto_exposure(py: Python<'_>, radiance: &[u8]) -> PyResult<f64> {
+pub fn meter(py: Python<'_>, radiance: &[u8]) -> PyResult<(f64, Option<f64>)> {
     let radiance = pixels(radiance)?;
-    Ok(py.detach(|| meter::auto_exposure(&radiance)))
-}
-
-/// Returns the size of the small picture on which the exposure of a picture of this size is metered.
-#[pyfunction]
-#[pyo3(signature = (width, height, /))]
-pub fn meter_size(width: u32, height: u32) -> PyResult<(u32, u32)> {
-    has_pixels(width, height)?;
-    Ok(meter::meter_size(width, height))
+    let Metered { stops, percentile } = py.detach(|| rtcli_tracer::meter::meter(&radiance));
+    Ok((stops, percentile))
 }
 
 /// Encodes a picture as a PNG, some rows of radiance at a time.

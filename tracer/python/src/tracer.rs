@@ -6,13 +6,14 @@ use std::env;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
+use rtcli_tracer::meter::Metered;
 use rtcli_tracer::render::{Cancelled, Monitor, PictureError};
 use rtcli_tracer::world::World;
 use rtcli_tracer::{Film, Level};
 
 use crate::arrays::{PyFilm, pixels};
 use crate::attend::Listener;
-use crate::look::{PyLook, developed, developer};
+use crate::look::{PyLook, developed, developer, has_pixels};
 use crate::world::{self, PyCamera, PyLights, PyObjects, PySettings, PyWindow, Size};
 
 /// Forces a SIMD level.
@@ -22,6 +23,13 @@ const SIMD: &str = "RTCLI_SIMD";
 #[pyfunction]
 pub fn simd_level() -> PyResult<&'static str> {
     Ok(level()?.name())
+}
+
+/// The places in each pixel of its samples, from its left and top edge.
+#[pyfunction]
+#[pyo3(signature = (count, /))]
+pub fn sample_offsets(count: u32) -> Vec<(f64, f64)> {
+    rtcli_tracer::sample_offsets(count)
 }
 
 fn level() -> PyResult<Level> {
@@ -142,11 +150,14 @@ impl Tracer {
         listener.attend(self.threads, work)?.map_err(given_up)
     }
 
-    /// Returns the stops that the exposure meter finds, and how many rays that took.
-    fn exposure(&self, py: Python<'_>) -> PyResult<(f64, u64)> {
+    /// Meters the whole picture at `grid` x `grid` points; returns stops, percentile, and how many rays that took.
+    #[pyo3(signature = (grid, /))]
+    fn exposure(&self, py: Python<'_>, grid: u32) -> PyResult<(f64, Option<f64>, u64)> {
+        has_pixels(grid, grid)?;
         let mut listener = Listener::new(py, 0, None, None);
-        let work = |monitor: &Monitor, _: &_| self.core.exposure(monitor);
-        listener.attend(self.threads, work)?.map_err(given_up)
+        let work = |monitor: &Monitor, _: &_| self.core.exposure(grid, monitor);
+        let (Metered { stops, percentile }, rays) = listener.attend(self.threads, work)?.map_err(given_up)?;
+        Ok((stops, percentile, rays))
     }
 }
 

@@ -174,7 +174,7 @@ fn objects_in_a_row_come_from_near_to_far_up_to_the_limit() {
     let view = crate::place::View {
         width: 16,
         height: 16,
-        half_pixel: 0.001,
+        half_pixel: (0.001, 0.001),
     };
     let cone = Cone::of_block(&rays_of(view, (0, 0)));
     let places = |limit: f32| -> Vec<f64> {

@@ -31,7 +31,7 @@ fn straight(half_pixel: f64) -> (View, (u32, u32)) {
     let view = View {
         width: 16,
         height: 16,
-        half_pixel,
+        half_pixel: (half_pixel, half_pixel),
     };
     (view, (0, 0))
 }
@@ -39,7 +39,7 @@ fn straight(half_pixel: f64) -> (View, (u32, u32)) {
 proptest! {
     #[test]
     fn rays_meet_a_box_where_float64_says((block, solid) in block_and_brick(-1.0..5.0)) {
-        let across = length(solid.center()) * block.0.half_pixel * f64::from(SIDE);
+        let across = length(solid.center()) * block.0.half_pixel.0 * f64::from(SIDE);
         check_meeting(&solid, block, 2e-6 * (solid.size() + across))?;
     }
 
@@ -52,7 +52,7 @@ proptest! {
                 let point = point_of(&points, i);
                 let v = exact_ray(block.0, block.1, lane.into());
                 let v = scale(v, 1.0 / length(v));
-                let across = length(solid.center()) * block.0.half_pixel * f64::from(SIDE);
+                let across = length(solid.center()) * block.0.half_pixel.0 * f64::from(SIDE);
                 let rounding = 4e-6 * (solid.size() + across);
                 // A ray along the face meets it anywhere: then only the plane of the face is sure.
                 prop_assert!(plane.height(point).abs() < rounding, "lane {}: {}", lane, plane.height(point));
@@ -169,7 +169,7 @@ fn a_ray_along_the_faces_is_between_them_or_not() {
     let view = View {
         width: 15,
         height: 15,
-        half_pixel: 0.25,
+        half_pixel: (0.25, 0.25),
     };
     let middle = 7 * SIDE as usize + 7;
     assert_eq!(exact_ray(view, (0, 0), middle), [0.0, 0.0, 1.0]);

@@ -9,7 +9,7 @@ fn place(window: Window) -> Place {
     let view = View {
         width: 100,
         height: 100,
-        half_pixel: 0.01,
+        half_pixel: (0.01, 0.01),
     };
     Place {
         view,

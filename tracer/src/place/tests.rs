@@ -5,7 +5,7 @@ fn view(width: u32, height: u32) -> View {
     View {
         width,
         height,
-        half_pixel: 0.01,
+        half_pixel: (0.01, 0.01),
     }
 }
 
@@ -71,5 +71,10 @@ fn half_a_pixel_is_the_tangent_of_half_the_view_over_the_height() {
     };
     let view = View::new(&camera);
     assert_eq!((view.width, view.height), (7, 10));
-    assert!((view.half_pixel - 0.1).abs() < 1e-16);
+    assert!((view.half_pixel.0 - 0.1).abs() < 1e-16);
+    assert_eq!(view.half_pixel.0, view.half_pixel.1);
+    let grid = View::in_grid(&camera, 5);
+    assert_eq!((grid.width, grid.height), (5, 5));
+    assert!((grid.half_pixel.0 - 0.14).abs() < 1e-16);
+    assert!((grid.half_pixel.1 - 0.2).abs() < 1e-16);
 }

@@ -70,7 +70,7 @@ proptest! {
         let ceiling = Solid::Wall { normal: ceiling.normal, offset: ceiling.offset };
         let lamp = turned(&axes, [1.0, height, 2.0]);
         let room = Solid::Ball { center: [0.0, 0.0, 5.0], radius: 2.0 };
-        let view = View { width: 16, height: 16, half_pixel: 0.01 };
+        let view = View { width: 16, height: 16, half_pixel: (0.01, 0.01) };
         for (_, points, _) in placed(&room, (view, (0, 0))) {
             let light = light_left(&ceiling, lamp, &points);
             prop_assert!(light[..points.count].iter().all(|&light| light == 1.0));
@@ -83,7 +83,7 @@ fn rays_that_almost_run_along_a_plane_miss_it() {
     let view = View {
         width: SIDE,
         height: SIDE,
-        half_pixel: 0.9e-6,
+        half_pixel: (0.9e-6, 0.9e-6),
     };
     let mut nearest = Nearest::new();
     Plane::new([0.0, 1.0, 0.0], -1.0).meet(FACE, &rays_of(view, (0, 0)), &mut nearest);
@@ -98,7 +98,7 @@ fn a_plane_through_the_eye_is_not_seen() {
     let view = View {
         width: SIDE,
         height: SIDE,
-        half_pixel: 0.1,
+        half_pixel: (0.1, 0.1),
     };
     let mut nearest = Nearest::new();
     Plane::new([0.0, 1.0, 0.0], 0.0).meet(FACE, &rays_of(view, (0, 0)), &mut nearest);
@@ -118,7 +118,7 @@ fn two_planes_in_the_same_place_do_not_hide_each_other() {
     let view = View {
         width: SIDE,
         height: SIDE,
-        half_pixel: 0.01,
+        half_pixel: (0.01, 0.01),
     };
     for (_, points, _) in placed(&wall, (view, (0, 0))) {
         for lamp in [[1.0, 0.0, 0.0], [50.0, 0.0, 5.0], [0.0, -2.0, 7.0]] {

@@ -1,7 +1,7 @@
 use super::*;
 use crate::develop::{Bits, Tone};
 use crate::oracle::any_world;
-use crate::world::{Form, Light, Object};
+use crate::world::{Camera, Form, Light, Object};
 use proptest::prelude::*;
 use std::f64::consts::PI;
 
@@ -181,18 +181,27 @@ proptest! {
     }
 
     #[test]
-    fn the_meter_sees_a_small_picture_with_one_sample(world in any_world()) {
-        let (width, height) = meter_size(world.camera.width, world.camera.height);
-        let small = World {
-            camera: Camera { width, height, ..world.camera.clone() },
+    fn the_meter_sees_points_of_the_same_view_with_one_sample(world in any_world(), grid in 1_u32..9, shape in 0..3_usize) {
+        // In a picture three times as wide, or as high, as a square each third pixel is such a point.
+        let (across, down) = [(1, 1), (3, 1), (1, 3)][shape];
+        let large = World {
+            camera: Camera { width: across * grid, height: down * grid, ..world.camera.clone() },
             settings: Settings { samples: 1, ..world.settings.clone() },
             ..world.clone()
         };
-        let arrays = filmed(&best(&small), whole(&small));
+        let radiance = filmed(&best(&large), whole(&large)).radiance;
+        let point = |i: u32| {
+            let (x, y) = (across * (i % grid) + across / 2, down * (i / grid) + down / 2);
+            (y * large.camera.width + x) as usize
+        };
+        let points: Vec<f32> = (0..grid * grid).flat_map(|i| radiance[3 * point(i)..][..3].to_vec()).collect();
+        let many = World { settings: Settings { samples: 5, ..world.settings.clone() }, ..large };
         let monitor = Monitor::new();
-        let (stops, rays) = best(&world).exposure(&monitor).unwrap();
-        prop_assert_eq!(stops.to_bits(), auto_exposure(&arrays.radiance).to_bits());
-        prop_assert_eq!(rays, arrays.rays);
+        let (metered, rays) = best(&many).exposure(grid, &monitor).unwrap();
+        let expected = meter(&points);
+        prop_assert_eq!(metered.percentile.is_some(), expected.percentile.is_some());
+        prop_assert!((metered.stops - expected.stops).abs() < 1e-3, "{metered:?} is not {expected:?}");
+        prop_assert!(rays >= u64::from(grid * grid));
         prop_assert_eq!(monitor.done(), 0);
     }
 }
@@ -491,7 +500,7 @@ fn what_is_cancelled_before_it_begins_is_not_done() {
         ..Film::default()
     };
     assert_eq!(best(&scene).film(small, film, &monitor), Err(Cancelled));
-    assert_eq!(best(&scene).exposure(&monitor), Err(Cancelled));
+    assert_eq!(best(&scene).exposure(4, &monitor), Err(Cancelled));
     assert_eq!(monitor.done(), 0);
 }
 

@@ -21,7 +21,7 @@ fn straight(half_pixel: f64) -> (View, (u32, u32)) {
     let view = View {
         width: 16,
         height: 16,
-        half_pixel,
+        half_pixel: (half_pixel, half_pixel),
     };
     (view, (0, 0))
 }
@@ -38,7 +38,7 @@ proptest! {
         (block, center, radius) in block_and_ball(-4.0..5.0)
     ) {
         let (view, _) = block;
-        let across = length(center) * view.half_pixel * f64::from(SIDE);
+        let across = length(center) * view.half_pixel.0 * f64::from(SIDE);
         check_meeting(&ball(center, radius), block, 1e-6 * (radius + across))?;
     }
 
@@ -55,7 +55,7 @@ proptest! {
                 let off = ball(center, radius).distance(point);
                 prop_assert!(off < 1e-6 * near + 1e-15 * length(center), "lane {}: {} off the sphere", lane, off);
                 let beside = length(cross(v, point));
-                let across = length(center) * block.0.half_pixel * f64::from(SIDE);
+                let across = length(center) * block.0.half_pixel.0 * f64::from(SIDE);
                 // Rays that touch the sphere may just miss it.
                 prop_assert!(beside < 1e-6 * (radius + across), "lane {}: {} off the ray", lane, beside);
             }
@@ -130,7 +130,7 @@ fn the_ground_of_a_planet_is_as_far_as_it_should_be() {
         let view = View {
             width: 16,
             height: 1600,
-            half_pixel: 1e-3,
+            half_pixel: (1e-3, 1e-3),
         };
         let row = (((3.0 * dip) / 2e-3) as u32 + 800).next_multiple_of(SIDE);
         let nearest = meet(&planet, (view, (0, row)));
