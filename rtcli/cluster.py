@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import logging
+import os
+import signal
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from typing import Any
@@ -52,19 +55,32 @@ def dask_executor(address: str) -> Iterator[Executor]:
 @contextlib.contextmanager
 def _connected(distributed: Any, address: str) -> Iterator[Any]:
     """Give a client of a scheduler; that of `local` ends with it."""
-    from dask.config import set as configured
-
-    # Dask tells of each lost connection in the log, also when all ends as it should.
-    with configured({"logging.distributed": "critical"}), contextlib.ExitStack() as stack:
+    with contextlib.ExitStack() as stack:
         if address == LOCAL:
-            cluster = distributed.LocalCluster(threads_per_worker=1, processes=True, dashboard_address=None)
-            yield stack.enter_context(distributed.Client(stack.enter_context(cluster)))
+            cluster = stack.enter_context(_local_cluster(distributed))
+            yield stack.enter_context(distributed.Client(cluster))
             return
         try:
             client = distributed.Client(address, timeout=_SECONDS_TO_CONNECT)
         except (OSError, ValueError) as error:
             raise OSError(f"no scheduler of Dask answers at {address!r}: {error}") from error
         yield stack.enter_context(client)
+
+
+@contextlib.contextmanager
+def _local_cluster(distributed: Any) -> Iterator[Any]:
+    """Give a cluster of this machine's cores; if anything goes wrong, its workers end at once."""
+    with distributed.LocalCluster(
+        threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=logging.CRITICAL
+    ) as cluster:
+        try:
+            yield cluster
+        except BaseException:
+            # A band that nobody waits for would keep them for seconds.
+            for nanny in cluster.workers.values():
+                with contextlib.suppress(OSError, TypeError):
+                    os.kill(nanny.pid, signal.SIGTERM)
+            raise
 
 
 def _refuse_other_versions(client: Any) -> None:
