@@ -30,9 +30,9 @@ from rtcli.tracer.world import PASSES, Window, World
 
 RESULTS = HERE / "passes.json"
 SCENES = sorted((HERE.parent / "scenes").glob("*.yaml"))
-ROUNDS = {"native": 25, "reference": 5}
+ROUNDS = {"native": 15, "reference": 3}
 # The reference tracer takes dozens of times as long for a pixel.
-SIZES = {"native": (1920, 1080), "reference": (480, 270)}
+SIZES = {"native": (1920, 1080), "reference": (240, 135)}
 FILM = "film"
 ALONE, SOME, ALL = "picture alone", "with depth, normal, id", "with all six"
 WANTED: dict[str, tuple[str, ...]] = {ALONE: (), SOME: ("depth", "normal", "object_id"), ALL: PASSES}
