@@ -28,7 +28,7 @@ EXPLAIN = ROOT / "docs" / "explain.md"
 GALLERY = ROOT / "docs" / "gallery"
 BENCHMARKS = ROOT / "benchmarks"
 
-COMMANDS = ("render", "validate", "explain", "compare", "new", "schema")
+COMMANDS = ("render", "batch", "validate", "explain", "compare", "new", "schema")
 GALLERY_COLUMNS = 3
 
 _PART = re.compile(r"(<!-- begin (?P<name>[\w ]+) -->\n).*?(<!-- end (?P=name) -->)", re.DOTALL)

@@ -17,21 +17,21 @@ import click
 from rtcli import __version__
 from rtcli.cli.bound_options import bound_options, bounds_taken_from
 from rtcli.cli.exits import usage_errors
-from rtcli.cli.option_types import CropType, PassesType
+from rtcli.cli.option_types import CropType
 from rtcli.cli.output import STDIO, is_terminal, open_target, tell
 from rtcli.cli.progress import progress
-from rtcli.cli.scene_options import SceneEdits, scene_options
+from rtcli.cli.scene_options import film_options, overrides_taken_from, read_scene, scene_options
 from rtcli.cli.stopwatch import Stopwatch
 from rtcli.image.bounds import Bounds
 from rtcli.image.formats import FORMATS, RADIANCE, check_fits, open_parts, parts_of
-from rtcli.image.look import DEPTHS
 from rtcli.pack import pack
 from rtcli.pipeline import Request, Target, Work, expose_film, shoot, write_film
 from rtcli.scene.diagnostics import validate
+from rtcli.scene.edits import Overrides
 from rtcli.scene.model import Scene
 from rtcli.scene.problems import printable
 from rtcli.tracer.engines import ENGINES
-from rtcli.tracer.world import PASSES, Window
+from rtcli.tracer.world import Window
 from rtcli.truth import Shot
 
 
@@ -48,7 +48,7 @@ class Options:
     crop: Window | None
     stats: str | None
     quiet: bool
-    edits: SceneEdits
+    edits: Overrides
 
     def check(self) -> None:
         """Raise click.UsageError for what cannot be right whatever the scene says."""
@@ -80,20 +80,7 @@ class Options:
     "it the picture is shown in the terminal.",
 )
 @scene_options
-@click.option(
-    "--passes",
-    type=PassesType(),
-    default=(),
-    help=f"Ground truth at pixel centres: {', '.join(PASSES)}, or all. In the file for .exr and .npz; for others "
-    "beside it, as NAME.depth.png and so on with NAME.json.",
-)
-@click.option(
-    "--bits",
-    type=click.Choice(DEPTHS),
-    default=DEPTHS[0],
-    show_default=True,
-    help="Of each color channel of a .png file.",
-)
+@film_options
 @click.option(
     "--engine",
     type=click.Choice(ENGINES),
@@ -124,7 +111,7 @@ def command(**options: Any) -> int:
     SCENE is a .yaml, .yml or .json file, or - for YAML on standard input.
     """
     golden, difference, bounds = options.pop("check"), options.pop("diff"), bounds_taken_from(options)
-    edits = SceneEdits.taken_from(options)
+    edits = overrides_taken_from(options)
     if golden is not None:
         return _check(options, edits, (golden, difference, bounds))
     if difference is not None:
@@ -137,7 +124,7 @@ def command(**options: Any) -> int:
     return 0
 
 
-def _preview(options: dict[str, Any], edits: SceneEdits) -> int:
+def _preview(options: dict[str, Any], edits: Overrides) -> int:
     """Show the picture in the terminal."""
     from rtcli.cli.preview import check_preview, show  # with NumPy
 
@@ -145,7 +132,7 @@ def _preview(options: dict[str, Any], edits: SceneEdits) -> int:
     if options["passes"] or options["stats"]:
         raise click.UsageError("--passes and --stats need a file for the picture: -o OUT")
     shot, request = _shot(
-        Options(edits=edits, **{**options, "output": STDIO}), validate(edits.read(options["scene"]))
+        Options(edits=edits, **{**options, "output": STDIO}), validate(read_scene(options["scene"], edits))
     )
     with progress("rendering", options["quiet"]) as told:
         film = expose_film(shot, request, told)
@@ -153,7 +140,7 @@ def _preview(options: dict[str, Any], edits: SceneEdits) -> int:
     return 0
 
 
-def _check(options: dict[str, Any], edits: SceneEdits, golden_file: tuple[str, str | None, Bounds]) -> int:
+def _check(options: dict[str, Any], edits: Overrides, golden_file: tuple[str, str | None, Bounds]) -> int:
     """Render to a file of the golden one's format, and return the exit code of the comparison."""
     from rtcli.cli.golden import place_beside, read_golden  # with NumPy
 
@@ -177,7 +164,7 @@ def render(options: Options) -> None:
     options.check()
     watch = Stopwatch()
     with watch.stage("parse"):
-        document = options.edits.read(options.scene)
+        document = read_scene(options.scene, options.edits)
     with watch.stage("validate"):
         scene = validate(document)
     with watch.stage("pack"):
