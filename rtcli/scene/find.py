@@ -48,7 +48,7 @@ def scene_files_below(folder: str, without: str | None = None) -> Found:
 
 
 def looks_like_scene(path: Path) -> bool:
-    """Return whether a file that was found, not named, is a scene: by its suffix, and if rtcli did not write it."""
+    """Return whether a file that was found, not named, is a scene: by its suffix, unless rtcli wrote it."""
     return path.name.lower().endswith(SCENE_SUFFIXES) and not _would_block(path) and not _is_ours(path)
 
 
