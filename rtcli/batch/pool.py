@@ -25,6 +25,10 @@ _FOR_EACH = 2
 _GRACE = 1.0
 
 
+# Seconds after which it is told that nothing came.
+_BEAT = 1.0
+
+
 class WorkerDiedError(RuntimeError):
     """The process that worked at a task ended, twice."""
 
@@ -65,8 +69,8 @@ class Result(NamedTuple):
     error: BaseException | None = None
 
 
-def results(workers: Workers, work: Callable[[_T], _R], tasks: Iterable[_T]) -> Iterator[Result]:
-    """Yield what comes of tasks, as it comes.
+def results(workers: Workers, work: Callable[[_T], _R], tasks: Iterable[_T]) -> Iterator[Result | None]:
+    """Yield what comes of tasks, as it comes; None now and then while nothing comes.
 
     A task whose worker dies, and those that die with it, are given to a worker once more, one at a time. One that
     fails again is yielded with the error.
@@ -82,36 +86,55 @@ def results(workers: Workers, work: Callable[[_T], _R], tasks: Iterable[_T]) -> 
     """
     waiting, pending = iter(tasks), dict[Future[_R], _T]()
     while True:
-        lost: list[_T] = []
-        for task in itertools.islice(waiting, workers.slots - len(pending)):
-            try:
-                pending[workers.submit(work, task)] = task
-            except BrokenExecutor:
-                lost.append(task)
-        done, _ = wait(pending, return_when=FIRST_COMPLETED)
-        if lost or any(isinstance(future.exception(), BrokenExecutor) for future in done):
-            done, _ = wait(pending)  # which all are broken now, or done
-            workers.renew()
-        if not done and not lost:
+        lost = _fill(workers, work, waiting, pending)
+        if not pending and not lost:
             return
+        done = _settled(workers, pending, bool(lost))
+        if not done and not lost:
+            yield None
         for future in done:
-            task = pending.pop(future)
-            if future.exception() is None:
-                yield Result(task, future.result())
+            result = _result(pending.pop(future), future)
+            if result.error is None:
+                yield result
             else:
-                lost.append(task)
+                lost.append(result.task)
         yield from (_alone(workers, work, task) for task in lost)
+
+
+def _fill(
+    workers: Workers, work: Callable[[_T], _R], waiting: Iterator[_T], pending: dict[Future[_R], _T]
+) -> list[_T]:
+    """Have tasks worked at as long as there are slots; return one for which it was too late, if any."""
+    for task in itertools.islice(waiting, workers.slots - len(pending)):
+        try:
+            pending[workers.submit(work, task)] = task
+        except BrokenExecutor:
+            return [task]
+    return []
+
+
+def _settled(workers: Workers, pending: dict[Future[_R], _T], is_broken: bool) -> list[Future[_R]]:
+    """Wait a while; return what is done, in the order of the tasks. If workers broke that is all: renew them."""
+    done, _ = wait(pending, 0 if is_broken else _BEAT, FIRST_COMPLETED)
+    if is_broken or any(isinstance(future.exception(), BrokenExecutor) for future in done):
+        done, _ = wait(pending)
+        workers.renew()
+    return [future for future in pending if future in done]
+
+
+def _result(task: Any, future: Future[Any]) -> Result:
+    error = future.exception()
+    return Result(task, error=error) if error is not None else Result(task, future.result())
 
 
 def _alone(workers: Workers, work: Callable[[_T], _R], task: _T) -> Result:
     """Have a task worked at once more, while no other is that it could take with it, or that could take it."""
-    future = workers.submit(work, task)
-    error = future.exception()
-    if isinstance(error, BrokenExecutor):
-        workers.renew()
-        message = "the worker process died, twice: killed by a signal, or for want of memory"
-        return Result(task, error=WorkerDiedError(message))
-    return Result(task, error=error) if error is not None else Result(task, future.result())
+    result = _result(task, workers.submit(work, task))
+    if not isinstance(result.error, BrokenExecutor):
+        return result
+    workers.renew()
+    message = "the worker process died, twice: killed by a signal, or for want of memory"
+    return Result(task, error=WorkerDiedError(message))
 
 
 # --- Processes of this machine ---------------------------------------------------------------------------
@@ -122,8 +145,12 @@ class LocalWorkers(Workers):
 
     def __init__(self, count: int) -> None:
         self._count = count
+        super().__init__(self._new(), _FOR_EACH * count)
+
+    def _new(self) -> ProcessPoolExecutor:
         self._context = _Context()
-        super().__init__(ProcessPoolExecutor(count, self._context, _begin), _FOR_EACH * count)
+        with _held_signals():  # a helper process of `multiprocessing` starts
+            return ProcessPoolExecutor(self._count, self._context, _begin)
 
     def submit(self, work: Callable[[_T], _R], task: _T) -> Future[_R]:
         """Have a task worked at; it may start a process, which no signal may interrupt."""
@@ -133,8 +160,7 @@ class LocalWorkers(Workers):
     def renew(self) -> None:
         """Start anew after a worker died."""
         self.close()
-        self._context = _Context()
-        self._executor = ProcessPoolExecutor(self._count, self._context, _begin)
+        self._executor = self._new()
 
     def close(self) -> None:
         """End the workers, within `_GRACE` seconds or soon after, whatever they do."""

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from rtcli.batch.folder import scratch_folder
 from rtcli.batch.jobs import MANIFEST, PRIVATE, Job
 from rtcli.batch.manifest import Entry, Manifest, ManifestError
-from rtcli.batch.pool import Workers, results
+from rtcli.batch.pool import Result, Workers, results
 from rtcli.batch.work import DONE, Outcome, Task, content_of, failure, render_job, sha256, sha256_of
 from rtcli.files import whole_files
 from rtcli.scene.parse import READ_BYTES
@@ -133,7 +133,7 @@ def _differs(entry: Entry, job: Job) -> str:
 
 def _damage(entry: Entry, folder: Path) -> str:
     """Return which file of a result is not as it was written."""
-    for output in entry["outputs"]:
+    for output in _outputs(entry):
         path = folder / output["path"]
         try:
             if path.stat().st_size != output.get("bytes") or sha256_of(path) != output.get("sha256"):
@@ -143,20 +143,22 @@ def _damage(entry: Entry, folder: Path) -> str:
     return ""
 
 
-def _paths(entry: Entry) -> list[str]:
-    """Return the paths of an entry's outputs."""
+def _outputs(entry: Entry) -> list[dict[str, Any]]:
+    """Return what an entry tells of its files, as far as it makes sense."""
     outputs = entry.get("outputs")
     listed = outputs if isinstance(outputs, list) else []
-    return _texts([output.get("path") for output in listed if isinstance(output, dict)])
+    return [output for output in listed if isinstance(output, dict) and isinstance(output.get("path"), str)]
+
+
+def _paths(entry: Entry) -> list[str]:
+    """Return the paths of an entry's outputs."""
+    return [output["path"] for output in _outputs(entry)]
 
 
 def _former(entry: Entry) -> list[str]:
     """Return the paths of outputs that an entry had with other settings."""
-    return _texts(entry.get("former"))
-
-
-def _texts(found: Any) -> list[str]:
-    return [text for text in found if isinstance(text, str)] if isinstance(found, list) else []
+    former = entry.get("former")
+    return [path for path in former if isinstance(path, str)] if isinstance(former, list) else []
 
 
 def _read(job: Job) -> bytes:
@@ -200,7 +202,7 @@ def find_leftover(manifest: Manifest, jobs: Sequence[Job], folder: Path) -> Left
 def _is_result(path: str, folder: Path, scenes: set[str]) -> bool:
     """Return whether a file that the manifest names lies in the folder, and is neither a scene nor rtcli's own."""
     pure = PurePosixPath(path)
-    if pure.is_absolute() or ".." in pure.parts or pure.parts[0] == PRIVATE or path == MANIFEST:
+    if pure.is_absolute() or ".." in pure.parts or pure.parts[:1] in ((), (PRIVATE,), (MANIFEST,)):
         return False
     file, own = Path(os.path.realpath((folder / path).parent), pure.name), os.path.realpath(folder)
     return file.is_relative_to(own) and not (file.is_dir() and not file.is_symlink()) and str(file) not in scenes
@@ -266,23 +268,31 @@ def execute(batch: Batch) -> Generator[Outcome]:
         for key, entry in batch.plan.renewed.items():
             batch.manifest.put(key, entry)
         try:
-            for job, outcome in _outcomes(batch, scratch):
-                _record(batch, job, outcome)
+            for news in _outcomes(batch, scratch):
+                if news is not None:
+                    _record(batch, *news)
                 batch.manifest.save_if_due(scratch)
-                yield outcome
+                if news is not None:
+                    yield news[1]
         finally:
             batch.workers.close()
             batch.manifest.save(scratch)
 
 
-def _outcomes(batch: Batch, scratch: Path) -> Iterator[tuple[Job, Outcome]]:
+def _outcomes(batch: Batch, scratch: Path) -> Iterator[tuple[Job, Outcome] | None]:
+    """Yield what comes of each job, and None now and then while nothing comes."""
     unread = deque[tuple[Job, Outcome]]()
-    for task, outcome, error in results(batch.workers, render_job, _tasks(batch, scratch, unread)):
+    for result in results(batch.workers, render_job, _tasks(batch, scratch, unread)):
         yield from _drained(unread)
-        if error is not None:
-            outcome = failure(task.job, sha256(task.raw), error, {})
-        yield task.job, _written(batch, task, outcome, scratch)
+        yield None if result is None else _outcome(batch, result, scratch)
     yield from _drained(unread)
+
+
+def _outcome(batch: Batch, result: Result, scratch: Path) -> tuple[Job, Outcome]:
+    job = result.task.job
+    if result.error is not None:
+        return job, failure(job, sha256(result.task.raw), result.error, {})
+    return job, _written(batch, result.task, result.value, scratch)
 
 
 def _drained(queue: deque[Any]) -> Iterator[Any]:

@@ -31,7 +31,9 @@ def progress(label: str, quiet: bool, noun: str | None = None) -> Iterator[Calla
         return
     rate = _Rate(noun)
     if is_terminal(sys.stderr):
-        counts: dict[str, Any] = {} if noun is None else {"show_pos": True, "item_show_func": rate.shown}
+        counts: dict[str, Any] = (
+            {} if noun is None else {"show_pos": True, "show_percent": True, "item_show_func": rate.shown}
+        )
         with click.progressbar(length=1, label=label, width=0, file=sys.stderr, **counts) as bar:
 
             def advance(done: int, total: int) -> None:
