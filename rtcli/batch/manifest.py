@@ -84,13 +84,15 @@ class Manifest:
         if time.monotonic() >= self._due:
             self.save(scratch)
 
-    def save(self, scratch: Path) -> None:
+    def save(self, scratch: Path, patience: float = -1) -> None:
         """Write it, if anything is new, with what other runs wrote meanwhile.
 
         Parameters
         ----------
         scratch
             A folder for the temporary file.
+        patience
+            Seconds to wait while other runs read or write it; below 0 there is no end to it.
 
         Raises
         ------
@@ -99,7 +101,7 @@ class Manifest:
         """
         if not self._changes:
             return
-        with lock_of(self._folder):
+        with lock_of(self._folder).acquire(timeout=patience):
             start = time.monotonic()
             if self._stamp() != self._seen:
                 self._read()

@@ -24,6 +24,9 @@ from rtcli.truth import SOFTWARE
 # Jobs that are looked at together while a plan is made.
 _TOGETHER = 512
 
+# Seconds that a batch which is to end waits for the manifest, if another run has it.
+_PATIENCE = 1.0
+
 
 # --- The plan --------------------------------------------------------------------------------------------
 
@@ -268,15 +271,23 @@ def execute(batch: Batch) -> Generator[Outcome]:
         for key, entry in batch.plan.renewed.items():
             batch.manifest.put(key, entry)
         try:
-            for news in _outcomes(batch, scratch):
-                if news is not None:
-                    _record(batch, *news)
-                batch.manifest.save_if_due(scratch)
-                if news is not None:
-                    yield news[1]
-        finally:
+            yield from _recorded(batch, scratch)
+        except BaseException:
             batch.workers.close()
-            batch.manifest.save(scratch)
+            with contextlib.suppress(OSError):  # what is not taken down is rendered again
+                batch.manifest.save(scratch, _PATIENCE)
+            raise
+        batch.workers.close()
+        batch.manifest.save(scratch)
+
+
+def _recorded(batch: Batch, scratch: Path) -> Iterator[Outcome]:
+    for news in _outcomes(batch, scratch):
+        if news is not None:
+            _record(batch, *news)
+        batch.manifest.save_if_due(scratch)
+        if news is not None:
+            yield news[1]
 
 
 def _outcomes(batch: Batch, scratch: Path) -> Iterator[tuple[Job, Outcome] | None]:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from rtcli.scene.parse import JSON_SUFFIX, SCENE_SUFFIXES
 
 # How files start that rtcli itself writes: metadata beside pictures, and manifests of batches.
-_OURS = re.compile(rb'\s*\{\s*"(software": "rtcli |manifest": )')
+_OURS = re.compile(rb'\s*\{\s*"(software": "rtcli |manifest": [0-9])')
 _START_BYTES = 64
 
 

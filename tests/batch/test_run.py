@@ -10,7 +10,7 @@ from batches import entries, lasting, private_files, results_in, write_scene, wr
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rtcli.batch.folder import scratch_folder
+from rtcli.batch.folder import lock_of, scratch_folder
 from rtcli.batch.jobs import Settings, find_jobs
 from rtcli.batch.manifest import Manifest, ManifestError
 from rtcli.batch.pool import Workers
@@ -262,6 +262,19 @@ def test_end_before_the_end_leaves_a_manifest_of_what_was_done(folder):
     assert set(entries(OUT)) == done
     assert private_files(OUT) == [".rtcli/lock"]
     assert set(reasons()) == {"000", "001", "002", "003", "004", "005"} - done
+
+
+def test_end_before_the_end_does_not_wait_for_another_run(folder, monkeypatch):
+    monkeypatch.setattr("rtcli.batch.run._PATIENCE", 0.1)
+    write_scenes(folder / "scenes", 3)
+    manifest = Manifest(OUT)
+    with ThreadPoolExecutor(1) as threads:
+        outcomes = execute(Batch(make_plan(manifest, jobs_of(), OUT), manifest, OUT, Workers(threads, 1)))
+        next(outcomes)
+        with lock_of(OUT):
+            outcomes.close()
+    assert not (OUT / "manifest.json").exists()
+    assert set(reasons()) == {"000", "001", "002"}
 
 
 # --- What is gone ----------------------------------------------------------------------------------------
