@@ -21,7 +21,9 @@ def whole_file(target: Path) -> Iterator[BinaryIO]:
 
 
 @contextlib.contextmanager
-def whole_files(targets: Sequence[Path]) -> Iterator[list[BinaryIO]]:
+def whole_files(
+    targets: Sequence[Path], scratch: Path | None = None, sync: bool = True
+) -> Iterator[list[BinaryIO]]:
     """Open files that appear under their names only once all of them are complete.
 
     The bytes go to temporary files beside the targets, which are renamed over them at the end, one by one. If
@@ -32,6 +34,11 @@ def whole_files(targets: Sequence[Path]) -> Iterator[list[BinaryIO]]:
     ----------
     targets
         Where the files are to be. Links are followed, so that what they lead to is replaced.
+    scratch
+        A folder of the same file system for the temporary files, instead of the targets' own.
+    sync
+        Wait until the bytes are on the disk. Without it a file is whole whatever happens to the program, but may
+        be empty after a power cut.
 
     Raises
     ------
@@ -40,7 +47,7 @@ def whole_files(targets: Sequence[Path]) -> Iterator[list[BinaryIO]]:
         before any work.
     """
     with contextlib.ExitStack() as stack:
-        files = [_File(target) for target in targets]
+        files = [_File(target, scratch, sync) for target in targets]
         opened = [stack.enter_context(file.open()) for file in files]
         yield opened
         for step in (_File.complete, _File.appear):
@@ -57,7 +64,7 @@ def try_target(target: Path) -> None:
     OSError
         If it could not; it names the target.
     """
-    with _File(target).open():
+    with _File(target, None, sync=False).open():
         pass
 
 
@@ -70,7 +77,7 @@ class _File:
         If it cannot be there.
     """
 
-    def __init__(self, target: Path) -> None:
+    def __init__(self, target: Path, scratch: Path | None, sync: bool) -> None:
         named = Path(os.path.abspath(target))  # noqa: PTH100 - Path.resolve would follow links
         if named.is_symlink() and named.parts[1] in ("dev", "proc"):
             # /dev/stdout may lead to a log file, which must not be replaced by what is meant to be a part of it.
@@ -78,7 +85,8 @@ class _File:
         self.target = target
         self.final = Path(os.path.realpath(target))
         _refuse_what_is_no_file(self.final, str(target))
-        self.temporary = self.final.with_name(f".rtcli-{secrets.token_hex(8)}.tmp")
+        self.temporary = (scratch or self.final.parent) / f".rtcli-{secrets.token_hex(8)}.tmp"
+        self.sync = sync
         self.file: BinaryIO | None = None
 
     @contextlib.contextmanager
@@ -91,14 +99,18 @@ class _File:
                 self.temporary.unlink()
 
     def complete(self) -> None:
-        """Have all bytes on the disk."""
+        """Have all bytes in the file, and on the disk."""
         assert self.file is not None
         self.file.flush()
+        if self.sync:
+            self._sync(self.file.fileno())
+        self.file.close()  # what is open cannot be renamed on Windows
+
+    def _sync(self, number: int) -> None:
         try:
-            os.fsync(self.file.fileno())
+            os.fsync(number)
         except OSError as error:
             raise OSError(error.errno, error.strerror, str(self.temporary)) from error
-        self.file.close()  # what is open cannot be renamed on Windows
 
     def appear(self) -> None:
         """Take the place of the target."""

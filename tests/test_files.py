@@ -109,6 +109,28 @@ def test_name_may_be_as_long_as_the_system_allows_in_bytes(tmp_path):
     assert target.read_bytes() == b"content"
 
 
+def test_temporary_files_may_stand_elsewhere(tmp_path):
+    (tmp_path / "scratch").mkdir()
+    targets = [tmp_path / "a.bin", tmp_path / "b.bin"]
+    with whole_files(targets, tmp_path / "scratch") as files:
+        for file in files:
+            file.write(b"content")
+        assert len(names_in(tmp_path / "scratch")) == 2
+        assert names_in(tmp_path) == ["scratch"]
+    assert names_in(tmp_path / "scratch") == []
+    assert [target.read_bytes() for target in targets] == [b"content"] * 2
+
+
+@pytest.mark.parametrize("sync", [True, False])
+def test_bytes_are_on_the_disk_where_that_is_asked_for(tmp_path, monkeypatch, sync):
+    synced = []
+    monkeypatch.setattr("rtcli.files.os.fsync", synced.append)
+    with whole_files([tmp_path / "new.bin"], sync=sync) as [file]:
+        file.write(b"content")
+    assert len(synced) == sync
+    assert (tmp_path / "new.bin").read_bytes() == b"content"
+
+
 def test_folder_is_refused_before_the_work(tmp_path):
     with pytest.raises(IsADirectoryError, match=re.escape(tmp_path.name)), whole_file(tmp_path):
         pytest.fail("the body must not run")

@@ -29,7 +29,7 @@ GALLERY = ROOT / "docs" / "gallery"
 PASSES = ROOT / "docs" / "passes"
 BENCHMARKS = ROOT / "benchmarks"
 
-COMMANDS = ("render", "validate", "explain", "compare", "new", "schema")
+COMMANDS = ("render", "batch", "validate", "explain", "compare", "new", "schema")
 GALLERY_COLUMNS = 3
 
 _PART = re.compile(r"(<!-- begin (?P<name>[\w ]+) -->\n).*?(<!-- end (?P=name) -->)", re.DOTALL)

@@ -12,11 +12,12 @@ from rtcli.cli.exits import usage_errors
 from rtcli.cli.option_types import PixelType
 from rtcli.cli.output import is_terminal, name_of, print_lines, wants_color
 from rtcli.cli.progress import progress
-from rtcli.cli.scene_options import SceneEdits, scene_options
+from rtcli.cli.scene_options import overrides_taken_from, read_scene, scene_options
 from rtcli.explain import Explanation, check_place, explain
 from rtcli.pipeline import Request
 from rtcli.reports.explanation import as_json, text
 from rtcli.scene.diagnostics import validate
+from rtcli.scene.edits import Overrides
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,7 @@ class Options:
     pixel: tuple[int, int]
     sample: int
     as_json: bool
-    edits: SceneEdits
+    edits: Overrides
 
 
 @click.command("explain")
@@ -54,12 +55,12 @@ def command(**options: Any) -> None:
     seen, each light and what blocks it, radiance, exposure, tone curve, sRGB. Each step has its equations, its
     numbers and the section of docs/tracer.md. It is the reference engine's: its value is what that renders.
     """
-    run(Options(edits=SceneEdits.taken_from(options), **options))
+    run(Options(edits=overrides_taken_from(options), **options))
 
 
 def run(options: Options) -> None:
     """Parse, validate, explain, report."""
-    scene = validate(options.edits.read(options.scene))
+    scene = validate(read_scene(options.scene, options.edits))
     with usage_errors():
         check_place(scene, *options.pixel, options.sample)
         Request().simd()

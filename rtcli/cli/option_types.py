@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 import click
 
 from rtcli.image.bounds import PixelBound
+from rtcli.image.formats import FORMATS
 from rtcli.scene.model import MAX_SIDE
 from rtcli.tracer.world import PASSES, Window
 
@@ -101,6 +102,19 @@ class PassesType(click.ParamType[tuple[str, ...]]):
                 f"{unknown[0]!r} is not a pass: there are {', '.join(PASSES)}, or all of them: all", param, ctx
             )
         return tuple(name for name in PASSES if name in named or "all" in named)
+
+
+class FormatType(click.ParamType[str]):
+    """`.png`, or `png`."""
+
+    name = "SUFFIX"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Return the suffix, in lower case and with its dot."""
+        suffix = "." + str(value).lower().removeprefix(".")
+        if suffix not in FORMATS:
+            self.fail(f"{value!r} is not a format: there are {', '.join(FORMATS)}", param, ctx)
+        return suffix
 
 
 class BoundType(click.ParamType[float]):

@@ -30,7 +30,7 @@ class Program(click.Group):
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the commands in the order a newcomer meets them."""
-        return ["render", "validate", "explain", "compare", "new", "schema"]
+        return ["render", "batch", "validate", "explain", "compare", "new", "schema"]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Return the command `NAME` of the module `rtcli.cli.NAME`."""

@@ -1,10 +1,12 @@
-"""How far a rendering is: a bar on a terminal, a line each tenth elsewhere."""
+"""How far a work is: a bar on a terminal, a line each tenth elsewhere."""
 
 from __future__ import annotations
 
 import contextlib
 import sys
+import time
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import click
 
@@ -12,30 +14,82 @@ from rtcli.cli.output import is_terminal, tell
 
 
 @contextlib.contextmanager
-def progress(label: str, quiet: bool) -> Iterator[Callable[[int, int], None]]:
-    """Give a function to be told (done, total), and show that on standard error."""
+def progress(label: str, quiet: bool, noun: str | None = None) -> Iterator[Callable[[int, int], None]]:
+    """Give a function to be told (done, total), and show that on standard error.
+
+    Parameters
+    ----------
+    label
+        What goes on.
+    quiet
+        Show nothing.
+    noun
+        What is counted, in the plural: shows how many there are of how many, and how many a second.
+    """
     if quiet:
         yield lambda done, total: None
-    elif is_terminal(sys.stderr):
-        with click.progressbar(length=1, label=label, width=0, file=sys.stderr) as bar:
+        return
+    rate = _Rate(noun)
+    if is_terminal(sys.stderr):
+        counts: dict[str, Any] = (
+            {} if noun is None else {"show_pos": True, "show_percent": True, "item_show_func": rate.shown}
+        )
+        with click.progressbar(length=1, label=label, width=0, file=sys.stderr, **counts) as bar:
 
             def advance(done: int, total: int) -> None:
                 bar.length = total
-                bar.update(done - bar.pos)
+                rate.done = done
+                bar.update(done - bar.pos, done)
 
             yield advance
     else:
-        yield _line_each_tenth(label)
+        yield _line_each_tenth(label, rate)
 
 
-def _line_each_tenth(label: str) -> Callable[[int, int], None]:
+class _Rate:
+    """How many are done a second.
+
+    Parameters
+    ----------
+    noun
+        What is counted; None to tell nothing.
+    """
+
+    def __init__(self, noun: str | None) -> None:
+        self._noun = noun
+        self._start = time.monotonic()
+        self.done = 0
+
+    def shown(self, item: Any = None) -> str | None:
+        """Return the rate for people."""
+        passed = time.monotonic() - self._start
+        return f"{self.done / passed:.1f} {self._noun}/s" if self.done and passed else None
+
+    def line(self, total: int) -> str:
+        """Return the counts, the rate and the time that is left, in brackets."""
+        if self._noun is None:
+            return ""
+        left = (total - self.done) * (time.monotonic() - self._start) / max(1, self.done)
+        counts = f"{self.done:,} of {total:,} {self._noun}"
+        return f" ({counts}, {self.shown() or 'started'}, {duration(left)} left)"
+
+
+def duration(seconds: float) -> str:
+    """Return a time as hours, minutes and seconds: `1:02:03`, `0:07`."""
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
+
+
+def _line_each_tenth(label: str, rate: _Rate) -> Callable[[int, int], None]:
     told = 0
 
     def advance(done: int, total: int) -> None:
         nonlocal told
         tenths = done * 10 // total
+        rate.done = done
         if tenths > told:
             told = tenths
-            tell(f"{label}: {tenths * 10} %")
+            tell(f"{label}: {tenths * 10} %{rate.line(total)}")
 
     return advance

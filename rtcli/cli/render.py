@@ -16,10 +16,10 @@ import click
 from rtcli import __version__
 from rtcli.cli.check_options import CheckOptions, check_options, check_taken_from
 from rtcli.cli.exits import usage_errors
-from rtcli.cli.option_types import CropType, PassesType
+from rtcli.cli.option_types import CropType
 from rtcli.cli.output import STDIO, is_terminal, open_target, tell
 from rtcli.cli.progress import progress
-from rtcli.cli.scene_options import SceneEdits, scene_options
+from rtcli.cli.scene_options import film_options, overrides_taken_from, read_scene, scene_options
 from rtcli.cli.stopwatch import Stopwatch
 from rtcli.cli.targets import Place, refuse_collisions, refuse_folder
 from rtcli.image.formats import FORMATS, METADATA, RADIANCE, check_fits, open_parts, parts_of
@@ -27,10 +27,11 @@ from rtcli.image.look import DEPTHS
 from rtcli.pack import pack
 from rtcli.pipeline import Request, Target, Work, expose_film, shoot, write_film
 from rtcli.scene.diagnostics import validate
+from rtcli.scene.edits import Overrides
 from rtcli.scene.model import Scene
 from rtcli.scene.problems import printable
 from rtcli.tracer.engines import ENGINES
-from rtcli.tracer.world import PASSES, Window
+from rtcli.tracer.world import Window
 from rtcli.truth import Shot
 
 if TYPE_CHECKING:  # with NumPy and other things, which a picture of the native tracer needs not
@@ -50,7 +51,7 @@ class Traced:
     crop: Window | None
     dask: str | None
     quiet: bool
-    edits: SceneEdits
+    edits: Overrides
 
     def __post_init__(self) -> None:
         if self.dask is not None and self.threads is not None:
@@ -105,20 +106,7 @@ class Output:
     "it the picture is shown in the terminal. .exr needs the extra rtcli[exr], the terminal rtcli[preview].",
 )
 @scene_options
-@click.option(
-    "--passes",
-    type=PassesType(),
-    default=(),
-    help=f"Ground truth at pixel centres: {', '.join(PASSES)}, or all. In the file for .exr and .npz; for others "
-    "beside it, as NAME.depth.png and so on with NAME.json.",
-)
-@click.option(
-    "--bits",
-    type=click.Choice(DEPTHS),
-    default=DEPTHS[0],
-    show_default=True,
-    help="Of each color channel of a .png file.",
-)
+@film_options
 @click.option(
     "--engine",
     type=click.Choice(ENGINES),
@@ -150,7 +138,7 @@ def command(context: click.Context, /, **options: Any) -> int:
     """
     check = check_taken_from(options, context)
     path, bits, stats = (options.pop(name) for name in ("output", "bits", "stats"))
-    traced = Traced(edits=SceneEdits.taken_from(options), **options)
+    traced = Traced(edits=overrides_taken_from(options), **options)
     if check is not None:
         return _check(traced, check, path, stats)
     if path is None and is_terminal(sys.stdout):
@@ -168,7 +156,7 @@ def _preview(traced: Traced) -> int:
     from rtcli.cli.preview import Preview  # with NumPy
 
     preview = Preview()
-    shot, request = _shot(traced, validate(traced.edits.read(traced.scene)))
+    shot, request = _shot(traced, validate(read_scene(traced.scene, traced.edits)))
     with traced.executor() as executor, progress("rendering", traced.quiet) as told:
         film = expose_film(replace(shot, executor=executor), request, told)
     preview.show(film)
@@ -229,7 +217,7 @@ class _Rendering(NamedTuple):
 def _prepare(traced: Traced, output: Output) -> _Rendering:
     watch = Stopwatch()
     with watch.stage("parse"):
-        document = traced.edits.read(traced.scene)
+        document = read_scene(traced.scene, traced.edits)
     with watch.stage("validate"):
         scene = validate(document)
     with watch.stage("pack"):

@@ -1,18 +1,21 @@
-"""The options that change a scene before it is checked, which several commands share."""
+"""The options that several commands share: what changes a scene before it is checked, what a film holds."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import contextlib
+from collections.abc import Iterator
 from typing import Any
 
 import click
 
-from rtcli.cli.option_types import ExposureType, SizeType, all_of
+from rtcli.cli.option_types import ExposureType, PassesType, SizeType, all_of
 from rtcli.cli.output import name_of, read_bytes
+from rtcli.image.look import DEPTHS
 from rtcli.scene.document import Document
-from rtcli.scene.edits import EditError, set_expression, set_value
+from rtcli.scene.edits import EditError, Overrides
 from rtcli.scene.model import MAX_SAMPLES
 from rtcli.scene.parse import READ_BYTES, parse_bytes
+from rtcli.tracer.world import PASSES
 
 scene_options = all_of(
     click.option(
@@ -39,60 +42,50 @@ scene_options = all_of(
 )
 
 
-@dataclass(frozen=True)
-class SceneEdits:
-    """What these options ask for.
+film_options = all_of(
+    click.option(
+        "--passes",
+        type=PassesType(),
+        default=(),
+        help=f"Ground truth at pixel centres: {', '.join(PASSES)}, or all. In the file for .exr and .npz; for "
+        "others beside it, as NAME.depth.png and so on with NAME.json.",
+    ),
+    click.option(
+        "--bits",
+        type=click.Choice(DEPTHS),
+        default=DEPTHS[0],
+        show_default=True,
+        help="Of each color channel of a .png file.",
+    ),
+)
 
-    Parameters
-    ----------
-    size
-        Width and height in pixels, or None for the scene's.
-    samples
-        Rays per pixel, or None for the scene's.
-    exposure
-        Stops or `auto`, or None for the scene's.
-    edits
-        Expressions of `--set`, in order.
+
+def overrides_taken_from(options: dict[str, Any]) -> Overrides:
+    """Take what changes a scene out of the options of a command."""
+    return Overrides(*(options.pop(name) for name in ("size", "samples", "exposure", "set")))
+
+
+def read_scene(scene: str, overrides: Overrides) -> Document:
+    """Parse a scene file, or standard input for `-`, and change it.
+
+    Raises
+    ------
+    click.UsageError
+        If `--set` is malformed, or names nothing in this scene.
+    OSError
+        If the file cannot be read.
+    rtcli.SceneError
+        If the text is not well-formed.
     """
+    document = parse_bytes(read_bytes(scene, READ_BYTES), name_of(scene))
+    with edit_errors():
+        return overrides.apply(document)
 
-    size: tuple[int, int] | None
-    samples: int | None
-    exposure: float | str | None
-    edits: tuple[str, ...]
 
-    @classmethod
-    def taken_from(cls, options: dict[str, Any]) -> SceneEdits:
-        """Take these options out of those of a command."""
-        return cls(*(options.pop(name) for name in ("size", "samples", "exposure", "set")))
-
-    def read(self, scene: str) -> Document:
-        """Parse a scene file, or standard input for `-`, and change it; `--set` has the last word.
-
-        Raises
-        ------
-        click.UsageError
-            If `--set` is malformed, or names nothing in this scene.
-        OSError
-            If the file cannot be read.
-        rtcli.SceneError
-            If the text is not well-formed.
-        """
-        document = parse_bytes(read_bytes(scene, READ_BYTES), name_of(scene))
-        try:
-            for path, (option, value) in self._shorthands().items():
-                document = set_value(document, path, value, option)
-            for expression in self.edits:
-                document = set_expression(document, expression)
-        except EditError as error:
-            raise click.UsageError(f"cannot set a value: {error}") from error
-        return document
-
-    def _shorthands(self) -> dict[str, tuple[str, Any]]:
-        shorthands: dict[str, tuple[str, Any]] = {}
-        if self.size is not None:
-            shorthands["camera.resolution"] = (f"--size {self.size[0]}x{self.size[1]}", list(self.size))
-        if self.samples is not None:
-            shorthands["render.samples"] = (f"--samples {self.samples}", self.samples)
-        if self.exposure is not None:
-            shorthands["image.exposure"] = (f"--exposure {self.exposure}", self.exposure)
-        return shorthands
+@contextlib.contextmanager
+def edit_errors() -> Iterator[None]:
+    """Turn a value that cannot be set into wrong usage."""
+    try:
+        yield
+    except EditError as error:
+        raise click.UsageError(f"cannot set a value: {error}") from error

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import io
-import os
-import stat
+import itertools
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -18,7 +17,8 @@ from rtcli.cli.exits import FILE, INVALID, os_error_text
 from rtcli.cli.output import STDIO, name_of, read_bytes, tell, wants_color
 from rtcli.reports import concise, github, json, junit, sarif, text
 from rtcli.reports.checked import Checked, Tally
-from rtcli.scene.parse import READ_BYTES, SCENE_SUFFIXES
+from rtcli.scene.find import scene_files_below
+from rtcli.scene.parse import READ_BYTES
 from rtcli.scene.problems import Problem, counted
 from rtcli.scene.rules import ERROR
 
@@ -48,8 +48,8 @@ _REPORTS: dict[str, Callable[[Iterable[Checked]], Iterator[str]]] = {
 def command(paths: tuple[str, ...], style: str, strict: bool) -> int:
     """Check scene files, and say all that is wrong with them.
 
-    PATH is a scene file, a folder (all .yaml, .yml and .json files in it and below), or - for YAML on standard
-    input. The report goes to standard output.
+    PATH is a scene file, a folder (all .yaml, .yml and .json files in it and below, without hidden folders and the
+    metadata that rtcli writes), or - for YAML on standard input. The report goes to standard output.
 
     Errors make a scene invalid; warnings tell what is probably not intended, such as an object that nobody sees.
 
@@ -75,30 +75,9 @@ def _all_valid(tally: Tally) -> str:
 def _scene_files(paths: Iterable[str]) -> Iterator[str]:
     for path in paths:
         if path != STDIO and Path(path).is_dir():
-            yield from _scene_files_below(path)
+            yield from sorted(itertools.chain(*scene_files_below(path)))
         else:
             yield path
-
-
-def _scene_files_below(folder: str) -> list[str]:
-    """Return the scene files of a folder, and the folders in it that cannot be read: reading them tells why."""
-    unreadable: list[str] = []
-    names = [
-        Path(parent, name)
-        for parent, _, files in os.walk(folder, onerror=lambda error: unreadable.append(error.filename))
-        for name in files
-        if name.lower().endswith(SCENE_SUFFIXES) and not _would_block(Path(parent, name))
-    ]
-    return sorted([*map(str, names), *unreadable])
-
-
-def _would_block(path: Path) -> bool:
-    """Return whether a file that was found is a pipe, socket or device, and so no scene."""
-    try:
-        mode = path.stat().st_mode
-    except OSError:
-        return False  # which reading tells
-    return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode))
 
 
 def _checked(path: str, strict: bool) -> Checked:

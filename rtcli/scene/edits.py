@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from rtcli.scene.document import Document, Edit, Loc, Place, Source, dotted
@@ -19,6 +19,57 @@ _NAME_IT = "name it in the file, or use its index"
 
 class EditError(ValueError):
     """An edit that cannot be made: its path is malformed, or names nothing in this scene."""
+
+
+@dataclass(frozen=True)
+class Overrides:
+    """What options change of a scene before it is checked.
+
+    Parameters
+    ----------
+    size
+        Width and height in pixels, or None for the scene's.
+    samples
+        Rays per pixel, or None for the scene's.
+    exposure
+        Stops or `auto`, or None for the scene's.
+    edits
+        Expressions of `--set`, in order.
+    """
+
+    size: tuple[int, int] | None = None
+    samples: int | None = None
+    exposure: float | str | None = None
+    edits: tuple[str, ...] = ()
+
+    def apply(self, document: Document) -> Document:
+        """Return the changed document; `--set` has the last word.
+
+        Raises
+        ------
+        EditError
+            If `--set` is malformed, or names nothing in this scene.
+        """
+        for path, (option, value) in self._shorthands().items():
+            document = set_value(document, path, value, option)
+        for expression in self.edits:
+            document = set_expression(document, expression)
+        return document
+
+    def _shorthands(self) -> dict[str, tuple[str, Any]]:
+        shorthands: dict[str, tuple[str, Any]] = {}
+        if self.size is not None:
+            shorthands["camera.resolution"] = (f"--size {self.size[0]}x{self.size[1]}", list(self.size))
+        if self.samples is not None:
+            shorthands["render.samples"] = (f"--samples {self.samples}", self.samples)
+        if self.exposure is not None:
+            shorthands["image.exposure"] = (f"--exposure {self.exposure}", self.exposure)
+        return shorthands
+
+
+def check_expression(expression: str) -> None:
+    """Raise EditError unless `KEY=VALUE` is one, whatever the scene."""
+    set_expression(Document(Source("", ""), None), expression)
 
 
 def set_value(document: Document, path: str, value: Any, option: str) -> Document:

@@ -17,7 +17,7 @@ import rtcli
 
 needs_posix = pytest.mark.skipif(os.name == "nt", reason="POSIX only: signals and terminals")
 
-COMMANDS = ["render", "validate", "explain", "compare", "new", "schema"]
+COMMANDS = ["render", "batch", "validate", "explain", "compare", "new", "schema"]
 
 
 def names_in(folder):

@@ -61,6 +61,16 @@ def test_folder_stands_for_the_scenes_in_it_and_below_in_the_order_of_their_name
     assert result.exit_code == 1
 
 
+def test_hidden_folders_and_what_rtcli_wrote_are_passed_over(run, scene, folder):
+    (folder / ".github").mkdir()
+    (folder / ".github" / "workflow.yaml").write_text(WRONG)
+    (folder / "manifest.json").write_text('{\n  "manifest": 1,\n  "scenes": {}\n}\n')
+    assert run("render", scene, "-o", "out.png", "--passes", "depth").exit_code == 0
+    assert (folder / "out.json").exists()
+    assert run("validate", ".").stderr == "1 scene is valid\n"
+    assert run("validate", "out.json").exit_code == 1
+
+
 def test_file_that_is_named_is_checked_whatever_its_suffix(run, folder):
     (folder / "scene.txt").write_text(WRONG)
     assert run("validate", "scene.txt", "--format", "concise").stdout.splitlines() == lines_for("scene.txt")

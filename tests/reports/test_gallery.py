@@ -10,7 +10,7 @@ import subprocess
 import sys
 from html.parser import HTMLParser
 
-import batches
+import gallery_batches as batches
 import numpy as np
 import pytest
 from hypothesis import given

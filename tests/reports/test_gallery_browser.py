@@ -2,8 +2,8 @@
 
 import time
 
-import batches
 import chromium
+import gallery_batches as batches
 import pytest
 
 from rtcli.reports.gallery import gallery_page

@@ -1,108 +1,51 @@
-"""Results of batches for tests: files in a folder, and what their manifest says."""
+"""Scenes for batches, and what came of them."""
 
 from __future__ import annotations
 
-import hashlib
+import json
 from pathlib import Path
 from typing import Any
 
-import rtcli
-from rtcli.image.formats import parts_of
-from rtcli.scene.diagnostics import validate
-from rtcli.scene.edits import set_value
-from rtcli.scene.parse import parse_bytes
-from rtcli.truth import SOFTWARE
 
-ROOT = Path(__file__).resolve().parents[2]
-SCENES = ROOT / "scenes"
-INVALID = ROOT / "tests" / "invalid"
-
-PASSES = ("depth", "normal", "object_id")
-SECONDS = {
-    "parse": 0.0031,
-    "validate": 0.0008,
-    "pack": 0.0002,
-    "trace": 0.0123,
-    "develop": 0.0011,
-    "write": 0.0042,
-}
-NO_SETTINGS: dict[str, Any] = {"size": None, "samples": None, "exposure": None, "set": []}
+def write_scene(path: Path, radius: float = 1.0, more: str = "") -> Path:
+    """Write a small scene with a ball of that radius."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(
+        "camera: {resolution: [40, 30], fov: 40}\n"
+        "lights:\n  - {position: [2, 3, 0], intensity: 1000}\n"
+        "objects:\n  - {type: sphere, name: ball, position: [0, 0, -5], color: tomato, "
+        f"radius: {radius}}}\n{more}"
+    )
+    return path
 
 
-class Batch:
-    """A folder of results and its manifest, made scene by scene.
-
-    Parameters
-    ----------
-    folder
-        Where the results go.
-    size
-        Of each picture.
-    """
-
-    def __init__(self, folder: Path, size: tuple[int, int] = (240, 160)) -> None:
-        self.folder = folder
-        self.size = size
-        self.manifest: dict[str, Any] = {"manifest": 1, "software": SOFTWARE, "scenes": {}}
-
-    def render(
-        self, scene: Path, key: str, suffix: str = ".png", passes: tuple[str, ...] = (), vary: Any = None
-    ) -> dict[str, Any]:
-        """Render a scene, or find its problems; return its entry."""
-        settings = {"format": suffix, "passes": list(passes), "bits": 8, **NO_SETTINGS}
-        entry = {"scene": scene.relative_to(ROOT).as_posix(), "settings": settings, "software": SOFTWARE}
-        data = scene.read_bytes()
-        entry |= {"input": f"sha256:{hashlib.sha256(data).hexdigest()}", **({"vary": vary} if vary else {})}
-        try:
-            document = parse_bytes(data, entry["scene"])
-            for path, value in {"camera.resolution": list(self.size), **(vary or {})}.items():
-                document = set_value(document, path, value, f"--vary {path}")
-            film = rtcli.render(validate(document), passes)
-        except rtcli.SceneError as error:
-            problems = [problem.as_dict() for problem in error.problems]
-            entry |= {"content": None, "status": "failed", "problems": problems, "outputs": [], "seconds": {}}
-        else:
-            entry |= {"content": film.summary["scene"], "status": "done", "problems": []}
-            entry |= {"outputs": self._save(film, f"{key}{suffix}"), "resolution": list(self.size)}
-            entry["seconds"] = {stage: seconds * (1 + len(key) % 7) for stage, seconds in SECONDS.items()}
-        self.manifest["scenes"][key] = entry
-        return entry
-
-    def _save(self, film: rtcli.Film, name: str) -> list[dict[str, Any]]:
-        (self.folder / name).parent.mkdir(parents=True, exist_ok=True)
-        film.save(self.folder / name)
-        return [self._output(part, path) for part, path in parts_of(name, film.passes).items()]
-
-    def _output(self, part: str, path: Path) -> dict[str, Any]:
-        data = (self.folder / path).read_bytes()
-        digest = hashlib.sha256(data).hexdigest()
-        return {"part": part, "path": path.as_posix(), "sha256": digest, "bytes": len(data)}
+def write_scenes(folder: Path, count: int) -> list[Path]:
+    """Write so many scenes, each another."""
+    return [write_scene(folder / f"{number:03}.yaml", 0.5 + number / 100) for number in range(count)]
 
 
-def sample(folder: Path) -> Batch:
-    """Return a batch with some of everything: 11 pictures with passes, a sweep, other formats, failed scenes."""
-    batch = Batch(folder)
-    for path in sorted(SCENES.glob("*.yaml")):
-        batch.render(path, f"gallery/{path.stem}", passes=PASSES)
-    for fov in (20, 30, 45, 60, 100):
-        key = f"sweep/first camera.fov={fov}"
-        batch.render(SCENES / "first.yaml", key, passes=("depth",), vary={"camera.fov": fov})
-    for suffix in (".jpg", ".webp", ".tif", ".npy", ".npz"):
-        batch.render(SCENES / "still-life.yaml", f"formats/still-life-{suffix[1:]}", suffix, ("depth", "normal"))
-    for name in ("all-problems-at-once", "syntax-error"):
-        batch.render(INVALID / f"{name}.yaml", f"invalid/{name}")
-    died = {**batch.manifest["scenes"]["gallery/city"], "status": "failed", "outputs": [], "content": None}
-    died["problems"] = [{"message": "its worker died twice (signal 9): is there too little memory?"}]
-    batch.manifest["scenes"]["gallery/city-of-millions"] = died
-    return batch
-
-
-def many(folder: Path, count: int) -> Batch:
-    """Return a batch of so many scenes of which one in a hundred failed, and which share a few pictures."""
-    batch = Batch(folder)
-    few = [batch.render(path, f"few/{path.stem}", passes=("depth",)) for path in sorted(SCENES.glob("*.yaml"))]
-    failed = batch.render(INVALID / "syntax-error.yaml", "few/syntax-error")
-    batch.manifest["scenes"] = {
-        f"many/{number:05d}": failed if number % 100 == 99 else few[number % len(few)] for number in range(count)
+def results_in(folder: Path) -> dict[str, bytes]:
+    """Return the files of a folder of results by their paths, but for the manifest and what is rtcli's own."""
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and path.name != "manifest.json" and ".rtcli" not in path.parts
     }
-    return batch
+
+
+def private_files(folder: Path) -> list[str]:
+    """Return what rtcli keeps for itself in a folder of results."""
+    return sorted(path.relative_to(folder).as_posix() for path in (folder / ".rtcli").rglob("*"))
+
+
+def entries(folder: Path) -> dict[str, dict[str, Any]]:
+    """Return what the manifest tells of each scene."""
+    return json.loads((folder / "manifest.json").read_text(encoding="utf-8"))["scenes"]
+
+
+def lasting(folder: Path) -> dict[str, dict[str, Any]]:
+    """Return what the manifest tells of each scene, without the times."""
+    return {
+        key: {name: value for name, value in entry.items() if name != "seconds"}
+        for key, entry in entries(folder).items()
+    }

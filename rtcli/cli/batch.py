@@ -1,0 +1,199 @@
+"""`rtcli batch`: many scenes to one folder, only what is needed."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import click
+
+from rtcli.batch.jobs import BatchError, Job, Settings, find_jobs
+from rtcli.batch.manifest import Manifest
+from rtcli.batch.pool import LocalWorkers
+from rtcli.batch.run import Batch, Leftover, Plan, execute, find_leftover, make_plan, prune
+from rtcli.batch.work import DONE, Outcome
+from rtcli.cli.exits import INVALID, usage_errors
+from rtcli.cli.option_types import FormatType
+from rtcli.cli.output import STDIO, is_terminal, print_lines, tell
+from rtcli.cli.progress import progress
+from rtcli.cli.scene_options import edit_errors, film_options, overrides_taken_from, scene_options
+from rtcli.image.formats import FORMATS, check_fits
+from rtcli.reports import concise
+from rtcli.reports.checked import Checked
+from rtcli.scene.edits import check_expression
+from rtcli.scene.problems import counted, printable
+from rtcli.tracer.engines import default_threads
+
+# Of all scenes together so many problems are shown; the manifest has more.
+_SHOWN = 40
+
+
+@dataclass(frozen=True)
+class Options:
+    """The options of `rtcli batch`."""
+
+    paths: tuple[str, ...]
+    output: str
+    settings: Settings
+    jobs: int
+    fail_fast: bool
+    force: bool
+    dry_run: bool
+    prune: bool
+    quiet: bool
+
+    def check(self) -> None:
+        """Raise click.UsageError for what cannot be right whatever the scenes say."""
+        if STDIO in (*self.paths, self.output):
+            raise click.UsageError(
+                "standard input and output are no places for many scenes: give files and folders"
+            )
+        with usage_errors():
+            check_fits(f"results{self.settings.suffix}", (1, 1), self.settings.bits)
+        with edit_errors():
+            for expression in self.settings.overrides.edits:
+                check_expression(expression)
+
+    def find_jobs(self) -> list[Job]:
+        """Return what there is to do.
+
+        Raises
+        ------
+        click.UsageError
+            If that cannot be done together, or is nothing.
+        OSError
+            If a path leads to nothing.
+        """
+        try:
+            jobs = find_jobs(self.paths, self.settings, self.output)
+        except BatchError as error:
+            raise click.UsageError(str(error)) from error
+        if not jobs:
+            raise click.UsageError(f"no scenes found in {', '.join(map(printable, self.paths))}")
+        return jobs
+
+
+@click.command("batch")
+@click.argument("paths", metavar="PATH...", nargs=-1, required=True)
+@click.option(
+    "-o", "--output", metavar="DIR", required=True, help="The folder of the results, with manifest.json."
+)
+@click.option(
+    "--format",
+    "suffix",
+    type=FormatType(),
+    default=".png",
+    show_default=True,
+    help=f"Of the results: {', '.join(FORMATS)}.",
+)
+@scene_options
+@film_options
+@click.option(
+    "--jobs", type=click.IntRange(1), metavar="N", show_default="the processor cores", help="Scenes at a time."
+)
+@click.option("--fail-fast", is_flag=True, help="Stop at the first scene that fails, instead of going on.")
+@click.option("--force", is_flag=True, help="Render all, what is current too.")
+@click.option("--dry-run", is_flag=True, help="Only tell what would be done, and why.")
+@click.option(
+    "--prune",
+    is_flag=True,
+    help="Remove results that the manifest names and this batch would not make, after saying which: those of "
+    "scenes that are gone, or of other settings.",
+)
+@click.option("-q", "--quiet", is_flag=True, help="No progress, no summary, no problems: the manifest has them.")
+def command(**options: Any) -> int:
+    """Render many scenes to a folder, only those that are needed.
+
+    PATH is a scene file, a folder (the scene files in it and below; their structure is kept) or a glob, which
+    rtcli expands itself if it is quoted: 'scenes/**/*.yaml'.
+
+    A result stays as it is if its scene, the settings and rtcli's version are the same and its files are as they
+    were written. A batch may be interrupted or killed at any moment: the next one goes on from there.
+
+    Exits with 0 if all went well, 1 if a scene failed, 3 if a path leads to nothing or DIR cannot be written.
+    """
+    overrides = overrides_taken_from(options)
+    settings = Settings(options.pop("suffix"), options.pop("passes"), options.pop("bits"), overrides)
+    jobs = options.pop("jobs") or default_threads()
+    return run(Options(settings=settings, jobs=jobs, **options))
+
+
+def run(options: Options) -> int:
+    """Find the scenes, compare, prune, render, report."""
+    options.check()
+    jobs, folder = options.find_jobs(), Path(options.output)
+    manifest = Manifest(folder)
+    leftover = find_leftover(manifest, jobs, folder) if options.prune else Leftover([], [])
+    is_unseen = options.quiet or not is_terminal(sys.stderr) or not len(manifest)
+    with progress("comparing", is_unseen, "scenes") as told:
+        plan = make_plan(manifest, jobs, folder, options.force, told)
+    if options.dry_run:
+        print_lines(_planned(plan, leftover))
+        return 0
+    if not options.quiet:
+        for path in leftover.paths:
+            tell(f"removing {printable(str(folder / path))}")
+    prune(leftover, manifest, folder)
+    workers = LocalWorkers(min(options.jobs, max(1, len(plan.steps))))
+    return _render(options, Batch(plan, manifest, folder, workers))
+
+
+def _planned(plan: Plan, leftover: Leftover) -> Iterable[str]:
+    """Yield what a plan would do, a line each."""
+    for step in plan.steps:
+        yield f"render {printable(step.job.key)}: {printable(step.reason)}"
+    yield from (f"remove {printable(path)}" for path in leftover.paths)
+    yield f"{counted(len(plan.steps), 'scene')} to render, {plan.current:,} current"
+
+
+@dataclass
+class _Report:
+    """What came of the scenes, and what is to be said of those that failed."""
+
+    rendered: int = 0
+    failed: int = 0
+    problems: list[str] = field(default_factory=list)
+    more: int = 0
+
+    def add(self, job: Job, outcome: Outcome) -> None:
+        if outcome.status == DONE:
+            self.rendered += 1
+            return
+        self.failed += 1
+        lines = [line.rstrip("\n") for line in concise.report([Checked(job.scene, outcome.problems)])]
+        if outcome.message:
+            lines.append(f"{printable(job.scene)}: error: {printable(outcome.message)}")
+        room = max(0, _SHOWN - len(self.problems))
+        self.problems += lines[:room]
+        self.more += len(lines[room:])
+
+    def lines(self, plan: Plan, seconds: float) -> Iterable[str]:
+        yield from self.problems
+        if self.more:
+            yield f"{counted(self.more, 'more problem')}: the manifest has them"
+        left = len(plan.steps) - self.rendered - self.failed
+        parts = [f"{self.rendered:,} rendered", f"{plan.current:,} current", f"{self.failed:,} failed"]
+        if left:
+            parts.append(f"{left:,} not done")
+        rate = f" ({self.rendered / seconds:.1f} a second)" if self.rendered else ""
+        yield f"{', '.join(parts)} in {seconds:.2f} s{rate}"
+
+
+def _render(options: Options, batch: Batch) -> int:
+    report, start = _Report(), time.monotonic()
+    steps = {step.job.key: step.job for step in batch.plan.steps}
+    with contextlib.closing(execute(batch)) as outcomes, progress("rendering", options.quiet, "scenes") as told:
+        for outcome in outcomes:
+            report.add(steps[outcome.key], outcome)
+            told(report.rendered + report.failed, len(steps))
+            if report.failed and options.fail_fast:
+                break
+    if not options.quiet:
+        for line in report.lines(batch.plan, time.monotonic() - start):
+            tell(line)
+    return INVALID if report.failed else 0

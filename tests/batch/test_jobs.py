@@ -1,0 +1,175 @@
+"""Scenes in files, folders and globs, and where their results go."""
+
+import os
+import re
+from pathlib import Path
+
+import pytest
+from batches import write_scene
+
+import rtcli
+from rtcli.batch.jobs import BatchError, Settings, find_jobs
+from rtcli.scene.edits import Overrides
+
+PNG = Settings()
+
+
+def found(*paths, settings=PNG, folder="out"):
+    """Return the scene file of each key."""
+    return {job.key: job.scene for job in find_jobs(paths, settings, folder)}
+
+
+@pytest.fixture
+def tree(folder):
+    """Scenes in folders, among other files."""
+    for name in ("a.yaml", "day/b.yml", "day/noon/c.json", "night/b.yaml"):
+        write_scene(folder / "scenes" / name)
+    (folder / "scenes" / "notes.txt").touch()
+    return folder / "scenes"
+
+
+def test_folder_gives_the_scenes_in_it_and_below_with_its_structure(tree):
+    assert found("scenes") == {
+        "a": "scenes/a.yaml",
+        "day/b": "scenes/day/b.yml",
+        "day/noon/c": "scenes/day/noon/c.json",
+        "night/b": "scenes/night/b.yaml",
+    }
+
+
+def test_file_goes_straight_into_the_folder_of_the_results(tree):
+    assert found("scenes/day/noon/c.json", str(tree / "a.yaml")) == {
+        "a": str(tree / "a.yaml"),
+        "c": "scenes/day/noon/c.json",
+    }
+
+
+def test_file_that_is_named_is_a_scene_whatever_its_suffix(folder):
+    write_scene(folder / "scene.txt")
+    assert found("scene.txt") == {"scene": "scene.txt"}
+
+
+@pytest.mark.parametrize(
+    ("pattern", "keys"),
+    [
+        ("scenes/*", ["a", "day/b", "day/noon/c", "night/b"]),
+        ("scenes/**", ["a", "day/b", "day/noon/c", "night/b"]),
+        ("scenes/*.yaml", ["a"]),
+        ("scenes/*/b.*", ["day/b", "night/b"]),
+        ("*/day", ["scenes/day/b", "scenes/day/noon/c"]),
+        ("scenes/[dn]*/b.yaml", ["night/b"]),
+    ],
+)
+def test_glob_keeps_the_structure_below_its_part_without_wildcards(tree, pattern, keys):
+    assert list(found(pattern)) == keys
+    assert list(found(str(tree.parent / pattern))) == keys
+
+
+def test_name_with_brackets_that_is_there_is_no_glob(folder):
+    write_scene(folder / "a[1].yaml")
+    assert found("a[1].yaml") == {"a[1]": "a[1].yaml"}
+
+
+@pytest.mark.parametrize("path", ["none.yaml", "none/*.yaml"])
+def test_path_that_leads_to_nothing_is_an_error_that_names_it(tree, path):
+    with pytest.raises(FileNotFoundError) as missing:
+        found("scenes", path)
+    assert missing.value.filename == path
+
+
+def test_scene_that_is_found_twice_is_one(tree):
+    assert found("scenes", "./scenes", "scenes/*", "scenes/a.yaml") == found("scenes")
+
+
+@pytest.mark.parametrize(
+    ("paths", "names"),
+    [
+        (["scenes/day/b.yml", "scenes/night/b.yaml"], ["scenes/day/b.yml", "scenes/night/b.yaml"]),
+        (["scenes/day", "scenes/night"], ["scenes/day/b.yml", "scenes/night/b.yaml"]),
+        (["scenes", "other"], ["scenes/a.yaml", "other/a.json"]),
+    ],
+)
+def test_two_scenes_with_one_result_are_an_error_that_names_both(tree, folder, paths, names):
+    write_scene(folder / "other" / "a.json")
+    with pytest.raises(BatchError) as refused:
+        found(*paths)
+    assert all(f"`{name}`" in str(refused.value) for name in names)
+
+
+def test_pass_of_one_scene_that_would_be_the_picture_of_another_is_an_error(folder):
+    for name in ("a.yaml", "a.depth.yaml"):
+        write_scene(folder / "scenes" / name)
+    assert list(found("scenes")) == ["a", "a.depth"]
+    with pytest.raises(BatchError, match=re.escape("`a.depth.png`")):
+        found("scenes", settings=Settings(passes=("depth",)))
+
+
+def test_result_that_would_replace_the_manifest_is_an_error(folder):
+    write_scene(folder / "scenes" / "manifest.yaml")
+    assert list(found("scenes")) == ["manifest"]
+    with pytest.raises(BatchError, match="the manifest"):
+        found("scenes", settings=Settings(passes=("depth",)))
+
+
+def test_result_that_would_replace_a_scene_is_an_error(folder):
+    write_scene(folder / "scenes" / "a.json")
+    assert list(found("scenes", folder="scenes")) == ["a"]
+    with pytest.raises(BatchError, match=re.escape("`scenes/a.json`")):
+        found("scenes", settings=Settings(passes=("depth",)), folder="scenes")
+
+
+def test_folder_of_the_results_and_hidden_folders_are_not_searched(tree):
+    before = found("scenes")
+    for name in ("out/x.yaml", ".git/y.yaml", "day/.cache/z.yaml", "outer/out.yaml"):
+        write_scene(tree / name)
+    assert found("scenes", folder="scenes/out") == {**before, "outer/out": "scenes/outer/out.yaml"}
+    assert found("scenes/**", folder=str(tree / "out")) == found("scenes", folder="scenes/out")
+
+
+def test_metadata_and_manifests_that_rtcli_wrote_are_no_scenes(tree):
+    before = found("scenes")
+    film = rtcli.render(rtcli.load_scene(tree / "a.yaml"), passes=("depth",))
+    film.save(tree / "metadata.png")
+    (tree / "manifest.json").write_text('{\n  "manifest": 1,\n  "scenes": {}\n}\n')
+    assert (tree / "metadata.json").exists()
+    assert found("scenes") == before
+
+
+def test_scene_that_speaks_of_software_is_a_scene(folder):
+    (folder / "scenes").mkdir()
+    (folder / "scenes" / "a.json").write_text('{"camera": {}, "software": "rtcli 1"}')
+    assert list(found("scenes")) == ["a"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="POSIX only")
+def test_pipe_is_no_scene(tree):
+    before = found("scenes")
+    os.mkfifo(tree / "pipe.yaml")
+    assert found("scenes") == before
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root can read every folder")
+def test_folder_that_cannot_be_read_is_an_error(tree):
+    (tree / "closed").mkdir(mode=0)
+    with pytest.raises(PermissionError):
+        found("scenes")
+
+
+def test_settings_are_told_as_plain_data():
+    settings = Settings(".npz", ("depth", "normal"), 8, Overrides((8, 6), 4, "auto", ("camera.fov=30",)))
+    assert settings.as_dict() == {
+        "format": ".npz",
+        "passes": ["depth", "normal"],
+        "bits": 8,
+        "size": [8, 6],
+        "samples": 4,
+        "exposure": "auto",
+        "set": ["camera.fov=30"],
+    }
+
+
+def test_outputs_are_the_files_of_the_film(folder):
+    write_scene(folder / "sub" / "a.yaml")
+    [job] = find_jobs(["."], Settings(".jpg", ("depth",)), "out")
+    assert job.outputs == {"radiance": "sub/a.jpg", "depth": "sub/a.depth.png", "metadata": "sub/a.json"}
+    assert Path(job.scene) == Path("sub/a.yaml")

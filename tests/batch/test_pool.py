@@ -1,0 +1,170 @@
+"""Tasks through executors, and workers that die. The work is `eval`: it can say anything in any process."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+from rtcli.batch.pool import LocalWorkers, WorkerDiedError, Workers, results
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+DIE = "__import__('os')._exit(9)"
+
+needs_proc = pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="a system without /proc")
+
+
+@pytest.fixture
+def local():
+    """Two workers, which are gone afterwards."""
+    workers = LocalWorkers(2)
+    yield workers
+    workers.close()
+
+
+def test_any_executor_does_the_work():
+    with ThreadPoolExecutor(2) as threads:
+        found = {result.task: result.value for result in results(Workers(threads, 3), eval, ["1+1", "2+2", "3+3"])}
+    assert found == {"1+1": 2, "2+2": 4, "3+3": 6}
+
+
+def test_no_task_is_no_work():
+    with ThreadPoolExecutor(1) as threads:
+        assert list(results(Workers(threads, 3), eval, [])) == []
+
+
+def test_wait_for_a_long_task_is_told(monkeypatch):
+    monkeypatch.setattr("rtcli.batch.pool._BEAT", 0.01)
+    with ThreadPoolExecutor(1) as threads:
+        *before, last = results(Workers(threads, 3), eval, ["__import__('time').sleep(0.3)"])
+    assert set(before) == {None}
+    assert last.error is None
+
+
+@pytest.mark.parametrize("slots", [1, 2, 5])
+def test_no_more_tasks_are_taken_than_there_are_slots(slots):
+    taken = 0
+
+    def tasks():
+        nonlocal taken
+        for number in range(20):
+            taken += 1
+            yield str(number)
+
+    with ThreadPoolExecutor(2) as threads:
+        for count, _ in enumerate(results(Workers(threads, slots), eval, tasks()), start=1):
+            assert taken <= count + slots - 1
+    assert taken == 20
+
+
+def test_task_that_raises_is_tried_once_more_and_then_told():
+    calls = []
+
+    def work(task):
+        calls.append(task)
+        if task == "bad" or (task == "once" and calls.count(task) == 1):
+            raise MemoryError(task)
+        return task
+
+    with ThreadPoolExecutor(1) as threads:
+        found = {result.task: result for result in results(Workers(threads, 2), work, ["good", "bad", "once"])}
+    assert found["good"].value == "good"
+    assert isinstance(found["bad"].error, MemoryError)
+    assert found["once"].value == "once"
+    assert sorted(calls) == ["bad", "bad", "good", "once", "once"]
+
+
+def test_worker_that_dies_costs_its_own_task_alone(local):
+    tasks = [*(f"{number}+0" for number in range(10)), DIE, *(f"{number}+0" for number in range(10, 20))]
+    found = {result.task: result for result in results(local, eval, tasks)}
+    assert isinstance(found.pop(DIE).error, WorkerDiedError)
+    assert {result.value for result in found.values()} == set(range(20))
+    assert all(result.error is None for result in found.values())
+
+
+def test_every_worker_that_dies_is_told(local):
+    tasks = [f"{DIE} or {number}" for number in range(3)]
+    found = list(results(local, eval, tasks))
+    assert sorted(result.task for result in found) == tasks
+    assert all(isinstance(result.error, WorkerDiedError) for result in found)
+
+
+def test_task_whose_worker_died_once_is_done(local, tmp_path):
+    # It makes a file and dies; the second time the file is there.
+    mark = tmp_path / "mark"
+    task = f"(p := __import__('pathlib').Path({str(mark)!r})).exists() or (p.touch(), {DIE})"
+    [result] = results(local, eval, [task])
+    assert result.value is True
+
+
+def test_error_that_cannot_be_sent_is_told(local):
+    [result] = results(local, eval, ["(_ for _ in ()).throw(type('Odd', (BaseException,), {})('x'))"])
+    assert result.error is not None
+    assert not isinstance(result.error, WorkerDiedError)
+
+
+def test_closing_ends_workers_at_once_whatever_they_do():
+    workers = LocalWorkers(2)
+    future = workers.submit(eval, "__import__('os').getpid()")
+    pid = future.result()
+    workers.submit(eval, "__import__('time').sleep(60)")
+    start = time.monotonic()
+    workers.close()
+    assert time.monotonic() - start < 10
+    with pytest.raises(ProcessLookupError):
+        os.kill(pid, 0)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="POSIX only")
+def test_worker_that_heeds_no_signal_is_killed():
+    workers = LocalWorkers(1)
+    signals = "__import__('signal')"
+    ignore = f"{signals}.signal({signals}.SIGTERM, {signals}.SIG_IGN)"
+    pid = workers.submit(eval, f"({ignore}, __import__('os').getpid())[1]").result()
+    workers.submit(eval, "__import__('time').sleep(60)")
+    start = time.monotonic()
+    workers.close()
+    assert time.monotonic() - start < 10
+    with pytest.raises(ProcessLookupError):
+        os.kill(pid, 0)
+
+
+_PARENT = """
+import time
+from rtcli.batch.pool import LocalWorkers
+if __name__ == "__main__":
+    workers = LocalWorkers(2)
+    task = "(__import__('time').sleep(0.5), __import__('os').getpid())[1]"
+    futures = [workers.submit(eval, task) for _ in range(2)]
+    print(*(future.result() for future in futures), flush=True)
+    workers.submit(eval, "__import__('time').sleep(60)")
+    time.sleep(60)
+"""
+
+
+@needs_proc
+def test_workers_end_with_the_program_that_is_killed(tmp_path):
+    (tmp_path / "parent.py").write_text(_PARENT)
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL, "text": True}
+    parent = subprocess.Popen([sys.executable, str(tmp_path / "parent.py")], env=environment, **pipes)
+    pids = parent.stdout.readline().split()
+    assert len(set(pids)) == 2
+    os.kill(parent.pid, signal.SIGKILL)
+    parent.communicate()
+    end = time.monotonic() + 20
+    while (left := [pid for pid in pids if is_running(pid)]) and time.monotonic() < end:
+        time.sleep(0.05)
+    assert left == []
+
+
+def is_running(pid):
+    """Return whether a process is there, and not only its exit code."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except (FileNotFoundError, ProcessLookupError):
+        return False

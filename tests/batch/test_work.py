@@ -1,0 +1,148 @@
+"""What a worker does with one scene."""
+
+import hashlib
+import pickle
+from pathlib import Path
+
+import pytest
+from batches import results_in, write_scene
+
+import rtcli
+from rtcli.batch.jobs import Settings, find_jobs
+from rtcli.batch.work import MAX_KEPT, Task, content_of, render_job
+from rtcli.scene.edits import Overrides
+
+ALL = ("depth", "object_id")
+
+
+def job_of(path="a.yaml", **settings):
+    [job] = find_jobs([str(path)], Settings(**settings), "out")
+    return job
+
+
+def render(job, **place):
+    return render_job(Task(job, Path(job.scene).read_bytes(), **place))
+
+
+@pytest.fixture
+def scene(folder):
+    return write_scene(folder / "a.yaml")
+
+
+@pytest.mark.parametrize(
+    ("suffix", "passes", "bits"),
+    [(".png", (), 8), (".png", (), 16), (".png", ALL, 8), (".npz", ALL, 8), (".jpg", ALL, 8), (".npy", ALL, 8)],
+)
+@pytest.mark.parametrize("writes", [True, False], ids=["by the worker", "brought back"])
+def test_files_are_those_that_the_python_interface_saves(scene, folder, suffix, passes, bits, writes):
+    job = job_of(suffix=suffix, passes=passes, bits=bits)
+    outcome = render(job, folder=str(folder / "out") if writes else None)
+    (folder / "python").mkdir()
+    rtcli.render(rtcli.load_scene(scene), passes).save(folder / "python" / f"a{suffix}", bits)
+    saved = results_in(folder / "python")
+    assert (results_in(folder / "out") if writes else outcome.files) == saved
+    assert outcome.status == "done"
+    told = {output.path: (output.sha256, output.size) for output in outcome.outputs}
+    assert told == {
+        path: (f"sha256:{hashlib.sha256(data).hexdigest()}", len(data)) for path, data in saved.items()
+    }
+
+
+def test_outcome_tells_hashes_times_and_size(scene):
+    job = job_of(overrides=Overrides(size=(20, 10)))
+    outcome = render(job)
+    raw = scene.read_bytes()
+    assert outcome.input == f"sha256:{hashlib.sha256(raw).hexdigest()}"
+    assert outcome.content == content_of(job, raw)
+    assert outcome.content == rtcli.render(rtcli.load_scene(scene_of_size(scene, 20, 10))).summary["scene"]
+    assert outcome.resolution == (20, 10)
+    assert list(outcome.seconds) == ["parse", "validate", "pack", "trace", "develop", "write"]
+    assert all(seconds >= 0 for seconds in outcome.seconds.values())
+
+
+def scene_of_size(scene, width, height):
+    other = scene.with_name("other.yaml")
+    other.write_text(scene.read_text().replace("[40, 30]", f"[{width}, {height}]"))
+    return other
+
+
+def test_content_is_that_of_the_scene_and_not_of_its_text(scene):
+    job, raw = job_of(), scene.read_bytes()
+    assert content_of(job, raw + b"# a comment\n") == content_of(job, raw)
+    assert content_of(job, raw.replace(b"tomato", b"gold")) != content_of(job, raw)
+    assert content_of(job, b"nonsense") is None
+
+
+def test_edits_of_a_job_come_after_those_of_all(scene):
+    settings = Settings(overrides=Overrides(edits=("objects.ball.radius=2",)))
+    [job] = find_jobs(["a.yaml"], settings, "out")
+    own = type(job)(job.key, job.scene, settings, ("objects.ball.radius=0.5",))
+    assert render(own).files == render(job_of(overrides=Overrides(edits=("objects.ball.radius=0.5",)))).files
+    assert render(own).files != render(job).files
+
+
+def test_scene_that_is_not_valid_fails_with_its_problems(folder):
+    write_scene(folder / "a.yaml", -1, "camra: {}\n")
+    outcome = render(job_of(), folder=str(folder / "out"))
+    assert (outcome.status, outcome.content, outcome.outputs, outcome.message) == ("failed", None, (), "")
+    assert [problem.code for problem in outcome.problems] == ["E204", "E104"]
+    told = outcome.as_entry(job_of())["problems"]
+    assert told == [problem.as_dict() for problem in outcome.problems]
+    assert told[0]["path"] == "a.yaml"
+    assert not (folder / "out").exists()
+
+
+def test_many_problems_of_a_scene_are_cut(folder):
+    write_scene(folder / "a.yaml", more="".join(f"key{number}: 1\n" for number in range(MAX_KEPT + 5)))
+    told = render(job_of()).as_entry(job_of())["problems"]
+    assert len(told) == MAX_KEPT + 1
+    assert told[-1] == {"message": "5 more problems: see rtcli validate"}
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"overrides": Overrides(edits=("objects.bowl.radius=2",))}, "no item named `bowl`"),
+        ({"overrides": Overrides(size=(20_000, 1)), "suffix": ".webp"}, "16,383 pixels"),
+    ],
+)
+def test_option_that_does_not_fit_the_scene_fails_with_a_message(scene, settings, message):
+    outcome = render(job_of(**settings))
+    assert outcome.status == "failed"
+    assert message in outcome.message
+    assert outcome.as_entry(job_of())["problems"] == [{"message": outcome.message}]
+
+
+def test_file_that_cannot_be_written_fails_with_its_name(scene, folder):
+    (folder / "out" / "a.png").mkdir(parents=True)
+    outcome = render(job_of(), folder=str(folder / "out"))
+    assert outcome.status == "failed"
+    assert outcome.message.startswith(str(folder / "out" / "a.png"))
+
+
+def test_temporary_files_stand_in_the_folder_that_is_given(scene, folder, monkeypatch):
+    places = [folder / "scratch", folder / "out"]
+    places[0].mkdir()
+    seen = []
+    monkeypatch.setattr("rtcli.batch.work.write_film", lambda *_: seen.append(counts(places)))
+    with pytest.raises(AttributeError):  # what it is replaced by gives nothing
+        render(job_of(passes=ALL), folder=str(places[1]), scratch=str(places[0]))
+    assert seen == [[4, 0]]
+    assert counts(places) == [0, 0]
+
+
+def counts(folders):
+    return [len(list(folder.iterdir())) for folder in folders]
+
+
+def test_task_and_outcome_can_be_sent_to_another_process(folder):
+    write_scene(folder / "a.yaml", -1)
+    task = pickle.loads(pickle.dumps(Task(job_of(), (folder / "a.yaml").read_bytes())))
+    outcome = render_job(task)
+    assert pickle.loads(pickle.dumps(outcome)) == outcome
+
+
+def test_bug_is_raised(scene, monkeypatch):
+    monkeypatch.setattr("rtcli.batch.work.pack", lambda scene: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        render(job_of())
