@@ -59,6 +59,10 @@ def _growth(contests: Results) -> float:
     return max(traces) / traces[0]
 
 
+def _batch(contest: str, seconds: float) -> Callable[[Results], float]:
+    return lambda contests: median(contests, contest, "rtcli batch") / seconds
+
+
 _LARGEST = "crowd-100000"
 _STILL_LIFE = "2 spheres, box, plane, light"
 
@@ -94,6 +98,13 @@ FILE_BARS = (
         1.0,
         lambda contests: median(contests, "validate", "rtcli validate") / 3.0,
     ),
+)
+
+# Batches on two cores.
+BATCH_BARS = (
+    Bar("1,000 pictures, 480x320, 10 objects: 100 a second", "10 seconds", 1.0, _batch("pictures", 10.0)),
+    Bar("200 .npz with depth, normal, object_id: 40 a second", "5 seconds", 1.0, _batch("arrays", 5.0)),
+    Bar("1,000 pictures that are current: whole process", "1.5 seconds", 1.0, _batch("current", 1.5)),
 )
 
 

@@ -46,12 +46,12 @@ def validate_contest() -> Contest:
     return Contest("validate", f"checking {SMALL_SCENES:,} scenes of nine objects", (contestant,), (PROCESS,))
 
 
-def write_small_scene(path: Path, rng: random.Random) -> None:
-    """Write a floor with eight balls."""
+def write_small_scene(path: Path, rng: random.Random, count: int = 8) -> None:
+    """Write a floor with eight balls, or another number of them."""
     balls = [
         f"  - {{type: sphere, position: [{rng.uniform(-3, 3):.3f}, {rng.uniform(-1, 3):.3f}, "
         f"{rng.uniform(-12, -6):.3f}], radius: {rng.uniform(0.2, 0.6):.3f}, color: [0.5, 0.6, 0.7]}}\n"
-        for _ in range(8)
+        for _ in range(count)
     ]
     path.write_text(
         "camera:\n  resolution: [640, 480]\n  fov: 50\n"

@@ -25,12 +25,19 @@ _FOR_EACH = 2
 _GRACE = 1.0
 
 
+# How often workers are started that die before they do anything.
+_STARTS = 3
+
 # Seconds after which it is told that nothing came.
 _BEAT = 1.0
 
 
 class WorkerDiedError(RuntimeError):
     """The process that worked at a task ended, twice."""
+
+
+class WorkersError(OSError):
+    """There is nobody to do the work."""
 
 
 class Workers:
@@ -54,7 +61,7 @@ class Workers:
 
     def renew(self) -> None:
         """Make them work again after their executor broke: this one cannot."""
-        raise WorkerDiedError("the workers are gone")
+        raise WorkersError("the workers are gone")
 
     def close(self) -> None:
         """Let them go; what they still work at is lost."""
@@ -158,9 +165,20 @@ class LocalWorkers(Workers):
             return super().submit(work, task)
 
     def renew(self) -> None:
-        """Start anew after a worker died."""
-        self.close()
-        self._executor = self._new()
+        """Start anew after a worker died.
+
+        Raises
+        ------
+        WorkersError
+            If no worker lives long enough to answer, as no task would.
+        """
+        for _ in range(_STARTS):
+            self.close()
+            self._executor = self._new()
+            with contextlib.suppress(BrokenExecutor):
+                self.submit(_answer, None).result()
+                return
+        raise WorkersError("worker processes end as soon as they start")
 
     def close(self) -> None:
         """End the workers, within `_GRACE` seconds or soon after, whatever they do."""
@@ -209,6 +227,10 @@ def _held_signals() -> Iterator[None]:
         if signal.SIGPIPE in signal.sigpending():
             signal.sigwait([signal.SIGPIPE])
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _answer(nothing: None) -> None:
+    """Show that there is somebody."""
 
 
 def _begin() -> None:

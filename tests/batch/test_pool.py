@@ -1,5 +1,6 @@
 """Tasks through executors, and workers that die. The work is `eval`: it can say anything in any process."""
 
+import functools
 import os
 import signal
 import subprocess
@@ -10,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from rtcli.batch.pool import LocalWorkers, WorkerDiedError, Workers, results
+from rtcli.batch.pool import LocalWorkers, WorkerDiedError, Workers, WorkersError, results
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 DIE = "__import__('os')._exit(9)"
@@ -99,6 +100,13 @@ def test_task_whose_worker_died_once_is_done(local, tmp_path):
     task = f"(p := __import__('pathlib').Path({str(mark)!r})).exists() or (p.touch(), {DIE})"
     [result] = results(local, eval, [task])
     assert result.value is True
+
+
+def test_workers_that_cannot_start_are_told_and_not_tried_for_ever(local, monkeypatch):
+    monkeypatch.setattr("rtcli.batch.pool._begin", functools.partial(os._exit, 3))
+    local.close()
+    with pytest.raises(WorkersError, match="as soon as they start"):
+        local.renew()
 
 
 def test_error_that_cannot_be_sent_is_told(local):

@@ -11,6 +11,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import agreement
+import batch
 import numpy as np
 import passes
 import peers
@@ -305,9 +306,19 @@ def test_readme_shows_the_committed_results_of_scene_files():
     assert [row[-1] for row in report.bar_rows(results, report.FILE_BARS)] == ["reached"] * 2
 
 
+def test_readme_shows_the_committed_results_of_batches():
+    results = json.loads(batch.RESULTS.read_text(encoding="utf-8"))
+    readme = run.README.read_text(encoding="utf-8")
+    fresh = report.refreshed(readme, results, "batches", report.BATCH_BARS)
+    assert readme == fresh, "run: python benchmarks/batch.py"
+    assert "not measured" not in [row[-1] for row in report.bar_rows(results, report.BATCH_BARS)]
+
+
 def test_small_scene_of_the_benchmark_is_valid(tmp_path):
     scene_files.write_small_scene(tmp_path / "small.yaml", random.Random(1))
     assert len(rtcli.load_scene(tmp_path / "small.yaml").objects) == 9
+    scene_files.write_small_scene(tmp_path / "small.yaml", random.Random(1), 4)
+    assert len(rtcli.load_scene(tmp_path / "small.yaml").objects) == 5
 
 
 @pytest.mark.parametrize("reader", read_scene.READERS)

@@ -194,7 +194,20 @@ def test_progress_on_a_terminal_is_one_bar_with_rate_and_time_left(folder):
     import pty
 
     ours, theirs = pty.openpty()
-    command = [sys.executable, "-m", "rtcli", "batch", "scenes", "-o", "out"]
+    # So much that it takes more than a second: sooner no time is told that is left.
+    command = [
+        sys.executable,
+        "-m",
+        "rtcli",
+        "batch",
+        "scenes",
+        "-o",
+        "out",
+        "--size",
+        "640x480",
+        "--samples",
+        "128",
+    ]
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=theirs, cwd=Path.cwd())
     os.close(theirs)
     shown = b""
