@@ -8,7 +8,7 @@ import os
 import signal
 from collections.abc import Iterator
 from concurrent.futures import Executor
-from typing import Any
+from typing import Any, NamedTuple
 
 from rtcli.extras import need
 from rtcli.tracer._native import __version__
@@ -20,8 +20,15 @@ _PURPOSE = "working on a cluster"
 _SECONDS_TO_CONNECT = 10
 
 
+class Cluster(NamedTuple):
+    """What runs functions on a cluster, and on how many cores when it was reached."""
+
+    executor: Executor
+    cores: int
+
+
 @contextlib.contextmanager
-def dask_executor(address: str) -> Iterator[Executor]:
+def dask_cluster(address: str) -> Iterator[Cluster]:
     """Give an executor whose functions run on the workers of a Dask cluster.
 
     Work of a worker that is lost is given to another by Dask's scheduler; what loses several of them is given up.
@@ -40,11 +47,12 @@ def dask_executor(address: str) -> Iterator[Executor]:
     """
     distributed = need("distributed", "dask", _PURPOSE)
     with contextlib.ExitStack() as stack:
-        client = stack.enter_context(_connected(distributed, address))
+        with _sigpipe_held():
+            client = stack.enter_context(_connected(distributed, address))
         _refuse_other_versions(client)
         try:
             # Not `pure`: equal arguments are not looked for, nor kept for later.
-            yield client.get_executor(pure=False)
+            yield Cluster(client.get_executor(pure=False), sum(client.nthreads().values()))
         except distributed.KilledWorker as error:
             raise OSError(
                 f"the cluster gave up: {error.task!r:.60} was lost with each of the workers that had it, "
@@ -65,6 +73,19 @@ def _connected(distributed: Any, address: str) -> Iterator[Any]:
         except (OSError, ValueError) as error:
             raise OSError(f"no scheduler of Dask answers at {address!r}: {error}") from error
         yield stack.enter_context(client)
+
+
+@contextlib.contextmanager
+def _sigpipe_held() -> Iterator[None]:
+    """Have threads that are started meanwhile never see SIGPIPE: a lost connection must not end the program."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGPIPE])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextlib.contextmanager

@@ -10,7 +10,7 @@ import pytest
 from worlds import light, plane, scene, sphere
 
 from rtcli import cluster
-from rtcli.cluster import dask_executor
+from rtcli.cluster import dask_cluster
 from rtcli.extras import MissingExtraError
 from rtcli.pack import pack
 from rtcli.tracer import bands
@@ -30,7 +30,7 @@ WHOLE = Window(0, 0, 640, 960)
 
 def test_missing_package_is_named_with_what_installs_it(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "distributed", None)
-    with pytest.raises(MissingExtraError, match=r"pip install 'rtcli\[dask\]'"), dask_executor("local"):
+    with pytest.raises(MissingExtraError, match=r"pip install 'rtcli\[dask\]'"), dask_cluster("local"):
         pass
 
 
@@ -57,7 +57,7 @@ def test_film_of_a_cluster_is_that_of_one_machine_though_a_worker_dies(workers, 
         pids = sorted(client.run(os.getpid).values())
     assert len(pids) == 2
     told = []
-    with dask_executor(workers.scheduler_address) as executor:
+    with dask_cluster(workers.scheduler_address) as (executor, _):
         killer = threading.Timer(0.8, os.kill, (pids[0], signal.SIGKILL))
         killer.start()
         tracer = BandedTracer(pack(ROOM), "native", executor)
@@ -77,14 +77,14 @@ def test_worker_with_another_version_is_refused(workers, monkeypatch):
     assert __version__ == cluster.version()
     monkeypatch.setattr(cluster, "__version__", "9.9.9")
     told = pytest.raises(OSError, match=f"has rtcli {__version__}, not 9.9.9: install the same on both")
-    with told, dask_executor(workers.scheduler_address):
+    with told, dask_cluster(workers.scheduler_address):
         pass
 
 
 @pytest.mark.slow
 def test_work_that_kills_every_worker_is_told(workers):
     told = pytest.raises(OSError, match=r"the cluster gave up: .* was lost with each of the workers")
-    with told, dask_executor(workers.scheduler_address) as executor:
+    with told, dask_cluster(workers.scheduler_address) as (executor, _):
         executor.submit(os._exit, 1).result()
 
 
@@ -95,5 +95,5 @@ def test_work_that_kills_every_worker_is_told(workers):
 )
 def test_scheduler_that_is_not_there_is_an_error_with_its_address(address, message):
     pytest.importorskip("distributed", exc_type=ImportError)
-    with pytest.raises(OSError, match=message), dask_executor(address):
+    with pytest.raises(OSError, match=message), dask_cluster(address):
         pass

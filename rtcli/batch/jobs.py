@@ -5,12 +5,13 @@ from __future__ import annotations
 import errno
 import glob
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path, PurePath
 from typing import Any
 
+from rtcli.batch.sweep import Combination, Variation, combinations, refuse_too_many
 from rtcli.image.formats import parts_of
 from rtcli.scene.document import Document
 from rtcli.scene.edits import Overrides, set_expression
@@ -73,14 +74,14 @@ class Job:
         The path of the scene file.
     settings
         What applies to all scenes.
-    edits
-        Expressions as of `--set` that apply to this one alone, after those of the settings.
+    variation
+        What is changed of this one alone, after the settings.
     """
 
     key: str
     scene: str
     settings: Settings
-    edits: tuple[str, ...] = ()
+    variation: Combination = field(default_factory=Combination)
 
     @cached_property
     def outputs(self) -> dict[str, str]:
@@ -103,12 +104,14 @@ class Job:
             If an option names nothing in this scene.
         """
         document = self.settings.overrides.apply(document)
-        for expression in self.edits:
+        for expression in self.variation.edits:
             document = set_expression(document, expression)
         return document
 
 
-def find_jobs(paths: Iterable[str], settings: Settings, folder: str) -> list[Job]:
+def find_jobs(
+    paths: Iterable[str], settings: Settings, folder: str, variations: Sequence[Variation] = ()
+) -> list[Job]:
     """Return the jobs of a batch, sorted by their keys.
 
     Parameters
@@ -120,11 +123,15 @@ def find_jobs(paths: Iterable[str], settings: Settings, folder: str) -> list[Job
         What applies to all.
     folder
         Where the results go, which is not searched for scenes.
+    variations
+        What takes some values in turn; the results of all combinations stand in a folder of the scene's name.
 
     Raises
     ------
     BatchError
         If two results would be one file, or one would replace a scene.
+    ValueError
+        If two combinations would have one name, or there are too many.
     OSError
         If there is no such file, or a folder cannot be read.
     """
@@ -137,9 +144,17 @@ def find_jobs(paths: Iterable[str], settings: Settings, folder: str) -> list[Job
                 f"the results of {quoted(other)} and {quoted(scene)} would both be {quoted(key)}: rename one, or "
                 "give the folder that holds both"
             )
-    jobs = [Job(key, scene, settings) for key, scene in sorted(scenes.items())]
+    jobs = list(_varied(scenes, settings, variations))
     check_outputs(jobs, folder)
     return jobs
+
+
+def _varied(scenes: Mapping[str, str], settings: Settings, variations: Sequence[Variation]) -> Iterator[Job]:
+    combined = list(combinations(variations))
+    refuse_too_many(len(scenes) * len(combined))
+    for key, scene in sorted(scenes.items()):
+        for combination in combined:
+            yield Job(f"{key}/{combination.name}" if variations else key, scene, settings, combination)
 
 
 def check_outputs(jobs: Iterable[Job], folder: str) -> None:

@@ -129,6 +129,8 @@ def _differs(entry: Entry, job: Job) -> str:
         return "new"
     if entry.get("status") != DONE:
         return "failed before"
+    if entry.get("vary", {}) != dict(job.variation.values):
+        return "another variation"
     if entry.get("settings") != job.settings.as_dict() or set(_paths(entry)) != set(job.outputs.values()):
         return "other settings"
     return "" if entry.get("software") == SOFTWARE else "another version of rtcli"

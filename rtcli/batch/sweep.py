@@ -74,7 +74,7 @@ def _range(start: Decimal, stop: Decimal, step: Decimal, expression: str) -> tup
     if step == 0 or (stop - start) * step < 0:
         raise ValueError(f"{quoted(expression)}: steps of {step} do not lead from {start} to {stop}")
     count = int((stop - start) // step) + 1
-    _refuse_too_many(count)
+    refuse_too_many(count)
     return tuple(f"{start + i * step:.{decimals}f}" for i in range(count))
 
 
@@ -104,7 +104,7 @@ class Combination(NamedTuple):
         The path of each varied value, and its YAML.
     """
 
-    values: tuple[tuple[str, str], ...]
+    values: tuple[tuple[str, str], ...] = ()
 
     @property
     def edits(self) -> tuple[str, ...]:
@@ -118,7 +118,7 @@ class Combination(NamedTuple):
 
 
 def combinations(variations: Sequence[Variation]) -> Iterator[Combination]:
-    """Yield all combinations of values, the last value changing fastest.
+    """Yield all combinations of values, the last value changing fastest; of no variations, the empty one.
 
     Raises
     ------
@@ -130,7 +130,7 @@ def combinations(variations: Sequence[Variation]) -> Iterator[Combination]:
     for path in paths:
         if paths.count(path) > 1:
             raise ValueError(f"{quoted(path)} is varied twice: give all its values at once")
-    _refuse_too_many(math.prod(len(variation.values) for variation in variations))
+    refuse_too_many(math.prod(len(variation.values) for variation in variations))
     names: dict[str, Combination] = {}  # without case, which some file systems do not tell apart
     for values in product(*(variation.values for variation in variations)):
         combination = Combination(tuple(zip(paths, values, strict=True)))
@@ -147,6 +147,7 @@ def combinations(variations: Sequence[Variation]) -> Iterator[Combination]:
         yield combination
 
 
-def _refuse_too_many(count: int) -> None:
+def refuse_too_many(count: int) -> None:
+    """Raise ValueError for more variations than anybody can mean."""
     if count > MOST_VARIATIONS:
         raise ValueError(f"{count:,} variations are more than {MOST_VARIATIONS:,}")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import io
 import os
+import tempfile
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -111,6 +111,7 @@ class Outcome:
         problems = [problem.as_dict() for problem in self.problems]
         return {
             "scene": Path(job.scene).as_posix(),
+            **({"vary": dict(job.variation.values)} if job.variation.values else {}),
             "input": self.input,
             "content": self.content,
             "settings": job.settings.as_dict(),
@@ -215,39 +216,37 @@ def _validated(job: Job, raw: bytes, seconds: dict[str, float]) -> Scene:
 def _render(task: Task, shot: Shot, seconds: dict[str, float]) -> tuple[tuple[Output, ...], dict[str, bytes]]:
     """Write the files of a film; return what they are and, without a folder, the bytes of each by its path."""
     request, bits = Request(task.job.settings.passes, threads=1), task.job.settings.bits
-    with _open(task) as files:
+    with _place(task) as (folder, scratch), _open(task.job, folder, scratch) as files:
         named = {part: (path, files[part]) for part, path in task.job.outputs.items()}
         seconds.update(write_film(shot, request, Target(named, bits)).seconds)
         outputs = tuple(_output(part, path, files[part]) for part, path in task.job.outputs.items())
         if task.folder is not None:
             return outputs, {}
-        return outputs, {path: _bytes(files[part]) for part, path in task.job.outputs.items()}
+        return outputs, {path: Path(files[part].name).read_bytes() for part, path in task.job.outputs.items()}
 
 
 @contextlib.contextmanager
-def _open(task: Task) -> Iterator[dict[str, BinaryIO]]:
-    """Open a file for each part: in memory, or to appear in the folder once all are complete."""
-    parts = task.job.outputs
-    if task.folder is None:
-        yield {part: io.BytesIO() for part in parts}
+def _place(task: Task) -> Iterator[tuple[Path, Path | None]]:
+    """Give the folder to write to, and one for temporary files; of what is brought back, one for the moment."""
+    if task.folder is not None:
+        yield Path(task.folder), None if task.scratch is None else Path(task.scratch)
         return
-    targets = [Path(task.folder, path) for path in parts.values()]
+    with tempfile.TemporaryDirectory(prefix="rtcli-") as folder:
+        yield Path(folder), None
+
+
+@contextlib.contextmanager
+def _open(job: Job, folder: Path, scratch: Path | None) -> Iterator[dict[str, BinaryIO]]:
+    """Open a file for each part, to appear in the folder once all are complete."""
+    targets = [folder / path for path in job.outputs.values()]
     for parent in {target.parent for target in targets}:
         parent.mkdir(parents=True, exist_ok=True)
-    scratch = None if task.scratch is None else Path(task.scratch)
     # Nothing waits for the disk: what a power cut takes, the next run finds out by the hashes.
     with whole_files(targets, scratch, sync=False) as files:
-        yield dict(zip(parts, files, strict=True))
+        yield dict(zip(job.outputs, files, strict=True))
 
 
 def _output(part: str, path: str, file: BinaryIO) -> Output:
     """Return what an open file holds; it is read again, because archives are not written from start to end."""
     file.flush()
-    if isinstance(file, io.BytesIO):
-        return Output(part, path, sha256(file.getvalue()), file.getbuffer().nbytes)
     return Output(part, path, sha256_of(Path(file.name)), os.fstat(file.fileno()).st_size)
-
-
-def _bytes(file: BinaryIO) -> bytes:
-    assert isinstance(file, io.BytesIO)
-    return file.getvalue()

@@ -3,25 +3,28 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import sys
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import click
 
-from rtcli.batch.jobs import BatchError, Job, Settings, find_jobs
+from rtcli.batch.jobs import MANIFEST, Job, Settings, find_jobs
 from rtcli.batch.manifest import Manifest
-from rtcli.batch.pool import LocalWorkers
+from rtcli.batch.pool import LocalWorkers, Workers
 from rtcli.batch.run import Batch, Leftover, Plan, execute, find_leftover, make_plan, prune
+from rtcli.batch.sweep import Variation
 from rtcli.batch.work import DONE, Outcome
 from rtcli.cli.exits import INVALID, usage_errors
-from rtcli.cli.option_types import FormatType
-from rtcli.cli.output import STDIO, is_terminal, print_lines, tell
+from rtcli.cli.option_types import FormatType, VariationType
+from rtcli.cli.output import STDIO, is_terminal, print_lines, tell, write_bytes
 from rtcli.cli.progress import progress
 from rtcli.cli.scene_options import edit_errors, film_options, overrides_taken_from, scene_options
+from rtcli.image.animation import ANIMATIONS
 from rtcli.image.formats import FORMATS, check_fits
 from rtcli.reports import concise
 from rtcli.reports.checked import Checked
@@ -32,6 +35,9 @@ from rtcli.tracer.engines import default_threads
 # Of all scenes together so many problems are shown; the manifest has more.
 _SHOWN = 40
 
+# So many scenes are given to a cluster at a time, at least.
+_LEAST_UNDER_WAY = 64
+
 
 @dataclass(frozen=True)
 class Options:
@@ -40,11 +46,16 @@ class Options:
     paths: tuple[str, ...]
     output: str
     settings: Settings
-    jobs: int
+    jobs: int | None
     fail_fast: bool
     force: bool
     dry_run: bool
     prune: bool
+    vary: tuple[Variation, ...]
+    animations: tuple[str, ...]
+    report: bool
+    dask: str | None
+    shared: bool
     quiet: bool
 
     def check(self) -> None:
@@ -53,6 +64,12 @@ class Options:
             raise click.UsageError(
                 "standard input and output are no places for many scenes: give files and folders"
             )
+        if self.animations and len(self.vary) != 1:
+            raise click.UsageError("--gif and --webp show a sweep of one value: give --vary once")
+        if self.dask is not None and self.jobs is not None:
+            raise click.UsageError("--jobs is for this machine: with --dask all workers of the cluster work")
+        if self.shared and self.dask is None:
+            raise click.UsageError("--shared is for --dask: the workers of this machine share DIR anyway")
         with usage_errors():
             check_fits(f"results{self.settings.suffix}", (1, 1), self.settings.bits)
         with edit_errors():
@@ -70,8 +87,8 @@ class Options:
             If a path leads to nothing.
         """
         try:
-            jobs = find_jobs(self.paths, self.settings, self.output)
-        except BatchError as error:
+            jobs = find_jobs(self.paths, self.settings, self.output, self.vary)
+        except ValueError as error:
             raise click.UsageError(str(error)) from error
         if not jobs:
             raise click.UsageError(f"no scenes found in {', '.join(map(printable, self.paths))}")
@@ -105,6 +122,23 @@ class Options:
     help="Remove results that the manifest names and this batch would not make, after saying which: those of "
     "scenes that are gone, or of other settings.",
 )
+@click.option(
+    "--vary",
+    type=VariationType(),
+    multiple=True,
+    help="Render each scene with several values, START:STOP:STEP or A,B,C: camera.fov=20:60:5. Repeat it for all "
+    "combinations. The results stand in a folder of the scene's name, and their own names tell the values.",
+)
+@click.option("--gif", is_flag=True, help="Put the sweep of one value together as DIR/SCENE.gif too.")
+@click.option("--webp", is_flag=True, help="The same as DIR/SCENE.webp, without loss.")
+@click.option("--report", is_flag=True, help="Write DIR/index.html: all results of the folder to look through.")
+@click.option(
+    "--dask",
+    metavar="ADDRESS|local",
+    help="Work on a Dask cluster: the address of its scheduler, or local for one of this machine's cores. Needs "
+    "rtcli[dask].",
+)
+@click.option("--shared", is_flag=True, help="With --dask: DIR is the same for all workers, and they write to it.")
 @click.option("-q", "--quiet", is_flag=True, help="No progress, no summary, no problems: the manifest has them.")
 def command(**options: Any) -> int:
     """Render many scenes to a folder, only those that are needed.
@@ -119,8 +153,8 @@ def command(**options: Any) -> int:
     """
     overrides = overrides_taken_from(options)
     settings = Settings(options.pop("suffix"), options.pop("passes"), options.pop("bits"), overrides)
-    jobs = options.pop("jobs") or default_threads()
-    return run(Options(settings=settings, jobs=jobs, **options))
+    animations = tuple(suffix for suffix in ANIMATIONS if options.pop(suffix.removeprefix(".")))
+    return run(Options(settings=settings, animations=animations, **options))
 
 
 def run(options: Options) -> int:
@@ -139,8 +173,43 @@ def run(options: Options) -> int:
         for path in leftover.paths:
             tell(f"removing {printable(str(folder / path))}")
     prune(leftover, manifest, folder)
-    workers = LocalWorkers(min(options.jobs, max(1, len(plan.steps))))
-    return _render(options, Batch(plan, manifest, folder, workers))
+    report = _Report()
+    with _workers(options, len(plan.steps)) as workers:
+        by_workers = options.dask is None or options.shared
+        _render(options, Batch(plan, manifest, folder, workers, by_workers), report)
+    _put_together(options, jobs, folder, report)
+    return INVALID if report.failed else 0
+
+
+@contextlib.contextmanager
+def _workers(options: Options, count: int) -> Iterator[Workers]:
+    """Give who works at so many scenes."""
+    if options.dask is None or not count:
+        yield LocalWorkers(min(options.jobs or default_threads(), max(1, count)))
+        return
+    from rtcli.cluster import dask_cluster
+
+    with dask_cluster(options.dask) as cluster:
+        # Of a cluster that grows, the first work calls for more workers.
+        yield Workers(cluster.executor, max(_LEAST_UNDER_WAY, 2 * cluster.cores))
+
+
+def _put_together(options: Options, jobs: list[Job], folder: Path, report: _Report) -> None:
+    """Write what is made of several results: animations, the page."""
+    for suffix in options.animations:
+        from rtcli.batch.animate import animate  # with NumPy and Pillow
+
+        for path, is_new in animate(jobs, suffix, folder, report.rendered):
+            if is_new and not options.quiet:
+                tell(f"wrote {printable(str(folder / path))}")
+    if options.report:
+        from rtcli.reports.gallery import gallery_page  # with NumPy and Pillow
+
+        page = folder / "index.html"
+        told = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+        write_bytes(gallery_page(told, folder).encode(), str(page))
+        if not options.quiet:
+            tell(f"wrote {printable(str(page))}")
 
 
 def _planned(plan: Plan, leftover: Leftover) -> Iterable[str]:
@@ -155,14 +224,14 @@ def _planned(plan: Plan, leftover: Leftover) -> Iterable[str]:
 class _Report:
     """What came of the scenes, and what is to be said of those that failed."""
 
-    rendered: int = 0
+    rendered: set[str] = field(default_factory=set)
     failed: int = 0
     problems: list[str] = field(default_factory=list)
     more: int = 0
 
     def add(self, job: Job, outcome: Outcome) -> None:
         if outcome.status == DONE:
-            self.rendered += 1
+            self.rendered.add(outcome.key)
             return
         self.failed += 1
         lines = [line.rstrip("\n") for line in concise.report([Checked(job.scene, outcome.problems)])]
@@ -176,24 +245,23 @@ class _Report:
         yield from self.problems
         if self.more:
             yield f"{counted(self.more, 'more problem')}: the manifest has them"
-        left = len(plan.steps) - self.rendered - self.failed
-        parts = [f"{self.rendered:,} rendered", f"{plan.current:,} current", f"{self.failed:,} failed"]
+        left = len(plan.steps) - len(self.rendered) - self.failed
+        parts = [f"{len(self.rendered):,} rendered", f"{plan.current:,} current", f"{self.failed:,} failed"]
         if left:
             parts.append(f"{left:,} not done")
-        rate = f" ({self.rendered / seconds:.1f} a second)" if self.rendered else ""
+        rate = f" ({len(self.rendered) / seconds:.1f} a second)" if self.rendered else ""
         yield f"{', '.join(parts)} in {seconds:.2f} s{rate}"
 
 
-def _render(options: Options, batch: Batch) -> int:
-    report, start = _Report(), time.monotonic()
+def _render(options: Options, batch: Batch, report: _Report) -> None:
+    start = time.monotonic()
     steps = {step.job.key: step.job for step in batch.plan.steps}
     with contextlib.closing(execute(batch)) as outcomes, progress("rendering", options.quiet, "scenes") as told:
         for outcome in outcomes:
             report.add(steps[outcome.key], outcome)
-            told(report.rendered + report.failed, len(steps))
+            told(len(report.rendered) + report.failed, len(steps))
             if report.failed and options.fail_fast:
                 break
     if not options.quiet:
         for line in report.lines(batch.plan, time.monotonic() - start):
             tell(line)
-    return INVALID if report.failed else 0

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 import click
 
+from rtcli.batch.sweep import Variation, parse_variation
 from rtcli.image.bounds import PixelBound
 from rtcli.image.formats import FORMATS
 from rtcli.scene.model import MAX_SIDE
@@ -84,6 +85,21 @@ class ExposureType(click.ParamType[float | str]):
         if not math.isfinite(stops):
             self.fail(f"{value!r} is not a number of stops such as -1.5, or auto", param, ctx)
         return stops
+
+
+class VariationType(click.ParamType[Variation]):
+    """`camera.fov=20:60:5` or `objects.ball.color=red,blue`."""
+
+    name = "KEY=VALUES"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Variation:
+        """Return the path and its values; whether a scene has it, the scene will tell."""
+        if isinstance(value, Variation):
+            return value
+        try:
+            return parse_variation(str(value))
+        except ValueError as error:
+            self.fail(str(error), param, ctx)
 
 
 class PassesType(click.ParamType[tuple[str, ...]]):

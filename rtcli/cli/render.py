@@ -57,13 +57,16 @@ class Traced:
         if self.dask is not None and self.threads is not None:
             raise click.UsageError("--threads is for this machine: with --dask each worker has one")
 
-    def executor(self) -> contextlib.AbstractContextManager[Executor | None]:
+    @contextlib.contextmanager
+    def executor(self) -> Iterator[Executor | None]:
         """Give what traces bands elsewhere, or None for here."""
         if self.dask is None:
-            return contextlib.nullcontext()
-        from rtcli.cluster import dask_executor
+            yield None
+            return
+        from rtcli.cluster import dask_cluster
 
-        return dask_executor(self.dask)
+        with dask_cluster(self.dask) as cluster:
+            yield cluster.executor
 
 
 @dataclass(frozen=True)

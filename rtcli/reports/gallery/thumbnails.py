@@ -7,13 +7,12 @@ import io
 import warnings
 from pathlib import Path
 
-import numpy as np
 from PIL import Image
 
-from rtcli.image.develop import develop
 from rtcli.image.formats import format_of
-from rtcli.image.layers import PICTURE_LAYER, Array
-from rtcli.image.read import kind_of, read_layers, read_radiance
+from rtcli.image.layers import Array
+from rtcli.image.read import kind_of
+from rtcli.image.shown import shown_levels
 
 # The longest sides in pixels.
 SIZE = (160, 120)
@@ -64,13 +63,12 @@ def _pixels(path: Path) -> Array:
     """
     if kind_of(str(path)) == "arrays":
         _refuse(path.stat().st_size > _MOST_BYTES)
-        return develop(*read_radiance(str(path)))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        with Image.open(path, formats=[format_of(path.name).name]) as header:
-            _refuse(header.width * header.height > _MOST_PIXELS)
-    levels = read_layers(str(path)).arrays[PICTURE_LAYER]
-    return levels if levels.dtype == np.uint8 else (levels >> 8).astype(np.uint8)
+    else:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            with Image.open(path, formats=[format_of(path.name).name]) as header:
+                _refuse(header.width * header.height > _MOST_PIXELS)
+    return shown_levels(str(path))
 
 
 def _refuse(is_too_large: bool) -> None:

@@ -1,0 +1,34 @@
+"""What a file shows: its picture, or that of its radiance."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rtcli.image.develop import develop
+from rtcli.image.layers import PICTURE_LAYER
+from rtcli.image.read import kind_of, read_layers, read_radiance
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+
+def shown_levels(path: str) -> npt.NDArray[np.uint8]:
+    """Return what a picture, or a file of arrays with radiance, shows; radiance is developed as its film was.
+
+    Returns
+    -------
+    (H, W, C) uint8
+        sRGB, with as many channels as there are.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read, or its package is not installed.
+    ValueError
+        If its suffix is of no format.
+    """
+    if kind_of(path) == "arrays":
+        return develop(*read_radiance(path)).astype("uint8", copy=False)
+    levels = read_layers(path).arrays[PICTURE_LAYER]
+    return levels if levels.dtype == "uint8" else (levels >> 8).astype("uint8")
