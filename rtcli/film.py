@@ -103,7 +103,7 @@ class Film:
         objects = object_table(shot.scene)
         if self.object_id is None:
             return objects
-        seen = visibility(self.object_id, shot.tracer().coverage(shot.window))
+        seen = visibility(self.object_id, shot.tracer.coverage(shot.window))
         return [{**row, **what} for row, what in zip(objects, seen, strict=True)]
 
     @cached_property

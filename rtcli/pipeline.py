@@ -143,7 +143,7 @@ def expose_film(shot: Shot, request: Request, progress: Progress | None = None) 
     from rtcli.film import Film
 
     image = shot.scene.image
-    tracer = shot.tracer()
+    tracer = shot.tracer
     arrays, rays = tracer.film(shot.window, request.passes, progress)
     exposure, metered = stops_of(tracer, image.exposure)
     return Film(**arrays, exposure=exposure, tone=image.tone, rays=rays + metered, shot=shot)

@@ -12,6 +12,7 @@ import sys
 from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from rtcli.scene.model import Scene
@@ -58,8 +59,9 @@ class Shot:
     threads: int
     executor: Executor | None = None
 
+    @cached_property
     def tracer(self) -> Tracer:
-        """Return what traces it."""
+        """What traces it, made ready once."""
         if self.executor is None:
             return tracer_of(self.world, self.engine, self.threads)
         return BandedTracer(self.world, self.engine, self.executor)
