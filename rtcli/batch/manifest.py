@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import errno
 import json
+import re
 import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -16,6 +17,7 @@ from typing import Any, TypeAlias
 from rtcli.batch.folder import lock_of
 from rtcli.batch.jobs import MANIFEST
 from rtcli.files import whole_files
+from rtcli.scene.problems import quoted
 from rtcli.truth import SOFTWARE
 
 Entry: TypeAlias = dict[str, Any]
@@ -66,9 +68,18 @@ class Manifest:
         return len(self._lines)
 
     def entry(self, key: str) -> Entry:
-        """Return what is known of a result, if anything. It is text that anybody may have written."""
+        """Return what is known of a result, if anything. It is text that anybody may have written.
+
+        Raises
+        ------
+        ManifestError
+            If it cannot be read.
+        """
         line = self._lines.get(key)
-        return {} if line is None else json.loads(line)
+        try:
+            return {} if line is None else json.loads(line)
+        except (ValueError, RecursionError) as error:
+            raise self._damaged(f"the line of {quoted(key)}: {error}") from error
 
     def put(self, key: str, entry: Entry) -> None:
         """Take down what is known of a result."""
@@ -119,13 +130,18 @@ class Manifest:
             raw = self._path.read_bytes()
         except FileNotFoundError:
             raw = None
-        scenes = {} if raw is None else self._scenes(raw)
-        self._lines = {key: _line(entry) for key, entry in scenes.items()}
+        self._lines = {} if raw is None else self._lines_of(raw)
         for key, line in self._changes.items():
             if line is None:
                 self._lines.pop(key, None)
             else:
                 self._lines[key] = line
+
+    def _lines_of(self, raw: bytes) -> dict[str, str]:
+        lines = _own_lines(raw)
+        if lines is None:  # somebody else wrote it
+            return {key: _line(entry) for key, entry in self._scenes(raw).items()}
+        return lines
 
     def _scenes(self, raw: bytes) -> Mapping[str, Entry]:
         try:
@@ -157,13 +173,43 @@ class Manifest:
         return status.st_ino, status.st_mtime_ns, status.st_size
 
     def _pieces(self) -> Iterator[bytes]:
-        head = json.dumps({"manifest": _VERSION, "software": SOFTWARE}, indent=2)
-        yield f'{head[:-2]},\n  "scenes": {{'.encode()
+        yield _HEAD.format(json.dumps(SOFTWARE)).encode()
         between = "\n"
         for key in sorted(self._lines):
             yield f"{between}    {json.dumps(key)}: {self._lines[key]}".encode()
             between = ",\n"
-        yield b"\n  }\n}\n"
+        yield _TAIL.encode()
+
+
+_HEAD = f"""{{{{
+  "manifest": {_VERSION},
+  "software": {{}},
+  "scenes": {{{{"""
+_TAIL = "\n  }\n}\n"
+
+_OWN_HEAD = re.compile(re.escape(_HEAD.format("@")).replace("@", r'"[^"\n]*"'))
+_OWN_LINE = re.compile(r'    ("(?:[^"\\]|\\.)*"): (\{.*\}),')
+
+
+def _own_lines(raw: bytes) -> dict[str, str] | None:
+    """Return the line of each key, not looked into, of a manifest as it is written here; None for another one.
+
+    To read all of JSON takes ten times as long, of which a hundred thousand scenes would have to wait for seconds.
+    """
+    try:
+        text = raw.decode()
+    except UnicodeDecodeError:
+        return None
+    head = _OWN_HEAD.match(text)
+    if head is None or not text.endswith(_TAIL):
+        return None
+    lines: dict[str, str] = {}
+    for line in text[head.end() + 1 : -len(_TAIL)].split("\n"):
+        own = _OWN_LINE.fullmatch(f"{line.removesuffix(',')},")
+        if own is None:
+            return None
+        lines[json.loads(own[1])] = own[2]
+    return lines
 
 
 def _line(entry: Entry) -> str:

@@ -173,3 +173,40 @@ def test_manifest_is_written_now_and_then(folder, monkeypatch):
         manifest.put("b", {})
         manifest.save_if_due(scratch)
         assert list(entries(folder)) == ["a"]
+
+
+@given(
+    scenes=st.dictionaries(st.text(), st.dictionaries(st.text(), plain, max_size=3), max_size=5),
+    indent=st.sampled_from([None, 1, 2]),
+)
+def test_manifest_that_another_program_wrote_is_the_same(tmp_path_factory, scenes, indent):
+    folder = tmp_path_factory.mktemp("results")
+    text = json.dumps({"manifest": 1, "software": "rtcli 0", "scenes": scenes}, indent=indent)
+    (folder / "manifest.json").write_text(text)
+    manifest = Manifest(folder)
+    assert {key: manifest.entry(key) for key in manifest} == scenes
+
+
+def test_line_that_is_damaged_is_an_error_when_it_is_needed(folder):
+    manifest = Manifest(folder)
+    manifest.put("good", {"status": "done"})
+    manifest.put("torn", {"status": "done"})
+    save(manifest, folder)
+    path = folder / "manifest.json"
+    path.write_text(path.read_text().replace('"torn": {"status": "done"}', '"torn": {"status": "do}'))
+    manifest = Manifest(folder)
+    assert manifest.entry("good") == {"status": "done"}
+    with pytest.raises(ManifestError, match=r"is damaged .*the line of `torn`"):
+        manifest.entry("torn")
+
+
+@pytest.mark.parametrize("length", range(2, 150, 7))
+def test_manifest_that_was_cut_is_an_error(folder, length):
+    manifest = Manifest(folder)
+    for key in "abc":
+        manifest.put(key, {"status": "done", "outputs": []})
+    save(manifest, folder)
+    path = folder / "manifest.json"
+    path.write_bytes(path.read_bytes()[:-length])
+    with pytest.raises(ManifestError, match="is damaged"):
+        Manifest(folder)
