@@ -30,7 +30,7 @@ from rtcli.tracer.world import PASSES, Window, World
 
 RESULTS = HERE / "passes.json"
 SCENES = sorted((HERE.parent / "scenes").glob("*.yaml"))
-ROUNDS = {"native": 15, "reference": 3}
+ROUNDS = {"native": 9, "reference": 3}
 # The reference tracer takes dozens of times as long for a pixel.
 SIZES = {"native": (1920, 1080), "reference": (240, 135)}
 FILM = "film"
