@@ -14,7 +14,7 @@ export PROPTEST_RNG_SEED ?= 1
 NATIVE := tracer/Cargo.toml tracer/Cargo.lock tracer/python/Cargo.toml \
 	$(wildcard tracer/src/*.rs tracer/src/*/*.rs tracer/python/src/*.rs)
 
-.PHONY: demo test check format docs bench clean help
+.PHONY: demo test check lint format docs bench clean help
 
 help:            ## show this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
@@ -24,18 +24,21 @@ demo: $(VENV)/run.stamp ## render the Cornell scene to out/cornell.png
 	$(BIN)/rtcli render scenes/cornell.yaml -o $(DEMO)
 	@echo "The picture is in $(abspath $(DEMO))"
 
-test: $(VENV)/oracle.stamp ## run all tests
+test: $(VENV)/oracle.stamp ## run all tests, in Rust and Python
+	$(CARGO) test $(CRATE) --workspace --locked --quiet
 	$(BIN)/python -m pytest -n auto
 
-check: $(VENV)/dev.stamp ## format, lint, types, import contracts, fast tests, in Rust and Python
+check: lint ## lint, and run the fast tests, in Rust and Python
+	$(CARGO) test $(CRATE) --workspace --locked --quiet
+	$(BIN)/python -m pytest -n auto -m "not slow"
+
+lint: $(VENV)/dev.stamp ## format, lint, types, import contracts, in Rust and Python
 	$(CARGO) fmt $(CRATE) --all --check
 	$(CARGO) clippy $(CRATE) --workspace --all-targets --locked -- --deny warnings
-	$(CARGO) test $(CRATE) --workspace --locked --quiet
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	$(BIN)/python -m pytest -n auto -m "not slow"
 
 format: $(VENV)/dev.stamp ## format the code
 	$(CARGO) fmt $(CRATE) --all
