@@ -3,7 +3,8 @@
     scene.yaml --parse--> data + positions --validate--> Scene --pack--> arrays --trace--> Film --develop--> file
        text       scene/parse.py       scene/model.py       pack.py      tracer/     radiance, passes   image/
 
-Data flows one way. `rtcli.cli` calls the stages and is the only place that prints, reads flags or exits; the
+`rtcli.batch` takes many scenes the same way, on several cores or a cluster, and keeps what is current. Data flows
+one way. `rtcli.cli` calls the stages and is the only place that prints, reads flags or exits; the
 tracer knows arrays and numbers; the scene knows no pixels. From Python, three names are enough::
 
     scene = rtcli.load_scene("scene.yaml")
