@@ -20,6 +20,9 @@ LOCAL = "local"
 _PURPOSE = "working on a cluster"
 _SECONDS_TO_CONNECT = 10
 
+# Dask warns of more. A file has at most 64 MiB, and a world hardly more.
+_LARGEST_SCENE = "1 GiB"
+
 # From one look at the connection to the next.
 _SECONDS_TO_LOOK = 0.5
 
@@ -52,7 +55,9 @@ def dask_cluster(address: str) -> Iterator[Cluster]:
     """
     distributed = need("distributed", "dask", _PURPOSE)
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what goes wrong is told in an error
+    dask = need("dask", "dask", _PURPOSE)
     with contextlib.ExitStack() as stack:
+        stack.enter_context(dask.config.set({"distributed.admin.large-graph-warning-threshold": _LARGEST_SCENE}))
         with _sigpipe_held():
             client = stack.enter_context(_connected(distributed, address))
             executor = _DaskExecutor(client, distributed.KilledWorker)

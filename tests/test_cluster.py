@@ -74,6 +74,12 @@ def test_film_of_a_cluster_is_that_of_one_machine_though_a_worker_dies(workers, 
 
 
 @pytest.mark.slow
+def test_large_scene_is_no_reason_for_a_warning(workers):
+    with dask_cluster(workers.scheduler_address) as (executor, _):
+        assert executor.submit(len, bytes(20_000_000)).result() == 20_000_000
+
+
+@pytest.mark.slow
 def test_worker_with_another_version_is_refused(workers, monkeypatch):
     assert __version__ == cluster.version()
     monkeypatch.setattr(cluster, "__version__", "9.9.9")
