@@ -6,8 +6,9 @@ import contextlib
 import logging
 import os
 import signal
-from collections.abc import Iterator
-from concurrent.futures import Executor
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import BrokenExecutor, Executor, Future, InvalidStateError
 from typing import Any, NamedTuple
 
 from rtcli.extras import need
@@ -18,6 +19,12 @@ LOCAL = "local"
 
 _PURPOSE = "working on a cluster"
 _SECONDS_TO_CONNECT = 10
+
+# Dask warns of more. A file has at most 64 MiB, and a world hardly more.
+_LARGEST_SCENE = "1 GiB"
+
+# From one look at the connection to the next.
+_SECONDS_TO_LOOK = 0.5
 
 
 class Cluster(NamedTuple):
@@ -43,21 +50,119 @@ def dask_cluster(address: str) -> Iterator[Cluster]:
     rtcli.extras.MissingExtraError
         If Dask's package `distributed` is not installed.
     OSError
-        If the scheduler cannot be reached, or has workers with another version of rtcli.
+        If the scheduler cannot be reached, or has workers with another version of rtcli; or if the connection is
+        lost, and that is not caught.
     """
     distributed = need("distributed", "dask", _PURPOSE)
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what goes wrong is told in an error
+    dask = need("dask", "dask", _PURPOSE)
     with contextlib.ExitStack() as stack:
+        stack.enter_context(dask.config.set({"distributed.admin.large-graph-warning-threshold": _LARGEST_SCENE}))
         with _sigpipe_held():
             client = stack.enter_context(_connected(distributed, address))
+            executor = _DaskExecutor(client, distributed.KilledWorker)
+            stack.callback(executor.stop)
         _refuse_other_versions(client)
         try:
-            # Not `pure`: equal arguments are not looked for, nor kept for later.
-            yield Cluster(client.get_executor(pure=False), sum(client.nthreads().values()))
-        except distributed.KilledWorker as error:
-            raise OSError(
-                f"the cluster gave up: {error.task!r:.60} was lost with each of the workers that had it, "
-                "for want of memory perhaps; their logs tell"
-            ) from error
+            yield Cluster(executor, sum(client.nthreads().values()))
+        except BrokenExecutor as error:
+            raise OSError(f"{error} at {address!r}") from error
+
+
+class _DaskExecutor(Executor):
+    """The workers of a Dask client, whose futures end with the connection to the scheduler.
+
+    Those of Dask's own executor may then stay as they are for ever, and so may whoever waits for them. Once the
+    connection was lost it is so for good: if it comes back, all that was under way is gone nevertheless.
+
+    Parameters
+    ----------
+    client
+        That of Dask.
+    killed
+        The error of what was lost with several workers, one after the other.
+    """
+
+    def __init__(self, client: Any, killed: type[Exception]) -> None:
+        self._client = client
+        self._killed = killed
+        # Not `pure`: equal arguments are not looked for, nor kept for later.
+        self._executor = client.get_executor(pure=False)
+        self._lock = threading.RLock()
+        self._waiting: dict[Future[Any], Future[Any]] = {}  # Dask's, and those given out
+        self._is_lost = False
+        self._end = threading.Event()
+        threading.Thread(target=self._watch, daemon=True).start()
+
+    def submit(self, work: Callable[..., Any], /, *arguments: Any, **named: Any) -> Future[Any]:
+        """Have something done by a worker.
+
+        Raises
+        ------
+        concurrent.futures.BrokenExecutor
+            If the connection was lost, as the futures then do.
+        """
+        given: Future[Any] = Future()
+        with self._lock:
+            if self._is_lost or self._client.status != "running":
+                self._lose()
+                raise _lost()
+            future = self._executor.submit(work, *arguments, **named)
+            self._waiting[future] = given
+        given.add_done_callback(lambda given: given.cancelled() and future.cancel())
+        future.add_done_callback(self._settle)
+        return given
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """Call off what is under way, unless it is to be waited for."""
+        self._is_lost = self._is_lost or self._client.status != "running"
+        if not self._is_lost:
+            self._executor.shutdown(wait=wait and not cancel_futures)
+
+    def stop(self) -> None:
+        """Look after the connection no more."""
+        self._end.set()
+
+    def _settle(self, future: Future[Any]) -> None:
+        """Give on what came of something."""
+        with self._lock:
+            given = self._waiting.pop(future, None)
+            if given is None or given.done():
+                return
+            with contextlib.suppress(InvalidStateError):  # called off at this very moment
+                if future.cancelled():  # by nobody here
+                    given.set_exception(_lost())
+                    self._lose()
+                elif (error := future.exception()) is not None:
+                    given.set_exception(_gave_up() if isinstance(error, self._killed) else error)
+                else:
+                    given.set_result(future.result())
+
+    def _watch(self) -> None:
+        while not self._end.wait(_SECONDS_TO_LOOK):
+            if self._client.status != "running":
+                self._lose()
+                return
+
+    def _lose(self) -> None:
+        """End all that is under way."""
+        with self._lock:
+            self._is_lost = True
+            lost, self._waiting = list(self._waiting.values()), {}
+            for given in lost:
+                with contextlib.suppress(InvalidStateError):
+                    given.set_exception(_lost())
+
+
+def _lost() -> BrokenExecutor:
+    return BrokenExecutor("the connection to the scheduler of Dask was lost")
+
+
+def _gave_up() -> OSError:
+    return OSError(
+        "the cluster gave up: the work was lost with each of the workers that had it, for want of memory perhaps; "
+        "their logs tell"
+    )
 
 
 @contextlib.contextmanager

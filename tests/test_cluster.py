@@ -10,6 +10,7 @@ import pytest
 from worlds import light, plane, scene, sphere
 
 from rtcli import cluster
+from rtcli.batch.pool import Workers, results
 from rtcli.cluster import dask_cluster
 from rtcli.extras import MissingExtraError
 from rtcli.pack import pack
@@ -73,6 +74,12 @@ def test_film_of_a_cluster_is_that_of_one_machine_though_a_worker_dies(workers, 
 
 
 @pytest.mark.slow
+def test_large_scene_is_no_reason_for_a_warning(workers):
+    with dask_cluster(workers.scheduler_address) as (executor, _):
+        assert executor.submit(len, bytes(20_000_000)).result() == 20_000_000
+
+
+@pytest.mark.slow
 def test_worker_with_another_version_is_refused(workers, monkeypatch):
     assert __version__ == cluster.version()
     monkeypatch.setattr(cluster, "__version__", "9.9.9")
@@ -86,6 +93,18 @@ def test_work_that_kills_every_worker_is_told(workers):
     told = pytest.raises(OSError, match=r"the cluster gave up: .* was lost with each of the workers")
     with told, dask_cluster(workers.scheduler_address) as (executor, _):
         executor.submit(os._exit, 1).result()
+
+
+@pytest.mark.slow
+def test_task_of_a_batch_that_kills_every_worker_fails_alone(workers):
+    die = "__import__('os')._exit(9)"
+    tasks = [*map(str, range(10)), die, *map(str, range(10, 20))]
+    with dask_cluster(workers.scheduler_address) as (executor, _):
+        found = {result.task: result for result in results(Workers(executor, 4), eval, tasks)}
+    assert len(found) == 21
+    assert "was lost with each of the workers that had it" in str(found.pop(die).error)
+    assert {result.value for result in found.values()} == set(range(20))
+    assert all(result.error is None for result in found.values())
 
 
 @pytest.mark.slow

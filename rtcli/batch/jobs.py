@@ -151,7 +151,8 @@ def find_jobs(
 
 def _varied(scenes: Mapping[str, str], settings: Settings, variations: Sequence[Variation]) -> Iterator[Job]:
     combined = list(combinations(variations))
-    refuse_too_many(len(scenes) * len(combined))
+    if variations:
+        refuse_too_many(len(scenes) * len(combined))
     for key, scene in sorted(scenes.items()):
         for combination in combined:
             yield Job(f"{key}/{combination.name}" if variations else key, scene, settings, combination)

@@ -61,11 +61,11 @@ class Workers:
 
     def renew(self) -> None:
         """Make them work again after their executor broke: this one cannot."""
-        raise WorkersError("the workers are gone")
+        raise WorkersError("the connection to the workers was lost: what was done is kept, start again to go on")
 
     def close(self) -> None:
         """Let them go; what they still work at is lost."""
-        self._executor.shutdown(wait=False)  # with no more arguments: Dask's knows no other
+        self._executor.shutdown(wait=False, cancel_futures=True)
 
 
 class Result(NamedTuple):
@@ -123,20 +123,15 @@ def _fill(
 def _settled(workers: Workers, pending: dict[Future[_R], _T], is_broken: bool) -> list[Future[_R]]:
     """Wait a while; return what is done, in the order of the tasks. If workers broke that is all: renew them."""
     done, _ = wait(pending, 0 if is_broken else _BEAT, FIRST_COMPLETED)
-    if is_broken or any(isinstance(_error(future), BrokenExecutor) for future in done):
+    if is_broken or any(isinstance(future.exception(), BrokenExecutor) for future in done):
         done, _ = wait(pending)
         workers.renew()
     return [future for future in pending if future in done]
 
 
 def _result(task: Any, future: Future[Any]) -> Result:
-    error = _error(future)
+    error = future.exception()
     return Result(task, error=error) if error is not None else Result(task, future.result())
-
-
-def _error(future: Future[Any]) -> BaseException | None:
-    """Return what a task failed with; one that was called off, by nobody here, has lost its executor."""
-    return BrokenExecutor("the work was called off") if future.cancelled() else future.exception()
 
 
 def _alone(workers: Workers, work: Callable[[_T], _R], task: _T) -> Result:

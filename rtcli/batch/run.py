@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
+from rtcli.batch.animate import Animation, animated
 from rtcli.batch.folder import scratch_folder
 from rtcli.batch.jobs import MANIFEST, PRIVATE, Job
 from rtcli.batch.manifest import Entry, Manifest, ManifestError
@@ -166,6 +167,11 @@ def _former(entry: Entry) -> list[str]:
     return [path for path in former if isinstance(path, str)] if isinstance(former, list) else []
 
 
+def _besides(entry: Entry) -> list[str]:
+    """Return the paths of what an entry names beside its outputs: those of former settings, and animations."""
+    return [*_former(entry), *(each["path"] for each in animated(entry))]
+
+
 def _read(job: Job) -> bytes:
     with Path(job.scene).open("rb") as file:
         return file.read(READ_BYTES)
@@ -181,8 +187,12 @@ class Leftover(NamedTuple):
     paths: list[str]
 
 
-def find_leftover(manifest: Manifest, jobs: Sequence[Job], folder: Path) -> Leftover:
+def find_leftover(
+    manifest: Manifest, jobs: Sequence[Job], folder: Path, animations: Sequence[Animation] = ()
+) -> Leftover:
     """Return the results of scenes that are none of a batch's jobs, and files that jobs had with other settings.
+
+    Animations are among them, but for those that the batch makes.
 
     Raises
     ------
@@ -191,10 +201,11 @@ def find_leftover(manifest: Manifest, jobs: Sequence[Job], folder: Path) -> Left
     """
     keys = {job.key for job in jobs}
     wanted = {path for job in jobs for path in job.outputs.values()}
+    wanted.update(animation.path for animation in animations)
     named: set[str] = set()
     for key in manifest:
         entry = manifest.entry(key)
-        named.update(_paths(entry), _former(entry))
+        named.update(_paths(entry), _besides(entry))
     scenes = {os.path.realpath(job.scene) for job in jobs}
     paths = sorted(path for path in named - wanted if os.path.lexists(folder / path))
     for path in paths:
@@ -341,8 +352,8 @@ def _written(batch: Batch, task: Task, outcome: Outcome, scratch: Path) -> Outco
 
 def _record(batch: Batch, job: Job, outcome: Outcome) -> None:
     entry, before = outcome.as_entry(job), batch.manifest.entry(job.key)
-    former = {*_paths(before), *_former(before)} - {*_paths(entry)}
+    former = {*_paths(before), *_besides(before)} - {*_paths(entry)}
     left = sorted(path for path in former if os.path.lexists(batch.folder / path))
-    if left:  # what was rendered with other settings stays known, for `prune`
+    if left:  # what was made with other settings, or of another picture, stays known, for `prune`
         entry["former"] = left
     batch.manifest.put(job.key, entry)

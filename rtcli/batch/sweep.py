@@ -39,6 +39,11 @@ class Variation(NamedTuple):
     path: str
     values: tuple[str, ...]
 
+    @property
+    def edits(self) -> tuple[str, ...]:
+        """What `--set` would be given for each value."""
+        return tuple(f"{self.path}={value}" for value in self.values)
+
 
 def parse_variation(expression: str) -> Variation:
     """Return what `KEY=START:STOP:STEP` or `KEY=A,B,C` asks for.

@@ -13,6 +13,8 @@ from typing import Any
 
 import click
 
+from rtcli.batch.animate import Animation, animate, animations_of
+from rtcli.batch.folder import scratch_folder
 from rtcli.batch.jobs import MANIFEST, Job, Settings, find_jobs
 from rtcli.batch.manifest import Manifest
 from rtcli.batch.pool import LocalWorkers, Workers
@@ -21,9 +23,10 @@ from rtcli.batch.sweep import Variation
 from rtcli.batch.work import DONE, Outcome
 from rtcli.cli.exits import INVALID, usage_errors
 from rtcli.cli.option_types import FormatType, VariationType
-from rtcli.cli.output import STDIO, is_terminal, print_lines, tell, write_bytes
+from rtcli.cli.output import STDIO, is_terminal, print_lines, tell
 from rtcli.cli.progress import progress
 from rtcli.cli.scene_options import edit_errors, film_options, overrides_taken_from, scene_options
+from rtcli.files import whole_files
 from rtcli.image.animation import ANIMATIONS
 from rtcli.image.formats import FORMATS, check_fits
 from rtcli.reports import concise
@@ -73,7 +76,8 @@ class Options:
         with usage_errors():
             check_fits(f"results{self.settings.suffix}", (1, 1), self.settings.bits)
         with edit_errors():
-            for expression in self.settings.overrides.edits:
+            varied = (expression for variation in self.vary for expression in variation.edits)
+            for expression in (*self.settings.overrides.edits, *varied):
                 check_expression(expression)
 
     def find_jobs(self) -> list[Job]:
@@ -161,24 +165,29 @@ def run(options: Options) -> int:
     """Find the scenes, compare, prune, render, report."""
     options.check()
     jobs, folder = options.find_jobs(), Path(options.output)
+    animations = animations_of(jobs, options.animations)
     manifest = Manifest(folder)
-    leftover = find_leftover(manifest, jobs, folder) if options.prune else Leftover([], [])
+    leftover = find_leftover(manifest, jobs, folder, animations) if options.prune else Leftover([], [])
     is_unseen = options.quiet or not is_terminal(sys.stderr) or not len(manifest)
     with progress("comparing", is_unseen, "scenes") as told:
         plan = make_plan(manifest, jobs, folder, options.force, told)
     if options.dry_run:
         print_lines(_planned(plan, leftover))
         return 0
-    if not options.quiet:
-        for path in leftover.paths:
-            tell(f"removing {printable(str(folder / path))}")
-    prune(leftover, manifest, folder)
     report = _Report()
     with _workers(options, len(plan.steps)) as workers:
+        if not options.quiet:
+            for path in leftover.paths:
+                tell(f"removing {printable(str(folder / path))}")
+        prune(leftover, manifest, folder)
         by_workers = options.dask is None or options.shared
         _render(options, Batch(plan, manifest, folder, workers, by_workers), report)
-    _put_together(options, jobs, folder, report)
-    return INVALID if report.failed else 0
+    is_well = not report.failed
+    if animations and (is_well or not options.fail_fast):
+        is_well &= _animate(options, animations, manifest, folder)
+    if options.report:
+        _write_page(options, folder)
+    return 0 if is_well else INVALID
 
 
 @contextlib.contextmanager
@@ -194,22 +203,33 @@ def _workers(options: Options, count: int) -> Iterator[Workers]:
         yield Workers(cluster.executor, max(_LEAST_UNDER_WAY, 2 * cluster.cores))
 
 
-def _put_together(options: Options, jobs: list[Job], folder: Path, report: _Report) -> None:
-    """Write what is made of several results: animations, the page."""
-    for suffix in options.animations:
-        from rtcli.batch.animate import animate  # with NumPy and Pillow
+def _animate(options: Options, animations: list[Animation], manifest: Manifest, folder: Path) -> bool:
+    """Make animations, and tell what came of them; return whether there are all."""
+    written, problems = 0, list[str]()
+    with scratch_folder(folder) as scratch, progress("animating", options.quiet, "animations") as told:
+        for count, made in enumerate(animate(animations, manifest, folder, scratch), start=1):
+            written += made.is_new
+            if made.problem:
+                problems.append(f"{printable(str(folder / made.path))}: error: {printable(made.problem)}")
+            told(count, len(animations))
+    if not options.quiet:
+        for line in _shown(problems[:_SHOWN], len(problems[_SHOWN:])):
+            tell(line)
+        current = len(animations) - written - len(problems)
+        tell(f"animations: {written:,} written, {current:,} current, {len(problems):,} failed")
+    return not problems
 
-        for path, is_new in animate(jobs, suffix, folder, report.rendered):
-            if is_new and not options.quiet:
-                tell(f"wrote {printable(str(folder / path))}")
-    if options.report:
-        from rtcli.reports.gallery import gallery_page  # with NumPy and Pillow
 
-        page = folder / "index.html"
-        told = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
-        write_bytes(gallery_page(told, folder).encode(), str(page))
-        if not options.quiet:
-            tell(f"wrote {printable(str(page))}")
+def _write_page(options: Options, folder: Path) -> None:
+    """Write the page of all results."""
+    from rtcli.reports.gallery import gallery_page  # with NumPy and Pillow
+
+    page = folder / "index.html"
+    told = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+    with scratch_folder(folder) as scratch, whole_files([page], scratch) as [file]:
+        file.write(gallery_page(told, folder).encode())
+    if not options.quiet:
+        tell(f"wrote {printable(str(page))}")
 
 
 def _planned(plan: Plan, leftover: Leftover) -> Iterable[str]:
@@ -242,15 +262,19 @@ class _Report:
         self.more += len(lines[room:])
 
     def lines(self, plan: Plan, seconds: float) -> Iterable[str]:
-        yield from self.problems
-        if self.more:
-            yield f"{counted(self.more, 'more problem')}: the manifest has them"
+        yield from _shown(self.problems, self.more)
         left = len(plan.steps) - len(self.rendered) - self.failed
         parts = [f"{len(self.rendered):,} rendered", f"{plan.current:,} current", f"{self.failed:,} failed"]
         if left:
             parts.append(f"{left:,} not done")
         rate = f" ({len(self.rendered) / seconds:.1f} a second)" if self.rendered else ""
         yield f"{', '.join(parts)} in {seconds:.2f} s{rate}"
+
+
+def _shown(problems: Iterable[str], more: int) -> Iterable[str]:
+    yield from problems
+    if more:
+        yield f"{counted(more, 'more problem')}: the manifest has them"
 
 
 def _render(options: Options, batch: Batch, report: _Report) -> None:

@@ -9,7 +9,9 @@ from batches import write_scene
 
 import rtcli
 from rtcli.batch.jobs import BatchError, Settings, find_jobs
+from rtcli.batch.sweep import parse_variation
 from rtcli.scene.edits import Overrides
+from rtcli.scene.parse import parse_bytes
 
 PNG = Settings()
 
@@ -173,3 +175,48 @@ def test_outputs_are_the_files_of_the_film(folder):
     [job] = find_jobs(["."], Settings(".jpg", ("depth",)), "out")
     assert job.outputs == {"radiance": "sub/a.jpg", "depth": "sub/a.depth.png", "metadata": "sub/a.json"}
     assert Path(job.scene) == Path("sub/a.yaml")
+
+
+# --- Sweeps ----------------------------------------------------------------------------------------------
+
+
+def swept(*expressions, paths=("scenes",)):
+    return find_jobs(paths, PNG, "out", [parse_variation(expression) for expression in expressions])
+
+
+def test_variations_of_a_scene_stand_in_a_folder_of_its_name(tree):
+    jobs = swept("camera.fov=20,30", paths=["scenes/a.yaml", "scenes/day/noon/c.json"])
+    assert [job.key for job in jobs] == [
+        "a/camera.fov=20",
+        "a/camera.fov=30",
+        "c/camera.fov=20",
+        "c/camera.fov=30",
+    ]
+    assert [Path(job.scene).name for job in jobs] == ["a.yaml", "a.yaml", "c.json", "c.json"]
+    assert jobs[0].outputs == {"radiance": "a/camera.fov=20.png"}
+
+
+def test_scenes_are_varied_by_all_combinations(tree):
+    jobs = swept("camera.fov=20,30", "objects.ball.radius=1:3:1")
+    assert len(jobs) == len({job.key for job in jobs}) == 4 * 6
+    assert jobs[6].key == "day/b/camera.fov=20,objects.ball.radius=1"
+
+
+def test_variation_changes_the_scene_after_the_settings(tree):
+    settings = Settings(overrides=Overrides(edits=("camera.fov=70",)))
+    [job] = find_jobs(["scenes/a.yaml"], settings, "out", [parse_variation("camera.fov=20")])
+    document = parse_bytes(b"camera: {fov: 40}\n", "a.yaml")
+    assert job.changed(document).data == {"camera": {"fov": 20}}
+    assert job.settings.as_dict()["set"] == ["camera.fov=70"]
+
+
+def test_more_variations_than_anybody_means_are_refused(tree, monkeypatch):
+    monkeypatch.setattr("rtcli.batch.sweep.MOST_VARIATIONS", 7)
+    with pytest.raises(ValueError, match="8 variations are more than 7"):
+        swept("camera.fov=20,30")
+    assert len(swept("camera.fov=20")) == 4
+
+
+def test_scenes_that_are_not_varied_may_be_any_number(tree, monkeypatch):
+    monkeypatch.setattr("rtcli.batch.sweep.MOST_VARIATIONS", 3)
+    assert len(swept()) == 4

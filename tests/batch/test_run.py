@@ -15,6 +15,7 @@ from rtcli.batch.jobs import Settings, find_jobs
 from rtcli.batch.manifest import Manifest, ManifestError
 from rtcli.batch.pool import Workers
 from rtcli.batch.run import Batch, execute, find_leftover, make_plan, prune
+from rtcli.batch.sweep import parse_variation
 from rtcli.scene.edits import Overrides
 
 OUT = Path("out")
@@ -275,6 +276,60 @@ def test_end_before_the_end_does_not_wait_for_another_run(folder, monkeypatch):
             outcomes.close()
     assert not (OUT / "manifest.json").exists()
     assert set(reasons()) == {"000", "001", "002"}
+
+
+# --- Sweeps ----------------------------------------------------------------------------------------------
+
+
+def swept(*expressions, **place):
+    """Render sweeps of the scenes; return why each was rendered."""
+    variations = [parse_variation(expression) for expression in expressions]
+    manifest = Manifest(OUT)
+    made = make_plan(manifest, find_jobs(["scenes"], Settings(), "out", variations), OUT)
+    with ThreadPoolExecutor(2) as threads:
+        assert all(o.status == "done" for o in execute(Batch(made, manifest, OUT, Workers(threads, 2), **place)))
+    return {step.job.key: step.reason for step in made.steps}
+
+
+def test_sweeps_of_two_scenes_are_current_once_they_are_rendered(folder):
+    write_scenes(folder / "scenes", 2)
+    expected = {f"{scene}/camera.fov={fov}": "new" for scene in ("000", "001") for fov in (20, 30)}
+    assert swept("camera.fov=20,30") == expected
+    assert {key: entry["vary"] for key, entry in entries(OUT).items()} == {
+        key: {"camera.fov": key[-2:]} for key in expected
+    }
+    assert len(set(results_in(OUT).values())) == 4
+    assert swept("camera.fov=20,30") == {}
+    before = results_in(OUT)
+    assert list(swept("camera.fov=20:40:10")) == ["000/camera.fov=40", "001/camera.fov=40"]
+    assert before.items() < results_in(OUT).items()
+
+
+def test_sweep_that_is_brought_back_is_the_same(folder):
+    write_scenes(folder / "scenes", 2)
+    swept("camera.fov=20,30")
+    before, told = results_in(OUT), lasting(OUT)
+    OUT.rename("other")
+    swept("camera.fov=20,30", by_workers=False)
+    assert (results_in(OUT), lasting(OUT)) == (before, told)
+
+
+def test_same_name_of_another_variation_is_not_current(folder):
+    write_scenes(folder / "scenes", 1)
+    [key] = swept("objects.ball.color='#ff0000'")
+    before = results_in(OUT)
+    assert swept('objects.ball.color="#ff0000"') == {key: "another variation"}
+    assert list(results_in(OUT)) == list(before)
+    assert swept('objects.ball.color="#ff0000"') == {}
+
+
+def test_scene_of_a_sweep_that_changes_where_it_is_varied_is_current(folder):
+    [path] = write_scenes(folder / "scenes", 1)
+    swept("camera.fov=20,30")
+    path.write_text(path.read_text().replace("fov: 40", "fov: 50"))
+    assert swept("camera.fov=20,30") == {}
+    path.write_text(path.read_text().replace("tomato", "gold"))
+    assert set(swept("camera.fov=20,30").values()) == {"the scene is another"}
 
 
 # --- What is gone ----------------------------------------------------------------------------------------

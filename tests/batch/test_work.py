@@ -8,7 +8,8 @@ import pytest
 from batches import results_in, write_scene
 
 import rtcli
-from rtcli.batch.jobs import Settings, find_jobs
+from rtcli.batch.jobs import Job, Settings, find_jobs
+from rtcli.batch.sweep import Combination, parse_variation
 from rtcli.batch.work import MAX_KEPT, Task, content_of, render_job
 from rtcli.scene.edits import Overrides
 
@@ -76,9 +77,26 @@ def test_content_is_that_of_the_scene_and_not_of_its_text(scene):
 def test_edits_of_a_job_come_after_those_of_all(scene):
     settings = Settings(overrides=Overrides(edits=("objects.ball.radius=2",)))
     [job] = find_jobs(["a.yaml"], settings, "out")
-    own = type(job)(job.key, job.scene, settings, ("objects.ball.radius=0.5",))
+    own = Job(job.key, job.scene, settings, Combination((("objects.ball.radius", "0.5"),)))
     assert render(own).files == render(job_of(overrides=Overrides(edits=("objects.ball.radius=0.5",)))).files
     assert render(own).files != render(job).files
+
+
+def test_entry_of_a_variation_tells_its_values_as_they_were_given(scene):
+    varied = [parse_variation("camera.fov=30"), parse_variation("objects.ball.color=[1, 0, 0]")]
+    [job] = find_jobs(["a.yaml"], Settings(), "out", varied)
+    entry = render(job).as_entry(job)
+    assert entry["vary"] == {"camera.fov": "30", "objects.ball.color": "[1, 0, 0]"}
+    assert entry["content"] == render(job_of(overrides=Overrides(edits=job.variation.edits))).content
+    assert "vary" not in render(job_of()).as_entry(job_of())
+
+
+def test_exr_is_brought_back_as_it_would_be_written(scene, folder):
+    pytest.importorskip("OpenEXR", exc_type=ImportError)
+    job = job_of(suffix=".exr", passes=ALL)
+    render(job, folder=str(folder / "out"))
+    assert render(job).files == results_in(folder / "out")
+    assert list(render(job).files) == ["a.exr"]
 
 
 def test_scene_that_is_not_valid_fails_with_its_problems(folder):

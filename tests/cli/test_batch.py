@@ -230,6 +230,169 @@ def test_time_that_is_left(seconds, text):
     assert duration(seconds) == text
 
 
+# --- Sweeps and the page ---------------------------------------------------------------------------------
+
+FOV = ("--vary", "camera.fov=20:40:10")
+
+
+def times():
+    """Return when each file of the results was written."""
+    return {
+        path: path.stat().st_mtime_ns for path in OUT.rglob("*") if path.is_file() and ".rtcli" not in path.parts
+    }
+
+
+def test_sweep_renders_all_combinations_with_names_that_tell_them(run, scenes):
+    result = run("batch", "scenes/000.yaml", "-o", "out", *FOV, "--vary", "objects.ball.position[0]=-1,1")
+    assert result.exit_code == 0
+    assert "6 rendered" in result.stderr
+    assert list(results_in(OUT)) == [
+        f"000/camera.fov={fov},objects.ball.position[0]={x}.png" for fov in (20, 30, 40) for x in (-1, 1)
+    ]
+    run(
+        "render", "scenes/000.yaml", "-o", "a.png", "--set", "camera.fov=30", "--set", "objects.ball.position[0]=1"
+    )
+    assert results_in(OUT)["000/camera.fov=30,objects.ball.position[0]=1.png"] == Path("a.png").read_bytes()
+
+
+def test_value_that_names_nothing_in_a_scene_fails_for_that_scene(run, scenes):
+    scenes[1].write_text(scenes[1].read_text().replace("ball", "bowl"))
+    result = run("batch", "scenes", "-o", "out", "--vary", "objects.ball.radius=1,2", "--gif")
+    assert result.exit_code == 1
+    told = result.stderr.replace("\\", "/")
+    assert told.count("scenes/001.yaml: error: `objects` has no item named `ball`") == 2
+    assert "out/001.gif: error: no animation, for 2 of its 2 pictures failed\n" in told
+    assert "animations: 2 written, 0 current, 1 failed\n" in told
+    assert sorted(path.name for path in OUT.glob("*.gif")) == ["000.gif", "002.gif"]
+
+
+def test_value_that_a_scene_cannot_have_fails_alone(run, scenes):
+    result = run("batch", "scenes/000.yaml", "-o", "out", "--vary", "camera.fov=60,180")
+    assert result.exit_code == 1
+    assert list(results_in(OUT)) == ["000/camera.fov=60.png"]
+    assert entries(OUT)["000/camera.fov=180"]["vary"] == {"camera.fov": "180"}
+
+
+@pytest.mark.parametrize("suffix", ["gif", "webp"])
+def test_animations_are_made_left_alone_and_made_again(run, scenes, suffix):
+    arguments = ["batch", "scenes", "-o", "out", *FOV, f"--{suffix}"]
+    assert "animations: 3 written, 0 current, 0 failed\n" in run(*arguments).stderr
+    before, content = times(), results_in(OUT)
+    result = run(*arguments)
+    assert result.exit_code == 0
+    assert result.stderr.splitlines()[-1] == "animations: 0 written, 3 current, 0 failed"
+    assert times() == before
+    write_scene(scenes[1], 0.2)
+    assert "animations: 1 written, 2 current, 0 failed\n" in run(*arguments).stderr
+    changed = {path for path, data in results_in(OUT).items() if data != content[path]}
+    assert changed == {f"001.{suffix}", *(f"001/camera.fov={fov}.png" for fov in (20, 30, 40))}
+
+
+def test_both_animations_at_once(run, scenes):
+    result = run("batch", "scenes/000.yaml", "-o", "out", *FOV, "--gif", "--webp", "-q")
+    assert (result.exit_code, result.output) == (0, "")
+    assert sorted(path.name for path in OUT.glob("000.*")) == ["000.gif", "000.webp"]
+
+
+def test_pictures_that_make_no_animation_are_told(run, scenes):
+    arguments = ["scenes", "-o", "out", "--vary", "camera.resolution=[8, 6], [6, 8]", "--gif"]
+    result = run("batch", *arguments)
+    assert result.exit_code == 1
+    assert (
+        "000.gif: error: no animation: pictures of an animation are of one size, not 8x6 and 6x8" in result.stderr
+    )
+    assert "3 rendered" not in result.stderr
+    assert run("batch", *arguments, "-q").output == ""
+
+
+def test_fail_fast_makes_no_animation(run, scenes):
+    write_scene(scenes[0], -1)
+    result = run("batch", "scenes", "-o", "out", *FOV, "--gif", "--fail-fast", "--jobs", "1")
+    assert result.exit_code == 1
+    assert "animation" not in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--vary", "camera.fov"], "is not KEY=START:STOP:STEP or KEY=A,B,C"),
+        (["--vary", "camera.fov=60:20:5"], "steps of 5 do not lead from 60 to 20"),
+        (["--vary", "camera.fov=1,1"], "has a value twice"),
+        (["--vary", "camera.fov=1,2", "--vary", "camera.fov=3"], "`camera.fov` is varied twice"),
+        (["--vary", "camera..fov=1,2"], "cannot set a value"),
+        (["--vary", "camera.fov=1,[2"], "cannot set a value"),
+        (["--vary", "camera.fov=1:2000000:1"], "2,000,000 variations are more than 1,000,000"),
+        (["--gif"], "give --vary once"),
+        (["--webp", *FOV, "--vary", "render.samples=1,4"], "give --vary once"),
+        (["--shared"], "--shared is for --dask"),
+        (["--dask", "local", "--jobs", "2"], "--jobs is for this machine"),
+    ],
+    ids=str,
+)
+def test_options_that_make_no_sense_are_wrong_usage(run, scenes, arguments, message):
+    result = run("batch", "scenes", "-o", "out", *arguments)
+    assert result.exit_code == 2
+    assert message in " ".join(result.stderr.split())
+    assert not OUT.exists()
+
+
+def test_dry_run_of_a_sweep_tells_each_variation(run, scenes):
+    arguments = ["batch", "scenes/000.yaml", "-o", "out", *FOV, "--gif", "--report"]
+    result = run(*arguments, "--dry-run")
+    assert result.stdout.splitlines() == [
+        *(f"render 000/camera.fov={fov}: new" for fov in (20, 30, 40)),
+        "3 scenes to render, 0 current",
+    ]
+    assert not OUT.exists()
+    run(*arguments)
+    before = times()
+    result = run("batch", "scenes/000.yaml", "-o", "out", "--vary", "camera.fov=20", "--dry-run", "--prune")
+    assert result.stdout.splitlines() == [
+        "remove 000.gif",
+        "remove 000/camera.fov=30.png",
+        "remove 000/camera.fov=40.png",
+        "0 scenes to render, 1 current",
+    ]
+    assert times() == before
+
+
+def test_prune_of_a_smaller_sweep_removes_the_pictures_that_are_gone(run, scenes):
+    run("batch", "scenes", "-o", "out", *FOV, "--gif")
+    scenes[2].unlink()
+    result = run("batch", "scenes", "-o", "out", "--vary", "camera.fov=30,40", "--gif", "--prune")
+    assert result.exit_code == 0
+    gone = ["000/camera.fov=20.png", "001/camera.fov=20.png", "002.gif"]
+    gone += [f"002/camera.fov={fov}.png" for fov in (20, 30, 40)]
+    assert result.stderr.splitlines()[:6] == [f"removing {OUT / path}" for path in gone]
+    assert "animations: 2 written, 0 current, 0 failed\n" in result.stderr
+    assert set(results_in(OUT)) == {
+        f"{name}{rest}" for name in ("000", "001") for rest in (".gif", "/camera.fov=30.png", "/camera.fov=40.png")
+    }
+    assert not (OUT / "002").exists()
+
+
+def test_report_is_a_page_of_all_results(run, scenes):
+    write_scene(scenes[1], -1)
+    result = run("batch", "scenes", "-o", "out", *FOV, "--report")
+    assert result.exit_code == 1
+    assert result.stderr.splitlines()[-1] == f"wrote {OUT / 'index.html'}"
+    page = (OUT / "index.html").read_text(encoding="utf-8")
+    assert all(f"{name}/camera.fov={fov}" in page for name in ("000", "001", "002") for fov in (20, 30, 40))
+    assert private_files(OUT) == [".rtcli/lock"]
+
+
+def test_report_tells_of_the_whole_folder_and_quietly_if_asked_to(run, scenes):
+    run("batch", "scenes/000.yaml", "-o", "out")
+    result = run("batch", "scenes/001.yaml", "-o", "out", "--report", "-q")
+    assert (result.exit_code, result.output) == (0, "")
+    page = (OUT / "index.html").read_text(encoding="utf-8")
+    assert '"000' in page
+    assert '"001' in page
+    assert '"002' not in page
+    result = run("batch", "scenes/000.yaml", "-o", "out", "--report", "--prune")
+    assert '"001' not in (OUT / "index.html").read_text(encoding="utf-8")
+
+
 # --- What is refused -------------------------------------------------------------------------------------
 
 

@@ -1,0 +1,198 @@
+"""`--dask`: a real scheduler and two worker processes on the loopback, and what is left when one of them dies."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from batches import entries, lasting, private_files, results_in, write_scene, write_scenes
+from clusters import two_workers
+
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="POSIX only")
+
+OUT = Path("out")
+PASSES = ("--passes", "depth,normal")
+
+# Such a scene takes a worker a tenth of a second.
+OPTIONS = ("--size", "320x240", "--samples", "64", *PASSES)
+
+
+@pytest.fixture
+def cluster():
+    pytest.importorskip("distributed", exc_type=ImportError)
+    with two_workers() as started:
+        yield started
+
+
+@pytest.fixture
+def scenes(folder):
+    """Forty small scenes."""
+    return write_scenes(folder / "scenes", 40)
+
+
+def wait_until(happened, seconds=60):
+    end = time.monotonic() + seconds
+    while not happened():
+        assert time.monotonic() < end, "nothing happened"
+        time.sleep(0.01)
+
+
+def pictures():
+    return list(OUT.glob("???.png"))
+
+
+def processes_of(session):
+    """Return the processes of a session, but for those that have ended."""
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            fields = (folder / "stat").read_text().rpartition(")")[2].split()
+        except (FileNotFoundError, ProcessLookupError):
+            continue
+        if fields[3] == str(session) and fields[0] != "Z":
+            found.append(folder.name)
+    return found
+
+
+# --- Many scenes -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("shared", [(), ("--shared",)], ids=["brought back", "shared"])
+def test_batch_of_a_cluster_that_loses_a_worker_is_that_of_one_machine(run, spawn, scenes, cluster, shared):
+    write_scene(scenes[7], -1)
+    assert run("batch", "scenes", "-o", "whole", *OPTIONS).exit_code == 1
+    process = spawn("batch", "scenes", "-o", "out", *OPTIONS, "--dask", cluster.address, *shared)
+    wait_until(lambda: len(pictures()) >= 6)
+    cluster.workers[0].kill()
+    assert len(pictures()) < 39
+    _, errors = process.communicate(timeout=120)
+    assert process.returncode == 1
+    assert b"39 rendered, 0 current, 1 failed" in errors
+    assert b"Traceback" not in errors
+    assert len(results_in(OUT)) == 39 * 4
+    assert results_in(OUT) == results_in(Path("whole"))
+    assert lasting(OUT) == lasting(Path("whole"))
+    assert private_files(OUT) == [".rtcli/lock"]
+    assert cluster.workers[1].poll() is None
+    told = run("batch", "scenes", "-o", "out", *OPTIONS).stderr
+    assert "0 rendered, 39 current, 1 failed" in told
+
+
+@pytest.mark.slow
+def test_scheduler_that_dies_ends_the_batch_and_the_next_goes_on_from_there(run, spawn, scenes, cluster):
+    assert run("batch", "scenes", "-o", "whole", *OPTIONS).exit_code == 0
+    process = spawn("batch", "scenes", "-o", "out", *OPTIONS, "--dask", cluster.address)
+    wait_until(lambda: len(pictures()) >= 6)
+    cluster.scheduler.kill()
+    _, errors = process.communicate(timeout=30)
+    assert process.returncode == 3
+    assert errors.splitlines()[-1].startswith(
+        b"Error: the connection to the workers was lost: what was done is kept"
+    )
+    assert b"Traceback" not in errors
+    assert private_files(OUT) == [".rtcli/lock"]
+    done = [key for key, entry in entries(OUT).items() if entry["status"] == "done"]
+    assert len(done) == len(entries(OUT)) == len(pictures()) >= 6
+    assert results_in(OUT).items() < results_in(Path("whole")).items()
+    assert (
+        f"{40 - len(done)} rendered, {len(done)} current" in run("batch", "scenes", "-o", "out", *OPTIONS).stderr
+    )
+    assert results_in(OUT) == results_in(Path("whole"))
+    assert lasting(OUT) == lasting(Path("whole"))
+
+
+@pytest.mark.slow
+def test_scheduler_that_is_not_there_costs_nothing(run, scenes):
+    pytest.importorskip("distributed", exc_type=ImportError)
+    run("batch", "scenes", "-o", "out")
+    scenes[0].unlink()
+    write_scene(scenes[1], 0.1)
+    before = results_in(OUT)
+    result = run("batch", "scenes", "-o", "out", "--prune", "--dask", "tcp://127.0.0.1:9")
+    assert result.exit_code == 3
+    assert "no scheduler of Dask answers at 'tcp://127.0.0.1:9'" in result.stderr
+    assert results_in(OUT) == before
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("to_all", [False, True], ids=["to the program", "to all of its processes"])
+def test_interrupt_ends_a_cluster_of_this_machine(spawn, folder, to_all):
+    pytest.importorskip("distributed", exc_type=ImportError)
+    write_scene(folder / "scenes" / "000.yaml")
+    for path in write_scenes(folder / "scenes" / "long", 3):
+        path.write_text(path.read_text().replace("[40, 30]", "[20000, 20000]") + "render: {samples: 1024}\n")
+    process = spawn("batch", "scenes", "-o", "out", "--dask", "local", start_new_session=True)
+    wait_until(lambda: (OUT / "manifest.json").exists())
+    (os.killpg if to_all else os.kill)(process.pid, signal.SIGINT)
+    start = time.perf_counter()
+    _, errors = process.communicate(timeout=30)
+    assert time.perf_counter() - start < 5
+    assert process.returncode == -signal.SIGINT
+    assert b"Traceback" not in errors
+    assert private_files(OUT) == [".rtcli/lock"]
+    assert list(entries(OUT)) == ["000"]
+    if Path("/proc/self/stat").exists():
+        wait_until(lambda: not processes_of(process.pid), 5)
+
+
+# --- One picture -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_picture_of_a_cluster_is_that_of_one_machine(run, scene, cluster):
+    for name, options in {
+        "plain.png": [],
+        "deep.png": ["--bits", "16", "--exposure", "auto"],
+        "passes.png": PASSES,
+        "all.npz": ["--passes", "all"],
+        "crop.webp": ["--crop", "50,37,200,150"],
+        "other.npy": ["--engine", "reference", "--size", "40x30"],
+    }.items():
+        arguments = ["render", scene, "--size", "400x300", "--samples", "4", *options]
+        for folder, dask in (("local", []), ("cluster", ["--dask", cluster.address])):
+            Path(folder).mkdir(exist_ok=True)
+            assert run(*arguments, "-o", f"{folder}/{name}", *dask).exit_code == 0
+    assert len(results_in(Path("local"))) == 9
+    assert results_in(Path("cluster")) == results_in(Path("local"))
+
+
+@pytest.mark.slow
+def test_scheduler_that_dies_leaves_no_picture(spawn, scene, cluster):
+    process = spawn(
+        "render", scene, "-o", "a.png", "--size", "8000x8000", "--samples", "256", "--dask", cluster.address
+    )
+    wait_until(lambda: list(Path().glob(".rtcli-*.tmp")))
+    time.sleep(2)
+    cluster.scheduler.kill()
+    _, errors = process.communicate(timeout=30)
+    assert process.returncode == 3
+    told = f"Error: the connection to the scheduler of Dask was lost at '{cluster.address}'".encode()
+    assert errors.splitlines()[-1] == told
+    assert [path.name for path in Path().iterdir()] == [scene]
+
+
+# --- What is refused -------------------------------------------------------------------------------------
+
+
+def test_threads_are_of_this_machine(run, scene):
+    result = run("render", scene, "-o", "a.png", "--dask", "local", "--threads", "2")
+    assert result.exit_code == 2
+    assert "--threads is for this machine" in " ".join(result.stderr.split())
+
+
+@pytest.mark.parametrize(
+    "arguments", [["batch", "scene.yaml", "-o", "out"], ["render", "scene.yaml", "-o", "a.png"]]
+)
+def test_missing_extra_is_told_with_how_to_install_it(scene, arguments):
+    program = "import sys; sys.modules['distributed'] = None; from rtcli.cli import main; main(prog_name='rtcli')"
+    command = [sys.executable, "-c", program, *arguments, "--dask", "local"]
+    result = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert result.returncode == 3
+    told = "Error: working on a cluster needs the package distributed: pip install 'rtcli[dask]'\n"
+    assert result.stderr == told
+    assert not Path("a.png").exists()
+    assert not Path("out").exists()
