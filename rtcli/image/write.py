@@ -12,7 +12,7 @@ import zipfile
 from collections.abc import Iterator, Mapping
 from mmap import ACCESS_READ, mmap
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import IO, TYPE_CHECKING, Any, BinaryIO
 
 from rtcli.extras import need
 from rtcli.image.formats import METADATA
@@ -97,11 +97,11 @@ def write_npz(arrays: Arrays, metadata: Mapping[str, Any], file: BinaryIO) -> No
             member = zipfile.ZipInfo(f"{name}.npy", _NO_DATE)
             member.create_system = _UNIX
             with archive.open(member, "w", force_zip64=True) as stream:
-                np.lib.format.write_array(stream, _little(array), allow_pickle=False)
+                write_npy(array, stream)
 
 
-def write_npy(array: npt.NDArray[Any], file: BinaryIO) -> None:
-    """Write one array as `numpy.save` does, which itself does not say why a disk took only a part."""
+def write_npy(array: npt.NDArray[Any], file: IO[bytes]) -> None:
+    """Write one array as `numpy.save` does, which copies it, and does not say why a disk took only a part."""
     from numpy.lib import format
 
     stored = _little(array)
