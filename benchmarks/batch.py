@@ -40,11 +40,11 @@ def small_scenes(count: int) -> Path:
 
 def contests() -> tuple[Contest, ...]:
     """Return the batches; what is current is what the first one rendered."""
-    many, few = small_scenes(1_000), small_scenes(200)
+    many, few = small_scenes(1_000), small_scenes(500)
     size = "480x320, 10 objects"
     return (
         _contest("pictures", f"1,000 scenes to PNG, {size}", many, "--force"),
-        _contest("arrays", f"200 scenes to NPZ with depth, normal and object_id, {size}", few, "--force", *ARRAYS),
+        _contest("arrays", f"500 scenes to NPZ with depth, normal and object_id, {size}", few, "--force", *ARRAYS),
         _contest("current", "1,000 scenes with nothing to do", many),
     )
 

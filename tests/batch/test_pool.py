@@ -176,3 +176,19 @@ def is_running(pid):
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except (FileNotFoundError, ProcessLookupError):
         return False
+
+
+def environment(nothing):
+    return {name: value for name, value in os.environ.items() if name.startswith("MALLOC_")}
+
+
+def test_workers_keep_memory_for_the_next_scene_and_the_program_is_as_before(monkeypatch):
+    monkeypatch.setenv("MALLOC_TRIM_THRESHOLD_", "12345")
+    monkeypatch.delenv("MALLOC_MMAP_THRESHOLD_", raising=False)
+    workers = LocalWorkers(1)
+    try:
+        found = workers.submit(environment, None).result()
+    finally:
+        workers.close()
+    assert found == {"MALLOC_TRIM_THRESHOLD_": "12345", "MALLOC_MMAP_THRESHOLD_": str(256 << 20)}
+    assert environment(None) == {"MALLOC_TRIM_THRESHOLD_": "12345"}
