@@ -197,7 +197,10 @@ def _sigpipe_held() -> Iterator[None]:
 def _local_cluster(distributed: Any) -> Iterator[Any]:
     """Give a cluster of this machine's cores; if anything goes wrong, its workers end at once."""
     with distributed.LocalCluster(
-        threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=logging.CRITICAL
+        threads_per_worker=1,
+        processes=True,
+        dashboard_address="127.0.0.1:0",  # any port that is free: Dask would have 8787 for None, too, and warn
+        silence_logs=logging.CRITICAL,
     ) as cluster:
         try:
             yield cluster

@@ -102,10 +102,14 @@ def _looked_at(
     manifest: Manifest, jobs: Sequence[Job], folder: Path
 ) -> Iterator[tuple[Job, tuple[str, Entry | None]]]:
     """Yield each job with why it is to be done; threads read and hash files at the same time."""
-    with ThreadPoolExecutor() as threads:
+    threads = ThreadPoolExecutor()
+    try:
         for start in range(0, len(jobs), _TOGETHER):
             batch = jobs[start : start + _TOGETHER]
             yield from zip(batch, threads.map(lambda job: _look_at(manifest, job, folder), batch), strict=True)
+    finally:
+        # Who is interrupted waits for no scene that is being parsed.
+        threads.shutdown(wait=False, cancel_futures=True)
 
 
 def _look_at(manifest: Manifest, job: Job, folder: Path) -> tuple[str, Entry | None]:

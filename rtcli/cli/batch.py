@@ -23,7 +23,7 @@ from rtcli.batch.sweep import Variation
 from rtcli.batch.work import DONE, Outcome
 from rtcli.cli.exits import INVALID, usage_errors
 from rtcli.cli.option_types import FormatType, VariationType
-from rtcli.cli.output import STDIO, is_terminal, print_lines, tell
+from rtcli.cli.output import STDIO, is_terminal, print_lines, tell, tell_of_waiting
 from rtcli.cli.progress import progress
 from rtcli.cli.scene_options import edit_errors, film_options, overrides_taken_from, scene_options
 from rtcli.files import whole_files
@@ -199,6 +199,7 @@ def _workers(options: Options, count: int) -> Iterator[Workers]:
     from rtcli.cluster import dask_cluster
 
     with dask_cluster(options.dask) as cluster:
+        tell_of_waiting(cluster.cores, options.dask)
         # Of a cluster that grows, the first work calls for more workers.
         yield Workers(cluster.executor, max(_LEAST_UNDER_WAY, 2 * cluster.cores))
 

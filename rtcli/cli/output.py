@@ -14,6 +14,7 @@ from typing import Any, BinaryIO, TextIO
 import click
 
 from rtcli.files import whole_file
+from rtcli.scene.problems import printable
 
 # As a file's name: standard input or output.
 STDIO = "-"
@@ -22,6 +23,12 @@ STDIO = "-"
 def tell(text: str) -> None:
     """Print to standard error, where everything goes that nobody asked for."""
     click.echo(text, err=True)
+
+
+def tell_of_waiting(cores: int, address: str) -> None:
+    """Say that a cluster has nobody yet who works: one that grows will, another never."""
+    if not cores:
+        tell(f"the cluster at {printable(address)} has no workers: waiting for some")
 
 
 def print_lines(lines: Iterable[str]) -> None:

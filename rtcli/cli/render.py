@@ -17,7 +17,7 @@ from rtcli import __version__
 from rtcli.cli.check_options import CheckOptions, check_options, check_taken_from
 from rtcli.cli.exits import usage_errors
 from rtcli.cli.option_types import CropType
-from rtcli.cli.output import STDIO, is_terminal, open_target, tell
+from rtcli.cli.output import STDIO, is_terminal, open_target, tell, tell_of_waiting
 from rtcli.cli.progress import progress
 from rtcli.cli.scene_options import film_options, overrides_taken_from, read_scene, scene_options
 from rtcli.cli.stopwatch import Stopwatch
@@ -66,6 +66,7 @@ class Traced:
         from rtcli.cluster import dask_cluster
 
         with dask_cluster(self.dask) as cluster:
+            tell_of_waiting(cluster.cores, self.dask)
             yield cluster.executor
 
 

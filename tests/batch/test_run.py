@@ -2,6 +2,8 @@
 
 import contextlib
 import json
+import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -14,7 +16,7 @@ from rtcli.batch.folder import lock_of, scratch_folder
 from rtcli.batch.jobs import Settings, find_jobs
 from rtcli.batch.manifest import Manifest, ManifestError
 from rtcli.batch.pool import Workers
-from rtcli.batch.run import Batch, execute, find_leftover, make_plan, prune
+from rtcli.batch.run import Batch, _looked_at, execute, find_leftover, make_plan, prune
 from rtcli.batch.sweep import parse_variation
 from rtcli.scene.edits import Overrides
 
@@ -422,3 +424,20 @@ def test_manifest_that_names_a_scene_is_refused(folder):
     manifest.put("gone", {"outputs": [{"path": "000.yaml"}]})
     with pytest.raises(ManifestError, match="is no result"):
         find_leftover(manifest, jobs, OUT)
+
+
+def test_who_is_interrupted_waits_for_no_scene_that_is_looked_at(monkeypatch):
+    held = threading.Event()
+
+    def look_at(manifest, job, folder):
+        if job == "slow":
+            held.wait(30)
+        return "new", None
+
+    monkeypatch.setattr("rtcli.batch.run._look_at", look_at)
+    looked_at = _looked_at(Manifest(OUT), ["quick", "slow"], OUT)
+    assert next(looked_at) == ("quick", ("new", None))
+    start = time.monotonic()
+    looked_at.close()
+    assert time.monotonic() - start < 10
+    held.set()

@@ -1,7 +1,9 @@
 """`--dask`: a real scheduler and two worker processes on the loopback, and what is left when one of them dies."""
 
+import contextlib
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -10,6 +12,8 @@ from pathlib import Path
 import pytest
 from batches import entries, lasting, private_files, results_in, write_scene, write_scenes
 from clusters import two_workers
+
+from rtcli.cli.output import tell_of_waiting
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="POSIX only")
 
@@ -196,3 +200,17 @@ def test_missing_extra_is_told_with_how_to_install_it(scene, arguments):
     assert result.stderr == told
     assert not Path("a.png").exists()
     assert not Path("out").exists()
+
+
+@pytest.mark.parametrize(("cores", "told"), [(0, "the cluster at tcp://a:1 has no workers: waiting"), (1, "")])
+def test_cluster_without_workers_is_told(cores, told, capsys):
+    tell_of_waiting(cores, "tcp://a:1")
+    assert capsys.readouterr().err.startswith(told)
+    assert bool(told) == (cores == 0)
+
+
+@pytest.mark.slow
+def test_cluster_of_this_machine_is_quiet_though_another_has_dasks_port(run, scenes):
+    with contextlib.suppress(OSError), socket.create_server(("127.0.0.1", 8787)):
+        result = run("batch", "scenes", "-o", "quiet", "--dask", "local", "-q")
+    assert (result.exit_code, result.stderr) == (0, "")

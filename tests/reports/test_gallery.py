@@ -19,6 +19,7 @@ from PIL import Image
 
 import rtcli
 from rtcli.reports.gallery import gallery_page
+from rtcli.reports.gallery.thumbnails import thumbnail
 from rtcli.scene.problems import printable
 from rtcli.tracer import _native
 
@@ -203,6 +204,35 @@ def test_picture_in_small_is_that_of_the_png_in_every_format(suffix, tmp_path):
     page = Page(gallery_page(manifest(a=done("a.png"), b=done(f"a{suffix}")), tmp_path))
     one, other = (np.asarray(image).astype(int) for image in thumbnails(page))
     assert np.abs(one - other).mean() <= (3 if suffix == ".jpg" else 0)
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".exr"])
+def test_passes_in_the_file_are_those_beside_a_png_in_small(suffix, tmp_path):
+    if suffix == ".exr":
+        pytest.importorskip("OpenEXR", reason="the extra exr is not installed")
+    film = rtcli.render(rtcli.load_scene(batches.SCENES / "first.yaml"), ("depth", "normal", "object_id"))
+    film.save(tmp_path / f"a{suffix}")
+    film.save(tmp_path / "b.png")
+    page = Page(gallery_page(manifest(a=done(f"a{suffix}"), b=done("b.png")), tmp_path))
+    inside, beside = (scene["passes"] for scene in page.data["scenes"])
+    assert [each["part"] for each in inside] == ["depth", "normal", "object_id"]
+    assert beside == []
+    for each in inside:
+        assert each["url"] == thumbnail_of_levels(tmp_path / f"b.{each['part']}.png")
+
+
+def thumbnail_of_levels(path):
+    with Image.open(path) as image:
+        levels = np.asarray(image)
+    eight = levels if levels.dtype == np.uint8 else (levels >> 8).astype(np.uint8)
+    Image.fromarray(eight).convert("RGB").save(path.with_suffix(".eight.png"))
+    return thumbnail(path.with_suffix(".eight.png"))
+
+
+def test_damaged_file_of_arrays_has_no_passes(tmp_path):
+    (tmp_path / "a.npz").write_bytes(b"PK")
+    page = Page(gallery_page(manifest(a=done("a.npz")), tmp_path))
+    assert page.data["scenes"][0]["passes"] == []
 
 
 def test_picture_of_16_bits_in_grey_or_with_alpha_is_made_small(tmp_path):

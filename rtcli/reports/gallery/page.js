@@ -168,9 +168,10 @@ function listOf(className, items) {
   return items.length === 0 ? null : make("ul", { className }, ...items);
 }
 
-// Of a picture that browsers cannot show there is the one in small.
+// Of a picture that browsers cannot show there is the one in small; and so of the passes in its file.
 function pictures(index) {
-  const files = scenes[index].files.filter((file) => file.picture);
+  const { passes } = scenes[index];
+  const files = [...scenes[index].files.filter((file) => file.picture), ...passes];
   const small = links[index].querySelector("img");
   if (!small || files.some((file) => file.part === "radiance")) return files;
   return [{ part: "radiance", url: small.src, path: null }, ...files];

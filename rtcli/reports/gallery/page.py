@@ -14,7 +14,7 @@ from typing import Any
 from urllib.parse import quote
 
 from rtcli.reports.gallery.records import Part, Record, records_of
-from rtcli.reports.gallery.thumbnails import thumbnail
+from rtcli.reports.gallery.thumbnails import pass_thumbnails, thumbnail
 from rtcli.scene.problems import counted, printable
 
 
@@ -140,8 +140,15 @@ def _details(record: Record, settings: int) -> dict[str, Any]:
         "settings": settings,
         "seconds": record.seconds,
         "files": list(map(_file, record.parts)),
+        "passes": [{"part": name, "url": url, "path": None} for name, url in _passes(record).items()],
         "problems": [vars(fault) for fault in record.faults],
     }
+
+
+def _passes(record: Record) -> dict[str, str]:
+    """Return the passes in the file of the picture, in small."""
+    picture = record.picture
+    return {} if picture is None or picture.path is None else pass_thumbnails(picture.path)
 
 
 def _file(part: Part) -> dict[str, Any]:

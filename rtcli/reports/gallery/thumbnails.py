@@ -7,12 +7,15 @@ import io
 import warnings
 from pathlib import Path
 
+import numpy as np
 from PIL import Image
 
 from rtcli.image.formats import format_of
 from rtcli.image.layers import Array
-from rtcli.image.read import kind_of
+from rtcli.image.pass_picture import pass_picture
+from rtcli.image.read import kind_of, read_layers
 from rtcli.image.shown import shown_levels
+from rtcli.tracer.world import PASSES
 
 # The longest sides in pixels.
 SIZE = (160, 120)
@@ -43,6 +46,28 @@ def thumbnail(path: Path) -> str | None:
         pixels = _pixels(path)
     except (OSError, ValueError, Image.DecompressionBombError):  # damaged or too large, or an extra is missing
         return None
+    return _encoded(pixels)
+
+
+def pass_thumbnails(path: Path) -> dict[str, str]:
+    """Return the passes that a file holds, as pictures in small by their names; see `thumbnail`."""
+    try:
+        if not format_of(path.name).holds_all:
+            return {}
+        _refuse(path.stat().st_size > _MOST_BYTES)
+        arrays = read_layers(str(path)).arrays
+        levels = {name: pass_picture(name, arrays[name]).levels for name in PASSES if name in arrays}
+    except (OSError, ValueError):  # damaged or too large, or an extra is missing
+        return {}
+    return {name: _encoded(_eight_bits(picture)) for name, picture in levels.items()}
+
+
+def _eight_bits(levels: Array) -> Array:
+    return np.atleast_3d(levels if levels.dtype == np.uint8 else (levels >> 8).astype(np.uint8))
+
+
+def _encoded(pixels: Array) -> str:
+    """Return (H, W, C) uint8 in small."""
     image = Image.fromarray(pixels if pixels.shape[2] > 1 else pixels[:, :, 0]).convert("RGB")
     # Means of whole pixels first, as far as they go: three times as fast, and not to be told apart at this size.
     image.thumbnail(SIZE, Image.Resampling.LANCZOS, reducing_gap=1)
