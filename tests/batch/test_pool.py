@@ -19,6 +19,11 @@ DIE = "__import__('os')._exit(9)"
 needs_proc = pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="a system without /proc")
 
 
+def news(*arguments):
+    """Yield results, but for the moments in which there is none: on a busy machine workers take time to start."""
+    return (result for result in results(*arguments) if result is not None)
+
+
 @pytest.fixture
 def local():
     """Two workers, which are gone afterwards."""
@@ -29,7 +34,7 @@ def local():
 
 def test_any_executor_does_the_work():
     with ThreadPoolExecutor(2) as threads:
-        found = {result.task: result.value for result in results(Workers(threads, 3), eval, ["1+1", "2+2", "3+3"])}
+        found = {result.task: result.value for result in news(Workers(threads, 3), eval, ["1+1", "2+2", "3+3"])}
     assert found == {"1+1": 2, "2+2": 4, "3+3": 6}
 
 
@@ -57,7 +62,7 @@ def test_no_more_tasks_are_taken_than_there_are_slots(slots):
             yield str(number)
 
     with ThreadPoolExecutor(2) as threads:
-        for count, _ in enumerate(results(Workers(threads, slots), eval, tasks()), start=1):
+        for count, _ in enumerate(news(Workers(threads, slots), eval, tasks()), start=1):
             assert taken <= count + slots - 1
     assert taken == 20
 
@@ -72,7 +77,7 @@ def test_task_that_raises_is_tried_once_more_and_then_told():
         return task
 
     with ThreadPoolExecutor(1) as threads:
-        found = {result.task: result for result in results(Workers(threads, 2), work, ["good", "bad", "once"])}
+        found = {result.task: result for result in news(Workers(threads, 2), work, ["good", "bad", "once"])}
     assert found["good"].value == "good"
     assert isinstance(found["bad"].error, MemoryError)
     assert found["once"].value == "once"
@@ -81,7 +86,7 @@ def test_task_that_raises_is_tried_once_more_and_then_told():
 
 def test_worker_that_dies_costs_its_own_task_alone(local):
     tasks = [*(f"{number}+0" for number in range(10)), DIE, *(f"{number}+0" for number in range(10, 20))]
-    found = {result.task: result for result in results(local, eval, tasks)}
+    found = {result.task: result for result in news(local, eval, tasks)}
     assert isinstance(found.pop(DIE).error, WorkerDiedError)
     assert {result.value for result in found.values()} == set(range(20))
     assert all(result.error is None for result in found.values())
@@ -89,7 +94,7 @@ def test_worker_that_dies_costs_its_own_task_alone(local):
 
 def test_every_worker_that_dies_is_told(local):
     tasks = [f"{DIE} or {number}" for number in range(3)]
-    found = list(results(local, eval, tasks))
+    found = list(news(local, eval, tasks))
     assert sorted(result.task for result in found) == tasks
     assert all(isinstance(result.error, WorkerDiedError) for result in found)
 
@@ -98,7 +103,7 @@ def test_task_whose_worker_died_once_is_done(local, tmp_path):
     # It makes a file and dies; the second time the file is there.
     mark = tmp_path / "mark"
     task = f"(p := __import__('pathlib').Path({str(mark)!r})).exists() or (p.touch(), {DIE})"
-    [result] = results(local, eval, [task])
+    [result] = news(local, eval, [task])
     assert result.value is True
 
 
@@ -110,7 +115,7 @@ def test_workers_that_cannot_start_are_told_and_not_tried_for_ever(local, monkey
 
 
 def test_error_that_cannot_be_sent_is_told(local):
-    [result] = results(local, eval, ["(_ for _ in ()).throw(type('Odd', (BaseException,), {})('x'))"])
+    [result] = news(local, eval, ["(_ for _ in ()).throw(type('Odd', (BaseException,), {})('x'))"])
     assert result.error is not None
     assert not isinstance(result.error, WorkerDiedError)
 
