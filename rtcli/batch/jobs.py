@@ -105,7 +105,7 @@ class Job:
         """
         document = self.settings.overrides.apply(document)
         for expression in self.variation.edits:
-            document = set_expression(document, expression)
+            document = set_expression(document, expression, "--vary")
         return document
 
 

@@ -76,9 +76,10 @@ class Options:
         with usage_errors():
             check_fits(f"results{self.settings.suffix}", (1, 1), self.settings.bits)
         with edit_errors():
-            varied = (expression for variation in self.vary for expression in variation.edits)
-            for expression in (*self.settings.overrides.edits, *varied):
+            for expression in self.settings.overrides.edits:
                 check_expression(expression)
+            for expression in (edit for variation in self.vary for edit in variation.edits):
+                check_expression(expression, "--vary")
 
     def find_jobs(self) -> list[Job]:
         """Return what there is to do.
@@ -255,9 +256,7 @@ class _Report:
             self.rendered.add(outcome.key)
             return
         self.failed += 1
-        lines = [line.rstrip("\n") for line in concise.report([Checked(job.scene, outcome.problems)])]
-        if outcome.message:
-            lines.append(f"{printable(job.scene)}: error: {printable(outcome.message)}")
+        lines = list(_problems(job, outcome))
         room = max(0, _SHOWN - len(self.problems))
         self.problems += lines[:room]
         self.more += len(lines[room:])
@@ -270,6 +269,17 @@ class _Report:
             parts.append(f"{left:,} not done")
         rate = f" ({len(self.rendered) / seconds:.1f} a second)" if self.rendered else ""
         yield f"{', '.join(parts)} in {seconds:.2f} s{rate}"
+
+
+def _problems(job: Job, outcome: Outcome) -> Iterator[str]:
+    """Yield what is wrong with a scene, a line each, all of which name it."""
+    for problem in outcome.problems:
+        [line] = concise.report([Checked(job.scene, (problem,))])
+        # One that lies in the text of an option speaks of that alone.
+        result = "" if problem.path == job.scene else f"{printable(job.key)}: "
+        yield result + line.rstrip("\n")
+    if outcome.message:
+        yield f"{printable(job.scene)}: error: {printable(outcome.message)}"
 
 
 def _shown(problems: Iterable[str], more: int) -> Iterable[str]:

@@ -67,9 +67,9 @@ class Overrides:
         return shorthands
 
 
-def check_expression(expression: str) -> None:
+def check_expression(expression: str, option: str = "--set") -> None:
     """Raise EditError unless `KEY=VALUE` is one, whatever the scene."""
-    set_expression(Document(Source("", ""), None), expression)
+    set_expression(Document(Source("", ""), None), expression, option)
 
 
 def set_value(document: Document, path: str, value: Any, option: str) -> Document:
@@ -94,8 +94,17 @@ def set_value(document: Document, path: str, value: Any, option: str) -> Documen
     return _set(document, value, Edit(_steps(path), Source(option, option), Place(0, len(option))))
 
 
-def set_expression(document: Document, expression: str) -> Document:
+def set_expression(document: Document, expression: str, option: str = "--set") -> Document:
     """Return the document with `KEY=VALUE` applied, the value being YAML.
+
+    Parameters
+    ----------
+    document
+        Left as it is.
+    expression
+        `KEY=VALUE`, its path as `set_value` has it.
+    option
+        The option that asks for it; with the expression it stands for the file's name in messages.
 
     Raises
     ------
@@ -105,7 +114,7 @@ def set_expression(document: Document, expression: str) -> Document:
     path, equals, text = expression.partition("=")
     if not equals:
         raise EditError(f"{quoted(expression)} is not KEY=VALUE")
-    name = f"--set {expression}"
+    name = f"{option} {expression}"
     try:
         # Padded to where the value stands in the expression, so that columns count from its start.
         read = read_carefully(Source(name, " " * (len(path) + 1) + text))

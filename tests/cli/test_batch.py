@@ -273,6 +273,22 @@ def test_value_that_a_scene_cannot_have_fails_alone(run, scenes):
     assert entries(OUT)["000/camera.fov=180"]["vary"] == {"camera.fov": "180"}
 
 
+def test_problem_of_a_value_names_the_result_and_the_option(run, scenes):
+    result = run("batch", "scenes/000.yaml", "-o", "out", "--vary", "camera.fov=170:200:10")
+    told = [line for line in result.stderr.splitlines() if "error: " in line]
+    assert [line.split(":1:12: error: camera.fov: must be ")[0] for line in told] == [
+        f"000/camera.fov={fov}: --vary camera.fov={fov}" for fov in (180, 190, 200)
+    ]
+
+
+def test_problem_of_an_edit_names_each_scene(run, scenes):
+    result = run("batch", "scenes", "-o", "out", "--set", "camera.foo=1")
+    told = sorted(line for line in result.stderr.splitlines() if "error: " in line)
+    assert [line.partition(": error: ")[0] for line in told] == [
+        f"{key}: --set camera.foo=1:1:12" for key in ("000", "001", "002")
+    ]
+
+
 @pytest.mark.parametrize("suffix", ["gif", "webp"])
 def test_animations_are_made_left_alone_and_made_again(run, scenes, suffix):
     arguments = ["batch", "scenes", "-o", "out", *FOV, f"--{suffix}"]
@@ -320,7 +336,7 @@ def test_fail_fast_makes_no_animation(run, scenes):
         (["--vary", "camera.fov=1,1"], "has a value twice"),
         (["--vary", "camera.fov=1,2", "--vary", "camera.fov=3"], "`camera.fov` is varied twice"),
         (["--vary", "camera..fov=1,2"], "cannot set a value"),
-        (["--vary", "camera.fov=1,[2"], "cannot set a value"),
+        (["--vary", "camera.fov=1,[2"], "cannot set a value: --vary camera.fov=[2: "),
         (["--vary", "camera.fov=1:2000000:1"], "2,000,000 variations are more than 1,000,000"),
         (["--gif"], "give --vary once"),
         (["--webp", *FOV, "--vary", "render.samples=1,4"], "give --vary once"),
