@@ -194,9 +194,10 @@ class Leftover(NamedTuple):
 def find_leftover(
     manifest: Manifest, jobs: Sequence[Job], folder: Path, animations: Sequence[Animation] = ()
 ) -> Leftover:
-    """Return the results of scenes that are none of a batch's jobs, and files that jobs had with other settings.
+    """Return the results of scenes that are gone, and files that jobs had with other settings.
 
-    Animations are among them, but for those that the batch makes.
+    Animations are among them, but for those that the batch makes. Results of scenes that are there and no part of
+    the batch stay: they are another batch's.
 
     Raises
     ------
@@ -206,17 +207,29 @@ def find_leftover(
     keys = {job.key for job in jobs}
     wanted = {path for job in jobs for path in job.outputs.values()}
     wanted.update(animation.path for animation in animations)
+    scenes = {os.path.realpath(job.scene) for job in jobs}
     named: set[str] = set()
+    gone = []
     for key in manifest:
         entry = manifest.entry(key)
+        if key not in keys and _is_of_another_batch(entry, scenes):
+            wanted.update(_paths(entry), _besides(entry))
+            continue
         named.update(_paths(entry), _besides(entry))
-    scenes = {os.path.realpath(job.scene) for job in jobs}
+        if key not in keys:
+            gone.append(key)
     paths = sorted(path for path in named - wanted if os.path.lexists(folder / path))
     for path in paths:
         if not _is_result(path, folder, scenes):
             message = f"names {quoted(path)}, which is no result in this folder: nothing is removed. Correct it"
             raise ManifestError(folder / MANIFEST, message)
-    return Leftover(sorted(key for key in manifest if key not in keys), paths)
+    return Leftover(sorted(gone), paths)
+
+
+def _is_of_another_batch(entry: Entry, scenes: set[str]) -> bool:
+    """Return whether the scene of an entry is there, and none of these."""
+    scene = entry.get("scene")
+    return isinstance(scene, str) and os.path.realpath(scene) not in scenes and os.path.lexists(scene)
 
 
 def _is_result(path: str, folder: Path, scenes: set[str]) -> bool:
@@ -243,6 +256,20 @@ def prune(leftover: Leftover, manifest: Manifest, folder: Path) -> None:
                 (folder / parent).rmdir()
     for key in leftover.keys:
         manifest.remove(key)
+    # What is called so from now on is somebody else's.
+    removed = set(leftover.paths)
+    for key in list(manifest):
+        entry = manifest.entry(key)
+        if not removed.isdisjoint(_besides(entry)):
+            manifest.put(key, _without(entry, removed))
+
+
+def _without(entry: Entry, removed: set[str]) -> Entry:
+    """Return an entry that names some paths no more beside its outputs."""
+    former = [path for path in _former(entry) if path not in removed]
+    left = [each for each in animated(entry) if each["path"] not in removed]
+    rest = {name: value for name, value in entry.items() if name not in ("former", "animations")}
+    return {**rest, **({"former": former} if former else {}), **({"animations": left} if left else {})}
 
 
 # --- The work --------------------------------------------------------------------------------------------

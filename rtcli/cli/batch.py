@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import sys
 import time
 from collections.abc import Iterable, Iterator
@@ -15,7 +14,7 @@ import click
 
 from rtcli.batch.animate import Animation, animate, animations_of
 from rtcli.batch.folder import scratch_folder
-from rtcli.batch.jobs import MANIFEST, Job, Settings, find_jobs
+from rtcli.batch.jobs import Job, Settings, find_jobs
 from rtcli.batch.manifest import Manifest
 from rtcli.batch.pool import LocalWorkers, Workers
 from rtcli.batch.run import Batch, Leftover, Plan, execute, find_leftover, make_plan, prune
@@ -34,6 +33,7 @@ from rtcli.reports.checked import Checked
 from rtcli.scene.edits import check_expression
 from rtcli.scene.problems import counted, printable
 from rtcli.tracer.engines import default_threads
+from rtcli.truth import SOFTWARE
 
 # Of all scenes together so many problems are shown; the manifest has more.
 _SHOWN = 40
@@ -124,8 +124,8 @@ class Options:
 @click.option(
     "--prune",
     is_flag=True,
-    help="Remove results that the manifest names and this batch would not make, after saying which: those of "
-    "scenes that are gone, or of other settings.",
+    help="Remove results of scenes that are gone, and of other settings, after saying which; those of scenes that "
+    "are there but not among PATH stay.",
 )
 @click.option(
     "--vary",
@@ -144,7 +144,12 @@ class Options:
     "rtcli[dask].",
 )
 @click.option("--shared", is_flag=True, help="With --dask: DIR is the same for all workers, and they write to it.")
-@click.option("-q", "--quiet", is_flag=True, help="No progress, no summary, no problems: the manifest has them.")
+@click.option(
+    "-q",
+    "--quiet",
+    is_flag=True,
+    help="No progress, no summary, no problems, which the manifest has; only what --prune removes is said.",
+)
 def command(**options: Any) -> int:
     """Render many scenes to a folder, only those that are needed.
 
@@ -177,9 +182,8 @@ def run(options: Options) -> int:
         return 0
     report = _Report()
     with _workers(options, len(plan.steps)) as workers:
-        if not options.quiet:
-            for path in leftover.paths:
-                tell(f"removing {printable(str(folder / path))}")
+        for path in leftover.paths:  # never without a word
+            tell(f"removing {printable(str(folder / path))}")
         prune(leftover, manifest, folder)
         by_workers = options.dask is None or options.shared
         _render(options, Batch(plan, manifest, folder, workers, by_workers), report)
@@ -227,7 +231,8 @@ def _write_page(options: Options, folder: Path) -> None:
     from rtcli.reports.gallery import gallery_page  # with NumPy and Pillow
 
     page = folder / "index.html"
-    told = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+    manifest = Manifest(folder)
+    told = {"scenes": {key: manifest.entry(key) for key in manifest}, "software": SOFTWARE}
     with scratch_folder(folder) as scratch, whole_files([page], scratch) as [file]:
         file.write(gallery_page(told, folder).encode())
     if not options.quiet:

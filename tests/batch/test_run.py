@@ -359,6 +359,29 @@ def test_results_of_scenes_that_are_gone_are_removed_with_their_folders(folder, 
     assert not (OUT / "sub" / "deep").exists()
 
 
+def test_results_of_another_batch_stay(folder, scenes):
+    write_scene(folder / "others" / "far" / "x.yaml")
+    manifest = Manifest(OUT)
+    jobs = find_jobs(["others"], Settings(), "out")
+    with ThreadPoolExecutor(1) as threads:
+        list(execute(Batch(make_plan(manifest, jobs, OUT), manifest, OUT, Workers(threads, 1))))
+    scenes[0].unlink()
+    assert pruned() == ["000.png"]
+    assert (OUT / "far" / "x.png").exists()
+    assert list(entries(OUT)) == ["001", "002", "far/x"]
+    (folder / "others" / "far" / "x.yaml").unlink()
+    assert pruned() == ["far/x.png"]
+
+
+def test_file_that_takes_the_place_of_one_that_was_removed_stays(scenes):
+    render(suffix=".webp")
+    assert pruned(suffix=".webp") == ["000.png", "001.png", "002.png"]
+    assert all("former" not in entry for entry in entries(OUT).values())
+    (OUT / "000.png").write_text("mine")
+    assert pruned(suffix=".webp") == []
+    assert (OUT / "000.png").read_text() == "mine"
+
+
 def test_nothing_is_removed_that_the_manifest_does_not_name(scenes):
     (OUT / "100.png").touch()
     scenes[0].unlink()

@@ -276,7 +276,7 @@ def test_value_that_a_scene_cannot_have_fails_alone(run, scenes):
 def test_problem_of_a_value_names_the_result_and_the_option(run, scenes):
     result = run("batch", "scenes/000.yaml", "-o", "out", "--vary", "camera.fov=170:200:10")
     told = [line for line in result.stderr.splitlines() if "error: " in line]
-    assert [line.split(":1:12: error: camera.fov: must be ")[0] for line in told] == [
+    assert sorted(line.split(":1:12: error: camera.fov: must be ")[0] for line in told) == [
         f"000/camera.fov={fov}: --vary camera.fov={fov}" for fov in (180, 190, 200)
     ]
 
@@ -405,7 +405,8 @@ def test_report_tells_of_the_whole_folder_and_quietly_if_asked_to(run, scenes):
     assert '"000' in page
     assert '"001' in page
     assert '"002' not in page
-    result = run("batch", "scenes/000.yaml", "-o", "out", "--report", "--prune")
+    Path("scenes/001.yaml").unlink()
+    run("batch", "scenes/000.yaml", "-o", "out", "--report", "--prune")
     assert '"001' not in (OUT / "index.html").read_text(encoding="utf-8")
 
 
@@ -645,3 +646,18 @@ def test_png_batch_loads_neither_numpy_nor_pillow(scenes):
     )
     result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert result.stdout == "['yaml']\n"
+
+
+def test_prune_is_never_without_a_word(run, scenes):
+    run("batch", "scenes", "-o", "out")
+    Path("scenes/001.yaml").unlink()
+    assert run("batch", "scenes", "-o", "out", "--prune", "-q").stderr == f"removing {OUT / '001.png'}\n"
+
+
+def test_damaged_line_of_the_manifest_is_told_with_the_page_too(run, scenes):
+    run("batch", "scenes", "-o", "out")
+    path = OUT / "manifest.json"
+    path.write_text(path.read_text().replace('"001": {', '"001": {oops '))
+    result = run("batch", "scenes/000.yaml", "-o", "out", "--report")
+    assert result.exit_code == 3
+    assert "manifest.json: is damaged (the line of `001`" in result.stderr
