@@ -186,9 +186,16 @@ def _scenes(paths: Iterable[str], folder: str) -> Iterator[tuple[str, str]]:
         if Path(path).is_dir():
             yield from _below(path, path, folder)
         elif os.path.lexists(path):
+            _refuse_what_has_no_end(path)
             yield str(Path(path).parent), path
         else:
             yield from _matches(path, folder)
+
+
+def _refuse_what_has_no_end(path: str) -> None:
+    """Raise OSError for a pipe or a device: who reads one may wait for ever."""
+    if Path(path).exists() and not Path(path).is_file():
+        raise OSError(errno.EINVAL, "is not a regular file", path)
 
 
 def _below(root: str, parent: str, folder: str) -> Iterator[tuple[str, str]]:

@@ -229,7 +229,10 @@ def find_leftover(
 def _is_of_another_batch(entry: Entry, scenes: set[str]) -> bool:
     """Return whether the scene of an entry is there, and none of these."""
     scene = entry.get("scene")
-    return isinstance(scene, str) and os.path.realpath(scene) not in scenes and os.path.lexists(scene)
+    try:
+        return isinstance(scene, str) and os.path.lexists(scene) and os.path.realpath(scene) not in scenes
+    except ValueError:  # no path at all
+        return False
 
 
 def _is_result(path: str, folder: Path, scenes: set[str]) -> bool:
@@ -313,7 +316,8 @@ def execute(batch: Batch) -> Generator[Outcome]:
     """
     with scratch_folder(batch.folder) as scratch:
         for key, entry in batch.plan.renewed.items():
-            batch.manifest.put(key, entry)
+            # Of what is known now: pruning may have changed it.
+            batch.manifest.put(key, {**batch.manifest.entry(key), "input": entry["input"]})
         try:
             yield from _recorded(batch, scratch)
         except BaseException:

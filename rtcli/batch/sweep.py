@@ -16,6 +16,7 @@ MOST_VARIATIONS = 1_000_000
 
 _NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _RANGE = re.compile(rf"({_NUMBER}):({_NUMBER}):({_NUMBER})")
+_STEPLESS = re.compile(rf"{_NUMBER}:{_NUMBER}")
 
 # What file systems, shells or URLs give a meaning of its own.
 _UNSAFE = re.compile(r"[^A-Za-z0-9._+=,\[\]-]+")
@@ -63,6 +64,8 @@ def parse_variation(expression: str) -> Variation:
     numbers = _RANGE.fullmatch(text)
     if numbers:
         return Variation(path, _range(Decimal(numbers[1]), Decimal(numbers[2]), Decimal(numbers[3]), expression))
+    if _STEPLESS.fullmatch(text):
+        raise ValueError(f"{quoted(expression)} has no step: give one, such as {path}=20:60:5")
     values = _list(text)
     if not all(values):
         raise ValueError(f"{quoted(expression)} has an empty value")

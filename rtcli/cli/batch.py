@@ -35,8 +35,8 @@ from rtcli.scene.problems import counted, printable
 from rtcli.tracer.engines import default_threads
 from rtcli.truth import SOFTWARE
 
-# Of all scenes together so many problems are shown; the manifest has more.
-_SHOWN = 40
+# Of all scenes together so many problems are shown, and of one scene so many: it must not hide the others.
+_SHOWN, _SHOWN_OF_ONE = 40, 3
 
 # So many scenes are given to a cluster at a time, at least.
 _LEAST_UNDER_WAY = 64
@@ -63,6 +63,8 @@ class Options:
 
     def check(self) -> None:
         """Raise click.UsageError for what cannot be right whatever the scenes say."""
+        if "" in (*self.paths, self.output):
+            raise click.UsageError("a path is empty: is a variable not set?")
         if STDIO in (*self.paths, self.output):
             raise click.UsageError(
                 "standard input and output are no places for many scenes: give files and folders"
@@ -262,7 +264,7 @@ class _Report:
             return
         self.failed += 1
         lines = list(_problems(job, outcome))
-        room = max(0, _SHOWN - len(self.problems))
+        room = min(_SHOWN_OF_ONE, max(0, _SHOWN - len(self.problems)))
         self.problems += lines[:room]
         self.more += len(lines[room:])
 
@@ -272,7 +274,8 @@ class _Report:
         parts = [f"{len(self.rendered):,} rendered", f"{plan.current:,} current", f"{self.failed:,} failed"]
         if left:
             parts.append(f"{left:,} not done")
-        rate = f" ({len(self.rendered) / seconds:.1f} a second)" if self.rendered else ""
+        done = len(self.rendered) + self.failed
+        rate = f" ({done / seconds:.1f} a second)" if done else ""
         yield f"{', '.join(parts)} in {seconds:.2f} s{rate}"
 
 

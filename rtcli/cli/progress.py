@@ -65,6 +65,10 @@ class _Rate:
         passed = time.monotonic() - self._start
         return f"{self.done / passed:.1f} {self._noun}/s" if self.done and passed else None
 
+    def percentage(self, total: int) -> int:
+        """Return how much is done: that of a count, which stands beside it; of pixels whole tenths."""
+        return self.done * 10 // total * 10 if self._noun is None else self.done * 100 // total
+
     def line(self, total: int) -> str:
         """Return the counts, the rate and the time that is left, in brackets."""
         if self._noun is None:
@@ -90,6 +94,6 @@ def _line_each_tenth(label: str, rate: _Rate) -> Callable[[int, int], None]:
         rate.done = done
         if tenths > told:
             told = tenths
-            tell(f"{label}: {tenths * 10} %{rate.line(total)}")
+            tell(f"{label}: {rate.percentage(total)} %{rate.line(total)}")
 
     return advance

@@ -226,3 +226,10 @@ def test_more_variations_than_anybody_means_are_refused(tree, monkeypatch):
 def test_scenes_that_are_not_varied_may_be_any_number(tree, monkeypatch):
     monkeypatch.setattr("rtcli.batch.sweep.MOST_VARIATIONS", 3)
     assert len(swept()) == 4
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="a system without pipes in folders")
+def test_pipe_is_refused_instead_of_waited_for(folder):
+    os.mkfifo(folder / "pipe.yaml")
+    with pytest.raises(OSError, match="is not a regular file"):
+        find_jobs(["pipe.yaml"], Settings(), "out")

@@ -382,6 +382,25 @@ def test_file_that_takes_the_place_of_one_that_was_removed_stays(scenes):
     assert (OUT / "000.png").read_text() == "mine"
 
 
+@pytest.mark.parametrize("scene", ["\0", "\ud800", "", None, 7, ["scenes"]])
+def test_entry_of_no_path_is_that_of_a_scene_that_is_gone(scenes, scene):
+    manifest = Manifest(OUT)
+    manifest.put("odd", {"scene": scene, "outputs": []})
+    assert find_leftover(manifest, jobs_of(), OUT).keys == ["odd"]
+
+
+def test_scene_that_is_written_otherwise_does_not_bring_back_what_was_pruned(scenes):
+    render(suffix=".webp")
+    scenes[0].write_text(scenes[0].read_text() + "# the same\n")
+    manifest = Manifest(OUT)
+    made = make_plan(manifest, jobs_of(suffix=".webp"), OUT)
+    assert list(made.renewed) == ["000"]
+    prune(find_leftover(manifest, jobs_of(suffix=".webp"), OUT), manifest, OUT)
+    with ThreadPoolExecutor(1) as threads:
+        list(execute(Batch(made, manifest, OUT, Workers(threads, 1))))
+    assert "former" not in entries(OUT)["000"]
+
+
 def test_nothing_is_removed_that_the_manifest_does_not_name(scenes):
     (OUT / "100.png").touch()
     scenes[0].unlink()

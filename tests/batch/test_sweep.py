@@ -23,7 +23,7 @@ from rtcli.batch.sweep import Combination, Variation, combinations, parse_variat
         ("a=[1, 0, 0], [0, 1, 0]", ("[1, 0, 0]", "[0, 1, 0]")),
         ("a={x: 1, y: 2},'a, b',\"c,d\"", ("{x: 1, y: 2}", "'a, b'", '"c,d"')),
         ("a=x=1,y", ("x=1", "y")),
-        ("a=1:2", ("1:2",)),
+        ("a='1:2'", ("'1:2'",)),
     ],
 )
 def test_ranges_and_lists(expression, values):
@@ -50,6 +50,7 @@ def test_range_is_exact_and_holds_its_stop(start, count, step, decimals):
         ("a=1,,2", "has an empty value"),
         ("a=1,2,", "has an empty value"),
         ("a=1,2,1", "has a value twice"),
+        ("a=1:2", "`a=1:2` has no step: give one, such as a=20:60:5"),
         ("a=1:5:0", "steps of 0 do not lead from 1 to 5"),
         ("a=1:5:-1", "steps of -1 do not lead from 1 to 5"),
         ("a=0:1e13:1e13", "has numbers of more than 12 digits"),

@@ -420,6 +420,9 @@ def test_report_tells_of_the_whole_folder_and_quietly_if_asked_to(run, scenes):
         ["scenes"],
         ["-", "-o", "out"],
         ["scenes", "-o", "-"],
+        ["scenes", "-o", ""],
+        ["", "-o", "out"],
+        ["scenes", "-o", "out", "--vary", "camera.fov=20:60"],
         ["scenes", "-o", "out", "--format", "bmp"],
         ["scenes", "-o", "out", "--bits", "16", "--format", "npz"],
         ["scenes", "-o", "out", "--jobs", "0"],
@@ -661,3 +664,21 @@ def test_damaged_line_of_the_manifest_is_told_with_the_page_too(run, scenes):
     result = run("batch", "scenes/000.yaml", "-o", "out", "--report")
     assert result.exit_code == 3
     assert "manifest.json: is damaged (the line of `001`" in result.stderr
+
+
+def test_scene_with_many_problems_hides_no_other(run, folder):
+    broken = "".join(f"  - {{type: sphere, position: [0, 0, {i}]}}\n" for i in range(30))
+    for name in "abcd":
+        write_scene(folder / "scenes" / f"{name}.yaml", more=broken)
+    told = run("batch", "scenes", "-o", "out").stderr.splitlines()
+    for name in "abcd":
+        assert len([line for line in told if line.startswith(f"scenes/{name}.yaml")]) == 3
+    assert any("more problems: the manifest has them" in line for line in told)
+
+
+def test_percentage_elsewhere_than_on_a_terminal_is_that_of_the_count(run, folder):
+    write_scenes(folder / "scenes", 4)
+    told = [line for line in run("batch", "scenes", "-o", "out").stderr.splitlines() if "rendering: " in line]
+    assert [line.partition(" of 4")[0] for line in told] == [
+        f"rendering: {25 * done} % ({done}" for done in (1, 2, 3, 4)
+    ]
