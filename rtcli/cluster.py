@@ -54,7 +54,8 @@ def dask_cluster(address: str) -> Iterator[Cluster]:
         lost, and that is not caught.
     """
     distributed = need("distributed", "dask", _PURPOSE)
-    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what goes wrong is told in an error
+    for logged in ("distributed.client", "tornado.application"):  # what goes wrong is told in an error
+        logging.getLogger(logged).setLevel(logging.CRITICAL)
     dask = need("dask", "dask", _PURPOSE)
     with contextlib.ExitStack() as stack:
         stack.enter_context(dask.config.set({"distributed.admin.large-graph-warning-threshold": _LARGEST_SCENE}))
