@@ -54,7 +54,7 @@ def dask_cluster(address: str) -> Iterator[Cluster]:
         lost, and that is not caught.
     """
     distributed = need("distributed", "dask", _PURPOSE)
-    for logged in ("distributed.client", "tornado.application"):  # what goes wrong is told in an error
+    for logged in ("distributed", "distributed.client", "tornado.application"):  # errors tell what goes wrong
         logging.getLogger(logged).setLevel(logging.CRITICAL)
     dask = need("dask", "dask", _PURPOSE)
     with contextlib.ExitStack() as stack:
