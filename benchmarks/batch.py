@@ -7,7 +7,6 @@ python benchmarks/batch.py --quick    # one round, only shown
 from __future__ import annotations
 
 import argparse
-import json
 import platform
 import random
 import shutil
@@ -71,9 +70,7 @@ def main() -> None:
         sys.stdout.write(f"\n{report.contest_text(contest)}")
     sys.stdout.write(f"\n{report.bar_text(results, report.BATCH_BARS)}")
     if not options.quick:
-        RESULTS.write_text(json.dumps(results, indent=2) + "\n", encoding="utf-8")
-        text = README.read_text(encoding="utf-8")
-        README.write_text(report.refreshed(text, results, "batches", report.BATCH_BARS), encoding="utf-8")
+        report.publish(results, RESULTS, README, "batches", report.BATCH_BARS)
 
 
 if __name__ == "__main__":

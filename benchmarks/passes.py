@@ -7,7 +7,6 @@ python benchmarks/passes.py --quick    # one round, only shown
 from __future__ import annotations
 
 import argparse
-import json
 import platform
 import sys
 import time
@@ -101,9 +100,7 @@ def main() -> None:
     }
     sys.stdout.write(f"\n{report.bar_text(results, tuple(bars(contests)))}")
     if not options.quick:
-        RESULTS.write_text(json.dumps(results, indent=2) + "\n", encoding="utf-8")
-        text = README.read_text(encoding="utf-8")
-        README.write_text(report.refreshed(text, results, "passes", tuple(bars(contests))), encoding="utf-8")
+        report.publish(results, RESULTS, README, "passes", tuple(bars(contests)))
 
 
 if __name__ == "__main__":

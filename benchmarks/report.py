@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from contest import PROCESS, READ, TRACE, TRACE_DEVELOP
@@ -196,3 +198,10 @@ def refreshed(readme: str, results: Results, name: str = "results", bars: tuple[
     if count != 1:
         raise ValueError(f"the README must hold the markers {begin} and {end} once")
     return fresh
+
+
+def publish(results: Results, path: Path, readme: Path, name: str, bars: tuple[Bar, ...]) -> None:
+    """Write results down as JSON, and as tables between the markers of a name in the README."""
+    path.write_text(json.dumps(results, indent=2) + "\n", encoding="utf-8")
+    text = readme.read_text(encoding="utf-8")
+    readme.write_text(refreshed(text, results, name, bars), encoding="utf-8")

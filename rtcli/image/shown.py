@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rtcli.image.develop import develop
 from rtcli.image.layers import PICTURE_LAYER
@@ -30,5 +30,9 @@ def shown_levels(path: str) -> npt.NDArray[np.uint8]:
     """
     if kind_of(path) == "arrays":
         return develop(*read_radiance(path)).astype("uint8", copy=False)
-    levels = read_layers(path).arrays[PICTURE_LAYER]
+    return eight_bits(read_layers(path).arrays[PICTURE_LAYER])
+
+
+def eight_bits(levels: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
+    """Return levels of 8 or 16 bits as those of 8."""
     return levels if levels.dtype == "uint8" else (levels >> 8).astype("uint8")

@@ -14,7 +14,7 @@ from rtcli.image.formats import format_of
 from rtcli.image.layers import Array
 from rtcli.image.pass_picture import pass_picture
 from rtcli.image.read import kind_of, read_layers
-from rtcli.image.shown import shown_levels
+from rtcli.image.shown import eight_bits, shown_levels
 from rtcli.tracer.world import PASSES
 
 # The longest sides in pixels.
@@ -59,11 +59,7 @@ def pass_thumbnails(path: Path) -> dict[str, str]:
         levels = {name: pass_picture(name, arrays[name]).levels for name in PASSES if name in arrays}
     except (OSError, ValueError):  # damaged or too large, or an extra is missing
         return {}
-    return {name: _encoded(_eight_bits(picture)) for name, picture in levels.items()}
-
-
-def _eight_bits(levels: Array) -> Array:
-    return np.atleast_3d(levels if levels.dtype == np.uint8 else (levels >> 8).astype(np.uint8))
+    return {name: _encoded(np.atleast_3d(eight_bits(picture))) for name, picture in levels.items()}
 
 
 def _encoded(pixels: Array) -> str:
