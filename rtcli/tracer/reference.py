@@ -43,9 +43,16 @@ Indices: TypeAlias = npt.NDArray[np.intp]
 # Document, section 2.2.2: a ray with |l . n| below this is parallel to the plane.
 PARALLEL = 1e-6
 
-# An object that a shadow ray meets within this share of its length before its end touches the point there: two
-# surfaces in one place, such as the flush tops of two boxes, do not stand between each other and the light.
-TOUCHING = 1e-13
+# A point lies on a surface if it is as close to it as rounding: this share of its distance from the object's
+# position and the object's size, and this one of the coordinates, which come from decimal numbers.
+ON_SURFACE = 2.0**-47
+COORDINATE = 2.0**-52
+
+# Surfaces that a ray meets within this share of the distance from each other are in one place.
+COINCIDENT = 2.0**-41
+
+# A shadow ray that meets an object within this share of its length before its end may only touch it there.
+NEAR_THE_END = 1e-6
 
 # What would exceed a float32 film is kept at its largest value: a picture holds no infinities.
 LARGEST = float(np.finfo(np.float32).max)
@@ -255,7 +262,27 @@ class Object(ABC):
 
     @abstractmethod
     def side(self, point: Array) -> int:
-        """Return on which side of the surface a point (3, 1) lies: two points see the same face, or not."""
+        """Return on which side of the surface a point (3, 1) lies: 1 in front or outside, -1 behind or inside, 0 on it."""
+
+    @abstractmethod
+    def height(self, eye: Array, sight: Array) -> Array:
+        """Return how far the points at `sight` (3, N) from the eye are above the surface: (N,)."""
+
+    @property
+    @abstractmethod
+    def size(self) -> float:
+        """Half the length of the object along its axes, added up; 0 of what has no size."""
+
+    def holds(self, eye: Array, sight: Array) -> Mask:
+        """Return whether the points at `sight` (3, N) from the eye are on the surface: (N,)."""
+        slack = self.rounding(eye) + ON_SURFACE * length(sight)
+        on_surface: Mask = np.abs(self.height(eye, sight)) <= slack
+        return on_surface
+
+    def rounding(self, point: Array) -> float:
+        """Return how close to the surface a point (3, 1) lies on it."""
+        away = np.abs(point - self.position).sum() + self.size
+        return float(ON_SURFACE * away + COORDINATE * (np.abs(point).max() + np.abs(self.position).max()))
 
 
 def nearest_positive(near: Array, far: Array) -> Array:
@@ -320,21 +347,31 @@ class Sphere(Object):
         g = c - b * ray.direction
         discriminant = self.radius * self.radius - dot(g, g)
         q = b + np.copysign(np.sqrt(discriminant), b)  # NaN: missed, and no comparison holds
-        return Quadratic(c, b, g, discriminant, self._power(c) / q, q)
+        return Quadratic(c, b, g, discriminant, self._power(ray.offset) / q, q)
 
     def normal(self, ray: Ray, t: Array) -> Array:
         """Return n = (P - C) / |P - C|, turned to the viewer."""
         outward = t * ray.direction - (self.position - ray.offset)
-        return self.side(ray.offset) * outward / length(outward)
+        return (1 if self.side(ray.offset) > 0 else -1) * outward / length(outward)
 
     def side(self, point: Array) -> int:
-        """Return 1 outside, -1 inside."""
-        return 1 if self._power(self.position - point) > 0 else -1
+        """Return 1 outside, -1 inside, 0 on the sphere."""
+        return int(np.sign(self._power(point)))
 
-    def _power(self, c: Array) -> float:
-        """Return |c|^2 - R^2, without cancellation: > 0 outside."""
-        distance = float(length(c)[0])
-        return (distance - self.radius) * (distance + self.radius)
+    def height(self, eye: Array, sight: Array) -> Array:
+        """Return |P - C| - R."""
+        return length(sight - (self.position - eye)) - self.radius
+
+    @property
+    def size(self) -> float:
+        """The radius."""
+        return self.radius
+
+    def _power(self, point: Array) -> float:
+        """Return |c|^2 - R^2, c from a point to the centre, without cancellation: > 0 outside, 0 on the sphere."""
+        distance = float(length(self.position - point)[0])
+        height = distance - self.radius
+        return height * (distance + self.radius) if abs(height) > self.rounding(point) else 0.0
 
 
 class Plane(Object):
@@ -354,7 +391,7 @@ class Plane(Object):
     def crossing(self, ray: Ray) -> tuple[Array, Array]:
         """Solve (p - p_0) . n = 0: return l . n and t = (p_0 - l_0) . n / (l . n), both (N,)."""
         along = dot(ray.direction, self.direction)
-        return along, dot(self.position - ray.offset, self.direction) / along
+        return along, -self._distance(ray.offset) / along
 
     def normal(self, ray: Ray, t: Array) -> Array:
         """Return n, turned to the viewer; the same for all rays of a pencil."""
@@ -362,8 +399,21 @@ class Plane(Object):
 
     def side(self, point: Array) -> int:
         """Return 1 in front of the plane, -1 behind it, 0 on it."""
+        return int(np.sign(self._distance(point)))
+
+    def height(self, eye: Array, sight: Array) -> Array:
+        """Return (p - p_0) . n."""
+        return dot(sight, self.direction) - dot(self.position - eye, self.direction)
+
+    @property
+    def size(self) -> float:
+        """A plane has none."""
+        return 0.0
+
+    def _distance(self, point: Array) -> float:
+        """Return (p - p_0) . n of a point: > 0 in front of the plane, 0 on it."""
         distance = float(dot(point - self.position, self.direction)[0])
-        return (distance > 0) - (distance < 0)
+        return distance if abs(distance) > self.rounding(point) else 0.0
 
 
 class Box(Object):
@@ -414,6 +464,7 @@ class Box(Object):
         against the ray.
         """
         near, far = self.slabs(ray)
+        # Seen from a face it is the inside that is seen.
         axis = near.argmax(axis=0) if self.side(ray.offset) > 0 else far.argmin(axis=0)
         local = self._to_box(ray.direction)
         rays = np.arange(local.shape[1])
@@ -422,8 +473,25 @@ class Box(Object):
         return face
 
     def side(self, point: Array) -> int:
-        """Return 1 outside, -1 inside."""
-        return -1 if bool((np.abs(self._to_box(point - self.position)) <= self.half).all()) else 1
+        """Return 1 outside, -1 inside, 0 on the surface."""
+        return int(np.sign((np.abs(self._local(point)) - self.half).max()))
+
+    def height(self, eye: Array, sight: Array) -> Array:
+        """Return how far beyond that face a point is that it is beyond the most; negative inside."""
+        local = self._to_box(sight - (self.position - eye))
+        outside: Array = (np.abs(local) - self.half).max(axis=0)
+        return outside
+
+    @property
+    def size(self) -> float:
+        """w/2 + h/2 + d/2."""
+        return float(self.half.sum())
+
+    def _local(self, point: Array) -> Array:
+        """Return a point (3, 1) in box space, with the coordinates of a face exactly if it lies in its plane."""
+        local = self._to_box(point - self.position)
+        on_face = np.abs(np.abs(local) - self.half) <= self.rounding(point)
+        return np.where(on_face, np.copysign(self.half, local), local)
 
     def meets_bounding_sphere(self, ray: Ray) -> Mask:
         """Return whether the line of each ray meets the bounding sphere (section 2.2.3): (N,)."""
@@ -441,7 +509,7 @@ class Box(Object):
         G' = R_y (o - position) + t R_y d: section 2.2.3, with the direction rotated too. A ray parallel to a slab
         is in it for all t or for none.
         """
-        offset = self._to_box(ray.offset - self.position)
+        offset = self._local(ray.offset)
         direction = self._to_box(ray.direction)
         low = (-self.half - offset) / direction
         high = (self.half - offset) / direction
@@ -504,6 +572,8 @@ class WayToLight:
 
     Parameters
     ----------
+    eye, sight
+        (3, 1), (3, N): the eye, and the way from there to each point.
     distance
         (N,): r.
     wi
@@ -512,22 +582,27 @@ class WayToLight:
         (N,): cos(theta) = n . l, with the normal that faces the viewer.
     """
 
+    eye: Array
+    sight: Array
     distance: Array
     wi: Array
     cosine: Array
 
     def take(self, points: Indices) -> WayToLight:
         """Return the ways from some of the points."""
-        return WayToLight(self.distance[points], self.wi[:, points], self.cosine[points])
+        return WayToLight(
+            self.eye, self.sight[:, points], self.distance[points], self.wi[:, points], self.cosine[points]
+        )
 
 
 def way_to_light(source: LightSource, ray: Ray, hit: Hit) -> WayToLight:
     """Return the ways from where rays hit to a light (section 2.3.1)."""
     # From the surface to the light, by way of the eye: both parts are small where the scene is far away.
-    to_light = (source.position - ray.offset) - hit.t * ray.direction
+    sight = hit.t * ray.direction
+    to_light = (source.position - ray.offset) - sight
     distance = length(to_light)
     wi = to_light / distance
-    return WayToLight(distance, wi, dot(hit.normal, wi))
+    return WayToLight(ray.offset, sight, distance, wi, dot(hit.normal, wi))
 
 
 def irradiance_of(source: LightSource, way: WayToLight, lit: Indices) -> Array:
@@ -603,6 +678,7 @@ class Scenery:
         self._abandoned = Event()
         self._sides: dict[tuple[float, ...], npt.NDArray[np.int8]] = {}
         self.shining = np.array([shape.source_object is not None for shape in objects], dtype=bool)
+        self.flat = np.array([isinstance(shape, Plane) for shape in objects], dtype=bool)
 
     def render_img_to_rgb_array(
         self,
@@ -700,14 +776,17 @@ class Scenery:
         return Light(radiance, np.ones(1)), shadow_rays
 
     def nearest_hit(self, ray: Ray) -> Hit:
-        """Return the nearest hit of each ray; of two at the same distance, the first object's."""
+        """Return the nearest hit of each ray; of two in one place, the first object's."""
         count = ray.direction.shape[1]
         nearest = np.full(count, np.inf)
+        # What is no nearer than this is in one place with what was found.
+        before = np.full(count, np.inf)
         index = np.full(count, NOTHING, dtype=np.intp)
         for i, shape in self._objects_in_turn():
-            t = shape.intersection_parameter(ray)
-            closer = t < nearest
+            t, slack = shape.intersection_parameter(ray), shape.rounding(ray.offset)
+            closer = t + slack < before
             nearest[closer] = t[closer]
+            before[closer] = t[closer] * (1 - COINCIDENT) - slack
             index[closer] = i
         normal = np.zeros((3, count))
         for i in np.unique(index[index != NOTHING]):
@@ -764,8 +843,13 @@ class Scenery:
         return irradiance_of(source, way, lit), len(facing)
 
     def same_side(self, source: LightSource, ray: Ray) -> Mask:
-        """Return for each object whether the eye and the light are on the same side of its surface."""
-        same: Mask = self._sides_from(ray.offset) == self._sides_from(source.position)
+        """Return for each object whether the light can light what the eye sees of it.
+
+        That is where both are on the same side of its surface. From the surface itself the eye sees the inside, and
+        a light there shines to both sides; on a plane it lights nothing of it.
+        """
+        eye, light = self._sides_from(ray.offset), self._sides_from(source.position)
+        same: Mask = (eye == light) | (~self.flat & ((light == 0) | ((eye == 0) & (light < 0))))
         return same
 
     def _sides_from(self, apex: Array) -> npt.NDArray[np.int8]:
@@ -789,11 +873,15 @@ class Scenery:
         """
         # Shadow rays are traced from the light to the surface: they pass through one point as well.
         shadow_ray = Ray(source.position, -way.wi)
-        before = way.distance * (1 - TOUCHING)
         for i, shape in self._objects_in_turn():
             if shape.source_object is not source:
                 t = shape.intersection_parameter(shadow_ray)
-                yield Blocker(i, t, (t < before) & (receiver != i))
+                between = (t < way.distance) & (receiver != i)
+                # What lies on the surface of an object touches it, however rounding puts it.
+                close = np.flatnonzero(between & (t > way.distance * (1 - NEAR_THE_END)))
+                if close.size:
+                    between[close] = ~shape.holds(way.eye, way.sight[:, close])
+                yield Blocker(i, t, between)
 
 
 # --- Passes: ground truth at pixel centres -----------------------------------------------------------------

@@ -9,6 +9,7 @@ use crate::plane::Plane;
 use crate::points::Points;
 use crate::sampling::sample_offsets;
 use crate::scene::Scene;
+use crate::settle::Settler;
 use crate::vector::single;
 use crate::world::Settings;
 
@@ -33,6 +34,8 @@ pub(crate) struct Block {
     /// How many rays were traced for the wanted pixels, primary and shadow rays.
     pub(crate) traced: u64,
     groups: Groups,
+    /// To tell faces apart that are close to each other.
+    settler: Settler,
     /// Of a group that is not the whole block: its rays, and their radiance.
     some_rays: Rays,
     some_radiance: [Lanes; 3],
@@ -82,6 +85,7 @@ impl Block {
             }),
             traced: 0,
             groups: Groups::new(),
+            settler: Settler::new(),
             some_rays: Rays::new(),
             some_radiance: [ZERO; 3],
             lighting: Lighting::new(),
@@ -152,6 +156,10 @@ impl Block {
     fn look(&mut self, scene: &Scene, place: Place, within: (f64, f64)) {
         self.rays.aim(place.view, place.corner, within);
         nearest_hits(scene, &self.rays, &mut self.nearest, &mut self.stack);
+        if self.nearest.close {
+            self.settler
+                .settle(scene, &self.rays, &mut self.nearest, &mut self.stack);
+        }
         self.groups.collect(&self.nearest, place);
     }
 
@@ -220,12 +228,12 @@ impl Block {
         if whole {
             self.traced += self
                 .lighting
-                .add(scene, settings, object, flat.as_ref(), &mut self.radiance);
+                .add(scene, settings, face, flat.as_ref(), &mut self.radiance);
         } else {
             gather(&self.radiance, lanes, &mut self.some_radiance);
             self.traced += self
                 .lighting
-                .add(scene, settings, object, flat.as_ref(), &mut self.some_radiance);
+                .add(scene, settings, face, flat.as_ref(), &mut self.some_radiance);
             for (to, from) in self.radiance.iter_mut().zip(&self.some_radiance) {
                 put(to, lanes, |i| from[i]);
             }

@@ -86,6 +86,18 @@ impl Cone {
         cone
     }
 
+    /// A cone of no length: it meets what its apex is in, or close to.
+    pub(crate) fn around(apex: Vector, slack: f64) -> Cone {
+        Cone {
+            apex: single(apex),
+            axis: [0.0; 3],
+            cos: 1.0,
+            sin: 0.0,
+            reach: 0.0,
+            slack: length(apex) as f32 * GENEROUS + slack as f32,
+        }
+    }
+
     fn new(apex: Vector, axis: Vector, cos: f64, reach: f64) -> Cone {
         // A wide cone is taken for all directions: it is not worth a test that holds for obtuse angles.
         let narrow = cos > 0.1;

@@ -1,10 +1,14 @@
 //! A box turned about +y (document, section 2.2.3); `Box` is another thing in Rust.
 
+use crate::contact::{Contact, Side};
 use crate::grid::{FACE_BITS, LANES, Nearest, Rays};
 use crate::plane::Plane;
 use crate::shadow::Shadow;
 use crate::vector::{add, cross, dot, length, scale, single, sub, turned};
 use crate::world::Vector;
+
+/// Axes, and along each the limit before which points are, with its sign.
+type Before = ([[f32; 3]; 3], [f32; 3], [f32; 3]);
 
 #[derive(Clone, Debug)]
 pub(crate) struct Cuboid {
@@ -13,17 +17,17 @@ pub(crate) struct Cuboid {
     axes: [Vector; 3],
     /// Half its size along them.
     half: Vector,
-    /// The eye as the box sees it, from its centre along its axes.
+    /// The eye as the box sees it, from its centre along its axes; exactly on a face if it is on one.
     eye: Vector,
 }
 
 impl Cuboid {
-    pub(crate) fn new(center: Vector, axes: [Vector; 3], half: Vector) -> Cuboid {
+    pub(crate) fn new(center: Vector, axes: [Vector; 3], half: Vector, eye: Vector) -> Cuboid {
         Cuboid {
             center,
             axes,
             half,
-            eye: turned(&axes, scale(center, -1.0)),
+            eye,
         }
     }
 
@@ -33,30 +37,50 @@ impl Cuboid {
     }
 
     /// Whether a place in the axes of the box is inside, or on its surface.
+    #[inline(always)]
     fn inside(&self, local: Vector) -> bool {
         (0..3).all(|i| local[i].abs() <= self.half[i])
     }
 
-    /// Whether the eye and another place are both inside, or both outside.
-    pub(crate) fn same_side_as_the_eye(&self, place: Vector) -> bool {
-        let place = turned(&self.axes, sub(place, self.center));
-        self.inside(place) == self.inside(self.eye)
+    /// On which side a place is that is not close to the surface.
+    pub(crate) fn side(&self, place: Vector) -> Side {
+        if self.inside(turned(&self.axes, sub(place, self.center))) {
+            Side::Inside
+        } else {
+            Side::Outside
+        }
+    }
+
+    /// Whether the eye sees the outside; from the surface it sees the inside.
+    pub(crate) fn eye_is_outside(&self) -> bool {
+        !self.inside(self.eye)
+    }
+
+    /// How high a lamp close to the box is above a face, on the eye's side.
+    #[inline(always)]
+    pub(crate) fn height(&self, face: u32, lamp: &Contact) -> f64 {
+        let (axis, side) = self.side_of(face);
+        let outward = side * lamp.local[axis] - self.half[axis];
+        if self.inside(self.eye) { -outward } else { outward }
+    }
+
+    /// The axis of a face, and 1 or -1 for the side.
+    #[inline(always)]
+    fn side_of(&self, face: u32) -> (usize, f64) {
+        let number = face % (1 << FACE_BITS);
+        // Rays enter at the face that looks against them, and leave at the one that looks along with them.
+        let along = if number % 2 == 1 { 1.0 } else { -1.0 };
+        let side = if self.inside(self.eye) { along } else { -along };
+        ((number / 2) as usize % 3, side)
     }
 
     /// The plane of a face, as `meet` offered it, with its normal on the eye's side.
     #[inline(always)]
     pub(crate) fn face(&self, face: u32) -> Plane {
-        let number = face % (1 << FACE_BITS);
-        let axis = (number / 2) as usize % 3;
-        // Rays enter at the face that looks against them, and leave at the one that looks along with them.
-        let along = if number % 2 == 1 { 1.0 } else { -1.0 };
-        let side = if self.inside(self.eye) { along } else { -along };
+        let (axis, side) = self.side_of(face);
         let outward = scale(self.axes[axis], side);
-        Plane {
-            normal: outward,
-            offset: dot(outward, self.center) + self.half[axis],
-        }
-        .facing_the_eye()
+        let offset = dot(outward, self.center) + self.half[axis];
+        Plane::new(outward, offset, offset.abs()).facing_the_eye()
     }
 
     /// Meet the three slabs: the box is where a ray is in all of them.
@@ -77,6 +101,7 @@ impl Cuboid {
         let axes = self.axes.map(single);
         let low: [f32; 3] = std::array::from_fn(|i| (-self.half[i] - from[i]) as f32);
         let high: [f32; 3] = std::array::from_fn(|i| (self.half[i] - from[i]) as f32);
+        let mut close = 0;
         for lane in 0..LANES {
             let (dx, dy) = (rays.dx[lane], rays.dy[lane]);
             let mut enter = f32::NEG_INFINITY;
@@ -103,8 +128,26 @@ impl Cuboid {
             let tau = if inside { leave } else { enter };
             let number = if inside { left } else { entered };
             let t = if enter <= leave { start + tau } else { 0.0 };
-            nearest.offer(lane, t, face + number);
+            close |= nearest.offer(lane, t, face + number);
         }
+        nearest.close |= close != 0;
+    }
+
+    /// Where a ray first meets the box ahead of the eye, in float64; infinite where it does not.
+    pub(crate) fn depth(&self, v: Vector) -> f64 {
+        let along = turned(&self.axes, v);
+        let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
+        for i in 0..3 {
+            if along[i] != 0.0 {
+                let a = (-self.half[i] - self.eye[i]) / along[i];
+                let b = (self.half[i] - self.eye[i]) / along[i];
+                (enter, leave) = (enter.max(a.min(b)), leave.min(a.max(b)));
+            } else if self.eye[i].abs() > self.half[i] {
+                return f64::INFINITY;
+            }
+        }
+        let t = if self.inside(self.eye) { leave } else { enter };
+        if enter <= leave && t > 0.0 { t } else { f64::INFINITY }
     }
 
     /// The depth of the middle ray from which float32 may go on: where the ball around the box begins, or the eye if
@@ -127,12 +170,19 @@ impl Cuboid {
     ///
     /// |(L x P)_i| > h_j |e_k| + h_k |e_j|
     #[inline(always)]
-    pub(crate) fn hide(&self, shadow: &mut Shadow<'_>) {
-        let lamp = turned(&self.axes, sub(shadow.lamp, self.center));
+    pub(crate) fn hide(&self, contact: Option<&Contact>, shadow: &mut Shadow<'_>) {
+        let lamp = contact.map_or_else(
+            || turned(&self.axes, sub(shadow.lamp.position, self.center)),
+            |contact| contact.local,
+        );
         let reference = turned(&self.axes, sub(shadow.points.reference, self.center));
         let size = self.half[0] + self.half[1] + self.half[2];
         let rounding = shadow.rounding_at_points(size);
-        let at_lamp = shadow.rounding_at_lamp(size);
+        let at_lamp = if contact.is_some() {
+            0.0
+        } else {
+            shadow.rounding_at_lamp(size)
+        };
         // Of each pair of faces the lamp is beyond at most one, or on it: there the point has to be before it.
         let (mut sign, mut limit) = ([0.0_f32; 3], [f32::INFINITY; 3]);
         let mut inside = true;
@@ -144,8 +194,10 @@ impl Cuboid {
                 inside = false;
             }
         }
-        if inside {
-            self.hide_from_inside(reference, rounding, shadow);
+        // On a face it is hidden from points outside that are before the face.
+        if inside || contact.is_some_and(|contact| contact.side == Side::On) {
+            let before = (self.axes.map(single), sign, limit);
+            self.hide_from_inside(reference, rounding, before, shadow);
             return;
         }
         let axes = self.axes.map(single);
@@ -173,10 +225,10 @@ impl Cuboid {
         }
     }
 
-    /// Darken the points outside, for a lamp inside.
+    /// Darken the points outside, for a lamp inside, or on faces that the points are before.
     #[inline(always)]
-    fn hide_from_inside(&self, reference: Vector, rounding: f64, shadow: &mut Shadow<'_>) {
-        let axes = self.axes.map(single);
+    fn hide_from_inside(&self, reference: Vector, rounding: f64, before: Before, shadow: &mut Shadow<'_>) {
+        let (axes, sign, limit) = before;
         let low: [f32; 3] = std::array::from_fn(|i| (-self.half[i] - reference[i] - rounding) as f32);
         let high: [f32; 3] = std::array::from_fn(|i| (self.half[i] - reference[i] + rounding) as f32);
         let points = shadow.points;
@@ -189,7 +241,10 @@ impl Cuboid {
                 | (p[1] - slack > high[1])
                 | (p[2] + slack < low[2])
                 | (p[2] - slack > high[2]);
-            shadow.darken(lane, outside);
+            let between = (sign[0] * p[0] + slack < limit[0])
+                & (sign[1] * p[1] + slack < limit[1])
+                & (sign[2] * p[2] + slack < limit[2]);
+            shadow.darken(lane, outside & between);
         }
     }
 }

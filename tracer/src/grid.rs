@@ -53,6 +53,17 @@ struct Pattern {
     within: (f64, f64),
 }
 
+impl Pattern {
+    /// How far a lane's ray is from the middle one, on the image plane.
+    #[inline(always)]
+    fn place(self, lane: usize) -> (f64, f64) {
+        let (i, j) = (lane as u32 % SIDE, lane as u32 / SIDE);
+        let right = 2.0 * (f64::from(i) + self.within.0) - f64::from(self.inside.0);
+        let down = 2.0 * (f64::from(j) + self.within.1) - f64::from(self.inside.1);
+        (right * self.half_pixel.0, -down * self.half_pixel.1)
+    }
+}
+
 impl Rays {
     /// Room for rays.
     pub(crate) fn new() -> Rays {
@@ -104,18 +115,19 @@ impl Rays {
 
     /// Find dx and dy.
     fn spread(&mut self) {
-        let Pattern {
-            inside,
-            half_pixel: (half_width, half_height),
-            within,
-        } = self.pattern;
+        // A copy, which no write to dx can change.
+        let pattern = self.pattern;
         for lane in 0..LANES {
-            let (i, j) = (lane as u32 % SIDE, lane as u32 / SIDE);
-            let right = 2.0 * (f64::from(i) + within.0) - f64::from(inside.0);
-            let down = 2.0 * (f64::from(j) + within.1) - f64::from(inside.1);
-            self.dx[lane] = (right * half_width) as f32;
-            self.dy[lane] = (-down * half_height) as f32;
+            let (dx, dy) = pattern.place(lane);
+            self.dx[lane] = dx as f32;
+            self.dy[lane] = dy as f32;
         }
+    }
+
+    /// The ray of a lane of a whole block, in float64.
+    pub(crate) fn exact(&self, lane: usize) -> Vector {
+        let (dx, dy) = self.pattern.place(lane);
+        [self.middle[0] + dx, self.middle[1] + dy, 1.0]
     }
 
     /// Whether the pixel of a lane is inside the picture.
@@ -160,12 +172,18 @@ impl Rays {
 pub(crate) struct Nearest {
     /// The parameter t, which is the depth; +inf where nothing is met.
     pub(crate) t: Lanes,
-    /// Which face of which object; of several at the same depth the lowest. `NOTHING` where nothing is met.
+    /// Which face of which object. `NOTHING` where nothing is met.
     pub(crate) face: [u32; LANES],
+    /// Whether two faces were so close to each other that float32 may have taken the wrong one.
+    pub(crate) close: bool,
 }
 
 /// The face of a ray that meets nothing.
 pub(crate) const NOTHING: u32 = u32::MAX;
+
+/// Two faces whose depths differ by less than this share are told apart in float64. Where a ray does not graze them,
+/// rounding is a tenth of it.
+pub(crate) const CLOSE: f32 = 1e-5;
 
 /// A face has its object's number in its upper bits, and 3 bits to tell a box's faces apart.
 pub(crate) const FACE_BITS: u32 = 3;
@@ -175,6 +193,7 @@ impl Nearest {
         Nearest {
             t: [f32::INFINITY; LANES],
             face: [NOTHING; LANES],
+            close: false,
         }
     }
 
@@ -183,6 +202,7 @@ impl Nearest {
     pub(crate) fn clear(&mut self, rays: &Rays) {
         self.t = [f32::INFINITY; LANES];
         self.face = [NOTHING; LANES];
+        self.close = false;
         if !rays.is_inside(LANES - 1) {
             for lane in 0..LANES {
                 if !rays.is_inside(lane) {
@@ -213,12 +233,14 @@ impl Nearest {
         f32::from_bits(closest)
     }
 
-    /// Keep a face where it is nearer than what was found so far. NaN and infinity count as a miss.
+    /// Keep a face where it is nearer than what was found so far; return 1 if the two are close, else 0. NaN and
+    /// infinity count as a miss.
     #[inline(always)]
-    pub(crate) fn offer(&mut self, lane: usize, t: f32, face: u32) {
+    pub(crate) fn offer(&mut self, lane: usize, t: f32, face: u32) -> u32 {
         let (best, known) = (self.t[lane], self.face[lane]);
-        let nearer = (t > 0.0) & (t < f32::INFINITY) & ((t < best) | ((t == best) & (face < known)));
+        let nearer = (t > 0.0) & (t < best);
         self.t[lane] = if nearer { t } else { best };
         self.face[lane] = if nearer { face } else { known };
+        u32::from((t - best).abs() < CLOSE * t)
     }
 }

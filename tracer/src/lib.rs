@@ -9,9 +9,11 @@
 //! | [`world`] | what the tracer is given |
 //! | `scene` | the world as the eye has it, and a tree over it (`bvh`) |
 //! | `place`, `grid` | the blocks of a picture, and their rays |
+//! | `settle` | which of two faces is nearer that float32 cannot tell apart |
 //! | `groups`, `points` | the rays of a block, sorted by what they meet, and where |
 //! | `sphere`, `plane`, `cuboid` | where rays meet a shape, and which points it shadows |
 //! | `block`, `lighting`, `shadow` | the light that comes from a block |
+//! | `contact` | places that lie on a surface |
 //! | [`render`] | whole pictures, on all cores |
 //! | [`develop`], [`meter`], [`png`] | from radiance to a file |
 //! | [`simd`] | which instructions the machine has |
@@ -22,6 +24,7 @@
 
 mod block;
 mod bvh;
+mod contact;
 mod cuboid;
 pub mod develop;
 mod film;
@@ -38,6 +41,7 @@ mod points;
 pub mod render;
 mod sampling;
 mod scene;
+mod settle;
 mod shadow;
 pub mod simd;
 mod sphere;

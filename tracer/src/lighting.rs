@@ -1,14 +1,17 @@
 //! The light that lamps bring to points, and that the points send to the eye.
 
 use crate::bvh::Stack;
-use crate::grid::{LANES, Lanes};
+use crate::grid::{FACE_BITS, LANES, Lanes};
 use crate::plane::Plane;
 use crate::points::Points;
-use crate::scene::{Lamp, Scene, Shape};
-use crate::shadow::{ROUNDING, Shadow, taxi};
-use crate::vector::{single, sub};
+use crate::scene::{Lamp, Scene};
+use crate::shadow::Shadow;
+use crate::vector::{single, sub, taxi};
 use crate::world::{Settings, Vector};
 use std::f64::consts::PI;
+
+/// What rounding makes of the height of a lamp in the plane of a face is less than this share of distances.
+const NO_HEIGHT: f64 = 4e-15;
 
 /// Points on a face and the light that reaches them.
 #[derive(Debug)]
@@ -44,27 +47,28 @@ impl Lighting {
         &mut self,
         scene: &Scene,
         settings: &Settings,
-        object: u32,
+        face: u32,
         flat: Option<&Plane>,
         radiance: &mut [Lanes; 3],
     ) -> u64 {
+        let object = face >> FACE_BITS;
         let albedo = scene.looks[object as usize].albedo;
         let ball = self.points.bound();
         let mut rays = 0;
         for lamp in &scene.lamps {
-            let facing = self.arrive(lamp.position, &scene.shapes[object as usize], flat);
+            let facing = self.arrive(lamp, scene, face, flat);
             if facing == 0 {
                 continue;
             }
             rays += facing;
             let mut shadow = Shadow {
                 points: &self.points,
-                lamp: lamp.position,
+                lamp,
                 squared: &self.squared,
                 light: &mut self.light,
                 ball,
             };
-            shadow.cast(scene, object, lamp.body, &mut self.stack);
+            shadow.cast(scene, object, &mut self.stack);
             if settings.eye_falloff {
                 self.weaken(scene.unit);
             }
@@ -80,15 +84,23 @@ impl Lighting {
 
     /// Find the light that reaches the points from a lamp unless something is between, and how many face it.
     #[inline(always)]
-    fn arrive(&mut self, lamp: Vector, shape: &Shape, flat: Option<&Plane>) -> u64 {
-        if !shape.sees(lamp) {
+    fn arrive(&mut self, lamp: &Lamp, scene: &Scene, face: u32, flat: Option<&Plane>) -> u64 {
+        let object = face >> FACE_BITS;
+        let (shape, contact) = (&scene.shapes[object as usize], lamp.contact(object));
+        if !shape.sees(contact, lamp.position) {
             return 0;
         }
-        let to_lamp = single(sub(lamp, self.points.reference));
+        let to_lamp = single(sub(lamp.position, self.points.reference));
         if let Some(plane) = flat {
-            let height = plane.height(lamp);
+            let (height, rounding) = match contact {
+                Some(contact) => (shape.height(face, contact), 0.0),
+                None => (
+                    plane.height(lamp.position),
+                    NO_HEIGHT * (taxi(lamp.position) + plane.offset.abs()),
+                ),
+            };
             // A lamp in the plane of a face does not light it, wherever rounding puts it.
-            if height <= ROUNDING * (taxi(lamp) + plane.offset.abs()) {
+            if height <= rounding {
                 return 0;
             }
             self.arrive_flat(to_lamp, height as f32);

@@ -1,16 +1,19 @@
 //! What the tests of the kernel measure it against: shapes that are met in float64, by formulas of their own.
 
+use crate::contact::{Contact, Side};
 use crate::cuboid::Cuboid;
 use crate::grid::{FACE_BITS, LANES, Lanes, NOTHING, Nearest, Rays, SIDE};
 use crate::place::View;
 use crate::plane::Plane;
 use crate::points::Points;
-use crate::scene::Shape;
+use crate::scene::{Lamp, NOBODY, Shape};
 use crate::shadow::Shadow;
 use crate::sphere::Sphere;
 use crate::vector::{add, dot, length, scale, single, sub};
 use crate::world::{Camera, Form, Light, Object, Settings, Vector, World};
 use proptest::prelude::*;
+
+const EYE: Vector = [0.0; 3];
 
 /// A shape in the camera's space.
 #[derive(Clone, Debug)]
@@ -34,9 +37,20 @@ impl Solid {
     /// What the kernel makes of it.
     pub(crate) fn shape(&self) -> Shape {
         match *self {
-            Solid::Ball { center, radius } => Shape::Sphere(Sphere::new(center, radius)),
-            Solid::Wall { normal, offset } => Shape::Plane(Plane::new(normal, offset)),
-            Solid::Brick { center, axes, half } => Shape::Cuboid(Cuboid::new(center, axes, half)),
+            Solid::Ball { center, radius } => Shape::Sphere(Sphere::new(center, radius, self.contact(EYE).side)),
+            Solid::Wall { normal, offset } => Shape::Plane(Plane::new(normal, offset, offset.abs())),
+            Solid::Brick { center, axes, half } => {
+                Shape::Cuboid(Cuboid::new(center, axes, half, self.contact(EYE).local))
+            }
+        }
+    }
+
+    /// How a place lies to it.
+    pub(crate) fn contact(&self, place: Vector) -> Contact {
+        match *self {
+            Solid::Ball { center, radius } => Contact::with_sphere(place, center, radius),
+            Solid::Wall { normal, offset } => Contact::with_plane(place, scale(normal, offset), normal),
+            Solid::Brick { center, axes, half } => Contact::with_box(place, center, &axes, half),
         }
     }
 
@@ -299,13 +313,22 @@ pub(crate) fn light_left(occluder: &Solid, lamp: Vector, points: &Points) -> Lan
         let [x, y, z] = points.toward(to_lamp, lane);
         squared[lane] = x * x + y * y + z * z;
     }
-    occluder.shape().hide(&mut Shadow {
+    let contact = occluder.contact(lamp);
+    let shadow = &mut Shadow {
         points,
-        lamp,
+        lamp: &Lamp {
+            position: lamp,
+            power: [1.0; 3],
+            body: NOBODY,
+            contacts: Vec::new(),
+        },
         squared: &squared,
         light: &mut light,
         ball: points.bound(),
-    });
+    };
+    occluder
+        .shape()
+        .hide((contact.side == Side::On).then_some(&contact), shadow);
     light
 }
 

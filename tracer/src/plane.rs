@@ -1,5 +1,6 @@
 //! An infinite plane (document, section 2.2.2).
 
+use crate::contact::Contact;
 use crate::grid::{LANES, Nearest, Rays};
 use crate::points::Points;
 use crate::shadow::Shadow;
@@ -16,17 +17,29 @@ pub(crate) struct Plane {
     pub(crate) normal: Vector,
     /// The eye's distance: positive where the normal points away from the eye.
     pub(crate) offset: f64,
+    /// How far from the eye the point is that it was given by.
+    pub(crate) reach: f64,
 }
 
 impl Plane {
-    pub(crate) fn new(normal: Vector, offset: f64) -> Plane {
-        Plane { normal, offset }
+    pub(crate) fn new(normal: Vector, offset: f64, reach: f64) -> Plane {
+        Plane { normal, offset, reach }
     }
 
     /// On which side of the plane a place lies, and how far: positive where the normal points.
     #[inline(always)]
     pub(crate) fn height(&self, place: Vector) -> f64 {
         dot(self.normal, place) - self.offset
+    }
+
+    /// How high a lamp close to the plane is above it, on the eye's side.
+    #[inline(always)]
+    pub(crate) fn height_of(&self, lamp: &Contact) -> f64 {
+        if self.offset > 0.0 {
+            -lamp.local[0]
+        } else {
+            lamp.local[0]
+        }
     }
 
     /// The same plane, with its normal on the eye's side.
@@ -36,6 +49,7 @@ impl Plane {
         Plane {
             normal: self.normal.map(|component| sign * component),
             offset: sign * self.offset,
+            reach: self.reach,
         }
     }
 
@@ -45,12 +59,20 @@ impl Plane {
         let middle = dot(self.normal, rays.middle) as f32;
         let [nx, ny, _] = single(self.normal);
         let offset = self.offset as f32;
+        let mut close = 0;
         for lane in 0..LANES {
             let along = middle + (nx * rays.dx[lane] + ny * rays.dy[lane]);
             let t = offset / along;
             let parallel = along * along < (PARALLEL * PARALLEL) * rays.vv[lane];
-            nearest.offer(lane, if parallel { 0.0 } else { t }, face);
+            close |= nearest.offer(lane, if parallel { 0.0 } else { t }, face);
         }
+        nearest.close |= close != 0;
+    }
+
+    /// t = offset / (n . v), in float64; infinite where it is not ahead.
+    pub(crate) fn depth(&self, v: Vector) -> f64 {
+        let t = self.offset / dot(self.normal, v);
+        if t > 0.0 { t } else { f64::INFINITY }
     }
 
     /// Place points on the plane, and return what they are relative to: the point at depth `t` of the middle ray.
@@ -78,10 +100,10 @@ impl Plane {
 
     /// Darken the points that have the plane between them and the lamp.
     #[inline(always)]
-    pub(crate) fn hide(&self, shadow: &mut Shadow<'_>) {
-        let lamp = self.height(shadow.lamp);
+    pub(crate) fn hide(&self, contact: Option<&Contact>, shadow: &mut Shadow<'_>) {
+        let lamp = contact.map_or_else(|| self.height(shadow.lamp.position), |contact| contact.local[0]);
         // A lamp on the plane, such as one on the ceiling, shines to both sides.
-        if lamp.abs() <= shadow.rounding_at_lamp(self.offset.abs()) {
+        if lamp == 0.0 {
             return;
         }
         let toward = scale(self.normal, lamp.signum());

@@ -4,15 +4,20 @@
 //! v = (x, y, 1), not normalised: its parameter t is the depth z. Subtracting the eye in float64 keeps a scene far
 //! from the origin as accurate as one around it; the unit, a power of two, keeps its lengths within float32.
 
-use crate::bvh::Bvh;
+use crate::bvh::{Bvh, Cone, Stack};
+use crate::contact::{COORDINATE, Contact, Side};
 use crate::cuboid::Cuboid;
 use crate::grid::{Nearest, Rays};
 use crate::plane::Plane;
 use crate::shadow::Shadow;
 use crate::sphere::Sphere;
-use crate::vector::{dot, length, scale, sub, turned};
+use crate::vector::{dot, length, scale, sub, taxi, turned};
 use crate::world::{Camera, Form, Light, Object, Vector, World};
 use std::f64::consts::PI;
+use std::iter;
+
+/// Rounding in the camera's space is less than this share of distances from the eye and sizes.
+const FAR_FROM_ROUNDING: f64 = 1e-12;
 
 /// Beyond this many units a place is as good as at infinity; its square still fits into float64.
 const FARTHEST: f64 = 1e120;
@@ -36,24 +41,60 @@ impl Shape {
         }
     }
 
-    /// Darken the points from which the shape hides the lamp.
+    /// The depth at which the ray v = (x, y, 1) first meets the shape, in float64; infinite where it does not.
     #[inline(always)]
-    pub(crate) fn hide(&self, shadow: &mut Shadow<'_>) {
+    pub(crate) fn depth(&self, v: Vector) -> f64 {
         match self {
-            Shape::Sphere(sphere) => sphere.hide(shadow),
-            Shape::Plane(plane) => plane.hide(shadow),
-            Shape::Cuboid(cuboid) => cuboid.hide(shadow),
+            Shape::Sphere(sphere) => sphere.depth(v),
+            Shape::Plane(plane) => plane.depth(v),
+            Shape::Cuboid(cuboid) => cuboid.depth(v),
         }
     }
 
-    /// Whether a lamp is where it can light what the eye sees: both inside or both outside. Of a plane, the height
-    /// above it tells.
+    /// Darken the points from which the shape hides the lamp; `contact` if that is close to its surface.
     #[inline(always)]
-    pub(crate) fn sees(&self, lamp: Vector) -> bool {
+    pub(crate) fn hide(&self, contact: Option<&Contact>, shadow: &mut Shadow<'_>) {
         match self {
-            Shape::Sphere(sphere) => sphere.same_side_as_the_eye(lamp),
-            Shape::Cuboid(cuboid) => cuboid.same_side_as_the_eye(lamp),
-            Shape::Plane(_) => true,
+            Shape::Sphere(sphere) => sphere.hide(contact, shadow),
+            Shape::Plane(plane) => plane.hide(contact, shadow),
+            Shape::Cuboid(cuboid) => cuboid.hide(contact, shadow),
+        }
+    }
+
+    /// Whether a lamp is where it can light what the eye sees: both inside or both outside, or the lamp on the surface.
+    /// Of a plane, the height above it tells.
+    #[inline(always)]
+    pub(crate) fn sees(&self, contact: Option<&Contact>, lamp: Vector) -> bool {
+        let (side, eye_is_outside) = match self {
+            Shape::Sphere(sphere) => (
+                contact.map_or_else(|| sphere.side(lamp), Contact::side),
+                sphere.eye_is_outside(),
+            ),
+            Shape::Cuboid(cuboid) => (
+                contact.map_or_else(|| cuboid.side(lamp), Contact::side),
+                cuboid.eye_is_outside(),
+            ),
+            Shape::Plane(_) => return true,
+        };
+        side == Side::On || (side == Side::Outside) == eye_is_outside
+    }
+
+    /// How high a lamp close to the shape is above a flat face, on the eye's side.
+    #[inline(always)]
+    pub(crate) fn height(&self, face: u32, lamp: &Contact) -> f64 {
+        match self {
+            Shape::Sphere(_) => 0.0,
+            Shape::Plane(plane) => plane.height_of(lamp),
+            Shape::Cuboid(cuboid) => cuboid.height(face, lamp),
+        }
+    }
+
+    /// Twice how far from the eye or how large the shape is, at most: what rounding depends on.
+    pub(crate) fn reach(&self) -> f64 {
+        match self {
+            Shape::Sphere(sphere) => taxi(sphere.center) + sphere.radius,
+            Shape::Cuboid(cuboid) => taxi(cuboid.center) + 2.0 * cuboid.bounding_radius(),
+            Shape::Plane(plane) => plane.reach,
         }
     }
 }
@@ -67,6 +108,17 @@ pub(crate) struct Lamp {
     pub(crate) power: Vector,
     /// The object that carries it and casts no shadow in it, or `NOBODY`.
     pub(crate) body: u32,
+    /// The objects that it is on, or so close to that rounding, in the camera's space, might take it to the other side.
+    pub(crate) contacts: Vec<(u32, Contact)>,
+}
+
+impl Lamp {
+    /// How it lies to an object that it is close to.
+    #[inline(always)]
+    pub(crate) fn contact(&self, object: u32) -> Option<&Contact> {
+        let close = self.contacts.iter().find(|(number, _)| *number == object);
+        close.map(|(_, contact)| contact)
+    }
 }
 
 /// No object's number.
@@ -86,6 +138,8 @@ pub(crate) struct Look {
 pub(crate) struct Scene {
     /// How many of this space's units make one of the world's: a power of two.
     pub(crate) unit: f64,
+    /// How much of the world's coordinates rounding takes, in this space's units.
+    pub(crate) grain: f64,
     pub(crate) shapes: Vec<Shape>,
     pub(crate) looks: Vec<Look>,
     pub(crate) lamps: Vec<Lamp>,
@@ -107,15 +161,46 @@ impl Scene {
         let planes = (0..shapes.len() as u32)
             .filter(|&i| matches!(shapes[i as usize], Shape::Plane(_)))
             .collect();
-        Scene {
+        let mut scene = Scene {
             unit,
+            grain: 2.0 * COORDINATE * largest(space.world(world.camera.position)),
             looks: looks(world),
-            lamps: world.lights.iter().map(|light| space.lamp(light)).collect(),
+            lamps: Vec::new(),
             planes,
             bvh: Bvh::new(&shapes),
             shapes,
+        };
+        scene.lamps = world
+            .lights
+            .iter()
+            .map(|light| scene.lamp(&space, world, light))
+            .collect();
+        scene
+    }
+
+    fn lamp(&self, space: &Space<'_>, world: &World, light: &Light) -> Lamp {
+        let intensity = light.intensity * space.unit * space.unit / (4.0 * PI);
+        let position = space.place(light.position);
+        let close = |i: u32| {
+            let contact = space.contact(&world.objects[i as usize], light.position);
+            let rounding = FAR_FROM_ROUNDING * (taxi(position) + self.shapes[i as usize].reach());
+            contact.is_within(rounding).then_some((i, contact))
+        };
+        let mut stack = Stack::default();
+        let around = Cone::around(position, self.grain + 2.0 * COORDINATE * taxi(position));
+        let mut walk = self.bvh.walk(&around, &mut stack);
+        let candidates = iter::from_fn(|| walk.next(0.0)).chain(self.planes.iter().copied());
+        Lamp {
+            position,
+            power: scale(light.color, intensity.min(f64::MAX)),
+            body: light.body.map_or(NOBODY, |body| body as u32),
+            contacts: candidates.filter_map(close).collect(),
         }
     }
+}
+
+fn largest(vector: Vector) -> f64 {
+    vector.iter().fold(0.0, |a: f64, b| a.max(b.abs()))
 }
 
 /// The camera's space.
@@ -129,11 +214,31 @@ impl Space<'_> {
         (length * self.unit).clamp(-FARTHEST, FARTHEST)
     }
 
+    /// A place in the world's axes.
+    fn world(&self, place: Vector) -> Vector {
+        // Scaled first: the difference of huge places might overflow.
+        place.map(|component| self.length(component))
+    }
+
     /// A place relative to the eye, still in the world's axes.
     fn relative(&self, place: Vector) -> Vector {
-        let eye = self.camera.position;
-        // Scaled first: the difference of huge places might overflow.
-        std::array::from_fn(|i| self.length(place[i]) - self.length(eye[i]))
+        sub(self.world(place), self.world(self.camera.position))
+    }
+
+    /// How a place lies to an object.
+    fn contact(&self, object: &Object, place: Vector) -> Contact {
+        let (place, center) = (self.world(place), self.world(object.position));
+        match object.form {
+            Form::Sphere { radius } => Contact::with_sphere(place, center, self.length(radius)),
+            Form::Plane { normal } => Contact::with_plane(place, center, unit_vector(normal)),
+            Form::Box { size, rotation } => {
+                Contact::with_box(place, center, &turned_axes(rotation), self.half(size))
+            }
+        }
+    }
+
+    fn half(&self, size: Vector) -> Vector {
+        size.map(|side| self.length(side) / 2.0)
     }
 
     fn place(&self, place: Vector) -> Vector {
@@ -146,28 +251,18 @@ impl Space<'_> {
 
     fn shape(&self, object: &Object) -> Shape {
         let place = self.place(object.position);
+        let eye = self.contact(object, self.camera.position);
         match object.form {
-            Form::Sphere { radius } => Shape::Sphere(Sphere::new(place, self.length(radius))),
+            Form::Sphere { radius } => Shape::Sphere(Sphere::new(place, self.length(radius), eye.side)),
             Form::Plane { normal } => {
-                let normal = unit_vector(normal);
                 // In the world's axes a plane through the eye is at distance 0 exactly, and not seen.
-                let offset = dot(normal, self.relative(object.position));
-                Shape::Plane(Plane::new(self.direction(normal), offset))
+                let normal = self.direction(unit_vector(normal));
+                Shape::Plane(Plane::new(normal, -eye.local[0], taxi(place)))
             }
             Form::Box { size, rotation } => {
                 let axes = turned_axes(rotation).map(|axis| self.direction(axis));
-                let half = size.map(|side| self.length(side) / 2.0);
-                Shape::Cuboid(Cuboid::new(place, axes, half))
+                Shape::Cuboid(Cuboid::new(place, axes, self.half(size), eye.local))
             }
-        }
-    }
-
-    fn lamp(&self, light: &Light) -> Lamp {
-        let intensity = light.intensity * self.unit * self.unit / (4.0 * PI);
-        Lamp {
-            position: self.place(light.position),
-            power: scale(light.color, intensity.min(f64::MAX)),
-            body: light.body.map_or(NOBODY, |body| body as u32),
         }
     }
 }

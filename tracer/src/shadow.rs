@@ -3,9 +3,8 @@
 use crate::bvh::{Cone, Stack};
 use crate::grid::Lanes;
 use crate::points::{Ball, Points};
-use crate::scene::Scene;
-use crate::vector::sub;
-use crate::world::Vector;
+use crate::scene::{Lamp, Scene};
+use crate::vector::{sub, taxi};
 
 /// Rounding in float64 is less than this share of the distances from the eye.
 pub(crate) const ROUNDING: f64 = 1e-13;
@@ -13,8 +12,7 @@ pub(crate) const ROUNDING: f64 = 1e-13;
 /// Points, a lamp, and the light that it brings to them.
 pub(crate) struct Shadow<'a> {
     pub(crate) points: &'a Points,
-    /// Where the lamp stands.
-    pub(crate) lamp: Vector,
+    pub(crate) lamp: &'a Lamp,
     /// The squared distance of each to the lamp.
     pub(crate) squared: &'a Lanes,
     /// cos(theta) / r^2, and 0 where the lamp is hidden.
@@ -49,39 +47,33 @@ impl Shadow<'_> {
     /// What float64 may have taken from the places of the lamp and of an object of some size.
     #[inline(always)]
     pub(crate) fn rounding_at_lamp(&self, size: f64) -> f64 {
-        ROUNDING * (taxi(self.lamp) + size)
+        ROUNDING * (taxi(self.lamp.position) + size)
     }
 
     /// Darken the points from which another object hides the lamp.
     ///
     /// Neither `receiver`, on which they lie, counts, nor the body of the lamp: see `Lighting::add`.
     #[inline(always)]
-    pub(crate) fn cast(&mut self, scene: &Scene, receiver: u32, body: u32, stack: &mut Stack) {
+    pub(crate) fn cast(&mut self, scene: &Scene, receiver: u32, stack: &mut Stack) {
         for &i in &scene.planes {
             if i != receiver {
-                scene.shapes[i as usize].hide(self);
+                scene.shapes[i as usize].hide(self.lamp.contact(i), self);
             }
         }
         if self.is_dark() {
             return;
         }
         let farthest = taxi(sub(self.ball.center, self.points.reference)) + self.ball.radius;
-        let cone = Cone::from_apex(self.lamp, self.ball, farthest);
+        let cone = Cone::from_apex(self.lamp.position, self.ball, farthest);
         let mut walk = scene.bvh.walk(&cone, stack);
         while let Some(i) = walk.next(f32::INFINITY) {
-            if i == receiver || i == body {
+            if i == receiver || i == self.lamp.body {
                 continue;
             }
-            scene.shapes[i as usize].hide(self);
+            scene.shapes[i as usize].hide(self.lamp.contact(i), self);
             if self.is_dark() {
                 return;
             }
         }
     }
-}
-
-/// At least the length of a vector, and at most twice; without a root.
-#[inline(always)]
-pub(crate) fn taxi(vector: Vector) -> f64 {
-    vector[0].abs() + vector[1].abs() + vector[2].abs()
 }

@@ -10,6 +10,7 @@
 //! float64 and float32 only adds what differs within the block (after E. Haines et al., "Precision Improvements
 //! for Ray/Sphere Intersection", Ray Tracing Gems, 2019).
 
+use crate::contact::{Contact, Side};
 use crate::grid::{LANES, Nearest, Rays, SIDE};
 use crate::points::Points;
 use crate::shadow::Shadow;
@@ -30,6 +31,8 @@ const NEAR: f64 = 3.0;
 pub(crate) struct Sphere {
     pub(crate) center: Vector,
     pub(crate) radius: f64,
+    /// Of the eye: positive outside, 0 on the sphere.
+    power: f64,
 }
 
 /// What one ray after the other needs to know of a sphere, in units of its radius.
@@ -46,31 +49,32 @@ struct Seen {
 }
 
 impl Sphere {
-    pub(crate) fn new(center: Vector, radius: f64) -> Sphere {
-        Sphere { center, radius }
+    /// A sphere; `eye` tells where the eye is.
+    pub(crate) fn new(center: Vector, radius: f64, eye: Side) -> Sphere {
+        let power = if eye == Side::On { 0.0 } else { power(center, radius) };
+        Sphere { center, radius, power }
     }
 
-    /// (|a - C| - R) (|a - C| + R): positive outside.
+    /// On which side a place is that is not close to the surface.
     #[inline(always)]
-    fn power(&self, from_center: Vector) -> f64 {
-        let distance = length(from_center);
-        (distance - self.radius) * (distance + self.radius)
+    pub(crate) fn side(&self, place: Vector) -> Side {
+        if power(sub(self.center, place), self.radius) > 0.0 {
+            Side::Outside
+        } else {
+            Side::Inside
+        }
     }
 
-    /// Whether the eye and another place are both inside, or both outside.
-    pub(crate) fn same_side_as_the_eye(&self, place: Vector) -> bool {
-        (self.power(sub(self.center, place)) > 0.0) == self.eye_is_outside()
-    }
-
+    /// Whether the eye sees the outside; from the surface it sees the inside.
     #[inline(always)]
-    fn eye_is_outside(&self) -> bool {
-        self.power(self.center) > 0.0
+    pub(crate) fn eye_is_outside(&self) -> bool {
+        self.power > 0.0
     }
 
     #[inline(always)]
     fn seen(&self, middle: Vector) -> Seen {
         let center = scale(self.center, 1.0 / self.radius);
-        let power = self.power(self.center) / self.radius;
+        let power = self.power / self.radius;
         Seen {
             center: single(center),
             moment: single(cross(center, middle)),
@@ -86,6 +90,7 @@ impl Sphere {
     pub(crate) fn meet(&self, face: u32, rays: &Rays, nearest: &mut Nearest) {
         let seen = self.seen(rays.middle);
         let outside = self.eye_is_outside();
+        let mut close = 0;
         for first in (0..LANES).step_by(BATCH) {
             if !seen.crosses_rows(rays, first) {
                 continue;
@@ -114,9 +119,29 @@ impl Sphere {
                     seen.power / (b - s)
                 };
                 let behind = outside & (b <= 0.0);
-                nearest.offer(lane, if behind { 0.0 } else { t }, face);
+                close |= nearest.offer(lane, if behind { 0.0 } else { t }, face);
             }
         }
+        nearest.close |= close != 0;
+    }
+
+    /// The nearest root ahead of the eye, in float64; infinite if there is none.
+    ///
+    /// D = R^2 - g.g, with g = c - (c.d) d from the centre's foot on the ray to the centre, |d| = 1
+    pub(crate) fn depth(&self, v: Vector) -> f64 {
+        let size = length(v);
+        let d = scale(v, 1.0 / size);
+        let b = dot(self.center, d);
+        let g = sub(self.center, scale(d, b));
+        let s = (self.radius * self.radius - dot(g, g)).sqrt();
+        let t = if self.eye_is_outside() {
+            self.power / (b + s)
+        } else if b >= 0.0 {
+            b + s
+        } else {
+            self.power / (b - s)
+        };
+        if t > 0.0 { t / size } else { f64::INFINITY }
     }
 
     /// Place points on the sphere, with normals that face the eye, and return what they are relative to.
@@ -171,18 +196,32 @@ impl Sphere {
     ///
     /// With w from the point to the lamp, q from it to the centre, and M = (C - L) x (P - L): the line meets the
     /// sphere where M.M <= R^2 w.w, and does so between the two if 0 < q.w < w.w; or if one of them is inside.
+    ///
+    /// A lamp on the sphere is hidden from points outside only, by the far side.
     #[inline(always)]
-    pub(crate) fn hide(&self, shadow: &mut Shadow<'_>) {
-        let from_lamp = sub(self.center, shadow.lamp);
-        // A lamp on the sphere counts as outside, and lights what is above it.
-        let lamp_is_inside = length(from_lamp) < self.radius - shadow.rounding_at_lamp(self.radius);
+    pub(crate) fn hide(&self, contact: Option<&Contact>, shadow: &mut Shadow<'_>) {
+        let lamp = shadow.lamp.position;
+        let from_lamp = sub(self.center, lamp);
+        let side = contact.map_or_else(|| self.side(lamp), |contact| contact.side);
+        let lamp_is_inside = side == Side::Inside;
+        // What is deeper than this is hidden from a lamp that is not inside.
+        let deep = if side == Side::On {
+            f32::NEG_INFINITY
+        } else {
+            -TOUCHING_POWER
+        };
         let per_radius = 1.0 / self.radius;
-        let to_reference = sub(shadow.points.reference, shadow.lamp);
+        let to_reference = sub(shadow.points.reference, lamp);
         let moment = single(scale(cross(from_lamp, to_reference), per_radius));
         let c = single(scale(from_lamp, per_radius));
         let q = single(scale(sub(self.center, shadow.points.reference), per_radius));
-        let to_lamp = single(sub(shadow.lamp, shadow.points.reference));
+        let to_lamp = single(sub(lamp, shadow.points.reference));
         let (radius, per_radius) = (self.radius as f32, per_radius as f32);
+        let least = if side == Side::On {
+            TOUCHING_POWER
+        } else {
+            f32::NEG_INFINITY
+        };
         let points = shadow.points;
         for lane in 0..points.padded() {
             let p = points.offset.each_ref().map(|axis| axis[lane]);
@@ -204,11 +243,19 @@ impl Sphere {
                 let ww = shadow.squared[lane];
                 let along = (q[0] * w[0] + q[1] * w[1] + q[2] * w[2]) * radius;
                 let crosses = m[0] * m[0] + m[1] * m[1] + m[2] * m[2] <= ww;
-                (power < -TOUCHING_POWER) | (crosses & (along > 0.0) & (along < ww))
+                let passes = crosses & (along > 0.0) & (along < ww) & (power > least);
+                (power < deep) | passes
             };
             shadow.darken(lane, hidden);
         }
     }
+}
+
+/// (|c| - R) (|c| + R), c from a place to the centre: positive outside.
+#[inline(always)]
+fn power(c: Vector, radius: f64) -> f64 {
+    let distance = length(c);
+    (distance - radius) * (distance + radius)
 }
 
 impl Seen {

@@ -42,6 +42,12 @@ pub(crate) fn length(a: Vector) -> f64 {
     dot(a, a).sqrt()
 }
 
+/// At least the length of a vector, and at most twice; without a root.
+#[inline(always)]
+pub(crate) fn taxi(vector: Vector) -> f64 {
+    vector[0].abs() + vector[1].abs() + vector[2].abs()
+}
+
 /// The components in another frame, whose axes are the rows.
 #[inline(always)]
 pub(crate) fn turned(rows: &[Vector; 3], a: Vector) -> Vector {

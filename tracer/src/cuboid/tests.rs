@@ -129,7 +129,7 @@ fn each_face_has_a_number_and_a_normal_that_faces_the_eye() {
         };
         let camera = [cross(side, forward), side, forward];
         let axes = STRAIGHT.map(|axis| turned(&camera, axis));
-        let cuboid = Cuboid::new(turned(&camera, center), axes, [1.0; 3]);
+        let cuboid = Cuboid::new(turned(&camera, center), axes, [1.0; 3], scale(center, -1.0));
         let (view, corner) = straight(1e-4);
         let mut nearest = Nearest::new();
         cuboid.meet(FACE, &rays_of(view, corner), &mut nearest);
@@ -143,7 +143,7 @@ fn each_face_has_a_number_and_a_normal_that_faces_the_eye() {
 
 #[test]
 fn from_inside_each_face_looks_inward() {
-    let cuboid = Cuboid::new([0.0; 3], STRAIGHT, [1.0, 2.0, 3.0]);
+    let cuboid = Cuboid::new([0.0; 3], STRAIGHT, [1.0, 2.0, 3.0], [0.0; 3]);
     let (view, corner) = straight(1e-4);
     let mut nearest = Nearest::new();
     cuboid.meet(FACE, &rays_of(view, corner), &mut nearest);

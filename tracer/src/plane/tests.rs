@@ -66,8 +66,7 @@ proptest! {
     /// However the camera turns, which rounds places differently: a lamp on the ceiling lights the room.
     #[test]
     fn a_lamp_on_a_plane_is_not_hidden_by_it(axes in any_axes(), height in -3.0..3.0_f64) {
-        let ceiling = Plane::new(turned(&axes, [0.0, 1.0, 0.0]), height);
-        let ceiling = Solid::Wall { normal: ceiling.normal, offset: ceiling.offset };
+        let ceiling = Solid::Wall { normal: turned(&axes, [0.0, 1.0, 0.0]), offset: height };
         let lamp = turned(&axes, [1.0, height, 2.0]);
         let room = Solid::Ball { center: [0.0, 0.0, 5.0], radius: 2.0 };
         let view = View { width: 16, height: 16, half_pixel: (0.01, 0.01) };
@@ -86,7 +85,7 @@ fn rays_that_almost_run_along_a_plane_miss_it() {
         half_pixel: (0.9e-6, 0.9e-6),
     };
     let mut nearest = Nearest::new();
-    Plane::new([0.0, 1.0, 0.0], -1.0).meet(FACE, &rays_of(view, (0, 0)), &mut nearest);
+    Plane::new([0.0, 1.0, 0.0], -1.0, 1.0).meet(FACE, &rays_of(view, (0, 0)), &mut nearest);
     for (lane, &face) in nearest.face.iter().enumerate() {
         // Row 8 is the first below the horizon, by half a pixel; row 9 is the first that is steep enough.
         assert_eq!(face != NOTHING, lane / SIDE as usize >= 9, "lane {lane}");
@@ -101,7 +100,7 @@ fn a_plane_through_the_eye_is_not_seen() {
         half_pixel: (0.1, 0.1),
     };
     let mut nearest = Nearest::new();
-    Plane::new([0.0, 1.0, 0.0], 0.0).meet(FACE, &rays_of(view, (0, 0)), &mut nearest);
+    Plane::new([0.0, 1.0, 0.0], 0.0, 0.0).meet(FACE, &rays_of(view, (0, 0)), &mut nearest);
     assert!(nearest.face.iter().all(|&face| face == NOTHING));
 }
 

@@ -1,0 +1,173 @@
+"""Random scenes whose eyes, lights, faces, centres and edges lie exactly on each other.
+
+Coordinates are small whole numbers and halves, in a unit from 1e-6 to 1e6. A scene depends on its seed alone.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Sequence
+from typing import Any
+
+Data = dict[str, Any]
+Vector = list[float]
+
+RESOLUTION = (32, 24)
+ROTATIONS = (0, 0, 0, 30, 45, 90, 180, 1e9)
+UNITS = (1.0, 1.0, 1.0, 1e-6, 1e6, 1e-3, 2.0**-20, 2.0**20)
+NORMALS = ([0, 1, 0], [0, 1, 0], [1, 0, 0], [0, 0, -1], [1, 1, 0], [1, 2, 2], [0, 3, 4])
+
+
+def coincident_scene(seed: int) -> Data:
+    """Return the scene of a seed, as plain data."""
+    return _Draw(random.Random(seed)).scene()
+
+
+class _Draw:
+    """One scene on its way."""
+
+    def __init__(self, rng: random.Random) -> None:
+        self.rng = rng
+        self.unit = rng.choice(UNITS)
+        # Mostly around the origin; else far from it, where coordinates have few digits left.
+        self.is_far = math.frexp(self.unit)[0] == 0.5 and rng.random() < 0.15
+        self.origin = [self.unit * rng.choice((0, 2.0**30) if self.is_far else (0, 0, 0, 1000)) for _ in range(3)]
+        self.objects: list[Data] = []
+
+    def scene(self) -> Data:
+        for _ in range(self.rng.choice((1, 1, 2, 2, 3, 3, 4, 5, 7))):
+            self.objects.append(self.object())
+        camera = self.camera()
+        lights = [self.light() for _ in range(self.rng.choice((1, 1, 1, 1, 2, 2, 3, 6)))]
+        for shape in self.objects:
+            if shape["type"] != "plane" and self.rng.random() < 0.08:
+                shape["light"] = {"intensity": self.intensity(), "color": self.color()}
+        render = {"background": self.color(), "eye_falloff": self.rng.random() < 0.1}
+        return {"camera": camera, "lights": lights, "objects": self.objects, "render": render}
+
+    # --- Objects ---------------------------------------------------------------------------------------------
+
+    def object(self) -> Data:
+        kind = self.rng.random()
+        if kind < 0.2:
+            return {"type": "plane", "position": self.place(), "normal": self.rng.choice(NORMALS), "color": self.color()}
+        if kind < 0.5:
+            shape = {"type": "sphere", "position": self.place(), "radius": self.size(), "color": self.color()}
+        else:
+            shape = {
+                "type": "box",
+                "position": self.place(),
+                "size": [self.size() for _ in range(3)],
+                "rotation": self.rng.choice(ROTATIONS),
+                "color": self.color(),
+            }
+        if self.objects and self.rng.random() < 0.6:
+            self.join(shape, self.rng.choice(self.objects))
+        return shape
+
+    def join(self, shape: Data, other: Data) -> None:
+        """Put a shape so that it touches another, has a face in common, or is around or inside it."""
+        kind = self.rng.random()
+        if kind < 0.25 and other["type"] == shape["type"]:  # the same surface
+            shape.update({key: other[key] for key in ("position", "radius", "size", "rotation") if key in other})
+        elif kind < 0.5 or other["type"] == "plane":
+            shape["position"] = list(other["position"])
+        if kind > 0.3 and other["type"] == shape["type"] == "box":
+            shape["rotation"] = other["rotation"]
+            axis, flush = self.rng.randrange(3), self.rng.choice((-1, 1, 1))
+            # Beside it or with a face in one plane.
+            apart = (other["size"][axis] + flush * shape["size"][axis]) / 2
+            local = [self.unit * self.rng.choice((0, 0, 0.5, 1)) for _ in range(3)]
+            local[axis] = self.rng.choice((-1, 1)) * apart
+            shape["position"] = on(other, local)
+        elif kind > 0.4:
+            shape["position"] = self.on_surface(other)
+            reach = shape["radius"] if shape["type"] == "sphere" else shape["size"][1] / 2
+            shape["position"][1] += reach
+
+    # --- Eye and lights ----------------------------------------------------------------------------------------
+
+    def camera(self) -> Data:
+        rng = self.rng
+        kind = rng.random()
+        target = self.place() if rng.random() < 0.5 else list(rng.choice(self.objects)["position"])
+        if rng.random() < 0.7:
+            target = [x + self.unit * rng.uniform(-0.3, 0.3) for x in target]
+        fov: float = rng.choice((20, 40, 60, 90, 120))
+        if kind < 0.35:
+            eye = self.place(4)
+        elif kind < 0.6:
+            eye = self.on_surface(rng.choice(self.objects))
+        elif kind < 0.7:
+            eye = list(rng.choice(self.objects)["position"])
+        else:
+            away = rng.choice((10, 20, 1e4, 1e5, 1e6, 1e7, 1e8))
+            toward = rng.choice(([0, 1, 0], [0, 0, 1], [1, 2, 2], [3, 4, 0], [rng.uniform(-1, 1) for _ in range(3)]))
+            size = math.hypot(*toward)
+            eye = [x + self.unit * away * d / size for x, d in zip(self.origin, toward, strict=True)]
+            fov = math.degrees(2 * math.atan(rng.choice((2, 4, 6)) / away))
+        view = [a - b for a, b in zip(target, eye, strict=True)]
+        up = next(up for up in ([0, 1, 0], [1, 0, 0], [0, 0, 1]) if rng.random() < 0.5 or up[2])
+        if math.hypot(*view) < 1e-3 * self.unit or abs(cosine(view, up)) > 0.999:
+            return self.camera()
+        return {"resolution": list(RESOLUTION), "fov": fov, "position": eye, "look_at": target, "up": up}
+
+    def light(self) -> Data:
+        kind = self.rng.random()
+        place = self.place(4)
+        if kind < 0.5:
+            place = self.on_surface(self.rng.choice(self.objects))
+        elif kind < 0.6:
+            place = list(self.rng.choice(self.objects)["position"])
+        elif kind < 0.65:
+            place = [x + self.unit * self.rng.choice((1e4, -1e6)) for x in place]
+        return {"position": place, "intensity": self.intensity(), "color": self.color()}
+
+    # --- Numbers -----------------------------------------------------------------------------------------------
+
+    def place(self, reach: int = 3) -> Vector:
+        return [o + self.unit * self.rng.randint(-2 * reach, 2 * reach) / 2 for o in self.origin]
+
+    def on_surface(self, shape: Data) -> Vector:
+        """Return a place on a shape: the middle of a face, a point of it, an edge or a corner."""
+        rng = self.rng
+        if shape["type"] == "plane":
+            n = shape["normal"]
+            side = next(([n[1], -n[0], 0] if n[0] or n[1] else [1, 0, 0]) for _ in range(1))
+            far = self.unit * rng.choice((0, 1, 2.5))
+            return [x + far * s for x, s in zip(shape["position"], side, strict=True)]
+        if shape["type"] == "sphere":
+            way = rng.choice(([0, 1, 0], [0, -1, 0], [1, 0, 0], [0, 0, 1], [0.6, 0.8, 0], [0, -0.8, 0.6]))
+            return [x + shape["radius"] * w for x, w in zip(shape["position"], way, strict=True)]
+        half = [side / 2 for side in shape["size"]]
+        local = [h * rng.choice((0, 0, 0.5, -0.5, 0.25)) for h in half]
+        for axis in rng.sample(range(3), rng.choice((1, 1, 1, 1, 2, 3))):
+            local[axis] = half[axis] * rng.choice((-1, 1))
+        return on(shape, local)
+
+    def size(self) -> float:
+        return self.unit * self.rng.choice((0.5, 1, 1, 2, 3, 4, 8, 0.25 if self.is_far else 1e-3))
+
+    def intensity(self) -> float:
+        return self.rng.choice((10, 100, 1000)) * self.unit**2
+
+    def color(self) -> Vector:
+        return [self.rng.choice((0.25, 0.5, 0.75, 1)) for _ in range(3)]
+
+
+def on(shape: Data, local: Sequence[float]) -> Vector:
+    """Return the place that a box has at coordinates along its axes."""
+    degrees = math.remainder(shape.get("rotation", 0), 360)
+    c, s = (
+        (round(math.cos(math.radians(degrees))), round(math.sin(math.radians(degrees))))
+        if degrees % 90 == 0
+        else (math.cos(math.radians(degrees)), math.sin(math.radians(degrees)))
+    )
+    x, y, z = local
+    turned = (c * x + s * z, y, c * z - s * x)
+    return [p + t for p, t in zip(shape["position"], turned, strict=True)]
+
+
+def cosine(a: Sequence[float], b: Sequence[float]) -> float:
+    return sum(x * y for x, y in zip(a, b, strict=True)) / math.hypot(*a) / math.hypot(*b)

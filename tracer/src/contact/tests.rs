@@ -1,0 +1,66 @@
+use super::*;
+use crate::oracle::*;
+use crate::vector::{add, scale};
+use proptest::prelude::*;
+
+/// A place on the surface of a solid: on a face, or an edge or corner of a box.
+fn any_place_on(solid: &Solid, direction: Vector, shares: Vector, fixed: [bool; 3]) -> Vector {
+    match *solid {
+        Solid::Ball { center, radius } => add(center, scale(direction, radius)),
+        Solid::Wall { .. } => unreachable!(),
+        Solid::Brick { center, axes, half } => {
+            let fixed = if fixed.contains(&true) {
+                fixed
+            } else {
+                [false, true, false]
+            };
+            let along = |i: usize| half[i] * if fixed[i] { shares[i].signum() } else { shares[i] };
+            (0..3).fold(center, |place, i| add(place, scale(axes[i], along(i))))
+        }
+    }
+}
+
+proptest! {
+    #[test]
+    fn places_on_a_surface_are_on_it_wherever_it_is(
+        solid in any_block().prop_flat_map(|block| solid_before(block, -1.0..5.0)),
+        direction in any_direction(),
+        shares in [-1.0..1.0, -1.0..1.0, -1.0..1.0],
+        fixed in any::<[bool; 3]>(),
+    ) {
+        let place = any_place_on(&solid, direction, shares, fixed);
+        prop_assert_eq!(solid.contact(place).side, Side::On);
+    }
+
+    #[test]
+    fn places_off_a_surface_are_inside_or_outside(
+        solid in any_block().prop_flat_map(|block| solid_before(block, -1.0..1.0)),
+        direction in any_direction(),
+        shares in [-1.0..1.0, -1.0..1.0, -1.0..1.0],
+    ) {
+        let place = any_place_on(&solid, direction, shares, [false, true, false]);
+        for (share, side) in [(1e-11, Side::Outside), (-1e-11, Side::Inside)] {
+            let outward = sub(place, solid.center());
+            prop_assert_eq!(solid.contact(add(place, scale(outward, share))).side, side);
+        }
+    }
+}
+
+#[test]
+fn a_place_on_an_edge_has_the_coordinates_of_both_faces() {
+    let third = 1.0 / 3.0;
+    let axes = [[0.6, 0.0, -0.8], [0.0, 1.0, 0.0], [0.8, 0.0, 0.6]];
+    let half = [third, 2.0 * third, 5.0];
+    let center = [1e3, -2e3, 7.7];
+    let place = add(center, add(scale(axes[0], third), scale(axes[1], -2.0 * third)));
+    let contact = Contact::with_box(place, center, &axes, half);
+    assert_eq!(contact.side, Side::On);
+    assert_eq!(contact.local[..2], [third, -2.0 * third]);
+}
+
+#[test]
+fn a_place_in_the_plane_of_a_face_beside_it_is_outside() {
+    let straight = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let contact = Contact::with_box([5.0, 1.0, 0.0], [0.0; 3], &straight, [1.0; 3]);
+    assert_eq!((contact.side, contact.local), (Side::Outside, [5.0, 1.0, 0.0]));
+}

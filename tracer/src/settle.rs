@@ -1,0 +1,96 @@
+//! Which of several faces is seen that float32 cannot tell apart.
+//!
+//! An eye far away sees surfaces whose depths differ by less than float32 holds, and two boxes may share a face. Where
+//! depths are that close they are found again in float64, ray by ray; of faces in one place the first object's is seen.
+
+use crate::bvh::{Cone, Stack};
+use crate::contact::ON_SURFACE;
+use crate::grid::{CLOSE, FACE_BITS, LANES, Nearest, Rays};
+use crate::scene::Scene;
+use crate::vector::length;
+
+/// Faces that a ray meets within this share of the depth from each other are in one place.
+const COINCIDENT: f64 = 1.0 / (1_u64 << 41) as f64;
+
+/// A face that may be the nearest one of a lane.
+#[derive(Clone, Copy, Debug)]
+struct Candidate {
+    lane: u8,
+    face: u32,
+    depth: f64,
+    /// What rounding may have done to the depth.
+    slack: f64,
+}
+
+/// The room to work in.
+#[derive(Debug)]
+pub(crate) struct Settler {
+    /// What one object alone would show.
+    alone: Nearest,
+    candidates: Vec<Candidate>,
+}
+
+impl Settler {
+    pub(crate) fn new() -> Settler {
+        Settler {
+            alone: Nearest::new(),
+            candidates: Vec::new(),
+        }
+    }
+
+    /// Put right which faces are the nearest.
+    #[inline(never)]
+    pub(crate) fn settle(&mut self, scene: &Scene, rays: &Rays, nearest: &mut Nearest, stack: &mut Stack) {
+        self.candidates.clear();
+        let cone = Cone::of_block(rays);
+        let limit = cone.along_axis(rays, nearest.farthest() * (1.0 + CLOSE));
+        let mut walk = scene.bvh.walk(&cone, stack);
+        while let Some(object) = walk.next(limit) {
+            self.take(scene, rays, nearest, object);
+        }
+        for &object in &scene.planes {
+            self.take(scene, rays, nearest, object);
+        }
+        self.candidates
+            .sort_unstable_by_key(|candidate| (candidate.lane, candidate.face));
+        for candidates in self.candidates.chunk_by(|a, b| a.lane == b.lane) {
+            if let Some(seen) = first_of_the_nearest(candidates) {
+                let lane = usize::from(seen.lane);
+                if seen.face != nearest.face[lane] {
+                    nearest.face[lane] = seen.face;
+                    nearest.t[lane] = seen.depth as f32;
+                }
+            }
+        }
+    }
+
+    /// Take an object for a candidate wherever it is as near as what was found.
+    fn take(&mut self, scene: &Scene, rays: &Rays, nearest: &Nearest, object: u32) {
+        let shape = &scene.shapes[object as usize];
+        let alone = &mut self.alone;
+        alone.clear(rays);
+        shape.meet(object << FACE_BITS, rays, alone);
+        for lane in 0..LANES {
+            let (t, best) = (alone.t[lane], nearest.t[lane]);
+            if (t - best).abs() <= 2.0 * CLOSE * best && t > 0.0 {
+                let v = rays.exact(lane);
+                self.candidates.push(Candidate {
+                    lane: lane as u8,
+                    face: alone.face[lane],
+                    depth: shape.depth(v),
+                    slack: (ON_SURFACE * shape.reach() + scene.grain) / length(v),
+                });
+            }
+        }
+    }
+}
+
+/// The first object's among the nearest candidates, if there are several.
+fn first_of_the_nearest(candidates: &[Candidate]) -> Option<Candidate> {
+    let nearest = *candidates.iter().min_by(|a, b| a.depth.total_cmp(&b.depth))?;
+    let before = nearest.depth * (1.0 + COINCIDENT) + nearest.slack;
+    let seen = candidates
+        .iter()
+        .find(|candidate| candidate.depth - candidate.slack <= before)?;
+    (candidates.len() > 1 && nearest.depth.is_finite()).then_some(*seen)
+}
