@@ -156,7 +156,7 @@ impl Block {
     fn look(&mut self, scene: &Scene, place: Place, within: (f64, f64)) {
         self.rays.aim(place.view, place.corner, within);
         nearest_hits(scene, &self.rays, &mut self.nearest, &mut self.stack);
-        if self.nearest.close {
+        if self.nearest.close > 0 {
             self.settler
                 .settle(scene, &self.rays, &mut self.nearest, &mut self.stack);
         }

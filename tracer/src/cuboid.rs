@@ -128,9 +128,9 @@ impl Cuboid {
             let tau = if inside { leave } else { enter };
             let number = if inside { left } else { entered };
             let t = if enter <= leave { start + tau } else { 0.0 };
-            close |= nearest.offer(lane, t, face + number);
+            close += nearest.offer(lane, t, face + number);
         }
-        nearest.close |= close != 0;
+        nearest.close += close;
     }
 
     /// Where a ray first meets the box ahead of the eye, in float64; infinite where it does not.

@@ -130,6 +130,11 @@ impl Rays {
         [self.middle[0] + dx, self.middle[1] + dy, 1.0]
     }
 
+    /// The width of a pixel on the image plane.
+    pub(crate) fn pixel(&self) -> f64 {
+        2.0 * self.pattern.half_pixel.0
+    }
+
     /// Whether the pixel of a lane is inside the picture.
     fn is_inside(&self, lane: usize) -> bool {
         let (columns, rows) = self.pattern.inside;
@@ -174,8 +179,8 @@ pub(crate) struct Nearest {
     pub(crate) t: Lanes,
     /// Which face of which object. `NOTHING` where nothing is met.
     pub(crate) face: [u32; LANES],
-    /// Whether two faces were so close to each other that float32 may have taken the wrong one.
-    pub(crate) close: bool,
+    /// How often two faces were so close to each other that float32 may have taken the wrong one.
+    pub(crate) close: u32,
 }
 
 /// The face of a ray that meets nothing.
@@ -193,7 +198,7 @@ impl Nearest {
         Nearest {
             t: [f32::INFINITY; LANES],
             face: [NOTHING; LANES],
-            close: false,
+            close: 0,
         }
     }
 
@@ -202,7 +207,7 @@ impl Nearest {
     pub(crate) fn clear(&mut self, rays: &Rays) {
         self.t = [f32::INFINITY; LANES];
         self.face = [NOTHING; LANES];
-        self.close = false;
+        self.close = 0;
         if !rays.is_inside(LANES - 1) {
             for lane in 0..LANES {
                 if !rays.is_inside(lane) {

@@ -64,9 +64,9 @@ impl Plane {
             let along = middle + (nx * rays.dx[lane] + ny * rays.dy[lane]);
             let t = offset / along;
             let parallel = along * along < (PARALLEL * PARALLEL) * rays.vv[lane];
-            close |= nearest.offer(lane, if parallel { 0.0 } else { t }, face);
+            close += nearest.offer(lane, if parallel { 0.0 } else { t }, face);
         }
-        nearest.close |= close != 0;
+        nearest.close += close;
     }
 
     /// t = offset / (n . v), in float64; infinite where it is not ahead.

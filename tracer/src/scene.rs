@@ -261,7 +261,10 @@ impl Space<'_> {
             }
             Form::Box { size, rotation } => {
                 let axes = turned_axes(rotation).map(|axis| self.direction(axis));
-                Shape::Cuboid(Cuboid::new(place, axes, self.half(size), eye.local))
+                let half = self.half(size);
+                let close = eye.is_within(FAR_FROM_ROUNDING * (taxi(place) + length(half)));
+                let eye = if close { eye.local } else { turned(&axes, scale(place, -1.0)) };
+                Shape::Cuboid(Cuboid::new(place, axes, half, eye))
             }
         }
     }

@@ -12,11 +12,16 @@ use crate::vector::length;
 /// Faces that a ray meets within this share of the depth from each other are in one place.
 const COINCIDENT: f64 = 1.0 / (1_u64 << 41) as f64;
 
+/// Where two surfaces cross within this share of a pixel, float32 decides which of them is seen.
+const CROSSING: f64 = 1e-3;
+
 /// A face that may be the nearest one of a lane.
 #[derive(Clone, Copy, Debug)]
 struct Candidate {
     lane: u8,
     face: u32,
+    /// The depth in float32.
+    t: f32,
     depth: f64,
     /// What rounding may have done to the depth.
     slack: f64,
@@ -53,8 +58,10 @@ impl Settler {
         }
         self.candidates
             .sort_unstable_by_key(|candidate| (candidate.lane, candidate.face));
+        // A single close ray is most often where two surfaces cross.
+        let blur = if nearest.close == 1 { CROSSING * rays.pixel() } else { 0.0 };
         for candidates in self.candidates.chunk_by(|a, b| a.lane == b.lane) {
-            if let Some(seen) = first_of_the_nearest(candidates) {
+            if let Some(seen) = first_of_the_nearest(candidates, blur) {
                 let lane = usize::from(seen.lane);
                 if seen.face != nearest.face[lane] {
                     nearest.face[lane] = seen.face;
@@ -77,6 +84,7 @@ impl Settler {
                 self.candidates.push(Candidate {
                     lane: lane as u8,
                     face: alone.face[lane],
+                    t,
                     depth: shape.depth(v),
                     slack: (ON_SURFACE * shape.reach() + scene.grain) / length(v),
                 });
@@ -86,11 +94,17 @@ impl Settler {
 }
 
 /// The first object's among the nearest candidates, if there are several.
-fn first_of_the_nearest(candidates: &[Candidate]) -> Option<Candidate> {
-    let nearest = *candidates.iter().min_by(|a, b| a.depth.total_cmp(&b.depth))?;
+///
+/// Where all are within the share `blur` of the depth from each other, their order in float32 is as good as any.
+fn first_of_the_nearest(candidates: &[Candidate], blur: f64) -> Option<Candidate> {
+    let mut all = candidates.iter().copied();
+    let nearest = all.clone().min_by(|a, b| a.depth.total_cmp(&b.depth))?;
+    if candidates.len() == 1 || !nearest.depth.is_finite() {
+        return None;
+    }
+    if all.clone().all(|candidate| candidate.depth - nearest.depth < blur * nearest.depth) {
+        return all.min_by(|a, b| a.t.total_cmp(&b.t));
+    }
     let before = nearest.depth * (1.0 + COINCIDENT) + nearest.slack;
-    let seen = candidates
-        .iter()
-        .find(|candidate| candidate.depth - candidate.slack <= before)?;
-    (candidates.len() > 1 && nearest.depth.is_finite()).then_some(*seen)
+    all.find(|candidate| candidate.depth - candidate.slack <= before)
 }

@@ -119,10 +119,10 @@ impl Sphere {
                     seen.power / (b - s)
                 };
                 let behind = outside & (b <= 0.0);
-                close |= nearest.offer(lane, if behind { 0.0 } else { t }, face);
+                close += nearest.offer(lane, if behind { 0.0 } else { t }, face);
             }
         }
-        nearest.close |= close != 0;
+        nearest.close += close;
     }
 
     /// The nearest root ahead of the eye, in float64; infinite if there is none.
