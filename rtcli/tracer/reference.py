@@ -52,7 +52,7 @@ COORDINATE = 2.0**-52
 COINCIDENT = 2.0**-41
 
 # A shadow ray that meets an object within this share of its length before its end may only touch it there.
-NEAR_THE_END = 1e-6
+NEAR_THE_END = 1e-3
 
 # What would exceed a float32 film is kept at its largest value: a picture holds no infinities.
 LARGEST = float(np.finfo(np.float32).max)
@@ -266,18 +266,23 @@ class Object(ABC):
 
     @abstractmethod
     def height(self, eye: Array, sight: Array) -> Array:
-        """Return how far the points at `sight` (3, N) from the eye are above the surface: (N,)."""
+        """Return how far the points at `sight` (3, N) from the eye are off the surface, negative inside: (N,)."""
 
     @property
     @abstractmethod
     def size(self) -> float:
         """Half the length of the object along its axes, added up; 0 of what has no size."""
 
-    def holds(self, eye: Array, sight: Array) -> Mask:
-        """Return whether the points at `sight` (3, N) from the eye are on the surface: (N,)."""
-        slack = self.rounding(eye) + ON_SURFACE * length(sight)
-        on_surface: Mask = np.abs(self.height(eye, sight)) <= slack
-        return on_surface
+    def touched_by(self, way: WayToLight, t: Array) -> Mask:
+        """Return whether points lie on the surface, and the ways from there that meet it at t leave it: (N,).
+
+        A way that enters the object instead has its middle, between the point and where it leaves, inside.
+        """
+        slack = self.rounding(way.eye) + ON_SURFACE * length(way.sight)
+        middle = way.sight + (way.distance - t) / 2 * way.wi
+        on_surface, enters = np.abs(self.height(way.eye, way.sight)) <= slack, self.height(way.eye, middle) < -slack
+        touched: Mask = on_surface & ~enters
+        return touched
 
     def rounding(self, point: Array) -> float:
         """Return how close to the surface a point (3, 1) lies on it."""
@@ -402,8 +407,8 @@ class Plane(Object):
         return int(np.sign(self._distance(point)))
 
     def height(self, eye: Array, sight: Array) -> Array:
-        """Return (p - p_0) . n."""
-        return dot(sight, self.direction) - dot(self.position - eye, self.direction)
+        """Return |(p - p_0) . n|: a plane has no inside."""
+        return np.abs(dot(sight, self.direction) - dot(self.position - eye, self.direction))
 
     @property
     def size(self) -> float:
@@ -877,10 +882,9 @@ class Scenery:
             if shape.source_object is not source:
                 t = shape.intersection_parameter(shadow_ray)
                 between = (t < way.distance) & (receiver != i)
-                # What lies on the surface of an object touches it, however rounding puts it.
                 close = np.flatnonzero(between & (t > way.distance * (1 - NEAR_THE_END)))
                 if close.size:
-                    between[close] = ~shape.holds(way.eye, way.sight[:, close])
+                    between[close] = ~shape.touched_by(way.take(close), t[close])
                 yield Blocker(i, t, between)
 
 

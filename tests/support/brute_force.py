@@ -1,8 +1,8 @@
-"""A small tracer that shares no code with either engine: every surface, every ray, in long double.
+"""A small tracer that shares no code with either engine: every surface, every ray, in float64.
 
-A body is its faces. A ray meets a face, which has a plane and an outline, or a ball, which has two roots; what lies
-strictly between the ends of a segment blocks it. There is no side, no acceleration and no float32. With each decision
-comes its margin, so that it is known where a picture may differ: beside an outline, or where two surfaces cross.
+A ray meets a face, which has a plane and an outline, or a ball, which has two roots; what lies strictly between the
+ends of a segment blocks it. There is no side, no tree and no float32. All places are relative to the eye. With each
+decision comes its margin, so that it is known where pictures may differ: beside an outline, or where surfaces cross.
 
 Arrays are component-first: (3, N), one column a pixel, row by row.
 """
@@ -11,39 +11,40 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 Data = dict[str, Any]
-Real = np.float64
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
-# Coordinates are the nearest float64 to what a scene means: so many times that is nothing.
-ROUNDING = Real(2) ** -47
-COORDINATE = Real(2) ** -51
+# What is closer to a surface than this share of its distance and of the size of the body is on it, and so is what is
+# closer than this share of the coordinates, which come from decimal numbers.
+ROUNDING = 2.0**-47
+COORDINATE = 2.0**-51
 # What float32 may take, as a share of what differs within a block.
-SINGLE = Real(2e-5)
-# Rays that are closer to parallel to a plane than about this miss it (document, section 2.2.2).
-PARALLEL = Real(1e-6)
-PI = Real(math.pi) + Real(1.2246467991473532e-16)
+SINGLE = 2e-5
+# Rays that are closer to parallel to a plane than this miss it (document, section 2.2.2).
+PARALLEL = 1e-6
+# Surfaces that are closer to each other than this share of the distance are in one place.
+COINCIDENT = 2.0**-40
+# Where a ray grazes a ball more than this it is at its outline, and a face is seen edge on.
+GRAZING = 3e-3
+EDGE_ON = 1e-5
+LARGEST = float(np.finfo(np.float32).max)
 
 
 def vector(values: Any) -> Array:
     """Return three numbers as (3, 1)."""
-    return np.array([[Real(x)] for x in values])
+    return np.array([[float(x)] for x in values])
 
 
 def dot(a: Array, b: Array) -> Array:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def cross(a: Array, b: Array) -> Array:
-    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
 def length(a: Array) -> Array:
@@ -55,14 +56,24 @@ def unit(a: Array) -> Array:
     return a / length(a)
 
 
-@dataclass(frozen=True)
-class Crossings:
-    """Where rays P + t d meet one surface.
+class Point(NamedTuple):
+    """Places (3, 1) or (3, N), and what is lost of them: a surface so close goes through them."""
+
+    place: Array
+    error: Array | float
+
+    def snapped(self, height: Array, away: Array) -> Array:
+        """Return a height above a surface of which they are so far away: 0 if that is only rounding."""
+        return np.where(np.abs(height) <= ROUNDING * away + self.error, 0.0, height)
+
+
+class Crossing(NamedTuple):
+    """Where rays P + t d cross one surface.
 
     Parameters
     ----------
     t
-        (N,): NaN where there is no crossing; 0 where P lies on the surface, however that was rounded.
+        (N,): not finite where they do not; 0 where P lies on the surface, however that was rounded.
     margin
         (N,): how far inside the outline of the surface that is; below 0 it misses.
     normal
@@ -77,119 +88,108 @@ class Crossings:
     steep: Array
 
 
-class Face:
-    """A rectangle, or a whole plane where `half` is None: a point of it, its normal, and two axes."""
-
-    def __init__(self, point: Array, normal: Array, axes: tuple[Array, Array] | None, half: Any) -> None:
-        self.point, self.normal, self.axes, self.half = point, normal, axes, half
-
-    def height(self, point: Point, size: Real) -> Array:
-        """Return how far a point is above the plane of the face: 0 if that is only rounding."""
-        h = dot(self.normal, point.place - self.point)
-        return point.snapped(h, self.point, size)
-
-    def cross(self, start: Point, way: Array, size: Real) -> Iterator[Crossings]:
-        along = dot(self.normal, way)
-        t = -self.height(start, size) / along
-        steep = np.abs(along) / length(way)
-        if self.axes is None:
-            margin = np.where(steep < PARALLEL, Real(-np.inf), Real(np.inf))
-        else:
-            place = start.place + t * way - self.point
-            margin = np.minimum(*(h - np.abs(dot(axis, place)) for axis, h in zip(self.axes, self.half)))
-        yield Crossings(t + 0 * steep, margin + 0 * steep, self.normal, steep)
+# --- Bodies ----------------------------------------------------------------------------------------------
 
 
 class Ball:
     """A sphere."""
 
-    def __init__(self, center: Array, radius: Real) -> None:
-        self.center, self.radius = center, radius
+    def __init__(self, center: Array, data: Data) -> None:
+        self.center, self.size = center, float(data["radius"])
 
-    def height(self, point: Point, size: Real) -> Array:
-        """Return how far a point is outside: 0 if that is only rounding."""
-        h = length(point.place - self.center) - self.radius
-        return point.snapped(h, self.center, size)
+    def crossings(self, start: Point, way: Array) -> Iterator[Crossing]:
+        # |q + t w|^2 = 1 in units of the radius
+        q, w = (start.place - self.center) / self.size, way / self.size
+        speed, distance = length(w), length(q)
+        height = self.heights(start)[0]
+        d = w / speed
+        b = dot(q, d)
+        foot = q - b * d
+        sagitta = 1 - dot(foot, foot)
+        far = -b - np.copysign(np.sqrt(np.maximum(sagitta, 0)), b)
+        near = height / self.size * (distance + 1) / far
+        for root in (far, near):
+            normal = q + root * d
+            steep = np.abs(dot(normal, d))
+            yield Crossing(root / speed, self.size * sagitta / 2, normal, steep)
 
-    def cross(self, start: Point, way: Array, size: Real) -> Iterator[Crossings]:
-        # a t^2 + 2 b t + c = 0, divided by the radius squared
-        q = (start.place - self.center) / self.radius
-        w = way / self.radius
-        a, b = dot(w, w), dot(q, w)
-        c = self.height(start, size) / self.radius * (length(q) + 1)
-        foot = q - b / a * w
-        margin = self.radius * (1 - dot(foot, foot)) / 2
-        root = np.sqrt(np.maximum(1 - dot(foot, foot), 0) * a)
-        far = -b - np.copysign(root, b)
-        for t in (far / a, c / far):
-            normal = q + t * w
-            yield Crossings(t, margin + 0 * t, normal, np.abs(dot(normal, w)) / np.sqrt(a))
-
-
-@dataclass(frozen=True)
-class Point:
-    """A place (3, 1) or (3, N), and what is lost of it in long double: a surface so close goes through it."""
-
-    place: Array
-    error: Array | Real = Real(0)
-
-    def snapped(self, height: Array, other: Array, size: Real) -> Array:
-        """Return the height above a surface of a body of some size at another place: 0 if that is only rounding."""
-        away = np.abs(self.place - other).sum(axis=0) + size
-        return np.where(np.abs(height) <= ROUNDING * away + self.error, Real(0), height)
+    def heights(self, point: Point) -> list[Array]:
+        away = point.place - self.center
+        height = (length(away / self.size) - 1) * self.size
+        return [point.snapped(height, np.abs(away).sum(axis=0) + self.size)] * 2
 
 
-class Body:
-    """An object: its surfaces, its color, the light that it carries."""
+class Wall:
+    """A plane."""
 
-    def __init__(self, data: Data, eye: Array) -> None:
-        center = vector(data["position"]) - eye
-        self.color = vector(data["color"])
-        self.light: Data | None = data.get("light")
-        self.surfaces: list[Face | Ball]
-        if data["type"] == "sphere":
-            self.size = Real(data["radius"])
-            self.surfaces = [Ball(center, self.size)]
-        elif data["type"] == "plane":
-            self.size = Real(0)
-            self.surfaces = [Face(center, unit(vector(data["normal"])), None, None)]
-        else:
-            half = [Real(side) / 2 for side in data["size"]]
-            self.size = sum(half, Real(0))
-            axes = turned_axes(data.get("rotation", 0))
-            self.surfaces = [
-                Face(
-                    center + sign * half[i] * axes[i],
-                    sign * axes[i],
-                    (axes[i - 1], axes[i - 2]),
-                    (half[i - 1], half[i - 2]),
+    size = 0.0
+
+    def __init__(self, center: Array, data: Data) -> None:
+        self.point, self.normal = center, unit(vector(data["normal"]))
+
+    def crossings(self, start: Point, way: Array) -> Iterator[Crossing]:
+        along = dot(self.normal, way)
+        steep = np.abs(along) / length(way)
+        margin = np.where(steep < PARALLEL, -np.inf, np.inf)
+        yield Crossing(-self.heights(start)[0] / along, margin, self.normal, steep)
+
+    def heights(self, point: Point) -> list[Array]:
+        away = point.place - self.point
+        return [point.snapped(dot(self.normal, away), np.abs(away).sum(axis=0))]
+
+
+class Brick:
+    """A box: its six faces, rectangles."""
+
+    def __init__(self, center: Array, data: Data) -> None:
+        self.center, self.half = center, [side / 2 for side in data["size"]]
+        self.size = sum(self.half)
+        self.axes = turned_axes(data.get("rotation", 0))
+
+    def crossings(self, start: Point, way: Array) -> Iterator[Crossing]:
+        place, step = [[dot(axis, v) for axis in self.axes] for v in (start.place - self.center, way)]
+        speed, heights = length(way), iter(self.heights(start))
+        for i, axis in enumerate(self.axes):
+            j, k = i - 1, i - 2
+            steep = np.abs(step[i]) / speed
+            for sign in (1.0, -1.0):
+                t = -next(heights) / (sign * step[i])
+                margin = np.minimum(
+                    self.half[j] - np.abs(place[j] + t * step[j]), self.half[k] - np.abs(place[k] + t * step[k])
                 )
-                for i in range(3)
-                for sign in (1, -1)
-            ]
+                yield Crossing(t, margin, sign * axis, steep)
 
-    def crossings(self, start: Point, way: Array) -> Iterator[Crossings]:
-        for surface in self.surfaces:
-            yield from surface.cross(start, way, self.size)
+    def heights(self, point: Point) -> list[Array]:
+        away = point.place - self.center
+        far = np.abs(away).sum(axis=0) + self.size
+        places = [dot(axis, away) for axis in self.axes]
+        return [
+            point.snapped(sign * place - half, far)
+            for place, half in zip(places, self.half, strict=True)
+            for sign in (1.0, -1.0)
+        ]
 
 
 def turned_axes(degrees: float) -> list[Array]:
     """Return the axes of a box turned about +y, counter-clockwise seen from above."""
-    exact = Fraction(degrees) % 360
-    quarters, rest = divmod(exact, 90)
-    angle = Real(rest.numerator) / Real(rest.denominator) * PI / 180
-    c, s = np.cos(angle), np.sin(angle)
+    quarters, rest = divmod(Fraction(degrees) % 360, 90)
+    c, s = math.cos(math.radians(rest)), math.sin(math.radians(rest))
     for _ in range(int(quarters)):
         c, s = -s, c
     return [vector((c, 0, -s)), vector((0, 1, 0)), vector((s, 0, c))]
 
 
-@dataclass
-class Lamp:
+BODIES = {"sphere": Ball, "plane": Wall, "box": Brick}
+
+
+class Lamp(NamedTuple):
     position: Array
     color: Array
-    intensity: Real
+    intensity: float
     body: int | None
+
+
+# --- The picture -----------------------------------------------------------------------------------------
 
 
 @dataclass
@@ -200,164 +200,180 @@ class Picture:
     ----------
     object_id
         (N,): 0 for nothing.
-    distance, normal, radiance
-        (N,), (3, N), (3, N).
+    distance, steep
+        (N,): to the eye, and |cos| of the angle between ray and normal there.
+    normal, radiance
+        (3, N).
     tolerance
-        (3, N): how much the radiance may differ, of pixels that are clear.
+        (3, N): how much the radiance of pixels that are clear may differ.
     clear
         (N,) bool: off all borders.
     """
 
     object_id: npt.NDArray[np.intp]
     distance: Array
+    steep: Array
     normal: Array
     radiance: Array
     tolerance: Array
-    clear: Mask = field(repr=False)
+    clear: Mask
+
+
+class Points(NamedTuple):
+    """Places on surfaces that are to be lit.
+
+    Parameters
+    ----------
+    place, normal
+        (3, N).
+    error, blur
+        (N,): what is lost of the places in float64, and what float32 may take from them.
+    """
+
+    place: Array
+    normal: Array
+    error: Array
+    blur: Array
 
 
 class BruteForce:
-    """A scene, as plain data with all optional keys of vectors and colors given as lists."""
+    """A scene, as plain data whose colors are lists."""
 
     def __init__(self, data: Data) -> None:
-        self.data = data
-        self.eye = vector(data["camera"].get("position", (0, 0, 0)))
-        places = [self.eye, *(vector(one["position"]) for one in (*data["objects"], *data["lights"]))]
-        self.grain = COORDINATE * max(np.abs(place).max() for place in places)
-        self.bodies = [Body(shape, self.eye) for shape in data["objects"]]
-        self.lamps = [
-            Lamp(vector(light["position"]) - self.eye, vector(light.get("color", (1, 1, 1))), Real(light["intensity"]), None)
-            for light in data["lights"]
-        ]
-        for i, (shape, body) in enumerate(zip(data["objects"], self.bodies, strict=True)):
-            if body.light:
-                color = vector(body.light.get("color", (1, 1, 1)))
-                self.lamps.append(Lamp(vector(shape["position"]) - self.eye, color, Real(body.light["intensity"]), i))
-        settings = data.get("render", {})
+        self.camera, settings = data["camera"], data.get("render", {})
+        self.eye = vector(self.camera.get("position", (0, 0, 0)))
+        things = (self.camera, *data["objects"], *data["lights"])
+        self.grain = COORDINATE * max(abs(float(x)) for one in things for x in one.get("position", (0, 0, 0)))
+        self.bodies = [BODIES[one["type"]](self._place(one), one) for one in data["objects"]]
+        self.colors = np.hstack([vector(one["color"]) for one in data["objects"]] + [np.zeros((3, 1))])
+        self.lamps = [self._lamp(one, one, None) for one in data["lights"]]
+        self.lamps += [self._lamp(one["light"], one, i) for i, one in enumerate(data["objects"]) if "light" in one]
         self.background = vector(settings.get("background", (0, 0, 0)))
         self.eye_falloff = settings.get("eye_falloff", False)
 
-    def picture(self) -> Picture:
-        with np.errstate(all="ignore"):
-            return self._picture()
+    def _place(self, one: Data) -> Array:
+        return vector(one["position"]) - self.eye
 
-    def rays(self) -> Array:
-        """Return the ways v from the eye, whose parameter is the depth: (3, N)."""
-        camera = self.data["camera"]
+    def _lamp(self, light: Data, one: Data, body: int | None) -> Lamp:
+        return Lamp(self._place(one), vector(light.get("color", (1, 1, 1))), float(light["intensity"]), body)
+
+    def picture(self) -> Picture:
+        """Return what the pixels show."""
+        with np.errstate(all="ignore"):
+            return self._lit(self._seen())
+
+    def _ways(self) -> Array:
+        """Return v, whose parameter is the depth: (3, N)."""
+        camera = self.camera
         forward = unit(vector(camera["look_at"]) - self.eye) if "look_at" in camera else vector((0, 0, -1))
-        right = unit(cross(forward, vector(camera.get("up", (0, 1, 0)))))
-        up = cross(right, forward)
+        right = unit(np.cross(forward, vector(camera.get("up", (0, 1, 0))), axis=0))
+        up = np.cross(right, forward, axis=0)
         width, height = camera["resolution"]
-        tangent = np.tan(Real(camera["fov"]) * PI / 360)
-        x = ((2 * np.arange(width, dtype=Real) + 1) / width - 1) * width / height * tangent
-        y = (1 - (2 * np.arange(height, dtype=Real) + 1) / height) * tangent
-        self.pixel = 2 * tangent / height
+        self.pixel = 2 * math.tan(math.radians(camera["fov"]) / 2) / height
+        x = (np.arange(width) + 0.5 - width / 2) * self.pixel
+        y = (height / 2 - np.arange(height) - 0.5) * self.pixel
         xs, ys = np.meshgrid(x, y)
         return xs.ravel() * right + ys.ravel() * up + forward
 
-    def _picture(self) -> Picture:
-        ways = self.rays()
+    def _seen(self) -> Picture:
+        ways = self._ways()
+        size, count = length(ways), ways.shape[1]
         eye = Point(np.zeros((3, 1)), self.grain)
-        count = ways.shape[1]
-        size = length(ways)
-        found = [(i, c) for i, body in enumerate(self.bodies) for c in body.crossings(eye, ways)]
-        t = np.full(count, Real(np.inf))
-        for _, c in found:
-            t = np.where((c.t > 0) & (c.margin > 0) & (c.t < t), c.t, t)
+        found = [(i, one) for i, body in enumerate(self.bodies) for one in body.crossings(eye, ways)]
+        t = np.full(count, np.inf)
+        for _, one in found:
+            t = np.where((one.t > 0) & (one.margin > 0) & (one.t < t), one.t, t)
         hit = np.isfinite(t)
-        spread = self.pixel * size * np.where(hit, t, 0)
-        index, normal, clear = np.full(count, -1), np.zeros((3, count), dtype=Real), np.ones(count, dtype=bool)
-        # Surfaces in one place: that of the first object is seen.
-        reach = np.where(hit, t, 0) * size
-        for i, c in found:
-            apart = (c.t - t) * size * c.steep
-            here = hit & (c.t > 0) & (apart <= ROUNDING * (reach + self.bodies[i].size) + self.grain)
-            new = here & (c.margin > 0) & (index < 0)
-            index = np.where(new, i, index)
-            normal = np.where(new, -np.copysign(1, dot(c.normal, ways)) * c.normal, normal)
-            blur = SINGLE * (spread + np.minimum(self.bodies[i].size, np.abs(c.t) * size))
-            seen = (c.t > 0) & ((c.t < t) | (apart < blur))
-            clear &= ~(seen & (np.abs(c.margin) <= blur))
-            clear &= ~(seen & (c.margin > 0) & ~here & hit & (c.t > t))
-            clear &= ~((c.t > 0) & (np.abs(c.steep - PARALLEL) < PARALLEL / 2))
-        return self._shaded(ways, t, index, normal, clear)
+        distance = np.where(hit, t, 0) * size
+        index, steep, clear = np.full(count, -1), np.ones(count), np.ones(count, dtype=bool)
+        normal = np.zeros((3, count))
+        for i, one in found:
+            body = self.bodies[i]
+            apart = (one.t - t) * size * one.steep
+            ahead = one.t > 0
+            # Surfaces in one place: that of the first object is seen.
+            here = hit & ahead & (apart <= ROUNDING * (distance + body.size) + self.grain)
+            new = here & (one.margin > 0) & (index < 0)
+            index, steep = np.where(new, i, index), np.where(new, one.steep, steep)
+            normal = np.where(new, -np.copysign(1, dot(one.normal, ways)) * one.normal, normal)
+            blur = SINGLE * (self.pixel * distance + np.minimum(body.size, np.abs(one.t) * size))
+            blur += COINCIDENT * distance
+            seen = ahead & ((one.t < t) | (apart < blur))
+            outline = np.abs(one.margin) <= blur
+            grazing = EDGE_ON
+            if isinstance(body, Ball):
+                # The square of cos is as uncertain as the coordinates.
+                grazing = max(GRAZING, math.sqrt(1e5 * self.grain / body.size))
+                close = np.abs(one.t) * size < 4 * grazing * body.size  # to the eye
+                clear &= ~(close & (one.steep < grazing) & (one.margin > -blur))
+            outline |= (one.margin > 0) & (one.steep < grazing)
+            clear &= ~(seen & outline) & ~(seen & (one.margin > 0) & ~here & hit & (one.t > t))
+            clear &= ~(ahead & (np.abs(one.steep - PARALLEL) < PARALLEL / 2))
+        radiance = np.where(hit, 0.0, self.background)
+        return Picture(index + 1, t * size, steep, normal, radiance, np.zeros((3, count)), clear)
 
-    def _shaded(self, ways: Array, t: Array, index: Any, normal: Array, clear: Mask) -> Picture:
-        distance = t * length(ways)
-        hit = index >= 0
-        place = np.where(hit, t, 0) * ways
-        picture = Picture(index + 1, distance, normal, np.where(hit, 0, self.background), np.zeros_like(ways), clear)
-        albedo = np.hstack([body.color for body in self.bodies] + [np.zeros((3, 1), dtype=Real)])[:, index]
-        # What float32 may take from a point: a share of its way from the nearest of its object.
-        blur = np.zeros(len(t), dtype=Real)
-        for i in np.unique(index[hit]):
-            own = np.flatnonzero(index == i)
-            nearest = own[np.argmin(t[own])]
-            blur[own] = length(place[:, own] - place[:, [nearest]]) + self.pixel * distance[own]
-        shining = np.isin(index, [i for i, body in enumerate(self.bodies) if body.light])
-        points = Points(place, self.grain + ROUNDING * np.where(hit, distance, 0), SINGLE * blur, hit & ~shining)
+    def _lit(self, picture: Picture) -> Picture:
+        index, distance = picture.object_id - 1, picture.distance
         for lamp in self.lamps:
             if lamp.body is not None:
                 r = length(lamp.position)
-                glow = lamp.color * np.minimum(np.nan_to_num(lamp.intensity / (4 * PI * r * r), nan=0.0), np.finfo("f").max)
+                glow = lamp.color * np.minimum(np.nan_to_num(lamp.intensity / (4 * np.pi * r * r), nan=0.0), LARGEST)
                 picture.radiance = np.where(index == lamp.body, glow, picture.radiance)
                 picture.tolerance = np.where(index == lamp.body, glow * 1e-6, picture.tolerance)
-            weak = 1 / (4 * PI * distance * distance) if self.eye_falloff else Real(1)
-            self._add(lamp, points, albedo / PI * weak, picture)
+        dull = np.flatnonzero((index >= 0) & ~np.isin(index, [lamp.body for lamp in self.lamps]))
+        if dull.size:
+            way = self._ways()[:, dull]
+            place = way / length(way) * distance[dull]
+            weak = 1 / (4 * np.pi * distance[dull] ** 2) if self.eye_falloff else 1.0
+            reflected = self.colors[:, index[dull]] / np.pi * weak
+            error = self.grain + ROUNDING * distance[dull]
+            points = Points(place, picture.normal[:, dull], error, self._blur(index[dull], place, distance[dull]))
+            for lamp in self.lamps:
+                self._add(lamp, points, reflected, picture, dull)
         return picture
 
-    def _add(self, lamp: Lamp, points: Points, reflected: Array, picture: Picture) -> None:
+    def _blur(self, index: npt.NDArray[np.intp], place: Array, distance: Array) -> Array:
+        """Return what float32 may take from points: a share of their way from the nearest of their object."""
+        blur = self.pixel * distance
+        for i in np.unique(index):
+            own = np.flatnonzero(index == i)
+            blur[own] += length(place[:, own] - place[:, [own[np.argmin(distance[own])]]])
+        return SINGLE * blur
+
+    def _add(self, lamp: Lamp, points: Points, reflected: Array, picture: Picture, pixels: Any) -> None:
         """Add what a lamp brings to points: albedo / pi I color / (4 pi r^2) cos(theta)."""
         way = lamp.position - points.place
         r = length(way)
-        height = dot(picture.normal, way)
-        height = np.where(np.abs(height) <= ROUNDING * np.abs(way).sum(axis=0) + points.error, 0, height)
-        lit = points.wanted & (height > 0)
-        open_, sure = self._unblocked(lamp, points, way)
-        arriving = reflected * lamp.intensity * lamp.color / (4 * PI * r * r)
-        picture.radiance = picture.radiance + np.where(lit & open_, arriving * height / r, 0)
-        share = np.where(lit, 1e-4 * height / r, 0) + 1e-5 + 4 * points.blur / r
-        picture.tolerance = picture.tolerance + np.where(points.wanted, arriving * share, 0)
-        picture.clear &= ~points.wanted | (height < -points.blur) | (sure & (r > 1e3 * points.blur))
+        height = dot(points.normal, way)
+        height = np.where(np.abs(height) <= ROUNDING * np.abs(way).sum(axis=0) + points.error, 0.0, height)
+        arriving = reflected * lamp.intensity * lamp.color / (4 * np.pi * r * r)
+        picture.tolerance[:, pixels] += arriving * (1e-5 + 4 * points.blur / r)
+        facing = np.flatnonzero(height > -points.blur)
+        is_open, sure = self._unblocked(lamp, Points(*(values[..., facing] for values in points)), way[:, facing])
+        lit = facing[is_open & (height[facing] > 0)]
+        light = arriving[:, lit] * height[lit] / r[lit]
+        picture.radiance[:, pixels[lit]] += light
+        picture.tolerance[:, pixels[lit]] += (1e-4 + 8e-6 / picture.steep[pixels[lit]]) * light
+        picture.clear[pixels[facing]] &= sure & (r[facing] > 1e3 * points.blur[facing])
 
     def _unblocked(self, lamp: Lamp, points: Points, way: Array) -> tuple[Mask, Mask]:
         """Return from which points nothing stands before the lamp, and where that is sure."""
         r = length(way)
-        start, end = Point(points.place, points.error), Point(lamp.position, self.grain)
         is_open, sure = np.ones(len(r), dtype=bool), np.ones(len(r), dtype=bool)
+        start, end = Point(points.place, points.error), Point(lamp.position, self.grain)
         for body in (body for i, body in enumerate(self.bodies) if i != lamp.body):
-            for surface in body.surfaces:
-                here, there = surface.height(start, body.size), surface.height(end, body.size)
-                if there == 0 and isinstance(surface, Face):
-                    continue  # its plane is met at the lamp
-                crossings = surface.cross(start, way, body.size) if there != 0 else surface.cross(end, -way, body.size)
-                for c in crossings:
-                    between = (c.t > 0) & (c.t < 1) & ~((here == 0) & (there == 0))
-                    if there == 0:
-                        between &= here != 0
-                    close = points.blur + SINGLE * np.minimum(body.size, r)
-                    is_open &= ~(between & (c.margin > 0))
-                    sure &= ~(between & (np.abs(c.margin) <= close))
-                    sure &= ~((here != 0) & (np.abs(here) <= points.blur) & (c.margin > -close) & (np.abs(c.t) < 1))
-                    sure &= ~((c.steep < 2 * PARALLEL) & between) if body.size == 0 else True
+            close = points.blur + SINGLE * np.minimum(body.size, r)
+            on_lamp = [bool(height == 0) for height in body.heights(end)]
+            # A ball with the lamp on it is met from there, where the root at the lamp is exactly 0.
+            from_lamp = isinstance(body, Ball) and on_lamp[0]
+            found = body.crossings(end, -way) if from_lamp else body.crossings(start, way)
+            for one, is_on_lamp, here in zip(found, on_lamp, body.heights(start), strict=True):
+                between = (one.t > 0) & (one.t < 1)
+                if is_on_lamp:
+                    between &= (here != 0) & from_lamp
+                is_open &= ~(between & (one.margin > 0))
+                sure &= ~(between & (np.abs(one.margin) <= close))
+                almost = (here != 0) & (np.abs(here) <= points.blur)
+                sure &= ~(almost & (one.margin > -close) & (np.abs(one.t) < 1))
+                sure &= ~(between & (one.steep < 2 * PARALLEL)) | (body.size > 0)
         return is_open, sure
-
-
-@dataclass(frozen=True)
-class Points:
-    """What the pixels see.
-
-    Parameters
-    ----------
-    place, error
-        (3, N), (N,): points, and what is lost of them in long double.
-    blur
-        (N,): what float32 may take from them.
-    wanted
-        (N,) bool: those that are lit.
-    """
-
-    place: Array
-    error: Array
-    blur: Array
-    wanted: Mask

@@ -147,7 +147,8 @@ class _Draw:
         return on(shape, local)
 
     def size(self) -> float:
-        return self.unit * self.rng.choice((0.5, 1, 1, 2, 3, 4, 8, 0.25 if self.is_far else 1e-3))
+        thin = 0.25 if any(self.origin) else 1e-3
+        return self.unit * self.rng.choice((0.5, 1, 1, 2, 3, 4, 8, thin))
 
     def intensity(self) -> float:
         return self.rng.choice((10, 100, 1000)) * self.unit**2

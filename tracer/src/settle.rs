@@ -95,16 +95,20 @@ impl Settler {
 
 /// The first object's among the nearest candidates, if there are several.
 ///
-/// Where all are within the share `blur` of the depth from each other, their order in float32 is as good as any.
+/// Of those in one place it is the first; else, where all are within the share `blur` of the depth from each other, their
+/// order in float32 is as good as any.
 fn first_of_the_nearest(candidates: &[Candidate], blur: f64) -> Option<Candidate> {
-    let mut all = candidates.iter().copied();
+    let all = candidates.iter().copied();
     let nearest = all.clone().min_by(|a, b| a.depth.total_cmp(&b.depth))?;
     if candidates.len() == 1 || !nearest.depth.is_finite() {
         return None;
     }
-    if all.clone().all(|candidate| candidate.depth - nearest.depth < blur * nearest.depth) {
+    let before = nearest.depth * (1.0 + COINCIDENT) + nearest.slack;
+    let mut in_one_place = all.clone().filter(|candidate| candidate.depth - candidate.slack <= before);
+    let first = in_one_place.next()?;
+    let crossing = all.clone().all(|candidate| candidate.depth - nearest.depth < blur * nearest.depth);
+    if crossing && in_one_place.next().is_none() {
         return all.min_by(|a, b| a.t.total_cmp(&b.t));
     }
-    let before = nearest.depth * (1.0 + COINCIDENT) + nearest.slack;
-    all.find(|candidate| candidate.depth - candidate.slack <= before)
+    Some(first)
 }

@@ -20,10 +20,6 @@ use crate::world::Vector;
 /// Rays that are tested together before it is decided whether any of them meets the sphere: whole rows.
 const BATCH: usize = 64;
 
-/// A point whose power is closer to 0 than this, in units of the radius squared, lies on the sphere: two surfaces
-/// in one place do not stand between each other and a lamp.
-const TOUCHING_POWER: f32 = 4e-6;
-
 /// The eye is close to a sphere if k is below this: closer than a radius.
 const NEAR: f64 = 3.0;
 
@@ -194,8 +190,11 @@ impl Sphere {
 
     /// Darken the points from which the sphere hides the lamp.
     ///
-    /// With w from the point to the lamp, q from it to the centre, and M = (C - L) x (P - L): the line meets the
-    /// sphere where M.M <= R^2 w.w, and does so between the two if 0 < q.w < w.w; or if one of them is inside.
+    /// With w from the point to the lamp, q and c from the point and the lamp to the centre, and M = c x -w: the line
+    /// meets the sphere where M.M <= R^2 w.w, and does so between the two if q.w > 0 and c.w < 0; or if one of them is
+    /// inside. A point is outside if its power q.q - R^2 is above 0. With the offset p from the reference, q = q_r - p:
+    ///
+    /// q.q - R^2 = (q_r.q_r - R^2) - p.(q_r + q)
     ///
     /// A lamp on the sphere is hidden from points outside only, by the far side.
     #[inline(always)]
@@ -203,48 +202,40 @@ impl Sphere {
         let lamp = shadow.lamp.position;
         let from_lamp = sub(self.center, lamp);
         let side = contact.map_or_else(|| self.side(lamp), |contact| contact.side);
-        let lamp_is_inside = side == Side::Inside;
-        // What is deeper than this is hidden from a lamp that is not inside.
-        let deep = if side == Side::On {
-            f32::NEG_INFINITY
-        } else {
-            -TOUCHING_POWER
-        };
         let per_radius = 1.0 / self.radius;
         let to_reference = sub(shadow.points.reference, lamp);
         let moment = single(scale(cross(from_lamp, to_reference), per_radius));
         let c = single(scale(from_lamp, per_radius));
-        let q = single(scale(sub(self.center, shadow.points.reference), per_radius));
+        let from_reference = sub(self.center, shadow.points.reference);
+        let q_r = single(scale(from_reference, per_radius));
+        let power_r = (power(from_reference, self.radius) * per_radius * per_radius) as f32;
         let to_lamp = single(sub(lamp, shadow.points.reference));
-        let (radius, per_radius) = (self.radius as f32, per_radius as f32);
-        let least = if side == Side::On {
-            TOUCHING_POWER
-        } else {
-            f32::NEG_INFINITY
-        };
+        // What rounding does to the power of a point, of its slack and of the reference.
+        let farthest = 2.0 + q_r[0].abs() + q_r[1].abs() + q_r[2].abs();
+        let rounding = (shadow.rounding_at_points(self.radius) * per_radius) as f32 * farthest;
+        let per_radius = per_radius as f32;
         let points = shadow.points;
         for lane in 0..points.padded() {
             let p = points.offset.each_ref().map(|axis| axis[lane]);
             let w = points.toward(to_lamp, lane);
-            let q = [
-                q[0] - p[0] * per_radius,
-                q[1] - p[1] * per_radius,
-                q[2] - p[2] * per_radius,
+            let scaled = p.map(|component| component * per_radius);
+            let q = [q_r[0] - scaled[0], q_r[1] - scaled[1], q_r[2] - scaled[2]];
+            let power = power_r
+                - (scaled[0] * (q_r[0] + q[0]) + scaled[1] * (q_r[1] + q[1]) + scaled[2] * (q_r[2] + q[2]));
+            let slack = points.slack(lane) * per_radius * farthest + rounding;
+            let m = [
+                moment[0] + (c[1] * p[2] - c[2] * p[1]),
+                moment[1] + (c[2] * p[0] - c[0] * p[2]),
+                moment[2] + (c[0] * p[1] - c[1] * p[0]),
             ];
-            let power = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] - 1.0;
-            let hidden = if lamp_is_inside {
-                power > TOUCHING_POWER
-            } else {
-                let m = [
-                    moment[0] + (c[1] * p[2] - c[2] * p[1]),
-                    moment[1] + (c[2] * p[0] - c[0] * p[2]),
-                    moment[2] + (c[0] * p[1] - c[1] * p[0]),
-                ];
-                let ww = shadow.squared[lane];
-                let along = (q[0] * w[0] + q[1] * w[1] + q[2] * w[2]) * radius;
-                let crosses = m[0] * m[0] + m[1] * m[1] + m[2] * m[2] <= ww;
-                let passes = crosses & (along > 0.0) & (along < ww) & (power > least);
-                (power < deep) | passes
+            let crosses = m[0] * m[0] + m[1] * m[1] + m[2] * m[2] <= shadow.squared[lane];
+            let ahead = q[0] * w[0] + q[1] * w[1] + q[2] * w[2] > 0.0;
+            let before = c[0] * w[0] + c[1] * w[1] + c[2] * w[2] < 0.0;
+            let between = crosses & ahead & before;
+            let hidden = match side {
+                Side::Inside => power > slack,
+                Side::On => (power > slack) & between,
+                Side::Outside => (power < -slack) | between,
             };
             shadow.darken(lane, hidden);
         }
