@@ -21,8 +21,8 @@ from rtcli.scene.suggestions import is_value_of_another_kind, suggested_key, sug
 _Mapping: TypeAlias = dict[str, Any]
 _Model: TypeAlias = type[BaseModel]
 
-# The type as which an object is checked when nothing tells which is nearest, and the key that is only its own.
-_ANY_TYPE, _ONLY_ITS_OWN = "sphere", "radius"
+# The type as which an object is checked when nothing tells which is nearest.
+_ANY_TYPE = "sphere"
 # The keys by which the type of an object can be told.
 _TELLING = {"radius": "sphere", "normal": "plane", "size": "box", "rotation": "box"}
 
@@ -216,11 +216,12 @@ class _Recovering:
         return meant or by_keys
 
     def _of_any_type(self, loc: Loc, item: _Mapping) -> _Mapping:
-        """Return an object reduced to the keys that all types have: others may be right for its own type."""
+        """Return an object reduced to the keys that all types have, lacking none: its own type may want others."""
         item = self._with_keys(loc, item, None)
         common = model.SHAPES[_ANY_TYPE].model_fields
         kept = {key: value for key, value in item.items() if key in common}
-        return {**kept, "type": _ANY_TYPE, _ONLY_ITS_OWN: UNREADABLE}
+        unknown = {key: UNREADABLE for key, info in common.items() if info.is_required()}
+        return {**unknown, **kept, "type": _ANY_TYPE}
 
     def _type_by_keys(self, item: _Mapping) -> str | None:
         """Return the type of which an object has a key, or else one that means it; None if it has neither."""

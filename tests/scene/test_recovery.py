@@ -118,10 +118,9 @@ def test_object_of_unknown_type_has_its_other_keys_checked(word):
     ]
 
 
-def test_object_of_a_type_that_nothing_tells_is_checked_for_what_all_types_have():
+def test_object_of_a_type_that_nothing_tells_is_checked_for_what_all_types_have_and_lacks_nothing():
     cone = {"type": "cone", "base": 1, "apex": [0, 1, 0], "centre": [0, 0], "name": 3}
     assert sorted(problems({**SCENE, "objects": [cone]})) == [
-        ("/objects/0", "missing key `color`"),
         ("/objects/0/centre", "needs 3 numbers, got 2"),
         ("/objects/0/centre", "unknown key `centre`: did you mean `position`?"),
         ("/objects/0/name", "must be text, got 3"),
