@@ -57,8 +57,9 @@ def _refusal(document: Document, error: ValidationError) -> SceneError:
     recovery = recover(document.data)
     errors = error.errors(include_url=False) if recovery.data is document.data else _errors(recovery.data)
     found = [_mistake(document, mistake) for mistake in recovery.mistakes]
-    errors = [error for error in errors if error["input"] is not UNREADABLE]
-    found += [_problem(document, recovery, error) for error in errors[:MAX_PROBLEMS]]
+    found += [
+        _problem(document, recovery, error) for error in errors[:MAX_PROBLEMS] if error["input"] is not UNREADABLE
+    ]
     return SceneError(_listed([*document.problems, *found], document, len(errors) > MAX_PROBLEMS))
 
 

@@ -21,8 +21,9 @@ from rtcli.scene.suggestions import is_value_of_another_kind, suggested_key, sug
 _Mapping: TypeAlias = dict[str, Any]
 _Model: TypeAlias = type[BaseModel]
 
-# The type as which an object is checked when nothing tells which is nearest.
+# As this an object is checked when nothing tells which type is nearest: with what it has itself in place.
 _ANY_TYPE = "sphere"
+_ANY_OBJECT = {"type": _ANY_TYPE, "position": [0, 0, 0], "radius": 1, "color": "white"}
 # The keys by which the type of an object can be told.
 _TELLING = {"radius": "sphere", "normal": "plane", "size": "box", "rotation": "box"}
 
@@ -220,8 +221,7 @@ class _Recovering:
         item = self._with_keys(loc, item, None)
         common = model.SHAPES[_ANY_TYPE].model_fields
         kept = {key: value for key, value in item.items() if key in common}
-        unknown = {key: UNREADABLE for key, info in common.items() if info.is_required()}
-        return {**unknown, **kept, "type": _ANY_TYPE}
+        return {**_ANY_OBJECT, **kept, "type": _ANY_TYPE}
 
     def _type_by_keys(self, item: _Mapping) -> str | None:
         """Return the type of which an object has a key, or else one that means it; None if it has neither."""
