@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -65,9 +65,10 @@ class Source:
             cut_after=line_end is None and last < len(self.text),
         )
 
-    def problem(self, rule: Rule, message: str, start: int, end: int | None = None, help: str = "") -> Problem:
-        """Return a problem of the text itself, from one offset to another."""
-        return Problem(rule, self.span(start, end), message, help or rule.remedy)
+    def problem(self, rule: Rule, message: str, place: Place, help: str = "", loc: Loc = ()) -> Problem:
+        """Return a problem of the text itself at a place, which is in or around the value at `loc`."""
+        span = self.span(place.start, place.end)
+        return Problem(rule, span, message, help or rule.remedy, pointer(loc), dotted(loc))
 
 
 class Place:
@@ -97,6 +98,10 @@ class Place:
     def head(self) -> Place:
         """The first token of the value."""
         return self
+
+    def innermost(self, offset: int) -> Loc:
+        """Return the location, from this value on, of the innermost one around an offset of the text."""
+        return ()
 
     def find(self, loc: Loc) -> tuple[Place, bool]:
         """Return the last place on the way to `loc`, and whether it is that of `loc` itself."""
@@ -130,6 +135,10 @@ class ListPlace(Place):
         """Return the place of an item, or None if there is none."""
         return self.items[step] if isinstance(step, int) and step < len(self.items) else None
 
+    def innermost(self, offset: int) -> Loc:
+        """Return the location, from this value on, of the innermost one around an offset of the text."""
+        return _innermost(enumerate(self.items), offset)
+
     @property
     def head(self) -> Place:
         """The bracket, or the first hyphen."""
@@ -150,6 +159,10 @@ class MappingPlace(Place):
         """Return the place of a value, or None if there is none."""
         return self.values.get(step) if isinstance(step, str) else None
 
+    def innermost(self, offset: int) -> Loc:
+        """Return the location, from this value on, of the innermost one around an offset of the text."""
+        return _innermost(self.values.items(), offset)
+
     def key(self, step: str | int) -> Place | None:
         """Return the place of a key, or None if there is none."""
         return self.keys.get(step) if isinstance(step, str) else None
@@ -159,6 +172,13 @@ class MappingPlace(Place):
         """The bracket, or the first key of a mapping in lines."""
         first = next(iter(self.keys.values()), None)
         return first if first and first.start == self.start else Place(self.start, self.start + 1)
+
+
+def _innermost(children: Iterable[tuple[str | int, Place]], offset: int) -> Loc:
+    for step, place in children:
+        if place.start <= offset < place.end:
+            return (step, *place.innermost(offset))
+    return ()
 
 
 @dataclass(frozen=True)
@@ -248,11 +268,11 @@ def pointer(loc: Loc) -> str:
     return "".join("/" + str(step).replace("~", "~0").replace("/", "~1") for step in loc)
 
 
-# A key in a location is cut there, as it is where a message quotes it.
-_MAX_STEP = 60
+# A key in a location is cut there, as where a message quotes it; and so is a location deeper than any scene.
+_MAX_STEP, _MAX_STEPS = 60, 8
 
 
 def dotted(loc: Loc) -> str:
     """Return a location as a person writes it: `objects[2].radius`."""
-    steps = (f"[{step}]" if isinstance(step, int) else f".{step[:_MAX_STEP]}" for step in loc)
-    return "".join(steps).removeprefix(".")
+    steps = (f"[{step}]" if isinstance(step, int) else f".{step[:_MAX_STEP]}" for step in loc[:_MAX_STEPS])
+    return "".join(steps).removeprefix(".") + "…" * (len(loc) > _MAX_STEPS)

@@ -100,7 +100,10 @@ class _JsonReading(Reading):
             return self._string()
         if character in ("{", "["):
             self.check_depth(depth, Place(self.at, self.at + 1))
-            return (self._mapping if character == "{" else self._list)(depth + 1)
+            self.steps.append(None)
+            value = (self._mapping if character == "{" else self._list)(depth + 1)
+            self.steps.pop()
+            return value
         return self._word()
 
     def _peek(self) -> str:
@@ -125,7 +128,9 @@ class _JsonReading(Reading):
         self.at += 1
         if not self._take("]"):
             while True:
+                self.steps[-1] = len(items)
                 item, at = self._value(depth)
+                self.steps[-1] = None
                 items.append(item)
                 place.items.append(at)
                 if not self._goes_on("]"):
@@ -141,7 +146,9 @@ class _JsonReading(Reading):
             while True:
                 key, at = self._key()
                 is_new = self.is_new_key(key, at, place.keys)
+                self.steps[-1] = key
                 value, child = self._value(depth)
+                self.steps[-1] = None
                 if is_new:
                     mapping[key], place.values[key] = value, child
                 if not self._goes_on("}"):

@@ -9,7 +9,7 @@ from __future__ import annotations
 import codecs
 
 from rtcli.scene import json_reader, reading, rules, yaml_reader
-from rtcli.scene.document import Document, Source
+from rtcli.scene.document import Document, Place, Source
 from rtcli.scene.problems import SceneError
 
 YAML_SUFFIXES = (".yaml", ".yml")
@@ -30,11 +30,12 @@ def parse_bytes(raw: bytes, name: str) -> Document:
     """
     if len(raw) > reading.MAX_BYTES:
         message = f"the file is larger than {reading.MAX_BYTES // 2**20} MiB"
-        raise SceneError([Source(name, "").problem(rules.FILE_TOO_LARGE, message, 0)])
-    return parse(decode(raw, name), name, is_json=name.lower().endswith(JSON_SUFFIX))
+        raise SceneError([Source(name, "").problem(rules.FILE_TOO_LARGE, message, Place(0, 0))])
+    is_json = name.lower().endswith(JSON_SUFFIX)
+    return parse(decode(raw, name, is_json=is_json), name, is_json=is_json)
 
 
-def decode(raw: bytes, name: str) -> str:
+def decode(raw: bytes, name: str, *, is_json: bool = False) -> str:
     """Return the text of a scene file: UTF-8, with or without a byte order mark.
 
     Raises
@@ -50,8 +51,9 @@ def decode(raw: bytes, name: str) -> str:
         before = encoded[: error.start].decode("utf-8")
         source = Source(name, before + encoded[error.start :].decode("utf-8", errors="replace"))
         message = f"byte 0x{encoded[error.start]:02x} is not UTF-8"
-        problem = source.problem(rules.NOT_UTF8, message, len(before), len(before) + 1)
-        raise SceneError([problem]) from error
+        loc = reading.location_at(len(before), source, lambda source: _read(source, is_json))
+        place = Place(len(before), len(before) + 1)
+        raise SceneError([source.problem(rules.NOT_UTF8, message, place, loc=loc)]) from error
 
 
 def parse(text: str, name: str, *, is_json: bool = False) -> Document:
@@ -71,7 +73,10 @@ def parse(text: str, name: str, *, is_json: bool = False) -> Document:
     SceneError
         If the text is not YAML (or JSON) at all; what can be gone past is in the document's `problems`.
     """
-    source = Source(name, text)
+    return _read(Source(name, text), is_json)
+
+
+def _read(source: Source, is_json: bool) -> Document:
     if is_json:
         return json_reader.read_plain(source) or json_reader.read_carefully(source)
     return yaml_reader.read_plain(source) or yaml_reader.read_carefully(source)
