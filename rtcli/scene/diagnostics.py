@@ -21,10 +21,8 @@ from rtcli.scene.reading import UNREADABLE
 from rtcli.scene.recovery import MistakenKey, MistakenType, Recovery, recover
 from rtcli.scene.rules import Rule
 from rtcli.scene.suggestions import suggested_key
+from rtcli.scene.written import shown
 from rtcli.scene.yaml_reader import plain_scalar
-
-# Past this an integer is named, not shown: its digits would fill the line.
-_HUGE_BITS = 128
 
 
 def validate(document: Document) -> model.Scene:
@@ -74,7 +72,7 @@ def _errors(data: dict[str, Any]) -> list[ErrorDetails]:
 def _no_mapping(document: Document) -> Iterator[Problem]:
     if not document.problems:
         document.find_places()
-        found = "nothing" if document.data is None else _kind(document.data)
+        found = "nothing" if document.data is None else shown(document.data, document.written(()))
         message = f"expected a mapping with `camera` and `objects`, got {found}"
         yield document.problem(rules.NOT_A_MAPPING, (), message, at=HEAD, help=_FIRST_LINES)
 
@@ -113,7 +111,7 @@ def _mistake(document: Document, mistake: MistakenKey | MistakenType) -> Problem
     elif mistake.is_missing:
         finding, at = _missing_type(), HEAD
     else:
-        finding, at = _unknown_type(mistake.found, mistake.meant, mistake.checked_as), VALUE
+        finding, at = _unknown_type(document, mistake), VALUE
     return document.problem(finding.rule, mistake.loc, finding.message, help=finding.help, at=at)
 
 
@@ -129,13 +127,12 @@ def _problem(document: Document, recovery: Recovery, error: ErrorDetails) -> Pro
         finding, at = _missing_type(), HEAD
     elif kind == "union_tag_invalid":
         loc = (*loc, "type")
-        finding = _unknown_type(error["input"]["type"])
+        finding = _unknown_type(document, MistakenType(loc, error["input"]["type"]))
     elif kind == "extra_forbidden":
         finding, at = _unexpected_key(error["loc"]), KEY
-    elif kind == "tuple_type":
-        finding = _Finding(rules.NOT_A_LIST, f"must be a list{_of_numbers(loc)}, got {_kind(error['input'])}")
     else:
-        finding = _FINDINGS[kind](error)
+        written = document.written(recovery.in_file(loc))
+        finding = _FINDINGS[kind](_Refused(error, shown(error["input"], written)))
     help = finding.help or (meaning(error["loc"], recovery.data) if at == VALUE else "")
     return document.problem(finding.rule, recovery.in_file(loc), finding.message, help=help, at=at)
 
@@ -151,14 +148,15 @@ def _missing_type() -> _Finding:
     return _Finding(rules.MISSING_KEY, "missing key `type`", f"add one of {_names(model.SHAPES, 'type: ')}")
 
 
-def _unknown_type(found: Any, meant: str | None = None, checked_as: str | None = None) -> _Finding:
+def _unknown_type(document: Document, mistake: MistakenType) -> _Finding:
     help = f"the types are {_names(model.SHAPES)}"
-    if checked_as is not None:
-        help += f"; by its keys this object is checked as a {checked_as}"
-    if not isinstance(found, str):
-        return _Finding(rules.UNKNOWN_TYPE, f"must be the name of a shape, got {_kind(found)}", help)
-    hint = f": did you mean {quoted(meant)}?" if meant else ""
-    return _Finding(rules.UNKNOWN_TYPE, f"unknown type {quoted(found)}{hint}", help)
+    if mistake.checked_as is not None:
+        help += f"; by its keys this object is checked as a {mistake.checked_as}"
+    found = shown(mistake.found, document.written(mistake.loc))
+    if not isinstance(mistake.found, str):
+        return _Finding(rules.UNKNOWN_TYPE, f"must be the name of a shape, got {found}", help)
+    hint = f": did you mean {quoted(mistake.meant)}?" if mistake.meant else ""
+    return _Finding(rules.UNKNOWN_TYPE, f"unknown type {found}{hint}", help)
 
 
 def _unexpected_key(loc: Loc) -> _Finding:
@@ -197,106 +195,110 @@ def _wrong_length(loc: Loc, found: int) -> _Finding:
 _TOO_LARGE = "must be finite: this number is too large"
 
 
-def _kind(value: Any) -> str:
-    """Return a value as a message shows what was found."""
-    if value is None:
-        return "no value"
-    if isinstance(value, dict):
-        return "a mapping"
-    if isinstance(value, (list, tuple)):
-        return f"a list of {len(value)}"
-    if isinstance(value, bool):
-        return f"`{str(value).lower()}`"
-    if isinstance(value, float):
-        return repr(value)
-    if isinstance(value, int):
-        return str(value) if value.bit_length() < _HUGE_BITS else "a huge integer"
-    return quoted(str(value))
+class _Refused(NamedTuple):
+    """A value that the models refuse: pydantic's error, and the value as messages show it."""
+
+    error: ErrorDetails
+    shown: str
+
+    @property
+    def value(self) -> Any:
+        """The value."""
+        return self.error["input"]
+
+    @property
+    def got(self) -> str:
+        """What was found, and the remedy for the commonest slip."""
+        value = self.value
+        if isinstance(value, str) and not isinstance(plain_scalar(value), str) and value.strip():
+            return f"got the text {self.shown}: remove the quotes"
+        return f"got {self.shown}"
 
 
-def _got(value: Any) -> str:
-    """Return what was found, and the remedy for the commonest slip."""
-    if isinstance(value, str) and not isinstance(plain_scalar(value), str) and value.strip():
-        return f"got the text {quoted(value)}: remove the quotes"
-    return f"got {_kind(value)}"
-
-
-_Find: TypeAlias = Callable[[ErrorDetails], _Finding]
+_Find: TypeAlias = Callable[[_Refused], _Finding]
 
 
 def _must(rule: Rule, words: str) -> _Find:
-    return lambda error: _Finding(rule, f"must be {words}, {_got(error['input'])}")
+    return lambda refused: _Finding(rule, f"must be {words}, {refused.got}")
 
 
 def _said(rule: Rule) -> _Find:
     """Return the message that the model gives itself."""
-    return lambda error: _Finding(rule, error["msg"], rule.remedy)
+    return lambda refused: _Finding(rule, refused.error["msg"], rule.remedy)
 
 
-def _number(error: ErrorDetails) -> _Finding:
-    value = error["input"]
+def _number(refused: _Refused) -> _Finding:
+    value = refused.value
     if isinstance(value, int) and not isinstance(value, bool):
         return _Finding(rules.NOT_FINITE, _TOO_LARGE)
-    return _Finding(rules.NOT_A_NUMBER, f"must be a number, {_got(value)}")
+    return _Finding(rules.NOT_A_NUMBER, f"must be a number, {refused.got}")
 
 
-def _integer(error: ErrorDetails) -> _Finding:
-    value = error["input"]
+def _integer(refused: _Refused) -> _Finding:
+    value = refused.value
     if isinstance(value, float) and math.isinf(value):  # what the readers make of too many digits
         return _Finding(rules.NOT_FINITE, _TOO_LARGE)
-    return _Finding(rules.NOT_AN_INTEGER, f"must be an integer, {_got(value)}")
+    return _Finding(rules.NOT_AN_INTEGER, f"must be an integer, {refused.got}")
 
 
 def _bound(words: str, key: str) -> _Find:
-    def find(error: ErrorDetails) -> _Finding:
-        message = f"must be {words} {error['ctx'][key]:g}, got {_kind(error['input'])}"
+    def find(refused: _Refused) -> _Finding:
+        message = f"must be {words} {refused.error['ctx'][key]:g}, got {refused.shown}"
         return _Finding(rules.OUT_OF_RANGE, message)
 
     return find
 
 
-def _finite(error: ErrorDetails) -> _Finding:
-    value = error["input"]
+def _finite(refused: _Refused) -> _Finding:
+    value = refused.value
     if isinstance(value, int):
         return _Finding(rules.NOT_FINITE, _TOO_LARGE)
-    found = ".nan" if math.isnan(value) else ".inf" if value > 0 else "-.inf"
-    return _Finding(rules.NOT_FINITE, f"must be finite, got {found}")
+    return _Finding(rules.NOT_FINITE, f"must be finite, got {refused.shown}")
 
 
-def _color_kind(error: ErrorDetails) -> _Finding:
-    if error["input"] is None:
+def _color_kind(refused: _Refused) -> _Finding:
+    if refused.value is None:
         help = "`#` starts a comment, so put #rrggbb in quotes; or give [r, g, b] or a CSS name"
         return _Finding(rules.NO_VALUE, "has no value", help)
-    return _Finding(rules.NOT_A_COLOR, f"must be a color, got {_kind(error['input'])}", rules.NOT_A_COLOR.remedy)
+    return _Finding(rules.NOT_A_COLOR, f"must be a color, got {refused.shown}", rules.NOT_A_COLOR.remedy)
 
 
-def _text(error: ErrorDetails) -> _Finding:
-    help = "put it in quotes" if isinstance(error["input"], (bool, int, float)) else ""
-    return _Finding(rules.NOT_TEXT, f"must be text, got {_kind(error['input'])}", help)
+def _text(refused: _Refused) -> _Finding:
+    help = "put it in quotes" if isinstance(refused.value, (bool, int, float)) else ""
+    return _Finding(rules.NOT_TEXT, f"must be text, got {refused.shown}", help)
 
 
-def _choice(error: ErrorDetails) -> _Finding:
-    choices = error["ctx"]["expected"].replace("'", "`")
-    value = error["input"]
+def _choice(refused: _Refused) -> _Finding:
+    choices = refused.error["ctx"]["expected"].replace("'", "`")
+    value = refused.value
     hint = did_you_mean(value, choices.split("`")[1::2]) if isinstance(value, str) else None
-    return _Finding(rules.NOT_A_CHOICE, f"must be {choices}, {_got(value)}" + (f": {hint}" if hint else ""))
+    return _Finding(rules.NOT_A_CHOICE, f"must be {choices}, {refused.got}" + (f": {hint}" if hint else ""))
 
 
-def _color_name(error: ErrorDetails) -> _Finding:
-    name = error["ctx"]["name"]
+def _color_name(refused: _Refused) -> _Finding:
+    name = refused.error["ctx"]["name"]
     hint = did_you_mean(name, CSS_NAMES)
-    message = f"{quoted(name)} is not a color" + (f": {hint}" if hint else "")
+    message = f"{refused.shown} is not a color" + (f": {hint}" if hint else "")
     return _Finding(rules.UNKNOWN_COLOR, message, rules.UNKNOWN_COLOR.remedy)
 
 
-def _too_long(error: ErrorDetails) -> _Finding:
-    return _wrong_length(location(error["loc"]), len(error["input"]))
+def _not_a_list(refused: _Refused) -> _Finding:
+    of_numbers = _of_numbers(location(refused.error["loc"]))
+    return _Finding(rules.NOT_A_LIST, f"must be a list{of_numbers}, got {refused.shown}")
 
 
-def _exposure(error: ErrorDetails) -> _Finding:
-    value = error["input"]
+def _too_long(refused: _Refused) -> _Finding:
+    return _wrong_length(location(refused.error["loc"]), len(refused.value))
+
+
+def _exposure(refused: _Refused) -> _Finding:
+    value = refused.value
     hint = ": did you mean `auto`?" if isinstance(value, str) and value.lower() == "auto" else ""
-    return _Finding(rules.NOT_A_NUMBER, f"must be a number of stops, or auto, {_got(value)}{hint}")
+    return _Finding(rules.NOT_A_NUMBER, f"must be a number of stops, or auto, {refused.got}{hint}")
+
+
+def _name_taken(refused: _Refused) -> _Finding:
+    return _Finding(rules.NAME_TAKEN, f"name {refused.shown} {refused.error['msg']}", rules.NAME_TAKEN.remedy)
 
 
 _FINDINGS: dict[str, _Find] = {
@@ -315,13 +317,14 @@ _FINDINGS: dict[str, _Find] = {
     "literal_error": _choice,
     "model_attributes_type": _must(rules.NOT_A_MAPPING, "a mapping"),
     "model_type": _must(rules.NOT_A_MAPPING, "a mapping"),
-    "name_taken": _said(rules.NAME_TAKEN),
+    "name_taken": _name_taken,
     "no_direction": _said(rules.NO_DIRECTION),
     "no_value": _said(rules.NO_VALUE),
-    "string_too_long": lambda error: _Finding(rules.TOO_LONG, f"has more than {model.MAX_NAME:,} characters"),
-    "string_too_short": lambda error: _Finding(rules.EMPTY_TEXT, "must not be empty"),
+    "string_too_long": lambda refused: _Finding(rules.TOO_LONG, f"has more than {model.MAX_NAME:,} characters"),
+    "string_too_short": lambda refused: _Finding(rules.EMPTY_TEXT, "must not be empty"),
     "string_type": _text,
     "too_long": _too_long,
+    "tuple_type": _not_a_list,
     "up_along_view": _said(rules.UP_ALONG_VIEW),
     "zero_length": _said(rules.ZERO_LENGTH),
 }

@@ -235,16 +235,24 @@ class Document:
 
         Of what is not there, it is the first token of what is around it.
         """
+        source, place = self._place(loc, what)
+        return source.span(place.start, place.end)
+
+    def written(self, loc: Loc) -> str | None:
+        """Return the text at the place of the value at `loc`; None for a list, a mapping or nothing."""
+        source, place = self._place(loc, VALUE)
+        is_whole = not isinstance(place, (ListPlace, MappingPlace)) and place.start < place.end
+        return source.text[place.start : place.end] if is_whole else None
+
+    def _place(self, loc: Loc, what: str) -> tuple[Source, Place]:
         self.find_places()
         places = self.places or Place(0, 0)
         for edit in reversed(self.edits):
             if loc[: len(edit.loc)] == edit.loc:
-                place = edit.place.at(loc[len(edit.loc) :], what)
-                return edit.source.span(place.start, place.end)
+                return edit.source, edit.place.at(loc[len(edit.loc) :], what)
             if edit.loc[: len(loc)] == loc and not places.find(loc)[1]:
-                return edit.source.span(edit.place.start, edit.place.end)  # a mapping that only the option made
-        place = places.at(loc, what)
-        return self.source.span(place.start, place.end)
+                return edit.source, edit.place  # a mapping that only the option made
+        return self.source, places.at(loc, what)
 
     def nearest(self, loc: Loc) -> Loc:
         """Return a location, or that of the nearest value around it which is there."""

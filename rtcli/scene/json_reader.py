@@ -23,7 +23,7 @@ _COMMA = re.compile(r"[ \t\n\r]*,(?=[ \t\n\r]*[^ \t\n\r\]}])")
 _PLAIN_KEY = re.compile(r'[ \t\n\r]*"([ -!#-\[\]-~]{0,100})"[ \t\n\r]*:')
 # The last three are Python's own, which the models refuse as not finite.
 _WORD = re.compile(r"true|false|null|NaN|-?Infinity")
-_WORDS = {
+WORDS = {
     "true": True,
     "false": False,
     "null": None,
@@ -223,7 +223,7 @@ class _JsonReading(Reading):
         if word is None:
             raise self._expected("a value")
         self.at = word.end()
-        return _WORDS[word[0]], Place(start, self.at)
+        return WORDS[word[0]], Place(start, self.at)
 
     def _expected(self, what: str) -> SceneError:
         """Return the error for something else than what must come here."""

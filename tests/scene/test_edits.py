@@ -155,6 +155,16 @@ def test_edit_that_cannot_be_made_is_refused(expression, part):
             "--set camera.resolution=[4, 0]:1:23: error: camera.resolution[1]: must be at least 1, got 0",
         ),
         ("version=2", "--set version=2:1:9: error: version: must be 1, got 2"),
+        ("camera.fov=2e2", "--set camera.fov=2e2:1:12: error: camera.fov: must be less than 180, got 2e2"),
+        (
+            "objects.ball.color=0x80ff00",
+            "--set objects.ball.color=0x80ff00:1:20: error: objects[0].color: must be a color, got 0x80ff00",
+        ),
+        (
+            r'render={samples: "\x31"}',
+            r'--set render={samples: "\x31"}:1:18: error: render.samples: must be an integer, '
+            r'got the text `"\x31"`: remove the quotes',
+        ),
         ("camera={fov: 9}", "--set camera={fov: 9}:1:8: error: camera: missing key `resolution`"),
     ],
 )
@@ -175,6 +185,13 @@ def test_problem_of_the_file_beside_an_edit_is_placed_in_the_file():
 @pytest.mark.parametrize("text", ["", "3", "[]"])
 def test_edit_of_what_is_no_scene_leaves_the_reason_to_validation(text):
     assert report("camera.fov=3", text=text).startswith("scene.yaml:1:1: error: expected a mapping")
+
+
+@pytest.mark.parametrize(("value", "shown"), [(0, "0"), (2000, "2000")])
+def test_value_of_a_shorthand_option_is_shown_alone(value, shown):
+    document = set_value(parse(SCENE, "scene.yaml"), "render.samples", value, f"--samples {value}")
+    with pytest.raises(SceneError, match=rf", got {shown} \["):
+        validate(document)
 
 
 def test_shorthand_option_is_named_in_its_problems():
