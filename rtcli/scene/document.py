@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import Any, TypeAlias
 
 from rtcli.scene.lines import Lines
-from rtcli.scene.problems import Excerpt, Problem, Span
+from rtcli.scene.problems import Excerpt, Problem, Span, printable
 from rtcli.scene.rules import Rule
 
 Loc: TypeAlias = tuple[str | int, ...]
@@ -281,6 +281,24 @@ _MAX_STEP, _MAX_STEPS = 60, 8
 
 
 def dotted(loc: Loc) -> str:
-    """Return a location as a person writes it: `objects[2].radius`."""
-    steps = (f"[{step}]" if isinstance(step, int) else f".{step[:_MAX_STEP]}" for step in loc[:_MAX_STEPS])
+    """Return a location as a person writes it, and `--set` takes it: `objects[2].radius`."""
+    steps = (f"[{step}]" if isinstance(step, int) else f".{key_in_path(step)}" for step in loc[:_MAX_STEPS])
     return "".join(steps).removeprefix(".") + "…" * (len(loc) > _MAX_STEPS)
+
+
+# Without quotes these would end a key, or begin one in quotes.
+_PLAIN_KEY = re.compile(r"[^.\[\]=\"'\s]([^.\[\]=]*[^.\[\]=\s])?")
+
+
+def key_in_path(key: str) -> str:
+    r"""Return a key, or an object's name, as it stands in a path: in double quotes if it needs them.
+
+    Examples
+    --------
+    >>> [key_in_path(key) for key in ("ball", "tall box", "Cube.001", 'a="b"')]
+    ['ball', 'tall box', '"Cube.001"', '"a=\\"b\\""']
+    """
+    cut = key[:_MAX_STEP]
+    if _PLAIN_KEY.fullmatch(cut) and cut.isprintable():
+        return cut
+    return '"' + printable(cut.replace("\\", r"\\").replace('"', r"\"")) + '"'

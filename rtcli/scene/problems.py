@@ -173,12 +173,13 @@ def counted(count: int, noun: str) -> str:
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
-    """Return the known name that is most like a name, or None if none is."""
+    """Return the known name that is most like a name, in whatever case, or None if none is."""
     import difflib  # only for mistakes, of which most scenes have none
 
     # Cut, because the comparison takes time in proportion, and no name is that long.
-    close = difflib.get_close_matches(name[:_QUOTED].lower(), list(known), n=1)
-    return close[0] if close else None
+    by_lower = {other.lower(): other for other in known}
+    close = difflib.get_close_matches(name[:_QUOTED].lower(), list(by_lower), n=1)
+    return by_lower[close[0]] if close else None
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str | None:
