@@ -450,6 +450,22 @@ def test_reference_engine_does_not_mind_the_simd_level(run, scene):
     assert run("render", scene, "-o", "a.png", "--engine", "reference", env={"RTCLI_SIMD": "?"}).exit_code == 0
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        # A surrogate pair and a tab between tokens: JSON, but not YAML.
+        '{"camera":\t{"resolution": [7, 5], "fov": 40}, "objects": [{"type": "sphere", "name": "\\ud83d\\ude00", '
+        '"position": [0, 0, -5], "radius": 1, "color": "red"}]}',
+        "{camera: {resolution: [7, 5], fov: 40}} # YAML",
+    ],
+)
+def test_scene_on_standard_input_is_json_or_yaml(run, folder, text):
+    result = run("render", "-", "-o", "out.png", input=text)
+    assert result.exit_code == 0, result.output
+    with PillowImage.open("out.png") as image:
+        assert image.size == (7, 5)
+
+
 def test_variable_named_after_set_sets_a_value(run, scene):
     run("render", scene, "-o", "out.png", env={"RTCLI_RENDER_SET": "camera.resolution=[7,5]"})
     with PillowImage.open("out.png") as image:
