@@ -9,6 +9,7 @@ from decimal import Decimal
 from itertools import product
 from typing import NamedTuple
 
+from rtcli.scene.paths import PathError, keys_of, split
 from rtcli.scene.problems import quoted
 
 # More variations than this are a slip of a step, and would fill any disk.
@@ -32,7 +33,7 @@ class Variation(NamedTuple):
     Parameters
     ----------
     path
-        As `--set` has it: `camera.fov`, `objects.ball.position[0]`.
+        As `--set` has it: `camera.fov`, `objects.ball.position[0]`, `objects."Cube.001".color`.
     values
         YAML, at least one.
     """
@@ -56,11 +57,15 @@ def parse_variation(expression: str) -> Variation:
     ValueError
         If it is neither, or has no values or too many.
     """
-    path, equals, text = expression.partition("=")
-    if not equals or not path or not text.strip():
-        raise ValueError(
-            f"{quoted(expression)} is not KEY=START:STOP:STEP or KEY=A,B,C, such as camera.fov=20:60:5"
-        )
+    if expression.partition("=")[0] in ("", expression):
+        raise _not_a_variation(expression)
+    try:
+        end = split(expression)[1]
+    except PathError:  # which is told where a scene is known: there may be an object whose name needs quotes
+        end = expression.index("=")
+    path, text = expression[:end], expression[end + 1 :]
+    if not text.strip():
+        raise _not_a_variation(expression)
     numbers = _RANGE.fullmatch(text)
     if numbers:
         return Variation(path, _range(Decimal(numbers[1]), Decimal(numbers[2]), Decimal(numbers[3]), expression))
@@ -72,6 +77,10 @@ def parse_variation(expression: str) -> Variation:
     if len(set(values)) < len(values):
         raise ValueError(f"{quoted(expression)} has a value twice")
     return Variation(path, values)
+
+
+def _not_a_variation(expression: str) -> ValueError:
+    return ValueError(f"{quoted(expression)} is not KEY=START:STOP:STEP or KEY=A,B,C, such as camera.fov=20:60:5")
 
 
 def _range(start: Decimal, stop: Decimal, step: Decimal, expression: str) -> tuple[str, ...]:
@@ -135,8 +144,9 @@ def combinations(variations: Sequence[Variation]) -> Iterator[Combination]:
         that is too long.
     """
     paths = [variation.path for variation in variations]
-    for path in paths:
-        if paths.count(path) > 1:
+    varied = [_keys_of(path) for path in paths]
+    for path, keys in zip(paths, varied, strict=True):
+        if varied.count(keys) > 1:
             raise ValueError(f"{quoted(path)} is varied twice: give all its values at once")
     refuse_too_many(math.prod(len(variation.values) for variation in variations))
     names: dict[str, Combination] = {}  # without case, which some file systems do not tell apart
@@ -153,6 +163,14 @@ def combinations(variations: Sequence[Variation]) -> Iterator[Combination]:
             )
         names[name.casefold()] = combination
         yield combination
+
+
+def _keys_of(path: str) -> tuple[str | int, ...]:
+    """Return what two ways to write a path have in common."""
+    try:
+        return keys_of(path)
+    except PathError:
+        return (path,)  # which nothing can be set by
 
 
 def refuse_too_many(count: int) -> None:

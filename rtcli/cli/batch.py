@@ -77,9 +77,11 @@ class Options:
             raise click.UsageError("--shared is for --dask: the workers of this machine share DIR anyway")
         with usage_errors():
             check_fits(f"results{self.settings.suffix}", (1, 1), self.settings.bits)
-        with edit_errors():
+        option = self.settings.overrides.option
+        with edit_errors(option):
             for expression in self.settings.overrides.edits:
-                check_expression(expression)
+                check_expression(expression, option)
+        with edit_errors("--vary"):
             for expression in (edit for variation in self.vary for edit in variation.edits):
                 check_expression(expression, "--vary")
 
@@ -134,7 +136,8 @@ class Options:
     type=VariationType(),
     multiple=True,
     help="Render each scene with several values, START:STOP:STEP or A,B,C: camera.fov=20:60:5. Repeat it for all "
-    "combinations. The results stand in a folder of the scene's name, and their own names tell the values.",
+    "combinations; as a variable one per line. The results stand in a folder of the scene's name, and their own "
+    "names tell the values.",
 )
 @click.option("--gif", is_flag=True, help="Put the sweep of one value together as DIR/SCENE.gif too.")
 @click.option("--webp", is_flag=True, help="The same as DIR/SCENE.webp, without loss.")

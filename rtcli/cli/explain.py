@@ -49,7 +49,7 @@ class Options:
 def command(**options: Any) -> None:
     """Tell how a pixel comes to its value, step by step.
 
-    SCENE is a .yaml, .yml or .json file, or - for YAML on standard input.
+    SCENE is a .yaml, .yml or .json file, or - for YAML or JSON on standard input.
 
     The story goes to standard output: the primary ray, where it meets each object or why it does not, what is
     seen, each light and what blocks it, radiance, exposure, tone curve, sRGB. Each step has its equations, its

@@ -8,11 +8,12 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 import click
+from click.core import ParameterSource
 
 from rtcli.batch.sweep import Variation, parse_variation
 from rtcli.image.bounds import PixelBound
 from rtcli.image.formats import FORMATS
-from rtcli.scene.model import MAX_SIDE
+from rtcli.scene.model import MAX_SIDE, Scene
 from rtcli.tracer.world import PASSES, Window
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
@@ -87,7 +88,49 @@ class ExposureType(click.ParamType[float | str]):
         return stops
 
 
-class VariationType(click.ParamType[Variation]):
+def variable_of(ctx: click.Context | None, name: str) -> str | None:
+    """Return the environment variable that an option has its values from; None if it has them from elsewhere."""
+    if ctx is None or ctx.get_parameter_source(name) is not ParameterSource.ENVIRONMENT:
+        return None
+    return f"{ctx.auto_envvar_prefix}_{name.upper()}"
+
+
+# A path of another key after a blank, as who takes a variable for a list has it.
+_SECOND_PATH = re.compile(rf"=.*\s((?:{'|'.join(Scene.model_fields)})[.\[=]\S*)")
+
+
+class _OnePerLine:
+    """A repeatable option, whose environment variable holds one value per line: values have blanks in them."""
+
+    def split_envvar_value(self, rv: str) -> list[str]:
+        """Return the lines of a variable that are not blank."""
+        return [line.strip() for line in re.split(r"[\r\n]", rv) if line.strip()]
+
+    @staticmethod
+    def note(param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Return what to know about a variable that holds a wrong value; empty for an option."""
+        variable = variable_of(ctx, param.name) if param is not None and param.name else None
+        return f" ({variable} holds one {param.type.name} per line)" if param and variable else ""
+
+    def second_of(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Return what is wrong with a line of a variable that seems to hold two values; empty if it does not."""
+        second, note = _SECOND_PATH.search(value), self.note(param, ctx)
+        return f"{second[1]!r} needs a line of its own{note}" if second and note else ""
+
+
+class SetType(_OnePerLine, click.ParamType[str]):
+    """`camera.fov=30`."""
+
+    name = "KEY=VALUE"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Return the expression as it is; what it means, the scene will tell."""
+        if wrong := self.second_of(str(value), param, ctx):
+            self.fail(wrong, param, ctx)
+        return str(value)
+
+
+class VariationType(_OnePerLine, click.ParamType[Variation]):
     """`camera.fov=20:60:5` or `objects.ball.color=red,blue`."""
 
     name = "KEY=VALUES"
@@ -96,10 +139,12 @@ class VariationType(click.ParamType[Variation]):
         """Return the path and its values; whether a scene has it, the scene will tell."""
         if isinstance(value, Variation):
             return value
+        if wrong := self.second_of(str(value), param, ctx):
+            self.fail(wrong, param, ctx)
         try:
             return parse_variation(str(value))
         except ValueError as error:
-            self.fail(str(error), param, ctx)
+            self.fail(str(error) + self.note(param, ctx), param, ctx)
 
 
 class PassesType(click.ParamType[tuple[str, ...]]):

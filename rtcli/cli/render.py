@@ -138,7 +138,7 @@ class Output:
 def command(context: click.Context, /, **options: Any) -> int:
     """Render a scene to a picture, or check that it is still the same.
 
-    SCENE is a .yaml, .yml or .json file, or - for YAML on standard input.
+    SCENE is a .yaml, .yml or .json file, or - for YAML or JSON on standard input.
     """
     check = check_taken_from(options, context)
     path, bits, stats = (options.pop(name) for name in ("output", "bits", "stats"))

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from rtcli.cli.option_types import ExposureType, PassesType, SizeType, all_of
+from rtcli.cli.option_types import ExposureType, PassesType, SetType, SizeType, all_of, variable_of
 from rtcli.cli.output import name_of, read_bytes
 from rtcli.image.look import DEPTHS
 from rtcli.scene.document import Document
@@ -35,9 +35,10 @@ scene_options = all_of(
     ),
     click.option(
         "--set",
-        metavar="KEY=VALUE",
+        type=SetType(),
         multiple=True,
-        help="Change a value of the scene, such as camera.fov=30 or objects.ball.position[0]=1. Repeatable.",
+        help="Change a value of the scene, such as camera.fov=30 or objects.ball.position[0]=1. Quote a name that "
+        'has a dot, bracket or = in it: objects."Cube.001".color=red. Repeatable; as a variable one per line.',
     ),
 )
 
@@ -62,7 +63,9 @@ film_options = all_of(
 
 def overrides_taken_from(options: dict[str, Any]) -> Overrides:
     """Take what changes a scene out of the options of a command."""
-    return Overrides(*(options.pop(name) for name in ("size", "samples", "exposure", "set")))
+    variable = variable_of(click.get_current_context(silent=True), "set")
+    size, samples, exposure, edits = (options.pop(name) for name in ("size", "samples", "exposure", "set"))
+    return Overrides(size, samples, exposure, edits, variable or Overrides.option)
 
 
 def read_scene(scene: str, overrides: Overrides) -> Document:
@@ -78,14 +81,15 @@ def read_scene(scene: str, overrides: Overrides) -> Document:
         If the text is not well-formed.
     """
     document = parse_bytes(read_bytes(scene, READ_BYTES), name_of(scene))
-    with edit_errors():
+    with edit_errors(overrides.option):
         return overrides.apply(document)
 
 
 @contextlib.contextmanager
-def edit_errors() -> Iterator[None]:
-    """Turn a value that cannot be set into wrong usage."""
+def edit_errors(option: str) -> Iterator[None]:
+    """Turn a value that cannot be set by an option, or by its variable, into wrong usage."""
     try:
         yield
     except EditError as error:
-        raise click.UsageError(f"cannot set a value: {error}") from error
+        note = "" if option.startswith("--") else f" ({option} holds one KEY=VALUE per line)"
+        raise click.UsageError(f"cannot set a value: {error}{note}") from error

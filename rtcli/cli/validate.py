@@ -49,7 +49,7 @@ def command(paths: tuple[str, ...], style: str, strict: bool) -> int:
     """Check scene files, and say all that is wrong with them.
 
     PATH is a scene file, a folder (all .yaml, .yml and .json files in it and below, without hidden folders and the
-    metadata that rtcli writes), or - for YAML on standard input. The report goes to standard output.
+    metadata that rtcli writes), or - for YAML or JSON on standard input. The report goes to standard output.
 
     Errors make a scene invalid; warnings tell what is probably not intended, such as an object that nobody sees.
 

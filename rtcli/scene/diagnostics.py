@@ -5,25 +5,24 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any, NamedTuple, TypeAlias
 
 from pydantic import BaseModel, ValidationError
-from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from rtcli.scene import model, rules
 from rtcli.scene.colors import CSS_NAMES
 from rtcli.scene.document import HEAD, KEY, VALUE, Document, Loc
+from rtcli.scene.meanings import location, meaning, model_around, name_of, request_for
 from rtcli.scene.problems import MAX_PROBLEMS, Problem, SceneError, did_you_mean, quoted
 from rtcli.scene.reading import UNREADABLE
+from rtcli.scene.recovery import MistakenKey, MistakenType, Recovery, recover
 from rtcli.scene.rules import Rule
+from rtcli.scene.suggestions import suggested_key
+from rtcli.scene.written import shown
 from rtcli.scene.yaml_reader import plain_scalar
-
-# Past this an integer is named, not shown: its digits would fill the line.
-_HUGE_BITS = 128
 
 
 def validate(document: Document) -> model.Scene:
@@ -41,22 +40,39 @@ def validate(document: Document) -> model.Scene:
     """
     if not isinstance(document.data, dict):
         raise SceneError([*document.problems, *_no_mapping(document)])
-    errors: list[ErrorDetails] = []
     try:
         scene = model.Scene.model_validate(document.data)
     except ValidationError as error:
         document.find_places()  # which may find more problems
-        errors = error.errors(include_url=False)
-    if not errors and not document.problems:
-        return scene
-    found = [_problem(document, error) for error in errors[:MAX_PROBLEMS] if error["input"] is not UNREADABLE]
-    raise SceneError(_listed([*document.problems, *found], document, len(errors) > MAX_PROBLEMS))
+        raise _refusal(document, error) from error
+    if document.problems:
+        raise SceneError(_listed(document.problems, document, there_are_more=False))
+    return scene
+
+
+def _refusal(document: Document, error: ValidationError) -> SceneError:
+    """Return the error with all problems of a document that the models refuse."""
+    recovery = recover(document.data)
+    errors = error.errors(include_url=False) if recovery.data is document.data else _errors(recovery.data)
+    found = [_mistake(document, mistake) for mistake in recovery.mistakes]
+    found += [
+        _problem(document, recovery, error) for error in errors[:MAX_PROBLEMS] if error["input"] is not UNREADABLE
+    ]
+    return SceneError(_listed([*document.problems, *found], document, len(errors) > MAX_PROBLEMS))
+
+
+def _errors(data: dict[str, Any]) -> list[ErrorDetails]:
+    try:
+        model.Scene.model_validate(data)
+    except ValidationError as error:
+        return error.errors(include_url=False)
+    return []
 
 
 def _no_mapping(document: Document) -> Iterator[Problem]:
     if not document.problems:
         document.find_places()
-        found = "nothing" if document.data is None else _kind(document.data)
+        found = "nothing" if document.data is None else shown(document.data, document.written(()))
         message = f"expected a mapping with `camera` and `objects`, got {found}"
         yield document.problem(rules.NOT_A_MAPPING, (), message, at=HEAD, help=_FIRST_LINES)
 
@@ -88,11 +104,22 @@ class _Finding(NamedTuple):
     help: str = ""
 
 
-def _problem(document: Document, error: ErrorDetails) -> Problem:
-    loc, kind = _location(error["loc"]), error["type"]
+def _mistake(document: Document, mistake: MistakenKey | MistakenType) -> Problem:
+    """Return the problem of a key or type that was replaced by what it means."""
+    if isinstance(mistake, MistakenKey):
+        finding, at = _unknown_key(str(mistake.loc[-1]), mistake.around, mistake.meant), KEY
+    elif mistake.is_missing:
+        finding, at = _missing_type(), HEAD
+    else:
+        finding, at = _unknown_type(document, mistake), VALUE
+    return document.problem(finding.rule, mistake.loc, finding.message, help=finding.help, at=at)
+
+
+def _problem(document: Document, recovery: Recovery, error: ErrorDetails) -> Problem:
+    loc, kind = location(error["loc"]), error["type"]
     at = VALUE
     if kind == "missing" and not isinstance(loc[-1], int):
-        finding, loc, at = _missing_key(error["loc"]), loc[:-1], HEAD
+        finding, loc, at = _missing_key(error["loc"], recovery.data), loc[:-1], HEAD
     elif kind == "missing":  # pydantic's view of a vector that is too short
         loc = loc[:-1]
         finding = _wrong_length(loc, len(error["input"]))
@@ -100,153 +127,55 @@ def _problem(document: Document, error: ErrorDetails) -> Problem:
         finding, at = _missing_type(), HEAD
     elif kind == "union_tag_invalid":
         loc = (*loc, "type")
-        finding = _unknown_type(error["input"]["type"])
+        finding = _unknown_type(document, MistakenType(loc, error["input"]["type"]))
     elif kind == "extra_forbidden":
-        finding, at = _unknown_key(error["loc"]), KEY
-    elif kind == "tuple_type":
-        finding = _Finding(rules.NOT_A_LIST, f"must be a list{_of_numbers(loc)}, got {_kind(error['input'])}")
+        finding, at = _unexpected_key(error["loc"]), KEY
     else:
-        finding = _FINDINGS[kind](error)
-    help = finding.help or (_meaning(error["loc"]) if at == VALUE else "")
-    return document.problem(finding.rule, loc, finding.message, help=help, at=at)
-
-
-def _location(loc: Loc) -> Loc:
-    """Return pydantic's location as the file has it: without the tag of the union that stands after the index."""
-    return (*loc[:2], *loc[3:]) if loc[:1] == ("objects",) and len(loc) > 2 else loc
-
-
-# --- What a value is to be, from the models -----------------------------------------------------------------
-
-_SECTIONS: dict[str, type[BaseModel]] = {
-    "camera": model.Camera,
-    "render": model.Render,
-    "image": model.Image,
-    "lights": model.PointLight,
-}
-
-
-def _model_around(loc: Loc) -> type[BaseModel]:
-    """Return the model of the mapping in which the last key of pydantic's location stands."""
-    keys = [step for step in loc if isinstance(step, str)]
-    if loc[:1] == ("objects",) and len(keys) > 2:
-        return (
-            model.CarriedLight if keys[2] == "light" and len(keys) > 3 else model.SHAPES.get(keys[1], model.Sphere)
-        )
-    return _SECTIONS[keys[0]] if len(keys) > 1 else model.Scene
-
-
-def _name_of(around: type[BaseModel]) -> str:
-    """Return what people call the mapping of a model."""
-    return {model.Scene: "a scene", model.PointLight: "a light", model.CarriedLight: "a carried light"}.get(
-        around, around.__name__.lower() if around in _SECTIONS.values() else f"a {around.__name__.lower()}"
-    )
-
-
-def _field(loc: Loc) -> tuple[str, FieldInfo | None]:
-    """Return the last key of pydantic's location, and its field."""
-    key = str(next((step for step in reversed(loc) if isinstance(step, str)), ""))
-    return key, _model_around(loc).model_fields.get(key)
-
-
-def _meaning(loc: Loc) -> str:
-    """Return what the value at pydantic's location means, and an example; empty where the models say neither."""
-    key, field = _field(loc)
-    if field is None or not field.description:
-        return ""
-    example = _example(key, field)
-    return field.description + (f" Such as {example}" if example else "")
-
-
-def _example(key: str, field: FieldInfo) -> str:
-    examples = field.examples or []
-    return f"`{key}: {_as_yaml(examples[0])}`" if examples else ""
-
-
-def _as_yaml(value: Any) -> str:
-    """Return plain data as YAML in one line."""
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{key}: {_as_yaml(inner)}" for key, inner in value.items()) + "}"
-    if isinstance(value, list):
-        return "[" + ", ".join(map(_as_yaml, value)) + "]"
-    if isinstance(value, float):
-        return f"{value:g}"
-    return value if isinstance(value, str) and value.isalpha() else json.dumps(value)
+        written = document.written(recovery.in_file(loc))
+        finding = _FINDINGS[kind](_Refused(error, shown(error["input"], written)))
+    help = finding.help or (meaning(error["loc"], recovery.data) if at == VALUE else "")
+    return document.problem(finding.rule, recovery.in_file(loc), finding.message, help=help, at=at)
 
 
 # --- Keys and structure -------------------------------------------------------------------------------------
 
 
-def _missing_key(loc: Loc) -> _Finding:
-    key, field = _field(loc)
-    example = _example(key, field) if field is not None else ""
-    help = f"add {example}. {field.description}" if field is not None and example else ""
-    return _Finding(rules.MISSING_KEY, f"missing key {quoted(key)}", help)
+def _missing_key(loc: Loc, data: Any) -> _Finding:
+    return _Finding(rules.MISSING_KEY, f"missing key {quoted(str(loc[-1]))}", request_for(loc, data))
 
 
 def _missing_type() -> _Finding:
     return _Finding(rules.MISSING_KEY, "missing key `type`", f"add one of {_names(model.SHAPES, 'type: ')}")
 
 
-def _unknown_type(found: Any) -> _Finding:
-    if not isinstance(found, str):
-        return _Finding(rules.UNKNOWN_TYPE, f"must be the name of a shape, got {_kind(found)}", _THE_TYPES)
-    hint = did_you_mean(found, model.SHAPES)
-    message = f"unknown type {quoted(found)}" + (f": {hint}" if hint else "")
-    return _Finding(rules.UNKNOWN_TYPE, message, _THE_TYPES)
+def _unknown_type(document: Document, mistake: MistakenType) -> _Finding:
+    help = f"the types are {_names(model.SHAPES)}"
+    if mistake.checked_as is not None:
+        help += f"; by its keys this object is checked as a {mistake.checked_as}"
+    found = shown(mistake.found, document.written(mistake.loc))
+    if not isinstance(mistake.found, str):
+        return _Finding(rules.UNKNOWN_TYPE, f"must be the name of a shape, got {found}", help)
+    hint = f": did you mean {quoted(mistake.meant)}?" if mistake.meant else ""
+    return _Finding(rules.UNKNOWN_TYPE, f"unknown type {found}{hint}", help)
 
 
-def _unknown_key(loc: Loc) -> _Finding:
-    around = _model_around(loc)
-    key, known = str(loc[-1]), around.model_fields
-    meant = _SYNONYMS.get(key.lower().replace("_", "").replace("-", ""), ())
-    hint = next((f"did you mean `{name}`?" for name in meant if name in known), None) or did_you_mean(key, known)
-    message = f"unknown key {quoted(key)}" + (f": {hint}" if hint else "")
+def _unexpected_key(loc: Loc) -> _Finding:
+    around = model_around(loc)
+    key = str(loc[-1])
+    return _unknown_key(key, around, suggested_key(key, around.model_fields))
+
+
+def _unknown_key(key: str, around: type[BaseModel] | None, meant: str | None) -> _Finding:
+    message = f"unknown key {quoted(key)}" + (f": did you mean {quoted(meant)}?" if meant else "")
+    if around is None:
+        return _Finding(rules.UNKNOWN_KEY, message)
+    known = around.model_fields
     in_order = sorted(known, key=lambda name: (name != "type", not known[name].is_required()))
-    return _Finding(rules.UNKNOWN_KEY, message, f"the keys of {_name_of(around)} are {_names(in_order)}")
-
-
-# What other renderers, and people, call the keys of a scene.
-_SYNONYMS: dict[str, tuple[str, ...]] = {
-    "albedo": ("color",),
-    "angle": ("rotation", "fov"),
-    "background": ("render",),
-    "center": ("position",),
-    "centre": ("position",),
-    "dimensions": ("size", "resolution"),
-    "diffuse": ("color",),
-    "energy": ("intensity",),
-    "eye": ("position",),
-    "from": ("position",),
-    "height": ("resolution", "size"),
-    "id": ("name",),
-    "kind": ("type",),
-    "light": ("lights", "light"),
-    "location": ("position",),
-    "lookat": ("look_at",),
-    "material": ("color",),
-    "origin": ("position",),
-    "power": ("intensity",),
-    "rgb": ("color",),
-    "rotate": ("rotation",),
-    "scale": ("size", "radius"),
-    "shape": ("type",),
-    "shapes": ("objects",),
-    "spp": ("samples",),
-    "target": ("look_at",),
-    "to": ("look_at",),
-    "tonemap": ("tone",),
-    "tonemapping": ("tone",),
-    "translate": ("position",),
-    "width": ("resolution", "size"),
-}
+    return _Finding(rules.UNKNOWN_KEY, message, f"the keys of {name_of(around)} are {_names(in_order)}")
 
 
 def _names(names: Iterable[str], before: str = "") -> str:
     return ", ".join(f"`{before}{name}`" for name in names)
-
-
-_THE_TYPES = f"the types are {_names(model.SHAPES)}"
 
 
 def _length(loc: Loc) -> int:
@@ -266,106 +195,110 @@ def _wrong_length(loc: Loc, found: int) -> _Finding:
 _TOO_LARGE = "must be finite: this number is too large"
 
 
-def _kind(value: Any) -> str:
-    """Return a value as a message shows what was found."""
-    if value is None:
-        return "no value"
-    if isinstance(value, dict):
-        return "a mapping"
-    if isinstance(value, (list, tuple)):
-        return f"a list of {len(value)}"
-    if isinstance(value, bool):
-        return f"`{str(value).lower()}`"
-    if isinstance(value, float):
-        return repr(value)
-    if isinstance(value, int):
-        return str(value) if value.bit_length() < _HUGE_BITS else "a huge integer"
-    return quoted(str(value))
+class _Refused(NamedTuple):
+    """A value that the models refuse: pydantic's error, and the value as messages show it."""
+
+    error: ErrorDetails
+    shown: str
+
+    @property
+    def value(self) -> Any:
+        """The value."""
+        return self.error["input"]
+
+    @property
+    def got(self) -> str:
+        """What was found, and the remedy for the commonest slip."""
+        value = self.value
+        if isinstance(value, str) and not isinstance(plain_scalar(value), str) and value.strip():
+            return f"got the text {self.shown}: remove the quotes"
+        return f"got {self.shown}"
 
 
-def _got(value: Any) -> str:
-    """Return what was found, and the remedy for the commonest slip."""
-    if isinstance(value, str) and not isinstance(plain_scalar(value), str) and value.strip():
-        return f"got the text {quoted(value)}: remove the quotes"
-    return f"got {_kind(value)}"
-
-
-_Find: TypeAlias = Callable[[ErrorDetails], _Finding]
+_Find: TypeAlias = Callable[[_Refused], _Finding]
 
 
 def _must(rule: Rule, words: str) -> _Find:
-    return lambda error: _Finding(rule, f"must be {words}, {_got(error['input'])}")
+    return lambda refused: _Finding(rule, f"must be {words}, {refused.got}")
 
 
 def _said(rule: Rule) -> _Find:
     """Return the message that the model gives itself."""
-    return lambda error: _Finding(rule, error["msg"], rule.remedy)
+    return lambda refused: _Finding(rule, refused.error["msg"], rule.remedy)
 
 
-def _number(error: ErrorDetails) -> _Finding:
-    value = error["input"]
+def _number(refused: _Refused) -> _Finding:
+    value = refused.value
     if isinstance(value, int) and not isinstance(value, bool):
         return _Finding(rules.NOT_FINITE, _TOO_LARGE)
-    return _Finding(rules.NOT_A_NUMBER, f"must be a number, {_got(value)}")
+    return _Finding(rules.NOT_A_NUMBER, f"must be a number, {refused.got}")
 
 
-def _integer(error: ErrorDetails) -> _Finding:
-    value = error["input"]
+def _integer(refused: _Refused) -> _Finding:
+    value = refused.value
     if isinstance(value, float) and math.isinf(value):  # what the readers make of too many digits
         return _Finding(rules.NOT_FINITE, _TOO_LARGE)
-    return _Finding(rules.NOT_AN_INTEGER, f"must be an integer, {_got(value)}")
+    return _Finding(rules.NOT_AN_INTEGER, f"must be an integer, {refused.got}")
 
 
 def _bound(words: str, key: str) -> _Find:
-    def find(error: ErrorDetails) -> _Finding:
-        message = f"must be {words} {error['ctx'][key]:g}, got {_kind(error['input'])}"
+    def find(refused: _Refused) -> _Finding:
+        message = f"must be {words} {refused.error['ctx'][key]:g}, got {refused.shown}"
         return _Finding(rules.OUT_OF_RANGE, message)
 
     return find
 
 
-def _finite(error: ErrorDetails) -> _Finding:
-    value = error["input"]
+def _finite(refused: _Refused) -> _Finding:
+    value = refused.value
     if isinstance(value, int):
         return _Finding(rules.NOT_FINITE, _TOO_LARGE)
-    found = ".nan" if math.isnan(value) else ".inf" if value > 0 else "-.inf"
-    return _Finding(rules.NOT_FINITE, f"must be finite, got {found}")
+    return _Finding(rules.NOT_FINITE, f"must be finite, got {refused.shown}")
 
 
-def _color_kind(error: ErrorDetails) -> _Finding:
-    if error["input"] is None:
+def _color_kind(refused: _Refused) -> _Finding:
+    if refused.value is None:
         help = "`#` starts a comment, so put #rrggbb in quotes; or give [r, g, b] or a CSS name"
         return _Finding(rules.NO_VALUE, "has no value", help)
-    return _Finding(rules.NOT_A_COLOR, f"must be a color, got {_kind(error['input'])}", rules.NOT_A_COLOR.remedy)
+    return _Finding(rules.NOT_A_COLOR, f"must be a color, got {refused.shown}", rules.NOT_A_COLOR.remedy)
 
 
-def _text(error: ErrorDetails) -> _Finding:
-    help = "put it in quotes" if isinstance(error["input"], (bool, int, float)) else ""
-    return _Finding(rules.NOT_TEXT, f"must be text, got {_kind(error['input'])}", help)
+def _text(refused: _Refused) -> _Finding:
+    help = "put it in quotes" if isinstance(refused.value, (bool, int, float)) else ""
+    return _Finding(rules.NOT_TEXT, f"must be text, got {refused.shown}", help)
 
 
-def _choice(error: ErrorDetails) -> _Finding:
-    choices = error["ctx"]["expected"].replace("'", "`")
-    value = error["input"]
+def _choice(refused: _Refused) -> _Finding:
+    choices = refused.error["ctx"]["expected"].replace("'", "`")
+    value = refused.value
     hint = did_you_mean(value, choices.split("`")[1::2]) if isinstance(value, str) else None
-    return _Finding(rules.NOT_A_CHOICE, f"must be {choices}, {_got(value)}" + (f": {hint}" if hint else ""))
+    return _Finding(rules.NOT_A_CHOICE, f"must be {choices}, {refused.got}" + (f": {hint}" if hint else ""))
 
 
-def _color_name(error: ErrorDetails) -> _Finding:
-    name = error["ctx"]["name"]
+def _color_name(refused: _Refused) -> _Finding:
+    name = refused.error["ctx"]["name"]
     hint = did_you_mean(name, CSS_NAMES)
-    message = f"{quoted(name)} is not a color" + (f": {hint}" if hint else "")
+    message = f"{refused.shown} is not a color" + (f": {hint}" if hint else "")
     return _Finding(rules.UNKNOWN_COLOR, message, rules.UNKNOWN_COLOR.remedy)
 
 
-def _too_long(error: ErrorDetails) -> _Finding:
-    return _wrong_length(_location(error["loc"]), len(error["input"]))
+def _not_a_list(refused: _Refused) -> _Finding:
+    of_numbers = _of_numbers(location(refused.error["loc"]))
+    return _Finding(rules.NOT_A_LIST, f"must be a list{of_numbers}, got {refused.shown}")
 
 
-def _exposure(error: ErrorDetails) -> _Finding:
-    value = error["input"]
+def _too_long(refused: _Refused) -> _Finding:
+    return _wrong_length(location(refused.error["loc"]), len(refused.value))
+
+
+def _exposure(refused: _Refused) -> _Finding:
+    value = refused.value
     hint = ": did you mean `auto`?" if isinstance(value, str) and value.lower() == "auto" else ""
-    return _Finding(rules.NOT_A_NUMBER, f"must be a number of stops, or auto, {_got(value)}{hint}")
+    return _Finding(rules.NOT_A_NUMBER, f"must be a number of stops, or auto, {refused.got}{hint}")
+
+
+def _name_taken(refused: _Refused) -> _Finding:
+    return _Finding(rules.NAME_TAKEN, f"name {refused.shown} {refused.error['msg']}", rules.NAME_TAKEN.remedy)
 
 
 _FINDINGS: dict[str, _Find] = {
@@ -384,13 +317,14 @@ _FINDINGS: dict[str, _Find] = {
     "literal_error": _choice,
     "model_attributes_type": _must(rules.NOT_A_MAPPING, "a mapping"),
     "model_type": _must(rules.NOT_A_MAPPING, "a mapping"),
-    "name_taken": _said(rules.NAME_TAKEN),
+    "name_taken": _name_taken,
     "no_direction": _said(rules.NO_DIRECTION),
     "no_value": _said(rules.NO_VALUE),
-    "string_too_long": lambda error: _Finding(rules.TOO_LONG, f"has more than {model.MAX_NAME:,} characters"),
-    "string_too_short": lambda error: _Finding(rules.EMPTY_TEXT, "must not be empty"),
+    "string_too_long": lambda refused: _Finding(rules.TOO_LONG, f"has more than {model.MAX_NAME:,} characters"),
+    "string_too_short": lambda refused: _Finding(rules.EMPTY_TEXT, "must not be empty"),
     "string_type": _text,
     "too_long": _too_long,
+    "tuple_type": _not_a_list,
     "up_along_view": _said(rules.UP_ALONG_VIEW),
     "zero_length": _said(rules.ZERO_LENGTH),
 }

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, TypeAlias
 
 from rtcli.scene.lines import Lines
-from rtcli.scene.problems import Excerpt, Problem, Span
+from rtcli.scene.problems import Excerpt, Problem, Span, printable
 from rtcli.scene.rules import Rule
 
 Loc: TypeAlias = tuple[str | int, ...]
@@ -65,9 +65,10 @@ class Source:
             cut_after=line_end is None and last < len(self.text),
         )
 
-    def problem(self, rule: Rule, message: str, start: int, end: int | None = None, help: str = "") -> Problem:
-        """Return a problem of the text itself, from one offset to another."""
-        return Problem(rule, self.span(start, end), message, help or rule.remedy)
+    def problem(self, rule: Rule, message: str, place: Place, help: str = "", loc: Loc = ()) -> Problem:
+        """Return a problem of the text itself at a place, which is in or around the value at `loc`."""
+        span = self.span(place.start, place.end)
+        return Problem(rule, span, message, help or rule.remedy, pointer(loc), dotted(loc))
 
 
 class Place:
@@ -97,6 +98,10 @@ class Place:
     def head(self) -> Place:
         """The first token of the value."""
         return self
+
+    def innermost(self, offset: int) -> Loc:
+        """Return the location, from this value on, of the innermost one around an offset of the text."""
+        return ()
 
     def find(self, loc: Loc) -> tuple[Place, bool]:
         """Return the last place on the way to `loc`, and whether it is that of `loc` itself."""
@@ -130,6 +135,10 @@ class ListPlace(Place):
         """Return the place of an item, or None if there is none."""
         return self.items[step] if isinstance(step, int) and step < len(self.items) else None
 
+    def innermost(self, offset: int) -> Loc:
+        """Return the location, from this value on, of the innermost one around an offset of the text."""
+        return _innermost(enumerate(self.items), offset)
+
     @property
     def head(self) -> Place:
         """The bracket, or the first hyphen."""
@@ -150,6 +159,10 @@ class MappingPlace(Place):
         """Return the place of a value, or None if there is none."""
         return self.values.get(step) if isinstance(step, str) else None
 
+    def innermost(self, offset: int) -> Loc:
+        """Return the location, from this value on, of the innermost one around an offset of the text."""
+        return _innermost(self.values.items(), offset)
+
     def key(self, step: str | int) -> Place | None:
         """Return the place of a key, or None if there is none."""
         return self.keys.get(step) if isinstance(step, str) else None
@@ -159,6 +172,13 @@ class MappingPlace(Place):
         """The bracket, or the first key of a mapping in lines."""
         first = next(iter(self.keys.values()), None)
         return first if first and first.start == self.start else Place(self.start, self.start + 1)
+
+
+def _innermost(children: Iterable[tuple[str | int, Place]], offset: int) -> Loc:
+    for step, place in children:
+        if place.start <= offset < place.end:
+            return (step, *place.innermost(offset))
+    return ()
 
 
 @dataclass(frozen=True)
@@ -215,16 +235,24 @@ class Document:
 
         Of what is not there, it is the first token of what is around it.
         """
+        source, place = self._place(loc, what)
+        return source.span(place.start, place.end)
+
+    def written(self, loc: Loc) -> str | None:
+        """Return the text at the place of the value at `loc`; None for a list, a mapping or nothing."""
+        source, place = self._place(loc, VALUE)
+        is_whole = not isinstance(place, (ListPlace, MappingPlace)) and place.start < place.end
+        return source.text[place.start : place.end] if is_whole else None
+
+    def _place(self, loc: Loc, what: str) -> tuple[Source, Place]:
         self.find_places()
         places = self.places or Place(0, 0)
         for edit in reversed(self.edits):
             if loc[: len(edit.loc)] == edit.loc:
-                place = edit.place.at(loc[len(edit.loc) :], what)
-                return edit.source.span(place.start, place.end)
+                return edit.source, edit.place.at(loc[len(edit.loc) :], what)
             if edit.loc[: len(loc)] == loc and not places.find(loc)[1]:
-                return edit.source.span(edit.place.start, edit.place.end)  # a mapping that only the option made
-        place = places.at(loc, what)
-        return self.source.span(place.start, place.end)
+                return edit.source, edit.place  # a mapping that only the option made
+        return self.source, places.at(loc, what)
 
     def nearest(self, loc: Loc) -> Loc:
         """Return a location, or that of the nearest value around it which is there."""
@@ -248,11 +276,29 @@ def pointer(loc: Loc) -> str:
     return "".join("/" + str(step).replace("~", "~0").replace("/", "~1") for step in loc)
 
 
-# A key in a location is cut there, as it is where a message quotes it.
-_MAX_STEP = 60
+# A key in a location is cut there, as where a message quotes it; and so is a location deeper than any scene.
+_MAX_STEP, _MAX_STEPS = 60, 8
 
 
 def dotted(loc: Loc) -> str:
-    """Return a location as a person writes it: `objects[2].radius`."""
-    steps = (f"[{step}]" if isinstance(step, int) else f".{step[:_MAX_STEP]}" for step in loc)
-    return "".join(steps).removeprefix(".")
+    """Return a location as a person writes it, and `--set` takes it: `objects[2].radius`."""
+    steps = (f"[{step}]" if isinstance(step, int) else f".{key_in_path(step)}" for step in loc[:_MAX_STEPS])
+    return "".join(steps).removeprefix(".") + "…" * (len(loc) > _MAX_STEPS)
+
+
+# Without quotes these would end a key, or begin one in quotes.
+_PLAIN_KEY = re.compile(r"[^.\[\]=\"'\s]([^.\[\]=]*[^.\[\]=\s])?")
+
+
+def key_in_path(key: str) -> str:
+    r"""Return a key, or an object's name, as it stands in a path: in double quotes if it needs them.
+
+    Examples
+    --------
+    >>> [key_in_path(key) for key in ("ball", "tall box", "Cube.001", 'a="b"')]
+    ['ball', 'tall box', '"Cube.001"', '"a=\\"b\\""']
+    """
+    cut = key[:_MAX_STEP]
+    if _PLAIN_KEY.fullmatch(cut) and cut.isprintable():
+        return cut
+    return '"' + printable(cut.replace("\\", r"\\").replace('"', r"\"")) + '"'

@@ -23,7 +23,7 @@ _COMMA = re.compile(r"[ \t\n\r]*,(?=[ \t\n\r]*[^ \t\n\r\]}])")
 _PLAIN_KEY = re.compile(r'[ \t\n\r]*"([ -!#-\[\]-~]{0,100})"[ \t\n\r]*:')
 # The last three are Python's own, which the models refuse as not finite.
 _WORD = re.compile(r"true|false|null|NaN|-?Infinity")
-_WORDS = {
+WORDS = {
     "true": True,
     "false": False,
     "null": None,
@@ -100,7 +100,10 @@ class _JsonReading(Reading):
             return self._string()
         if character in ("{", "["):
             self.check_depth(depth, Place(self.at, self.at + 1))
-            return (self._mapping if character == "{" else self._list)(depth + 1)
+            self.steps.append(None)
+            value = (self._mapping if character == "{" else self._list)(depth + 1)
+            self.steps.pop()
+            return value
         return self._word()
 
     def _peek(self) -> str:
@@ -125,7 +128,9 @@ class _JsonReading(Reading):
         self.at += 1
         if not self._take("]"):
             while True:
+                self.steps[-1] = len(items)
                 item, at = self._value(depth)
+                self.steps[-1] = None
                 items.append(item)
                 place.items.append(at)
                 if not self._goes_on("]"):
@@ -141,7 +146,9 @@ class _JsonReading(Reading):
             while True:
                 key, at = self._key()
                 is_new = self.is_new_key(key, at, place.keys)
+                self.steps[-1] = key
                 value, child = self._value(depth)
+                self.steps[-1] = None
                 if is_new:
                     mapping[key], place.values[key] = value, child
                 if not self._goes_on("}"):
@@ -216,7 +223,7 @@ class _JsonReading(Reading):
         if word is None:
             raise self._expected("a value")
         self.at = word.end()
-        return _WORDS[word[0]], Place(start, self.at)
+        return WORDS[word[0]], Place(start, self.at)
 
     def _expected(self, what: str) -> SceneError:
         """Return the error for something else than what must come here."""

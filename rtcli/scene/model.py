@@ -27,7 +27,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 from typing_extensions import TypeAliasType
 
 from rtcli.scene.colors import color_from_text
-from rtcli.scene.problems import MAX_PROBLEMS, quoted
+from rtcli.scene.problems import MAX_PROBLEMS
 from rtcli.scene.vectors import cross, direction, unit
 
 MAX_SIDE = 65_535
@@ -317,8 +317,7 @@ def _repeated_names(objects: Any) -> Iterable[tuple[int, str, int]]:
 
 
 def _repeated_name(index: int, name: str, first: int) -> InitErrorDetails:
-    context = {"message": f"name {quoted(name)} is taken by objects[{first}] already"}
-    error = PydanticCustomError("name_taken", "{message}", context)
+    error = PydanticCustomError("name_taken", "is taken by objects[{first}] already", {"first": first})
     # "object" stands where pydantic's own errors have the tag of the union's member.
     return InitErrorDetails(type=error, loc=(index, "object", "name"), input=name)
 

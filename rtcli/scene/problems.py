@@ -172,16 +172,27 @@ def counted(count: int, noun: str) -> str:
     return f"{count:,} {noun}{'' if count == 1 else 's'}"
 
 
-def did_you_mean(name: str, known: Iterable[str]) -> str | None:
-    """Return a hint at the known name that is most like a name, or None if none is."""
+def nearest(name: str, known: Iterable[str]) -> str | None:
+    """Return the known name that is most like a name, in whatever case, or None if none is."""
     import difflib  # only for mistakes, of which most scenes have none
 
     # Cut, because the comparison takes time in proportion, and no name is that long.
-    close = difflib.get_close_matches(name[:_QUOTED].lower(), list(known), n=1)
-    return f"did you mean {quoted(close[0])}?" if close else None
+    by_lower = {other.lower(): other for other in known}
+    close = difflib.get_close_matches(name[:_QUOTED].lower(), list(by_lower), n=1)
+    return by_lower[close[0]] if close else None
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str | None:
+    """Return a hint at the known name that is most like a name, or None if none is."""
+    close = nearest(name, known)
+    return f"did you mean {quoted(close)}?" if close else None
 
 
 def quoted(text: str) -> str:
     """Return a name or value of the file as messages show it: escaped, cut to one line, in backticks."""
-    cut = text if len(text) <= _QUOTED else text[: _QUOTED - 1] + "…"
-    return f"`{printable(cut)}`"
+    return f"`{shortened(text)}`"
+
+
+def shortened(text: str) -> str:
+    """Return a text of the file as messages show it: escaped, and cut to one line."""
+    return printable(text if len(text) <= _QUOTED else text[: _QUOTED - 1] + "…")

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import contextlib
 import gc
-from collections.abc import Iterator
+import itertools
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 from rtcli.scene import rules
-from rtcli.scene.document import Place, Source
+from rtcli.scene.document import Document, Loc, Place, Source, pointer
 from rtcli.scene.problems import MAX_PROBLEMS, Problem, SceneError, quoted
 from rtcli.scene.rules import Rule
 
@@ -45,13 +47,21 @@ class Reading:
         self.text = source.text
         self.problems: list[Problem] = []
         self.nodes = 0
+        # For each list or mapping that is open, from the outermost on, which of its values is being read; None
+        # between two values.
+        self.steps: list[str | int | None] = []
+
+    @property
+    def loc(self) -> Loc:
+        """The location of the value that is being read, or of what is around the place between two values."""
+        return tuple(itertools.takewhile(lambda step: step is not None, self.steps))  # type: ignore[arg-type]
 
     def refuse(self, rule: Rule, message: str, place: Place, help: str = "") -> None:
         """Report what can be gone past, up to `MAX_PROBLEMS`: those of a hostile file would fill the memory."""
         if len(self.problems) >= MAX_PROBLEMS:
             message = f"only the first {MAX_PROBLEMS:,} problems are listed"
-            raise SceneError([*self.problems, self.source.problem(rules.MORE_PROBLEMS, message, 0)])
-        self.problems.append(self.source.problem(rule, message, place.start, place.end, help))
+            raise SceneError([*self.problems, self.source.problem(rules.MORE_PROBLEMS, message, Place(0, 0))])
+        self.problems.append(self.source.problem(rule, message, place, help, self.loc))
 
     def fatal(self, rule: Rule, message: str, place: Place, help: str = "") -> SceneError:
         """Return the error that ends the reading, with all that was reported before."""
@@ -82,11 +92,22 @@ class Reading:
             first = self.source.span(keys[key].start).line
             message = f"duplicate key {quoted(key)}: it was given in line {first} already"
             self.refuse(rules.DUPLICATE_KEY, message, place)
+            self.problems[-1] = replace(self.problems[-1], pointer=pointer((*self.loc, key)))
             return False
         if len(keys) >= MAX_KEYS:
             raise self.fatal(rules.TOO_MANY_KEYS, f"more than {MAX_KEYS} keys in one mapping", place)
         keys[key] = place
         return True
+
+
+def location_at(offset: int, source: Source, read: Callable[[Source], Document]) -> Loc:
+    """Return the location of the innermost value around an offset of a text; empty if the text cannot be read."""
+    try:
+        document = read(source)
+        document.find_places()
+    except SceneError:
+        return ()
+    return document.places.innermost(offset) if document.places else ()
 
 
 def integer(digits: str, base: int) -> int | float:

@@ -7,6 +7,7 @@ the place of each value, follows only when there is a problem to place.
 
 from __future__ import annotations
 
+import contextlib
 import re
 import sys
 from collections.abc import Iterator
@@ -15,7 +16,7 @@ from typing import Any, TypeAlias
 import yaml
 
 from rtcli.scene import reading, rules
-from rtcli.scene.document import Document, ListPlace, MappingPlace, Place, Source
+from rtcli.scene.document import Document, ListPlace, Loc, MappingPlace, Place, Source
 from rtcli.scene.problems import SceneError, quoted
 from rtcli.scene.reading import UNREADABLE, Reading, garbage_collector_paused, integer
 from rtcli.scene.syntax import yaml_advice
@@ -234,6 +235,8 @@ _Read: TypeAlias = tuple[Any, Place, int]
 # What is not in `c-printable` (YAML 1.2.2, section 5.1), and the byte order mark inside a text.
 _NOT_ALLOWED = re.compile("[^\t\n\r -~\x85\xa0-\ud7ff\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]")
 
+_OPENING_BRACKET = re.compile(r"[\[{]")
+
 # Anchor and tag, which stand before a value but are no part of it.
 _PROPERTIES = re.compile(r"(?:[&!]\S*(?:\s+(?:#[^\r\n]*)?)*)+")
 
@@ -319,7 +322,10 @@ class _YamlReading(Reading):
         return value, place
 
     def _inside(self, place: MappingPlace | ListPlace, depth: int) -> Any:
-        return self._mapping(place, depth) if isinstance(place, MappingPlace) else self._list(place, depth)
+        self.steps.append(None)
+        value = self._mapping(place, depth) if isinstance(place, MappingPlace) else self._list(place, depth)
+        self.steps.pop()
+        return value
 
     def _first_token(self, event: _Event) -> tuple[int, int]:
         """Return start and end of a bracket or hyphen, or twice where the first key or hyphen in lines starts."""
@@ -329,13 +335,15 @@ class _YamlReading(Reading):
 
     def _list(self, place: ListPlace, depth: int) -> list[Any]:
         items: list[Any] = []
-        places = place.items
+        places, steps = place.items, self.steps
         for event in self.events:
             kind = type(event)
             if kind is yaml.SequenceEndEvent:
                 _close(event, place)
                 return items
+            steps[-1] = len(items)
             value, child = self._scalar(event) if kind is yaml.ScalarEvent else self._value(event, depth)
+            steps[-1] = None
             places.append(child)
             items.append(value)
             if kind is not yaml.AliasEvent:  # which has the place of its anchor
@@ -352,10 +360,13 @@ class _YamlReading(Reading):
                     self._merge(mapping, place, value, child)
                 return mapping
             at, is_new = self._key(event, place.keys)
+            is_merge = event.value == _MERGE and event.implicit[0]
+            self.steps[-1] = None if is_merge else event.value
             value_event = next(self.events)
             value, child = self._value(value_event, depth)
+            self.steps[-1] = None
             place.end = at.end if type(value_event) is yaml.AliasEvent else child.end
-            if is_new and event.value == _MERGE and event.implicit[0]:
+            if is_new and is_merge:
                 merges.append((value, child))
             elif is_new:
                 mapping[event.value] = value
@@ -415,13 +426,35 @@ class _YamlReading(Reading):
     def syntax_error(self, error: yaml.MarkedYAMLError) -> SceneError:
         """Return the error for a text that is not YAML."""
         message, help, start, end = yaml_advice(error, self.text)
+        self.steps = [*self._location_of(error, start)]
         return self.fatal(rules.YAML_SYNTAX, f"not valid YAML: {message}", Place(start, end), help)
+
+    def _location_of(self, error: yaml.MarkedYAMLError, at: int) -> Loc:
+        """Return the location of a syntax error.
+
+        A bracket may start a key up to the end of its line, and so long libyaml keeps it back: what goes wrong in
+        `- {name: @}` does so before the mapping is heard of. In a text where each bracket ends its line the same
+        error comes where it belongs.
+        """
+        mark: Any = error.context_mark or error.problem_mark
+        first = min(mark.index, at) if mark else at
+        line = max(self.text.rfind("\n", 0, first), self.text.rfind("\r", 0, first)) + 1
+        broken = _OPENING_BRACKET.sub(r"\g<0>\n ", self.text[line:at])
+        reader = _YamlReading(Source(self.source.name, self.text[:line] + broken + self.text[at:]))
+        with contextlib.suppress(SceneError, yaml.YAMLError):
+            reader.document()
+        return reader.loc if reader.loc[: len(self.loc)] == self.loc else self.loc
 
     def bad_character(self) -> SceneError:
         """Return the error for the first character that YAML does not allow."""
         found = _NOT_ALLOWED.search(self.text)
         offset = found.start() if found else 0
         message = f"character {quoted(self.text[offset : offset + 1])} is not allowed in YAML"
+        # libyaml looks far ahead, so what it was reading does not tell where the character is. Read the text
+        # without such characters: each may be in a word, between words, or in an indentation.
+        mended = (Source(self.source.name, _NOT_ALLOWED.sub(stand_in, self.text)) for stand_in in ("x", " ", ""))
+        locs = (reading.location_at(offset, source, read_carefully) for source in mended)
+        self.steps = [*next(filter(None, locs), ())]
         return self.fatal(rules.CHARACTER, message, Place(offset, offset + 1))
 
 

@@ -24,10 +24,24 @@ from rtcli.batch.sweep import Combination, Variation, combinations, parse_variat
         ("a={x: 1, y: 2},'a, b',\"c,d\"", ("{x: 1, y: 2}", "'a, b'", '"c,d"')),
         ("a=x=1,y", ("x=1", "y")),
         ("a='1:2'", ("'1:2'",)),
+        ("a..b=1", ("1",)),  # which no scene has
     ],
 )
 def test_ranges_and_lists(expression, values):
     assert parse_variation(expression) == Variation(expression.partition("=")[0], values)
+
+
+@pytest.mark.parametrize("path", ['objects."a=1,2".radius', "objects.'a=1:2'.radius", 'objects."a\\"=".x'])
+def test_path_may_have_an_equals_sign_in_quotes(path):
+    variation = parse_variation(f"{path}=1,2")
+    assert variation == Variation(path, ("1", "2"))
+    assert variation.edits == (f"{path}=1", f"{path}=2")
+
+
+def test_one_path_in_two_spellings_is_varied_twice():
+    variations = [parse_variation("objects.ball.radius=1,2"), parse_variation("objects.'ball'.radius=3")]
+    with pytest.raises(ValueError, match=r"`objects\.ball\.radius` is varied twice"):
+        list(combinations(variations))
 
 
 @given(st.integers(-1000, 1000), st.integers(1, 60), st.integers(1, 500), st.integers(0, 4))

@@ -1,5 +1,6 @@
 """`rtcli batch`: what it says and writes, and that nothing is lost however it ends."""
 
+import json
 import os
 import random
 import re
@@ -350,6 +351,49 @@ def test_options_that_make_no_sense_are_wrong_usage(run, scenes, arguments, mess
     assert result.exit_code == 2
     assert message in " ".join(result.stderr.split())
     assert not OUT.exists()
+
+
+def test_variables_of_vary_and_set_hold_one_value_per_line(run, scenes):
+    variables = {
+        "RTCLI_BATCH_VARY": "camera.fov=20, 30\nobjects.ball.position=[0, 0, -5], [1, 0, -5]\n",
+        "RTCLI_BATCH_SET": "camera.resolution=[7, 5]\nrender.samples= 2",
+    }
+    result = run("batch", "scenes/000.yaml", "-o", "out", env=variables)
+    assert result.exit_code == 0, result.output
+    manifest = json.loads((OUT / "manifest.json").read_text(encoding="utf-8"))
+    assert [entry["vary"] for entry in manifest["scenes"].values()] == [
+        {"camera.fov": fov, "objects.ball.position": position}
+        for fov in ("20", "30")
+        for position in ("[0, 0, -5]", "[1, 0, -5]")
+    ]
+    for entry in manifest["scenes"].values():
+        assert entry["settings"]["set"] == ["camera.resolution=[7, 5]", "render.samples= 2"]
+        assert entry["resolution"] == [7, 5]
+
+
+@pytest.mark.parametrize(
+    ("variables", "message"),
+    [
+        ({"RTCLI_BATCH_VARY": "camera.fov 1"}, "(RTCLI_BATCH_VARY holds one KEY=VALUES per line)"),
+        ({"RTCLI_BATCH_VARY": "camera.fov=1:2 render.samples=1"}, "'render.samples=1' needs a line of its own"),
+        ({"RTCLI_BATCH_SET": "camera.fov"}, "(RTCLI_BATCH_SET holds one KEY=VALUE per line)"),
+        ({"RTCLI_BATCH_SET": "camera.fov=1 render.samples=1"}, "'render.samples=1' needs a line of its own"),
+    ],
+)
+def test_variable_of_something_else_is_wrong_usage(run, scenes, variables, message):
+    result = run("batch", "scenes", "-o", "out", env=variables)
+    assert result.exit_code == 2
+    assert message in result.stderr
+
+
+def test_sweep_of_an_object_whose_name_has_a_dot_can_be_pasted_from_the_manifest(run, scenes):
+    named = ("--set", "objects.ball.name=a.b=c")
+    result = run("batch", "scenes/000.yaml", "-o", "out", *named, "--vary", "objects.'a.b=c'.radius=0.5,1")
+    assert result.exit_code == 0, result.output
+    (first, _) = json.loads((OUT / "manifest.json").read_text(encoding="utf-8"))["scenes"].values()
+    ((path, value),) = first["vary"].items()
+    assert run("render", "scenes/000.yaml", "-o", "b.png", *named, "--set", f"{path}={value}").exit_code == 0
+    assert Path("b.png").read_bytes() == (OUT / first["outputs"][0]["path"]).read_bytes()
 
 
 def test_dry_run_of_a_sweep_tells_each_variation(run, scenes):

@@ -450,10 +450,77 @@ def test_reference_engine_does_not_mind_the_simd_level(run, scene):
     assert run("render", scene, "-o", "a.png", "--engine", "reference", env={"RTCLI_SIMD": "?"}).exit_code == 0
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        # A surrogate pair and a tab between tokens: JSON, but not YAML.
+        '{"camera":\t{"resolution": [7, 5], "fov": 40}, "objects": [{"type": "sphere", "name": "\\ud83d\\ude00", '
+        '"position": [0, 0, -5], "radius": 1, "color": "red"}]}',
+        "{camera: {resolution: [7, 5], fov: 40}} # YAML",
+    ],
+)
+def test_scene_on_standard_input_is_json_or_yaml(run, folder, text):
+    result = run("render", "-", "-o", "out.png", input=text)
+    assert result.exit_code == 0, result.output
+    with PillowImage.open("out.png") as image:
+        assert image.size == (7, 5)
+
+
 def test_variable_named_after_set_sets_a_value(run, scene):
     run("render", scene, "-o", "out.png", env={"RTCLI_RENDER_SET": "camera.resolution=[7,5]"})
     with PillowImage.open("out.png") as image:
         assert image.size == (7, 5)
+
+
+def test_variable_of_set_holds_one_value_per_line(run, scene):
+    lines = "camera.resolution=[7, 5]\n\r\n  camera.position=[0, 0, 1]\nobjects.ball.name=a = b\nrender.samples= 2"
+    run("render", scene, "-o", "a.png", env={"RTCLI_RENDER_SET": lines})
+    edits = [f"--set={line.strip()}" for line in lines.split("\n") if line.strip()]
+    run("render", scene, "-o", "b.png", *edits)
+    assert Path("a.png").read_bytes() == Path("b.png").read_bytes()
+    with PillowImage.open("a.png") as image:
+        assert image.size == (7, 5)
+
+
+@pytest.mark.parametrize(
+    ("value", "part"),
+    [
+        ("camera.fov=30 render.samples=2", "'render.samples=2' needs a line of its own"),
+        ("camera.fov=30 objects[0].radius=2", "'objects[0].radius=2' needs a line of its own"),
+        ("camera.fov 30", "`camera.fov 30` is not KEY=VALUE"),
+        ("camera..fov=30", "is not a path"),
+        ("camera.fov=30\nobjects.bal.radius=3", "no item named `bal`"),
+        ("camera.fov=[1,\n2]", "RTCLI_RENDER_SET camera.fov=[1,: not valid YAML"),
+    ],
+)
+def test_variable_of_set_with_something_else_is_wrong_usage_that_tells_how_it_is_read(
+    run, scene, folder, value, part
+):
+    message = refused(run("render", scene, "-o", "a.png", env={"RTCLI_RENDER_SET": value}), folder, 2)
+    assert part in message
+    assert "(RTCLI_RENDER_SET holds one KEY=VALUE per line)" in message
+
+
+def test_value_of_a_variable_that_is_wrong_is_placed_in_it(run, scene, folder):
+    message = refused(run("render", scene, "-o", "a.png", env={"RTCLI_RENDER_SET": "camera.fov=200"}), folder, 1)
+    assert " --> RTCLI_RENDER_SET camera.fov=200:1:12\n" in message
+
+
+def test_option_is_not_taken_for_a_variable(run, scene, folder):
+    assert "per line" not in refused(run("render", scene, "-o", "a.png", "--set", "camera.fov 3"), folder, 2)
+    result = run("render", scene, "-o", "a.png", "--set", "objects.ball.name=a render.samples=2")
+    assert result.exit_code == 0
+
+
+@pytest.mark.parametrize("path", ['objects."Cube.001"', "objects.'Cube.001'"])
+def test_object_whose_name_has_a_dot_is_changed_by_its_name_in_quotes(run, scene, path):
+    renamed = ["--set", "objects.ball.name=Cube.001"]
+    run("render", scene, "-o", "a.png", *renamed, "--set", f"{path}.radius=0.5")
+    run("render", scene, "-o", "b.png", *renamed, "--set", "objects[0].radius=0.5")
+    assert Path("a.png").read_bytes() == Path("b.png").read_bytes()
+    result = run("render", scene, "-o", "c.png", *renamed, "--set", "objects.Cube.001.radius=1")
+    assert result.exit_code == 2
+    assert 'did you mean `objects."Cube.001"`?' in result.stderr
 
 
 def test_target_is_named_as_it_was_given(run, scene):

@@ -286,3 +286,9 @@ def test_file_without_an_end_is_too_large(run):
     result = run("validate", "/dev/zero", "--format", "concise")
     assert result.exit_code == 1
     assert result.stdout == "/dev/zero:1:1: error: the file is larger than 64 MiB [E002]\n"
+
+
+def test_json_on_standard_input_gets_the_report_of_json(run):
+    result = run("validate", "-", "--format", "concise", input='{"camera": {"resolution": [4, 3] "fov": 40}}')
+    assert result.exit_code == 1
+    assert result.stdout.startswith("<stdin>:1:34: error: camera: not valid JSON: expected `,` or `}`")

@@ -1,12 +1,17 @@
 """`--set KEY=VALUE`: which paths there are, and what is said about those there are not."""
 
 import copy
+import json
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from rtcli.scene.diagnostics import validate
+from rtcli.scene.document import dotted
 from rtcli.scene.edits import EditError, set_expression, set_value
 from rtcli.scene.parse import parse
+from rtcli.scene.paths import keys_of
 from rtcli.scene.problems import SceneError
 
 SCENE = """\
@@ -21,7 +26,7 @@ objects:
 
 
 def edited(*expressions, text=SCENE):
-    document = parse(text, "scene.yaml")
+    document = parse(text, "scene.yaml", is_json=text.startswith("{"))
     for expression in expressions:
         document = set_expression(document, expression)
     return document
@@ -55,6 +60,128 @@ def report(*expressions, text=SCENE):
 )
 def test_value_is_replaced_by_key_index_or_name(expression, read, value):
     assert read(validate(edited(expression))) == value
+
+
+NAMES = [
+    "Cube.001",
+    "lamp[1]",
+    "a=b",
+    "a",
+    'say "hi"',
+    '"',
+    "it's",
+    "'",
+    " x ",
+    "]",
+    "\\",
+    "é\u202e\x1b\x85",
+    "😀",
+    "7",
+]
+
+
+def named(*names):
+    """Return a scene with a sphere of each name."""
+    objects = [
+        {"type": "sphere", "name": name, "position": [0, 0, -5], "radius": 1, "color": "white"} for name in names
+    ]
+    return json.dumps({"camera": {"resolution": [4, 3], "fov": 40}, "objects": objects})
+
+
+@pytest.mark.parametrize("index", range(len(NAMES)), ids=[ascii(name) for name in NAMES])
+def test_name_as_messages_write_it_can_be_set_by(index):
+    path = dotted(("objects", NAMES[index], "radius"))
+    assert path.isprintable()
+    radii = [ball.radius for ball in validate(edited(f"{path}=3", text=named(*NAMES))).objects]
+    assert radii == [3 if index == other else 1 for other in range(len(NAMES))]
+
+
+@given(name=st.text(st.characters(codec="utf-8"), min_size=1, max_size=40))
+def test_any_name_as_messages_write_it_can_be_set_by(name):
+    path = dotted(("objects", name, "position", 0))
+    text = named("first", name) if name != "first" else named("x", name)
+    assert validate(edited(f"{path}=3", text=text)).objects[1].position == (3, 0, -5)
+    assert keys_of(path) == ("objects", name, "position", 0)
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        'objects."Cube.001".radius',
+        "objects.'Cube.001'.radius",
+        r'objects."Cube\u002e001".radius',
+        r'objects."Cube\x2e001".radius',
+        '"objects"."Cube.001"."radius"',
+        "objects[0].'radius'",
+    ],
+)
+def test_name_can_stand_in_quotes_of_either_kind(path):
+    scene = validate(edited(f"{path}= 3", text=named("Cube.001", "Cube")))
+    assert [ball.radius for ball in scene.objects] == [3, 1]
+    assert validate(edited(f"{path}=3", text=named("Cube.001", "it's")))
+
+
+def test_quote_in_single_quotes_is_doubled():
+    assert validate(edited("objects.'it''s.'.radius=3", text=named("it's."))).objects[0].radius == 3
+
+
+def test_name_of_digits_in_quotes_is_no_index():
+    assert validate(edited('objects."1".radius=3', text=named("1", "x"))).objects[0].radius == 3
+
+
+@pytest.mark.parametrize(
+    ("expression", "hint"),
+    [
+        ("objects.Cube.001.radius=3", 'objects."Cube.001"'),
+        ("objects.lamp[1].radius=3", 'objects."lamp[1]"'),
+        ("objects.lamp[x].radius=3", 'objects."lamp[x]"'),
+        ("objects.a=b.radius=3", 'objects."a=b"'),
+        ("objects.].radius=3", 'objects."]"'),
+        ("objects.b.c.d.radius=3", 'objects."b.c.d"'),  # and not b.c
+        ("objects.Cube.002.radius=3", None),
+        ("objects.cube01.radius=3", 'objects."Cube.001"'),
+        ("objects." + "y" * 50 + ".y.radius=3", "objects[8]"),
+    ],
+)
+def test_name_that_needs_quotes_and_has_none_is_told_with_them(expression, hint):
+    text = named("Cube.001", "lamp[1]", "lamp[x]", "a=b", "]", '"q"', "b.c", "b.c.d", "y" * 50 + ".y")
+    with pytest.raises(EditError) as refused:
+        edited(expression, text=text)
+    assert (f"did you mean `{hint}`?" in str(refused.value)) == (hint is not None)
+    if hint is not None:
+        edited(f"{hint}.radius=3", text=text)
+
+
+def test_path_that_could_mean_two_names_is_refused_unless_it_goes_on_with_a_key_of_the_shorter():
+    text = named("Cube", "Cube.001", "Cube.radius")
+    with pytest.raises(EditError, match=r'did you mean `objects\."Cube\.001"`\?'):
+        edited("objects.Cube.001.radius=3", text=text)
+    assert validate(edited("objects.Cube.radius=3", text=text)).objects[0].radius == 3
+    assert validate(edited('objects."Cube".light={intensity: 3}', text=text)).objects[0].light.intensity == 3
+
+
+@pytest.mark.parametrize(
+    ("expression", "part"),
+    [
+        ('objects."Cube.001.radius=3', "is not a path"),
+        ("objects.'Cube.001.radius=3", "is not a path"),
+        ('objects."Cube.001"x.radius=3', "is not a path"),
+        (r'objects."Cube\q001".radius=3', "no such escape"),
+        ('objects."Cube=001"', "is not KEY=VALUE"),
+        ('objects."Cube.002".radius=3', "no item named `Cube.002`"),
+        ('objects.""=3', "no item named ``"),
+    ],
+)
+def test_quotes_that_are_wrong_are_refused(expression, part):
+    with pytest.raises(EditError) as refused:
+        edited(expression, text=named("Cube.001"))
+    assert part in str(refused.value)
+    assert str(refused.value).isprintable()
+
+
+def test_column_of_a_problem_counts_the_quotes():
+    (line,) = report('objects."Cube.001".radius=-3', text=named("Cube.001")).splitlines()
+    assert line.startswith('--set objects."Cube.001".radius=-3:1:27: error: objects[0].radius: ')
 
 
 @pytest.mark.parametrize(
@@ -155,6 +282,16 @@ def test_edit_that_cannot_be_made_is_refused(expression, part):
             "--set camera.resolution=[4, 0]:1:23: error: camera.resolution[1]: must be at least 1, got 0",
         ),
         ("version=2", "--set version=2:1:9: error: version: must be 1, got 2"),
+        ("camera.fov=2e2", "--set camera.fov=2e2:1:12: error: camera.fov: must be less than 180, got 2e2"),
+        (
+            "objects.ball.color=0x80ff00",
+            "--set objects.ball.color=0x80ff00:1:20: error: objects[0].color: must be a color, got 0x80ff00",
+        ),
+        (
+            r'render={samples: "\x31"}',
+            r'--set render={samples: "\x31"}:1:18: error: render.samples: must be an integer, '
+            r'got the text `"\x31"`: remove the quotes',
+        ),
         ("camera={fov: 9}", "--set camera={fov: 9}:1:8: error: camera: missing key `resolution`"),
     ],
 )
@@ -175,6 +312,13 @@ def test_problem_of_the_file_beside_an_edit_is_placed_in_the_file():
 @pytest.mark.parametrize("text", ["", "3", "[]"])
 def test_edit_of_what_is_no_scene_leaves_the_reason_to_validation(text):
     assert report("camera.fov=3", text=text).startswith("scene.yaml:1:1: error: expected a mapping")
+
+
+@pytest.mark.parametrize(("value", "shown"), [(0, "0"), (2000, "2000")])
+def test_value_of_a_shorthand_option_is_shown_alone(value, shown):
+    document = set_value(parse(SCENE, "scene.yaml"), "render.samples", value, f"--samples {value}")
+    with pytest.raises(SceneError, match=rf", got {shown} \["):
+        validate(document)
 
 
 def test_shorthand_option_is_named_in_its_problems():
