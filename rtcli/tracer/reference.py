@@ -51,6 +51,9 @@ COORDINATE = 2.0**-52
 # Surfaces that a ray meets within this share of the distance from each other are in one place.
 COINCIDENT = 2.0**-41
 
+# A light that is so many times as far away as what it lights is moved to a quarter of that for the shadow test.
+FAR = 2.0**28
+
 # A shadow ray that meets an object within this share of its length before its end may only touch it there.
 NEAR_THE_END = 1e-3
 
@@ -273,6 +276,21 @@ class Object(ABC):
     def size(self) -> float:
         """Half the length of the object along its axes, added up; 0 of what has no size."""
 
+    def reach(self, point: Array) -> float:
+        """Return how far from a point (3, 1) the object is, and how large."""
+        return float(np.abs(point - self.position).sum()) + self.size
+
+    def stand_in(self, light: Array, eye: Array, farthest: float) -> Array:
+        """Return the place (3, 1) of a light, or of one so far away that float64 loses the object, a nearer place.
+
+        From points no farther from the eye than `farthest` the two lie in one direction, as far as that can be told.
+        """
+        reach = farthest + self.reach(eye)
+        distance = float(length(light - eye)[0])
+        if reach == 0 or distance <= FAR * reach:
+            return light
+        return eye + (light - eye) * (FAR / 4 * reach / distance)
+
     def touched_by(self, way: WayToLight, t: Array) -> Mask:
         """Return whether points lie on the surface, and the ways from there that meet it at t leave it: (N,).
 
@@ -286,8 +304,8 @@ class Object(ABC):
 
     def rounding(self, point: Array) -> float:
         """Return how close to the surface a point (3, 1) lies on it."""
-        away = np.abs(point - self.position).sum() + self.size
-        return float(ON_SURFACE * away + COORDINATE * (np.abs(point).max() + np.abs(self.position).max()))
+        coordinates = float(np.abs(point).max() + np.abs(self.position).max())
+        return ON_SURFACE * (float(np.abs(point - self.position).sum()) + self.size) + COORDINATE * coordinates
 
 
 def nearest_positive(near: Array, far: Array) -> Array:
@@ -414,6 +432,10 @@ class Plane(Object):
     def size(self) -> float:
         """A plane has none."""
         return 0.0
+
+    def reach(self, point: Array) -> float:
+        """Return how far the plane is from a point (3, 1)."""
+        return abs(self._distance(point))
 
     def _distance(self, point: Array) -> float:
         """Return (p - p_0) . n of a point: > 0 in front of the plane, 0 on it."""
@@ -592,6 +614,12 @@ class WayToLight:
     distance: Array
     wi: Array
     cosine: Array
+
+    def toward(self, position: Array) -> WayToLight:
+        """Return the ways from the same points to another place (3, 1), with the same cosines."""
+        to_light = (position - self.eye) - self.sight
+        distance = length(to_light)
+        return WayToLight(self.eye, self.sight, distance, to_light / distance, self.cosine)
 
     def take(self, points: Indices) -> WayToLight:
         """Return the ways from some of the points."""
@@ -877,15 +905,17 @@ class Scenery:
         Neither the object that the point lies on nor the one that carries the light counts.
         """
         # Shadow rays are traced from the light to the surface: they pass through one point as well.
-        shadow_ray = Ray(source.position, -way.wi)
+        farthest = float(length(way.sight).max(initial=0.0))
         for i, shape in self._objects_in_turn():
             if shape.source_object is not source:
-                t = shape.intersection_parameter(shadow_ray)
-                between = (t < way.distance) & (receiver != i)
-                close = np.flatnonzero(between & (t > way.distance * (1 - NEAR_THE_END)))
+                start = shape.stand_in(source.position, way.eye, farthest)
+                part = way if start is source.position else way.toward(start)
+                t = shape.intersection_parameter(Ray(start, -part.wi))
+                between = (t < part.distance) & (receiver != i)
+                close = np.flatnonzero(between & (t > part.distance * (1 - NEAR_THE_END)))
                 if close.size:
-                    between[close] = ~shape.touched_by(way.take(close), t[close])
-                yield Blocker(i, t, between)
+                    between[close] = ~shape.touched_by(part.take(close), t[close])
+                yield Blocker(i, t + (way.distance - part.distance), between)
 
 
 # --- Passes: ground truth at pixel centres -----------------------------------------------------------------

@@ -62,9 +62,14 @@ class Point(NamedTuple):
     place: Array
     error: Array | float
 
-    def snapped(self, height: Array, away: Array) -> Array:
+    def snapped(self, height: Array, away: Array, grain: float) -> Array:
         """Return a height above a surface of which they are so far away: 0 if that is only rounding."""
-        return np.where(np.abs(height) <= ROUNDING * away + self.error, 0.0, height)
+        return np.where(np.abs(height) <= ROUNDING * away + self.error + grain, 0.0, height)
+
+
+def grain(one: Data) -> float:
+    """Return what decimal numbers may have taken from a position."""
+    return COORDINATE * max(abs(float(x)) for x in one.get("position", (0, 0, 0)))
 
 
 class Crossing(NamedTuple):
@@ -95,7 +100,7 @@ class Ball:
     """A sphere."""
 
     def __init__(self, center: Array, data: Data) -> None:
-        self.center, self.size = center, float(data["radius"])
+        self.center, self.size, self.grain = center, float(data["radius"]), grain(data)
 
     def crossings(self, start: Point, way: Array) -> Iterator[Crossing]:
         # |q + t w|^2 = 1 in units of the radius
@@ -116,7 +121,7 @@ class Ball:
     def heights(self, point: Point) -> list[Array]:
         away = point.place - self.center
         height = (length(away / self.size) - 1) * self.size
-        return [point.snapped(height, np.abs(away).sum(axis=0) + self.size)] * 2
+        return [point.snapped(height, np.abs(away).sum(axis=0) + self.size, self.grain)] * 2
 
 
 class Wall:
@@ -125,7 +130,7 @@ class Wall:
     size = 0.0
 
     def __init__(self, center: Array, data: Data) -> None:
-        self.point, self.normal = center, unit(vector(data["normal"]))
+        self.point, self.normal, self.grain = center, unit(vector(data["normal"])), grain(data)
 
     def crossings(self, start: Point, way: Array) -> Iterator[Crossing]:
         along = dot(self.normal, way)
@@ -135,14 +140,14 @@ class Wall:
 
     def heights(self, point: Point) -> list[Array]:
         away = point.place - self.point
-        return [point.snapped(dot(self.normal, away), np.abs(away).sum(axis=0))]
+        return [point.snapped(dot(self.normal, away), np.abs(away).sum(axis=0), self.grain)]
 
 
 class Brick:
     """A box: its six faces, rectangles."""
 
     def __init__(self, center: Array, data: Data) -> None:
-        self.center, self.half = center, [side / 2 for side in data["size"]]
+        self.center, self.half, self.grain = center, [side / 2 for side in data["size"]], grain(data)
         self.size = sum(self.half)
         self.axes = turned_axes(data.get("rotation", 0))
 
@@ -164,7 +169,7 @@ class Brick:
         far = np.abs(away).sum(axis=0) + self.size
         places = [dot(axis, away) for axis in self.axes]
         return [
-            point.snapped(sign * place - half, far)
+            point.snapped(sign * place - half, far, self.grain)
             for place, half in zip(places, self.half, strict=True)
             for sign in (1.0, -1.0)
         ]
@@ -183,7 +188,7 @@ BODIES = {"sphere": Ball, "plane": Wall, "box": Brick}
 
 
 class Lamp(NamedTuple):
-    position: Array
+    point: Point
     color: Array
     intensity: float
     body: int | None
@@ -242,8 +247,7 @@ class BruteForce:
     def __init__(self, data: Data) -> None:
         self.camera, settings = data["camera"], data.get("render", {})
         self.eye = vector(self.camera.get("position", (0, 0, 0)))
-        things = (self.camera, *data["objects"], *data["lights"])
-        self.grain = COORDINATE * max(abs(float(x)) for one in things for x in one.get("position", (0, 0, 0)))
+        self.grain = grain(self.camera)
         self.bodies = [BODIES[one["type"]](self._place(one), one) for one in data["objects"]]
         self.colors = np.hstack([vector(one["color"]) for one in data["objects"]] + [np.zeros((3, 1))])
         self.lamps = [self._lamp(one, one, None) for one in data["lights"]]
@@ -255,7 +259,8 @@ class BruteForce:
         return vector(one["position"]) - self.eye
 
     def _lamp(self, light: Data, one: Data, body: int | None) -> Lamp:
-        return Lamp(self._place(one), vector(light.get("color", (1, 1, 1))), float(light["intensity"]), body)
+        place = Point(self._place(one), self.grain + grain(one))
+        return Lamp(place, vector(light.get("color", (1, 1, 1))), float(light["intensity"]), body)
 
     def picture(self) -> Picture:
         """Return what the pixels show."""
@@ -292,7 +297,7 @@ class BruteForce:
             apart = (one.t - t) * size * one.steep
             ahead = one.t > 0
             # Surfaces in one place: that of the first object is seen.
-            here = hit & ahead & (apart <= ROUNDING * (distance + body.size) + self.grain)
+            here = hit & ahead & (apart <= ROUNDING * (distance + body.size) + self.grain + body.grain)
             new = here & (one.margin > 0) & (index < 0)
             index, steep = np.where(new, i, index), np.where(new, one.steep, steep)
             normal = np.where(new, -np.copysign(1, dot(one.normal, ways)) * one.normal, normal)
@@ -303,7 +308,7 @@ class BruteForce:
             grazing = EDGE_ON
             if isinstance(body, Ball):
                 # The square of cos is as uncertain as the coordinates.
-                grazing = max(GRAZING, math.sqrt(1e5 * self.grain / body.size))
+                grazing = max(GRAZING, math.sqrt(1e5 * (self.grain + body.grain) / body.size))
                 close = np.abs(one.t) * size < 4 * grazing * body.size  # to the eye
                 clear &= ~(close & (one.steep < grazing) & (one.margin > -blur))
             outline |= (one.margin > 0) & (one.steep < grazing)
@@ -316,7 +321,7 @@ class BruteForce:
         index, distance = picture.object_id - 1, picture.distance
         for lamp in self.lamps:
             if lamp.body is not None:
-                r = length(lamp.position)
+                r = length(lamp.point.place)
                 glow = lamp.color * np.minimum(np.nan_to_num(lamp.intensity / (4 * np.pi * r * r), nan=0.0), LARGEST)
                 picture.radiance = np.where(index == lamp.body, glow, picture.radiance)
                 picture.tolerance = np.where(index == lamp.body, glow * 1e-6, picture.tolerance)
@@ -342,7 +347,7 @@ class BruteForce:
 
     def _add(self, lamp: Lamp, points: Points, reflected: Array, picture: Picture, pixels: Any) -> None:
         """Add what a lamp brings to points: albedo / pi I color / (4 pi r^2) cos(theta)."""
-        way = lamp.position - points.place
+        way = lamp.point.place - points.place
         r = length(way)
         height = dot(points.normal, way)
         height = np.where(np.abs(height) <= ROUNDING * np.abs(way).sum(axis=0) + points.error, 0.0, height)
@@ -360,7 +365,7 @@ class BruteForce:
         """Return from which points nothing stands before the lamp, and where that is sure."""
         r = length(way)
         is_open, sure = np.ones(len(r), dtype=bool), np.ones(len(r), dtype=bool)
-        start, end = Point(points.place, points.error), Point(lamp.position, self.grain)
+        start, end = Point(points.place, points.error), lamp.point
         for body in (body for i, body in enumerate(self.bodies) if i != lamp.body):
             close = points.blur + SINGLE * np.minimum(body.size, r)
             on_lamp = [bool(height == 0) for height in body.heights(end)]

@@ -43,6 +43,8 @@ class _Draw:
         for shape in self.objects:
             if shape["type"] != "plane" and self.rng.random() < 0.08:
                 shape["light"] = {"intensity": self.intensity(), "color": self.color()}
+        if self.rng.random() < 0.08:
+            self.add_something_far(lights)
         render = {"background": self.color(), "eye_falloff": self.rng.random() < 0.1}
         return {"camera": camera, "lights": lights, "objects": self.objects, "render": render}
 
@@ -50,6 +52,8 @@ class _Draw:
 
     def object(self) -> Data:
         kind = self.rng.random()
+        if kind < 0.04 and not self.objects:
+            return self.planet()
         if kind < 0.2:
             return {"type": "plane", "position": self.place(), "normal": self.rng.choice(NORMALS), "color": self.color()}
         if kind < 0.5:
@@ -66,9 +70,20 @@ class _Draw:
             self.join(shape, self.rng.choice(self.objects))
         return shape
 
+    def planet(self) -> Data:
+        """Return a ball so large that what stands on it is small."""
+        radius = self.unit * 2.0 ** self.rng.choice((10, 17, 24))
+        x, y, z = self.place()
+        return {"type": "sphere", "position": [x, y - radius, z], "radius": radius, "color": self.color()}
+
     def join(self, shape: Data, other: Data) -> None:
         """Put a shape so that it touches another, has a face in common, or is around or inside it."""
         kind = self.rng.random()
+        if other.get("radius", 0) > 100 * self.unit:  # a planet: on the place where it was put
+            ground = [x + s for x, s in zip(other["position"], (0, other["radius"], 0), strict=True)]
+            reach = shape["radius"] if shape["type"] == "sphere" else shape["size"][1] / 2
+            shape["position"] = [ground[0], ground[1] + reach * self.rng.choice((1, 1, 2, 0)), ground[2]]
+            return
         if kind < 0.25 and other["type"] == shape["type"]:  # the same surface
             shape.update({key: other[key] for key in ("position", "radius", "size", "rotation") if key in other})
         elif kind < 0.5 or other["type"] == "plane":
@@ -85,6 +100,18 @@ class _Draw:
             shape["position"] = self.on_surface(other)
             reach = shape["radius"] if shape["type"] == "sphere" else shape["size"][1] / 2
             shape["position"][1] += reach
+
+    def add_something_far(self, lights: list[Data]) -> None:
+        """Add a light or a body that is very far from all else, and bright or large enough to be seen."""
+        away = self.unit * self.rng.choice((1e12, 1e20, 1e22, 1e25))
+        place = [away * self.rng.choice((-1, 0, 1, 0.5)) for _ in range(3)]
+        if not any(place):
+            place[1] = away
+        if self.rng.random() < 0.5:
+            lights.append({"position": place, "intensity": 10 * away * away, "color": self.color()})
+        else:
+            size = away * self.rng.choice((0.01, 0.1, 0.5))
+            self.objects.append({"type": "sphere", "position": place, "radius": size, "color": self.color()})
 
     # --- Eye and lights ----------------------------------------------------------------------------------------
 

@@ -188,7 +188,8 @@ impl Block {
         };
         self.some_rays.pick(&self.rays, lanes);
         let shape = &scene.shapes[(face >> FACE_BITS) as usize];
-        let flat = self.lighting.points.place(&self.some_rays, shape, face, f64::from(t));
+        let depth = (f64::from(t), || self.rays.exact(self.nearest.lane(face, t)));
+        let flat = self.lighting.points.place(&self.some_rays, shape, face, depth);
         surface.take(lanes, &self.lighting.points, flat.as_ref());
     }
 
@@ -218,7 +219,8 @@ impl Block {
         }
         let rays = if whole { &self.rays } else { &self.some_rays };
         let shape = &scene.shapes[object as usize];
-        let flat = self.lighting.points.place(rays, shape, face, f64::from(t));
+        let depth = (f64::from(t), || self.rays.exact(self.nearest.lane(face, t)));
+        let flat = self.lighting.points.place(rays, shape, face, depth);
         if let Some(surface) = surface {
             surface.take(lanes, &self.lighting.points, flat.as_ref());
         }

@@ -238,6 +238,12 @@ impl Nearest {
         f32::from_bits(closest)
     }
 
+    /// The first lane that meets a face at a depth.
+    pub(crate) fn lane(&self, face: u32, t: f32) -> usize {
+        let found = (0..LANES).find(|&lane| self.face[lane] == face && self.t[lane] == t);
+        found.unwrap_or(0)
+    }
+
     /// Keep a face where it is nearer than what was found so far; return 1 if the two are close, else 0. NaN and
     /// infinity count as a miss.
     #[inline(always)]

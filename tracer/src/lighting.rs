@@ -13,6 +13,9 @@ use std::f64::consts::PI;
 /// What rounding makes of the height of a lamp in the plane of a face is less than this share of distances.
 const NO_HEIGHT: f64 = 4e-15;
 
+/// A power of two: of a lamp that is stronger, what arrives might vanish in float32 before the lamp's power is counted.
+const STRONG: f32 = 18_446_744_073_709_551_616.0;
+
 /// Points on a face and the light that reaches them.
 #[derive(Debug)]
 pub(crate) struct Lighting {
@@ -69,10 +72,12 @@ impl Lighting {
                 ball,
             };
             shadow.cast(scene, object, &mut self.stack);
+            let mut share = share(lamp, albedo);
             if settings.eye_falloff {
-                self.weaken(scene.unit);
+                let gain = if share.iter().any(|&share| share > STRONG) { STRONG } else { 1.0 };
+                share = share.map(|share| share / gain);
+                self.weaken(scene.unit, gain);
             }
-            let share = share(lamp, albedo);
             for (channel, share) in radiance.iter_mut().zip(share) {
                 for lane in 0..self.points.padded() {
                     channel[lane] += share * self.light[lane];
@@ -137,15 +142,15 @@ impl Lighting {
         }
     }
 
-    /// Divide by 4 pi t^2 (document, section 3.4), t the distance to the eye in the world's units.
+    /// Divide by 4 pi t^2 (document, section 3.4), t the distance to the eye in the world's units; multiply by `gain`.
     #[inline(always)]
-    fn weaken(&mut self, unit: f64) {
+    fn weaken(&mut self, unit: f64, gain: f32) {
         let eye = single(self.points.reference.map(|component| -component));
         let (unit, per_sphere) = (bounded(unit), (0.25 / PI) as f32);
         for lane in 0..self.points.padded() {
             let p = self.points.toward(eye, lane);
             let factor = unit / (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt();
-            self.light[lane] = self.light[lane] * factor * factor * per_sphere;
+            self.light[lane] = self.light[lane] * gain * factor * factor * per_sphere;
         }
     }
 }

@@ -298,7 +298,8 @@ pub(crate) fn placed(solid: &Solid, (view, corner): (View, (u32, u32))) -> Vec<(
             let mut some = Rays::new();
             some.pick(&rays, &lanes);
             let mut points = Points::new();
-            let plane = points.place(&some, &shape, face, f64::from(t));
+            let first = || exact_ray(view, corner, nearest.lane(face, t));
+            let plane = points.place(&some, &shape, face, (f64::from(t), first));
             (lanes, points, plane)
         })
         .collect()

@@ -60,14 +60,20 @@ impl Points {
         TOUCHING * (x[i].abs() + y[i].abs() + z[i].abs())
     }
 
-    /// Put the points where rays meet a face of a shape, whose smallest depth is `t`, and return its plane if it is
-    /// flat.
+    /// Put the points where rays meet a face of a shape, whose smallest depth is `t`, on the ray that `nearest` gives,
+    /// and return its plane if it is flat.
     #[inline(always)]
-    pub(crate) fn place(&mut self, rays: &Rays, shape: &Shape, face: u32, t: f64) -> Option<Plane> {
+    pub(crate) fn place(
+        &mut self,
+        rays: &Rays,
+        shape: &Shape,
+        face: u32,
+        (t, nearest): (f64, impl Fn() -> Vector),
+    ) -> Option<Plane> {
         self.count = rays.count;
         let plane = match shape {
             Shape::Sphere(sphere) => {
-                self.reference = sphere.place(t, rays, self);
+                self.reference = sphere.place(t, nearest, rays, self);
                 return None;
             }
             Shape::Plane(plane) => plane.facing_the_eye(),

@@ -297,30 +297,39 @@ fn seen_directly(light: &Light, eye: Vector) -> [f32; 3] {
     light.color.map(|channel| (channel * arriving).min(largest) as f32)
 }
 
-/// A power of two that brings the typical distance from the eye, or the size of what is larger, to about 1.
+/// The farthest and the nearest things are kept within these powers of two, if both can be: their squares stay within
+/// float32.
+const LARGEST_EXPONENT: i32 = 58;
+const SMALLEST_EXPONENT: i32 = -50;
+
+/// A power of two that brings the typical distance from the eye, or the size of what is larger, to about 1, as long as
+/// nothing that matters is too large or too small for it.
 fn suitable_unit(world: &World) -> f64 {
     let eye = world.camera.position;
-    let mut exponents: Vec<i32> = world
-        .objects
-        .iter()
-        .map(|object| {
-            let extent = match object.form {
-                Form::Sphere { radius } => radius,
-                Form::Plane { .. } => 0.0,
-                Form::Box { size, .. } => size[0].max(size[1]).max(size[2]),
-            };
-            (0..3).fold(extent / 2.0, |largest, i| {
-                largest.max((object.position[i] / 2.0 - eye[i] / 2.0).abs())
-            })
-        })
-        .filter(|&distance| distance > 0.0)
-        .map(libm::ilogb)
-        .collect();
-    if exponents.is_empty() {
+    let exponent = |place: Vector, extent: f64| {
+        let away = |largest: f64, i: usize| largest.max((place[i] / 2.0 - eye[i] / 2.0).abs());
+        let distance = (0..3).fold(extent / 2.0, away);
+        (distance > 0.0).then(|| libm::ilogb(distance))
+    };
+    let of_object = |object: &Object| {
+        let extent = match object.form {
+            Form::Sphere { radius } => radius,
+            Form::Plane { .. } => 0.0,
+            Form::Box { size, .. } => size[0].max(size[1]).max(size[2]),
+        };
+        exponent(object.position, extent)
+    };
+    let mut objects: Vec<i32> = world.objects.iter().filter_map(of_object).collect();
+    let lights = world.lights.iter().filter_map(|light| exponent(light.position, 0.0));
+    let Some(farthest) = objects.iter().copied().chain(lights).max() else {
         return 1.0;
-    }
-    let middle = exponents.len() / 2;
-    let (_, &mut exponent, _) = exponents.select_nth_unstable(middle);
+    };
+    let Some(&nearest) = objects.iter().min() else {
+        return 1.0;
+    };
+    let middle = objects.len() / 2;
+    let (_, &mut typical, _) = objects.select_nth_unstable(middle);
+    let exponent = typical.max(farthest - LARGEST_EXPONENT).min(nearest - SMALLEST_EXPONENT);
     libm::scalbn(1.0, -exponent.clamp(-1000, 1000))
 }
 

@@ -20,6 +20,9 @@ use crate::world::Vector;
 /// Rays that are tested together before it is decided whether any of them meets the sphere: whole rows.
 const BATCH: usize = 64;
 
+/// What is less than this share of the radius is seen as almost flat.
+const FLAT: f64 = 1.0 / 1024.0;
+
 /// The eye is close to a sphere if k is below this: closer than a radius.
 const NEAR: f64 = 3.0;
 
@@ -147,8 +150,13 @@ impl Sphere {
     /// The points are relative to the centre, P - C = R n or -R n; but on a large sphere close to the eye, where
     /// float32 would lose them on their way from the centre, they are relative to the point at depth `t` of the
     /// middle ray: with v = middle + delta and the parameter t + tau, P - reference = t delta + tau v.
+    ///
+    /// `nearest` is the ray of the nearest of them.
     #[inline(always)]
-    pub(crate) fn place(&self, t: f64, rays: &Rays, points: &mut Points) -> Vector {
+    pub(crate) fn place(&self, t: f64, nearest: impl Fn() -> Vector, rays: &Rays, points: &mut Points) -> Vector {
+        if self.is_flat_within(t, rays) {
+            return self.place_patch(nearest(), rays, points);
+        }
         let seen = self.seen(rays.middle);
         let turn = if self.eye_is_outside() { 1.0 } else { -1.0 };
         let out = turn * seen.radius;
@@ -172,6 +180,54 @@ impl Sphere {
             return scale(rays.middle, t);
         }
         self.center
+    }
+
+    /// Whether float32 would lose what differs within the block on its way from the centre: where the block sees so
+    /// little of the sphere that this is almost flat, or the eye is so close below it.
+    #[inline(always)]
+    fn is_flat_within(&self, t: f64, rays: &Rays) -> bool {
+        let patch = t * (rays.reach.0 + rays.reach.1);
+        let below = !self.eye_is_outside() && -self.power < FLAT * self.radius * self.radius;
+        patch < FLAT * self.radius || below
+    }
+
+    /// Place points relative to the one of a ray v_0, at the depth t_0 and with the outward normal n_0.
+    ///
+    /// With e = t_0 (v - v_0) / R and the depth t_0 + R tau, |n_0 + e + tau v| = 1 gives
+    ///
+    /// tau = -k / (h -+ sqrt(h^2 - k v.v)),  h = (n_0 + e).v,  k = (2 n_0 + e).e
+    #[inline(always)]
+    fn place_patch(&self, v_0: Vector, rays: &Rays, points: &mut Points) -> Vector {
+        let depth = self.depth(v_0);
+        let t_0 = if depth.is_finite() {
+            depth
+        } else {
+            // It grazes the sphere, and float64 just misses it.
+            dot(self.center, v_0) / dot(v_0, v_0)
+        };
+        let reference = scale(v_0, t_0);
+        let outward = sub(reference, self.center);
+        let n_0 = single(scale(outward, 1.0 / length(outward)));
+        let (x_0, y_0) = ((v_0[0] - rays.middle[0]) as f32, (v_0[1] - rays.middle[1]) as f32);
+        let (per_radius, radius) = ((t_0 / self.radius) as f32, self.radius as f32);
+        let outside = self.eye_is_outside();
+        let turn = if outside { 1.0 } else { -1.0 };
+        for lane in 0..points.padded() {
+            let v = [rays.x[lane], rays.y[lane], 1.0];
+            let e = [per_radius * (rays.dx[lane] - x_0), per_radius * (rays.dy[lane] - y_0)];
+            let h = n_0[0] * v[0] + n_0[1] * v[1] + n_0[2] + (e[0] * v[0] + e[1] * v[1]);
+            let k = (2.0 * n_0[0] + e[0]) * e[0] + (2.0 * n_0[1] + e[1]) * e[1];
+            let d = h * h - k * rays.vv[lane];
+            let s = if d > 0.0 { d.sqrt() } else { 0.0 };
+            // From inside, the root that does not cancel.
+            let tau = if !outside && h < 0.0 { (s - h) / rays.vv[lane] } else { -k / (h - turn * s) };
+            let offset = [e[0] + tau * v[0], e[1] + tau * v[1], tau];
+            for i in 0..3 {
+                points.normal[i][lane] = turn * (n_0[i] + offset[i]);
+                points.offset[i][lane] = radius * offset[i];
+            }
+        }
+        reference
     }
 
     #[inline(always)]
@@ -204,9 +260,10 @@ impl Sphere {
         let side = contact.map_or_else(|| self.side(lamp), |contact| contact.side);
         let per_radius = 1.0 / self.radius;
         let to_reference = sub(shadow.points.reference, lamp);
-        let moment = single(scale(cross(from_lamp, to_reference), per_radius));
-        let c = single(scale(from_lamp, per_radius));
         let from_reference = sub(self.center, shadow.points.reference);
+        // c x (P_r - L) = q_r x (P_r - L), which does not cancel for a lamp that is far away.
+        let moment = single(scale(cross(from_reference, to_reference), per_radius));
+        let c = single(scale(from_lamp, per_radius));
         let q_r = single(scale(from_reference, per_radius));
         let power_r = (power(from_reference, self.radius) * per_radius * per_radius) as f32;
         let to_lamp = single(sub(lamp, shadow.points.reference));
