@@ -10,9 +10,9 @@ use crate::world::Vector;
 pub(crate) struct Cuboid {
     pub(crate) center: Vector,
     /// Its axes, unit vectors.
-    axes: [Vector; 3],
+    pub(crate) axes: [Vector; 3],
     /// Half its size along them.
-    half: Vector,
+    pub(crate) half: Vector,
     /// The eye as the box sees it, from its centre along its axes.
     eye: Vector,
 }

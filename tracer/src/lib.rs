@@ -13,6 +13,8 @@
 //! | `sphere`, `plane`, `cuboid` | where rays meet a shape, and which points it shadows |
 //! | `block`, `lighting`, `shadow` | the light that comes from a block |
 //! | [`render`] | whole pictures, on all cores |
+//! | `coverage` | how many pixels each object would cover if it were alone |
+//! | `budget` | a bound for work that nobody should have to wait for |
 //! | [`develop`], [`meter`], [`png`] | from radiance to a file |
 //! | [`simd`] | which instructions the machine has |
 
@@ -21,7 +23,9 @@
 #![allow(clippy::needless_range_loop)]
 
 mod block;
+mod budget;
 mod bvh;
+mod coverage;
 mod cuboid;
 pub mod develop;
 mod film;
@@ -44,8 +48,9 @@ mod sphere;
 mod vector;
 pub mod world;
 
+pub use budget::WorkBudget;
 pub use film::Film;
 pub use place::focal_length;
-pub use render::{Cancelled, Monitor, Tracer};
+pub use render::{Monitor, Stopped, Tracer};
 pub use sampling::sample_offsets;
 pub use simd::Level;

@@ -488,7 +488,7 @@ fn what_is_cancelled_before_it_begins_is_not_done() {
     monitor.cancel();
     let developer = Developer::new(0.0, Tone::Clip, Bits::Eight);
     let result = best(&scene).write_png(whole(&scene), &developer, &[], io::sink(), &monitor);
-    assert!(matches!(result, Err(PictureError::Cancelled)));
+    assert!(matches!(result, Err(PictureError::Stopped(Stopped::Cancelled))));
     let small = Window {
         x: 0,
         y: 0,
@@ -499,8 +499,8 @@ fn what_is_cancelled_before_it_begins_is_not_done() {
         radiance: &mut vec![0.0; 7500],
         ..Film::default()
     };
-    assert_eq!(best(&scene).film(small, film, &monitor), Err(Cancelled));
-    assert_eq!(best(&scene).exposure(4, &monitor), Err(Cancelled));
+    assert_eq!(best(&scene).film(small, film, &monitor), Err(Stopped::Cancelled));
+    assert_eq!(best(&scene).exposure(4, &monitor), Err(Stopped::Cancelled));
     assert_eq!(monitor.done(), 0);
 }
 
@@ -517,7 +517,7 @@ fn what_is_cancelled_while_it_is_done_ends_soon() {
         }
         monitor.cancel();
         let start = Instant::now();
-        assert!(matches!(work.join().unwrap(), Err(PictureError::Cancelled)));
+        assert!(matches!(work.join().unwrap(), Err(PictureError::Stopped(Stopped::Cancelled))));
         assert!(start.elapsed() < Duration::from_secs(2), "{:?}", start.elapsed());
     });
     assert!(monitor.done() < 16_000_000);
