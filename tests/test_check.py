@@ -9,7 +9,7 @@ BEHIND = "  - {type: sphere, position: [0, 0, %d], radius: 1, color: red}\n"
 
 
 def codes(text, name="scene.yaml"):
-    return [problem.code for problem in check(text.encode(), name)]
+    return [problem.code for problem in check(text.encode(), name).problems]
 
 
 def test_scene_without_problems_gets_none():
@@ -28,7 +28,7 @@ def test_text_that_is_no_scene_gets_its_error():
 def test_warnings_stand_in_the_order_of_the_file():
     problems = check(
         (HEAD + BEHIND % 5 + SEEN + BEHIND % 9 + SEEN + "image: {exposure: -30}\n").encode(), "a.yaml"
-    )
+    ).problems
     assert [(problem.line, problem.code) for problem in problems] == [
         (4, "W004"),
         (6, "W004"),
@@ -47,5 +47,5 @@ def test_more_warnings_than_anybody_reads_are_counted_as_more():
 
 def test_warning_of_a_json_scene_has_its_place():
     text = '{"camera": {"resolution": [8, 8], "fov": 40},\n "lights": [\n  ]}'
-    (problem,) = check(text.encode(), "scene.json")
+    (problem,) = check(text.encode(), "scene.json").problems
     assert (problem.code, problem.line, problem.column, problem.pointer) == ("W001", 2, 12, "/lights")

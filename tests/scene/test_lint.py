@@ -31,13 +31,13 @@ def warnings_of(data):
 
 @pytest.mark.parametrize("file", FILES, ids=[file.name for file in FILES])
 def test_file_gets_its_expected_report(file):
-    problems = check(file.read_bytes(), file.name)
+    problems = check(file.read_bytes(), file.name).problems
     assert {problem.severity for problem in problems} <= {"warning"}
     expectations.compare(file, problems)
 
 
 def test_each_warning_has_a_file_that_gets_it():
-    found = {problem.code for file in FILES for problem in check(file.read_bytes(), file.name)}
+    found = {problem.code for file in FILES for problem in check(file.read_bytes(), file.name).problems}
     assert found == {rule.code for rule in rules.RULES if rule.code.startswith("W")} - {"W011"}
 
 

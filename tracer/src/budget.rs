@@ -1,7 +1,7 @@
 //! Bounds for work that nobody should have to wait for, in steps that are counted and not timed: whether they suffice
 //! depends on the world alone, not on the machine, its SIMD level or the number of threads.
 //!
-//! A step is a node of the tree that is visited, or a shape tested against 16 rays: some nanoseconds.
+//! A step is a node of the tree that is visited, or a test of a shape against 16 rays: about 10 ns.
 
 use crate::grid::STEP;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
@@ -94,10 +94,13 @@ impl WorkMeter {
     }
 }
 
+/// To fetch a shape and find what is the same for all rays takes as long as the test of a few more groups of rays.
+const SHAPE_STEPS: u64 = 4;
+
 /// The steps of a test of one shape against so many rays.
 #[inline(always)]
 pub(crate) const fn steps_of(rays: usize) -> u64 {
-    rays.div_ceil(STEP) as u64
+    SHAPE_STEPS + rays.div_ceil(STEP) as u64
 }
 
 #[cfg(test)]
