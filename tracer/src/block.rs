@@ -106,13 +106,7 @@ impl Block {
     }
 
     #[inline(always)]
-    fn trace_samples(
-        &mut self,
-        scene: &Scene,
-        settings: &Settings,
-        place: Place,
-        cancelled: impl Fn() -> bool,
-    ) {
+    fn trace_samples(&mut self, scene: &Scene, settings: &Settings, place: Place, cancelled: impl Fn() -> bool) {
         self.traced = 0;
         if self.offsets.len() != settings.samples as usize {
             self.offsets = sample_offsets(settings.samples);

@@ -237,7 +237,11 @@ impl Walk<'_> {
     /// The steps of what is done with a node, or an object.
     #[inline(always)]
     fn steps(&self, number: u32) -> u64 {
-        if number & LEAF == 0 { 1 } else { steps_of(self.stack.rays) }
+        if number & LEAF == 0 {
+            1
+        } else {
+            steps_of(self.stack.rays)
+        }
     }
 
     /// Go on with the nearest child of a node, and put the others on the stack.

@@ -388,7 +388,10 @@ impl BoxOutline {
         let v = turned(&self.axes, v);
         let (mut enter, mut leave) = (0.0, f64::INFINITY);
         for i in 0..3 {
-            let (a, b) = ((-self.half[i] - self.eye[i]) / v[i], (self.half[i] - self.eye[i]) / v[i]);
+            let (a, b) = (
+                (-self.half[i] - self.eye[i]) / v[i],
+                (self.half[i] - self.eye[i]) / v[i],
+            );
             let (near, far) = if a < b { (a, b) } else { (b, a) };
             // Also where one is NaN, of a ray in a face.
             if !(near <= leave && far >= enter) {
@@ -405,7 +408,11 @@ impl BoxOutline {
 fn corners(cuboid: &Cuboid) -> [Vector; 8] {
     std::array::from_fn(|number| {
         (0..3).fold(cuboid.center, |corner, i| {
-            let half = if number >> i & 1 == 0 { -cuboid.half[i] } else { cuboid.half[i] };
+            let half = if number >> i & 1 == 0 {
+                -cuboid.half[i]
+            } else {
+                cuboid.half[i]
+            };
             add(corner, scale(cuboid.axes[i], half))
         })
     })
@@ -421,7 +428,13 @@ fn outline_planes(corners: &[Vector; 8]) -> Vec<Vector> {
                 continue;
             }
             let normal = cross(corners[first], corners[second]);
-            let side = |i: usize| if i == first || i == second { 0.0 } else { dot(normal, corners[i]) };
+            let side = |i: usize| {
+                if i == first || i == second {
+                    0.0
+                } else {
+                    dot(normal, corners[i])
+                }
+            };
             let (mut low, mut high) = (0.0_f64, 0.0_f64);
             for i in 0..8 {
                 low = low.min(side(i));

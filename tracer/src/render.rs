@@ -424,7 +424,8 @@ impl<T: Target> Work for Band<'_, T> {
                 return;
             }
             let mut meter = monitor.budget().meter();
-            self.block.trace(self.scene, settings, place, &mut meter, || monitor.cancelled());
+            self.block
+                .trace(self.scene, settings, place, &mut meter, || monitor.cancelled());
             monitor.budget().spend(meter);
             if blocks % TIMED == 0 {
                 let traced = Instant::now();
