@@ -14,16 +14,16 @@ from rtcli.image.look import Look
 from rtcli.pack import pack
 from rtcli.scene.lint import BURNT, BurntSpot
 from rtcli.scene.model import Image, Scene
-from rtcli.tracer._native import BudgetExceeded, WorkBudget, focal_length
+from rtcli.tracer._native import BudgetExceededError, WorkBudget, focal_length
 from rtcli.tracer.native import NativeTracer
-from rtcli.tracer.world import CameraFrame, Vector, Window, World
+from rtcli.tracer.world import CameraFrame, Vector, Window
 
 # The longer side of the picture in small: most are neither black nor white at a first probe; of others a second
 # one shows whether a small light was missed.
 _SIDES = (32, 512)
 # The points of its meter in a row and in a column: half as many as for a picture, exact to some percent.
 _GRID = 128
-# Steps of all probes of a scene, about a second's work. A scene of 100,000 spheres apart from each other takes a tenth.
+# Steps of all probes of a scene, about a second's work: 100,000 spheres apart from each other take a tenth.
 _STEPS = 60_000_000
 # Of each burnt spot the world is made ready twice: with more objects than this in all, the rest is left out.
 _MAX_OBJECTS = 400_000
@@ -67,7 +67,7 @@ class Probe:
         try:
             seen = self._exposure(_SIDES[0])
             return self._exposure(_SIDES[1]) if seen.is_black or seen.is_white else seen
-        except BudgetExceeded:
+        except BudgetExceededError:
             return None
 
     def _exposure(self, longer: int) -> ExposureProbe:
@@ -90,11 +90,11 @@ class Probe:
         return tracer.exposure(_GRID, self._budget).stops
 
     def sees_burnt(self, spot: BurntSpot, exposure: float) -> bool | None:
-        """Return whether the picture shows a burnt spot as bright as it is said to be; None if that is too much work.
+        """Return whether the picture shows a burnt spot as it is said to be; None if that is too much work.
 
-        The pixel in which it lies and those around it are rendered as in the picture, in the light of that lamp alone
-        and with all other objects black. What shines there itself, such as a lamp, is as bright without the object's
-        color.
+        The pixel in which it lies and those around it are rendered as in the picture, in the light of that lamp
+        alone and with all other objects black. What shines there itself, such as a lamp, is as bright without the
+        object's color.
         """
         window = _pixels_around(self._world.camera, spot.point)
         if window is None:
@@ -105,7 +105,7 @@ class Probe:
         count = len(self._world.shapes.color)
         color = array("d", bytes(8 * count))
         without = self._burnt(spot, color, window, exposure)
-        place = slice(3 * spot.index, 3 * spot.index + 3)
+        place = slice(3 * spot.body, 3 * spot.body + 3)
         color[place] = self._world.shapes.color[place]
         burnt = self._burnt(spot, color, window, exposure)
         if without is None or burnt is None:
@@ -125,7 +125,7 @@ class Probe:
         look = Look(exposure - math.log2(BURNT), "clip", 16)
         try:
             levels = NativeTracer(lit, threads=1).levels(window, look, self._budget)
-        except BudgetExceeded:
+        except BudgetExceededError:
             return None
         return [high == low == 255 for high, low in zip(levels[::2], levels[1::2], strict=True)]
 
@@ -136,7 +136,9 @@ def _pixels_around(camera: CameraFrame, point: Vector) -> Window | None:
     u = f x / z + W / 2,  v = H / 2 - f y / z (document, section 2.1)
     """
     way = tuple(p - e for p, e in zip(point, camera.position, strict=True))
-    x, y, z = (sum(a * w for a, w in zip(axis, way, strict=True)) for axis in (camera.right, camera.up, camera.forward))
+    x, y, z = (
+        sum(a * w for a, w in zip(axis, way, strict=True)) for axis in (camera.right, camera.up, camera.forward)
+    )
     focal = focal_length(camera.fov, camera.height)
     if not z > 0:
         return None

@@ -59,7 +59,7 @@ def _rules(context: click.Context, option: click.Parameter, values: tuple[str, .
     metavar="CODE",
     multiple=True,
     callback=_rules,
-    help="Do not report this warning, such as W004; repeatable, or several codes separated by commas.",
+    help="Do not report this warning, such as W004. Repeatable; takes several codes separated by commas, too.",
 )
 def command(paths: tuple[str, ...], style: str, strict: bool, ignore: frozenset[Rule]) -> int:
     """Check scene files, and say all that is wrong with them.
@@ -67,9 +67,9 @@ def command(paths: tuple[str, ...], style: str, strict: bool, ignore: frozenset[
     PATH is a scene file, a folder (all .yaml, .yml and .json files in it and below, without hidden folders and the
     metadata that rtcli writes), or - for YAML on standard input. The report goes to standard output.
 
-    Errors make a scene invalid; warnings tell what is probably not intended, such as an object that nobody sees. A
-    comment in the file, such as # rtcli: ignore W004, turns warnings off for the next line, or for the whole file if it
-    stands before all else.
+    Errors make a scene invalid; warnings tell what is probably not intended, such as an object that nobody sees.
+    The comment # rtcli: ignore W004 in a file turns a warning off: for its line or the next, or for the whole file
+    at the top of it.
 
     Exits with 0 if all scenes are valid, 1 if one is not, 3 if one cannot be read.
     """

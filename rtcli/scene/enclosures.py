@@ -18,12 +18,12 @@ from rtcli.scene.vectors import Vector
 # Solids closer than this share of their size touch.
 _TOUCHING = 1e-6
 
-# The tracer takes what is this near to a surface for a point on it, as a share of the coordinates and sizes that come
-# in: some units in their last place. The share is twice that of the tracer, whose sum is smaller.
+# The tracer takes what is this near to a surface for a point on it, as a share of the coordinates and sizes that
+# come in: some units in their last place. The share is twice that of the tracer, whose sum is smaller.
 _ROUNDING = 2.0**-48
 
-# Comparisons for each solid, on the average, before `Enclosures` gives up, and of all together: those of a scene take
-# a few.
+# Comparisons for each solid, on the average, and of all together, before `Enclosures` gives up: those of a scene
+# take a few.
 _MAX_COMPARISONS = 32
 _MAX_IN_ALL = 1_000_000
 

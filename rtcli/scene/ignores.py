@@ -1,7 +1,7 @@
 """Warnings that a scene file does not want: comments such as `# rtcli: ignore W003`.
 
-On a line of its own before the first key a comment holds for the whole file; at the end of a line for that line; on a
-line of its own elsewhere for the next line that is no comment.
+On a line of its own before the first key a comment holds for the whole file; at the end of a line for that line; on
+a line of its own elsewhere for the next line that is no comment.
 """
 
 from __future__ import annotations
@@ -39,13 +39,20 @@ def warning_of(code: str) -> Rule:
     """
     rule = rules.BY_CODE.get(code.upper())
     if rule is None:
-        by_text = {name.lower(): known for known in rules.RULES for name in (known.code, known.name)}
-        rule = by_text.get(code.lower())
-        hint = f"did you mean {quoted(rule.code)}?" if rule else did_you_mean(code, by_text)
-        raise ValueError(f"there is no rule {quoted(code)}" + (f": {hint}" if hint else ""))
+        raise ValueError(f"there is no rule {quoted(code)}{_hint(code)}")
     if rule.severity != WARNING:
         raise ValueError(f"{rule.code} is an error, which cannot be ignored: only warnings (W...) can")
     return rule
+
+
+def _hint(code: str) -> str:
+    """Return a question for the warning with nearly that code or name, or nothing."""
+    warnings = [rule for rule in rules.RULES if rule.severity == WARNING]
+    by_text = {text: rule for rule in warnings for text in (rule.code.lower(), rule.name)}
+    close = did_you_mean(code, by_text)
+    return next(
+        (f": did you mean {rule.code}?" for text, rule in by_text.items() if close and quoted(text) in close), ""
+    )
 
 
 @dataclass
@@ -106,7 +113,9 @@ def _comments(text: str, found: list[re.Match[str]]) -> Iterator[tuple[re.Match[
             comment = next(waiting, None)
         if comment is None:
             return
-        begun = begun or not isinstance(token, (yaml.StreamStartToken, yaml.DirectiveToken, yaml.DocumentStartToken))
+        begun = begun or not isinstance(
+            token, (yaml.StreamStartToken, yaml.DirectiveToken, yaml.DocumentStartToken)
+        )
 
 
 def _named(source: Source, comment: re.Match[str], problems: list[Problem]) -> Iterator[Rule]:

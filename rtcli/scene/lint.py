@@ -54,8 +54,8 @@ class BurntSpot(NamedTuple):
     ----------
     light
         Which light of `SceneIndex.lights`: those of the scene, then those of objects.
-    index
-        The object.
+    body
+        The index of the object.
     point
         Where on its surface.
     warning
@@ -63,7 +63,7 @@ class BurntSpot(NamedTuple):
     """
 
     light: int
-    index: int
+    body: int
     point: Vector
     warning: LintWarning
 
@@ -180,7 +180,7 @@ def _camera(scene: SceneIndex) -> Iterator[LintWarning]:
 
 
 def _is_room(scene: SceneIndex, index: int, room: Solid) -> bool:
-    """Return whether what is around the camera is meant to be: a light shines inside, or something stands there."""
+    """Return whether what is around the camera is meant so: a light shines inside, or something stands there."""
     for light in scene.shining:
         inside = surface_distance(room, light.position) <= scene.rounding(room, light.position)
         if inside and light.body != index:
@@ -231,7 +231,8 @@ def _pairs(scene: SceneIndex) -> Iterator[LintWarning]:
             yield LintWarning(
                 rules.EQUAL_OBJECTS, ("objects", index), f"the {shape.type} equals {scene.named(twin)}", HEAD
             )
-        elif solid is not None and index not in scene.carriers:  # of a light inside another object was told already
+        # Of a light inside another object was told already.
+        elif solid is not None and index not in scene.carriers:
             around = scene.enclosures.around(solid, index)
             if around is not None and around not in scene.carriers:  # in the light of a lamp it casts a shadow
                 message = f"the {shape.type} is wholly inside {scene.named(around)}, which hides it"
@@ -280,8 +281,8 @@ def _burnt_by(scene: SceneIndex, number: int, light: _Light, exposure: float) ->
     if exposed <= BURNT:
         return None
     message = (
-        f"the light is {distance:.3g} from {scene.named(burning)}, which burns out there: more than {BURNT:.0f} times "
-        "as bright as white"
+        f"the light is {distance:.3g} from {scene.named(burning)}, which burns out there: more than {BURNT:.0f} "
+        "times as bright as white"
     )
     warning = LintWarning(rules.BURNT_OUT, light.loc, message, HEAD)
     point = _nearest_point(scene.objects[burning], scene.solids[burning], light.position)

@@ -228,8 +228,9 @@ ENCLOSED_LIGHT = Rule(
 CAMERA_INSIDE = Rule(
     "W003",
     "camera-inside",
-    "The camera is inside a sphere or box in which no light shines and nothing stands: it sees nothing but the inner side.",
-    "move the camera, or the object; a room has a light or objects inside",
+    "The camera is inside a sphere or box in which no light shines and nothing stands: it sees nothing but the inner "
+    "side.",
+    "move the camera or the object, or put a light inside if it is a room",
 )
 BEHIND_CAMERA = Rule(
     "W004",
@@ -240,7 +241,8 @@ BEHIND_CAMERA = Rule(
 OUT_OF_VIEW = Rule(
     "W005",
     "out-of-view",
-    "An object in front of the camera, but wholly outside the picture, that carries no light and casts no shadow into it.",
+    "An object in front of the camera, but wholly outside the picture, that carries no light and casts no shadow into "
+    "it.",
     "widen `fov`, turn the camera, or remove the object",
 )
 HIDDEN_INSIDE = Rule(
@@ -267,7 +269,8 @@ WHITE_PICTURE = Rule(
 BURNT_OUT = Rule(
     "W010",
     "burnt-out",
-    "A light so close to a surface that it burns out there, and is seen to: more than fifty times as bright as white.",
+    "A light so close to a surface that it burns out there, and is seen to: more than fifty times as bright as "
+    "white.",
     "move the light away from it, lower the intensity, or let the object carry the light",
 )
 MORE_WARNINGS = Rule(

@@ -65,8 +65,8 @@ class View:
     def misses(self, solid: Solid) -> str | None:
         """Return `behind` or `beside` for a solid that is surely neither in view nor casts a shadow into it.
 
-        The shadow of a solid holds the points Q + s (Q - L), Q in it, s >= 0. It stays beyond a side of the view, with
-        normal n, if the solid is beyond it and the light L is not: n.Q <= 0 and n.(Q - L) <= 0 for the largest n.Q.
+        The shadow of a solid holds the points Q + s (Q - L), Q in it, s >= 0, for the light L. It stays beyond a
+        side of the view, with normal n, if n.Q <= 0 and n.(Q - L) <= 0 for the Q with the largest n.Q.
         """
         way = direction(self.eye, solid.centre)
         place = None

@@ -25,7 +25,7 @@ __version__: str
 # The exposure is metered at this many times as many points, a grid that spans the whole picture.
 METER_GRID: int
 
-class BudgetExceeded(RuntimeError):
+class BudgetExceededError(RuntimeError):
     """There was more to do than a `WorkBudget` allows."""
 
 @final
@@ -91,7 +91,7 @@ class Tracer:
 
         Raises
         ------
-        BudgetExceeded
+        BudgetExceededError
             If it is more work than the budget allows.
         """
 
@@ -117,7 +117,7 @@ class Tracer:
 
         Raises
         ------
-        BudgetExceeded
+        BudgetExceededError
             If it is more work than the budget allows.
         """
 
@@ -126,7 +126,7 @@ class Tracer:
 
         Raises
         ------
-        BudgetExceeded
+        BudgetExceededError
             If it is more work than the budget allows.
         """
 

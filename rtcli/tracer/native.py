@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from rtcli.tracer._native import METER_GRID, BudgetExceeded, Tracer, WorkBudget
+from rtcli.tracer._native import METER_GRID, BudgetExceededError, Tracer, WorkBudget
 from rtcli.tracer.world import Lights, Metered, Progress, Shapes, Window, World
 
 if TYPE_CHECKING:
@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 
     Arrays: TypeAlias = dict[str, npt.NDArray[np.generic]]
 
-# Steps of work to find the coverage, about a second's on two cores: 100,000 spheres apart from each other take a sixth.
+# Steps of work to find the coverage, about a second's on two cores: 100,000 spheres apart from each other take a
+# sixth.
 _COVERAGE_STEPS = 120_000_000
 
 # Arrays of the film with one number a pixel; the others have three.
@@ -49,14 +50,12 @@ class NativeTracer:
         arrays = {name: _new_array(name, window) for name in ("radiance", *passes)}
         return arrays, self._tracer.film(window, arrays, progress)
 
-    def levels(
-        self, window: Window, look: tuple[float, str, int], budget: WorkBudget | None = None
-    ) -> bytearray:
+    def levels(self, window: Window, look: tuple[float, str, int], budget: WorkBudget | None = None) -> bytearray:
         """Return the developed picture, a small one: red, green and blue of each pixel, row by row.
 
         Raises
         ------
-        rtcli.tracer._native.BudgetExceeded
+        rtcli.tracer._native.BudgetExceededError
             If it is more work than the budget allows.
         """
         return self._tracer.levels(window, look, budget)
@@ -71,7 +70,7 @@ class NativeTracer:
         """
         try:
             return self._tracer.coverage(window, WorkBudget(_COVERAGE_STEPS))
-        except BudgetExceeded:
+        except BudgetExceededError:
             return None
 
     def exposure(self, grid: int = METER_GRID, budget: WorkBudget | None = None) -> Metered:
@@ -79,7 +78,7 @@ class NativeTracer:
 
         Raises
         ------
-        rtcli.tracer._native.BudgetExceeded
+        rtcli.tracer._native.BudgetExceededError
             If it is more work than the budget allows.
         """
         return Metered(*self._tracer.exposure(grid, budget))

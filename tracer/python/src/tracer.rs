@@ -45,7 +45,7 @@ fn level() -> PyResult<Level> {
 
 create_exception!(
     rtcli.tracer._native,
-    BudgetExceeded,
+    BudgetExceededError,
     PyRuntimeError,
     "There was more to do than a `WorkBudget` allows."
 );
@@ -208,6 +208,6 @@ fn core(budget: Option<&WorkBudget>) -> Option<Arc<rtcli_tracer::WorkBudget>> {
 fn given_up(stopped: Stopped) -> PyErr {
     match stopped {
         Stopped::Cancelled => PyRuntimeError::new_err("the rendering was given up"),
-        Stopped::BudgetExceeded => BudgetExceeded::new_err("there is more to do than the budget allows"),
+        Stopped::BudgetExceeded => BudgetExceededError::new_err("there is more to do than the budget allows"),
     }
 }
