@@ -1,7 +1,7 @@
 """Warnings that a scene file does not want: comments such as `# rtcli: ignore W003`.
 
-On a line of its own before the first key a comment holds for the whole file; at the end of a line for that line; on
-a line of its own elsewhere for the next line that is no comment.
+On a line of its own before the first key a comment holds for the whole file; at the end of a line, for that line;
+on a line of its own elsewhere, for the next line that is no comment.
 """
 
 from __future__ import annotations

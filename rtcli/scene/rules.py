@@ -228,8 +228,8 @@ ENCLOSED_LIGHT = Rule(
 CAMERA_INSIDE = Rule(
     "W003",
     "camera-inside",
-    "The camera is inside a sphere or box in which no light shines and nothing stands: it sees nothing but the inner "
-    "side.",
+    "The camera is inside a sphere or box in which no light shines and nothing stands: it sees nothing but the "
+    "inner side.",
     "move the camera or the object, or put a light inside if it is a room",
 )
 BEHIND_CAMERA = Rule(
@@ -241,8 +241,8 @@ BEHIND_CAMERA = Rule(
 OUT_OF_VIEW = Rule(
     "W005",
     "out-of-view",
-    "An object in front of the camera, but wholly outside the picture, that carries no light and casts no shadow into "
-    "it.",
+    "An object in front of the camera, but wholly outside the picture, that carries no light and casts no shadow "
+    "into it.",
     "widen `fov`, turn the camera, or remove the object",
 )
 HIDDEN_INSIDE = Rule(
