@@ -230,6 +230,9 @@ ON_SURFACE = [
     (worlds.box([0.1, 0.3, -6.7], [0.2, 0.2, 0.2]), [0.1, 0.4, -6.7]),
     (worlds.box([0, 0, -6], [2, 2, 2], rotation=30), [math.cos(math.pi / 6), 0.1, -6 - math.sin(math.pi / 6)]),
     (worlds.box([1e6, 0, -6.1], [0.3, 2, 2]), [1e6 + 0.15, 0, -6]),
+    # Rounding puts these inside.
+    (worlds.sphere([0.1, 0.2, -6.3], 0.7), [0.1 + 0.7 * math.cos(0.3), 0.2 + 0.7 * math.sin(0.3), -6.3]),
+    (worlds.box([0.1, 0.2, -6.3], [0.6, 0.6, 0.6], rotation=3), [0.3995888604263721, 0.2, -6.315700786872883]),
 ]
 
 
