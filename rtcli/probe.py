@@ -23,8 +23,8 @@ from rtcli.tracer.world import CameraFrame, Vector, Window
 _SIDES = (32, 512)
 # The points of its meter in a row and in a column: half as many as for a picture, exact to some percent.
 _GRID = 128
-# Steps of all probes of a scene, about a second's work: 100,000 spheres apart from each other take a tenth.
-_STEPS = 60_000_000
+# Steps of all probes of a scene, less than a second's work: 100,000 spheres apart from each other take a tenth.
+_STEPS = 40_000_000
 # Of each burnt spot the world is made ready twice: with more objects than this in all, the rest is left out.
 _MAX_OBJECTS = 400_000
 # What making the smallest world ready takes, in objects.

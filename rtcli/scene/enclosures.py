@@ -22,10 +22,10 @@ _TOUCHING = 1e-6
 # come in: some units in their last place. The share is twice that of the tracer, whose sum is smaller.
 _ROUNDING = 2.0**-48
 
-# Comparisons for each solid, on the average, and of all together, before `Enclosures` gives up: those of a scene
-# take a few.
+# Comparisons before `Enclosures` gives up: for each solid, on the average, with bounds for all of them together. Those
+# of a scene take a few each.
 _MAX_COMPARISONS = 32
-_MAX_IN_ALL = 1_000_000
+_FEWEST, _MOST = 50_000, 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,14 +157,15 @@ class Enclosures:
     def __init__(self, solids: Iterable[tuple[int, Solid]], eye: Vector = (0.0, 0.0, 0.0)) -> None:
         self._eye = eye
         self._levels: dict[int, dict[tuple[float, ...], list[tuple[int, Solid]]]] = {}
-        self._left = 0
+        count = 0
         for index, solid in solids:
-            self._left = min(self._left + _MAX_COMPARISONS, _MAX_IN_ALL)
+            count += 1
             level = _level(max(solid.bounds))
             size = math.ldexp(1.0, level)
             x, y, z = solid.centre
             cells = self._levels.setdefault(level, {})
             cells.setdefault((x // size, y // size, z // size), []).append((index, solid))
+        self._left = min(max(_FEWEST, count * _MAX_COMPARISONS), _MOST)
 
     @property
     def gave_up(self) -> bool:

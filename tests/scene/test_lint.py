@@ -258,6 +258,7 @@ def test_camera_on_a_surface_is_not_inside_and_may_see_what_is(shape, place):
     inner = {**worlds.sphere(shape["position"], 0.05), "color": "red"}
     found = rules_of([shape, inner], [worlds.light(shape["position"])], camera=camera)
     assert found & {rules.CAMERA_INSIDE, rules.HIDDEN_INSIDE} == set()
+    assert rules.CAMERA_INSIDE not in rules_of([shape], camera=camera)
     inside = [0.001 * c + 0.999 * p for c, p in zip(shape["position"], place, strict=True)]
     assert rules.CAMERA_INSIDE in rules_of([shape], camera={**camera, "position": inside})
 
@@ -480,6 +481,7 @@ def test_planes_and_lights_without_number_are_not_all_compared(monkeypatch):
 
 
 def test_tangle_of_enclosures_is_left_out_and_told(monkeypatch):
+    monkeypatch.setattr("rtcli.scene.enclosures._FEWEST", 1)
     monkeypatch.setattr("rtcli.scene.enclosures._MAX_COMPARISONS", 1)
     nested = [worlds.sphere([0, 0, -20 - 0.01 * i], 2 - 0.01 * i) for i in range(30)]
     index = lint.SceneIndex(worlds.scene(nested, [worlds.light([0, 0, -19])]))
