@@ -22,8 +22,8 @@ _TOUCHING = 1e-6
 # come in: some units in their last place. The share is twice that of the tracer, whose sum is smaller.
 _ROUNDING = 2.0**-48
 
-# Comparisons before `Enclosures` gives up: for each solid, on the average, with bounds for all of them together. Those
-# of a scene take a few each.
+# Comparisons before `Enclosures` gives up: for each solid, on the average, with bounds for all of them together.
+# Those of a scene take a few each.
 _MAX_COMPARISONS = 32
 _FEWEST, _MOST = 50_000, 1_000_000
 
