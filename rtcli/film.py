@@ -88,23 +88,22 @@ class Film:
 
         `software`, `scene` (the SHA-256 of its content), `settings`, `camera` (intrinsics and extrinsics) and
         `objects`: of each its id, type and name, and for a film with `object_id` its visible pixels, bounding box
-        and the share of it that is not hidden. Of a film that was not rendered, the software and the settings to
-        develop it.
+        and the share of it that is not hidden. `left_out` is there, and names that share, if it would be too much
+        work to find. Of a film that was not rendered, the software and the settings to develop it.
         """
         if self.shot is None:
             return self.summary
-        return {
+        known = {
             **self.summary,
             "camera": camera_matrices(self.shot.world.camera, self.shot.window),
-            "objects": self._objects(self.shot),
+            "objects": object_table(self.shot.scene),
         }
-
-    def _objects(self, shot: Shot) -> list[dict[str, Any]]:
-        objects = object_table(shot.scene)
         if self.object_id is None:
-            return objects
-        seen = visibility(self.object_id, shot.tracer.coverage(shot.window))
-        return [{**row, **what} for row, what in zip(objects, seen, strict=True)]
+            return known
+        coverage = self.shot.tracer.coverage(self.shot.window)
+        seen = visibility(self.object_id, coverage, len(known["objects"]))
+        known["objects"] = [{**row, **what} for row, what in zip(known["objects"], seen, strict=True)]
+        return known if coverage is not None else {**known, "left_out": ["visible_fraction"]}
 
     @cached_property
     def summary(self) -> dict[str, Any]:

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple, cast
 
 from rtcli.image.formats import RADIANCE, format_of
 from rtcli.image.look import Look
 from rtcli.image.write import png_texts
 from rtcli.pack import pack
-from rtcli.scene.model import Image, Scene
+from rtcli.scene.model import Scene
 from rtcli.tracer._native import PngEncoder, simd_level
 from rtcli.tracer.bands import BandedTracer
 from rtcli.tracer.engines import ENGINES, default_threads, stops_of
@@ -147,56 +146,6 @@ def expose_film(shot: Shot, request: Request, progress: Progress | None = None) 
     arrays, rays = tracer.film(shot.window, request.passes, progress)
     exposure, metered = stops_of(tracer, image.exposure)
     return Film(**arrays, exposure=exposure, tone=image.tone, rays=rays + metered, shot=shot)
-
-
-# --- To a glance -----------------------------------------------------------------------------------------
-
-# The longer side of the picture in small: most are neither black nor white at a first glance; of others a second
-# one shows whether a small light was missed. Both are smaller where so many lights shine that it would take long.
-_GLANCES = (32, 512)
-# The points of its meter in a row and in a column: half as many as for a picture, exact to some percent.
-_GLANCE_GRID = 128
-_MOST_SHADOW_RAYS = 3_000_000
-
-
-class Glance(NamedTuple):
-    """What a picture in small shows: its exposure in stops, and whether all of it is black, or white."""
-
-    exposure: float
-    is_black: bool
-    is_white: bool
-
-
-def glance(scene: Scene) -> Glance | None:
-    """Look at a picture of a scene in small, which takes less than a millisecond for nearly all, and no NumPy.
-
-    Returns
-    -------
-    Glance or None
-        None for a scene of so many lights, or objects and lights, that not even the smallest picture comes soon.
-    """
-    world = pack(scene)
-    # Each light is prepared with all objects, and then asked for by each pixel.
-    if len(world.lights.intensity) * max(_GLANCES[0] ** 2, len(scene.objects)) > _MOST_SHADOW_RAYS:
-        return None
-    seen = _glance(world, scene.image, _GLANCES[0])
-    return _glance(world, scene.image, _GLANCES[1]) if seen.is_black or seen.is_white else seen
-
-
-def _glance(world: World, image: Image, longer: int) -> Glance:
-    camera = world.camera
-    most = math.isqrt(_MOST_SHADOW_RAYS // max(1, len(world.lights.intensity)))
-    scale = min(1.0, min(longer, most) / max(camera.width, camera.height))
-    width, height = (max(1, round(side * scale)) for side in (camera.width, camera.height))
-    small = replace(
-        world,
-        camera=replace(camera, width=width, height=height),
-        settings=replace(world.settings, samples=1),
-    )
-    tracer = NativeTracer(small, threads=1)
-    exposure = tracer.exposure(min(_GLANCE_GRID, most)).stops if image.exposure == "auto" else image.exposure
-    levels = tracer.levels(Window(0, 0, width, height), Look(exposure, image.tone))
-    return Glance(exposure, is_black=not any(levels), is_white=levels.count(255) == len(levels))
 
 
 # --- To files --------------------------------------------------------------------------------------------

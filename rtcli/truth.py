@@ -190,7 +190,9 @@ def object_table(scene: Scene) -> list[dict[str, Any]]:
     ]
 
 
-def visibility(object_id: npt.NDArray[np.uint32], coverage: Sequence[int]) -> list[dict[str, Any]]:
+def visibility(
+    object_id: npt.NDArray[np.uint32], coverage: Sequence[int] | None, count: int
+) -> list[dict[str, Any]]:
     """Return what is seen of each object.
 
     Parameters
@@ -198,18 +200,21 @@ def visibility(object_id: npt.NDArray[np.uint32], coverage: Sequence[int]) -> li
     object_id
         (H, W) uint32: the film's pass.
     coverage
-        Of each object, how many pixels it would cover if it were alone.
+        Of each object, how many pixels it would cover if it were alone; None if that was too much work to find.
+    count
+        How many objects there are.
 
     Returns
     -------
     list of dict
         `visible_pixels`; `bbox`, [left, top, width, height] of them in pixels or None; `visible_fraction`, the
-        share of its pixels in the picture that others do not hide, None for an object that is not in the picture.
+        share of its pixels in the picture that others do not hide, None for an object that is not in the picture
+        and where it is not known.
     """
-    boxes = _bounding_boxes(object_id, len(coverage))
+    boxes = _bounding_boxes(object_id, count)
     return [
         {"visible_pixels": visible, "bbox": box, "visible_fraction": visible / covered if covered else None}
-        for covered, (visible, box) in zip(coverage, boxes, strict=True)
+        for covered, (visible, box) in zip(coverage or [0] * count, boxes, strict=True)
     ]
 
 

@@ -10,7 +10,9 @@ from worlds import box, light, plane, random_scenes, render, scene, sphere
 import rtcli
 from rtcli import Scene
 from rtcli.pack import pack
+from rtcli.tracer._native import WorkBudget
 from rtcli.tracer.engines import ENGINES, tracer_of
+from rtcli.tracer.native import NativeTracer
 from rtcli.tracer.world import Window
 from rtcli.truth import fingerprint, visibility
 
@@ -116,9 +118,32 @@ def test_table_tells_types_and_names_and_what_half_a_thing_hides():
 
 
 def test_empty_picture_of_many_objects_has_no_boxes():
-    rows = visibility(np.zeros((4, 5), dtype=np.uint32), [0, 7, 0])
+    rows = visibility(np.zeros((4, 5), dtype=np.uint32), [0, 7, 0], 3)
     assert [row["bbox"] for row in rows] == [None] * 3
     assert [row["visible_fraction"] for row in rows] == [None, 0, None]
+
+
+def test_share_that_is_too_much_work_to_find_is_left_out_and_that_is_told(monkeypatch):
+    before = render(ROOM, passes="object_id").metadata
+    monkeypatch.setattr("rtcli.tracer.native._COVERAGE_STEPS", 10)
+    after = render(ROOM, passes="object_id").metadata
+    assert "left_out" not in before
+    assert after.pop("left_out") == ["visible_fraction"]
+    for row in before["objects"]:
+        row["visible_fraction"] = None
+    assert after == before
+    assert "left_out" not in render(ROOM, passes="depth").metadata
+
+
+def test_coverage_of_many_overlapping_objects_is_left_out_by_every_number_of_threads(monkeypatch):
+    checked = Scene.model_validate(ROOM)
+    world, window = pack(checked), Window(0, 0, *checked.camera.resolution)
+    budget = WorkBudget(10**9)
+    NativeTracer(world, 1)._tracer.coverage(window, budget)
+    for steps, is_known in ((budget.spent, True), (budget.spent - 1, False)):
+        monkeypatch.setattr("rtcli.tracer.native._COVERAGE_STEPS", steps)
+        for threads in (1, 2, 3):
+            assert (NativeTracer(world, threads).coverage(window) is not None) == is_known
 
 
 def test_film_without_ids_tells_names_but_not_what_is_seen_and_one_that_was_not_rendered_no_camera():

@@ -12,15 +12,16 @@ from pathlib import Path
 import click
 
 from rtcli import __version__
-from rtcli.check import check
+from rtcli.check import CheckResult, check
 from rtcli.cli.exits import FILE, INVALID, os_error_text
 from rtcli.cli.output import STDIO, name_of, read_bytes, tell, wants_color
 from rtcli.reports import concise, github, json, junit, sarif, text
 from rtcli.reports.checked import Checked, Tally
 from rtcli.scene.find import scene_files_below
+from rtcli.scene.ignores import warning_of
 from rtcli.scene.parse import READ_BYTES
-from rtcli.scene.problems import Problem, counted
-from rtcli.scene.rules import ERROR
+from rtcli.scene.problems import Problem, counted, printable
+from rtcli.scene.rules import ERROR, Rule
 
 _REPORTS: dict[str, Callable[[Iterable[Checked]], Iterator[str]]] = {
     "text": lambda checks: text.report(checks, wants_color(sys.stdout)),
@@ -30,6 +31,14 @@ _REPORTS: dict[str, Callable[[Iterable[Checked]], Iterator[str]]] = {
     "sarif": lambda checks: sarif.report(checks, __version__),
     "junit": junit.report,
 }
+
+
+def _rules(context: click.Context, option: click.Parameter, values: tuple[str, ...]) -> frozenset[Rule]:
+    """Return the rules whose codes are given, one or several in each value."""
+    try:
+        return frozenset(warning_of(code.strip()) for value in values for code in value.split(","))
+    except ValueError as error:
+        raise click.BadParameter(str(error)) from error
 
 
 @click.command("validate")
@@ -44,21 +53,30 @@ _REPORTS: dict[str, Callable[[Iterable[Checked]], Iterator[str]]] = {
     help="text: for people, with the lines of the file; concise: a line each; json: a list of objects; github: "
     "annotations of a GitHub workflow; sarif, junit: for code scanners and CI servers.",
 )
-@click.option("--strict", is_flag=True, help="Take warnings for errors.")
-def command(paths: tuple[str, ...], style: str, strict: bool) -> int:
+@click.option("--strict", is_flag=True, help="Treat warnings as errors.")
+@click.option(
+    "--ignore",
+    metavar="CODE",
+    multiple=True,
+    callback=_rules,
+    help="Do not report this warning, such as W004. Repeatable; takes several codes separated by commas, too.",
+)
+def command(paths: tuple[str, ...], style: str, strict: bool, ignore: frozenset[Rule]) -> int:
     """Check scene files, and say all that is wrong with them.
 
     PATH is a scene file, a folder (all .yaml, .yml and .json files in it and below, without hidden folders and the
     metadata that rtcli writes), or - for YAML or JSON on standard input. The report goes to standard output.
 
     Errors make a scene invalid; warnings tell what is probably not intended, such as an object that nobody sees.
+    The comment # rtcli: ignore W004 in a file turns a warning off: for its line or the next, or for the whole file
+    at the top of it.
 
     Exits with 0 if all scenes are valid, 1 if one is not, 3 if one cannot be read.
     """
     if style == "github" and isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(encoding="utf-8")  # as its runner reads it, on Windows too
     tally = Tally()
-    checks = tally.count(_checked(path, strict) for path in _scene_files(paths))
+    checks = tally.count(_checked(path, strict, ignore) for path in _scene_files(paths))
     for piece in _REPORTS[style](checks):
         click.echo(piece, nl=False, color=True)  # without colors there are none to strip
     if not tally.invalid and not tally.unreadable:
@@ -80,14 +98,22 @@ def _scene_files(paths: Iterable[str]) -> Iterator[str]:
             yield path
 
 
-def _checked(path: str, strict: bool) -> Checked:
+def _checked(path: str, strict: bool, ignore: frozenset[Rule]) -> Checked:
     name = name_of(path)
     try:
-        problems = check(read_bytes(path, READ_BYTES), name)
+        result = check(read_bytes(path, READ_BYTES), name, ignore)
     except OSError as error:
         tell(f"Error: {os_error_text(error)}")
         return Checked(name, unreadable=error.strerror or str(error))
-    return Checked(name, tuple(map(_as_error, problems)) if strict else problems)
+    if result.left_out:
+        tell(f"{printable(name)}: {_left_out(result)} left out: the scene is too much work")
+    return Checked(name, tuple(map(_as_error, result.problems)) if strict else result.problems)
+
+
+def _left_out(result: CheckResult) -> str:
+    """Return `the check for W010 was`, `the checks for W008 and W009 were`."""
+    *others, last = (rule.code for rule in result.left_out)
+    return f"the checks for {', '.join(others)} and {last} were" if others else f"the check for {last} was"
 
 
 def _as_error(problem: Problem) -> Problem:

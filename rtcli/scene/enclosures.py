@@ -18,8 +18,14 @@ from rtcli.scene.vectors import Vector
 # Solids closer than this share of their size touch.
 _TOUCHING = 1e-6
 
-# Comparisons for each solid, on the average, before `Enclosures` gives up: those of a scene take a few.
+# The tracer takes what is this near to a surface for a point on it, as a share of the coordinates and sizes that
+# come in: some units in their last place. The share is twice that of the tracer, whose sum is smaller.
+_ROUNDING = 2.0**-48
+
+# Comparisons before `Enclosures` gives up: for each solid, on the average, with bounds for all of them together.
+# Those of a scene take a few each.
 _MAX_COMPARISONS = 32
+_FEWEST, _MOST = 50_000, 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,15 +73,18 @@ class Cuboid(Point):
         x, y, z = vector
         return (x * self.cos - z * self.sin, y, x * self.sin + z * self.cos)
 
+    def from_box(self, vector: Vector) -> Vector:
+        """Return a vector in the axes of the box in those of the world."""
+        x, y, z = vector
+        return (x * self.cos + z * self.sin, y, z * self.cos - x * self.sin)
+
     def corners(self) -> Iterator[Vector]:
         """Yield the eight corners in the world."""
-        for signs in product((-1, 1), repeat=3):
-            x, y, z = (sign * side for sign, side in zip(signs, self.half, strict=True))
-            yield (
-                self.centre[0] + x * self.cos + z * self.sin,
-                self.centre[1] + y,
-                self.centre[2] - x * self.sin + z * self.cos,
-            )
+        cx, cy, cz = self.centre
+        hx, hy, hz = self.half
+        for x, y, z in product((-hx, hx), (-hy, hy), (-hz, hz)):
+            way_x, way_y, way_z = self.from_box((x, y, z))
+            yield cx + way_x, cy + way_y, cz + way_z
 
 
 Solid: TypeAlias = Ball | Cuboid
@@ -109,14 +118,29 @@ def surface_distance(solid: Solid, point: Vector) -> float:
     return outside if outside > 0 else max(beyond)
 
 
-def contains(outer: Solid, inner: Point) -> bool:
-    """Return whether a solid wholly encloses another, which is convex: so its farthest points tell."""
-    margin = -_TOUCHING * max(outer.bounds)  # a face that two solids share may be seen
+def rounding(solid: Solid, point: Vector, eye: Vector) -> float:
+    """Return how near to a solid's surface a point is taken to be on it: the tracer measures from the eye."""
+    return _ROUNDING * (_sum(point) + _sum(solid.centre) + 2 * _sum(eye) + max(solid.bounds))
+
+
+def _sum(vector: Vector) -> float:
+    return abs(vector[0]) + abs(vector[1]) + abs(vector[2])
+
+
+def contains(outer: Solid, inner: Point, eye: Vector = (0.0, 0.0, 0.0)) -> bool:
+    """Return whether a solid wholly encloses another, seen from an eye; on its surface nothing is inside."""
+    margin = rounding(outer, inner.centre, eye)
+    if type(inner) is not Point:
+        margin = max(margin, _TOUCHING * max(outer.bounds))  # a face that two solids share may be seen
+    return depth_inside(outer, inner) > margin
+
+
+def depth_inside(outer: Solid, inner: Point) -> float:
+    """Return how deep a solid lies inside another, negative if it reaches out: both are convex."""
     if isinstance(inner, Cuboid):
-        return all(surface_distance(outer, corner) < margin for corner in inner.corners())
-    if isinstance(inner, Ball):
-        return surface_distance(outer, inner.centre) + inner.radius < margin
-    return surface_distance(outer, inner.centre) < 0  # a point on the surface is not inside
+        return min(-surface_distance(outer, corner) for corner in inner.corners())
+    reach = inner.radius if isinstance(inner, Ball) else 0.0
+    return -surface_distance(outer, inner.centre) - reach
 
 
 class Enclosures:
@@ -126,18 +150,27 @@ class Enclosures:
     ----------
     solids
         Each with its index in the scene.
+    eye
+        Where the scene is seen from.
     """
 
-    def __init__(self, solids: Iterable[tuple[int, Solid]]) -> None:
+    def __init__(self, solids: Iterable[tuple[int, Solid]], eye: Vector = (0.0, 0.0, 0.0)) -> None:
+        self._eye = eye
         self._levels: dict[int, dict[tuple[float, ...], list[tuple[int, Solid]]]] = {}
-        self._left = 0
+        count = 0
         for index, solid in solids:
-            self._left += _MAX_COMPARISONS
+            count += 1
             level = _level(max(solid.bounds))
             size = math.ldexp(1.0, level)
             x, y, z = solid.centre
             cells = self._levels.setdefault(level, {})
             cells.setdefault((x // size, y // size, z // size), []).append((index, solid))
+        self._left = min(max(_FEWEST, count * _MAX_COMPARISONS), _MOST)
+
+    @property
+    def gave_up(self) -> bool:
+        """Whether something was not looked for, because it would have taken too many comparisons."""
+        return self._left < 0
 
     def around(self, inner: Point, own: int | None) -> int | None:
         """Return the index of a solid around another, or None; of two equal ones the first is around the second.
@@ -153,9 +186,9 @@ class Enclosures:
             self._left -= 1
             if self._left < 0:
                 return None
-            if index == own or any(o < i for o, i in zip(outer.bounds, inner.bounds, strict=True)):
+            if index == own or not _bounds_hold(outer, inner):
                 continue
-            if contains(outer, inner) and (own is None or index < own or not _equal(outer, inner)):
+            if contains(outer, inner, self._eye) and (own is None or index < own or not _equal(outer, inner)):
                 return index
         return None
 
@@ -169,6 +202,13 @@ class Enclosures:
                 ways = [{(c - size / 2) // size, (c + size / 2) // size} for c in inner.centre]
                 for cell in product(*ways):
                     yield from cells.get(cell, ())
+
+
+def _bounds_hold(outer: Point, inner: Point) -> bool:
+    """Whether the bounding box of a solid holds that of another, which takes no roots."""
+    (ox, oy, oz), (ix, iy, iz) = outer.bounds, inner.bounds
+    (cx, cy, cz), (px, py, pz) = outer.centre, inner.centre
+    return abs(px - cx) + ix <= ox and abs(py - cy) + iy <= oy and abs(pz - cz) + iz <= oz
 
 
 def _equal(outer: Solid, inner: Point) -> bool:

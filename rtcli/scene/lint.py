@@ -1,7 +1,7 @@
 """What is probably not meant in a valid scene: lights that shine on nothing, objects that nobody sees.
 
 A warning is only given where it is sure: of what is near the border of the view nothing is said. The work is
-bounded for any scene: past so many comparisons the rest is passed over.
+bounded for any scene: past so many comparisons the rest is left out, and `SceneIndex.left_out` says so.
 """
 
 from __future__ import annotations
@@ -14,18 +14,28 @@ from typing import NamedTuple
 
 from rtcli.scene import rules
 from rtcli.scene.document import HEAD, VALUE, Loc
-from rtcli.scene.enclosures import Enclosures, Point, Solid, contains, solid_of, surface_distance
+from rtcli.scene.enclosures import (
+    Ball,
+    Enclosures,
+    Point,
+    Solid,
+    depth_inside,
+    rounding,
+    solid_of,
+    surface_distance,
+)
 from rtcli.scene.model import Box, CarriedLight, Object, Plane, Scene, Sphere
 from rtcli.scene.problems import quoted
 from rtcli.scene.rules import Rule
-from rtcli.scene.vectors import Vector, cross, direction, unit
+from rtcli.scene.vectors import Vector, direction, dot, scaled, unit
+from rtcli.scene.view import View
 
 # So many times as bright as white a surface counts as burnt out.
 BURNT = 50.0
-# Lights times objects whose distances are looked at: a second's work at the most.
+# Lights times objects whose distances are looked at, for each of some rules: a second's work at the most.
 _MAX_DISTANCES = 200_000
-# The sine of the angle between two directions that count as parallel.
-_PARALLEL = 1e-9
+# What of its size a thing may reach out of a room in which it stands.
+_REACH = 1e-6
 
 
 class LintWarning(NamedTuple):
@@ -35,6 +45,27 @@ class LintWarning(NamedTuple):
     loc: Loc
     message: str
     at: str = VALUE
+
+
+class BurntSpot(NamedTuple):
+    """A place that a light burns out unless something hides it.
+
+    Parameters
+    ----------
+    light
+        Which light of `SceneIndex.lights`: those of the scene, then those of objects.
+    body
+        The index of the object.
+    point
+        Where on its surface.
+    warning
+        What to say if it is seen.
+    """
+
+    light: int
+    body: int
+    point: Vector
+    warning: LintWarning
 
 
 @dataclass(frozen=True)
@@ -52,34 +83,37 @@ class _Light:
         return self.light.intensity * max(self.light.color)
 
 
-def lint(look: Look) -> Iterator[LintWarning]:
+def lint(scene: SceneIndex) -> Iterator[LintWarning]:
     """Yield the warnings that the numbers of a scene give, without a picture of it."""
-    yield from _lights(look)
-    yield from _camera(look)
-    yield from _views(look)
-    yield from _pairs(look)
+    yield from _lights(scene)
+    yield from _camera(scene)
+    yield from _views(scene)
+    yield from _pairs(scene)
 
 
-def burnt_out(look: Look, exposure: float) -> Iterator[LintWarning]:
-    """Yield the lights that are so close to a surface that it burns out, at an exposure in stops."""
-    if look.scene.render.max_depth > 0:
-        for light in look.lights[: max(1, _MAX_DISTANCES // max(1, len(look.solids)))]:
-            yield from _burnt_by(look, light, exposure)
+class SceneIndex:
+    """A scene with what several rules ask of it.
 
-
-class Look:
-    """A scene with what several rules ask of it."""
+    Parameters
+    ----------
+    scene
+        A valid one.
+    """
 
     def __init__(self, scene: Scene) -> None:
-        self.scene = scene
+        self.camera = scene.camera
+        self.render = scene.render
+        self.objects = scene.objects
         self.eye = scene.camera.position
         self.solids: list[Solid | None] = [solid_of(shape) for shape in scene.objects]
         self.lights = list(_lights_of(scene))
+        # The rules that were not applied to all of the scene, because it is too much work.
+        self.left_out: set[Rule] = set()
 
-    @property
-    def shines(self) -> bool:
-        """Whether any light shines."""
-        return any(light.strength > 0 for light in self.lights)
+    @cached_property
+    def shining(self) -> list[_Light]:
+        """The lights that shine."""
+        return [light for light in self.lights if light.strength > 0]
 
     @cached_property
     def carriers(self) -> set[int | None]:
@@ -88,21 +122,23 @@ class Look:
 
     @cached_property
     def around_eye(self) -> set[int]:
-        """The indices of the objects that the camera is inside of."""
-        eye = Point(self.eye)
-        return {index for index, solid in enumerate(self.solids) if solid and contains(solid, eye)}
+        """The indices of the objects that the camera is inside of, or on the surface."""
+        near = ((i, solid) for i, solid in enumerate(self.solids) if solid)
+        return {i for i, solid in near if surface_distance(solid, self.eye) <= self.rounding(solid, self.eye)}
 
     @cached_property
     def enclosures(self) -> Enclosures:
         """The spheres and boxes, to be found by what they enclose, but for those around the eye."""
-        outside = [
-            (index, solid) for index, solid in enumerate(self.solids) if solid and index not in self.around_eye
-        ]
-        return Enclosures(outside)
+        outside = [(i, solid) for i, solid in enumerate(self.solids) if solid and i not in self.around_eye]
+        return Enclosures(outside, self.eye)
+
+    def rounding(self, solid: Solid, point: Vector) -> float:
+        """Return how near to a solid's surface a point is taken to be on it."""
+        return rounding(solid, point, self.eye)
 
     def named(self, index: int) -> str:
         """Return what people call an object: its index, and its name."""
-        name = self.scene.objects[index].name
+        name = self.objects[index].name
         return f"objects[{index}]" + (f" ({quoted(name)})" if name else "")
 
 
@@ -117,96 +153,92 @@ def _lights_of(scene: Scene) -> Iterator[_Light]:
 # --- Lights and camera -----------------------------------------------------------------------------------
 
 
-def _lights(look: Look) -> Iterator[LintWarning]:
-    if not look.shines:
+def _lights(scene: SceneIndex) -> Iterator[LintWarning]:
+    if not scene.shining:
         yield LintWarning(rules.NO_LIGHT, ("lights",), "no light shines: only the background is seen", HEAD)
-    for light in look.lights:
-        around = look.enclosures.around(Point(light.position), light.body)
+    for light in scene.lights:
+        around = scene.enclosures.around(Point(light.position), light.body)
         if around is not None:
-            message = f"the light is inside {look.named(around)}, which does not carry it and lets none out"
+            message = f"the light is inside {scene.named(around)}, which does not carry it and lets none out"
             yield LintWarning(rules.ENCLOSED_LIGHT, light.loc, message, HEAD)
+    if scene.enclosures.gave_up:
+        scene.left_out.add(rules.ENCLOSED_LIGHT)
 
 
-def _camera(look: Look) -> Iterator[LintWarning]:
-    for index in sorted(look.around_eye):
-        message = f"the camera is inside {look.named(index)}"
-        yield LintWarning(rules.CAMERA_INSIDE, ("camera", "position"), message)
+def _camera(scene: SceneIndex) -> Iterator[LintWarning]:
+    most = max(1, _MAX_DISTANCES // (1 + len(scene.shining) + len(scene.objects)))
+    around = sorted(scene.around_eye)
+    for index in around[:most]:
+        solid = scene.solids[index]
+        assert solid is not None
+        on_surface = surface_distance(solid, scene.eye) >= -scene.rounding(solid, scene.eye)
+        if not on_surface and not _is_room(scene, index, solid):
+            message = f"the camera is inside {scene.named(index)}"
+            yield LintWarning(rules.CAMERA_INSIDE, ("camera", "position"), message)
+    if len(around) > most:
+        scene.left_out.add(rules.CAMERA_INSIDE)
+
+
+def _is_room(scene: SceneIndex, index: int, room: Solid) -> bool:
+    """Return whether what is around the camera is meant so: a light shines inside, or something stands there."""
+    for light in scene.shining:
+        inside = surface_distance(room, light.position) <= scene.rounding(room, light.position)
+        if inside and light.body != index:
+            return True
+    for other, solid in enumerate(scene.solids):
+        if solid is not None and other != index and _stands_in(solid, room):
+            return True
+    return False
+
+
+def _stands_in(solid: Solid, room: Solid) -> bool:
+    if any(o < i for o, i in zip(room.bounds, solid.bounds, strict=True)) or solid == room:
+        return False
+    return depth_inside(room, solid) >= -_REACH * max(room.bounds)
 
 
 # --- What is in view -------------------------------------------------------------------------------------
 
 
-class _View:
-    """The pyramid of all that a camera can see, by its sides: planes through the eye, with normals inwards."""
-
-    def __init__(self, scene: Scene) -> None:
-        camera = scene.camera
-        self.eye = camera.position
-        self.forward = unit(camera.view)
-        right = unit(cross(self.forward, unit(camera.up)))
-        up = cross(right, self.forward)
-        width, height = camera.resolution
-        tall = math.tan(math.radians(camera.fov) / 2)
-        wide = tall * width / height
-        self.sides = [unit(_sum(axis, self.forward, slope)) for axis, slope in _four_sides(right, up, wide, tall)]
-        self.corners = [_sum(_sum(self.forward, right, x), up, y) for x in (-wide, wide) for y in (-tall, tall)]
-
-    def misses(self, shape: Object, solid: Solid | None) -> Rule | None:
-        """Return the rule of an object that is surely not in view, or None."""
+def _views(scene: SceneIndex) -> Iterator[LintWarning]:
+    view = View(scene.camera, [light.position for light in scene.shining] if scene.render.max_depth > 0 else [])
+    planes = max(1, _MAX_DISTANCES // (1 + len(view.lights)))
+    found = {"behind": rules.BEHIND_CAMERA, "beside": rules.OUT_OF_VIEW}
+    words = {"behind": "is wholly behind the camera", "beside": "is wholly outside the view"}
+    for index, (shape, solid) in enumerate(zip(scene.objects, scene.solids, strict=True)):
+        if index in scene.carriers:
+            continue
         if isinstance(shape, Plane):
-            return self._misses_plane(shape)
-        assert solid is not None
-        way = direction(self.eye, solid.centre)
-        if _dot(way, self.forward) + solid.reach(self.forward) <= 0:
-            return rules.BEHIND_CAMERA
-        for side in self.sides:
-            if _dot(way, side) + solid.reach(side) <= 0:
-                return rules.OUT_OF_VIEW
-        return None
-
-    def _misses_plane(self, plane: Plane) -> Rule | None:
-        """Return the rule of a plane that no ray meets.
-
-        t = n.(P0 - eye) / n.d (document, 2.2.2), so a ray d meets the plane if both have the same sign.
-        """
-        normal = unit(plane.normal)
-        offset = _dot(normal, direction(self.eye, plane.position))
-        if any(offset * _dot(normal, corner) > 0 for corner in self.corners):
-            return None
-        parallel = math.sqrt(sum(x * x for x in cross(normal, self.forward))) < _PARALLEL
-        return rules.BEHIND_CAMERA if parallel else rules.OUT_OF_VIEW
-
-
-def _four_sides(right: Vector, up: Vector, wide: float, tall: float) -> list[tuple[Vector, float]]:
-    """Return (axis, slope) of each side: inside are the points with axis.p + slope forward.p >= 0."""
-    return [(right, wide), (_scaled(right, -1), wide), (up, tall), (_scaled(up, -1), tall)]
-
-
-def _views(look: Look) -> Iterator[LintWarning]:
-    view = _View(look.scene)
-    words = {rules.BEHIND_CAMERA: "is wholly behind the camera", rules.OUT_OF_VIEW: "is wholly outside the view"}
-    for index, (shape, solid) in enumerate(zip(look.scene.objects, look.solids, strict=True)):
-        rule = None if index in look.carriers else view.misses(shape, solid)
-        if rule is not None:
-            yield LintWarning(rule, ("objects", index), f"the {shape.type} {words[rule]}", HEAD)
+            planes -= 1
+            place = view.misses_plane(shape) if planes >= 0 else None
+        else:
+            assert solid is not None
+            place = view.misses(solid)
+        if place is not None:
+            yield LintWarning(found[place], ("objects", index), f"the {shape.type} {words[place]}", HEAD)
+    if planes < 0:
+        scene.left_out |= set(found.values())
 
 
 # --- Objects and others ----------------------------------------------------------------------------------
 
 
-def _pairs(look: Look) -> Iterator[LintWarning]:
+def _pairs(scene: SceneIndex) -> Iterator[LintWarning]:
     first: dict[tuple[object, ...], int] = {}
-    for index, (shape, solid) in enumerate(zip(look.scene.objects, look.solids, strict=True)):
+    for index, (shape, solid) in enumerate(zip(scene.objects, scene.solids, strict=True)):
         twin = first.setdefault(_all_but_name(shape), index)
         if twin != index:
             yield LintWarning(
-                rules.EQUAL_OBJECTS, ("objects", index), f"the {shape.type} equals {look.named(twin)}", HEAD
+                rules.EQUAL_OBJECTS, ("objects", index), f"the {shape.type} equals {scene.named(twin)}", HEAD
             )
-        elif solid is not None and index not in look.carriers:  # of a light inside another object was told already
-            around = look.enclosures.around(solid, index)
-            if around is not None:
-                message = f"the {shape.type} is wholly inside {look.named(around)}, which hides it"
+        # Of a light inside another object was told already.
+        elif solid is not None and index not in scene.carriers:
+            around = scene.enclosures.around(solid, index)
+            if around is not None and around not in scene.carriers:  # in the light of a lamp it casts a shadow
+                message = f"the {shape.type} is wholly inside {scene.named(around)}, which hides it"
                 yield LintWarning(rules.HIDDEN_INSIDE, ("objects", index), message, HEAD)
+    if scene.enclosures.gave_up:
+        scene.left_out.add(rules.HIDDEN_INSIDE)
 
 
 def _all_but_name(shape: Object) -> tuple[object, ...]:
@@ -216,22 +248,45 @@ def _all_but_name(shape: Object) -> tuple[object, ...]:
 # --- Light and surfaces ----------------------------------------------------------------------------------
 
 
-def _burnt_by(look: Look, light: _Light, exposure: float) -> Iterator[LintWarning]:
-    """Yield a warning if the light burns out the object that it makes the brightest.
+def burnt_spots(scene: SceneIndex, exposure: float) -> Iterator[BurntSpot]:
+    """Yield, of each light so close to a surface that it burns out, at an exposure in stops, the brightest place.
+
+    Whether it is seen, a picture has to tell.
+    """
+    if scene.render.max_depth == 0:
+        return
+    most = max(1, _MAX_DISTANCES // max(1, len(scene.solids)))
+    for number, light in enumerate(scene.lights[:most]):
+        spot = _burnt_by(scene, number, light, exposure)
+        if spot is not None:
+            yield spot
+    if len(scene.lights) > most:
+        scene.left_out.add(rules.BURNT_OUT)
+
+
+def _burnt_by(scene: SceneIndex, number: int, light: _Light, exposure: float) -> BurntSpot | None:
+    """Return where a light burns out the object that it makes the brightest, or None.
 
     radiance = albedo / pi * I / (4 pi h^2), h the distance to the surface (design, section 2; document, 3.3).
     """
     brightest, burning, distance = 0.0, -1, 0.0
-    for index, (shape, solid) in enumerate(zip(look.scene.objects, look.solids, strict=True)):
-        h = math.inf if index == light.body else _lit_distance(shape, solid, light.position, look.eye)
+    for index, (shape, solid) in enumerate(zip(scene.objects, scene.solids, strict=True)):
+        if index in scene.carriers:  # it shines, and is not lit
+            continue
+        h = _lit_distance(shape, solid, light.position, scene.eye)
         radiance = _radiance(max(shape.color) * light.strength, h)
         if radiance > brightest:
             brightest, burning, distance = radiance, index, h
-    exposed = brightest * 2.0 ** min(exposure, 1000) * _falloff(look, light)
-    if exposed > BURNT:
-        times = f"{exposed:,.0f} times as bright as white" if exposed < 1e6 else "more than a million times white"
-        message = f"the light is {distance:.3g} from {look.named(burning)}, which burns out there: {times}"
-        yield LintWarning(rules.BURNT_OUT, light.loc, message, HEAD)
+    exposed = brightest * 2.0 ** min(exposure, 1000) * _falloff(scene, light)
+    if exposed <= BURNT:
+        return None
+    message = (
+        f"the light is {distance:.3g} from {scene.named(burning)}, which burns out there: more than {BURNT:.0f} "
+        "times as bright as white"
+    )
+    warning = LintWarning(rules.BURNT_OUT, light.loc, message, HEAD)
+    point = _nearest_point(scene.objects[burning], scene.solids[burning], light.position)
+    return BurntSpot(number, burning, point, warning)
 
 
 def _radiance(strength: float, distance: float) -> float:
@@ -240,10 +295,10 @@ def _radiance(strength: float, distance: float) -> float:
     return strength / (4 * math.pi**2) / distance / distance
 
 
-def _falloff(look: Look, light: _Light) -> float:
-    if not look.scene.render.eye_falloff:
+def _falloff(scene: SceneIndex, light: _Light) -> float:
+    if not scene.render.eye_falloff:
         return 1.0
-    way = math.dist(look.eye, light.position)
+    way = math.dist(scene.eye, light.position)
     return 1 / (4 * math.pi) / way / way if way > 0 else 0.0
 
 
@@ -251,21 +306,30 @@ def _lit_distance(shape: Object, solid: Solid | None, light: Vector, eye: Vector
     """Return the distance from a light to a surface; infinity if the camera sees only the other side of it."""
     if isinstance(shape, Plane):
         normal = unit(shape.normal)
-        of_light = _dot(normal, direction(shape.position, light))
-        of_eye = _dot(normal, direction(shape.position, eye))
+        of_light = dot(normal, direction(shape.position, light))
+        of_eye = dot(normal, direction(shape.position, eye))
         return abs(of_light) if of_light * of_eye > 0 else math.inf
     assert solid is not None
     of_light = surface_distance(solid, light)
     return abs(of_light) if of_light * surface_distance(solid, eye) > 0 else math.inf
 
 
-def _sum(a: Vector, b: Vector, factor: float) -> Vector:
-    return a[0] + b[0] * factor, a[1] + b[1] * factor, a[2] + b[2] * factor
+def _nearest_point(shape: Object, solid: Solid | None, light: Vector) -> Vector:
+    """Return the point of a surface that is nearest to a light, or one of them."""
+    if isinstance(shape, Plane):
+        normal = unit(shape.normal)
+        return _moved(light, scaled(normal, dot(normal, direction(light, shape.position))))
+    assert solid is not None
+    if isinstance(solid, Ball):
+        way = direction(solid.centre, light)
+        return _moved(solid.centre, scaled(unit(way) if any(way) else (1.0, 0.0, 0.0), solid.radius))
+    x, y, z = solid.into_box(direction(solid.centre, light))
+    place = [min(max(p, -half), half) for p, half in zip((x, y, z), solid.half, strict=True)]
+    if place == [x, y, z]:  # inside: the nearest face
+        axis = min(range(3), key=lambda i: solid.half[i] - abs(place[i]))
+        place[axis] = math.copysign(solid.half[axis], place[axis])
+    return _moved(solid.centre, solid.from_box((place[0], place[1], place[2])))
 
 
-def _scaled(a: Vector, factor: float) -> Vector:
-    return a[0] * factor, a[1] * factor, a[2] * factor
-
-
-def _dot(a: Vector, b: Vector) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+def _moved(point: Vector, way: Vector) -> Vector:
+    return point[0] + way[0], point[1] + way[1], point[2] + way[2]

@@ -228,20 +228,22 @@ ENCLOSED_LIGHT = Rule(
 CAMERA_INSIDE = Rule(
     "W003",
     "camera-inside",
-    "The camera is inside a sphere or box, of which it sees nothing but the inner side.",
-    "move the camera, or the object; a room can be made of planes",
+    "The camera is inside a sphere or box in which no light shines and nothing stands: it sees nothing but the "
+    "inner side.",
+    "move the camera or the object, or put a light inside if it is a room",
 )
 BEHIND_CAMERA = Rule(
     "W004",
     "behind-camera",
-    "An object that is wholly behind the camera and carries no light.",
-    "turn the camera, or remove the object unless it is there for its shadow",
+    "An object that is wholly behind the camera, carries no light, and casts no shadow into the picture.",
+    "turn the camera, or remove the object",
 )
 OUT_OF_VIEW = Rule(
     "W005",
     "out-of-view",
-    "An object in front of the camera, but wholly outside the picture, that carries no light.",
-    "widen `fov`, turn the camera, or remove the object unless it is there for its shadow",
+    "An object in front of the camera, but wholly outside the picture, that carries no light and casts no shadow "
+    "into it.",
+    "widen `fov`, turn the camera, or remove the object",
 )
 HIDDEN_INSIDE = Rule(
     "W006",
@@ -267,7 +269,8 @@ WHITE_PICTURE = Rule(
 BURNT_OUT = Rule(
     "W010",
     "burnt-out",
-    "A light so close to a surface that it burns out there: more than fifty times as bright as white.",
+    "A light so close to a surface that it burns out there, and is seen to: more than fifty times as bright as "
+    "white.",
     "move the light away from it, lower the intensity, or let the object carry the light",
 )
 MORE_WARNINGS = Rule(
@@ -275,6 +278,12 @@ MORE_WARNINGS = Rule(
     "more-warnings",
     "There are more than 1,000 warnings; the others are not listed.",
     "mend the listed ones first, and check again",
+)
+UNKNOWN_IGNORE = Rule(
+    "W012",
+    "unknown-ignore",
+    "A comment `# rtcli: ignore` with a code that is not that of a warning, or without a code.",
+    "name warnings by their codes, as in `# rtcli: ignore W003, W005`",
 )
 
 RULES: tuple[Rule, ...] = tuple(value for value in list(globals().values()) if isinstance(value, Rule))

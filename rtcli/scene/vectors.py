@@ -29,3 +29,13 @@ def direction(start: Vector, end: Vector) -> Vector:
         # The difference of two finite numbers may overflow, that of their halves cannot.
         x, y, z = (there / 2 - here / 2 for here, there in zip(start, end, strict=True))
     return x, y, z
+
+
+def dot(a: Vector, b: Vector) -> float:
+    """Return the scalar product a . b (document, section 1.2.1)."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def scaled(a: Vector, factor: float) -> Vector:
+    """Return a vector times a number."""
+    return a[0] * factor, a[1] * factor, a[2] * factor

@@ -25,6 +25,26 @@ __version__: str
 # The exposure is metered at this many times as many points, a grid that spans the whole picture.
 METER_GRID: int
 
+class BudgetExceededError(RuntimeError):
+    """There was more to do than a `WorkBudget` allows."""
+
+@final
+class WorkBudget:
+    """How much work may be done: all that is given the same budget shares it.
+
+    It is counted, not timed: whether work exceeds a budget depends neither on the machine nor on threads.
+
+    Parameters
+    ----------
+    steps
+        Each is a node of the tree that is visited, or a test of a shape against 16 rays: about 10 ns.
+    """
+
+    def __new__(cls, steps: int, /) -> WorkBudget: ...
+    @property
+    def spent(self) -> int:
+        """The steps that were done so far; more than there may be, once the budget is exceeded."""
+
 @final
 class Tracer:
     """A world that is rendered to a film or to a picture. See `rtcli.tracer.world` for the meaning of each number.
@@ -66,8 +86,14 @@ class Tracer:
             If an array has another size or an unknown name, or `radiance` is missing.
         """
 
-    def levels(self, window: Window, look: _Look, /) -> bytearray:
-        """Render a window and develop it: red, green and blue of each pixel, 16 bits with the high byte first."""
+    def levels(self, window: Window, look: _Look, budget: WorkBudget | None = None, /) -> bytearray:
+        """Render a window and develop it: red, green and blue of each pixel, 16 bits with the high byte first.
+
+        Raises
+        ------
+        BudgetExceededError
+            If it is more work than the budget allows.
+        """
 
     def picture(
         self,
@@ -86,11 +112,23 @@ class Tracer:
             The number of rays, and the seconds that all threads together spent in each stage.
         """
 
-    def coverage(self, window: Window, /) -> list[int]:
-        """Return of each object how many pixels of a window its surface covers, what others hide included."""
+    def coverage(self, window: Window, budget: WorkBudget | None = None, /) -> list[int]:
+        """Return of each object how many pixels of a window its surface covers, what others hide included.
 
-    def exposure(self, grid: int, /) -> tuple[float, float | None, int]:
-        """Meter the whole picture at `grid` x `grid` points: return what `meter` does, and the number of rays."""
+        Raises
+        ------
+        BudgetExceededError
+            If it is more work than the budget allows.
+        """
+
+    def exposure(self, grid: int, budget: WorkBudget | None = None, /) -> tuple[float, float | None, int]:
+        """Meter the whole picture at `grid` x `grid` points: return what `meter` does, and the number of rays.
+
+        Raises
+        ------
+        BudgetExceededError
+            If it is more work than the budget allows.
+        """
 
 @final
 class PngEncoder:

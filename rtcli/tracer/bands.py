@@ -91,10 +91,12 @@ class BandedTracer:
                 rows = band.window.y + band.window.height - window.y
                 progress(rows * window.width, window.height * window.width)
 
-    def coverage(self, window: Window) -> list[int]:
-        """Return of each object how many pixel centres of a window it covers, what others hide included."""
-        parts = list(self._in_turn(cover_band, window))
-        return [sum(counts) for counts in zip(*parts, strict=True)]
+    def coverage(self, window: Window) -> list[int] | None:
+        """Return of each object how many pixel centres of a window it covers; None if it is too much work.
+
+        The whole window is one task: in bands it would be other work, and perhaps not too much of it.
+        """
+        return self._executor.submit(cover, self._task, window).result()
 
     def exposure(self) -> Metered:
         """Return what the meter finds for the whole picture, which takes no help."""
@@ -141,8 +143,8 @@ def trace_band(task: Task, window: Window, passes: tuple[str, ...]) -> Band:
     return Band(window, *_prepared(task).film(window, passes))
 
 
-def cover_band(task: Task, window: Window) -> list[int]:
-    """Return of each object how many pixel centres of a band it covers."""
+def cover(task: Task, window: Window) -> list[int] | None:
+    """Return of each object how many pixel centres of a window it covers."""
     return _prepared(task).coverage(window)
 
 

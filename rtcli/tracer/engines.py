@@ -19,8 +19,8 @@ class Tracer(Protocol):
     ) -> tuple[dict[str, Any], int]:
         """Return radiance and passes by name, and the number of rays."""
 
-    def coverage(self, window: Window) -> list[int]:
-        """Return of each object how many pixel centres of a window it covers, what others hide included."""
+    def coverage(self, window: Window) -> list[int] | None:
+        """Return of each object how many pixel centres of a window it covers; None if it is too much work."""
 
     def exposure(self) -> Metered:
         """Return what the meter finds for the whole picture."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from rtcli.tracer._native import METER_GRID, Tracer
+from rtcli.tracer._native import METER_GRID, BudgetExceededError, Tracer, WorkBudget
 from rtcli.tracer.world import Lights, Metered, Progress, Shapes, Window, World
 
 if TYPE_CHECKING:
@@ -13,6 +13,10 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     Arrays: TypeAlias = dict[str, npt.NDArray[np.generic]]
+
+# Steps of work to find the coverage, about a second's on two cores: 100,000 spheres apart from each other take a
+# sixth.
+_COVERAGE_STEPS = 120_000_000
 
 # Arrays of the film with one number a pixel; the others have three.
 _SCALARS = frozenset({"depth", "distance", "object_id"})
@@ -46,17 +50,38 @@ class NativeTracer:
         arrays = {name: _new_array(name, window) for name in ("radiance", *passes)}
         return arrays, self._tracer.film(window, arrays, progress)
 
-    def levels(self, window: Window, look: tuple[float, str, int]) -> bytearray:
-        """Return the developed picture, a small one: red, green and blue of each pixel, row by row."""
-        return self._tracer.levels(window, look)
+    def levels(self, window: Window, look: tuple[float, str, int], budget: WorkBudget | None = None) -> bytearray:
+        """Return the developed picture, a small one: red, green and blue of each pixel, row by row.
 
-    def coverage(self, window: Window) -> list[int]:
-        """Return of each object how many pixel centres of a window it covers, what others hide included."""
-        return self._tracer.coverage(window)
+        Raises
+        ------
+        rtcli.tracer._native.BudgetExceededError
+            If it is more work than the budget allows.
+        """
+        return self._tracer.levels(window, look, budget)
 
-    def exposure(self, grid: int = METER_GRID) -> Metered:
-        """Return what the meter finds for the whole picture, with fewer points if a rough result will do."""
-        return Metered(*self._tracer.exposure(grid))
+    def coverage(self, window: Window) -> list[int] | None:
+        """Return of each object how many pixel centres of a window it covers, what others hide included.
+
+        Returns
+        -------
+        list of int or None
+            None if it is too much work, of objects whose outlines are too many and too long.
+        """
+        try:
+            return self._tracer.coverage(window, WorkBudget(_COVERAGE_STEPS))
+        except BudgetExceededError:
+            return None
+
+    def exposure(self, grid: int = METER_GRID, budget: WorkBudget | None = None) -> Metered:
+        """Return what the meter finds for the whole picture, with fewer points if a rough result will do.
+
+        Raises
+        ------
+        rtcli.tracer._native.BudgetExceededError
+            If it is more work than the budget allows.
+        """
+        return Metered(*self._tracer.exposure(grid, budget))
 
     def picture(
         self,

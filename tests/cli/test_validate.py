@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from rtcli.probe import Probe
+
 WRONG = "camera: {resolution: [0, 480], fov: 200}\nx: 1\n"
 WRONG_LINES = [
     "1:23: error: camera.resolution[0]: must be at least 1, got 0 [E204]",
@@ -292,3 +294,76 @@ def test_json_on_standard_input_gets_the_report_of_json(run):
     result = run("validate", "-", "--format", "concise", input='{"camera": {"resolution": [4, 3] "fov": 40}}')
     assert result.exit_code == 1
     assert result.stdout.startswith("<stdin>:1:34: error: camera: not valid JSON: expected `,` or `}`")
+
+
+# --- What is not wanted, and what is left out ------------------------------------------------------------
+
+BEHIND = """\
+camera: {resolution: [8, 8], fov: 40}
+lights: [{position: [0, 5, 0], intensity: 900}]
+objects:
+  - {type: sphere, position: [0, 0, -5], radius: 1, color: red}
+  - {type: sphere, position: [0, 0, -5], radius: 1, color: red}
+  - {type: sphere, position: [0, 0, 5], radius: 1, color: red}
+"""
+
+
+@pytest.fixture
+def odd(folder):
+    """A scene with the warnings W004 and W007, `odd.yaml` in the folder."""
+    (folder / "odd.yaml").write_text(BEHIND)
+    return "odd.yaml"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "codes"),
+    [
+        ([], ["W007", "W004"]),
+        (["--ignore", "W004"], ["W007"]),
+        (["--ignore", "w007", "--ignore", "W004"], []),
+        (["--ignore", "W007, W004"], []),
+        (["--ignore", "W001"], ["W007", "W004"]),
+    ],
+)
+def test_ignored_warnings_are_in_no_report_and_do_not_fail_a_strict_run(run, odd, arguments, codes):
+    result = run("validate", odd, "--strict", "--format", "json", *arguments)
+    assert [problem["code"] for problem in json.loads(result.stdout)] == codes
+    assert result.exit_code == (1 if codes else 0)
+
+
+def test_ignored_warnings_may_stand_in_the_environment(run, odd, monkeypatch):
+    monkeypatch.setenv("RTCLI_VALIDATE_IGNORE", "W004 W007")
+    assert run("validate", odd, "--strict").exit_code == 0
+
+
+def test_comment_in_the_file_lets_a_strict_run_pass(run, odd, folder):
+    (folder / odd).write_text("# rtcli: ignore W004, W007\n" + BEHIND)
+    assert run("validate", odd, "--strict").exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("code", "message"),
+    [
+        ("W03", "there is no rule `W03`: did you mean W003?"),
+        ("camera-inside", "there is no rule `camera-inside`: did you mean W003?"),
+        ("W004,nonsense", "there is no rule `nonsense`"),
+        ("E204", "E204 is an error, which cannot be ignored: only warnings (W...) can"),
+        ("", "there is no rule ``"),
+    ],
+)
+def test_only_warnings_can_be_ignored(run, odd, code, message):
+    result = run("validate", odd, "--ignore", code)
+    assert result.exit_code == 2
+    assert message in " ".join(result.stderr.split())
+
+
+def test_what_is_left_out_is_told_on_standard_error_and_fails_nothing(run, scene, monkeypatch):
+    monkeypatch.setattr("rtcli.check.Probe", lambda scene: Probe(scene, 1))
+    result = run("validate", scene, "--strict", "--format", "json")
+    assert (result.exit_code, result.stdout) == (0, "[]\n")
+    assert result.stderr == (
+        "scene.yaml: the checks for W008, W009 and W010 were left out: the scene is too much work\n"
+        "1 scene is valid\n"
+    )
+    result = run("validate", scene, "--ignore", "W008,W009")
+    assert result.stderr.startswith("scene.yaml: the check for W010 was left out: the scene is too much work\n")

@@ -24,7 +24,7 @@ def blocks(language):
 
 
 def problems():
-    return check(WRONG.read_bytes(), NAME)
+    return check(WRONG.read_bytes(), NAME).problems
 
 
 def lines():

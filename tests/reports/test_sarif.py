@@ -256,7 +256,7 @@ def test_region_means_the_wrong_value_and_counts_characters(folder, line_end):
 def test_regions_of_all_wrong_files_of_the_tests_are_within_them():
     for path in CORPUS:
         raw = path.read_bytes()
-        log = log_of(Checked(path.name, check(raw, path.name)))
+        log = log_of(Checked(path.name, check(raw, path.name).problems))
         for result in results_of(log):
             text_of(region_of(result), raw.decode("utf-8-sig", errors="replace"))
 

@@ -1,5 +1,6 @@
 //! One block of the picture: what is seen in it, and the light that comes from there.
 
+use crate::budget::{WorkMeter, steps_of};
 use crate::bvh::{Cone, Stack};
 use crate::grid::{FACE_BITS, LANES, Lanes, NOTHING, Nearest, Rays};
 use crate::groups::{Group, Groups};
@@ -93,15 +94,23 @@ impl Block {
         }
     }
 
-    /// Trace all samples of the block, unless `cancelled` says that nobody waits any more.
+    /// Trace all samples of the block, unless `cancelled` says that nobody waits any more, or the meter runs out.
     #[inline(always)]
     pub(crate) fn trace(
         &mut self,
         scene: &Scene,
         settings: &Settings,
         place: Place,
+        meter: &mut WorkMeter,
         cancelled: impl Fn() -> bool,
     ) {
+        self.stack.meter = *meter;
+        self.trace_samples(scene, settings, place, cancelled);
+        *meter = self.stack.meter;
+    }
+
+    #[inline(always)]
+    fn trace_samples(&mut self, scene: &Scene, settings: &Settings, place: Place, cancelled: impl Fn() -> bool) {
         self.traced = 0;
         if self.offsets.len() != settings.samples as usize {
             self.offsets = sample_offsets(settings.samples);
@@ -118,6 +127,9 @@ impl Block {
             self.look(scene, place, self.offsets[sample]);
             for group in 0..self.groups.list.len() {
                 self.shade(scene, settings, group);
+                if self.stack.meter.ran_out() {
+                    return;
+                }
             }
             if let Some(total) = &mut self.total {
                 add(total, &self.radiance);
@@ -132,29 +144,16 @@ impl Block {
         }
     }
 
-    /// Tell of each object how many of the wanted pixel centres it would cover if it were alone.
-    #[inline(always)]
-    pub(crate) fn cover(&mut self, scene: &Scene, place: Place, mut tell: impl FnMut(u32, u64)) {
-        self.rays.aim(place.view, place.corner, CENTRE);
-        let cone = Cone::of_block(&self.rays);
-        let mut walk = scene.bvh.walk(&cone, &mut self.stack);
-        let (rays, nearest) = (&self.rays, &mut self.nearest);
-        let mut count = |object: u32| {
-            nearest.clear(rays);
-            scene.shapes[object as usize].meet(object << FACE_BITS, rays, nearest);
-            let covered = (0..LANES).filter(|&lane| nearest.face[lane] != NOTHING && place.wants(lane));
-            tell(object, covered.count() as u64);
-        };
-        while let Some(object) = walk.next(f32::INFINITY) {
-            count(object);
-        }
-        scene.planes.iter().copied().for_each(count);
-    }
-
     /// Find what the rays through a place `within` each pixel meet first, and group them by it.
     #[inline(always)]
     fn look(&mut self, scene: &Scene, place: Place, within: (f64, f64)) {
         self.rays.aim(place.view, place.corner, within);
+        self.stack.rays = LANES;
+        // Planes are in no tree: all of them are tested.
+        if !self.stack.meter.take((1 + scene.planes.len() as u64) * steps_of(LANES)) {
+            self.groups.list.clear();
+            return;
+        }
         nearest_hits(scene, &self.rays, &mut self.nearest, &mut self.stack);
         if self.nearest.close > 0 {
             self.settler
@@ -213,6 +212,13 @@ impl Block {
         if lanes.is_empty() || !(lit || surface.is_some()) {
             return;
         }
+        // For each lamp the points are looked at, and all planes; the walks through the tree count themselves.
+        let steps = steps_of(lanes.len());
+        let per_lamp = steps * (1 + scene.planes.len() as u64);
+        if lit && !self.stack.meter.take(per_lamp.saturating_mul(scene.lamps.len() as u64)) {
+            return;
+        }
+        self.stack.rays = lanes.len();
         let whole = lanes.len() == LANES;
         if !whole {
             self.some_rays.pick(&self.rays, lanes);
@@ -227,6 +233,8 @@ impl Block {
         if !lit {
             return;
         }
+        // The lighting walks the tree with the same stack, which holds the meter.
+        std::mem::swap(&mut self.stack, &mut self.lighting.stack);
         if whole {
             self.traced += self
                 .lighting
@@ -240,6 +248,7 @@ impl Block {
                 put(to, lanes, |i| from[i]);
             }
         }
+        std::mem::swap(&mut self.stack, &mut self.lighting.stack);
     }
 }
 

@@ -4,6 +4,7 @@
 //! tests are float32 and generous by more than their rounding, so that what the kernel can hit is never left out:
 //! the tree decides how fast a picture is, not what is in it.
 
+use crate::budget::{WorkMeter, steps_of};
 use crate::grid::Rays;
 use crate::points::Ball;
 use crate::scene::Shape;
@@ -186,7 +187,7 @@ impl Bvh {
     /// Start a walk through what a cone may meet.
     #[inline(always)]
     pub(crate) fn walk<'a>(&'a self, cone: &'a Cone, stack: &'a mut Stack) -> Walk<'a> {
-        stack.0.clear();
+        stack.waiting.clear();
         Walk {
             nodes: &self.nodes,
             cone,
@@ -196,10 +197,16 @@ impl Bvh {
     }
 }
 
-/// What waits to be visited in a walk: the distance along the cone's axis where it begins, as bits, and below it its
-/// number. Kept from walk to walk.
+/// What is kept from walk to walk.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Stack(Vec<u64>);
+pub(crate) struct Stack {
+    /// What waits to be visited: the distance along the cone's axis where it begins, as bits, and below it its number.
+    waiting: Vec<u64>,
+    /// Counts the steps of all walks; once they run out, walks end at once.
+    pub(crate) meter: WorkMeter,
+    /// How many rays each object is tested against.
+    pub(crate) rays: usize,
+}
 
 /// Comes after all that waits.
 const DONE: u64 = u64::MAX;
@@ -227,13 +234,25 @@ impl Walk<'_> {
             }
             let number = next as u32;
             if (next >> 32) as u32 > limit.to_bits() {
-                self.next = self.stack.0.pop().unwrap_or(DONE);
+                self.next = self.stack.waiting.pop().unwrap_or(DONE);
+            } else if !self.stack.meter.take(self.steps(number)) {
+                return None;
             } else if number & LEAF != 0 {
-                self.next = self.stack.0.pop().unwrap_or(DONE);
+                self.next = self.stack.waiting.pop().unwrap_or(DONE);
                 return Some(number & !LEAF);
             } else {
                 self.open(number, limit);
             }
+        }
+    }
+
+    /// The steps of what is done with a node, or an object.
+    #[inline(always)]
+    fn steps(&self, number: u32) -> u64 {
+        if number & LEAF == 0 {
+            1
+        } else {
+            steps_of(self.stack.rays)
         }
     }
 
@@ -257,7 +276,7 @@ impl Walk<'_> {
             found[j] = entry;
             count += 1;
         }
-        let stack = &mut self.stack.0;
+        let stack = &mut self.stack.waiting;
         if count == 0 {
             self.next = stack.pop().unwrap_or(DONE);
         } else {

@@ -14,9 +14,9 @@ type Before = ([[f32; 3]; 3], [f32; 3], [f32; 3]);
 pub(crate) struct Cuboid {
     pub(crate) center: Vector,
     /// Its axes, unit vectors.
-    axes: [Vector; 3],
+    pub(crate) axes: [Vector; 3],
     /// Half its size along them.
-    half: Vector,
+    pub(crate) half: Vector,
     /// The eye as the box sees it, from its centre along its axes; exactly on a face if it is on one.
     eye: Vector,
 }

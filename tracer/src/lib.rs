@@ -15,6 +15,8 @@
 //! | `block`, `lighting`, `shadow` | the light that comes from a block |
 //! | `contact` | places that lie on a surface |
 //! | [`render`] | whole pictures, on all cores |
+//! | `coverage` | how many pixels each object would cover if it were alone |
+//! | `budget` | a bound for work that nobody should have to wait for |
 //! | [`develop`], [`meter`], [`png`] | from radiance to a file |
 //! | [`simd`] | which instructions the machine has |
 
@@ -23,8 +25,10 @@
 #![allow(clippy::needless_range_loop)]
 
 mod block;
+mod budget;
 mod bvh;
 mod contact;
+mod coverage;
 mod cuboid;
 pub mod develop;
 mod film;
@@ -48,8 +52,9 @@ mod sphere;
 mod vector;
 pub mod world;
 
+pub use budget::WorkBudget;
 pub use film::Film;
 pub use place::focal_length;
-pub use render::{Cancelled, Monitor, Tracer};
+pub use render::{Monitor, Stopped, Tracer};
 pub use sampling::sample_offsets;
 pub use simd::Level;

@@ -24,7 +24,7 @@ pub(crate) struct Lighting {
     squared: Lanes,
     /// cos(theta) / r^2 of one lamp, and 0 where it is hidden.
     light: Lanes,
-    stack: Stack,
+    pub(crate) stack: Stack,
 }
 
 impl Lighting {

@@ -1,6 +1,8 @@
 //! Whole pictures, on all cores: into arrays, or to a file while they are traced.
 
 use crate::block::{Block, Truth};
+use crate::budget::WorkBudget;
+use crate::coverage::Coverage;
 use crate::develop::Developer;
 use crate::film::{Film, Home};
 use crate::grid::{LANES, SIDE};
@@ -16,17 +18,28 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 use std::time::{Duration, Instant};
 
-/// How far the work has come, and whether anybody still waits for it; shared between threads.
-#[derive(Debug, Default)]
+/// How far the work has come, whether anybody still waits for it, and how much of it there may be; shared between
+/// threads.
+#[derive(Debug)]
 pub struct Monitor {
     done: AtomicU64,
     cancelled: Arc<AtomicBool>,
+    budget: Arc<WorkBudget>,
 }
 
 impl Monitor {
-    /// Nothing is done yet.
+    /// Of work that has not begun, of any amount.
     pub fn new() -> Monitor {
-        Monitor::default()
+        Monitor::within(Arc::new(WorkBudget::unlimited()))
+    }
+
+    /// Of work that has not begun, and is given up when it exceeds a budget.
+    pub fn within(budget: Arc<WorkBudget>) -> Monitor {
+        Monitor {
+            done: AtomicU64::new(0),
+            cancelled: Arc::default(),
+            budget,
+        }
     }
 
     /// The pixels that are done.
@@ -44,6 +57,7 @@ impl Monitor {
         Monitor {
             done: AtomicU64::new(0),
             cancelled: Arc::clone(&self.cancelled),
+            budget: Arc::clone(&self.budget),
         }
     }
 
@@ -52,27 +66,54 @@ impl Monitor {
         self.cancelled.load(Relaxed)
     }
 
-    fn check(&self) -> Result<(), Cancelled> {
-        if self.cancelled() { Err(Cancelled) } else { Ok(()) }
+    /// What the work counts its steps in.
+    pub(crate) fn budget(&self) -> &WorkBudget {
+        &self.budget
+    }
+
+    /// Whether to end, for whatever reason.
+    pub(crate) fn stopped(&self) -> bool {
+        self.cancelled() || self.budget.is_exceeded()
+    }
+
+    fn check(&self) -> Result<(), Stopped> {
+        if self.cancelled() {
+            Err(Stopped::Cancelled)
+        } else if self.budget.is_exceeded() {
+            Err(Stopped::BudgetExceeded)
+        } else {
+            Ok(())
+        }
     }
 }
 
-/// The work was given up because somebody asked for it.
+impl Default for Monitor {
+    fn default() -> Monitor {
+        Monitor::new()
+    }
+}
+
+/// Why work was given up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Cancelled;
+pub enum Stopped {
+    /// Somebody asked for it.
+    Cancelled,
+    /// There was more to do than its budget allows.
+    BudgetExceeded,
+}
 
 /// Why a picture was not written.
 #[derive(Debug)]
 pub enum PictureError {
-    /// Somebody asked for it.
-    Cancelled,
+    /// It was given up.
+    Stopped(Stopped),
     /// It could not be written.
     Io(io::Error),
 }
 
-impl From<Cancelled> for PictureError {
-    fn from(_: Cancelled) -> PictureError {
-        PictureError::Cancelled
+impl From<Stopped> for PictureError {
+    fn from(stopped: Stopped) -> PictureError {
+        PictureError::Stopped(stopped)
     }
 }
 
@@ -97,6 +138,9 @@ pub struct Effort {
 
 /// Bytes of developed pixels that may wait to be written.
 const MOST_WAITING: usize = 64 << 20;
+
+/// Objects whose coverage one thread counts at a time.
+const OBJECTS: usize = 16;
 
 /// Bytes of a pixel of three 16-bit values.
 const MOST_BYTES: usize = 6;
@@ -124,12 +168,12 @@ impl Tracer {
     ///
     /// # Errors
     ///
-    /// If the monitor was asked to give up.
+    /// If the monitor was asked to give up, or its budget is exceeded.
     ///
     /// # Panics
     ///
     /// If the arrays of the film do not fit the window, or the window is not inside the picture.
-    pub fn film(&self, window: Window, film: Film<'_>, monitor: &Monitor) -> Result<u64, Cancelled> {
+    pub fn film(&self, window: Window, film: Film<'_>, monitor: &Monitor) -> Result<u64, Stopped> {
         assert!(film.holds(window), "the film does not fit the window");
         self.film_of(self.shot(monitor), window, film)
     }
@@ -138,8 +182,8 @@ impl Tracer {
     ///
     /// # Errors
     ///
-    /// If the monitor was asked to give up.
-    pub fn exposure(&self, grid: u32, monitor: &Monitor) -> Result<(Metered, u64), Cancelled> {
+    /// If the monitor was asked to give up, or its budget is exceeded.
+    pub fn exposure(&self, grid: u32, monitor: &Monitor) -> Result<(Metered, u64), Stopped> {
         let mut radiance = vec![0.0; 3 * grid as usize * grid as usize];
         let film = Film {
             radiance: &mut radiance,
@@ -169,20 +213,24 @@ impl Tracer {
     ///
     /// # Errors
     ///
-    /// If the monitor was asked to give up.
-    pub fn coverage(&self, window: Window, monitor: &Monitor) -> Result<Vec<u64>, Cancelled> {
-        let covered: Vec<AtomicU64> = self.scene.shapes.iter().map(|_| AtomicU64::new(0)).collect();
-        let bands: Vec<Window> = bands_of(window).collect();
-        bands.into_par_iter().for_each(|window| {
-            self.level.run(Coverage {
-                scene: &self.scene,
-                shot: self.shot(monitor),
-                window,
-                covered: &covered,
+    /// If the monitor was asked to give up, or its budget is exceeded.
+    pub fn coverage(&self, window: Window, monitor: &Monitor) -> Result<Vec<u64>, Stopped> {
+        let view = View::new(&self.world.camera);
+        let mut covered = vec![0; self.scene.shapes.len()];
+        covered
+            .par_chunks_mut(OBJECTS)
+            .zip(self.scene.shapes.par_chunks(OBJECTS))
+            .for_each(|(covered, shapes)| {
+                self.level.run(Coverage {
+                    shapes,
+                    view,
+                    window,
+                    monitor,
+                    covered,
+                });
             });
-        });
         monitor.check()?;
-        Ok(covered.into_iter().map(AtomicU64::into_inner).collect())
+        Ok(covered)
     }
 
     /// What is asked of the whole picture.
@@ -194,7 +242,7 @@ impl Tracer {
         }
     }
 
-    fn film_of(&self, shot: Shot<'_>, window: Window, film: Film<'_>) -> Result<u64, Cancelled> {
+    fn film_of(&self, shot: Shot<'_>, window: Window, film: Film<'_>) -> Result<u64, Stopped> {
         let width = window.width as usize;
         let truth = film.truth();
         let new_block = || Block::new(truth);
@@ -235,7 +283,7 @@ impl Tracer {
     ///
     /// # Errors
     ///
-    /// If the monitor was asked to give up, or `sink` fails.
+    /// If the monitor was asked to give up, its budget is exceeded, or `sink` fails.
     ///
     /// # Panics
     ///
@@ -372,10 +420,13 @@ impl<T: Target> Work for Band<'_, T> {
         let start = Instant::now();
         let (mut blocks, mut timed) = (0, Duration::ZERO);
         for place in Place::all(view, self.window) {
-            if monitor.cancelled() {
+            if monitor.stopped() {
                 return;
             }
-            self.block.trace(self.scene, settings, place, || monitor.cancelled());
+            let mut meter = monitor.budget().meter();
+            self.block
+                .trace(self.scene, settings, place, &mut meter, || monitor.cancelled());
+            monitor.budget().spend(meter);
             if blocks % TIMED == 0 {
                 let traced = Instant::now();
                 self.target.take(self.block, place);
@@ -392,29 +443,6 @@ impl<T: Target> Work for Band<'_, T> {
         let develop = timed.mul_f64(f64::from(blocks) / f64::from(blocks.div_ceil(TIMED).max(1)));
         self.effort.develop = develop.min(elapsed);
         self.effort.trace = elapsed - self.effort.develop;
-    }
-}
-
-/// The pixels of a band that each object covers.
-struct Coverage<'a> {
-    scene: &'a Scene,
-    shot: Shot<'a>,
-    window: Window,
-    covered: &'a [AtomicU64],
-}
-
-impl Work for Coverage<'_> {
-    #[inline(always)]
-    fn run(self) {
-        let mut block = Block::new(Truth::Hits);
-        for place in Place::all(self.shot.view, self.window) {
-            if self.shot.monitor.cancelled() {
-                return;
-            }
-            block.cover(self.scene, place, |object, pixels| {
-                self.covered[object as usize].fetch_add(pixels, Relaxed);
-            });
-        }
     }
 }
 

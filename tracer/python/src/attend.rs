@@ -1,11 +1,13 @@
 //! Work in a pool of threads, while the calling thread listens to Python.
 
 use std::num::NonZero;
+use std::sync::Arc;
 use std::time::Duration;
 
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
+use rtcli_tracer::WorkBudget;
 use rtcli_tracer::render::Monitor;
 
 use crate::mailbox::Mailbox;
@@ -22,6 +24,8 @@ pub struct Listener<'a, 'py> {
     write: Option<&'a Bound<'py, PyAny>>,
     pixels: u64,
     told: u64,
+    /// How much may be done; None for any amount.
+    budget: Option<Arc<WorkBudget>>,
 }
 
 impl<'a, 'py> Listener<'a, 'py> {
@@ -38,7 +42,13 @@ impl<'a, 'py> Listener<'a, 'py> {
             write,
             pixels,
             told: 0,
+            budget: None,
         }
+    }
+
+    /// Bounds the work, which then ends as soon as it exceeds the budget.
+    pub fn within(self, budget: Option<Arc<WorkBudget>>) -> Self {
+        Listener { budget, ..self }
     }
 
     /// Runs work in a pool of threads and returns its result.
@@ -49,7 +59,8 @@ impl<'a, 'py> Listener<'a, 'py> {
         threads: usize,
         work: impl FnOnce(&Monitor, &Mailbox) -> T + Send,
     ) -> PyResult<T> {
-        let (monitor, mailbox) = (Monitor::new(), Mailbox::default());
+        let monitor = self.budget.clone().map_or_else(Monitor::new, Monitor::within);
+        let mailbox = Mailbox::default();
         let pool = pool(threads)?;
         let mut result = None;
         pool.in_place_scope(|scope| {

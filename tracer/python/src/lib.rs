@@ -31,7 +31,7 @@ mod _native {
     #[pymodule_export]
     use crate::png::{decode_png, encode_png};
     #[pymodule_export]
-    use crate::tracer::{Tracer, sample_offsets, simd_level};
+    use crate::tracer::{BudgetExceededError, Tracer, WorkBudget, sample_offsets, simd_level};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -2,12 +2,14 @@
 
 use std::collections::HashMap;
 use std::env;
+use std::sync::Arc;
 
+use pyo3::create_exception;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
 use rtcli_tracer::meter::Metered;
-use rtcli_tracer::render::{Cancelled, Monitor, PictureError};
+use rtcli_tracer::render::{Monitor, PictureError, Stopped};
 use rtcli_tracer::world::World;
 use rtcli_tracer::{Film, Level};
 
@@ -38,6 +40,36 @@ fn level() -> PyResult<Level> {
         Some(name) if name.is_empty() => Ok(Level::best()),
         Some(name) => Level::named(&name.to_string_lossy())
             .map_err(|error| PyValueError::new_err(format!("{SIMD}: {error}"))),
+    }
+}
+
+create_exception!(
+    rtcli.tracer._native,
+    BudgetExceededError,
+    PyRuntimeError,
+    "There was more to do than a `WorkBudget` allows."
+);
+
+/// How much work may be done, in steps that are counted and not timed.
+#[pyclass(frozen, module = "rtcli.tracer._native")]
+pub struct WorkBudget {
+    core: Arc<rtcli_tracer::WorkBudget>,
+}
+
+#[pymethods]
+impl WorkBudget {
+    #[new]
+    #[pyo3(signature = (steps, /))]
+    fn new(steps: u64) -> Self {
+        WorkBudget {
+            core: Arc::new(rtcli_tracer::WorkBudget::new(steps)),
+        }
+    }
+
+    /// The steps that were done so far.
+    #[getter]
+    fn spent(&self) -> u64 {
+        self.core.spent()
     }
 }
 
@@ -94,13 +126,14 @@ impl Tracer {
         listener.attend(self.threads, work)?.map_err(given_up)
     }
 
-    /// Renders a window and develops it to 8 bits a channel.
-    #[pyo3(signature = (window, look, /))]
+    /// Renders a window and develops it, within a budget.
+    #[pyo3(signature = (window, look, budget=None, /))]
     fn levels<'py>(
         &self,
         py: Python<'py>,
         window: PyWindow,
         look: PyLook<'py>,
+        budget: Option<&WorkBudget>,
     ) -> PyResult<Bound<'py, PyByteArray>> {
         let window = world::window(window, self.size)?;
         let developer = developer(look)?;
@@ -109,7 +142,7 @@ impl Tracer {
             radiance: &mut radiance,
             ..Film::default()
         };
-        let mut listener = Listener::new(py, 0, None, None);
+        let mut listener = Listener::new(py, 0, None, None).within(core(budget));
         let work = |monitor: &Monitor, _: &_| self.core.film(window, film, monitor);
         listener.attend(self.threads, work)?.map_err(given_up)?;
         developed(py, &developer, &radiance)
@@ -135,33 +168,46 @@ impl Tracer {
             |monitor: &Monitor, mailbox: &_| self.core.write_png(window, &developer, &texts, mailbox, monitor);
         let effort = listener.attend(self.threads, work)?.map_err(|error| match error {
             PictureError::Io(error) => error.into(),
-            PictureError::Cancelled => given_up(Cancelled),
+            PictureError::Stopped(stopped) => given_up(stopped),
         })?;
         let [trace, develop, write] = [effort.trace, effort.develop, effort.write].map(|time| time.as_secs_f64());
         Ok((effort.rays, trace, develop, write))
     }
 
-    /// Returns how many pixels of a window each object would cover if it were alone.
-    #[pyo3(signature = (window, /))]
-    fn coverage(&self, py: Python<'_>, window: PyWindow) -> PyResult<Vec<u64>> {
+    /// Returns how many pixels of a window each object would cover if it were alone, within a budget.
+    #[pyo3(signature = (window, budget=None, /))]
+    fn coverage(&self, py: Python<'_>, window: PyWindow, budget: Option<&WorkBudget>) -> PyResult<Vec<u64>> {
         let window = world::window(window, self.size)?;
-        let mut listener = Listener::new(py, 0, None, None);
+        let mut listener = Listener::new(py, 0, None, None).within(core(budget));
         let work = |monitor: &Monitor, _: &_| self.core.coverage(window, monitor);
         listener.attend(self.threads, work)?.map_err(given_up)
     }
 
-    /// Meters the whole picture at `grid` x `grid` points; returns stops, percentile, and how many rays that took.
-    #[pyo3(signature = (grid, /))]
-    fn exposure(&self, py: Python<'_>, grid: u32) -> PyResult<(f64, Option<f64>, u64)> {
+    /// Meters the whole picture at `grid` x `grid` points, within a budget; returns stops, percentile, and how many rays
+    /// that took.
+    #[pyo3(signature = (grid, budget=None, /))]
+    fn exposure(
+        &self,
+        py: Python<'_>,
+        grid: u32,
+        budget: Option<&WorkBudget>,
+    ) -> PyResult<(f64, Option<f64>, u64)> {
         has_pixels(grid, grid)?;
-        let mut listener = Listener::new(py, 0, None, None);
+        let mut listener = Listener::new(py, 0, None, None).within(core(budget));
         let work = |monitor: &Monitor, _: &_| self.core.exposure(grid, monitor);
         let (Metered { stops, percentile }, rays) = listener.attend(self.threads, work)?.map_err(given_up)?;
         Ok((stops, percentile, rays))
     }
 }
 
-/// Only who listens gives a rendering up, and then raises an error of its own.
-fn given_up(_: Cancelled) -> PyErr {
-    PyRuntimeError::new_err("the rendering was given up")
+fn core(budget: Option<&WorkBudget>) -> Option<Arc<rtcli_tracer::WorkBudget>> {
+    budget.map(|budget| Arc::clone(&budget.core))
+}
+
+/// Only who listens cancels a rendering, and then raises an error of its own.
+fn given_up(stopped: Stopped) -> PyErr {
+    match stopped {
+        Stopped::Cancelled => PyRuntimeError::new_err("the rendering was given up"),
+        Stopped::BudgetExceeded => BudgetExceededError::new_err("there is more to do than the budget allows"),
+    }
 }

@@ -488,7 +488,7 @@ fn what_is_cancelled_before_it_begins_is_not_done() {
     monitor.cancel();
     let developer = Developer::new(0.0, Tone::Clip, Bits::Eight);
     let result = best(&scene).write_png(whole(&scene), &developer, &[], io::sink(), &monitor);
-    assert!(matches!(result, Err(PictureError::Cancelled)));
+    assert!(matches!(result, Err(PictureError::Stopped(Stopped::Cancelled))));
     let small = Window {
         x: 0,
         y: 0,
@@ -499,8 +499,8 @@ fn what_is_cancelled_before_it_begins_is_not_done() {
         radiance: &mut vec![0.0; 7500],
         ..Film::default()
     };
-    assert_eq!(best(&scene).film(small, film, &monitor), Err(Cancelled));
-    assert_eq!(best(&scene).exposure(4, &monitor), Err(Cancelled));
+    assert_eq!(best(&scene).film(small, film, &monitor), Err(Stopped::Cancelled));
+    assert_eq!(best(&scene).exposure(4, &monitor), Err(Stopped::Cancelled));
     assert_eq!(monitor.done(), 0);
 }
 
@@ -517,7 +517,10 @@ fn what_is_cancelled_while_it_is_done_ends_soon() {
         }
         monitor.cancel();
         let start = Instant::now();
-        assert!(matches!(work.join().unwrap(), Err(PictureError::Cancelled)));
+        assert!(matches!(
+            work.join().unwrap(),
+            Err(PictureError::Stopped(Stopped::Cancelled))
+        ));
         assert!(start.elapsed() < Duration::from_secs(2), "{:?}", start.elapsed());
     });
     assert!(monitor.done() < 16_000_000);
@@ -553,4 +556,101 @@ fn a_film_of_another_size_is_refused() {
         ..Film::default()
     };
     let _ = best(&scene).film(whole(&scene), film, &Monitor::new());
+}
+
+/// The levels of a picture and the steps it took, or why it was given up.
+fn within(world: &World, level: Level, threads: usize, steps: u64) -> (Result<Vec<f32>, Stopped>, u64) {
+    let budget = Arc::new(WorkBudget::new(steps));
+    let monitor = Monitor::within(Arc::clone(&budget));
+    let window = whole(world);
+    let mut radiance = vec![0.0; 3 * window.width as usize * window.height as usize];
+    let film = Film {
+        radiance: &mut radiance,
+        ..Film::default()
+    };
+    let tracer = Tracer::new(world.clone(), level);
+    let result = on_threads(threads, || tracer.film(window, film, &monitor));
+    (result.map(|_| radiance), budget.spent())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(50))]
+
+    #[test]
+    fn whether_a_picture_exceeds_a_budget_depends_on_nothing_but_the_world(world in any_world()) {
+        let (expected, steps) = within(&world, Level::best(), 1, u64::MAX);
+        let expected = expected.unwrap();
+        prop_assert!(steps > 0);
+        for level in Level::available() {
+            for threads in [1, 2, 5] {
+                prop_assert_eq!(within(&world, level, threads, steps), (Ok(expected.clone()), steps));
+                let (result, spent) = within(&world, level, threads, steps - 1);
+                prop_assert_eq!(result, Err(Stopped::BudgetExceeded));
+                prop_assert!(spent >= steps);
+            }
+        }
+    }
+}
+
+/// Planes over each other and lights above them: none is in the tree.
+fn many_planes(planes: u32, lights: u32) -> World {
+    let mut world = large_scene();
+    (world.camera.width, world.camera.height) = (16, 16);
+    world.objects = (0..planes)
+        .map(|i| Object {
+            position: [0.0, -1.0 - f64::from(i), 0.0],
+            color: [0.5; 3],
+            form: Form::Plane {
+                normal: [0.0, 1.0, 0.0],
+            },
+        })
+        .collect();
+    world.lights = (0..lights)
+        .map(|i| Light {
+            position: [f64::from(i), 5.0, -3.0],
+            color: [1.0; 3],
+            intensity: 1.0,
+            body: None,
+        })
+        .collect();
+    world
+}
+
+#[test]
+fn planes_and_lights_count_as_work_too() {
+    let steps = |planes, lights| within(&many_planes(planes, lights), Level::best(), 1, u64::MAX).1;
+    assert!(steps(1000, 1) > 500 * steps(1, 1));
+    assert!(steps(1, 1000) > 200 * steps(1, 1));
+    assert!(steps(100, 100) > 1000 * steps(1, 1));
+}
+
+#[test]
+fn a_picture_ends_soon_after_its_budget() {
+    let world = large_scene();
+    let (result, spent) = within(&world, Level::best(), 2, 1000);
+    assert_eq!(result, Err(Stopped::BudgetExceeded));
+    assert!(spent < 2500, "{spent}");
+    let budget = Arc::new(WorkBudget::new(1000));
+    assert_eq!(
+        best(&world).exposure(128, &Monitor::within(Arc::clone(&budget))),
+        Err(Stopped::BudgetExceeded)
+    );
+    assert!(budget.is_exceeded());
+}
+
+#[test]
+fn works_in_turn_share_a_budget() {
+    let world = many_planes(2, 1);
+    let steps = within(&world, Level::best(), 1, u64::MAX).1;
+    let budget = Arc::new(WorkBudget::new(2 * steps - 1));
+    let tracer = best(&world);
+    let once = || {
+        let film = Film {
+            radiance: &mut vec![0.0; 3 * 256],
+            ..Film::default()
+        };
+        tracer.film(whole(&world), film, &Monitor::within(Arc::clone(&budget)))
+    };
+    assert!(once().is_ok());
+    assert_eq!(once(), Err(Stopped::BudgetExceeded));
 }
