@@ -74,7 +74,11 @@ impl Lighting {
             shadow.cast(scene, object, &mut self.stack);
             let mut share = share(lamp, albedo);
             if settings.eye_falloff {
-                let gain = if share.iter().any(|&share| share > STRONG) { STRONG } else { 1.0 };
+                let gain = if share.iter().any(|&share| share > STRONG) {
+                    STRONG
+                } else {
+                    1.0
+                };
                 share = share.map(|share| share / gain);
                 self.weaken(scene.unit, gain);
             }

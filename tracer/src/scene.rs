@@ -263,7 +263,11 @@ impl Space<'_> {
                 let axes = turned_axes(rotation).map(|axis| self.direction(axis));
                 let half = self.half(size);
                 let close = eye.is_within(FAR_FROM_ROUNDING * (taxi(place) + length(half)));
-                let eye = if close { eye.local } else { turned(&axes, scale(place, -1.0)) };
+                let eye = if close {
+                    eye.local
+                } else {
+                    turned(&axes, scale(place, -1.0))
+                };
                 Shape::Cuboid(Cuboid::new(place, axes, half, eye))
             }
         }
@@ -329,7 +333,9 @@ fn suitable_unit(world: &World) -> f64 {
     };
     let middle = objects.len() / 2;
     let (_, &mut typical, _) = objects.select_nth_unstable(middle);
-    let exponent = typical.max(farthest - LARGEST_EXPONENT).min(nearest - SMALLEST_EXPONENT);
+    let exponent = typical
+        .max(farthest - LARGEST_EXPONENT)
+        .min(nearest - SMALLEST_EXPONENT);
     libm::scalbn(1.0, -exponent.clamp(-1000, 1000))
 }
 

@@ -59,7 +59,11 @@ impl Settler {
         self.candidates
             .sort_unstable_by_key(|candidate| (candidate.lane, candidate.face));
         // A single close ray is most often where two surfaces cross.
-        let blur = if nearest.close == 1 { CROSSING * rays.pixel() } else { 0.0 };
+        let blur = if nearest.close == 1 {
+            CROSSING * rays.pixel()
+        } else {
+            0.0
+        };
         for candidates in self.candidates.chunk_by(|a, b| a.lane == b.lane) {
             if let Some(seen) = first_of_the_nearest(candidates, blur) {
                 let lane = usize::from(seen.lane);
@@ -104,9 +108,13 @@ fn first_of_the_nearest(candidates: &[Candidate], blur: f64) -> Option<Candidate
         return None;
     }
     let before = nearest.depth * (1.0 + COINCIDENT) + nearest.slack;
-    let mut in_one_place = all.clone().filter(|candidate| candidate.depth - candidate.slack <= before);
+    let mut in_one_place = all
+        .clone()
+        .filter(|candidate| candidate.depth - candidate.slack <= before);
     let first = in_one_place.next()?;
-    let crossing = all.clone().all(|candidate| candidate.depth - nearest.depth < blur * nearest.depth);
+    let crossing = all
+        .clone()
+        .all(|candidate| candidate.depth - nearest.depth < blur * nearest.depth);
     if crossing && in_one_place.next().is_none() {
         return all.min_by(|a, b| a.t.total_cmp(&b.t));
     }

@@ -220,7 +220,11 @@ impl Sphere {
             let d = h * h - k * rays.vv[lane];
             let s = if d > 0.0 { d.sqrt() } else { 0.0 };
             // From inside, the root that does not cancel.
-            let tau = if !outside && h < 0.0 { (s - h) / rays.vv[lane] } else { -k / (h - turn * s) };
+            let tau = if !outside && h < 0.0 {
+                (s - h) / rays.vv[lane]
+            } else {
+                -k / (h - turn * s)
+            };
             let offset = [e[0] + tau * v[0], e[1] + tau * v[1], tau];
             for i in 0..3 {
                 points.normal[i][lane] = turn * (n_0[i] + offset[i]);
@@ -248,7 +252,8 @@ impl Sphere {
     ///
     /// With w from the point to the lamp, q and c from the point and the lamp to the centre, and M = c x -w: the line
     /// meets the sphere where M.M <= R^2 w.w, and does so between the two if q.w > 0 and c.w < 0; or if one of them is
-    /// inside. A point is outside if its power q.q - R^2 is above 0. With the offset p from the reference, q = q_r - p:
+    /// inside. A point is outside if its power q.q - R^2 is above 0. With the offset p from the reference, q = q_r - p;
+    /// where the reference is close to the sphere nothing cancels in
     ///
     /// q.q - R^2 = (q_r.q_r - R^2) - p.(q_r + q)
     ///
@@ -267,9 +272,9 @@ impl Sphere {
         let q_r = single(scale(from_reference, per_radius));
         let power_r = (power(from_reference, self.radius) * per_radius * per_radius) as f32;
         let to_lamp = single(sub(lamp, shadow.points.reference));
-        // What rounding does to the power of a point, of its slack and of the reference.
-        let farthest = 2.0 + q_r[0].abs() + q_r[1].abs() + q_r[2].abs();
-        let rounding = (shadow.rounding_at_points(self.radius) * per_radius) as f32 * farthest;
+        let close = length(from_reference) < 1.5 * self.radius;
+        // The power of a point at a height h is about 2 h R.
+        let rounding = (2.0 * shadow.rounding_at_points(self.radius) * per_radius) as f32;
         let per_radius = per_radius as f32;
         let points = shadow.points;
         for lane in 0..points.padded() {
@@ -277,9 +282,12 @@ impl Sphere {
             let w = points.toward(to_lamp, lane);
             let scaled = p.map(|component| component * per_radius);
             let q = [q_r[0] - scaled[0], q_r[1] - scaled[1], q_r[2] - scaled[2]];
-            let power = power_r
-                - (scaled[0] * (q_r[0] + q[0]) + scaled[1] * (q_r[1] + q[1]) + scaled[2] * (q_r[2] + q[2]));
-            let slack = points.slack(lane) * per_radius * farthest + rounding;
+            let power = if close {
+                power_r - (scaled[0] * (q_r[0] + q[0]) + scaled[1] * (q_r[1] + q[1]) + scaled[2] * (q_r[2] + q[2]))
+            } else {
+                q[0] * q[0] + q[1] * q[1] + q[2] * q[2] - 1.0
+            };
+            let slack = 2.0 * points.slack(lane) * per_radius + rounding;
             let m = [
                 moment[0] + (c[1] * p[2] - c[2] * p[1]),
                 moment[1] + (c[2] * p[0] - c[0] * p[2]),
