@@ -7,7 +7,7 @@ import errno
 import io
 import os
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, BinaryIO, TextIO
 
@@ -59,21 +59,41 @@ class _StandardOutput(io.RawIOBase):
             raise OSError(error.errno, error.strerror, "standard output") from error
 
 
+class _ClosedOutput(io.BufferedIOBase):
+    """Stands for a standard output that is closed. Python has None there, to which all is printed without a word."""
+
+    def writable(self) -> bool:
+        return True
+
+    def write(self, data: Any, /) -> int:
+        raise _is_closed("standard output")
+
+
+def _is_closed(name: str) -> OSError:
+    return OSError(errno.EBADF, "is closed", name)
+
+
 def make_output_whole() -> None:
     """Have standard output take all that is written, or raise an OSError that names it.
 
     Without Python's buffer (PYTHONUNBUFFERED) a system call may write a part of what it is given, and say so only
-    by a number that nobody heeds.
+    by a number that nobody heeds. One that is closed (`rtcli ... >&-`) fails once something is written to it.
     """
     stream = sys.stdout
-    if not isinstance(stream, io.TextIOWrapper):  # a closed one is None
-        return
-    encoding, errors, at_once = stream.encoding, stream.errors, stream.line_buffering or stream.write_through
-    binary: Any = stream.detach()
-    raw = binary.detach() if isinstance(binary, io.BufferedWriter) else binary
-    whole = io.BufferedWriter(_StandardOutput(raw))
-    sys.stdout = io.TextIOWrapper(whole, encoding, errors, line_buffering=at_once)
-    setattr(sys, "__stdout__", sys.stdout)  # noqa: B010 - final to type checkers, but its old stream is detached
+    if stream is None:
+        closed: Any = _ClosedOutput()
+        _replace_output(io.TextIOWrapper(closed, "utf-8", "backslashreplace"))
+    elif isinstance(stream, io.TextIOWrapper):
+        encoding, errors, at_once = stream.encoding, stream.errors, stream.line_buffering or stream.write_through
+        binary: Any = stream.detach()
+        raw = binary.detach() if isinstance(binary, io.BufferedWriter) else binary
+        whole = io.BufferedWriter(_StandardOutput(raw))
+        _replace_output(io.TextIOWrapper(whole, encoding, errors, line_buffering=at_once))
+
+
+def _replace_output(stream: TextIO) -> None:
+    sys.stdout = stream
+    setattr(sys, "__stdout__", stream)  # noqa: B010 - final to type checkers, but its old stream is detached
 
 
 def name_of(path: str) -> str:
@@ -93,7 +113,7 @@ def read_bytes(path: str, limit: int) -> bytes:
         with Path(path).open("rb") as file:
             return file.read(limit)
     if sys.stdin is None:  # as `rtcli ... <&-` has it
-        raise OSError(errno.EBADF, "is closed", "standard input")
+        raise _is_closed("standard input")
     return sys.stdin.buffer.read(limit)
 
 
@@ -116,18 +136,21 @@ def wants_color(stream: TextIO | None) -> bool:
 
 
 def open_target(path: str) -> contextlib.AbstractContextManager[BinaryIO]:
-    """Open a file that is written whole or not at all, or standard output.
+    """Open a file that is written whole or not at all, or standard output, which has all of it at the end.
 
     Raises
     ------
     OSError
         If it cannot be written.
     """
-    if path != STDIO:
-        return whole_file(Path(path))
-    if sys.stdout is None:  # as `rtcli ... >&-` has it
-        raise OSError(errno.EBADF, "is closed", "standard output")
-    return contextlib.nullcontext(sys.stdout.buffer)
+    return _standard_output() if path == STDIO else whole_file(Path(path))
+
+
+@contextlib.contextmanager
+def _standard_output() -> Iterator[BinaryIO]:
+    sys.stdout.buffer.write(b"")  # one that is closed fails, before the work that it is for
+    yield sys.stdout.buffer
+    sys.stdout.flush()
 
 
 def write_bytes(content: bytes, path: str) -> None:
