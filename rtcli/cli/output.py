@@ -60,7 +60,7 @@ class _StandardOutput(io.RawIOBase):
 
 
 class _ClosedOutput(io.BufferedIOBase):
-    """Stands for a standard output that is closed. Python has None there, to which all is printed without a word."""
+    """Stands for a standard output that is closed, where Python has None: printing to that says nothing."""
 
     def writable(self) -> bool:
         return True
@@ -122,17 +122,23 @@ def is_terminal(stream: TextIO | None) -> bool:
     return stream is not None and stream.isatty()
 
 
+def takes_escapes(stream: TextIO | None) -> bool:
+    """Return whether a stream is a terminal that heeds escape sequences: colors, a bar, pictures.
+
+    TERM tells: not if it is `dumb`, nor without one, as git and ripgrep have it; Windows has none.
+    """
+    return is_terminal(stream) and os.environ.get("TERM", "" if os.name == "nt" else "dumb") != "dumb"
+
+
 def wants_color(stream: TextIO | None) -> bool:
     """Return whether to color what goes to a stream.
 
     NO_COLOR and FORCE_COLOR decide if one is set and not empty, as https://no-color.org and https://force-color.org
-    have it; else whether the stream is a terminal.
+    have it; else whether the stream is a terminal that heeds escape sequences.
     """
     if os.environ.get("NO_COLOR"):
         return False
-    if os.environ.get("FORCE_COLOR"):
-        return True
-    return is_terminal(stream) and os.environ.get("TERM") != "dumb"
+    return bool(os.environ.get("FORCE_COLOR")) or takes_escapes(stream)
 
 
 def open_target(path: str) -> contextlib.AbstractContextManager[BinaryIO]:
