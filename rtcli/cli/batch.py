@@ -150,7 +150,7 @@ class Options:
     "-q",
     "--quiet",
     is_flag=True,
-    help="No progress, no summary, no problems, which the manifest has; only what --prune removes is said.",
+    help="No progress and no summary: only what goes wrong, and what --prune removes.",
 )
 def command(**options: Any) -> int:
     """Render many scenes to a folder, only those that are needed.
@@ -220,9 +220,9 @@ def _animate(options: Options, animations: list[Animation], manifest: Manifest, 
             if made.problem:
                 problems.append(f"{printable(str(folder / made.path))}: error: {printable(made.problem)}")
             told(count, len(animations))
+    for line in _shown(problems[:_SHOWN], len(problems[_SHOWN:])):
+        tell(line)
     if not options.quiet:
-        for line in _shown(problems[:_SHOWN], len(problems[_SHOWN:])):
-            tell(line)
         current = len(animations) - written - len(problems)
         tell(f"animations: {written:,} written, {current:,} current, {len(problems):,} failed")
     return not problems
@@ -268,15 +268,14 @@ class _Report:
         self.problems += lines[:room]
         self.more += len(lines[room:])
 
-    def lines(self, plan: Plan, seconds: float) -> Iterable[str]:
-        yield from _shown(self.problems, self.more)
+    def summary(self, plan: Plan, seconds: float) -> str:
         left = len(plan.steps) - len(self.rendered) - self.failed
         parts = [f"{len(self.rendered):,} rendered", f"{plan.current:,} current", f"{self.failed:,} failed"]
         if left:
             parts.append(f"{left:,} not done")
         done = len(self.rendered) + self.failed
         rate = f" ({done / seconds:.1f} a second)" if done else ""
-        yield f"{', '.join(parts)} in {seconds:.2f} s{rate}"
+        return f"{', '.join(parts)} in {seconds:.2f} s{rate}"
 
 
 def _problems(job: Job, outcome: Outcome) -> Iterator[str]:
@@ -305,6 +304,7 @@ def _render(options: Options, batch: Batch, report: _Report) -> None:
             told(len(report.rendered) + report.failed, len(steps))
             if report.failed and options.fail_fast:
                 break
+    for line in _shown(report.problems, report.more):
+        tell(line)
     if not options.quiet:
-        for line in report.lines(batch.plan, time.monotonic() - start):
-            tell(line)
+        tell(report.summary(batch.plan, time.monotonic() - start))

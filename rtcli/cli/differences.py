@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
 import click
 
-from rtcli.cli.output import STDIO, tell, write_bytes
+from rtcli.cli.output import STDIO, print_lines, tell, wants_color, write_bytes
 from rtcli.cli.targets import Place
 from rtcli.files import try_target
 from rtcli.image.compare import Comparison
 from rtcli.image.difference import difference_paths, difference_png
 from rtcli.image.layers import Layers
+from rtcli.reports.comparison import text, verdict
 from rtcli.scene.problems import printable, quoted
+
+
+def report(comparison: Comparison, names: tuple[str, str], quiet: bool) -> None:
+    """Print the report of a comparison to standard output; quietly, only why it failed, to standard error."""
+    if not quiet:
+        print_lines(text(comparison, names, wants_color(sys.stdout)))
+    elif not comparison.equal:
+        print_lines(verdict(comparison, names, wants_color(sys.stderr)), err=True)
 
 
 class Compared(NamedTuple):

@@ -31,10 +31,10 @@ def tell_of_waiting(cores: int, address: str) -> None:
         tell(f"the cluster at {printable(address)} has no workers: waiting for some")
 
 
-def print_lines(lines: Iterable[str]) -> None:
-    """Print a report to standard output; its colors, if it has any, stay whatever stands there."""
+def print_lines(lines: Iterable[str], err: bool = False) -> None:
+    """Print a report to standard output, or error; its colors, if it has any, stay whatever stands there."""
     for line in lines:
-        click.echo(line, color=True)
+        click.echo(line, err=err, color=True)
 
 
 class _StandardOutput(io.RawIOBase):

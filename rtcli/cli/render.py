@@ -133,7 +133,12 @@ class Output:
     help="Write seconds per stage and other figures as JSON; - for standard output. The native engine works at "
     "trace, develop and write together: their time is shared out as the threads spent it.",
 )
-@click.option("-q", "--quiet", is_flag=True, help="No progress, no closing line, no report.")
+@click.option(
+    "-q",
+    "--quiet",
+    is_flag=True,
+    help="No progress, no closing line, no report; only errors and why a check fails.",
+)
 @click.pass_context
 def command(context: click.Context, /, **options: Any) -> int:
     """Render a scene to a picture, or check that it is still the same.

@@ -405,9 +405,11 @@ def test_json_is_one_object(run, unlike):
 
 
 @pytest.mark.parametrize(("second", "code"), [("a.png", 0), ("b.png", 1)])
-def test_quiet_prints_nothing(run, unlike, second, code):
+def test_quiet_prints_nothing_but_why_it_fails(run, unlike, second, code):
     result = run("compare", "a.png", second, "-q")
-    assert (result.exit_code, result.output) == (code, "")
+    verdict = run("compare", "a.png", second).stdout.splitlines(keepends=True)[-1]
+    assert (result.exit_code, result.stdout, result.stderr) == (code, "", verdict if code else "")
+    assert verdict.startswith("different: 3 of " if code else "equal")
 
 
 def test_quiet_report_is_wrong_usage(run, unlike):

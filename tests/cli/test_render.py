@@ -612,10 +612,16 @@ def test_rendering_that_is_checked_is_kept_where_asked_for(run, scene, folder):
     assert (folder / "new.png").read_bytes() == (folder / "expected.png").read_bytes()
 
 
-def test_quiet_check_says_nothing(run, scene):
+def test_quiet_check_says_nothing_but_why_it_fails(run, scene):
     run("render", scene, "-o", "golden.png", "-q")
-    result = run("render", scene, "--check", "golden.png", "-q", "--set", "objects.ball.radius=0.5")
-    assert (result.exit_code, result.output) == (1, "")
+    check = ["render", scene, "--check", "golden.png", "-q"]
+    assert run(*check).output == ""
+    result = run(*check, "--set", "objects.ball.radius=0.5")
+    assert (result.exit_code, result.stdout) == (1, "")
+    assert re.fullmatch(r"different: \d+ of 1,200 pixels \(.* %\) differ by more than 0 .*\n", result.stderr)
+    result = run(*check, "--size", "20x15")
+    told = "different: `picture` is 40x30 in golden.png, and 20x15 in the rendering\n"
+    assert (result.exit_code, result.stdout, result.stderr) == (1, "", told)
 
 
 @pytest.mark.parametrize(
