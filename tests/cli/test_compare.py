@@ -461,6 +461,13 @@ def test_file_that_cannot_be_read_exits_with_3_and_is_named(run, folder, suffix,
     assert not (folder / "diff.png").exists()
 
 
+def test_pointer_of_git_lfs_exits_with_3_and_says_what_gets_the_file(run, unlike, folder):
+    (folder / "a.png").write_text("version https://git-lfs.github.com/spec/v1\noid sha256:12\nsize 12\n")
+    result = run("compare", *unlike)
+    told = "is a pointer of Git LFS, not a PNG picture: get the file itself with `git lfs pull`"
+    assert (result.exit_code, result.stdout, result.stderr) == (3, "", f"Error: a.png: {told}\n")
+
+
 def test_name_of_a_file_is_escaped(run):
     result = run("compare", "\x1b[31m.png", "b.png")
     assert result.exit_code == 3

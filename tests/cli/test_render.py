@@ -624,6 +624,21 @@ def test_quiet_check_says_nothing_but_why_it_fails(run, scene):
     assert (result.exit_code, result.stdout, result.stderr) == (1, "", told)
 
 
+def test_golden_pointer_of_git_lfs_says_what_gets_the_picture(run, scene, folder):
+    (folder / "golden.png").write_text("version https://git-lfs.github.com/spec/v1\noid sha256:12\nsize 12\n")
+    (folder / "depth").mkdir()
+    run("render", scene, "-o", "depth/golden.png", "--passes", "depth", "-q")
+    (folder / "depth" / "golden.depth.png").write_bytes((folder / "golden.png").read_bytes())
+    for golden, options, named in (
+        ("golden.png", [], "golden.png"),
+        ("depth/golden.png", ["--passes", "depth"], "golden.depth.png"),
+    ):
+        result = run("render", scene, "--check", golden, *options)
+        assert (result.exit_code, result.stdout) == (3, "")
+        assert re.search(rf"{named}: is a pointer of Git LFS, .* `git lfs pull`\n$", result.stderr)
+        assert "rendering" not in result.stderr
+
+
 @pytest.mark.parametrize(
     ("options", "code", "part"),
     [
