@@ -86,7 +86,7 @@ class Golden:
             self.differences.write(compared)
         elif self.differences is not None and not quiet:
             self.differences.tell_old_ones()
-        return self._reported(comparison, quiet)
+        return self.reported(comparison, quiet)
 
     def _compared(self, part: str, path: str) -> Compared:
         bounds = self.options.bounds
@@ -111,13 +111,8 @@ class Golden:
             mismatches=tuple(Mismatch(name, shape, (*size, *shape[2:])) for name, shape in unlike.items()),
         )
 
-    def tell_unlike(self, comparison: Comparison, quiet: bool) -> int:
-        """Report that the size differs, and return the exit code."""
-        if self.differences is not None:
-            self.differences.tell_mismatches(comparison)
-        return self._reported(comparison, quiet)
-
-    def _reported(self, comparison: Comparison, quiet: bool) -> int:
+    def reported(self, comparison: Comparison, quiet: bool) -> int:
+        """Report what comparing gave, and return the exit code."""
         report(comparison, (self.options.golden, "the rendering"), quiet)
         return 0 if comparison.equal else DIFFERENT
 

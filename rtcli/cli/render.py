@@ -192,9 +192,9 @@ def _rendered_and_checked(traced: Traced, output: Output, golden: Golden) -> int
         golden.differences.try_out()
     rendering = _prepare(traced, output)
     unlike = golden.unlike_size(rendering.shot.window)
-    # One that is wanted for itself is made whatever its size.
-    if unlike is not None and not output.is_kept:
-        return golden.tell_unlike(unlike, traced.quiet)
+    # One that is wanted for itself, or for a picture of the differences, is made whatever its size.
+    if unlike is not None and not output.is_kept and golden.differences is None:
+        return golden.reported(unlike, traced.quiet)
     _write(rendering, traced, output, parts)
     return golden.verdict(parts, traced.quiet)
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from rtcli.image.difference import ONLY_FIRST, ONLY_SECOND
 from rtcli.tracer import _native
 
 RNG = np.random.default_rng(1)
@@ -267,23 +268,51 @@ def test_each_layer_has_a_difference_picture(run, folder):
     assert np.array_equal(drawn("diff.object_id.png").any(axis=-1), np.eye(30, 40, dtype=bool))
 
 
-def test_no_difference_picture_of_unlike_shapes_and_it_is_told(run, folder):
+def test_no_difference_picture_of_unlike_channels_and_it_is_told(run, folder):
     np.savez("a.npz", depth=DEPTH, radiance=RADIANCE)
-    np.savez("b.npz", depth=DEPTH, radiance=RADIANCE[:9])
+    np.savez("b.npz", depth=DEPTH, radiance=RADIANCE[:9, :, :2])
     result = run("compare", "a.npz", "b.npz", "-o", "diff.png")
     assert result.exit_code == 1
-    assert result.stderr == "no difference picture of `radiance`: its sizes differ\n"
+    assert result.stderr == "no difference picture of `radiance`: its channels differ\n"
     assert names_in(folder) == ["a.npz", "b.npz", "diff.depth.png"]
+
+
+@pytest.mark.parametrize("suffix", PICTURES + ARRAYS)
+def test_pictures_of_different_sizes_fail_and_what_only_one_has_is_marked(run, folder, suffix):
+    save(f"a{suffix}")
+    layers = [PIXELS] if suffix in PICTURES else [RADIANCE, DEPTH, IDS]
+    save(f"b{suffix}", *(np.ascontiguousarray(layer[:20, :35]) for layer in layers))
+    for first, second, mark in (("a", "b", ONLY_FIRST), ("b", "a", ONLY_SECOND)):
+        result = run("compare", f"{first}{suffix}", f"{second}{suffix}", "-o", "diff.png")
+        assert (result.exit_code, result.stderr) == (1, "")
+        picture = drawn("diff.png")
+        assert picture.shape == (30, 40, 3)
+        assert (picture[20:] == mark).all()
+        assert (picture[:, 35:] == mark).all()
+        if suffix not in (".jpg", ".jpeg"):
+            assert not picture[:20, :35].any()
+
+
+def test_difference_picture_of_radiance_with_and_without_alpha_takes_the_latter_for_opaque(run):
+    openexr = pytest.importorskip("OpenEXR", reason="the extra exr is not installed")
+    header = {"compression": openexr.ZIP_COMPRESSION, "type": openexr.scanlineimage}
+    alpha = np.ones((30, 40), np.float32)
+    alpha[2, 3] = 0.5
+    openexr.File(header, {"RGB": RADIANCE}).write("a.exr")
+    openexr.File(header, {"RGBA": np.dstack([RADIANCE, alpha])}).write("b.exr")
+    result = run("compare", "a.exr", "b.exr", "-o", "diff.png")
+    assert (result.exit_code, result.stderr) == (1, "")
+    assert np.argwhere(drawn("diff.A.png").any(axis=-1)).tolist() == [[2, 3]]
 
 
 def test_difference_picture_of_an_earlier_run_that_stays_is_told(run, folder):
     np.savez("a.npz", radiance=RADIANCE, depth=DEPTH)
     np.savez("b.npz", radiance=RADIANCE)
-    np.savez("c.npz", radiance=RADIANCE[:9], depth=DEPTH)
+    np.savez("c.npz", radiance=RADIANCE[..., 0], depth=DEPTH)
     assert run("compare", "a.npz", "a.npz", "-o", "diff.png").exit_code == 0
     told = "no difference picture of `depth`: only one side has it; diff.depth.png is from an earlier run\n"
     assert run("compare", "a.npz", "b.npz", "-o", "diff.png").stderr == told
-    told = "no difference picture of `radiance`: its sizes differ; diff.png is from an earlier run\n"
+    told = "no difference picture of `radiance`: its channels differ; diff.png is from an earlier run\n"
     assert run("compare", "a.npz", "c.npz", "-o", "diff.png").stderr == told
 
 
