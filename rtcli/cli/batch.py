@@ -20,9 +20,10 @@ from rtcli.batch.pool import LocalWorkers, Workers
 from rtcli.batch.run import Batch, Leftover, Plan, execute, find_leftover, make_plan, prune
 from rtcli.batch.sweep import Variation
 from rtcli.batch.work import DONE, Outcome
+from rtcli.cli.cluster_options import dask_timeout_option, reached_cluster
 from rtcli.cli.exits import INVALID, usage_errors
 from rtcli.cli.option_types import FormatType, VariationType
-from rtcli.cli.output import STDIO, is_terminal, print_lines, tell, tell_of_waiting
+from rtcli.cli.output import STDIO, is_terminal, print_lines, tell
 from rtcli.cli.progress import progress
 from rtcli.cli.scene_options import edit_errors, film_options, overrides_taken_from, scene_options
 from rtcli.files import whole_files
@@ -58,6 +59,7 @@ class Options:
     animations: tuple[str, ...]
     report: bool
     dask: str | None
+    dask_timeout: int
     shared: bool
     quiet: bool
 
@@ -145,6 +147,7 @@ class Options:
     help="Work on a Dask cluster: the address of its scheduler, or local for one of this machine's cores. Needs "
     "rtcli[dask].",
 )
+@dask_timeout_option
 @click.option("--shared", is_flag=True, help="With --dask: DIR is the same for all workers, and they write to it.")
 @click.option(
     "-q",
@@ -203,10 +206,7 @@ def _workers(options: Options, count: int) -> Iterator[Workers]:
     if options.dask is None or not count:
         yield LocalWorkers(min(options.jobs or default_threads(), max(1, count)))
         return
-    from rtcli.cluster import dask_cluster
-
-    with dask_cluster(options.dask) as cluster:
-        tell_of_waiting(cluster.cores, options.dask)
+    with reached_cluster(options.dask, options.dask_timeout) as cluster:
         # Of a cluster that grows, the first work calls for more workers.
         yield Workers(cluster.executor, max(_LEAST_UNDER_WAY, 2 * cluster.cores))
 
