@@ -13,13 +13,13 @@ import click
 
 from rtcli import __version__
 from rtcli.check import check
-from rtcli.cli.exits import FILE, INVALID, os_error_text
+from rtcli.cli.exits import FILE, INVALID, forget_frames, lack_of_memory, os_error_text
 from rtcli.cli.output import STDIO, name_of, read_bytes, tell, wants_color
 from rtcli.reports import concise, github, json, junit, sarif, text
 from rtcli.reports.checked import Checked, Tally
 from rtcli.scene.find import scene_files_below
 from rtcli.scene.parse import READ_BYTES
-from rtcli.scene.problems import Problem, counted
+from rtcli.scene.problems import Problem, counted, printable
 from rtcli.scene.rules import ERROR
 
 _REPORTS: dict[str, Callable[[Iterable[Checked]], Iterator[str]]] = {
@@ -87,6 +87,13 @@ def _checked(path: str, strict: bool) -> Checked:
     except OSError as error:
         tell(f"Error: {os_error_text(error)}")
         return Checked(name, unreadable=error.strerror or str(error))
+    except (MemoryError, RuntimeError) as error:
+        reason = lack_of_memory(error)
+        if reason is None:
+            raise
+        forget_frames(error)
+        tell(f"Error: {printable(name)}: {reason}")
+        return Checked(name, unreadable=reason)
     return Checked(name, tuple(map(_as_error, problems)) if strict else problems)
 
 

@@ -15,6 +15,7 @@ import pytest
 from PIL import Image
 
 import rtcli
+from rtcli.check import check
 
 needs_posix = pytest.mark.skipif(os.name == "nt", reason="POSIX only: signals and terminals")
 
@@ -79,15 +80,39 @@ def test_failure_that_nobody_expected_exits_with_4_and_asks_for_a_report(run, sc
     assert "bug" in result.stderr
 
 
-def test_lack_of_memory_exits_with_4_without_a_traceback(run, scene, monkeypatch):
+LACKS = [
+    (MemoryError(), "not enough memory"),
+    (MemoryError("not enough memory for the objects"), "not enough memory for the objects"),
+    (MemoryError("Unable to allocate 9. GiB"), "not enough memory"),
+    (RuntimeError("can't start new thread"), "not enough memory for a thread, or too many of them"),
+    (ImportError("a.so: failed to map segment from shared object"), "not enough memory to load a library"),
+]
+
+
+@pytest.mark.parametrize(("error", "told"), LACKS)
+def test_lack_of_memory_exits_with_3_without_a_traceback(run, scene, monkeypatch, error, told):
     def fail(*arguments):
-        raise MemoryError
+        raise error
+
+    monkeypatch.setattr("rtcli.cli.render.write_film", fail)
+    result = run("render", scene, "-o", "out.png", "-q")
+    assert (result.exit_code, result.stdout) == (3, "")
+    assert result.stderr.startswith(f"Error: {told}: make the picture or the scene smaller")
+    assert names_in(Path()) == [scene]
+
+
+def test_scene_that_memory_does_not_hold_exits_with_3_and_the_others_are_checked(run, scene, monkeypatch):
+    def fail(raw, name):
+        if name == scene:
+            raise MemoryError
+        return check(raw, name)
 
     monkeypatch.setattr("rtcli.cli.validate.check", fail)
-    result = run("validate", scene)
-    assert result.exit_code == 4
-    assert "not enough memory" in result.stderr
-    assert "Traceback" not in result.stderr
+    Path("wrong.yaml").write_text("camera: 1\n")
+    result = run("validate", scene, "wrong.yaml")
+    assert result.exit_code == 3
+    assert result.stderr == "Error: scene.yaml: not enough memory\n"
+    assert "wrong.yaml" in result.stdout
 
 
 # --- Processes -------------------------------------------------------------------------------------------

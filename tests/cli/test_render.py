@@ -398,15 +398,15 @@ def test_old_picture_stays_when_the_scene_is_invalid(run, scene, folder):
     assert (folder / "out.png").read_bytes() == b"old"
 
 
-@pytest.mark.parametrize("error", [RuntimeError("broken"), MemoryError()])
-def test_failure_while_rendering_exits_with_4_and_leaves_the_old_picture(run, scene, folder, monkeypatch, error):
+@pytest.mark.parametrize(("error", "code"), [(RuntimeError("broken"), 4), (MemoryError(), 3)])
+def test_failure_while_rendering_leaves_the_old_picture(run, scene, folder, monkeypatch, error, code):
     def fail(*arguments, **options):
         raise error
 
     monkeypatch.setattr("rtcli.cli.render.write_film", fail)
     (folder / "out.png").write_bytes(b"old")
     result = run("render", scene, "-o", "out.png")
-    assert result.exit_code == 4
+    assert result.exit_code == code
     assert result.stdout == ""
     assert (folder / "out.png").read_bytes() == b"old"
     assert names_in(folder) == ["out.png", "scene.yaml"]

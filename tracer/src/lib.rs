@@ -14,6 +14,7 @@
 //! | `block`, `lighting`, `shadow` | the light that comes from a block |
 //! | [`render`] | whole pictures, on all cores |
 //! | [`develop`], [`meter`], [`png`] | from radiance to a file |
+//! | [`memory`] | what there is no room for is an error |
 //! | [`simd`] | which instructions the machine has |
 
 #![deny(unsafe_code, missing_docs)]
@@ -28,6 +29,7 @@ mod film;
 mod grid;
 mod groups;
 mod lighting;
+pub mod memory;
 pub mod meter;
 #[cfg(test)]
 mod oracle;
@@ -46,6 +48,6 @@ pub mod world;
 
 pub use film::Film;
 pub use place::focal_length;
-pub use render::{Cancelled, Monitor, Tracer};
+pub use render::{Monitor, Stopped, Tracer};
 pub use sampling::sample_offsets;
 pub use simd::Level;

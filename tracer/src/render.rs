@@ -4,6 +4,7 @@ use crate::block::{Block, Truth};
 use crate::develop::Developer;
 use crate::film::{Film, Home};
 use crate::grid::{LANES, SIDE};
+use crate::memory::{OutOfMemory, collect, filled, resize, spare, with_capacity};
 use crate::meter::{Metered, meter};
 use crate::place::{Place, View};
 use crate::png::{Color, Header, PngWriter};
@@ -52,27 +53,48 @@ impl Monitor {
         self.cancelled.load(Relaxed)
     }
 
-    fn check(&self) -> Result<(), Cancelled> {
-        if self.cancelled() { Err(Cancelled) } else { Ok(()) }
+    fn check(&self) -> Result<(), Stopped> {
+        if self.cancelled() {
+            Err(Stopped::Cancelled)
+        } else {
+            Ok(())
+        }
     }
 }
 
-/// The work was given up because somebody asked for it.
+/// Why work was given up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Cancelled;
+pub enum Stopped {
+    /// Somebody asked for it.
+    Cancelled,
+    /// There is not enough memory.
+    OutOfMemory(OutOfMemory),
+}
+
+impl From<OutOfMemory> for Stopped {
+    fn from(error: OutOfMemory) -> Stopped {
+        Stopped::OutOfMemory(error)
+    }
+}
 
 /// Why a picture was not written.
 #[derive(Debug)]
 pub enum PictureError {
-    /// Somebody asked for it.
-    Cancelled,
+    /// It was given up.
+    Stopped(Stopped),
     /// It could not be written.
     Io(io::Error),
 }
 
-impl From<Cancelled> for PictureError {
-    fn from(_: Cancelled) -> PictureError {
-        PictureError::Cancelled
+impl From<Stopped> for PictureError {
+    fn from(stopped: Stopped) -> PictureError {
+        PictureError::Stopped(stopped)
+    }
+}
+
+impl From<OutOfMemory> for PictureError {
+    fn from(error: OutOfMemory) -> PictureError {
+        PictureError::Stopped(error.into())
     }
 }
 
@@ -98,6 +120,10 @@ pub struct Effort {
 /// Bytes of developed pixels that may wait to be written.
 const MOST_WAITING: usize = 64 << 20;
 
+/// What there may be not enough memory for.
+const BANDS: &str = "the bands of the picture";
+const COVERAGE: &str = "counting what objects cover";
+
 /// Bytes of a pixel of three 16-bit values.
 const MOST_BYTES: usize = 6;
 
@@ -111,12 +137,17 @@ pub struct Tracer {
 
 impl Tracer {
     /// Make a world ready: move it to the eye, and build a tree over its objects.
-    pub fn new(world: World, level: Level) -> Tracer {
-        Tracer {
-            scene: Scene::new(&world),
+    ///
+    /// # Errors
+    ///
+    /// If there is not enough memory for it.
+    pub fn new(world: World, level: Level) -> Result<Tracer, OutOfMemory> {
+        spare()?;
+        Ok(Tracer {
+            scene: Scene::new(&world)?,
             world,
             level,
-        }
+        })
     }
 
     /// Trace the pixels of a window, with the threads of the rayon pool this is called in; return how many rays
@@ -124,12 +155,12 @@ impl Tracer {
     ///
     /// # Errors
     ///
-    /// If the monitor was asked to give up.
+    /// If the monitor was asked to give up, or there is not enough memory.
     ///
     /// # Panics
     ///
     /// If the arrays of the film do not fit the window, or the window is not inside the picture.
-    pub fn film(&self, window: Window, film: Film<'_>, monitor: &Monitor) -> Result<u64, Cancelled> {
+    pub fn film(&self, window: Window, film: Film<'_>, monitor: &Monitor) -> Result<u64, Stopped> {
         assert!(film.holds(window), "the film does not fit the window");
         self.film_of(self.shot(monitor), window, film)
     }
@@ -138,9 +169,9 @@ impl Tracer {
     ///
     /// # Errors
     ///
-    /// If the monitor was asked to give up.
-    pub fn exposure(&self, grid: u32, monitor: &Monitor) -> Result<(Metered, u64), Cancelled> {
-        let mut radiance = vec![0.0; 3 * grid as usize * grid as usize];
+    /// If the monitor was asked to give up, or there is not enough memory.
+    pub fn exposure(&self, grid: u32, monitor: &Monitor) -> Result<(Metered, u64), Stopped> {
+        let mut radiance = filled(3 * grid as usize * grid as usize, 0.0, "the exposure meter")?;
         let film = Film {
             radiance: &mut radiance,
             ..Film::default()
@@ -161,7 +192,7 @@ impl Tracer {
             monitor: &monitor.aside(),
         };
         let rays = self.film_of(shot, window, film)?;
-        Ok((meter(&radiance), rays))
+        Ok((meter(&radiance)?, rays))
     }
 
     /// How many pixels of a window each object would cover at their centres if it were alone: what is hidden by others
@@ -169,10 +200,11 @@ impl Tracer {
     ///
     /// # Errors
     ///
-    /// If the monitor was asked to give up.
-    pub fn coverage(&self, window: Window, monitor: &Monitor) -> Result<Vec<u64>, Cancelled> {
-        let covered: Vec<AtomicU64> = self.scene.shapes.iter().map(|_| AtomicU64::new(0)).collect();
-        let bands: Vec<Window> = bands_of(window).collect();
+    /// If the monitor was asked to give up, or there is not enough memory.
+    pub fn coverage(&self, window: Window, monitor: &Monitor) -> Result<Vec<u64>, Stopped> {
+        let covered = collect(self.scene.shapes.iter().map(|_| AtomicU64::new(0)), COVERAGE)?;
+        let bands = with_bands(window)?;
+        spare()?;
         bands.into_par_iter().for_each(|window| {
             self.level.run(Coverage {
                 scene: &self.scene,
@@ -182,7 +214,7 @@ impl Tracer {
             });
         });
         monitor.check()?;
-        Ok(covered.into_iter().map(AtomicU64::into_inner).collect())
+        Ok(collect(covered.into_iter().map(AtomicU64::into_inner), COVERAGE)?)
     }
 
     /// What is asked of the whole picture.
@@ -194,11 +226,12 @@ impl Tracer {
         }
     }
 
-    fn film_of(&self, shot: Shot<'_>, window: Window, film: Film<'_>) -> Result<u64, Cancelled> {
+    fn film_of(&self, shot: Shot<'_>, window: Window, film: Film<'_>) -> Result<u64, Stopped> {
         let width = window.width as usize;
         let truth = film.truth();
         let new_block = || Block::new(truth);
-        let mut bands = Vec::new();
+        let mut bands = with_capacity(count_bands(window), BANDS)?;
+        spare()?;
         let mut rest = film;
         for window in bands_of(window) {
             let (film, below) = rest.split(width * window.height as usize);
@@ -235,7 +268,7 @@ impl Tracer {
     ///
     /// # Errors
     ///
-    /// If the monitor was asked to give up, or `sink` fails.
+    /// If the monitor was asked to give up, there is not enough memory, or `sink` fails.
     ///
     /// # Panics
     ///
@@ -259,12 +292,13 @@ impl Tracer {
         let mut effort = Effort::default();
         let row = window.width as usize * developer.bytes_per_pixel();
         let most = (MOST_WAITING / (row * SIDE as usize)).max(1);
-        let bands: Vec<Window> = bands_of(window).collect();
+        let bands = with_bands(window)?;
         // Two buffers in turn: new memory would be a page fault for each 4 KiB.
         let (mut pixels, mut written) = (Vec::new(), Vec::new());
         for batch in bands.chunks(most.min(4 * rayon::current_num_threads())) {
             let rows: u32 = batch.iter().map(|band| band.height).sum();
-            pixels.resize(row * rows as usize, 0);
+            resize(&mut pixels, row * rows as usize, 0, "rows of the picture")?;
+            spare()?;
             let (traced, result) = rayon::join(
                 || self.develop(batch, developer, &mut pixels, monitor),
                 || timed(|| writer.write_rows(&written)),
@@ -318,6 +352,16 @@ fn timed(work: impl FnOnce() -> io::Result<()>) -> io::Result<Duration> {
     let start = Instant::now();
     work()?;
     Ok(start.elapsed())
+}
+
+fn with_bands(window: Window) -> Result<Vec<Window>, OutOfMemory> {
+    let mut bands = with_capacity(count_bands(window), BANDS)?;
+    bands.extend(bands_of(window));
+    Ok(bands)
+}
+
+fn count_bands(window: Window) -> usize {
+    bands_of(window).count()
 }
 
 /// The rows of a window block by block: the work that one thread does at a time.

@@ -7,6 +7,7 @@
 use crate::bvh::Bvh;
 use crate::cuboid::Cuboid;
 use crate::grid::{Nearest, Rays};
+use crate::memory::{OutOfMemory, collect};
 use crate::plane::Plane;
 use crate::shadow::Shadow;
 use crate::sphere::Sphere;
@@ -16,6 +17,9 @@ use std::f64::consts::PI;
 
 /// Beyond this many units a place is as good as at infinity; its square still fits into float64.
 const FARTHEST: f64 = 1e120;
+
+/// What there may be not enough memory for.
+const OBJECTS: &str = "the objects";
 
 /// An object in the camera's space.
 #[derive(Clone, Debug)]
@@ -97,24 +101,29 @@ pub(crate) struct Scene {
 
 impl Scene {
     /// Move a world to its eye.
-    pub(crate) fn new(world: &World) -> Scene {
-        let unit = suitable_unit(world);
+    ///
+    /// # Errors
+    ///
+    /// If there is not enough memory for it.
+    pub(crate) fn new(world: &World) -> Result<Scene, OutOfMemory> {
+        let unit = suitable_unit(world)?;
         let space = Space {
             camera: &world.camera,
             unit,
         };
-        let shapes: Vec<Shape> = world.objects.iter().map(|object| space.shape(object)).collect();
-        let planes = (0..shapes.len() as u32)
-            .filter(|&i| matches!(shapes[i as usize], Shape::Plane(_)))
-            .collect();
-        Scene {
+        let shapes = collect(world.objects.iter().map(|object| space.shape(object)), OBJECTS)?;
+        let planes = collect(
+            (0..shapes.len() as u32).filter(|&i| matches!(shapes[i as usize], Shape::Plane(_))),
+            OBJECTS,
+        )?;
+        Ok(Scene {
             unit,
-            looks: looks(world),
-            lamps: world.lights.iter().map(|light| space.lamp(light)).collect(),
+            looks: looks(world)?,
+            lamps: collect(world.lights.iter().map(|light| space.lamp(light)), "the lights")?,
             planes,
-            bvh: Bvh::new(&shapes),
+            bvh: Bvh::new(&shapes)?,
             shapes,
-        }
+        })
     }
 }
 
@@ -172,21 +181,18 @@ impl Space<'_> {
     }
 }
 
-fn looks(world: &World) -> Vec<Look> {
-    let mut looks: Vec<Look> = world
-        .objects
-        .iter()
-        .map(|object| Look {
-            albedo: object.color,
-            shining: None,
-        })
-        .collect();
+fn looks(world: &World) -> Result<Vec<Look>, OutOfMemory> {
+    let look = |object: &Object| Look {
+        albedo: object.color,
+        shining: None,
+    };
+    let mut looks = collect(world.objects.iter().map(look), OBJECTS)?;
     for light in &world.lights {
         if let Some(body) = light.body {
             looks[body].shining = Some(seen_directly(light, world.camera.position));
         }
     }
-    looks
+    Ok(looks)
 }
 
 /// L = intensity color / (4 pi r^2), r from the light to the eye (document, section 3.4).
@@ -200,9 +206,9 @@ fn seen_directly(light: &Light, eye: Vector) -> [f32; 3] {
 }
 
 /// A power of two that brings the typical distance from the eye, or the size of what is larger, to about 1.
-fn suitable_unit(world: &World) -> f64 {
+fn suitable_unit(world: &World) -> Result<f64, OutOfMemory> {
     let eye = world.camera.position;
-    let mut exponents: Vec<i32> = world
+    let exponents = world
         .objects
         .iter()
         .map(|object| {
@@ -216,14 +222,14 @@ fn suitable_unit(world: &World) -> f64 {
             })
         })
         .filter(|&distance| distance > 0.0)
-        .map(libm::ilogb)
-        .collect();
+        .map(libm::ilogb);
+    let mut exponents = collect(exponents, OBJECTS)?;
     if exponents.is_empty() {
-        return 1.0;
+        return Ok(1.0);
     }
     let middle = exponents.len() / 2;
     let (_, &mut exponent, _) = exponents.select_nth_unstable(middle);
-    libm::scalbn(1.0, -exponent.clamp(-1000, 1000))
+    Ok(libm::scalbn(1.0, -exponent.clamp(-1000, 1000)))
 }
 
 fn unit_vector(direction: Vector) -> Vector {

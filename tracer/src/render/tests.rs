@@ -82,7 +82,7 @@ fn filmed(tracer: &Tracer, window: Window) -> Arrays {
 }
 
 fn best(world: &World) -> Tracer {
-    Tracer::new(world.clone(), Level::best())
+    Tracer::new(world.clone(), Level::best()).unwrap()
 }
 
 fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
@@ -108,10 +108,10 @@ proptest! {
     #[test]
     fn every_simd_level_gives_the_same_bits(world in any_world()) {
         let window = whole(&world);
-        let baseline = Tracer::new(world.clone(), Level::Baseline);
+        let baseline = Tracer::new(world.clone(), Level::Baseline).unwrap();
         let arrays = filmed(&baseline, window);
         for level in Level::available() {
-            let tracer = Tracer::new(world.clone(), level);
+            let tracer = Tracer::new(world.clone(), level).unwrap();
             let others = filmed(&tracer, window);
             prop_assert_eq!(others.all_bits(), arrays.all_bits(), "{}", level.name());
             prop_assert_eq!(others.rays, arrays.rays, "{}", level.name());
@@ -198,7 +198,7 @@ proptest! {
         let many = World { settings: Settings { samples: 5, ..world.settings.clone() }, ..large };
         let monitor = Monitor::new();
         let (metered, rays) = best(&many).exposure(grid, &monitor).unwrap();
-        let expected = meter(&points);
+        let expected = meter(&points).unwrap();
         prop_assert_eq!(metered.percentile.is_some(), expected.percentile.is_some());
         prop_assert!((metered.stops - expected.stops).abs() < 1e-3, "{metered:?} is not {expected:?}");
         prop_assert!(rays >= u64::from(grid * grid));
@@ -488,7 +488,7 @@ fn what_is_cancelled_before_it_begins_is_not_done() {
     monitor.cancel();
     let developer = Developer::new(0.0, Tone::Clip, Bits::Eight);
     let result = best(&scene).write_png(whole(&scene), &developer, &[], io::sink(), &monitor);
-    assert!(matches!(result, Err(PictureError::Cancelled)));
+    assert!(matches!(result, Err(PictureError::Stopped(Stopped::Cancelled))));
     let small = Window {
         x: 0,
         y: 0,
@@ -499,8 +499,8 @@ fn what_is_cancelled_before_it_begins_is_not_done() {
         radiance: &mut vec![0.0; 7500],
         ..Film::default()
     };
-    assert_eq!(best(&scene).film(small, film, &monitor), Err(Cancelled));
-    assert_eq!(best(&scene).exposure(4, &monitor), Err(Cancelled));
+    assert_eq!(best(&scene).film(small, film, &monitor), Err(Stopped::Cancelled));
+    assert_eq!(best(&scene).exposure(4, &monitor), Err(Stopped::Cancelled));
     assert_eq!(monitor.done(), 0);
 }
 
@@ -517,7 +517,10 @@ fn what_is_cancelled_while_it_is_done_ends_soon() {
         }
         monitor.cancel();
         let start = Instant::now();
-        assert!(matches!(work.join().unwrap(), Err(PictureError::Cancelled)));
+        assert!(matches!(
+            work.join().unwrap(),
+            Err(PictureError::Stopped(Stopped::Cancelled))
+        ));
         assert!(start.elapsed() < Duration::from_secs(2), "{:?}", start.elapsed());
     });
     assert!(monitor.done() < 16_000_000);
