@@ -259,6 +259,8 @@ def test_cluster_without_workers_is_told(cores, told, capsys):
 
 @pytest.mark.slow
 def test_cluster_of_this_machine_is_quiet_though_another_has_dasks_port(run, scenes):
-    with contextlib.suppress(OSError), socket.create_server(("127.0.0.1", 8787)):
+    with contextlib.ExitStack() as stack:
+        with contextlib.suppress(OSError):  # taken already
+            stack.enter_context(socket.create_server(("127.0.0.1", 8787)))
         result = run("batch", "scenes", "-o", "quiet", "--dask", "local", "-q")
     assert (result.exit_code, result.stderr) == (0, "")
