@@ -18,11 +18,13 @@ def run() -> None:
     gc.set_threshold(1_000_000)
     from rtcli.cli import main
     from rtcli.cli.output import make_output_whole
+    from rtcli.cli.room import heed_limits
 
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # a closed one is None
             stream.reconfigure(errors="backslashreplace")  # where the encoding is older than a scene's characters
     make_output_whole()
+    heed_limits()
     try:
         main(prog_name="rtcli")
     finally:

@@ -7,6 +7,7 @@ import logging
 import os
 import signal
 import threading
+import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, InvalidStateError
 from typing import Any, NamedTuple
@@ -34,8 +35,16 @@ class Cluster(NamedTuple):
     cores: int
 
 
+class ClusterError(OSError):
+    """A cluster is there that cannot do the work."""
+
+
+class OtherVersionError(Exception):
+    """A worker, which the message names, has another version of rtcli."""
+
+
 @contextlib.contextmanager
-def dask_cluster(address: str) -> Iterator[Cluster]:
+def dask_cluster(address: str, patience: float = 60) -> Iterator[Cluster]:
     """Give an executor whose functions run on the workers of a Dask cluster.
 
     Work of a worker that is lost is given to another by Dask's scheduler; what loses several of them is given up.
@@ -44,6 +53,8 @@ def dask_cluster(address: str) -> Iterator[Cluster]:
     ----------
     address
         Of the scheduler, such as `tcp://10.0.0.1:8786`, or `local`.
+    patience
+        Seconds that work waits while there are no workers at all.
 
     Raises
     ------
@@ -61,7 +72,10 @@ def dask_cluster(address: str) -> Iterator[Cluster]:
         stack.enter_context(dask.config.set({"distributed.admin.large-graph-warning-threshold": _LARGEST_SCENE}))
         with _sigpipe_held():
             client = stack.enter_context(_connected(distributed, address))
-            executor = _DaskExecutor(client, distributed.KilledWorker)
+            no_workers = f"the cluster at {address!r} had no workers for {patience:g} s"
+            executor = _DaskExecutor(
+                client, distributed.KilledWorker, patience, f"{no_workers}: start some, or raise --dask-timeout"
+            )
             stack.callback(executor.stop)
         _refuse_other_versions(client)
         try:
@@ -74,7 +88,8 @@ class _DaskExecutor(Executor):
     """The workers of a Dask client, whose futures end with the connection to the scheduler.
 
     Those of Dask's own executor may then stay as they are for ever, and so may whoever waits for them. Once the
-    connection was lost it is so for good: if it comes back, all that was under way is gone nevertheless.
+    connection was lost it is so for good: if it comes back, all that was under way is gone nevertheless. It is the
+    same without workers for a while, or with one of another version.
 
     Parameters
     ----------
@@ -82,16 +97,21 @@ class _DaskExecutor(Executor):
         That of Dask.
     killed
         The error of what was lost with several workers, one after the other.
+    patience
+        Seconds that work waits while there are no workers.
+    no_workers
+        What is said then.
     """
 
-    def __init__(self, client: Any, killed: type[Exception]) -> None:
+    def __init__(self, client: Any, killed: type[Exception], patience: float, no_workers: str) -> None:
         self._client = client
         self._killed = killed
+        self._patience, self._no_workers = patience, no_workers
         # Not `pure`: equal arguments are not looked for, nor kept for later.
         self._executor = client.get_executor(pure=False)
         self._lock = threading.RLock()
         self._waiting: dict[Future[Any], Future[Any]] = {}  # Dask's, and those given out
-        self._is_lost = False
+        self._failure: Exception | None = None
         self._end = threading.Event()
         threading.Thread(target=self._watch, daemon=True).start()
 
@@ -102,27 +122,42 @@ class _DaskExecutor(Executor):
         ------
         concurrent.futures.BrokenExecutor
             If the connection was lost, as the futures then do.
+        ClusterError
+            If there were no workers for too long, or one had another version, as the futures then do.
         """
         given: Future[Any] = Future()
         with self._lock:
-            if self._is_lost or self._client.status != "running":
-                self._lose()
-                raise _lost()
-            future = self._executor.submit(work, *arguments, **named)
+            self._check()
+            future = self._executor.submit(run_checked, __version__, work, *arguments, **named)
             self._waiting[future] = given
         given.add_done_callback(lambda given: given.cancelled() and future.cancel())
         future.add_done_callback(self._settle)
         return given
 
+    def share(self, value: Any) -> Any:
+        """Return what stands for a value among arguments: it goes once to the scheduler, and once to each worker.
+
+        It is the result of work, for what is scattered is gone with the workers that had it, and this is not.
+        """
+        with self._lock:
+            self._check()
+            return self._client.submit(run_checked, __version__, same, value, pure=False)
+
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """Call off what is under way, unless it is to be waited for."""
-        self._is_lost = self._is_lost or self._client.status != "running"
-        if not self._is_lost:
+        if self._failure is None and self._client.status == "running":
             self._executor.shutdown(wait=wait and not cancel_futures)
 
     def stop(self) -> None:
         """Look after the connection no more."""
         self._end.set()
+
+    def _check(self) -> None:
+        """Raise the error of an executor that works no more."""
+        if self._failure is None and self._client.status != "running":
+            self._fail(_lost())
+        if self._failure is not None:
+            raise self._failure
 
     def _settle(self, future: Future[Any]) -> None:
         """Give on what came of something."""
@@ -132,27 +167,43 @@ class _DaskExecutor(Executor):
                 return
             with contextlib.suppress(InvalidStateError):  # called off at this very moment
                 if future.cancelled():  # by nobody here
+                    self._fail(_lost())
                     given.set_exception(_lost())
-                    self._lose()
-                elif (error := future.exception()) is not None:
-                    given.set_exception(_gave_up() if isinstance(error, self._killed) else error)
-                else:
+                elif (error := future.exception()) is None:
                     given.set_result(future.result())
+                elif isinstance(error, OtherVersionError):
+                    given.set_exception(ClusterError(str(error)))
+                    self._fail(ClusterError(str(error)))
+                else:
+                    given.set_exception(_gave_up() if isinstance(error, self._killed) else error)
 
     def _watch(self) -> None:
+        """Look for the connection, and for workers while something is to be done."""
+        last_seen = time.monotonic()
         while not self._end.wait(_SECONDS_TO_LOOK):
             if self._client.status != "running":
-                self._lose()
+                self._fail(_lost())
+                return
+            if not self._waiting or self._has_workers():
+                last_seen = time.monotonic()
+            elif time.monotonic() - last_seen > self._patience:
+                self._fail(ClusterError(self._no_workers))
                 return
 
-    def _lose(self) -> None:
-        """End all that is under way."""
+    def _has_workers(self) -> bool:
+        try:
+            return bool(self._client.nthreads())
+        except Exception:  # Dask's and tornado's: the connection was lost, which the next look tells
+            return True
+
+    def _fail(self, failure: Exception) -> None:
+        """End all that is under way, and take no more."""
         with self._lock:
-            self._is_lost = True
+            self._failure = self._failure or failure
             lost, self._waiting = list(self._waiting.values()), {}
             for given in lost:
                 with contextlib.suppress(InvalidStateError):
-                    given.set_exception(_lost())
+                    given.set_exception(failure)
 
 
 def _lost() -> BrokenExecutor:
@@ -221,11 +272,35 @@ def _refuse_other_versions(client: Any) -> None:
         raise OSError(f"a worker of the cluster cannot import rtcli {__version__}: {error}") from error
     for worker, theirs in versions.items():
         if theirs != __version__:
-            raise OSError(
-                f"the worker at {worker} has rtcli {theirs}, not {__version__}: install the same on both"
-            )
+            raise ClusterError(_other_version(worker, theirs, __version__))
+
+
+def _other_version(worker: str, theirs: str, ours: str) -> str:
+    return f"the worker at {worker} has rtcli {theirs}, not {ours}: install the same on both"
+
+
+# --- In the workers --------------------------------------------------------------------------------------
 
 
 def version() -> str:
     """Return the version of rtcli where it is called."""
     return __version__
+
+
+def run_checked(ours: str, work: Callable[..., Any], /, *arguments: Any, **named: Any) -> Any:
+    """Return what a function gives, if this worker, which may have joined late, has our version of rtcli.
+
+    Raises
+    ------
+    OtherVersionError
+        If it has another.
+    """
+    if version() != ours:
+        worker = need("distributed", "dask", _PURPOSE).get_worker().address
+        raise OtherVersionError(_other_version(worker, version(), ours))
+    return work(*arguments, **named)
+
+
+def same(value: Any) -> Any:
+    """Return a value as it is."""
+    return value

@@ -68,6 +68,10 @@ def try_target(target: Path) -> None:
         pass
 
 
+# Made beforehand; it may be entered again and again.
+_IGNORED = contextlib.suppress(OSError)
+
+
 class _File:
     """A file on its way to its place.
 
@@ -86,6 +90,7 @@ class _File:
         self.final = Path(os.path.realpath(target))
         _refuse_what_is_no_file(self.final, str(target))
         self.temporary = (scratch or self.final.parent) / f".rtcli-{secrets.token_hex(8)}.tmp"
+        self.raw = os.fsencode(self.temporary)
         self.sync = sync
         self.file: BinaryIO | None = None
 
@@ -95,8 +100,9 @@ class _File:
             with self.named_in_errors(), io.BufferedWriter(_NamedFile(str(self.temporary), "xb")) as self.file:
                 yield self.file
         finally:
-            with contextlib.suppress(OSError):
-                self.temporary.unlink()
+            # As bytes: this takes no memory, of which there may be none left.
+            with _IGNORED:
+                os.unlink(self.raw)  # noqa: PTH108 - Path has no bytes
 
     def complete(self) -> None:
         """Have all bytes in the file, and on the disk."""

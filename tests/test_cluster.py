@@ -1,5 +1,6 @@
 """Work on a real cluster of Dask: a scheduler and two worker processes on the loopback."""
 
+import copyreg
 import os
 import signal
 import threading
@@ -7,6 +8,7 @@ import time
 
 import numpy as np
 import pytest
+from clusters import no_workers, two_workers, worker_of
 from worlds import light, plane, scene, sphere
 
 from rtcli import cluster
@@ -18,7 +20,7 @@ from rtcli.tracer import bands
 from rtcli.tracer._native import __version__
 from rtcli.tracer.bands import BandedTracer
 from rtcli.tracer.engines import tracer_of
-from rtcli.tracer.world import Window
+from rtcli.tracer.world import Window, World
 
 ROOM = scene(
     [plane([0, -1, 0], [0, 1, 0]), *(sphere([x, 0, -6 - x], 0.4) for x in range(-3, 4))],
@@ -39,7 +41,7 @@ def test_missing_package_is_named_with_what_installs_it(monkeypatch):
 def workers():
     distributed = pytest.importorskip("distributed", exc_type=ImportError)
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, host="127.0.0.1"
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0", host="127.0.0.1"
     ) as running:
         yield running
 
@@ -71,6 +73,89 @@ def test_film_of_a_cluster_is_that_of_one_machine_though_a_worker_dies(workers, 
     assert told[-1] == 640 * 960
     for name, values in expected.items():
         np.testing.assert_array_equal(arrays[name], values, err_msg=name)
+
+
+@pytest.mark.slow
+def test_world_is_sent_once_however_many_bands_there_are(monkeypatch):
+    pytest.importorskip("distributed", exc_type=ImportError)
+    pickled = []
+
+    def counted(world):
+        pickled.append(world)
+        return copyreg.__newobj__, (World,), dict(vars(world))
+
+    monkeypatch.setattr(World, "__reduce__", counted)
+    world = pack(ROOM)
+    # The scheduler is another process, which sends it on to a worker.
+    with two_workers() as cluster, dask_cluster(cluster.address) as (executor, _):
+        tracer = BandedTracer(world, "native", executor)
+        assert len(list(tracer.bands(WHOLE))) == 60
+        assert sum(tracer.coverage(WHOLE)) > 0
+    assert pickled == [world]
+
+
+@pytest.mark.slow
+def test_world_outlives_the_worker_that_had_it():
+    pytest.importorskip("distributed", exc_type=ImportError)
+    with no_workers() as cluster, dask_cluster(cluster.address) as (executor, _):
+        told = []
+        tracer = BandedTracer(pack(ROOM), "native", executor)
+        with worker_of(cluster) as first:
+            film = tracer.bands(WHOLE, progress=lambda done, total: told.append(done))
+            next(film)
+            first.kill()
+        with worker_of(cluster):
+            assert len(list(film)) == 59
+    assert told[-1] == 640 * 960
+
+
+@pytest.mark.slow
+def test_cluster_without_workers_is_given_up_and_takes_no_more(workers):
+    with no_workers() as cluster, dask_cluster(cluster.address, 1.5) as (executor, cores):
+        assert cores == 0
+        start = time.monotonic()
+        told = pytest.raises(OSError, match=r"had no workers for 1\.5 s: start some, or raise --dask-timeout")
+        futures = [executor.submit(len, "abc") for _ in range(3)]
+        for future in futures:
+            with told:
+                future.result(timeout=20)
+        assert 1.4 < time.monotonic() - start < 10
+        with told:
+            executor.submit(len, "abc")
+        with told:
+            BandedTracer(pack(ROOM), "native", executor)
+
+
+@pytest.mark.slow
+def test_workers_that_come_in_time_get_the_work():
+    pytest.importorskip("distributed", exc_type=ImportError)
+    with no_workers() as cluster, dask_cluster(cluster.address, 30) as (executor, _):
+        future = executor.submit(len, "abc")
+        with worker_of(cluster):
+            assert future.result(timeout=30) == 3
+
+
+@pytest.mark.slow
+def test_cluster_that_has_nothing_to_do_may_be_without_workers():
+    pytest.importorskip("distributed", exc_type=ImportError)
+    with no_workers() as cluster, dask_cluster(cluster.address, 0.6) as (executor, _):
+        time.sleep(2)
+        with worker_of(cluster):
+            assert executor.submit(len, "abc").result(timeout=30) == 3
+
+
+@pytest.mark.slow
+def test_worker_of_another_version_that_joins_late_is_refused():
+    pytest.importorskip("distributed", exc_type=ImportError)
+    with no_workers() as cluster, dask_cluster(cluster.address) as (executor, _):
+        tracer = BandedTracer(pack(ROOM), "native", executor)
+        told = pytest.raises(
+            OSError, match=rf"the worker at tcp://\S+ has rtcli 9\.9\.9, not {__version__}: install"
+        )
+        with worker_of(cluster, "9.9.9"), told:
+            tracer.film(WHOLE)
+        with told:
+            executor.submit(len, "abc")
 
 
 @pytest.mark.slow

@@ -20,9 +20,10 @@ from rtcli.batch.pool import LocalWorkers, Workers
 from rtcli.batch.run import Batch, Leftover, Plan, execute, find_leftover, make_plan, prune
 from rtcli.batch.sweep import Variation
 from rtcli.batch.work import DONE, Outcome
+from rtcli.cli.cluster_options import dask_timeout_option, reached_cluster
 from rtcli.cli.exits import INVALID, usage_errors
 from rtcli.cli.option_types import FormatType, VariationType
-from rtcli.cli.output import STDIO, is_terminal, print_lines, tell, tell_of_waiting
+from rtcli.cli.output import STDIO, is_terminal, print_lines, tell
 from rtcli.cli.progress import progress
 from rtcli.cli.scene_options import edit_errors, film_options, overrides_taken_from, scene_options
 from rtcli.files import whole_files
@@ -58,6 +59,7 @@ class Options:
     animations: tuple[str, ...]
     report: bool
     dask: str | None
+    dask_timeout: int
     shared: bool
     quiet: bool
 
@@ -148,12 +150,13 @@ class Options:
     help="Work on a Dask cluster: the address of its scheduler, or local for one of this machine's cores. Needs "
     "rtcli[dask].",
 )
+@dask_timeout_option
 @click.option("--shared", is_flag=True, help="With --dask: DIR is the same for all workers, and they write to it.")
 @click.option(
     "-q",
     "--quiet",
     is_flag=True,
-    help="No progress, no summary, no problems, which the manifest has; only what --prune removes is said.",
+    help="No progress and no summary: only what goes wrong, and what --prune removes.",
 )
 def command(**options: Any) -> int:
     """Render many scenes to a folder, only those that are needed.
@@ -206,10 +209,7 @@ def _workers(options: Options, count: int) -> Iterator[Workers]:
     if options.dask is None or not count:
         yield LocalWorkers(min(options.jobs or default_threads(), max(1, count)))
         return
-    from rtcli.cluster import dask_cluster
-
-    with dask_cluster(options.dask) as cluster:
-        tell_of_waiting(cluster.cores, options.dask)
+    with reached_cluster(options.dask, options.dask_timeout) as cluster:
         # Of a cluster that grows, the first work calls for more workers.
         yield Workers(cluster.executor, max(_LEAST_UNDER_WAY, 2 * cluster.cores))
 
@@ -223,9 +223,9 @@ def _animate(options: Options, animations: list[Animation], manifest: Manifest, 
             if made.problem:
                 problems.append(f"{printable(str(folder / made.path))}: error: {printable(made.problem)}")
             told(count, len(animations))
+    for line in _shown(problems[:_SHOWN], len(problems[_SHOWN:])):
+        tell(line)
     if not options.quiet:
-        for line in _shown(problems[:_SHOWN], len(problems[_SHOWN:])):
-            tell(line)
         current = len(animations) - written - len(problems)
         tell(f"animations: {written:,} written, {current:,} current, {len(problems):,} failed")
     return not problems
@@ -271,15 +271,14 @@ class _Report:
         self.problems += lines[:room]
         self.more += len(lines[room:])
 
-    def lines(self, plan: Plan, seconds: float) -> Iterable[str]:
-        yield from _shown(self.problems, self.more)
+    def summary(self, plan: Plan, seconds: float) -> str:
         left = len(plan.steps) - len(self.rendered) - self.failed
         parts = [f"{len(self.rendered):,} rendered", f"{plan.current:,} current", f"{self.failed:,} failed"]
         if left:
             parts.append(f"{left:,} not done")
         done = len(self.rendered) + self.failed
         rate = f" ({done / seconds:.1f} a second)" if done else ""
-        yield f"{', '.join(parts)} in {seconds:.2f} s{rate}"
+        return f"{', '.join(parts)} in {seconds:.2f} s{rate}"
 
 
 def _problems(job: Job, outcome: Outcome) -> Iterator[str]:
@@ -308,6 +307,7 @@ def _render(options: Options, batch: Batch, report: _Report) -> None:
             told(len(report.rendered) + report.failed, len(steps))
             if report.failed and options.fail_fast:
                 break
+    for line in _shown(report.problems, report.more):
+        tell(line)
     if not options.quiet:
-        for line in report.lines(batch.plan, time.monotonic() - start):
-            tell(line)
+        tell(report.summary(batch.plan, time.monotonic() - start))

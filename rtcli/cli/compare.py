@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from typing import Any
 
 import click
 
 from rtcli.cli.bound_options import bound_options, bounds_taken_from
-from rtcli.cli.differences import Compared, DifferencePictures
+from rtcli.cli.differences import Compared, DifferencePictures, report
 from rtcli.cli.exits import DIFFERENT, usage_errors
-from rtcli.cli.output import STDIO, print_lines, wants_color
+from rtcli.cli.output import STDIO
 from rtcli.cli.targets import Place, refuse_collisions, refuse_folder
 from rtcli.image.bounds import Bounds
-from rtcli.image.compare import Comparison, compare
+from rtcli.image.compare import compare
 from rtcli.image.layers import Layers
 from rtcli.image.read import kind_of, read_layers
-from rtcli.reports.comparison import as_json, text
+from rtcli.reports.comparison import as_json
 
 
 @dataclass(frozen=True)
@@ -68,7 +67,9 @@ class Options:
     "layers go to DIFF.NAME.png.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Report one JSON object.")
-@click.option("-q", "--quiet", is_flag=True, help="No report: the exit code tells.")
+@click.option(
+    "-q", "--quiet", is_flag=True, help="No report, only why the files differ, if they do, on standard error."
+)
 def command(**options: Any) -> int:
     """Compare two pictures, or two files of arrays.
 
@@ -93,13 +94,8 @@ def run(options: Options) -> int:
         comparison = compare(first, second, options.bounds)
     if differences is not None:
         differences.write([Compared(first, second, comparison)])
-    if not options.quiet:
-        _report(comparison, options)
-    return 0 if comparison.equal else DIFFERENT
-
-
-def _report(comparison: Comparison, options: Options) -> None:
     if options.as_json:
         click.echo(as_json(comparison, options.names), nl=False)
-        return
-    print_lines(text(comparison, options.names, wants_color(sys.stdout)))
+    else:
+        report(comparison, options.names, options.quiet)
+    return 0 if comparison.equal else DIFFERENT

@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
 import click
 
-from rtcli.cli.output import STDIO, tell, write_bytes
+from rtcli.cli.output import STDIO, print_lines, tell, wants_color, write_bytes
 from rtcli.cli.targets import Place
 from rtcli.files import try_target
-from rtcli.image.compare import Comparison
+from rtcli.image.compare import Comparison, comparable, compare_layers, made_alike, overlap
 from rtcli.image.difference import difference_paths, difference_png
-from rtcli.image.layers import Layers
+from rtcli.image.layers import Array, Layers
+from rtcli.reports.comparison import text, verdict
 from rtcli.scene.problems import printable, quoted
+
+
+def report(comparison: Comparison, names: tuple[str, str], quiet: bool) -> None:
+    """Print the report of a comparison to standard output; quietly, only why it failed, to standard error."""
+    if not quiet:
+        print_lines(text(comparison, names, wants_color(sys.stdout)))
+    elif not comparison.equal:
+        print_lines(verdict(comparison, names, wants_color(sys.stderr)), err=True)
 
 
 class Compared(NamedTuple):
@@ -60,7 +70,7 @@ class DifferencePictures:
             try_target(Path(path))
 
     def write(self, compared: Iterable[Compared]) -> None:
-        """Write those of the layers that two sides share, and tell of which there is none.
+        """Write those of the layers that two sides share, of whatever sizes, and tell of which there is none.
 
         Raises
         ------
@@ -68,19 +78,14 @@ class DifferencePictures:
             If one cannot be written.
         """
         for first, second, comparison in compared:
-            for name, layer in comparison.layers.items():
-                if layer.pixels:
-                    png = difference_png(first.arrays[name], second.arrays[name], layer, comparison.kind)
-                    write_bytes(png, self._paths[name])
+            first, second = made_alike(first, second)
+            for name in Layers(first.kind, {**second.arrays, **first.arrays}).names():
+                try:
+                    png = _drawn(first.arrays.get(name), second.arrays.get(name), comparison, name)
+                except _NothingDrawnError as reason:
+                    self._tell_none(name, str(reason))
                 else:
-                    self._tell_none(name, "it has no pixels")
-            self.tell_mismatches(comparison)
-
-    def tell_mismatches(self, comparison: Comparison) -> None:
-        """Tell of which layers there is no picture because they cannot be compared."""
-        for name, first, second in ((item.name, item.first, item.second) for item in comparison.mismatches):
-            one_sided = first is None or second is None
-            self._tell_none(name, "only one side has it" if one_sided else "its sizes differ")
+                    write_bytes(png, self._paths[name])
 
     def _tell_none(self, name: str, reason: str) -> None:
         told = f"no difference picture of {quoted(name)}: {reason}"
@@ -92,3 +97,23 @@ class DifferencePictures:
         for path in self._paths.values():
             if Path(path).exists():
                 tell(f"{printable(path)} is from an earlier run: now there is no difference to be shown")
+
+
+class _NothingDrawnError(Exception):
+    """There is no picture of a layer's differences; the message says why."""
+
+
+def _drawn(a: Array | None, b: Array | None, comparison: Comparison, name: str) -> bytes:
+    """Return the difference picture of a layer that has been compared, or could not be for its size."""
+    if a is None or b is None:
+        raise _NothingDrawnError("only one side has it")
+    if a.size == 0 and b.size == 0:
+        raise _NothingDrawnError("it has no pixels")
+    common = overlap(a, b)
+    if not comparable(*common, comparison.kind):
+        raise _NothingDrawnError("its channels differ")
+    difference = comparison.layers.get(name) or compare_layers(*common, kind=comparison.kind)
+    try:
+        return difference_png(a, b, difference, comparison.kind)
+    except MemoryError:
+        raise _NothingDrawnError("it would not fit into memory") from None

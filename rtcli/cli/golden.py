@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import sys
 import tempfile
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
@@ -14,15 +13,14 @@ import click
 import numpy as np
 
 from rtcli.cli.check_options import CheckOptions
-from rtcli.cli.differences import Compared, DifferencePictures
+from rtcli.cli.differences import Compared, DifferencePictures, report
 from rtcli.cli.exits import DIFFERENT, usage_errors
-from rtcli.cli.output import STDIO, print_lines, wants_color
+from rtcli.cli.output import STDIO
 from rtcli.cli.targets import Place, refuse_folder
 from rtcli.image.compare import Comparison, Mismatch, compare, joined
 from rtcli.image.formats import METADATA, RADIANCE, format_of, parts_of
 from rtcli.image.layers import PICTURE_LAYER, Layers
 from rtcli.image.read import kind_of, read_layers
-from rtcli.reports.comparison import text
 from rtcli.scene.problems import printable
 from rtcli.tracer.world import PASSES, Window
 
@@ -88,7 +86,7 @@ class Golden:
             self.differences.write(compared)
         elif self.differences is not None and not quiet:
             self.differences.tell_old_ones()
-        return self._reported(comparison, quiet)
+        return self.reported(comparison, quiet)
 
     def _compared(self, part: str, path: str) -> Compared:
         bounds = self.options.bounds
@@ -113,16 +111,9 @@ class Golden:
             mismatches=tuple(Mismatch(name, shape, (*size, *shape[2:])) for name, shape in unlike.items()),
         )
 
-    def tell_unlike(self, comparison: Comparison, quiet: bool) -> int:
-        """Report that the size differs, and return the exit code."""
-        if self.differences is not None:
-            self.differences.tell_mismatches(comparison)
-        return self._reported(comparison, quiet)
-
-    def _reported(self, comparison: Comparison, quiet: bool) -> int:
-        if not quiet:
-            names = (self.options.golden, "the rendering")
-            print_lines(text(comparison, names, wants_color(sys.stdout)))
+    def reported(self, comparison: Comparison, quiet: bool) -> int:
+        """Report what comparing gave, and return the exit code."""
+        report(comparison, (self.options.golden, "the rendering"), quiet)
         return 0 if comparison.equal else DIFFERENT
 
 

@@ -7,7 +7,7 @@ import errno
 import io
 import os
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, BinaryIO, TextIO
 
@@ -31,10 +31,10 @@ def tell_of_waiting(cores: int, address: str) -> None:
         tell(f"the cluster at {printable(address)} has no workers: waiting for some")
 
 
-def print_lines(lines: Iterable[str]) -> None:
-    """Print a report to standard output; its colors, if it has any, stay whatever stands there."""
+def print_lines(lines: Iterable[str], err: bool = False) -> None:
+    """Print a report to standard output, or error; its colors, if it has any, stay whatever stands there."""
     for line in lines:
-        click.echo(line, color=True)
+        click.echo(line, err=err, color=True)
 
 
 class _StandardOutput(io.RawIOBase):
@@ -59,21 +59,41 @@ class _StandardOutput(io.RawIOBase):
             raise OSError(error.errno, error.strerror, "standard output") from error
 
 
+class _ClosedOutput(io.BufferedIOBase):
+    """Stands for a standard output that is closed, where Python has None: printing to that says nothing."""
+
+    def writable(self) -> bool:
+        return True
+
+    def write(self, data: Any, /) -> int:
+        raise _is_closed("standard output")
+
+
+def _is_closed(name: str) -> OSError:
+    return OSError(errno.EBADF, "is closed", name)
+
+
 def make_output_whole() -> None:
     """Have standard output take all that is written, or raise an OSError that names it.
 
     Without Python's buffer (PYTHONUNBUFFERED) a system call may write a part of what it is given, and say so only
-    by a number that nobody heeds.
+    by a number that nobody heeds. One that is closed (`rtcli ... >&-`) fails once something is written to it.
     """
     stream = sys.stdout
-    if not isinstance(stream, io.TextIOWrapper):  # a closed one is None
-        return
-    encoding, errors, at_once = stream.encoding, stream.errors, stream.line_buffering or stream.write_through
-    binary: Any = stream.detach()
-    raw = binary.detach() if isinstance(binary, io.BufferedWriter) else binary
-    whole = io.BufferedWriter(_StandardOutput(raw))
-    sys.stdout = io.TextIOWrapper(whole, encoding, errors, line_buffering=at_once)
-    setattr(sys, "__stdout__", sys.stdout)  # noqa: B010 - final to type checkers, but its old stream is detached
+    if stream is None:
+        closed: Any = _ClosedOutput()
+        _replace_output(io.TextIOWrapper(closed, "utf-8", "backslashreplace"))
+    elif isinstance(stream, io.TextIOWrapper):
+        encoding, errors, at_once = stream.encoding, stream.errors, stream.line_buffering or stream.write_through
+        binary: Any = stream.detach()
+        raw = binary.detach() if isinstance(binary, io.BufferedWriter) else binary
+        whole = io.BufferedWriter(_StandardOutput(raw))
+        _replace_output(io.TextIOWrapper(whole, encoding, errors, line_buffering=at_once))
+
+
+def _replace_output(stream: TextIO) -> None:
+    sys.stdout = stream
+    setattr(sys, "__stdout__", stream)  # noqa: B010 - final to type checkers, but its old stream is detached
 
 
 def name_of(path: str) -> str:
@@ -93,7 +113,7 @@ def read_bytes(path: str, limit: int) -> bytes:
         with Path(path).open("rb") as file:
             return file.read(limit)
     if sys.stdin is None:  # as `rtcli ... <&-` has it
-        raise OSError(errno.EBADF, "is closed", "standard input")
+        raise _is_closed("standard input")
     return sys.stdin.buffer.read(limit)
 
 
@@ -102,32 +122,41 @@ def is_terminal(stream: TextIO | None) -> bool:
     return stream is not None and stream.isatty()
 
 
+def takes_escapes(stream: TextIO | None) -> bool:
+    """Return whether a stream is a terminal that heeds escape sequences: colors, a bar, pictures.
+
+    TERM tells: not if it is `dumb`, nor without one, as git and ripgrep have it; Windows has none.
+    """
+    return is_terminal(stream) and os.environ.get("TERM", "" if os.name == "nt" else "dumb") != "dumb"
+
+
 def wants_color(stream: TextIO | None) -> bool:
     """Return whether to color what goes to a stream.
 
     NO_COLOR and FORCE_COLOR decide if one is set and not empty, as https://no-color.org and https://force-color.org
-    have it; else whether the stream is a terminal.
+    have it; else whether the stream is a terminal that heeds escape sequences.
     """
     if os.environ.get("NO_COLOR"):
         return False
-    if os.environ.get("FORCE_COLOR"):
-        return True
-    return is_terminal(stream) and os.environ.get("TERM") != "dumb"
+    return bool(os.environ.get("FORCE_COLOR")) or takes_escapes(stream)
 
 
 def open_target(path: str) -> contextlib.AbstractContextManager[BinaryIO]:
-    """Open a file that is written whole or not at all, or standard output.
+    """Open a file that is written whole or not at all, or standard output, which has all of it at the end.
 
     Raises
     ------
     OSError
         If it cannot be written.
     """
-    if path != STDIO:
-        return whole_file(Path(path))
-    if sys.stdout is None:  # as `rtcli ... >&-` has it
-        raise OSError(errno.EBADF, "is closed", "standard output")
-    return contextlib.nullcontext(sys.stdout.buffer)
+    return _standard_output() if path == STDIO else whole_file(Path(path))
+
+
+@contextlib.contextmanager
+def _standard_output() -> Iterator[BinaryIO]:
+    sys.stdout.buffer.write(b"")  # one that is closed fails, before the work that it is for
+    yield sys.stdout.buffer
+    sys.stdout.flush()
 
 
 def write_bytes(content: bytes, path: str) -> None:

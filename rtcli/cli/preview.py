@@ -7,7 +7,7 @@ import os
 import sys
 from typing import TYPE_CHECKING
 
-from rtcli.cli.output import is_terminal
+from rtcli.cli.output import is_terminal, takes_escapes
 from rtcli.extras import need
 
 if TYPE_CHECKING:
@@ -33,8 +33,8 @@ class Preview:
         self._console = need("rich.console", "preview", _PURPOSE).Console()
         if 0 in os.get_terminal_size(sys.stdout.fileno()):
             raise OSError(f"the terminal does not say how large it is: {_FILE}")
-        if self._console.no_color or self._console.color_system is None:
-            raise OSError(f"the terminal is to show no colors (NO_COLOR, or TERM=dumb): {_FILE}")
+        if not takes_escapes(sys.stdout) or self._console.no_color or self._console.color_system is None:
+            raise OSError(f"the terminal is to show no colors (NO_COLOR, or TERM is dumb or not set): {_FILE}")
         if not _can_encode("▀", sys.stdout.encoding):
             raise OSError(f"the terminal's encoding, {sys.stdout.encoding}, has no half blocks: {_FILE}")
         self._answers = None if is_terminal(sys.stdin) else _answers_of(sys.stdout.fileno())

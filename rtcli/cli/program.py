@@ -13,7 +13,7 @@ from typing import Any, NoReturn
 import click
 
 from rtcli import __version__
-from rtcli.cli.exits import FILE, INTERNAL, INVALID, os_error_text
+from rtcli.cli.exits import FILE, INTERNAL, INVALID, forget_frames, lack_of_memory, os_error_text
 from rtcli.cli.output import tell, wants_color
 from rtcli.scene.problems import SceneError
 
@@ -72,18 +72,28 @@ def _outcome(run: Callable[[], Any]) -> int:
         tell(f"Error: {os_error_text(error)}")
         _drop_unwritten_output()
         return FILE
-    except MemoryError:
-        tell("Error: not enough memory: make the picture smaller, or render parts of it with --crop")
-        return INTERNAL
     except (Interrupted, KeyboardInterrupt, SystemExit):
         raise
-    except BaseException:  # a panic of the compiled tracer is no Exception
+    except BaseException as error:  # a panic of the compiled tracer is no Exception
+        return _failure(error)
+    return result if isinstance(result, int) else 0
+
+
+def _failure(error: BaseException) -> int:
+    """Tell of an error that no command expects, and return its exit code."""
+    reason = lack_of_memory(error)
+    if reason is None:
         import traceback
 
-        tell(traceback.format_exc())
+        tell("".join(traceback.format_exception(error)))
         tell("Error: this is a bug in rtcli. Please report it with the lines above and the scene.")
         return INTERNAL
-    return result if isinstance(result, int) else 0
+    forget_frames(error)
+    try:
+        tell(f"Error: {reason}: make the picture or the scene smaller, use --crop, or allow more memory")
+    except MemoryError:
+        os.write(2, b"Error: not enough memory\n")
+    return FILE
 
 
 def _tell_problems(error: SceneError) -> None:

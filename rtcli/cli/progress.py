@@ -1,4 +1,4 @@
-"""How far a work is: a bar on a terminal, a line each tenth elsewhere."""
+"""How far a work is: a bar on a terminal that can draw one, a line each tenth elsewhere."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from rtcli.cli.output import is_terminal, tell
+from rtcli.cli.output import takes_escapes, tell
 
 
 @contextlib.contextmanager
@@ -30,7 +30,7 @@ def progress(label: str, quiet: bool, noun: str | None = None) -> Iterator[Calla
         yield lambda done, total: None
         return
     rate = _Rate(noun)
-    if is_terminal(sys.stderr):
+    if takes_escapes(sys.stderr):
         counts: dict[str, Any] = (
             {} if noun is None else {"show_pos": True, "show_percent": True, "item_show_func": rate.shown}
         )

@@ -15,9 +15,10 @@ import click
 
 from rtcli import __version__
 from rtcli.cli.check_options import CheckOptions, check_options, check_taken_from
+from rtcli.cli.cluster_options import dask_timeout_option, reached_cluster
 from rtcli.cli.exits import usage_errors
 from rtcli.cli.option_types import CropType
-from rtcli.cli.output import STDIO, is_terminal, open_target, tell, tell_of_waiting
+from rtcli.cli.output import STDIO, is_terminal, open_target, tell
 from rtcli.cli.progress import progress
 from rtcli.cli.scene_options import film_options, overrides_taken_from, read_scene, scene_options
 from rtcli.cli.stopwatch import Stopwatch
@@ -50,6 +51,7 @@ class Traced:
     threads: int | None
     crop: Window | None
     dask: str | None
+    dask_timeout: int
     quiet: bool
     edits: Overrides
 
@@ -63,10 +65,7 @@ class Traced:
         if self.dask is None:
             yield None
             return
-        from rtcli.cluster import dask_cluster
-
-        with dask_cluster(self.dask) as cluster:
-            tell_of_waiting(cluster.cores, self.dask)
+        with reached_cluster(self.dask, self.dask_timeout) as cluster:
             yield cluster.executor
 
 
@@ -126,6 +125,7 @@ class Output:
     help="Trace bands of the picture on a Dask cluster: the address of its scheduler, or local for one of this "
     "machine's cores. Needs rtcli[dask].",
 )
+@dask_timeout_option
 @check_options
 @click.option(
     "--stats",
@@ -133,7 +133,12 @@ class Output:
     help="Write seconds per stage and other figures as JSON; - for standard output. The native engine works at "
     "trace, develop and write together: their time is shared out as the threads spent it.",
 )
-@click.option("-q", "--quiet", is_flag=True, help="No progress, no closing line, no report.")
+@click.option(
+    "-q",
+    "--quiet",
+    is_flag=True,
+    help="No progress, no closing line, no report; only errors and why a check fails.",
+)
 @click.pass_context
 def command(context: click.Context, /, **options: Any) -> int:
     """Render a scene to a picture, or check that it is still the same.
@@ -187,9 +192,9 @@ def _rendered_and_checked(traced: Traced, output: Output, golden: Golden) -> int
         golden.differences.try_out()
     rendering = _prepare(traced, output)
     unlike = golden.unlike_size(rendering.shot.window)
-    # One that is wanted for itself is made whatever its size.
-    if unlike is not None and not output.is_kept:
-        return golden.tell_unlike(unlike, traced.quiet)
+    # One that is wanted for itself, or for a picture of the differences, is made whatever its size.
+    if unlike is not None and not output.is_kept and golden.differences is None:
+        return golden.reported(unlike, traced.quiet)
     _write(rendering, traced, output, parts)
     return golden.verdict(parts, traced.quiet)
 

@@ -13,7 +13,7 @@ import click
 
 from rtcli import __version__
 from rtcli.check import CheckResult, check
-from rtcli.cli.exits import FILE, INVALID, os_error_text
+from rtcli.cli.exits import FILE, INVALID, forget_frames, lack_of_memory, os_error_text
 from rtcli.cli.output import STDIO, name_of, read_bytes, tell, wants_color
 from rtcli.reports import concise, github, json, junit, sarif, text
 from rtcli.reports.checked import Checked, Tally
@@ -105,6 +105,13 @@ def _checked(path: str, strict: bool, ignore: frozenset[Rule]) -> Checked:
     except OSError as error:
         tell(f"Error: {os_error_text(error)}")
         return Checked(name, unreadable=error.strerror or str(error))
+    except (MemoryError, RuntimeError) as error:
+        reason = lack_of_memory(error)
+        if reason is None:
+            raise
+        forget_frames(error)
+        tell(f"Error: {printable(name)}: {reason}")
+        return Checked(name, unreadable=reason)
     if result.left_out:
         tell(f"{printable(name)}: {_left_out(result)} left out: the scene is too much work")
     return Checked(name, tuple(map(_as_error, result.problems)) if strict else result.problems)

@@ -84,6 +84,12 @@ def comparable(a: Array, b: Array, kind: Kind) -> bool:
     return a.shape[:2] == b.shape[:2] if kind == "picture" else a.shape == b.shape
 
 
+def overlap(a: Array, b: Array) -> tuple[Array, Array]:
+    """Return the rows and columns that two layers have in common, with their upper left corners together."""
+    height, width = (min(sides) for sides in zip(a.shape[:2], b.shape[:2], strict=True))
+    return a[:height, :width], b[:height, :width]
+
+
 def compare_layers(a: Array, b: Array, tolerance: float = 0.0, kind: Kind = "arrays") -> LayerDifference:
     """Compare two layers.
 
@@ -343,7 +349,7 @@ def compare(first: Layers, second: Layers, bounds: Bounds) -> Comparison:
         raise ValueError(
             f"the data windows start at {first.origin} and at {second.origin}: their pixels do not show the same"
         )
-    first, second = _opaque(first, second), _opaque(second, first)
+    first, second = made_alike(first, second)
     names = Layers(first.kind, {**second.arrays, **first.arrays}).names()
     if bounds.wants_flip and not set(names) & {PICTURE_LAYER, RADIANCE}:
         raise ValueError("FLIP is for pictures and radiance, and there is neither")
@@ -368,6 +374,11 @@ def joined(comparisons: Sequence[Comparison]) -> Comparison:
         flips={name: flip for each in comparisons for name, flip in each.flips.items()},
         mismatches=tuple(mismatch for each in comparisons for mismatch in each.mismatches),
     )
+
+
+def made_alike(first: Layers, second: Layers) -> tuple[Layers, Layers]:
+    """Return what is compared of two sides: radiance without alpha is opaque where the other side has it."""
+    return _opaque(first, second), _opaque(second, first)
 
 
 def _opaque(layers: Layers, other: Layers) -> Layers:

@@ -30,6 +30,10 @@ from rtcli.image.pass_picture import pass_values
 from rtcli.image.write import KEYWORD
 from rtcli.tracer import _native
 
+# What Git LFS keeps in place of a large file starts so, until it is fetched:
+# https://github.com/git-lfs/git-lfs/blob/main/docs/spec.md
+_POINTER = b"version https://git-lfs.github.com/spec/v1"
+
 
 class _UnfitError(Exception):
     """A file is well-formed, but not one that can be compared; the message says why."""
@@ -90,9 +94,7 @@ def read_layers(path: str) -> Layers:
         For .exr without its package.
     """
     form = _format_of(path)
-    _refuse_what_is_no_file(path)
-    with Path(path).open("rb") as file, _told_of(path, form.name):
-        _refuse_what_memory_cannot_hold(os.fstat(file.fileno()).st_size)
+    with _opened(path, form) as file:
         return form.decode(file, path)
 
 
@@ -124,9 +126,7 @@ def read_radiance(path: str) -> tuple[Array, Look]:
     form = _format_of(path)
     if form.film is None:
         raise ValueError(f"{path!r} holds a picture, not radiance")
-    _refuse_what_is_no_file(path)
-    with Path(path).open("rb") as file, _told_of(path, form.name):
-        _refuse_what_memory_cannot_hold(os.fstat(file.fileno()).st_size)
+    with _opened(path, form) as file:
         radiance, metadata = form.film(file, path)
         if radiance is None or radiance.ndim != 3 or radiance.shape[2] != 3:
             raise _UnfitError("holds no radiance: an array of this name, of rows, columns and 3 channels")
@@ -143,6 +143,18 @@ def _look(metadata: str, radiance: Array) -> Look:
 
 def _format_of(path: str) -> _Format:
     return _FORMATS[format_of(path).name]
+
+
+@contextlib.contextmanager
+def _opened(path: str, form: _Format) -> Iterator[BinaryIO]:
+    """Open a file for its decoder, whose errors name it; refuse what is no file of any format."""
+    _refuse_what_is_no_file(path)
+    with Path(path).open("rb") as file, _told_of(path, form.name):
+        _refuse_what_memory_cannot_hold(os.fstat(file.fileno()).st_size)
+        if file.read(len(_POINTER)) == _POINTER:
+            raise _UnfitError(f"is a pointer of Git LFS, not {form.name}: get the file itself with `git lfs pull`")
+        file.seek(0)
+        yield file
 
 
 def _refuse_what_is_no_file(path: str) -> None:

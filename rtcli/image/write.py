@@ -7,6 +7,7 @@ import errno
 import io
 import json
 import os
+import re
 import struct
 import zipfile
 from collections.abc import Iterator, Mapping
@@ -64,8 +65,20 @@ _PILLOW_OPTIONS: dict[str, dict[str, Any]] = {
 }
 
 
+# As Pillow tells VP8_ENC_ERROR_OUT_OF_MEMORY and VP8_ENC_ERROR_BITSTREAM_OUT_OF_MEMORY of libwebp's encode.h.
+_NO_MEMORY = re.compile(r"encoding error [12]\b")
+
+
 def pillow_bytes(pixels: npt.NDArray[Any], format: str, metadata: Mapping[str, Any]) -> bytes:
-    """Return (H, W, 3) uint8 sRGB as a file of one of Pillow's formats: JPEG, WEBP (lossless) or TIFF."""
+    """Return (H, W, 3) uint8 sRGB as a file of one of Pillow's formats: JPEG, WEBP (lossless) or TIFF.
+
+    Raises
+    ------
+    MemoryError
+        If the encoder has not enough memory.
+    OSError
+        If it cannot be loaded.
+    """
     from PIL import Image
 
     exif = Image.Exif()
@@ -74,7 +87,14 @@ def pillow_bytes(pixels: npt.NDArray[Any], format: str, metadata: Mapping[str, A
     if format != "TIFF":  # it has no room for a folder of further tags
         exif.get_ifd(_EXIF)[_COLOR_SPACE] = 1
     file = io.BytesIO()
-    Image.fromarray(pixels).save(file, format, exif=exif, **_PILLOW_OPTIONS[format])
+    try:
+        Image.fromarray(pixels).save(file, format, exif=exif, **_PILLOW_OPTIONS[format])
+    except ValueError as error:
+        if _NO_MEMORY.match(str(error)):
+            raise MemoryError("not enough memory for the file") from error
+        raise
+    except KeyError as error:  # Pillow passes over libraries that it cannot load
+        raise OSError(f"the library for {format} is missing, or there is not enough memory to load it") from error
     return file.getvalue()
 
 

@@ -33,6 +33,11 @@ def text(comparison: Comparison, names: tuple[str, str], color: bool = False) ->
     yield from _table(comparison)
     for name, layer in comparison.layers.items():
         yield from _remarks(_prefix(comparison, name), layer)
+    yield from verdict(comparison, names, color)
+
+
+def verdict(comparison: Comparison, names: tuple[str, str], color: bool = False) -> Iterator[str]:
+    """Yield the lines of a report that say whether the sides are equal, or all the reasons why not; see `text`."""
     paint, style = painter(color), "good" if comparison.equal else ERROR
     for word, reason in _verdict(comparison, names):
         yield f"{paint(style, word)}{reason}"

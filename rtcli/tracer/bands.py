@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from secrets import token_hex
 from threading import local
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar, runtime_checkable
 
 from rtcli.tracer.engines import Tracer, default_threads, tracer_of
 from rtcli.tracer.world import Metered, Progress, Window, World
@@ -47,6 +47,14 @@ class Band(NamedTuple):
     rays: int
 
 
+@runtime_checkable
+class Sharing(Protocol):
+    """An executor that sends what many functions need once."""
+
+    def share(self, value: Any) -> Any:
+        """Return what stands for a value among the arguments of `submit`."""
+
+
 class BandedTracer:
     """A world that is traced band by band elsewhere: what every engine of rtcli offers, with the same results.
 
@@ -57,11 +65,12 @@ class BandedTracer:
     engine
         Which tracer the workers use, with one thread each.
     executor
-        Runs functions with arguments that are pickled.
+        Runs functions with arguments that are pickled; one that is `Sharing` is given the world once.
     """
 
     def __init__(self, world: World, engine: str, executor: Executor) -> None:
-        self._task = Task(token_hex(16), world, engine)
+        self._own_task = Task(token_hex(16), world, engine)
+        self._task = executor.share(self._own_task) if isinstance(executor, Sharing) else self._own_task
         self._executor = executor
 
     def film(
@@ -100,7 +109,7 @@ class BandedTracer:
 
     def exposure(self) -> Metered:
         """Return what the meter finds for the whole picture, which takes no help."""
-        return tracer_of(self._task.world, self._task.engine, default_threads()).exposure()
+        return tracer_of(self._own_task.world, self._own_task.engine, default_threads()).exposure()
 
     def _in_turn(self, work: Callable[..., _T], window: Window, *arguments: Any) -> Iterator[_T]:
         """Yield what is found for each band in order; if that ends early, what has not begun is called off."""

@@ -22,8 +22,12 @@ render: {background: [0.1, 0.2, 0.3]}
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
-    """An empty folder to work in, and no variable of whoever runs the tests that changes rtcli or Python."""
+    """An empty folder to work in, and no variable of whoever runs the tests that changes rtcli or Python.
+
+    If a test opens a terminal, it is one that draws.
+    """
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("TERM", "xterm-256color")
     for name in [name for name in os.environ if name.startswith(("RTCLI_", "PYTHON"))]:
         monkeypatch.delenv(name)
     return tmp_path

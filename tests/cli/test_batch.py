@@ -175,10 +175,14 @@ def test_fail_fast_stops_at_the_first_failure(run, folder):
     assert private_files(OUT) == [".rtcli/lock"]
 
 
-def test_quiet_says_nothing(run, scenes):
+def test_quiet_says_nothing_but_what_goes_wrong(run, scenes):
+    result = run("batch", "scenes", "-o", "out", "-q")
+    assert (result.exit_code, result.output) == (0, "")
     write_scene(scenes[1], -1)
     result = run("batch", "scenes", "-o", "out", "-q")
-    assert (result.exit_code, result.output) == (1, "")
+    assert (result.exit_code, result.stdout) == (1, "")
+    (line,) = result.stderr.splitlines()
+    assert "001.yaml:5:77: error: objects[0].radius: must be greater than 0" in line
 
 
 def test_progress_elsewhere_than_on_a_terminal_is_a_line_each_tenth_with_rate_and_time_left(run, folder):
@@ -319,7 +323,9 @@ def test_pictures_that_make_no_animation_are_told(run, scenes):
         "000.gif: error: no animation: pictures of an animation are of one size, not 8x6 and 6x8" in result.stderr
     )
     assert "3 rendered" not in result.stderr
-    assert run("batch", *arguments, "-q").output == ""
+    quiet = run("batch", *arguments, "-q")
+    told = [line for line in result.stderr.splitlines() if "error: " in line]
+    assert (quiet.exit_code, quiet.stdout, quiet.stderr.splitlines(), len(told)) == (1, "", told, 3)
 
 
 def test_fail_fast_makes_no_animation(run, scenes):

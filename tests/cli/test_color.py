@@ -57,17 +57,18 @@ def run(arguments, terminal, **variables):
 TERMINAL, PIPE = True, False
 # Variables, what is behind the stream, and whether there are colors.
 CASES = [
-    ({}, TERMINAL, True),
-    ({}, PIPE, False),
-    ({"NO_COLOR": "1"}, TERMINAL, False),
+    ({"TERM": "xterm"}, TERMINAL, True),
+    ({"TERM": "xterm"}, PIPE, False),
+    ({"TERM": "xterm", "NO_COLOR": "1"}, TERMINAL, False),
     ({"FORCE_COLOR": "1"}, PIPE, True),
 ]
 RARE_CASES = [
-    ({"TERM": "xterm-256color"}, TERMINAL, True),
     ({"TERM": "dumb"}, TERMINAL, False),
+    ({}, TERMINAL, False),  # without TERM, as git and ripgrep have it
+    ({"FORCE_COLOR": "1"}, TERMINAL, True),
     ({"TERM": "dumb", "FORCE_COLOR": "1"}, TERMINAL, True),
-    ({"NO_COLOR": "0"}, TERMINAL, False),  # any value but an empty one
-    ({"NO_COLOR": ""}, TERMINAL, True),
+    ({"TERM": "xterm", "NO_COLOR": "0"}, TERMINAL, False),  # any value but an empty one
+    ({"TERM": "xterm", "NO_COLOR": ""}, TERMINAL, True),
     ({"FORCE_COLOR": "0"}, PIPE, True),
     ({"FORCE_COLOR": ""}, PIPE, False),
     ({"FORCE_COLOR": "1", "NO_COLOR": "1"}, PIPE, False),
@@ -90,14 +91,22 @@ def test_variables_and_terminal_decide_on_colors(command, variables, behind, exp
 @pytest.mark.parametrize("command", COMMANDS)
 def test_colors_change_nothing_but_colors(command):
     stream = TOLD_ON[command]
-    colored, plain = run(COMMANDS[command], stream), run(COMMANDS[command], None)
+    colored, plain = run(COMMANDS[command], stream, TERM="xterm"), run(COMMANDS[command], None)
     assert colored[stream] != plain[stream]
     assert SGR.sub("", colored[stream]) == plain[stream]
 
 
 @pytest.mark.parametrize(("command", "other"), [("validate", "stderr"), ("render", "stdout")])
 def test_terminal_behind_another_stream_makes_no_colors(command, other):
-    assert not SGR.search(run(COMMANDS[command], other)[TOLD_ON[command]])
+    assert not SGR.search(run(COMMANDS[command], other, TERM="xterm")[TOLD_ON[command]])
+
+
+@pytest.mark.parametrize("variables", [{}, {"TERM": "dumb"}, {"TERM": "dumb", "FORCE_COLOR": "1"}])
+def test_terminal_that_shows_text_alone_gets_a_line_of_progress_each_tenth(scene, variables):
+    told = run(["render", scene, "-o", "out.png", "--size", "300x200"], "stderr", **variables)["stderr"]
+    assert "\x1b" not in told
+    assert told.count("\r") == 0
+    assert "rendering: 100 %\nwrote out.png (300x200)" in told
 
 
 @pytest.mark.parametrize("style", ["concise", "json", "github", "sarif", "junit"])

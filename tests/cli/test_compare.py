@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from rtcli.image.difference import ONLY_FIRST, ONLY_SECOND
 from rtcli.tracer import _native
 
 RNG = np.random.default_rng(1)
@@ -267,23 +268,51 @@ def test_each_layer_has_a_difference_picture(run, folder):
     assert np.array_equal(drawn("diff.object_id.png").any(axis=-1), np.eye(30, 40, dtype=bool))
 
 
-def test_no_difference_picture_of_unlike_shapes_and_it_is_told(run, folder):
+def test_no_difference_picture_of_unlike_channels_and_it_is_told(run, folder):
     np.savez("a.npz", depth=DEPTH, radiance=RADIANCE)
-    np.savez("b.npz", depth=DEPTH, radiance=RADIANCE[:9])
+    np.savez("b.npz", depth=DEPTH, radiance=RADIANCE[:9, :, :2])
     result = run("compare", "a.npz", "b.npz", "-o", "diff.png")
     assert result.exit_code == 1
-    assert result.stderr == "no difference picture of `radiance`: its sizes differ\n"
+    assert result.stderr == "no difference picture of `radiance`: its channels differ\n"
     assert names_in(folder) == ["a.npz", "b.npz", "diff.depth.png"]
+
+
+@pytest.mark.parametrize("suffix", PICTURES + ARRAYS)
+def test_pictures_of_different_sizes_fail_and_what_only_one_has_is_marked(run, folder, suffix):
+    save(f"a{suffix}")
+    layers = [PIXELS] if suffix in PICTURES else [RADIANCE, DEPTH, IDS]
+    save(f"b{suffix}", *(np.ascontiguousarray(layer[:20, :35]) for layer in layers))
+    for first, second, mark in (("a", "b", ONLY_FIRST), ("b", "a", ONLY_SECOND)):
+        result = run("compare", f"{first}{suffix}", f"{second}{suffix}", "-o", "diff.png")
+        assert (result.exit_code, result.stderr) == (1, "")
+        picture = drawn("diff.png")
+        assert picture.shape == (30, 40, 3)
+        assert (picture[20:] == mark).all()
+        assert (picture[:, 35:] == mark).all()
+        if suffix not in (".jpg", ".jpeg"):
+            assert not picture[:20, :35].any()
+
+
+def test_difference_picture_of_radiance_with_and_without_alpha_takes_the_latter_for_opaque(run):
+    openexr = pytest.importorskip("OpenEXR", reason="the extra exr is not installed")
+    header = {"compression": openexr.ZIP_COMPRESSION, "type": openexr.scanlineimage}
+    alpha = np.ones((30, 40), np.float32)
+    alpha[2, 3] = 0.5
+    openexr.File(header, {"RGB": RADIANCE}).write("a.exr")
+    openexr.File(header, {"RGBA": np.dstack([RADIANCE, alpha])}).write("b.exr")
+    result = run("compare", "a.exr", "b.exr", "-o", "diff.png")
+    assert (result.exit_code, result.stderr) == (1, "")
+    assert np.argwhere(drawn("diff.A.png").any(axis=-1)).tolist() == [[2, 3]]
 
 
 def test_difference_picture_of_an_earlier_run_that_stays_is_told(run, folder):
     np.savez("a.npz", radiance=RADIANCE, depth=DEPTH)
     np.savez("b.npz", radiance=RADIANCE)
-    np.savez("c.npz", radiance=RADIANCE[:9], depth=DEPTH)
+    np.savez("c.npz", radiance=RADIANCE[..., 0], depth=DEPTH)
     assert run("compare", "a.npz", "a.npz", "-o", "diff.png").exit_code == 0
     told = "no difference picture of `depth`: only one side has it; diff.depth.png is from an earlier run\n"
     assert run("compare", "a.npz", "b.npz", "-o", "diff.png").stderr == told
-    told = "no difference picture of `radiance`: its sizes differ; diff.png is from an earlier run\n"
+    told = "no difference picture of `radiance`: its channels differ; diff.png is from an earlier run\n"
     assert run("compare", "a.npz", "c.npz", "-o", "diff.png").stderr == told
 
 
@@ -405,9 +434,11 @@ def test_json_is_one_object(run, unlike):
 
 
 @pytest.mark.parametrize(("second", "code"), [("a.png", 0), ("b.png", 1)])
-def test_quiet_prints_nothing(run, unlike, second, code):
+def test_quiet_prints_nothing_but_why_it_fails(run, unlike, second, code):
     result = run("compare", "a.png", second, "-q")
-    assert (result.exit_code, result.output) == (code, "")
+    verdict = run("compare", "a.png", second).stdout.splitlines(keepends=True)[-1]
+    assert (result.exit_code, result.stdout, result.stderr) == (code, "", verdict if code else "")
+    assert verdict.startswith("different: 3 of " if code else "equal")
 
 
 def test_quiet_report_is_wrong_usage(run, unlike):
@@ -457,6 +488,13 @@ def test_file_that_cannot_be_read_exits_with_3_and_is_named(run, folder, suffix,
         assert result.stderr.startswith(f"Error: bad{suffix}: ")
         assert result.stderr.count("\n") == 1
     assert not (folder / "diff.png").exists()
+
+
+def test_pointer_of_git_lfs_exits_with_3_and_says_what_gets_the_file(run, unlike, folder):
+    (folder / "a.png").write_text("version https://git-lfs.github.com/spec/v1\noid sha256:12\nsize 12\n")
+    result = run("compare", *unlike)
+    told = "is a pointer of Git LFS, not a PNG picture: get the file itself with `git lfs pull`"
+    assert (result.exit_code, result.stdout, result.stderr) == (3, "", f"Error: a.png: {told}\n")
 
 
 def test_name_of_a_file_is_escaped(run):

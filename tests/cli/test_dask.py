@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -11,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from batches import entries, lasting, private_files, results_in, write_scene, write_scenes
-from clusters import two_workers
+from clusters import no_workers, two_workers, worker_of
 
 from rtcli.cli.output import tell_of_waiting
 
@@ -202,6 +203,53 @@ def test_missing_extra_is_told_with_how_to_install_it(scene, arguments):
     assert not Path("out").exists()
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("command", [["batch", "scenes", "-o", "out"], ["render", "scene.yaml", "-o", "a.png"]])
+@pytest.mark.parametrize("way", ["option", "variable"])
+def test_cluster_without_workers_is_given_up_after_a_while(run, scene, scenes, command, way):
+    pytest.importorskip("distributed", exc_type=ImportError)
+    with no_workers() as cluster:
+        option = ["--dask-timeout", "1"] if way == "option" else []
+        env = {} if option else {f"RTCLI_{command[0].upper()}_DASK_TIMEOUT": "1"}
+        start = time.monotonic()
+        result = run(*command, "--dask", cluster.address, *option, env=env)
+    assert time.monotonic() - start < 20
+    assert result.exit_code == 3
+    waiting, *_, error = result.stderr.splitlines()
+    assert waiting == f"the cluster at {cluster.address} has no workers: waiting for some"
+    told = f"the cluster at '{cluster.address}' had no workers for 1 s: start some, or raise --dask-timeout"
+    assert error == f"Error: {told}"
+    assert not Path("a.png").exists()
+    assert not list(Path().glob("**/*.tmp"))
+    assert not pictures()
+
+
+@pytest.mark.slow
+def test_late_worker_of_another_version_ends_a_batch_and_the_next_goes_on(run, spawn, scenes):
+    pytest.importorskip("distributed", exc_type=ImportError)
+    assert run("batch", "scenes", "-o", "whole", *OPTIONS).exit_code == 0
+    with no_workers() as cluster, worker_of(cluster):
+        process = spawn("batch", "scenes", "-o", "out", *OPTIONS, "--dask", cluster.address)
+        wait_until(lambda: len(pictures()) >= 2)
+        with worker_of(cluster, "9.9.9"):
+            _, errors = process.communicate(timeout=60)
+    assert process.returncode == 3
+    assert re.fullmatch(
+        r"Error: the worker at tcp://\S+ has rtcli 9\.9\.9, not \S+: install the same on both",
+        errors.decode().splitlines()[-1],
+    )
+    assert b"Traceback" not in errors
+    assert all(entry["status"] == "done" for entry in entries(OUT).values())
+    assert run("batch", "scenes", "-o", "out", *OPTIONS).exit_code == 0
+    assert results_in(OUT) == results_in(Path("whole"))
+
+
+@pytest.mark.parametrize("seconds", ["0", "-1", "soon", "nan"])
+def test_timeout_is_a_number_of_seconds(run, scene, seconds):
+    for command in (["batch", scene, "-o", "out"], ["render", scene, "-o", "a.png"]):
+        assert run(*command, "--dask", "tcp://127.0.0.1:9", "--dask-timeout", seconds).exit_code == 2
+
+
 @pytest.mark.parametrize(("cores", "told"), [(0, "the cluster at tcp://a:1 has no workers: waiting"), (1, "")])
 def test_cluster_without_workers_is_told(cores, told, capsys):
     tell_of_waiting(cores, "tcp://a:1")
@@ -211,6 +259,8 @@ def test_cluster_without_workers_is_told(cores, told, capsys):
 
 @pytest.mark.slow
 def test_cluster_of_this_machine_is_quiet_though_another_has_dasks_port(run, scenes):
-    with contextlib.suppress(OSError), socket.create_server(("127.0.0.1", 8787)):
+    with contextlib.ExitStack() as stack:
+        with contextlib.suppress(OSError):  # taken already
+            stack.enter_context(socket.create_server(("127.0.0.1", 8787)))
         result = run("batch", "scenes", "-o", "quiet", "--dask", "local", "-q")
     assert (result.exit_code, result.stderr) == (0, "")

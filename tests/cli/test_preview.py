@@ -19,7 +19,8 @@ def on_a_terminal(spawn, *arguments, size=(20, 40), stdin=None, prelude=None, **
     ours, theirs = os.openpty()
     fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("4H", *size, 8 * size[1], 16 * size[0]))
     plain = {name: value for name, value in os.environ.items() if name not in ("NO_COLOR", "FORCE_COLOR")}
-    env = {**plain, "TERM": "xterm-256color", **variables}
+    chosen = {**plain, "TERM": "xterm-256color", **variables}
+    env = {name: value for name, value in chosen.items() if value is not None}
     stdin = theirs if stdin is None else stdin
     process = spawn(*arguments, prelude=prelude, stdin=stdin, stdout=theirs, env=env)
     os.close(theirs)
@@ -64,6 +65,7 @@ def test_picture_is_shown_though_standard_input_is_no_terminal(spawn, scene, fol
         ({"NO_COLOR": "1"}, "the terminal is to show no colors"),
         ({"TERM": "dumb"}, "the terminal is to show no colors"),
         ({"TERM": "dumb", "FORCE_COLOR": "1"}, "the terminal is to show no colors"),
+        ({"TERM": None}, "the terminal is to show no colors"),
         ({"PYTHONIOENCODING": "ascii"}, "the terminal's encoding, ascii, has no half blocks"),
     ],
 )

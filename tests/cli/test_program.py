@@ -12,8 +12,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import rtcli
+from rtcli.check import check
 
 needs_posix = pytest.mark.skipif(os.name == "nt", reason="POSIX only: signals and terminals")
 
@@ -78,15 +80,39 @@ def test_failure_that_nobody_expected_exits_with_4_and_asks_for_a_report(run, sc
     assert "bug" in result.stderr
 
 
-def test_lack_of_memory_exits_with_4_without_a_traceback(run, scene, monkeypatch):
+LACKS = [
+    (MemoryError(), "not enough memory"),
+    (MemoryError("not enough memory for the objects"), "not enough memory for the objects"),
+    (MemoryError("Unable to allocate 9. GiB"), "not enough memory"),
+    (RuntimeError("can't start new thread"), "not enough memory for a thread, or too many of them"),
+    (ImportError("a.so: failed to map segment from shared object"), "not enough memory to load a library"),
+]
+
+
+@pytest.mark.parametrize(("error", "told"), LACKS)
+def test_lack_of_memory_exits_with_3_without_a_traceback(run, scene, monkeypatch, error, told):
     def fail(*arguments):
-        raise MemoryError
+        raise error
+
+    monkeypatch.setattr("rtcli.cli.render.write_film", fail)
+    result = run("render", scene, "-o", "out.png", "-q")
+    assert (result.exit_code, result.stdout) == (3, "")
+    assert result.stderr.startswith(f"Error: {told}: make the picture or the scene smaller")
+    assert names_in(Path()) == [scene]
+
+
+def test_scene_that_memory_does_not_hold_exits_with_3_and_the_others_are_checked(run, scene, monkeypatch):
+    def fail(raw, name):
+        if name == scene:
+            raise MemoryError
+        return check(raw, name)
 
     monkeypatch.setattr("rtcli.cli.validate.check", fail)
-    result = run("validate", scene)
-    assert result.exit_code == 4
-    assert "not enough memory" in result.stderr
-    assert "Traceback" not in result.stderr
+    Path("wrong.yaml").write_text("camera: 1\n")
+    result = run("validate", scene, "wrong.yaml")
+    assert result.exit_code == 3
+    assert result.stderr == "Error: scene.yaml: not enough memory\n"
+    assert "wrong.yaml" in result.stdout
 
 
 # --- Processes -------------------------------------------------------------------------------------------
@@ -114,20 +140,67 @@ def test_exit_codes_reach_the_shell(spawn, scene, folder):
     assert {arguments: process.wait() for arguments, process in processes.items()} == expected
 
 
+# Each way to print to standard output.
+PRINTING = [
+    ["explain", "scene.yaml", "--pixel", "20,15"],
+    ["explain", "scene.yaml", "--pixel", "20,15", "--json"],
+    ["compare", "a.npz", "b.npz"],
+    ["compare", "a.npz", "b.npz", "--json"],
+    ["validate", "wrong.yaml"],
+    ["validate", "wrong.yaml", "--format", "github"],
+    ["validate", "scene.yaml", "--format", "json"],
+    ["schema"],
+    ["new", "-"],
+    ["render", "scene.yaml", "-q", "-o", "-"],
+    ["render", "scene.yaml", "-q", "-o", "out.png", "--stats", "-"],
+    ["render", "scene.yaml", "--check", "golden.png"],
+    ["batch", "scene.yaml", "-o", "out", "--dry-run"],
+    ["--help"],
+    ["--version"],
+    ["render", "--help"],
+    [],  # with the variable by which a shell asks for its completion
+]
+
+
+def printing(spawn, arguments, **options):
+    """Run rtcli where it prints; return its exit code, and the last line on standard error."""
+    Path("wrong.yaml").write_text("camera: 1\nobjects:\n" + "  - 1\n" * 5000)  # more problems than a pipe holds
+    layers = {f"layer{i}": np.full((4, 4), i) for i in range(9)}
+    np.savez("a.npz", **layers)
+    np.savez("b.npz", **{name: values + 1 for name, values in layers.items()})
+    Image.new("RGB", (40, 30)).save("golden.png")
+    env = {**os.environ, **({} if arguments else {"_RTCLI_COMPLETE": "bash_source"})}
+    process = spawn(*arguments, env=env, **options)
+    _, errors = process.communicate(timeout=20)
+    assert b"Traceback" not in errors
+    return process.returncode, (errors.decode().splitlines() or [""])[-1]
+
+
 @needs_posix
-@pytest.mark.parametrize(
-    "arguments", [["schema"], ["validate", "wrong.yaml"], ["new", "-"], ["render", "scene.yaml", "-q", "-o", "-"]]
-)
-def test_reader_that_goes_away_causes_no_traceback(spawn, scene, folder, arguments):
-    # More problems than a pipe holds.
-    (folder / "wrong.yaml").write_text("camera: 1\nobjects:\n" + "  - 1\n" * 5000)
+@pytest.mark.parametrize("arguments", PRINTING, ids=" ".join)
+def test_reader_that_goes_away_causes_no_word(spawn, scene, arguments):
     reader, writer = os.pipe()
     os.close(reader)
-    process = spawn(*arguments, stdout=writer)
+    code, told = printing(spawn, arguments, stdout=writer)
     os.close(writer)
-    _, errors = process.communicate(timeout=20)
-    assert errors == b""
-    assert process.returncode in (0, -signal.SIGPIPE)
+    assert code in (0, -signal.SIGPIPE)
+    assert told in ("", "rendering: 100 %")
+
+
+@needs_posix
+@pytest.mark.parametrize("arguments", PRINTING, ids=" ".join)
+def test_closed_standard_output_that_is_printed_to_exits_with_3(spawn, scene, arguments):
+    told = printing(spawn, arguments, prelude="exec 1>&-")
+    assert told == (3, "Error: standard output: is closed")
+    assert not Path("out.png").exists()
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+@pytest.mark.parametrize("arguments", PRINTING, ids=" ".join)
+def test_full_disk_behind_standard_output_exits_with_3(spawn, scene, arguments):
+    with Path("/dev/full").open("wb") as full:
+        told = printing(spawn, arguments, stdout=full)
+    assert told == (3, "Error: standard output: No space left on device")
 
 
 @needs_posix
@@ -172,16 +245,6 @@ def test_report_that_does_not_fit_behind_standard_output_exits_with_3(spawn, sce
         _, errors = process.communicate(timeout=20)
     assert process.returncode == 3
     assert errors.decode().splitlines()[-1] == "Error: standard output: File too large"
-
-
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
-@pytest.mark.parametrize("arguments", [["schema"], ["new", "-"], ["render", "scene.yaml", "-q", "-o", "-"]])
-def test_full_disk_behind_standard_output_exits_with_3(spawn, scene, arguments):
-    with Path("/dev/full").open("wb") as full:
-        process = spawn(*arguments, stdout=full)
-        _, errors = process.communicate(timeout=20)
-    assert process.returncode == 3
-    assert errors == b"Error: standard output: No space left on device\n"
 
 
 @needs_posix

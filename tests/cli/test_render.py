@@ -12,6 +12,7 @@ import pytest
 from PIL import Image as PillowImage
 
 import rtcli
+from rtcli.image.difference import NEITHER, ONLY_FIRST, ONLY_SECOND
 from rtcli.image.formats import FORMATS
 from rtcli.scene.model import Image, Render
 from rtcli.tracer._native import simd_level
@@ -397,15 +398,15 @@ def test_old_picture_stays_when_the_scene_is_invalid(run, scene, folder):
     assert (folder / "out.png").read_bytes() == b"old"
 
 
-@pytest.mark.parametrize("error", [RuntimeError("broken"), MemoryError()])
-def test_failure_while_rendering_exits_with_4_and_leaves_the_old_picture(run, scene, folder, monkeypatch, error):
+@pytest.mark.parametrize(("error", "code"), [(RuntimeError("broken"), 4), (MemoryError(), 3)])
+def test_failure_while_rendering_leaves_the_old_picture(run, scene, folder, monkeypatch, error, code):
     def fail(*arguments, **options):
         raise error
 
     monkeypatch.setattr("rtcli.cli.render.write_film", fail)
     (folder / "out.png").write_bytes(b"old")
     result = run("render", scene, "-o", "out.png")
-    assert result.exit_code == 4
+    assert result.exit_code == code
     assert result.stdout == ""
     assert (folder / "out.png").read_bytes() == b"old"
     assert names_in(folder) == ["out.png", "scene.yaml"]
@@ -679,10 +680,31 @@ def test_rendering_that_is_checked_is_kept_where_asked_for(run, scene, folder):
     assert (folder / "new.png").read_bytes() == (folder / "expected.png").read_bytes()
 
 
-def test_quiet_check_says_nothing(run, scene):
+def test_quiet_check_says_nothing_but_why_it_fails(run, scene):
     run("render", scene, "-o", "golden.png", "-q")
-    result = run("render", scene, "--check", "golden.png", "-q", "--set", "objects.ball.radius=0.5")
-    assert (result.exit_code, result.output) == (1, "")
+    check = ["render", scene, "--check", "golden.png", "-q"]
+    assert run(*check).output == ""
+    result = run(*check, "--set", "objects.ball.radius=0.5")
+    assert (result.exit_code, result.stdout) == (1, "")
+    assert re.fullmatch(r"different: \d+ of 1,200 pixels \(.* %\) differ by more than 0 .*\n", result.stderr)
+    result = run(*check, "--size", "20x15")
+    told = "different: `picture` is 40x30 in golden.png, and 20x15 in the rendering\n"
+    assert (result.exit_code, result.stdout, result.stderr) == (1, "", told)
+
+
+def test_golden_pointer_of_git_lfs_says_what_gets_the_picture(run, scene, folder):
+    (folder / "golden.png").write_text("version https://git-lfs.github.com/spec/v1\noid sha256:12\nsize 12\n")
+    (folder / "depth").mkdir()
+    run("render", scene, "-o", "depth/golden.png", "--passes", "depth", "-q")
+    (folder / "depth" / "golden.depth.png").write_bytes((folder / "golden.png").read_bytes())
+    for golden, options, named in (
+        ("golden.png", [], "golden.png"),
+        ("depth/golden.png", ["--passes", "depth"], "golden.depth.png"),
+    ):
+        result = run("render", scene, "--check", golden, *options)
+        assert (result.exit_code, result.stdout) == (3, "")
+        assert re.search(rf"{named}: is a pointer of Git LFS, .* `git lfs pull`\n$", result.stderr)
+        assert "rendering" not in result.stderr
 
 
 @pytest.mark.parametrize(
@@ -859,13 +881,31 @@ def test_flip_is_of_the_picture_alone_where_passes_are_checked(run, scene):
     assert "FLIP" in result.stdout
 
 
+@pytest.mark.parametrize("suffix", [".png", ".jpg", ".npy", ".npz"])
+def test_rendering_of_another_size_fails_and_is_drawn_beside_the_golden_one(run, scene, folder, suffix):
+    run("render", scene, "-o", f"golden{suffix}", "-q", "--passes", "depth")
+    check = ["render", scene, "--check", f"golden{suffix}", "--passes", "depth", "--size", "50x20"]
+    result = run(*check, "--diff", "diff.png")
+    assert result.exit_code == 1
+    kind = "radiance" if suffix in (".npy", ".npz") else "picture"
+    assert f"different: `{kind}` is 40x30" in result.stdout
+    assert "no difference picture" not in result.stderr
+    for name in ("diff.png", "diff.depth.png"):
+        picture = pixels(name)
+        assert picture.shape == (30, 50, 3)
+        assert (picture[20:, :40] == ONLY_FIRST).all()
+        assert (picture[:20, 40:] == ONLY_SECOND).all()
+        assert (picture[20:, 40:] == NEITHER).all()
+    assert "rendering: " in result.stderr
+    assert "rendering: " not in run(*check).stderr  # the size tells, and nothing is to be drawn
+
+
 def test_difference_picture_of_an_earlier_check_is_told(run, scene, folder):
     run("render", scene, "-o", "golden.png", "-q")
     check = ["render", scene, "--check", "golden.png", "--diff", "diff.png"]
     assert run(*check, "--set", "camera.fov=30").exit_code == 1
     told = "diff.png is from an earlier run"
     assert f"{told}: now there is no difference to be shown\n" in run(*check).stderr
-    assert f"no difference picture of `picture`: its sizes differ; {told}\n" in run(*check, "--size", "8x5").stderr
     assert run(*check, "-q").output == ""
     (folder / "diff.png").unlink()
     assert "earlier" not in run(*check).stderr

@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 
 from rtcli.image import compare as module
-from rtcli.image.compare import compare_layers
-from rtcli.image.difference import difference_paths, difference_png
+from rtcli.image import difference as drawing
+from rtcli.image.compare import compare_layers, overlap
+from rtcli.image.difference import NEITHER, ONLY_FIRST, ONLY_SECOND, difference_paths, difference_png
 from rtcli.tracer import _native
 
 BLACK, DARK_RED, ORANGE, WHITE = (0, 0, 0), (96, 0, 0), (255, 140, 0), (255, 255, 255)
@@ -13,7 +14,7 @@ FLOATS = np.random.default_rng(2).random((40, 30, 3))
 def drawn(a, b, kind="arrays"):
     """Return the pixels of the difference picture of two layers."""
     width, height, channels, bits, samples = _native.decode_png(
-        difference_png(a, b, compare_layers(a, b, kind=kind), kind)
+        difference_png(a, b, compare_layers(*overlap(a, b), kind=kind), kind)
     )
     assert (channels, bits) == (3, 8)
     return np.frombuffer(samples, np.uint8).reshape(height, width, 3)
@@ -63,6 +64,56 @@ def test_bands_do_not_show(monkeypatch):
     whole = drawn(FLOATS, FLOATS[::-1])
     monkeypatch.setattr(module, "_BAND", 100)
     np.testing.assert_array_equal(drawn(FLOATS, FLOATS[::-1]), whole)
+
+
+def filled(height, width, color):
+    return np.full((height, width, 3), color, np.uint8)
+
+
+@pytest.mark.parametrize("kind", ["arrays", "picture"])
+@pytest.mark.parametrize(
+    ("first", "second", "right", "below", "corner"),
+    [
+        ((40, 30), (40, 20), ONLY_FIRST, None, None),
+        ((40, 30), (25, 30), None, ONLY_FIRST, None),
+        ((40, 30), (25, 20), ONLY_FIRST, ONLY_FIRST, ONLY_FIRST),
+        ((25, 20), (40, 30), ONLY_SECOND, ONLY_SECOND, ONLY_SECOND),
+        ((40, 20), (25, 30), ONLY_SECOND, ONLY_FIRST, NEITHER),
+    ],
+)
+def test_what_only_one_layer_has_is_marked_around_what_both_have(first, second, right, below, corner, kind):
+    layers = np.random.default_rng(4).integers(0, 256, (2, 40, 30, 3), np.uint8)
+    a, b = (layer[:height, :width] for layer, (height, width) in zip(layers, (first, second), strict=True))
+    pixels = drawn(a, b, kind)
+    height, width = min(first[0], second[0]), min(first[1], second[1])
+    rest = max(first[0], second[0]) - height, max(first[1], second[1]) - width
+    assert pixels.shape == (height + rest[0], width + rest[1], 3)
+    common = drawn(a[:height, :width], b[:height, :width], kind)
+    np.testing.assert_array_equal(pixels[:height, :width], common)
+    for part, size, color in (
+        (pixels[:height, width:], (height, rest[1]), right),
+        (pixels[height:, :width], (rest[0], width), below),
+        (pixels[height:, width:], rest, corner),
+    ):
+        np.testing.assert_array_equal(part, filled(*size, color or BLACK))
+
+
+def test_marks_are_no_colors_of_a_difference():
+    ramp = drawn(np.zeros((1, 4096)), np.linspace(0, 1, 4096)[np.newaxis])[0].astype(int)
+    for mark in (ONLY_FIRST, ONLY_SECOND, NEITHER):
+        assert np.abs(ramp - mark).max(axis=-1).min() >= 60
+
+
+def test_marks_of_layers_that_share_no_pixel():
+    wide, none = np.ones((2, 3)), np.ones((0, 3))
+    np.testing.assert_array_equal(drawn(wide, none), filled(2, 3, ONLY_FIRST))
+    np.testing.assert_array_equal(drawn(none, wide), filled(2, 3, ONLY_SECOND))
+
+
+def test_picture_that_memory_cannot_hold_is_refused(monkeypatch):
+    monkeypatch.setattr(drawing, "memory_bytes", lambda: 50_000)
+    with pytest.raises(MemoryError):
+        drawn(np.zeros((1, 200)), np.zeros((100, 1)))
 
 
 def test_first_layer_has_the_name_and_the_others_theirs_before_the_suffix():

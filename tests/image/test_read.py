@@ -460,6 +460,18 @@ def test_missing_file_is_told_as_the_system_tells_it(suffix):
     assert missing.value.filename == f"missing{suffix}"
 
 
+POINTER = b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a214614ab2935c943f9e0ff69d22e\nsize 12345\n"
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_pointer_of_git_lfs_is_told_with_what_gets_the_file(suffix):
+    Path(f"a{suffix}").write_bytes(POINTER)
+    for read_it in [read_layers, *([read_radiance] if kind_of(f"a{suffix}") == "arrays" else [])]:
+        with pytest.raises(OSError, match=r"is a pointer of Git LFS, not an? .*: .* `git lfs pull`") as pointer:
+            read_it(f"a{suffix}")
+        assert pointer.value.filename == f"a{suffix}"
+
+
 def test_folder_is_refused(folder):
     (folder / "a.png").mkdir()
     with pytest.raises(IsADirectoryError, match="is a folder"):

@@ -30,20 +30,41 @@ class _Program(NamedTuple):
 @contextlib.contextmanager
 def two_workers() -> Iterator[Cluster]:
     """Start a scheduler and two workers in processes of their own, and end them."""
-    with contextlib.ExitStack() as stack:
-        place = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard")
-        scheduler = stack.enter_context(_program("scheduler", *place, says=r"Scheduler at: +(tcp://\S+)"))
-        options = (scheduler.address, "--nthreads", "1", "--no-nanny", "--no-dashboard")
-        workers = [
-            stack.enter_context(_program("worker", *options, says=r"Registered to: +(\S+)")) for _ in range(2)
-        ]
-        yield Cluster(scheduler.address, scheduler.process, [worker.process for worker in workers])
+    with no_workers() as cluster, worker_of(cluster) as first, worker_of(cluster) as second:
+        yield cluster._replace(workers=[first, second])
 
 
 @contextlib.contextmanager
-def _program(name: str, *options: str, says: str) -> Iterator[_Program]:
+def no_workers() -> Iterator[Cluster]:
+    """Start a scheduler alone."""
+    place = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard")
+    with _program("scheduler", *place, says=r"Scheduler at: +(tcp://\S+)") as scheduler:
+        yield Cluster(scheduler.address, scheduler.process, [])
+
+
+@contextlib.contextmanager
+def worker_of(cluster: Cluster, version: str = "") -> Iterator[subprocess.Popen[bytes]]:
+    """Start a worker of a cluster; with a version it says that it has that one of rtcli."""
+    options = (cluster.address, "--nthreads", "1", "--no-nanny", "--no-dashboard")
+    with _program("worker", *options, says=r"Registered to: +(\S+)", version=version) as worker:
+        yield worker.process
+
+
+# A program of Dask whose rtcli is another one.
+_OTHER = """
+import runpy, sys
+import rtcli.cluster
+rtcli.cluster.__version__ = sys.argv.pop(1)
+runpy.run_module(sys.argv.pop(1), run_name="__main__")
+"""
+
+
+@contextlib.contextmanager
+def _program(name: str, *options: str, says: str, version: str = "") -> Iterator[_Program]:
     """Run one of Dask's programs once it says something on standard error; give it with what that names."""
-    command = [sys.executable, "-m", f"distributed.cli.dask_{name}", *options]
+    module = f"distributed.cli.dask_{name}"
+    start = ["-c", _OTHER, version, module] if version else ["-m", module]
+    command = [sys.executable, *start, *options]
     with tempfile.TemporaryFile() as log:
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=log, start_new_session=True)
         try:

@@ -32,7 +32,7 @@ fn still_life_by_level(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("trace/still life");
     group.throughput(Throughput::Elements(PIXELS as u64));
     for level in Level::available() {
-        let tracer = Tracer::new(still_life(), level);
+        let tracer = Tracer::new(still_life(), level).expect("there is memory");
         let mut radiance = vec![0.0; 3 * PIXELS];
         group.bench_function(level.name(), |bencher| bencher.iter(|| trace(&tracer, &mut radiance)));
     }
@@ -43,7 +43,7 @@ fn crowds(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("trace/crowd");
     group.throughput(Throughput::Elements(PIXELS as u64));
     for count in CROWD_SIZES {
-        let tracer = Tracer::new(crowd(count), Level::best());
+        let tracer = Tracer::new(crowd(count), Level::best()).expect("there is memory");
         let mut radiance = vec![0.0; 3 * PIXELS];
         group.bench_function(BenchmarkId::from_parameter(count), |bencher| {
             bencher.iter(|| trace(&tracer, &mut radiance));
@@ -58,7 +58,9 @@ fn trees(criterion: &mut Criterion) {
         let world = crowd(count);
         group.throughput(Throughput::Elements(count as u64));
         group.bench_function(BenchmarkId::from_parameter(count), |bencher| {
-            bencher.iter_with_large_drop(|| on_one_thread(|| Tracer::new(world.clone(), Level::best())));
+            bencher.iter_with_large_drop(|| {
+                on_one_thread(|| Tracer::new(world.clone(), Level::best()).expect("there is memory"))
+            });
         });
     }
 }
@@ -68,7 +70,10 @@ fn developing(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("develop/still life");
     group.throughput(Throughput::Elements(PIXELS as u64));
     let mut radiance = vec![0.0; 3 * PIXELS];
-    trace(&Tracer::new(still_life(), Level::best()), &mut radiance);
+    trace(
+        &Tracer::new(still_life(), Level::best()).expect("there is memory"),
+        &mut radiance,
+    );
     for bits in [Bits::Eight, Bits::Sixteen] {
         let developer = Developer::new(0.0, Tone::Clip, bits);
         let mut pixels = vec![0; PIXELS * bits.bytes_per_pixel()];
@@ -82,7 +87,7 @@ fn developing(criterion: &mut Criterion) {
 fn streaming(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("picture/still life");
     group.throughput(Throughput::Elements(PIXELS as u64));
-    let tracer = Tracer::new(still_life(), Level::best());
+    let tracer = Tracer::new(still_life(), Level::best()).expect("there is memory");
     for bits in [Bits::Eight, Bits::Sixteen] {
         let developer = Developer::new(0.0, Tone::Clip, bits);
         group.bench_function(format!("{} bits", 8 * bits.bytes_per_pixel() / 3), |bencher| {

@@ -6,11 +6,15 @@
 
 use crate::budget::{WorkMeter, steps_of};
 use crate::grid::Rays;
+use crate::memory::{OutOfMemory, collect, push, reserve};
 use crate::points::Ball;
 use crate::scene::Shape;
 use crate::vector::{add, dot, length, scale, single, sub};
 use crate::world::Vector;
 use rayon::prelude::*;
+
+/// What there may be not enough memory for.
+const TREE: &str = "the tree over the objects";
 
 /// Children of a node.
 const WIDTH: usize = 8;
@@ -166,22 +170,23 @@ const CORNERS: [(f64, f64); 4] = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 
 
 impl Bvh {
     /// The tree over the spheres and boxes among shapes.
-    pub(crate) fn new(shapes: &[Shape]) -> Bvh {
-        let mut items: Vec<Item> = shapes
-            .iter()
-            .enumerate()
-            .filter_map(|(i, shape)| {
-                Some(Item {
-                    ball: ball_around(shape)?,
-                    object: i as u32,
-                })
+    ///
+    /// # Errors
+    ///
+    /// If there is not enough memory for it.
+    pub(crate) fn new(shapes: &[Shape]) -> Result<Bvh, OutOfMemory> {
+        let items = shapes.iter().enumerate().filter_map(|(i, shape)| {
+            Some(Item {
+                ball: ball_around(shape)?,
+                object: i as u32,
             })
-            .collect();
+        });
+        let mut items = collect(items, TREE)?;
         let mut nodes = Vec::new();
         if !items.is_empty() {
-            build(Part::new(&mut items), &mut nodes);
+            build(Part::new(&mut items), &mut nodes)?;
         }
-        Bvh { nodes }
+        Ok(Bvh { nodes })
     }
 
     /// Start a walk through what a cone may meet.
@@ -373,9 +378,9 @@ impl<'a> Part<'a> {
 }
 
 /// Append the nodes of a tree over items, the root first.
-fn build(part: Part<'_>, nodes: &mut Vec<Node>) {
+fn build(part: Part<'_>, nodes: &mut Vec<Node>) -> Result<(), OutOfMemory> {
     let place = nodes.len();
-    nodes.push(Node::empty());
+    push(nodes, Node::empty(), TREE)?;
     let large = part.items.len() > WORTH_A_THREAD;
     let parts = eight_parts(part);
     for (i, part) in parts.iter().enumerate() {
@@ -388,31 +393,33 @@ fn build(part: Part<'_>, nodes: &mut Vec<Node>) {
         }
     }
     if large {
-        let subtrees: Vec<Vec<Node>> = parts
+        let subtrees: Result<Vec<Vec<Node>>, OutOfMemory> = parts
             .into_par_iter()
             .map(|part| {
                 let mut nodes = Vec::new();
                 if part.items.len() > 1 {
-                    build(part, &mut nodes);
+                    build(part, &mut nodes)?;
                 }
-                nodes
+                Ok(nodes)
             })
             .collect();
-        for (i, subtree) in subtrees.into_iter().enumerate() {
+        for (i, subtree) in subtrees?.into_iter().enumerate() {
             let begin = nodes.len() as u32;
             if !subtree.is_empty() {
                 nodes[place].child[i] = begin;
             }
+            reserve(nodes, subtree.len(), TREE)?;
             nodes.extend(subtree.into_iter().map(|node| node.moved(begin)));
         }
-        return;
+        return Ok(());
     }
     for (i, part) in parts.into_iter().enumerate() {
         if part.items.len() > 1 {
             nodes[place].child[i] = nodes.len() as u32;
-            build(part, nodes);
+            build(part, nodes)?;
         }
     }
+    Ok(())
 }
 
 impl Node {

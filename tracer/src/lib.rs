@@ -18,6 +18,7 @@
 //! | `coverage` | how many pixels each object would cover if it were alone |
 //! | `budget` | a bound for work that nobody should have to wait for |
 //! | [`develop`], [`meter`], [`png`] | from radiance to a file |
+//! | [`memory`] | what there is no room for is an error |
 //! | [`simd`] | which instructions the machine has |
 
 #![deny(unsafe_code, missing_docs)]
@@ -35,6 +36,7 @@ mod film;
 mod grid;
 mod groups;
 mod lighting;
+pub mod memory;
 pub mod meter;
 #[cfg(test)]
 mod oracle;

@@ -1,5 +1,7 @@
 //! The exposure meter behind `exposure: auto`.
 
+use crate::memory::{OutOfMemory, collect};
+
 /// Nineteen of twenty lit points stay below this share of white; the rest, lamps mostly, may burn out.
 const TARGET: f64 = 0.8;
 const QUANTILE: f64 = 0.95;
@@ -18,16 +20,20 @@ pub struct Metered {
 }
 
 /// Returns the exposure for the `radiance` of points, interleaved linear RGB.
-pub fn meter(radiance: &[f32]) -> Metered {
+///
+/// # Errors
+///
+/// If there is not enough memory to sort them.
+pub fn meter(radiance: &[f32]) -> Result<Metered, OutOfMemory> {
     let (points, _) = radiance.as_chunks();
     let lit = points.iter().map(luminance).filter(|&y| y > 0.0);
     // Infinite light counts as the most that an f32 holds, so that the exposure is finite.
-    let mut lit: Vec<f64> = lit.map(|y| y.min(f64::from(f32::MAX))).collect();
+    let mut lit = collect(lit.map(|y| y.min(f64::from(f32::MAX))), "the exposure meter")?;
     let percentile = (!lit.is_empty()).then(|| quantile(&mut lit, QUANTILE));
-    Metered {
+    Ok(Metered {
         percentile,
         stops: percentile.map_or(0.0, |p95| libm::log2(TARGET / p95)),
-    }
+    })
 }
 
 /// Y = 0.2126 R + 0.7152 G + 0.0722 B (Rec. 709).
@@ -55,6 +61,10 @@ fn quantile(values: &mut [f64], share: f64) -> f64 {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    fn meter(radiance: &[f32]) -> Metered {
+        super::meter(radiance).unwrap()
+    }
 
     #[test]
     fn a_black_picture_needs_no_exposure() {

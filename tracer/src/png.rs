@@ -32,6 +32,9 @@ use std::io::{self, Write};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::develop::Bits;
+use crate::memory::filled;
+
+pub use png::DecodingError;
 
 /// The size of an IDAT chunk: what is encoded goes to the sink in such pieces.
 const CHUNK: usize = 1 << 15;
@@ -215,14 +218,15 @@ pub struct Decoded {
 ///
 /// # Errors
 ///
-/// If it is none, or is broken, or its pixels take more than `most` bytes.
-pub fn decode(file: &[u8], most: usize) -> Result<Decoded, png::DecodingError> {
+/// If it is none, or is broken, or its pixels take more than `most` bytes, or more than there are.
+pub fn decode(file: &[u8], most: usize) -> Result<Decoded, DecodingError> {
     let limits = png::Limits { bytes: most };
     let mut decoder = png::Decoder::new_with_limits(io::Cursor::new(file), limits);
     decoder.set_transformations(png::Transformations::EXPAND);
     let mut reader = decoder.read_info()?;
     let size = reader.output_buffer_size().filter(|&size| size <= most);
-    let mut pixels = vec![0; size.ok_or(png::DecodingError::LimitsExceeded)?];
+    let size = size.ok_or(DecodingError::LimitsExceeded)?;
+    let mut pixels = filled(size, 0, "the picture").map_err(io::Error::from)?;
     let info = reader.next_frame(&mut pixels)?;
     reader.finish()?;
     Ok(Decoded {

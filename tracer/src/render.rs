@@ -6,6 +6,7 @@ use crate::coverage::Coverage;
 use crate::develop::Developer;
 use crate::film::{Film, Home};
 use crate::grid::{LANES, SIDE};
+use crate::memory::{OutOfMemory, filled, resize, spare, with_capacity};
 use crate::meter::{Metered, meter};
 use crate::place::{Place, View};
 use crate::png::{Color, Header, PngWriter};
@@ -100,6 +101,14 @@ pub enum Stopped {
     Cancelled,
     /// There was more to do than its budget allows.
     BudgetExceeded,
+    /// There is not enough memory.
+    OutOfMemory(OutOfMemory),
+}
+
+impl From<OutOfMemory> for Stopped {
+    fn from(error: OutOfMemory) -> Stopped {
+        Stopped::OutOfMemory(error)
+    }
 }
 
 /// Why a picture was not written.
@@ -114,6 +123,12 @@ pub enum PictureError {
 impl From<Stopped> for PictureError {
     fn from(stopped: Stopped) -> PictureError {
         PictureError::Stopped(stopped)
+    }
+}
+
+impl From<OutOfMemory> for PictureError {
+    fn from(error: OutOfMemory) -> PictureError {
+        PictureError::Stopped(error.into())
     }
 }
 
@@ -142,6 +157,10 @@ const MOST_WAITING: usize = 64 << 20;
 /// Objects whose coverage one thread counts at a time.
 const OBJECTS: usize = 16;
 
+/// What there may be not enough memory for.
+const BANDS: &str = "the bands of the picture";
+const COVERAGE: &str = "counting what objects cover";
+
 /// Bytes of a pixel of three 16-bit values.
 const MOST_BYTES: usize = 6;
 
@@ -155,12 +174,17 @@ pub struct Tracer {
 
 impl Tracer {
     /// Make a world ready: move it to the eye, and build a tree over its objects.
-    pub fn new(world: World, level: Level) -> Tracer {
-        Tracer {
-            scene: Scene::new(&world),
+    ///
+    /// # Errors
+    ///
+    /// If there is not enough memory for it.
+    pub fn new(world: World, level: Level) -> Result<Tracer, OutOfMemory> {
+        spare()?;
+        Ok(Tracer {
+            scene: Scene::new(&world)?,
             world,
             level,
-        }
+        })
     }
 
     /// Trace the pixels of a window, with the threads of the rayon pool this is called in; return how many rays
@@ -168,7 +192,7 @@ impl Tracer {
     ///
     /// # Errors
     ///
-    /// If the monitor was asked to give up, or its budget is exceeded.
+    /// If the monitor was asked to give up, its budget is exceeded, or there is not enough memory.
     ///
     /// # Panics
     ///
@@ -182,9 +206,9 @@ impl Tracer {
     ///
     /// # Errors
     ///
-    /// If the monitor was asked to give up, or its budget is exceeded.
+    /// If the monitor was asked to give up, its budget is exceeded, or there is not enough memory.
     pub fn exposure(&self, grid: u32, monitor: &Monitor) -> Result<(Metered, u64), Stopped> {
-        let mut radiance = vec![0.0; 3 * grid as usize * grid as usize];
+        let mut radiance = filled(3 * grid as usize * grid as usize, 0.0, "the exposure meter")?;
         let film = Film {
             radiance: &mut radiance,
             ..Film::default()
@@ -205,7 +229,7 @@ impl Tracer {
             monitor: &monitor.aside(),
         };
         let rays = self.film_of(shot, window, film)?;
-        Ok((meter(&radiance), rays))
+        Ok((meter(&radiance)?, rays))
     }
 
     /// How many pixels of a window each object would cover at their centres if it were alone: what is hidden by others
@@ -213,10 +237,11 @@ impl Tracer {
     ///
     /// # Errors
     ///
-    /// If the monitor was asked to give up, or its budget is exceeded.
+    /// If the monitor was asked to give up, its budget is exceeded, or there is not enough memory.
     pub fn coverage(&self, window: Window, monitor: &Monitor) -> Result<Vec<u64>, Stopped> {
         let view = View::new(&self.world.camera);
-        let mut covered = vec![0; self.scene.shapes.len()];
+        let mut covered = filled(self.scene.shapes.len(), 0, COVERAGE)?;
+        spare()?;
         covered
             .par_chunks_mut(OBJECTS)
             .zip(self.scene.shapes.par_chunks(OBJECTS))
@@ -246,7 +271,8 @@ impl Tracer {
         let width = window.width as usize;
         let truth = film.truth();
         let new_block = || Block::new(truth);
-        let mut bands = Vec::new();
+        let mut bands = with_capacity(count_bands(window), BANDS)?;
+        spare()?;
         let mut rest = film;
         for window in bands_of(window) {
             let (film, below) = rest.split(width * window.height as usize);
@@ -283,7 +309,7 @@ impl Tracer {
     ///
     /// # Errors
     ///
-    /// If the monitor was asked to give up, its budget is exceeded, or `sink` fails.
+    /// If the monitor was asked to give up, its budget is exceeded, there is not enough memory, or `sink` fails.
     ///
     /// # Panics
     ///
@@ -307,12 +333,13 @@ impl Tracer {
         let mut effort = Effort::default();
         let row = window.width as usize * developer.bytes_per_pixel();
         let most = (MOST_WAITING / (row * SIDE as usize)).max(1);
-        let bands: Vec<Window> = bands_of(window).collect();
+        let bands = with_bands(window)?;
         // Two buffers in turn: new memory would be a page fault for each 4 KiB.
         let (mut pixels, mut written) = (Vec::new(), Vec::new());
         for batch in bands.chunks(most.min(4 * rayon::current_num_threads())) {
             let rows: u32 = batch.iter().map(|band| band.height).sum();
-            pixels.resize(row * rows as usize, 0);
+            resize(&mut pixels, row * rows as usize, 0, "rows of the picture")?;
+            spare()?;
             let (traced, result) = rayon::join(
                 || self.develop(batch, developer, &mut pixels, monitor),
                 || timed(|| writer.write_rows(&written)),
@@ -366,6 +393,16 @@ fn timed(work: impl FnOnce() -> io::Result<()>) -> io::Result<Duration> {
     let start = Instant::now();
     work()?;
     Ok(start.elapsed())
+}
+
+fn with_bands(window: Window) -> Result<Vec<Window>, OutOfMemory> {
+    let mut bands = with_capacity(count_bands(window), BANDS)?;
+    bands.extend(bands_of(window));
+    Ok(bands)
+}
+
+fn count_bands(window: Window) -> usize {
+    bands_of(window).count()
 }
 
 /// The rows of a window block by block: the work that one thread does at a time.

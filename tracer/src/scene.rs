@@ -8,6 +8,7 @@ use crate::bvh::{Bvh, Cone, Stack};
 use crate::contact::{COORDINATE, Contact, Side};
 use crate::cuboid::Cuboid;
 use crate::grid::{Nearest, Rays};
+use crate::memory::{OutOfMemory, collect};
 use crate::plane::Plane;
 use crate::shadow::Shadow;
 use crate::sphere::Sphere;
@@ -21,6 +22,9 @@ const FAR_FROM_ROUNDING: f64 = 1e-12;
 
 /// Beyond this many units a place is as good as at infinity; its square still fits into float64.
 const FARTHEST: f64 = 1e120;
+
+/// What there may be not enough memory for.
+const OBJECTS: &str = "the objects";
 
 /// An object in the camera's space.
 #[derive(Clone, Debug)]
@@ -151,31 +155,35 @@ pub(crate) struct Scene {
 
 impl Scene {
     /// Move a world to its eye.
-    pub(crate) fn new(world: &World) -> Scene {
-        let unit = suitable_unit(world);
+    ///
+    /// # Errors
+    ///
+    /// If there is not enough memory for it.
+    pub(crate) fn new(world: &World) -> Result<Scene, OutOfMemory> {
+        let unit = suitable_unit(world)?;
         let space = Space {
             camera: &world.camera,
             unit,
         };
-        let shapes: Vec<Shape> = world.objects.iter().map(|object| space.shape(object)).collect();
-        let planes = (0..shapes.len() as u32)
-            .filter(|&i| matches!(shapes[i as usize], Shape::Plane(_)))
-            .collect();
+        let shapes = collect(world.objects.iter().map(|object| space.shape(object)), OBJECTS)?;
+        let planes = collect(
+            (0..shapes.len() as u32).filter(|&i| matches!(shapes[i as usize], Shape::Plane(_))),
+            OBJECTS,
+        )?;
         let mut scene = Scene {
             unit,
             grain: 2.0 * COORDINATE * largest(space.world(world.camera.position)),
-            looks: looks(world),
+            looks: looks(world)?,
             lamps: Vec::new(),
             planes,
-            bvh: Bvh::new(&shapes),
+            bvh: Bvh::new(&shapes)?,
             shapes,
         };
-        scene.lamps = world
-            .lights
-            .iter()
-            .map(|light| scene.lamp(&space, world, light))
-            .collect();
-        scene
+        scene.lamps = collect(
+            world.lights.iter().map(|light| scene.lamp(&space, world, light)),
+            "the lights",
+        )?;
+        Ok(scene)
     }
 
     fn lamp(&self, space: &Space<'_>, world: &World, light: &Light) -> Lamp {
@@ -274,21 +282,18 @@ impl Space<'_> {
     }
 }
 
-fn looks(world: &World) -> Vec<Look> {
-    let mut looks: Vec<Look> = world
-        .objects
-        .iter()
-        .map(|object| Look {
-            albedo: object.color,
-            shining: None,
-        })
-        .collect();
+fn looks(world: &World) -> Result<Vec<Look>, OutOfMemory> {
+    let look = |object: &Object| Look {
+        albedo: object.color,
+        shining: None,
+    };
+    let mut looks = collect(world.objects.iter().map(look), OBJECTS)?;
     for light in &world.lights {
         if let Some(body) = light.body {
             looks[body].shining = Some(seen_directly(light, world.camera.position));
         }
     }
-    looks
+    Ok(looks)
 }
 
 /// L = intensity color / (4 pi r^2), r from the light to the eye (document, section 3.4).
@@ -308,7 +313,7 @@ const SMALLEST_EXPONENT: i32 = -50;
 
 /// A power of two that brings the typical distance from the eye, or the size of what is larger, to about 1, as long as
 /// nothing that matters is too large or too small for it.
-fn suitable_unit(world: &World) -> f64 {
+fn suitable_unit(world: &World) -> Result<f64, OutOfMemory> {
     let eye = world.camera.position;
     let exponent = |place: Vector, extent: f64| {
         let away = |largest: f64, i: usize| largest.max((place[i] / 2.0 - eye[i] / 2.0).abs());
@@ -323,20 +328,18 @@ fn suitable_unit(world: &World) -> f64 {
         };
         exponent(object.position, extent)
     };
-    let mut objects: Vec<i32> = world.objects.iter().filter_map(of_object).collect();
+    let mut objects = collect(world.objects.iter().filter_map(of_object), OBJECTS)?;
     let lights = world.lights.iter().filter_map(|light| exponent(light.position, 0.0));
-    let Some(farthest) = objects.iter().copied().chain(lights).max() else {
-        return 1.0;
-    };
-    let Some(&nearest) = objects.iter().min() else {
-        return 1.0;
+    let (Some(&nearest), Some(farthest)) = (objects.iter().min(), objects.iter().copied().chain(lights).max())
+    else {
+        return Ok(1.0);
     };
     let middle = objects.len() / 2;
     let (_, &mut typical, _) = objects.select_nth_unstable(middle);
     let exponent = typical
         .max(farthest - LARGEST_EXPONENT)
         .min(nearest - SMALLEST_EXPONENT);
-    libm::scalbn(1.0, -exponent.clamp(-1000, 1000))
+    Ok(libm::scalbn(1.0, -exponent.clamp(-1000, 1000)))
 }
 
 fn unit_vector(direction: Vector) -> Vector {

@@ -1,19 +1,28 @@
 //! Work in a pool of threads, while the calling thread listens to Python.
 
+use std::hint::black_box;
 use std::num::NonZero;
 use std::sync::Arc;
 use std::time::Duration;
 
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyMemoryError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use rtcli_tracer::WorkBudget;
 use rtcli_tracer::render::Monitor;
 
+use crate::errors::no_threads;
 use crate::mailbox::Mailbox;
 
 /// How often the calling thread looks up: an interrupt is heeded this soon.
 const PAUSE: Duration = Duration::from_millis(20);
+
+/// The stack of a thread and what it takes beside it, and what is to be left then.
+const THREAD_BYTES: usize = 3 << 20;
+const SPARE_BYTES: usize = 4 << 20;
+
+/// What Python's own calls may take of the calling thread's stack.
+const STACK_BYTES: usize = 256 << 10;
 
 /// What a rendering is told to Python while it goes on.
 pub struct Listener<'a, 'py> {
@@ -61,7 +70,7 @@ impl<'a, 'py> Listener<'a, 'py> {
     ) -> PyResult<T> {
         let monitor = self.budget.clone().map_or_else(Monitor::new, Monitor::within);
         let mailbox = Mailbox::default();
-        let pool = pool(threads)?;
+        let pool = pool(self.py, threads)?;
         let mut result = None;
         pool.in_place_scope(|scope| {
             scope.spawn(|_| {
@@ -82,7 +91,7 @@ impl<'a, 'py> Listener<'a, 'py> {
             let mail = self.py.detach(|| mailbox.wait(PAUSE));
             self.py.check_signals()?;
             if let (Some(write), false) = (self.write, mail.bytes.is_empty()) {
-                write.call1((PyBytes::new(self.py, &mail.bytes),))?;
+                write.call1((bytes_of(self.py, &mail.bytes)?,))?;
             }
             self.tell(monitor.done())?;
             if mail.ended {
@@ -108,13 +117,47 @@ impl Drop for EndOf<'_> {
     }
 }
 
-fn pool(threads: usize) -> PyResult<rayon::ThreadPool> {
+/// Copies bytes to Python.
+///
+/// # Errors
+///
+/// `MemoryError` if no memory holds them, of which `PyBytes::new` would panic.
+pub fn bytes_of<'py>(py: Python<'py>, bytes: &[u8]) -> PyResult<Bound<'py, PyBytes>> {
+    PyBytes::new_with(py, bytes.len(), |copy| {
+        copy.copy_from_slice(bytes);
+        Ok(())
+    })
+}
+
+fn pool(py: Python<'_>, threads: usize) -> PyResult<rayon::ThreadPool> {
     if threads < 1 {
         return Err(PyValueError::new_err("threads must be at least 1"));
     }
     // More would only wait for each other, and tens of thousands cannot be started.
     let most = 4 * std::thread::available_parallelism().map_or(1, NonZero::get);
     let threads = threads.min(most);
+    room_for_threads(py, threads)?;
     let built = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    built.map_err(|error| PyRuntimeError::new_err(format!("cannot start {threads} threads: {error}")))
+    let pool = built.map_err(|error| no_threads(threads, &error))?;
+    // All have begun, and taken what they need for themselves, before the work asks for large amounts.
+    py.detach(|| pool.broadcast(|_| ()));
+    Ok(pool)
+}
+
+/// Makes sure that there is room for threads: one that begins without a signal stack ends the process.
+///
+/// Python's `mmap` takes new pages, as they do; what an allocator gives may lie among what it has already.
+fn room_for_threads(py: Python<'_>, threads: usize) -> PyResult<()> {
+    grow_stack();
+    let pages = py
+        .import("mmap")?
+        .call_method1("mmap", (-1, SPARE_BYTES + threads * THREAD_BYTES));
+    let pages = pages.map_err(|_| PyMemoryError::new_err("not enough memory for threads"))?;
+    pages.call_method0("close").map(drop)
+}
+
+/// Has the calling thread's stack reach as far as it ever will: the system ends a process whose stack cannot grow.
+#[inline(never)]
+fn grow_stack() {
+    black_box([1_u8; STACK_BYTES]);
 }

@@ -4,6 +4,7 @@
 //! - `world`: what Python packs, as the tracer's `World`
 //! - `arrays`: the arrays of a film, which Python owns
 //! - `attend`: work in a pool of threads, while the calling thread listens to Python
+//! - `errors`: errors of the core, as Python has them
 //! - `mailbox`: bytes on their way from the pool to the calling thread
 //! - `look`: from radiance to an image, for films of any engine
 //! - `png`: PNG files of numbers that are developed already, or are no color at all
@@ -15,6 +16,7 @@
 
 mod arrays;
 mod attend;
+mod errors;
 mod look;
 mod mailbox;
 mod png;

@@ -9,8 +9,12 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyByteArray, PyBytes};
 use rtcli_tracer::develop::{Bits, Developer, Tone};
+use rtcli_tracer::memory::{Growing, collect, filled, spare};
 use rtcli_tracer::meter::Metered;
 use rtcli_tracer::png::{Color, Header, PngWriter};
+
+use crate::attend::bytes_of;
+use crate::errors::{io_error, out_of_memory};
 
 /// Stops, tone curve, bits a channel.
 pub type PyLook<'a> = (f64, &'a str, u8);
@@ -83,7 +87,8 @@ pub fn developed<'py>(
 #[pyo3(signature = (radiance, /))]
 pub fn meter(py: Python<'_>, radiance: &[u8]) -> PyResult<(f64, Option<f64>)> {
     let radiance = pixels(radiance)?;
-    let Metered { stops, percentile } = py.detach(|| rtcli_tracer::meter::meter(&radiance));
+    let metered = py.detach(|| rtcli_tracer::meter::meter(&radiance));
+    let Metered { stops, percentile } = metered.map_err(out_of_memory)?;
     Ok((stops, percentile))
 }
 
@@ -114,7 +119,7 @@ impl PngEncoder {
             texts: &texts,
         };
         Ok(PngEncoder {
-            writer: Some(PngWriter::new(spool.clone(), header)?),
+            writer: Some(PngWriter::new(spool.clone(), header).map_err(io_error)?),
             developer,
             spool,
             width: width as usize,
@@ -138,8 +143,8 @@ impl PngEncoder {
             return Err(PyValueError::new_err(message));
         }
         self.rows_left -= rows;
-        py.detach(|| self.encode(&radiance))?;
-        Ok(PyBytes::new(py, &self.spool.take()))
+        py.detach(|| self.encode(&radiance)).map_err(io_error)?;
+        bytes_of(py, &self.spool.take())
     }
 
     /// Ends the picture, of which all rows were pushed; returns the rest of the file.
@@ -149,15 +154,17 @@ impl PngEncoder {
             return Err(PyValueError::new_err(message));
         }
         if let Some(writer) = self.writer.take() {
-            writer.finish()?;
+            writer.finish().map_err(io_error)?;
         }
-        Ok(PyBytes::new(py, &self.spool.take()))
+        bytes_of(py, &self.spool.take())
     }
 }
 
 impl PngEncoder {
     fn encode(&mut self, radiance: &[f32]) -> io::Result<()> {
-        let mut rows = vec![0; radiance.len() / CHANNELS * self.developer.bytes_per_pixel()];
+        spare()?;
+        let bytes = radiance.len() / CHANNELS * self.developer.bytes_per_pixel();
+        let mut rows = filled(bytes, 0, "rows of the picture")?;
         self.developer.develop(radiance, &mut rows);
         match &mut self.writer {
             Some(writer) => writer.write_rows(&rows),
@@ -184,19 +191,17 @@ pub fn has_pixels(width: u32, height: u32) -> PyResult<()> {
 
 /// What the encoder wrote and Python did not take yet.
 #[derive(Clone, Default)]
-struct Spool(Arc<Mutex<Vec<u8>>>);
+struct Spool(Arc<Mutex<Growing>>);
 
 impl Spool {
     fn take(&self) -> Vec<u8> {
-        mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+        mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner).0)
     }
 }
 
 impl Write for Spool {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let mut spool = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        spool.extend_from_slice(bytes);
-        Ok(bytes.len())
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).write(bytes)
     }
 
     fn flush(&mut self) -> io::Result<()> {
@@ -210,6 +215,18 @@ fn pixels(bytes: &[u8]) -> PyResult<Cow<'_, [f32]>> {
         let message = format!("{} bytes are no whole number of RGB pixels in float32", bytes.len());
         return Err(PyValueError::new_err(message));
     }
-    let copy = || bytemuck::pod_collect_to_vec(bytes);
-    Ok(bytemuck::try_cast_slice(bytes).map_or_else(|_| Cow::Owned(copy()), Cow::Borrowed))
+    match bytemuck::try_cast_slice(bytes) {
+        Ok(pixels) => Ok(Cow::Borrowed(pixels)),
+        Err(_) => Ok(Cow::Owned(copied(bytes, "the radiance")?)),
+    }
+}
+
+/// Copies bytes, which lie anywhere, to where items may lie.
+///
+/// # Errors
+///
+/// `MemoryError` if no memory holds them.
+pub fn copied<T: bytemuck::AnyBitPattern>(bytes: &[u8], what: &'static str) -> PyResult<Vec<T>> {
+    let items = bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned);
+    collect(items, what).map_err(out_of_memory)
 }

@@ -5,6 +5,8 @@ use std::mem;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use rtcli_tracer::memory::reserve;
+
 /// Who writes waits once this many bytes wait to be taken: so memory stays bounded when the target is slow.
 const FULL: usize = 8 << 20;
 
@@ -75,6 +77,7 @@ impl Write for &Mailbox {
         if state.closed {
             return Err(io::ErrorKind::BrokenPipe.into());
         }
+        reserve(&mut state.bytes, bytes.len(), "the file")?;
         state.bytes.extend_from_slice(bytes);
         if state.bytes.len() >= WORTH_TAKING {
             self.changed.notify_all();

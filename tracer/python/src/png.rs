@@ -1,13 +1,17 @@
 //! PNG files of numbers that are developed already, or are no color at all.
 
 use std::borrow::Cow;
+use std::io;
 
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyMemoryError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use rtcli_tracer::develop::Bits;
+use rtcli_tracer::memory::{Growing, OutOfMemory, spare, with_capacity};
 use rtcli_tracer::png::{self, Color, Header, PngWriter};
 
+use crate::attend::bytes_of;
+use crate::errors::out_of_memory;
 use crate::look::{depth, has_pixels};
 
 /// The largest picture that is read: 65,535 x 16,384 pixels of RGB in 16 bits.
@@ -34,25 +38,37 @@ pub fn encode_png<'py>(
         texts: &texts,
     };
     let file = py.detach(|| {
-        let mut file = Vec::new();
+        spare()?;
+        let mut file = Growing::default();
         let mut writer = PngWriter::new(&mut file, header)?;
-        writer.write_rows(&swapped(pixels, header.bits))?;
+        writer.write_rows(&swapped(pixels, header.bits)?)?;
         writer.finish()?;
-        Ok::<_, std::io::Error>(file)
+        Ok::<_, io::Error>(file.0)
     });
-    let file = file.map_err(|error| PyValueError::new_err(error.to_string()))?;
-    Ok(PyBytes::new(py, &file))
+    bytes_of(py, &file.map_err(|error| of_a_picture(error.kind(), &error))?)
 }
 
 /// Decodes a PNG; returns width, height, channels, bits, and the numbers of 8 bits, or of 16 in native byte order.
 #[pyfunction]
 #[pyo3(signature = (file, /))]
 pub fn decode_png<'py>(py: Python<'py>, file: &[u8]) -> PyResult<(u32, u32, usize, u8, Bound<'py, PyBytes>)> {
+    spare().map_err(out_of_memory)?;
     let decoded = py.detach(|| png::decode(file, MOST_BYTES));
-    let decoded = decoded.map_err(|error| PyValueError::new_err(error.to_string()))?;
+    let decoded = decoded.map_err(|error| match &error {
+        png::DecodingError::IoError(io) => of_a_picture(io.kind(), io),
+        _ => PyValueError::new_err(error.to_string()),
+    })?;
     let bits = depth(decoded.bits)?;
-    let pixels = PyBytes::new(py, &swapped(&decoded.pixels, bits));
+    let pixels = bytes_of(py, &swapped(&decoded.pixels, bits).map_err(out_of_memory)?)?;
     Ok((decoded.width, decoded.height, decoded.channels, decoded.bits, pixels))
+}
+
+/// `MemoryError` if that is the reason, else `ValueError`: what is wrong is the picture.
+fn of_a_picture(kind: io::ErrorKind, error: &dyn std::error::Error) -> PyErr {
+    match kind {
+        io::ErrorKind::OutOfMemory => PyMemoryError::new_err("not enough memory for the picture"),
+        _ => PyValueError::new_err(error.to_string()),
+    }
 }
 
 fn color(channels: u8) -> PyResult<Color> {
@@ -66,15 +82,11 @@ fn color(channels: u8) -> PyResult<Color> {
 }
 
 /// From native byte order to the high byte first, or back.
-fn swapped(pixels: &[u8], bits: Bits) -> Cow<'_, [u8]> {
+fn swapped(pixels: &[u8], bits: Bits) -> Result<Cow<'_, [u8]>, OutOfMemory> {
     if bits == Bits::Eight || cfg!(target_endian = "big") {
-        return Cow::Borrowed(pixels);
+        return Ok(Cow::Borrowed(pixels));
     }
-    pixels
-        .as_chunks()
-        .0
-        .iter()
-        .flat_map(|&[a, b]| [b, a])
-        .collect::<Vec<u8>>()
-        .into()
+    let mut swapped = with_capacity(pixels.len(), "the picture")?;
+    swapped.extend(pixels.as_chunks().0.iter().flat_map(|&[a, b]| [b, a]));
+    Ok(swapped.into())
 }

@@ -8,13 +8,15 @@ use pyo3::create_exception;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
+use rtcli_tracer::memory::filled;
 use rtcli_tracer::meter::Metered;
-use rtcli_tracer::render::{Monitor, PictureError, Stopped};
+use rtcli_tracer::render::Monitor;
 use rtcli_tracer::world::World;
 use rtcli_tracer::{Film, Level};
 
 use crate::arrays::{PyFilm, pixels};
 use crate::attend::Listener;
+use crate::errors::{out_of_memory, stopped, unwritten};
 use crate::look::{PyLook, developed, developer, has_pixels};
 use crate::world::{self, PyCamera, PyLights, PyObjects, PySettings, PyWindow, Size};
 
@@ -105,7 +107,9 @@ impl Tracer {
         Ok(Tracer {
             size: Size::from(&world.camera),
             threads,
-            core: listener.attend(threads, |_, _| rtcli_tracer::Tracer::new(world, level))?,
+            core: listener
+                .attend(threads, |_, _| rtcli_tracer::Tracer::new(world, level))?
+                .map_err(out_of_memory)?,
         })
     }
 
@@ -123,7 +127,7 @@ impl Tracer {
         let film = arrays.film(window)?;
         let mut listener = Listener::new(py, pixels(window), progress.as_ref(), None);
         let work = |monitor: &Monitor, _: &_| self.core.film(window, film, monitor);
-        listener.attend(self.threads, work)?.map_err(given_up)
+        listener.attend(self.threads, work)?.map_err(stopped)
     }
 
     /// Renders a window and develops it, within a budget.
@@ -137,14 +141,15 @@ impl Tracer {
     ) -> PyResult<Bound<'py, PyByteArray>> {
         let window = world::window(window, self.size)?;
         let developer = developer(look)?;
-        let mut radiance = vec![0.0; 3 * pixels(window) as usize];
+        let radiance = filled(3 * pixels(window) as usize, 0.0, "the radiance");
+        let mut radiance = radiance.map_err(out_of_memory)?;
         let film = Film {
             radiance: &mut radiance,
             ..Film::default()
         };
         let mut listener = Listener::new(py, 0, None, None).within(core(budget));
         let work = |monitor: &Monitor, _: &_| self.core.film(window, film, monitor);
-        listener.attend(self.threads, work)?.map_err(given_up)?;
+        listener.attend(self.threads, work)?.map_err(stopped)?;
         developed(py, &developer, &radiance)
     }
 
@@ -166,10 +171,7 @@ impl Tracer {
         let mut listener = Listener::new(py, pixels(window), progress.as_ref(), Some(&write));
         let work =
             |monitor: &Monitor, mailbox: &_| self.core.write_png(window, &developer, &texts, mailbox, monitor);
-        let effort = listener.attend(self.threads, work)?.map_err(|error| match error {
-            PictureError::Io(error) => error.into(),
-            PictureError::Stopped(stopped) => given_up(stopped),
-        })?;
+        let effort = listener.attend(self.threads, work)?.map_err(unwritten)?;
         let [trace, develop, write] = [effort.trace, effort.develop, effort.write].map(|time| time.as_secs_f64());
         Ok((effort.rays, trace, develop, write))
     }
@@ -180,7 +182,7 @@ impl Tracer {
         let window = world::window(window, self.size)?;
         let mut listener = Listener::new(py, 0, None, None).within(core(budget));
         let work = |monitor: &Monitor, _: &_| self.core.coverage(window, monitor);
-        listener.attend(self.threads, work)?.map_err(given_up)
+        listener.attend(self.threads, work)?.map_err(stopped)
     }
 
     /// Meters the whole picture at `grid` x `grid` points, within a budget; returns stops, percentile, and how many rays
@@ -195,19 +197,11 @@ impl Tracer {
         has_pixels(grid, grid)?;
         let mut listener = Listener::new(py, 0, None, None).within(core(budget));
         let work = |monitor: &Monitor, _: &_| self.core.exposure(grid, monitor);
-        let (Metered { stops, percentile }, rays) = listener.attend(self.threads, work)?.map_err(given_up)?;
+        let (Metered { stops, percentile }, rays) = listener.attend(self.threads, work)?.map_err(stopped)?;
         Ok((stops, percentile, rays))
     }
 }
 
 fn core(budget: Option<&WorkBudget>) -> Option<Arc<rtcli_tracer::WorkBudget>> {
     budget.map(|budget| Arc::clone(&budget.core))
-}
-
-/// Only who listens cancels a rendering, and then raises an error of its own.
-fn given_up(stopped: Stopped) -> PyErr {
-    match stopped {
-        Stopped::Cancelled => PyRuntimeError::new_err("the rendering was given up"),
-        Stopped::BudgetExceeded => BudgetExceededError::new_err("there is more to do than the budget allows"),
-    }
 }

@@ -1,8 +1,10 @@
 //! What Python packs, as the tracer's `World`: see `rtcli/tracer/world.py` for the meaning of each number.
 
-use crate::look::has_pixels;
+use crate::errors::out_of_memory;
+use crate::look::{copied, has_pixels};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use rtcli_tracer::memory::with_capacity;
 use rtcli_tracer::world::{Camera, Form, Light, Object, Settings, Vector, Window};
 
 /// Objects whose faces can be numbered in 32 bits.
@@ -80,15 +82,15 @@ pub fn objects(columns: PyObjects<'_>) -> PyResult<Vec<Object>> {
             kinds.len()
         )));
     }
-    (0..kinds.len())
-        .map(|i| {
-            Ok(Object {
-                position: position[i],
-                color: color[i],
-                form: form(kinds[i], extent[i], rotation[i])?,
-            })
-        })
-        .collect()
+    let mut objects = with_capacity(kinds.len(), "the objects").map_err(out_of_memory)?;
+    for i in 0..kinds.len() {
+        objects.push(Object {
+            position: position[i],
+            color: color[i],
+            form: form(kinds[i], extent[i], rotation[i])?,
+        });
+    }
+    Ok(objects)
 }
 
 fn form(kind: u8, extent: Vector, rotation: f64) -> PyResult<Form> {
@@ -110,16 +112,16 @@ pub fn lights(columns: PyLights<'_>, objects: usize) -> PyResult<Vec<Light>> {
     let (position, color) = (vectors(position)?, vectors(color)?);
     let (intensity, bodies) = (numbers(intensity)?, indices(bodies)?);
     same_lengths(bodies.len(), &[position.len(), color.len(), intensity.len()])?;
-    (0..bodies.len())
-        .map(|i| {
-            Ok(Light {
-                position: position[i],
-                color: color[i],
-                intensity: intensity[i],
-                body: body(bodies[i], objects)?,
-            })
-        })
-        .collect()
+    let mut lights = with_capacity(bodies.len(), "the lights").map_err(out_of_memory)?;
+    for i in 0..bodies.len() {
+        lights.push(Light {
+            position: position[i],
+            color: color[i],
+            intensity: intensity[i],
+            body: body(bodies[i], objects)?,
+        });
+    }
+    Ok(lights)
 }
 
 fn body(index: i64, objects: usize) -> PyResult<Option<usize>> {
@@ -177,13 +179,12 @@ fn indices(bytes: &[u8]) -> PyResult<Vec<i64>> {
     items(bytes)
 }
 
-/// Copies bytes, which lie anywhere, to where items may lie.
-fn items<T: bytemuck::AnyBitPattern + bytemuck::NoUninit>(bytes: &[u8]) -> PyResult<Vec<T>> {
+fn items<T: bytemuck::AnyBitPattern>(bytes: &[u8]) -> PyResult<Vec<T>> {
     if !bytes.len().is_multiple_of(size_of::<T>()) {
         let message = format!("{} bytes are no whole number of items", bytes.len());
         return Err(PyValueError::new_err(message));
     }
-    Ok(bytemuck::pod_collect_to_vec(bytes))
+    copied(bytes, "the scene")
 }
 
 fn same_lengths(rows: usize, columns: &[usize]) -> PyResult<()> {

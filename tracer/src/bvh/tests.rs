@@ -21,7 +21,7 @@ fn any_scene() -> impl Strategy<Value = ((crate::place::View, (u32, u32)), Vec<S
 
 fn tree_of(solids: &[Solid]) -> Bvh {
     let shapes: Vec<Shape> = solids.iter().map(Solid::shape).collect();
-    Bvh::new(&shapes)
+    Bvh::new(&shapes).unwrap()
 }
 
 /// What a walk finds, in order, with the same limit all the way.

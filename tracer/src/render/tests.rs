@@ -82,7 +82,7 @@ fn filmed(tracer: &Tracer, window: Window) -> Arrays {
 }
 
 fn best(world: &World) -> Tracer {
-    Tracer::new(world.clone(), Level::best())
+    Tracer::new(world.clone(), Level::best()).unwrap()
 }
 
 fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
@@ -108,10 +108,10 @@ proptest! {
     #[test]
     fn every_simd_level_gives_the_same_bits(world in any_world()) {
         let window = whole(&world);
-        let baseline = Tracer::new(world.clone(), Level::Baseline);
+        let baseline = Tracer::new(world.clone(), Level::Baseline).unwrap();
         let arrays = filmed(&baseline, window);
         for level in Level::available() {
-            let tracer = Tracer::new(world.clone(), level);
+            let tracer = Tracer::new(world.clone(), level).unwrap();
             let others = filmed(&tracer, window);
             prop_assert_eq!(others.all_bits(), arrays.all_bits(), "{}", level.name());
             prop_assert_eq!(others.rays, arrays.rays, "{}", level.name());
@@ -198,7 +198,7 @@ proptest! {
         let many = World { settings: Settings { samples: 5, ..world.settings.clone() }, ..large };
         let monitor = Monitor::new();
         let (metered, rays) = best(&many).exposure(grid, &monitor).unwrap();
-        let expected = meter(&points);
+        let expected = meter(&points).unwrap();
         prop_assert_eq!(metered.percentile.is_some(), expected.percentile.is_some());
         prop_assert!((metered.stops - expected.stops).abs() < 1e-3, "{metered:?} is not {expected:?}");
         prop_assert!(rays >= u64::from(grid * grid));

@@ -34,7 +34,7 @@ proptest! {
         // Without objects there is nothing to tell its size by.
         prop_assume!(world.objects.iter().any(|object| object.position != world.camera.position));
         let factor = libm::scalbn(1.0, exponent);
-        let (scene, large) = (Scene::new(&world), Scene::new(&scaled(&world, factor)));
+        let (scene, large) = (Scene::new(&world).unwrap(), Scene::new(&scaled(&world, factor)).unwrap());
         prop_assert_eq!(large.unit * factor, scene.unit);
         prop_assert_eq!(told(&large), told(&scene));
     }
@@ -47,7 +47,7 @@ proptest! {
         moved.camera.position = there(world.camera.position);
         moved.objects.iter_mut().for_each(|object| object.position = there(object.position));
         moved.lights.iter_mut().for_each(|light| light.position = there(light.position));
-        prop_assert_eq!(told(&Scene::new(&moved)), told(&Scene::new(&world)));
+        prop_assert_eq!(told(&Scene::new(&moved).unwrap()), told(&Scene::new(&world).unwrap()));
     }
 }
 
@@ -134,7 +134,7 @@ fn a_normal_may_have_any_length() {
 #[test]
 fn the_unit_brings_the_scene_to_about_one() {
     for size in [1e-300, 1e-30, 1e-6, 1.0, 1e6, 1e30, 1e300] {
-        let scene = Scene::new(&one_object(Form::Sphere { radius: size / 10.0 }, [0.0, 0.0, -size]));
+        let scene = Scene::new(&one_object(Form::Sphere { radius: size / 10.0 }, [0.0, 0.0, -size])).unwrap();
         let Shape::Sphere(sphere) = &scene.shapes[0] else {
             panic!("a sphere")
         };
@@ -153,6 +153,6 @@ fn an_object_that_carries_a_light_shines_with_the_light_that_reaches_the_eye() {
         intensity: 100.0 * PI,
         body: Some(0),
     });
-    let shining = Scene::new(&world).looks[0].shining;
+    let shining = Scene::new(&world).unwrap().looks[0].shining;
     assert_eq!(shining, Some([1.0, 0.5, 0.0]));
 }

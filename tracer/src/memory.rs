@@ -1,0 +1,169 @@
+//! Memory that may be refused: what grows with a scene or a picture is asked for, and a refusal is an error.
+//!
+//! Where the operating system limits a process (`ulimit -v`, a control group), an allocation may fail. Rust's
+//! collections abort the process then; those of this module return [`OutOfMemory`]. Small and fixed amounts are not
+//! asked for one by one: [`spare`] makes sure that there is room for them, before and after the large ones.
+
+use std::error::Error;
+use std::fmt;
+use std::io;
+
+/// What the small allocations of a rendering take together, and more.
+const SPARE: usize = 4 << 20;
+
+/// There is not enough memory for something.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OutOfMemory {
+    what: &'static str,
+}
+
+impl fmt::Display for OutOfMemory {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "not enough memory for {}", self.what)
+    }
+}
+
+impl Error for OutOfMemory {}
+
+impl From<OutOfMemory> for io::Error {
+    fn from(error: OutOfMemory) -> io::Error {
+        // A kind alone: a message would be another allocation.
+        let _ = error;
+        io::ErrorKind::OutOfMemory.into()
+    }
+}
+
+/// Makes room in a list for more items.
+///
+/// # Errors
+///
+/// If there is none.
+pub fn reserve<T>(list: &mut Vec<T>, more: usize, what: &'static str) -> Result<(), OutOfMemory> {
+    list.try_reserve(more).map_err(|_| OutOfMemory { what })
+}
+
+/// Returns an empty list with room for so many items.
+///
+/// # Errors
+///
+/// If there is none.
+pub fn with_capacity<T>(count: usize, what: &'static str) -> Result<Vec<T>, OutOfMemory> {
+    let mut list = Vec::new();
+    list.try_reserve_exact(count).map_err(|_| OutOfMemory { what })?;
+    Ok(list)
+}
+
+/// Returns a list of items, of which there are no more than the iterator says at most.
+///
+/// # Errors
+///
+/// If there is no room for them.
+pub fn collect<T>(items: impl Iterator<Item = T>, what: &'static str) -> Result<Vec<T>, OutOfMemory> {
+    let (least, most) = items.size_hint();
+    let mut list = with_capacity(most.unwrap_or(least), what)?;
+    list.extend(items);
+    Ok(list)
+}
+
+/// Returns a list of equal items.
+///
+/// # Errors
+///
+/// If there is no room for them.
+pub fn filled<T: Clone>(count: usize, item: T, what: &'static str) -> Result<Vec<T>, OutOfMemory> {
+    let mut list = Vec::new();
+    resize(&mut list, count, item, what)?;
+    Ok(list)
+}
+
+/// Makes a list so long, with equal items where there are none yet.
+///
+/// # Errors
+///
+/// If there is no room for them.
+pub fn resize<T: Clone>(list: &mut Vec<T>, count: usize, item: T, what: &'static str) -> Result<(), OutOfMemory> {
+    let more = count.saturating_sub(list.len());
+    list.try_reserve_exact(more).map_err(|_| OutOfMemory { what })?;
+    list.resize(count, item);
+    Ok(())
+}
+
+/// Adds an item to a list.
+///
+/// # Errors
+///
+/// If there is no room for it.
+pub fn push<T>(list: &mut Vec<T>, item: T, what: &'static str) -> Result<(), OutOfMemory> {
+    reserve(list, 1, what)?;
+    list.push(item);
+    Ok(())
+}
+
+/// Makes sure that there is room for small things, which end the process if they are refused.
+///
+/// # Errors
+///
+/// If there is not.
+pub fn spare() -> Result<(), OutOfMemory> {
+    // Given back at once: what nobody has touched costs next to nothing.
+    with_capacity::<u8>(SPARE, "the work").map(drop)
+}
+
+/// A file in memory that grows as it is written, or refuses.
+#[derive(Debug, Default)]
+pub struct Growing(pub Vec<u8>);
+
+impl io::Write for Growing {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        reserve(&mut self.0, bytes.len(), "a file")?;
+        self.0.extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+
+    /// More than there is room for in any address space.
+    const ENDLESS: usize = usize::MAX / 16;
+
+    #[test]
+    fn what_there_is_no_room_for_is_refused_by_its_name() {
+        let refused = with_capacity::<f64>(ENDLESS, "the objects").unwrap_err();
+        assert_eq!(refused.to_string(), "not enough memory for the objects");
+        assert_eq!(
+            filled(ENDLESS, 1_u8, "it").unwrap_err().to_string(),
+            "not enough memory for it"
+        );
+        assert!(reserve(&mut vec![1], ENDLESS, "it").is_err());
+        assert!(collect(std::iter::repeat_n(1_u64, ENDLESS), "it").is_err());
+    }
+
+    #[test]
+    fn what_there_is_room_for_is_as_it_was_asked_for() {
+        assert_eq!(collect((0..5).filter(|i| i % 2 == 0), "them").unwrap(), [0, 2, 4]);
+        assert_eq!(filled(3, 'a', "them").unwrap(), ['a'; 3]);
+        let mut list = Vec::new();
+        (0..100).for_each(|i| push(&mut list, i, "it").unwrap());
+        assert!(list.into_iter().eq(0..100));
+        spare().unwrap();
+    }
+
+    #[test]
+    fn a_file_in_memory_holds_what_is_written() {
+        let mut file = Growing::default();
+        file.write_all(b"abc").unwrap();
+        file.write_all(b"de").unwrap();
+        assert_eq!(file.0, b"abcde");
+        assert_eq!(
+            io::Error::from(OutOfMemory { what: "it" }).kind(),
+            io::ErrorKind::OutOfMemory
+        );
+    }
+}
