@@ -1,21 +1,24 @@
 """Look for scenes that the tracers paint differently: `make soak SOAK="--minutes 60"`.
 
-Each seed is a scene of `coincidences.py`, rendered by the native engine, by the reference and by `brute_force.py`.
-Where the three disagree off borders, the scene is shrunk and written as YAML into `tests/failed/`.
+Each seed is a scene of `coincidences.py`, rendered by the native engine, by the reference, and by `brute_force.py`.
+Where they disagree off borders, the scene is made smaller and written as YAML into `tests/failed/`.
 """
 
 from __future__ import annotations
 
 import argparse
 import copy
+import itertools
+import os
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 import yaml
 from brute_force import BruteForce, Picture
 from coincidences import coincident_scene
@@ -26,12 +29,16 @@ from rtcli.scene.model import Scene
 Data = dict[str, Any]
 
 FAILED = Path(__file__).resolve().parents[1] / "failed"
-PASSES = ("distance", "normal", "object_id")
 ENGINES = ("native", "reference")
+PASSES = ("distance", "normal", "object_id")
 # Seeds that a process takes at a time.
 BATCH = 250
-# What unit vectors of float32 may be apart, where a ball is seen at its rim.
+# So many failures are enough to look at.
+MOST_FAILURES = 20
+# What the components of a unit normal may be apart, at the rim of a ball.
 NORMAL = 5e-3
+# Radiance below the normal numbers of float32.
+DARK = 2e-38
 
 
 class Disagreement(NamedTuple):
@@ -39,26 +46,27 @@ class Disagreement(NamedTuple):
 
     engine: str
     what: str
-    pixels: int
+    count: int
     first: tuple[int, int]
 
     def __str__(self) -> str:
-        return f"{self.engine}: {self.what} of {self.pixels} pixels, the first at {self.first[0]},{self.first[1]}"
+        x, y = self.first
+        return f"{self.engine}: {self.what} of {self.count} pixels, the first at {x},{y}"
 
 
 def disagreements(data: Data) -> list[Disagreement]:
     """Return where an engine differs from the brute force."""
-    width, height = data["camera"]["resolution"]
+    width = data["camera"]["resolution"][0]
     scene = Scene.model_validate(data)
     expected = BruteForce(data).picture()
     found = []
     for engine in ENGINES:
         film = rtcli.render(scene, passes=PASSES, engine=engine, threads=1)
-        for what, wrong in _wrong(film, expected):
-            pixels = np.flatnonzero(wrong & expected.clear)
+        for what, differs in _differences(film, expected):
+            pixels = np.flatnonzero(differs & expected.clear)
             if pixels.size:
-                first = divmod(int(pixels[0]), width)[::-1]
-                found.append(Disagreement(engine, what, pixels.size, first))
+                y, x = divmod(int(pixels[0]), width)
+                found.append(Disagreement(engine, what, pixels.size, (x, y)))
     return found
 
 
@@ -67,99 +75,90 @@ def clear_share(data: Data) -> float:
     return float(BruteForce(data).picture().clear.mean())
 
 
-def _wrong(film: rtcli.Film, expected: Picture) -> Iterator[tuple[str, np.ndarray]]:
+def _differences(film: rtcli.Film, expected: Picture) -> Iterator[tuple[str, npt.NDArray[np.bool_]]]:
     ids = film.object_id.ravel()
     yield "object_id", ids != expected.object_id
     same = (ids == expected.object_id) & (ids > 0)
-    distance = film.distance.ravel().astype(np.float64)
     with np.errstate(invalid="ignore"):  # inf - inf
-        apart = np.abs(distance - expected.distance) / expected.distance
+        apart = np.abs(film.distance.ravel().astype(float) - expected.distance) / expected.distance
     yield "distance", same & ~(apart <= 1e-5 + 4e-6 / expected.steep)
-    normal = film.normal.reshape(-1, 3).T.astype(np.float64)
+    normal = film.normal.reshape(-1, 3).T.astype(float)
     yield "normal", same & (np.abs(normal - expected.normal).max(axis=0) > NORMAL)
-    radiance = film.radiance.reshape(-1, 3).T.astype(np.float64)
-    apart = np.abs(radiance - expected.radiance) > expected.tolerance + 1e-6 * expected.radiance
-    yield "radiance", (ids == expected.object_id) & apart.any(axis=0)
+    apart = np.abs(film.radiance.reshape(-1, 3).T.astype(float) - expected.radiance)
+    bright = apart > expected.tolerance + 1e-6 * expected.radiance + DARK
+    yield "radiance", (ids == expected.object_id) & bright.any(axis=0)
 
 
-def shrunk(data: Data, fails: Callable[[Data], bool]) -> Data:
-    """Return a smaller scene that still fails: without objects, lights and settings that do not matter."""
-    changed = True
-    while changed:
-        changed = False
-        for smaller in _smaller(data):
-            if fails(smaller):
-                data, changed = smaller, True
-                break
+# --- Smaller scenes --------------------------------------------------------------------------------------
+
+
+def shrunk(data: Data) -> Data:
+    """Return a scene that still fails, without objects, lights and settings that do not matter."""
+    while smaller := next(filter(_fails, _without_one_thing(data)), None):
+        data = smaller
     return data
 
 
-def _smaller(data: Data) -> Iterator[Data]:
-    for part in ("lights", "objects"):
-        for i in range(len(data[part])):
-            smaller = copy.deepcopy(data)
-            del smaller[part][i]
-            yield smaller
-    for shape in range(len(data["objects"])):
-        if "light" in data["objects"][shape]:
-            smaller = copy.deepcopy(data)
-            del smaller["objects"][shape]["light"]
-            yield smaller
+def _without_one_thing(data: Data) -> Iterator[Data]:
+    for part, i in [(part, i) for part in ("lights", "objects") for i in range(len(data[part]))]:
+        smaller = copy.deepcopy(data)
+        del smaller[part][i]
+        yield smaller
+    for i in (i for i, shape in enumerate(data["objects"]) if "light" in shape):
+        smaller = copy.deepcopy(data)
+        del smaller["objects"][i]["light"]
+        yield smaller
     if "render" in data:
         yield {key: value for key, value in data.items() if key != "render"}
 
 
-def fails(data: Data) -> bool:
-    """Return whether an engine disagrees, or cannot render the scene."""
-    try:
-        return bool(disagreements(data))
-    except ValueError:
-        return False
+def _fails(data: Data) -> bool:
+    return bool(disagreements(data))
 
 
-def _look_at(seeds: range) -> list[int]:
+def _write(seed: int) -> str:
+    """Write the scene of a seed that fails, as small as can be, and return what is said of it."""
+    data = shrunk(coincident_scene(seed))
+    said = "; ".join(map(str, disagreements(data)))
+    FAILED.mkdir(parents=True, exist_ok=True)
+    path = FAILED / f"soak-{seed}.yaml"
+    path.write_text(f"# {said}\n" + yaml.safe_dump(copy.deepcopy(data), default_flow_style=None, sort_keys=False))
+    return f"seed {seed}: {said} ({os.path.relpath(path)})"
+
+
+# --- Many scenes -----------------------------------------------------------------------------------------
+
+
+def _failing(seeds: range) -> list[int]:
     return [seed for seed in seeds if disagreements(coincident_scene(seed))]
 
 
-def report(seed: int, folder: Path) -> str:
-    """Shrink a failing scene, write it, and return what is said of it."""
-    data = shrunk(coincident_scene(seed), fails)
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / f"soak-{seed}.yaml"
-    said = [str(one) for one in disagreements(data)]
-    path.write_text("".join(f"# {line}\n" for line in said) + yaml.safe_dump(data, default_flow_style=None, sort_keys=False))
-    return f"seed {seed}: {'; '.join(said)} ({path})"
+def _batches(first: int, end: int) -> Iterator[range]:
+    return (range(start, min(start + BATCH, end)) for start in range(first, end, BATCH))
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--seed", type=int, default=int(time.time()) * 1000, help="the first seed; default: the time")
-    parser.add_argument("--scenes", type=int, default=sys.maxsize, help="how many; default: until the time is up")
+    """Look for failing scenes until the time is up, and return 1 if there were any."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0].partition(":")[0] + ".")
     parser.add_argument("--minutes", type=float, default=10, help="stop after so many minutes; default: 10")
-    parser.add_argument("--processes", type=int, default=None, help="default: one for each processor core")
+    parser.add_argument("--scenes", type=int, default=sys.maxsize // 2, help="stop after so many scenes")
+    parser.add_argument("--seed", type=int, default=int(time.time()) * 1000, help="the first seed; default: the time")
+    parser.add_argument("--processes", type=int, default=os.cpu_count(), help="default: one for each processor core")
     options = parser.parse_args()
-    end = time.monotonic() + 60 * options.minutes
-    failing: list[int] = []
-    done, last = 0, options.seed + options.scenes
+    deadline = time.monotonic() + 60 * options.minutes
+    done, failing = 0, 0
     print(f"seeds from {options.seed}", flush=True)
+    batches = _batches(options.seed, options.seed + options.scenes)
     with ProcessPoolExecutor(options.processes) as pool:
-        workers = pool._max_workers
-        batches = iter(range(options.seed, last, BATCH))
-        while time.monotonic() < end:
-            parts = [range(first, min(first + BATCH, last)) for first, _ in zip(batches, range(4 * workers))]
-            if not parts:
+        while time.monotonic() < deadline and failing < MOST_FAILURES:
+            some = list(itertools.islice(batches, 8 * options.processes))
+            if not some:
                 break
-            for part, found in zip(parts, pool.map(_look_at, parts), strict=True):
-                done += len(part)
-                failing += found
-            print(f"{done} scenes, {len(failing)} failing", flush=True)
-            for seed in failing[:20] if len(failing) else []:
-                pass
-            if len(failing) >= 20:
-                break
-    for seed in failing[:20]:
-        print(report(seed, FAILED))
-    print(f"{done} scenes from seed {options.seed}: {len(failing)} disagree")
+            for seed in itertools.chain.from_iterable(pool.map(_failing, some)):
+                failing += 1
+                print(_write(seed), flush=True)
+            done += sum(map(len, some))
+            print(f"{done:,} scenes, {failing} failing", flush=True)
     return 1 if failing else 0
 
 

@@ -30,7 +30,7 @@ fn search(world: &World, window: Window) -> Search {
 /// The pixels of each object, by testing all rays, and by the search; and the steps of that.
 fn both_ways(world: &World, window: Window) -> (Vec<u64>, Vec<u64>, u64) {
     let mut search = search(world, window);
-    let scene = Scene::new(world);
+    let scene = Scene::new(world).unwrap();
     let places: Vec<Place> = Place::all(search.view, window).collect();
     let budget = WorkBudget::unlimited();
     let mut meter = budget.meter();
@@ -176,7 +176,7 @@ fn crowd() -> World {
 fn covered(world: &World, level: Level, threads: usize, steps: u64) -> (Result<Vec<u64>, crate::Stopped>, u64) {
     let budget = Arc::new(WorkBudget::new(steps));
     let monitor = Monitor::within(Arc::clone(&budget));
-    let tracer = Tracer::new(world.clone(), level);
+    let tracer = Tracer::new(world.clone(), level).unwrap();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let result = pool.install(|| tracer.coverage(whole(world), &monitor));
     (result, budget.spent())

@@ -568,7 +568,7 @@ fn within(world: &World, level: Level, threads: usize, steps: u64) -> (Result<Ve
         radiance: &mut radiance,
         ..Film::default()
     };
-    let tracer = Tracer::new(world.clone(), level);
+    let tracer = Tracer::new(world.clone(), level).unwrap();
     let result = on_threads(threads, || tracer.film(window, film, &monitor));
     (result.map(|_| radiance), budget.spent())
 }
