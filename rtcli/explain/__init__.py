@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from rtcli.explain.agreement import PixelSamples
 from rtcli.explain.development import Developed, developed
 from rtcli.explain.intersections import meet_all
 from rtcli.explain.lighting import Place, hit_step, lights_step, radiance_step
@@ -21,9 +22,9 @@ from rtcli.pack import pack
 from rtcli.scene.model import Scene
 from rtcli.tracer.engines import default_threads, stops_of
 from rtcli.tracer.native import NativeTracer
-from rtcli.tracer.reference import NOTHING, Ray, ReferenceTracer, mean_of_samples
+from rtcli.tracer.reference import NOTHING, Array, Ray, ReferenceTracer, mean_of_samples
 from rtcli.tracer.sampling import sample_offsets
-from rtcli.tracer.world import Progress, Window, World
+from rtcli.tracer.world import Progress, Window
 
 __all__ = ["Explanation", "check_place", "explain"]
 
@@ -104,8 +105,18 @@ class _Pixel:
             story=self._story(told),
             samples=samples,
             development=Developed(self.scene, triple(radiance), exposure, percentile, value).steps(samples),
-            native=_native_pixel(self.scene, self.tracer.world, self.window),
+            native=self._native(radiance),
         )
+
+    def _native(self, reference: Array) -> NativePixel:
+        """Return what the native engine renders, compared with the radiance of the reference."""
+        tracer = NativeTracer(self.tracer.world, default_threads())
+        radiance = tracer.film(self.window)[0]["radiance"][0, 0]
+        image = self.scene.image
+        exposure, _ = stops_of(tracer, image.exposure)
+        value = developed(radiance, Look(exposure, image.tone))
+        samples = PixelSamples(self.tracer.scenery, self.window, self.offsets)
+        return NativePixel(triple(radiance), exposure, value, samples.agreement(np.ravel(reference), radiance))
 
     def _exposure(self, progress: Progress | None) -> tuple[float, float | None]:
         """Return the stops, and the percentile of luminance that they were metered from."""
@@ -168,9 +179,3 @@ class _Pixel:
         )
 
 
-def _native_pixel(scene: Scene, world: World, window: Window) -> NativePixel:
-    tracer = NativeTracer(world, default_threads())
-    radiance = tracer.film(window)[0]["radiance"][0, 0]
-    image = scene.image
-    exposure, _ = stops_of(tracer, image.exposure)
-    return NativePixel(triple(radiance), exposure, developed(radiance, Look(exposure, image.tone)))

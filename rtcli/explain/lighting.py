@@ -46,8 +46,8 @@ _NORMALS = {
     "box": ("2.2.3", "n = R_y(-a) n', with n' the normal of the side in box space"),
 }
 _SIDES = {
-    "sphere": {1: "from outside", -1: "from inside"},
-    "box": {1: "from outside", -1: "from inside"},
+    "sphere": {1: "from outside", -1: "from inside", 0: "from its surface, inside"},
+    "box": {1: "from outside", -1: "from inside", 0: "from its surface, inside"},
     "plane": {1: "from its front", -1: "from its back", 0: "from within it"},
 }
 _ARRIVING = "L_i = intensity * color / (4 pi r^2)"

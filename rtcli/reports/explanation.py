@@ -10,8 +10,11 @@ from dataclasses import fields, is_dataclass
 from typing import Any
 
 from rtcli.explain.records import (
+    AT_A_BORDER,
     BEHIND,
     BLOCKED,
+    DISAGREE,
+    EQUAL,
     LIT,
     NEAREST,
     OTHER_SIDE,
@@ -20,6 +23,7 @@ from rtcli.explain.records import (
     OUTSIDE_SLABS,
     PARALLEL,
     PASSED_BY,
+    ROUNDED,
     TURNED_AWAY,
     Explanation,
     Group,
@@ -73,6 +77,19 @@ _MISSED = {
     BEHIND: "behind the eye: t <= 0",
     OUT_OF_RANGE: "numbers beyond those of float64",
 }
+
+_NATIVE = "The native engine, which renders by default,"
+
+# Why the native engine may give another value.
+_REASONS = {
+    EQUAL: "its meter finds another exposure, by what float32 rounds",
+    ROUNDED: "its float32 rounds to the next level",
+    AT_A_BORDER: "the pixel lies at a border, and float32 sees what is beside it, less than a thousandth of a pixel away",
+}
+_FAULT = (
+    "The engines disagree. Neither rounding nor a border explains it, so one of them is wrong:",
+    "this is a fault of rtcli. Please report it, with the scene.",
+)
 
 # What is said of the lights that are not shown.
 _REST = {
@@ -199,15 +216,20 @@ class _Text:
     # --- The end
 
     def _native(self, explanation: Explanation) -> Iterator[str]:
-        if explanation.engines_agree:
-            told = "The native engine, which renders by default, gives the same value."
+        native = explanation.native
+        if native.agreement == DISAGREE:
+            radiance = ", ".join(map(shown, native.radiance))
+            yield from lines_of(f"{self._gives(explanation)}, with the radiance {radiance}.".split(), _WIDTH)
+            yield self.paint(ERROR, _FAULT[0])
+            yield from _FAULT[1:]
+        elif explanation.engines_agree:
+            yield f"{_NATIVE} gives the same value."
         else:
-            red, green, blue = explanation.native.value
-            told = (
-                f"The native engine, which renders by default, gives {red} {green} {blue}. In its float32 "
-                "a value may be rounded to the next level, and a ray at a border may see what is beside it."
-            )
-        yield from lines_of(told.split(), _WIDTH)
+            yield from lines_of(f"{self._gives(explanation)}: {_REASONS[native.agreement]}.".split(), _WIDTH)
+
+    def _gives(self, explanation: Explanation) -> str:
+        red, green, blue = explanation.native.value
+        return f"{_NATIVE} gives {red} {green} {blue}"
 
 
 def _place_on_ray(item: Intersection) -> tuple[bool, float]:

@@ -51,8 +51,8 @@ COORDINATE = 2.0**-52
 # Surfaces that a ray meets within this share of the distance from each other are in one place.
 COINCIDENT = 2.0**-41
 
-# A light that is so many times as far away as what it lights is moved to a quarter of that for the shadow test.
-FAR = 2.0**28
+# A light that is so many times as far away as what it lights is moved nearer for the shadow test, to this.
+FAR, NOT_SO_FAR = 2.0**28, 2.0**22
 
 # A shadow ray that meets an object within this share of its length before its end may only touch it there.
 NEAR_THE_END = 1e-3
@@ -280,16 +280,16 @@ class Object(ABC):
         """Return how far from a point (3, 1) the object is, and how large."""
         return float(np.abs(point - self.position).sum()) + self.size
 
-    def stand_in(self, light: Array, eye: Array, farthest: float) -> Array:
+    def stand_in(self, light: Array, point: Array, spread: float) -> Array:
         """Return the place (3, 1) of a light, or of one so far away that float64 loses the object, a nearer place.
 
-        From points no farther from the eye than `farthest` the two lie in one direction, as far as that can be told.
+        Seen from `point` (3, 1) the two lie in one direction, and almost so from points within `spread` of it.
         """
-        reach = farthest + self.reach(eye)
-        distance = float(length(light - eye)[0])
+        reach = spread + self.reach(point)
+        distance = float(length(light - point)[0])
         if reach == 0 or distance <= FAR * reach:
             return light
-        return eye + (light - eye) * (FAR / 4 * reach / distance)
+        return point + (light - point) * (NOT_SO_FAR * reach / distance)
 
     def touched_by(self, way: WayToLight, t: Array) -> Mask:
         """Return whether points lie on the surface, and the ways from there that meet it at t leave it: (N,).
@@ -615,6 +615,13 @@ class WayToLight:
     wi: Array
     cosine: Array
 
+    def extent(self) -> tuple[Array, float]:
+        """Return the point that is nearest to the eye, (3, 1), and how far others are from it."""
+        if not self.distance.size:
+            return self.eye, 0.0
+        nearest = self.sight[:, [dot(self.sight, self.sight).argmin()]]
+        return self.eye + nearest, float(length(self.sight - nearest).max())
+
     def toward(self, position: Array) -> WayToLight:
         """Return the ways from the same points to another place (3, 1), with the same cosines."""
         to_light = (position - self.eye) - self.sight
@@ -905,10 +912,10 @@ class Scenery:
         Neither the object that the point lies on nor the one that carries the light counts.
         """
         # Shadow rays are traced from the light to the surface: they pass through one point as well.
-        farthest = float(length(way.sight).max(initial=0.0))
+        point, spread = way.extent()
         for i, shape in self._objects_in_turn():
             if shape.source_object is not source:
-                start = shape.stand_in(source.position, way.eye, farthest)
+                start = shape.stand_in(source.position, point, spread)
                 part = way if start is source.position else way.toward(start)
                 t = shape.intersection_parameter(Ray(start, -part.wi))
                 between = (t < part.distance) & (receiver != i)

@@ -205,8 +205,8 @@ class Picture:
     ----------
     object_id
         (N,): 0 for nothing.
-    distance, steep
-        (N,): to the eye, and |cos| of the angle between ray and normal there.
+    distance, steep, loss
+        (N,): to the eye; |cos| of the angle between ray and normal there; what float64 may take from the distance.
     normal, radiance
         (3, N).
     tolerance
@@ -218,6 +218,7 @@ class Picture:
     object_id: npt.NDArray[np.intp]
     distance: Array
     steep: Array
+    loss: Array
     normal: Array
     radiance: Array
     tolerance: Array
@@ -291,15 +292,19 @@ class BruteForce:
         hit = np.isfinite(t)
         distance = np.where(hit, t, 0) * size
         index, steep, clear = np.full(count, -1), np.ones(count), np.ones(count, dtype=bool)
+        loss = np.zeros(count)
         normal = np.zeros((3, count))
         for i, one in found:
             body = self.bodies[i]
             apart = (one.t - t) * size * one.steep
             ahead = one.t > 0
             # Surfaces in one place: that of the first object is seen.
-            here = hit & ahead & (apart <= ROUNDING * (distance + body.size) + self.grain + body.grain)
+            loss_here = ROUNDING * (distance + body.size) + self.grain + body.grain
+            here = hit & ahead & (apart <= loss_here)
+            clear &= ~(hit & ahead & (one.margin > 0) & (apart > loss_here / 8) & (apart < 8 * loss_here))
             new = here & (one.margin > 0) & (index < 0)
             index, steep = np.where(new, i, index), np.where(new, one.steep, steep)
+            loss = np.where(new, ROUNDING * body.size + self.grain + body.grain, loss)
             normal = np.where(new, -np.copysign(1, dot(one.normal, ways)) * one.normal, normal)
             blur = SINGLE * (self.pixel * distance + np.minimum(body.size, np.abs(one.t) * size))
             blur += COINCIDENT * distance
@@ -315,7 +320,7 @@ class BruteForce:
             clear &= ~(seen & outline) & ~(seen & (one.margin > 0) & ~here & hit & (one.t > t))
             clear &= ~(ahead & (np.abs(one.steep - PARALLEL) < PARALLEL / 2))
         radiance = np.where(hit, 0.0, self.background)
-        return Picture(index + 1, t * size, steep, normal, radiance, np.zeros((3, count)), clear)
+        return Picture(index + 1, t * size, steep, loss / steep, normal, radiance, np.zeros((3, count)), clear)
 
     def _lit(self, picture: Picture) -> Picture:
         index, distance = picture.object_id - 1, picture.distance
@@ -332,7 +337,8 @@ class BruteForce:
             weak = 1 / (4 * np.pi * distance[dull] ** 2) if self.eye_falloff else 1.0
             reflected = self.colors[:, index[dull]] / np.pi * weak
             error = self.grain + ROUNDING * distance[dull]
-            points = Points(place, picture.normal[:, dull], error, self._blur(index[dull], place, distance[dull]))
+            blur = self._blur(index[dull], place, distance[dull])
+            points = Points(place, picture.normal[:, dull], error, blur)
             for lamp in self.lamps:
                 self._add(lamp, points, reflected, picture, dull)
         return picture
@@ -342,6 +348,8 @@ class BruteForce:
         blur = self.pixel * distance
         for i in np.unique(index):
             own = np.flatnonzero(index == i)
+            if isinstance(body := self.bodies[i], Ball):  # relative to its centre, unless it looks flat
+                blur[own] = np.minimum(body.size, 200 * blur[own])
             blur[own] += length(place[:, own] - place[:, [own[np.argmin(distance[own])]]])
         return SINGLE * blur
 

@@ -72,7 +72,7 @@ class _Draw:
 
     def planet(self) -> Data:
         """Return a ball so large that what stands on it is small."""
-        radius = self.unit * 2.0 ** self.rng.choice((10, 17, 24))
+        radius = self.unit * 2.0 ** self.rng.choice((10, 17, 17 if any(self.origin) else 24))
         x, y, z = self.place()
         return {"type": "sphere", "position": [x, y - radius, z], "radius": radius, "color": self.color()}
 

@@ -80,8 +80,9 @@ def _differences(film: rtcli.Film, expected: Picture) -> Iterator[tuple[str, npt
     yield "object_id", ids != expected.object_id
     same = (ids == expected.object_id) & (ids > 0)
     with np.errstate(invalid="ignore"):  # inf - inf
-        apart = np.abs(film.distance.ravel().astype(float) - expected.distance) / expected.distance
-    yield "distance", same & ~(apart <= 1e-5 + 4e-6 / expected.steep)
+        apart = np.abs(film.distance.ravel().astype(float) - expected.distance)
+        rounding = (1e-5 + 4e-6 / expected.steep) * expected.distance + expected.loss
+    yield "distance", same & ~(apart <= rounding)
     normal = film.normal.reshape(-1, 3).T.astype(float)
     yield "normal", same & (np.abs(normal - expected.normal).max(axis=0) > NORMAL)
     apart = np.abs(film.radiance.reshape(-1, 3).T.astype(float) - expected.radiance)

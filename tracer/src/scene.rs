@@ -306,10 +306,10 @@ fn seen_directly(light: &Light, eye: Vector) -> [f32; 3] {
     light.color.map(|channel| (channel * arriving).min(largest) as f32)
 }
 
-/// The farthest and the nearest things are kept within these powers of two, if both can be: their squares stay within
-/// float32.
+/// The farthest thing is kept within this power of two, and if that can be the nearest above the other one: the squares
+/// of what matters stay within float32.
 const LARGEST_EXPONENT: i32 = 58;
-const SMALLEST_EXPONENT: i32 = -50;
+const SMALLEST_EXPONENT: i32 = -16;
 
 /// A power of two that brings the typical distance from the eye, or the size of what is larger, to about 1, as long as
 /// nothing that matters is too large or too small for it.
@@ -337,8 +337,8 @@ fn suitable_unit(world: &World) -> Result<f64, OutOfMemory> {
     let middle = objects.len() / 2;
     let (_, &mut typical, _) = objects.select_nth_unstable(middle);
     let exponent = typical
-        .max(farthest - LARGEST_EXPONENT)
-        .min(nearest - SMALLEST_EXPONENT);
+        .min(nearest - SMALLEST_EXPONENT)
+        .max(farthest - LARGEST_EXPONENT);
     Ok(libm::scalbn(1.0, -exponent.clamp(-1000, 1000)))
 }
 

@@ -1,0 +1,83 @@
+"""Whether the native engine gives a pixel what the reference does, and if not, whether rounding can be the reason."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from rtcli.explain.records import AT_A_BORDER, DISAGREE, EQUAL, ROUNDED
+from rtcli.tracer.reference import (
+    NOTHING,
+    Array,
+    Ray,
+    Scenery,
+    way_to_light,
+)
+from rtcli.tracer.world import Window
+
+# The share of the radiance, and of what the lights would give head-on, that float32 may take: where light grazes a
+# surface cos(theta) is a small difference.
+_ROUNDING, _GRAZING = 1e-3, 1e-5
+
+# So far beside a ray, in pixels, float32 may see what lies beyond a border.
+_BESIDE = 1e-3
+
+
+class PixelSamples:
+    """The samples of a pixel, as the reference tracer sees them.
+
+    Parameters
+    ----------
+    scenery
+        What it traces.
+    window
+        The pixel.
+    offsets
+        The place of each sample in it.
+    """
+
+    def __init__(self, scenery: Scenery, window: Window, offsets: list[tuple[float, float]]) -> None:
+        self.scenery = scenery
+        self.window = window
+        self.offsets = offsets
+
+    def agreement(self, reference: Array, native: Array) -> str:
+        """Return how two radiances of the pixel agree, (3,) each: one of `AGREEMENTS`."""
+        if np.array_equal(reference, native):
+            return EQUAL
+        rounding = _ROUNDING * np.maximum(reference, native) + _GRAZING * self._head_on()
+        if (np.abs(native - reference) <= rounding).all():
+            return ROUNDED
+        beside = np.stack([self._radiance(x, y) for x, y in _around()])  # (places, 3, samples)
+        low, high = beside.min(axis=0).mean(axis=1), beside.max(axis=0).mean(axis=1)
+        if ((native >= low - rounding) & (native <= high + rounding)).all():
+            return AT_A_BORDER
+        return DISAGREE
+
+    def _rays(self, x: float, y: float) -> Ray:
+        camera = self.scenery.camera
+        rays = [camera.generate_primary_rays(self.window, (u + x, v + y)) for u, v in self.offsets]
+        return Ray(rays[0].offset, np.hstack([ray.direction for ray in rays]))
+
+    def _radiance(self, x: float, y: float) -> Array:
+        """Return the radiance of each sample, so far to the right and down of its place: (3, N)."""
+        return np.broadcast_to(self.scenery.trace_ray(self._rays(x, y))[0].rgb, (3, len(self.offsets)))
+
+    def _head_on(self) -> Array:
+        """Return what all lights would give if nothing stood before them and all surfaces faced them: (3,)."""
+        ray = self._rays(0.0, 0.0)
+        hit = self.scenery.nearest_hit(ray)
+        seen = np.flatnonzero(hit.index != NOTHING)
+        ray, hit = ray.take(seen), hit.take(seen)
+        total = np.zeros((3, len(self.offsets)))
+        for source in self.scenery.light_sources if seen.size else ():
+            arriving = source.light_at(way_to_light(source, ray, hit).distance).rgb
+            total[:, seen] += self.scenery.reflected(arriving, hit)
+        return np.asarray(total.mean(axis=1))
+
+
+def _around() -> Iterator[tuple[float, float]]:
+    for x in (-_BESIDE, 0.0, _BESIDE):
+        for y in (-_BESIDE, 0.0, _BESIDE):
+            yield x, y
