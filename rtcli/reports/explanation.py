@@ -39,6 +39,7 @@ from rtcli.explain.records import (
 from rtcli.explain.words import number as shown
 from rtcli.reports.terminal import cells, lines_of, padded, painter, shortened, swatch
 from rtcli.scene.problems import counted, printable
+from rtcli.scene.rules import ERROR
 
 # Cells of a line, of the margin below a heading, and of a symbol and a number in a table.
 _WIDTH, _MARGIN, _SYMBOL, _NUMBER = 100, 3, 12, 13

@@ -304,8 +304,9 @@ class Object(ABC):
 
     def rounding(self, point: Array) -> float:
         """Return how close to the surface a point (3, 1) lies on it."""
-        coordinates = float(np.abs(point).max() + np.abs(self.position).max())
-        return ON_SURFACE * (float(np.abs(point - self.position).sum()) + self.size) + COORDINATE * coordinates
+        away = ON_SURFACE * np.abs(point - self.position)  # first: a sum of huge numbers might overflow
+        coordinates = COORDINATE * np.abs(point).max() + COORDINATE * np.abs(self.position).max()
+        return float(away.sum() + ON_SURFACE * self.size + coordinates)
 
 
 def nearest_positive(near: Array, far: Array) -> Array:
@@ -511,8 +512,8 @@ class Box(Object):
 
     @property
     def size(self) -> float:
-        """w/2 + h/2 + d/2."""
-        return float(self.half.sum())
+        """w/2 + h/2 + d/2, or the largest number if that is too large for float64."""
+        return min(float(self.half.sum()), float(np.finfo(np.float64).max))
 
     def _local(self, point: Array) -> Array:
         """Return a point (3, 1) in box space, with the coordinates of a face exactly if it lies in its plane."""

@@ -10,7 +10,6 @@ Arrays are component-first: (3, N), one column a pixel, row by row.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, NamedTuple
@@ -72,19 +71,19 @@ def grain(one: Data) -> float:
     return COORDINATE * max(abs(float(x)) for x in one.get("position", (0, 0, 0)))
 
 
-class Crossing(NamedTuple):
-    """Where rays P + t d cross one surface.
+class Crossings(NamedTuple):
+    """Where N rays P + t d cross the K surfaces of a body, or its one surface K times.
 
     Parameters
     ----------
     t
-        (N,): not finite where they do not; 0 where P lies on the surface, however that was rounded.
+        (K, N): not finite where they do not; 0 where P lies on the surface, however that was rounded.
     margin
-        (N,): how far inside the outline of the surface that is; below 0 it misses.
+        (K, N): how far inside the outline of the surface that is; below 0 it misses.
     normal
-        (3, N) or (3, 1): unit, outward.
+        (3, K, N) or (3, K, 1): unit, outward.
     steep
-        (N,): |cos| of the angle between ray and normal.
+        (K, N): |cos| of the angle between ray and normal.
     """
 
     t: Array
@@ -102,26 +101,24 @@ class Ball:
     def __init__(self, center: Array, data: Data) -> None:
         self.center, self.size, self.grain = center, float(data["radius"]), grain(data)
 
-    def crossings(self, start: Point, way: Array) -> Iterator[Crossing]:
+    def crossings(self, start: Point, way: Array) -> Crossings:
         # |q + t w|^2 = 1 in units of the radius
         q, w = (start.place - self.center) / self.size, way / self.size
         speed, distance = length(w), length(q)
-        height = self.heights(start)[0]
         d = w / speed
         b = dot(q, d)
         foot = q - b * d
         sagitta = 1 - dot(foot, foot)
         far = -b - np.copysign(np.sqrt(np.maximum(sagitta, 0)), b)
-        near = height / self.size * (distance + 1) / far
-        for root in (far, near):
-            normal = q + root * d
-            steep = np.abs(dot(normal, d))
-            yield Crossing(root / speed, self.size * sagitta / 2, normal, steep)
+        roots = np.stack([far, self.heights(start)[0] / self.size * (distance + 1) / far])
+        normal = q[:, None] + roots * d[:, None]
+        margin = np.broadcast_to(self.size * sagitta / 2, roots.shape)
+        return Crossings(roots / speed, margin, normal, np.abs(dot(normal, d)))
 
-    def heights(self, point: Point) -> list[Array]:
+    def heights(self, point: Point) -> Array:
         away = point.place - self.center
         height = (length(away / self.size) - 1) * self.size
-        return [point.snapped(height, np.abs(away).sum(axis=0) + self.size, self.grain)] * 2
+        return np.stack([point.snapped(height, np.abs(away).sum(axis=0) + self.size, self.grain)] * 2)
 
 
 class Wall:
@@ -132,47 +129,45 @@ class Wall:
     def __init__(self, center: Array, data: Data) -> None:
         self.point, self.normal, self.grain = center, unit(vector(data["normal"])), grain(data)
 
-    def crossings(self, start: Point, way: Array) -> Iterator[Crossing]:
-        along = dot(self.normal, way)
+    def crossings(self, start: Point, way: Array) -> Crossings:
+        along = dot(self.normal, way)[None]
         steep = np.abs(along) / length(way)
         margin = np.where(steep < PARALLEL, -np.inf, np.inf)
-        yield Crossing(-self.heights(start)[0] / along, margin, self.normal, steep)
+        return Crossings(-self.heights(start) / along, margin, self.normal[:, None], steep)
 
-    def heights(self, point: Point) -> list[Array]:
+    def heights(self, point: Point) -> Array:
         away = point.place - self.point
-        return [point.snapped(dot(self.normal, away), np.abs(away).sum(axis=0), self.grain)]
+        return point.snapped(dot(self.normal, away), np.abs(away).sum(axis=0), self.grain)[None]
 
 
 class Brick:
     """A box: its six faces, rectangles."""
 
     def __init__(self, center: Array, data: Data) -> None:
-        self.center, self.half, self.grain = center, [side / 2 for side in data["size"]], grain(data)
-        self.size = sum(self.half)
+        self.center, self.half, self.grain = center, np.array(data["size"])[:, None] / 2, grain(data)
+        self.size = float(self.half.sum())
         self.axes = turned_axes(data.get("rotation", 0))
+        self.normals = np.stack([sign * axis for sign in (1, -1) for axis in self.axes], axis=1)
 
-    def crossings(self, start: Point, way: Array) -> Iterator[Crossing]:
-        place, step = [[dot(axis, v) for axis in self.axes] for v in (start.place - self.center, way)]
-        speed, heights = length(way), iter(self.heights(start))
-        for i, axis in enumerate(self.axes):
-            j, k = i - 1, i - 2
-            steep = np.abs(step[i]) / speed
-            for sign in (1.0, -1.0):
-                t = -next(heights) / (sign * step[i])
-                margin = np.minimum(
-                    self.half[j] - np.abs(place[j] + t * step[j]), self.half[k] - np.abs(place[k] + t * step[k])
-                )
-                yield Crossing(t, margin, sign * axis, steep)
+    def crossings(self, start: Point, way: Array) -> Crossings:
+        place, step = self._along_axes(start.place - self.center), self._along_axes(way)
+        t = -self.heights(start) / np.concatenate([step, -step])
+        steep = np.abs(step) / length(way)
+        margins = []
+        for t_of_side in (t[:3], t[3:]):
+            # How far inside the limits of each axis the crossings with the faces of the others are.
+            inside = self.half - np.abs(place + t_of_side[:, None] * step)  # (face, axis, N)
+            margins += [np.minimum(inside[i, i - 1], inside[i, i - 2]) for i in range(3)]
+        return Crossings(t, np.stack(margins), self.normals, np.concatenate([steep, steep]))
 
-    def heights(self, point: Point) -> list[Array]:
+    def heights(self, point: Point) -> Array:
         away = point.place - self.center
-        far = np.abs(away).sum(axis=0) + self.size
-        places = [dot(axis, away) for axis in self.axes]
-        return [
-            point.snapped(sign * place - half, far, self.grain)
-            for place, half in zip(places, self.half, strict=True)
-            for sign in (1.0, -1.0)
-        ]
+        place = self._along_axes(away)
+        beyond = np.concatenate([place, -place]) - np.concatenate([self.half, self.half])
+        return point.snapped(beyond, np.abs(away).sum(axis=0) + self.size, self.grain)
+
+    def _along_axes(self, vector: Array) -> Array:
+        return np.stack([dot(axis, vector) for axis in self.axes])
 
 
 def turned_axes(degrees: float) -> list[Array]:
@@ -285,42 +280,48 @@ class BruteForce:
         ways = self._ways()
         size, count = length(ways), ways.shape[1]
         eye = Point(np.zeros((3, 1)), self.grain)
-        found = [(i, one) for i, body in enumerate(self.bodies) for one in body.crossings(eye, ways)]
-        t = np.full(count, np.inf)
-        for _, one in found:
-            t = np.where((one.t > 0) & (one.margin > 0) & (one.t < t), one.t, t)
+        found = [body.crossings(eye, ways) for body in self.bodies]
+        rays = np.arange(count)
+        ahead = [np.where((one.t > 0) & (one.margin > 0), one.t, np.inf) for one in found]
+        t = np.min([each.min(axis=0) for each in ahead], axis=0, initial=np.inf)
         hit = np.isfinite(t)
         distance = np.where(hit, t, 0) * size
         index, steep, clear = np.full(count, -1), np.ones(count), np.ones(count, dtype=bool)
-        loss = np.zeros(count)
-        normal = np.zeros((3, count))
-        for i, one in found:
-            body = self.bodies[i]
+        loss, normal = np.zeros(count), np.zeros((3, count))
+        for i, (body, one, each) in enumerate(zip(self.bodies, found, ahead, strict=True)):
+            surface = each.argmin(axis=0)
             apart = (one.t - t) * size * one.steep
-            ahead = one.t > 0
             # Surfaces in one place: that of the first object is seen.
-            loss_here = ROUNDING * (distance + body.size) + self.grain + body.grain
-            here = hit & ahead & (apart <= loss_here)
-            clear &= ~(hit & ahead & (one.margin > 0) & (apart > loss_here / 8) & (apart < 8 * loss_here))
-            new = here & (one.margin > 0) & (index < 0)
-            index, steep = np.where(new, i, index), np.where(new, one.steep, steep)
-            loss = np.where(new, ROUNDING * body.size + self.grain + body.grain, loss)
-            normal = np.where(new, -np.copysign(1, dot(one.normal, ways)) * one.normal, normal)
-            blur = SINGLE * (self.pixel * distance + np.minimum(body.size, np.abs(one.t) * size))
-            blur += COINCIDENT * distance
-            seen = ahead & ((one.t < t) | (apart < blur))
-            outline = np.abs(one.margin) <= blur
-            grazing = EDGE_ON
-            if isinstance(body, Ball):
-                # The square of cos is as uncertain as the coordinates.
-                grazing = max(GRAZING, math.sqrt(1e5 * (self.grain + body.grain) / body.size))
-                close = np.abs(one.t) * size < 4 * grazing * body.size  # to the eye
-                clear &= ~(close & (one.steep < grazing) & (one.margin > -blur))
-            outline |= (one.margin > 0) & (one.steep < grazing)
-            clear &= ~(seen & outline) & ~(seen & (one.margin > 0) & ~here & hit & (one.t > t))
-            clear &= ~(ahead & (np.abs(one.steep - PARALLEL) < PARALLEL / 2))
+            lost = ROUNDING * (distance + body.size) + self.grain + body.grain
+            here = hit & (one.t > 0) & (apart <= lost)
+            new = here[surface, rays] & np.isfinite(each[surface, rays]) & (index < 0)
+            index, loss = np.where(new, i, index), np.where(new, lost, loss)
+            steep = np.where(new, one.steep[surface, rays], steep)
+            outward = np.broadcast_to(one.normal, (3, *one.t.shape))[:, surface, rays]
+            normal = np.where(new, -np.copysign(1, dot(outward, ways)) * outward, normal)
+            near = hit & (one.t > 0) & (one.margin > 0) & (apart > lost / 8) & (apart < 64 * lost)
+            clear &= ~(near | self._is_border(body, one, here, (t, size))).any(axis=0)
         radiance = np.where(hit, 0.0, self.background)
         return Picture(index + 1, t * size, steep, loss / steep, normal, radiance, np.zeros((3, count)), clear)
+
+    def _is_border(self, body: Ball | Wall | Brick, one: Crossings, here: Mask, seen: tuple[Array, Array]) -> Mask:
+        """Return which crossings are so close to an outline, or to what is seen, that rounding decides: (K, N)."""
+        t, size = seen
+        distance = np.where(np.isfinite(t), t, 0) * size
+        blur = SINGLE * (self.pixel * distance + np.minimum(body.size, np.abs(one.t) * size)) + COINCIDENT * distance
+        near = (one.t > 0) & ((one.t < t) | ((one.t - t) * size * one.steep < blur))
+        grazing = EDGE_ON
+        touches: Any = False
+        if isinstance(body, Ball):
+            # The square of cos is as uncertain as the coordinates. And the eye may be on the ball, or close.
+            grazing = max(GRAZING, math.sqrt(1e5 * (self.grain + body.grain) / body.size))
+            touches = (np.abs(one.t) * size < 4 * grazing * body.size) & (one.steep < grazing)
+            touches &= one.margin > -blur - grazing**2 * body.size
+        outline = (np.abs(one.margin) <= blur) | ((one.margin > 0) & (one.steep < grazing))
+        behind = (one.margin > 0) & ~here & np.isfinite(t) & (one.t > t)
+        parallel = (one.t > 0) & (np.abs(one.steep - PARALLEL) < PARALLEL / 2)
+        border: Mask = (near & (outline | behind)) | touches | parallel
+        return border
 
     def _lit(self, picture: Picture) -> Picture:
         index, distance = picture.object_id - 1, picture.distance
@@ -349,7 +350,7 @@ class BruteForce:
         for i in np.unique(index):
             own = np.flatnonzero(index == i)
             if isinstance(body := self.bodies[i], Ball):  # relative to its centre, unless it looks flat
-                blur[own] = np.minimum(body.size, 200 * blur[own])
+                blur[own] = np.minimum(body.size, 1000 * blur[own])
             blur[own] += length(place[:, own] - place[:, [own[np.argmin(distance[own])]]])
         return SINGLE * blur
 
@@ -376,17 +377,15 @@ class BruteForce:
         start, end = Point(points.place, points.error), lamp.point
         for body in (body for i, body in enumerate(self.bodies) if i != lamp.body):
             close = points.blur + SINGLE * np.minimum(body.size, r)
-            on_lamp = [bool(height == 0) for height in body.heights(end)]
-            # A ball with the lamp on it is met from there, where the root at the lamp is exactly 0.
-            from_lamp = isinstance(body, Ball) and on_lamp[0]
-            found = body.crossings(end, -way) if from_lamp else body.crossings(start, way)
-            for one, is_on_lamp, here in zip(found, on_lamp, body.heights(start), strict=True):
-                between = (one.t > 0) & (one.t < 1)
-                if is_on_lamp:
-                    between &= (here != 0) & from_lamp
-                is_open &= ~(between & (one.margin > 0))
-                sure &= ~(between & (np.abs(one.margin) <= close))
-                almost = (here != 0) & (np.abs(here) <= points.blur)
-                sure &= ~(almost & (one.margin > -close) & (np.abs(one.t) < 1))
-                sure &= ~(between & (one.steep < 2 * PARALLEL)) | (body.size > 0)
+            here, on_lamp = body.heights(start), body.heights(end) == 0
+            if isinstance(body, Ball) and on_lamp.any():
+                # It is met from the lamp, where the root is exactly 0.
+                one, on_lamp = body.crossings(end, -way), here == 0
+            else:
+                one = body.crossings(start, way)
+            between = (one.t > 0) & (one.t < 1) & ~on_lamp
+            is_open &= ~(between & (one.margin > 0)).any(axis=0)
+            almost = (here != 0) & (np.abs(here) <= points.blur) & (one.margin > -close) & (np.abs(one.t) < 1)
+            parallel = between & (one.steep < 2 * PARALLEL) & (body.size == 0)
+            sure &= ~((between & (np.abs(one.margin) <= close)) | almost | parallel).any(axis=0)
         return is_open, sure

@@ -32,7 +32,7 @@ class _Draw:
         self.unit = rng.choice(UNITS)
         # Mostly around the origin; else far from it, where coordinates have few digits left.
         self.is_far = math.frexp(self.unit)[0] == 0.5 and rng.random() < 0.15
-        self.origin = [self.unit * rng.choice((0, 2.0**30) if self.is_far else (0, 0, 0, 1000)) for _ in range(3)]
+        self.origin = [self.unit * rng.choice((0, 2.0**26) if self.is_far else (0, 0, 0, 1000)) for _ in range(3)]
         self.objects: list[Data] = []
 
     def scene(self) -> Data:

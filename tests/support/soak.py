@@ -37,8 +37,8 @@ BATCH = 250
 MOST_FAILURES = 20
 # What the components of a unit normal may be apart, at the rim of a ball.
 NORMAL = 5e-3
-# Radiance below the normal numbers of float32.
-DARK = 2e-38
+# Radiance close to the least numbers of float32.
+DARK = 1e-36
 
 
 class Disagreement(NamedTuple):

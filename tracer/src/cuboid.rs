@@ -133,21 +133,27 @@ impl Cuboid {
         nearest.close += close;
     }
 
-    /// Where a ray first meets the box ahead of the eye, in float64; infinite where it does not.
-    pub(crate) fn depth(&self, v: Vector) -> f64 {
+    /// Where a ray first meets the box ahead of the eye, in float64, infinite where it does not; and |n.v| there.
+    pub(crate) fn depth(&self, v: Vector) -> (f64, f64) {
         let along = turned(&self.axes, v);
-        let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
+        let (mut enter, mut leave) = ((f64::NEG_INFINITY, 0.0), (f64::INFINITY, 0.0));
         for i in 0..3 {
             if along[i] != 0.0 {
                 let a = (-self.half[i] - self.eye[i]) / along[i];
                 let b = (self.half[i] - self.eye[i]) / along[i];
-                (enter, leave) = (enter.max(a.min(b)), leave.min(a.max(b)));
+                let (near, far) = (a.min(b), a.max(b));
+                enter = if near > enter.0 { (near, along[i].abs()) } else { enter };
+                leave = if far < leave.0 { (far, along[i].abs()) } else { leave };
             } else if self.eye[i].abs() > self.half[i] {
-                return f64::INFINITY;
+                return (f64::INFINITY, 0.0);
             }
         }
-        let t = if self.inside(self.eye) { leave } else { enter };
-        if enter <= leave && t > 0.0 { t } else { f64::INFINITY }
+        let met = if self.inside(self.eye) { leave } else { enter };
+        if enter.0 <= leave.0 && met.0 > 0.0 {
+            met
+        } else {
+            (f64::INFINITY, 0.0)
+        }
     }
 
     /// The depth of the middle ray from which float32 may go on: where the ball around the box begins, or the eye if

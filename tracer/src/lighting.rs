@@ -13,9 +13,6 @@ use std::f64::consts::PI;
 /// What rounding makes of the height of a lamp in the plane of a face is less than this share of distances.
 const NO_HEIGHT: f64 = 4e-15;
 
-/// A power of two: of a lamp that is stronger, what arrives might vanish in float32 before the lamp's power is counted.
-const STRONG: f32 = 18_446_744_073_709_551_616.0;
-
 /// Points on a face and the light that reaches them.
 #[derive(Debug)]
 pub(crate) struct Lighting {
@@ -74,11 +71,7 @@ impl Lighting {
             shadow.cast(scene, object, &mut self.stack);
             let mut share = share(lamp, albedo);
             if settings.eye_falloff {
-                let gain = if share.iter().any(|&share| share > STRONG) {
-                    STRONG
-                } else {
-                    1.0
-                };
+                let gain = gain(share);
                 share = share.map(|share| share / gain);
                 self.weaken(scene.unit, gain);
             }
@@ -170,6 +163,18 @@ fn per_cube(value: f32, squared: f32) -> f32 {
 /// albedo / pi times the lamp's power.
 fn share(lamp: &Lamp, albedo: Vector) -> [f32; 3] {
     std::array::from_fn(|i| bounded(lamp.power[i] * (albedo[i] / PI)))
+}
+
+/// Of a lamp's power that is far from 1 the power of two in it, which keeps what arrives within float32 on its way to the
+/// eye.
+fn gain(share: [f32; 3]) -> f32 {
+    let largest = share.into_iter().fold(0.0, f32::max);
+    let exponent = libm::ilogbf(largest);
+    if largest > 0.0 && !(-40..=40).contains(&exponent) {
+        libm::scalbnf(1.0, exponent.clamp(-120, 120))
+    } else {
+        1.0
+    }
 }
 
 /// In float32, whose largest value stands for what is larger.

@@ -69,10 +69,11 @@ impl Plane {
         nearest.close += close;
     }
 
-    /// t = offset / (n . v), in float64; infinite where it is not ahead.
-    pub(crate) fn depth(&self, v: Vector) -> f64 {
-        let t = self.offset / dot(self.normal, v);
-        if t > 0.0 { t } else { f64::INFINITY }
+    /// t = offset / (n . v), in float64, infinite where it is not ahead; and |n.v|.
+    pub(crate) fn depth(&self, v: Vector) -> (f64, f64) {
+        let along = dot(self.normal, v);
+        let t = self.offset / along;
+        (if t > 0.0 { t } else { f64::INFINITY }, along.abs())
     }
 
     /// Place points on the plane, and return what they are relative to: the point at depth `t` of the middle ray.

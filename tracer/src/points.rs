@@ -20,6 +20,8 @@ pub(crate) struct Points {
     pub(crate) offset: [Lanes; 3],
     /// Unit normals that face the eye; of spheres only.
     pub(crate) normal: [Lanes; 3],
+    /// What rounding may have taken from their places beside the share of their offsets.
+    pub(crate) blur: f32,
 }
 
 /// A ball around points.
@@ -36,6 +38,7 @@ impl Points {
             reference: [0.0; 3],
             offset: [[0.0; LANES]; 3],
             normal: [[0.0; LANES]; 3],
+            blur: 0.0,
         }
     }
 
@@ -57,7 +60,7 @@ impl Points {
     #[inline(always)]
     pub(crate) fn slack(&self, i: usize) -> f32 {
         let [x, y, z] = &self.offset;
-        TOUCHING * (x[i].abs() + y[i].abs() + z[i].abs())
+        TOUCHING * (x[i].abs() + y[i].abs() + z[i].abs()) + self.blur
     }
 
     /// Put the points where rays meet a face of a shape, whose smallest depth is `t`, on the ray that `nearest` gives,
@@ -71,6 +74,7 @@ impl Points {
         (t, nearest): (f64, impl Fn() -> Vector),
     ) -> Option<Plane> {
         self.count = rays.count;
+        self.blur = 0.0;
         let plane = match shape {
             Shape::Sphere(sphere) => {
                 self.reference = sphere.place(t, nearest, rays, self);

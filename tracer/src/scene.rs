@@ -45,9 +45,9 @@ impl Shape {
         }
     }
 
-    /// The depth at which the ray v = (x, y, 1) first meets the shape, in float64; infinite where it does not.
+    /// The depth at which the ray v = (x, y, 1) first meets the shape, in float64, infinite where it does not; and |n.v|.
     #[inline(always)]
-    pub(crate) fn depth(&self, v: Vector) -> f64 {
+    pub(crate) fn depth(&self, v: Vector) -> (f64, f64) {
         match self {
             Shape::Sphere(sphere) => sphere.depth(v),
             Shape::Plane(plane) => plane.depth(v),

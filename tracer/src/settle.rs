@@ -7,7 +7,6 @@ use crate::bvh::{Cone, Stack};
 use crate::contact::ON_SURFACE;
 use crate::grid::{CLOSE, FACE_BITS, LANES, Nearest, Rays};
 use crate::scene::Scene;
-use crate::vector::length;
 
 /// Faces that a ray meets within this share of the depth from each other are in one place.
 const COINCIDENT: f64 = 1.0 / (1_u64 << 41) as f64;
@@ -84,13 +83,13 @@ impl Settler {
         for lane in 0..LANES {
             let (t, best) = (alone.t[lane], nearest.t[lane]);
             if (t - best).abs() <= 2.0 * CLOSE * best && t > 0.0 {
-                let v = rays.exact(lane);
+                let (depth, along) = shape.depth(rays.exact(lane));
                 self.candidates.push(Candidate {
                     lane: lane as u8,
                     face: alone.face[lane],
                     t,
-                    depth: shape.depth(v),
-                    slack: (ON_SURFACE * shape.reach() + scene.grain) / length(v),
+                    depth,
+                    slack: (ON_SURFACE * shape.reach() + scene.grain) / along,
                 });
             }
         }

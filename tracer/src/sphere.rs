@@ -23,6 +23,9 @@ const BATCH: usize = 64;
 /// What is less than this share of the radius is seen as almost flat.
 const FLAT: f64 = 1.0 / 1024.0;
 
+/// What rounding takes from the depth of points that are placed from close by is less than this share of it.
+const NEAR_ROUNDING: f64 = 1e-6;
+
 /// The eye is close to a sphere if k is below this: closer than a radius.
 const NEAR: f64 = 3.0;
 
@@ -124,10 +127,10 @@ impl Sphere {
         nearest.close += close;
     }
 
-    /// The nearest root ahead of the eye, in float64; infinite if there is none.
+    /// The nearest root ahead of the eye, in float64, infinite if there is none; and |n.v| there.
     ///
-    /// D = R^2 - g.g, with g = c - (c.d) d from the centre's foot on the ray to the centre, |d| = 1
-    pub(crate) fn depth(&self, v: Vector) -> f64 {
+    /// D = R^2 - g.g, with g = c - (c.d) d from the centre's foot on the ray to the centre, |d| = 1; |n.d| = sqrt(D) / R
+    pub(crate) fn depth(&self, v: Vector) -> (f64, f64) {
         let size = length(v);
         let d = scale(v, 1.0 / size);
         let b = dot(self.center, d);
@@ -140,7 +143,8 @@ impl Sphere {
         } else {
             self.power / (b - s)
         };
-        if t > 0.0 { t / size } else { f64::INFINITY }
+        let depth = if t > 0.0 { t / size } else { f64::INFINITY };
+        (depth, s / self.radius * size)
     }
 
     /// Place points on the sphere, with normals that face the eye, and return what they are relative to.
@@ -177,6 +181,7 @@ impl Sphere {
         }
         if seen.near && self.eye_is_outside() {
             self.place_near(&seen, t, rays, points);
+            points.blur = (t * NEAR_ROUNDING) as f32;
             return scale(rays.middle, t);
         }
         self.center
@@ -198,7 +203,7 @@ impl Sphere {
     /// tau = -k / (h -+ sqrt(h^2 - k v.v)),  h = (n_0 + e).v,  k = (2 n_0 + e).e
     #[inline(always)]
     fn place_patch(&self, v_0: Vector, rays: &Rays, points: &mut Points) -> Vector {
-        let depth = self.depth(v_0);
+        let (depth, _) = self.depth(v_0);
         let t_0 = if depth.is_finite() {
             depth
         } else {
@@ -219,11 +224,14 @@ impl Sphere {
             let k = (2.0 * n_0[0] + e[0]) * e[0] + (2.0 * n_0[1] + e[1]) * e[1];
             let d = h * h - k * rays.vv[lane];
             let s = if d > 0.0 { d.sqrt() } else { 0.0 };
-            // From inside, the root that does not cancel.
+            // From inside, the root that does not cancel; 0 where the ray only touches the sphere.
+            let bottom = h - turn * s;
             let tau = if !outside && h < 0.0 {
                 (s - h) / rays.vv[lane]
+            } else if bottom != 0.0 {
+                -k / bottom
             } else {
-                -k / (h - turn * s)
+                0.0
             };
             let offset = [e[0] + tau * v[0], e[1] + tau * v[1], tau];
             for i in 0..3 {

@@ -1,0 +1,356 @@
+"""Eyes and lights exactly on surfaces, eyes and things very far away: what rounding must not decide.
+
+Each kind has its closed form; then thousands of scenes of such kinds are held against a third tracer.
+"""
+
+import copy
+import math
+
+import numpy as np
+import pytest
+import soak
+from brute_force import BruteForce
+from coincidences import coincident_scene, on
+from worlds import box, light, plane, scene, sphere
+
+from rtcli import Scene
+
+TURNS = [0.0, 30.0, 45.0, 90.0, 180.0, 1e9]
+SMALL = {"resolution": [32, 24], "fov": 70}
+
+
+@pytest.fixture
+def rounding(engine):
+    """The relative error of radiance."""
+    return {"reference": 1e-6, "native": 2e-5}[engine]
+
+
+def irradiance(intensity, place, position, normal):
+    """I / (4 pi r^2) cos(theta) at places (H, W, 3) with one normal, of a light at a position."""
+    way = np.asarray(position) - place
+    r = np.linalg.norm(way, axis=-1)
+    return intensity / (4 * math.pi * r**3) * (way @ np.asarray(normal))
+
+
+def of_object(film, number):
+    mask = film.object_id == number
+    assert mask.sum() > 20, "too little is seen of it"
+    return mask
+
+
+# --- A light on a surface --------------------------------------------------------------------------------
+
+# As people place them around a room: of these the first saw nothing of it lit, the second walls but no ball.
+EYES = [[0.75, 1.6, 1.299], [0.388, 1.6, 1.449], [-1.3, 2.9, 0.1], [1.999, 0.01, -1.999], [0, 1, 1]]
+
+
+@pytest.mark.parametrize("eye", EYES)
+@pytest.mark.parametrize("turn", TURNS)
+def test_lamp_at_the_ceiling_of_a_room_lights_floor_and_ball(render, rounding, eye, turn):
+    room = box([0, 1.5, 0], [4, 3, 4], [0.5, 0.5, 0.5], rotation=turn)
+    ball = sphere([0, 0.5, 0], 0.5, [1, 0.4, 0.3])
+    eye = on(room, [eye[0], eye[1] - 1.5, eye[2]])
+    film = render(
+        scene([room, ball], [light([0, 3, 0], 150)], camera={**SMALL, "position": eye, "look_at": [0, 0.6, 0]}),
+        passes=["object_id", "position", "normal"],
+    )
+    top = of_object(film, 2) & (film.normal[..., 1] > 0.5)
+    expected = irradiance(150, film.position[top], [0, 3, 0], [0, 1, 0])
+    facing = np.einsum("ij,ij->i", film.normal[top], [0, 3, 0] - film.position[top].astype(float))
+    expected = expected * facing / (3 - film.position[top][:, 1])
+    np.testing.assert_allclose(film.radiance[top], expected[:, None] / math.pi * [1, 0.4, 0.3], rtol=1e-4)
+    floor = (film.object_id == 1) & (film.normal[..., 1] > 0.99)
+    x, _, z = film.position[floor].T.astype(float)
+    clear = np.hypot(x, z) > 0.75  # the ball's shadow: 0.5 * 3 / sqrt(2.5^2 - 0.5^2) = 0.61
+    expected = irradiance(150, film.position[floor][clear], [0, 3, 0], [0, 1, 0]) * 0.5 / math.pi
+    np.testing.assert_allclose(film.radiance[floor][clear][:, 0], expected, rtol=1e-4)
+    assert (film.radiance[floor][np.hypot(x, z) < 0.55] == 0).all()
+
+
+@pytest.mark.parametrize("turn", TURNS)
+@pytest.mark.parametrize("local", [[2, 0.25, 0], [0, -0.5, -2], [-2, 1.5, 2], [2, 1.5, 2]])
+def test_lamp_on_a_wall_an_edge_or_a_corner_lights_the_room(render, rounding, turn, local):
+    room = box([0.1, 1.6, -0.3], [4, 3, 4], [0.5, 0.5, 0.5], rotation=turn)
+    lamp = on(room, local)
+    pose = {"position": on(room, [0.3, 1, 0.2]), "look_at": on(room, [0.3, -1.5, 0.1])}
+    film = render(
+        scene([room], [light(lamp, 80)], camera={**SMALL, **pose}), passes=["object_id", "position", "normal"]
+    )
+    floor = film.normal[..., 1] > 0.99
+    expected = irradiance(80, film.position[floor].astype(float), lamp, [0, 1, 0]) * 0.5 / math.pi
+    np.testing.assert_allclose(film.radiance[floor][:, 0], expected, rtol=1e-4)
+
+
+@pytest.mark.parametrize("way", [[0, 1, 0], [0.6, 0.8, 0], [0, -0.6, 0.8]])
+def test_lamp_on_the_inside_of_a_sphere_lights_it(render, rounding, way):
+    # The chord to a lamp at distance r is at the angle with cos(theta) = r / (2 R) to the normal.
+    lamp = [2 * x for x in way]
+    data = scene([sphere([0, 0, 0], 2)], [light(lamp, 50)], camera={**SMALL, "position": [0.3, 0.1, -0.2]})
+    film = render(data, passes=["position"])
+    r = np.linalg.norm(film.position - np.asarray(lamp), axis=-1).astype(float)
+    expected = 50 / (4 * math.pi * r**2) * r / 4 / math.pi
+    np.testing.assert_allclose(film.radiance[..., 0][r > 0.1], expected[r > 0.1], rtol=1e-4)
+
+
+@pytest.mark.parametrize("turn", TURNS)
+def test_lamp_on_the_outside_of_a_box_lights_what_is_before_its_face_and_nothing_behind(render, turn):
+    lamp_post = box([0, 1, 0], [1, 2, 1], rotation=turn)
+    lamp = on(lamp_post, [0.5, 0.5, 0])
+    camera = {**SMALL, "position": [0, 12, 0], "look_at": [0, 0, 0], "up": [0, 0, -1]}
+    film = render(
+        scene([plane([0, 0, 0], [0, 1, 0]), lamp_post], [light(lamp, 100)], camera=camera),
+        passes=["object_id", "position"],
+    )
+    floor = of_object(film, 1)
+    place = film.position[floor].astype(float)
+    before = (place - lamp) @ (np.asarray(on(lamp_post, [1, 0, 0])) - on(lamp_post, [0, 0, 0]))
+    lit, dark = before > 1e-3, before < -1e-3
+    expected = irradiance(100, place[lit], lamp, [0, 1, 0]) / math.pi
+    np.testing.assert_allclose(film.radiance[floor][lit][:, 0], expected, rtol=1e-4)
+    assert (film.radiance[floor][dark] == 0).all()
+
+
+def test_light_of_a_bulb_at_the_ceiling_is_that_of_a_lamp_there(render):
+    room, ball = box([0, 1.5, 0], [4, 3, 4], rotation=20), sphere([0.5, 0.5, 0], 0.5)
+    camera = {**SMALL, "position": [1, 1, 1.5], "look_at": [0, 0, 0]}
+    bulb = sphere([0, 3, 0], 0.1, light={"intensity": 150})
+    carried = render(scene([room, ball, bulb], [], camera=camera))
+    free = render(scene([room, ball], [light([0, 3, 0], 150)], camera=camera))
+    assert carried.radiance.max() > 0
+    np.testing.assert_array_equal(carried.radiance, free.radiance)
+
+
+def test_lamp_on_the_common_wall_of_two_rooms_lights_both(render):
+    rooms = [box([x, 0, 0], [2, 2, 2]) for x in (-1, 1)]
+    for x in (-1, 1):
+        camera = {**SMALL, "position": [x, 0.2, 0], "look_at": [2 * x, -0.3, 0.1]}
+        film = render(scene(rooms, [light([0, 0.5, 0.25], 20)], camera=camera))
+        assert (film.radiance > 0).all()
+
+
+# --- The eye on a surface --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("turn", TURNS)
+@pytest.mark.parametrize("local", [[0.5, 0.25, 5], [-5, 1, 0.5], [2, 5, 0.5], [5, 5, 0.5], [5, 5, 5]])
+def test_eye_on_a_face_looks_into_the_box(render, turn, local):
+    room = box([1, 2, -3], [10, 10, 10], [0.5, 0.5, 0.5], rotation=turn)
+    eye, lamp = on(room, local), on(room, [0, 3, 0])
+    pose = {"position": eye, "look_at": on(room, [-0.5, -1, -0.25]), "up": [0.1, 1, 0.2]}
+    film = render(
+        scene([room], [light(lamp, 300)], camera={**SMALL, "fov": 25, **pose}),
+        passes=["object_id", "distance", "normal", "position"],
+    )
+    assert (film.object_id == 1).all()
+    assert film.distance.min() > 1
+    way = np.asarray(lamp) - film.position
+    r = np.linalg.norm(way, axis=-1)
+    expected = 300 / (4 * math.pi * r**3) * np.einsum("ijk,ijk->ij", way, film.normal) * 0.5 / math.pi
+    np.testing.assert_allclose(film.radiance[..., 0], expected, rtol=1e-4)
+
+
+@pytest.mark.parametrize("turn", TURNS)
+def test_eye_on_a_face_does_not_see_the_box_when_it_looks_away(render, turn):
+    body, wall = box([1, 2, -3], [2, 2, 2], rotation=turn), sphere([1, 2, -3], 50)
+    eye = on(body, [0.25, 0.5, 1])
+    film = render(
+        scene([body, wall], camera={**SMALL, "position": eye, "look_at": on(body, [0.5, 0.25, 4])}),
+        passes="object_id",
+    )
+    assert (film.object_id == 2).all()
+
+
+@pytest.mark.parametrize("way", [[0, 1, 0], [0.6, 0.8, 0], [0, -0.6, 0.8], [1 / 3, 2 / 3, 2 / 3]])
+@pytest.mark.parametrize("radius", [1, 1e-3, 6.4e6])
+def test_eye_on_a_sphere_looks_through_it_or_away(render, way, radius):
+    center = [3.0, -2.0, 7.0]
+    eye = [c + radius * w for c, w in zip(center, way, strict=True)]
+    camera = {"resolution": [32, 24], "fov": 20, "position": eye, "up": [1, 0, 0.5]}
+    inward = render(scene([sphere(center, radius)], camera={**camera, "look_at": center}), passes="distance")
+    x, y = np.meshgrid(*[(np.arange(n) + 0.5 - n / 2) * 2 * math.tan(math.radians(10)) / 24 for n in (32, 24)])
+    np.testing.assert_allclose(inward.distance, 2 * radius / np.sqrt(1 + x**2 + y**2), rtol=1e-5)
+    beyond = [e + radius * w for e, w in zip(eye, way, strict=True)]
+    outward = render(scene([sphere(center, radius)], camera={**camera, "look_at": beyond}), passes="object_id")
+    assert (outward.object_id == 0).all()
+
+
+# --- Eyes far away ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("away", [1e4, 1e5, 1e6, 1e7, 1e8])
+@pytest.mark.parametrize("direction", [[0, 1, 0], [0.48, 0.8, 0.36]])
+def test_sheets_a_thousandth_apart_are_told_apart_from_far_away(render, away, direction):
+    up = [0, 0, -1]
+    eye = [away * d for d in direction]
+    camera = {"resolution": [64, 48], "fov": math.degrees(2 * math.atan(2 / away)), "position": eye, "up": up}
+    sheets = [
+        plane([0, 0, 0], [0, 1, 0]),
+        box([-0.5, 0.0005, 0], [1, 0.001, 1.5]),
+        box([-0.5, 0.001, 0.2], [0.5, 0.002, 0.5], rotation=30),
+        sphere([0.9, -0.999, 0], 1.0),
+    ]
+    film = render(scene(sheets, camera={**camera, "look_at": [0, 0, 0]}), passes=["object_id", "position"])
+    x, y = np.meshgrid(*[(np.arange(n) + 0.5 - n / 2) * 4 / 48 for n in (64, 48)])
+    # Parallel rays, to a ten-thousandth: where each meets the ground.
+    across = np.cross(np.negative(direction), up)
+    right = across / np.linalg.norm(across)
+    upward = np.cross(right, np.negative(direction))
+    start = x[..., None] * right - y[..., None] * upward
+    ground = start - (start[..., 1] / direction[1])[..., None] * np.asarray(direction)
+    gx, gz = ground[..., 0], ground[..., 2]
+    near = 0.01  # what the thickness of a sheet moves its outline by, and the rays are not parallel by
+    on_sheet = (np.abs(gx + 0.5) < 0.5 - near) & (np.abs(gz) < 0.75 - near)
+    c, s = math.cos(math.radians(30)), math.sin(math.radians(30))
+    u, v = c * (gx + 0.5) - s * (gz - 0.2), s * (gx + 0.5) + c * (gz - 0.2)
+    on_small, off_small = np.maximum(np.abs(u), np.abs(v)) < 0.25 - near, np.maximum(np.abs(u), np.abs(v)) > 0.25 + near
+    assert on_small.sum() > 20
+    assert (film.object_id[on_small] == 3).all()
+    assert (film.object_id[on_sheet & off_small] == 2).all()
+    cap = math.sqrt(1 - 0.999**2)  # of the ball that looks out of the ground by a thousandth
+    from_cap = np.hypot(gx - 0.9, gz)
+    off_sheet = (np.abs(gx + 0.5) > 0.5 + near) | (np.abs(gz) > 0.75 + near)
+    assert (film.object_id[from_cap < 0.5 * cap] == 4).all()
+    assert (film.object_id[off_sheet & (from_cap > cap + near)] == 1).all()
+
+
+def test_satellite_sees_the_red_box_on_the_ground(render):
+    camera = {"resolution": [320, 240], "fov": 2.4e-5, "position": [0, 1e7, 0], "look_at": [0, 0, 0], "up": [0, 0, -1]}
+    objects = [plane([0, 0, 0], [0, 1, 0]), box([0, 0.2, 0], [2, 0.4, 2], [1, 0, 0])]
+    film = render(scene(objects, [light([50, 100, 30], 2e5)], camera=camera), passes="object_id")
+    side = 2 / (2 * 1e7 * math.tan(math.radians(1.2e-5)) / 240)  # pixels
+    assert abs(math.sqrt(np.count_nonzero(film.object_id == 2)) - side) < 1
+    assert (film.radiance[film.object_id == 2][:, 0] > 0).all()
+    assert not film.radiance[film.object_id == 2][:, 1:].any()
+
+
+@pytest.mark.parametrize("away", [1.0, 300.0, 4e5, 3.6e7])
+def test_house_on_a_planet_throws_its_shadow_seen_from_any_height(render, away):
+    # The ground of a planet of 6400 km is flat around a house of 10 m.
+    radius = 6.4e6
+    planet, flat = sphere([0, -radius, 0], radius), plane([0, 0, 0], [0, 1, 0])
+    house, lamp = box([0, 5, 0], [10, 10, 10], [1, 0.5, 0.2], rotation=20), light([300, 400, 100], 1e7)
+    eye = [0.3 * away, 30 + away, 0.1 * away]
+    fov = math.degrees(2 * math.atan(25 / math.hypot(*eye)))
+    camera = {"resolution": [64, 48], "fov": fov, "position": eye, "look_at": [0, 0, 0], "up": [0, 0, -1]}
+    on_planet, on_plane = (
+        render(scene([ground, house], [lamp], camera=camera), passes="object_id") for ground in (planet, flat)
+    )
+    assert np.mean(on_planet.object_id != on_plane.object_id) < 0.002
+    dark = [film.radiance[..., 0] == 0 for film in (on_planet, on_plane)]
+    assert dark[1].sum() > 50
+    assert np.mean(dark[0] != dark[1]) < 0.004
+    lit = ~dark[0] & ~dark[1] & (on_planet.object_id == 1)
+    np.testing.assert_allclose(on_planet.radiance[lit], on_plane.radiance[lit], rtol=1e-3)
+
+
+# --- Things very far away --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "far",
+    [sphere([0, 1e22, 3e21], 1e20), box([-1e20, 0, 0], [1e18] * 3), plane([0, -1e22, 0], [0, 1, 0])],
+    ids=["ball", "box", "plane"],
+)
+def test_one_thing_very_far_away_changes_nothing_else(render, far):
+    near = [plane([0, 0, 0], [0, 1, 0]), box([-1, 0.5, 0], [1, 1, 1], rotation=20), sphere([1, 0.5, 0], 0.5)]
+    camera = {**SMALL, "position": [0, 3, 6], "look_at": [0, 0.5, 0]}
+    lights = [light([2, 4, 3], 300)]
+    passes = ["object_id", "distance"]
+    alone = render(scene(near, lights, camera=camera), passes=passes)
+    film = render(scene([*near, far], lights, camera=camera), passes=passes)
+    seen = alone.object_id > 0
+    np.testing.assert_array_equal(film.object_id[seen], alone.object_id[seen])
+    np.testing.assert_allclose(film.radiance[seen], alone.radiance[seen], rtol=1e-5, atol=1e-7)
+    np.testing.assert_allclose(film.distance[seen], alone.distance[seen], rtol=1e-6)
+
+
+@pytest.mark.parametrize("away", [1e12, 1e16, 1e20, 1e25])
+def test_light_very_far_away_is_a_sun(render, away):
+    # Its rays are parallel, and bring intensity / (4 pi away^2) everywhere.
+    way = np.array([0.36, 0.8, 0.48])
+    objects = [plane([0, 0, 0], [0, 1, 0]), sphere([0, 1, 0], 1.0), box([2, 0.25, 0], [1, 0.5, 1], rotation=30)]
+    camera = {**SMALL, "position": [0, 9, 0], "look_at": [0, 0, 0], "up": [0, 0, -1]}
+    sun = light(list(away * way), 4 * math.pi**2 * away**2)
+    film = render(scene(objects, [sun], camera=camera), passes=["object_id", "position"])
+    floor = of_object(film, 1)
+    place = film.position[floor].astype(float)
+    from_ball = np.linalg.norm(np.cross(place - [0, 1, 0], way), axis=1)
+    behind = (np.array([0, 1, 0]) - place) @ way > 0
+    assert (film.radiance[floor][behind & (from_ball < 0.98)] == 0).all()
+    lit = (from_ball > 1.02) & (np.hypot(place[:, 0] - 2, place[:, 2]) > 1.2)
+    np.testing.assert_allclose(film.radiance[floor][lit][:, 0], 0.8, rtol=1e-4)
+    assert np.count_nonzero(behind & (from_ball < 0.98)) > 3
+    tops = film.object_id == 3
+    assert (film.radiance[tops] > 0).any()
+
+
+# --- Surfaces in one place -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("turn", TURNS)
+@pytest.mark.parametrize("away", [3.0, 1e4, 1e7])
+def test_of_faces_in_one_place_the_first_objects_is_seen(render, turn, away):
+    first = box([0, 0.5, 0], [2, 1, 2], [1, 0, 0], rotation=turn)
+    second = box([0.25, 0.25, 0.25], [2, 1.5, 2], [0, 1, 0], rotation=30)
+    eye = [0.3 * away, 1 + away, 0.2 * away]
+    fov = math.degrees(2 * math.atan(1.2 / away))
+    camera = {"resolution": [32, 24], "fov": fov, "position": eye, "look_at": [0, 1, 0]}
+    data = scene([first, second], [light([0.5, 4, 1], 100)], camera=camera)
+    film = render(data, passes=["object_id", "position", "normal"])
+    tops = film.normal[..., 1] > 0.99
+    local = film.position[tops].astype(float)[:, [0, 2]]
+    c, s = math.cos(math.radians(turn % 360)), math.sin(math.radians(turn % 360))
+    u, v = c * local[:, 0] - s * local[:, 1], s * local[:, 0] + c * local[:, 1]
+    inside = np.maximum(np.abs(u), np.abs(v)) < 0.97
+    assert inside.sum() > 20
+    assert (film.object_id[tops][inside] == 1).all()
+    assert (film.radiance[tops][inside][:, 0] > 0).all()
+
+
+# --- Thousands of scenes -----------------------------------------------------------------------------------
+
+PART = 100
+
+
+@pytest.mark.parametrize("first", range(0, 2000, PART))
+def test_three_tracers_agree_on_scenes_of_coincidences(first):
+    wrong = {seed: found for seed in range(first, first + PART) if (found := soak.disagreements(coincident_scene(seed)))}
+    assert not wrong, "\n".join(f"seed {seed}: {'; '.join(map(str, found))}" for seed, found in wrong.items())
+
+
+def test_most_pixels_are_compared():
+    shares = [soak.clear_share(coincident_scene(seed)) for seed in range(0, 2000, 20)]
+    assert np.mean(shares) > 0.9
+
+
+def test_wrong_pictures_are_found(monkeypatch):
+    monkeypatch.setattr(soak, "ENGINES", ("native",))
+    data = {
+        "camera": {**SMALL, "position": [0, 1, 4], "look_at": [0, 0, 0]},
+        "lights": [light([0, 3, 2], 100, color=[1, 1, 1])],
+        "objects": [sphere([0, 0, 0], 1.0, [0.5, 0.5, 0.5]), plane([0, -1, 0], [0, 1, 0], [0.5, 0.5, 0.5])],
+    }
+    assert not soak.disagreements(data)
+    for change in ("radius", "color", "intensity", "normal"):
+        other = copy.deepcopy(data)
+        if change == "intensity":
+            other["lights"][0]["intensity"] *= 1.01
+        else:
+            number = 1 if change == "normal" else 0
+            other["objects"][number][change] = {"radius": 1.05, "color": [0.5, 0.51, 0.5], "normal": [0, 1, 0.02]}[change]
+        monkeypatch.setattr(soak, "BruteForce", lambda _, other=other: BruteForce(other))
+        found = soak.disagreements(data)
+        assert {one.engine for one in found} == {"native"}, change
+
+
+def test_failing_scene_is_made_as_small_as_it_still_fails(monkeypatch):
+    data = next(data for data in map(coincident_scene, range(100)) if len(data["objects"]) > 3)
+    culprit = data["objects"][2]
+
+    def fails(smaller):
+        Scene.model_validate(smaller)
+        return culprit in smaller["objects"]
+
+    monkeypatch.setattr(soak, "_fails", fails)
+    small = soak.shrunk(copy.deepcopy(data))
+    assert (small["objects"], small["lights"]) == ([culprit], [])
