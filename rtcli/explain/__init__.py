@@ -177,5 +177,3 @@ class _Pixel:
             "The ray is o + t d. It starts at the eye, and t is the distance from it.",
             note="Corrected: the document maps to -1..1 twice. So fov is the vertical field of view.",
         )
-
-

@@ -1,4 +1,4 @@
-"""Whether the native engine gives a pixel what the reference does, and if not, whether rounding can be the reason."""
+"""Whether the native engine gives a pixel what the reference does, or what rounding may make of it."""
 
 from __future__ import annotations
 

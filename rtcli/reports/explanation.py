@@ -85,7 +85,8 @@ _NATIVE = "The native engine, which renders by default,"
 _REASONS = {
     EQUAL: "its meter finds another exposure, by what float32 rounds",
     ROUNDED: "its float32 rounds to the next level",
-    AT_A_BORDER: "the pixel lies at a border, and float32 sees what is beside it, less than a thousandth of a pixel away",
+    AT_A_BORDER: "the pixel lies at a border, and float32 sees what is beside it, less than a thousandth of a "
+    "pixel away",
 }
 _FAULT = (
     "The engines disagree. Neither rounding nor a border explains it, so one of them is wrong:",

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import yaml
 
 from rtcli.scene import rules
-from rtcli.scene.document import Document, Source
+from rtcli.scene.document import Document, Place, Source
 from rtcli.scene.parse import JSON_SUFFIX
 from rtcli.scene.problems import MAX_PROBLEMS, Problem, did_you_mean, quoted
 from rtcli.scene.rules import WARNING, Rule
@@ -132,7 +132,7 @@ def _named(source: Source, comment: re.Match[str], problems: list[Problem]) -> I
 
 def _add(problems: list[Problem], source: Source, message: str, span: tuple[int, int]) -> None:
     if len(problems) <= MAX_PROBLEMS:
-        problem = source.problem(rules.UNKNOWN_IGNORE, message, *span)
+        problem = source.problem(rules.UNKNOWN_IGNORE, message, Place(*span))
         problems.append(dataclasses.replace(problem, severity=WARNING))
 
 

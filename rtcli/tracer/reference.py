@@ -248,6 +248,9 @@ class Object(ABC):
         The light that this object carries, if any: then it is seen shining.
     """
 
+    # Whether the surface has an inside.
+    is_solid = True
+
     def __init__(
         self, color: Iterable[float], position: Iterable[float], source_object: LightSource | None = None
     ) -> None:
@@ -265,7 +268,10 @@ class Object(ABC):
 
     @abstractmethod
     def side(self, point: Array) -> int:
-        """Return on which side of the surface a point (3, 1) lies: 1 in front or outside, -1 behind or inside, 0 on it."""
+        """Return the side of a point (3, 1): 1 before the surface or outside, -1 behind it or inside, 0 on it.
+
+        From the surface of a sphere or a box the eye sees its inside.
+        """
 
     @abstractmethod
     def height(self, eye: Array, sight: Array) -> Array:
@@ -298,7 +304,10 @@ class Object(ABC):
         """
         slack = self.rounding(way.eye) + ON_SURFACE * length(way.sight)
         middle = way.sight + (way.distance - t) / 2 * way.wi
-        on_surface, enters = np.abs(self.height(way.eye, way.sight)) <= slack, self.height(way.eye, middle) < -slack
+        on_surface, enters = (
+            np.abs(self.height(way.eye, way.sight)) <= slack,
+            self.height(way.eye, middle) < -slack,
+        )
         touched: Mask = on_surface & ~enters
         return touched
 
@@ -400,6 +409,8 @@ class Sphere(Object):
 
 class Plane(Object):
     """An infinite plane, two-sided (section 2.2.2). `direction` is its normal, of any length but 0."""
+
+    is_solid = False
 
     def __init__(self, color: Iterable[float], position: Iterable[float], direction: Iterable[float]) -> None:
         super().__init__(color, position)
@@ -719,7 +730,7 @@ class Scenery:
         self._abandoned = Event()
         self._sides: dict[tuple[float, ...], npt.NDArray[np.int8]] = {}
         self.shining = np.array([shape.source_object is not None for shape in objects], dtype=bool)
-        self.flat = np.array([isinstance(shape, Plane) for shape in objects], dtype=bool)
+        self.solid = np.array([shape.is_solid for shape in objects], dtype=bool)
 
     def render_img_to_rgb_array(
         self,
@@ -886,11 +897,11 @@ class Scenery:
     def same_side(self, source: LightSource, ray: Ray) -> Mask:
         """Return for each object whether the light can light what the eye sees of it.
 
-        That is where both are on the same side of its surface. From the surface itself the eye sees the inside, and
-        a light there shines to both sides; on a plane it lights nothing of it.
+        That is where both are on the same side of its surface. From the surface of a solid the eye sees the inside,
+        and a light there shines to both sides; on a plane it lights nothing of it.
         """
         eye, light = self._sides_from(ray.offset), self._sides_from(source.position)
-        same: Mask = (eye == light) | (~self.flat & ((light == 0) | ((eye == 0) & (light < 0))))
+        same: Mask = (eye == light) | (self.solid & ((light == 0) | ((eye == 0) & (light < 0))))
         return same
 
     def _sides_from(self, apex: Array) -> npt.NDArray[np.int8]:

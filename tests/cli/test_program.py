@@ -102,10 +102,10 @@ def test_lack_of_memory_exits_with_3_without_a_traceback(run, scene, monkeypatch
 
 
 def test_scene_that_memory_does_not_hold_exits_with_3_and_the_others_are_checked(run, scene, monkeypatch):
-    def fail(raw, name):
+    def fail(raw, name, ignore):
         if name == scene:
             raise MemoryError
-        return check(raw, name)
+        return check(raw, name, ignore)
 
     monkeypatch.setattr("rtcli.cli.validate.check", fail)
     Path("wrong.yaml").write_text("camera: 1\n")

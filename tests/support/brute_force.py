@@ -1,8 +1,9 @@
 """A small tracer that shares no code with either engine: every surface, every ray, in float64.
 
-A ray meets a face, which has a plane and an outline, or a ball, which has two roots; what lies strictly between the
-ends of a segment blocks it. There is no side, no tree and no float32. All places are relative to the eye. With each
-decision comes its margin, so that it is known where pictures may differ: beside an outline, or where surfaces cross.
+A ray meets a face, which has a plane and an outline, or a ball, which has two roots; what lies strictly between
+the ends of a segment blocks it. There is no side, no tree and no float32. All places are relative to the eye. With
+each decision comes its margin, so that it is known where pictures may differ: beside an outline, or where surfaces
+cross.
 
 Arrays are component-first: (3, N), one column a pixel, row by row.
 """
@@ -21,8 +22,8 @@ Data = dict[str, Any]
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
-# What is closer to a surface than this share of its distance and of the size of the body is on it, and so is what is
-# closer than this share of the coordinates, which come from decimal numbers.
+# What is closer to a surface than this share of its distance and of the size of the body is on it, and so is what
+# is closer than this share of the coordinates, which come from decimal numbers.
 ROUNDING = 2.0**-47
 COORDINATE = 2.0**-51
 # What float32 may take, as a share of what differs within a block.
@@ -308,7 +309,9 @@ class BruteForce:
         """Return which crossings are so close to an outline, or to what is seen, that rounding decides: (K, N)."""
         t, size = seen
         distance = np.where(np.isfinite(t), t, 0) * size
-        blur = SINGLE * (self.pixel * distance + np.minimum(body.size, np.abs(one.t) * size)) + COINCIDENT * distance
+        blur = (
+            SINGLE * (self.pixel * distance + np.minimum(body.size, np.abs(one.t) * size)) + COINCIDENT * distance
+        )
         near = (one.t > 0) & ((one.t < t) | ((one.t - t) * size * one.steep < blur))
         grazing = EDGE_ON
         touches: Any = False
@@ -328,7 +331,9 @@ class BruteForce:
         for lamp in self.lamps:
             if lamp.body is not None:
                 r = length(lamp.point.place)
-                glow = lamp.color * np.minimum(np.nan_to_num(lamp.intensity / (4 * np.pi * r * r), nan=0.0), LARGEST)
+                glow = lamp.color * np.minimum(
+                    np.nan_to_num(lamp.intensity / (4 * np.pi * r * r), nan=0.0), LARGEST
+                )
                 picture.radiance = np.where(index == lamp.body, glow, picture.radiance)
                 picture.tolerance = np.where(index == lamp.body, glow * 1e-6, picture.tolerance)
         dull = np.flatnonzero((index >= 0) & ~np.isin(index, [lamp.body for lamp in self.lamps]))

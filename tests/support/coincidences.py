@@ -55,7 +55,12 @@ class _Draw:
         if kind < 0.04 and not self.objects:
             return self.planet()
         if kind < 0.2:
-            return {"type": "plane", "position": self.place(), "normal": self.rng.choice(NORMALS), "color": self.color()}
+            return {
+                "type": "plane",
+                "position": self.place(),
+                "normal": self.rng.choice(NORMALS),
+                "color": self.color(),
+            }
         if kind < 0.5:
             shape = {"type": "sphere", "position": self.place(), "radius": self.size(), "color": self.color()}
         else:
@@ -130,7 +135,9 @@ class _Draw:
             eye = list(rng.choice(self.objects)["position"])
         else:
             away = rng.choice((10, 20, 1e4, 1e5, 1e6, 1e7, 1e8))
-            toward = rng.choice(([0, 1, 0], [0, 0, 1], [1, 2, 2], [3, 4, 0], [rng.uniform(-1, 1) for _ in range(3)]))
+            toward = rng.choice(
+                ([0, 1, 0], [0, 0, 1], [1, 2, 2], [3, 4, 0], [rng.uniform(-1, 1) for _ in range(3)])
+            )
             size = math.hypot(*toward)
             eye = [x + self.unit * away * d / size for x, d in zip(self.origin, toward, strict=True)]
             fov = math.degrees(2 * math.atan(rng.choice((2, 4, 6)) / away))

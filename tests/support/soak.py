@@ -1,6 +1,6 @@
 """Look for scenes that the tracers paint differently: `make soak SOAK="--minutes 60"`.
 
-Each seed is a scene of `coincidences.py`, rendered by the native engine, by the reference, and by `brute_force.py`.
+Each seed is a scene of `coincidences.py`, rendered by the native engine, by the reference and by `brute_force.py`.
 Where they disagree off borders, the scene is made smaller and written as YAML into `tests/failed/`.
 """
 
@@ -101,10 +101,11 @@ def shrunk(data: Data) -> Data:
 
 
 def _without_one_thing(data: Data) -> Iterator[Data]:
-    for part, i in [(part, i) for part in ("lights", "objects") for i in range(len(data[part]))]:
-        smaller = copy.deepcopy(data)
-        del smaller[part][i]
-        yield smaller
+    for part in ("lights", "objects"):
+        for i in range(len(data[part])):
+            smaller = copy.deepcopy(data)
+            del smaller[part][i]
+            yield smaller
     for i in (i for i, shape in enumerate(data["objects"]) if "light" in shape):
         smaller = copy.deepcopy(data)
         del smaller["objects"][i]["light"]
@@ -143,8 +144,12 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0].partition(":")[0] + ".")
     parser.add_argument("--minutes", type=float, default=10, help="stop after so many minutes; default: 10")
     parser.add_argument("--scenes", type=int, default=sys.maxsize // 2, help="stop after so many scenes")
-    parser.add_argument("--seed", type=int, default=int(time.time()) * 1000, help="the first seed; default: the time")
-    parser.add_argument("--processes", type=int, default=os.cpu_count(), help="default: one for each processor core")
+    parser.add_argument(
+        "--seed", type=int, default=int(time.time()) * 1000, help="the first seed; default: the time"
+    )
+    parser.add_argument(
+        "--processes", type=int, default=os.cpu_count(), help="default: one for each processor core"
+    )
     options = parser.parse_args()
     deadline = time.monotonic() + 60 * options.minutes
     done, failing = 0, 0

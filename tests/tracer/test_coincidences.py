@@ -202,7 +202,10 @@ def test_sheets_a_thousandth_apart_are_told_apart_from_far_away(render, away, di
     on_sheet = (np.abs(gx + 0.5) < 0.5 - near) & (np.abs(gz) < 0.75 - near)
     c, s = math.cos(math.radians(30)), math.sin(math.radians(30))
     u, v = c * (gx + 0.5) - s * (gz - 0.2), s * (gx + 0.5) + c * (gz - 0.2)
-    on_small, off_small = np.maximum(np.abs(u), np.abs(v)) < 0.25 - near, np.maximum(np.abs(u), np.abs(v)) > 0.25 + near
+    on_small, off_small = (
+        np.maximum(np.abs(u), np.abs(v)) < 0.25 - near,
+        np.maximum(np.abs(u), np.abs(v)) > 0.25 + near,
+    )
     assert on_small.sum() > 20
     assert (film.object_id[on_small] == 3).all()
     assert (film.object_id[on_sheet & off_small] == 2).all()
@@ -214,7 +217,13 @@ def test_sheets_a_thousandth_apart_are_told_apart_from_far_away(render, away, di
 
 
 def test_satellite_sees_the_red_box_on_the_ground(render):
-    camera = {"resolution": [320, 240], "fov": 2.4e-5, "position": [0, 1e7, 0], "look_at": [0, 0, 0], "up": [0, 0, -1]}
+    camera = {
+        "resolution": [320, 240],
+        "fov": 2.4e-5,
+        "position": [0, 1e7, 0],
+        "look_at": [0, 0, 0],
+        "up": [0, 0, -1],
+    }
     objects = [plane([0, 0, 0], [0, 1, 0]), box([0, 0.2, 0], [2, 0.4, 2], [1, 0, 0])]
     film = render(scene(objects, [light([50, 100, 30], 2e5)], camera=camera), passes="object_id")
     side = 2 / (2 * 1e7 * math.tan(math.radians(1.2e-5)) / 240)  # pixels
@@ -314,7 +323,9 @@ PART = 100
 
 @pytest.mark.parametrize("first", range(0, 2000, PART))
 def test_three_tracers_agree_on_scenes_of_coincidences(first):
-    wrong = {seed: found for seed in range(first, first + PART) if (found := soak.disagreements(coincident_scene(seed)))}
+    wrong = {
+        seed: found for seed in range(first, first + PART) if (found := soak.disagreements(coincident_scene(seed)))
+    }
     assert not wrong, "\n".join(f"seed {seed}: {'; '.join(map(str, found))}" for seed, found in wrong.items())
 
 
@@ -337,7 +348,9 @@ def test_wrong_pictures_are_found(monkeypatch):
             other["lights"][0]["intensity"] *= 1.01
         else:
             number = 1 if change == "normal" else 0
-            other["objects"][number][change] = {"radius": 1.05, "color": [0.5, 0.51, 0.5], "normal": [0, 1, 0.02]}[change]
+            other["objects"][number][change] = {"radius": 1.05, "color": [0.5, 0.51, 0.5], "normal": [0, 1, 0.02]}[
+                change
+            ]
         monkeypatch.setattr(soak, "BruteForce", lambda _, other=other: BruteForce(other))
         found = soak.disagreements(data)
         assert {one.engine for one in found} == {"native"}, change

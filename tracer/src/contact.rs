@@ -25,7 +25,7 @@ pub(crate) enum Side {
 pub(crate) struct Contact {
     pub(crate) side: Side,
     /// How far beyond the surface it is; less than 0 inside.
-    height: f64,
+    pub(crate) height: f64,
     /// Of a box: the place from its centre along its axes. Of a plane: first, how far before it. Of a face in whose
     /// plane the place lies they are those of the face exactly.
     pub(crate) local: Vector,

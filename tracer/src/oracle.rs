@@ -37,7 +37,7 @@ impl Solid {
     /// What the kernel makes of it.
     pub(crate) fn shape(&self) -> Shape {
         match *self {
-            Solid::Ball { center, radius } => Shape::Sphere(Sphere::new(center, radius, self.contact(EYE).side)),
+            Solid::Ball { center, radius } => Shape::Sphere(Sphere::new(center, radius, None)),
             Solid::Wall { normal, offset } => Shape::Plane(Plane::new(normal, offset, offset.abs())),
             Solid::Brick { center, axes, half } => {
                 Shape::Cuboid(Cuboid::new(center, axes, half, self.contact(EYE).local))

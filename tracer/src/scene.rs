@@ -261,7 +261,11 @@ impl Space<'_> {
         let place = self.place(object.position);
         let eye = self.contact(object, self.camera.position);
         match object.form {
-            Form::Sphere { radius } => Shape::Sphere(Sphere::new(place, self.length(radius), eye.side)),
+            Form::Sphere { radius } => {
+                let radius = self.length(radius);
+                let close = eye.is_within(FAR_FROM_ROUNDING * (taxi(place) + radius));
+                Shape::Sphere(Sphere::new(place, radius, close.then_some(&eye)))
+            }
             Form::Plane { normal } => {
                 // In the world's axes a plane through the eye is at distance 0 exactly, and not seen.
                 let normal = self.direction(unit_vector(normal));

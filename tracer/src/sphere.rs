@@ -51,9 +51,12 @@ struct Seen {
 }
 
 impl Sphere {
-    /// A sphere; `eye` tells where the eye is.
-    pub(crate) fn new(center: Vector, radius: f64, eye: Side) -> Sphere {
-        let power = if eye == Side::On { 0.0 } else { power(center, radius) };
+    /// A sphere; `eye` tells where the eye is if it is close to the surface.
+    pub(crate) fn new(center: Vector, radius: f64, eye: Option<&Contact>) -> Sphere {
+        let power = match eye {
+            Some(eye) => eye.height * (eye.height + 2.0 * radius),
+            None => power(center, radius),
+        };
         Sphere { center, radius, power }
     }
 
