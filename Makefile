@@ -14,7 +14,7 @@ export PROPTEST_RNG_SEED ?= 1
 NATIVE := tracer/Cargo.toml tracer/Cargo.lock tracer/python/Cargo.toml \
 	$(wildcard tracer/src/*.rs tracer/src/*/*.rs tracer/python/src/*.rs)
 
-.PHONY: demo test check lint format docs bench clean help
+.PHONY: demo test soak check lint format docs bench clean help
 
 help:            ## show this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
@@ -27,6 +27,9 @@ demo: $(VENV)/run.stamp ## render the Cornell scene to out/cornell.png
 test: $(VENV)/oracle.stamp ## run all tests, in Rust and Python
 	$(CARGO) test $(CRATE) --workspace --locked --quiet
 	$(BIN)/python -m pytest -n auto
+
+soak: $(VENV)/dev.stamp ## look for scenes that the tracers paint differently: make soak SOAK="--minutes 60"
+	$(BIN)/python tests/support/soak.py $(SOAK)
 
 check: lint ## lint, and run the fast tests, in Rust and Python
 	$(CARGO) test $(CRATE) --workspace --locked --quiet

@@ -51,6 +51,9 @@ COORDINATE = 2.0**-52
 # Surfaces that a ray meets within this share of the distance from each other are in one place.
 COINCIDENT = 2.0**-41
 
+# Of surfaces within this share of the distance from each other it is looked at whether they are in one place.
+CLOSE = 1e-6
+
 # A light that is so many times as far away as what it lights is moved nearer for the shadow test, to this.
 FAR, NOT_SO_FAR = 2.0**28, 2.0**22
 
@@ -297,12 +300,12 @@ class Object(ABC):
             return light
         return point + (light - point) * (NOT_SO_FAR * reach / distance)
 
-    def touched_by(self, way: WayToLight, t: Array) -> Mask:
-        """Return whether points lie on the surface, and the ways from there that meet it at t leave it: (N,).
+    def touched_by(self, way: WayToLight, t: Array, slack: Array) -> Mask:
+        """Return which points, known to `slack`, are on the surface, and leave it by their way, met at t: (N,).
 
         A way that enters the object instead has its middle, between the point and where it leaves, inside.
         """
-        slack = self.rounding(way.eye) + ON_SURFACE * length(way.sight)
+        slack = slack + self.rounding(way.eye) + ON_SURFACE * length(way.sight)
         middle = way.sight + (way.distance - t) / 2 * way.wi
         on_surface, enters = (
             np.abs(self.height(way.eye, way.sight)) <= slack,
@@ -830,16 +833,18 @@ class Scenery:
     def nearest_hit(self, ray: Ray) -> Hit:
         """Return the nearest hit of each ray; of two in one place, the first object's."""
         count = ray.direction.shape[1]
-        nearest = np.full(count, np.inf)
-        # What is no nearer than this is in one place with what was found.
-        before = np.full(count, np.inf)
-        index = np.full(count, NOTHING, dtype=np.intp)
+        nearest, index = np.full(count, np.inf), np.full(count, NOTHING, dtype=np.intp)
+        slacks = np.zeros(count)
         for i, shape in self._objects_in_turn():
             t, slack = shape.intersection_parameter(ray), shape.rounding(ray.offset)
-            closer = t + slack < before
-            nearest[closer] = t[closer]
-            before[closer] = t[closer] * (1 - COINCIDENT) - slack
-            index[closer] = i
+            closer = t < nearest * (1 - COINCIDENT)
+            # Surfaces in one place are no farther apart than rounding, measured across them.
+            close = np.flatnonzero(closer & (t > nearest * (1 - CLOSE)))
+            if close.size:
+                rays = ray.take(close)
+                steep = np.abs(dot(shape.normal(rays, t[close]), rays.direction))
+                closer[close] = (nearest[close] - t[close]) * steep > slack + slacks[close]
+            nearest[closer], slacks[closer], index[closer] = t[closer], slack, i
         normal = np.zeros((3, count))
         for i in np.unique(index[index != NOTHING]):
             rays = np.flatnonzero(index == i)
@@ -897,8 +902,8 @@ class Scenery:
     def same_side(self, source: LightSource, ray: Ray) -> Mask:
         """Return for each object whether the light can light what the eye sees of it.
 
-        That is where both are on the same side of its surface. From the surface of a solid the eye sees the inside,
-        and a light there shines to both sides; on a plane it lights nothing of it.
+        That is where both are on the same side of its surface. From the surface of a solid the eye sees its
+        inside, and a light there shines to both sides; on a plane it lights nothing of it.
         """
         eye, light = self._sides_from(ray.offset), self._sides_from(source.position)
         same: Mask = (eye == light) | (self.solid & ((light == 0) | ((eye == 0) & (light < 0))))
@@ -925,6 +930,7 @@ class Scenery:
         """
         # Shadow rays are traced from the light to the surface: they pass through one point as well.
         point, spread = way.extent()
+        slack = np.array([shape.rounding(way.eye) for shape in self.objects])
         for i, shape in self._objects_in_turn():
             if shape.source_object is not source:
                 start = shape.stand_in(source.position, point, spread)
@@ -933,7 +939,7 @@ class Scenery:
                 between = (t < part.distance) & (receiver != i)
                 close = np.flatnonzero(between & (t > part.distance * (1 - NEAR_THE_END)))
                 if close.size:
-                    between[close] = ~shape.touched_by(part.take(close), t[close])
+                    between[close] = ~shape.touched_by(part.take(close), t[close], slack[receiver[close]])
                 yield Blocker(i, t + (way.distance - part.distance), between)
 
 

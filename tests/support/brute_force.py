@@ -57,14 +57,15 @@ def unit(a: Array) -> Array:
 
 
 class Point(NamedTuple):
-    """Places (3, 1) or (3, N), and what is lost of them: a surface so close goes through them."""
+    """Places (3, 1) or (3, N), and what is lost of them: a surface so close to one goes through it."""
 
     place: Array
     error: Array | float
+    certainty: float = 1.0
 
     def snapped(self, height: Array, away: Array, grain: float) -> Array:
         """Return a height above a surface of which they are so far away: 0 if that is only rounding."""
-        return np.where(np.abs(height) <= ROUNDING * away + self.error + grain, 0.0, height)
+        return np.where(np.abs(height) <= self.certainty * (ROUNDING * away + self.error + grain), 0.0, height)
 
 
 def grain(one: Data) -> float:
@@ -323,7 +324,10 @@ class BruteForce:
         outline = (np.abs(one.margin) <= blur) | ((one.margin > 0) & (one.steep < grazing))
         behind = (one.margin > 0) & ~here & np.isfinite(t) & (one.t > t)
         parallel = (one.t > 0) & (np.abs(one.steep - PARALLEL) < PARALLEL / 2)
-        border: Mask = (near & (outline | behind)) | touches | parallel
+        # So close to the eye that little is left of its digits.
+        lost = ROUNDING * body.size + self.grain + body.grain
+        vague = near & (one.margin > 0) & (1e4 * lost > np.abs(one.t) * size * one.steep)
+        border: Mask = (near & (outline | behind)) | touches | parallel | vague
         return border
 
     def _lit(self, picture: Picture) -> Picture:
@@ -372,7 +376,10 @@ class BruteForce:
         lit = facing[is_open & (height[facing] > 0)]
         light = arriving[:, lit] * height[lit] / r[lit]
         picture.radiance[:, pixels[lit]] += light
-        picture.tolerance[:, pixels[lit]] += (1e-4 + 8e-6 / picture.steep[pixels[lit]]) * light
+        share = 1e-4 + 8e-6 / picture.steep[pixels[lit]]
+        if self.eye_falloff:
+            share += points.blur[lit] / picture.distance[pixels[lit]]
+        picture.tolerance[:, pixels[lit]] += share * light
         picture.clear[pixels[facing]] &= sure & (r[facing] > 1e3 * points.blur[facing])
 
     def _unblocked(self, lamp: Lamp, points: Points, way: Array) -> tuple[Mask, Mask]:
@@ -390,7 +397,10 @@ class BruteForce:
                 one = body.crossings(start, way)
             between = (one.t > 0) & (one.t < 1) & ~on_lamp
             is_open &= ~(between & (one.margin > 0)).any(axis=0)
-            almost = (here != 0) & (np.abs(here) <= points.blur) & (one.margin > -close) & (np.abs(one.t) < 1)
-            parallel = between & (one.steep < 2 * PARALLEL) & (body.size == 0)
-            sure &= ~((between & (np.abs(one.margin) <= close)) | almost | parallel).any(axis=0)
+            above = body.heights(start._replace(certainty=1 / 16))
+            almost = (above != 0) & (np.abs(above) <= points.blur) & (one.margin > -close) & (np.abs(one.t) < 1)
+            vague = between & (one.steep < 2 * PARALLEL) & (body.size == 0)
+            if isinstance(body, Ball):  # at the rim of what a lamp on it lights
+                vague |= (np.abs(one.t) * r < 4 * GRAZING * body.size) & (one.steep < GRAZING)
+            sure &= ~((between & (np.abs(one.margin) <= close)) | almost | vague).any(axis=0)
         return is_open, sure

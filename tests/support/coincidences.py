@@ -115,7 +115,7 @@ class _Draw:
         if self.rng.random() < 0.5:
             lights.append({"position": place, "intensity": 10 * away * away, "color": self.color()})
         else:
-            size = away * self.rng.choice((0.01, 0.1, 0.5))
+            size = away * self.rng.choice((0.01, 0.1))
             self.objects.append({"type": "sphere", "position": place, "radius": size, "color": self.color()})
 
     # --- Eye and lights ----------------------------------------------------------------------------------------

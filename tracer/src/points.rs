@@ -3,6 +3,7 @@
 use crate::grid::{LANES, Lanes, Rays, STEP};
 use crate::plane::Plane;
 use crate::scene::Shape;
+use crate::shadow::ROUNDING;
 use crate::vector::{add, length};
 use crate::world::Vector;
 
@@ -74,7 +75,7 @@ impl Points {
         (t, nearest): (f64, impl Fn() -> Vector),
     ) -> Option<Plane> {
         self.count = rays.count;
-        self.blur = 0.0;
+        self.blur = (ROUNDING * shape.reach()) as f32;
         let plane = match shape {
             Shape::Sphere(sphere) => {
                 self.reference = sphere.place(t, nearest, rays, self);

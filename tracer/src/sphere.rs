@@ -21,7 +21,7 @@ use crate::world::Vector;
 const BATCH: usize = 64;
 
 /// What is less than this share of the radius is seen as almost flat.
-const FLAT: f64 = 1.0 / 1024.0;
+const FLAT: f64 = 1.0 / 256.0;
 
 /// What rounding takes from the depth of points that are placed from close by is less than this share of it.
 const NEAR_ROUNDING: f64 = 1e-6;
@@ -184,7 +184,7 @@ impl Sphere {
         }
         if seen.near && self.eye_is_outside() {
             self.place_near(&seen, t, rays, points);
-            points.blur = (t * NEAR_ROUNDING) as f32;
+            points.blur += (t * NEAR_ROUNDING) as f32;
             return scale(rays.middle, t);
         }
         self.center
@@ -268,6 +268,8 @@ impl Sphere {
     ///
     /// q.q - R^2 = (q_r.q_r - R^2) - p.(q_r + q)
     ///
+    /// and where the sphere is almost flat, (q.w)^2 >= (q.q - R^2) w.w keeps apart what passes over its horizon.
+    ///
     /// A lamp on the sphere is hidden from points outside only, by the far side.
     #[inline(always)]
     pub(crate) fn hide(&self, contact: Option<&Contact>, shadow: &mut Shadow<'_>) {
@@ -284,6 +286,7 @@ impl Sphere {
         let power_r = (power(from_reference, self.radius) * per_radius * per_radius) as f32;
         let to_lamp = single(sub(lamp, shadow.points.reference));
         let close = length(from_reference) < 1.5 * self.radius;
+        let flat = close && shadow.ball.radius < FLAT * self.radius;
         // The power of a point at a height h is about 2 h R.
         let rounding = (2.0 * shadow.rounding_at_points(self.radius) * per_radius) as f32;
         let per_radius = per_radius as f32;
@@ -304,8 +307,13 @@ impl Sphere {
                 moment[1] + (c[2] * p[0] - c[0] * p[2]),
                 moment[2] + (c[0] * p[1] - c[1] * p[0]),
             ];
-            let crosses = m[0] * m[0] + m[1] * m[1] + m[2] * m[2] <= shadow.squared[lane];
-            let ahead = q[0] * w[0] + q[1] * w[1] + q[2] * w[2] > 0.0;
+            let along = q[0] * w[0] + q[1] * w[1] + q[2] * w[2];
+            let ahead = along > 0.0;
+            let crosses = if flat {
+                along * along >= power * shadow.squared[lane]
+            } else {
+                m[0] * m[0] + m[1] * m[1] + m[2] * m[2] <= shadow.squared[lane]
+            };
             let before = c[0] * w[0] + c[1] * w[1] + c[2] * w[2] < 0.0;
             let between = crosses & ahead & before;
             let hidden = match side {
