@@ -19,6 +19,7 @@ from rtcli.explain import explain
 from rtcli.explain.records import LIGHT_VERDICTS, MISSES, Number
 from rtcli.image.look import TONE_CURVES
 from rtcli.reports.explanation import as_json, text
+from rtcli.tracer.native import NativeTracer
 from rtcli.tracer.reference import ReferenceTracer
 from rtcli.tracer.sampling import sample_offsets
 from rtcli.tracer.world import Metered
@@ -167,6 +168,61 @@ def test_story_tells_whether_the_engines_agree():
     assert explanation.engines_agree
     native = dataclasses.replace(explanation.native, value=(1, 2, 3))
     assert not dataclasses.replace(explanation, native=native).engines_agree
+
+
+CROSSING = [box([0, 0, -5], [2, 2, 2], "red"), sphere([1, 0, -4.5], 1.0, "blue")]
+
+
+@pytest.mark.parametrize("samples", [1, 4])
+def test_engines_agree_on_each_pixel_but_for_rounding_and_borders(samples):
+    data = scene(
+        CROSSING,
+        [light([3, 4, 0], 300)],
+        camera={"resolution": [16, 12], "fov": 40},
+        render={"samples": samples},
+    )
+    found = {explain(data, x, y).native.agreement for x in range(0, 16, 3) for y in range(0, 12, 3)}
+    assert found <= {"equal", "rounded", "at_a_border"}
+    assert found & {"equal", "rounded"}
+
+
+def as_native(monkeypatch, change):
+    """Let the native engine render something else: what `change` makes of its radiance, (1, 1, 3)."""
+    film = NativeTracer.film
+
+    def changed(self, window, *more):
+        arrays, rays = film(self, window, *more)
+        return {**arrays, "radiance": np.asarray(change(arrays["radiance"]), dtype=np.float32)}, rays
+
+    monkeypatch.setattr(NativeTracer, "film", changed)
+
+
+@pytest.mark.parametrize(
+    ("change", "agreement"),
+    [
+        (lambda radiance: radiance * 1.0005, "rounded"),
+        (lambda radiance: radiance * 1.01, "disagree"),
+        (lambda radiance: radiance * 0, "disagree"),
+        (lambda radiance: radiance[..., ::-1], "disagree"),
+    ],
+)
+def test_engines_that_disagree_beyond_rounding_are_said_to(monkeypatch, change, agreement):
+    as_native(monkeypatch, change)
+    data = scene([box([0, 0, -5], [4, 4, 2], "red")], [light([3, 4, 0], 300)])
+    assert explain(data, 15, 11).native.agreement == agreement
+
+
+@pytest.mark.parametrize(("way", "agreement"), [(0.0005, "at_a_border"), (0.01, "disagree")])
+def test_what_is_seen_just_beside_a_ray_may_be_a_border(monkeypatch, way, agreement):
+    pixel = 2.5 * 2 * math.tan(math.radians(20)) / 3  # where the box begins
+
+    def beginning(left):
+        wall, edge = plane([0, 0, -5], [0, 0, 1], "red"), box([2 + left, 0, -3], [4, 9, 1], [0, 0, 1])
+        return scene([wall, edge], [light([-3, 1, 0], 300)], camera={"resolution": [3, 3], "fov": 40})
+
+    beside = explain(beginning(-way * pixel), 1, 1).radiance
+    as_native(monkeypatch, lambda radiance: [[beside]])
+    assert explain(beginning(way * pixel), 1, 1).native.agreement == agreement
 
 
 # --- The samples -----------------------------------------------------------------------------------------

@@ -221,17 +221,18 @@ class _Text:
         native = explanation.native
         if native.agreement == DISAGREE:
             radiance = ", ".join(map(shown, native.radiance))
-            yield from lines_of(f"{self._gives(explanation)}, with the radiance {radiance}.".split(), _WIDTH)
+            yield from lines_of(f"{_gives(explanation)}, with the radiance {radiance}.".split(), _WIDTH)
             yield self.paint(ERROR, _FAULT[0])
             yield from _FAULT[1:]
         elif explanation.engines_agree:
             yield f"{_NATIVE} gives the same value."
         else:
-            yield from lines_of(f"{self._gives(explanation)}: {_REASONS[native.agreement]}.".split(), _WIDTH)
+            yield from lines_of(f"{_gives(explanation)}: {_REASONS[native.agreement]}.".split(), _WIDTH)
 
-    def _gives(self, explanation: Explanation) -> str:
-        red, green, blue = explanation.native.value
-        return f"{_NATIVE} gives {red} {green} {blue}"
+
+def _gives(explanation: Explanation) -> str:
+    red, green, blue = explanation.native.value
+    return f"{_NATIVE} gives {red} {green} {blue}"
 
 
 def _place_on_ray(item: Intersection) -> tuple[bool, float]:

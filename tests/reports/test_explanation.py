@@ -58,8 +58,31 @@ def test_json_holds_all_numbers_by_name():
     assert second["object"] == {"index": 1, "type": "sphere", "name": None, "label": "objects[1] (sphere)"}
 
 
-def test_last_line_tells_whether_the_engines_agree():
+@pytest.mark.parametrize(
+    ("agreement", "last"),
+    [
+        ("equal", "gives 1 2 3: its meter finds another exposure, by what float32 rounds."),
+        ("rounded", "gives 1 2 3: its float32 rounds to the next level."),
+        ("at_a_border", "gives 1 2 3: the pixel lies at a border, and float32 sees what is beside it,"),
+        (
+            "disagree",
+            "gives 1 2 3, with the radiance 4, 5, 6. The engines disagree. Neither rounding nor a border",
+        ),
+    ],
+)
+def test_last_lines_tell_how_the_engines_agree(agreement, last):
     explanation = straight([sphere([0, 0, -5])], [light([0, 0, 0])])
-    other = dataclasses.replace(explanation, native=dataclasses.replace(explanation.native, value=(1, 2, 3)))
-    assert list(text(explanation, "a"))[-1].endswith(" gives the same value.")
-    assert "The native engine, which renders by default, gives 1 2 3. " in " ".join(text(other, "a"))
+    assert list(text(explanation, "a"))[-1] == "The native engine, which renders by default, gives the same value."
+    native = dataclasses.replace(
+        explanation.native, value=(1, 2, 3), radiance=(4.0, 5.0, 6.0), agreement=agreement
+    )
+    lines = list(text(dataclasses.replace(explanation, native=native), "a"))
+    assert f"The native engine, which renders by default, {last}" in " ".join(lines)
+    assert ("this is a fault of rtcli. Please report it, with the scene." in lines) == (agreement == "disagree")
+    assert max(map(len, lines)) <= 100
+
+
+def test_engines_that_disagree_are_not_hidden_by_equal_values():
+    explanation = straight([sphere([0, 0, -5])], [light([0, 0, 0])])
+    native = dataclasses.replace(explanation.native, agreement="disagree")
+    assert "The engines disagree." in " ".join(text(dataclasses.replace(explanation, native=native), "a"))

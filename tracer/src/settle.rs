@@ -66,10 +66,8 @@ impl Settler {
         for candidates in self.candidates.chunk_by(|a, b| a.lane == b.lane) {
             if let Some(seen) = first_of_the_nearest(candidates, blur) {
                 let lane = usize::from(seen.lane);
-                if seen.face != nearest.face[lane] {
-                    nearest.face[lane] = seen.face;
-                    nearest.t[lane] = seen.depth as f32;
-                }
+                // Its own depth, which no other object has a part in.
+                (nearest.face[lane], nearest.t[lane]) = (seen.face, seen.t);
             }
         }
     }
