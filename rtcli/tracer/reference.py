@@ -841,8 +841,8 @@ class Scenery:
             # Surfaces in one place are no farther apart than rounding, measured across them.
             close = np.flatnonzero(closer & (t > nearest * (1 - CLOSE)))
             if close.size:
-                rays = ray.take(close)
-                steep = np.abs(dot(shape.normal(rays, t[close]), rays.direction))
+                some = ray.take(close)
+                steep = np.abs(dot(shape.normal(some, t[close]), some.direction))
                 closer[close] = (nearest[close] - t[close]) * steep > slack + slacks[close]
             nearest[closer], slacks[closer], index[closer] = t[closer], slack, i
         normal = np.zeros((3, count))
