@@ -316,9 +316,11 @@ class Object(ABC):
 
     def rounding(self, point: Array) -> float:
         """Return how close to the surface a point (3, 1) lies on it."""
-        away = ON_SURFACE * np.abs(point - self.position)  # first: a sum of huge numbers might overflow
-        coordinates = COORDINATE * np.abs(point).max() + COORDINATE * np.abs(self.position).max()
-        return float(away.sum() + ON_SURFACE * self.size + coordinates)
+        # Plain numbers: for three of them NumPy takes several times as long. Scaled first, lest a sum overflow.
+        there, here = point.ravel().tolist(), self.position.ravel().tolist()
+        away = sum(ON_SURFACE * abs(a - b) for a, b in zip(there, here, strict=True))
+        largest = max(map(abs, there)), max(map(abs, here))
+        return away + ON_SURFACE * self.size + COORDINATE * largest[0] + COORDINATE * largest[1]
 
 
 def nearest_positive(near: Array, far: Array) -> Array:
@@ -930,7 +932,6 @@ class Scenery:
         """
         # Shadow rays are traced from the light to the surface: they pass through one point as well.
         point, spread = way.extent()
-        slack = np.array([shape.rounding(way.eye) for shape in self.objects])
         for i, shape in self._objects_in_turn():
             if shape.source_object is not source:
                 start = shape.stand_in(source.position, point, spread)
@@ -939,7 +940,8 @@ class Scenery:
                 between = (t < part.distance) & (receiver != i)
                 close = np.flatnonzero(between & (t > part.distance * (1 - NEAR_THE_END)))
                 if close.size:
-                    between[close] = ~shape.touched_by(part.take(close), t[close], slack[receiver[close]])
+                    known = [self.objects[index].rounding(way.eye) for index in receiver[close]]
+                    between[close] = ~shape.touched_by(part.take(close), t[close], np.array(known))
                 yield Blocker(i, t + (way.distance - part.distance), between)
 
 
