@@ -355,7 +355,7 @@ class BruteForce:
 
     def _blur(self, index: npt.NDArray[np.intp], place: Array, distance: Array) -> Array:
         """Return what float32 may take from points: a share of their way from the nearest of their object."""
-        blur = self.pixel * distance
+        blur = 8 * self.pixel * distance
         for i in np.unique(index):
             own = np.flatnonzero(index == i)
             if isinstance(body := self.bodies[i], Ball):  # relative to its centre, unless it looks flat
