@@ -14,8 +14,8 @@ Data = dict[str, Any]
 Vector = list[float]
 
 RESOLUTION = (32, 24)
-ROTATIONS = (0, 0, 0, 30, 45, 90, 180, 1e9)
-UNITS = (1.0, 1.0, 1.0, 1e-6, 1e6, 1e-3, 2.0**-20, 2.0**20)
+ROTATIONS = (0, 0, 0, 30, 45, 90, 180, 1e9, 17.3, 89.9999)
+UNITS = (1.0, 1.0, 1.0, 0.1, 1 / 3, 1e-6, 1e6, 1e-3, 2.0**-20, 2.0**20)
 NORMALS = ([0, 1, 0], [0, 1, 0], [1, 0, 0], [0, 0, -1], [1, 1, 0], [1, 2, 2], [0, 3, 4])
 
 
@@ -108,7 +108,7 @@ class _Draw:
 
     def add_something_far(self, lights: list[Data]) -> None:
         """Add a light or a body that is very far from all else, and bright or large enough to be seen."""
-        away = self.unit * self.rng.choice((1e12, 1e20, 1e22, 1e25))
+        away = self.unit * self.rng.choice((1e12, 1e20, 1e22, 1e25, 1e38, 1e45, 1e100))
         place = [away * self.rng.choice((-1, 0, 1, 0.5)) for _ in range(3)]
         if not any(place):
             place[1] = away

@@ -8,7 +8,7 @@ use crate::bvh::{Bvh, Cone, Stack};
 use crate::contact::{COORDINATE, Contact, Side};
 use crate::cuboid::Cuboid;
 use crate::grid::{Nearest, Rays};
-use crate::memory::{OutOfMemory, collect};
+use crate::memory::{OutOfMemory, collect, reserve};
 use crate::plane::Plane;
 use crate::shadow::Shadow;
 use crate::sphere::Sphere;
@@ -20,8 +20,11 @@ use std::iter;
 /// Rounding in the camera's space is less than this share of distances from the eye and sizes.
 const FAR_FROM_ROUNDING: f64 = 1e-12;
 
-/// Beyond this many units a place is as good as at infinity; its square still fits into float64.
+/// Beyond this many units a length is as good as infinite; its square still fits into float64.
 const FARTHEST: f64 = 1e120;
+
+/// Beyond this many units, 2^60, places are moved nearer.
+const REACH: f64 = (1_u64 << 60) as f64;
 
 /// What there may be not enough memory for.
 const OBJECTS: &str = "the objects";
@@ -187,8 +190,11 @@ impl Scene {
     }
 
     fn lamp(&self, space: &Space<'_>, world: &World, light: &Light) -> Lamp {
-        let intensity = light.intensity * space.unit * space.unit / (4.0 * PI);
-        let position = space.place(light.position);
+        // The light of a lamp that is moved nearer is as much weaker as its square says.
+        let nearer = space.nearer(light.position, 0.0);
+        let unit = space.unit * nearer;
+        let intensity = light.intensity * unit * unit / (4.0 * PI);
+        let position = scale(space.place(light.position), nearer);
         let close = |i: u32| {
             let contact = space.contact(&world.objects[i as usize], light.position);
             let rounding = FAR_FROM_ROUNDING * (taxi(position) + self.shapes[i as usize].reach());
@@ -253,27 +259,42 @@ impl Space<'_> {
         self.direction(self.relative(place))
     }
 
+    /// The factor that moves a place within reach of float32, in its direction from the eye; 1 for all but what is
+    /// beyond everything that matters. What is made as much smaller looks the same from near the eye.
+    fn nearer(&self, place: Vector, extent: f64) -> f64 {
+        let away = largest(self.relative(place));
+        if away > REACH && self.length(extent) < away / 2.0 {
+            REACH / away
+        } else {
+            1.0
+        }
+    }
+
     fn direction(&self, direction: Vector) -> Vector {
         turned(&[self.camera.right, self.camera.up, self.camera.forward], direction)
     }
 
     fn shape(&self, object: &Object) -> Shape {
         let place = self.place(object.position);
+        let nearer = |extent: f64| self.nearer(object.position, extent);
         let eye = self.contact(object, self.camera.position);
         match object.form {
             Form::Sphere { radius } => {
-                let radius = self.length(radius);
+                let nearer = nearer(radius);
+                let (place, radius) = (scale(place, nearer), self.length(radius) * nearer);
                 let close = eye.is_within(FAR_FROM_ROUNDING * (taxi(place) + radius));
                 Shape::Sphere(Sphere::new(place, radius, close.then_some(&eye)))
             }
             Form::Plane { normal } => {
                 // In the world's axes a plane through the eye is at distance 0 exactly, and not seen.
                 let normal = self.direction(unit_vector(normal));
-                Shape::Plane(Plane::new(normal, -eye.local[0], taxi(place)))
+                let offset = (-eye.local[0]).clamp(-REACH, REACH);
+                Shape::Plane(Plane::new(normal, offset, taxi(place)))
             }
             Form::Box { size, rotation } => {
                 let axes = turned_axes(rotation).map(|axis| self.direction(axis));
-                let half = self.half(size);
+                let nearer = nearer(size[0].max(size[1]).max(size[2]));
+                let (place, half) = (scale(place, nearer), scale(self.half(size), nearer));
                 let close = eye.is_within(FAR_FROM_ROUNDING * (taxi(place) + length(half)));
                 let eye = if close {
                     eye.local
@@ -310,13 +331,17 @@ fn seen_directly(light: &Light, eye: Vector) -> [f32; 3] {
     light.color.map(|channel| (channel * arriving).min(largest) as f32)
 }
 
-/// The farthest thing is kept within this power of two, and if that can be the nearest above the other one: the squares
-/// of what matters stay within float32.
+/// The farthest thing is kept within this power of two: its square stays within float32.
 const LARGEST_EXPONENT: i32 = 58;
-const SMALLEST_EXPONENT: i32 = -16;
 
-/// A power of two that brings the typical distance from the eye, or the size of what is larger, to about 1, as long as
-/// nothing that matters is too large or too small for it.
+/// What is farther than this power of two times the typical distance does not count for the unit; see `Space::nearer`.
+const FARTHEST_EXPONENT: i32 = 100;
+
+/// Nor what of a lamp's distance is more than this power of two times that of all objects: its light is parallel.
+const AS_GOOD_AS_PARALLEL: i32 = 30;
+
+/// A power of two that brings the typical distance from the eye, or the size of what is larger, to about 1, or below if
+/// something is very far away.
 fn suitable_unit(world: &World) -> Result<f64, OutOfMemory> {
     let eye = world.camera.position;
     let exponent = |place: Vector, extent: f64| {
@@ -332,17 +357,18 @@ fn suitable_unit(world: &World) -> Result<f64, OutOfMemory> {
         };
         exponent(object.position, extent)
     };
-    let mut objects = collect(world.objects.iter().filter_map(of_object), OBJECTS)?;
-    let lights = world.lights.iter().filter_map(|light| exponent(light.position, 0.0));
-    let (Some(&nearest), Some(farthest)) = (objects.iter().min(), objects.iter().copied().chain(lights).max())
-    else {
+    let mut exponents = collect(world.objects.iter().filter_map(of_object), OBJECTS)?;
+    let Some(&farthest_object) = exponents.iter().max() else {
         return Ok(1.0);
     };
-    let middle = objects.len() / 2;
-    let (_, &mut typical, _) = objects.select_nth_unstable(middle);
-    let exponent = typical
-        .min(nearest - SMALLEST_EXPONENT)
-        .max(farthest - LARGEST_EXPONENT);
+    let lights = world.lights.iter().filter_map(|light| exponent(light.position, 0.0));
+    reserve(&mut exponents, world.lights.len(), "the lights")?;
+    exponents.extend(lights.map(|light| light.min(farthest_object + AS_GOOD_AS_PARALLEL)));
+    let farthest = exponents.iter().copied().fold(farthest_object, i32::max);
+    // Of two the lower one: what is near matters more.
+    let middle = (exponents.len() - 1) / 2;
+    let (_, &mut typical, _) = exponents.select_nth_unstable(middle);
+    let exponent = typical.max(farthest.min(typical + FARTHEST_EXPONENT) - LARGEST_EXPONENT);
     Ok(libm::scalbn(1.0, -exponent.clamp(-1000, 1000)))
 }
 
