@@ -146,6 +146,19 @@ def test_object_of_unknown_type_has_its_other_keys_checked(word):
     ]
 
 
+@pytest.mark.parametrize(
+    ("kind", "key", "owner"),
+    [
+        ("rombus", "rotate", ": `rotation` belongs to a box"),
+        ("sphere", "normal", ": `normal` belongs to a plane"),
+        ("sphere", "gloss", ""),
+    ],
+)
+def test_key_of_another_type_is_told_with_it(kind, key, owner):
+    data = {**SCENE, "objects": [{**SCENE["objects"][0], "type": kind, key: 1}]}
+    assert (f"/objects/0/{key}", f"unknown key `{key}`{owner}") in problems(data)
+
+
 def test_object_of_a_type_that_nothing_tells_is_checked_for_what_all_types_have_and_lacks_nothing():
     cone = {"type": "cone", "base": 1, "apex": [0, 1, 0], "centre": [0, 0], "name": 3}
     assert sorted(problems({**SCENE, "objects": [cone]})) == [
