@@ -54,8 +54,8 @@ def dask_cluster(address: str, patience: float = 60) -> Iterator[Cluster]:
     address
         Of the scheduler, such as `tcp://10.0.0.1:8786`, or `local`.
     patience
-        Seconds that work waits while there are no workers at all. The scheduler has to answer within that time, too,
-        and within ten seconds.
+        Seconds that work waits while there are no workers at all. The scheduler has to answer within that time,
+        and within ten seconds, too.
 
     Raises
     ------

@@ -168,12 +168,12 @@ def _unexpected_key(loc: Loc) -> _Finding:
 
 def _owner(key: str, around: type[BaseModel]) -> str:
     """Return which type of object has the key that is meant, if that around it has none like it."""
-    shapes = model.SHAPES.values()
-    for other in shapes if around in shapes else ():
-        meant = suggested_key(key, other.model_fields)
-        if meant is not None:
-            return f": {quoted(meant)} belongs to {name_of(other)}"
-    return ""
+    shapes = model.SHAPES.values() if around in model.SHAPES.values() else ()
+    meant = next(filter(None, (suggested_key(key, shape.model_fields) for shape in shapes)), None)
+    if meant is None:
+        return ""
+    owners = " or ".join(name_of(shape) for shape in shapes if meant in shape.model_fields)
+    return f": {quoted(meant) if meant != key else 'it'} belongs to {owners}"
 
 
 def _unknown_key(key: str, around: type[BaseModel] | None, meant: str | None, owner: str = "") -> _Finding:

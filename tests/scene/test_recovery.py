@@ -150,7 +150,7 @@ def test_object_of_unknown_type_has_its_other_keys_checked(word):
     ("kind", "key", "owner"),
     [
         ("rombus", "rotate", ": `rotation` belongs to a box"),
-        ("sphere", "normal", ": `normal` belongs to a plane"),
+        ("sphere", "normal", ": it belongs to a plane"),
         ("sphere", "gloss", ""),
     ],
 )
