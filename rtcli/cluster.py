@@ -54,7 +54,8 @@ def dask_cluster(address: str, patience: float = 60) -> Iterator[Cluster]:
     address
         Of the scheduler, such as `tcp://10.0.0.1:8786`, or `local`.
     patience
-        Seconds that work waits while there are no workers at all.
+        Seconds that work waits while there are no workers at all. The scheduler has to answer within that time,
+        and within ten seconds, too.
 
     Raises
     ------
@@ -71,7 +72,7 @@ def dask_cluster(address: str, patience: float = 60) -> Iterator[Cluster]:
     with contextlib.ExitStack() as stack:
         stack.enter_context(dask.config.set({"distributed.admin.large-graph-warning-threshold": _LARGEST_SCENE}))
         with _sigpipe_held():
-            client = stack.enter_context(_connected(distributed, address))
+            client = stack.enter_context(_connected(distributed, address, min(patience, _SECONDS_TO_CONNECT)))
             no_workers = f"the cluster at {address!r} had no workers for {patience:g} s"
             executor = _DaskExecutor(
                 client, distributed.KilledWorker, patience, f"{no_workers}: start some, or raise --dask-timeout"
@@ -218,15 +219,15 @@ def _gave_up() -> OSError:
 
 
 @contextlib.contextmanager
-def _connected(distributed: Any, address: str) -> Iterator[Any]:
-    """Give a client of a scheduler; that of `local` ends with it."""
+def _connected(distributed: Any, address: str, seconds: float) -> Iterator[Any]:
+    """Give a client of a scheduler that answers within some seconds; that of `local` ends with it."""
     with contextlib.ExitStack() as stack:
         if address == LOCAL:
             cluster = stack.enter_context(_local_cluster(distributed))
             yield stack.enter_context(distributed.Client(cluster))
             return
         try:
-            client = distributed.Client(address, timeout=_SECONDS_TO_CONNECT)
+            client = distributed.Client(address, timeout=seconds)
         except (OSError, ValueError) as error:
             raise OSError(f"no scheduler of Dask answers at {address!r}: {error}") from error
         yield stack.enter_context(client)

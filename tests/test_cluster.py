@@ -202,3 +202,12 @@ def test_scheduler_that_is_not_there_is_an_error_with_its_address(address, messa
     pytest.importorskip("distributed", exc_type=ImportError)
     with pytest.raises(OSError, match=message), dask_cluster(address):
         pass
+
+
+@pytest.mark.slow
+def test_scheduler_has_no_longer_to_answer_than_work_has_to_wait():
+    pytest.importorskip("distributed", exc_type=ImportError)
+    start = time.monotonic()
+    with pytest.raises(OSError, match="after 1 s"), dask_cluster("tcp://127.0.0.1:9", 1):
+        pass
+    assert time.monotonic() - start < 6

@@ -19,7 +19,7 @@ dask_timeout_option = click.option(
     metavar="SECONDS",
     default=60,
     show_default=True,
-    help="Give up once the Dask cluster has had no workers for so long.",
+    help="Give up after SECONDS without any workers on the Dask cluster.",
 )
 
 

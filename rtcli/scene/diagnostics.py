@@ -162,11 +162,22 @@ def _unknown_type(document: Document, mistake: MistakenType) -> _Finding:
 def _unexpected_key(loc: Loc) -> _Finding:
     around = model_around(loc)
     key = str(loc[-1])
-    return _unknown_key(key, around, suggested_key(key, around.model_fields))
+    meant = suggested_key(key, around.model_fields)
+    return _unknown_key(key, around, meant, _owner(key, around) if meant is None else "")
 
 
-def _unknown_key(key: str, around: type[BaseModel] | None, meant: str | None) -> _Finding:
-    message = f"unknown key {quoted(key)}" + (f": did you mean {quoted(meant)}?" if meant else "")
+def _owner(key: str, around: type[BaseModel]) -> str:
+    """Return which type of object has the key that is meant, if that around it has none like it."""
+    shapes = model.SHAPES.values() if around in model.SHAPES.values() else ()
+    meant = next(filter(None, (suggested_key(key, shape.model_fields) for shape in shapes)), None)
+    if meant is None:
+        return ""
+    owners = " or ".join(name_of(shape) for shape in shapes if meant in shape.model_fields)
+    return f": {quoted(meant) if meant != key else 'it'} belongs to {owners}"
+
+
+def _unknown_key(key: str, around: type[BaseModel] | None, meant: str | None, owner: str = "") -> _Finding:
+    message = f"unknown key {quoted(key)}" + (f": did you mean {quoted(meant)}?" if meant else owner)
     if around is None:
         return _Finding(rules.UNKNOWN_KEY, message)
     known = around.model_fields

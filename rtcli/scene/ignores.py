@@ -23,7 +23,7 @@ _Parser = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 # A hint that there is such a comment: most files are not looked at any closer.
 _MARK = "rtcli:"
-_COMMENT = re.compile(r"(?:^|(?<=[\r\n \t]))#[ \t]*rtcli:[ \t]*ignore\b(?P<codes>[^\r\n#]*)")
+_COMMENT = re.compile(r"(?:^|(?<=[\r\n \t]))#[ \t]*rtcli:[ \t]*ignore\b:?(?P<codes>[^\r\n#]*)")
 _CODE = re.compile(r"[^\s,]+")
 _LINE_END = re.compile(r"\r\n|\r|\n|\Z")
 _COMMENT_LINES = re.compile(r"(?:[ \t]*#[^\r\n]*(?:\r\n|\r|\n))*")

@@ -1,7 +1,7 @@
 """Error recovery: replace mistaken keys and types by what they most likely mean, and check what they hold.
 
-Without it a misspelt required key would count twice, as missing and as unknown, and an object of unknown type
-would hide all other mistakes in it.
+Without it a misspelt required key would count twice, as missing and as unknown; what depends on a misspelt
+optional one would be checked with its default; and an object of unknown type would hide all other mistakes in it.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ _TELLING = {"radius": "sphere", "normal": "plane", "size": "box", "rotation": "b
 
 @dataclass(frozen=True)
 class MistakenKey:
-    """An unknown key where a required one is missing.
+    """An unknown key where the one that is meant is not given.
 
     Parameters
     ----------
     loc
         Of the key, as the file has it.
     meant
-        The missing key.
+        The key that is meant.
     around
         The model of the mapping, or None for an object that could be any.
     """
@@ -147,16 +147,17 @@ class _Recovering:
     # --- Keys --------------------------------------------------------------------------------------------
 
     def _with_keys(self, loc: Loc, mapping: _Mapping, around: _Model | None) -> _Mapping:
-        """Return a mapping with unknown keys replaced by the required ones that they mean and that are missing."""
+        """Return a mapping with unknown keys replaced by those that they mean and that it does not have."""
         fields = (around or model.SHAPES[_ANY_TYPE]).model_fields
         if mapping.keys() <= fields.keys():
             return mapping
-        missing = {name for name, info in fields.items() if info.is_required() and name not in mapping}
+        free = {name for name in fields if name not in mapping}
         renamed: dict[str, str] = {}
         for key in mapping:
-            meant = None if key in fields or not missing else self._suggested(key, fields, missing)
-            if meant in missing:
-                missing.remove(meant)
+            missing = {name for name in free if fields[name].is_required()}
+            meant = None if key in fields or not free else self._suggested(key, fields, missing)
+            if meant in free:
+                free.remove(meant)
                 renamed[key] = meant
                 self._recovery.mistakes.append(MistakenKey((*self._recovery.in_file(loc), key), meant, around))
         return self._renamed(loc, mapping, renamed) if renamed else mapping

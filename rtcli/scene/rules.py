@@ -228,8 +228,8 @@ ENCLOSED_LIGHT = Rule(
 CAMERA_INSIDE = Rule(
     "W003",
     "camera-inside",
-    "The camera is inside a sphere or box in which no light shines and nothing stands: it sees nothing but the "
-    "inner side.",
+    "The camera is inside a sphere or box in which no light shines and no object stands. Objects that cross its "
+    "surface do not count.",
     "move the camera or the object, or put a light inside if it is a room",
 )
 BEHIND_CAMERA = Rule(
@@ -269,7 +269,7 @@ WHITE_PICTURE = Rule(
 BURNT_OUT = Rule(
     "W010",
     "burnt-out",
-    "A light so close to a surface that it burns out there, and is seen to: more than fifty times as bright as "
+    "A light so close to a surface that the picture shows it burnt out there: more than fifty times as bright as "
     "white.",
     "move the light away from it, lower the intensity, or let the object carry the light",
 )

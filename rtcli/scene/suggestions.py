@@ -87,6 +87,8 @@ def suggested_type(word: str, known: Collection[str]) -> str | None:
 
 def is_value_of_another_kind(key: str, meant: str) -> bool:
     """Return whether what a key holds cannot be taken for the value of the key that is meant."""
+    if meant == "look_at":
+        return _plain(key) == "direction"  # no point, but the way from the eye
     return meant in ("size", "resolution") and _plain(key) in _SINGLE_SIDES
 
 

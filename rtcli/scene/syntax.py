@@ -68,12 +68,12 @@ _ADVICE = (
     ),
     _Advice(
         "did not find expected ',' or ']'",
-        "expected `,` or `]`: the list that opens in line {line} is not closed before",
+        "expected `,` or `]`: the list that opens in line {line} is not closed yet",
         "put `,` between its values, or close it with `]`",
     ),
     _Advice(
         "did not find expected ',' or '}'",
-        "expected `,` or `}}`: the mapping that opens in line {line} is not closed before",
+        "expected `,` or `}}`: the mapping that opens in line {line} is not closed yet",
         "put `,` between its values, or close it with `}`",
     ),
     _Advice(

@@ -87,11 +87,27 @@ class View:
         offset = dot(normal, direction(self.eye, plane.position))
         if any(offset * dot(normal, corner) > 0 for corner in self._corners):
             return None
-        # All that is seen is on the eye's side, and so have to be the lights.
-        if any(not self._is_before(normal, offset, light) for light in self.lights):
+        if self._is_at_eye(plane, offset):
+            # No ray meets it, but what is seen may be on both sides, in the shadow of lights on the other.
+            is_clear = not self.lights or self._are_on_one_side(normal)
+        else:
+            # All that is seen is on the eye's side, and so have to be the lights.
+            is_clear = all(self._is_before(normal, offset, light) for light in self.lights)
+        if not is_clear:
             return None
         parallel = math.sqrt(sum(x * x for x in cross(normal, self.forward))) < _PARALLEL
         return "behind" if parallel else "beside"
+
+    def _is_at_eye(self, plane: Plane, offset: float) -> bool:
+        """Whether the eye is on a plane, within rounding."""
+        size = max(map(abs, (*self.eye, *plane.position)))
+        return abs(offset) <= _ON_PLANE * size
+
+    def _are_on_one_side(self, normal: Vector) -> bool:
+        """Whether all of the view and all lights are clearly on the same side of a plane through the eye."""
+        ways = (*self._corners, *self.lights)
+        sign = math.copysign(1, dot(normal, ways[0]))
+        return all(sign * dot(normal, way) > _ON_PLANE * max(map(abs, way)) for way in ways)
 
     def _is_before(self, normal: Vector, offset: float, light: Vector) -> bool:
         """Whether a light is clearly on the eye's side of a plane, at a distance from the eye along its normal."""

@@ -28,6 +28,7 @@ def ignores(text, name="scene.yaml"):
         ("# rtcli: ignore W003, W004 W005,W006\na: 1\n", {"W003", "W004", "W005", "W006"}, {}),
         ("#rtcli:ignore w003\na: 1\n", {"W003"}, {}),
         ("# rtcli: ignore W003 # it is a room\na: 1\n", {"W003"}, {}),
+        ("# rtcli: ignore: W003, W004\na: 1\n", {"W003", "W004"}, {}),
         ("a: 1 # rtcli: ignore W003\n", set(), {1: {"W003"}}),
         ("a: 1\n# rtcli: ignore W003\nb: 2\n", set(), {3: {"W003"}}),
         ("a: 1\n# rtcli: ignore W003\n# rtcli: ignore W004\n # a word\nb: 2\n", set(), {5: {"W003", "W004"}}),

@@ -50,10 +50,15 @@ def test_each_warning_has_a_file_that_gets_it():
 # --- Warnings are true -----------------------------------------------------------------------------------
 
 
+NORMALS = ([0, 1, 0], [1, 0, 0], [0, 0, 1], [0.3, -1, 0.2])
+
+
 @st.composite
 def crowded_scenes(draw):
-    """Draw random scenes in which things are often inside others, or behind the camera."""
+    """Draw random scenes in which things are often inside others, behind the camera, or through the eye."""
     data = draw(worlds.random_scenes())
+    if draw(st.booleans()):
+        data["objects"].append(worlds.plane(data["camera"]["position"], draw(st.sampled_from(NORMALS))))
     for number in range(draw(st.integers(0, 3))):
         inner = worlds.sphere([0.1 * number, 0, 0], 0.3)
         data["objects"] += [inner, worlds.box([0, 0, 0], [3, 3, 3], rotation=10 * number)]
@@ -293,6 +298,26 @@ def test_plane_behind_the_camera_is_warned_of_unless_a_light_is_behind_it_or_on_
     screen = worlds.plane([0, 0, 3], [0, 0, 1])
     found = rules_of([worlds.sphere([0, 0, -6]), screen], [worlds.light([0, 3, height], 100)])
     assert found == ({rules.BEHIND_CAMERA} if warned else set())
+
+
+@pytest.mark.parametrize(
+    ("way", "lights", "warned"),
+    [
+        ([0, 0, -1], [[0, 5, 0]], False),  # what is below the eye is in its shadow
+        ([0, 0, -1], [], True),
+        ([0, 1, -1], [[0, 5, 0]], True),
+        ([0, 1, -1], [[0, -5, 0]], False),
+        ([0, 1, -1], [[0, 5, 0], [1, 0, -6]], False),  # a light in the plane
+        ([0, 1, -1], [[0, 5, 0], [0.1, 0.7, 0.3]], False),  # a light at the eye
+        ([0, -1, -1], [[0, -5, 0]], True),
+    ],
+)
+def test_plane_through_the_eye_is_warned_of_unless_it_may_throw_a_shadow_on_what_is_seen(way, lights, warned):
+    eye = [0.1, 0.7, 0.3]
+    place = [e + w for e, w in zip(eye, way, strict=True)]
+    camera = {"resolution": [32, 24], "fov": 40, "position": eye, "look_at": place}
+    found = rules_of([worlds.plane([7, 0.7, -2], [0, 1, 0])], list(map(worlds.light, lights)), camera=camera)
+    assert (rules.OUT_OF_VIEW in found) == warned
 
 
 def test_shade_inside_a_lamp_is_not_hidden_for_it_casts_a_shadow():

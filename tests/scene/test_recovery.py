@@ -106,6 +106,34 @@ def test_camera_that_looks_at_itself_is_found_behind_a_misspelt_position():
     ]
 
 
+@pytest.mark.parametrize(
+    ("keys", "unknown", "meant"),
+    [
+        ("location: [0, 5, 0.001], look_at: [0, 0, 0]", "location", "position"),
+        ("position: [0, 5, 0], target: [0, 5, -1]", "target", "look_at"),
+        ("position: [0, 5, 0], look_at: [0, 0, 0], vup: [0, 0, -1]", "vup", "up"),
+        ("position: [0, 0, -1], direction: [0, 0, -1]", "direction", "look_at"),
+    ],
+)
+def test_misspelt_optional_key_of_the_camera_is_no_other_problem(keys, unknown, meant):
+    told = f"unknown key `{unknown}`: did you mean `{meant}`?"
+    text = f"camera: {{resolution: [4, 3], fov: 40, {keys}}}"
+    assert problems(text) == [(f"/camera/{unknown}", told)]
+
+
+def test_value_of_a_misspelt_optional_key_is_checked():
+    lamp = {**SCENE["objects"][0], "id": "''", "light": {"intensity": 1, "colour": "rde"}}
+    box = {**SCENE["objects"][2], "rotate": "soon"}
+    assert problems({"camera": SCENE["camera"], "objects": [lamp, box]}) == [
+        ("/objects/0/light/colour", "unknown key `colour`: did you mean `color`?"),
+        ("/objects/0/light/colour", "`rde` is not a color: did you mean `red`?"),
+        ("/objects/0/id", "unknown key `id`: did you mean `name`?"),
+        ("/objects/0/id", "must not be empty"),
+        ("/objects/1/rotate", "unknown key `rotate`: did you mean `rotation`?"),
+        ("/objects/1/rotate", "must be a number, got `soon`"),
+    ]
+
+
 @pytest.mark.parametrize("word", ["cube", "Cuboid", "block", "bxo", "torus", "3", "null", "[box]"])
 def test_object_of_unknown_type_has_its_other_keys_checked(word):
     box = {"type": word, "position": [0, 0], "size": [1, 0, 1], "color": "tomatto"}
@@ -116,6 +144,19 @@ def test_object_of_unknown_type_has_its_other_keys_checked(word):
         ("/objects/0/size/1", "must be greater than 0, got 0"),
         ("/objects/0/color", "`tomatto` is not a color: did you mean `tomato`?"),
     ]
+
+
+@pytest.mark.parametrize(
+    ("kind", "key", "owner"),
+    [
+        ("rombus", "rotate", ": `rotation` belongs to a box"),
+        ("sphere", "normal", ": it belongs to a plane"),
+        ("sphere", "gloss", ""),
+    ],
+)
+def test_key_of_another_type_is_told_with_it(kind, key, owner):
+    data = {**SCENE, "objects": [{**SCENE["objects"][0], "type": kind, key: 1}]}
+    assert (f"/objects/0/{key}", f"unknown key `{key}`{owner}") in problems(data)
 
 
 def test_object_of_a_type_that_nothing_tells_is_checked_for_what_all_types_have_and_lacks_nothing():
