@@ -25,7 +25,7 @@ Mask = npt.NDArray[np.bool_]
 # What is closer to a surface than this share of its distance and of the size of the body is on it, and so is what
 # is closer than this share of the coordinates, which come from decimal numbers.
 ROUNDING = 2.0**-47
-COORDINATE = 2.0**-51
+COORDINATE = 2.0**-52
 # What float32 may take, as a share of what differs within a block.
 SINGLE = 2e-5
 # Rays that are closer to parallel to a plane than this miss it (document, section 2.2.2).
@@ -66,6 +66,12 @@ class Point(NamedTuple):
     def snapped(self, height: Array, away: Array, grain: float) -> Array:
         """Return a height above a surface of which they are so far away: 0 if that is only rounding."""
         return np.where(np.abs(height) <= self.certainty * (ROUNDING * away + self.error + grain), 0.0, height)
+
+
+def is_doubtful(body: Ball | Wall | Brick, point: Point) -> bool:
+    """Return whether a point (3, 1) is so close to a surface that it is open whether it is on it."""
+    surely, perhaps = (body.heights(point._replace(certainty=certainty)) == 0 for certainty in (1 / 2, 4))
+    return bool((surely != perhaps).any())
 
 
 def grain(one: Data) -> float:
@@ -303,6 +309,7 @@ class BruteForce:
             normal = np.where(new, -np.copysign(1, dot(outward, ways)) * outward, normal)
             near = hit & (one.t > 0) & (one.margin > 0) & (apart > lost / 8) & (apart < 64 * lost)
             clear &= ~(near | self._is_border(body, one, here, (t, size))).any(axis=0)
+            clear &= not is_doubtful(body, eye)
         radiance = np.where(hit, 0.0, self.background)
         return Picture(index + 1, t * size, steep, loss / steep, normal, radiance, np.zeros((3, count)), clear)
 
@@ -389,6 +396,7 @@ class BruteForce:
         start, end = Point(points.place, points.error), lamp.point
         for body in (body for i, body in enumerate(self.bodies) if i != lamp.body):
             close = points.blur + SINGLE * np.minimum(body.size, r)
+            sure &= not is_doubtful(body, end)
             here, on_lamp = body.heights(start), body.heights(end) == 0
             if isinstance(body, Ball) and on_lamp.any():
                 # It is met from the lamp, where the root is exactly 0.

@@ -335,7 +335,7 @@ fn seen_directly(light: &Light, eye: Vector) -> [f32; 3] {
 const LARGEST_EXPONENT: i32 = 58;
 
 /// What is farther than this power of two times the typical distance does not count for the unit; see `Space::nearer`.
-const FARTHEST_EXPONENT: i32 = 100;
+const FARTHEST_EXPONENT: i32 = 80;
 
 /// Nor what of a lamp's distance is more than this power of two times that of all objects: its light is parallel.
 const AS_GOOD_AS_PARALLEL: i32 = 30;
