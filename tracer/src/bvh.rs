@@ -232,32 +232,25 @@ impl Walk<'_> {
     #[inline(always)]
     pub(crate) fn next(&mut self, limit: f32) -> Option<u32> {
         let limit = limit.min(self.cone.reach);
+        // Counted here and told the meter at once: it is looked at for objects only.
+        let mut opened = 0;
         loop {
             let next = self.next;
             if next == DONE {
+                self.stack.meter.take(opened);
                 return None;
             }
             let number = next as u32;
             if (next >> 32) as u32 > limit.to_bits() {
                 self.next = self.stack.waiting.pop().unwrap_or(DONE);
-            } else if !self.stack.meter.take(self.steps(number)) {
-                return None;
             } else if number & LEAF != 0 {
                 self.next = self.stack.waiting.pop().unwrap_or(DONE);
-                return Some(number & !LEAF);
+                let may = self.stack.meter.take(opened + steps_of(self.stack.rays));
+                return may.then_some(number & !LEAF);
             } else {
+                opened += 1;
                 self.open(number, limit);
             }
-        }
-    }
-
-    /// The steps of what is done with a node, or an object.
-    #[inline(always)]
-    fn steps(&self, number: u32) -> u64 {
-        if number & LEAF == 0 {
-            1
-        } else {
-            steps_of(self.stack.rays)
         }
     }
 

@@ -187,8 +187,8 @@ pub(crate) struct Nearest {
 pub(crate) const NOTHING: u32 = u32::MAX;
 
 /// Two faces whose depths differ by less than this share are told apart in float64. Where a ray does not graze them,
-/// rounding is a tenth of it.
-pub(crate) const CLOSE: f32 = 1e-5;
+/// rounding is a fifth of it.
+pub(crate) const CLOSE: f32 = 3e-6;
 
 /// A face has its object's number in its upper bits, and 3 bits to tell a box's faces apart.
 pub(crate) const FACE_BITS: u32 = 3;

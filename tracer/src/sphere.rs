@@ -285,45 +285,56 @@ impl Sphere {
         let q_r = single(scale(from_reference, per_radius));
         let power_r = (power(from_reference, self.radius) * per_radius * per_radius) as f32;
         let to_lamp = single(sub(lamp, shadow.points.reference));
-        let close = length(from_reference) < 1.5 * self.radius;
-        let flat = close && shadow.ball.radius < FLAT * self.radius;
         // The power of a point at a height h is about 2 h R.
         let rounding = (2.0 * shadow.rounding_at_points(self.radius) * per_radius) as f32;
+        let close = length(from_reference) < 1.5 * self.radius;
+        let flat = close && shadow.ball.radius < FLAT * self.radius;
+        let (inside, on) = (side == Side::Inside, side == Side::On);
         let per_radius = per_radius as f32;
         let points = shadow.points;
+        let q_of = |p: [f32; 3]| -> [f32; 3] { std::array::from_fn(|i| q_r[i] - p[i] * per_radius) };
+        let is_between = |crosses: bool, along: f32, w: [f32; 3]| crosses & (along > 0.0) & (product(c, w) < 0.0);
+        if flat {
+            for lane in 0..points.padded() {
+                let p = points.offset.each_ref().map(|axis| axis[lane]);
+                let (q, w) = (q_of(p), points.toward(to_lamp, lane));
+                let sum = [q_r[0] + q[0], q_r[1] + q[1], q_r[2] + q[2]];
+                let power = power_r - per_radius * product(p, sum);
+                let slack = 2.0 * points.slack(lane) * per_radius + rounding;
+                let along = product(q, w);
+                let between = is_between(along * along >= power * shadow.squared[lane], along, w);
+                let (above, below) = (power > slack, power < -slack);
+                let hidden = (inside & above) | (on & above & between) | (!inside & !on & (below | between));
+                shadow.darken(lane, hidden);
+            }
+            return;
+        }
         for lane in 0..points.padded() {
             let p = points.offset.each_ref().map(|axis| axis[lane]);
-            let w = points.toward(to_lamp, lane);
-            let scaled = p.map(|component| component * per_radius);
-            let q = [q_r[0] - scaled[0], q_r[1] - scaled[1], q_r[2] - scaled[2]];
-            let power = if close {
-                power_r - (scaled[0] * (q_r[0] + q[0]) + scaled[1] * (q_r[1] + q[1]) + scaled[2] * (q_r[2] + q[2]))
-            } else {
-                q[0] * q[0] + q[1] * q[1] + q[2] * q[2] - 1.0
-            };
+            let (q, w) = (q_of(p), points.toward(to_lamp, lane));
+            let power = product(q, q) - 1.0;
             let slack = 2.0 * points.slack(lane) * per_radius + rounding;
-            let m = [
-                moment[0] + (c[1] * p[2] - c[2] * p[1]),
-                moment[1] + (c[2] * p[0] - c[0] * p[2]),
-                moment[2] + (c[0] * p[1] - c[1] * p[0]),
-            ];
-            let along = q[0] * w[0] + q[1] * w[1] + q[2] * w[2];
-            let ahead = along > 0.0;
-            let crosses = if flat {
-                along * along >= power * shadow.squared[lane]
+            let hidden = if inside {
+                power > slack
             } else {
-                m[0] * m[0] + m[1] * m[1] + m[2] * m[2] <= shadow.squared[lane]
-            };
-            let before = c[0] * w[0] + c[1] * w[1] + c[2] * w[2] < 0.0;
-            let between = crosses & ahead & before;
-            let hidden = match side {
-                Side::Inside => power > slack,
-                Side::On => (power > slack) & between,
-                Side::Outside => (power < -slack) | between,
+                let m = [
+                    moment[0] + (c[1] * p[2] - c[2] * p[1]),
+                    moment[1] + (c[2] * p[0] - c[0] * p[2]),
+                    moment[2] + (c[0] * p[1] - c[1] * p[0]),
+                ];
+                let along = product(q, w);
+                let between = is_between(product(m, m) <= shadow.squared[lane], along, w);
+                (between & (!on | (power > slack))) | (!on & (power < -slack))
             };
             shadow.darken(lane, hidden);
         }
     }
+}
+
+/// Scalar product.
+#[inline(always)]
+fn product(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// (|c| - R) (|c| + R), c from a place to the centre: positive outside.
