@@ -309,6 +309,8 @@ impl Sphere {
             }
             return;
         }
+        // Of q.q close to 1 rounding takes less than this.
+        let rounding = rounding + 1e-6;
         for lane in 0..points.padded() {
             let p = points.offset.each_ref().map(|axis| axis[lane]);
             let (q, w) = (q_of(p), points.toward(to_lamp, lane));
