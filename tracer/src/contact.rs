@@ -2,7 +2,7 @@
 //!
 //! It is found in the world's axes, so that it does not depend on where the camera stands.
 
-use crate::vector::{dot, length, sub, taxi, turned};
+use crate::vector::{dot, largest, length, sub, taxi, turned};
 use crate::world::Vector;
 
 /// A place that is closer to a surface than this share of its distance from the object and of the object's size lies
@@ -33,7 +33,6 @@ pub(crate) struct Contact {
 
 /// What rounding may do to the distance of a place from the surface of an object of some size at another place.
 fn rounding(place: Vector, center: Vector, size: f64) -> f64 {
-    let largest = |v: Vector| v.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
     ON_SURFACE * (taxi(sub(place, center)) + size) + COORDINATE * (largest(place) + largest(center))
 }
 
@@ -56,11 +55,6 @@ impl Contact {
             height,
             local,
         }
-    }
-
-    #[inline(always)]
-    pub(crate) fn side(&self) -> Side {
-        self.side
     }
 
     /// Whether the place is on the surface, or within some distance of it.

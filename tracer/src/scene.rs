@@ -12,7 +12,7 @@ use crate::memory::{OutOfMemory, collect, reserve};
 use crate::plane::Plane;
 use crate::shadow::Shadow;
 use crate::sphere::Sphere;
-use crate::vector::{dot, length, scale, sub, taxi, turned};
+use crate::vector::{dot, largest, length, scale, sub, taxi, turned};
 use crate::world::{Camera, Form, Light, Object, Vector, World};
 use std::f64::consts::PI;
 use std::iter;
@@ -74,11 +74,11 @@ impl Shape {
     pub(crate) fn sees(&self, contact: Option<&Contact>, lamp: Vector) -> bool {
         let (side, eye_is_outside) = match self {
             Shape::Sphere(sphere) => (
-                contact.map_or_else(|| sphere.side(lamp), Contact::side),
+                contact.map_or_else(|| sphere.side(lamp), |contact| contact.side),
                 sphere.eye_is_outside(),
             ),
             Shape::Cuboid(cuboid) => (
-                contact.map_or_else(|| cuboid.side(lamp), Contact::side),
+                contact.map_or_else(|| cuboid.side(lamp), |contact| contact.side),
                 cuboid.eye_is_outside(),
             ),
             Shape::Plane(_) => return true,
@@ -211,10 +211,6 @@ impl Scene {
             contacts: candidates.filter_map(close).collect(),
         }
     }
-}
-
-fn largest(vector: Vector) -> f64 {
-    vector.iter().fold(0.0, |a: f64, b| a.max(b.abs()))
 }
 
 /// The camera's space.
@@ -373,7 +369,7 @@ fn suitable_unit(world: &World) -> Result<f64, OutOfMemory> {
 }
 
 fn unit_vector(direction: Vector) -> Vector {
-    let largest = direction.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+    let largest = largest(direction);
     let scaled = direction.map(|component| component / largest); // so that no square overflows or vanishes
     let size = dot(scaled, scaled).sqrt();
     scaled.map(|component| component / size)

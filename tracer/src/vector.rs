@@ -48,6 +48,12 @@ pub(crate) fn taxi(vector: Vector) -> f64 {
     vector[0].abs() + vector[1].abs() + vector[2].abs()
 }
 
+/// The largest component, whatever its sign.
+#[inline(always)]
+pub(crate) fn largest(vector: Vector) -> f64 {
+    vector.iter().fold(0.0, |a: f64, b| a.max(b.abs()))
+}
+
 /// The components in another frame, whose axes are the rows.
 #[inline(always)]
 pub(crate) fn turned(rows: &[Vector; 3], a: Vector) -> Vector {
