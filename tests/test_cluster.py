@@ -1,9 +1,8 @@
 """Work on a real cluster of Dask: a scheduler and two worker processes on the loopback."""
 
+import contextlib
 import copyreg
 import os
-import signal
-import threading
 import time
 
 import numpy as np
@@ -16,7 +15,6 @@ from rtcli.batch.pool import Workers, results
 from rtcli.cluster import dask_cluster
 from rtcli.extras import MissingExtraError
 from rtcli.pack import pack
-from rtcli.tracer import bands
 from rtcli.tracer._native import __version__
 from rtcli.tracer.bands import BandedTracer
 from rtcli.tracer.engines import tracer_of
@@ -39,36 +37,26 @@ def test_missing_package_is_named_with_what_installs_it(monkeypatch):
 
 @pytest.fixture(scope="module")
 def workers():
-    distributed = pytest.importorskip("distributed", exc_type=ImportError)
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0", host="127.0.0.1"
-    ) as running:
-        yield running
-
-
-def slow_band(*arguments):
-    """Trace a band as the tracer does, but not sooner than in a while."""
-    time.sleep(0.1)
-    return bands.trace_band(*arguments)
+    """The address of two workers, which no test here kills."""
+    pytest.importorskip("distributed", exc_type=ImportError)
+    with two_workers() as cluster:
+        yield cluster.address
 
 
 @pytest.mark.slow
-def test_film_of_a_cluster_is_that_of_one_machine_though_a_worker_dies(workers, monkeypatch):
+def test_film_of_a_cluster_is_that_of_one_machine_though_a_worker_dies():
+    pytest.importorskip("distributed", exc_type=ImportError)
     expected, expected_rays = tracer_of(pack(ROOM), "native").film(WHOLE, ("depth",))
-    monkeypatch.setattr(bands, "trace_band", slow_band)
-    with workers.get_client() as client:
-        pids = sorted(client.run(os.getpid).values())
-    assert len(pids) == 2
     told = []
-    with dask_cluster(workers.scheduler_address) as (executor, _):
-        killer = threading.Timer(0.8, os.kill, (pids[0], signal.SIGKILL))
-        killer.start()
-        tracer = BandedTracer(pack(ROOM), "native", executor)
-        arrays, rays = tracer.film(WHOLE, ("depth",), lambda done, total: told.append(done))
-        killer.join()
-    with workers.get_client() as client:
-        client.wait_for_workers(2, timeout=60)
-        assert pids[0] not in client.run(os.getpid).values()
+
+    def progress(done, total):
+        told.append(done)
+        if len(told) == 5:
+            cluster.workers[0].kill()
+
+    with two_workers() as cluster, dask_cluster(cluster.address) as (executor, _):
+        arrays, rays = BandedTracer(pack(ROOM), "native", executor).film(WHOLE, ("depth",), progress)
+        assert [worker.poll() is None for worker in cluster.workers] == [False, True]
     assert rays == expected_rays
     assert told[-1] == 640 * 960
     for name, values in expected.items():
@@ -110,7 +98,8 @@ def test_world_outlives_the_worker_that_had_it():
 
 
 @pytest.mark.slow
-def test_cluster_without_workers_is_given_up_and_takes_no_more(workers):
+def test_cluster_without_workers_is_given_up_and_takes_no_more():
+    pytest.importorskip("distributed", exc_type=ImportError)
     with no_workers() as cluster, dask_cluster(cluster.address, 1.5) as (executor, cores):
         assert cores == 0
         start = time.monotonic()
@@ -160,8 +149,8 @@ def test_worker_of_another_version_that_joins_late_is_refused():
 
 @pytest.mark.slow
 def test_large_scene_is_no_reason_for_a_warning(workers):
-    with dask_cluster(workers.scheduler_address) as (executor, _):
-        assert executor.submit(len, bytes(20_000_000)).result() == 20_000_000
+    with dask_cluster(workers) as (executor, _):
+        assert executor.submit(len, bytes(20_000_000)).result(timeout=60) == 20_000_000
 
 
 @pytest.mark.slow
@@ -169,23 +158,31 @@ def test_worker_with_another_version_is_refused(workers, monkeypatch):
     assert __version__ == cluster.version()
     monkeypatch.setattr(cluster, "__version__", "9.9.9")
     told = pytest.raises(OSError, match=f"has rtcli {__version__}, not 9.9.9: install the same on both")
-    with told, dask_cluster(workers.scheduler_address):
+    with told, dask_cluster(workers):
         pass
 
 
 @pytest.mark.slow
-def test_work_that_kills_every_worker_is_told(workers):
+def test_work_that_kills_every_worker_is_told():
+    pytest.importorskip("distributed", exc_type=ImportError)
     told = pytest.raises(OSError, match=r"the cluster gave up: .* was lost with each of the workers")
-    with told, dask_cluster(workers.scheduler_address) as (executor, _):
-        executor.submit(os._exit, 1).result()
+    with no_workers(allowed_failures=0) as cluster, worker_of(cluster):  # noqa: SIM117  the error ends the connection
+        with told, dask_cluster(cluster.address) as (executor, _):
+            executor.submit(os._exit, 1).result(timeout=60)
 
 
 @pytest.mark.slow
-def test_task_of_a_batch_that_kills_every_worker_fails_alone(workers):
+def test_task_of_a_batch_that_kills_its_workers_fails_alone():
+    pytest.importorskip("distributed", exc_type=ImportError)
     die = "__import__('os')._exit(9)"
     tasks = [*map(str, range(10)), die, *map(str, range(10, 20))]
-    with dask_cluster(workers.scheduler_address) as (executor, _):
+    with contextlib.ExitStack() as stack:
+        cluster = stack.enter_context(no_workers(allowed_failures=0))
+        # It is tried twice, which leaves one.
+        processes = [stack.enter_context(worker_of(cluster)) for _ in range(3)]
+        executor, _ = stack.enter_context(dask_cluster(cluster.address))
         news = list(results(Workers(executor, 4), eval, tasks))
+        assert sum(process.poll() is None for process in processes) == 1
     found = {result.task: result for result in news if result is not None}  # None: nothing new for a second
     assert len(found) == 21
     assert "was lost with each of the workers that had it" in str(found.pop(die).error)

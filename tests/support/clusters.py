@@ -10,12 +10,13 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 from typing import BinaryIO, NamedTuple
 
 
 class Cluster(NamedTuple):
-    """A scheduler and two workers: its address and process, and theirs. No nanny starts them again."""
+    """A scheduler and workers: its address and process, and theirs. No nanny starts them again."""
 
     address: str
     scheduler: subprocess.Popen[bytes]
@@ -35,10 +36,11 @@ def two_workers() -> Iterator[Cluster]:
 
 
 @contextlib.contextmanager
-def no_workers() -> Iterator[Cluster]:
-    """Start a scheduler alone."""
+def no_workers(allowed_failures: int = 3) -> Iterator[Cluster]:
+    """Start a scheduler alone, which gives up what was lost with more workers than it allows."""
     place = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard")
-    with _program("scheduler", *place, says=r"Scheduler at: +(tcp://\S+)") as scheduler:
+    settings = {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": str(allowed_failures)}
+    with _program("scheduler", *place, says=r"Scheduler at: +(tcp://\S+)", settings=settings) as scheduler:
         yield Cluster(scheduler.address, scheduler.process, [])
 
 
@@ -60,13 +62,17 @@ runpy.run_module(sys.argv.pop(1), run_name="__main__")
 
 
 @contextlib.contextmanager
-def _program(name: str, *options: str, says: str, version: str = "") -> Iterator[_Program]:
+def _program(
+    name: str, *options: str, says: str, version: str = "", settings: Mapping[str, str] = MappingProxyType({})
+) -> Iterator[_Program]:
     """Run one of Dask's programs once it says something on standard error; give it with what that names."""
     module = f"distributed.cli.dask_{name}"
     start = ["-c", _OTHER, version, module] if version else ["-m", module]
     command = [sys.executable, *start, *options]
     with tempfile.TemporaryFile() as log:
-        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=log, start_new_session=True)
+        process = subprocess.Popen(
+            command, env={**os.environ, **settings}, stdout=subprocess.DEVNULL, stderr=log, start_new_session=True
+        )
         try:
             yield _Program(process, _wait_for(log, says))
         finally:

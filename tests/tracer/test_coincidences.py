@@ -281,6 +281,35 @@ def test_one_thing_very_far_away_changes_nothing_else(render, far):
     np.testing.assert_allclose(film.distance[seen], alone.distance[seen], rtol=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("away", "falloff"), [(1e12, True), (1e12, False), (1e20, False), (1e25, False), (1e30, False)]
+)
+def test_what_is_very_far_away_has_its_depth_and_its_light(render, away, falloff):
+    # A floor below the eye, a wall ahead, and the lamp is at the eye.
+    floor, wall = plane([0, -away, 0], [0, 1, 0]), box([0, 0, -3 * away], [1.2 * away, 1.2 * away, 1.2 * away])
+    near = [sphere([0.4 * i, 0, 5], 0.1) for i in range(-3, 4)]
+    power = 4 * math.pi * away**2 * (4 * math.pi * away**2 if falloff else 1)
+    camera = {**SMALL, "fov": 60, "position": [0, 0, 0], "look_at": [0, 0, -1]}
+    options = {"eye_falloff": True} if falloff else {}
+    data = scene([floor, wall, *near], [light([0, 0, 0], power)], camera=camera, render=options)
+    film = render(data, passes=["object_id", "depth", "distance", "position"])
+    y, x = np.mgrid[0:24, 0:32] + 0.5
+    scale = math.tan(math.radians(30)) / 12
+    v = np.stack([(x - 16) * scale, (12 - y) * scale, np.full_like(x, -1.0)], axis=-1)
+    depth = np.where(film.object_id == 2, 2.4, -1 / v[..., 1])
+    length = np.linalg.norm(v, axis=-1)
+    for number, cosine in ((1, np.abs(v[..., 1]) / length), (2, 1 / length)):
+        met = (film.object_id == number) & (depth < 8)
+        assert met.sum() > 50
+        np.testing.assert_allclose(film.depth[met], away * depth[met], rtol=1e-6)
+        np.testing.assert_allclose(film.distance[met], away * (depth * length)[met], rtol=1e-6)
+        place = away * (depth[..., None] * v)[met]
+        np.testing.assert_allclose(film.position[met], place, rtol=1e-6, atol=1e-6 * away)
+        t_squared = (depth * length)[met] ** 2
+        expected = cosine[met] / math.pi / t_squared / (t_squared if falloff else 1)
+        np.testing.assert_allclose(film.radiance[met][:, 0], expected, rtol=1e-4)
+
+
 @pytest.mark.parametrize("away", [1e12, 1e16, 1e20, 1e25, 1e38, 1e45, 1e100])
 def test_light_very_far_away_is_a_sun(render, away):
     # Its rays are parallel, and bring intensity / (4 pi away^2) everywhere.

@@ -91,10 +91,10 @@ impl<'a> Film<'a> {
         }
         let (t, faces) = (&block.nearest.t, &block.nearest.face);
         if let Some(depth) = &mut self.depth {
-            place.put(depth, &home.depths(t));
+            place.put(depth, &home.depths(t, faces));
         }
         if let Some(distance) = &mut self.distance {
-            place.put(distance, &home.distances(t, &block.rays.vv));
+            place.put(distance, &home.distances(t, &block.rays.vv, faces));
         }
         if let Some(albedo) = &mut self.albedo {
             place.put(albedo.as_chunks_mut().0, &home.albedos(faces));
@@ -149,6 +149,13 @@ fn bounded(value: f64) -> f32 {
     value.clamp(-largest, largest) as f32
 }
 
+/// A length in the world, which stays finite if it is.
+#[inline(always)]
+fn length(length: f32, unit: f64) -> f32 {
+    let in_world = bounded(f64::from(length) * unit);
+    if length < f32::INFINITY { in_world } else { length }
+}
+
 /// The way back from the camera's space to the world, for whole blocks: loops that are compiled for vectors.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Home<'a> {
@@ -173,41 +180,50 @@ impl<'a> Home<'a> {
 
     /// depth = t
     #[inline(always)]
-    fn depths(&self, t: &Lanes) -> Lanes {
+    fn depths(&self, t: &Lanes, faces: &[u32; LANES]) -> Lanes {
+        let units = self.units(faces);
         let mut depths = [0.0; LANES];
         for lane in 0..LANES {
-            depths[lane] = self.length(t[lane]);
+            depths[lane] = length(t[lane], units[lane]);
         }
         depths
     }
 
     /// distance = t |v|
     #[inline(always)]
-    fn distances(&self, t: &Lanes, vv: &Lanes) -> Lanes {
+    fn distances(&self, t: &Lanes, vv: &Lanes, faces: &[u32; LANES]) -> Lanes {
+        let units = self.units(faces);
         let mut distances = [0.0; LANES];
         for lane in 0..LANES {
-            distances[lane] = self.length(t[lane] * vv[lane].sqrt());
+            distances[lane] = length(t[lane] * vv[lane].sqrt(), units[lane]);
         }
         distances
-    }
-
-    /// A length, which stays finite if it is.
-    #[inline(always)]
-    fn length(&self, length: f32) -> f32 {
-        let home = bounded(f64::from(length) * self.unit);
-        if length < f32::INFINITY { home } else { length }
     }
 
     /// Places, from what they are relative to the eye; 0 where nothing is met.
     #[inline(always)]
     fn places(&self, [x, y, z]: &[[f64; LANES]; 3], faces: &[u32; LANES]) -> Triples {
+        let units = self.units(faces);
         let mut places = [[0.0; 3]; LANES];
         for lane in 0..LANES {
             let relative = turned(&self.rows, [x[lane], y[lane], z[lane]]);
-            let place = add(self.eye, scale(relative, self.unit)).map(bounded);
+            let place = add(self.eye, scale(relative, units[lane])).map(bounded);
             places[lane] = if faces[lane] == NOTHING { [0.0; 3] } else { place };
         }
         places
+    }
+
+    /// What one of the camera's units is in the world, ray by ray: more where a body was moved nearer.
+    #[inline(always)]
+    fn units(&self, faces: &[u32; LANES]) -> [f64; LANES] {
+        let mut units = [self.unit; LANES];
+        if self.scene.has_moved_bodies {
+            for (unit, &face) in units.iter_mut().zip(faces) {
+                let look = self.scene.looks.get((face >> FACE_BITS) as usize);
+                *unit /= look.map_or(1.0, |look| look.nearer);
+            }
+        }
+        units
     }
 
     /// Unit vectors, whose length is known to float32 only, with that of float64; 0 where nothing is met.

@@ -4,9 +4,9 @@ use crate::bvh::Stack;
 use crate::grid::{FACE_BITS, LANES, Lanes};
 use crate::plane::Plane;
 use crate::points::Points;
-use crate::scene::{Lamp, Scene};
+use crate::scene::{Lamp, Look, Scene};
 use crate::shadow::Shadow;
-use crate::vector::{single, sub, taxi};
+use crate::vector::{scale, single, sub, taxi};
 use crate::world::{Settings, Vector};
 use std::f64::consts::PI;
 
@@ -52,7 +52,7 @@ impl Lighting {
         radiance: &mut [Lanes; 3],
     ) -> u64 {
         let object = face >> FACE_BITS;
-        let albedo = scene.looks[object as usize].albedo;
+        let Look { albedo, nearer, .. } = scene.looks[object as usize];
         let ball = self.points.bound();
         let mut rays = 0;
         for lamp in &scene.lamps {
@@ -69,13 +69,15 @@ impl Lighting {
                 ball,
             };
             shadow.cast(scene, object, &mut self.stack);
-            let mut share = share(lamp, albedo);
+            // A body that was moved nearer gets no more light than where it is.
+            let dimmed = (nearer / lamp.nearer).min(1.0);
+            let mut share = share(lamp, scale(albedo, dimmed * dimmed));
             if settings.eye_falloff {
                 let gain = gain(share);
-                share = share.map(|share| share / gain);
-                self.weaken(scene.unit, gain);
+                share = scale(share, 1.0 / f64::from(gain));
+                self.weaken(scene.unit * nearer, gain);
             }
-            for (channel, share) in radiance.iter_mut().zip(share) {
+            for (channel, share) in radiance.iter_mut().zip(share.map(bounded)) {
                 for lane in 0..self.points.padded() {
                     channel[lane] += share * self.light[lane];
                 }
@@ -161,15 +163,15 @@ fn per_cube(value: f32, squared: f32) -> f32 {
 }
 
 /// albedo / pi times the lamp's power.
-fn share(lamp: &Lamp, albedo: Vector) -> [f32; 3] {
-    std::array::from_fn(|i| bounded(lamp.power[i] * (albedo[i] / PI)))
+fn share(lamp: &Lamp, albedo: Vector) -> Vector {
+    std::array::from_fn(|i| lamp.power[i] * (albedo[i] / PI))
 }
 
 /// Of a lamp's power that is far from 1 the power of two in it, which keeps what arrives within float32 on its way to the
 /// eye.
-fn gain(share: [f32; 3]) -> f32 {
-    let largest = share.into_iter().fold(0.0, f32::max);
-    let exponent = libm::ilogbf(largest);
+fn gain(share: Vector) -> f32 {
+    let largest = share.into_iter().fold(0.0, f64::max);
+    let exponent = libm::ilogb(largest);
     if largest > 0.0 && !(-40..=40).contains(&exponent) {
         libm::scalbnf(1.0, exponent.clamp(-120, 120))
     } else {

@@ -111,6 +111,8 @@ impl Shape {
 pub(crate) struct Lamp {
     /// Where it stands.
     pub(crate) position: Vector,
+    /// By what factor it was moved nearer to the eye.
+    pub(crate) nearer: f64,
     /// intensity * color / (4 pi), in units of this space: over r^2 it is the light L_i that arrives.
     pub(crate) power: Vector,
     /// The object that carries it and casts no shadow in it, or `NOBODY`.
@@ -138,6 +140,8 @@ pub(crate) struct Look {
     pub(crate) albedo: Vector,
     /// The radiance of an object that carries a light, the same from all its surface.
     pub(crate) shining: Option<[f32; 3]>,
+    /// By what factor it was moved nearer to the eye.
+    pub(crate) nearer: f64,
 }
 
 /// A scene made ready for tracing.
@@ -149,6 +153,8 @@ pub(crate) struct Scene {
     pub(crate) grain: f64,
     pub(crate) shapes: Vec<Shape>,
     pub(crate) looks: Vec<Look>,
+    /// Whether any object was moved nearer to the eye.
+    pub(crate) has_moved_bodies: bool,
     pub(crate) lamps: Vec<Lamp>,
     /// The numbers of the planes: infinite, so that no tree can hold them.
     pub(crate) planes: Vec<u32>,
@@ -173,10 +179,12 @@ impl Scene {
             (0..shapes.len() as u32).filter(|&i| matches!(shapes[i as usize], Shape::Plane(_))),
             OBJECTS,
         )?;
+        let looks = looks(world, &space)?;
         let mut scene = Scene {
             unit,
             grain: 2.0 * COORDINATE * largest(space.world(world.camera.position)),
-            looks: looks(world)?,
+            has_moved_bodies: looks.iter().any(|look| look.nearer < 1.0),
+            looks,
             lamps: Vec::new(),
             planes,
             bvh: Bvh::new(&shapes)?,
@@ -206,6 +214,7 @@ impl Scene {
         let candidates = iter::from_fn(|| walk.next(0.0)).chain(self.planes.iter().copied());
         Lamp {
             position,
+            nearer,
             power: scale(light.color, intensity.min(f64::MAX)),
             body: light.body.map_or(NOBODY, |body| body as u32),
             contacts: candidates.filter_map(close).collect(),
@@ -266,30 +275,39 @@ impl Space<'_> {
         }
     }
 
+    /// The same for an object.
+    fn nearer_of(&self, object: &Object) -> f64 {
+        match object.form {
+            Form::Plane { .. } => (REACH / self.offset(object).abs()).min(1.0),
+            _ => self.nearer(object.position, extent(object)),
+        }
+    }
+
+    /// How far a plane is from the eye, along its normal. In the world's axes it is 0 exactly if the eye is on it.
+    fn offset(&self, plane: &Object) -> f64 {
+        -self.contact(plane, self.camera.position).local[0]
+    }
+
     fn direction(&self, direction: Vector) -> Vector {
         turned(&[self.camera.right, self.camera.up, self.camera.forward], direction)
     }
 
     fn shape(&self, object: &Object) -> Shape {
         let place = self.place(object.position);
-        let nearer = |extent: f64| self.nearer(object.position, extent);
+        let nearer = self.nearer_of(object);
         let eye = self.contact(object, self.camera.position);
         match object.form {
             Form::Sphere { radius } => {
-                let nearer = nearer(radius);
                 let (place, radius) = (scale(place, nearer), self.length(radius) * nearer);
                 let close = eye.is_within(FAR_FROM_ROUNDING * (taxi(place) + radius));
                 Shape::Sphere(Sphere::new(place, radius, close.then_some(&eye)))
             }
             Form::Plane { normal } => {
-                // In the world's axes a plane through the eye is at distance 0 exactly, and not seen.
-                let normal = self.direction(unit_vector(normal));
-                let offset = (-eye.local[0]).clamp(-REACH, REACH);
-                Shape::Plane(Plane::new(normal, offset, taxi(place)))
+                let offset = self.offset(object) * nearer;
+                Shape::Plane(Plane::new(self.direction(unit_vector(normal)), offset, taxi(place)))
             }
             Form::Box { size, rotation } => {
                 let axes = turned_axes(rotation).map(|axis| self.direction(axis));
-                let nearer = nearer(size[0].max(size[1]).max(size[2]));
                 let (place, half) = (scale(place, nearer), scale(self.half(size), nearer));
                 let close = eye.is_within(FAR_FROM_ROUNDING * (taxi(place) + length(half)));
                 let eye = if close {
@@ -303,10 +321,11 @@ impl Space<'_> {
     }
 }
 
-fn looks(world: &World) -> Result<Vec<Look>, OutOfMemory> {
+fn looks(world: &World, space: &Space<'_>) -> Result<Vec<Look>, OutOfMemory> {
     let look = |object: &Object| Look {
         albedo: object.color,
         shining: None,
+        nearer: space.nearer_of(object),
     };
     let mut looks = collect(world.objects.iter().map(look), OBJECTS)?;
     for light in &world.lights {
@@ -345,14 +364,7 @@ fn suitable_unit(world: &World) -> Result<f64, OutOfMemory> {
         let distance = (0..3).fold(extent / 2.0, away);
         (distance > 0.0).then(|| libm::ilogb(distance))
     };
-    let of_object = |object: &Object| {
-        let extent = match object.form {
-            Form::Sphere { radius } => radius,
-            Form::Plane { .. } => 0.0,
-            Form::Box { size, .. } => size[0].max(size[1]).max(size[2]),
-        };
-        exponent(object.position, extent)
-    };
+    let of_object = |object: &Object| exponent(object.position, extent(object));
     let mut exponents = collect(world.objects.iter().filter_map(of_object), OBJECTS)?;
     let Some(&farthest_object) = exponents.iter().max() else {
         return Ok(1.0);
@@ -366,6 +378,15 @@ fn suitable_unit(world: &World) -> Result<f64, OutOfMemory> {
     let (_, &mut typical, _) = exponents.select_nth_unstable(middle);
     let exponent = typical.max(farthest.min(typical + FARTHEST_EXPONENT) - LARGEST_EXPONENT);
     Ok(libm::scalbn(1.0, -exponent.clamp(-1000, 1000)))
+}
+
+/// The radius or the longest side of an object; 0 of a plane.
+fn extent(object: &Object) -> f64 {
+    match object.form {
+        Form::Sphere { radius } => radius,
+        Form::Plane { .. } => 0.0,
+        Form::Box { size, .. } => size[0].max(size[1]).max(size[2]),
+    }
 }
 
 fn unit_vector(direction: Vector) -> Vector {

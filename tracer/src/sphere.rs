@@ -11,7 +11,7 @@
 //! for Ray/Sphere Intersection", Ray Tracing Gems, 2019).
 
 use crate::contact::{Contact, Side};
-use crate::grid::{LANES, Nearest, Rays, SIDE};
+use crate::grid::{LANES, Nearest, Rays, SIDE, STEP};
 use crate::points::Points;
 use crate::shadow::Shadow;
 use crate::vector::{cross, dot, length, scale, single, sub};
@@ -101,30 +101,34 @@ impl Sphere {
                 continue;
             }
             let mut discriminant = [0.0_f32; BATCH];
-            let mut met = 0_u32;
-            for i in 0..BATCH {
-                let lane = first + i;
-                let d = seen.discriminant(rays.dx[lane], rays.dy[lane], rays.vv[lane]);
-                discriminant[i] = d;
-                met |= u32::from(d >= 0.0);
+            let mut met = [0_u32; BATCH / STEP];
+            for step in 0..BATCH / STEP {
+                for i in step * STEP..(step + 1) * STEP {
+                    let lane = first + i;
+                    let d = seen.discriminant(rays.dx[lane], rays.dy[lane], rays.vv[lane]);
+                    discriminant[i] = d;
+                    met[step] |= u32::from(d >= 0.0);
+                }
             }
-            if met == 0 {
-                continue;
-            }
-            for i in 0..BATCH {
-                let lane = first + i;
-                let b = seen.along(rays.dx[lane], rays.dy[lane]);
-                let s = discriminant[i].sqrt();
-                // A ray that misses has no root, NaN. Of a sphere behind the eye both are negative.
-                let t = if outside {
-                    seen.power / (b + s)
-                } else if b >= 0.0 {
-                    (b + s) * seen.radius / rays.vv[lane]
-                } else {
-                    seen.power / (b - s)
-                };
-                let behind = outside & (b <= 0.0);
-                close += nearest.offer(lane, if behind { 0.0 } else { t }, face);
+            for step in 0..BATCH / STEP {
+                if met[step] == 0 {
+                    continue;
+                }
+                for i in step * STEP..(step + 1) * STEP {
+                    let lane = first + i;
+                    let b = seen.along(rays.dx[lane], rays.dy[lane]);
+                    let s = discriminant[i].sqrt();
+                    // A ray that misses has no root, NaN. Of a sphere behind the eye both are negative.
+                    let t = if outside {
+                        seen.power / (b + s)
+                    } else if b >= 0.0 {
+                        (b + s) * seen.radius / rays.vv[lane]
+                    } else {
+                        seen.power / (b - s)
+                    };
+                    let behind = outside & (b <= 0.0);
+                    close += nearest.offer(lane, if behind { 0.0 } else { t }, face);
+                }
             }
         }
         nearest.close += close;
@@ -279,8 +283,13 @@ impl Sphere {
         let per_radius = 1.0 / self.radius;
         let to_reference = sub(shadow.points.reference, lamp);
         let from_reference = sub(self.center, shadow.points.reference);
-        // c x (P_r - L) = q_r x (P_r - L), which does not cancel for a lamp that is far away.
-        let moment = single(scale(cross(from_reference, to_reference), per_radius));
+        // c x (P_r - L) = q_r x (P_r - L): the shorter one does not cancel.
+        let arm = if dot(from_lamp, from_lamp) < dot(from_reference, from_reference) {
+            from_lamp
+        } else {
+            from_reference
+        };
+        let moment = single(scale(cross(arm, to_reference), per_radius));
         let c = single(scale(from_lamp, per_radius));
         let q_r = single(scale(from_reference, per_radius));
         let power_r = (power(from_reference, self.radius) * per_radius * per_radius) as f32;
