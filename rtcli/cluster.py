@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import logging
 import os
@@ -9,6 +10,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
+from concurrent import futures
 from concurrent.futures import BrokenExecutor, Executor, Future, InvalidStateError
 from typing import Any, NamedTuple
 
@@ -88,9 +90,10 @@ def dask_cluster(address: str, patience: float = 60) -> Iterator[Cluster]:
 class _DaskExecutor(Executor):
     """The workers of a Dask client, whose futures end with the connection to the scheduler.
 
-    Those of Dask's own executor may then stay as they are for ever, and so may whoever waits for them. Once the
-    connection was lost it is so for good: if it comes back, all that was under way is gone nevertheless. It is the
-    same without workers for a while, or with one of another version.
+    Those of Dask's own executor may then stay as they are for ever, and so may whoever waits for them; and it
+    takes a result for an error where the worker is lost that it has just come from. Once the connection was lost
+    it is so for good: if it comes back, all that was under way is gone nevertheless. It is the same without
+    workers for a while, or with one of another version.
 
     Parameters
     ----------
@@ -108,10 +111,8 @@ class _DaskExecutor(Executor):
         self._client = client
         self._killed = killed
         self._patience, self._no_workers = patience, no_workers
-        # Not `pure`: equal arguments are not looked for, nor kept for later.
-        self._executor = client.get_executor(pure=False)
         self._lock = threading.RLock()
-        self._waiting: dict[Future[Any], Future[Any]] = {}  # Dask's, and those given out
+        self._waiting: dict[Future[Any], Any] = {}  # those given out, and Dask's
         self._failure: Exception | None = None
         self._end = threading.Event()
         threading.Thread(target=self._watch, daemon=True).start()
@@ -129,10 +130,11 @@ class _DaskExecutor(Executor):
         given: Future[Any] = Future()
         with self._lock:
             self._check()
-            future = self._executor.submit(run_checked, __version__, work, *arguments, **named)
-            self._waiting[future] = given
+            # Not `pure`: equal arguments are not looked for, nor kept for later.
+            future = self._client.submit(run_checked, __version__, work, *arguments, pure=False, **named)
+            self._waiting[given] = future
         given.add_done_callback(lambda given: given.cancelled() and future.cancel())
-        future.add_done_callback(self._settle)
+        self._client.loop.add_callback(self._settle, given, future)
         return given
 
     def share(self, value: Any) -> Any:
@@ -146,8 +148,13 @@ class _DaskExecutor(Executor):
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """Call off what is under way, unless it is to be waited for."""
-        if self._failure is None and self._client.status == "running":
-            self._executor.shutdown(wait=wait and not cancel_futures)
+        with self._lock:
+            waiting = dict(self._waiting)
+        if not wait or cancel_futures:
+            for given in waiting:
+                given.cancel()
+        else:
+            futures.wait(waiting)
 
     def stop(self) -> None:
         """Look after the connection no more."""
@@ -160,23 +167,30 @@ class _DaskExecutor(Executor):
         if self._failure is not None:
             raise self._failure
 
-    def _settle(self, future: Future[Any]) -> None:
-        """Give on what came of something."""
+    async def _settle(self, given: Future[Any], future: Any) -> None:
+        """Give on what comes of something."""
+        value: Any = None
+        failure: Exception | None = None
+        try:
+            value = await future
+        except (asyncio.CancelledError, futures.CancelledError):  # by nobody here, if it is still waited for
+            failure = _lost()
+        except OtherVersionError as error:
+            failure = ClusterError(str(error))
+        except self._killed:
+            failure = _gave_up()
+        except Exception as error:
+            failure = error
         with self._lock:
-            given = self._waiting.pop(future, None)
-            if given is None or given.done():
+            if self._waiting.pop(given, None) is None or given.done():
                 return
+            if isinstance(failure, (BrokenExecutor, ClusterError)):
+                self._fail(failure)
             with contextlib.suppress(InvalidStateError):  # called off at this very moment
-                if future.cancelled():  # by nobody here
-                    self._fail(_lost())
-                    given.set_exception(_lost())
-                elif (error := future.exception()) is None:
-                    given.set_result(future.result())
-                elif isinstance(error, OtherVersionError):
-                    given.set_exception(ClusterError(str(error)))
-                    self._fail(ClusterError(str(error)))
+                if failure is None:
+                    given.set_result(value)
                 else:
-                    given.set_exception(_gave_up() if isinstance(error, self._killed) else error)
+                    given.set_exception(failure)
 
     def _watch(self) -> None:
         """Look for the connection, and for workers while something is to be done."""
@@ -201,7 +215,7 @@ class _DaskExecutor(Executor):
         """End all that is under way, and take no more."""
         with self._lock:
             self._failure = self._failure or failure
-            lost, self._waiting = list(self._waiting.values()), {}
+            lost, self._waiting = list(self._waiting), {}
             for given in lost:
                 with contextlib.suppress(InvalidStateError):
                     given.set_exception(failure)
