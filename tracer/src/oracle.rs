@@ -318,6 +318,7 @@ pub(crate) fn light_left(occluder: &Solid, lamp: Vector, points: &Points) -> Lan
     let shadow = &mut Shadow {
         points,
         lamp: &Lamp {
+            nearer: 1.0,
             position: lamp,
             power: [1.0; 3],
             body: NOBODY,

@@ -1,7 +1,7 @@
 //! An infinite plane (document, section 2.2.2).
 
 use crate::contact::Contact;
-use crate::grid::{LANES, Nearest, Rays};
+use crate::grid::{LANES, Nearest, Rays, offer};
 use crate::points::Points;
 use crate::shadow::Shadow;
 use crate::vector::{dot, scale, single};
@@ -64,7 +64,11 @@ impl Plane {
             let along = middle + (nx * rays.dx[lane] + ny * rays.dy[lane]);
             let t = offset / along;
             let parallel = along * along < (PARALLEL * PARALLEL) * rays.vv[lane];
-            close += nearest.offer(lane, if parallel { 0.0 } else { t }, face);
+            close += offer(
+                (&mut nearest.t[lane], &mut nearest.face[lane]),
+                if parallel { 0.0 } else { t },
+                face,
+            );
         }
         nearest.close += close;
     }

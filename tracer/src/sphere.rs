@@ -11,7 +11,7 @@
 //! for Ray/Sphere Intersection", Ray Tracing Gems, 2019).
 
 use crate::contact::{Contact, Side};
-use crate::grid::{LANES, Nearest, Rays, SIDE, STEP};
+use crate::grid::{LANES, Nearest, Rays, SIDE, offer};
 use crate::points::Points;
 use crate::shadow::Shadow;
 use crate::vector::{cross, dot, length, scale, single, sub};
@@ -63,7 +63,8 @@ impl Sphere {
     /// On which side a place is that is not close to the surface.
     #[inline(always)]
     pub(crate) fn side(&self, place: Vector) -> Side {
-        if power(sub(self.center, place), self.radius) > 0.0 {
+        let c = sub(self.center, place);
+        if dot(c, c) > self.radius * self.radius {
             Side::Outside
         } else {
             Side::Inside
@@ -96,39 +97,37 @@ impl Sphere {
         let seen = self.seen(rays.middle);
         let outside = self.eye_is_outside();
         let mut close = 0;
-        for first in (0..LANES).step_by(BATCH) {
-            if !seen.crosses_rows(rays, first) {
+        for batch in 0..LANES / BATCH {
+            if !seen.crosses_rows(rays, batch * BATCH) {
                 continue;
             }
+            // Arrays of a known length: a loop whose index might be out of bounds is not wholly made of vectors.
+            let [dx, dy, vv] = [&rays.dx, &rays.dy, &rays.vv].map(|lanes| &lanes.as_chunks::<BATCH>().0[batch]);
             let mut discriminant = [0.0_f32; BATCH];
-            let mut met = [0_u32; BATCH / STEP];
-            for step in 0..BATCH / STEP {
-                for i in step * STEP..(step + 1) * STEP {
-                    let lane = first + i;
-                    let d = seen.discriminant(rays.dx[lane], rays.dy[lane], rays.vv[lane]);
-                    discriminant[i] = d;
-                    met[step] |= u32::from(d >= 0.0);
-                }
+            let mut met = 0_u32;
+            for i in 0..BATCH {
+                let d = seen.discriminant(dx[i], dy[i], vv[i]);
+                discriminant[i] = d;
+                met |= u32::from(d >= 0.0);
             }
-            for step in 0..BATCH / STEP {
-                if met[step] == 0 {
-                    continue;
-                }
-                for i in step * STEP..(step + 1) * STEP {
-                    let lane = first + i;
-                    let b = seen.along(rays.dx[lane], rays.dy[lane]);
-                    let s = discriminant[i].sqrt();
-                    // A ray that misses has no root, NaN. Of a sphere behind the eye both are negative.
-                    let t = if outside {
-                        seen.power / (b + s)
-                    } else if b >= 0.0 {
-                        (b + s) * seen.radius / rays.vv[lane]
-                    } else {
-                        seen.power / (b - s)
-                    };
-                    let behind = outside & (b <= 0.0);
-                    close += nearest.offer(lane, if behind { 0.0 } else { t }, face);
-                }
+            if met == 0 {
+                continue;
+            }
+            let best = &mut nearest.t.as_chunks_mut::<BATCH>().0[batch];
+            let faces = &mut nearest.face.as_chunks_mut::<BATCH>().0[batch];
+            for i in 0..BATCH {
+                let b = seen.along(dx[i], dy[i]);
+                let s = discriminant[i].sqrt();
+                // A ray that misses has no root, NaN. Of a sphere behind the eye both are negative.
+                let t = if outside {
+                    seen.power / (b + s)
+                } else if b >= 0.0 {
+                    (b + s) * seen.radius / vv[i]
+                } else {
+                    seen.power / (b - s)
+                };
+                let behind = outside & (b <= 0.0);
+                close += offer((&mut best[i], &mut faces[i]), if behind { 0.0 } else { t }, face);
             }
         }
         nearest.close += close;
@@ -292,11 +291,10 @@ impl Sphere {
         let moment = single(scale(cross(arm, to_reference), per_radius));
         let c = single(scale(from_lamp, per_radius));
         let q_r = single(scale(from_reference, per_radius));
-        let power_r = (power(from_reference, self.radius) * per_radius * per_radius) as f32;
         let to_lamp = single(sub(lamp, shadow.points.reference));
         // The power of a point at a height h is about 2 h R.
         let rounding = (2.0 * shadow.rounding_at_points(self.radius) * per_radius) as f32;
-        let close = length(from_reference) < 1.5 * self.radius;
+        let close = dot(from_reference, from_reference) < 2.25 * self.radius * self.radius;
         let flat = close && shadow.ball.radius < FLAT * self.radius;
         let (inside, on) = (side == Side::Inside, side == Side::On);
         let per_radius = per_radius as f32;
@@ -304,6 +302,7 @@ impl Sphere {
         let q_of = |p: [f32; 3]| -> [f32; 3] { std::array::from_fn(|i| q_r[i] - p[i] * per_radius) };
         let is_between = |crosses: bool, along: f32, w: [f32; 3]| crosses & (along > 0.0) & (product(c, w) < 0.0);
         if flat {
+            let power_r = (power(from_reference, self.radius) / (self.radius * self.radius)) as f32;
             for lane in 0..points.padded() {
                 let p = points.offset.each_ref().map(|axis| axis[lane]);
                 let (q, w) = (q_of(p), points.toward(to_lamp, lane));
@@ -318,23 +317,35 @@ impl Sphere {
             }
             return;
         }
+        let crosses = |lane: usize, p: [f32; 3], q: [f32; 3], w: [f32; 3]| {
+            let m = [
+                moment[0] + (c[1] * p[2] - c[2] * p[1]),
+                moment[1] + (c[2] * p[0] - c[0] * p[2]),
+                moment[2] + (c[0] * p[1] - c[1] * p[0]),
+            ];
+            is_between(product(m, m) <= shadow.squared[lane], product(q, w), w)
+        };
+        let beyond = length(sub(self.center, shadow.ball.center)) - shadow.ball.radius;
+        if side == Side::Outside && beyond > self.radius {
+            // All is outside.
+            for lane in 0..points.padded() {
+                let p = points.offset.each_ref().map(|axis| axis[lane]);
+                let hidden = crosses(lane, p, q_of(p), points.toward(to_lamp, lane));
+                shadow.darken(lane, hidden);
+            }
+            return;
+        }
         // Of q.q close to 1 rounding takes less than this.
         let rounding = rounding + 1e-6;
         for lane in 0..points.padded() {
             let p = points.offset.each_ref().map(|axis| axis[lane]);
-            let (q, w) = (q_of(p), points.toward(to_lamp, lane));
+            let q = q_of(p);
             let power = product(q, q) - 1.0;
             let slack = 2.0 * points.slack(lane) * per_radius + rounding;
             let hidden = if inside {
                 power > slack
             } else {
-                let m = [
-                    moment[0] + (c[1] * p[2] - c[2] * p[1]),
-                    moment[1] + (c[2] * p[0] - c[0] * p[2]),
-                    moment[2] + (c[0] * p[1] - c[1] * p[0]),
-                ];
-                let along = product(q, w);
-                let between = is_between(product(m, m) <= shadow.squared[lane], along, w);
+                let between = crosses(lane, p, q, points.toward(to_lamp, lane));
                 (between & (!on | (power > slack))) | (!on & (power < -slack))
             };
             shadow.darken(lane, hidden);
