@@ -233,18 +233,23 @@ impl Block {
         if !lit {
             return;
         }
-        let surface = (face, flat.as_ref());
-        let stack = &mut self.stack;
+        // The lighting walks the tree with the same stack, which holds the meter. It is lent as a part of the lighting:
+        // with a reference of its own to write to, the compiler makes no vectors of the loops, at five times the time.
+        std::mem::swap(&mut self.stack, &mut self.lighting.stack);
         if whole {
-            self.traced += self.lighting.add(scene, settings, surface, &mut self.radiance, stack);
+            self.traced += self
+                .lighting
+                .add(scene, settings, face, flat.as_ref(), &mut self.radiance);
         } else {
-            let radiance = &mut self.some_radiance;
-            gather(&self.radiance, lanes, radiance);
-            self.traced += self.lighting.add(scene, settings, surface, radiance, stack);
+            gather(&self.radiance, lanes, &mut self.some_radiance);
+            self.traced += self
+                .lighting
+                .add(scene, settings, face, flat.as_ref(), &mut self.some_radiance);
             for (to, from) in self.radiance.iter_mut().zip(&self.some_radiance) {
                 put(to, lanes, |i| from[i]);
             }
         }
+        std::mem::swap(&mut self.stack, &mut self.lighting.stack);
     }
 }
 

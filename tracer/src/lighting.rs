@@ -21,6 +21,7 @@ pub(crate) struct Lighting {
     squared: Lanes,
     /// cos(theta) / r^2 of one lamp, and 0 where it is hidden.
     light: Lanes,
+    pub(crate) stack: Stack,
 }
 
 impl Lighting {
@@ -29,6 +30,7 @@ impl Lighting {
             points: Points::new(),
             squared: [0.0; LANES],
             light: [0.0; LANES],
+            stack: Stack::default(),
         }
     }
 
@@ -45,9 +47,9 @@ impl Lighting {
         &mut self,
         scene: &Scene,
         settings: &Settings,
-        (face, flat): (u32, Option<&Plane>),
+        face: u32,
+        flat: Option<&Plane>,
         radiance: &mut [Lanes; 3],
-        stack: &mut Stack,
     ) -> u64 {
         let object = face >> FACE_BITS;
         let Look { albedo, nearer, .. } = scene.looks[object as usize];
@@ -66,7 +68,7 @@ impl Lighting {
                 light: &mut self.light,
                 ball,
             };
-            shadow.cast(scene, object, stack);
+            shadow.cast(scene, object, &mut self.stack);
             // A body that was moved nearer gets no more light than where it is.
             let dimmed = (nearer / lamp.nearer).min(1.0);
             let mut share = share(lamp, scale(albedo, dimmed * dimmed));
