@@ -330,6 +330,27 @@ def test_light_very_far_away_is_a_sun(render, away):
     assert (film.radiance[tops] > 0).any()
 
 
+def test_planes_that_cross_far_away_are_told_apart_close_to_where_they_do(render):
+    planes = [plane([-1.5, 998.5, 2.5], [1, 0, 0]), plane([1.5, 999.5, 3.0], [1, 2, 2])]
+    eye, look_at = np.array([60000.0, 81000.0, 0.0]), np.array([1.0, 1002.5, -0.5])
+    fov = 0.006875493533319286
+    camera = {"resolution": [32, 24], "fov": fov, "position": list(eye), "look_at": list(look_at), "up": [0, 0, 1]}
+    film = render(scene(planes, [], camera=camera), passes=["object_id"])
+    forward = (look_at - eye) / np.linalg.norm(look_at - eye)
+    right = np.cross(forward, [0, 0, 1])
+    right /= np.linalg.norm(right)
+    y, x = np.mgrid[0:24, 0:32] + 0.5
+    pixel = 2 * math.tan(math.radians(fov / 2)) / 24
+    down = np.cross(forward, right)
+    v = forward + pixel * ((x - 16)[..., None] * right + (y - 12)[..., None] * down)
+    depths = [
+        (np.array(each["position"]) - eye) @ each["normal"] / (v @ np.array(each["normal"])) for each in planes
+    ]
+    apart = np.abs(depths[0] / depths[1] - 1) > 5e-5 * pixel  # of the depth: about as much of a pixel
+    assert apart.mean() > 0.9
+    np.testing.assert_array_equal(film.object_id[apart], 1 + np.argmin(depths, axis=0)[apart])
+
+
 # --- Surfaces in one place -------------------------------------------------------------------------------
 
 

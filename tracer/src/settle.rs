@@ -12,7 +12,7 @@ use crate::scene::Scene;
 const COINCIDENT: f64 = 1.0 / (1_u64 << 41) as f64;
 
 /// Where two surfaces cross within this share of a pixel, float32 decides which of them is seen.
-const CROSSING: f64 = 2.5e-4;
+const CROSSING: f64 = 2e-5;
 
 /// A face that may be the nearest one of a lane.
 #[derive(Clone, Copy, Debug)]
