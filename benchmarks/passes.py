@@ -22,7 +22,7 @@ from peers import HERE
 from run import README, machine
 
 import rtcli
-from rtcli.pack import pack
+from rtcli.rendering.pack import pack
 from rtcli.scene.model import Scene
 from rtcli.tracer.engines import ENGINES, Tracer, tracer_of
 from rtcli.tracer.world import PASSES, Window, World

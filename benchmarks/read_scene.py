@@ -13,9 +13,9 @@ from pathlib import Path
 
 import yaml
 
-from rtcli.scene.document import Source
-from rtcli.scene.parse import parse
-from rtcli.scene.yaml_reader import read_carefully
+from rtcli.scene.reading.parse import parse
+from rtcli.scene.reading.source import Source
+from rtcli.scene.reading.yaml_reader import read_carefully
 
 READERS: dict[str, Callable[[str], object]] = {
     "rtcli": lambda text: parse(text, "scene.yaml"),

@@ -18,24 +18,24 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from rtcli.film import Film
-    from rtcli.pipeline import render
+    from rtcli.api import render
+    from rtcli.rendering.film import Film
+    from rtcli.scene.diagnostics.problems import Problem, SceneError
     from rtcli.scene.load import load_scene
     from rtcli.scene.model import Scene
-    from rtcli.scene.problems import Problem, SceneError
     from rtcli.tracer._native import __version__
 
 __all__ = ["Film", "Problem", "Scene", "SceneError", "__version__", "load_scene", "render"]
 
 # Loaded on first use: `rtcli validate` must not pay for NumPy, nor `import rtcli` for anything.
 _HOMES = {
-    "Film": "rtcli.film",
-    "Problem": "rtcli.scene.problems",
+    "Film": "rtcli.rendering.film",
+    "Problem": "rtcli.scene.diagnostics.problems",
     "Scene": "rtcli.scene.model",
-    "SceneError": "rtcli.scene.problems",
+    "SceneError": "rtcli.scene.diagnostics.problems",
     "__version__": "rtcli.tracer._native",
     "load_scene": "rtcli.scene.load",
-    "render": "rtcli.pipeline",
+    "render": "rtcli.api",
 }
 
 

@@ -17,8 +17,8 @@ def run() -> None:
     # of a short run. Cycles of a long one are still collected.
     gc.set_threshold(1_000_000)
     from rtcli.cli import main
-    from rtcli.cli.output import make_output_whole
-    from rtcli.cli.room import heed_limits
+    from rtcli.cli.console import make_output_whole
+    from rtcli.cli.memory_limit import heed_limits
 
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # a closed one is None

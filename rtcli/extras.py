@@ -10,7 +10,7 @@ class MissingExtraError(OSError):
     """An optional package is not installed, or cannot be loaded."""
 
 
-def need(module: str, extra: str, purpose: str) -> ModuleType:
+def require_extra(module: str, extra: str, purpose: str) -> ModuleType:
     """Import a module of an optional package.
 
     Parameters

@@ -5,25 +5,25 @@ import sys
 
 import pytest
 
-from rtcli.cli.exits import os_error_text
-from rtcli.extras import MissingExtraError, need
+from rtcli.cli.exit_codes import os_error_text
+from rtcli.extras import MissingExtraError, require_extra
 
 
 def test_module_that_is_there_is_imported():
-    assert need("math", "exr", "counting") is math
+    assert require_extra("math", "exr", "counting") is math
 
 
 def test_missing_package_is_told_with_how_to_install_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "some_package", None)
     with pytest.raises(MissingExtraError) as missing:
-        need("some_package", "some", "reading some")
+        require_extra("some_package", "some", "reading some")
     told = "reading some needs the package some-package: pip install 'rtcli[some]'"
     assert os_error_text(missing.value) == told
 
 
 def test_package_of_a_module_below_it_is_told():
     with pytest.raises(MissingExtraError, match="needs the package nothing-such: "):
-        need("nothing_such.module", "some", "reading some")
+        require_extra("nothing_such.module", "some", "reading some")
 
 
 @pytest.mark.parametrize(
@@ -38,7 +38,7 @@ def test_package_that_is_broken_is_not_called_missing(tmp_path, monkeypatch, sou
     (tmp_path / "broken_package.py").write_text(source)
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(MissingExtraError) as broken:
-        need("broken_package", "some", "reading some")
+        require_extra("broken_package", "some", "reading some")
     told = os_error_text(broken.value)
     start = "reading some needs the package broken-package, which is installed but cannot be loaded: "
     assert told.startswith(start + why)
@@ -47,4 +47,4 @@ def test_package_that_is_broken_is_not_called_missing(tmp_path, monkeypatch, sou
 
 def test_module_that_an_installed_package_lacks_is_not_called_a_missing_package():
     with pytest.raises(MissingExtraError, match="cannot be loaded: No module named 'json"):
-        need("json.nothing_such", "some", "reading some")
+        require_extra("json.nothing_such", "some", "reading some")

@@ -6,7 +6,7 @@ import refresh
 from PIL import Image
 
 import rtcli
-from rtcli.scene.rules import RULES
+from rtcli.scene.diagnostics.rules import RULES
 from rtcli.tracer.world import PASSES
 
 GALLERY = refresh.gallery_scenes()

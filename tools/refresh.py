@@ -15,7 +15,7 @@ from click.testing import CliRunner
 
 import rtcli
 from rtcli.cli import main
-from rtcli.scene.rules import RULES
+from rtcli.scene.diagnostics.rules import RULES
 from rtcli.scene.schema import scene_schema, schema_text
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -11,13 +11,13 @@ from itertools import groupby
 from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
+from rtcli.atomic import whole_files
 from rtcli.batch.jobs import Job
 from rtcli.batch.manifest import Entry, Manifest
 from rtcli.batch.work import DONE, sha256, sha256_of
-from rtcli.files import whole_files
 from rtcli.image.animation import write_animation
 from rtcli.image.formats import RADIANCE
-from rtcli.truth import SOFTWARE
+from rtcli.rendering.metadata import SOFTWARE
 
 
 class Animation(NamedTuple):
@@ -35,7 +35,7 @@ class Animation(NamedTuple):
     jobs: tuple[Job, ...]
 
 
-class Made(NamedTuple):
+class AnimationResult(NamedTuple):
     """What came of an animation: it is new, or was current; or it was not made, and why."""
 
     path: str
@@ -57,7 +57,9 @@ def animations_of(jobs: Iterable[Job], suffixes: Sequence[str]) -> list[Animatio
     return [Animation(f"{parent}{suffix}", frames) for suffix in suffixes for parent, frames in groups]
 
 
-def animate(animations: Iterable[Animation], manifest: Manifest, folder: Path, scratch: Path) -> Iterator[Made]:
+def animate(
+    animations: Iterable[Animation], manifest: Manifest, folder: Path, scratch: Path
+) -> Iterator[AnimationResult]:
     """Make the animations that are not current, and take them down in the manifest; yield what came of each.
 
     Parameters
@@ -93,24 +95,24 @@ def _scene_of(job: Job) -> str:
     return PurePosixPath(job.key).parent.as_posix()
 
 
-def _made(animation: Animation, manifest: Manifest, folder: Path, scratch: Path) -> Made:
+def _made(animation: Animation, manifest: Manifest, folder: Path, scratch: Path) -> AnimationResult:
     entries = [manifest.entry(job.key) for job in animation.jobs]
     hashes = [_hash_of(job, entry) for job, entry in zip(animation.jobs, entries, strict=True)]
     if None in hashes:
         why = f"no animation, for {hashes.count(None):,} of its {len(hashes):,} pictures failed"
-        return Made(animation.path, problem=why)
+        return AnimationResult(animation.path, problem=why)
     frames = sha256("\n".join([SOFTWARE, *filter(None, hashes)]).encode())
     target = folder / animation.path
     if any(_is_current(known, animation.path, frames, target) for known in animated(entries[0])):
-        return Made(animation.path)
+        return AnimationResult(animation.path)
     try:
         _write(animation, folder, scratch)
     except ValueError as error:
-        return Made(animation.path, problem=f"no animation: {error}")
+        return AnimationResult(animation.path, problem=f"no animation: {error}")
     others = [known for known in animated(entries[0]) if known["path"] != animation.path]
     own = {"path": animation.path, "sha256": sha256_of(target), "bytes": target.stat().st_size, "frames": frames}
     manifest.put(animation.jobs[0].key, {**entries[0], "animations": [*others, own]})
-    return Made(animation.path, is_new=True)
+    return AnimationResult(animation.path, is_new=True)
 
 
 def _hash_of(job: Job, entry: Entry) -> str | None:

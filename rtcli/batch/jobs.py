@@ -13,10 +13,10 @@ from typing import Any
 
 from rtcli.batch.sweep import Combination, Variation, combinations, refuse_too_many
 from rtcli.image.formats import parts_of
-from rtcli.scene.document import Document
-from rtcli.scene.edits import Overrides, set_expression
+from rtcli.scene.diagnostics.problems import quoted
 from rtcli.scene.find import looks_like_scene, scene_files_below
-from rtcli.scene.problems import quoted
+from rtcli.scene.overrides import Overrides, set_expression
+from rtcli.scene.reading.source import Document
 
 # In the folder of the results: what is known of them, and a folder for the lock and the temporary files.
 MANIFEST = "manifest.json"
@@ -28,7 +28,7 @@ class BatchError(ValueError):
 
 
 @dataclass(frozen=True)
-class Settings:
+class BatchSettings:
     """What applies to all scenes of a batch.
 
     Parameters
@@ -80,7 +80,7 @@ class Job:
 
     key: str
     scene: str
-    settings: Settings
+    settings: BatchSettings
     variation: Combination = field(default_factory=Combination)
 
     @cached_property
@@ -100,7 +100,7 @@ class Job:
 
         Raises
         ------
-        rtcli.scene.edits.EditError
+        rtcli.scene.overrides.EditError
             If an option names nothing in this scene.
         """
         document = self.settings.overrides.apply(document)
@@ -110,7 +110,7 @@ class Job:
 
 
 def find_jobs(
-    paths: Iterable[str], settings: Settings, folder: str, variations: Sequence[Variation] = ()
+    paths: Iterable[str], settings: BatchSettings, folder: str, variations: Sequence[Variation] = ()
 ) -> list[Job]:
     """Return the jobs of a batch, sorted by their keys.
 
@@ -149,7 +149,7 @@ def find_jobs(
     return jobs
 
 
-def _varied(scenes: Mapping[str, str], settings: Settings, variations: Sequence[Variation]) -> Iterator[Job]:
+def _varied(scenes: Mapping[str, str], settings: BatchSettings, variations: Sequence[Variation]) -> Iterator[Job]:
     combined = list(combinations(variations))
     if variations:
         refuse_too_many(len(scenes) * len(combined))

@@ -14,11 +14,11 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from rtcli.atomic import whole_files
 from rtcli.batch.folder import lock_of
 from rtcli.batch.jobs import MANIFEST
-from rtcli.files import whole_files
-from rtcli.scene.problems import quoted
-from rtcli.truth import SOFTWARE
+from rtcli.rendering.metadata import SOFTWARE
+from rtcli.scene.diagnostics.problems import quoted
 
 Entry: TypeAlias = dict[str, Any]
 

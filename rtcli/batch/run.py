@@ -11,16 +11,16 @@ from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
+from rtcli.atomic import whole_files
 from rtcli.batch.animate import Animation, animated
 from rtcli.batch.folder import scratch_folder
 from rtcli.batch.jobs import MANIFEST, PRIVATE, Job
 from rtcli.batch.manifest import Entry, Manifest, ManifestError
 from rtcli.batch.pool import Result, Workers, results
-from rtcli.batch.work import DONE, Outcome, Task, content_of, failure, render_job, sha256, sha256_of
-from rtcli.files import whole_files
-from rtcli.scene.parse import READ_BYTES
-from rtcli.scene.problems import quoted
-from rtcli.truth import SOFTWARE
+from rtcli.batch.work import DONE, BatchTask, Outcome, content_of, failure, render_job, sha256, sha256_of
+from rtcli.rendering.metadata import SOFTWARE
+from rtcli.scene.diagnostics.problems import quoted
+from rtcli.scene.reading.parse import READ_BYTES
 
 # Jobs that are looked at together while a plan is made.
 _TOGETHER = 512
@@ -33,7 +33,7 @@ _PATIENCE = 1.0
 
 
 @dataclass(frozen=True)
-class Step:
+class BatchStep:
     """A job that is to be done, and why."""
 
     job: Job
@@ -54,7 +54,7 @@ class Plan:
         Entries of current results whose scene file is written otherwise now.
     """
 
-    steps: list[Step] = field(default_factory=list)
+    steps: list[BatchStep] = field(default_factory=list)
     current: int = 0
     renewed: dict[str, Entry] = field(default_factory=dict)
 
@@ -85,12 +85,12 @@ def make_plan(
         Is told (jobs looked at, jobs in all).
     """
     if force:
-        return Plan([Step(job, "forced") for job in jobs])
+        return Plan([BatchStep(job, "forced") for job in jobs])
     plan = Plan()
     for count, (job, (reason, renewed)) in enumerate(_looked_at(manifest, jobs, folder), start=1):
         progress(count, len(jobs))
         if reason:
-            plan.steps.append(Step(job, reason))
+            plan.steps.append(BatchStep(job, reason))
             continue
         plan.current += 1
         if renewed is not None:
@@ -184,7 +184,7 @@ def _read(job: Job) -> bytes:
 # --- What is gone ----------------------------------------------------------------------------------------
 
 
-class Leftover(NamedTuple):
+class StaleOutputs(NamedTuple):
     """What the manifest names and a batch would not make: keys of scenes, and files in the folder."""
 
     keys: list[str]
@@ -193,7 +193,7 @@ class Leftover(NamedTuple):
 
 def find_leftover(
     manifest: Manifest, jobs: Sequence[Job], folder: Path, animations: Sequence[Animation] = ()
-) -> Leftover:
+) -> StaleOutputs:
     """Return the results of scenes that are gone, and files that jobs had with other settings.
 
     Animations are among them, but for those that the batch makes. Results of scenes that are there and no part of
@@ -223,7 +223,7 @@ def find_leftover(
         if not _is_result(path, folder, scenes):
             message = f"names {quoted(path)}, which is no result in this folder: nothing is removed. Correct it"
             raise ManifestError(folder / MANIFEST, message)
-    return Leftover(sorted(gone), paths)
+    return StaleOutputs(sorted(gone), paths)
 
 
 def _is_of_another_batch(entry: Entry, scenes: set[str]) -> bool:
@@ -244,7 +244,7 @@ def _is_result(path: str, folder: Path, scenes: set[str]) -> bool:
     return file.is_relative_to(own) and not (file.is_dir() and not file.is_symlink()) and str(file) not in scenes
 
 
-def prune(leftover: Leftover, manifest: Manifest, folder: Path) -> None:
+def prune(leftover: StaleOutputs, manifest: Manifest, folder: Path) -> None:
     """Remove files and the folders that are empty then, and forget their scenes.
 
     Raises
@@ -359,17 +359,17 @@ def _drained(queue: deque[Any]) -> Iterator[Any]:
         yield queue.popleft()
 
 
-def _tasks(batch: Batch, scratch: Path, unread: deque[tuple[Job, Outcome]]) -> Iterator[Task]:
+def _tasks(batch: Batch, scratch: Path, unread: deque[tuple[Job, Outcome]]) -> Iterator[BatchTask]:
     """Yield tasks with the bytes of their scenes, read as late as can be; what cannot be read has its outcome."""
     places = (str(batch.folder.absolute()), str(scratch.absolute())) if batch.by_workers else (None, None)
     for step in batch.plan.steps:
         try:
-            yield Task(step.job, _read(step.job), *places)
+            yield BatchTask(step.job, _read(step.job), *places)
         except OSError as error:
             unread.append((step.job, failure(step.job, None, error, {})))
 
 
-def _written(batch: Batch, task: Task, outcome: Outcome, scratch: Path) -> Outcome:
+def _written(batch: Batch, task: BatchTask, outcome: Outcome, scratch: Path) -> Outcome:
     """Write the files that an outcome brought back."""
     if not outcome.files:
         return outcome

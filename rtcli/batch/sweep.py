@@ -9,8 +9,8 @@ from decimal import Decimal
 from itertools import product
 from typing import NamedTuple
 
+from rtcli.scene.diagnostics.problems import quoted
 from rtcli.scene.paths import PathError, keys_of, split
-from rtcli.scene.problems import quoted
 
 # More variations than this are a slip of a step, and would fill any disk.
 MOST_VARIATIONS = 1_000_000

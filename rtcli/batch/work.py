@@ -12,16 +12,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO
 
+from rtcli.atomic import whole_files
 from rtcli.batch.jobs import Job
-from rtcli.files import whole_files
 from rtcli.image.formats import check_fits
-from rtcli.pack import pack
-from rtcli.pipeline import Request, Target, shoot, write_film
-from rtcli.scene.diagnostics import validate
+from rtcli.rendering.job import RenderJob, RenderRequest, prepare
+from rtcli.rendering.metadata import SOFTWARE, fingerprint
+from rtcli.rendering.pack import pack
+from rtcli.rendering.stream import FilmOutputs, write_film
+from rtcli.scene.diagnostics.problems import Problem, SceneError
 from rtcli.scene.model import Scene
-from rtcli.scene.parse import parse_bytes
-from rtcli.scene.problems import Problem, SceneError
-from rtcli.truth import SOFTWARE, Shot, fingerprint
+from rtcli.scene.reading.parse import parse_bytes
+from rtcli.scene.validation.validate import validate
 
 DONE, FAILED = "done", "failed"
 
@@ -30,7 +31,7 @@ MAX_KEPT = 20
 
 
 @dataclass(frozen=True)
-class Task:
+class BatchTask:
     """A job with all that a worker needs; it can be sent to another process, or another machine.
 
     Parameters
@@ -52,7 +53,7 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Output:
+class BatchOutput:
     """One file of a result: the part of the film, its path in the folder of the results, and what it holds."""
 
     part: str
@@ -94,7 +95,7 @@ class Outcome:
     key: str
     input: str | None = None
     content: str | None = None
-    outputs: tuple[Output, ...] = ()
+    outputs: tuple[BatchOutput, ...] = ()
     seconds: dict[str, float] = field(default_factory=dict)
     resolution: tuple[int, int] | None = None
     problems: tuple[Problem, ...] = ()
@@ -153,7 +154,7 @@ def content_of(job: Job, raw: bytes) -> str | None:
         return None
 
 
-def render_job(task: Task) -> Outcome:
+def render_job(task: BatchTask) -> Outcome:
     """Render a scene on one processor core, and write its files, all of them or none.
 
     What is wrong with the scene, or with a file, is told in the outcome; all else is raised.
@@ -164,9 +165,9 @@ def render_job(task: Task) -> Outcome:
         scene = _validated(task.job, task.raw, seconds)
         with _stage("pack", seconds):
             world = pack(scene)
-        shot = shoot(scene, world, Request(task.job.settings.passes, threads=1))
-        check_fits(task.job.key + task.job.settings.suffix, shot.window[2:], task.job.settings.bits)
-        outputs, files = _render(task, shot, seconds)
+        job = prepare(scene, world, RenderRequest(task.job.settings.passes, threads=1))
+        check_fits(task.job.key + task.job.settings.suffix, job.window[2:], task.job.settings.bits)
+        outputs, files = _render(task, job, seconds)
     except SceneError as error:
         return failure(task.job, input, error, seconds)
     except (ValueError, OSError) as error:
@@ -177,7 +178,7 @@ def render_job(task: Task) -> Outcome:
         f"sha256:{fingerprint(scene, world)}",
         outputs,
         seconds,
-        (shot.window.width, shot.window.height),
+        (job.window.width, job.window.height),
         files=files,
     )
 
@@ -213,12 +214,14 @@ def _validated(job: Job, raw: bytes, seconds: dict[str, float]) -> Scene:
         return validate(document)
 
 
-def _render(task: Task, shot: Shot, seconds: dict[str, float]) -> tuple[tuple[Output, ...], dict[str, bytes]]:
+def _render(
+    task: BatchTask, job: RenderJob, seconds: dict[str, float]
+) -> tuple[tuple[BatchOutput, ...], dict[str, bytes]]:
     """Write the files of a film; return what they are and, without a folder, the bytes of each by its path."""
-    request, bits = Request(task.job.settings.passes, threads=1), task.job.settings.bits
+    request, bits = RenderRequest(task.job.settings.passes, threads=1), task.job.settings.bits
     with _place(task) as (folder, scratch), _open(task.job, folder, scratch) as files:
         named = {part: (path, files[part]) for part, path in task.job.outputs.items()}
-        seconds.update(write_film(shot, request, Target(named, bits)).seconds)
+        seconds.update(write_film(job, request, FilmOutputs(named, bits)).seconds)
         outputs = tuple(_output(part, path, files[part]) for part, path in task.job.outputs.items())
         if task.folder is not None:
             return outputs, {}
@@ -226,7 +229,7 @@ def _render(task: Task, shot: Shot, seconds: dict[str, float]) -> tuple[tuple[Ou
 
 
 @contextlib.contextmanager
-def _place(task: Task) -> Iterator[tuple[Path, Path | None]]:
+def _place(task: BatchTask) -> Iterator[tuple[Path, Path | None]]:
     """Give the folder to write to, and one for temporary files; of what is brought back, one for the moment."""
     if task.folder is not None:
         yield Path(task.folder), None if task.scratch is None else Path(task.scratch)
@@ -246,7 +249,7 @@ def _open(job: Job, folder: Path, scratch: Path | None) -> Iterator[dict[str, Bi
         yield dict(zip(job.outputs, files, strict=True))
 
 
-def _output(part: str, path: str, file: BinaryIO) -> Output:
+def _output(part: str, path: str, file: BinaryIO) -> BatchOutput:
     """Return what an open file holds; it is read again, because archives are not written from start to end."""
     file.flush()
-    return Output(part, path, sha256_of(Path(file.name)), os.fstat(file.fileno()).st_size)
+    return BatchOutput(part, path, sha256_of(Path(file.name)), os.fstat(file.fileno()).st_size)

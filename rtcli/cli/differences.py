@@ -9,14 +9,14 @@ from typing import NamedTuple
 
 import click
 
-from rtcli.cli.output import STDIO, print_lines, tell, wants_color, write_bytes
-from rtcli.cli.targets import Place
-from rtcli.files import try_target
-from rtcli.image.compare import Comparison, comparable, compare_layers, made_alike, overlap
-from rtcli.image.difference import difference_paths, difference_png
+from rtcli.atomic import try_target
+from rtcli.cli.console import STDIO, print_lines, tell, wants_color, write_bytes
+from rtcli.cli.paths import OutputPath
+from rtcli.compare.difference import difference_paths, difference_png
+from rtcli.compare.pictures import Comparison, comparable, compare_layers, made_alike, overlap
 from rtcli.image.layers import Array, Layers
 from rtcli.reports.comparison import text, verdict
-from rtcli.scene.problems import printable, quoted
+from rtcli.scene.diagnostics.problems import printable, quoted
 
 
 def report(comparison: Comparison, names: tuple[str, str], quiet: bool) -> None:
@@ -41,7 +41,7 @@ class DifferencePictures:
     Parameters
     ----------
     output
-        The name of the first; see `rtcli.image.difference.difference_paths`.
+        The name of the first; see `rtcli.compare.difference.difference_paths`.
     option
         What gives it that name.
 
@@ -59,10 +59,10 @@ class DifferencePictures:
         self._output, self._option = output, option
         self._paths = {"": output}
 
-    def plan(self, names: Iterable[str]) -> list[Place]:
+    def plan(self, names: Iterable[str]) -> list[OutputPath]:
         """Give each layer its picture, and return the files; the first has the name that was given."""
         self._paths = difference_paths(self._output, names) or self._paths
-        return [Place("the difference picture", path, self._option) for path in self._paths.values()]
+        return [OutputPath("the difference picture", path, self._option) for path in self._paths.values()]
 
     def try_out(self) -> None:
         """Find out before the work whether they can be written; raise OSError if not."""

@@ -12,16 +12,16 @@ from pathlib import Path
 import click
 import numpy as np
 
-from rtcli.cli.check_options import CheckOptions
+from rtcli.cli.console import STDIO
 from rtcli.cli.differences import Compared, DifferencePictures, report
-from rtcli.cli.exits import DIFFERENT, usage_errors
-from rtcli.cli.output import STDIO
-from rtcli.cli.targets import Place, refuse_folder
-from rtcli.image.compare import Comparison, Mismatch, compare, joined
+from rtcli.cli.exit_codes import DIFFERENT, usage_errors
+from rtcli.cli.options.golden import CheckOptions
+from rtcli.cli.paths import OutputPath, refuse_folder
+from rtcli.compare.pictures import Comparison, Mismatch, compare, joined
 from rtcli.image.formats import METADATA, RADIANCE, format_of, parts_of
 from rtcli.image.layers import PICTURE_LAYER, Layers
 from rtcli.image.read import kind_of, read_layers
-from rtcli.scene.problems import printable
+from rtcli.scene.diagnostics.problems import printable
 from rtcli.tracer.world import PASSES, Window
 
 
@@ -57,11 +57,11 @@ class Golden:
         picture = self.parts[RADIANCE].arrays.get(PICTURE_LAYER)
         return 16 if picture is not None and picture.dtype == np.uint16 else 8
 
-    def places(self) -> list[Place]:
+    def places(self) -> list[OutputPath]:
         """Return what must not be replaced."""
-        return [Place("the golden file", str(path)) for path in self.files.values()]
+        return [OutputPath("the golden file", str(path)) for path in self.files.values()]
 
-    def difference_places(self, passes: Iterable[str]) -> list[Place]:
+    def difference_places(self, passes: Iterable[str]) -> list[OutputPath]:
         """Return where difference pictures of a rendering with these passes may go."""
         if self.differences is None:
             return []

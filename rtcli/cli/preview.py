@@ -7,11 +7,11 @@ import os
 import sys
 from typing import TYPE_CHECKING
 
-from rtcli.cli.output import is_terminal, takes_escapes
-from rtcli.extras import need
+from rtcli.cli.console import is_terminal, takes_escapes
+from rtcli.extras import require_extra
 
 if TYPE_CHECKING:
-    from rtcli.film import Film
+    from rtcli.rendering.film import Film
 
 _PURPOSE = "showing a picture in the terminal (a file needs -o OUT)"
 _FILE = "give the picture a file with -o OUT"
@@ -29,8 +29,8 @@ class Preview:
     """
 
     def __init__(self) -> None:
-        need("textual_image", "preview", _PURPOSE)
-        self._console = need("rich.console", "preview", _PURPOSE).Console()
+        require_extra("textual_image", "preview", _PURPOSE)
+        self._console = require_extra("rich.console", "preview", _PURPOSE).Console()
         if 0 in os.get_terminal_size(sys.stdout.fileno()):
             raise OSError(f"the terminal does not say how large it is: {_FILE}")
         if not takes_escapes(sys.stdout) or self._console.no_color or self._console.color_system is None:
@@ -49,7 +49,7 @@ class Preview:
         if self._answers is not None:
             # The package reads answers from standard input, of which the scene has been read.
             os.dup2(self._answers, sys.stdin.fileno())
-        renderable = need("textual_image.renderable", "preview", _PURPOSE)
+        renderable = require_extra("textual_image.renderable", "preview", _PURPOSE)
         from PIL import Image
 
         self._console.print(renderable.Image(Image.fromarray(film.develop()), width="auto", height="auto"))

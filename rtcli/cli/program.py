@@ -13,9 +13,9 @@ from typing import Any, NoReturn
 import click
 
 from rtcli import __version__
-from rtcli.cli.exits import FILE, INTERNAL, INVALID, forget_frames, lack_of_memory, os_error_text
-from rtcli.cli.output import tell, wants_color
-from rtcli.scene.problems import SceneError
+from rtcli.cli.console import tell, wants_color
+from rtcli.cli.exit_codes import FILE, INTERNAL, INVALID, forget_frames, lack_of_memory, os_error_text
+from rtcli.scene.diagnostics.problems import SceneError
 
 
 class Interrupted(BaseException):
@@ -98,9 +98,9 @@ def _failure(error: BaseException) -> int:
 
 def _tell_problems(error: SceneError) -> None:
     from rtcli.reports import text
-    from rtcli.reports.checked import Checked
+    from rtcli.reports.file_report import FileReport
 
-    for piece in text.report([Checked("", error.problems)], wants_color(sys.stderr)):
+    for piece in text.report([FileReport("", error.problems)], wants_color(sys.stderr)):
         click.echo(piece, nl=False, err=True, color=True)
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from rtcli.cli.output import takes_escapes, tell
+from rtcli.cli.console import takes_escapes, tell
 
 
 @contextlib.contextmanager

@@ -14,11 +14,11 @@ import numpy as np
 from rtcli.explain.agreement import PixelSamples
 from rtcli.explain.development import Developed, developed
 from rtcli.explain.intersections import meet_all
-from rtcli.explain.lighting import Place, hit_step, lights_step, radiance_step
+from rtcli.explain.lighting import SurfacePoint, hit_step, lights_step, radiance_step
 from rtcli.explain.records import Explanation, NativePixel, Number, Sample, Step, Story
 from rtcli.explain.words import name_of, triple
-from rtcli.image.look import Look
-from rtcli.pack import pack
+from rtcli.image.display import DisplayTransform
+from rtcli.rendering.pack import pack
 from rtcli.scene.model import Scene
 from rtcli.tracer.engines import default_threads, stops_of
 from rtcli.tracer.native import NativeTracer
@@ -94,7 +94,7 @@ class _Pixel:
         # Added one after the other, as those of a picture are.
         radiance = mean_of_samples(np.add.accumulate(self.light, axis=1)[:, -1], len(self.offsets))
         exposure, percentile = self._exposure(progress)
-        value = developed(radiance, Look(exposure, image.tone))
+        value = developed(radiance, DisplayTransform(exposure, image.tone))
         samples = tuple(self._sample(i) for i in range(len(self.offsets)))
         return Explanation(
             resolution=self.scene.camera.resolution,
@@ -114,7 +114,7 @@ class _Pixel:
         radiance = tracer.film(self.window)[0]["radiance"][0, 0]
         image = self.scene.image
         exposure, _ = stops_of(tracer, image.exposure)
-        value = developed(radiance, Look(exposure, image.tone))
+        value = developed(radiance, DisplayTransform(exposure, image.tone))
         samples = PixelSamples(self.tracer.scenery, self.window, self.offsets)
         return NativePixel(triple(radiance), exposure, value, samples.agreement(np.ravel(reference), radiance))
 
@@ -134,7 +134,7 @@ class _Pixel:
         only = np.array([told])
         ray, hit = self.rays.take(only), self.hits.take(only)
         scenery = self.tracer.scenery
-        place = Place(self.tracer.world, scenery, self.names, ray, hit)
+        place = SurfacePoint(self.tracer.world, scenery, self.names, ray, hit)
         lights = lights_step(place)
         return Story(
             sample=told + 1,

@@ -13,7 +13,7 @@ from rtcli.explain.records import Development, Group, Mean, Number, ObjectName, 
 from rtcli.explain.words import number, triple
 from rtcli.image.curves import TONE_EQUATIONS, exposure_factor, srgb, tone_curve
 from rtcli.image.develop import develop
-from rtcli.image.look import Look
+from rtcli.image.display import DisplayTransform
 from rtcli.scene.model import Scene
 from rtcli.tracer._native import METER_GRID
 
@@ -24,7 +24,7 @@ _METER_EQUATION = "2^EV * P95 = 0.8, where 95 % of all points with Y > 0 have Y 
 _LUMINANCE = "Y = 0.2126 R + 0.7152 G + 0.0722 B"
 
 
-def developed(radiance: npt.NDArray[np.floating], look: Look) -> tuple[int, int, int]:
+def developed(radiance: npt.NDArray[np.floating], look: DisplayTransform) -> tuple[int, int, int]:
     """Return red, green and blue, 0..255, of a pixel's radiance (3,) float32, as a picture holds them."""
     red, green, blue = develop(radiance.reshape(1, 1, 3), look)[0, 0]
     return int(red), int(green), int(blue)

@@ -23,7 +23,7 @@ from rtcli.explain.records import (
     ObjectName,
 )
 from rtcli.explain.words import number
-from rtcli.scene.problems import counted
+from rtcli.scene.diagnostics.problems import counted
 from rtcli.tracer.reference import NOTHING, Box, Hit, Object, Plane, Ray, Scenery, Sphere, length
 from rtcli.tracer.reference import PARALLEL as LEAST_COSINE
 

@@ -16,15 +16,15 @@ from rtcli.explain.records import (
     SURFACE,
     TURNED_AWAY,
     Blocking,
-    Hit,
-    Lights,
+    HitStep,
     LightShare,
+    LightsStep,
     Number,
     ObjectName,
     Step,
 )
 from rtcli.explain.words import listed, number, triple
-from rtcli.scene.problems import counted
+from rtcli.scene.diagnostics.problems import counted
 from rtcli.tracer import reference
 from rtcli.tracer.reference import (
     NOTHING,
@@ -54,7 +54,7 @@ _ARRIVING = "L_i = intensity * color / (4 pi r^2)"
 
 
 @dataclass(frozen=True)
-class Place:
+class SurfacePoint:
     """A scenery, what its objects are called, and where one ray ends in it.
 
     Parameters
@@ -99,10 +99,10 @@ class Place:
 # --- What is hit -----------------------------------------------------------------------------------------
 
 
-def hit_step(place: Place) -> Hit:
+def hit_step(place: SurfacePoint) -> HitStep:
     """Return the step of what the ray ends at: the point, the normal, the albedo."""
     if place.kind == BACKGROUND:
-        return Hit(
+        return HitStep(
             "What is seen",
             "3.4",
             (),
@@ -122,7 +122,7 @@ def hit_step(place: Place) -> Hit:
     if isinstance(shape, reference.Box):
         numbers.insert(2, Number("n_box", triple(shape.face(place.ray)), "the normal in box space"))
     seen = f"The eye sees {name.label} {_SIDES[name.type][shape.side(place.ray.offset)]}."
-    return Hit(
+    return HitStep(
         "What is seen",
         section,
         (_POINT, normal),
@@ -137,13 +137,13 @@ def hit_step(place: Place) -> Hit:
 # --- The lights ------------------------------------------------------------------------------------------
 
 
-def lights_step(place: Place) -> Lights:
+def lights_step(place: SurfacePoint) -> LightsStep:
     """Return the step of all lights at the point that is seen; without any where none is asked."""
     shares = tuple(_share(place, i) for i in range(len(place.scenery.light_sources))) if place.is_lit else ()
     if not shares:
-        return Lights("Each light at the point", "2.3, 3.4", (), (), _no_lights(place), lights=())
+        return LightsStep("Each light at the point", "2.3, 3.4", (), (), _no_lights(place), lights=())
     lit = sum(share.verdict == LIT for share in shares)
-    return Lights(
+    return LightsStep(
         "Each light at the point",
         "2.3, 3.4",
         (
@@ -159,7 +159,7 @@ def lights_step(place: Place) -> Lights:
     )
 
 
-def _no_lights(place: Place) -> str:
+def _no_lights(place: SurfacePoint) -> str:
     if place.kind == BACKGROUND:
         return "No light is asked: nothing is hit."
     if place.kind == SHINING:
@@ -167,7 +167,7 @@ def _no_lights(place: Place) -> str:
     return "There are no lights." if place.is_lit else "No light is asked: max_depth is 0."
 
 
-def _share(place: Place, i: int) -> LightShare:
+def _share(place: SurfacePoint, i: int) -> LightShare:
     scenery, source = place.scenery, place.scenery.light_sources[i]
     way = way_to_light(source, place.ray, place.hit)
     cosine = float(way.cosine[0])
@@ -205,7 +205,7 @@ def _verdict(faces: bool, same_side: bool, blockers: Sequence[Blocking]) -> str:
     return BLOCKED if blockers else LIT
 
 
-def _blockers(place: Place, source: LightSource, way: reference.WayToLight) -> tuple[Blocking, ...]:
+def _blockers(place: SurfacePoint, source: LightSource, way: reference.WayToLight) -> tuple[Blocking, ...]:
     found = (
         Blocking(place.names[blocker.index], float(blocker.t[0]))
         for blocker in place.scenery.blockers(source, way, place.hit.index)
@@ -228,7 +228,7 @@ def _light_outcome(verdict: str, type: str, blockers: Sequence[Blocking]) -> str
 # --- The radiance ----------------------------------------------------------------------------------------
 
 
-def radiance_step(place: Place, radiance: Array, shares: Sequence[LightShare]) -> Step:
+def radiance_step(place: SurfacePoint, radiance: Array, shares: Sequence[LightShare]) -> Step:
     """Return the step of a sample's radiance.
 
     Parameters
@@ -258,7 +258,7 @@ def radiance_step(place: Place, radiance: Array, shares: Sequence[LightShare]) -
     return _surface_radiance(place, total, shares)
 
 
-def _surface_radiance(place: Place, total: Number, shares: Sequence[LightShare]) -> Step:
+def _surface_radiance(place: SurfacePoint, total: Number, shares: Sequence[LightShare]) -> Step:
     settings, t = place.scenery.settings, place.hit.t
     if not place.is_lit:
         told = "max_depth is 0: only objects that carry a light are seen."

@@ -132,7 +132,7 @@ class Intersections(Step):
 
 
 @dataclass(frozen=True)
-class Hit(Step):
+class HitStep(Step):
     """The step of what the ray ends at.
 
     Parameters
@@ -194,7 +194,7 @@ class LightShare:
 
 
 @dataclass(frozen=True)
-class Lights(Step):
+class LightsStep(Step):
     """The step of all lights, those of `lights` first; none where no light is asked."""
 
     lights: tuple[LightShare, ...] = field(kw_only=True)
@@ -215,8 +215,8 @@ class Story:
     sample: int
     ray: Step
     intersections: Intersections
-    hit: Hit
-    lights: Lights
+    hit: HitStep
+    lights: LightsStep
     radiance: Step
 
 

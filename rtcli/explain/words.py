@@ -7,8 +7,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from rtcli.explain.records import ObjectName, Triple
+from rtcli.scene.diagnostics.problems import printable
 from rtcli.scene.model import Object
-from rtcli.scene.problems import printable
 
 # A name is shown up to this many characters, so that it leaves room in a line.
 _NAME = 40

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
-from rtcli.image.look import Look
+from rtcli.image.display import DisplayTransform
 from rtcli.tracer import _native
 
 # Rows are developed in bands of about this many values, so that a large picture needs no second copy of itself.
@@ -29,7 +29,9 @@ def band_bytes(radiance: npt.NDArray[np.floating], rows: slice) -> bytes:
     return radiance[rows].astype(np.float32, copy=False).tobytes()
 
 
-def develop(radiance: npt.NDArray[np.floating], look: Look) -> npt.NDArray[np.uint8] | npt.NDArray[np.uint16]:
+def develop(
+    radiance: npt.NDArray[np.floating], look: DisplayTransform
+) -> npt.NDArray[np.uint8] | npt.NDArray[np.uint16]:
     """Return radiance as sRGB.
 
     value = round(max * sRGB(tone(2^exposure * radiance))), max being 255 or 65,535

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from pathlib import Path, PurePath
 from typing import BinaryIO, NamedTuple
 
-from rtcli.extras import need
-from rtcli.files import whole_files
-from rtcli.image.look import DEPTHS
+from rtcli.atomic import whole_files
+from rtcli.extras import require_extra
+from rtcli.image.display import DEPTHS
 
 # What stands for the metadata among the parts of a film; the picture itself is the part "radiance".
 METADATA = "metadata"
@@ -80,7 +80,7 @@ def parts_of(name: str, passes: tuple[str, ...]) -> dict[str, Path]:
     """
     format, path = format_of(name), Path(name)
     if format.name == "EXR":
-        need("OpenEXR", "exr", "writing .exr files")
+        require_extra("OpenEXR", "exr", "writing .exr files")
     if format.holds_all or not passes:
         return {RADIANCE: path}
     beside = {each: path.with_name(f"{path.stem}.{each}{format.pass_suffix}") for each in passes}

@@ -22,10 +22,10 @@ from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
-from rtcli.extras import MissingExtraError, need
+from rtcli.extras import MissingExtraError, require_extra
+from rtcli.image.display import DisplayTransform
 from rtcli.image.formats import METADATA, RADIANCE, format_of
 from rtcli.image.layers import PICTURE_LAYER, Array, Kind, Layers
-from rtcli.image.look import Look
 from rtcli.image.pass_picture import pass_values
 from rtcli.image.write import KEYWORD
 from rtcli.tracer import _native
@@ -98,7 +98,7 @@ def read_layers(path: str) -> Layers:
         return form.decode(file, path)
 
 
-def read_radiance(path: str) -> tuple[Array, Look]:
+def read_radiance(path: str) -> tuple[Array, DisplayTransform]:
     """Read the radiance of a file of arrays, and how its film is developed.
 
     Parameters
@@ -133,12 +133,12 @@ def read_radiance(path: str) -> tuple[Array, Look]:
         return radiance, _look(metadata, radiance)
 
 
-def _look(metadata: str, radiance: Array) -> Look:
+def _look(metadata: str, radiance: Array) -> DisplayTransform:
     """Return the look that the metadata of a film tell, a JSON object; a metered one if there are none."""
     if not metadata:
-        return Look(_native.meter(radiance.astype(np.float32).tobytes())[0])
+        return DisplayTransform(_native.meter(radiance.astype(np.float32).tobytes())[0])
     settings = json.loads(metadata)["settings"]
-    return Look(float(settings["exposure"]), str(settings["tone"]))
+    return DisplayTransform(float(settings["exposure"]), str(settings["tone"]))
 
 
 def _format_of(path: str) -> _Format:
@@ -351,7 +351,7 @@ _CHANNEL_ORDER = {name: place for place, name in enumerate("RGBAXYZ")}
 
 
 def _exr(file: BinaryIO, path: str) -> Layers:
-    openexr = need("OpenEXR", "exr", "reading EXR")
+    openexr = require_extra("OpenEXR", "exr", "reading EXR")
     with _silence():
         origin = _origin_of_a_film(openexr, path)
         with openexr.File(path, separate_channels=True) as exr:
@@ -366,7 +366,7 @@ def _exr(file: BinaryIO, path: str) -> Layers:
 
 def _exr_film(file: BinaryIO, path: str) -> tuple[Array | None, str]:
     layers = _exr(file, path)
-    with _silence(), need("OpenEXR", "exr", "reading EXR").File(path, header_only=True) as exr:
+    with _silence(), require_extra("OpenEXR", "exr", "reading EXR").File(path, header_only=True) as exr:
         return layers.arrays.get(RADIANCE), str(exr.header(0).get(KEYWORD, ""))
 
 

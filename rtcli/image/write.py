@@ -15,9 +15,9 @@ from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, BinaryIO
 
-from rtcli.extras import need
+from rtcli.extras import require_extra
+from rtcli.image.display import DisplayTransform
 from rtcli.image.formats import METADATA
-from rtcli.image.look import Look
 
 if TYPE_CHECKING:
     import numpy as np
@@ -42,7 +42,9 @@ def png_texts(metadata: Mapping[str, Any]) -> list[tuple[str, str]]:
     return [("Software", metadata["software"]), (KEYWORD, compact(metadata))]
 
 
-def png_pieces(radiance: npt.NDArray[np.floating], look: Look, texts: list[tuple[str, str]]) -> Iterator[bytes]:
+def png_pieces(
+    radiance: npt.NDArray[np.floating], look: DisplayTransform, texts: list[tuple[str, str]]
+) -> Iterator[bytes]:
     """Yield the bytes of a PNG of (H, W, 3) linear radiance, piece by piece; it says that it is sRGB."""
     from rtcli.image.develop import band_bytes, bands  # with NumPy, which a picture of the native tracer needs not
     from rtcli.tracer._native import PngEncoder
@@ -162,7 +164,7 @@ def write_exr(arrays: Arrays, metadata: Mapping[str, Any], file: BinaryIO) -> No
     """
     import numpy as np
 
-    openexr = need("OpenEXR", "exr", "writing .exr files")
+    openexr = require_extra("OpenEXR", "exr", "writing .exr files")
     channels = {}
     for name, array in arrays.items():
         planes = array.reshape(*array.shape[:2], -1)

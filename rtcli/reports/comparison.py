@@ -7,10 +7,10 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from rtcli.image.compare import Comparison, LayerDifference, Mismatch
+from rtcli.compare.pictures import Comparison, LayerDifference, Mismatch
 from rtcli.reports.terminal import cells, padded, painter
-from rtcli.scene.problems import counted, printable, quoted
-from rtcli.scene.rules import ERROR
+from rtcli.scene.diagnostics.problems import counted, printable, quoted
+from rtcli.scene.diagnostics.rules import ERROR
 
 _CHANNELS_SHOWN = 4
 
@@ -24,7 +24,7 @@ def text(comparison: Comparison, names: tuple[str, str], color: bool = False) ->
     Parameters
     ----------
     comparison
-        What `rtcli.image.compare.compare` gave.
+        What `rtcli.compare.pictures.compare` gave.
     names
         How to call the two sides.
     color

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from rtcli.reports.checked import Checked
-from rtcli.scene.problems import printable
+from rtcli.reports.file_report import FileReport
+from rtcli.scene.diagnostics.problems import printable
 
 
-def report(checks: Iterable[Checked]) -> Iterator[str]:
+def report(checks: Iterable[FileReport]) -> Iterator[str]:
     """Yield a line for each problem."""
     for checked in checks:
         for problem in checked.problems:

@@ -29,8 +29,8 @@ from rtcli.explain.records import (
     Group,
     Intersection,
     Intersections,
-    Lights,
     LightShare,
+    LightsStep,
     Mean,
     Number,
     Step,
@@ -38,8 +38,8 @@ from rtcli.explain.records import (
 )
 from rtcli.explain.words import number as shown
 from rtcli.reports.terminal import cells, lines_of, padded, painter, shortened, swatch
-from rtcli.scene.problems import counted, printable
-from rtcli.scene.rules import ERROR
+from rtcli.scene.diagnostics.problems import counted, printable
+from rtcli.scene.diagnostics.rules import ERROR
 
 # Cells of a line, of the margin below a heading, and of a symbol and a number in a table.
 _WIDTH, _MARGIN, _SYMBOL, _NUMBER = 100, 3, 12, 13
@@ -160,7 +160,7 @@ class _Text:
         yield from _indented(map(_row, step.numbers))
         if isinstance(step, Intersections):
             yield from self._objects(step)
-        if isinstance(step, Lights):
+        if isinstance(step, LightsStep):
             yield from self._lights(step)
         if isinstance(step, Mean):
             yield from _indented(_groups(step.groups))
@@ -196,7 +196,7 @@ class _Text:
 
     # --- Lights
 
-    def _lights(self, step: Lights) -> Iterator[str]:
+    def _lights(self, step: LightsStep) -> Iterator[str]:
         brightest = sorted(step.lights, key=lambda share: -max(share.radiance))[:_MOST_LIGHTS]
         for share in (share for share in step.lights if share in brightest):
             yield from self._light(share)

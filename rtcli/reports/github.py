@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from pathlib import PurePath
 
-from rtcli.reports.checked import Checked
-from rtcli.scene.problems import Problem, printable
+from rtcli.reports.file_report import FileReport
+from rtcli.scene.diagnostics.problems import Problem, printable
 
 
-def report(checks: Iterable[Checked]) -> Iterator[str]:
+def report(checks: Iterable[FileReport]) -> Iterator[str]:
     """Yield a command for each problem, and for each file that could not be read."""
     for checked in checks:
         if checked.unreadable:

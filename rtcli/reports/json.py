@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator
 
-from rtcli.reports.checked import Checked
+from rtcli.reports.file_report import FileReport
 
 
-def report(checks: Iterable[Checked]) -> Iterator[str]:
+def report(checks: Iterable[FileReport]) -> Iterator[str]:
     """Yield the list."""
     problems = [problem.as_dict() for checked in checks for problem in checked.problems]
     yield json.dumps(problems, indent=2) + "\n"

@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from xml.etree import ElementTree
 
-from rtcli.reports.checked import Checked, Tally
-from rtcli.scene.problems import Problem, counted, printable
-from rtcli.scene.rules import ERROR, WARNING
+from rtcli.reports.file_report import FileReport, Tally
+from rtcli.scene.diagnostics.problems import Problem, counted, printable
+from rtcli.scene.diagnostics.rules import ERROR, WARNING
 
 
-def report(checks: Iterable[Checked]) -> Iterator[str]:
+def report(checks: Iterable[FileReport]) -> Iterator[str]:
     """Yield one document."""
     tally = Tally()
     suite = ElementTree.Element("testsuite", name="rtcli validate")
@@ -28,7 +28,7 @@ def report(checks: Iterable[Checked]) -> Iterator[str]:
     yield ElementTree.tostring(suites, encoding="us-ascii", xml_declaration=True).decode("ascii") + "\n"
 
 
-def _case(checked: Checked) -> ElementTree.Element:
+def _case(checked: FileReport) -> ElementTree.Element:
     case = ElementTree.Element("testcase", classname="rtcli.validate", name=printable(checked.path))
     if checked.unreadable:
         ElementTree.SubElement(case, "error", message=printable(checked.unreadable), type="unreadable")

@@ -13,14 +13,14 @@ from pathlib import PurePath
 from typing import Any
 from urllib.parse import quote
 
-from rtcli.reports.checked import Checked
-from rtcli.scene.problems import Problem
-from rtcli.scene.rules import RULES, Rule
+from rtcli.reports.file_report import FileReport
+from rtcli.scene.diagnostics.problems import Problem
+from rtcli.scene.diagnostics.rules import RULES, Rule
 
 _SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
 
 
-def report(checks: Iterable[Checked], version: str) -> Iterator[str]:
+def report(checks: Iterable[FileReport], version: str) -> Iterator[str]:
     """Yield a log with one run; `version` is that of rtcli."""
     results: list[dict[str, Any]] = []
     unreadable: list[dict[str, Any]] = []
@@ -74,7 +74,7 @@ def _result(problem: Problem) -> dict[str, Any]:
     }
 
 
-def _notification(checked: Checked) -> dict[str, Any]:
+def _notification(checked: FileReport) -> dict[str, Any]:
     return {
         "level": "error",
         "message": _message(checked.unreadable),

@@ -6,7 +6,7 @@ import unicodedata
 from collections.abc import Callable, Iterable, Iterator
 from typing import TypeAlias
 
-from rtcli.scene.rules import ERROR, WARNING
+from rtcli.scene.diagnostics.rules import ERROR, WARNING
 
 # Takes a style and a text, and gives the text in that style.
 Paint: TypeAlias = Callable[[str, str], str]

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from rtcli.reports.checked import Checked, Tally
+from rtcli.reports.file_report import FileReport, Tally
 from rtcli.reports.terminal import Paint, cells, painter
-from rtcli.scene.problems import Excerpt, Problem, counted, printable
-from rtcli.scene.rules import ERROR, WARNING
+from rtcli.scene.diagnostics.problems import Excerpt, Problem, counted, printable
+from rtcli.scene.diagnostics.rules import ERROR, WARNING
 
 # Terminal cells of a line that are shown before what is wrong, and in all.
 _CELLS_BEFORE, _CELLS = 40, 100
@@ -15,7 +15,7 @@ _TAB = "    "
 _CUT = "…"
 
 
-def report(checks: Iterable[Checked], color: bool = False) -> Iterator[str]:
+def report(checks: Iterable[FileReport], color: bool = False) -> Iterator[str]:
     """Yield each problem as a paragraph, and a summary if there are any."""
     tally = Tally()
     for checked in tally.count(checks):

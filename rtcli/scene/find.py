@@ -8,7 +8,7 @@ import stat
 from pathlib import Path
 from typing import NamedTuple
 
-from rtcli.scene.parse import JSON_SUFFIX, SCENE_SUFFIXES
+from rtcli.scene.reading.parse import JSON_SUFFIX, SCENE_SUFFIXES
 
 # How files start that rtcli itself writes: metadata beside pictures, and manifests of batches.
 _OURS = re.compile(rb'\s*\{\s*"(software": "rtcli |manifest": [0-9])')

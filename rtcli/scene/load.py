@@ -5,9 +5,9 @@ from __future__ import annotations
 from os import PathLike
 from pathlib import Path
 
-from rtcli.scene.diagnostics import validate
 from rtcli.scene.model import Scene
-from rtcli.scene.parse import READ_BYTES, parse_bytes
+from rtcli.scene.reading.parse import READ_BYTES, parse_bytes
+from rtcli.scene.validation.validate import validate
 
 
 def load_scene(path: str | PathLike[str]) -> Scene:

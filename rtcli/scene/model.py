@@ -27,7 +27,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 from typing_extensions import TypeAliasType
 
 from rtcli.scene.colors import color_from_text
-from rtcli.scene.problems import MAX_PROBLEMS
+from rtcli.scene.diagnostics.problems import MAX_PROBLEMS
 from rtcli.scene.vectors import cross, direction, unit
 
 MAX_SIDE = 65_535
@@ -58,7 +58,7 @@ def _given(value: Any) -> Any:
     return value
 
 
-Given = BeforeValidator(_given)
+NotNull = BeforeValidator(_given)
 
 
 def _color(value: Any) -> Any:
@@ -109,7 +109,7 @@ class Camera(_Model):
     """Vertical field of view in degrees, between 0 and 180."""
     position: Vector = Field(default=ZERO, examples=[[0, 2, 8]])
     """Where the eye is: x, y, z."""
-    look_at: Annotated[Vector | None, Given] = Field(default=None, examples=[[0, 1, 0]])
+    look_at: Annotated[Vector | None, NotNull] = Field(default=None, examples=[[0, 1, 0]])
     """The point in the middle of the picture. Default: position + [0, 0, -1], a view along -z."""
     up: Direction = Field(default=(0.0, 1.0, 0.0), examples=[[0, 1, 0]], validate_default=True)
     """The direction that is up in the picture, of any length but 0, not along the view."""
@@ -165,7 +165,7 @@ class PointLight(CarriedLight):
 
 
 class _Shape(_Model):
-    name: Annotated[str | None, Given] = Field(
+    name: Annotated[str | None, NotNull] = Field(
         default=None, min_length=1, max_length=MAX_NAME, examples=["tall box"]
     )
     """A name of your choice, unique in the scene; messages, ids and `--set objects.NAME...` use it."""
@@ -194,7 +194,7 @@ class Plane(_Shape):
 class _Body(_Shape):
     position: Vector = Field(examples=[[0, 1, 0]])
     """The centre: x, y, z."""
-    light: Annotated[CarriedLight | None, Given] = Field(default=None, examples=[{"intensity": 1000}])
+    light: Annotated[CarriedLight | None, NotNull] = Field(default=None, examples=[{"intensity": 1000}])
     """Makes this object the body of a point light: it is seen shining, and casts no shadow in its own light."""
 
 

@@ -7,9 +7,9 @@ import re
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from rtcli.scene.document import Source
-from rtcli.scene.problems import SceneError, quoted
-from rtcli.scene.yaml_reader import read_carefully
+from rtcli.scene.diagnostics.problems import SceneError, quoted
+from rtcli.scene.reading.source import Source
+from rtcli.scene.reading.yaml_reader import read_carefully
 
 # A key or name, behind a dot unless it is the first step: in double quotes, in single quotes, or plain. An index.
 _STEP = re.compile(
@@ -30,12 +30,12 @@ class PathError(ValueError):
         Those before the place where it goes wrong, and there an empty one if a key or name would have to follow.
     """
 
-    def __init__(self, message: str, steps: tuple[Step, ...]) -> None:
+    def __init__(self, message: str, steps: tuple[PathStep, ...]) -> None:
         super().__init__(message)
         self.steps = steps
 
 
-class Step(NamedTuple):
+class PathStep(NamedTuple):
     """One step of a path.
 
     Parameters
@@ -53,7 +53,7 @@ class Step(NamedTuple):
     rest: str = ""
 
 
-def split(expression: str) -> tuple[tuple[Step, ...], int]:
+def split(expression: str) -> tuple[tuple[PathStep, ...], int]:
     """Return the steps of `KEY=VALUE`, and the offset of its equals sign, or its end if there is none.
 
     Raises
@@ -61,7 +61,7 @@ def split(expression: str) -> tuple[tuple[Step, ...], int]:
     PathError
         If it does not start with a path.
     """
-    steps: list[Step] = []
+    steps: list[PathStep] = []
     end = 0
     for step, after in _steps(expression):
         steps.append(step)
@@ -69,7 +69,7 @@ def split(expression: str) -> tuple[tuple[Step, ...], int]:
     if end == 0 or expression[end : end + 1] not in ("", "="):
         path = expression.partition("=")[0]
         if expression[end : end + 1] == "." or end == 0:
-            steps.append(Step("", rest=expression[end:].removeprefix(".")))
+            steps.append(PathStep("", rest=expression[end:].removeprefix(".")))
         message = (
             f'{quoted(path)} is not a path such as `camera.fov`, `objects[2].radius` or `objects."a.b".radius`'
         )
@@ -88,13 +88,13 @@ def keys_of(path: str) -> tuple[str | int, ...]:
     return tuple(step.key for step in split(path)[0])
 
 
-def _steps(text: str) -> Iterator[tuple[Step, int]]:
+def _steps(text: str) -> Iterator[tuple[PathStep, int]]:
     """Yield the steps at the start of a text, each with the offset after it."""
     match = _STEP.match(text)
     while match:
         start = match.start() + text.startswith(".", match.start())
         is_quoted = match["double"] is not None or match["single"] is not None
-        yield Step(_key(match), is_quoted, text[start:]), match.end()
+        yield PathStep(_key(match), is_quoted, text[start:]), match.end()
         match = _STEP.match(text, match.end())
 
 
@@ -120,7 +120,7 @@ def _unescaped(text: str) -> str:
         ) from error
 
 
-def unquoted_name(names: list[str], step: Step) -> str | None:
+def unquoted_name(names: list[str], step: PathStep) -> str | None:
     """Return the longest of several names that a path has without quotes, where it needs them; or None."""
     if step.is_quoted or isinstance(step.key, int):
         return None

@@ -1,7 +1,8 @@
 """The JSON Schema of scene files, generated from the models, for editors and other programs.
 
-It refuses what the models refuse, but for the rules that no schema can express: see `rtcli.scene.rules`. How it is
-laid out decides what an editor offers and says, so that differs here and there from pydantic's own way.
+It refuses what the models refuse, but for the rules that no schema can express: see
+`rtcli.scene.diagnostics.rules`. Its layout decides what an editor offers and says, so it differs here and there from
+pydantic's own.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ import os
 from typing import Any, Literal, Protocol
 
 from rtcli.tracer.native import NativeTracer
-from rtcli.tracer.world import Metered, Progress, Window, World
+from rtcli.tracer.world import MeterReading, Progress, Window, World
 
 ENGINES = ("native", "reference")
 
@@ -22,7 +22,7 @@ class Tracer(Protocol):
     def coverage(self, window: Window) -> list[int] | None:
         """Return of each object how many pixel centres of a window it covers; None if it is too much work."""
 
-    def exposure(self) -> Metered:
+    def exposure(self) -> MeterReading:
         """Return what the meter finds for the whole picture."""
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from rtcli.tracer._native import METER_GRID, BudgetExceededError, Tracer, WorkBudget
-from rtcli.tracer.world import Lights, Metered, Progress, Shapes, Window, World
+from rtcli.tracer.world import Lights, MeterReading, Progress, Shapes, Window, World
 
 if TYPE_CHECKING:
     import numpy as np
@@ -73,7 +73,7 @@ class NativeTracer:
         except BudgetExceededError:
             return None
 
-    def exposure(self, grid: int = METER_GRID, budget: WorkBudget | None = None) -> Metered:
+    def exposure(self, grid: int = METER_GRID, budget: WorkBudget | None = None) -> MeterReading:
         """Return what the meter finds for the whole picture, with fewer points if a rough result will do.
 
         Raises
@@ -81,7 +81,7 @@ class NativeTracer:
         rtcli.tracer._native.BudgetExceededError
             If it is more work than the budget allows.
         """
-        return Metered(*self._tracer.exposure(grid, budget))
+        return MeterReading(*self._tracer.exposure(grid, budget))
 
     def picture(
         self,

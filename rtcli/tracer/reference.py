@@ -29,7 +29,7 @@ from rtcli.tracer.world import (
     PLANE,
     SPHERE,
     CameraFrame,
-    Metered,
+    MeterReading,
     Progress,
     Settings,
     Window,
@@ -1045,7 +1045,7 @@ class ReferenceTracer:
         """Return of each object how many pixel centres of a window it covers, what others hide included."""
         return self.scenery.coverage(window, self.threads)
 
-    def exposure(self, progress: Progress | None = None) -> Metered:
+    def exposure(self, progress: Progress | None = None) -> MeterReading:
         """Return what the meter finds for the whole picture; `progress` is told (points done, points in all)."""
         world, grid = self.world, METER_GRID
         # The same rectangle of the image plane in as many columns as rows, whatever its shape.
@@ -1053,4 +1053,4 @@ class ReferenceTracer:
         scenery = build_scenery(replace(world, settings=replace(world.settings, samples=1)))
         scenery.camera = SimpleCamera(square, pixel_aspect=world.camera.width / world.camera.height)
         radiance, rays = scenery.render_img_to_rgb_array(Window(0, 0, grid, grid), self.threads, progress)
-        return Metered(*meter(radiance.tobytes()), rays)
+        return MeterReading(*meter(radiance.tobytes()), rays)

@@ -34,7 +34,7 @@ class Window(NamedTuple):
     height: int
 
 
-class Metered(NamedTuple):
+class MeterReading(NamedTuple):
     """What the exposure meter found.
 
     Parameters

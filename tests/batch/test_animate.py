@@ -12,7 +12,7 @@ from PIL import Image
 
 from rtcli.batch.animate import animate, animations_of
 from rtcli.batch.folder import scratch_folder
-from rtcli.batch.jobs import Settings, find_jobs
+from rtcli.batch.jobs import BatchSettings, find_jobs
 from rtcli.batch.manifest import Manifest
 from rtcli.batch.pool import Workers
 from rtcli.batch.run import Batch, execute, find_leftover, make_plan, prune
@@ -23,7 +23,7 @@ FOV = "camera.fov=20:60:20"
 
 
 def jobs_of(vary=FOV, **settings):
-    return find_jobs(["scenes"], Settings(**settings), "out", [parse_variation(vary)])
+    return find_jobs(["scenes"], BatchSettings(**settings), "out", [parse_variation(vary)])
 
 
 def render(vary=FOV, **settings):

@@ -8,12 +8,12 @@ import pytest
 from batches import write_scene
 
 import rtcli
-from rtcli.batch.jobs import BatchError, Settings, find_jobs
+from rtcli.batch.jobs import BatchError, BatchSettings, find_jobs
 from rtcli.batch.sweep import parse_variation
-from rtcli.scene.edits import EditError, Overrides
-from rtcli.scene.parse import parse_bytes
+from rtcli.scene.overrides import EditError, Overrides
+from rtcli.scene.reading.parse import parse_bytes
 
-PNG = Settings()
+PNG = BatchSettings()
 
 
 def found(*paths, settings=PNG, folder="out"):
@@ -103,21 +103,21 @@ def test_pass_of_one_scene_that_would_be_the_picture_of_another_is_an_error(fold
         write_scene(folder / "scenes" / name)
     assert list(found("scenes")) == ["a", "a.depth"]
     with pytest.raises(BatchError, match=re.escape("`a.depth.png`")):
-        found("scenes", settings=Settings(passes=("depth",)))
+        found("scenes", settings=BatchSettings(passes=("depth",)))
 
 
 def test_result_that_would_replace_the_manifest_is_an_error(folder):
     write_scene(folder / "scenes" / "manifest.yaml")
     assert list(found("scenes")) == ["manifest"]
     with pytest.raises(BatchError, match="the manifest"):
-        found("scenes", settings=Settings(passes=("depth",)))
+        found("scenes", settings=BatchSettings(passes=("depth",)))
 
 
 def test_result_that_would_replace_a_scene_is_an_error(folder):
     write_scene(folder / "scenes" / "a.json")
     assert list(found("scenes", folder="scenes")) == ["a"]
     with pytest.raises(BatchError, match=re.escape("`scenes/a.json`")):
-        found("scenes", settings=Settings(passes=("depth",)), folder="scenes")
+        found("scenes", settings=BatchSettings(passes=("depth",)), folder="scenes")
 
 
 def test_folder_of_the_results_and_hidden_folders_are_not_searched(tree):
@@ -158,7 +158,7 @@ def test_folder_that_cannot_be_read_is_an_error(tree):
 
 
 def test_settings_are_told_as_plain_data():
-    settings = Settings(".npz", ("depth", "normal"), 8, Overrides((8, 6), 4, "auto", ("camera.fov=30",)))
+    settings = BatchSettings(".npz", ("depth", "normal"), 8, Overrides((8, 6), 4, "auto", ("camera.fov=30",)))
     assert settings.as_dict() == {
         "format": ".npz",
         "passes": ["depth", "normal"],
@@ -172,7 +172,7 @@ def test_settings_are_told_as_plain_data():
 
 def test_outputs_are_the_files_of_the_film(folder):
     write_scene(folder / "sub" / "a.yaml")
-    [job] = find_jobs(["."], Settings(".jpg", ("depth",)), "out")
+    [job] = find_jobs(["."], BatchSettings(".jpg", ("depth",)), "out")
     assert job.outputs == {"radiance": "sub/a.jpg", "depth": "sub/a.depth.png", "metadata": "sub/a.json"}
     assert Path(job.scene) == Path("sub/a.yaml")
 
@@ -203,7 +203,7 @@ def test_scenes_are_varied_by_all_combinations(tree):
 
 
 def test_variation_changes_the_scene_after_the_settings(tree):
-    settings = Settings(overrides=Overrides(edits=("camera.fov=70",)))
+    settings = BatchSettings(overrides=Overrides(edits=("camera.fov=70",)))
     [job] = find_jobs(["scenes/a.yaml"], settings, "out", [parse_variation("camera.fov=20")])
     document = parse_bytes(b"camera: {fov: 40}\n", "a.yaml")
     assert job.changed(document).data == {"camera": {"fov": 20}}
@@ -232,4 +232,4 @@ def test_scenes_that_are_not_varied_may_be_any_number(tree, monkeypatch):
 def test_pipe_is_refused_instead_of_waited_for(folder):
     os.mkfifo(folder / "pipe.yaml")
     with pytest.raises(OSError, match="is not a regular file"):
-        find_jobs(["pipe.yaml"], Settings(), "out")
+        find_jobs(["pipe.yaml"], BatchSettings(), "out")

@@ -13,18 +13,18 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from rtcli.batch.folder import lock_of, scratch_folder
-from rtcli.batch.jobs import Settings, find_jobs
+from rtcli.batch.jobs import BatchSettings, find_jobs
 from rtcli.batch.manifest import Manifest, ManifestError
 from rtcli.batch.pool import Workers
 from rtcli.batch.run import Batch, _looked_at, execute, find_leftover, make_plan, prune
 from rtcli.batch.sweep import parse_variation
-from rtcli.scene.edits import Overrides
+from rtcli.scene.overrides import Overrides
 
 OUT = Path("out")
 
 
 def jobs_of(**settings):
-    return find_jobs(["scenes"], Settings(**settings), "out")
+    return find_jobs(["scenes"], BatchSettings(**settings), "out")
 
 
 def plan(force=False, **settings):
@@ -287,7 +287,7 @@ def swept(*expressions, **place):
     """Render sweeps of the scenes; return why each was rendered."""
     variations = [parse_variation(expression) for expression in expressions]
     manifest = Manifest(OUT)
-    made = make_plan(manifest, find_jobs(["scenes"], Settings(), "out", variations), OUT)
+    made = make_plan(manifest, find_jobs(["scenes"], BatchSettings(), "out", variations), OUT)
     with ThreadPoolExecutor(2) as threads:
         assert all(o.status == "done" for o in execute(Batch(made, manifest, OUT, Workers(threads, 2), **place)))
     return {step.job.key: step.reason for step in made.steps}
@@ -362,7 +362,7 @@ def test_results_of_scenes_that_are_gone_are_removed_with_their_folders(folder, 
 def test_results_of_another_batch_stay(folder, scenes):
     write_scene(folder / "others" / "far" / "x.yaml")
     manifest = Manifest(OUT)
-    jobs = find_jobs(["others"], Settings(), "out")
+    jobs = find_jobs(["others"], BatchSettings(), "out")
     with ThreadPoolExecutor(1) as threads:
         list(execute(Batch(make_plan(manifest, jobs, OUT), manifest, OUT, Workers(threads, 1))))
     scenes[0].unlink()
@@ -461,7 +461,7 @@ def test_manifest_that_names_what_is_no_result_is_refused(folder, scenes, path, 
 
 def test_manifest_that_names_a_scene_is_refused(folder):
     write_scenes(folder / "out", 1)
-    jobs = find_jobs(["out"], Settings(), "out")
+    jobs = find_jobs(["out"], BatchSettings(), "out")
     manifest = Manifest(OUT)
     manifest.put("gone", {"outputs": [{"path": "000.yaml"}]})
     with pytest.raises(ManifestError, match="is no result"):

@@ -8,21 +8,21 @@ import pytest
 from batches import results_in, write_scene
 
 import rtcli
-from rtcli.batch.jobs import Job, Settings, find_jobs
+from rtcli.batch.jobs import BatchSettings, Job, find_jobs
 from rtcli.batch.sweep import Combination, parse_variation
-from rtcli.batch.work import MAX_KEPT, Task, content_of, render_job
-from rtcli.scene.edits import Overrides
+from rtcli.batch.work import MAX_KEPT, BatchTask, content_of, render_job
+from rtcli.scene.overrides import Overrides
 
 ALL = ("depth", "object_id")
 
 
 def job_of(path="a.yaml", **settings):
-    [job] = find_jobs([str(path)], Settings(**settings), "out")
+    [job] = find_jobs([str(path)], BatchSettings(**settings), "out")
     return job
 
 
 def render(job, **place):
-    return render_job(Task(job, Path(job.scene).read_bytes(), **place))
+    return render_job(BatchTask(job, Path(job.scene).read_bytes(), **place))
 
 
 @pytest.fixture
@@ -75,7 +75,7 @@ def test_content_is_that_of_the_scene_and_not_of_its_text(scene):
 
 
 def test_edits_of_a_job_come_after_those_of_all(scene):
-    settings = Settings(overrides=Overrides(edits=("objects.ball.radius=2",)))
+    settings = BatchSettings(overrides=Overrides(edits=("objects.ball.radius=2",)))
     [job] = find_jobs(["a.yaml"], settings, "out")
     own = Job(job.key, job.scene, settings, Combination((("objects.ball.radius", "0.5"),)))
     assert render(own).files == render(job_of(overrides=Overrides(edits=("objects.ball.radius=0.5",)))).files
@@ -84,7 +84,7 @@ def test_edits_of_a_job_come_after_those_of_all(scene):
 
 def test_entry_of_a_variation_tells_its_values_as_they_were_given(scene):
     varied = [parse_variation("camera.fov=30"), parse_variation("objects.ball.color=[1, 0, 0]")]
-    [job] = find_jobs(["a.yaml"], Settings(), "out", varied)
+    [job] = find_jobs(["a.yaml"], BatchSettings(), "out", varied)
     entry = render(job).as_entry(job)
     assert entry["vary"] == {"camera.fov": "30", "objects.ball.color": "[1, 0, 0]"}
     assert entry["content"] == render(job_of(overrides=Overrides(edits=job.variation.edits))).content
@@ -155,7 +155,7 @@ def counts(folders):
 
 def test_task_and_outcome_can_be_sent_to_another_process(folder):
     write_scene(folder / "a.yaml", -1)
-    task = pickle.loads(pickle.dumps(Task(job_of(), (folder / "a.yaml").read_bytes())))
+    task = pickle.loads(pickle.dumps(BatchTask(job_of(), (folder / "a.yaml").read_bytes())))
     outcome = render_job(task)
     assert pickle.loads(pickle.dumps(outcome)) == outcome
 

@@ -14,7 +14,7 @@ import pytest
 from batches import entries, lasting, private_files, results_in, write_scene, write_scenes
 from clusters import no_workers, two_workers, worker_of
 
-from rtcli.cli.output import tell_of_waiting
+from rtcli.cli.console import tell_of_waiting
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="POSIX only")
 

@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[2]
 SUFFIXES = (".yaml", ".json")
 CORPUS = [
     (path.suffix, path.read_bytes())
-    for folder in ("tests/invalid", "tests/lint", "scenes")
+    for folder in ("tests/data/invalid", "tests/data/lint", "scenes")
     for path in sorted((ROOT / folder).iterdir())
     if path.suffix in SUFFIXES and path.stat().st_size < 5000
 ]

@@ -93,7 +93,7 @@ def test_what_is_for_files_is_not_for_a_terminal(spawn, scene, options):
 
 
 def test_missing_extra_is_named_with_what_installs_it(run, scene, monkeypatch):
-    monkeypatch.setattr("rtcli.cli.render.is_terminal", lambda stream: True)
+    monkeypatch.setattr("rtcli.cli.commands.render.is_terminal", lambda stream: True)
     monkeypatch.setitem(sys.modules, "textual_image", None)
     result = run("render", scene)
     assert result.exit_code == 3

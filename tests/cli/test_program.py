@@ -15,7 +15,7 @@ import pytest
 from PIL import Image
 
 import rtcli
-from rtcli.check import check
+from rtcli.lint.check import check
 
 needs_posix = pytest.mark.skipif(os.name == "nt", reason="POSIX only: signals and terminals")
 
@@ -72,7 +72,7 @@ def test_failure_that_nobody_expected_exits_with_4_and_asks_for_a_report(run, sc
     def fail(*arguments):
         raise failure("broken")
 
-    monkeypatch.setattr("rtcli.cli.validate.check", fail)
+    monkeypatch.setattr("rtcli.cli.commands.validate.check", fail)
     result = run("validate", scene)
     assert result.exit_code == 4
     assert result.stdout == ""
@@ -94,7 +94,7 @@ def test_lack_of_memory_exits_with_3_without_a_traceback(run, scene, monkeypatch
     def fail(*arguments):
         raise error
 
-    monkeypatch.setattr("rtcli.cli.render.write_film", fail)
+    monkeypatch.setattr("rtcli.cli.commands.render.write_film", fail)
     result = run("render", scene, "-o", "out.png", "-q")
     assert (result.exit_code, result.stdout) == (3, "")
     assert result.stderr.startswith(f"Error: {told}: make the picture or the scene smaller")
@@ -107,7 +107,7 @@ def test_scene_that_memory_does_not_hold_exits_with_3_and_the_others_are_checked
             raise MemoryError
         return check(raw, name, ignore)
 
-    monkeypatch.setattr("rtcli.cli.validate.check", fail)
+    monkeypatch.setattr("rtcli.cli.commands.validate.check", fail)
     Path("wrong.yaml").write_text("camera: 1\n")
     result = run("validate", scene, "wrong.yaml")
     assert result.exit_code == 3
@@ -311,7 +311,13 @@ def test_picture_of_the_native_engine_takes_neither_numpy_nor_pillow(scene, opti
     assert "rtcli.tracer._native" in modules
     unneeded = {
         *("numpy", "PIL", "concurrent.futures", "traceback", "asyncio"),
-        *("rtcli.film", "rtcli.image.develop", "rtcli.tracer.reference", "rtcli.scene.schema", "rtcli.cli.new"),
+        *(
+            "rtcli.rendering.film",
+            "rtcli.image.develop",
+            "rtcli.tracer.reference",
+            "rtcli.scene.schema",
+            "rtcli.cli.commands.new",
+        ),
     }
     assert modules & unneeded == set()
 
@@ -323,7 +329,7 @@ def test_reference_engine_takes_numpy_but_not_pillow(scene):
 
 
 def test_validation_takes_neither_numpy_nor_pillow_though_it_looks_at_a_small_picture(scene):
-    assert imported_by("validate", scene) & {"numpy", "PIL", "rtcli.film"} == set()
+    assert imported_by("validate", scene) & {"numpy", "PIL", "rtcli.rendering.film"} == set()
 
 
 def test_characters_that_the_output_cannot_encode_are_escaped(spawn, folder):

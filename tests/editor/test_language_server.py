@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 from language_server import LanguageServer
 
-from rtcli.scene.diagnostics import validate
+from rtcli.scene.diagnostics.problems import SceneError
 from rtcli.scene.model import Box, Camera, CarriedLight, Image, Plane, Render, Scene, Sphere
-from rtcli.scene.parse import parse_bytes
-from rtcli.scene.problems import SceneError
+from rtcli.scene.reading.parse import parse_bytes
 from rtcli.scene.schema import schema_text
+from rtcli.scene.validation.validate import validate
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENES = sorted((ROOT / "scenes").glob("*.yaml"))
@@ -175,7 +175,7 @@ def rules_broken_by(raw, name):
 
 def test_wrong_file_has_mistakes_if_a_schema_can_tell_them(server, folder):
     opened = {}
-    for wrong in (ROOT / "tests" / "invalid").glob("*.yaml"):
+    for wrong in (ROOT / "tests" / "data" / "invalid").glob("*.yaml"):
         if any(rule.in_schema for rule in rules_broken_by(wrong.read_bytes(), wrong.name)):
             file = folder / "scenes" / wrong.name
             file.write_bytes(FIRST_LINE.encode() + wrong.read_bytes())

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from rtcli.check import check
+from rtcli.lint.check import check
 from rtcli.reports import concise
-from rtcli.reports.checked import Checked
-from rtcli.scene import rules
+from rtcli.reports.file_report import FileReport
+from rtcli.scene.diagnostics import rules
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "editor.md").read_text(encoding="utf-8")
@@ -28,7 +28,7 @@ def problems():
 
 
 def lines():
-    return "".join(concise.report([Checked(NAME, tuple(problems()))])).splitlines()
+    return "".join(concise.report([FileReport(NAME, tuple(problems()))])).splitlines()
 
 
 def output_of(command, cwd=None):

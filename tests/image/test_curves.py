@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from rtcli.image.curves import MOST_STOPS, TONE_EQUATIONS, exposure_factor, srgb, tone_curve
 from rtcli.image.develop import develop
-from rtcli.image.look import TONE_CURVES, Look
+from rtcli.image.display import TONE_CURVES, DisplayTransform
 
 
 def test_each_tone_curve_has_its_equation():
@@ -41,5 +41,5 @@ def test_exposure_doubles_with_each_stop_up_to_where_all_is_white():
 @given(st.floats(0, 1e6, width=32), st.floats(-20, 20), st.sampled_from(TONE_CURVES))
 def test_curves_lead_to_the_value_that_the_core_gives(radiance, stops, tone):
     shown = 255 * srgb(tone_curve(tone, exposure_factor(stops) * radiance))
-    (value,) = np.unique(develop(np.full((1, 1, 3), radiance, dtype=np.float32), Look(stops, tone)))
+    (value,) = np.unique(develop(np.full((1, 1, 3), radiance, dtype=np.float32), DisplayTransform(stops, tone)))
     assert abs(shown - float(value)) <= 0.5 + 1e-9

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rtcli.image.develop import develop
-from rtcli.image.look import TONE_CURVES, Look
+from rtcli.image.display import TONE_CURVES, DisplayTransform
 
 
 def srgb(linear):
@@ -13,7 +13,9 @@ def srgb(linear):
 
 
 def grey(value, exposure=0.0, tone="clip", bits=8):
-    return int(develop(np.full((1, 1, 3), value, dtype=np.float32), Look(exposure, tone, bits))[0, 0, 0])
+    return int(
+        develop(np.full((1, 1, 3), value, dtype=np.float32), DisplayTransform(exposure, tone, bits))[0, 0, 0]
+    )
 
 
 @given(st.floats(0, 1, width=32))
@@ -31,7 +33,7 @@ def test_sixteen_bits_are_the_nearest_to_the_srgb_definition(linear):
 def test_every_eight_bit_value_comes_back_from_its_linear_value():
     values = np.arange(256) / 255
     linear = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4).astype(np.float32)
-    pixels = develop(np.repeat(linear, 3).reshape(1, 256, 3), Look())
+    pixels = develop(np.repeat(linear, 3).reshape(1, 256, 3), DisplayTransform())
     np.testing.assert_array_equal(pixels[0, :, 0], np.arange(256))
 
 
@@ -58,7 +60,7 @@ def test_any_exposure_is_black_or_white_at_last(radiance, exposure, tone):
 @pytest.mark.parametrize("tone", TONE_CURVES)
 def test_tone_curves_rise_from_black_to_white(tone):
     ramp = np.geomspace(1e-5, 1e30, 500, dtype=np.float32)
-    pixels = develop(np.repeat(ramp, 3).reshape(1, 500, 3), Look(tone=tone))[0, :, 0].astype(int)
+    pixels = develop(np.repeat(ramp, 3).reshape(1, 500, 3), DisplayTransform(tone=tone))[0, :, 0].astype(int)
     assert (np.diff(pixels) >= 0).all()
     assert (pixels[0], pixels[-1]) == (0, 255)
 
@@ -71,12 +73,14 @@ def test_tone_curves_are_their_formulas():
 
 def test_bands_do_not_show():
     tall = np.random.default_rng(1).random((3000, 200, 3), dtype=np.float32)
-    np.testing.assert_array_equal(develop(tall, Look())[1234:1250], develop(tall[1234:1250], Look()))
+    np.testing.assert_array_equal(
+        develop(tall, DisplayTransform())[1234:1250], develop(tall[1234:1250], DisplayTransform())
+    )
 
 
 def test_unknown_tone_curve_or_depth_is_refused():
     grey_pixel = np.zeros((1, 1, 3), dtype=np.float32)
     with pytest.raises(ValueError, match="unknown tone curve"):
-        develop(grey_pixel, Look(tone="filmic"))
+        develop(grey_pixel, DisplayTransform(tone="filmic"))
     with pytest.raises(ValueError, match="8 or 16, got 10"):
-        develop(grey_pixel, Look(bits=10))
+        develop(grey_pixel, DisplayTransform(bits=10))

@@ -10,7 +10,7 @@ from hypothesis.extra.numpy import arrays
 from worlds import light, plane, scene, sphere
 
 import rtcli
-from rtcli.pack import pack
+from rtcli.rendering.pack import pack
 from rtcli.tracer import _native
 from rtcli.tracer.engines import ENGINES
 from rtcli.tracer.native import NativeTracer

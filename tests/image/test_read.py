@@ -18,7 +18,7 @@ from PIL import Image
 import rtcli
 from rtcli.extras import MissingExtraError
 from rtcli.image import read
-from rtcli.image.look import Look
+from rtcli.image.display import DisplayTransform
 from rtcli.image.read import kind_of, read_layers, read_radiance
 from rtcli.scene.model import Scene
 from rtcli.tracer import _native
@@ -665,7 +665,7 @@ def test_radiance_of_a_film_is_read_with_its_look(suffix, openexr):
     film().save(f"a{suffix}")
     radiance, look = read_radiance(f"a{suffix}")
     np.testing.assert_array_equal(radiance, RADIANCE)
-    assert look == Look(1.5, "reinhard", 8)
+    assert look == DisplayTransform(1.5, "reinhard", 8)
 
 
 def test_radiance_alone_is_metered():
@@ -679,7 +679,7 @@ def test_radiance_alone_is_metered():
 
 def test_radiance_of_exr_without_metadata_is_metered(openexr):
     save_exr(openexr, "a.exr", film_channels())
-    assert read_radiance("a.exr")[1] == Look(auto_exposure(RADIANCE))
+    assert read_radiance("a.exr")[1] == DisplayTransform(auto_exposure(RADIANCE))
 
 
 def test_passes_are_not_read_for_the_radiance(monkeypatch):

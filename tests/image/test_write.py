@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 from rtcli.image.develop import develop
-from rtcli.image.look import DEPTHS, Look
+from rtcli.image.display import DEPTHS, DisplayTransform
 from rtcli.image.write import is_whole_exr, png_pieces, write_exr
 
 TEXTS = [("Software", "rtcli 1")]
@@ -15,7 +15,7 @@ RADIANCE = np.random.default_rng(7).random((13, 21, 3), dtype=np.float32)
 
 
 def png(radiance, bits=8):
-    return b"".join(png_pieces(radiance, Look(bits=bits), TEXTS))
+    return b"".join(png_pieces(radiance, DisplayTransform(bits=bits), TEXTS))
 
 
 def chunks(file):
@@ -55,12 +55,14 @@ def _unfiltered(kind, row, above, step):
 def test_png_reads_back_to_the_developed_pixels():
     with Image.open(io.BytesIO(png(RADIANCE))) as image:
         assert image.mode == "RGB"
-        np.testing.assert_array_equal(np.asarray(image), develop(RADIANCE, Look()))
+        np.testing.assert_array_equal(np.asarray(image), develop(RADIANCE, DisplayTransform()))
 
 
 @pytest.mark.parametrize("bits", DEPTHS)
 def test_png_holds_the_developed_pixels_bit_for_bit(bits):
-    np.testing.assert_array_equal(samples(png(RADIANCE, bits), bits), develop(RADIANCE, Look(bits=bits)))
+    np.testing.assert_array_equal(
+        samples(png(RADIANCE, bits), bits), develop(RADIANCE, DisplayTransform(bits=bits))
+    )
 
 
 @pytest.mark.parametrize("bits", DEPTHS)
@@ -75,9 +77,9 @@ def test_same_radiance_gives_the_same_bytes():
 
 def test_bands_do_not_show():
     tall = np.random.default_rng(1).random((3000, 200, 3), dtype=np.float32)
-    assert sum(1 for _ in png_pieces(tall, Look(), [])) > 2
+    assert sum(1 for _ in png_pieces(tall, DisplayTransform(), [])) > 2
     with Image.open(io.BytesIO(png(tall))) as image:
-        np.testing.assert_array_equal(np.asarray(image), develop(tall, Look()))
+        np.testing.assert_array_equal(np.asarray(image), develop(tall, DisplayTransform()))
 
 
 # --- OpenEXR: whether all of a file is there -----------------------------------------------------------------

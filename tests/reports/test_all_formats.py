@@ -7,7 +7,7 @@ import random_problems
 from hypothesis import example, given
 
 from rtcli.reports import concise, github, json, junit, sarif, text
-from rtcli.reports.checked import Checked
+from rtcli.reports.file_report import FileReport
 
 FORMATS = {
     "text": text.report,
@@ -21,8 +21,8 @@ FORMATS = {
 ASCII_FORMATS = ["json", "sarif", "junit"]
 
 HOSTILE_CHECKS = [
-    Checked(random_problems.HOSTILE.path, (random_problems.HOSTILE,)),
-    Checked(random_problems.HOSTILE.path, unreadable=random_problems.HOSTILE.message),
+    FileReport(random_problems.HOSTILE.path, (random_problems.HOSTILE,)),
+    FileReport(random_problems.HOSTILE.path, unreadable=random_problems.HOSTILE.message),
 ]
 
 # Of UAX #9: what embeds, overrides and isolates, and its ends. BN is what else has no width.

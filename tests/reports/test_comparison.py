@@ -4,8 +4,8 @@ import math
 import numpy as np
 import pytest
 
-from rtcli.image.bounds import Bounds, PixelBound
-from rtcli.image.compare import Comparison, compare
+from rtcli.compare.bounds import Bounds, PixelBound
+from rtcli.compare.pictures import Comparison, compare
 from rtcli.image.layers import Layers
 from rtcli.reports.comparison import as_json, text
 from rtcli.reports.terminal import cells

@@ -4,16 +4,16 @@ import random_problems
 from hypothesis import example, given
 
 from rtcli.reports import concise
-from rtcli.reports.checked import Checked
-from rtcli.scene import rules
-from rtcli.scene.problems import Problem, Span
+from rtcli.reports.file_report import FileReport
+from rtcli.scene.diagnostics import rules
+from rtcli.scene.diagnostics.problems import Problem, Span
 
 # That of the problem matcher `$gcc`, which VS Code's C++ extension brings.
 GCC = re.compile(r"^(.*?):(\d+):(\d*):?\s+(?:fatal\s+)?(warning|error):\s+(.*)$")
 
 
 def lines(*problems):
-    return "".join(concise.report([Checked("a.yaml", problems)])).split("\n")
+    return "".join(concise.report([FileReport("a.yaml", problems)])).split("\n")
 
 
 @given(problem=random_problems.problems())

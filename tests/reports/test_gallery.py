@@ -20,7 +20,7 @@ from PIL import Image
 import rtcli
 from rtcli.reports.gallery import gallery_page
 from rtcli.reports.gallery.thumbnails import thumbnail
-from rtcli.scene.problems import printable
+from rtcli.scene.diagnostics.problems import printable
 from rtcli.tracer import _native
 
 HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(2)>\"'&amp;\u2028\u202e\x00${title}"
@@ -147,7 +147,7 @@ def test_details_of_a_failed_scene_hold_all_its_problems(sample, page):
     assert [(each["message"], each["code"]) for each in details["problems"]] == [
         (each["message"], each["code"]) for each in entry["problems"]
     ]
-    assert details["problems"][0]["place"] == "tests/invalid/all-problems-at-once.yaml:1:10"
+    assert details["problems"][0]["place"] == "tests/data/invalid/all-problems-at-once.yaml:1:10"
 
 
 def test_details_of_a_sweep_hold_its_values(page):

@@ -7,9 +7,9 @@ import random_problems
 from hypothesis import example, given
 
 from rtcli.reports import github
-from rtcli.reports.checked import Checked
-from rtcli.scene import rules
-from rtcli.scene.problems import Problem, Span, printable
+from rtcli.reports.file_report import FileReport
+from rtcli.scene.diagnostics import rules
+from rtcli.scene.diagnostics.problems import Problem, Span, printable
 
 # As the runner undoes them, in this order (actions/runner, ActionCommand.cs): % is the last, so that it makes no
 # new escape with what follows it.
@@ -73,7 +73,7 @@ LIKE_ESCAPES = Problem(
 @given(problem=random_problems.problems())
 @example(problem=LIKE_ESCAPES)
 def test_command_tells_all_of_a_problem(problem):
-    (command,) = commands(Checked("a.yaml", (problem,)))
+    (command,) = commands(FileReport("a.yaml", (problem,)))
     expected = {
         "file": printable(PurePath(problem.path).as_posix()),
         "line": str(problem.line),
@@ -98,22 +98,22 @@ def test_each_problem_and_each_file_that_cannot_be_read_is_one_command(checks):
 
 
 def test_file_that_cannot_be_read_is_an_error_of_the_file():
-    (command,) = commands(Checked("50%,a:b.yaml", unreadable="No such file: 50%"))
+    (command,) = commands(FileReport("50%,a:b.yaml", unreadable="No such file: 50%"))
     assert command == Command("error", {"file": "50%,a:b.yaml"}, "No such file: 50%")
 
 
 # GitHub takes columns only within one line.
 def test_columns_of_a_span_of_several_lines_are_left_out():
     problem = Problem(rules.NAME_TAKEN, Span("a.yaml", 2, 7, 4, 3), "two")
-    (command,) = commands(Checked("a.yaml", (problem,)))
+    (command,) = commands(FileReport("a.yaml", (problem,)))
     assert command.properties == {"file": "a.yaml", "line": "2", "endLine": "4", "title": "rtcli E301"}
 
 
 def test_file_is_named_as_github_does():
     problem = Problem(rules.NAME_TAKEN, Span("./scenes//a.yaml", 1, 1, 1, 2), "two")
-    (command,) = commands(Checked("./scenes//a.yaml", (problem,)))
+    (command,) = commands(FileReport("./scenes//a.yaml", (problem,)))
     assert command.properties["file"] == "scenes/a.yaml"
 
 
 def test_no_problems_are_no_commands():
-    assert commands(Checked("a.yaml")) == []
+    assert commands(FileReport("a.yaml")) == []

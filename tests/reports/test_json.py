@@ -4,7 +4,7 @@ import random_problems
 from hypothesis import given
 
 from rtcli.reports import json
-from rtcli.reports.checked import Checked
+from rtcli.reports.file_report import FileReport
 
 # In the order in which people read them.
 KEYS = [
@@ -34,4 +34,4 @@ def test_each_problem_is_an_object_with_all_of_its_parts(checks):
 
 def test_no_problems_are_an_empty_list():
     assert "".join(json.report([])) == "[]\n"
-    assert "".join(json.report([Checked("a.yaml"), Checked("b.yaml", unreadable="No such file")])) == "[]\n"
+    assert "".join(json.report([FileReport("a.yaml"), FileReport("b.yaml", unreadable="No such file")])) == "[]\n"

@@ -5,9 +5,9 @@ from hypothesis import given
 from junitparser import Error, Failure, JUnitXml
 
 from rtcli.reports import junit
-from rtcli.reports.checked import Checked
-from rtcli.scene import rules
-from rtcli.scene.problems import Problem, Span, printable
+from rtcli.reports.file_report import FileReport
+from rtcli.scene.diagnostics import rules
+from rtcli.scene.diagnostics.problems import Problem, Span, printable
 
 
 def read_back(checks):
@@ -25,10 +25,10 @@ def test_case_of_each_file_tells_what_is_wrong_with_it():
     warning = problem(rules.BEHIND_CAMERA, "is behind", 4)
     suite = read_back(
         [
-            Checked("fine.yaml"),
-            Checked("wrong.yaml", (errors[0], warning, errors[1])),
-            Checked("warned.yaml", (warning,)),
-            Checked("lost.yaml", unreadable="No such file or directory"),
+            FileReport("fine.yaml"),
+            FileReport("wrong.yaml", (errors[0], warning, errors[1])),
+            FileReport("warned.yaml", (warning,)),
+            FileReport("lost.yaml", unreadable="No such file or directory"),
         ]
     )
     assert (suite.tests, suite.failures, suite.errors, suite.skipped) == (4, 1, 1, 0)

@@ -16,12 +16,12 @@ from click.testing import CliRunner
 from hypothesis import given
 
 from rtcli import __version__
-from rtcli.check import check
 from rtcli.cli import main
+from rtcli.lint.check import check
 from rtcli.reports import sarif
-from rtcli.reports.checked import Checked
-from rtcli.scene.problems import Problem, Span
-from rtcli.scene.rules import BY_CODE, ERROR, OUT_OF_RANGE, RULES
+from rtcli.reports.file_report import FileReport
+from rtcli.scene.diagnostics.problems import Problem, Span
+from rtcli.scene.diagnostics.rules import BY_CODE, ERROR, OUT_OF_RANGE, RULES
 
 # It ships the schema of OASIS as it is.
 CRATE, CRATE_VERSION = "serde-sarif", "0.8.0"
@@ -36,7 +36,7 @@ path = "lib.rs"
 {CRATE} = {{ version = "={CRATE_VERSION}", default-features = false }}
 """
 
-TESTS = Path(__file__).parents[1]
+TESTS = Path(__file__).parents[1] / "data"
 CORPUS = sorted(
     path
     for folder in ("invalid", "lint")
@@ -161,7 +161,7 @@ def test_log_of_any_problems_is_sarif(validate, checks):
     ],
 )
 def test_log_with_a_mistake_is_refused(validate, path, value):
-    log = log_of(Checked("a.yaml", (problem(),)))
+    log = log_of(FileReport("a.yaml", (problem(),)))
     validate(log)
     broken = copy.deepcopy(log)
     *way, last = path
@@ -218,7 +218,7 @@ def shown(message):
 
 
 def test_braces_of_a_message_are_no_placeholders():
-    (result,) = results_of(log_of(Checked("a.yaml", (problem("got {0}", help="light: {intensity: {}}"),))))
+    (result,) = results_of(log_of(FileReport("a.yaml", (problem("got {0}", help="light: {intensity: {}}"),))))
     assert shown(result["message"]) == "got {0}\nhelp: light: {intensity: {}}"
 
 
@@ -256,7 +256,7 @@ def test_region_means_the_wrong_value_and_counts_characters(folder, line_end):
 def test_regions_of_all_wrong_files_of_the_tests_are_within_them():
     for path in CORPUS:
         raw = path.read_bytes()
-        log = log_of(Checked(path.name, check(raw, path.name).problems))
+        log = log_of(FileReport(path.name, check(raw, path.name).problems))
         for result in results_of(log):
             text_of(region_of(result), raw.decode("utf-8-sig", errors="replace"))
 
@@ -305,7 +305,7 @@ def test_uri_means_the_file_whatever_its_name(folder, name):
 
 @given(path=random_problems.PATHS)
 def test_uri_means_any_path(path):
-    (result,) = results_of(log_of(Checked(path, (problem(path=path),))))
+    (result,) = results_of(log_of(FileReport(path, (problem(path=path),))))
     assert is_uri_reference(uri_of(result))
     assert PurePath(path_of(uri_of(result))) == PurePath(path)
 

@@ -8,9 +8,9 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from rtcli.reports import text
-from rtcli.reports.checked import Checked
-from rtcli.scene import rules
-from rtcli.scene.problems import Excerpt, Problem, Span
+from rtcli.reports.file_report import FileReport
+from rtcli.scene.diagnostics import rules
+from rtcli.scene.diagnostics.problems import Excerpt, Problem, Span
 
 # Select Graphic Rendition (ECMA-48, section 8.3.117): the only sequence in a report with colors.
 SGR = re.compile(r"\x1b\[[0-9;]*m")
@@ -168,7 +168,7 @@ def test_no_color_reaches_into_another_line(checks):
 
 @pytest.mark.parametrize(("severity", "code"), [(rules.ERROR, "1;31"), (rules.WARNING, "1;33")])
 def test_errors_are_red_and_warnings_yellow(severity, code):
-    found = Checked("a.yaml", (problem(Excerpt("fov: 200", 5, 8), where="camera.fov", severity=severity),))
+    found = FileReport("a.yaml", (problem(Excerpt("fov: 200", 5, 8), where="camera.fov", severity=severity),))
     report = "".join(text.report([found], color=True))
     for part in (f"{severity}[E204]", "^^^ camera.fov", f"1 {severity}"):
         assert f"\x1b[{code}m{part}\x1b[0m" in report
@@ -192,14 +192,14 @@ E, W = problem(), problem(severity=rules.WARNING)
     ],
 )
 def test_summary_counts_problems_and_scenes(found, summary):
-    report = "".join(text.report([Checked("a.yaml", problems) for problems in found]))
+    report = "".join(text.report([FileReport("a.yaml", problems) for problems in found]))
     assert report.endswith(f"\n\n{summary}\n")
 
 
 def test_scene_that_cannot_be_read_is_not_counted():
-    checks = [Checked("a.yaml", (E,)), Checked("b.yaml", unreadable="No such file"), Checked("c.yaml")]
+    checks = [FileReport("a.yaml", (E,)), FileReport("b.yaml", unreadable="No such file"), FileReport("c.yaml")]
     assert "".join(text.report(checks)).endswith("\n\n1 error in 1 of 2 scenes\n")
 
 
 def test_nothing_is_said_of_scenes_without_problems():
-    assert "".join(text.report([Checked("a.yaml"), Checked("b.yaml", unreadable="No such file")])) == ""
+    assert "".join(text.report([FileReport("a.yaml"), FileReport("b.yaml", unreadable="No such file")])) == ""

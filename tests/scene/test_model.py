@@ -5,11 +5,11 @@ from PIL import ImageColor
 from pydantic import ValidationError
 
 from rtcli.scene.colors import CSS_NAMES, color_from_text, linear_from_srgb
-from rtcli.scene.diagnostics import validate
+from rtcli.scene.diagnostics.problems import SceneError
 from rtcli.scene.load import load_scene
 from rtcli.scene.model import Camera, Scene
-from rtcli.scene.parse import parse
-from rtcli.scene.problems import SceneError
+from rtcli.scene.reading.parse import parse
+from rtcli.scene.validation.validate import validate
 
 CAMERA = "camera: {resolution: [640, 480], fov: 40}\n"
 PLANE = "type: plane, position: [0, 0, 0], normal: [0, 1, 0], color: white"

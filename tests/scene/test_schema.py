@@ -18,19 +18,21 @@ from hypothesis import Phase, given, settings
 from jsonschema import Draft7Validator
 from mutations import mutated_scenes, neighbours
 
-from rtcli.scene import rules
-from rtcli.scene.diagnostics import validate
+from rtcli.scene.diagnostics import rules
+from rtcli.scene.diagnostics.problems import SceneError
 from rtcli.scene.load import load_scene
-from rtcli.scene.parse import parse, parse_bytes
-from rtcli.scene.problems import SceneError
+from rtcli.scene.reading.parse import parse, parse_bytes
 from rtcli.scene.schema import scene_schema, schema_text
+from rtcli.scene.validation.validate import validate
 
 ROOT = Path(__file__).parents[2]
 FILE = ROOT / "schemas" / "scene.schema.json"
 SCHEMA = scene_schema()
 VALIDATOR = Draft7Validator(SCHEMA)
 SCENES = [*sorted((ROOT / "scenes").glob("*.yaml")), ROOT / "rtcli" / "scene" / "starter.yaml"]
-INVALID = sorted(path for path in (ROOT / "tests" / "invalid").iterdir() if path.suffix in {".yaml", ".json"})
+INVALID = sorted(
+    path for path in (ROOT / "tests" / "data" / "invalid").iterdir() if path.suffix in {".yaml", ".json"}
+)
 ACCEPT, REFUSE, OPEN = "accept", "refuse", "open"
 
 
@@ -208,7 +210,7 @@ def test_check_jsonschema_judges_the_wrong_files_as_the_rules_say():
     # What is wrong with the text is the reader's business. Its reader of YAML refuses most of that, does not come
     # back from an alias inside its own anchor, and tells of a key given twice again in files that come later.
     wanted = {name: demanded(problems) for name, problems in found.items() if not breaks_the_text(problems)}
-    verdicts = check_with_program(ROOT / "tests" / "invalid", sorted(wanted))
+    verdicts = check_with_program(ROOT / "tests" / "data" / "invalid", sorted(wanted))
     assert verdicts.unreadable == set()
     assert {name for name, demand in wanted.items() if demand == REFUSE} - verdicts.refused == set()
 

@@ -55,8 +55,8 @@ def worker_of(cluster: Cluster, version: str = "") -> Iterator[subprocess.Popen[
 # A program of Dask whose rtcli is another one.
 _OTHER = """
 import runpy, sys
-import rtcli.cluster
-rtcli.cluster.__version__ = sys.argv.pop(1)
+import rtcli.distributed.dask
+rtcli.distributed.dask.__version__ = sys.argv.pop(1)
 runpy.run_module(sys.argv.pop(1), run_name="__main__")
 """
 

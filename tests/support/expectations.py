@@ -3,14 +3,14 @@
 from pathlib import Path
 
 from rtcli.reports import text
-from rtcli.reports.checked import Checked
+from rtcli.reports.file_report import FileReport
 
 FAILED = Path(__file__).parents[1] / "failed"
 
 
 def compare(file, problems):
     """Compare the text report of problems with the expected one; a differing one is left in `tests/failed`."""
-    report = "".join(text.report([Checked(file.name, tuple(problems))]))
+    report = "".join(text.report([FileReport(file.name, tuple(problems))]))
     expected = file.with_suffix(".expected")
     if not expected.exists() or report != expected.read_text(encoding="utf-8"):
         FAILED.mkdir(exist_ok=True)

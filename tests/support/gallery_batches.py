@@ -8,14 +8,14 @@ from typing import Any
 
 import rtcli
 from rtcli.image.formats import parts_of
-from rtcli.scene.diagnostics import validate
-from rtcli.scene.edits import set_value
-from rtcli.scene.parse import parse_bytes
-from rtcli.truth import SOFTWARE
+from rtcli.rendering.metadata import SOFTWARE
+from rtcli.scene.overrides import set_value
+from rtcli.scene.reading.parse import parse_bytes
+from rtcli.scene.validation.validate import validate
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENES = ROOT / "scenes"
-INVALID = ROOT / "tests" / "invalid"
+INVALID = ROOT / "tests" / "data" / "invalid"
 
 PASSES = ("depth", "normal", "object_id")
 SECONDS = {

@@ -5,9 +5,9 @@ import string
 
 from hypothesis import strategies as st
 
-from rtcli.reports.checked import Checked
-from rtcli.scene.problems import Excerpt, Problem, Span
-from rtcli.scene.rules import ERROR, RULES, UNKNOWN_KEY, WARNING
+from rtcli.reports.file_report import FileReport
+from rtcli.scene.diagnostics.problems import Excerpt, Problem, Span
+from rtcli.scene.diagnostics.rules import ERROR, RULES, UNKNOWN_KEY, WARNING
 
 # What means something to a terminal, to a format, or to a program that reads one.
 _PIECES = st.sampled_from(
@@ -84,6 +84,6 @@ def problems(paths=PATHS):
 
 def checks(paths=PATHS):
     """Return what was found in some files: problems, nothing, or that they cannot be read."""
-    read = st.builds(Checked, paths, problems=st.lists(problems(paths), max_size=3).map(tuple))
-    unread = st.builds(Checked, paths, unreadable=TEXTS.filter(bool))
+    read = st.builds(FileReport, paths, problems=st.lists(problems(paths), max_size=3).map(tuple))
+    unread = st.builds(FileReport, paths, unreadable=TEXTS.filter(bool))
     return st.lists(read | unread, max_size=3)

@@ -15,7 +15,7 @@ import pytest
 from worlds import box, light, plane, scene, sphere
 
 import rtcli
-from rtcli.pack import pack
+from rtcli.rendering.pack import pack
 from rtcli.tracer import _native
 from rtcli.tracer.native import NativeTracer
 from rtcli.tracer.world import PASSES, Window
@@ -166,7 +166,7 @@ SLOW_TARGET = """
 import time
 from memory import peak_mib
 from worlds import scene, sphere
-from rtcli.pack import pack
+from rtcli.rendering.pack import pack
 from rtcli.tracer.native import NativeTracer
 from rtcli.tracer.world import Window
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from worlds import extreme_scenes, random_scenes
 
 from rtcli import Scene
-from rtcli.pack import pack
+from rtcli.rendering.pack import pack
 from rtcli.tracer.reference import SimpleCamera
 from rtcli.tracer.world import Window
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 import yaml
 
-from rtcli.cli.exits import FILE, INTERNAL, INVALID
-from rtcli.scene.problems import Problem, Span
-from rtcli.scene.rules import OUT_OF_RANGE
+from rtcli.cli.exit_codes import FILE, INTERNAL, INVALID
+from rtcli.scene.diagnostics.problems import Problem, Span
+from rtcli.scene.diagnostics.rules import OUT_OF_RANGE
 
 ROOT = Path(__file__).resolve().parents[2]
 TEXT = (ROOT / "docs" / "ci.md").read_text(encoding="utf-8")

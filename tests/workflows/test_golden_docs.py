@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rtcli.cli.exits import DIFFERENT, FILE, INTERNAL
-from rtcli.image.bounds import Bounds
-from rtcli.image.compare import compare
+from rtcli.cli.exit_codes import DIFFERENT, FILE, INTERNAL
+from rtcli.compare.bounds import Bounds
+from rtcli.compare.pictures import compare
 from rtcli.image.layers import Layers
 from rtcli.reports.comparison import as_json, text
 

@@ -15,7 +15,7 @@ from urllib.parse import quote
 
 from rtcli.reports.gallery.records import Part, Record, records_of
 from rtcli.reports.gallery.thumbnails import pass_thumbnails, thumbnail
-from rtcli.scene.problems import counted, printable
+from rtcli.scene.diagnostics.problems import counted, printable
 
 
 def gallery_page(manifest: Mapping[str, Any], folder: Path) -> str:

@@ -16,7 +16,7 @@ from typing import Any
 from urllib.parse import quote
 
 from rtcli.image.formats import RADIANCE
-from rtcli.scene.problems import printable
+from rtcli.scene.diagnostics.problems import printable
 
 # What browsers show; they know no TIFF.
 _SHOWN = (".png", ".jpg", ".jpeg", ".webp")

@@ -1,0 +1,54 @@
+"""From Python: a scene to a film, in one call."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from rtcli.rendering.job import RenderRequest, prepare
+from rtcli.rendering.pack import pack
+from rtcli.rendering.stream import expose_film
+from rtcli.scene.model import Scene
+from rtcli.tracer.world import Window
+
+if TYPE_CHECKING:  # it comes with NumPy, which `import rtcli` need not pay for
+    from rtcli.rendering.film import Film
+
+
+def render(
+    scene: Scene,
+    passes: str | Iterable[str] = (),
+    engine: str = "native",
+    threads: int | None = None,
+    crop: tuple[int, int, int, int] | None = None,
+) -> Film:
+    """Render a scene.
+
+    Parameters
+    ----------
+    scene
+        From `rtcli.load_scene`.
+    passes
+        Which arrays the film holds beside radiance: `depth`, `distance`, `normal`, `position`, `albedo`,
+        `object_id`. They are taken at pixel centres, whatever the number of samples.
+    engine
+        `native`, the fast one; or `reference`, the tracer in NumPy, to compare with.
+    threads
+        How many processor cores to use; all by default. The picture does not depend on it.
+    crop
+        Left, top, width, height in pixels: render that part of the picture only.
+
+    Returns
+    -------
+    rtcli.Film
+        The radiance, and the passes asked for.
+
+    Raises
+    ------
+    ValueError
+        For an unknown pass or engine, less than one thread, a crop that is not inside the picture, or a variable
+        RTCLI_SIMD that names no SIMD level of this machine.
+    """
+    names = (passes,) if isinstance(passes, str) else tuple(passes)
+    request = RenderRequest(names, engine, threads, None if crop is None else Window(*crop))
+    return expose_film(prepare(scene, pack(scene), request), request)

@@ -1,0 +1,313 @@
+"""`rtcli batch`: many scenes to one folder, only what is needed."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import time
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import click
+
+from rtcli.atomic import whole_files
+from rtcli.batch.animate import Animation, animate, animations_of
+from rtcli.batch.folder import scratch_folder
+from rtcli.batch.jobs import BatchSettings, Job, find_jobs
+from rtcli.batch.manifest import Manifest
+from rtcli.batch.pool import LocalWorkers, Workers
+from rtcli.batch.run import Batch, Plan, StaleOutputs, execute, find_leftover, make_plan, prune
+from rtcli.batch.sweep import Variation
+from rtcli.batch.work import DONE, Outcome
+from rtcli.cli.console import STDIO, is_terminal, print_lines, tell
+from rtcli.cli.exit_codes import INVALID, usage_errors
+from rtcli.cli.options.cluster import dask_timeout_option, reached_cluster
+from rtcli.cli.options.scene import edit_errors, film_options, overrides_taken_from, scene_options
+from rtcli.cli.options.types import FormatType, VariationType
+from rtcli.cli.progress import progress
+from rtcli.image.animation import ANIMATIONS
+from rtcli.image.formats import FORMATS, check_fits
+from rtcli.rendering.metadata import SOFTWARE
+from rtcli.reports import concise
+from rtcli.reports.file_report import FileReport
+from rtcli.scene.diagnostics.problems import counted, printable
+from rtcli.scene.overrides import check_expression
+from rtcli.tracer.engines import default_threads
+
+# Of all scenes together so many problems are shown, and of one scene so many: it must not hide the others.
+_SHOWN, _SHOWN_OF_ONE = 40, 3
+
+# So many scenes are given to a cluster at a time, at least.
+_LEAST_UNDER_WAY = 64
+
+
+@dataclass(frozen=True)
+class BatchOptions:
+    """The options of `rtcli batch`."""
+
+    paths: tuple[str, ...]
+    output: str
+    settings: BatchSettings
+    jobs: int | None
+    fail_fast: bool
+    force: bool
+    dry_run: bool
+    prune: bool
+    vary: tuple[Variation, ...]
+    animations: tuple[str, ...]
+    report: bool
+    dask: str | None
+    dask_timeout: int
+    shared: bool
+    quiet: bool
+
+    def check(self) -> None:
+        """Raise click.UsageError for what cannot be right whatever the scenes say."""
+        if "" in (*self.paths, self.output):
+            raise click.UsageError("a path is empty: is a variable not set?")
+        if STDIO in (*self.paths, self.output):
+            raise click.UsageError(
+                "standard input and output are no places for many scenes: give files and folders"
+            )
+        if self.animations and len(self.vary) != 1:
+            raise click.UsageError("--gif and --webp show a sweep of one value: give --vary once")
+        if self.dask is not None and self.jobs is not None:
+            raise click.UsageError("--jobs is for this machine: with --dask all workers of the cluster work")
+        if self.shared and self.dask is None:
+            raise click.UsageError("--shared is for --dask: the workers of this machine share DIR anyway")
+        with usage_errors():
+            check_fits(f"results{self.settings.suffix}", (1, 1), self.settings.bits)
+        option = self.settings.overrides.option
+        with edit_errors(option):
+            for expression in self.settings.overrides.edits:
+                check_expression(expression, option)
+        with edit_errors("--vary"):
+            for expression in (edit for variation in self.vary for edit in variation.edits):
+                check_expression(expression, "--vary")
+
+    def find_jobs(self) -> list[Job]:
+        """Return what there is to do.
+
+        Raises
+        ------
+        click.UsageError
+            If that cannot be done together, or is nothing.
+        OSError
+            If a path leads to nothing.
+        """
+        try:
+            jobs = find_jobs(self.paths, self.settings, self.output, self.vary)
+        except ValueError as error:
+            raise click.UsageError(str(error)) from error
+        if not jobs:
+            raise click.UsageError(f"no scenes found in {', '.join(map(printable, self.paths))}")
+        return jobs
+
+
+@click.command("batch")
+@click.argument("paths", metavar="PATH...", nargs=-1, required=True)
+@click.option(
+    "-o", "--output", metavar="DIR", required=True, help="The folder of the results, with manifest.json."
+)
+@click.option(
+    "--format",
+    "suffix",
+    type=FormatType(),
+    default=".png",
+    show_default=True,
+    help=f"Of the results: {', '.join(FORMATS)}.",
+)
+@scene_options
+@film_options
+@click.option(
+    "--jobs", type=click.IntRange(1), metavar="N", show_default="the processor cores", help="Scenes at a time."
+)
+@click.option("--fail-fast", is_flag=True, help="Stop at the first scene that fails, instead of going on.")
+@click.option("--force", is_flag=True, help="Render all, what is current too.")
+@click.option("--dry-run", is_flag=True, help="Only tell what would be done, and why.")
+@click.option(
+    "--prune",
+    is_flag=True,
+    help="Remove results of scenes that are gone, and of other settings, after saying which; those of scenes that "
+    "are there but not among PATH stay.",
+)
+@click.option(
+    "--vary",
+    type=VariationType(),
+    multiple=True,
+    help="Render each scene with several values, START:STOP:STEP or A,B,C: camera.fov=20:60:5. Repeat it for all "
+    "combinations; as a variable one per line. The results stand in a folder of the scene's name, and their own "
+    "names tell the values.",
+)
+@click.option("--gif", is_flag=True, help="Put the sweep of one value together as DIR/SCENE.gif too.")
+@click.option("--webp", is_flag=True, help="The same as DIR/SCENE.webp, without loss.")
+@click.option("--report", is_flag=True, help="Write DIR/index.html: all results of the folder to look through.")
+@click.option(
+    "--dask",
+    metavar="ADDRESS|local",
+    help="Work on a Dask cluster: the address of its scheduler, or local for one of this machine's cores. Needs "
+    "rtcli[dask].",
+)
+@dask_timeout_option
+@click.option("--shared", is_flag=True, help="With --dask: DIR is the same for all workers, and they write to it.")
+@click.option(
+    "-q",
+    "--quiet",
+    is_flag=True,
+    help="No progress and no summary: only what goes wrong, and what --prune removes.",
+)
+def command(**options: Any) -> int:
+    """Render many scenes to a folder, only those that are needed.
+
+    PATH is a scene file, a folder (the scene files in it and below; their structure is kept) or a glob, which
+    rtcli expands itself if it is quoted: 'scenes/**/*.yaml'.
+
+    A result stays as it is if its scene, the settings and rtcli's version are the same and its files are as they
+    were written. A batch may be interrupted or killed at any moment: the next one goes on from there.
+
+    Exits with 0 if all went well, 1 if a scene failed, 3 if a path leads to nothing or DIR cannot be written.
+    """
+    overrides = overrides_taken_from(options)
+    settings = BatchSettings(options.pop("suffix"), options.pop("passes"), options.pop("bits"), overrides)
+    animations = tuple(suffix for suffix in ANIMATIONS if options.pop(suffix.removeprefix(".")))
+    return run(BatchOptions(settings=settings, animations=animations, **options))
+
+
+def run(options: BatchOptions) -> int:
+    """Find the scenes, compare, prune, render, report."""
+    options.check()
+    jobs, folder = options.find_jobs(), Path(options.output)
+    animations = animations_of(jobs, options.animations)
+    manifest = Manifest(folder)
+    leftover = find_leftover(manifest, jobs, folder, animations) if options.prune else StaleOutputs([], [])
+    is_unseen = options.quiet or not is_terminal(sys.stderr) or not len(manifest)
+    with progress("comparing", is_unseen, "scenes") as told:
+        plan = make_plan(manifest, jobs, folder, options.force, told)
+    if options.dry_run:
+        print_lines(_planned(plan, leftover))
+        return 0
+    report = _Report()
+    with _workers(options, len(plan.steps)) as workers:
+        for path in leftover.paths:  # never without a word
+            tell(f"removing {printable(str(folder / path))}")
+        prune(leftover, manifest, folder)
+        by_workers = options.dask is None or options.shared
+        _render(options, Batch(plan, manifest, folder, workers, by_workers), report)
+    is_well = not report.failed
+    if animations and (is_well or not options.fail_fast):
+        is_well &= _animate(options, animations, manifest, folder)
+    if options.report:
+        _write_page(options, folder)
+    return 0 if is_well else INVALID
+
+
+@contextlib.contextmanager
+def _workers(options: BatchOptions, count: int) -> Iterator[Workers]:
+    """Give who works at so many scenes."""
+    if options.dask is None or not count:
+        yield LocalWorkers(min(options.jobs or default_threads(), max(1, count)))
+        return
+    with reached_cluster(options.dask, options.dask_timeout) as cluster:
+        # Of a cluster that grows, the first work calls for more workers.
+        yield Workers(cluster.executor, max(_LEAST_UNDER_WAY, 2 * cluster.cores))
+
+
+def _animate(options: BatchOptions, animations: list[Animation], manifest: Manifest, folder: Path) -> bool:
+    """Make animations, and tell what came of them; return whether there are all."""
+    written, problems = 0, list[str]()
+    with scratch_folder(folder) as scratch, progress("animating", options.quiet, "animations") as told:
+        for count, made in enumerate(animate(animations, manifest, folder, scratch), start=1):
+            written += made.is_new
+            if made.problem:
+                problems.append(f"{printable(str(folder / made.path))}: error: {printable(made.problem)}")
+            told(count, len(animations))
+    for line in _shown(problems[:_SHOWN], len(problems[_SHOWN:])):
+        tell(line)
+    if not options.quiet:
+        current = len(animations) - written - len(problems)
+        tell(f"animations: {written:,} written, {current:,} current, {len(problems):,} failed")
+    return not problems
+
+
+def _write_page(options: BatchOptions, folder: Path) -> None:
+    """Write the page of all results."""
+    from rtcli.reports.gallery import gallery_page  # with NumPy and Pillow
+
+    page = folder / "index.html"
+    manifest = Manifest(folder)
+    told = {"scenes": {key: manifest.entry(key) for key in manifest}, "software": SOFTWARE}
+    with scratch_folder(folder) as scratch, whole_files([page], scratch) as [file]:
+        file.write(gallery_page(told, folder).encode())
+    if not options.quiet:
+        tell(f"wrote {printable(str(page))}")
+
+
+def _planned(plan: Plan, leftover: StaleOutputs) -> Iterable[str]:
+    """Yield what a plan would do, a line each."""
+    for step in plan.steps:
+        yield f"render {printable(step.job.key)}: {printable(step.reason)}"
+    yield from (f"remove {printable(path)}" for path in leftover.paths)
+    yield f"{counted(len(plan.steps), 'scene')} to render, {plan.current:,} current"
+
+
+@dataclass
+class _Report:
+    """What came of the scenes, and what is to be said of those that failed."""
+
+    rendered: set[str] = field(default_factory=set)
+    failed: int = 0
+    problems: list[str] = field(default_factory=list)
+    more: int = 0
+
+    def add(self, job: Job, outcome: Outcome) -> None:
+        if outcome.status == DONE:
+            self.rendered.add(outcome.key)
+            return
+        self.failed += 1
+        lines = list(_problems(job, outcome))
+        room = min(_SHOWN_OF_ONE, max(0, _SHOWN - len(self.problems)))
+        self.problems += lines[:room]
+        self.more += len(lines[room:])
+
+    def summary(self, plan: Plan, seconds: float) -> str:
+        left = len(plan.steps) - len(self.rendered) - self.failed
+        parts = [f"{len(self.rendered):,} rendered", f"{plan.current:,} current", f"{self.failed:,} failed"]
+        if left:
+            parts.append(f"{left:,} not done")
+        done = len(self.rendered) + self.failed
+        rate = f" ({done / seconds:.1f} a second)" if done else ""
+        return f"{', '.join(parts)} in {seconds:.2f} s{rate}"
+
+
+def _problems(job: Job, outcome: Outcome) -> Iterator[str]:
+    """Yield what is wrong with a scene, a line each, all of which name it."""
+    for problem in outcome.problems:
+        [line] = concise.report([FileReport(job.scene, (problem,))])
+        # One that lies in the text of an option speaks of that alone.
+        result = "" if problem.path == job.scene else f"{printable(job.key)}: "
+        yield result + line.rstrip("\n")
+    if outcome.message:
+        yield f"{printable(job.scene)}: error: {printable(outcome.message)}"
+
+
+def _shown(problems: Iterable[str], more: int) -> Iterable[str]:
+    yield from problems
+    if more:
+        yield f"{counted(more, 'more problem')}: the manifest has them"
+
+
+def _render(options: BatchOptions, batch: Batch, report: _Report) -> None:
+    start = time.monotonic()
+    steps = {step.job.key: step.job for step in batch.plan.steps}
+    with contextlib.closing(execute(batch)) as outcomes, progress("rendering", options.quiet, "scenes") as told:
+        for outcome in outcomes:
+            report.add(steps[outcome.key], outcome)
+            told(len(report.rendered) + report.failed, len(steps))
+            if report.failed and options.fail_fast:
+                break
+    for line in _shown(report.problems, report.more):
+        tell(line)
+    if not options.quiet:
+        tell(report.summary(batch.plan, time.monotonic() - start))

@@ -1,0 +1,79 @@
+"""`rtcli explain`: the story of one pixel."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from typing import Any
+
+import click
+
+from rtcli.cli.console import is_terminal, name_of, print_lines, wants_color
+from rtcli.cli.exit_codes import usage_errors
+from rtcli.cli.options.scene import overrides_taken_from, read_scene, scene_options
+from rtcli.cli.options.types import PixelType
+from rtcli.cli.progress import progress
+from rtcli.explain import Explanation, check_place, explain
+from rtcli.rendering.job import RenderRequest
+from rtcli.reports.explanation import as_json, text
+from rtcli.scene.overrides import Overrides
+from rtcli.scene.validation.validate import validate
+
+
+@dataclass(frozen=True)
+class ExplainOptions:
+    """The options of `rtcli explain`."""
+
+    scene: str
+    pixel: tuple[int, int]
+    sample: int
+    as_json: bool
+    edits: Overrides
+
+
+@click.command("explain")
+@click.argument("scene")
+@click.option(
+    "--pixel", type=PixelType(), required=True, help="Which one: its column and row, from 0 at the left and top."
+)
+@click.option(
+    "--sample",
+    type=click.IntRange(1),
+    metavar="N",
+    default=1,
+    show_default=True,
+    help="Which of the pixel's samples is told step by step.",
+)
+@scene_options
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def command(**options: Any) -> None:
+    """Tell how a pixel comes to its value, step by step.
+
+    SCENE is a .yaml, .yml or .json file, or - for YAML or JSON on standard input.
+
+    The story goes to standard output: the primary ray, where it meets each object or why it does not, what is
+    seen, each light and what blocks it, radiance, exposure, tone curve, sRGB. Each step has its equations, its
+    numbers and the section of docs/tracer.md. It is the reference engine's: its value is what that renders.
+    """
+    run(ExplainOptions(edits=overrides_taken_from(options), **options))
+
+
+def run(options: ExplainOptions) -> None:
+    """Parse, validate, explain, report."""
+    scene = validate(read_scene(options.scene, options.edits))
+    with usage_errors():
+        check_place(scene, *options.pixel, options.sample)
+        RenderRequest().simd()
+    # The meter looks at the whole picture: of thousands of objects that takes long, and somebody may wait for it.
+    is_watched = scene.image.exposure == "auto" and is_terminal(sys.stderr)
+    with progress("metering", quiet=not is_watched) as told:
+        explanation = explain(scene, *options.pixel, options.sample, told)
+    _report(explanation, options)
+
+
+def _report(explanation: Explanation, options: ExplainOptions) -> None:
+    name = name_of(options.scene)
+    if options.as_json:
+        click.echo(as_json(explanation, name), nl=False)
+        return
+    print_lines(text(explanation, name, wants_color(sys.stdout)))

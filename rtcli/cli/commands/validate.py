@@ -1,0 +1,127 @@
+"""`rtcli validate`: check scene files, all mistakes at once."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import itertools
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+
+import click
+
+from rtcli import __version__
+from rtcli.cli.console import STDIO, name_of, read_bytes, tell, wants_color
+from rtcli.cli.exit_codes import FILE, INVALID, forget_frames, lack_of_memory, os_error_text
+from rtcli.lint.check import CheckResult, check
+from rtcli.lint.ignores import warning_of
+from rtcli.reports import concise, github, json, junit, sarif, text
+from rtcli.reports.file_report import FileReport, Tally
+from rtcli.scene.diagnostics.problems import Problem, counted, printable
+from rtcli.scene.diagnostics.rules import ERROR, Rule
+from rtcli.scene.find import scene_files_below
+from rtcli.scene.reading.parse import READ_BYTES
+
+_REPORTS: dict[str, Callable[[Iterable[FileReport]], Iterator[str]]] = {
+    "text": lambda checks: text.report(checks, wants_color(sys.stdout)),
+    "concise": concise.report,
+    "json": json.report,
+    "github": github.report,
+    "sarif": lambda checks: sarif.report(checks, __version__),
+    "junit": junit.report,
+}
+
+
+def _rules(context: click.Context, option: click.Parameter, values: tuple[str, ...]) -> frozenset[Rule]:
+    """Return the rules whose codes are given, one or several in each value."""
+    try:
+        return frozenset(warning_of(code.strip()) for value in values for code in value.split(","))
+    except ValueError as error:
+        raise click.BadParameter(str(error)) from error
+
+
+@click.command("validate")
+@click.argument("paths", metavar="PATH...", nargs=-1, required=True)
+@click.option(
+    "--format",
+    "style",
+    envvar="RTCLI_VALIDATE_FORMAT",
+    type=click.Choice(list(_REPORTS)),
+    default="text",
+    show_default=True,
+    help="text: for people, with the lines of the file; concise: a line each; json: a list of objects; github: "
+    "annotations of a GitHub workflow; sarif, junit: for code scanners and CI servers.",
+)
+@click.option("--strict", is_flag=True, help="Treat warnings as errors.")
+@click.option(
+    "--ignore",
+    metavar="CODE",
+    multiple=True,
+    callback=_rules,
+    help="Do not report this warning, such as W004. Repeatable; takes several codes separated by commas, too.",
+)
+def command(paths: tuple[str, ...], style: str, strict: bool, ignore: frozenset[Rule]) -> int:
+    """Check scene files, and say all that is wrong with them.
+
+    PATH is a scene file, a folder (all .yaml, .yml and .json files in it and below, without hidden folders and the
+    metadata that rtcli writes), or - for YAML or JSON on standard input. The report goes to standard output.
+
+    Errors make a scene invalid; warnings tell what is probably not intended, such as an object that nobody sees.
+    The comment # rtcli: ignore W004 in a file turns a warning off: for its line or the next, or for the whole file
+    at the top of it.
+
+    Exits with 0 if all scenes are valid, 1 if one is not, 3 if one cannot be read.
+    """
+    if style == "github" and isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(encoding="utf-8")  # as its runner reads it, on Windows too
+    tally = Tally()
+    checks = tally.count(_checked(path, strict, ignore) for path in _scene_files(paths))
+    for piece in _REPORTS[style](checks):
+        click.echo(piece, nl=False, color=True)  # without colors there are none to strip
+    if not tally.invalid and not tally.unreadable:
+        tell(_all_valid(tally))
+    return FILE if tally.unreadable else INVALID if tally.invalid else 0
+
+
+def _all_valid(tally: Tally) -> str:
+    if not tally.scenes:
+        return "no scenes found"
+    return f"{counted(tally.scenes, 'scene')} {'is' if tally.scenes == 1 else 'are'} valid"
+
+
+def _scene_files(paths: Iterable[str]) -> Iterator[str]:
+    for path in paths:
+        if path != STDIO and Path(path).is_dir():
+            yield from sorted(itertools.chain(*scene_files_below(path)))
+        else:
+            yield path
+
+
+def _checked(path: str, strict: bool, ignore: frozenset[Rule]) -> FileReport:
+    name = name_of(path)
+    try:
+        result = check(read_bytes(path, READ_BYTES), name, ignore)
+    except OSError as error:
+        tell(f"Error: {os_error_text(error)}")
+        return FileReport(name, unreadable=error.strerror or str(error))
+    except (MemoryError, RuntimeError) as error:
+        reason = lack_of_memory(error)
+        if reason is None:
+            raise
+        forget_frames(error)
+        tell(f"Error: {printable(name)}: {reason}")
+        return FileReport(name, unreadable=reason)
+    if result.left_out:
+        tell(f"{printable(name)}: {_left_out(result)} left out: the scene is too much work")
+    return FileReport(name, tuple(map(_as_error, result.problems)) if strict else result.problems)
+
+
+def _left_out(result: CheckResult) -> str:
+    """Return `the check for W010 was`, `the checks for W008 and W009 were`."""
+    *others, last = (rule.code for rule in result.left_out)
+    return f"the checks for {', '.join(others)} and {last} were" if others else f"the check for {last} was"
+
+
+def _as_error(problem: Problem) -> Problem:
+    return dataclasses.replace(problem, severity=ERROR)

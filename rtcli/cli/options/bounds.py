@@ -1,0 +1,42 @@
+"""The options that say what counts as equal, for commands that compare."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from rtcli.cli.options.types import BoundType, PixelBoundType, all_of
+from rtcli.compare.bounds import Bounds
+
+bound_options = all_of(
+    click.option(
+        "--tolerance",
+        type=BoundType(),
+        metavar="T",
+        default="0",
+        show_default=True,
+        help="A pixel differs if a channel differs by more: in levels of 0..255 for pictures, in their own units "
+        "for arrays. Of integers any difference counts.",
+    ),
+    click.option(
+        "--max-pixels",
+        type=PixelBoundType(),
+        metavar="N|P%",
+        default="0",
+        show_default=True,
+        help="So many pixels may differ: a number, or a share such as 0.1%.",
+    ),
+    click.option(
+        "--flip",
+        is_flag=True,
+        help="Tell the mean FLIP of pictures and radiance too, from 0 for what looks alike to 1. Needs the extra "
+        "rtcli[flip].",
+    ),
+    click.option("--max-flip", type=BoundType(), metavar="F", help="The mean FLIP may be no more than that."),
+)
+
+
+def bounds_taken_from(options: dict[str, Any]) -> Bounds:
+    """Take these options out of those of a command."""
+    return Bounds(*(options.pop(name) for name in ("tolerance", "max_pixels", "flip", "max_flip")))

@@ -1,0 +1,95 @@
+"""The options that several commands share: what changes a scene before it is checked, what a film holds."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from typing import Any
+
+import click
+
+from rtcli.cli.console import name_of, read_bytes
+from rtcli.cli.options.types import ExposureType, PassesType, SetType, SizeType, all_of, variable_of
+from rtcli.image.display import DEPTHS
+from rtcli.scene.model import MAX_SAMPLES
+from rtcli.scene.overrides import EditError, Overrides
+from rtcli.scene.reading.parse import READ_BYTES, parse_bytes
+from rtcli.scene.reading.source import Document
+from rtcli.tracer.world import PASSES
+
+scene_options = all_of(
+    click.option(
+        "--size", type=SizeType(), metavar="WxH", help="Width and height in pixels, instead of the scene's."
+    ),
+    click.option(
+        "--samples",
+        type=click.IntRange(1, MAX_SAMPLES),
+        metavar="N",
+        help="Rays per pixel, instead of the scene's.",
+    ),
+    click.option(
+        "--exposure",
+        type=ExposureType(),
+        metavar="EV|auto",
+        help="Stops, +1 is twice as bright; instead of the scene's.",
+    ),
+    click.option(
+        "--set",
+        type=SetType(),
+        multiple=True,
+        help="Change a value of the scene, such as camera.fov=30 or objects.ball.position[0]=1. Quote a name that "
+        'has a dot, bracket or = in it: objects."Cube.001".color=red. Repeatable; as a variable one per line.',
+    ),
+)
+
+
+film_options = all_of(
+    click.option(
+        "--passes",
+        type=PassesType(),
+        default=(),
+        help=f"Ground truth at pixel centres: {', '.join(PASSES)}, or all. In the file for .exr and .npz; for "
+        "others beside it, as NAME.depth.png and so on with NAME.json.",
+    ),
+    click.option(
+        "--bits",
+        type=click.Choice(DEPTHS),
+        default=DEPTHS[0],
+        show_default=True,
+        help="Of each color channel of a .png file.",
+    ),
+)
+
+
+def overrides_taken_from(options: dict[str, Any]) -> Overrides:
+    """Take what changes a scene out of the options of a command."""
+    variable = variable_of(click.get_current_context(silent=True), "set")
+    size, samples, exposure, edits = (options.pop(name) for name in ("size", "samples", "exposure", "set"))
+    return Overrides(size, samples, exposure, edits, variable or Overrides.option)
+
+
+def read_scene(scene: str, overrides: Overrides) -> Document:
+    """Parse a scene file, or standard input for `-`, and change it.
+
+    Raises
+    ------
+    click.UsageError
+        If `--set` is malformed, or names nothing in this scene.
+    OSError
+        If the file cannot be read.
+    rtcli.SceneError
+        If the text is not well-formed.
+    """
+    document = parse_bytes(read_bytes(scene, READ_BYTES), name_of(scene))
+    with edit_errors(overrides.option):
+        return overrides.apply(document)
+
+
+@contextlib.contextmanager
+def edit_errors(option: str) -> Iterator[None]:
+    """Turn a value that cannot be set by an option, or by its variable, into wrong usage."""
+    try:
+        yield
+    except EditError as error:
+        note = "" if option.startswith("--") else f" ({option} holds one KEY=VALUE per line)"
+        raise click.UsageError(f"cannot set a value: {error}{note}") from error

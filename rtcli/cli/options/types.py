@@ -1,0 +1,210 @@
+"""Values of options that are more than a word or a number."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import click
+from click.core import ParameterSource
+
+from rtcli.batch.sweep import Variation, parse_variation
+from rtcli.compare.bounds import PixelBound
+from rtcli.image.formats import FORMATS
+from rtcli.scene.model import MAX_SIDE, Scene
+from rtcli.tracer.world import PASSES, Window
+
+_Command = TypeVar("_Command", bound=Callable[..., Any])
+
+
+def all_of(*options: Callable[[_Command], _Command]) -> Callable[[_Command], _Command]:
+    """Return what gives a command several options, which its help shows in this order."""
+
+    def give(command: _Command) -> _Command:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return give
+
+
+class SizeType(click.ParamType[tuple[int, int]]):
+    """`640x480`."""
+
+    name = "WxH"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
+        """Return width and height."""
+        match = re.fullmatch(r"([0-9]{1,9})[xX]([0-9]{1,9})", str(value))
+        sides = (int(match[1]), int(match[2])) if match else (0, 0)
+        if not all(1 <= side <= MAX_SIDE for side in sides):
+            self.fail(f"{value!r} is not a size such as 640x480, each side 1 to {MAX_SIDE:,}", param, ctx)
+        return sides
+
+
+class CropType(click.ParamType[Window]):
+    """`100,50,64,64`."""
+
+    name = "X,Y,W,H"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Window:
+        """Return the window; whether it is inside the picture, the scene will tell."""
+        match = re.fullmatch(r"([0-9]{1,9}),([0-9]{1,9}),([0-9]{1,9}),([0-9]{1,9})", str(value))
+        if not match:
+            self.fail(f"{value!r} is not left,top,width,height in pixels, such as 100,50,64,64", param, ctx)
+        return Window(*map(int, match.groups()))
+
+
+class PixelType(click.ParamType[tuple[int, int]]):
+    """`320,240`."""
+
+    name = "X,Y"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
+        """Return column and row; whether they are in the picture, the scene will tell."""
+        match = re.fullmatch(r"([0-9]{1,9}),([0-9]{1,9})", str(value))
+        if not match:
+            self.fail(f"{value!r} is not column,row of a pixel, such as 320,240", param, ctx)
+        return int(match[1]), int(match[2])
+
+
+class ExposureType(click.ParamType[float | str]):
+    """A number of stops, or `auto`."""
+
+    name = "EV|auto"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | str:
+        """Return stops, or `auto`."""
+        if value == "auto":
+            return "auto"
+        try:
+            stops = float(value)
+        except ValueError:
+            stops = math.nan
+        if not math.isfinite(stops):
+            self.fail(f"{value!r} is not a number of stops such as -1.5, or auto", param, ctx)
+        return stops
+
+
+def variable_of(ctx: click.Context | None, name: str) -> str | None:
+    """Return the environment variable that an option has its values from; None if it has them from elsewhere."""
+    if ctx is None or ctx.get_parameter_source(name) is not ParameterSource.ENVIRONMENT:
+        return None
+    return f"{ctx.auto_envvar_prefix}_{name.upper()}"
+
+
+# A path of another key after a blank, as who takes a variable for a list has it.
+_SECOND_PATH = re.compile(rf"=.*\s((?:{'|'.join(Scene.model_fields)})[.\[=]\S*)")
+
+
+class _OnePerLine:
+    """A repeatable option, whose environment variable holds one value per line: values have blanks in them."""
+
+    def split_envvar_value(self, rv: str) -> list[str]:
+        """Return the lines of a variable that are not blank."""
+        return [line.strip() for line in re.split(r"[\r\n]", rv) if line.strip()]
+
+    @staticmethod
+    def note(param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Return what to know about a variable that holds a wrong value; empty for an option."""
+        variable = variable_of(ctx, param.name) if param is not None and param.name else None
+        return f" ({variable} holds one {param.type.name} per line)" if param and variable else ""
+
+    def second_of(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Return what is wrong with a line of a variable that seems to hold two values; empty if it does not."""
+        second, note = _SECOND_PATH.search(value), self.note(param, ctx)
+        return f"{second[1]!r} needs a line of its own{note}" if second and note else ""
+
+
+class SetType(_OnePerLine, click.ParamType[str]):
+    """`camera.fov=30`."""
+
+    name = "KEY=VALUE"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Return the expression as it is; what it means, the scene will tell."""
+        if wrong := self.second_of(str(value), param, ctx):
+            self.fail(wrong, param, ctx)
+        return str(value)
+
+
+class VariationType(_OnePerLine, click.ParamType[Variation]):
+    """`camera.fov=20:60:5` or `objects.ball.color=red,blue`."""
+
+    name = "KEY=VALUES"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Variation:
+        """Return the path and its values; whether a scene has it, the scene will tell."""
+        if isinstance(value, Variation):
+            return value
+        if wrong := self.second_of(str(value), param, ctx):
+            self.fail(wrong, param, ctx)
+        try:
+            return parse_variation(str(value))
+        except ValueError as error:
+            self.fail(str(error) + self.note(param, ctx), param, ctx)
+
+
+class PassesType(click.ParamType[tuple[str, ...]]):
+    """`depth,normal`, or `all`."""
+
+    name = "a,b"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, ...]:
+        """Return the passes, each once, in the order of the film."""
+        if isinstance(value, tuple):
+            return value
+        named = [name.strip() for name in str(value).split(",")]
+        unknown = [name for name in named if name not in (*PASSES, "all")]
+        if unknown:
+            self.fail(
+                f"{unknown[0]!r} is not a pass: there are {', '.join(PASSES)}, or all of them: all", param, ctx
+            )
+        return tuple(name for name in PASSES if name in named or "all" in named)
+
+
+class FormatType(click.ParamType[str]):
+    """`.png`, or `png`."""
+
+    name = "SUFFIX"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Return the suffix, in lower case and with its dot."""
+        suffix = "." + str(value).lower().removeprefix(".")
+        if suffix not in FORMATS:
+            self.fail(f"{value!r} is not a format: there are {', '.join(FORMATS)}", param, ctx)
+        return suffix
+
+
+class BoundType(click.ParamType[float]):
+    """A finite number, 0 or more."""
+
+    name = "NUMBER"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return the number."""
+        number = float(click.FLOAT.convert(value, param, ctx))
+        if not 0 <= number < math.inf:
+            self.fail(f"{value!r} is not a finite number of 0 or more", param, ctx)
+        return number
+
+
+class PixelBoundType(click.ParamType[PixelBound]):
+    """`12` pixels, or `0.1%` of all."""
+
+    name = "N|P%"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> PixelBound:
+        """Return how many pixels may differ."""
+        match = re.fullmatch(r"([0-9]{1,18})|([0-9]{1,3})(?:\.([0-9]{1,18}))? ?%", str(value))
+        bound = _pixel_bound(*match.groups("")) if match else None
+        if bound is None or (bound.whole is not None and bound.count > bound.whole):
+            self.fail(f"{value!r} is not a number of pixels such as 12, or a share such as 0.1%", param, ctx)
+        return bound
+
+
+def _pixel_bound(count: str, percent: str, decimals: str) -> PixelBound:
+    """Return the bound of a count, or of a share in percent, before and after the point."""
+    return PixelBound(int(count)) if count else PixelBound(int(percent + decimals), 100 * 10 ** len(decimals))

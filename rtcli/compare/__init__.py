@@ -1,0 +1,1 @@
+"""How far two pictures, or two files of arrays, are apart."""

@@ -1,0 +1,85 @@
+"""FLIP: how different two pictures look to a person who flips between them. It needs the extra `flip`.
+
+P. Andersson et al., "FLIP: A Difference Evaluator for Alternating Images", 2020; for radiance, of any range,
+P. Andersson et al., "Visualizing Errors in Rendered High Dynamic Range Images", 2021.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from rtcli.extras import require_extra
+from rtcli.image.formats import RADIANCE
+from rtcli.image.layers import PICTURE_LAYER, Array, Kind
+
+
+def has_flip(name: str, a: Array, b: Array) -> bool:
+    """Return whether two layers are something to look at: pictures, or radiance of three channels."""
+    return name == PICTURE_LAYER or (name == RADIANCE and a.shape[2:] == b.shape[2:] == (3,))
+
+
+def mean_flip(a: Array, b: Array, kind: Kind) -> float:
+    """Return the mean FLIP of two layers, at 67 pixels per degree of vision as the papers have it.
+
+    Parameters
+    ----------
+    a, b
+        Pictures (H, W, C) uint8 or uint16, of which alpha is left out; or radiance (H, W, 3), of which negative
+        values count as 0. The first is the reference, whose range decides which exposures are looked at.
+    kind
+        Which of both.
+
+    Returns
+    -------
+    float
+        0 for what looks alike, to 1; not a number if a value is not finite.
+
+    Raises
+    ------
+    rtcli.extras.MissingExtraError
+        If the package is missing.
+    """
+    flip = require_extra("flip_evaluator", "flip", "FLIP")
+    if kind == "picture":
+        return _mean(flip.evaluate(_srgb(a), _srgb(b), "LDR", applyMagma=False))
+    if not (np.isfinite(a).all() and np.isfinite(b).all()):
+        return math.nan
+    reference, test = _in_range(a, b)
+    if not reference.any():
+        return 0.0
+    return _mean(flip.evaluate(reference, test, "HDR", applyMagma=False))
+
+
+def _mean(evaluated: tuple[Array, float, dict[str, float]]) -> float:
+    return float(evaluated[1])
+
+
+def _srgb(pixels: Array) -> Array:
+    """Return levels of 8 or 16 bits as (H, W, 3) float32 in 0..1."""
+    colors = pixels[..., :3] if pixels.shape[-1] > 2 else np.repeat(pixels[..., :1], 3, axis=-1)
+    return np.ascontiguousarray(colors / np.float32(np.iinfo(pixels.dtype).max), dtype=np.float32)
+
+
+# Whiter than white at every exposure that is looked at, and far from what float32 cannot hold.
+_BRIGHT = 1e9
+
+
+def _in_range(a: Array, b: Array) -> tuple[Array, Array]:
+    """Return radiance as (H, W, 3) float32, both divided by the largest value of the first.
+
+    HDR-FLIP takes the exposures that it looks at from the reference, so both may be scaled alike. The package ends
+    the process over a reference that is black, or as good as black to it: then the second stands for it, which is
+    brighter, and the error at one exposure is the same both ways round.
+    """
+    first, second = (np.maximum(radiance, 0, dtype=np.float64) for radiance in (a, b))
+    if not first.any():
+        first, second = second, first
+    scale = first.max(initial=0.0) or 1.0
+    return _scaled(first, scale), _scaled(second, scale)
+
+
+def _scaled(radiance: Array, scale: float) -> Array:
+    with np.errstate(over="ignore"):
+        return np.ascontiguousarray(np.minimum(radiance / scale, _BRIGHT), dtype=np.float32)

@@ -1,0 +1,151 @@
+"""Warnings that a scene file does not want: comments such as `# rtcli: ignore W003`.
+
+On a line of its own before the first key a comment holds for the whole file; at the end of a line, for that line;
+on a line of its own elsewhere, for the next line that is no comment.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, field
+
+import yaml
+
+from rtcli.scene.diagnostics import rules
+from rtcli.scene.diagnostics.problems import MAX_PROBLEMS, Problem, did_you_mean, quoted
+from rtcli.scene.diagnostics.rules import WARNING, Rule
+from rtcli.scene.reading.parse import JSON_SUFFIX
+from rtcli.scene.reading.source import Document, Source, SourceSpan
+
+_Parser = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+# A hint that there is such a comment: most files are not looked at any closer.
+_MARK = "rtcli:"
+_COMMENT = re.compile(r"(?:^|(?<=[\r\n \t]))#[ \t]*rtcli:[ \t]*ignore\b:?(?P<codes>[^\r\n#]*)")
+_CODE = re.compile(r"[^\s,]+")
+_LINE_END = re.compile(r"\r\n|\r|\n|\Z")
+_COMMENT_LINES = re.compile(r"(?:[ \t]*#[^\r\n]*(?:\r\n|\r|\n))*")
+
+
+def warning_of(code: str) -> Rule:
+    """Return the rule of a warning that is to be ignored.
+
+    Raises
+    ------
+    ValueError
+        If there is no such rule, or it is that of an error.
+    """
+    rule = rules.BY_CODE.get(code.upper())
+    if rule is None:
+        raise ValueError(f"there is no rule {quoted(code)}{_hint(code)}")
+    if rule.severity != WARNING:
+        raise ValueError(f"{rule.code} is an error, which cannot be ignored: only warnings (W...) can")
+    return rule
+
+
+def _hint(code: str) -> str:
+    """Return a question for the warning with nearly that code or name, or nothing."""
+    warnings = [rule for rule in rules.RULES if rule.severity == WARNING]
+    by_text = {text: rule for rule in warnings for text in (rule.code.lower(), rule.name)}
+    close = did_you_mean(code, by_text)
+    return next(
+        (f": did you mean {rule.code}?" for text, rule in by_text.items() if close and quoted(text) in close), ""
+    )
+
+
+@dataclass
+class Ignores:
+    """The rules that are not to be reported.
+
+    Parameters
+    ----------
+    everywhere
+        In the whole file.
+    lines
+        By the number of a line, those that are not to be reported there.
+    problems
+        What is wrong with the comments.
+    """
+
+    everywhere: set[Rule]
+    lines: dict[int, set[Rule]] = field(default_factory=dict)
+    problems: list[Problem] = field(default_factory=list)
+
+    def on_line(self, line: int) -> set[Rule]:
+        """Return the rules that are not to be reported on a line."""
+        return self.everywhere | self.lines.get(line, set())
+
+
+def ignores_of(document: Document, everywhere: Collection[Rule] = ()) -> Ignores:
+    """Return what the comments of a valid scene ignore, and what is not wanted anyway."""
+    ignores = Ignores(set(everywhere))
+    source = document.source
+    if _MARK not in source.text or source.name.lower().endswith(JSON_SUFFIX):
+        return ignores
+    found = list(_COMMENT.finditer(source.text))
+    below = -1  # where the lines of comments end in which the last one stood
+    for comment, is_first in _comments(source.text, found):
+        named = set(_named(source, comment, ignores.problems))
+        if not _is_alone(source.text, comment.start()):
+            line = source.span(comment.start()).line
+        elif is_first:
+            ignores.everywhere |= named
+            continue
+        else:
+            below = _below(source.text, comment.end()) if comment.end() > below else below
+            line = source.span(below).line
+        ignores.lines.setdefault(line, set()).update(named)
+    return ignores
+
+
+def _comments(text: str, found: list[re.Match[str]]) -> Iterator[tuple[re.Match[str], bool]]:
+    """Yield those that are comments, not parts of a text, and whether they stand before all keys and values."""
+    waiting = iter(found)
+    comment = next(waiting, None)
+    begun = False
+    for token in yaml.scan(text, Loader=_Parser):
+        while comment is not None and comment.start() < token.start_mark.index:
+            yield comment, not begun
+            comment = next(waiting, None)
+        while comment is not None and comment.start() < token.end_mark.index:
+            comment = next(waiting, None)
+        if comment is None:
+            return
+        begun = begun or not isinstance(
+            token, (yaml.StreamStartToken, yaml.DirectiveToken, yaml.DocumentStartToken)
+        )
+
+
+def _named(source: Source, comment: re.Match[str], problems: list[Problem]) -> Iterator[Rule]:
+    """Yield the rules that a comment names, and note what is wrong with it."""
+    codes = list(_CODE.finditer(source.text, *comment.span("codes")))
+    if not codes:
+        _add(problems, source, "the comment names no warning", comment.span())
+    for code in codes:
+        try:
+            yield warning_of(code[0])
+        except ValueError as error:
+            _add(problems, source, str(error), code.span())
+
+
+def _add(problems: list[Problem], source: Source, message: str, span: tuple[int, int]) -> None:
+    if len(problems) <= MAX_PROBLEMS:
+        problem = source.problem(rules.UNKNOWN_IGNORE, message, SourceSpan(*span))
+        problems.append(dataclasses.replace(problem, severity=WARNING))
+
+
+def _is_alone(text: str, offset: int) -> bool:
+    """Whether nothing but blanks stands on a line before an offset."""
+    start = max(text.rfind("\n", 0, offset), text.rfind("\r", 0, offset)) + 1
+    return not text[start:offset].strip()
+
+
+def _below(text: str, offset: int) -> int:
+    """Return the start of the next line that is no comment."""
+    end = _LINE_END.search(text, offset)
+    assert end is not None
+    lines = _COMMENT_LINES.match(text, end.end())
+    assert lines is not None
+    return lines.end()

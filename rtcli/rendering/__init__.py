@@ -1,0 +1,1 @@
+"""From a checked scene to a film, or straight to its files."""

@@ -1,0 +1,175 @@
+"""The film: what one rendering gives, as arrays with names."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from dataclasses import dataclass
+from functools import cached_property
+from os import PathLike
+from typing import Any, BinaryIO, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from rtcli.image.develop import develop
+from rtcli.image.display import DisplayTransform
+from rtcli.image.formats import METADATA, RADIANCE, check_fits, format_of, open_parts, parts_of
+from rtcli.image.pass_picture import pass_picture, pass_png
+from rtcli.image.write import pillow_bytes, png_pieces, png_texts, write_exr, write_npy, write_npz
+from rtcli.rendering.job import RenderJob
+from rtcli.rendering.metadata import SOFTWARE, camera_matrices, object_table, visibility
+from rtcli.tracer.world import PASSES
+
+
+@dataclass(frozen=True)
+class Film:
+    """A rendered picture. All arrays are (height, width, ...); passes are None unless they were asked for.
+
+    Parameters
+    ----------
+    radiance
+        (H, W, 3) float32: linear, before exposure.
+    exposure
+        Stops with which `save` develops it.
+    tone
+        The tone curve with which `save` develops it.
+    rays
+        How many rays were traced, primary and shadow rays.
+    depth
+        (H, W) float32: distance along the viewing axis (z); +inf where nothing is hit.
+    distance
+        (H, W) float32: Euclidean distance to the eye; +inf where nothing is hit.
+    normal
+        (H, W, 3) float32: world space, unit, facing the viewer; 0 where nothing is hit.
+    position
+        (H, W, 3) float32: world space; 0 where nothing is hit.
+    albedo
+        (H, W, 3) float32: linear; 0 where nothing is hit.
+    object_id
+        (H, W) uint32: 0 where nothing is hit, i + 1 for `objects[i]`.
+    job
+        What it was taken of, which its metadata tell.
+
+    Raises
+    ------
+    ValueError
+        For an exposure that is not finite.
+    """
+
+    radiance: npt.NDArray[np.float32]
+    exposure: float = 0.0
+    tone: str = "clip"
+    rays: int = 0
+    depth: npt.NDArray[np.float32] | None = None
+    distance: npt.NDArray[np.float32] | None = None
+    normal: npt.NDArray[np.float32] | None = None
+    position: npt.NDArray[np.float32] | None = None
+    albedo: npt.NDArray[np.float32] | None = None
+    object_id: npt.NDArray[np.uint32] | None = None
+    job: RenderJob | None = None
+
+    def __post_init__(self) -> None:
+        if not math.isfinite(self.exposure):
+            raise ValueError(f"the exposure must be a finite number of stops, got {self.exposure}")
+
+    def develop(self, bits: Literal[8, 16] = 8) -> npt.NDArray[np.uint8] | npt.NDArray[np.uint16]:
+        """Return the picture as (H, W, 3) sRGB, uint8 or, with 16 bits, uint16."""
+        return develop(self.radiance, DisplayTransform(self.exposure, self.tone, bits))
+
+    @property
+    def passes(self) -> tuple[str, ...]:
+        """The names of the passes that there are."""
+        return tuple(name for name in PASSES if getattr(self, name) is not None)
+
+    @cached_property
+    def metadata(self) -> dict[str, Any]:
+        """What is known beside the arrays, ready for JSON; see docs/ground-truth.md.
+
+        `software`, `scene` (the SHA-256 of its content), `settings`, `camera` (intrinsics and extrinsics) and
+        `objects`: of each its id, type and name, and for a film with `object_id` its visible pixels, bounding box
+        and the share of it that is not hidden. `left_out` is there, and names that share, if it would be too much
+        work to find. Of a film that was not rendered, the software and the settings to develop it.
+        """
+        if self.job is None:
+            return self.summary
+        known = {
+            **self.summary,
+            "camera": camera_matrices(self.job.world.camera, self.job.window),
+            "objects": object_table(self.job.scene),
+        }
+        if self.object_id is None:
+            return known
+        coverage = self.job.tracer.coverage(self.job.window)
+        seen = visibility(self.object_id, coverage, len(known["objects"]))
+        known["objects"] = [{**row, **what} for row, what in zip(known["objects"], seen, strict=True)]
+        return known if coverage is not None else {**known, "left_out": ["visible_fraction"]}
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """The metadata that a picture file tells: software, scene and settings."""
+        if self.job is None:
+            return {"software": SOFTWARE, "settings": {"exposure": self.exposure, "tone": self.tone}}
+        return self.job.summary(self.exposure)
+
+    def save(self, path: str | PathLike[str], bits: Literal[8, 16] = 8) -> None:
+        """Write the film to a file, whole or not at all.
+
+        `.exr`, `.npz` hold all arrays and the metadata. Other files hold the picture, `.npy` the radiance; the
+        passes then stand beside it, `out.depth.png` beside `out.png`, and the metadata in `out.json`, which also
+        tells under `passes` how values come back from levels.
+
+        Parameters
+        ----------
+        path
+            The format is that of the suffix: `.png`, `.jpg`, `.webp`, `.tif`, `.exr`, `.npz` or `.npy`.
+        bits
+            Of each channel of a PNG: 8 or 16.
+
+        Raises
+        ------
+        ValueError
+            If the suffix is not one of a format, the format cannot hold a picture of this size, or the bits are
+            neither 8 nor 16, or not those of the format.
+        OSError
+            If a file cannot be written, or a package that the format needs is not installed
+            (`rtcli.extras.MissingExtraError`).
+        """
+        parts = parts_of(os.fspath(path), self.passes)
+        check_fits(os.fspath(path), (self.radiance.shape[1], self.radiance.shape[0]), bits)
+        with open_parts(parts) as files:
+            self.write(files, bits)
+
+    def write(self, files: dict[str, tuple[str, BinaryIO]], bits: int = 8) -> None:
+        """Write the parts of `parts_of` to open files, each with the name that tells its format."""
+        beside: dict[str, Any] = {}
+        for part, (name, file) in files.items():
+            if part == METADATA:  # the last
+                file.write((json.dumps({**self.metadata, "passes": beside}, indent=2) + "\n").encode())
+            elif part == RADIANCE:
+                self._write_picture(format_of(name).name, file, bits)
+            else:
+                beside[part] = self._write_pass(part, format_of(name).name, file)
+
+    def _write_picture(self, format: str, file: BinaryIO, bits: int) -> None:
+        look = DisplayTransform(self.exposure, self.tone, bits)
+        if format in ("NPZ", "EXR"):
+            write = write_npz if format == "NPZ" else write_exr
+            write({name: getattr(self, name) for name in (RADIANCE, *self.passes)}, self.metadata, file)
+        elif format == "NPY":
+            write_npy(self.radiance, file)
+        elif format == "PNG":
+            for piece in png_pieces(self.radiance, look, png_texts(self.summary)):
+                file.write(piece)
+        else:
+            file.write(pillow_bytes(develop(self.radiance, look), format, self.summary))
+
+    def _write_pass(self, name: str, format: str, file: BinaryIO) -> dict[str, Any]:
+        """Write a pass beside the picture, and return how values come back from it."""
+        if format == "NPY":
+            write_npy(getattr(self, name), file)
+            return {}
+        picture = pass_picture(name, getattr(self, name))
+        file.write(pass_png(name, picture, self.summary))
+        return picture.decode

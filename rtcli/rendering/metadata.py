@@ -1,0 +1,178 @@
+"""What a film was taken of, and what is exactly known about it: camera matrices, objects, settings.
+
+All of it is plain data, ready for JSON, and depends on nothing but the scene, the engine and rtcli's version.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import struct
+import sys
+from array import array
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from rtcli.scene.model import Scene
+from rtcli.tracer._native import __version__, focal_length
+from rtcli.tracer.world import CameraFrame, Vector, Window, World
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+Matrix: TypeAlias = list[list[float]]
+
+SOFTWARE = f"rtcli {__version__}"
+
+
+# --- The scene -------------------------------------------------------------------------------------------
+
+
+def fingerprint(scene: Scene, world: World) -> str:
+    """Return the SHA-256 of a scene's content, 64 hexadecimal digits.
+
+    It is that of the checked numbers and names: comments, order of keys, YAML or JSON make no difference.
+    """
+    frame = world.camera
+    digest = hashlib.sha256(struct.pack("<2I", frame.width, frame.height))
+    for vector in ((frame.fov,), frame.position, frame.right, frame.up, frame.forward):
+        digest.update(_little(array("d", vector)))
+    shapes, lights = world.shapes, world.lights
+    for numbers in (shapes.kind, shapes.position, shapes.extent, shapes.rotation, shapes.color):
+        digest.update(_little(numbers))
+    for numbers in (lights.position, lights.color, lights.intensity, lights.body):
+        digest.update(_little(numbers))
+    names = (item.name for item in scene.objects)
+    digest.update("".join("-" if name is None else f"{len(name)}:{name}" for name in names).encode())
+    rest = scene.render.model_dump(), scene.image.model_dump()
+    digest.update(json.dumps(rest, sort_keys=True).encode())
+    return digest.hexdigest()
+
+
+def _little(numbers: array[Any]) -> bytes:
+    """Return the count of numbers and then themselves, the low byte first on any machine."""
+    if sys.byteorder == "big":
+        numbers = array(numbers.typecode, numbers)
+        numbers.byteswap()
+    return struct.pack("<q", len(numbers)) + numbers.tobytes()
+
+
+# --- The camera ------------------------------------------------------------------------------------------
+
+
+def camera_matrices(frame: CameraFrame, window: Window) -> dict[str, Any]:
+    """Return a camera as matrices, for the pixels of a window.
+
+    Intrinsics, in pixels, with integers at pixel centres as OpenCV counts (document, section 2.1)::
+
+        f = H / (2 tan(fov / 2)),  c_x = W / 2 - 1/2 - left,  c_y = H / 2 - 1/2 - top
+        (u, v, 1) z = K (x, y, z),  K = [[f, 0, c_x], [0, f, c_y], [0, 0, 1]]
+
+    Extrinsics, 4 x 4, take homogeneous points of the world to the camera's axes, and back. OpenCV: x right, y
+    down, z along the view. OpenGL: x right, y up, z against the view.
+
+    Parameters
+    ----------
+    frame
+        Of the whole picture.
+    window
+        The pixels that there are.
+
+    Returns
+    -------
+    dict
+        `intrinsics` (K), and `opencv` and `opengl`, each with `world_to_camera` and `camera_to_world`.
+    """
+    focal = focal_length(frame.fov, frame.height)
+    center = frame.width / 2 - 0.5 - window.x, frame.height / 2 - 0.5 - window.y
+    down, backward = _negative(frame.up), _negative(frame.forward)
+    return {
+        "fov": frame.fov,
+        "intrinsics": [[focal, 0.0, center[0]], [0.0, focal, center[1]], [0.0, 0.0, 1.0]],
+        "opencv": _extrinsics((frame.right, down, frame.forward), frame.position),
+        "opengl": _extrinsics((frame.right, frame.up, backward), frame.position),
+    }
+
+
+def _extrinsics(axes: tuple[Vector, Vector, Vector], eye: Vector) -> dict[str, Matrix]:
+    """Return x' = A (x - eye), the axes as rows of A, and x = A^T x' + eye."""
+    last = [0.0, 0.0, 0.0, 1.0]
+    to_camera = [[*axis, -sum(a * e for a, e in zip(axis, eye, strict=True)) + 0.0] for axis in axes]
+    to_world = [[axes[0][row], axes[1][row], axes[2][row], eye[row]] for row in range(3)]
+    return {"world_to_camera": [*to_camera, last], "camera_to_world": [*to_world, last]}
+
+
+def _negative(vector: Vector) -> Vector:
+    return 0.0 - vector[0], 0.0 - vector[1], 0.0 - vector[2]
+
+
+# --- The objects -----------------------------------------------------------------------------------------
+
+
+def object_table(scene: Scene) -> list[dict[str, Any]]:
+    """Return what the objects of a scene are called, in the order of the file.
+
+    Returns
+    -------
+    list of dict
+        `id` as in the pass `object_id`; `color` of it in a picture of the pass, `#rrggbb`; `type`; `name` or None.
+    """
+    from rtcli.image.pass_picture import id_colors  # with NumPy, which a picture of the native tracer needs not
+
+    colors = id_colors(len(scene.objects) + 1)
+    return [
+        {"id": number, "color": f"#{colors[number].tobytes().hex()}", "type": item.type, "name": item.name}
+        for number, item in enumerate(scene.objects, start=1)
+    ]
+
+
+def visibility(
+    object_id: npt.NDArray[np.uint32], coverage: Sequence[int] | None, count: int
+) -> list[dict[str, Any]]:
+    """Return what is seen of each object.
+
+    Parameters
+    ----------
+    object_id
+        (H, W) uint32: the film's pass.
+    coverage
+        Of each object, how many pixels it would cover if it were alone; None if that was too much work to find.
+    count
+        How many objects there are.
+
+    Returns
+    -------
+    list of dict
+        `visible_pixels`; `bbox`, [left, top, width, height] of them in pixels or None; `visible_fraction`, the
+        share of its pixels in the picture that others do not hide, None for an object that is not in the picture
+        and where it is not known.
+    """
+    boxes = _bounding_boxes(object_id, count)
+    return [
+        {"visible_pixels": visible, "bbox": box, "visible_fraction": visible / covered if covered else None}
+        for covered, (visible, box) in zip(coverage or [0] * count, boxes, strict=True)
+    ]
+
+
+def _bounding_boxes(object_id: npt.NDArray[np.uint32], count: int) -> list[tuple[int, list[int] | None]]:
+    """Return of each object its number of pixels, and the box around them or None."""
+    import numpy as np
+
+    height, width = object_id.shape
+    visible = np.bincount(object_id.ravel(), minlength=count + 1)
+    low, high = np.full((2, count + 1), max(height, width)), np.full((2, count + 1), -1)
+    # What begins a row of equal pixels is its leftmost, what ends it its rightmost: few are looked at.
+    change = object_id[:, 1:] != object_id[:, :-1]
+    edge = np.ones((height, 1), dtype=bool)
+    for ends in (np.hstack([edge, change]), np.hstack([change, edge])):
+        rows, columns = np.nonzero(ends)
+        ids = object_id[rows, columns]
+        for axis, places in enumerate((columns, rows)):
+            np.minimum.at(low[axis], ids, places)
+            np.maximum.at(high[axis], ids, places)
+    (left, top), (wide, tall) = low.tolist(), (high - low + 1).tolist()
+    return [
+        (int(pixels), [left[i], top[i], wide[i], tall[i]] if pixels else None)
+        for i, pixels in enumerate(visible[1:], start=1)
+    ]

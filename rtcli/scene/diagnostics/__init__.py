@@ -1,0 +1,1 @@
+"""Problems of scene files: where, what, and what to do instead."""

@@ -1,0 +1,1 @@
+"""Scene text to plain data, with the place of every value."""

@@ -1,0 +1,1 @@
+"""Data to a checked model, and what is wrong with it in the words of a scene file."""

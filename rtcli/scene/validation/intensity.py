@@ -1,0 +1,104 @@
+"""The intensity that suits a scene's size, to be the example where one is missing.
+
+The scene may be wrong in any way: of its data all is taken that can be read.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from rtcli.scene.reading.source import Loc
+from rtcli.scene.vectors import Vector
+
+# The radiance that a white surface is to have, of which exposure 0 makes a mid-tone.
+_RADIANCE = 0.5
+# Where nothing tells a distance: about that of a lamp in a room, in metres.
+_DISTANCE = 5.0
+# As many objects are looked at, since a scene may lack the intensities of a thousand lights.
+_MOST_OBJECTS = 100
+
+
+def fitting_intensity(data: Any, loc: Loc) -> float:
+    """Return the intensity, to two digits, that suits the distance from a light to the objects.
+
+    Parameters
+    ----------
+    data
+        The scene as plain data, right or wrong.
+    loc
+        Of the light in it: `("lights", 2)` or `("objects", 3, "light")`.
+
+    Notes
+    -----
+    A surface of albedo 1 that faces the light at the distance r has the radiance L = 1/pi * I / (4 pi r^2)
+    (design, section 2; document, 3.3), so I = 4 pi^2 r^2 L.
+    """
+    intensity = 4 * math.pi**2 * _RADIANCE * min(_typical_distance(data, loc), 1e100) ** 2
+    return float(f"{intensity:.1e}")
+
+
+def _typical_distance(data: Any, loc: Loc) -> float:
+    """Return the median of the distances to the objects; else that to what the camera looks at."""
+    camera = _at(data, ("camera",))
+    eye = _vector(_at(camera, ("position",)), (0.0, 0.0, 0.0) if isinstance(camera, dict) else None)
+    light = _vector(_at(data, (*loc[:2], "position")), eye)  # of one without a place, about where the eye is
+    if light is None:
+        return _DISTANCE
+    objects = _at(data, ("objects",))
+    items = objects[:_MOST_OBJECTS] if isinstance(objects, list) else []
+    others = [item for index, item in enumerate(items) if ("objects", index) != loc[:2]]
+    distances = [distance for item in others for distance in _distance(item, light)]
+    if not distances:
+        distances = list(_usable(light, _vector(_at(camera, ("look_at",)))))
+    return sorted(distances)[len(distances) // 2] if distances else _DISTANCE
+
+
+def _distance(item: Any, light: Vector) -> Iterator[float]:
+    """Yield the distance from a light to an object: to its surface if it is a sphere or plane."""
+    position = _vector(_at(item, ("position",)))
+    normal, radius = _vector(_at(item, ("normal",))), _number(_at(item, ("radius",)))
+    if position is None:
+        return
+    if normal is not None and any(normal):
+        # |n.(P - L)| / |n|
+        way = sum(n * (p - x) for n, p, x in zip(normal, position, light, strict=True))
+        distance = abs(way) / math.hypot(*normal)
+    else:
+        distance = abs(math.dist(position, light) - (radius or 0.0))
+    if 0 < distance < math.inf:
+        yield distance
+
+
+def _usable(light: Vector, point: Vector | None) -> Iterator[float]:
+    if point is not None and 0 < math.dist(light, point) < math.inf:
+        yield math.dist(light, point)
+
+
+# --- What can be read ------------------------------------------------------------------------------------
+
+
+def _at(data: Any, loc: Loc) -> Any:
+    """Return the value at a location; None if there is none."""
+    for step in loc:
+        if isinstance(data, dict):
+            data = data.get(step)
+        elif isinstance(data, list) and isinstance(step, int) and step < len(data):
+            data = data[step]
+        else:
+            return None
+    return data
+
+
+def _number(value: Any) -> float | None:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) < 1e150:
+        return None
+    return float(value)
+
+
+def _vector(value: Any, default: Vector | None = None) -> Vector | None:
+    if not isinstance(value, list) or len(value) != 3:
+        return default
+    x, y, z = map(_number, value)
+    return default if x is None or y is None or z is None else (x, y, z)

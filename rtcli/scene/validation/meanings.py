@@ -1,0 +1,93 @@
+"""What the values of a scene mean, from the models, with an example of each.
+
+Locations are pydantic's: after the index of an object stands the tag of its model.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from rtcli.scene import model
+from rtcli.scene.reading.source import Loc
+from rtcli.scene.validation.intensity import fitting_intensity
+
+_SECTIONS: dict[str, type[BaseModel]] = {
+    "camera": model.Camera,
+    "render": model.Render,
+    "image": model.Image,
+    "lights": model.PointLight,
+}
+
+
+def location(loc: Loc) -> Loc:
+    """Return pydantic's location as the data has it: without the tag of the union that stands after the index."""
+    return (*loc[:2], *loc[3:]) if loc[:1] == ("objects",) and len(loc) > 2 else loc
+
+
+def model_around(loc: Loc) -> type[BaseModel]:
+    """Return the model of the mapping in which the last key of a location stands."""
+    keys = [step for step in loc if isinstance(step, str)]
+    if loc[:1] == ("objects",) and len(keys) > 2:
+        return (
+            model.CarriedLight if keys[2] == "light" and len(keys) > 3 else model.SHAPES.get(keys[1], model.Sphere)
+        )
+    return _SECTIONS[keys[0]] if len(keys) > 1 else model.Scene
+
+
+def name_of(around: type[BaseModel]) -> str:
+    """Return what people call the mapping of a model."""
+    return {model.Scene: "a scene", model.PointLight: "a light", model.CarriedLight: "a carried light"}.get(
+        around, around.__name__.lower() if around in _SECTIONS.values() else f"a {around.__name__.lower()}"
+    )
+
+
+def meaning(loc: Loc, data: Any) -> str:
+    """Return what the value at a location of the data means, with an example; empty if the models do not say."""
+    key, field = _field(loc)
+    if field is None or not field.description:
+        return ""
+    example = _example(key, field, loc, data)
+    return field.description + (f" Such as {example}" if example else "")
+
+
+def request_for(loc: Loc, data: Any) -> str:
+    """Return what to add for the missing key at a location of the data; empty where the models give no example."""
+    key, field = _field(loc)
+    example = _example(key, field, loc, data) if field is not None else ""
+    return f"add {example}. {field.description}" if field is not None and example else ""
+
+
+def _field(loc: Loc) -> tuple[str, FieldInfo | None]:
+    """Return the last key of a location, and its field."""
+    key = str(next((step for step in reversed(loc) if isinstance(step, str)), ""))
+    return key, model_around(loc).model_fields.get(key)
+
+
+def _example(key: str, field: FieldInfo, loc: Loc, data: Any) -> str:
+    if not field.examples:
+        return ""
+    example = fitting_intensity(data, location(loc)[:-1]) if key == "intensity" else field.examples[0]
+    return f"`{key}: {_as_yaml(example)}`"
+
+
+def _as_yaml(value: Any) -> str:
+    """Return plain data as YAML in one line."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key}: {_as_yaml(inner)}" for key, inner in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_as_yaml, value)) + "]"
+    if isinstance(value, float):
+        return _number_as_yaml(value)
+    return value if isinstance(value, str) and value.isalpha() else json.dumps(value)
+
+
+def _number_as_yaml(value: float) -> str:
+    """Return a number as people write it: `0.02`, `900`, `4.0e+6`."""
+    if value == 0 or 1e-3 <= abs(value) < 1e5:
+        return f"{value:g}"
+    mantissa, exponent = f"{value:.1e}".split("e")
+    return f"{mantissa}e{int(exponent):+d}"

@@ -1,0 +1,131 @@
+"""Which solids enclose which: in closed forms, and by the grid as by trying all."""
+
+import math
+import random
+
+import pytest
+import worlds
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rtcli.lint.enclosures import Enclosures, Point, contains, solid_of, surface_distance
+
+BALL = worlds.sphere([1, 2, 3], radius=2)
+CUBE = worlds.box([1, 2, 3], [2, 4, 6])
+TURNED = worlds.box([0, 0, 0], [2, 2, 2], rotation=45)
+
+
+def solid(data):
+    return solid_of(worlds.scene([data]).objects[0])
+
+
+def test_plane_is_no_solid():
+    assert solid(worlds.plane([0, 0, 0], [0, 1, 0])) is None
+
+
+@pytest.mark.parametrize(
+    ("data", "point", "distance"),
+    [
+        (BALL, (1, 2, 3), -2),
+        (BALL, (1, 4, 3), 0),
+        (BALL, (4, 6, 3), 3),
+        (CUBE, (1, 2, 3), -1),  # the nearest side is that along x
+        (CUBE, (1, 3.5, 3), -0.5),
+        (CUBE, (2, 2, 3), 0),
+        (CUBE, (5, 2, 3), 3),
+        (CUBE, (5, 8, 3), 5),  # an edge, 3 and 4 away
+        (TURNED, (0, 0, 0), -1),
+        (TURNED, (math.sqrt(2), 0, 0), 0),  # an edge points along x
+        (TURNED, (1.2, 0, 0), 1.2 / math.sqrt(2) - 1),
+    ],
+)
+def test_distance_to_the_surface_is_negative_inside(data, point, distance):
+    assert surface_distance(solid(data), point) == pytest.approx(distance, abs=1e-12)
+
+
+def test_box_turns_counter_clockwise_seen_from_above():
+    # Its long side lies along x; from above, with x to the right, y up is towards -z.
+    long = solid(worlds.box([0, 0, 0], [4, 1, 1], rotation=30))
+    along = (math.cos(math.radians(30)) * 1.9, 0, -math.sin(math.radians(30)) * 1.9)
+    assert surface_distance(long, along) < 0
+    assert surface_distance(long, (along[0], 0, -along[2])) > 0
+
+
+@pytest.mark.parametrize(
+    ("outer", "inner", "inside"),
+    [
+        (BALL, worlds.sphere([1, 2, 4], radius=1), False),  # touches from within
+        (BALL, worlds.sphere([1, 2, 4.001], radius=1), False),
+        (BALL, worlds.box([1, 2, 3], [2, 2, 2]), True),
+        (BALL, worlds.box([1, 2, 3], [2.4, 2.4, 2.4]), False),  # its corners reach out
+        (CUBE, worlds.sphere([1, 2, 3], radius=0.99), True),
+        (CUBE, worlds.sphere([1.1, 2, 3], radius=1), False),
+        (CUBE, worlds.box([1, 2, 3], [1, 1, 1], rotation=45), True),
+        (CUBE, worlds.box([1, 2, 3], [1.5, 1, 1.5], rotation=45), False),  # its edges reach out
+        (TURNED, worlds.box([0, 0, 0], [1.9, 1, 1.9], rotation=45), True),
+        (TURNED, worlds.box([0, 0, 0], [1.9, 1, 1.9]), False),
+    ],
+)
+def test_solid_contains_what_is_wholly_inside(outer, inner, inside):
+    assert contains(solid(outer), solid(inner)) is inside
+
+
+def test_point_on_the_surface_is_not_inside():
+    assert contains(solid(BALL), Point((1, 2, 4.999)))
+    assert not contains(solid(BALL), Point((1, 2, 5)))
+
+
+@pytest.mark.parametrize("way", [(1, 0, 0), (0, -1, 0), (0.6, 0, 0.8)])
+@pytest.mark.parametrize("data", [BALL, CUBE, TURNED])
+def test_reach_is_that_of_the_farthest_point(data, way):
+    shape = solid(data)
+    if hasattr(shape, "corners"):
+        relative = [[c - o for c, o in zip(corner, shape.centre, strict=True)] for corner in shape.corners()]
+        farthest = max(sum(a * b for a, b in zip(corner, way, strict=True)) for corner in relative)
+    else:
+        farthest = 2
+    assert shape.reach(way) == pytest.approx(farthest)
+
+
+def crowd(seed):
+    """Return solids of very different sizes, many of them inside others, and some twice."""
+    rng = random.Random(seed)
+    shapes = []
+    for _ in range(60):
+        position = [rng.uniform(-4, 4) for _ in range(3)]
+        extent = 10 ** rng.uniform(-2, 1)
+        if rng.random() < 0.5:
+            shapes.append(worlds.sphere(position, extent))
+        else:
+            size = [extent * rng.uniform(0.3, 2) for _ in range(3)]
+            shapes.append(worlds.box(position, size, rotation=rng.uniform(0, 360)))
+    return [solid(shape) for shape in shapes + shapes[:3]]
+
+
+@given(seed=st.integers(0, 2**32))
+def test_grid_finds_an_enclosure_where_trying_all_finds_one(seed):
+    solids = crowd(seed)
+    grid = Enclosures(enumerate(solids))
+    for own, inner in enumerate(solids):
+        around = {
+            index
+            for index, outer in enumerate(solids)
+            if index != own and contains(outer, inner) and (index < own or not contains(inner, outer))
+        }
+        found = grid.around(inner, own)
+        assert found in around if around else found is None
+    for _ in range(20):
+        point = Point(tuple(random.Random(seed).uniform(-4, 4) for _ in range(3)))
+        around = {index for index, outer in enumerate(solids) if contains(outer, point)}
+        found = grid.around(point, None)
+        assert found in around if around else found is None
+
+
+def test_hostile_crowd_is_given_up_in_time():
+    # Thin boxes through one point: each could enclose each other, none does.
+    solids = [
+        solid(worlds.box([0, 0, 0], [1, 0.001, 0.001 + number * 1e-6], rotation=number)) for number in range(3000)
+    ]
+    grid = Enclosures(enumerate(solids))
+    assert [grid.around(inner, own) for own, inner in enumerate(solids)].count(None) > 0
+    assert grid._left < 0  # nine million comparisons would be needed

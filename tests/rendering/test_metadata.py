@@ -1,0 +1,214 @@
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from worlds import box, light, plane, random_scenes, render, scene, sphere
+
+import rtcli
+from rtcli import Scene
+from rtcli.rendering.metadata import fingerprint, visibility
+from rtcli.rendering.pack import pack
+from rtcli.tracer._native import WorkBudget
+from rtcli.tracer.engines import ENGINES, tracer_of
+from rtcli.tracer.native import NativeTracer
+from rtcli.tracer.world import Window
+
+ROOM = {
+    "camera": {
+        "resolution": [40, 30],
+        "fov": 50,
+        "position": [0.5, 1, 2],
+        "look_at": [0, 0, -5],
+        "up": [0.1, 1, 0],
+    },
+    "lights": [light([2, 3, -2])],
+    "objects": [
+        plane([0, -1, 0], [0, 1, 0]),
+        sphere([0, 0, -5], name="ball"),
+        box([0.5, 0, -3], [0.5, 0.5, 0.5], rotation=30),
+        sphere([0, 0, 50], name="behind"),
+    ],
+}
+PASSES = ("depth", "distance", "normal", "position", "object_id")
+
+
+def projected(matrices, convention, points):
+    """Return columns and rows of (N, 3) points by the documented formulas, and the points in the camera's axes."""
+    homogeneous = np.hstack([points, np.ones((len(points), 1))])
+    inside = (homogeneous @ np.array(matrices[convention]["world_to_camera"]).T)[:, :3]
+    axes = inside * {"opencv": [1, 1, 1], "opengl": [1, -1, -1]}[convention]
+    image = axes @ np.array(matrices["intrinsics"]).T
+    return image[:, :2] / image[:, 2:], inside
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("convention", ["opencv", "opengl"])
+@pytest.mark.parametrize("crop", [None, (5, 3, 20, 11)])
+def test_matrices_project_each_position_to_its_own_pixel(engine, convention, crop):
+    film = render(ROOM, passes=PASSES, engine=engine, crop=crop)
+    rows, columns = np.nonzero(film.object_id)
+    places, inside = projected(film.metadata["camera"], convention, film.position[rows, columns])
+    np.testing.assert_allclose(places, np.stack([columns, rows], axis=1), atol=2e-3)
+    z = inside[:, 2] * (1 if convention == "opencv" else -1)
+    np.testing.assert_allclose(z, film.depth[rows, columns], rtol=1e-5)
+
+
+@pytest.mark.parametrize("convention", ["opencv", "opengl"])
+def test_extrinsics_are_rotations_and_each_others_inverse(convention):
+    matrices = render(ROOM).metadata["camera"][convention]
+    there, back = np.array(matrices["world_to_camera"]), np.array(matrices["camera_to_world"])
+    np.testing.assert_allclose(there @ back, np.eye(4), atol=1e-12)
+    assert np.linalg.det(there[:3, :3]) == pytest.approx(1)
+    np.testing.assert_allclose(back[:3, 3], ROOM["camera"]["position"])
+
+
+@given(random_scenes(), st.sampled_from(ENGINES))
+def test_object_is_seen_where_it_is_and_nowhere_else(data, engine):
+    film = render(data, passes="object_id", engine=engine)
+    for row in film.metadata["objects"]:
+        rows, columns = np.nonzero(film.object_id == row["id"])
+        assert row["visible_pixels"] == len(rows)
+        if not len(rows):
+            assert row["bbox"] is None
+            assert not row["visible_fraction"]
+            continue
+        left, top, width, height = row["bbox"]
+        assert (left, top) == (columns.min(), rows.min())
+        assert (left + width - 1, top + height - 1) == (columns.max(), rows.max())
+        assert 0 < row["visible_fraction"] <= 1
+
+
+@given(random_scenes(), st.sampled_from(ENGINES))
+def test_coverage_is_what_an_object_alone_is_seen_in(data, engine):
+    checked = Scene.model_validate(data)
+    whole = Window(0, 0, *checked.camera.resolution)
+    covered = tracer_of(pack(checked), engine).coverage(whole)
+    for item, pixels in zip(data["objects"], covered, strict=True):
+        alone = render({**data, "objects": [item]}, passes="object_id", engine=engine)
+        if engine == "reference":
+            assert np.count_nonzero(alone.object_id) == pixels
+        else:  # alone in the scene, float32 measures in another unit
+            assert abs(np.count_nonzero(alone.object_id) - pixels) <= 1
+
+
+@given(random_scenes())
+def test_coverage_is_never_less_than_what_is_visible_and_the_same_of_both_engines(data):
+    checked = Scene.model_validate(data)
+    film = rtcli.render(checked, passes="object_id")
+    whole = Window(0, 0, *checked.camera.resolution)
+    native, reference = (tracer_of(pack(checked), engine).coverage(whole) for engine in ENGINES)
+    visible = np.bincount(film.object_id.ravel(), minlength=len(native) + 1)[1:]
+    assert (np.array(native) >= visible).all()
+    np.testing.assert_allclose(native, reference, atol=2)
+
+
+def test_table_tells_types_and_names_and_what_half_a_thing_hides():
+    halves = scene(
+        [sphere([0, 0, -10], 1, name="far"), box([2.5, 0, -5], [5, 9, 0.1])],
+        camera={"resolution": [80, 60], "fov": 40},
+    )
+    far, near = rtcli.render(halves, passes="object_id").metadata["objects"]
+    assert (far["id"], far["type"], far["name"]) == (1, "sphere", "far")
+    assert (near["id"], near["type"], near["name"]) == (2, "box", None)
+    assert far["visible_fraction"] == pytest.approx(0.5, abs=0.03)
+    assert near["visible_fraction"] == 1
+
+
+def test_empty_picture_of_many_objects_has_no_boxes():
+    rows = visibility(np.zeros((4, 5), dtype=np.uint32), [0, 7, 0], 3)
+    assert [row["bbox"] for row in rows] == [None] * 3
+    assert [row["visible_fraction"] for row in rows] == [None, 0, None]
+
+
+def test_share_that_is_too_much_work_to_find_is_left_out_and_that_is_told(monkeypatch):
+    before = render(ROOM, passes="object_id").metadata
+    monkeypatch.setattr("rtcli.tracer.native._COVERAGE_STEPS", 10)
+    after = render(ROOM, passes="object_id").metadata
+    assert "left_out" not in before
+    assert after.pop("left_out") == ["visible_fraction"]
+    for row in before["objects"]:
+        row["visible_fraction"] = None
+    assert after == before
+    assert "left_out" not in render(ROOM, passes="depth").metadata
+
+
+def test_coverage_of_many_overlapping_objects_is_left_out_by_every_number_of_threads(monkeypatch):
+    checked = Scene.model_validate(ROOM)
+    world, window = pack(checked), Window(0, 0, *checked.camera.resolution)
+    budget = WorkBudget(10**9)
+    NativeTracer(world, 1)._tracer.coverage(window, budget)
+    for steps, is_known in ((budget.spent, True), (budget.spent - 1, False)):
+        monkeypatch.setattr("rtcli.tracer.native._COVERAGE_STEPS", steps)
+        for threads in (1, 2, 3):
+            assert (NativeTracer(world, threads).coverage(window) is not None) == is_known
+
+
+def test_film_without_ids_tells_names_but_not_what_is_seen_and_one_that_was_not_rendered_no_camera():
+    objects = render(ROOM, passes="depth").metadata["objects"]
+    assert [row["name"] for row in objects] == [item.get("name") for item in ROOM["objects"]]
+    assert all(row.keys() == {"id", "color", "type", "name"} for row in objects)
+    plain = rtcli.Film(radiance=np.zeros((2, 2, 3), dtype=np.float32))
+    assert set(plain.metadata) == {"software", "settings"}
+
+
+def test_metadata_is_json():
+    film = render(ROOM, passes=PASSES)
+    assert json.loads(json.dumps(film.metadata, allow_nan=False)) == film.metadata
+
+
+# --- Fingerprint -----------------------------------------------------------------------------------------
+
+
+def print_of(data):
+    checked = data if isinstance(data, Scene) else Scene.model_validate(data)
+    return fingerprint(checked, pack(checked))
+
+
+def changed(*path_and_value):
+    *path, key, value = path_and_value
+    data = json.loads(json.dumps(ROOM))
+    place = data
+    for step in path:
+        place = place.setdefault(step, {}) if isinstance(step, str) else place[step]
+    place[key] = value
+    return data
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        changed("camera", "resolution", [41, 30]),
+        changed("camera", "fov", 50.000001),
+        changed("camera", "position", [0.5, 1, 2.1]),
+        changed("lights", 0, "intensity", 101),
+        changed("lights", 0, "color", [1, 1, 0.5]),
+        changed("objects", 1, "radius", 1.1),
+        changed("objects", 1, "name", "bowl"),
+        changed("objects", 1, "light", {"intensity": 0}),
+        changed("objects", 2, "rotation", 31),
+        changed("objects", 2, "color", "red"),
+        changed("render", "samples", 2),
+        changed("render", "background", [0, 0, 0.1]),
+        changed("image", "tone", "aces"),
+        changed("image", "exposure", "auto"),
+        {**ROOM, "objects": ROOM["objects"][::-1]},
+    ],
+    ids=str,
+)
+def test_any_change_of_the_content_changes_the_fingerprint(data):
+    assert print_of(data) != print_of(ROOM)
+
+
+def test_form_of_the_file_does_not_change_the_fingerprint(tmp_path):
+    (tmp_path / "a.json").write_text(json.dumps(ROOM))
+    (tmp_path / "b.yaml").write_text("# a comment\n" + json.dumps({"version": 1, **ROOM}, indent=3))
+    assert {print_of(rtcli.load_scene(path)) for path in sorted(tmp_path.iterdir())} == {print_of(ROOM)}
+
+
+def test_documentation_shows_the_color_of_the_first_id():
+    text = (Path(__file__).parents[2] / "docs" / "ground-truth.md").read_text(encoding="utf-8")
+    first = render(ROOM, passes="depth").metadata["objects"][0]
+    assert f'"id": 1, "color": "{first["color"]}"' in text

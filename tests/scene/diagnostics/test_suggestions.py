@@ -1,0 +1,95 @@
+"""What unknown words probably mean."""
+
+import pytest
+
+from rtcli.scene import model
+from rtcli.scene.diagnostics.suggestions import suggested_key, suggested_type
+
+MODELS = [model.Scene, model.Camera, model.PointLight, model.CarriedLight, model.Render, model.Image]
+MODELS += model.SHAPES.values()
+
+
+@pytest.mark.parametrize(
+    ("around", "word", "meant"),
+    [
+        (model.Scene, "shapes", "objects"),
+        (model.Scene, "lamps", "lights"),
+        (model.Scene, "sensor", "camera"),
+        (model.Scene, "film", "image"),
+        (model.Scene, "integrator", "render"),
+        (model.Camera, "centre", "position"),
+        (model.Camera, "eye", "position"),
+        (model.Camera, "look_from", "position"),
+        (model.Camera, "lookAt", "look_at"),
+        (model.Camera, "target", "look_at"),
+        (model.Camera, "vup", "up"),
+        (model.Camera, "size", "resolution"),
+        (model.Camera, "field-of-view", "fov"),
+        (model.Camera, "angle", "fov"),
+        (model.PointLight, "location", "position"),
+        (model.PointLight, "power", "intensity"),
+        (model.PointLight, "colour", "color"),
+        (model.CarriedLight, "strength", "intensity"),
+        (model.Sphere, "shape", "type"),
+        (model.Sphere, "centre", "position"),
+        (model.Sphere, "material", "color"),
+        (model.Sphere, "r", "radius"),
+        (model.Sphere, "size", "radius"),
+        (model.Sphere, "emission", "light"),
+        (model.Sphere, "id", "name"),
+        (model.Plane, "diffuse", "color"),
+        (model.Plane, "orientation", "normal"),
+        (model.Plane, "n", "normal"),
+        (model.Box, "albedo", "color"),
+        (model.Box, "rotate", "rotation"),
+        (model.Box, "orientation", "rotation"),
+        (model.Box, "dimensions", "size"),
+        (model.Box, "base_color", "color"),
+        (model.Render, "spp", "samples"),
+        (model.Render, "bounces", "max_depth"),
+        (model.Render, "sky", "background"),
+        (model.Image, "tonemapping", "tone"),
+        (model.Image, "ev", "exposure"),
+    ],
+)
+def test_word_of_others_means_a_key(around, word, meant):
+    assert suggested_key(word, around.model_fields) == meant
+
+
+@pytest.mark.parametrize("around", MODELS, ids=lambda around: around.__name__)
+def test_key_with_a_slip_is_recognised(around):
+    for key in around.model_fields:
+        for slip in (key.upper(), key.replace("_", ""), key.replace("_", "-").title(), key[0] + key):
+            assert slip == key or suggested_key(slip, around.model_fields) == key
+
+
+def test_word_of_several_keys_means_the_one_that_is_missing():
+    assert suggested_key("size", ["radius", "resolution"]) == "resolution"
+    assert suggested_key("size", ["radius", "resolution"], missing=["radius"]) == "radius"
+
+
+def test_word_that_means_a_key_of_another_mapping_is_like_none_here():
+    assert suggested_key("height", model.Sphere.model_fields) is None  # and not `light`
+
+
+@pytest.mark.parametrize(
+    ("word", "meant"),
+    [
+        ("cube", "box"),
+        ("cuboid", "box"),
+        ("Block", "box"),
+        ("ball", "sphere"),
+        ("ORB", "sphere"),
+        ("uv_sphere", "sphere"),
+        ("floor", "plane"),
+        ("ground", "plane"),
+        ("infinite-plane", "plane"),
+        ("Sphere", "sphere"),
+        ("boxes", "box"),
+        ("plain", "plane"),
+        ("torus", None),
+        ("", None),
+    ],
+)
+def test_word_of_others_means_a_type(word, meant):
+    assert suggested_type(word, model.SHAPES) == meant
