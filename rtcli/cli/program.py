@@ -36,7 +36,7 @@ class Program(click.Group):
         """Return the command `NAME` of the module `rtcli.cli.NAME`."""
         if cmd_name not in self.list_commands(ctx):
             return None
-        command: click.Command = importlib.import_module(f"rtcli.cli.{cmd_name}").command
+        command: click.Command = importlib.import_module(f"rtcli.cli.commands.{cmd_name}").command
         return command
 
     def main(self, *args: Any, **extra: Any) -> NoReturn:

@@ -691,10 +691,10 @@ def test_two_batches_into_one_folder_lose_nothing(run, spawn, folder):
 def test_png_batch_loads_neither_numpy_nor_pillow(scenes):
     program = (
         "import sys; import rtcli.cli.commands.batch, rtcli.batch.work\n"
-        "from rtcli.batch.jobs import Settings, find_jobs\n"
-        "from rtcli.batch.work import Task, render_job\n"
-        "jobs = find_jobs(['scenes'], Settings(), 'out')\n"
-        "assert all(render_job(Task(job, open(job.scene, 'rb').read())).outputs for job in jobs)\n"
+        "from rtcli.batch.jobs import BatchSettings, find_jobs\n"
+        "from rtcli.batch.work import BatchTask, render_job\n"
+        "jobs = find_jobs(['scenes'], BatchSettings(), 'out')\n"
+        "assert all(render_job(BatchTask(job, open(job.scene, 'rb').read())).outputs for job in jobs)\n"
         "print(sorted({'numpy', 'PIL', 'yaml'} & sys.modules.keys()))"
     )
     result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
