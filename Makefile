@@ -14,7 +14,7 @@ export PROPTEST_RNG_SEED ?= 1
 NATIVE := tracer/Cargo.toml tracer/Cargo.lock tracer/python/Cargo.toml \
 	$(wildcard tracer/src/*.rs tracer/src/*/*.rs tracer/python/src/*.rs)
 
-.PHONY: demo test soak check lint format docs bench clean help
+.PHONY: demo test integration soak check lint format docs bench clean help
 
 help:            ## show this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
@@ -24,16 +24,17 @@ demo: $(VENV)/run.stamp ## render the Cornell scene to out/cornell.png
 	$(BIN)/rtcli render scenes/cornell.yaml -o $(DEMO)
 	@echo "The picture is in $(abspath $(DEMO))"
 
-test: $(VENV)/oracle.stamp ## run all tests, in Rust and Python
+test: $(VENV)/dev.stamp ## run the tests of Rust and Python: some minutes
 	$(CARGO) test $(CRATE) --workspace --locked --quiet
-	$(BIN)/python -m pytest -n auto
+	$(BIN)/python -m pytest -n auto --dist loadgroup -m "not integration"
+
+integration: $(VENV)/oracle.stamp ## run the tests with other people's programs, and those that take long
+	$(BIN)/python -m pytest -n auto --dist loadgroup -m integration
 
 soak: $(VENV)/dev.stamp ## look for scenes that the tracers paint differently: make soak SOAK="--minutes 60"
 	$(BIN)/python tests/support/soak.py $(SOAK)
 
-check: lint ## lint, and run the fast tests, in Rust and Python
-	$(CARGO) test $(CRATE) --workspace --locked --quiet
-	$(BIN)/python -m pytest -n auto -m "not slow"
+check: lint test ## lint, and run the tests
 
 lint: $(VENV)/dev.stamp ## format, lint, types, import contracts, in Rust and Python
 	$(CARGO) fmt $(CRATE) --all --check

@@ -42,12 +42,12 @@ def wheel(tmp_path_factory):
     return path
 
 
-@pytest.mark.slow
+@pytest.mark.integration
 def test_wheel_is_for_all_pythons_from_the_oldest_on(wheel):
     assert re.fullmatch(rf"rtcli-{re.escape(rtcli.__version__)}-cp310-abi3-\w+\.whl", wheel.name)
 
 
-@pytest.mark.slow
+@pytest.mark.integration
 def test_wheel_holds_the_package_and_nothing_else(wheel):
     with zipfile.ZipFile(wheel) as archive:
         names = set(archive.namelist())
@@ -63,7 +63,7 @@ def test_wheel_holds_the_package_and_nothing_else(wheel):
     assert {f"{info}METADATA", f"{info}entry_points.txt", f"{info}licenses/LICENSE"} <= names
 
 
-@pytest.mark.slow
+@pytest.mark.integration
 def test_wheel_installs_into_a_bare_environment_and_renders(wheel, tmp_path):
     venv.create(tmp_path / "bare", with_pip=True)
     place = tmp_path / "bare" / ("Scripts" if os.name == "nt" else "bin")
@@ -82,7 +82,7 @@ def test_wheel_installs_into_a_bare_environment_and_renders(wheel, tmp_path):
     assert (tmp_path / "out.png").stat().st_size > 1000
 
 
-@pytest.mark.slow
+@pytest.mark.integration
 def test_source_distribution_holds_what_builds_and_tests_it(tmp_path):
     maturin("sdist", "--out", str(tmp_path))
     (path,) = tmp_path.glob("*.tar.gz")

@@ -16,7 +16,7 @@ from clusters import no_workers, two_workers, worker_of
 
 from rtcli.cli.console import tell_of_waiting
 
-pytestmark = pytest.mark.skipif(os.name == "nt", reason="POSIX only")
+pytestmark = [pytest.mark.integration, pytest.mark.skipif(os.name == "nt", reason="POSIX only")]
 
 OUT = Path("out")
 PASSES = ("--passes", "depth,normal")
@@ -65,7 +65,6 @@ def processes_of(session):
 # --- Many scenes -----------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("shared", [(), ("--shared",)], ids=["brought back", "shared"])
 def test_batch_of_a_cluster_that_loses_a_worker_is_that_of_one_machine(run, spawn, scenes, cluster, shared):
     write_scene(scenes[7], -1)
@@ -87,7 +86,6 @@ def test_batch_of_a_cluster_that_loses_a_worker_is_that_of_one_machine(run, spaw
     assert "0 rendered, 39 current, 1 failed" in told
 
 
-@pytest.mark.slow
 def test_scheduler_that_dies_ends_the_batch_and_the_next_goes_on_from_there(run, spawn, scenes, cluster):
     assert run("batch", "scenes", "-o", "whole", *OPTIONS).exit_code == 0
     process = spawn("batch", "scenes", "-o", "out", *OPTIONS, "--dask", cluster.address)
@@ -110,7 +108,6 @@ def test_scheduler_that_dies_ends_the_batch_and_the_next_goes_on_from_there(run,
     assert lasting(OUT) == lasting(Path("whole"))
 
 
-@pytest.mark.slow
 def test_scheduler_that_is_not_there_costs_nothing(run, scenes):
     pytest.importorskip("distributed", exc_type=ImportError)
     run("batch", "scenes", "-o", "out")
@@ -123,7 +120,6 @@ def test_scheduler_that_is_not_there_costs_nothing(run, scenes):
     assert results_in(OUT) == before
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("to_all", [False, True], ids=["to the program", "to all of its processes"])
 def test_interrupt_ends_a_cluster_of_this_machine(spawn, folder, to_all):
     pytest.importorskip("distributed", exc_type=ImportError)
@@ -147,7 +143,6 @@ def test_interrupt_ends_a_cluster_of_this_machine(spawn, folder, to_all):
 # --- One picture -----------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
 def test_picture_of_a_cluster_is_that_of_one_machine(run, scene, cluster):
     for name, options in {
         "plain.png": [],
@@ -165,7 +160,6 @@ def test_picture_of_a_cluster_is_that_of_one_machine(run, scene, cluster):
     assert results_in(Path("cluster")) == results_in(Path("local"))
 
 
-@pytest.mark.slow
 def test_scheduler_that_dies_leaves_no_picture(spawn, scene, cluster):
     process = spawn(
         "render", scene, "-o", "a.png", "--size", "8000x8000", "--samples", "256", "--dask", cluster.address
@@ -203,7 +197,6 @@ def test_missing_extra_is_told_with_how_to_install_it(scene, arguments):
     assert not Path("out").exists()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("command", [["batch", "scenes", "-o", "out"], ["render", "scene.yaml", "-o", "a.png"]])
 @pytest.mark.parametrize("way", ["option", "variable"])
 def test_cluster_without_workers_is_given_up_after_a_while(run, scene, scenes, command, way):
@@ -224,7 +217,6 @@ def test_cluster_without_workers_is_given_up_after_a_while(run, scene, scenes, c
     assert not pictures()
 
 
-@pytest.mark.slow
 def test_late_worker_of_another_version_ends_a_batch_and_the_next_goes_on(run, spawn, scenes):
     pytest.importorskip("distributed", exc_type=ImportError)
     assert run("batch", "scenes", "-o", "whole", *OPTIONS).exit_code == 0
@@ -257,7 +249,6 @@ def test_cluster_without_workers_is_told(cores, told, capsys):
     assert bool(told) == (cores == 0)
 
 
-@pytest.mark.slow
 def test_cluster_of_this_machine_is_quiet_though_another_has_dasks_port(run, scenes):
     with contextlib.ExitStack() as stack:
         with contextlib.suppress(OSError):  # taken already

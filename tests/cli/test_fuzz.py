@@ -109,7 +109,7 @@ def judge(result, codes):
     assert harmful(result.output) == set()
 
 
-@pytest.mark.slow
+@pytest.mark.integration
 @pytest.mark.parametrize("batch", range(INPUTS // BATCH))
 def test_mutated_files_give_reports_and_nothing_else(run, folder, batch):
     rng = random.Random(batch)

@@ -13,7 +13,7 @@ from PIL import Image
 resource = pytest.importorskip("resource", reason="there are no such limits on this system")
 
 pytestmark = [
-    pytest.mark.slow,
+    pytest.mark.integration,
     pytest.mark.skipif(not sys.platform.startswith("linux"), reason="Linux only: a bound of memory that is kept"),
 ]
 

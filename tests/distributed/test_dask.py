@@ -20,6 +20,8 @@ from rtcli.tracer._native import __version__
 from rtcli.tracer.engines import tracer_of
 from rtcli.tracer.world import Window, World
 
+pytestmark = pytest.mark.integration
+
 ROOM = scene(
     [plane([0, -1, 0], [0, 1, 0]), *(sphere([x, 0, -6 - x], 0.4) for x in range(-3, 4))],
     [light([2, 3, -2])],
@@ -43,7 +45,6 @@ def workers():
         yield cluster.address
 
 
-@pytest.mark.slow
 def test_film_of_a_cluster_is_that_of_one_machine_though_a_worker_dies():
     pytest.importorskip("distributed", exc_type=ImportError)
     expected, expected_rays = tracer_of(pack(ROOM), "native").film(WHOLE, ("depth",))
@@ -63,7 +64,6 @@ def test_film_of_a_cluster_is_that_of_one_machine_though_a_worker_dies():
         np.testing.assert_array_equal(arrays[name], values, err_msg=name)
 
 
-@pytest.mark.slow
 def test_world_is_sent_once_however_many_bands_there_are(monkeypatch):
     pytest.importorskip("distributed", exc_type=ImportError)
     pickled = []
@@ -82,7 +82,6 @@ def test_world_is_sent_once_however_many_bands_there_are(monkeypatch):
     assert pickled == [world]
 
 
-@pytest.mark.slow
 def test_world_outlives_the_worker_that_had_it():
     pytest.importorskip("distributed", exc_type=ImportError)
     with no_workers() as cluster, dask_cluster(cluster.address) as (executor, _):
@@ -97,7 +96,6 @@ def test_world_outlives_the_worker_that_had_it():
     assert told[-1] == 640 * 960
 
 
-@pytest.mark.slow
 def test_cluster_without_workers_is_given_up_and_takes_no_more():
     pytest.importorskip("distributed", exc_type=ImportError)
     with no_workers() as cluster, dask_cluster(cluster.address, 1.5) as (executor, cores):
@@ -115,7 +113,6 @@ def test_cluster_without_workers_is_given_up_and_takes_no_more():
             BandedTracer(pack(ROOM), "native", executor)
 
 
-@pytest.mark.slow
 def test_workers_that_come_in_time_get_the_work():
     pytest.importorskip("distributed", exc_type=ImportError)
     with no_workers() as cluster, dask_cluster(cluster.address, 30) as (executor, _):
@@ -124,7 +121,6 @@ def test_workers_that_come_in_time_get_the_work():
             assert future.result(timeout=30) == 3
 
 
-@pytest.mark.slow
 def test_cluster_that_has_nothing_to_do_may_be_without_workers():
     pytest.importorskip("distributed", exc_type=ImportError)
     with no_workers() as cluster, dask_cluster(cluster.address, 0.6) as (executor, _):
@@ -133,7 +129,6 @@ def test_cluster_that_has_nothing_to_do_may_be_without_workers():
             assert executor.submit(len, "abc").result(timeout=30) == 3
 
 
-@pytest.mark.slow
 def test_worker_of_another_version_that_joins_late_is_refused():
     pytest.importorskip("distributed", exc_type=ImportError)
     with no_workers() as cluster, dask_cluster(cluster.address) as (executor, _):
@@ -147,13 +142,11 @@ def test_worker_of_another_version_that_joins_late_is_refused():
             executor.submit(len, "abc")
 
 
-@pytest.mark.slow
 def test_large_scene_is_no_reason_for_a_warning(workers):
     with dask_cluster(workers) as (executor, _):
         assert executor.submit(len, bytes(20_000_000)).result(timeout=60) == 20_000_000
 
 
-@pytest.mark.slow
 def test_worker_with_another_version_is_refused(workers, monkeypatch):
     assert __version__ == cluster.version()
     monkeypatch.setattr(cluster, "__version__", "9.9.9")
@@ -162,7 +155,6 @@ def test_worker_with_another_version_is_refused(workers, monkeypatch):
         pass
 
 
-@pytest.mark.slow
 def test_work_that_kills_every_worker_is_told():
     pytest.importorskip("distributed", exc_type=ImportError)
     told = pytest.raises(OSError, match=r"the cluster gave up: .* was lost with each of the workers")
@@ -171,7 +163,6 @@ def test_work_that_kills_every_worker_is_told():
             executor.submit(os._exit, 1).result(timeout=60)
 
 
-@pytest.mark.slow
 def test_task_of_a_batch_that_kills_its_workers_fails_alone():
     pytest.importorskip("distributed", exc_type=ImportError)
     die = "__import__('os')._exit(9)"
@@ -190,7 +181,6 @@ def test_task_of_a_batch_that_kills_its_workers_fails_alone():
     assert all(result.error is None for result in found.values())
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("address", "message"),
     [("tcp://127.0.0.1:9", "no scheduler of Dask answers at 'tcp://127.0.0.1:9'"), ("nonsense", "'nonsense'")],
@@ -201,7 +191,6 @@ def test_scheduler_that_is_not_there_is_an_error_with_its_address(address, messa
         pass
 
 
-@pytest.mark.slow
 def test_scheduler_has_no_longer_to_answer_than_work_has_to_wait():
     pytest.importorskip("distributed", exc_type=ImportError)
     start = time.monotonic()

@@ -23,7 +23,7 @@ VERSION = "1.25.0"
 # Without the schema store, a list of schemas in the network that the server would fetch.
 SETTINGS = {"yaml": {"schemaStore": {"enable": False}}}
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.integration
 
 
 @pytest.fixture(scope="session")

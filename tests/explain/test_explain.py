@@ -556,7 +556,6 @@ def test_numbers_have_names_that_programs_can_use():
     assert len(set(names(explanation))) > 30
 
 
-@pytest.mark.slow
 def test_ten_thousand_objects_take_seconds():
     rng = random.Random(1)
     places = [[rng.uniform(-20, 20), rng.uniform(-20, 20), rng.uniform(-60, -20)] for _ in range(9_998)]

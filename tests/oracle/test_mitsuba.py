@@ -51,7 +51,7 @@ def test_every_scene_has_its_radiance_and_every_radiance_its_scene() -> None:
     assert len(SCENES) >= 6
 
 
-@pytest.mark.slow
+@pytest.mark.integration
 def test_mitsuba_still_computes_the_committed_radiance(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("mitsuba", reason="Mitsuba is not installed: pip install mitsuba")
     name = "lamps_in_a_room"

@@ -8,7 +8,7 @@ import pytest
 
 from rtcli.reports.gallery import gallery_page
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.integration
 
 KEYS = {"Escape": "\ue00c", "Enter": "\ue007", "Tab": "\ue004", "End": "\ue010", "Home": "\ue011"}
 KEYS |= {"Left": "\ue012", "Up": "\ue013", "Right": "\ue014", "Down": "\ue015"}

@@ -257,7 +257,7 @@ def test_check_jsonschema_and_models_are_of_one_mind_on_random_scenes(tmp_path):
     assert min(counts[ACCEPT], counts[REFUSE]) >= 25
 
 
-@pytest.mark.slow
+@pytest.mark.integration
 def test_check_jsonschema_and_models_are_of_one_mind_on_all_scenes_one_step_from_a_valid_one(tmp_path):
     counts = compare_with_program(neighbours(), tmp_path)
     assert min(counts[ACCEPT], counts[REFUSE] / 10, counts[OPEN] * 10) >= 300

@@ -186,7 +186,6 @@ print(seen / 2**20, peak_mib() - before)
 
 
 @pytest.mark.skipif(os.name == "nt", reason="POSIX only: getrusage")
-@pytest.mark.slow
 def test_slow_target_holds_the_tracer_up_and_memory_stays_bounded():
     env = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     result = subprocess.run(

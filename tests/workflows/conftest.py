@@ -18,6 +18,13 @@ def program(name):
     return shutil.which(name, path=os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]]))
 
 
+def pytest_collection_modifyitems(items):
+    """Take tests with a program of other people's for what they are."""
+    for item in items:
+        if "actionlint_program" in item.fixturenames:
+            item.add_marker(pytest.mark.integration)
+
+
 @pytest.fixture(scope="session")
 def actionlint_program(pytestconfig):
     """Return the path of actionlint, built once with Go where it is not installed: PyPI has no wheel of it."""

@@ -143,7 +143,7 @@ COMMITS = {
 
 
 # One test, for each process of pytest would install the hook anew.
-@pytest.mark.slow
+@pytest.mark.integration
 def test_commits_of_good_scenes_pass_and_those_of_bad_ones_fail(hook, env, tmp_path):
     repository, snapshot = hook
     for what, (files, args, expected, said) in COMMITS.items():

@@ -168,7 +168,6 @@ finally:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="POSIX only: getrusage")
-@pytest.mark.slow
 def test_huge_picture_takes_little_memory(scene):
     env = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     result = subprocess.run([sys.executable, "-c", HUGE], stdout=subprocess.PIPE, text=True, env=env, check=True)

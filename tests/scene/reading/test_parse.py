@@ -339,7 +339,7 @@ MEBIBYTE = 2**20
 SPHERE = "{type: sphere, position: [0, 0, -5], radius: -1, color: red}"
 
 
-@pytest.mark.slow
+@pytest.mark.integration
 @pytest.mark.parametrize(
     ("name", "make", "code"),
     [
