@@ -252,6 +252,25 @@ def test_house_on_a_planet_throws_its_shadow_seen_from_any_height(render, away):
     np.testing.assert_allclose(on_planet.radiance[lit], on_plane.radiance[lit], rtol=1e-3)
 
 
+def test_lamp_in_the_ground_of_a_planet_lights_only_what_is_below_ground(render):
+    # Up to a tenth of what is in view is a millionth of the planet, and part of the group of rays goes far away.
+    ground = sphere([-5e-7, -0.130074, 1.5e-6], 0.131072)
+    slope = plane([5e-7, 0.001001, 2.5e-6], [0, 3, 4])
+    eye, look_at = (
+        [3e-6, 0.000998, 1.5e-6],
+        [-2.1539441222145956e-07, 0.000999869172234584, 1.7674592240838642e-06],
+    )
+    camera = {**SMALL, "fov": 60, "position": eye, "look_at": look_at, "up": [0, 0, 1]}
+    lamp = light([-3.5e-6, 0.0009965, 1.5e-6], 1e-9)
+    film = render(scene([ground, slope], [lamp], camera=camera), passes=["object_id", "position"])
+    place = film.position[of_object(film, 2)].astype(float)
+    height = np.linalg.norm(place - ground["position"], axis=1) - 0.131072
+    above = height > 1e-9
+    assert above.sum() > 20
+    assert (height[above] < 6e-8).any()
+    assert (film.radiance[film.object_id == 2][above] == 0).all()
+
+
 # --- Things very far away --------------------------------------------------------------------------------
 
 
