@@ -135,7 +135,9 @@ class Wall:
     size = 0.0
 
     def __init__(self, center: Array, data: Data) -> None:
-        self.point, self.normal, self.grain = center, unit(vector(data["normal"])), grain(data)
+        self.point, self.normal = center, unit(vector(data["normal"]))
+        # Only what is lost along the normal moves the plane.
+        self.grain = COORDINATE * float(dot(np.abs(self.normal), np.abs(vector(data["position"])))[0])
 
     def crossings(self, start: Point, way: Array) -> Crossings:
         along = dot(self.normal, way)[None]
@@ -145,7 +147,7 @@ class Wall:
 
     def heights(self, point: Point) -> Array:
         away = point.place - self.point
-        return point.snapped(dot(self.normal, away), np.abs(away).sum(axis=0), self.grain)[None]
+        return point.snapped(dot(self.normal, away), dot(np.abs(self.normal), np.abs(away)), self.grain)[None]
 
 
 class Brick:

@@ -349,6 +349,31 @@ def test_light_very_far_away_is_a_sun(render, away):
     assert (film.radiance[tops] > 0).any()
 
 
+NEAR_THE_FLOOR = {"resolution": [48, 36], "fov": 50, "position": [0, 2, 6], "look_at": [0, 1, 0]}
+
+
+@pytest.mark.parametrize("lamp", [[3, 5, 4], [2, 0.3, 2], [2, 1e-3, 2]])
+@pytest.mark.parametrize(("x", "z"), [(1e14, 0), (1e15, 0), (0, -1e17), (1e22, 1e22)])
+def test_floor_is_the_same_from_whatever_point_of_it_is_given(render, x, z, lamp):
+    ball, lights = sphere([0, 1, 0], 1.0), [light(lamp, 500)]
+    passes = ["object_id", "distance", "position"]
+    near, far = (
+        render(scene([plane(point, [0, 1, 0]), ball], lights, camera=NEAR_THE_FLOOR), passes=passes)
+        for point in ([0, 0, 0], [x, 0, z])
+    )
+    for name in ("object_id", "radiance", "distance", "position"):
+        np.testing.assert_allclose(getattr(far, name), getattr(near, name), rtol=1e-6, atol=1e-9, err_msg=name)
+    assert (near.radiance[near.object_id == 1] > 0).any()
+
+
+@pytest.mark.parametrize("away", [1e13, 1e14, 1e15])
+def test_third_tracer_sees_a_floor_given_by_a_far_point(away):
+    objects = [plane([away, 0, 0], [0, 1, 0], [0.5, 0.5, 0.5]), sphere([0, 1, 0], 1.0, [0.5, 0.5, 0.5])]
+    data = {"camera": NEAR_THE_FLOOR, "lights": [light([2, 0.3, 2], 500)], "objects": objects}
+    assert not soak.disagreements(data)
+    assert soak.clear_share(data) > 0.9
+
+
 def test_planes_that_cross_far_away_are_told_apart_close_to_where_they_do(render):
     planes = [plane([-1.5, 998.5, 2.5], [1, 0, 0]), plane([1.5, 999.5, 3.0], [1, 2, 2])]
     eye, look_at = np.array([60000.0, 81000.0, 0.0]), np.array([1.0, 1002.5, -0.5])
