@@ -323,6 +323,19 @@ class Object(ABC):
         return away + ON_SURFACE * self.size + COORDINATE * largest[0] + COORDINATE * largest[1]
 
 
+def rounding_along(normal: Iterable[float], point: Array, position: Array) -> float:
+    """Return what rounding may take from the distance of a point (3, 1) from a plane through a position (3, 1).
+
+    sum over the axes of |n_i| times what it may take of the coordinate i: however far away along the plane the
+    position is, it takes nothing.
+    """
+    total = 0.0
+    for n, a, b in zip(normal, point.ravel().tolist(), position.ravel().tolist(), strict=True):
+        if n:  # the difference may be infinite
+            total += abs(n) * (ON_SURFACE * abs(a - b) + COORDINATE * abs(a) + COORDINATE * abs(b))
+    return total
+
+
 def nearest_positive(near: Array, far: Array) -> Array:
     """Return the nearer of two parameters that is > 0, +inf if none is: only what lies ahead is seen."""
     return np.where(near > 0, near, np.where(far > 0, far, np.inf))
@@ -453,6 +466,10 @@ class Plane(Object):
     def reach(self, point: Array) -> float:
         """Return how far the plane is from a point (3, 1)."""
         return abs(self._distance(point))
+
+    def rounding(self, point: Array) -> float:
+        """Return how close to the plane a point (3, 1) lies on it."""
+        return rounding_along(self.direction.ravel().tolist(), point, self.position)
 
     def _distance(self, point: Array) -> float:
         """Return (p - p_0) . n of a point: > 0 in front of the plane, 0 on it."""

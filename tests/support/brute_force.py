@@ -135,7 +135,9 @@ class Wall:
     size = 0.0
 
     def __init__(self, center: Array, data: Data) -> None:
-        self.point, self.normal, self.grain = center, unit(vector(data["normal"])), grain(data)
+        self.point, self.normal = center, unit(vector(data["normal"]))
+        # Only what is lost along the normal moves the plane.
+        self.grain = COORDINATE * float(dot(np.abs(self.normal), np.abs(vector(data["position"])))[0])
 
     def crossings(self, start: Point, way: Array) -> Crossings:
         along = dot(self.normal, way)[None]
@@ -145,7 +147,7 @@ class Wall:
 
     def heights(self, point: Point) -> Array:
         away = point.place - self.point
-        return point.snapped(dot(self.normal, away), np.abs(away).sum(axis=0), self.grain)[None]
+        return point.snapped(dot(self.normal, away), dot(np.abs(self.normal), np.abs(away)), self.grain)[None]
 
 
 class Brick:
@@ -328,7 +330,9 @@ class BruteForce:
             grazing = max(GRAZING, math.sqrt(1e5 * (self.grain + body.grain) / body.size))
             touches = (np.abs(one.t) * size < 4 * grazing * body.size) & (one.steep < grazing)
             touches &= one.margin > -blur - grazing**2 * body.size
-        outline = (np.abs(one.margin) <= blur) | ((one.margin > 0) & (one.steep < grazing))
+        # Along a face that is seen at a slant, a part of a pixel is a longer way.
+        within = blur if isinstance(body, Ball) else blur / np.maximum(one.steep, EDGE_ON)
+        outline = (np.abs(one.margin) <= within) | ((one.margin > 0) & (one.steep < grazing))
         behind = (one.margin > 0) & ~here & np.isfinite(t) & (one.t > t)
         parallel = (one.t > 0) & (np.abs(one.steep - PARALLEL) < PARALLEL / 2)
         # So close to the eye that little is left of its digits.
@@ -384,6 +388,10 @@ class BruteForce:
         light = arriving[:, lit] * height[lit] / r[lit]
         picture.radiance[:, pixels[lit]] += light
         share = 1e-4 + 8e-6 / picture.steep[pixels[lit]]
+        # The normal of a ball that is a small part of a pixel: of the pixel float32 holds a share.
+        size = np.array([body.size if isinstance(body, Ball) else np.inf for body in self.bodies])
+        seen = pixels[lit]
+        share += 2e-6 * self.pixel * picture.distance[seen] / size[picture.object_id[seen] - 1]
         if self.eye_falloff:
             share += points.blur[lit] / picture.distance[pixels[lit]]
         picture.tolerance[:, pixels[lit]] += share * light

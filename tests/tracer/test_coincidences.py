@@ -252,6 +252,25 @@ def test_house_on_a_planet_throws_its_shadow_seen_from_any_height(render, away):
     np.testing.assert_allclose(on_planet.radiance[lit], on_plane.radiance[lit], rtol=1e-3)
 
 
+def test_lamp_in_the_ground_of_a_planet_lights_only_what_is_below_ground(render):
+    # Up to a tenth of what is in view is a millionth of the planet, and part of the group of rays goes far away.
+    ground = sphere([-5e-7, -0.130074, 1.5e-6], 0.131072)
+    slope = plane([5e-7, 0.001001, 2.5e-6], [0, 3, 4])
+    eye, look_at = (
+        [3e-6, 0.000998, 1.5e-6],
+        [-2.1539441222145956e-07, 0.000999869172234584, 1.7674592240838642e-06],
+    )
+    camera = {**SMALL, "fov": 60, "position": eye, "look_at": look_at, "up": [0, 0, 1]}
+    lamp = light([-3.5e-6, 0.0009965, 1.5e-6], 1e-9)
+    film = render(scene([ground, slope], [lamp], camera=camera), passes=["object_id", "position"])
+    place = film.position[of_object(film, 2)].astype(float)
+    height = np.linalg.norm(place - ground["position"], axis=1) - 0.131072
+    above = height > 1e-9
+    assert above.sum() > 20
+    assert (height[above] < 6e-8).any()
+    assert (film.radiance[film.object_id == 2][above] == 0).all()
+
+
 # --- Things very far away --------------------------------------------------------------------------------
 
 
@@ -328,6 +347,31 @@ def test_light_very_far_away_is_a_sun(render, away):
     assert np.count_nonzero(behind & (from_ball < 0.98)) > 3
     tops = film.object_id == 3
     assert (film.radiance[tops] > 0).any()
+
+
+NEAR_THE_FLOOR = {"resolution": [48, 36], "fov": 50, "position": [0, 2, 6], "look_at": [0, 1, 0]}
+
+
+@pytest.mark.parametrize("lamp", [[3, 5, 4], [2, 0.3, 2], [2, 1e-3, 2]])
+@pytest.mark.parametrize(("x", "z"), [(1e14, 0), (1e15, 0), (0, -1e17), (1e22, 1e22)])
+def test_floor_is_the_same_from_whatever_point_of_it_is_given(render, x, z, lamp):
+    ball, lights = sphere([0, 1, 0], 1.0), [light(lamp, 500)]
+    passes = ["object_id", "distance", "position"]
+    near, far = (
+        render(scene([plane(point, [0, 1, 0]), ball], lights, camera=NEAR_THE_FLOOR), passes=passes)
+        for point in ([0, 0, 0], [x, 0, z])
+    )
+    for name in ("object_id", "radiance", "distance", "position"):
+        np.testing.assert_allclose(getattr(far, name), getattr(near, name), rtol=1e-6, atol=1e-9, err_msg=name)
+    assert (near.radiance[near.object_id == 1] > 0).any()
+
+
+@pytest.mark.parametrize("away", [1e13, 1e14, 1e15])
+def test_third_tracer_sees_a_floor_given_by_a_far_point(away):
+    objects = [plane([away, 0, 0], [0, 1, 0], [0.5, 0.5, 0.5]), sphere([0, 1, 0], 1.0, [0.5, 0.5, 0.5])]
+    data = {"camera": NEAR_THE_FLOOR, "lights": [light([2, 0.3, 2], 500)], "objects": objects}
+    assert not soak.disagreements(data)
+    assert soak.clear_share(data) > 0.9
 
 
 def test_planes_that_cross_far_away_are_told_apart_close_to_where_they_do(render):

@@ -36,6 +36,19 @@ fn rounding(place: Vector, center: Vector, size: f64) -> f64 {
     ON_SURFACE * (taxi(sub(place, center)) + size) + COORDINATE * (largest(place) + largest(center))
 }
 
+/// What rounding may do to the distance of a place from a plane through another place.
+///
+/// That is the sum of |n_i| times what it may do to the coordinate i: however far away along the plane the other place
+/// is, it does nothing.
+fn rounding_along(normal: Vector, place: Vector, point: Vector) -> f64 {
+    ON_SURFACE * spread(normal, sub(place, point)) + COORDINATE * (spread(normal, place) + spread(normal, point))
+}
+
+/// The sum of |n_i v_i|.
+pub(crate) fn spread(normal: Vector, v: Vector) -> f64 {
+    dot(normal.map(f64::abs), v.map(f64::abs))
+}
+
 impl Side {
     fn of(height: f64) -> Side {
         if height > 0.0 {
@@ -70,7 +83,7 @@ impl Contact {
 
     pub(crate) fn with_plane(place: Vector, point: Vector, normal: Vector) -> Contact {
         let height = dot(normal, sub(place, point));
-        let on = height.abs() <= rounding(place, point, 0.0);
+        let on = height.abs() <= rounding_along(normal, place, point);
         let height = if on { 0.0 } else { height };
         Contact::new(height, [height, 0.0, 0.0])
     }

@@ -17,7 +17,8 @@ pub(crate) struct Plane {
     pub(crate) normal: Vector,
     /// The eye's distance: positive where the normal points away from the eye.
     pub(crate) offset: f64,
-    /// How far from the eye the point is that it was given by.
+    /// What rounding of the offset depends on: how far from the eye the point is that it was given by, as far as that
+    /// is along the normal; the sum of |n_i p_i|.
     pub(crate) reach: f64,
 }
 

@@ -5,7 +5,7 @@
 //! from the origin as accurate as one around it; the unit, a power of two, keeps its lengths within float32.
 
 use crate::bvh::{Bvh, Cone, Stack};
-use crate::contact::{COORDINATE, Contact, Side};
+use crate::contact::{COORDINATE, Contact, Side, spread};
 use crate::cuboid::Cuboid;
 use crate::grid::{Nearest, Rays};
 use crate::memory::{OutOfMemory, collect, reserve};
@@ -304,7 +304,9 @@ impl Space<'_> {
             }
             Form::Plane { normal } => {
                 let offset = self.offset(object) * nearer;
-                Shape::Plane(Plane::new(self.direction(unit_vector(normal)), offset, taxi(place)))
+                let normal = unit_vector(normal);
+                let reach = spread(normal, self.relative(object.position));
+                Shape::Plane(Plane::new(self.direction(normal), offset, reach))
             }
             Form::Box { size, rotation } => {
                 let axes = turned_axes(rotation).map(|axis| self.direction(axis));

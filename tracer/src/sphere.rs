@@ -300,54 +300,48 @@ impl Sphere {
         let per_radius = per_radius as f32;
         let points = shadow.points;
         let q_of = |p: [f32; 3]| -> [f32; 3] { std::array::from_fn(|i| q_r[i] - p[i] * per_radius) };
-        let is_between = |crosses: bool, along: f32, w: [f32; 3]| crosses & (along > 0.0) & (product(c, w) < 0.0);
-        if flat {
-            let power_r = (power(from_reference, self.radius) / (self.radius * self.radius)) as f32;
-            for lane in 0..points.padded() {
-                let p = points.offset.each_ref().map(|axis| axis[lane]);
-                let (q, w) = (q_of(p), points.toward(to_lamp, lane));
-                let sum = [q_r[0] + q[0], q_r[1] + q[1], q_r[2] + q[2]];
-                let power = power_r - per_radius * product(p, sum);
-                let slack = 2.0 * points.slack(lane) * per_radius + rounding;
-                let along = product(q, w);
-                let between = is_between(along * along >= power * shadow.squared[lane], along, w);
-                let (above, below) = (power > slack, power < -slack);
-                let hidden = (inside & above) | (on & above & between) | (!inside & !on & (below | between));
-                shadow.darken(lane, hidden);
-            }
-            return;
-        }
-        let crosses = |lane: usize, p: [f32; 3], q: [f32; 3], w: [f32; 3]| {
+        let crosses = |lane: usize, p: [f32; 3]| {
             let m = [
                 moment[0] + (c[1] * p[2] - c[2] * p[1]),
                 moment[1] + (c[2] * p[0] - c[0] * p[2]),
                 moment[2] + (c[0] * p[1] - c[1] * p[0]),
             ];
-            is_between(product(m, m) <= shadow.squared[lane], product(q, w), w)
+            product(m, m) <= shadow.squared[lane]
         };
+        let is_between = |crosses: bool, along: f32, w: [f32; 3]| crosses & (along > 0.0) & (product(c, w) < 0.0);
         let beyond = length(sub(self.center, shadow.ball.center)) - shadow.ball.radius;
-        if side == Side::Outside && beyond > self.radius {
+        if side == Side::Outside && beyond > self.radius && !flat {
             // All is outside.
             for lane in 0..points.padded() {
                 let p = points.offset.each_ref().map(|axis| axis[lane]);
-                let hidden = crosses(lane, p, q_of(p), points.toward(to_lamp, lane));
+                let w = points.toward(to_lamp, lane);
+                let hidden = is_between(crosses(lane, p), product(q_of(p), w), w);
                 shadow.darken(lane, hidden);
             }
             return;
         }
-        // Of q.q close to 1 rounding takes less than this.
-        let rounding = rounding + 1e-6;
+        let power_r = (power(from_reference, self.radius) / (self.radius * self.radius)) as f32;
+        // Of q.q close to 1 rounding takes less than 1e-6.
+        let rounding = if close { rounding } else { rounding + 1e-6 };
         for lane in 0..points.padded() {
             let p = points.offset.each_ref().map(|axis| axis[lane]);
-            let q = q_of(p);
-            let power = product(q, q) - 1.0;
-            let slack = 2.0 * points.slack(lane) * per_radius + rounding;
-            let hidden = if inside {
-                power > slack
+            let (q, w) = (q_of(p), points.toward(to_lamp, lane));
+            let sum = [q_r[0] + q[0], q_r[1] + q[1], q_r[2] + q[2]];
+            let power = if close {
+                power_r - per_radius * product(p, sum)
             } else {
-                let between = crosses(lane, p, q, points.toward(to_lamp, lane));
-                (between & (!on | (power > slack))) | (!on & (power < -slack))
+                product(q, q) - 1.0
             };
+            let slack = 2.0 * points.slack(lane) * per_radius + rounding;
+            let along = product(q, w);
+            let crosses = if flat {
+                along * along >= power * shadow.squared[lane]
+            } else {
+                crosses(lane, p)
+            };
+            let between = is_between(crosses, along, w);
+            let (above, below) = (power > slack, power < -slack);
+            let hidden = (inside & above) | (on & above & between) | (!inside & !on & (below | between));
             shadow.darken(lane, hidden);
         }
     }

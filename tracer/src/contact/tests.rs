@@ -64,3 +64,13 @@ fn a_place_in_the_plane_of_a_face_beside_it_is_outside() {
     let contact = Contact::with_box([5.0, 1.0, 0.0], [0.0; 3], &straight, [1.0; 3]);
     assert_eq!((contact.side, contact.local), (Side::Outside, [5.0, 1.0, 0.0]));
 }
+
+#[test]
+fn a_plane_given_by_a_far_point_is_where_it_is() {
+    for away in [1e10, 1e15, 1e22] {
+        let contact = |height| Contact::with_plane([0.0, height, 0.0], [away, 0.0, -away], [0.0, 1.0, 0.0]);
+        assert_eq!(contact(1e-9).side, Side::Outside);
+        assert_eq!(contact(0.0).side, Side::On);
+        assert_eq!(contact(-1e-9).side, Side::Inside);
+    }
+}
