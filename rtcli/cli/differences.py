@@ -5,16 +5,14 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterable
 from pathlib import Path
-from typing import NamedTuple
 
 import click
 
 from rtcli.atomic import try_target
 from rtcli.cli.console import STDIO, print_lines, tell, wants_color, write_bytes
 from rtcli.cli.paths import OutputPath
-from rtcli.compare.difference import difference_paths, difference_png
-from rtcli.compare.pictures import Comparison, comparable, compare_layers, made_alike, overlap
-from rtcli.image.layers import Array, Layers
+from rtcli.compare.difference import Compared, difference_paths, drawings
+from rtcli.compare.pictures import Comparison
 from rtcli.reports.comparison import text, verdict
 from rtcli.scene.diagnostics.problems import printable, quoted
 
@@ -25,14 +23,6 @@ def report(comparison: Comparison, names: tuple[str, str], quiet: bool) -> None:
         print_lines(text(comparison, names, wants_color(sys.stdout)))
     elif not comparison.equal:
         print_lines(verdict(comparison, names, wants_color(sys.stderr)), err=True)
-
-
-class Compared(NamedTuple):
-    """Two sets of layers, and what comparing them gave."""
-
-    first: Layers
-    second: Layers
-    comparison: Comparison
 
 
 class DifferencePictures:
@@ -77,15 +67,12 @@ class DifferencePictures:
         OSError
             If one cannot be written.
         """
-        for first, second, comparison in compared:
-            first, second = made_alike(first, second)
-            for name in Layers(first.kind, {**second.arrays, **first.arrays}).names():
-                try:
-                    png = _drawn(first.arrays.get(name), second.arrays.get(name), comparison, name)
-                except _NothingDrawnError as reason:
-                    self._tell_none(name, str(reason))
+        for each in compared:
+            for name, drawn in drawings(each):
+                if isinstance(drawn, str):
+                    self._tell_none(name, drawn)
                 else:
-                    write_bytes(png, self._paths[name])
+                    write_bytes(drawn, self._paths[name])
 
     def _tell_none(self, name: str, reason: str) -> None:
         told = f"no difference picture of {quoted(name)}: {reason}"
@@ -97,23 +84,3 @@ class DifferencePictures:
         for path in self._paths.values():
             if Path(path).exists():
                 tell(f"{printable(path)} is from an earlier run: now there is no difference to be shown")
-
-
-class _NothingDrawnError(Exception):
-    """There is no picture of a layer's differences; the message says why."""
-
-
-def _drawn(a: Array | None, b: Array | None, comparison: Comparison, name: str) -> bytes:
-    """Return the difference picture of a layer that has been compared, or could not be for its size."""
-    if a is None or b is None:
-        raise _NothingDrawnError("only one side has it")
-    if a.size == 0 and b.size == 0:
-        raise _NothingDrawnError("it has no pixels")
-    common = overlap(a, b)
-    if not comparable(*common, comparison.kind):
-        raise _NothingDrawnError("its channels differ")
-    difference = comparison.layers.get(name) or compare_layers(*common, kind=comparison.kind)
-    try:
-        return difference_png(a, b, difference, comparison.kind)
-    except MemoryError:
-        raise _NothingDrawnError("it would not fit into memory") from None

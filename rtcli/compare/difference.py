@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import PurePath
+from typing import NamedTuple
 
 import numpy as np
 
-from rtcli.compare.pictures import LayerDifference, overlap, pixel_differences
-from rtcli.image.layers import Array, Kind
+from rtcli.compare.pictures import (
+    Comparison,
+    LayerDifference,
+    comparable,
+    compare_layers,
+    made_alike,
+    overlap,
+    pixel_differences,
+)
+from rtcli.image.layers import Array, Kind, Layers
 from rtcli.image.read import memory_bytes
 from rtcli.tracer import _native
 
@@ -22,6 +31,43 @@ ONLY_FIRST, ONLY_SECOND, NEITHER = (0, 90, 255), (0, 200, 80), (64, 64, 64)
 
 # Of a layer's name in that of a file.
 _LONGEST = 60
+
+
+class Compared(NamedTuple):
+    """Two sets of layers, and what comparing them gave."""
+
+    first: Layers
+    second: Layers
+    comparison: Comparison
+
+
+def drawings(compared: Compared) -> Iterator[tuple[str, bytes | str]]:
+    """Draw the differences of the layers of two sides, of whatever sizes.
+
+    Yields
+    ------
+    tuple of str and (bytes or str)
+        The name of each layer, and its difference picture as a PNG; or why there is none.
+    """
+    first, second = made_alike(compared.first, compared.second)
+    for name in Layers(first.kind, {**second.arrays, **first.arrays}).names():
+        yield name, _drawn(first.arrays.get(name), second.arrays.get(name), compared.comparison, name)
+
+
+def _drawn(a: Array | None, b: Array | None, comparison: Comparison, name: str) -> bytes | str:
+    """Return the difference picture of a layer that has been compared, or could not be for its size."""
+    if a is None or b is None:
+        return "only one side has it"
+    if a.size == 0 and b.size == 0:
+        return "it has no pixels"
+    common = overlap(a, b)
+    if not comparable(*common, comparison.kind):
+        return "its channels differ"
+    difference = comparison.layers.get(name) or compare_layers(*common, kind=comparison.kind)
+    try:
+        return difference_png(a, b, difference, comparison.kind)
+    except MemoryError:
+        return "it would not fit into memory"
 
 
 def difference_png(a: Array, b: Array, difference: LayerDifference, kind: Kind) -> bytes:

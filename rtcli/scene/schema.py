@@ -1,8 +1,8 @@
 """The JSON Schema of scene files, generated from the models, for editors and other programs.
 
 It refuses what the models refuse, but for the rules that no schema can express: see
-`rtcli.scene.diagnostics.rules`. Its layout decides what an editor offers and says, so it differs here and there from
-pydantic's own.
+`rtcli.scene.diagnostics.rules`. Its layout decides what an editor offers and says, so it differs here and there
+from pydantic's own.
 """
 
 from __future__ import annotations

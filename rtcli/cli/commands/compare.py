@@ -8,11 +8,12 @@ from typing import Any
 import click
 
 from rtcli.cli.console import STDIO
-from rtcli.cli.differences import Compared, DifferencePictures, report
+from rtcli.cli.differences import DifferencePictures, report
 from rtcli.cli.exit_codes import DIFFERENT, usage_errors
 from rtcli.cli.options.bounds import bound_options, bounds_taken_from
 from rtcli.cli.paths import OutputPath, refuse_collisions, refuse_folder
 from rtcli.compare.bounds import Bounds
+from rtcli.compare.difference import Compared
 from rtcli.compare.pictures import compare
 from rtcli.image.layers import Layers
 from rtcli.image.read import kind_of, read_layers

@@ -38,7 +38,7 @@ from rtcli.tracer.world import Window, World
 if TYPE_CHECKING:  # with NumPy and other things, which a picture of the native tracer needs not
     from concurrent.futures import Executor
 
-    from rtcli.cli.golden import Golden
+    from rtcli.cli.golden import GoldenCheck
 
 
 @dataclass(frozen=True)
@@ -172,31 +172,31 @@ def _preview(traced: RenderOptions) -> int:
     return 0
 
 
-def _check(traced: RenderOptions, check: CheckOptions, path: str | None, stats: str | None) -> int:
+def _check(traced: RenderOptions, options: CheckOptions, path: str | None, stats: str | None) -> int:
     """Render to a file of the golden one's format, and return the exit code of the comparison."""
-    from rtcli.cli.golden import place_beside, read_golden  # with NumPy
+    from rtcli.cli.golden import golden_check, path_beside  # with NumPy
 
-    golden = read_golden(check, traced.passes)
-    if path is not None and PurePath(path).suffix.lower() != PurePath(check.golden).suffix.lower():
-        raise click.UsageError(f"OUT is to be a file of the format of {check.golden!r}, which it is compared with")
-    traced = replace(traced, passes=traced.passes or golden.passes)
-    with place_beside(golden) if path is None else contextlib.nullcontext(path) as place:
-        output = PictureOutput(place, golden.bits, stats, is_kept=path is not None)
-        return _rendered_and_checked(traced, output, golden)
+    check = golden_check(options, traced.passes)
+    if path is not None and PurePath(path).suffix.lower() != PurePath(check.name).suffix.lower():
+        raise click.UsageError(f"OUT is to be a file of the format of {check.name!r}, which it is compared with")
+    traced = replace(traced, passes=traced.passes or check.golden.passes)
+    with path_beside(check) if path is None else contextlib.nullcontext(path) as place:
+        output = PictureOutput(place, check.golden.bits, stats, is_kept=path is not None)
+        return _rendered_and_checked(traced, output, check)
 
 
-def _rendered_and_checked(traced: RenderOptions, output: PictureOutput, golden: Golden) -> int:
+def _rendered_and_checked(traced: RenderOptions, output: PictureOutput, check: GoldenCheck) -> int:
     report = [] if traced.quiet else [OutputPath("the report", STDIO)]
-    parts = _checked_parts(traced, output, golden.places(), [*golden.difference_places(traced.passes), *report])
-    if golden.differences is not None:
-        golden.differences.try_out()
+    parts = _checked_parts(traced, output, check.places(), [*check.difference_places(traced.passes), *report])
+    if check.differences is not None:
+        check.differences.try_out()
     rendering = _prepare(traced, output)
-    unlike = golden.unlike_size(rendering.plan.window)
+    unlike = check.golden.unlike_size(rendering.plan.window)
     # One that is wanted for itself, or for a picture of the differences, is made whatever its size.
-    if unlike is not None and not output.is_kept and golden.differences is None:
-        return golden.reported(unlike, traced.quiet)
+    if unlike is not None and not output.is_kept and check.differences is None:
+        return check.reported(unlike, traced.quiet)
     _write(rendering, traced, output, parts)
-    return golden.verdict(parts, traced.quiet)
+    return check.verdict(parts, traced.quiet)
 
 
 def render(traced: RenderOptions, output: PictureOutput) -> None:

@@ -1,0 +1,135 @@
+"""Golden pictures: what a rendering is compared with, a picture that was kept and the passes beside it."""
+
+from __future__ import annotations
+
+import errno
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from rtcli.compare.bounds import Bounds
+from rtcli.compare.difference import Compared
+from rtcli.compare.pictures import Comparison, Mismatch, compare
+from rtcli.image.formats import METADATA, RADIANCE, format_of, parts_of
+from rtcli.image.layers import PICTURE_LAYER, Layers
+from rtcli.image.read import kind_of, read_layers
+from rtcli.scene.diagnostics.problems import printable
+from rtcli.tracer.world import PASSES, Window
+
+
+@dataclass(frozen=True)
+class Golden:
+    """What a rendering is compared with.
+
+    Parameters
+    ----------
+    bounds
+        What counts as equal.
+    files
+        The files that were kept, by the part that each holds; see `rtcli.image.formats.parts_of`.
+    parts
+        What they hold, but for the metadata, which tell the version too.
+    """
+
+    bounds: Bounds
+    files: dict[str, Path]
+    parts: dict[str, Layers]
+
+    @property
+    def passes(self) -> tuple[str, ...]:
+        """The passes that it holds."""
+        return tuple(name for name in PASSES if any(name in layers.arrays for layers in self.parts.values()))
+
+    @property
+    def bits(self) -> int:
+        """The bits of its channels."""
+        picture = self.parts[RADIANCE].arrays.get(PICTURE_LAYER)
+        return 16 if picture is not None and picture.dtype == np.uint16 else 8
+
+    def layer_names(self, passes: Iterable[str]) -> list[str]:
+        """Return the layers that it or a rendering with these passes has, in order."""
+        layers = [name for part in self.parts.values() for name in part.arrays]
+        rendered = PICTURE_LAYER if self.parts[RADIANCE].kind == "picture" else RADIANCE
+        every = dict.fromkeys([*layers, rendered, *passes])
+        return Layers("arrays", {name: np.empty(0) for name in every}).names()
+
+    def compared_with(self, files: Mapping[str, Path]) -> list[Compared]:
+        """Compare files of the same format with it, part by part.
+
+        Raises
+        ------
+        ValueError
+            If FLIP is asked for and there is nothing to look at.
+        OSError
+            If a file cannot be read.
+        """
+        return [self._compared(part, str(files[part])) for part in self.parts]
+
+    def _compared(self, part: str, path: str) -> Compared:
+        bounds = self.bounds
+        if part != RADIANCE:  # a pass is nothing to look at
+            bounds = replace(bounds, flip=False, max_flip=None)
+        first, second = self.parts[part], _layers_of(part, path)
+        return Compared(first, second, compare(first, second, bounds))
+
+    def unlike_size(self, window: Window) -> Comparison | None:
+        """Return what comparing with a rendering of these pixels will give if its size differs, else None."""
+        size = (window.height, window.width)
+        layers = {name: array.shape for part in self.parts.values() for name, array in part.arrays.items()}
+        unlike = {name: shape for name, shape in layers.items() if shape[:2] != size}
+        if not unlike:
+            return None
+        return Comparison(
+            kind=self.parts[RADIANCE].kind,
+            bounds=self.bounds,
+            layers={},
+            flips={},
+            mismatches=tuple(Mismatch(name, shape, (*size, *shape[2:])) for name, shape in unlike.items()),
+        )
+
+
+def read_golden(name: str, bounds: Bounds, passes: tuple[str, ...]) -> Golden:
+    """Read the golden file, and the passes that stand beside it if they are asked for; see `Golden`.
+
+    Raises
+    ------
+    ValueError
+        If its suffix is that of no format, or it is a pass itself.
+    OSError
+        If a file cannot be read.
+    """
+    files = parts_of(name, passes)
+    _refuse_missing_passes(files, name)
+    parts = {part: _layers_of(part, str(file)) for part, file in files.items() if part != METADATA}
+    return Golden(bounds, files, parts)
+
+
+def _refuse_missing_passes(files: dict[str, Path], golden: str) -> None:
+    """Raise FileNotFoundError if the picture is there, and a pass is not that is to be compared."""
+    passes = [part for part in files if part not in (RADIANCE, METADATA)]
+    command = f"-o {printable(golden)} --passes {','.join(passes)}"
+    for name in passes:
+        if files[RADIANCE].exists() and not files[name].exists():
+            message = f"no such file to compare the pass with: render it with {command}"
+            raise FileNotFoundError(errno.ENOENT, message, str(files[name]))
+
+
+def _layers_of(part: str, path: str) -> Layers:
+    """Read the layers of a part, of which a pass is one that is called like it."""
+    layers = read_layers(path)
+    if part == RADIANCE:
+        if layers.kind != kind_of(path):
+            (name,) = layers.arrays
+            raise ValueError(
+                f"{path!r} is the pass {name} of a picture: --check that picture, with --passes {name} to compare "
+                "the pass beside it too"
+            )
+        return layers
+    if format_of(path).name == "NPY":
+        (array,) = layers.arrays.values()
+        return Layers("arrays", {part: array})
+    if part not in layers.arrays:
+        raise OSError(errno.EINVAL, f"does not tell that it is the pass {part}, as rtcli writes it", path)
+    return layers
