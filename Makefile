@@ -14,7 +14,7 @@ export PROPTEST_RNG_SEED ?= 1
 NATIVE := tracer/Cargo.toml tracer/Cargo.lock tracer/python/Cargo.toml \
 	$(wildcard tracer/src/*.rs tracer/src/*/*.rs tracer/python/src/*.rs)
 
-.PHONY: demo test integration soak check lint format docs bench clean help
+.PHONY: demo test integration dev soak check lint format docs bench clean help
 
 help:            ## show this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
@@ -31,12 +31,17 @@ test: $(VENV)/dev.stamp ## run the tests of Rust and Python: some minutes
 integration: $(VENV)/oracle.stamp ## run the tests with other people's programs, and those that take long
 	$(BIN)/python -m pytest -n auto --dist loadgroup -m integration
 
+# The release stamps go, so that whatever tests or measures for good compiles a release again.
+dev: $(VENV)/tools.stamp ## recompile the native tracer in seconds, for working on it
+	@rm -f $(VENV)/run.stamp $(VENV)/dev.stamp
+	VIRTUAL_ENV=$(abspath $(VENV)) $(BIN)/maturin develop --profile dev-fast --skip-install --quiet
+
 soak: $(VENV)/dev.stamp ## look for scenes that the tracers paint differently: make soak SOAK="--minutes 60"
 	$(BIN)/python tests/support/soak.py $(SOAK)
 
 check: lint test ## lint, and run the tests
 
-lint: $(VENV)/dev.stamp ## format, lint, types, import contracts, in Rust and Python
+lint: $(VENV)/tools.stamp ## format, lint, types, import contracts, in Rust and Python
 	$(CARGO) fmt $(CRATE) --all --check
 	$(CARGO) clippy $(CRATE) --workspace --all-targets --locked -- --deny warnings
 	$(BIN)/ruff format --check .
@@ -44,7 +49,7 @@ lint: $(VENV)/dev.stamp ## format, lint, types, import contracts, in Rust and Py
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-format: $(VENV)/dev.stamp ## format the code
+format: $(VENV)/tools.stamp ## format the code
 	$(CARGO) fmt $(CRATE) --all
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
@@ -80,6 +85,11 @@ $(VENV)/dev.stamp: pyproject.toml $(NATIVE) | $(VENV)/python.stamp
 	$(need_cargo)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	@touch $@ $(VENV)/run.stamp
+
+# The development tools, which a change in Rust does not make out of date: linting need not wait for a release build.
+$(VENV)/tools.stamp: pyproject.toml | $(VENV)/python.stamp
+	$(MAKE) $(VENV)/dev.stamp
+	@touch $@
 
 # A peer to compare with, heavy and not there for every platform: its tests skip, and say so, where it is missing.
 $(VENV)/oracle.stamp: $(VENV)/dev.stamp

@@ -1,7 +1,7 @@
 """rtcli: from a YAML scene to a picture, and to exact ground truth.
 
     scene.yaml --parse--> data + positions --validate--> Scene --pack--> arrays --trace--> Film --develop--> file
-       text       scene/reading/     scene/validation/        rendering/pack.py  tracer/   rendering/film.py  image/
+       text      scene/reading/     scene/validation/     rendering/pack.py tracer/  rendering/film.py image/
 
 `rtcli.batch` takes many scenes the same way, on several cores or a cluster, and keeps what is current. Data flows
 one way. `rtcli.cli` calls the stages and is the only place that prints, reads flags or exits; the

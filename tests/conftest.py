@@ -2,11 +2,14 @@
 
 import functools
 import os
+from pathlib import Path
 
 import pytest
 import worlds
+from freshness import FreshnessReport, native_sources
 from hypothesis import settings
 
+from rtcli.tracer import _native
 from rtcli.tracer.engines import ENGINES
 
 # The same examples each time, so that no test fails by chance: `RTCLI_HYPOTHESIS=thorough make test` searches.
@@ -14,6 +17,11 @@ from rtcli.tracer.engines import ENGINES
 settings.register_profile("default", max_examples=60, derandomize=True, deadline=None)
 settings.register_profile("thorough", max_examples=2000, deadline=None)
 settings.load_profile(os.environ.get("RTCLI_HYPOTHESIS", "default"))
+
+
+def pytest_configure(config):
+    """Warn, loudly, if the tests would run an outdated compiled module."""
+    config.pluginmanager.register(FreshnessReport(Path(_native.__file__), native_sources()))
 
 
 # For the whole session, as Hypothesis wants it: each example of a test uses the same.

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import refresh
+from import_picture import import_picture, read_layers
 from PIL import Image
 
 import rtcli
@@ -29,6 +30,16 @@ def test_page_on_the_story_of_a_pixel_is_fresh():
     text = refresh.EXPLAIN.read_text(encoding="utf-8")
     assert text == refresh.explain_text(), "run: make docs"
     assert f"$ rtcli explain scenes/first.yaml --pixel {refresh.PIXEL}\nPixel {refresh.PIXEL} of" in text
+
+
+def test_picture_of_the_imports_is_fresh():
+    assert refresh.ARCHITECTURE.read_text(encoding="utf-8") == import_picture(), "run: make docs"
+
+
+def test_picture_of_the_imports_has_a_box_for_each_module_of_the_layers():
+    text = refresh.ARCHITECTURE.read_text(encoding="utf-8")
+    assert text.count('class="box"') == sum(map(len, read_layers()))
+    assert text.count('class="import"') >= text.count('class="box"')
 
 
 @pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.code)

@@ -1,4 +1,4 @@
-"""Regenerate the schema, the generated parts of the README, and the gallery's pictures.
+"""Regenerate the schema, the generated parts of the documentation, and the pictures in it.
 
 `make docs` runs it; `tests/test_generated.py` fails when something it makes is stale.
 """
@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from click.testing import CliRunner
+from import_picture import import_picture
 
 import rtcli
 from rtcli.cli import main
@@ -27,6 +28,7 @@ DIAGNOSTICS = ROOT / "docs" / "diagnostics.md"
 EXPLAIN = ROOT / "docs" / "explain.md"
 GALLERY = ROOT / "docs" / "gallery"
 PASSES = ROOT / "docs" / "passes"
+ARCHITECTURE = ROOT / "docs" / "architecture.svg"
 BENCHMARKS = ROOT / "benchmarks"
 
 COMMANDS = ("render", "batch", "validate", "explain", "compare", "new", "schema")
@@ -275,6 +277,7 @@ def refresh() -> None:
     README.write_text(readme_text(), encoding="utf-8")
     DIAGNOSTICS.write_text(diagnostics_text(), encoding="utf-8")
     EXPLAIN.write_text(explain_text(), encoding="utf-8")
+    ARCHITECTURE.write_text(import_picture(), encoding="utf-8")
     save_passes(PASSES)
     for stale in set(GALLERY.glob("*.png")) - {picture_of(scene) for scene in gallery_scenes()}:
         stale.unlink()
