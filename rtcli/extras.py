@@ -33,7 +33,7 @@ def require_extra(module: str, extra: str, purpose: str) -> ModuleType:
         return import_module(module)
     except Exception as error:  # a package that is broken raises anything
         if isinstance(error, ModuleNotFoundError) and error.name == top:
-            told = f"{purpose} needs the package {package}: pip install 'rtcli[{extra}]'"
+            message = f"{purpose} needs the package {package}: pip install 'rtcli[{extra}]'"
         else:
-            told = f"{purpose} needs the package {package}, which is installed but cannot be loaded: {error}"
-        raise MissingExtraError(told) from error
+            message = f"{purpose} needs the package {package}, which is installed but cannot be loaded: {error}"
+        raise MissingExtraError(message) from error

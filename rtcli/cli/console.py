@@ -20,15 +20,15 @@ from rtcli.scene.diagnostics.problems import printable
 STDIO = "-"
 
 
-def tell(text: str) -> None:
+def report_line(text: str) -> None:
     """Print to standard error, where everything goes that nobody asked for."""
     click.echo(text, err=True)
 
 
-def tell_of_waiting(cores: int, address: str) -> None:
+def report_waiting(cores: int, address: str) -> None:
     """Say that a cluster has nobody yet who works: one that grows will, another never."""
     if not cores:
-        tell(f"the cluster at {printable(address)} has no workers: waiting for some")
+        report_line(f"the cluster at {printable(address)} has no workers: waiting for some")
 
 
 def print_lines(lines: Iterable[str], err: bool = False) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from rtcli.atomic import try_target
-from rtcli.cli.console import STDIO, print_lines, tell, wants_color, write_bytes
+from rtcli.cli.console import STDIO, print_lines, report_line, wants_color, write_bytes
 from rtcli.cli.paths import OutputPath
 from rtcli.compare.difference import Compared, difference_paths, drawings
 from rtcli.compare.pictures import Comparison
@@ -70,17 +70,17 @@ class DifferencePictures:
         for each in compared:
             for name, drawn in drawings(each):
                 if isinstance(drawn, str):
-                    self._tell_none(name, drawn)
+                    self._report_missing(name, drawn)
                 else:
                     write_bytes(drawn, self._paths[name])
 
-    def _tell_none(self, name: str, reason: str) -> None:
-        told = f"no difference picture of {quoted(name)}: {reason}"
+    def _report_missing(self, name: str, reason: str) -> None:
+        message = f"no difference picture of {quoted(name)}: {reason}"
         path = self._paths[name]
-        tell(told + (f"; {printable(path)} is from an earlier run" if Path(path).exists() else ""))
+        report_line(message + (f"; {printable(path)} is from an earlier run" if Path(path).exists() else ""))
 
-    def tell_old_ones(self) -> None:
+    def report_old_ones(self) -> None:
         """Tell which pictures are there though nothing differs now."""
         for path in self._paths.values():
             if Path(path).exists():
-                tell(f"{printable(path)} is from an earlier run: now there is no difference to be shown")
+                report_line(f"{printable(path)} is from an earlier run: now there is no difference to be shown")

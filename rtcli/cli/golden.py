@@ -61,7 +61,7 @@ class GoldenCheck:
         if self.differences is not None and not comparison.equal:
             self.differences.write(compared)
         elif self.differences is not None and not quiet:
-            self.differences.tell_old_ones()
+            self.differences.report_old_ones()
         return self.reported(comparison, quiet)
 
     def reported(self, comparison: Comparison, quiet: bool) -> int:

@@ -13,7 +13,7 @@ from typing import Any, NoReturn
 import click
 
 from rtcli import __version__
-from rtcli.cli.console import tell, wants_color
+from rtcli.cli.console import report_line, wants_color
 from rtcli.cli.exit_codes import FILE, INTERNAL, INVALID, forget_frames, lack_of_memory, os_error_text
 from rtcli.scene.diagnostics.problems import SceneError
 
@@ -69,7 +69,7 @@ def _outcome(run: Callable[[], Any]) -> int:
         _tell_problems(error)
         return INVALID
     except OSError as error:
-        tell(f"Error: {os_error_text(error)}")
+        report_line(f"Error: {os_error_text(error)}")
         _drop_unwritten_output()
         return FILE
     except (Interrupted, KeyboardInterrupt, SystemExit):
@@ -85,12 +85,12 @@ def _failure(error: BaseException) -> int:
     if reason is None:
         import traceback
 
-        tell("".join(traceback.format_exception(error)))
-        tell("Error: this is a bug in rtcli. Please report it with the lines above and the scene.")
+        report_line("".join(traceback.format_exception(error)))
+        report_line("Error: this is a bug in rtcli. Please report it with the lines above and the scene.")
         return INTERNAL
     forget_frames(error)
     try:
-        tell(f"Error: {reason}: make the picture or the scene smaller, use --crop, or allow more memory")
+        report_line(f"Error: {reason}: make the picture or the scene smaller, use --crop, or allow more memory")
     except MemoryError:
         os.write(2, b"Error: not enough memory\n")
     return FILE

@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from rtcli.cli.console import takes_escapes, tell
+from rtcli.cli.console import report_line, takes_escapes
 
 
 @contextlib.contextmanager
@@ -86,14 +86,14 @@ def duration(seconds: float) -> str:
 
 
 def _line_each_tenth(label: str, rate: _Rate) -> Callable[[int, int], None]:
-    told = 0
+    last_tenth = 0
 
     def advance(done: int, total: int) -> None:
-        nonlocal told
+        nonlocal last_tenth
         tenths = done * 10 // total
         rate.done = done
-        if tenths > told:
-            told = tenths
-            tell(f"{label}: {rate.percentage(total)} %{rate.line(total)}")
+        if tenths > last_tenth:
+            last_tenth = tenths
+            report_line(f"{label}: {rate.percentage(total)} %{rate.line(total)}")
 
     return advance

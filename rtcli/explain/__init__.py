@@ -88,7 +88,7 @@ class _Pixel:
         rays = [camera.generate_primary_rays(self.window, within) for within in self.offsets]
         return Ray(rays[0].offset, np.hstack([ray.direction for ray in rays]))
 
-    def explanation(self, told: int, progress: Progress | None) -> Explanation:
+    def explanation(self, chosen: int, progress: Progress | None) -> Explanation:
         """Return the explanation that tells one of the samples, counted from 0."""
         image = self.scene.image
         # Added one after the other, as those of a picture are.
@@ -102,7 +102,7 @@ class _Pixel:
             value=value,
             radiance=triple(radiance),
             exposure=exposure,
-            story=self._story(told),
+            story=self._story(chosen),
             samples=samples,
             development=Developed(self.scene, triple(radiance), exposure, percentile, value).steps(samples),
             native=self._native(radiance),
@@ -130,19 +130,19 @@ class _Pixel:
         index = int(self.hits.index[i])
         return Sample(self.offsets[i], None if index == NOTHING else self.names[index], triple(self.light[:, i]))
 
-    def _story(self, told: int) -> Story:
-        only = np.array([told])
+    def _story(self, chosen: int) -> Story:
+        only = np.array([chosen])
         ray, hit = self.rays.take(only), self.hits.take(only)
         scenery = self.tracer.scenery
         place = SurfacePoint(self.tracer.world, scenery, self.names, ray, hit)
         lights = lights_step(place)
         return Story(
-            sample=told + 1,
-            ray=self._ray_step(ray, self.offsets[told]),
+            sample=chosen + 1,
+            ray=self._ray_step(ray, self.offsets[chosen]),
             intersections=meet_all(scenery, self.names, ray, hit),
             hit=hit_step(place),
             lights=lights,
-            radiance=radiance_step(place, self.light[:, told], lights.lights),
+            radiance=radiance_step(place, self.light[:, chosen], lights.lights),
         )
 
     def _ray_step(self, ray: Ray, within: tuple[float, float]) -> Step:

@@ -261,8 +261,8 @@ def radiance_step(place: SurfacePoint, radiance: Array, shares: Sequence[LightSh
 def _surface_radiance(place: SurfacePoint, total: Number, shares: Sequence[LightShare]) -> Step:
     settings, t = place.scenery.settings, place.hit.t
     if not place.is_lit:
-        told = "max_depth is 0: only objects that carry a light are seen."
-        return Step("The radiance", "3.4", ("radiance = 0",), (total,), told)
+        message = "max_depth is 0: only objects that carry a light are seen."
+        return Step("The radiance", "3.4", ("radiance = 0",), (total,), message)
     step = "radiance = the sum of the shares"
     if not settings.eye_falloff:
         return Step("The radiance", "2.3.2", (step,), (total,), _radiance_outcome(shares))

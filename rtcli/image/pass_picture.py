@@ -83,8 +83,8 @@ def _position_levels(points: npt.NDArray[np.float32]) -> tuple[npt.NDArray[Any],
     levels = np.zeros(points.shape, dtype=np.uint16)
     levels[hit] = np.clip(np.rint((seen - low) / scale), 1, _MOST)
     clipped = int(np.count_nonzero(((seen < low + scale) | (seen > high)).any(axis=1)))
-    told = {"low": low.tolist(), "scale": scale.tolist(), "nothing": [0, 0, 0], "clipped_pixels": clipped}
-    return levels, {"value": "low + scale * level", **told}
+    decoding = {"low": low.tolist(), "scale": scale.tolist(), "nothing": [0, 0, 0], "clipped_pixels": clipped}
+    return levels, {"value": "low + scale * level", **decoding}
 
 
 def _extent(points: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
@@ -147,10 +147,12 @@ def pass_values(name: str, levels: npt.NDArray[Any], decode: Mapping[str, Any]) 
 
 
 _VALUES: dict[str, Callable[[npt.NDArray[Any], Mapping[str, Any]], npt.NDArray[np.float64]]] = {
-    "scale * level": lambda levels, told: levels * np.float64(told["scale"]),
-    "low + scale * level": lambda levels, told: np.array(told["low"], float) + np.array(told["scale"]) * levels,
-    "level / 127.5 - 1": lambda levels, told: levels / 127.5 - 1,
-    "level / 65535": lambda levels, told: levels / 65_535,
+    "scale * level": lambda levels, decoding: levels * np.float64(decoding["scale"]),
+    "low + scale * level": lambda levels, decoding: (
+        np.array(decoding["low"], float) + np.array(decoding["scale"]) * levels
+    ),
+    "level / 127.5 - 1": lambda levels, decoding: levels / 127.5 - 1,
+    "level / 65535": lambda levels, decoding: levels / 65_535,
 }
 
 

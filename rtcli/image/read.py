@@ -216,13 +216,13 @@ def _png(file: BinaryIO, path: str) -> Layers:
     _refuse_what_memory_cannot_hold(width * height * 4 * (2 if bits == 16 else 1))
     width, height, channels, bits, samples = _native.decode_png(data)
     pixels = np.frombuffer(samples, np.uint8 if bits == 8 else np.uint16).reshape(height, width, channels)
-    told = _told_pass(data)
-    if told is None:
+    decoding = _pass_decoding(data)
+    if decoding is None:
         return Layers("picture", {PICTURE_LAYER: pixels})
-    return Layers("arrays", {told["name"]: pass_values(told["name"], pixels, told)})
+    return Layers("arrays", {decoding["name"]: pass_values(decoding["name"], pixels, decoding)})
 
 
-def _told_pass(data: bytes) -> dict[str, Any] | None:
+def _pass_decoding(data: bytes) -> dict[str, Any] | None:
     """Return what a PNG of a pass tells of it, None for another picture; see `rtcli.image.pass_picture`."""
     if KEYWORD.encode() not in data.partition(b"IDAT")[0]:  # most are spared another decoder
         return None
@@ -230,8 +230,8 @@ def _told_pass(data: bytes) -> dict[str, Any] | None:
 
     with _no_pixel_limit(), Image.open(io.BytesIO(data), formats=("PNG",)) as image:
         metadata = json.loads(image.info.get(KEYWORD, "null"))
-    told = metadata.get("pass") if isinstance(metadata, dict) else None
-    return told if isinstance(told, dict) else None
+    decoding = metadata.get("pass") if isinstance(metadata, dict) else None
+    return decoding if isinstance(decoding, dict) else None
 
 
 def _pillow(form: str) -> Callable[[BinaryIO, str], Layers]:

@@ -14,7 +14,7 @@ import pytest
 from batches import entries, lasting, private_files, results_in, write_scene, write_scenes
 from clusters import no_workers, two_workers, worker_of
 
-from rtcli.cli.console import tell_of_waiting
+from rtcli.cli.console import report_waiting
 
 pytestmark = [pytest.mark.integration, pytest.mark.skipif(os.name == "nt", reason="POSIX only")]
 
@@ -244,7 +244,7 @@ def test_timeout_is_a_number_of_seconds(run, scene, seconds):
 
 @pytest.mark.parametrize(("cores", "told"), [(0, "the cluster at tcp://a:1 has no workers: waiting"), (1, "")])
 def test_cluster_without_workers_is_told(cores, told, capsys):
-    tell_of_waiting(cores, "tcp://a:1")
+    report_waiting(cores, "tcp://a:1")
     assert capsys.readouterr().err.startswith(told)
     assert bool(told) == (cores == 0)
 

@@ -21,7 +21,7 @@ from rtcli.batch.pool import LocalWorkers, Workers
 from rtcli.batch.run import Batch, Plan, StaleOutputs, execute, find_leftover, make_plan, prune
 from rtcli.batch.sweep import Variation
 from rtcli.batch.work import DONE, Outcome
-from rtcli.cli.console import STDIO, is_terminal, print_lines, tell
+from rtcli.cli.console import STDIO, is_terminal, print_lines, report_line
 from rtcli.cli.exit_codes import INVALID, usage_errors
 from rtcli.cli.options.cluster import dask_timeout_option, reached_cluster
 from rtcli.cli.options.scene import edit_errors, film_options, overrides_taken_from, scene_options
@@ -183,15 +183,15 @@ def run(options: BatchOptions) -> int:
     manifest = Manifest(folder)
     leftover = find_leftover(manifest, jobs, folder, animations) if options.prune else StaleOutputs([], [])
     is_unseen = options.quiet or not is_terminal(sys.stderr) or not len(manifest)
-    with progress("comparing", is_unseen, "scenes") as told:
-        plan = make_plan(manifest, jobs, folder, options.force, told)
+    with progress("comparing", is_unseen, "scenes") as on_progress:
+        plan = make_plan(manifest, jobs, folder, options.force, on_progress)
     if options.dry_run:
         print_lines(_planned(plan, leftover))
         return 0
     report = _Report()
     with _workers(options, len(plan.steps)) as workers:
         for path in leftover.paths:  # never without a word
-            tell(f"removing {printable(str(folder / path))}")
+            report_line(f"removing {printable(str(folder / path))}")
         prune(leftover, manifest, folder)
         by_workers = options.dask is None or options.shared
         _render(options, Batch(plan, manifest, folder, workers, by_workers), report)
@@ -217,17 +217,17 @@ def _workers(options: BatchOptions, count: int) -> Iterator[Workers]:
 def _animate(options: BatchOptions, animations: list[Animation], manifest: Manifest, folder: Path) -> bool:
     """Make animations, and tell what came of them; return whether there are all."""
     written, problems = 0, list[str]()
-    with scratch_folder(folder) as scratch, progress("animating", options.quiet, "animations") as told:
+    with scratch_folder(folder) as scratch, progress("animating", options.quiet, "animations") as on_progress:
         for count, made in enumerate(animate(animations, manifest, folder, scratch), start=1):
             written += made.is_new
             if made.problem:
                 problems.append(f"{printable(str(folder / made.path))}: error: {printable(made.problem)}")
-            told(count, len(animations))
+            on_progress(count, len(animations))
     for line in _shown(problems[:_SHOWN], len(problems[_SHOWN:])):
-        tell(line)
+        report_line(line)
     if not options.quiet:
         current = len(animations) - written - len(problems)
-        tell(f"animations: {written:,} written, {current:,} current, {len(problems):,} failed")
+        report_line(f"animations: {written:,} written, {current:,} current, {len(problems):,} failed")
     return not problems
 
 
@@ -237,11 +237,11 @@ def _write_page(options: BatchOptions, folder: Path) -> None:
 
     page = folder / "index.html"
     manifest = Manifest(folder)
-    told = {"scenes": {key: manifest.entry(key) for key in manifest}, "software": SOFTWARE}
+    records = {"scenes": {key: manifest.entry(key) for key in manifest}, "software": SOFTWARE}
     with scratch_folder(folder) as scratch, whole_files([page], scratch) as [file]:
-        file.write(gallery_page(told, folder).encode())
+        file.write(gallery_page(records, folder).encode())
     if not options.quiet:
-        tell(f"wrote {printable(str(page))}")
+        report_line(f"wrote {printable(str(page))}")
 
 
 def _planned(plan: Plan, leftover: StaleOutputs) -> Iterable[str]:
@@ -301,13 +301,16 @@ def _shown(problems: Iterable[str], more: int) -> Iterable[str]:
 def _render(options: BatchOptions, batch: Batch, report: _Report) -> None:
     start = time.monotonic()
     steps = {step.job.key: step.job for step in batch.plan.steps}
-    with contextlib.closing(execute(batch)) as outcomes, progress("rendering", options.quiet, "scenes") as told:
+    with (
+        contextlib.closing(execute(batch)) as outcomes,
+        progress("rendering", options.quiet, "scenes") as on_progress,
+    ):
         for outcome in outcomes:
             report.add(steps[outcome.key], outcome)
-            told(len(report.rendered) + report.failed, len(steps))
+            on_progress(len(report.rendered) + report.failed, len(steps))
             if report.failed and options.fail_fast:
                 break
     for line in _shown(report.problems, report.more):
-        tell(line)
+        report_line(line)
     if not options.quiet:
-        tell(report.summary(batch.plan, time.monotonic() - start))
+        report_line(report.summary(batch.plan, time.monotonic() - start))

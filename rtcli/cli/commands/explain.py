@@ -66,8 +66,8 @@ def run(options: ExplainOptions) -> None:
         RenderRequest().simd()
     # The meter looks at the whole picture: of thousands of objects that takes long, and somebody may wait for it.
     is_watched = scene.image.exposure == "auto" and is_terminal(sys.stderr)
-    with progress("metering", quiet=not is_watched) as told:
-        explanation = explain(scene, *options.pixel, options.sample, told)
+    with progress("metering", quiet=not is_watched) as on_progress:
+        explanation = explain(scene, *options.pixel, options.sample, on_progress)
     _report(explanation, options)
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from rtcli.cli.console import STDIO, tell, write_bytes
+from rtcli.cli.console import STDIO, report_line, write_bytes
 from rtcli.scene.diagnostics.problems import printable
 from rtcli.scene.reading.parse import YAML_SUFFIXES
 
@@ -29,7 +29,7 @@ def command(file: str, force: bool) -> None:
         raise FileExistsError(errno.EEXIST, "is there already: use --force to replace it", file)
     write_bytes(starter, file)
     if file != STDIO:
-        tell(f"wrote {printable(file)}; render it with: {printable(_render_command(file))}")
+        report_line(f"wrote {printable(file)}; render it with: {printable(_render_command(file))}")
 
 
 def _render_command(file: str) -> str:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 import click
 
 from rtcli import __version__
-from rtcli.cli.console import STDIO, is_terminal, open_target, tell
+from rtcli.cli.console import STDIO, is_terminal, open_target, report_line
 from rtcli.cli.exit_codes import usage_errors
 from rtcli.cli.options.cluster import dask_timeout_option, reached_cluster
 from rtcli.cli.options.golden import CheckOptions, check_options, check_taken_from
@@ -277,7 +277,7 @@ def _write(rendering: _Rendering, traced: RenderOptions, output: PictureOutput, 
     if output.is_kept and not traced.quiet:
         size = f"{plan.window.width}x{plan.window.height}"
         others = f" and {len(files) - 1} beside it" if len(files) > 1 else ""
-        tell(f"wrote {_shown(output.path)}{others} ({size}) in {watch.totals()['total']:.2f} s")
+        report_line(f"wrote {_shown(output.path)}{others} ({size}) in {watch.totals()['total']:.2f} s")
 
 
 @contextlib.contextmanager

@@ -12,7 +12,7 @@ from pathlib import Path
 import click
 
 from rtcli import __version__
-from rtcli.cli.console import STDIO, name_of, read_bytes, tell, wants_color
+from rtcli.cli.console import STDIO, name_of, read_bytes, report_line, wants_color
 from rtcli.cli.exit_codes import FILE, INVALID, forget_frames, lack_of_memory, os_error_text
 from rtcli.lint.check import CheckResult, check
 from rtcli.lint.ignores import warning_of
@@ -80,7 +80,7 @@ def command(paths: tuple[str, ...], style: str, strict: bool, ignore: frozenset[
     for piece in _REPORTS[style](checks):
         click.echo(piece, nl=False, color=True)  # without colors there are none to strip
     if not tally.invalid and not tally.unreadable:
-        tell(_all_valid(tally))
+        report_line(_all_valid(tally))
     return FILE if tally.unreadable else INVALID if tally.invalid else 0
 
 
@@ -103,17 +103,17 @@ def _checked(path: str, strict: bool, ignore: frozenset[Rule]) -> FileReport:
     try:
         result = check(read_bytes(path, READ_BYTES), name, ignore)
     except OSError as error:
-        tell(f"Error: {os_error_text(error)}")
+        report_line(f"Error: {os_error_text(error)}")
         return FileReport(name, unreadable=error.strerror or str(error))
     except (MemoryError, RuntimeError) as error:
         reason = lack_of_memory(error)
         if reason is None:
             raise
         forget_frames(error)
-        tell(f"Error: {printable(name)}: {reason}")
+        report_line(f"Error: {printable(name)}: {reason}")
         return FileReport(name, unreadable=reason)
     if result.left_out:
-        tell(f"{printable(name)}: {_left_out(result)} left out: the scene is too much work")
+        report_line(f"{printable(name)}: {_left_out(result)} left out: the scene is too much work")
     return FileReport(name, tuple(map(_as_error, result.problems)) if strict else result.problems)
 
 

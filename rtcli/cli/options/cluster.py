@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rtcli.cli.console import tell_of_waiting
+from rtcli.cli.console import report_waiting
 
 if TYPE_CHECKING:
     from rtcli.distributed.dask import Cluster
@@ -29,5 +29,5 @@ def reached_cluster(address: str, timeout: int) -> Iterator[Cluster]:
     from rtcli.distributed.dask import dask_cluster  # with what few runs need
 
     with dask_cluster(address, timeout) as cluster:
-        tell_of_waiting(cluster.cores, address)
+        report_waiting(cluster.cores, address)
         yield cluster

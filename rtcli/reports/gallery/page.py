@@ -74,12 +74,12 @@ def _summary(records: Sequence[Record]) -> str:
     failed = sum(not record.done for record in records)
     seconds = sum(record.total_seconds for record in records)
     softwares = sorted({record.software for record in records if record.software})
-    told = [
+    facts = [
         f"{len(records) - failed:,} done, {failed:,} failed",
         f"{_duration(seconds)} of work",
         ", ".join(softwares[:3]),
     ]
-    return " · ".join(filter(None, told))
+    return " · ".join(filter(None, facts))
 
 
 def _duration(seconds: float) -> str:
@@ -107,8 +107,8 @@ def _shot(record: Record) -> str:
     """Return what stands in the picture's place: it in small, why there is none, or why the scene failed."""
     if not record.done:
         pointer, message = (record.faults[0].pointer, record.faults[0].message) if record.faults else ("", "")
-        told = f"{pointer}: {message}" if pointer else message
-        return f'<span class="shot fault"><span><b>Failed</b> {escape(told)}</span></span>'
+        text = f"{pointer}: {message}" if pointer else message
+        return f'<span class="shot fault"><span><b>Failed</b> {escape(text)}</span></span>'
     picture = record.picture
     if picture is None or picture.path is None:
         return '<span class="shot">The file is not there</span>'
@@ -152,8 +152,8 @@ def _passes(record: Record) -> dict[str, str]:
 
 
 def _file(part: Part) -> dict[str, Any]:
-    told = {"part": part.name, "path": part.shown, "url": part.url, "size": part.size}
-    return {**told, "picture": part.is_picture}
+    described = {"part": part.name, "path": part.shown, "url": part.url, "size": part.size}
+    return {**described, "picture": part.is_picture}
 
 
 def _json_in_html(data: Any) -> str:
