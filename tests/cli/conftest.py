@@ -1,6 +1,8 @@
 """What the tests of the command line share."""
 
+import contextlib
 import os
+import signal
 import subprocess
 import sys
 
@@ -52,7 +54,7 @@ def run():
 
 @pytest.fixture
 def spawn():
-    """Run `python -m rtcli` in a process of its own, with pipes for its output.
+    """Run `python -m rtcli` in a process of its own, with pipes for its output; none of them outlives the test.
 
     A `prelude` of shell commands runs in that process first: `exec 1>&-` closes its standard output.
     """
@@ -63,12 +65,14 @@ def spawn():
         if prelude is not None:
             command = ["sh", "-c", f'{prelude}; exec "$@"', "sh", *command]
         pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-        process = subprocess.Popen(command, **{**pipes, **options})
+        # A session of its own, whose processes can be ended together.
+        process = subprocess.Popen(command, **{**pipes, "start_new_session": True, **options})
         started.append(process)
         return process
 
     yield start
     for process in started:
-        if process.poll() is None:
-            process.kill()
-        process.communicate()
+        # Its workers too, whether it lives or not: they hold the pipes, and may have work for days.
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL) if os.name == "posix" else process.kill()
+        process.communicate(timeout=30)

@@ -126,7 +126,7 @@ def test_interrupt_ends_a_cluster_of_this_machine(spawn, folder, to_all):
     write_scene(folder / "scenes" / "000.yaml")
     for path in write_scenes(folder / "scenes" / "long", 3):
         path.write_text(path.read_text().replace("[40, 30]", "[20000, 20000]") + "render: {samples: 1024}\n")
-    process = spawn("batch", "scenes", "-o", "out", "--dask", "local", start_new_session=True)
+    process = spawn("batch", "scenes", "-o", "out", "--dask", "local")
     wait_until(lambda: (OUT / "manifest.json").exists())
     (os.killpg if to_all else os.kill)(process.pid, signal.SIGINT)
     start = time.perf_counter()

@@ -563,7 +563,7 @@ def is_running(pid):
 @needs_proc
 def test_batch_that_is_killed_leaves_whole_files_and_the_next_goes_on_from_there(run, spawn, folder):
     write_scenes(folder / "scenes", 60)
-    options = ["--size", "320x240", "--samples", "16", "--passes", "depth"]
+    options = ["--size", "320x240", "--samples", "128", "--passes", "depth"]
     assert run("batch", "scenes", "-o", "whole", *options).exit_code == 0
     expected = results_in(Path("whole"))
     numbers = random.Random(1)
@@ -592,7 +592,7 @@ def test_batch_that_is_killed_leaves_whole_files_and_the_next_goes_on_from_there
 @needs_proc
 def test_worker_that_is_killed_costs_nothing(run, spawn, folder):
     write_scenes(folder / "scenes", 30)
-    options = ["--size", "320x240", "--samples", "16"]
+    options = ["--size", "320x240", "--samples", "128"]
     assert run("batch", "scenes", "-o", "whole", *options).exit_code == 0
     process = spawn("batch", "scenes", "-o", "out", *options)
     for enough in (3, 12):
@@ -637,7 +637,7 @@ def test_signal_ends_a_batch_by_that_very_signal_and_leaves_no_temporary_file(sp
     write_scene(folder / "scenes" / "000.yaml")
     for path in write_scenes(folder / "scenes" / "long", 3):
         path.write_text(path.read_text().replace("[40, 30]", "[20000, 20000]") + "render: {samples: 1024}\n")
-    process = spawn("batch", "scenes", "-o", "out", start_new_session=True)
+    process = spawn("batch", "scenes", "-o", "out")
     wait_until(lambda: (OUT / "manifest.json").exists() and "000" in entries(OUT))
     wait_until(lambda: len(temporary_files()) == 2)
     workers = children(process.pid) if Path("/proc/self/task").is_dir() else []
@@ -659,7 +659,7 @@ def test_signal_at_any_moment_leaves_no_temporary_file(spawn, folder):
     write_scenes(folder / "scenes", 40)
     numbers = random.Random(2)
     for _ in range(6):
-        process = spawn("batch", "scenes", "-o", "out", "--force", "-q", start_new_session=True)
+        process = spawn("batch", "scenes", "-o", "out", "--force", "-q")
         wait_until(lambda: list(OUT.glob(".rtcli/run-*")))
         time.sleep(numbers.uniform(0, 0.5))
         os.killpg(process.pid, signal.SIGINT)
