@@ -7,9 +7,9 @@
 use crate::budget::WorkMeter;
 use crate::grid::Rays;
 use crate::memory::{OutOfMemory, collect, push, reserve};
-use crate::points::Ball;
+use crate::points::BoundingSphere;
 use crate::scene::Shape;
-use crate::vector::{add, dot, length, scale, single, sub};
+use crate::vector::{add, dot, length, scale, sub, to_f32};
 use crate::world::Vector;
 use rayon::prelude::*;
 
@@ -29,7 +29,7 @@ const BINS: usize = 16;
 const WORTH_A_THREAD: usize = 4096;
 
 /// Rounding, here and in the kernel, is less than this share of the distances and sizes that come in.
-const GENEROUS: f32 = 2e-6;
+const CONSERVATIVE: f32 = 2e-6;
 
 #[derive(Clone, Debug)]
 struct Node {
@@ -62,8 +62,8 @@ pub(crate) struct Cone {
 }
 
 impl Cone {
-    /// The cone around the rays of a block.
-    pub(crate) fn of_block(rays: &Rays) -> Cone {
+    /// The cone around the rays of a tile.
+    pub(crate) fn of_tile(rays: &Rays) -> Cone {
         let (middle, reach) = (rays.middle, rays.reach);
         let axis = scale(middle, 1.0 / length(middle));
         let cos = CORNERS
@@ -79,7 +79,7 @@ impl Cone {
     /// The cone from an apex around a ball of points, up to its far end.
     ///
     /// `farthest` is how far they are from what they are relative to, which tells what float32 has taken from them.
-    pub(crate) fn from_apex(apex: Vector, ball: Ball, farthest: f64) -> Cone {
+    pub(crate) fn from_apex(apex: Vector, ball: BoundingSphere, farthest: f64) -> Cone {
         let toward = sub(ball.center, apex);
         let distance = length(toward);
         // sin = radius / distance; an apex in the ball sees it all around.
@@ -87,19 +87,19 @@ impl Cone {
         let cos = if sin < 1.0 { (1.0 - sin * sin).sqrt() } else { -1.0 };
         let reach = distance + ball.radius;
         let mut cone = Cone::new(apex, scale(toward, 1.0 / distance), cos, reach);
-        cone.slack += farthest as f32 * GENEROUS;
+        cone.slack += farthest as f32 * CONSERVATIVE;
         cone
     }
 
     /// A cone of no length: it meets what its apex is in, or close to.
     pub(crate) fn around(apex: Vector, slack: f64) -> Cone {
         Cone {
-            apex: single(apex),
+            apex: to_f32(apex),
             axis: [0.0; 3],
             cos: 1.0,
             sin: 0.0,
             reach: 0.0,
-            slack: length(apex) as f32 * GENEROUS + slack as f32,
+            slack: length(apex) as f32 * CONSERVATIVE + slack as f32,
         }
     }
 
@@ -107,30 +107,30 @@ impl Cone {
         // A wide cone is taken for all directions: it is not worth a test that holds for obtuse angles.
         let narrow = cos > 0.1;
         Cone {
-            apex: single(apex),
-            axis: if narrow { single(axis) } else { [0.0; 3] },
+            apex: to_f32(apex),
+            axis: if narrow { to_f32(axis) } else { [0.0; 3] },
             cos: if narrow { cos as f32 } else { 0.0 },
             sin: if narrow {
                 (1.0 - cos * cos).max(0.0).sqrt() as f32
             } else {
                 0.0
             },
-            reach: reach as f32 * (1.0 + GENEROUS),
-            slack: length(apex) as f32 * GENEROUS,
+            reach: reach as f32 * (1.0 + CONSERVATIVE),
+            slack: length(apex) as f32 * CONSERVATIVE,
         }
     }
 
-    /// How far along the axis lies what the rays of a block meet at a depth, at most.
+    /// How far along the axis lies what the rays of a tile meet at a depth, at most.
     #[inline(always)]
     pub(crate) fn along_axis(&self, rays: &Rays, depth: f32) -> f32 {
-        let [x, y, _] = single(rays.middle);
+        let [x, y, _] = to_f32(rays.middle);
         let (right, up) = (rays.reach.0 as f32, rays.reach.1 as f32);
         // v . axis is largest at a corner.
         let [ax, ay, az] = self.axis;
         let largest = ax * x + ay * y + az + right * ax.abs() + up * ay.abs();
         // Infinite times 0, of a wide cone: no limit.
         if depth < f32::INFINITY {
-            depth * largest * (1.0 + GENEROUS)
+            depth * largest * (1.0 + CONSERVATIVE)
         } else {
             depth
         }
@@ -141,7 +141,7 @@ impl Cone {
     /// A ball at distance d along the axis and p from it is met if p cos <= R + d sin: its centre is no farther
     /// than R from the cone's surface. Squared, for roots are slow.
     #[inline(always)]
-    fn meet(&self, node: &Node, limit: f32) -> ([f32; WIDTH], u64) {
+    fn intersect(&self, node: &Node, limit: f32) -> ([f32; WIDTH], u64) {
         let mut near = [0.0; WIDTH];
         let mut met = [0_u8; WIDTH];
         let [ax, ay, az] = self.axis;
@@ -154,7 +154,7 @@ impl Cone {
             let d = x * ax + y * ay + z * az;
             let (px, py, pz) = (x - d * ax, y - d * ay, z - d * az);
             let pp = px * px + py * py + pz * pz;
-            let radius = node.radius[i] + (self.slack + GENEROUS * (x.abs() + y.abs() + z.abs()));
+            let radius = node.radius[i] + (self.slack + CONSERVATIVE * (x.abs() + y.abs() + z.abs()));
             let room = radius + d * self.sin;
             // No child begins behind the apex; so its bits can be compared as an integer's.
             near[i] = if d > radius { d - radius } else { 0.0 };
@@ -191,9 +191,9 @@ impl Bvh {
 
     /// Start a walk through what a cone may meet.
     #[inline(always)]
-    pub(crate) fn walk<'a>(&'a self, cone: &'a Cone, stack: &'a mut Stack) -> Walk<'a> {
+    pub(crate) fn traverse<'a>(&'a self, cone: &'a Cone, stack: &'a mut Stack) -> Traversal<'a> {
         stack.waiting.clear();
-        Walk {
+        Traversal {
             nodes: &self.nodes,
             cone,
             next: if self.nodes.is_empty() { DONE } else { 0 },
@@ -218,7 +218,7 @@ const DONE: u64 = u64::MAX;
 
 /// A walk through a tree, roughly from near to far.
 #[derive(Debug)]
-pub(crate) struct Walk<'a> {
+pub(crate) struct Traversal<'a> {
     nodes: &'a [Node],
     cone: &'a Cone,
     /// What comes next, or `DONE`.
@@ -227,7 +227,7 @@ pub(crate) struct Walk<'a> {
     stack: &'a mut Stack,
 }
 
-impl Walk<'_> {
+impl Traversal<'_> {
     /// The next object, unless all that is left begins beyond a distance along the cone's axis.
     #[inline(always)]
     pub(crate) fn next(&mut self, limit: f32) -> Option<u32> {
@@ -258,7 +258,7 @@ impl Walk<'_> {
     #[inline(always)]
     fn open(&mut self, number: u32, limit: f32) {
         let node = &self.nodes[number as usize];
-        let (near, mut met) = self.cone.meet(node, limit);
+        let (near, mut met) = self.cone.intersect(node, limit);
         let mut found = [0; WIDTH];
         let mut count = 0;
         while met != 0 {
@@ -284,13 +284,13 @@ impl Walk<'_> {
     }
 }
 
-fn ball_around(shape: &Shape) -> Option<Ball> {
+fn ball_around(shape: &Shape) -> Option<BoundingSphere> {
     match shape {
-        Shape::Sphere(sphere) => Some(Ball {
+        Shape::Sphere(sphere) => Some(BoundingSphere {
             center: sphere.center,
             radius: sphere.radius,
         }),
-        Shape::Cuboid(cuboid) => Some(Ball {
+        Shape::Cuboid(cuboid) => Some(BoundingSphere {
             center: cuboid.center,
             radius: cuboid.bounding_radius(),
         }),
@@ -301,7 +301,7 @@ fn ball_around(shape: &Shape) -> Option<Ball> {
 /// An object on its way into the tree.
 #[derive(Clone, Copy, Debug)]
 struct Item {
-    ball: Ball,
+    ball: BoundingSphere,
     object: u32,
 }
 
@@ -358,7 +358,7 @@ impl<'a> Part<'a> {
     }
 
     /// The ball around the items: around the middle of their extent, as large as they need.
-    fn ball(&self) -> Ball {
+    fn ball(&self) -> BoundingSphere {
         if let [item] = &*self.items {
             return item.ball;
         }
@@ -366,7 +366,7 @@ impl<'a> Part<'a> {
         let radius = self.items.iter().fold(0.0, |radius: f64, item| {
             radius.max(length(sub(item.ball.center, center)) + item.ball.radius)
         });
-        Ball { center, radius }
+        BoundingSphere { center, radius }
     }
 }
 
@@ -379,8 +379,9 @@ fn build(part: Part<'_>, nodes: &mut Vec<Node>) -> Result<(), OutOfMemory> {
     for (i, part) in parts.iter().enumerate() {
         let ball = part.ball();
         let node = &mut nodes[place];
-        [node.x[i], node.y[i], node.z[i]] = single(ball.center);
-        node.radius[i] = (ball.radius + length(ball.center) * f64::from(GENEROUS)) as f32 * (1.0 + GENEROUS);
+        [node.x[i], node.y[i], node.z[i]] = to_f32(ball.center);
+        node.radius[i] =
+            (ball.radius + length(ball.center) * f64::from(CONSERVATIVE)) as f32 * (1.0 + CONSERVATIVE);
         if let [item] = &*part.items {
             node.child[i] = LEAF | item.object;
         }

@@ -2,7 +2,7 @@
 //!
 //! It is found in the world's axes, so that it does not depend on where the camera stands.
 
-use crate::vector::{dot, largest, length, sub, taxi, turned};
+use crate::vector::{dot, l1_norm, largest, length, rotate, sub};
 use crate::world::Vector;
 
 /// A place that is closer to a surface than this share of its distance from the object and of the object's size lies
@@ -33,7 +33,7 @@ pub(crate) struct Contact {
 
 /// What rounding may do to the distance of a place from the surface of an object of some size at another place.
 fn rounding(place: Vector, center: Vector, size: f64) -> f64 {
-    ON_SURFACE * (taxi(sub(place, center)) + size) + COORDINATE * (largest(place) + largest(center))
+    ON_SURFACE * (l1_norm(sub(place, center)) + size) + COORDINATE * (largest(place) + largest(center))
 }
 
 impl Side {
@@ -77,7 +77,7 @@ impl Contact {
 
     pub(crate) fn with_box(place: Vector, center: Vector, axes: &[Vector; 3], half: Vector) -> Contact {
         let rounding = rounding(place, center, half[0] + half[1] + half[2]);
-        let local = turned(axes, sub(place, center));
+        let local = rotate(axes, sub(place, center));
         let local: Vector = std::array::from_fn(|i| {
             let on = (local[i].abs() - half[i]).abs() <= rounding;
             if on { half[i].copysign(local[i]) } else { local[i] }

@@ -2,7 +2,7 @@
 //!
 //! What the eye sees of a sphere, a plane or a box fills a convex cone of directions. So rays through the corners of a
 //! rectangle of the image plane tell of all rays between them: if all four are in the cone, all others are. An object
-//! is looked for in ever smaller squares of blocks, and only the blocks on its outline are tested ray by ray, as the
+//! is looked for in ever smaller squares of tiles, and only the tiles on its outline are tested ray by ray, as the
 //! picture is: the work grows with the outline and not with the area.
 //!
 //! Rectangles end at the edges of pixels and rays go through their centres: half a pixel is more than what rounding
@@ -10,18 +10,18 @@
 
 use crate::budget::{WorkMeter, steps_of};
 use crate::cuboid::Cuboid;
-use crate::grid::{LANES, NOTHING, Nearest, Rays, SIDE};
-use crate::place::{Place, View};
+use crate::grid::{HitBuffer, LANES, NO_FACE, Rays, SIDE};
 use crate::plane::Plane;
 use crate::render::Monitor;
 use crate::scene::Shape;
-use crate::simd::Work;
+use crate::simd::Kernel;
 use crate::sphere::Sphere;
-use crate::vector::{add, cross, dot, length, scale, sub, turned};
+use crate::tile::{Tile, View};
+use crate::vector::{add, cross, dot, length, rotate, scale, sub};
 use crate::world::{Vector, Window};
 
-/// The steps of one block's test: to aim the rays, to test them, and to count.
-const BLOCK_STEPS: u64 = 2 * steps_of(LANES);
+/// The steps of one tile's test: to generate the rays, to test them, and to count.
+const TILE_STEPS: u64 = 2 * steps_of(LANES);
 
 /// The place in a pixel where it is decided what it shows.
 const CENTRE: (f64, f64) = (0.5, 0.5);
@@ -36,14 +36,14 @@ pub(crate) struct Coverage<'a> {
     pub(crate) covered: &'a mut [u64],
 }
 
-impl Work for Coverage<'_> {
+impl Kernel for Coverage<'_> {
     #[inline(always)]
     fn run(self) {
         let mut search = Search {
             view: self.view,
             window: self.window,
             rays: Rays::new(),
-            nearest: Nearest::new(),
+            hits: HitBuffer::new(),
             waiting: Vec::new(),
         };
         for (shape, covered) in self.shapes.iter().zip(self.covered) {
@@ -57,17 +57,17 @@ impl Work for Coverage<'_> {
     }
 }
 
-/// A search through the blocks of a window.
+/// A search through the tiles of a window.
 struct Search {
     view: View,
     window: Window,
     rays: Rays,
-    nearest: Nearest,
+    hits: HitBuffer,
     /// The squares that are yet to be looked at.
     waiting: Vec<Square>,
 }
 
-/// A square of blocks, a power of two of them in each row.
+/// A square of tiles, a power of two of them in each row.
 #[derive(Clone, Copy)]
 struct Square {
     /// Its first column and row, pixels.
@@ -93,10 +93,10 @@ impl Search {
                 Share::Nothing => {}
                 Share::All => covered += u64::from(part.width) * u64::from(part.height),
                 Share::Some if square.side == SIDE => {
-                    if !meter.take(BLOCK_STEPS) {
+                    if !meter.take(TILE_STEPS) {
                         return 0;
                     }
-                    covered += self.count_block(shape, square.corner);
+                    covered += self.count_tile(shape, square.corner);
                 }
                 Share::Some => {
                     let (x, y) = square.corner;
@@ -146,21 +146,21 @@ impl Search {
         }
     }
 
-    /// Test the rays of a block.
+    /// Test the rays of a tile.
     #[inline(always)]
-    fn count_block(&mut self, shape: &Shape, corner: (u32, u32)) -> u64 {
-        let place = Place {
+    fn count_tile(&mut self, shape: &Shape, corner: (u32, u32)) -> u64 {
+        let tile = Tile {
             view: self.view,
             corner,
             window: self.window,
         };
-        self.rays.aim(self.view, corner, CENTRE);
-        self.nearest.clear(&self.rays);
-        shape.meet(0, &self.rays, &mut self.nearest);
+        self.rays.generate(self.view, corner, CENTRE);
+        self.hits.clear(&self.rays);
+        shape.intersect(0, &self.rays, &mut self.hits);
         let mut met = 0;
-        for span in place.spans() {
-            for face in &self.nearest.face[span.lane..span.lane + span.count] {
-                met += u64::from(*face != NOTHING);
+        for span in tile.spans() {
+            for face in &self.hits.face[span.lane..span.lane + span.count] {
+                met += u64::from(*face != NO_FACE);
             }
         }
         met
@@ -355,7 +355,7 @@ struct BoxOutline {
 impl BoxOutline {
     fn of(cuboid: &Cuboid) -> Outline {
         let Cuboid { center, axes, half, .. } = *cuboid;
-        let eye = turned(&axes, scale(center, -1.0));
+        let eye = rotate(&axes, scale(center, -1.0));
         let usual = half.iter().all(|h| USUAL.contains(h)) && length(center) < USUAL.end;
         // How far the eye is beyond the face that it is beyond the most, in half sizes.
         let beyond = (0..3).fold(f64::NEG_INFINITY, |most, i| most.max(eye[i].abs() / half[i]));
@@ -385,7 +385,7 @@ impl BoxOutline {
 
     /// Whether a ray is between all pairs of faces at once, before the eye.
     fn is_met(&self, v: Vector) -> bool {
-        let v = turned(&self.axes, v);
+        let v = rotate(&self.axes, v);
         let (mut enter, mut leave) = (0.0, f64::INFINITY);
         for i in 0..3 {
             let (a, b) = (

@@ -1,10 +1,10 @@
 //! A box turned about +y (document, section 2.2.3); `Box` is another thing in Rust.
 
 use crate::contact::{Contact, Side};
-use crate::grid::{FACE_BITS, LANES, Nearest, Rays, offer};
+use crate::grid::{FACE_BITS, HitBuffer, LANES, Rays, offer};
 use crate::plane::Plane;
 use crate::shadow::Shadow;
-use crate::vector::{add, cross, dot, length, scale, single, sub, turned};
+use crate::vector::{add, cross, dot, length, rotate, scale, sub, to_f32};
 use crate::world::Vector;
 
 /// Axes, and along each the limit before which points are, with its sign.
@@ -44,7 +44,7 @@ impl Cuboid {
 
     /// On which side a place is that is not close to the surface.
     pub(crate) fn side(&self, place: Vector) -> Side {
-        if self.inside(turned(&self.axes, sub(place, self.center))) {
+        if self.inside(rotate(&self.axes, sub(place, self.center))) {
             Side::Inside
         } else {
             Side::Outside
@@ -56,11 +56,11 @@ impl Cuboid {
         !self.inside(self.eye)
     }
 
-    /// How high a lamp close to the box is above a face, on the eye's side.
+    /// How high a light close to the box is above a face, on the eye's side.
     #[inline(always)]
-    pub(crate) fn height(&self, face: u32, lamp: &Contact) -> f64 {
+    pub(crate) fn height(&self, face: u32, light: &Contact) -> f64 {
         let (axis, side) = self.side_of(face);
-        let outward = side * lamp.local[axis] - self.half[axis];
+        let outward = side * light.local[axis] - self.half[axis];
         if self.inside(self.eye) { -outward } else { outward }
     }
 
@@ -74,7 +74,7 @@ impl Cuboid {
         ((number / 2) as usize % 3, side)
     }
 
-    /// The plane of a face, as `meet` offered it, with its normal on the eye's side.
+    /// The plane of a face, as `intersect` offered it, with its normal on the eye's side.
     #[inline(always)]
     pub(crate) fn face(&self, face: u32) -> Plane {
         let (axis, side) = self.side_of(face);
@@ -92,13 +92,13 @@ impl Cuboid {
     ///
     /// The face that is offered has twice the number of its axis added to `face`, and 1 if the ray runs along it.
     #[inline(always)]
-    pub(crate) fn meet(&self, face: u32, rays: &Rays, nearest: &mut Nearest) {
+    pub(crate) fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
         let inside = self.inside(self.eye);
         let start = self.start(rays.middle);
-        let middle = turned(&self.axes, rays.middle);
+        let middle = rotate(&self.axes, rays.middle);
         let from: Vector = add(self.eye, scale(middle, f64::from(start)));
-        let middle = single(middle);
-        let axes = self.axes.map(single);
+        let middle = to_f32(middle);
+        let axes = self.axes.map(to_f32);
         let low: [f32; 3] = std::array::from_fn(|i| (-self.half[i] - from[i]) as f32);
         let high: [f32; 3] = std::array::from_fn(|i| (self.half[i] - from[i]) as f32);
         let mut close = 0;
@@ -128,14 +128,14 @@ impl Cuboid {
             let tau = if inside { leave } else { enter };
             let number = if inside { left } else { entered };
             let t = if enter <= leave { start + tau } else { 0.0 };
-            close += offer((&mut nearest.t[lane], &mut nearest.face[lane]), t, face + number);
+            close += offer((&mut hits.t[lane], &mut hits.face[lane]), t, face + number);
         }
-        nearest.close += close;
+        hits.close += close;
     }
 
     /// Where a ray first meets the box ahead of the eye, in float64, infinite where it does not; and |n.v| there.
     pub(crate) fn depth(&self, v: Vector) -> (f64, f64) {
-        let along = turned(&self.axes, v);
+        let along = rotate(&self.axes, v);
         let (mut enter, mut leave) = ((f64::NEG_INFINITY, 0.0), (f64::INFINITY, 0.0));
         for i in 0..3 {
             if along[i] != 0.0 {
@@ -169,32 +169,32 @@ impl Cuboid {
         }
     }
 
-    /// Darken the points from which the box hides the lamp.
+    /// Darken the points from which the box hides the light.
     ///
-    /// In the axes of the box, with the lamp at L and the point at P = L + e, by separating axes: the segment
+    /// In the axes of the box, with the light at L and the point at P = L + e, by separating axes: the segment
     /// misses the box if both ends lie beyond one face, or if for some axis i, with j and k the others,
     ///
     /// |(L x P)_i| > h_j |e_k| + h_k |e_j|
     #[inline(always)]
-    pub(crate) fn hide(&self, contact: Option<&Contact>, shadow: &mut Shadow<'_>) {
-        let lamp = contact.map_or_else(
-            || turned(&self.axes, sub(shadow.lamp.position, self.center)),
+    pub(crate) fn occlude(&self, contact: Option<&Contact>, shadow: &mut Shadow<'_>) {
+        let light = contact.map_or_else(
+            || rotate(&self.axes, sub(shadow.light.position, self.center)),
             |contact| contact.local,
         );
-        let reference = turned(&self.axes, sub(shadow.points.reference, self.center));
+        let reference = rotate(&self.axes, sub(shadow.points.reference, self.center));
         let size = self.half[0] + self.half[1] + self.half[2];
         let rounding = shadow.rounding_at_points(size);
-        let at_lamp = if contact.is_some() {
+        let at_light = if contact.is_some() {
             0.0
         } else {
-            shadow.rounding_at_lamp(size)
+            shadow.rounding_at_light(size)
         };
-        // Of each pair of faces the lamp is beyond at most one, or on it: there the point has to be before it.
+        // Of each pair of faces the light is beyond at most one, or on it: there the point has to be before it.
         let (mut sign, mut limit) = ([0.0_f32; 3], [f32::INFINITY; 3]);
         let mut inside = true;
         for i in 0..3 {
-            if lamp[i].abs() >= self.half[i] - at_lamp {
-                let side = lamp[i].signum();
+            if light[i].abs() >= self.half[i] - at_light {
+                let side = light[i].signum();
                 sign[i] = side as f32;
                 limit[i] = (self.half[i] - side * reference[i] - rounding) as f32;
                 inside = false;
@@ -202,15 +202,15 @@ impl Cuboid {
         }
         // On a face it is hidden from points outside that are before the face.
         if inside || contact.is_some_and(|contact| contact.side == Side::On) {
-            let before = (self.axes.map(single), sign, limit);
-            self.hide_from_inside(reference, rounding, before, shadow);
+            let before = (self.axes.map(to_f32), sign, limit);
+            self.occlude_from_inside(reference, rounding, before, shadow);
             return;
         }
-        let axes = self.axes.map(single);
-        let half = single(self.half);
-        let moment = single(cross(lamp, reference));
-        let e = single(sub(reference, lamp));
-        let l = single(lamp);
+        let axes = self.axes.map(to_f32);
+        let half = to_f32(self.half);
+        let moment = to_f32(cross(light, reference));
+        let e = to_f32(sub(reference, light));
+        let l = to_f32(light);
         let points = shadow.points;
         for lane in 0..points.padded() {
             let p = local(&axes, &points.offset, lane);
@@ -231,9 +231,9 @@ impl Cuboid {
         }
     }
 
-    /// Darken the points outside, for a lamp inside, or on faces that the points are before.
+    /// Darken the points outside, for a light inside, or on faces that the points are before.
     #[inline(always)]
-    fn hide_from_inside(&self, reference: Vector, rounding: f64, before: Before, shadow: &mut Shadow<'_>) {
+    fn occlude_from_inside(&self, reference: Vector, rounding: f64, before: Before, shadow: &mut Shadow<'_>) {
         let (axes, sign, limit) = before;
         let low: [f32; 3] = std::array::from_fn(|i| (-self.half[i] - reference[i] - rounding) as f32);
         let high: [f32; 3] = std::array::from_fn(|i| (self.half[i] - reference[i] + rounding) as f32);

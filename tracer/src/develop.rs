@@ -20,25 +20,25 @@ mod lookup;
 #[cfg(test)]
 mod tests;
 
-pub use curve::Tone;
+pub use curve::ToneCurve;
 
 use lookup::{Eight, Sixteen};
 
 /// The depth of a picture's channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Bits {
+pub enum BitDepth {
     /// 0 to 255.
     Eight,
     /// 0 to 65,535.
     Sixteen,
 }
 
-impl Bits {
+impl BitDepth {
     /// Returns the bytes of a channel.
     pub const fn bytes(self) -> usize {
         match self {
-            Bits::Eight => 1,
-            Bits::Sixteen => 2,
+            BitDepth::Eight => 1,
+            BitDepth::Sixteen => 2,
         }
     }
 
@@ -50,8 +50,8 @@ impl Bits {
     /// Returns the value of white.
     const fn white(self) -> u32 {
         match self {
-            Bits::Eight => 0xFF,
-            Bits::Sixteen => 0xFFFF,
+            BitDepth::Eight => 0xFF,
+            BitDepth::Sixteen => 0xFFFF,
         }
     }
 }
@@ -65,7 +65,7 @@ pub struct Developer {
     /// The power of two in the exposure: multiplying by it is exact wherever the result is not black or white.
     scale: f32,
     lookup: Lookup,
-    bits: Bits,
+    bits: BitDepth,
 }
 
 enum Lookup {
@@ -81,7 +81,7 @@ impl Developer {
     /// # Panics
     ///
     /// If the exposure is not a number.
-    pub fn new(exposure: f64, tone: Tone, bits: Bits) -> Developer {
+    pub fn new(exposure: f64, tone: ToneCurve, bits: BitDepth) -> Developer {
         assert!(!exposure.is_nan(), "the exposure is not a number");
         // 2^exposure = 2^whole * 2^rest. What is left of the radiance to the tables then lies between 2^-94 and
         // 2^91 for any exposure, clear of the subnormal numbers, where a bucket would hold many steps.
@@ -90,8 +90,8 @@ impl Developer {
         let factor = libm::exp2(exposure - whole);
         let steps = steps(factor, tone, bits);
         let lookup = match bits {
-            Bits::Eight => Lookup::Eight(Eight::new(&steps)),
-            Bits::Sixteen => Lookup::Sixteen(Sixteen::new(&steps, |x| curve::srgb_of(tone.apply(x * factor)))),
+            BitDepth::Eight => Lookup::Eight(Eight::new(&steps)),
+            BitDepth::Sixteen => Lookup::Sixteen(Sixteen::new(&steps, |x| curve::srgb_of(tone.apply(x * factor)))),
         };
         Developer {
             scale: libm::exp2(whole) as f32,
@@ -101,7 +101,7 @@ impl Developer {
     }
 
     /// Returns the depth of its channels.
-    pub const fn bits(&self) -> Bits {
+    pub const fn bits(&self) -> BitDepth {
         self.bits
     }
 
@@ -145,7 +145,7 @@ impl Developer {
 /// tone(factor * x) >= linear((k - 1/2) / max),
 ///
 /// all in f64, at index k; index 0 is 0.
-fn steps(factor: f64, tone: Tone, bits: Bits) -> Vec<f32> {
+fn steps(factor: f64, tone: ToneCurve, bits: BitDepth) -> Vec<f32> {
     let white = bits.white();
     let step = |k: u32| {
         let least = curve::linear_of((f64::from(k) - 0.5) / f64::from(white));

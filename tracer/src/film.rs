@@ -1,10 +1,10 @@
-//! The arrays of a rendered picture, and how a block fills its part of them.
+//! The arrays of a rendered picture, and how a tile fills its part of them.
 
-use crate::block::{Block, Truth};
-use crate::grid::{FACE_BITS, LANES, Lanes, NOTHING};
-use crate::place::Place;
+use crate::grid::{FACE_BITS, LANES, Lanes, NO_FACE};
 use crate::scene::Scene;
-use crate::vector::{add, dot, scale, single, turned};
+use crate::tile::Tile;
+use crate::tile_tracer::{PassRequest, TileTracer};
+use crate::vector::{add, dot, rotate, scale, to_f32};
 use crate::world::{Camera, Vector, Window};
 
 /// Where to put radiance and passes of a window: arrays row by row, of width * height pixels.
@@ -30,13 +30,13 @@ pub struct Film<'a> {
 
 impl<'a> Film<'a> {
     /// What is wanted beside radiance.
-    pub(crate) fn truth(&self) -> Truth {
+    pub(crate) fn request(&self) -> PassRequest {
         if self.normal.is_some() || self.position.is_some() {
-            Truth::AndSurface
+            PassRequest::Surface
         } else if self.has_passes() {
-            Truth::Hits
+            PassRequest::Hits
         } else {
-            Truth::Unwanted
+            PassRequest::Radiance
         }
     }
 
@@ -82,32 +82,35 @@ impl<'a> Film<'a> {
         )
     }
 
-    /// Take the wanted pixels of a block. The film is that of the place's window.
+    /// Take the wanted pixels of a tile. The film is that of the place's window.
     #[inline(always)]
-    pub(crate) fn take(&mut self, block: &Block, place: Place, home: Home<'_>) {
-        for span in place.spans() {
+    pub(crate) fn take(&mut self, traced: &TileTracer, tile: Tile, to_world: CameraToWorld<'_>) {
+        for span in tile.spans() {
             let radiance = &mut self.radiance[3 * span.pixel..3 * (span.pixel + span.count)];
-            block.mean(span.lane, radiance);
+            traced.mean_radiance(span.lane, radiance);
         }
-        let (t, faces) = (&block.nearest.t, &block.nearest.face);
+        let (t, faces) = (&traced.hits.t, &traced.hits.face);
         if let Some(depth) = &mut self.depth {
-            place.put(depth, &home.depths(t, faces));
+            tile.put(depth, &to_world.depths(t, faces));
         }
         if let Some(distance) = &mut self.distance {
-            place.put(distance, &home.distances(t, &block.rays.vv, faces));
+            tile.put(distance, &to_world.distances(t, &traced.rays.vv, faces));
         }
         if let Some(albedo) = &mut self.albedo {
-            place.put(albedo.as_chunks_mut().0, &home.albedos(faces));
+            tile.put(albedo.as_chunks_mut().0, &to_world.albedos(faces));
         }
         if let Some(object_id) = &mut self.object_id {
-            place.put(object_id, &object_ids(faces));
+            tile.put(object_id, &object_ids(faces));
         }
-        if let Some(surface) = &block.surface {
+        if let Some(surface) = &traced.surface {
             if let Some(position) = &mut self.position {
-                place.put(position.as_chunks_mut().0, &home.places(&surface.position, faces));
+                tile.put(
+                    position.as_chunks_mut().0,
+                    &to_world.positions(&surface.position, faces),
+                );
             }
             if let Some(normal) = &mut self.normal {
-                place.put(normal.as_chunks_mut().0, &home.directions(&surface.normal, faces));
+                tile.put(normal.as_chunks_mut().0, &to_world.normals(&surface.normal, faces));
             }
         }
     }
@@ -128,7 +131,7 @@ fn split<T>(array: Option<&mut [T]>, at: usize) -> (Option<&mut [T]>, Option<&mu
     }
 }
 
-/// Three numbers for each ray of a block.
+/// Three numbers for each ray of a tile.
 type Triples = [[f32; 3]; LANES];
 
 /// The number of each object plus 1; 0 where nothing is met.
@@ -137,7 +140,7 @@ fn object_ids(faces: &[u32; LANES]) -> [u32; LANES] {
     let mut ids = [0; LANES];
     for lane in 0..LANES {
         let face = faces[lane];
-        ids[lane] = if face == NOTHING { 0 } else { (face >> FACE_BITS) + 1 };
+        ids[lane] = if face == NO_FACE { 0 } else { (face >> FACE_BITS) + 1 };
     }
     ids
 }
@@ -156,9 +159,9 @@ fn length(length: f32, unit: f64) -> f32 {
     if length < f32::INFINITY { in_world } else { length }
 }
 
-/// The way back from the camera's space to the world, for whole blocks: loops that are compiled for vectors.
+/// The way back from the camera's space to the world, for whole tiles: loops that are compiled for vectors.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Home<'a> {
+pub(crate) struct CameraToWorld<'a> {
     scene: &'a Scene,
     /// What one of the camera's units is in the world: a power of two.
     unit: f64,
@@ -167,10 +170,10 @@ pub(crate) struct Home<'a> {
     rows: [Vector; 3],
 }
 
-impl<'a> Home<'a> {
-    pub(crate) fn new(scene: &'a Scene, camera: &Camera) -> Home<'a> {
+impl<'a> CameraToWorld<'a> {
+    pub(crate) fn new(scene: &'a Scene, camera: &Camera) -> CameraToWorld<'a> {
         let Camera { right, up, forward, .. } = camera;
-        Home {
+        CameraToWorld {
             scene,
             unit: 1.0 / scene.unit,
             eye: camera.position,
@@ -202,15 +205,15 @@ impl<'a> Home<'a> {
 
     /// Places, from what they are relative to the eye; 0 where nothing is met.
     #[inline(always)]
-    fn places(&self, [x, y, z]: &[[f64; LANES]; 3], faces: &[u32; LANES]) -> Triples {
+    fn positions(&self, [x, y, z]: &[[f64; LANES]; 3], faces: &[u32; LANES]) -> Triples {
         let units = self.units(faces);
-        let mut places = [[0.0; 3]; LANES];
+        let mut positions = [[0.0; 3]; LANES];
         for lane in 0..LANES {
-            let relative = turned(&self.rows, [x[lane], y[lane], z[lane]]);
-            let place = add(self.eye, scale(relative, units[lane])).map(bounded);
-            places[lane] = if faces[lane] == NOTHING { [0.0; 3] } else { place };
+            let relative = rotate(&self.rows, [x[lane], y[lane], z[lane]]);
+            let position = add(self.eye, scale(relative, units[lane])).map(bounded);
+            positions[lane] = if faces[lane] == NO_FACE { [0.0; 3] } else { position };
         }
-        places
+        positions
     }
 
     /// What one of the camera's units is in the world, ray by ray: more where a body was moved nearer.
@@ -219,8 +222,8 @@ impl<'a> Home<'a> {
         let mut units = [self.unit; LANES];
         if self.scene.has_moved_bodies {
             for (unit, &face) in units.iter_mut().zip(faces) {
-                let look = self.scene.looks.get((face >> FACE_BITS) as usize);
-                *unit /= look.map_or(1.0, |look| look.nearer);
+                let material = self.scene.materials.get((face >> FACE_BITS) as usize);
+                *unit /= material.map_or(1.0, |material| material.nearer);
             }
         }
         units
@@ -230,27 +233,27 @@ impl<'a> Home<'a> {
     ///
     /// 1 / |n| = (3 - n.n) / 2, up to the square of how far n.n is from 1
     #[inline(always)]
-    fn directions(&self, [x, y, z]: &[Lanes; 3], faces: &[u32; LANES]) -> Triples {
-        let mut directions = [[0.0; 3]; LANES];
+    fn normals(&self, [x, y, z]: &[Lanes; 3], faces: &[u32; LANES]) -> Triples {
+        let mut normals = [[0.0; 3]; LANES];
         for lane in 0..LANES {
             let n = [x[lane], y[lane], z[lane]].map(f64::from);
-            let direction = single(scale(turned(&self.rows, n), (3.0 - dot(n, n)) / 2.0));
-            directions[lane] = if faces[lane] == NOTHING { [0.0; 3] } else { direction };
+            let normal = to_f32(scale(rotate(&self.rows, n), (3.0 - dot(n, n)) / 2.0));
+            normals[lane] = if faces[lane] == NO_FACE { [0.0; 3] } else { normal };
         }
-        directions
+        normals
     }
 
     /// The colors of what is met; 0 where it is nothing.
     #[inline(always)]
     fn albedos(&self, faces: &[u32; LANES]) -> Triples {
         let mut albedos = [[0.0; 3]; LANES];
-        let (mut last, mut color) = (NOTHING, [0.0; 3]);
+        let (mut last, mut color) = (NO_FACE, [0.0; 3]);
         for (albedo, &face) in albedos.iter_mut().zip(faces) {
             if face != last {
                 last = face;
                 // Of nothing there is no look.
-                let look = self.scene.looks.get((face >> FACE_BITS) as usize);
-                color = look.map_or([0.0; 3], |look| single(look.albedo));
+                let material = self.scene.materials.get((face >> FACE_BITS) as usize);
+                color = material.map_or([0.0; 3], |look| to_f32(look.albedo));
             }
             *albedo = color;
         }

@@ -1,32 +1,32 @@
-//! The rays of a block: 16 x 16 pixels of the image plane, at a fixed place of the whole picture.
+//! The rays of a tile: 16 x 16 pixels of the image plane, at a fixed place of the whole picture.
 //!
-//! All that is seen in a block is computed relative to the ray through its middle, whose constants are found in
-//! float64. So float32 has to carry only what differs within the block, and a small thing far away is as round
-//! as a large one nearby. Blocks belong to the picture and not to the order of work: no pixel depends on how the
+//! All that is seen in a tile is computed relative to the ray through its middle, whose constants are found in
+//! float64. So float32 has to carry only what differs within the tile, and a small thing far away is as round
+//! as a large one nearby. Tiles belong to the picture and not to the order of work: no pixel depends on how the
 //! picture is divided among threads, or on a crop.
 
-use crate::place::View;
-use crate::vector::single;
+use crate::tile::View;
+use crate::vector::to_f32;
 use crate::world::Vector;
 
-/// Rows and columns of a block.
+/// Rows and columns of a tile.
 pub(crate) const SIDE: u32 = 16;
 
-/// Rays of a block.
+/// Rays of a tile.
 pub(crate) const LANES: usize = (SIDE * SIDE) as usize;
 
 /// Rays are handled in groups of this many, so that loops over them need no rest.
 pub(crate) const STEP: usize = 16;
 
-/// A number for each ray of a block, row by row.
+/// A number for each ray of a tile, row by row.
 pub(crate) type Lanes = [f32; LANES];
 
-/// Rays v = (x, y, 1) of a block: those through one place in each pixel, or some of them.
+/// Rays v = (x, y, 1) of a tile: those through one place in each pixel, or some of them.
 #[derive(Clone, Debug)]
 pub(crate) struct Rays {
     /// How many.
     pub(crate) count: usize,
-    /// The ray through the middle of the block, or of its part that is inside the picture.
+    /// The ray through the middle of the tile, or of its part that is inside the picture.
     pub(crate) middle: Vector,
     /// Half the width and the height of that part on the image plane.
     pub(crate) reach: (f64, f64),
@@ -42,7 +42,7 @@ pub(crate) struct Rays {
     pattern: Pattern,
 }
 
-/// Where the rays of a block go, wherever it is in the picture.
+/// Where the rays of a tile go, wherever it is in the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Pattern {
     /// Columns and rows that are inside the picture.
@@ -56,7 +56,7 @@ struct Pattern {
 impl Pattern {
     /// How far a lane's ray is from the middle one, on the image plane.
     #[inline(always)]
-    fn place(self, lane: usize) -> (f64, f64) {
+    fn offset(self, lane: usize) -> (f64, f64) {
         let (i, j) = (lane as u32 % SIDE, lane as u32 / SIDE);
         let right = 2.0 * (f64::from(i) + self.within.0) - f64::from(self.inside.0);
         let down = 2.0 * (f64::from(j) + self.within.1) - f64::from(self.inside.1);
@@ -84,13 +84,13 @@ impl Rays {
         }
     }
 
-    /// Become the rays through a place `within` each pixel of the block whose first column and row are `corner`.
+    /// Become the rays through a place `within` each pixel of the tile whose first column and row are `corner`.
     ///
     /// With half a pixel's width and height, tan(fov / 2) / height (document, section 2.1, as corrected):
     ///
     /// x = (2 pixel_x - width) half_width,  y = (height - 2 pixel_y) half_height
     #[inline(always)]
-    pub(crate) fn aim(&mut self, view: View, corner: (u32, u32), within: (f64, f64)) {
+    pub(crate) fn generate(&mut self, view: View, corner: (u32, u32), within: (f64, f64)) {
         let inside = (SIDE.min(view.width - corner.0), SIDE.min(view.height - corner.1));
         let (half_width, half_height) = view.half_pixel;
         self.count = LANES;
@@ -118,15 +118,15 @@ impl Rays {
         // A copy, which no write to dx can change.
         let pattern = self.pattern;
         for lane in 0..LANES {
-            let (dx, dy) = pattern.place(lane);
+            let (dx, dy) = pattern.offset(lane);
             self.dx[lane] = dx as f32;
             self.dy[lane] = dy as f32;
         }
     }
 
-    /// The ray of a lane of a whole block, in float64.
+    /// The ray of a lane of a whole tile, in float64.
     pub(crate) fn exact(&self, lane: usize) -> Vector {
-        let (dx, dy) = self.pattern.place(lane);
+        let (dx, dy) = self.pattern.offset(lane);
         [self.middle[0] + dx, self.middle[1] + dy, 1.0]
     }
 
@@ -141,15 +141,15 @@ impl Rays {
         (lane as u32 % SIDE) < columns && lane as u32 / SIDE < rows
     }
 
-    /// Become some of the rays of a block; the last step is filled up with the first of them.
+    /// Become some of the rays of a tile; the last step is filled up with the first of them.
     #[inline(always)]
-    pub(crate) fn pick(&mut self, block: &Rays, lanes: &[u8]) {
+    pub(crate) fn pick(&mut self, tile: &Rays, lanes: &[u8]) {
         self.count = lanes.len().min(LANES);
-        (self.middle, self.reach) = (block.middle, block.reach);
+        (self.middle, self.reach) = (tile.middle, tile.reach);
         for i in 0..self.padded() {
             let lane = usize::from(lanes[if i < self.count { i } else { 0 }]);
-            self.dx[i] = block.dx[lane];
-            self.dy[i] = block.dy[lane];
+            self.dx[i] = tile.dx[lane];
+            self.dy[i] = tile.dy[lane];
         }
         self.complete();
     }
@@ -157,7 +157,7 @@ impl Rays {
     /// Find the rest from middle, dx and dy.
     #[inline(always)]
     fn complete(&mut self) {
-        let [x, y, _] = single(self.middle);
+        let [x, y, _] = to_f32(self.middle);
         for i in 0..self.padded() {
             self.x[i] = x + self.dx[i];
             self.y[i] = y + self.dy[i];
@@ -172,19 +172,19 @@ impl Rays {
     }
 }
 
-/// What the rays of a block meet first.
+/// What the rays of a tile meet first.
 #[derive(Clone, Debug)]
-pub(crate) struct Nearest {
+pub(crate) struct HitBuffer {
     /// The parameter t, which is the depth; +inf where nothing is met.
     pub(crate) t: Lanes,
-    /// Which face of which object. `NOTHING` where nothing is met.
+    /// Which face of which object. `NO_FACE` where nothing is met.
     pub(crate) face: [u32; LANES],
     /// How often two faces were so close to each other that float32 may have taken the wrong one.
     pub(crate) close: u32,
 }
 
 /// The face of a ray that meets nothing.
-pub(crate) const NOTHING: u32 = u32::MAX;
+pub(crate) const NO_FACE: u32 = u32::MAX;
 
 /// Two faces whose depths differ by less than this share are told apart in float64. Where a ray does not graze them,
 /// rounding is a fifth of it.
@@ -193,11 +193,11 @@ pub(crate) const CLOSE: f32 = 3e-6;
 /// A face has its object's number in its upper bits, and 3 bits to tell a box's faces apart.
 pub(crate) const FACE_BITS: u32 = 3;
 
-impl Nearest {
-    pub(crate) fn new() -> Nearest {
-        Nearest {
+impl HitBuffer {
+    pub(crate) fn new() -> HitBuffer {
+        HitBuffer {
             t: [f32::INFINITY; LANES],
-            face: [NOTHING; LANES],
+            face: [NO_FACE; LANES],
             close: 0,
         }
     }
@@ -206,7 +206,7 @@ impl Nearest {
     #[inline(always)]
     pub(crate) fn clear(&mut self, rays: &Rays) {
         self.t = [f32::INFINITY; LANES];
-        self.face = [NOTHING; LANES];
+        self.face = [NO_FACE; LANES];
         self.close = 0;
         if !rays.is_inside(LANES - 1) {
             for lane in 0..LANES {
@@ -217,7 +217,7 @@ impl Nearest {
         }
     }
 
-    /// The largest depth of the block: what lies farther cannot be seen.
+    /// The largest depth of the tile: what lies farther cannot be seen.
     #[inline(always)]
     pub(crate) fn farthest(&self) -> f32 {
         // Positive floats order as their bits do, and integers are reduced in vectors.
@@ -228,7 +228,7 @@ impl Nearest {
         f32::from_bits(farthest)
     }
 
-    /// The smallest depth of the block.
+    /// The smallest depth of the tile.
     #[inline(always)]
     pub(crate) fn closest(&self) -> f32 {
         let mut closest = u32::MAX;

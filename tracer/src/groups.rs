@@ -1,21 +1,21 @@
-//! The rays of a block, sorted by the face they meet.
+//! The rays of a tile, sorted by the face they meet.
 
-use crate::grid::{LANES, Nearest};
-use crate::place::Place;
+use crate::grid::{HitBuffer, LANES};
+use crate::tile::Tile;
 
 /// Rays that meet the same face.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Group {
-    /// The face, or `NOTHING`.
+    /// The face, or `NO_FACE`.
     pub(crate) face: u32,
-    /// The smallest depth; of all rays of the block, wanted or not, so that it does not depend on a crop.
+    /// The smallest depth; of all rays of the tile, wanted or not, so that it does not depend on a crop.
     pub(crate) t: f32,
     /// Where its lanes begin in the order, and end.
     first: usize,
     end: usize,
 }
 
-/// The groups of a block, in the order of their first rays.
+/// The groups of a tile, in the order of their first rays.
 #[derive(Clone, Debug)]
 pub(crate) struct Groups {
     pub(crate) list: Vec<Group>,
@@ -48,24 +48,24 @@ impl Groups {
         &self.order[first..end]
     }
 
-    /// Sort the lanes of a block.
+    /// Sort the lanes of a tile.
     #[inline(always)]
-    pub(crate) fn collect(&mut self, nearest: &Nearest, place: Place) {
+    pub(crate) fn collect(&mut self, hits: &HitBuffer, tile: Tile) {
         self.list.clear();
-        let whole = place.is_whole();
-        if is_uniform(&nearest.face) && whole {
+        let whole = tile.is_whole();
+        if is_uniform(&hits.face) && whole {
             self.order = IN_ORDER;
             self.list.push(Group {
-                face: nearest.face[0],
-                t: nearest.closest(),
+                face: hits.face[0],
+                t: hits.closest(),
                 first: 0,
                 end: LANES,
             });
             return;
         }
         let mut group_of = [0_u8; LANES];
-        self.find(nearest, &mut group_of);
-        self.sort(&group_of, |lane| whole || place.wants(lane));
+        self.find(hits, &mut group_of);
+        self.sort(&group_of, |lane| whole || tile.wants(lane));
     }
 
     /// Put the wanted lanes in the order of their groups.
@@ -92,12 +92,12 @@ impl Groups {
 
     /// Find the group of each lane, in a table of twice as many places as there can be faces.
     #[inline(always)]
-    fn find(&mut self, nearest: &Nearest, group_of: &mut [u8; LANES]) {
+    fn find(&mut self, hits: &HitBuffer, group_of: &mut [u8; LANES]) {
         const PLACES: usize = 2 * LANES;
         let mut table = [0_u16; PLACES]; // group + 1
         let mut last = 0;
         for lane in 0..LANES {
-            let (face, t) = (nearest.face[lane], nearest.t[lane]);
+            let (face, t) = (hits.face[lane], hits.t[lane]);
             if lane == 0 || self.list[last].face != face {
                 // Fibonacci hashing (D. Knuth, "The Art of Computer Programming", volume 3, section 6.4).
                 let mut place = (face.wrapping_mul(0x9e37_79b1) >> 23) as usize % PLACES;

@@ -1,26 +1,26 @@
-//! The light that lamps bring to points, and that the points send to the eye.
+//! The light that lights bring to points, and that the points send to the eye.
 
 use crate::bvh::Stack;
 use crate::grid::{FACE_BITS, LANES, Lanes};
 use crate::plane::Plane;
 use crate::points::Points;
-use crate::scene::{Lamp, Look, Scene};
+use crate::scene::{Light, Material, Scene};
 use crate::shadow::Shadow;
-use crate::vector::{scale, single, sub, taxi};
+use crate::vector::{l1_norm, scale, sub, to_f32};
 use crate::world::{Settings, Vector};
 use std::f64::consts::PI;
 
-/// What rounding makes of the height of a lamp in the plane of a face is less than this share of distances.
+/// What rounding makes of the height of a light in the plane of a face is less than this share of distances.
 const NO_HEIGHT: f64 = 4e-15;
 
 /// Points on a face and the light that reaches them.
 #[derive(Debug)]
 pub(crate) struct Lighting {
     pub(crate) points: Points,
-    /// The squared distance to a lamp.
+    /// The squared distance to a light.
     squared: Lanes,
-    /// cos(theta) / r^2 of one lamp, and 0 where it is hidden.
-    light: Lanes,
+    /// cos(theta) / r^2 of one light, and 0 where it is hidden.
+    irradiance: Lanes,
     pub(crate) stack: Stack,
 }
 
@@ -29,7 +29,7 @@ impl Lighting {
         Lighting {
             points: Points::new(),
             squared: [0.0; LANES],
-            light: [0.0; LANES],
+            irradiance: [0.0; LANES],
             stack: Stack::default(),
         }
     }
@@ -37,9 +37,9 @@ impl Lighting {
     /// Add what the points, placed on an object, send back of the light that reaches them; return how many shadow
     /// rays that took. `flat` is the plane of their face, unless they lie on a sphere.
     ///
-    /// radiance = sum over lamps of albedo / pi L_i cos(theta), L_i = power / r^2 (document, sections 2.3.1, 2.3.2)
+    /// radiance = sum over lights of albedo / pi L_i cos(theta), L_i = power / r^2 (document, sections 2.3.1, 2.3.2)
     ///
-    /// A surface is lit from the eye's side only. All shapes are convex, so where eye and lamp are on the same side
+    /// A surface is lit from the eye's side only. All shapes are convex, so where eye and light are on the same side
     /// of an object and cos(theta) > 0, the object cannot stand in its own light: it is left out, and no epsilon is
     /// needed.
     #[inline(always)]
@@ -52,26 +52,26 @@ impl Lighting {
         radiance: &mut [Lanes; 3],
     ) -> u64 {
         let object = face >> FACE_BITS;
-        let Look { albedo, nearer, .. } = scene.looks[object as usize];
+        let Material { albedo, nearer, .. } = scene.materials[object as usize];
         let ball = self.points.bound();
         let mut rays = 0;
-        for lamp in &scene.lamps {
-            let facing = self.arrive(lamp, scene, face, flat);
+        for light in &scene.lights {
+            let facing = self.arrive(light, scene, face, flat);
             if facing == 0 {
                 continue;
             }
             rays += facing;
             let mut shadow = Shadow {
                 points: &self.points,
-                lamp,
+                light,
                 squared: &self.squared,
-                light: &mut self.light,
+                irradiance: &mut self.irradiance,
                 ball,
             };
             shadow.cast(scene, object, &mut self.stack);
             // A body that was moved nearer gets no more light than where it is.
-            let dimmed = (nearer / lamp.nearer).min(1.0);
-            let mut share = share(lamp, scale(albedo, dimmed * dimmed));
+            let dimmed = (nearer / light.nearer).min(1.0);
+            let mut share = share(light, scale(albedo, dimmed * dimmed));
             if settings.eye_falloff {
                 let gain = gain(share);
                 share = scale(share, 1.0 / f64::from(gain));
@@ -79,82 +79,82 @@ impl Lighting {
             }
             for (channel, share) in radiance.iter_mut().zip(share.map(bounded)) {
                 for lane in 0..self.points.padded() {
-                    channel[lane] += share * self.light[lane];
+                    channel[lane] += share * self.irradiance[lane];
                 }
             }
         }
         rays
     }
 
-    /// Find the light that reaches the points from a lamp unless something is between, and how many face it.
+    /// Find the light that reaches the points from a light unless something is between, and how many face it.
     #[inline(always)]
-    fn arrive(&mut self, lamp: &Lamp, scene: &Scene, face: u32, flat: Option<&Plane>) -> u64 {
+    fn arrive(&mut self, light: &Light, scene: &Scene, face: u32, flat: Option<&Plane>) -> u64 {
         let object = face >> FACE_BITS;
-        let (shape, contact) = (&scene.shapes[object as usize], lamp.contact(object));
-        if !shape.sees(contact, lamp.position) {
+        let (shape, contact) = (&scene.shapes[object as usize], light.contact(object));
+        if !shape.sees(contact, light.position) {
             return 0;
         }
-        let to_lamp = single(sub(lamp.position, self.points.reference));
+        let to_light = to_f32(sub(light.position, self.points.reference));
         if let Some(plane) = flat {
             let (height, rounding) = match contact {
                 Some(contact) => (shape.height(face, contact), 0.0),
                 None => (
-                    plane.height(lamp.position),
-                    NO_HEIGHT * (taxi(lamp.position) + plane.offset.abs()),
+                    plane.height(light.position),
+                    NO_HEIGHT * (l1_norm(light.position) + plane.offset.abs()),
                 ),
             };
-            // A lamp in the plane of a face does not light it, wherever rounding puts it.
+            // A light in the plane of a face does not light it, wherever rounding puts it.
             if height <= rounding {
                 return 0;
             }
-            self.arrive_flat(to_lamp, height as f32);
+            self.arrive_flat(to_light, height as f32);
             return self.points.count as u64;
         }
-        self.arrive_curved(to_lamp);
-        let facing = |&light: &f32| u32::from(light > 0.0);
-        u64::from(self.light[..self.points.count].iter().map(facing).sum::<u32>())
+        self.arrive_curved(to_light);
+        let facing = |&irradiance: &f32| u32::from(irradiance > 0.0);
+        u64::from(self.irradiance[..self.points.count].iter().map(facing).sum::<u32>())
     }
 
-    /// cos(theta) / r^2 = height / r^3: the lamp is equally high above all points of a flat face.
+    /// cos(theta) / r^2 = height / r^3: the light is equally high above all points of a flat face.
     #[inline(always)]
-    fn arrive_flat(&mut self, to_lamp: [f32; 3], height: f32) {
+    fn arrive_flat(&mut self, to_light: [f32; 3], height: f32) {
         for lane in 0..self.points.padded() {
-            let w = self.points.toward(to_lamp, lane);
+            let w = self.points.toward(to_light, lane);
             let squared = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
             self.squared[lane] = squared;
-            self.light[lane] = per_cube(height, squared);
+            self.irradiance[lane] = per_cube(height, squared);
         }
     }
 
     /// cos(theta) / r^2 = n . w / r^3
     #[inline(always)]
-    fn arrive_curved(&mut self, to_lamp: [f32; 3]) {
+    fn arrive_curved(&mut self, to_light: [f32; 3]) {
         for lane in 0..self.points.padded() {
-            let w = self.points.toward(to_lamp, lane);
+            let w = self.points.toward(to_light, lane);
             let squared = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
             let n = &self.points.normal;
             let along = n[0][lane] * w[0] + n[1][lane] * w[1] + n[2][lane] * w[2];
             self.squared[lane] = squared;
-            // Also 0 where it is NaN, at a lamp on the surface.
-            let light = per_cube(along, squared);
-            self.light[lane] = if light > 0.0 { light } else { 0.0 };
+            // Also 0 where it is NaN, at a light on the surface.
+            let irradiance = per_cube(along, squared);
+            self.irradiance[lane] = if irradiance > 0.0 { irradiance } else { 0.0 };
         }
     }
 
     /// Divide by 4 pi t^2 (document, section 3.4), t the distance to the eye in the world's units; multiply by `gain`.
     #[inline(always)]
     fn weaken(&mut self, unit: f64, gain: f32) {
-        let eye = single(self.points.reference.map(|component| -component));
+        let eye = to_f32(self.points.reference.map(|component| -component));
         let (unit, per_sphere) = (bounded(unit), (0.25 / PI) as f32);
         for lane in 0..self.points.padded() {
             let p = self.points.toward(eye, lane);
             let factor = unit / (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt();
-            self.light[lane] = self.light[lane] * gain * factor * factor * per_sphere;
+            self.irradiance[lane] = self.irradiance[lane] * gain * factor * factor * per_sphere;
         }
     }
 }
 
-/// value / r^3, with r^2 given. The cube itself would leave float32 where a lamp is as far away as the sun from a scene
+/// value / r^3, with r^2 given. The cube itself would leave float32 where a light is as far away as the sun from a scene
 /// of a few millimetres.
 #[inline(always)]
 fn per_cube(value: f32, squared: f32) -> f32 {
@@ -162,12 +162,12 @@ fn per_cube(value: f32, squared: f32) -> f32 {
     value * inverse * inverse.sqrt()
 }
 
-/// albedo / pi times the lamp's power.
-fn share(lamp: &Lamp, albedo: Vector) -> Vector {
-    std::array::from_fn(|i| lamp.power[i] * (albedo[i] / PI))
+/// albedo / pi times the light's power.
+fn share(light: &Light, albedo: Vector) -> Vector {
+    std::array::from_fn(|i| light.power[i] * (albedo[i] / PI))
 }
 
-/// Of a lamp's power that is far from 1 the power of two in it, which keeps what arrives within float32 on its way to the
+/// Of a light's power that is far from 1 the power of two in it, which keeps what arrives within float32 on its way to the
 /// eye.
 fn gain(share: Vector) -> f32 {
     let largest = share.into_iter().fold(0.0, f64::max);

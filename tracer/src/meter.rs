@@ -2,7 +2,7 @@
 
 use crate::memory::{OutOfMemory, collect};
 
-/// Nineteen of twenty lit points stay below this share of white; the rest, lamps mostly, may burn out.
+/// Nineteen of twenty lit points stay below this share of white; the rest, lights mostly, may burn out.
 const TARGET: f64 = 0.8;
 const QUANTILE: f64 = 0.95;
 
@@ -12,7 +12,7 @@ pub const GRID: u32 = 256;
 
 /// What the meter found.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Metered {
+pub struct MeterReading {
     /// The 95th percentile of the luminance of all points that are not black; None if all are.
     pub percentile: Option<f64>,
     /// The stops that expose the picture well, 0 if it is all black: 2^EV * P95 = 0.8.
@@ -24,13 +24,13 @@ pub struct Metered {
 /// # Errors
 ///
 /// If there is not enough memory to sort them.
-pub fn meter(radiance: &[f32]) -> Result<Metered, OutOfMemory> {
+pub fn meter(radiance: &[f32]) -> Result<MeterReading, OutOfMemory> {
     let (points, _) = radiance.as_chunks();
     let lit = points.iter().map(luminance).filter(|&y| y > 0.0);
     // Infinite light counts as the most that an f32 holds, so that the exposure is finite.
     let mut lit = collect(lit.map(|y| y.min(f64::from(f32::MAX))), "the exposure meter")?;
     let percentile = (!lit.is_empty()).then(|| quantile(&mut lit, QUANTILE));
-    Ok(Metered {
+    Ok(MeterReading {
         percentile,
         stops: percentile.map_or(0.0, |p95| libm::log2(TARGET / p95)),
     })
@@ -62,13 +62,13 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn meter(radiance: &[f32]) -> Metered {
+    fn meter(radiance: &[f32]) -> MeterReading {
         super::meter(radiance).unwrap()
     }
 
     #[test]
     fn a_black_picture_needs_no_exposure() {
-        let black = Metered {
+        let black = MeterReading {
             percentile: None,
             stops: 0.0,
         };
@@ -110,7 +110,7 @@ mod tests {
         ];
         for (pixels, expected) in cases {
             let radiance: Vec<f32> = (0..3 * pixels).map(|i| (7919 * i % 1000) as f32 / 250.0).collect();
-            let Metered { stops, percentile } = meter(&radiance);
+            let MeterReading { stops, percentile } = meter(&radiance);
             assert!((stops - expected).abs() <= 4e-16, "{stops} for {pixels} pixels");
             assert!((percentile.unwrap() * 2.0_f64.powf(stops) - 0.8).abs() < 1e-15);
         }

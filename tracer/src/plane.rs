@@ -1,10 +1,10 @@
 //! An infinite plane (document, section 2.2.2).
 
 use crate::contact::Contact;
-use crate::grid::{LANES, Nearest, Rays, offer};
+use crate::grid::{HitBuffer, LANES, Rays, offer};
 use crate::points::Points;
 use crate::shadow::Shadow;
-use crate::vector::{dot, scale, single};
+use crate::vector::{dot, scale, to_f32};
 use crate::world::Vector;
 
 /// Document, section 2.2.2: a ray with |d . n| below this, for unit d, is parallel to the plane.
@@ -32,13 +32,13 @@ impl Plane {
         dot(self.normal, place) - self.offset
     }
 
-    /// How high a lamp close to the plane is above it, on the eye's side.
+    /// How high a light close to the plane is above it, on the eye's side.
     #[inline(always)]
-    pub(crate) fn height_of(&self, lamp: &Contact) -> f64 {
+    pub(crate) fn height_of(&self, light: &Contact) -> f64 {
         if self.offset > 0.0 {
-            -lamp.local[0]
+            -light.local[0]
         } else {
-            lamp.local[0]
+            light.local[0]
         }
     }
 
@@ -55,9 +55,9 @@ impl Plane {
 
     /// t = offset / (n . v)
     #[inline(always)]
-    pub(crate) fn meet(&self, face: u32, rays: &Rays, nearest: &mut Nearest) {
+    pub(crate) fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
         let middle = dot(self.normal, rays.middle) as f32;
-        let [nx, ny, _] = single(self.normal);
+        let [nx, ny, _] = to_f32(self.normal);
         let offset = self.offset as f32;
         let mut close = 0;
         for lane in 0..LANES {
@@ -65,12 +65,12 @@ impl Plane {
             let t = offset / along;
             let parallel = along * along < (PARALLEL * PARALLEL) * rays.vv[lane];
             close += offer(
-                (&mut nearest.t[lane], &mut nearest.face[lane]),
+                (&mut hits.t[lane], &mut hits.face[lane]),
                 if parallel { 0.0 } else { t },
                 face,
             );
         }
-        nearest.close += close;
+        hits.close += close;
     }
 
     /// t = offset / (n . v), in float64, infinite where it is not ahead; and |n.v|.
@@ -89,7 +89,7 @@ impl Plane {
     pub(crate) fn place(&self, t: f64, rays: &Rays, points: &mut Points) -> Vector {
         let along_middle = dot(self.normal, rays.middle);
         let rest = (self.offset - t * along_middle) as f32;
-        let [nx, ny, _] = single(self.normal);
+        let [nx, ny, _] = to_f32(self.normal);
         let reference = scale(rays.middle, t);
         let (middle, t) = (along_middle as f32, t as f32);
         for lane in 0..points.padded() {
@@ -103,22 +103,22 @@ impl Plane {
         reference
     }
 
-    /// Darken the points that have the plane between them and the lamp.
+    /// Darken the points that have the plane between them and the light.
     #[inline(always)]
-    pub(crate) fn hide(&self, contact: Option<&Contact>, shadow: &mut Shadow<'_>) {
-        let lamp = contact.map_or_else(|| self.height(shadow.lamp.position), |contact| contact.local[0]);
-        // A lamp on the plane, such as one on the ceiling, shines to both sides.
-        if lamp == 0.0 {
+    pub(crate) fn occlude(&self, contact: Option<&Contact>, shadow: &mut Shadow<'_>) {
+        let light = contact.map_or_else(|| self.height(shadow.light.position), |contact| contact.local[0]);
+        // A light on the plane, such as one on the ceiling, shines to both sides.
+        if light == 0.0 {
             return;
         }
-        let toward = scale(self.normal, lamp.signum());
-        let ball = lamp.signum() * self.height(shadow.ball.center);
+        let toward = scale(self.normal, light.signum());
+        let ball = light.signum() * self.height(shadow.ball.center);
         if ball > shadow.ball.radius {
             return;
         }
-        let height = lamp.signum() * self.height(shadow.points.reference);
+        let height = light.signum() * self.height(shadow.points.reference);
         let limit = (-height - shadow.rounding_at_points(self.offset.abs())) as f32;
-        let n = single(toward);
+        let n = to_f32(toward);
         let points = shadow.points;
         for lane in 0..points.padded() {
             let [x, y, z] = &points.offset;

@@ -31,7 +31,7 @@
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::develop::Bits;
+use crate::develop::BitDepth;
 use crate::memory::filled;
 
 pub use png::DecodingError;
@@ -49,7 +49,7 @@ pub struct Header<'a> {
     /// What a pixel holds.
     pub color: Color,
     /// Of each channel.
-    pub bits: Bits,
+    pub bits: BitDepth,
     /// Keywords of Latin-1 and what is told under them, in ASCII.
     pub texts: &'a [(String, String)],
 }
@@ -125,8 +125,8 @@ impl<W: Write> PngWriter<W> {
             Color::Triple | Color::Srgb => png::ColorType::Rgb,
         });
         settings.set_depth(match header.bits {
-            Bits::Eight => png::BitDepth::Eight,
-            Bits::Sixteen => png::BitDepth::Sixteen,
+            BitDepth::Eight => png::BitDepth::Eight,
+            BitDepth::Sixteen => png::BitDepth::Sixteen,
         });
         if header.color == Color::Srgb {
             settings.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
@@ -247,7 +247,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn srgb(width: u32, height: u32, bits: Bits) -> Header<'static> {
+    fn srgb(width: u32, height: u32, bits: BitDepth) -> Header<'static> {
         Header {
             width,
             height,
@@ -257,7 +257,7 @@ mod tests {
         }
     }
 
-    fn encoded(width: u32, height: u32, bits: Bits, pixels: &[u8]) -> Vec<u8> {
+    fn encoded(width: u32, height: u32, bits: BitDepth, pixels: &[u8]) -> Vec<u8> {
         let mut file = Vec::new();
         let mut writer = PngWriter::new(&mut file, srgb(width, height, bits)).unwrap();
         writer.write_rows(pixels).unwrap();
@@ -302,7 +302,7 @@ mod tests {
 
     #[test]
     fn the_file_says_that_it_is_srgb_and_nothing_else() {
-        let mut file = &encoded(1, 1, Bits::Eight, &[1, 2, 3])[8..];
+        let mut file = &encoded(1, 1, BitDepth::Eight, &[1, 2, 3])[8..];
         let mut chunks = Vec::new();
         while let [a, b, c, d, rest @ ..] = file {
             chunks.push(String::from_utf8_lossy(&rest[..4]));
@@ -315,17 +315,17 @@ mod tests {
     fn the_file_does_not_depend_on_the_bands_it_was_written_in() {
         let pixels = noise(300 * 3 * 100);
         let mut file = Vec::new();
-        let mut writer = PngWriter::new(&mut file, srgb(300, 100, Bits::Eight)).unwrap();
+        let mut writer = PngWriter::new(&mut file, srgb(300, 100, BitDepth::Eight)).unwrap();
         for band in pixels.chunks(300 * 3 * 7) {
             writer.write_rows(band).unwrap();
         }
         writer.finish().unwrap();
-        assert!(file == encoded(300, 100, Bits::Eight, &pixels));
+        assert!(file == encoded(300, 100, BitDepth::Eight, &pixels));
     }
 
     #[test]
     fn encoded_rows_leave_for_the_sink_as_they_come() {
-        let mut writer = PngWriter::new(Vec::new(), srgb(1000, 200, Bits::Sixteen)).unwrap();
+        let mut writer = PngWriter::new(Vec::new(), srgb(1000, 200, BitDepth::Sixteen)).unwrap();
         for row in noise(6000 * 200).chunks(6000) {
             writer.write_rows(row).unwrap();
             let (waiting, space) = writer.encoded.with(|bytes| (bytes.len(), bytes.capacity()));
@@ -337,7 +337,7 @@ mod tests {
     #[test]
     fn the_widest_picture_can_be_written() {
         let pixels = noise(65_535 * 6);
-        let (info, back) = decoded(&encoded(65_535, 1, Bits::Sixteen, &pixels));
+        let (info, back) = decoded(&encoded(65_535, 1, BitDepth::Sixteen, &pixels));
         assert_eq!((info.width, info.height), (65_535, 1));
         assert!(back == pixels);
     }
@@ -345,9 +345,9 @@ mod tests {
     #[test]
     fn a_full_disk_is_an_error_wherever_it_happens() {
         let pixels = noise(30 * 3 * 1000);
-        let size = encoded(30, 1000, Bits::Eight, &pixels).len();
+        let size = encoded(30, 1000, BitDepth::Eight, &pixels).len();
         for room in (0..size).step_by(5003).chain(size - 100..size) {
-            let written = PngWriter::new(Disk(room), srgb(30, 1000, Bits::Eight)).and_then(|mut writer| {
+            let written = PngWriter::new(Disk(room), srgb(30, 1000, BitDepth::Eight)).and_then(|mut writer| {
                 writer.write_rows(&pixels)?;
                 writer.finish()
             });
@@ -367,21 +367,21 @@ mod tests {
                 Err(io::ErrorKind::StorageFull.into())
             }
         }
-        let mut writer = PngWriter::new(Unflushable, srgb(1, 1, Bits::Eight)).unwrap();
+        let mut writer = PngWriter::new(Unflushable, srgb(1, 1, BitDepth::Eight)).unwrap();
         writer.write_rows(&[0; 3]).unwrap();
         assert!(writer.finish().is_err());
     }
 
     #[test]
     fn missing_rows_are_an_error() {
-        let mut writer = PngWriter::new(Vec::new(), srgb(4, 3, Bits::Eight)).unwrap();
+        let mut writer = PngWriter::new(Vec::new(), srgb(4, 3, BitDepth::Eight)).unwrap();
         writer.write_rows(&[0; 24]).unwrap();
         assert!(writer.finish().is_err());
     }
 
     #[test]
     fn too_many_rows_or_parts_of_rows_are_an_error() {
-        let mut writer = PngWriter::new(Vec::new(), srgb(4, 3, Bits::Eight)).unwrap();
+        let mut writer = PngWriter::new(Vec::new(), srgb(4, 3, BitDepth::Eight)).unwrap();
         assert!(writer.write_rows(&[0; 48]).is_err());
         assert!(writer.write_rows(&[0; 13]).is_err());
         writer.write_rows(&[0; 36]).unwrap();
@@ -391,14 +391,14 @@ mod tests {
 
     #[test]
     fn a_picture_without_pixels_is_an_error() {
-        assert!(PngWriter::new(Vec::new(), srgb(0, 1, Bits::Eight)).is_err());
-        assert!(PngWriter::new(Vec::new(), srgb(1, 0, Bits::Eight)).is_err());
+        assert!(PngWriter::new(Vec::new(), srgb(0, 1, BitDepth::Eight)).is_err());
+        assert!(PngWriter::new(Vec::new(), srgb(1, 0, BitDepth::Eight)).is_err());
     }
 
     #[test]
     fn a_writer_that_is_dropped_leaves_a_file_without_an_end() {
         let mut file = Vec::new();
-        let mut writer = PngWriter::new(&mut file, srgb(4, 3, Bits::Eight)).unwrap();
+        let mut writer = PngWriter::new(&mut file, srgb(4, 3, BitDepth::Eight)).unwrap();
         writer.write_rows(&[7; 24]).unwrap();
         drop(writer);
         assert!(file.starts_with(b"\x89PNG"));
@@ -407,7 +407,7 @@ mod tests {
 
     #[test]
     fn a_writer_can_be_dropped_with_a_full_disk() {
-        let mut writer = PngWriter::new(Disk(1000), srgb(1000, 30, Bits::Eight)).unwrap();
+        let mut writer = PngWriter::new(Disk(1000), srgb(1000, 30, BitDepth::Eight)).unwrap();
         assert!(writer.write_rows(&noise(90_000)).is_err());
     }
 
@@ -415,7 +415,7 @@ mod tests {
         #[test]
         fn what_was_written_is_read_back(
             (width, height, bits, pixels) in (1u32..40, 1u32..20, any::<bool>()).prop_flat_map(|(width, height, deep)| {
-                let bits = if deep { Bits::Sixteen } else { Bits::Eight };
+                let bits = if deep { BitDepth::Sixteen } else { BitDepth::Eight };
                 let bytes = (width * height) as usize * bits.bytes_per_pixel();
                 let any_pixels = prop::collection::vec(prop_oneof![Just(0), Just(255), any::<u8>()], bytes);
                 (Just(width), Just(height), Just(bits), any_pixels)

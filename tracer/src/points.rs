@@ -1,4 +1,4 @@
-//! The points of a block that lie on one face, as the lamps see them.
+//! The points of a tile that lie on one face, as the lights see them.
 
 use crate::grid::{LANES, Lanes, Rays, STEP};
 use crate::plane::Plane;
@@ -10,7 +10,7 @@ use crate::world::Vector;
 /// Rounding in float32 is less than this share of the distances from the reference.
 const TOUCHING: f32 = 4e-6;
 
-/// Where rays of a block meet one flat face, or one sphere.
+/// Where rays of a tile meet one flat face, or one sphere.
 #[derive(Clone, Debug)]
 pub(crate) struct Points {
     /// How many.
@@ -27,7 +27,7 @@ pub(crate) struct Points {
 
 /// A ball around points.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Ball {
+pub(crate) struct BoundingSphere {
     pub(crate) center: Vector,
     pub(crate) radius: f64,
 }
@@ -90,7 +90,7 @@ impl Points {
 
     /// A ball that holds all points.
     #[inline(always)]
-    pub(crate) fn bound(&self) -> Ball {
+    pub(crate) fn bound(&self) -> BoundingSphere {
         let mut middle = [0.0; 3];
         let mut half = [0.0; 3];
         for axis in 0..3 {
@@ -107,7 +107,7 @@ impl Points {
             middle[axis] = (f64::from(low) + f64::from(high)) / 2.0;
             half[axis] = (f64::from(high) - f64::from(low)) / 2.0;
         }
-        Ball {
+        BoundingSphere {
             center: add(self.reference, middle),
             radius: length(half),
         }

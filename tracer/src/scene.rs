@@ -7,13 +7,13 @@
 use crate::bvh::{Bvh, Cone, Stack};
 use crate::contact::{COORDINATE, Contact, Side};
 use crate::cuboid::Cuboid;
-use crate::grid::{Nearest, Rays};
+use crate::grid::{HitBuffer, Rays};
 use crate::memory::{OutOfMemory, collect, reserve};
 use crate::plane::Plane;
 use crate::shadow::Shadow;
 use crate::sphere::Sphere;
-use crate::vector::{dot, largest, length, scale, sub, taxi, turned};
-use crate::world::{Camera, Form, Light, Object, Vector, World};
+use crate::vector::{dot, l1_norm, largest, length, rotate, scale, sub};
+use crate::world::{Camera, LightDesc, Object, ShapeDesc, Vector, World};
 use std::f64::consts::PI;
 use std::iter;
 
@@ -40,11 +40,11 @@ pub(crate) enum Shape {
 impl Shape {
     /// Offer where rays meet the shape, which has the face numbers from `face` on.
     #[inline(always)]
-    pub(crate) fn meet(&self, face: u32, rays: &Rays, nearest: &mut Nearest) {
+    pub(crate) fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
         match self {
-            Shape::Sphere(sphere) => sphere.meet(face, rays, nearest),
-            Shape::Plane(plane) => plane.meet(face, rays, nearest),
-            Shape::Cuboid(cuboid) => cuboid.meet(face, rays, nearest),
+            Shape::Sphere(sphere) => sphere.intersect(face, rays, hits),
+            Shape::Plane(plane) => plane.intersect(face, rays, hits),
+            Shape::Cuboid(cuboid) => cuboid.intersect(face, rays, hits),
         }
     }
 
@@ -58,27 +58,27 @@ impl Shape {
         }
     }
 
-    /// Darken the points from which the shape hides the lamp; `contact` if that is close to its surface.
+    /// Darken the points from which the shape hides the light; `contact` if that is close to its surface.
     #[inline(always)]
-    pub(crate) fn hide(&self, contact: Option<&Contact>, shadow: &mut Shadow<'_>) {
+    pub(crate) fn occlude(&self, contact: Option<&Contact>, shadow: &mut Shadow<'_>) {
         match self {
-            Shape::Sphere(sphere) => sphere.hide(contact, shadow),
-            Shape::Plane(plane) => plane.hide(contact, shadow),
-            Shape::Cuboid(cuboid) => cuboid.hide(contact, shadow),
+            Shape::Sphere(sphere) => sphere.occlude(contact, shadow),
+            Shape::Plane(plane) => plane.occlude(contact, shadow),
+            Shape::Cuboid(cuboid) => cuboid.occlude(contact, shadow),
         }
     }
 
-    /// Whether a lamp is where it can light what the eye sees: both inside or both outside, or the lamp on the surface.
+    /// Whether a light is where it can light what the eye sees: both inside or both outside, or the light on the surface.
     /// Of a plane, the height above it tells.
     #[inline(always)]
-    pub(crate) fn sees(&self, contact: Option<&Contact>, lamp: Vector) -> bool {
+    pub(crate) fn sees(&self, contact: Option<&Contact>, light: Vector) -> bool {
         let (side, eye_is_outside) = match self {
             Shape::Sphere(sphere) => (
-                contact.map_or_else(|| sphere.side(lamp), |contact| contact.side),
+                contact.map_or_else(|| sphere.side(light), |contact| contact.side),
                 sphere.eye_is_outside(),
             ),
             Shape::Cuboid(cuboid) => (
-                contact.map_or_else(|| cuboid.side(lamp), |contact| contact.side),
+                contact.map_or_else(|| cuboid.side(light), |contact| contact.side),
                 cuboid.eye_is_outside(),
             ),
             Shape::Plane(_) => return true,
@@ -86,21 +86,21 @@ impl Shape {
         side == Side::On || (side == Side::Outside) == eye_is_outside
     }
 
-    /// How high a lamp close to the shape is above a flat face, on the eye's side.
+    /// How high a light close to the shape is above a flat face, on the eye's side.
     #[inline(always)]
-    pub(crate) fn height(&self, face: u32, lamp: &Contact) -> f64 {
+    pub(crate) fn height(&self, face: u32, light: &Contact) -> f64 {
         match self {
             Shape::Sphere(_) => 0.0,
-            Shape::Plane(plane) => plane.height_of(lamp),
-            Shape::Cuboid(cuboid) => cuboid.height(face, lamp),
+            Shape::Plane(plane) => plane.height_of(light),
+            Shape::Cuboid(cuboid) => cuboid.height(face, light),
         }
     }
 
     /// Twice how far from the eye or how large the shape is, at most: what rounding depends on.
     pub(crate) fn reach(&self) -> f64 {
         match self {
-            Shape::Sphere(sphere) => taxi(sphere.center) + sphere.radius,
-            Shape::Cuboid(cuboid) => taxi(cuboid.center) + 2.0 * cuboid.bounding_radius(),
+            Shape::Sphere(sphere) => l1_norm(sphere.center) + sphere.radius,
+            Shape::Cuboid(cuboid) => l1_norm(cuboid.center) + 2.0 * cuboid.bounding_radius(),
             Shape::Plane(plane) => plane.reach,
         }
     }
@@ -108,20 +108,20 @@ impl Shape {
 
 /// A point light in the camera's space.
 #[derive(Clone, Debug)]
-pub(crate) struct Lamp {
+pub(crate) struct Light {
     /// Where it stands.
     pub(crate) position: Vector,
     /// By what factor it was moved nearer to the eye.
     pub(crate) nearer: f64,
     /// intensity * color / (4 pi), in units of this space: over r^2 it is the light L_i that arrives.
     pub(crate) power: Vector,
-    /// The object that carries it and casts no shadow in it, or `NOBODY`.
+    /// The object that carries it and casts no shadow in it, or `NO_OBJECT`.
     pub(crate) body: u32,
     /// The objects that it is on, or so close to that rounding, in the camera's space, might take it to the other side.
     pub(crate) contacts: Vec<(u32, Contact)>,
 }
 
-impl Lamp {
+impl Light {
     /// How it lies to an object that it is close to.
     #[inline(always)]
     pub(crate) fn contact(&self, object: u32) -> Option<&Contact> {
@@ -131,15 +131,15 @@ impl Lamp {
 }
 
 /// No object's number.
-pub(crate) const NOBODY: u32 = u32::MAX;
+pub(crate) const NO_OBJECT: u32 = u32::MAX;
 
 /// What an object looks like, beside its shape.
 #[derive(Clone, Debug)]
-pub(crate) struct Look {
+pub(crate) struct Material {
     /// Albedo, linear RGB.
     pub(crate) albedo: Vector,
     /// The radiance of an object that carries a light, the same from all its surface.
-    pub(crate) shining: Option<[f32; 3]>,
+    pub(crate) emitted: Option<[f32; 3]>,
     /// By what factor it was moved nearer to the eye.
     pub(crate) nearer: f64,
 }
@@ -152,10 +152,10 @@ pub(crate) struct Scene {
     /// How much of the world's coordinates rounding takes, in this space's units.
     pub(crate) grain: f64,
     pub(crate) shapes: Vec<Shape>,
-    pub(crate) looks: Vec<Look>,
+    pub(crate) materials: Vec<Material>,
     /// Whether any object was moved nearer to the eye.
     pub(crate) has_moved_bodies: bool,
-    pub(crate) lamps: Vec<Lamp>,
+    pub(crate) lights: Vec<Light>,
     /// The numbers of the planes: infinite, so that no tree can hold them.
     pub(crate) planes: Vec<u32>,
     /// All other objects.
@@ -170,7 +170,7 @@ impl Scene {
     /// If there is not enough memory for it.
     pub(crate) fn new(world: &World) -> Result<Scene, OutOfMemory> {
         let unit = suitable_unit(world)?;
-        let space = Space {
+        let space = CameraSpace {
             camera: &world.camera,
             unit,
         };
@@ -179,56 +179,56 @@ impl Scene {
             (0..shapes.len() as u32).filter(|&i| matches!(shapes[i as usize], Shape::Plane(_))),
             OBJECTS,
         )?;
-        let looks = looks(world, &space)?;
+        let materials = materials(world, &space)?;
         let mut scene = Scene {
             unit,
             grain: 2.0 * COORDINATE * largest(space.world(world.camera.position)),
-            has_moved_bodies: looks.iter().any(|look| look.nearer < 1.0),
-            looks,
-            lamps: Vec::new(),
+            has_moved_bodies: materials.iter().any(|material| material.nearer < 1.0),
+            materials,
+            lights: Vec::new(),
             planes,
             bvh: Bvh::new(&shapes)?,
             shapes,
         };
-        scene.lamps = collect(
-            world.lights.iter().map(|light| scene.lamp(&space, world, light)),
+        scene.lights = collect(
+            world.lights.iter().map(|light| scene.light(&space, world, light)),
             "the lights",
         )?;
         Ok(scene)
     }
 
-    fn lamp(&self, space: &Space<'_>, world: &World, light: &Light) -> Lamp {
-        // The light of a lamp that is moved nearer is as much weaker as its square says.
+    fn light(&self, space: &CameraSpace<'_>, world: &World, light: &LightDesc) -> Light {
+        // The light of a light that is moved nearer is as much weaker as its square says.
         let nearer = space.nearer(light.position, 0.0);
         let unit = space.unit * nearer;
         let intensity = light.intensity * unit * unit / (4.0 * PI);
         let position = scale(space.place(light.position), nearer);
         let close = |i: u32| {
             let contact = space.contact(&world.objects[i as usize], light.position);
-            let rounding = FAR_FROM_ROUNDING * (taxi(position) + self.shapes[i as usize].reach());
+            let rounding = FAR_FROM_ROUNDING * (l1_norm(position) + self.shapes[i as usize].reach());
             contact.is_within(rounding).then_some((i, contact))
         };
         let mut stack = Stack::default();
-        let around = Cone::around(position, self.grain + 2.0 * COORDINATE * taxi(position));
-        let mut walk = self.bvh.walk(&around, &mut stack);
-        let candidates = iter::from_fn(|| walk.next(0.0)).chain(self.planes.iter().copied());
-        Lamp {
+        let around = Cone::around(position, self.grain + 2.0 * COORDINATE * l1_norm(position));
+        let mut traversal = self.bvh.traverse(&around, &mut stack);
+        let candidates = iter::from_fn(|| traversal.next(0.0)).chain(self.planes.iter().copied());
+        Light {
             position,
             nearer,
             power: scale(light.color, intensity.min(f64::MAX)),
-            body: light.body.map_or(NOBODY, |body| body as u32),
+            body: light.body.map_or(NO_OBJECT, |body| body as u32),
             contacts: candidates.filter_map(close).collect(),
         }
     }
 }
 
 /// The camera's space.
-struct Space<'a> {
+struct CameraSpace<'a> {
     camera: &'a Camera,
     unit: f64,
 }
 
-impl Space<'_> {
+impl CameraSpace<'_> {
     fn length(&self, length: f64) -> f64 {
         (length * self.unit).clamp(-FARTHEST, FARTHEST)
     }
@@ -247,11 +247,11 @@ impl Space<'_> {
     /// How a place lies to an object.
     fn contact(&self, object: &Object, place: Vector) -> Contact {
         let (place, center) = (self.world(place), self.world(object.position));
-        match object.form {
-            Form::Sphere { radius } => Contact::with_sphere(place, center, self.length(radius)),
-            Form::Plane { normal } => Contact::with_plane(place, center, unit_vector(normal)),
-            Form::Box { size, rotation } => {
-                Contact::with_box(place, center, &turned_axes(rotation), self.half(size))
+        match object.shape {
+            ShapeDesc::Sphere { radius } => Contact::with_sphere(place, center, self.length(radius)),
+            ShapeDesc::Plane { normal } => Contact::with_plane(place, center, unit_vector(normal)),
+            ShapeDesc::Box { size, rotation } => {
+                Contact::with_box(place, center, &box_axes(rotation), self.half(size))
             }
         }
     }
@@ -277,8 +277,8 @@ impl Space<'_> {
 
     /// The same for an object.
     fn nearer_of(&self, object: &Object) -> f64 {
-        match object.form {
-            Form::Plane { .. } => (REACH / self.offset(object).abs()).min(1.0),
+        match object.shape {
+            ShapeDesc::Plane { .. } => (REACH / self.offset(object).abs()).min(1.0),
             _ => self.nearer(object.position, extent(object)),
         }
     }
@@ -289,31 +289,31 @@ impl Space<'_> {
     }
 
     fn direction(&self, direction: Vector) -> Vector {
-        turned(&[self.camera.right, self.camera.up, self.camera.forward], direction)
+        rotate(&[self.camera.right, self.camera.up, self.camera.forward], direction)
     }
 
     fn shape(&self, object: &Object) -> Shape {
         let place = self.place(object.position);
         let nearer = self.nearer_of(object);
         let eye = self.contact(object, self.camera.position);
-        match object.form {
-            Form::Sphere { radius } => {
+        match object.shape {
+            ShapeDesc::Sphere { radius } => {
                 let (place, radius) = (scale(place, nearer), self.length(radius) * nearer);
-                let close = eye.is_within(FAR_FROM_ROUNDING * (taxi(place) + radius));
+                let close = eye.is_within(FAR_FROM_ROUNDING * (l1_norm(place) + radius));
                 Shape::Sphere(Sphere::new(place, radius, close.then_some(&eye)))
             }
-            Form::Plane { normal } => {
+            ShapeDesc::Plane { normal } => {
                 let offset = self.offset(object) * nearer;
-                Shape::Plane(Plane::new(self.direction(unit_vector(normal)), offset, taxi(place)))
+                Shape::Plane(Plane::new(self.direction(unit_vector(normal)), offset, l1_norm(place)))
             }
-            Form::Box { size, rotation } => {
-                let axes = turned_axes(rotation).map(|axis| self.direction(axis));
+            ShapeDesc::Box { size, rotation } => {
+                let axes = box_axes(rotation).map(|axis| self.direction(axis));
                 let (place, half) = (scale(place, nearer), scale(self.half(size), nearer));
-                let close = eye.is_within(FAR_FROM_ROUNDING * (taxi(place) + length(half)));
+                let close = eye.is_within(FAR_FROM_ROUNDING * (l1_norm(place) + length(half)));
                 let eye = if close {
                     eye.local
                 } else {
-                    turned(&axes, scale(place, -1.0))
+                    rotate(&axes, scale(place, -1.0))
                 };
                 Shape::Cuboid(Cuboid::new(place, axes, half, eye))
             }
@@ -321,23 +321,23 @@ impl Space<'_> {
     }
 }
 
-fn looks(world: &World, space: &Space<'_>) -> Result<Vec<Look>, OutOfMemory> {
-    let look = |object: &Object| Look {
+fn materials(world: &World, space: &CameraSpace<'_>) -> Result<Vec<Material>, OutOfMemory> {
+    let material = |object: &Object| Material {
         albedo: object.color,
-        shining: None,
+        emitted: None,
         nearer: space.nearer_of(object),
     };
-    let mut looks = collect(world.objects.iter().map(look), OBJECTS)?;
+    let mut materials = collect(world.objects.iter().map(material), OBJECTS)?;
     for light in &world.lights {
         if let Some(body) = light.body {
-            looks[body].shining = Some(seen_directly(light, world.camera.position));
+            materials[body].emitted = Some(seen_directly(light, world.camera.position));
         }
     }
-    Ok(looks)
+    Ok(materials)
 }
 
 /// L = intensity color / (4 pi r^2), r from the light to the eye (document, section 3.4).
-fn seen_directly(light: &Light, eye: Vector) -> [f32; 3] {
+fn seen_directly(light: &LightDesc, eye: Vector) -> [f32; 3] {
     let largest = f64::from(f32::MAX);
     let r = length(sub(light.position, eye));
     let arriving = light.intensity / (4.0 * PI * r * r);
@@ -349,10 +349,10 @@ fn seen_directly(light: &Light, eye: Vector) -> [f32; 3] {
 /// The farthest thing is kept within this power of two: its square stays within float32.
 const LARGEST_EXPONENT: i32 = 58;
 
-/// What is farther than this power of two times the typical distance does not count for the unit; see `Space::nearer`.
+/// What is farther than this power of two times the typical distance does not count for the unit; see `CameraSpace::nearer`.
 const FARTHEST_EXPONENT: i32 = 80;
 
-/// Nor what of a lamp's distance is more than this power of two times that of all objects: its light is parallel.
+/// Nor what of a light's distance is more than this power of two times that of all objects: its light is parallel.
 const AS_GOOD_AS_PARALLEL: i32 = 30;
 
 /// A power of two that brings the typical distance from the eye, or the size of what is larger, to about 1, or below if
@@ -382,10 +382,10 @@ fn suitable_unit(world: &World) -> Result<f64, OutOfMemory> {
 
 /// The radius or the longest side of an object; 0 of a plane.
 fn extent(object: &Object) -> f64 {
-    match object.form {
-        Form::Sphere { radius } => radius,
-        Form::Plane { .. } => 0.0,
-        Form::Box { size, .. } => size[0].max(size[1]).max(size[2]),
+    match object.shape {
+        ShapeDesc::Sphere { radius } => radius,
+        ShapeDesc::Plane { .. } => 0.0,
+        ShapeDesc::Box { size, .. } => size[0].max(size[1]).max(size[2]),
     }
 }
 
@@ -397,7 +397,7 @@ fn unit_vector(direction: Vector) -> Vector {
 }
 
 /// The axes of a box turned about +y, counter-clockwise seen from above: the rows of R_y (document, section 2.2.3).
-fn turned_axes(degrees: f64) -> [Vector; 3] {
+fn box_axes(degrees: f64) -> [Vector; 3] {
     let (sine, cosine) = sine_and_cosine(degrees);
     [[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]]
 }

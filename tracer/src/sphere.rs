@@ -6,15 +6,15 @@
 //! D = v.v - m.m,  s = sqrt(D),  b = c.v,  k = c.c - 1
 //!
 //! give the roots (b -+ s) / v.v, of which k / (b + s) is the near one without cancellation. Close to the sphere
-//! m is about 1 however far away it is, so nothing cancels in D: the moment of the block's middle ray comes from
-//! float64 and float32 only adds what differs within the block (after E. Haines et al., "Precision Improvements
+//! m is about 1 however far away it is, so nothing cancels in D: the moment of the tile's middle ray comes from
+//! float64 and float32 only adds what differs within the tile (after E. Haines et al., "Precision Improvements
 //! for Ray/Sphere Intersection", Ray Tracing Gems, 2019).
 
 use crate::contact::{Contact, Side};
-use crate::grid::{LANES, Nearest, Rays, SIDE, offer};
+use crate::grid::{HitBuffer, LANES, Rays, SIDE, offer};
 use crate::points::Points;
 use crate::shadow::Shadow;
-use crate::vector::{cross, dot, length, scale, single, sub};
+use crate::vector::{cross, dot, length, scale, sub, to_f32};
 use crate::world::Vector;
 
 /// Rays that are tested together before it is decided whether any of them meets the sphere: whole rows.
@@ -38,7 +38,7 @@ pub(crate) struct Sphere {
 }
 
 /// What one ray after the other needs to know of a sphere, in units of its radius.
-struct Seen {
+struct RaySetup {
     center: [f32; 3],
     /// Of the middle ray: its moment m, and b.
     moment: [f32; 3],
@@ -78,12 +78,12 @@ impl Sphere {
     }
 
     #[inline(always)]
-    fn seen(&self, middle: Vector) -> Seen {
+    fn ray_setup(&self, middle: Vector) -> RaySetup {
         let center = scale(self.center, 1.0 / self.radius);
         let power = self.power / self.radius;
-        Seen {
-            center: single(center),
-            moment: single(cross(center, middle)),
+        RaySetup {
+            center: to_f32(center),
+            moment: to_f32(cross(center, middle)),
             along: dot(center, middle) as f32,
             power: power as f32,
             radius: self.radius as f32,
@@ -93,12 +93,12 @@ impl Sphere {
 
     /// Offer the nearest root ahead of the eye.
     #[inline(always)]
-    pub(crate) fn meet(&self, face: u32, rays: &Rays, nearest: &mut Nearest) {
-        let seen = self.seen(rays.middle);
+    pub(crate) fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
+        let setup = self.ray_setup(rays.middle);
         let outside = self.eye_is_outside();
         let mut close = 0;
         for batch in 0..LANES / BATCH {
-            if !seen.crosses_rows(rays, batch * BATCH) {
+            if !setup.crosses_rows(rays, batch * BATCH) {
                 continue;
             }
             // Arrays of a known length: a loop whose index might be out of bounds is not wholly made of vectors.
@@ -106,31 +106,31 @@ impl Sphere {
             let mut discriminant = [0.0_f32; BATCH];
             let mut met = 0_u32;
             for i in 0..BATCH {
-                let d = seen.discriminant(dx[i], dy[i], vv[i]);
+                let d = setup.discriminant(dx[i], dy[i], vv[i]);
                 discriminant[i] = d;
                 met |= u32::from(d >= 0.0);
             }
             if met == 0 {
                 continue;
             }
-            let best = &mut nearest.t.as_chunks_mut::<BATCH>().0[batch];
-            let faces = &mut nearest.face.as_chunks_mut::<BATCH>().0[batch];
+            let best = &mut hits.t.as_chunks_mut::<BATCH>().0[batch];
+            let faces = &mut hits.face.as_chunks_mut::<BATCH>().0[batch];
             for i in 0..BATCH {
-                let b = seen.along(dx[i], dy[i]);
+                let b = setup.along(dx[i], dy[i]);
                 let s = discriminant[i].sqrt();
                 // A ray that misses has no root, NaN. Of a sphere behind the eye both are negative.
                 let t = if outside {
-                    seen.power / (b + s)
+                    setup.power / (b + s)
                 } else if b >= 0.0 {
-                    (b + s) * seen.radius / vv[i]
+                    (b + s) * setup.radius / vv[i]
                 } else {
-                    seen.power / (b - s)
+                    setup.power / (b - s)
                 };
                 let behind = outside & (b <= 0.0);
                 close += offer((&mut best[i], &mut faces[i]), if behind { 0.0 } else { t }, face);
             }
         }
-        nearest.close += close;
+        hits.close += close;
     }
 
     /// The nearest root ahead of the eye, in float64, infinite if there is none; and |n.v| there.
@@ -167,13 +167,13 @@ impl Sphere {
         if self.is_flat_within(t, rays) {
             return self.place_patch(nearest(), rays, points);
         }
-        let seen = self.seen(rays.middle);
+        let setup = self.ray_setup(rays.middle);
         let turn = if self.eye_is_outside() { 1.0 } else { -1.0 };
-        let out = turn * seen.radius;
+        let out = turn * setup.radius;
         for lane in 0..points.padded() {
-            let m = seen.moment(rays.dx[lane], rays.dy[lane]);
+            let m = setup.moment(rays.dx[lane], rays.dy[lane]);
             let (x, y, vv) = (rays.x[lane], rays.y[lane], rays.vv[lane]);
-            let d = seen.discriminant(rays.dx[lane], rays.dy[lane], vv);
+            let d = setup.discriminant(rays.dx[lane], rays.dy[lane], vv);
             let s = turn * if d > 0.0 { d.sqrt() } else { 0.0 };
             let normal = [
                 turn * (m[1] - y * m[2] - s * x) / vv,
@@ -185,15 +185,15 @@ impl Sphere {
                 points.offset[i][lane] = out * normal[i];
             }
         }
-        if seen.near && self.eye_is_outside() {
-            self.place_near(&seen, t, rays, points);
+        if setup.near && self.eye_is_outside() {
+            self.place_near(&setup, t, rays, points);
             points.blur += (t * NEAR_ROUNDING) as f32;
             return scale(rays.middle, t);
         }
         self.center
     }
 
-    /// Whether float32 would lose what differs within the block on its way from the centre: where the block sees so
+    /// Whether float32 would lose what differs within the tile on its way from the centre: where the tile sees so
     /// little of the sphere that this is almost flat, or the eye is so close below it.
     #[inline(always)]
     fn is_flat_within(&self, t: f64, rays: &Rays) -> bool {
@@ -218,7 +218,7 @@ impl Sphere {
         };
         let reference = scale(v_0, t_0);
         let outward = sub(reference, self.center);
-        let n_0 = single(scale(outward, 1.0 / length(outward)));
+        let n_0 = to_f32(scale(outward, 1.0 / length(outward)));
         let (x_0, y_0) = ((v_0[0] - rays.middle[0]) as f32, (v_0[1] - rays.middle[1]) as f32);
         let (per_radius, radius) = ((t_0 / self.radius) as f32, self.radius as f32);
         let outside = self.eye_is_outside();
@@ -249,22 +249,22 @@ impl Sphere {
     }
 
     #[inline(always)]
-    fn place_near(&self, seen: &Seen, t: f64, rays: &Rays, points: &mut Points) {
+    fn place_near(&self, setup: &RaySetup, t: f64, rays: &Rays, points: &mut Points) {
         let t = t as f32;
         for lane in 0..points.padded() {
             let (dx, dy) = (rays.dx[lane], rays.dy[lane]);
-            let d = seen.discriminant(dx, dy, rays.vv[lane]);
+            let d = setup.discriminant(dx, dy, rays.vv[lane]);
             let s = if d > 0.0 { d.sqrt() } else { 0.0 };
-            let tau = seen.power / (seen.along(dx, dy) + s) - t;
+            let tau = setup.power / (setup.along(dx, dy) + s) - t;
             points.offset[0][lane] = t * dx + tau * rays.x[lane];
             points.offset[1][lane] = t * dy + tau * rays.y[lane];
             points.offset[2][lane] = tau;
         }
     }
 
-    /// Darken the points from which the sphere hides the lamp.
+    /// Darken the points from which the sphere hides the light.
     ///
-    /// With w from the point to the lamp, q and c from the point and the lamp to the centre, and M = c x -w: the line
+    /// With w from the point to the light, q and c from the point and the light to the centre, and M = c x -w: the line
     /// meets the sphere where M.M <= R^2 w.w, and does so between the two if q.w > 0 and c.w < 0; or if one of them is
     /// inside. A point is outside if its power q.q - R^2 is above 0. With the offset p from the reference, q = q_r - p;
     /// where the reference is close to the sphere nothing cancels in
@@ -273,25 +273,25 @@ impl Sphere {
     ///
     /// and where the sphere is almost flat, (q.w)^2 >= (q.q - R^2) w.w keeps apart what passes over its horizon.
     ///
-    /// A lamp on the sphere is hidden from points outside only, by the far side.
+    /// A light on the sphere is hidden from points outside only, by the far side.
     #[inline(always)]
-    pub(crate) fn hide(&self, contact: Option<&Contact>, shadow: &mut Shadow<'_>) {
-        let lamp = shadow.lamp.position;
-        let from_lamp = sub(self.center, lamp);
-        let side = contact.map_or_else(|| self.side(lamp), |contact| contact.side);
+    pub(crate) fn occlude(&self, contact: Option<&Contact>, shadow: &mut Shadow<'_>) {
+        let light = shadow.light.position;
+        let from_light = sub(self.center, light);
+        let side = contact.map_or_else(|| self.side(light), |contact| contact.side);
         let per_radius = 1.0 / self.radius;
-        let to_reference = sub(shadow.points.reference, lamp);
+        let to_reference = sub(shadow.points.reference, light);
         let from_reference = sub(self.center, shadow.points.reference);
         // c x (P_r - L) = q_r x (P_r - L): the shorter one does not cancel.
-        let arm = if dot(from_lamp, from_lamp) < dot(from_reference, from_reference) {
-            from_lamp
+        let arm = if dot(from_light, from_light) < dot(from_reference, from_reference) {
+            from_light
         } else {
             from_reference
         };
-        let moment = single(scale(cross(arm, to_reference), per_radius));
-        let c = single(scale(from_lamp, per_radius));
-        let q_r = single(scale(from_reference, per_radius));
-        let to_lamp = single(sub(lamp, shadow.points.reference));
+        let moment = to_f32(scale(cross(arm, to_reference), per_radius));
+        let c = to_f32(scale(from_light, per_radius));
+        let q_r = to_f32(scale(from_reference, per_radius));
+        let to_light = to_f32(sub(light, shadow.points.reference));
         // The power of a point at a height h is about 2 h R.
         let rounding = (2.0 * shadow.rounding_at_points(self.radius) * per_radius) as f32;
         let close = dot(from_reference, from_reference) < 2.25 * self.radius * self.radius;
@@ -305,7 +305,7 @@ impl Sphere {
             let power_r = (power(from_reference, self.radius) / (self.radius * self.radius)) as f32;
             for lane in 0..points.padded() {
                 let p = points.offset.each_ref().map(|axis| axis[lane]);
-                let (q, w) = (q_of(p), points.toward(to_lamp, lane));
+                let (q, w) = (q_of(p), points.toward(to_light, lane));
                 let sum = [q_r[0] + q[0], q_r[1] + q[1], q_r[2] + q[2]];
                 let power = power_r - per_radius * product(p, sum);
                 let slack = 2.0 * points.slack(lane) * per_radius + rounding;
@@ -330,7 +330,7 @@ impl Sphere {
             // All is outside.
             for lane in 0..points.padded() {
                 let p = points.offset.each_ref().map(|axis| axis[lane]);
-                let hidden = crosses(lane, p, q_of(p), points.toward(to_lamp, lane));
+                let hidden = crosses(lane, p, q_of(p), points.toward(to_light, lane));
                 shadow.darken(lane, hidden);
             }
             return;
@@ -345,7 +345,7 @@ impl Sphere {
             let hidden = if inside {
                 power > slack
             } else {
-                let between = crosses(lane, p, q, points.toward(to_lamp, lane));
+                let between = crosses(lane, p, q, points.toward(to_light, lane));
                 (between & (!on | (power > slack))) | (!on & (power < -slack))
             };
             shadow.darken(lane, hidden);
@@ -366,7 +366,7 @@ fn power(c: Vector, radius: f64) -> f64 {
     (distance - radius) * (distance + radius)
 }
 
-impl Seen {
+impl RaySetup {
     /// D of the ray at a distance from the middle one.
     ///
     /// Close to a sphere k is small, and D = b^2 - k v.v loses nothing where the ray grazes it.

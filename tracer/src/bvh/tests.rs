@@ -3,32 +3,32 @@ use crate::grid::LANES;
 use crate::oracle::*;
 use proptest::prelude::*;
 
-/// Objects of any size around the middle ray of a block, or all around the eye.
-fn any_scene() -> impl Strategy<Value = ((crate::place::View, (u32, u32)), Vec<Solid>)> {
-    any_block().prop_flat_map(|block| {
-        let scattered = prop::collection::vec(solid_before(block, -2.0..4.0), 0..60);
+/// Objects of any size around the middle ray of a tile, or all around the eye.
+fn any_scene() -> impl Strategy<Value = ((crate::tile::View, (u32, u32)), Vec<OracleShape>)> {
+    any_tile().prop_flat_map(|tile| {
+        let scattered = prop::collection::vec(shape_before(tile, -2.0..4.0), 0..60);
         let wide = (any_direction(), any_size(-2.0..2.0), any_size(-3.0..0.0));
         let around = prop::collection::vec(wide, 0..300).prop_map(|places| {
-            let ball = |(direction, distance, size)| Solid::Ball {
+            let ball = |(direction, distance, size)| OracleShape::Sphere {
                 center: scale(direction, distance),
                 radius: size,
             };
             places.into_iter().map(ball).collect::<Vec<_>>()
         });
-        (Just(block), (scattered, around).prop_map(|(a, b)| [a, b].concat()))
+        (Just(tile), (scattered, around).prop_map(|(a, b)| [a, b].concat()))
     })
 }
 
-fn tree_of(solids: &[Solid]) -> Bvh {
-    let shapes: Vec<Shape> = solids.iter().map(Solid::shape).collect();
+fn tree_of(shapes: &[OracleShape]) -> Bvh {
+    let shapes: Vec<Shape> = shapes.iter().map(OracleShape::to_kernel).collect();
     Bvh::new(&shapes).unwrap()
 }
 
 /// What a walk finds, in order, with the same limit all the way.
 fn found(tree: &Bvh, cone: &Cone, limit: f32) -> Vec<u32> {
     let mut stack = Stack::default();
-    let mut walk = tree.walk(cone, &mut stack);
-    std::iter::from_fn(|| walk.next(limit)).collect()
+    let mut traversal = tree.traverse(cone, &mut stack);
+    std::iter::from_fn(|| traversal.next(limit)).collect()
 }
 
 fn assert_once_each(found: &[u32], count: usize) {
@@ -39,7 +39,7 @@ fn assert_once_each(found: &[u32], count: usize) {
 
 /// A cone that holds everything.
 fn everywhere() -> Cone {
-    let ball = Ball {
+    let ball = BoundingSphere {
         center: [0.0; 3],
         radius: 1e30,
     };
@@ -48,54 +48,54 @@ fn everywhere() -> Cone {
 
 proptest! {
     #[test]
-    fn no_object_that_a_ray_of_the_block_meets_is_left_out((block, solids) in any_scene()) {
-        let cone = Cone::of_block(&rays_of(block.0, block.1));
-        let found = found(&tree_of(&solids), &cone, f32::INFINITY);
-        for (i, solid) in solids.iter().enumerate() {
-            let met = (0..LANES).any(|lane| solid.depth(exact_ray(block.0, block.1, lane)).is_some());
-            prop_assert!(!met || found.contains(&(i as u32)), "{solid:?} is left out");
+    fn no_object_that_a_ray_of_the_block_meets_is_left_out((tile, shapes) in any_scene()) {
+        let cone = Cone::of_tile(&rays_of(tile.0, tile.1));
+        let found = found(&tree_of(&shapes), &cone, f32::INFINITY);
+        for (i, shape) in shapes.iter().enumerate() {
+            let met = (0..LANES).any(|lane| shape.depth(exact_ray(tile.0, tile.1, lane)).is_some());
+            prop_assert!(!met || found.contains(&(i as u32)), "{shape:?} is left out");
         }
     }
 
     #[test]
-    fn no_object_that_is_met_within_a_depth_is_left_out((block, solids) in any_scene(), share in 0.0..1.0_f64) {
-        let rays = rays_of(block.0, block.1);
-        let cone = Cone::of_block(&rays);
-        let depths = |solid: &Solid| {
-            (0..LANES).filter_map(|lane| solid.depth(exact_ray(block.0, block.1, lane))).fold(f64::INFINITY, f64::min)
+    fn no_object_that_is_met_within_a_depth_is_left_out((tile, shapes) in any_scene(), share in 0.0..1.0_f64) {
+        let rays = rays_of(tile.0, tile.1);
+        let cone = Cone::of_tile(&rays);
+        let depths = |shape: &OracleShape| {
+            (0..LANES).filter_map(|lane| shape.depth(exact_ray(tile.0, tile.1, lane))).fold(f64::INFINITY, f64::min)
         };
-        let mut all: Vec<f64> = solids.iter().map(depths).filter(|t| t.is_finite()).collect();
+        let mut all: Vec<f64> = shapes.iter().map(depths).filter(|t| t.is_finite()).collect();
         all.sort_unstable_by(f64::total_cmp);
         if let Some(&limit) = all.get((share * all.len() as f64) as usize) {
-            let found = found(&tree_of(&solids), &cone, cone.along_axis(&rays, limit as f32));
-            for (i, solid) in solids.iter().enumerate() {
-                prop_assert!(depths(solid) > limit || found.contains(&(i as u32)), "{solid:?} is left out");
+            let found = found(&tree_of(&shapes), &cone, cone.along_axis(&rays, limit as f32));
+            for (i, shape) in shapes.iter().enumerate() {
+                prop_assert!(depths(shape) > limit || found.contains(&(i as u32)), "{shape:?} is left out");
             }
         }
     }
 
     #[test]
-    fn no_object_between_a_lamp_and_a_ball_of_points_is_left_out(
-        (_, solids) in any_scene(),
+    fn no_object_between_a_light_and_a_ball_of_points_is_left_out(
+        (_, shapes) in any_scene(),
         (toward, away, size) in (any_direction(), any_size(-2.0..2.0), any_size(-6.0..1.0)),
-        lamp in [-1.0..1.0, -1.0..1.0, -1.0..1.0],
+        light in [-1.0..1.0, -1.0..1.0, -1.0..1.0],
         points in prop::collection::vec((any_direction(), 0.0..1.0_f64), 50),
     ) {
-        let ball = Ball { center: add(lamp, scale(toward, away)), radius: size };
-        let cone = Cone::from_apex(lamp, ball, 0.0);
-        let found = found(&tree_of(&solids), &cone, f32::INFINITY);
+        let ball = BoundingSphere { center: add(light, scale(toward, away)), radius: size };
+        let cone = Cone::from_apex(light, ball, 0.0);
+        let found = found(&tree_of(&shapes), &cone, f32::INFINITY);
         for (direction, share) in points {
             let point = add(ball.center, scale(direction, size * share.cbrt()));
-            for (i, solid) in solids.iter().enumerate() {
-                let between = solid.stands_between(lamp, point);
-                prop_assert!(!between || found.contains(&(i as u32)), "{solid:?} is left out");
+            for (i, shape) in shapes.iter().enumerate() {
+                let between = shape.stands_between(light, point);
+                prop_assert!(!between || found.contains(&(i as u32)), "{shape:?} is left out");
             }
         }
     }
 
     #[test]
-    fn every_object_is_in_the_tree_once((_, solids) in any_scene()) {
-        assert_once_each(&found(&tree_of(&solids), &everywhere(), f32::INFINITY), solids.len());
+    fn every_object_is_in_the_tree_once((_, shapes) in any_scene()) {
+        assert_once_each(&found(&tree_of(&shapes), &everywhere(), f32::INFINITY), shapes.len());
     }
 }
 
@@ -106,11 +106,11 @@ fn an_empty_tree_holds_nothing() {
 
 #[test]
 fn planes_are_not_in_the_tree() {
-    let wall = Solid::Wall {
+    let wall = OracleShape::Plane {
         normal: [0.0, 1.0, 0.0],
         offset: 1.0,
     };
-    let ball = Solid::Ball {
+    let ball = OracleShape::Sphere {
         center: [0.0, 0.0, 3.0],
         radius: 1.0,
     };
@@ -119,7 +119,7 @@ fn planes_are_not_in_the_tree() {
 
 #[test]
 fn a_thousand_objects_may_be_in_one_place() {
-    let ball = Solid::Ball {
+    let ball = OracleShape::Sphere {
         center: [1.0, 2.0, 3.0],
         radius: 0.5,
     };
@@ -130,7 +130,7 @@ fn a_thousand_objects_may_be_in_one_place() {
 /// Each cut takes off only the few largest: the worst that can happen to the depth of the tree.
 #[test]
 fn objects_may_crowd_toward_a_point() {
-    let place = |i: i32| Solid::Ball {
+    let place = |i: i32| OracleShape::Sphere {
         center: [0.0, 0.0, 2_f64.powi(-i)],
         radius: 2_f64.powi(-i - 3),
     };
@@ -143,18 +143,18 @@ fn objects_may_crowd_toward_a_point() {
 fn a_large_tree_is_the_same_on_any_number_of_threads() {
     let place = |i: u32| {
         let unit = |step: u32| f64::from(i.wrapping_mul(step) >> 8) / f64::from(1 << 24);
-        Solid::Ball {
+        OracleShape::Sphere {
             center: [unit(0x9e37_79b1), unit(0x85eb_ca6b), unit(0xc2b2_ae35)],
             radius: 0.001 + 0.1 * unit(0x27d4_eb2f).powi(20),
         }
     };
-    let solids: Vec<Solid> = (0..20_000).map(place).collect();
+    let shapes: Vec<OracleShape> = (0..20_000).map(place).collect();
     let built = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| tree_of(&solids))
+        pool.install(|| tree_of(&shapes))
     };
     let tree = built(1);
-    assert_once_each(&found(&tree, &everywhere(), f32::INFINITY), solids.len());
+    assert_once_each(&found(&tree, &everywhere(), f32::INFINITY), shapes.len());
     for threads in [2, 3, 7] {
         assert_eq!(
             format!("{:?}", built(threads)),
@@ -166,20 +166,20 @@ fn a_large_tree_is_the_same_on_any_number_of_threads() {
 
 #[test]
 fn objects_in_a_row_come_from_near_to_far_up_to_the_limit() {
-    let ball = |i: i32| Solid::Ball {
+    let ball = |i: i32| OracleShape::Sphere {
         center: [0.0, 0.0, f64::from(1 + (i * 37) % 100)],
         radius: 0.25,
     };
-    let solids: Vec<Solid> = (0..100).map(ball).collect();
-    let view = crate::place::View {
+    let shapes: Vec<OracleShape> = (0..100).map(ball).collect();
+    let view = crate::tile::View {
         width: 16,
         height: 16,
         half_pixel: (0.001, 0.001),
     };
-    let cone = Cone::of_block(&rays_of(view, (0, 0)));
+    let cone = Cone::of_tile(&rays_of(view, (0, 0)));
     let places = |limit: f32| -> Vec<f64> {
-        let found = found(&tree_of(&solids), &cone, limit);
-        found.into_iter().map(|i| solids[i as usize].center()[2]).collect()
+        let found = found(&tree_of(&shapes), &cone, limit);
+        found.into_iter().map(|i| shapes[i as usize].center()[2]).collect()
     };
     assert_eq!(places(f32::INFINITY), (1..=100).map(f64::from).collect::<Vec<_>>());
     assert_eq!(places(41.9), (1..=42).map(f64::from).collect::<Vec<_>>());

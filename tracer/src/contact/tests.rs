@@ -3,12 +3,12 @@ use crate::oracle::*;
 use crate::vector::{add, scale};
 use proptest::prelude::*;
 
-/// A place on the surface of a solid: on a face, or an edge or corner of a box.
-fn any_place_on(solid: &Solid, direction: Vector, shares: Vector, fixed: [bool; 3]) -> Vector {
-    match *solid {
-        Solid::Ball { center, radius } => add(center, scale(direction, radius)),
-        Solid::Wall { .. } => unreachable!(),
-        Solid::Brick { center, axes, half } => {
+/// A place on the surface of a shape: on a face, or an edge or corner of a box.
+fn any_place_on(shape: &OracleShape, direction: Vector, shares: Vector, fixed: [bool; 3]) -> Vector {
+    match *shape {
+        OracleShape::Sphere { center, radius } => add(center, scale(direction, radius)),
+        OracleShape::Plane { .. } => unreachable!(),
+        OracleShape::Box { center, axes, half } => {
             let fixed = if fixed.contains(&true) {
                 fixed
             } else {
@@ -23,25 +23,25 @@ fn any_place_on(solid: &Solid, direction: Vector, shares: Vector, fixed: [bool; 
 proptest! {
     #[test]
     fn places_on_a_surface_are_on_it_wherever_it_is(
-        solid in any_block().prop_flat_map(|block| solid_before(block, -1.0..5.0)),
+        shape in any_tile().prop_flat_map(|tile| shape_before(tile, -1.0..5.0)),
         direction in any_direction(),
         shares in [-1.0..1.0, -1.0..1.0, -1.0..1.0],
         fixed in any::<[bool; 3]>(),
     ) {
-        let place = any_place_on(&solid, direction, shares, fixed);
-        prop_assert_eq!(solid.contact(place).side, Side::On);
+        let place = any_place_on(&shape, direction, shares, fixed);
+        prop_assert_eq!(shape.contact(place).side, Side::On);
     }
 
     #[test]
     fn places_off_a_surface_are_inside_or_outside(
-        solid in any_block().prop_flat_map(|block| solid_before(block, -1.0..1.0)),
+        shape in any_tile().prop_flat_map(|tile| shape_before(tile, -1.0..1.0)),
         direction in any_direction(),
         shares in [-1.0..1.0, -1.0..1.0, -1.0..1.0],
     ) {
-        let place = any_place_on(&solid, direction, shares, [false, true, false]);
+        let place = any_place_on(&shape, direction, shares, [false, true, false]);
         for (share, side) in [(1e-11, Side::Outside), (-1e-11, Side::Inside)] {
-            let outward = sub(place, solid.center());
-            prop_assert_eq!(solid.contact(add(place, scale(outward, share))).side, side);
+            let outward = sub(place, shape.center());
+            prop_assert_eq!(shape.contact(add(place, scale(outward, share))).side, side);
         }
     }
 }

@@ -4,7 +4,7 @@ use crate::oracle::any_world;
 use crate::render::Tracer;
 use crate::scene::Scene;
 use crate::simd::Level;
-use crate::world::{Camera, Form, Object, Settings, World};
+use crate::world::{Camera, Object, Settings, ShapeDesc, World};
 use proptest::prelude::*;
 use std::sync::Arc;
 
@@ -22,7 +22,7 @@ fn search(world: &World, window: Window) -> Search {
         view: View::new(&world.camera),
         window,
         rays: Rays::new(),
-        nearest: Nearest::new(),
+        hits: HitBuffer::new(),
         waiting: Vec::new(),
     }
 }
@@ -31,12 +31,12 @@ fn search(world: &World, window: Window) -> Search {
 fn both_ways(world: &World, window: Window) -> (Vec<u64>, Vec<u64>, u64) {
     let mut search = search(world, window);
     let scene = Scene::new(world).unwrap();
-    let places: Vec<Place> = Place::all(search.view, window).collect();
+    let tiles: Vec<Tile> = Tile::all(search.view, window).collect();
     let budget = WorkBudget::unlimited();
     let mut meter = budget.meter();
     let (mut all, mut found) = (Vec::new(), Vec::new());
     for shape in &scene.shapes {
-        all.push(places.iter().map(|place| search.count_block(shape, place.corner)).sum());
+        all.push(tiles.iter().map(|tile| search.count_tile(shape, tile.corner)).sum());
         found.push(search.count(shape, &mut meter, || false));
     }
     budget.spend(meter);
@@ -44,7 +44,7 @@ fn both_ways(world: &World, window: Window) -> (Vec<u64>, Vec<u64>, u64) {
 }
 
 /// What a camera at the origin with a picture of 1000 x 800 pixels sees along -z.
-fn world_of(forms: &[(Vector, Form)]) -> World {
+fn world_of(shapes: &[(Vector, ShapeDesc)]) -> World {
     World {
         camera: Camera {
             width: 1000,
@@ -55,12 +55,12 @@ fn world_of(forms: &[(Vector, Form)]) -> World {
             up: [0.0, 1.0, 0.0],
             forward: [0.0, 0.0, -1.0],
         },
-        objects: forms
+        objects: shapes
             .iter()
-            .map(|&(position, form)| Object {
+            .map(|&(position, shape)| Object {
                 position,
                 color: [0.5; 3],
-                form,
+                shape,
             })
             .collect(),
         lights: Vec::new(),
@@ -73,8 +73,8 @@ fn world_of(forms: &[(Vector, Form)]) -> World {
     }
 }
 
-fn boxed(x: f64, y: f64, z: f64, rotation: f64) -> Form {
-    Form::Box {
+fn boxed(x: f64, y: f64, z: f64, rotation: f64) -> ShapeDesc {
+    ShapeDesc::Box {
         size: [x, y, z],
         rotation,
     }
@@ -109,31 +109,31 @@ fn the_search_finds_all_of_long_flat_and_large_shapes() {
         ([2.0, 3.0, 1.0], boxed(3.0, 3.0, 30.0, 10.0)),      // partly behind the camera
         ([0.0, 0.0, 0.0], boxed(2.0, 2.0, 2.0, 20.0)),       // around the camera
         ([0.0, 0.0, -1.0], boxed(2.0, 2.0, 2.0, 0.0)),       // with the camera on a face
-        ([0.0, 0.0, 0.0], Form::Sphere { radius: 3.0 }),
-        ([0.0, 0.0, -3.0], Form::Sphere { radius: 3.0 }), // with the camera on it
-        ([0.0, 2.0, -3.0], Form::Sphere { radius: 2.9 }),
-        ([0.0, 0.0, 9.0], Form::Sphere { radius: 3.0 }),
+        ([0.0, 0.0, 0.0], ShapeDesc::Sphere { radius: 3.0 }),
+        ([0.0, 0.0, -3.0], ShapeDesc::Sphere { radius: 3.0 }), // with the camera on it
+        ([0.0, 2.0, -3.0], ShapeDesc::Sphere { radius: 2.9 }),
+        ([0.0, 0.0, 9.0], ShapeDesc::Sphere { radius: 3.0 }),
         (
             [0.0, -1.0, 0.0],
-            Form::Plane {
+            ShapeDesc::Plane {
                 normal: [0.1, 1.0, 0.0],
             },
         ),
         (
             [0.0, 0.0, 0.0],
-            Form::Plane {
+            ShapeDesc::Plane {
                 normal: [0.1, 1.0, 0.0],
             },
         ), // through the camera
         (
             [0.0, 0.0, 5.0],
-            Form::Plane {
+            ShapeDesc::Plane {
                 normal: [0.0, 0.0, 1.0],
             },
         ),
         (
             [0.0, 0.0, -5.0],
-            Form::Plane {
+            ShapeDesc::Plane {
                 normal: [0.0, 0.0, 1.0],
             },
         ),
@@ -145,7 +145,7 @@ fn the_search_finds_all_of_long_flat_and_large_shapes() {
 
 #[test]
 fn what_fills_the_picture_takes_a_step_and_what_is_outside_few() {
-    let around = world_of(&[([0.0; 3], Form::Sphere { radius: 3.0 })]);
+    let around = world_of(&[([0.0; 3], ShapeDesc::Sphere { radius: 3.0 })]);
     assert_eq!(both_ways(&around, whole(&around)).2, 1);
     let behind = world_of(&[([0.0, 0.0, 9.0], boxed(1.0, 1.0, 1.0, 30.0))]);
     assert!(both_ways(&behind, whole(&behind)).2 < 10);
@@ -153,7 +153,7 @@ fn what_fills_the_picture_takes_a_step_and_what_is_outside_few() {
 
 #[test]
 fn the_work_grows_with_the_outline_and_not_with_the_area() {
-    let ball = |radius| world_of(&[([0.0, 0.0, -100.0], Form::Sphere { radius })]);
+    let ball = |radius| world_of(&[([0.0, 0.0, -100.0], ShapeDesc::Sphere { radius })]);
     let steps = |radius| {
         let world = ball(radius);
         both_ways(&world, whole(&world)).2 as f64
@@ -162,11 +162,11 @@ fn the_work_grows_with_the_outline_and_not_with_the_area() {
 }
 
 fn crowd() -> World {
-    let balls: Vec<(Vector, Form)> = (0..200)
+    let balls: Vec<(Vector, ShapeDesc)> = (0..200)
         .map(|i| {
             let angle = f64::from(i);
-            let place = [2.0 * angle.sin(), 2.0 * (1.7 * angle).cos(), -20.0 - angle.cos()];
-            (place, Form::Sphere { radius: 4.0 })
+            let tile = [2.0 * angle.sin(), 2.0 * (1.7 * angle).cos(), -20.0 - angle.cos()];
+            (tile, ShapeDesc::Sphere { radius: 4.0 })
         })
         .collect();
     world_of(&balls)

@@ -1,32 +1,32 @@
 use super::*;
-use crate::grid::{NOTHING, SIDE};
+use crate::grid::{NO_FACE, SIDE};
 use crate::oracle::*;
-use crate::place::View;
 use crate::points::Points;
+use crate::tile::View;
 use crate::vector::add;
 use proptest::prelude::*;
 
 const STRAIGHT: [Vector; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-fn brick(center: Vector, half: Vector) -> Solid {
-    Solid::Brick {
+fn brick(center: Vector, half: Vector) -> OracleShape {
+    OracleShape::Box {
         center,
         axes: STRAIGHT,
         half,
     }
 }
 
-/// A block and a box whose outline it is likely to see; or the eye is inside.
-fn block_and_brick(distances: std::ops::Range<f64>) -> impl Strategy<Value = ((View, (u32, u32)), Solid)> {
-    any_block()
-        .prop_flat_map(move |block| (Just(block), solid_before(block, distances.clone())))
-        .prop_filter("a box", |(_, solid)| matches!(solid, Solid::Brick { .. }))
-        .prop_filter("the eye is not on it", |(_, solid)| {
-            solid.distance([0.0; 3]) > 1e-5 * solid.size()
+/// A tile and a box whose outline it is likely to see; or the eye is inside.
+fn tile_and_box(distances: std::ops::Range<f64>) -> impl Strategy<Value = ((View, (u32, u32)), OracleShape)> {
+    any_tile()
+        .prop_flat_map(move |tile| (Just(tile), shape_before(tile, distances.clone())))
+        .prop_filter("a box", |(_, shape)| matches!(shape, OracleShape::Box { .. }))
+        .prop_filter("the eye is not on it", |(_, shape)| {
+            shape.distance([0.0; 3]) > 1e-5 * shape.size()
         })
 }
 
-/// The block in the middle of a picture whose middle ray runs along z.
+/// The tile in the middle of a picture whose middle ray runs along z.
 fn straight(half_pixel: f64) -> (View, (u32, u32)) {
     let view = View {
         width: 16,
@@ -38,28 +38,28 @@ fn straight(half_pixel: f64) -> (View, (u32, u32)) {
 
 proptest! {
     #[test]
-    fn rays_meet_a_box_where_float64_says((block, solid) in block_and_brick(-1.0..5.0)) {
-        let across = length(solid.center()) * block.0.half_pixel.0 * f64::from(SIDE);
-        check_meeting(&solid, block, 2e-6 * (solid.size() + across))?;
+    fn rays_meet_a_box_where_float64_says((tile, shape) in tile_and_box(-1.0..5.0)) {
+        let across = length(shape.center()) * tile.0.half_pixel.0 * f64::from(SIDE);
+        check_intersection(&shape, tile, 2e-6 * (shape.size() + across))?;
     }
 
     #[test]
-    fn points_lie_on_the_box_and_on_their_rays((block, solid) in block_and_brick(-1.0..5.0)) {
-        for (lanes, points, plane) in placed(&solid, block) {
+    fn points_lie_on_the_box_and_on_their_rays((tile, shape) in tile_and_box(-1.0..5.0)) {
+        for (lanes, points, plane) in placed(&shape, tile) {
             let plane = plane.unwrap();
             prop_assert!(plane.height([0.0; 3]) >= 0.0);
             for (i, &lane) in lanes.iter().enumerate() {
                 let point = point_of(&points, i);
-                let v = exact_ray(block.0, block.1, lane.into());
+                let v = exact_ray(tile.0, tile.1, lane.into());
                 let v = scale(v, 1.0 / length(v));
-                let across = length(solid.center()) * block.0.half_pixel.0 * f64::from(SIDE);
-                let rounding = 4e-6 * (solid.size() + across);
+                let across = length(shape.center()) * tile.0.half_pixel.0 * f64::from(SIDE);
+                let rounding = 4e-6 * (shape.size() + across);
                 // A ray along the face meets it anywhere: then only the plane of the face is sure.
                 prop_assert!(plane.height(point).abs() < rounding, "lane {}: {}", lane, plane.height(point));
                 let steep = dot(plane.normal, v).abs();
                 let beside = length(cross(v, point));
                 prop_assert!(beside < rounding / steep.max(1e-6), "lane {}: {} off the ray", lane, beside);
-                let off = solid.distance(point);
+                let off = shape.distance(point);
                 prop_assert!(off < rounding / steep.max(1e-6), "lane {}: {} off the box", lane, off);
             }
         }
@@ -67,37 +67,37 @@ proptest! {
 
     #[test]
     fn a_box_hides_what_float64_says(
-        (block, receiver, lamp, center) in any_block().prop_flat_map(|block| {
-            (Just(block), solid_before(block, -1.0..3.0), any_direction(), any_direction())
+        (tile, receiver, light, center) in any_tile().prop_flat_map(|tile| {
+            (Just(tile), shape_before(tile, -1.0..3.0), any_direction(), any_direction())
         }),
         axes in any_axes(),
         half in [0.1..1.0, 0.1..1.0, 0.1..1.0],
         distances in (any_size(-1.5..1.5), any_size(-1.5..1.5), any_size(-2.0..1.0)),
-        lamp_inside in prop::bool::weighted(0.1),
+        light_inside in prop::bool::weighted(0.1),
     ) {
-        for (_, points, _) in placed(&receiver, block) {
-            // In the size of what the block sees.
+        for (_, points, _) in placed(&receiver, tile) {
+            // In the size of what the tile sees.
             let size = points.bound().radius;
             let half = half.map(|half| half * distances.2 * size);
             let middle = points.bound().center;
             let place = add(middle, scale(center, distances.0 * size));
-            let toward = if lamp_inside { add(place, scale(lamp, 0.05 * distances.2 * size)) } else {
-                add(place, scale(sub(add(place, scale(lamp, half[0])), middle), distances.1))
+            let toward = if light_inside { add(place, scale(light, 0.05 * distances.2 * size)) } else {
+                add(place, scale(sub(add(place, scale(light, half[0])), middle), distances.1))
             };
-            check_hiding(&Solid::Brick { center: place, axes, half }, toward, &points)?;
+            check_occlusion(&OracleShape::Box { center: place, axes, half }, toward, &points)?;
         }
     }
 
     /// However the camera turns, which rounds places differently.
     #[test]
-    fn a_lamp_on_a_box_lights_what_is_above_it_and_not_what_is_below(axes in any_axes(), edge in any::<bool>()) {
+    fn a_light_on_a_box_lights_what_is_above_it_and_not_what_is_below(axes in any_axes(), edge in any::<bool>()) {
         // Rows and columns of a turn are each other's turn back.
-        let center = turned(&axes, [0.0, 0.5, 0.0]);
-        let directions = STRAIGHT.map(|axis| turned(&axes, axis));
-        let carrier = Solid::Brick { center, axes: directions, half: [0.4, 0.5, 0.6] };
-        let lamp = turned(&axes, [if edge { 0.4 } else { 0.1 }, 1.0, 0.0]);
-        let light = light_left(&carrier, lamp, &points_at(&[[3.0, 1.5, 1.0], [-1.5, -1.0, 0.2]].map(|p| turned(&axes, p))));
-        prop_assert_eq!(&light[..2], &[1.0, 0.0]);
+        let center = rotate(&axes, [0.0, 0.5, 0.0]);
+        let directions = STRAIGHT.map(|axis| rotate(&axes, axis));
+        let carrier = OracleShape::Box { center, axes: directions, half: [0.4, 0.5, 0.6] };
+        let light = rotate(&axes, [if edge { 0.4 } else { 0.1 }, 1.0, 0.0]);
+        let left = irradiance_left(&carrier, light, &points_at(&[[3.0, 1.5, 1.0], [-1.5, -1.0, 0.2]].map(|p| rotate(&axes, p))));
+        prop_assert_eq!(&left[..2], &[1.0, 0.0]);
     }
 }
 
@@ -128,15 +128,15 @@ fn each_face_has_a_number_and_a_normal_that_faces_the_eye() {
             [1.0, 0.0, 0.0]
         };
         let camera = [cross(side, forward), side, forward];
-        let axes = STRAIGHT.map(|axis| turned(&camera, axis));
-        let cuboid = Cuboid::new(turned(&camera, center), axes, [1.0; 3], scale(center, -1.0));
+        let axes = STRAIGHT.map(|axis| rotate(&camera, axis));
+        let cuboid = Cuboid::new(rotate(&camera, center), axes, [1.0; 3], scale(center, -1.0));
         let (view, corner) = straight(1e-4);
-        let mut nearest = Nearest::new();
-        cuboid.meet(FACE, &rays_of(view, corner), &mut nearest);
-        assert!(nearest.face.iter().all(|&face| face == FACE + number), "{center:?}");
-        assert!(nearest.t.iter().all(|&t| t == 2.0), "{center:?}");
+        let mut hits = HitBuffer::new();
+        cuboid.intersect(FACE, &rays_of(view, corner), &mut hits);
+        assert!(hits.face.iter().all(|&face| face == FACE + number), "{center:?}");
+        assert!(hits.t.iter().all(|&t| t == 2.0), "{center:?}");
         let plane = cuboid.face(FACE + number);
-        assert_eq!(plane.normal, turned(&camera, normal), "{center:?}");
+        assert_eq!(plane.normal, rotate(&camera, normal), "{center:?}");
         assert_eq!(plane.offset, -2.0, "{center:?}");
     }
 }
@@ -145,10 +145,10 @@ fn each_face_has_a_number_and_a_normal_that_faces_the_eye() {
 fn from_inside_each_face_looks_inward() {
     let cuboid = Cuboid::new([0.0; 3], STRAIGHT, [1.0, 2.0, 3.0], [0.0; 3]);
     let (view, corner) = straight(1e-4);
-    let mut nearest = Nearest::new();
-    cuboid.meet(FACE, &rays_of(view, corner), &mut nearest);
-    assert!(nearest.t.iter().all(|&t| t == 3.0));
-    let plane = cuboid.face(nearest.face[0]);
+    let mut hits = HitBuffer::new();
+    cuboid.intersect(FACE, &rays_of(view, corner), &mut hits);
+    assert!(hits.t.iter().all(|&t| t == 3.0));
+    let plane = cuboid.face(hits.face[0]);
     assert_eq!(plane.normal, [0.0, 0.0, -1.0]);
     assert_eq!(plane.offset, -3.0);
 }
@@ -156,11 +156,11 @@ fn from_inside_each_face_looks_inward() {
 #[test]
 fn a_box_behind_the_eye_is_not_seen() {
     let (view, corner) = straight(1e-2);
-    let mut nearest = Nearest::new();
+    let mut hits = HitBuffer::new();
     brick([0.0, 0.0, -3.0], [1.0; 3])
-        .shape()
-        .meet(FACE, &rays_of(view, corner), &mut nearest);
-    assert!(nearest.face.iter().all(|&face| face == NOTHING));
+        .to_kernel()
+        .intersect(FACE, &rays_of(view, corner), &mut hits);
+    assert!(hits.face.iter().all(|&face| face == NO_FACE));
 }
 
 /// A ray exactly along two pairs of faces has 0 in its direction there.
@@ -175,10 +175,10 @@ fn a_ray_along_the_faces_is_between_them_or_not() {
     assert_eq!(exact_ray(view, (0, 0), middle), [0.0, 0.0, 1.0]);
     for (aside, expected) in [(0.0, 4.0), (0.99, 4.0), (1.01, f32::INFINITY)] {
         for center in [[aside, 0.0, 5.0], [0.0, aside, 5.0], [-aside, aside, 5.0]] {
-            let mut nearest = Nearest::new();
+            let mut hits = HitBuffer::new();
             let rays = rays_of(view, (0, 0));
-            brick(center, [1.0; 3]).shape().meet(FACE, &rays, &mut nearest);
-            assert_eq!(nearest.t[middle], expected, "{center:?}");
+            brick(center, [1.0; 3]).to_kernel().intersect(FACE, &rays, &mut hits);
+            assert_eq!(hits.t[middle], expected, "{center:?}");
         }
     }
 }
@@ -186,24 +186,24 @@ fn a_ray_along_the_faces_is_between_them_or_not() {
 #[test]
 fn far_away_and_through_a_telescope_the_edges_of_a_box_are_as_straight_as_nearby() {
     let turn = [[0.6, 0.0, 0.8], [0.0, 1.0, 0.0], [-0.8, 0.0, 0.6]];
-    let far = Solid::Brick {
+    let far = OracleShape::Box {
         center: [0.0, 0.0, 1e5],
         axes: turn,
         half: [0.7; 3],
     };
     let (view, corner) = straight(1.2e-5 / 16.0);
-    let mut nearest = Nearest::new();
-    far.shape().meet(FACE, &rays_of(view, corner), &mut nearest);
+    let mut hits = HitBuffer::new();
+    far.to_kernel().intersect(FACE, &rays_of(view, corner), &mut hits);
     for lane in 0..LANES {
         let expected = far.depth(exact_ray(view, corner, lane)).is_some();
-        assert_eq!(nearest.face[lane] != NOTHING, expected, "lane {lane}");
+        assert_eq!(hits.face[lane] != NO_FACE, expected, "lane {lane}");
     }
 }
 
 /// Points on the top of a unit box on the ground, whose top is in the plane y = 0.
 fn points_on_top() -> Points {
     let axes = [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]];
-    let top = Solid::Brick {
+    let top = OracleShape::Box {
         center: [0.0, 0.0, 3.0],
         axes,
         half: [1.0; 3],
@@ -212,29 +212,29 @@ fn points_on_top() -> Points {
     points
 }
 
-fn assert_light(occluder: &Solid, lamp: Vector, expected: f32) {
-    assert_all_lit(occluder, lamp, &points_on_top(), expected);
+fn assert_light(occluder: &OracleShape, light: Vector, expected: f32) {
+    assert_all_lit(occluder, light, &points_on_top(), expected);
 }
 
 #[test]
-fn a_box_between_a_lamp_and_the_points_hides_it() {
+fn a_box_between_a_light_and_the_points_hides_it() {
     assert_light(&brick([0.0, 0.0, 0.5], [0.5; 3]), [0.0, 0.0, -2.0], 0.0);
 }
 
 #[test]
-fn a_box_behind_the_lamp_or_behind_the_points_hides_nothing() {
+fn a_box_behind_the_light_or_behind_the_points_hides_nothing() {
     assert_light(&brick([0.0, 0.0, -3.0], [0.5; 3]), [0.0, 0.0, -2.0], 1.0);
     assert_light(&brick([0.0, 0.0, 3.0], [0.5; 3]), [0.0, 0.0, -2.0], 1.0);
 }
 
 #[test]
-fn a_lamp_in_a_box_is_hidden_from_all_outside() {
+fn a_light_in_a_box_is_hidden_from_all_outside() {
     assert_light(&brick([0.0, 0.0, -2.0], [0.5; 3]), [0.0, 0.2, -2.1], 0.0);
     assert_light(&brick([0.0, 0.0, 0.0], [50.0; 3]), [0.0, 0.2, -2.1], 1.0);
 }
 
 #[test]
-fn points_in_a_box_are_hidden_from_a_lamp_outside() {
+fn points_in_a_box_are_hidden_from_a_light_outside() {
     assert_light(&brick([0.0, 0.0, 3.0], [1.5; 3]), [0.0, 0.0, -2.0], 0.0);
 }
 

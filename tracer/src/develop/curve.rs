@@ -1,4 +1,4 @@
-//! Tone curves and the sRGB transfer function, there and back, in f64.
+//! ToneCurve curves and the sRGB transfer function, there and back, in f64.
 //!
 //! The numbers of these functions decide pixels, so they have to be the same on every machine. They use `+ - * /` and
 //! `sqrt`, which IEEE 754 rounds exactly, and `pow` of the `libm` crate: FreeBSD's `e_pow.c` in Rust, built of the same
@@ -7,10 +7,10 @@
 
 /// How radiance beyond white is brought into the range of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Tone {
+pub enum ToneCurve {
     /// Y = x: what is brighter than white is white.
     Clip,
-    /// Y = x / (1 + x) (E. Reinhard et al., "Photographic Tone Reproduction", 2002, equation 3, per channel).
+    /// Y = x / (1 + x) (E. Reinhard et al., "Photographic ToneCurve Reproduction", 2002, equation 3, per channel).
     Reinhard,
     /// Y = x (2.51 x + 0.03) / (x (2.43 x + 0.59) + 0.14) (K. Narkowicz's fit of the ACES curve, 2016).
     Aces,
@@ -19,13 +19,13 @@ pub enum Tone {
 /// Past this light the ACES curve is white long since, and its square would overflow in the end.
 const ACES_WHITE: f64 = 1e6;
 
-impl Tone {
+impl ToneCurve {
     /// Returns the curve that a scene calls `name`: `clip`, `reinhard` or `aces`.
-    pub fn named(name: &str) -> Option<Tone> {
+    pub fn named(name: &str) -> Option<ToneCurve> {
         match name {
-            "clip" => Some(Tone::Clip),
-            "reinhard" => Some(Tone::Reinhard),
-            "aces" => Some(Tone::Aces),
+            "clip" => Some(ToneCurve::Clip),
+            "reinhard" => Some(ToneCurve::Reinhard),
+            "aces" => Some(ToneCurve::Aces),
             _ => None,
         }
     }
@@ -33,9 +33,9 @@ impl Tone {
     /// Returns Y for exposed light x, 0 or more.
     pub(super) fn apply(self, x: f64) -> f64 {
         match self {
-            Tone::Clip => x,
-            Tone::Reinhard => x / (1.0 + x),
-            Tone::Aces => {
+            ToneCurve::Clip => x,
+            ToneCurve::Reinhard => x / (1.0 + x),
+            ToneCurve::Aces => {
                 let x = x.min(ACES_WHITE);
                 x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)
             }
@@ -45,9 +45,9 @@ impl Tone {
     /// Returns the light x that the curve maps to y, 0 < y < 1, but for rounding.
     pub(super) fn invert(self, y: f64) -> f64 {
         match self {
-            Tone::Clip => y,
-            Tone::Reinhard => y / (1.0 - y),
-            Tone::Aces => {
+            ToneCurve::Clip => y,
+            ToneCurve::Reinhard => y / (1.0 - y),
+            ToneCurve::Aces => {
                 // The root above 0 of a x² + b x + c = 0, a = 2.51 - 2.43 y, b = 0.03 - 0.59 y, c = -0.14 y.
                 let (a, b, c) = (2.51 - 2.43 * y, 0.03 - 0.59 * y, -0.14 * y);
                 ((b * b - 4.0 * a * c).sqrt() - b) / (2.0 * a)
@@ -81,13 +81,13 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    const TONES: [Tone; 3] = [Tone::Clip, Tone::Reinhard, Tone::Aces];
+    const TONES: [ToneCurve; 3] = [ToneCurve::Clip, ToneCurve::Reinhard, ToneCurve::Aces];
 
     #[test]
     fn a_tone_curve_goes_by_the_name_of_the_scene_file() {
-        let named = ["clip", "reinhard", "aces"].map(Tone::named);
+        let named = ["clip", "reinhard", "aces"].map(ToneCurve::named);
         assert_eq!(named, TONES.map(Some));
-        assert_eq!(Tone::named("Clip"), None);
+        assert_eq!(ToneCurve::named("Clip"), None);
     }
 
     #[test]

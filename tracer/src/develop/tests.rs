@@ -3,8 +3,8 @@
 use super::*;
 use proptest::prelude::*;
 
-const TONES: [Tone; 3] = [Tone::Clip, Tone::Reinhard, Tone::Aces];
-const DEPTHS: [Bits; 2] = [Bits::Eight, Bits::Sixteen];
+const TONES: [ToneCurve; 3] = [ToneCurve::Clip, ToneCurve::Reinhard, ToneCurve::Aces];
+const DEPTHS: [BitDepth; 2] = [BitDepth::Eight, BitDepth::Sixteen];
 
 /// A natural number: digits of 32 bits, the least first, no zeros at the end.
 #[derive(Clone, PartialEq, Eq)]
@@ -77,7 +77,7 @@ fn parts(x: f64) -> (u64, i32) {
 }
 
 /// Returns whether x = radiance * factor is developed to k or more: tone(x) >= linear((k - 1/2) / max).
-fn reaches(radiance: f32, factor: f64, tone: Tone, bits: Bits, k: u32) -> bool {
+fn reaches(radiance: f32, factor: f64, tone: ToneCurve, bits: BitDepth, k: u32) -> bool {
     // x = a / b
     let ((m, e), (n, f)) = (parts(f64::from(radiance)), parts(factor));
     let x = Natural::of(m).scaled(n);
@@ -85,9 +85,9 @@ fn reaches(radiance: f32, factor: f64, tone: Tone, bits: Bits, k: u32) -> bool {
     let b = Natural::of(1).shifted((-e - f).max(0) as u32);
     // tone(x) = y / z
     let (y, z) = match tone {
-        Tone::Clip => (a, b),
-        Tone::Reinhard => (a.clone(), a.plus(&b)),
-        Tone::Aces => (
+        ToneCurve::Clip => (a, b),
+        ToneCurve::Reinhard => (a.clone(), a.plus(&b)),
+        ToneCurve::Aces => (
             a.times(&a.scaled(251).plus(&b.scaled(3))),
             a.times(&a.scaled(243).plus(&b.scaled(59)))
                 .plus(&b.squared().scaled(14)),
@@ -107,7 +107,7 @@ fn reaches(radiance: f32, factor: f64, tone: Tone, bits: Bits, k: u32) -> bool {
 }
 
 /// Returns the exact value of any radiance.
-fn exact(radiance: f32, exposure: f64, tone: Tone, bits: Bits) -> u32 {
+fn exact(radiance: f32, exposure: f64, tone: ToneCurve, bits: BitDepth) -> u32 {
     if radiance.is_nan() || radiance <= 0.0 {
         return 0;
     }
@@ -139,7 +139,7 @@ fn developed(developer: &Developer, radiance: &[f32]) -> Vec<u32> {
 }
 
 /// Checks every `stride`th step of a curve.
-fn check_steps(exposure: f64, bits: Bits, stride: usize) {
+fn check_steps(exposure: f64, bits: BitDepth, stride: usize) {
     let factor = libm::exp2(exposure);
     for tone in TONES {
         let steps = steps(factor, tone, bits);
@@ -155,20 +155,20 @@ fn check_steps(exposure: f64, bits: Bits, stride: usize) {
 #[test]
 fn each_of_the_255_steps_is_the_smallest_f32_that_reaches_its_value() {
     for exposure in [-0.5, -0.31, 0.0, 0.25, 0.499] {
-        check_steps(exposure, Bits::Eight, 1);
+        check_steps(exposure, BitDepth::Eight, 1);
     }
 }
 
 #[test]
 fn each_of_the_65535_steps_is_the_smallest_f32_that_reaches_its_value() {
-    check_steps(0.0, Bits::Sixteen, 1);
+    check_steps(0.0, BitDepth::Sixteen, 1);
     for exposure in [-0.5, 0.123, 0.499] {
-        check_steps(exposure, Bits::Sixteen, 127);
+        check_steps(exposure, BitDepth::Sixteen, 127);
     }
 }
 
 /// Checks the look-up on both sides of every step and of every bucket's start.
-fn check_lookup(exposure: f64, tone: Tone, bits: Bits) {
+fn check_lookup(exposure: f64, tone: ToneCurve, bits: BitDepth) {
     let steps = steps(libm::exp2(exposure), tone, bits);
     let buckets = (0..0x7F80u32).map(|bucket| f32::from_bits(bucket << 16));
     let sides = |x: f32| [x.next_down(), x, x.next_up()];
@@ -185,10 +185,10 @@ fn developing_counts_the_steps_up_to_the_radiance() {
     for tone in TONES {
         // Up to half a stop the exposure is all in the steps; a fine comb puts white anywhere in its octave.
         for comb in -15..=15 {
-            check_lookup(f64::from(comb) / 30.0, tone, Bits::Eight);
+            check_lookup(f64::from(comb) / 30.0, tone, BitDepth::Eight);
         }
         for exposure in [-0.5, -0.01, 0.0, 0.33] {
-            check_lookup(exposure, tone, Bits::Sixteen);
+            check_lookup(exposure, tone, BitDepth::Sixteen);
         }
     }
 }
@@ -197,10 +197,10 @@ fn developing_counts_the_steps_up_to_the_radiance() {
 fn well_known_values_come_out() {
     let radiance = [0.0, 0.18, 0.5, 1.0];
     let cases = [
-        (Tone::Clip, Bits::Eight, [0, 118, 188, 255]),
-        (Tone::Reinhard, Bits::Eight, [0, 109, 156, 188]),
-        (Tone::Aces, Bits::Eight, [0, 141, 206, 232]),
-        (Tone::Clip, Bits::Sixteen, [0, 30235, 48192, 65535]),
+        (ToneCurve::Clip, BitDepth::Eight, [0, 118, 188, 255]),
+        (ToneCurve::Reinhard, BitDepth::Eight, [0, 109, 156, 188]),
+        (ToneCurve::Aces, BitDepth::Eight, [0, 141, 206, 232]),
+        (ToneCurve::Clip, BitDepth::Sixteen, [0, 30235, 48192, 65535]),
     ];
     for (tone, bits, expected) in cases {
         let values = developed(&Developer::new(0.0, tone, bits), &radiance);
@@ -211,7 +211,7 @@ fn well_known_values_come_out() {
 #[test]
 fn a_channel_of_16_bits_has_its_high_byte_first() {
     let mut bytes = [0; 6];
-    Developer::new(0.0, Tone::Clip, Bits::Sixteen).develop(&[0.5, 0.0, 1.0], &mut bytes);
+    Developer::new(0.0, ToneCurve::Clip, BitDepth::Sixteen).develop(&[0.5, 0.0, 1.0], &mut bytes);
     assert_eq!(bytes, [0xBC, 0x40, 0, 0, 0xFF, 0xFF]);
 }
 
@@ -238,16 +238,16 @@ fn at_400_stops_the_faintest_light_is_white_and_at_minus_400_the_brightest_black
 #[test]
 #[should_panic(expected = "bytes for the values to develop")]
 fn a_buffer_of_the_wrong_length_is_refused() {
-    Developer::new(0.0, Tone::Clip, Bits::Sixteen).develop(&[0.0; 6], &mut [0; 6]);
+    Developer::new(0.0, ToneCurve::Clip, BitDepth::Sixteen).develop(&[0.0; 6], &mut [0; 6]);
 }
 
 #[test]
 #[should_panic(expected = "not a number")]
 fn an_exposure_that_is_not_a_number_is_refused() {
-    Developer::new(f64::NAN, Tone::Clip, Bits::Eight);
+    Developer::new(f64::NAN, ToneCurve::Clip, BitDepth::Eight);
 }
 
-fn any_tone() -> impl Strategy<Value = Tone> {
+fn any_tone() -> impl Strategy<Value = ToneCurve> {
     prop::sample::select(TONES.to_vec())
 }
 
@@ -265,13 +265,13 @@ proptest! {
         }),
         tone in any_tone(),
     ) {
-        let exactly: Vec<u32> = radiance.iter().map(|&x| exact(x, exposure, tone, Bits::Eight)).collect();
-        prop_assert_eq!(developed(&Developer::new(exposure, tone, Bits::Eight), &radiance), exactly);
+        let exactly: Vec<u32> = radiance.iter().map(|&x| exact(x, exposure, tone, BitDepth::Eight)).collect();
+        prop_assert_eq!(developed(&Developer::new(exposure, tone, BitDepth::Eight), &radiance), exactly);
     }
 
     #[test]
     fn more_light_is_never_darker(exposure in -20.0..20.0, tone in any_tone(), seed in any::<u64>()) {
-        let developer = Developer::new(exposure, tone, Bits::Eight);
+        let developer = Developer::new(exposure, tone, BitDepth::Eight);
         let mut radiance: Vec<f32> = (1..1000u64)
             .map(|i| f32::from_bits((seed.wrapping_mul(2 * i + 1) >> 33) as u32 % 0x7F80_0000))
             .collect();
@@ -291,7 +291,7 @@ proptest! {
         }),
         tone in any_tone(),
     ) {
-        let exactly: Vec<u32> = radiance.iter().map(|&x| exact(x, exposure, tone, Bits::Sixteen)).collect();
-        prop_assert_eq!(developed(&Developer::new(exposure, tone, Bits::Sixteen), &radiance), exactly);
+        let exactly: Vec<u32> = radiance.iter().map(|&x| exact(x, exposure, tone, BitDepth::Sixteen)).collect();
+        prop_assert_eq!(developed(&Developer::new(exposure, tone, BitDepth::Sixteen), &radiance), exactly);
     }
 }

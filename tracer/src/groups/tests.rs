@@ -1,17 +1,17 @@
 use super::*;
 use crate::grid::SIDE;
-use crate::place::View;
+use crate::tile::View;
 use crate::world::Window;
 use proptest::prelude::*;
 
-/// A block in the corner of a picture, of which a window is wanted.
-fn place(window: Window) -> Place {
+/// A tile in the corner of a picture, of which a window is wanted.
+fn place(window: Window) -> Tile {
     let view = View {
         width: 100,
         height: 100,
         half_pixel: (0.01, 0.01),
     };
-    Place {
+    Tile {
         view,
         corner: (SIDE, SIDE),
         window,
@@ -37,8 +37,8 @@ fn any_window() -> impl Strategy<Value = Window> {
     ]
 }
 
-/// What a block meets: anything from one face to a different one for each ray.
-fn any_hits() -> impl Strategy<Value = Nearest> {
+/// What a tile meets: anything from one face to a different one for each ray.
+fn any_hits() -> impl Strategy<Value = HitBuffer> {
     let faces = prop_oneof![1_u32..4, 4_u32..256, Just(1 << 29)];
     faces
         .prop_flat_map(|faces| {
@@ -52,61 +52,61 @@ fn any_hits() -> impl Strategy<Value = Nearest> {
             prop::collection::vec((face, 0.1_f32..100.0), LANES)
         })
         .prop_map(|hits| {
-            let mut nearest = Nearest::new();
+            let mut buffer = HitBuffer::new();
             for (lane, (face, t)) in hits.into_iter().enumerate() {
-                nearest.face[lane] = face;
-                nearest.t[lane] = t;
+                buffer.face[lane] = face;
+                buffer.t[lane] = t;
             }
-            nearest
+            buffer
         })
 }
 
-fn check(nearest: &Nearest, place: Place) -> Result<(), TestCaseError> {
+fn check(hits: &HitBuffer, tile: Tile) -> Result<(), TestCaseError> {
     let mut groups = Groups::new();
     // What was there before does not matter.
-    groups.collect(&Nearest::new(), place);
-    groups.collect(nearest, place);
+    groups.collect(&HitBuffer::new(), tile);
+    groups.collect(hits, tile);
     let mut seen = [0; LANES];
     let mut faces = Vec::new();
     for (group, &Group { face, t, .. }) in groups.list.iter().enumerate() {
         faces.push(face);
-        let depths = (0..LANES).filter(|&lane| nearest.face[lane] == face);
-        let smallest = depths.map(|lane| nearest.t[lane]).fold(f32::INFINITY, f32::min);
+        let depths = (0..LANES).filter(|&lane| hits.face[lane] == face);
+        let smallest = depths.map(|lane| hits.t[lane]).fold(f32::INFINITY, f32::min);
         prop_assert_eq!(t, smallest, "of face {}", face);
         prop_assert!(groups.lanes(group).is_sorted());
         for &lane in groups.lanes(group) {
-            prop_assert_eq!(nearest.face[usize::from(lane)], face);
+            prop_assert_eq!(hits.face[usize::from(lane)], face);
             seen[usize::from(lane)] += 1;
         }
     }
     for (lane, times) in seen.into_iter().enumerate() {
-        prop_assert_eq!(times, u32::from(place.wants(lane)), "lane {}", lane);
+        prop_assert_eq!(times, u32::from(tile.wants(lane)), "lane {}", lane);
     }
-    let first = |face: &u32| nearest.face.iter().position(|f| f == face).unwrap();
+    let first = |face: &u32| hits.face.iter().position(|f| f == face).unwrap();
     prop_assert!(faces.iter().map(first).is_sorted_by(|a, b| a < b), "{:?}", faces);
     Ok(())
 }
 
 proptest! {
     #[test]
-    fn each_wanted_ray_is_in_the_one_group_of_its_face(nearest in any_hits(), window in any_window()) {
-        check(&nearest, place(window))?;
+    fn each_wanted_ray_is_in_the_one_group_of_its_face(hits in any_hits(), window in any_window()) {
+        check(&hits, place(window))?;
     }
 }
 
 #[test]
 fn every_ray_may_meet_another_face() {
-    let mut nearest = Nearest::new();
+    let mut hits = HitBuffer::new();
     for lane in 0..LANES {
-        nearest.face[lane] = 1000 - lane as u32;
-        nearest.t[lane] = lane as f32;
+        hits.face[lane] = 1000 - lane as u32;
+        hits.t[lane] = lane as f32;
     }
-    check(&nearest, place(WHOLE)).unwrap();
+    check(&hits, place(WHOLE)).unwrap();
 }
 
 #[test]
 fn all_rays_may_miss() {
-    check(&Nearest::new(), place(WHOLE)).unwrap();
+    check(&HitBuffer::new(), place(WHOLE)).unwrap();
 }
 
 /// As many as fit keep the same place in the table of faces.
@@ -116,10 +116,10 @@ fn faces_may_collide_in_the_table() {
         x.wrapping_mul(2_u32.wrapping_sub(0x9e37_79b1_u32.wrapping_mul(x)))
     });
     assert_eq!(inverse.wrapping_mul(0x9e37_79b1), 1);
-    let mut nearest = Nearest::new();
+    let mut hits = HitBuffer::new();
     for lane in 0..LANES {
-        nearest.face[lane] = (0xff80_0000 | lane as u32).wrapping_mul(inverse);
-        nearest.t[lane] = 1.0;
+        hits.face[lane] = (0xff80_0000 | lane as u32).wrapping_mul(inverse);
+        hits.t[lane] = 1.0;
     }
-    check(&nearest, place(WHOLE)).unwrap();
+    check(&hits, place(WHOLE)).unwrap();
 }

@@ -1,22 +1,22 @@
-//! One block of the picture: what is seen in it, and the light that comes from there.
+//! One tile of the picture: what is seen in it, and the light that comes from there.
 
 use crate::budget::{WorkMeter, steps_of};
 use crate::bvh::{Cone, Stack};
-use crate::grid::{FACE_BITS, LANES, Lanes, NOTHING, Nearest, Rays};
+use crate::grid::{FACE_BITS, HitBuffer, LANES, Lanes, NO_FACE, Rays};
 use crate::groups::{Group, Groups};
 use crate::lighting::Lighting;
-use crate::place::Place;
 use crate::plane::Plane;
 use crate::points::Points;
+use crate::resolve::DepthResolver;
 use crate::sampling::sample_offsets;
 use crate::scene::Scene;
-use crate::settle::Settler;
-use crate::vector::single;
+use crate::tile::Tile;
+use crate::vector::to_f32;
 use crate::world::Settings;
 
-/// The result of one block, and the room to work in.
+/// The result of one tile, and the room to work in.
 #[derive(Debug)]
-pub(crate) struct Block {
+pub(crate) struct TileTracer {
     /// Linear radiance of red, green and blue, row by row, of the last sample.
     radiance: [Lanes; 3],
     /// The sum of each pixel's samples if there are several: in float64, where it loses nothing that the mean shows
@@ -25,9 +25,9 @@ pub(crate) struct Block {
     /// Where in each pixel they go.
     offsets: Vec<(f64, f64)>,
     /// Whether the last rays go through the pixel centres, so that `nearest`, `rays` and `surface` are ground truth.
-    with_truth: bool,
+    with_passes: bool,
     /// What is met at the pixel centres, with ground truth.
-    pub(crate) nearest: Nearest,
+    pub(crate) hits: HitBuffer,
     /// The rays through the pixel centres.
     pub(crate) rays: Rays,
     /// Where the rays through the pixel centres end and with which normal, in the camera's space; only if wanted.
@@ -36,28 +36,28 @@ pub(crate) struct Block {
     pub(crate) traced: u64,
     groups: Groups,
     /// To tell faces apart that are close to each other.
-    settler: Settler,
-    /// Of a group that is not the whole block: its rays, and their radiance.
-    some_rays: Rays,
-    some_radiance: [Lanes; 3],
+    resolver: DepthResolver,
+    /// Of a group that is not the whole tile: its rays, and their radiance.
+    group_rays: Rays,
+    group_radiance: [Lanes; 3],
     lighting: Lighting,
     stack: Stack,
 }
 
-/// What is wanted of a block beside radiance, at the pixel centres.
+/// What is wanted of a tile beside radiance, at the pixel centres.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Truth {
-    Unwanted,
+pub(crate) enum PassRequest {
+    Radiance,
     /// What is met, and how far away.
     Hits,
     /// Points and normals too, which take time to find.
-    AndSurface,
+    Surface,
 }
 
 /// The place in a pixel where ground truth is taken.
 const CENTRE: (f64, f64) = (0.5, 0.5);
 
-/// Ground truth at the pixel centres of a block.
+/// Ground truth at the pixel centres of a tile.
 #[derive(Debug)]
 pub(crate) struct Surface {
     /// Points, relative to the eye.
@@ -68,15 +68,15 @@ pub(crate) struct Surface {
 
 const ZERO: Lanes = [0.0; LANES];
 
-impl Block {
-    pub(crate) fn new(truth: Truth) -> Block {
-        let with_surface = truth == Truth::AndSurface;
-        Block {
+impl TileTracer {
+    pub(crate) fn new(request: PassRequest) -> TileTracer {
+        let with_surface = request == PassRequest::Surface;
+        TileTracer {
             radiance: [ZERO; 3],
             total: None,
             offsets: Vec::new(),
-            with_truth: truth != Truth::Unwanted,
-            nearest: Nearest::new(),
+            with_passes: request != PassRequest::Radiance,
+            hits: HitBuffer::new(),
             rays: Rays::new(),
             surface: with_surface.then(|| {
                 Box::new(Surface {
@@ -86,31 +86,31 @@ impl Block {
             }),
             traced: 0,
             groups: Groups::new(),
-            settler: Settler::new(),
-            some_rays: Rays::new(),
-            some_radiance: [ZERO; 3],
+            resolver: DepthResolver::new(),
+            group_rays: Rays::new(),
+            group_radiance: [ZERO; 3],
             lighting: Lighting::new(),
             stack: Stack::default(),
         }
     }
 
-    /// Trace all samples of the block, unless `cancelled` says that nobody waits any more, or the meter runs out.
+    /// Trace all samples of the tile, unless `cancelled` says that nobody waits any more, or the meter runs out.
     #[inline(always)]
     pub(crate) fn trace(
         &mut self,
         scene: &Scene,
         settings: &Settings,
-        place: Place,
+        tile: Tile,
         meter: &mut WorkMeter,
         cancelled: impl Fn() -> bool,
     ) {
         self.stack.meter = *meter;
-        self.trace_samples(scene, settings, place, cancelled);
+        self.trace_samples(scene, settings, tile, cancelled);
         *meter = self.stack.meter;
     }
 
     #[inline(always)]
-    fn trace_samples(&mut self, scene: &Scene, settings: &Settings, place: Place, cancelled: impl Fn() -> bool) {
+    fn trace_samples(&mut self, scene: &Scene, settings: &Settings, tile: Tile, cancelled: impl Fn() -> bool) {
         self.traced = 0;
         if self.offsets.len() != settings.samples as usize {
             self.offsets = sample_offsets(settings.samples);
@@ -124,7 +124,7 @@ impl Block {
                 return;
             }
             self.radiance = [ZERO; 3];
-            self.look(scene, place, self.offsets[sample]);
+            self.find_hits(scene, tile, self.offsets[sample]);
             for group in 0..self.groups.list.len() {
                 self.shade(scene, settings, group);
                 if self.stack.meter.ran_out() {
@@ -136,35 +136,35 @@ impl Block {
             }
         }
         // A single sample goes through the centre: what it met is the ground truth.
-        if self.with_truth && self.offsets.len() > 1 {
-            self.look(scene, place, CENTRE);
+        if self.with_passes && self.offsets.len() > 1 {
+            self.find_hits(scene, tile, CENTRE);
             for group in 0..self.groups.list.len() {
-                self.survey(scene, group);
+                self.record_surface(scene, group);
             }
         }
     }
 
     /// Find what the rays through a place `within` each pixel meet first, and group them by it.
     #[inline(always)]
-    fn look(&mut self, scene: &Scene, place: Place, within: (f64, f64)) {
-        self.rays.aim(place.view, place.corner, within);
+    fn find_hits(&mut self, scene: &Scene, tile: Tile, within: (f64, f64)) {
+        self.rays.generate(tile.view, tile.corner, within);
         self.stack.steps_per_object = steps_of(LANES);
         // Planes are in no tree: all of them are tested.
         if !self.stack.meter.take((1 + scene.planes.len() as u64) * steps_of(LANES)) {
             self.groups.list.clear();
             return;
         }
-        nearest_hits(scene, &self.rays, &mut self.nearest, &mut self.stack);
-        if self.nearest.close > 0 {
-            self.settler
-                .settle(scene, &self.rays, &mut self.nearest, &mut self.stack);
+        nearest_hits(scene, &self.rays, &mut self.hits, &mut self.stack);
+        if self.hits.close > 0 {
+            self.resolver
+                .resolve(scene, &self.rays, &mut self.hits, &mut self.stack);
         }
-        self.groups.collect(&self.nearest, place);
+        self.groups.collect(&self.hits, tile);
     }
 
     /// Write the mean radiance of each pixel's samples as RGB triples, from the pixel of `lane` on.
     #[inline(always)]
-    pub(crate) fn mean(&self, lane: usize, rgb: &mut [f32]) {
+    pub(crate) fn mean_radiance(&self, lane: usize, rgb: &mut [f32]) {
         let count = rgb.len() / 3;
         assert!(lane + count <= LANES);
         for i in 0..count {
@@ -179,16 +179,16 @@ impl Block {
 
     /// Keep where a group of rays through the pixel centres ends, if that is wanted.
     #[inline(always)]
-    fn survey(&mut self, scene: &Scene, group: usize) {
+    fn record_surface(&mut self, scene: &Scene, group: usize) {
         let Group { face, t, .. } = self.groups.list[group];
         let lanes = self.groups.lanes(group);
-        let Some(surface) = self.surface.as_mut().filter(|_| face != NOTHING && !lanes.is_empty()) else {
+        let Some(surface) = self.surface.as_mut().filter(|_| face != NO_FACE && !lanes.is_empty()) else {
             return;
         };
-        self.some_rays.pick(&self.rays, lanes);
+        self.group_rays.pick(&self.rays, lanes);
         let shape = &scene.shapes[(face >> FACE_BITS) as usize];
-        let depth = (f64::from(t), || self.rays.exact(self.nearest.lane(face, t)));
-        let flat = self.lighting.points.place(&self.some_rays, shape, face, depth);
+        let depth = (f64::from(t), || self.rays.exact(self.hits.lane(face, t)));
+        let flat = self.lighting.points.place(&self.group_rays, shape, face, depth);
         surface.take(lanes, &self.lighting.points, flat.as_ref());
     }
 
@@ -198,34 +198,39 @@ impl Block {
         let Group { face, t, .. } = self.groups.list[group];
         let lanes = self.groups.lanes(group);
         self.traced += lanes.len() as u64;
-        if face == NOTHING {
-            fill(&mut self.radiance, lanes, single(settings.background));
+        if face == NO_FACE {
+            fill(&mut self.radiance, lanes, to_f32(settings.background));
             return;
         }
         let object = face >> FACE_BITS;
-        let look = &scene.looks[object as usize];
-        if let Some(radiance) = look.shining {
+        let material = &scene.materials[object as usize];
+        if let Some(radiance) = material.emitted {
             fill(&mut self.radiance, lanes, radiance);
         }
-        let lit = settings.lit && look.shining.is_none();
+        let lit = settings.lit && material.emitted.is_none();
         let surface = self.surface.as_mut().filter(|_| self.offsets.len() == 1);
         if lanes.is_empty() || !(lit || surface.is_some()) {
             return;
         }
-        // For each lamp the points are looked at, and all planes; the walks through the tree count themselves.
+        // For each light the points are looked at, and all planes; the walks through the tree count themselves.
         let steps = steps_of(lanes.len());
-        let per_lamp = steps * (1 + scene.planes.len() as u64);
-        if lit && !self.stack.meter.take(per_lamp.saturating_mul(scene.lamps.len() as u64)) {
+        let per_light = steps * (1 + scene.planes.len() as u64);
+        if lit
+            && !self
+                .stack
+                .meter
+                .take(per_light.saturating_mul(scene.lights.len() as u64))
+        {
             return;
         }
         self.stack.steps_per_object = steps;
         let whole = lanes.len() == LANES;
         if !whole {
-            self.some_rays.pick(&self.rays, lanes);
+            self.group_rays.pick(&self.rays, lanes);
         }
-        let rays = if whole { &self.rays } else { &self.some_rays };
+        let rays = if whole { &self.rays } else { &self.group_rays };
         let shape = &scene.shapes[object as usize];
-        let depth = (f64::from(t), || self.rays.exact(self.nearest.lane(face, t)));
+        let depth = (f64::from(t), || self.rays.exact(self.hits.lane(face, t)));
         let flat = self.lighting.points.place(rays, shape, face, depth);
         if let Some(surface) = surface {
             surface.take(lanes, &self.lighting.points, flat.as_ref());
@@ -241,12 +246,12 @@ impl Block {
                 .lighting
                 .add(scene, settings, face, flat.as_ref(), &mut self.radiance);
         } else {
-            gather(&self.radiance, lanes, &mut self.some_radiance);
+            gather(&self.radiance, lanes, &mut self.group_radiance);
             self.traced += self
                 .lighting
-                .add(scene, settings, face, flat.as_ref(), &mut self.some_radiance);
-            for (to, from) in self.radiance.iter_mut().zip(&self.some_radiance) {
-                put(to, lanes, |i| from[i]);
+                .add(scene, settings, face, flat.as_ref(), &mut self.group_radiance);
+            for (to, from) in self.radiance.iter_mut().zip(&self.group_radiance) {
+                scatter(to, lanes, |i| from[i]);
             }
         }
         std::mem::swap(&mut self.stack, &mut self.lighting.stack);
@@ -259,10 +264,10 @@ impl Surface {
     fn take(&mut self, lanes: &[u8], points: &Points, flat: Option<&Plane>) {
         for axis in 0..3 {
             let (reference, offset) = (points.reference[axis], &points.offset[axis]);
-            put(&mut self.position[axis], lanes, |i| reference + f64::from(offset[i]));
+            scatter(&mut self.position[axis], lanes, |i| reference + f64::from(offset[i]));
             match flat {
-                Some(plane) => put(&mut self.normal[axis], lanes, |_| plane.normal[axis] as f32),
-                None => put(&mut self.normal[axis], lanes, |i| points.normal[axis][i]),
+                Some(plane) => scatter(&mut self.normal[axis], lanes, |_| plane.normal[axis] as f32),
+                None => scatter(&mut self.normal[axis], lanes, |i| points.normal[axis][i]),
             }
         }
     }
@@ -270,7 +275,7 @@ impl Surface {
 
 /// Write what belongs to the lanes of a group.
 #[inline(always)]
-fn put<T>(to: &mut [T; LANES], lanes: &[u8], value: impl Fn(usize) -> T) {
+fn scatter<T>(to: &mut [T; LANES], lanes: &[u8], value: impl Fn(usize) -> T) {
     if lanes.len() == LANES {
         // All lanes in turn: a loop for vectors.
         for (i, to) in to.iter_mut().enumerate() {
@@ -283,19 +288,19 @@ fn put<T>(to: &mut [T; LANES], lanes: &[u8], value: impl Fn(usize) -> T) {
     }
 }
 
-/// What the rays of a block meet first.
+/// What the rays of a tile meet first.
 #[inline(always)]
-fn nearest_hits(scene: &Scene, rays: &Rays, nearest: &mut Nearest, stack: &mut Stack) {
-    nearest.clear(rays);
-    let cone = Cone::of_block(rays);
-    let mut walk = scene.bvh.walk(&cone, stack);
+fn nearest_hits(scene: &Scene, rays: &Rays, hits: &mut HitBuffer, stack: &mut Stack) {
+    hits.clear(rays);
+    let cone = Cone::of_tile(rays);
+    let mut traversal = scene.bvh.traverse(&cone, stack);
     let mut limit = f32::INFINITY;
-    while let Some(object) = walk.next(limit) {
-        scene.shapes[object as usize].meet(object << FACE_BITS, rays, nearest);
-        limit = cone.along_axis(rays, nearest.farthest());
+    while let Some(object) = traversal.next(limit) {
+        scene.shapes[object as usize].intersect(object << FACE_BITS, rays, hits);
+        limit = cone.along_axis(rays, hits.farthest());
     }
     for &object in &scene.planes {
-        scene.shapes[object as usize].meet(object << FACE_BITS, rays, nearest);
+        scene.shapes[object as usize].intersect(object << FACE_BITS, rays, hits);
     }
 }
 

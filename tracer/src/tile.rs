@@ -1,4 +1,4 @@
-//! Where blocks lie in a picture, and which of their pixels are wanted.
+//! Where tiles lie in a picture, and which of their pixels are wanted.
 
 use crate::grid::{LANES, SIDE, STEP};
 use crate::world::{Camera, Window};
@@ -48,34 +48,34 @@ pub fn focal_length(fov: f64, height: u32) -> f64 {
     f64::from(height) / (2.0 * half_tangent(fov))
 }
 
-/// A block of the picture.
+/// A tile of the picture.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Place {
+pub(crate) struct Tile {
     pub(crate) view: View,
     /// Its first column and row: multiples of `SIDE`.
     pub(crate) corner: (u32, u32),
-    /// The pixels that are wanted, of this block and others.
+    /// The pixels that are wanted, of this tile and others.
     pub(crate) window: Window,
 }
 
-/// Wanted pixels of one row of a block.
+/// Wanted pixels of one row of a tile.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Span {
     /// The first pixel's number in the window.
     pub(crate) pixel: usize,
-    /// The first pixel's lane in the block.
+    /// The first pixel's lane in the tile.
     pub(crate) lane: usize,
     pub(crate) count: usize,
 }
 
-impl Place {
-    /// The blocks that a window meets, row by row.
-    pub(crate) fn all(view: View, window: Window) -> impl Iterator<Item = Place> {
+impl Tile {
+    /// The tiles that a window meets, row by row.
+    pub(crate) fn all(view: View, window: Window) -> impl Iterator<Item = Tile> {
         let first = |start: u32| start - start % SIDE;
         let rows = (first(window.y)..window.y + window.height).step_by(SIDE as usize);
         rows.flat_map(move |row| {
             let columns = (first(window.x)..window.x + window.width).step_by(SIDE as usize);
-            columns.map(move |column| Place {
+            columns.map(move |column| Tile {
                 view,
                 corner: (column, row),
                 window,
@@ -83,7 +83,7 @@ impl Place {
         })
     }
 
-    /// Whether all pixels of the block are wanted.
+    /// Whether all pixels of the tile are wanted.
     #[inline(always)]
     pub(crate) fn is_whole(&self) -> bool {
         self.wants(0) && self.wants(LANES - 1)
@@ -99,12 +99,12 @@ impl Place {
         x.wrapping_sub(window.x) < window.width && y.wrapping_sub(window.y) < window.height
     }
 
-    /// Write the wanted pixels of a block into an array of the window.
+    /// Write the wanted pixels of a tile into an array of the window.
     #[inline(always)]
-    pub(crate) fn put<T: Copy>(&self, array: &mut [T], block: &[T; LANES]) {
+    pub(crate) fn put<T: Copy>(&self, array: &mut [T], tile: &[T; LANES]) {
         for Span { pixel, lane, count } in self.spans() {
             let to = &mut array[pixel..pixel + count];
-            let from = &block[lane..lane + count];
+            let from = &tile[lane..lane + count];
             // Most rows are whole, and copied without a call.
             match (<&mut [T; STEP]>::try_from(&mut *to), <&[T; STEP]>::try_from(from)) {
                 (Ok(to), Ok(from)) => *to = *from,
@@ -115,7 +115,7 @@ impl Place {
 
     /// The wanted pixels, row by row.
     pub(crate) fn spans(&self) -> impl Iterator<Item = Span> + use<> {
-        let Place { corner, window, .. } = *self;
+        let Tile { corner, window, .. } = *self;
         let left = corner.0.max(window.x);
         let right = (corner.0 + SIDE).min(window.x + window.width);
         let top = corner.1.max(window.y);

@@ -8,16 +8,16 @@ use std::sync::{Arc, Mutex, PoisonError};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyByteArray, PyBytes};
-use rtcli_tracer::develop::{Bits, Developer, Tone};
+use rtcli_tracer::develop::{BitDepth, Developer, ToneCurve};
 use rtcli_tracer::memory::{Growing, collect, filled, spare};
-use rtcli_tracer::meter::Metered;
+use rtcli_tracer::meter::MeterReading;
 use rtcli_tracer::png::{Color, Header, PngWriter};
 
-use crate::attend::bytes_of;
 use crate::errors::{io_error, out_of_memory};
+use crate::interruptible::bytes_of;
 
 /// Stops, tone curve, bits a channel.
-pub type PyLook<'a> = (f64, &'a str, u8);
+pub type PyDisplay<'a> = (f64, &'a str, u8);
 
 const CHANNELS: usize = 3;
 
@@ -29,13 +29,13 @@ const LONGEST_SIDE: u32 = 65_535;
 /// # Errors
 ///
 /// `ValueError` for an unknown tone curve or number of bits, or an exposure that is no number.
-pub fn developer((exposure, tone, bits): PyLook<'_>) -> PyResult<Developer> {
+pub fn developer((exposure, tone, bits): PyDisplay<'_>) -> PyResult<Developer> {
     if exposure.is_nan() {
         return Err(PyValueError::new_err("the exposure is not a number"));
     }
     let unknown = || PyValueError::new_err(format!("unknown tone curve {tone:?}"));
-    let tone = Tone::named(tone).ok_or_else(unknown)?;
-    Ok(Developer::new(exposure, tone, depth(bits)?))
+    let tone = ToneCurve::named(tone).ok_or_else(unknown)?;
+    Ok(Developer::new(exposure, tone, bit_depth(bits)?))
 }
 
 /// Returns the depth of channels of so many bits.
@@ -43,10 +43,10 @@ pub fn developer((exposure, tone, bits): PyLook<'_>) -> PyResult<Developer> {
 /// # Errors
 ///
 /// `ValueError` for another number than 8 or 16.
-pub fn depth(bits: u8) -> PyResult<Bits> {
+pub fn bit_depth(bits: u8) -> PyResult<BitDepth> {
     match bits {
-        8 => Ok(Bits::Eight),
-        16 => Ok(Bits::Sixteen),
+        8 => Ok(BitDepth::Eight),
+        16 => Ok(BitDepth::Sixteen),
         _ => Err(PyValueError::new_err(format!("bits must be 8 or 16, got {bits}"))),
     }
 }
@@ -61,7 +61,7 @@ pub fn focal_length(fov: f64, height: u32) -> f64 {
 /// Develops radiance, interleaved float32 RGB, to 8 bits a channel, or to 16 with the high byte first.
 #[pyfunction]
 #[pyo3(signature = (radiance, look, /))]
-pub fn develop<'py>(py: Python<'py>, radiance: &[u8], look: PyLook<'_>) -> PyResult<Bound<'py, PyByteArray>> {
+pub fn develop<'py>(py: Python<'py>, radiance: &[u8], look: PyDisplay<'_>) -> PyResult<Bound<'py, PyByteArray>> {
     developed(py, &developer(look)?, &pixels(radiance)?)
 }
 
@@ -88,7 +88,7 @@ pub fn developed<'py>(
 pub fn meter(py: Python<'_>, radiance: &[u8]) -> PyResult<(f64, Option<f64>)> {
     let radiance = pixels(radiance)?;
     let metered = py.detach(|| rtcli_tracer::meter::meter(&radiance));
-    let Metered { stops, percentile } = metered.map_err(out_of_memory)?;
+    let MeterReading { stops, percentile } = metered.map_err(out_of_memory)?;
     Ok((stops, percentile))
 }
 
@@ -107,7 +107,7 @@ pub struct PngEncoder {
 impl PngEncoder {
     #[new]
     #[pyo3(signature = (width, height, look, texts, /))]
-    fn new(width: u32, height: u32, look: PyLook<'_>, texts: Vec<(String, String)>) -> PyResult<Self> {
+    fn new(width: u32, height: u32, look: PyDisplay<'_>, texts: Vec<(String, String)>) -> PyResult<Self> {
         has_pixels(width, height)?;
         let developer = developer(look)?;
         let spool = Spool::default();

@@ -9,27 +9,27 @@ fn view(width: u32, height: u32) -> View {
     }
 }
 
-/// Check that the blocks of a window cover each of its pixels once, with the lane that belongs to it.
+/// Check that the tiles of a window cover each of its pixels once, with the lane that belongs to it.
 fn check(window: Window) -> Result<(), TestCaseError> {
     let mut covered = vec![0_u8; window.width as usize * window.height as usize];
-    for place in Place::all(view(65535, 65535), window) {
-        prop_assert_eq!((place.corner.0 % SIDE, place.corner.1 % SIDE), (0, 0));
+    for tile in Tile::all(view(65535, 65535), window) {
+        prop_assert_eq!((tile.corner.0 % SIDE, tile.corner.1 % SIDE), (0, 0));
         let mut wanted = [false; LANES];
-        for Span { pixel, lane, count } in place.spans() {
+        for Span { pixel, lane, count } in tile.spans() {
             prop_assert!(count > 0 && lane as u32 % SIDE + count as u32 <= SIDE);
             for i in 0..count {
                 covered[pixel + i] += 1;
                 wanted[lane + i] = true;
                 let (x, y) = ((lane + i) as u32 % SIDE, (lane + i) as u32 / SIDE);
                 let (column, row) = ((pixel + i) as u32 % window.width, (pixel + i) as u32 / window.width);
-                prop_assert_eq!(place.corner.0 + x, window.x + column);
-                prop_assert_eq!(place.corner.1 + y, window.y + row);
+                prop_assert_eq!(tile.corner.0 + x, window.x + column);
+                prop_assert_eq!(tile.corner.1 + y, window.y + row);
             }
         }
         for (lane, wanted) in wanted.into_iter().enumerate() {
-            prop_assert_eq!(place.wants(lane), wanted, "lane {}", lane);
+            prop_assert_eq!(tile.wants(lane), wanted, "lane {}", lane);
         }
-        prop_assert_eq!(place.is_whole(), wanted == [true; LANES]);
+        prop_assert_eq!(tile.is_whole(), wanted == [true; LANES]);
     }
     prop_assert!(covered.iter().all(|&times| times == 1));
     Ok(())

@@ -5,7 +5,7 @@
 
 use crate::bvh::{Cone, Stack};
 use crate::contact::ON_SURFACE;
-use crate::grid::{CLOSE, FACE_BITS, LANES, Nearest, Rays};
+use crate::grid::{CLOSE, FACE_BITS, HitBuffer, LANES, Rays};
 use crate::scene::Scene;
 
 /// Faces that a ray meets within this share of the depth from each other are in one place.
@@ -28,58 +28,54 @@ struct Candidate {
 
 /// The room to work in.
 #[derive(Debug)]
-pub(crate) struct Settler {
+pub(crate) struct DepthResolver {
     /// What one object alone would show.
-    alone: Nearest,
+    alone: HitBuffer,
     candidates: Vec<Candidate>,
 }
 
-impl Settler {
-    pub(crate) fn new() -> Settler {
-        Settler {
-            alone: Nearest::new(),
+impl DepthResolver {
+    pub(crate) fn new() -> DepthResolver {
+        DepthResolver {
+            alone: HitBuffer::new(),
             candidates: Vec::new(),
         }
     }
 
-    /// Put right which faces are the nearest.
+    /// Put right which faces are the hits.
     #[inline(never)]
-    pub(crate) fn settle(&mut self, scene: &Scene, rays: &Rays, nearest: &mut Nearest, stack: &mut Stack) {
+    pub(crate) fn resolve(&mut self, scene: &Scene, rays: &Rays, hits: &mut HitBuffer, stack: &mut Stack) {
         self.candidates.clear();
-        let cone = Cone::of_block(rays);
-        let limit = cone.along_axis(rays, nearest.farthest() * (1.0 + CLOSE));
-        let mut walk = scene.bvh.walk(&cone, stack);
-        while let Some(object) = walk.next(limit) {
-            self.take(scene, rays, nearest, object);
+        let cone = Cone::of_tile(rays);
+        let limit = cone.along_axis(rays, hits.farthest() * (1.0 + CLOSE));
+        let mut traversal = scene.bvh.traverse(&cone, stack);
+        while let Some(object) = traversal.next(limit) {
+            self.take(scene, rays, hits, object);
         }
         for &object in &scene.planes {
-            self.take(scene, rays, nearest, object);
+            self.take(scene, rays, hits, object);
         }
         self.candidates
             .sort_unstable_by_key(|candidate| (candidate.lane, candidate.face));
         // A single close ray is most often where two surfaces cross.
-        let blur = if nearest.close == 1 {
-            CROSSING * rays.pixel()
-        } else {
-            0.0
-        };
+        let blur = if hits.close == 1 { CROSSING * rays.pixel() } else { 0.0 };
         for candidates in self.candidates.chunk_by(|a, b| a.lane == b.lane) {
             if let Some(seen) = first_of_the_nearest(candidates, blur) {
                 let lane = usize::from(seen.lane);
                 // Its own depth, which no other object has a part in.
-                (nearest.face[lane], nearest.t[lane]) = (seen.face, seen.t);
+                (hits.face[lane], hits.t[lane]) = (seen.face, seen.t);
             }
         }
     }
 
     /// Take an object for a candidate wherever it is as near as what was found.
-    fn take(&mut self, scene: &Scene, rays: &Rays, nearest: &Nearest, object: u32) {
+    fn take(&mut self, scene: &Scene, rays: &Rays, hits: &HitBuffer, object: u32) {
         let shape = &scene.shapes[object as usize];
         let alone = &mut self.alone;
         alone.clear(rays);
-        shape.meet(object << FACE_BITS, rays, alone);
+        shape.intersect(object << FACE_BITS, rays, alone);
         for lane in 0..LANES {
-            let (t, best) = (alone.t[lane], nearest.t[lane]);
+            let (t, best) = (alone.t[lane], hits.t[lane]);
             if (t - best).abs() <= 2.0 * CLOSE * best && t > 0.0 {
                 let (depth, along) = shape.depth(rays.exact(lane));
                 self.candidates.push(Candidate {

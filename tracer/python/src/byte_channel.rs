@@ -22,31 +22,31 @@ struct State {
 
 /// What the pool leaves for the calling thread.
 #[derive(Default)]
-pub struct Mailbox {
+pub struct ByteChannel {
     state: Mutex<State>,
     changed: Condvar,
 }
 
 /// What the calling thread finds.
-pub struct Mail {
+pub struct Received {
     /// What was written since it last looked.
     pub bytes: Vec<u8>,
     /// Whether the work has ended: nothing follows.
     pub ended: bool,
 }
 
-impl Mailbox {
+impl ByteChannel {
     /// Waits until there is something worth taking, or the work has ended, but no longer than `at_most`.
-    pub fn wait(&self, at_most: Duration) -> Mail {
+    pub fn wait(&self, at_most: Duration) -> Received {
         let nothing = |state: &mut State| !state.ended && state.bytes.len() < WORTH_TAKING;
         let waited = self.changed.wait_timeout_while(self.lock(), at_most, nothing);
         let mut state = waited.unwrap_or_else(PoisonError::into_inner).0;
-        let mail = Mail {
+        let received = Received {
             bytes: mem::take(&mut state.bytes),
             ended: state.ended,
         };
         self.changed.notify_all();
-        mail
+        received
     }
 
     /// Refuses all further bytes, and waits until the work has ended.
@@ -69,7 +69,7 @@ impl Mailbox {
     }
 }
 
-impl Write for &Mailbox {
+impl Write for &ByteChannel {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let full = |state: &mut State| state.bytes.len() >= FULL && !state.closed;
         let waited = self.changed.wait_while(self.lock(), full);

@@ -11,8 +11,8 @@ use pyo3::types::PyBytes;
 use rtcli_tracer::WorkBudget;
 use rtcli_tracer::render::Monitor;
 
+use crate::byte_channel::ByteChannel;
 use crate::errors::no_threads;
-use crate::mailbox::Mailbox;
 
 /// How often the calling thread looks up: an interrupt is heeded this soon.
 const PAUSE: Duration = Duration::from_millis(20);
@@ -32,7 +32,7 @@ pub struct Listener<'a, 'py> {
     /// Called with bytes.
     write: Option<&'a Bound<'py, PyAny>>,
     pixels: u64,
-    told: u64,
+    reported: u64,
     /// How much may be done; None for any amount.
     budget: Option<Arc<WorkBudget>>,
 }
@@ -50,7 +50,7 @@ impl<'a, 'py> Listener<'a, 'py> {
             progress,
             write,
             pixels,
-            told: 0,
+            reported: 0,
             budget: None,
         }
     }
@@ -63,55 +63,55 @@ impl<'a, 'py> Listener<'a, 'py> {
     /// Runs work in a pool of threads and returns its result.
     ///
     /// The calling thread gives signals, progress and bytes to Python. What Python raises there ends the work.
-    pub fn attend<T: Send>(
+    pub fn run_interruptibly<T: Send>(
         &mut self,
         threads: usize,
-        work: impl FnOnce(&Monitor, &Mailbox) -> T + Send,
+        work: impl FnOnce(&Monitor, &ByteChannel) -> T + Send,
     ) -> PyResult<T> {
         let monitor = self.budget.clone().map_or_else(Monitor::new, Monitor::within);
-        let mailbox = Mailbox::default();
+        let channel = ByteChannel::default();
         let pool = pool(self.py, threads)?;
         let mut result = None;
         pool.in_place_scope(|scope| {
             scope.spawn(|_| {
                 // Also when the work panics, which the scope then passes on.
-                let _end = EndOf(&mailbox);
-                result = Some(work(&monitor, &mailbox));
+                let _end = EndOnDrop(&channel);
+                result = Some(work(&monitor, &channel));
             });
-            self.listen(&monitor, &mailbox).inspect_err(|_| {
+            self.listen(&monitor, &channel).inspect_err(|_| {
                 monitor.cancel();
-                self.py.detach(|| mailbox.close());
+                self.py.detach(|| channel.close());
             })
         })?;
         result.ok_or_else(|| PyRuntimeError::new_err("the work ended without a result"))
     }
 
-    fn listen(&mut self, monitor: &Monitor, mailbox: &Mailbox) -> PyResult<()> {
+    fn listen(&mut self, monitor: &Monitor, channel: &ByteChannel) -> PyResult<()> {
         loop {
-            let mail = self.py.detach(|| mailbox.wait(PAUSE));
+            let received = self.py.detach(|| channel.wait(PAUSE));
             self.py.check_signals()?;
-            if let (Some(write), false) = (self.write, mail.bytes.is_empty()) {
-                write.call1((bytes_of(self.py, &mail.bytes)?,))?;
+            if let (Some(write), false) = (self.write, received.bytes.is_empty()) {
+                write.call1((bytes_of(self.py, &received.bytes)?,))?;
             }
-            self.tell(monitor.done())?;
-            if mail.ended {
+            self.report(monitor.done())?;
+            if received.ended {
                 return Ok(());
             }
         }
     }
 
-    fn tell(&mut self, done: u64) -> PyResult<()> {
-        if let (Some(progress), true) = (self.progress, done > self.told) {
+    fn report(&mut self, done: u64) -> PyResult<()> {
+        if let (Some(progress), true) = (self.progress, done > self.reported) {
             progress.call1((done.min(self.pixels), self.pixels))?;
-            self.told = done;
+            self.reported = done;
         }
         Ok(())
     }
 }
 
-struct EndOf<'a>(&'a Mailbox);
+struct EndOnDrop<'a>(&'a ByteChannel);
 
-impl Drop for EndOf<'_> {
+impl Drop for EndOnDrop<'_> {
     fn drop(&mut self) {
         self.0.end();
     }
