@@ -1,16 +1,19 @@
 //! What the tests of the kernel measure it against: shapes that are met in float64, by formulas of their own.
 
-use crate::contact::{Contact, Side};
-use crate::cuboid::Cuboid;
-use crate::grid::{FACE_BITS, HitBuffer, LANES, Lanes, NO_FACE, Rays, SIDE};
-use crate::plane::Plane;
-use crate::points::Points;
-use crate::scene::{Light, NO_OBJECT, Shape};
-use crate::shadow::Shadow;
-use crate::sphere::Sphere;
-use crate::tile::View;
-use crate::vector::{add, dot, length, scale, sub, to_f32};
-use crate::world::{Camera, LightDesc, Object, Settings, ShapeDesc, Vector, World};
+use crate::shapes::Shape;
+use crate::shapes::contact::{Contact, Side};
+use crate::shapes::cuboid::Cuboid;
+use crate::shapes::plane::Plane;
+use crate::shapes::plane_equation::PlaneEquation;
+use crate::shapes::points::Points;
+use crate::shapes::primitive::Primitive;
+use crate::shapes::shadow::Shadow;
+use crate::shapes::sphere::Sphere;
+use crate::tile::hits::{FACE_BITS, HitBuffer, NO_FACE};
+use crate::tile::rays::Rays;
+use crate::tile::{LANES, Lanes, SIDE, View};
+use crate::vector::{Vector, add, dot, length, scale, sub, to_f32};
+use crate::world::{Camera, LightDesc, Object, Settings, ShapeDesc, World};
 use proptest::prelude::*;
 
 const EYE: Vector = [0.0; 3];
@@ -282,7 +285,7 @@ pub(crate) const FACE: u32 = 5 << FACE_BITS;
 pub(crate) fn placed(
     shape: &OracleShape,
     (view, corner): (View, (u32, u32)),
-) -> Vec<(Vec<u8>, Points, Option<Plane>)> {
+) -> Vec<(Vec<u8>, Points, Option<PlaneEquation>)> {
     let rays = rays_of(view, corner);
     let shape = shape.to_kernel();
     let mut hits = HitBuffer::new();
@@ -300,7 +303,7 @@ pub(crate) fn placed(
             some.pick(&rays, &lanes);
             let mut points = Points::new();
             let first = || exact_ray(view, corner, hits.lane(face, t));
-            let plane = points.place(&some, &shape, face, (f64::from(t), first));
+            let plane = shape.place(face, &some, (f64::from(t), first), &mut points);
             (lanes, points, plane)
         })
         .collect()
@@ -318,16 +321,10 @@ pub(crate) fn irradiance_left(occluder: &OracleShape, light: Vector, points: &Po
     let contact = occluder.contact(light);
     let shadow = &mut Shadow {
         points,
-        light: &Light {
-            nearer: 1.0,
-            position: light,
-            power: [1.0; 3],
-            body: NO_OBJECT,
-            contacts: Vec::new(),
-        },
+        light,
         squared: &squared,
         irradiance: &mut left,
-        ball: points.bound(),
+        bounds: points.bounds(),
     };
     occluder
         .to_kernel()
@@ -355,7 +352,7 @@ pub(crate) fn check_occlusion(
         occluder.size(),
         length(sub(occluder.center(), points.reference)),
         length(sub(light, points.reference)),
-        length(sub(points.bound().center, points.reference)) + points.bound().radius,
+        length(sub(points.bounds().center, points.reference)) + points.bounds().radius,
     ];
     let error = 4e-6 * lengths.iter().sum::<f64>();
     let left = irradiance_left(occluder, light, points);

@@ -1,115 +1,20 @@
 //! Whole pictures, on all cores: into arrays, or to a file while they are traced.
 
-use crate::budget::WorkBudget;
-use crate::coverage::Coverage;
-use crate::develop::Developer;
-use crate::film::{CameraToWorld, Film};
-use crate::grid::{LANES, SIDE};
 use crate::memory::{OutOfMemory, filled, resize, spare, with_capacity};
-use crate::meter::{MeterReading, meter};
-use crate::png::{Color, Header, PngWriter};
+use crate::monitor::{Monitor, Stopped};
+use crate::output::develop::Developer;
+use crate::output::film::{CameraToWorld, Film};
+use crate::output::meter::{MeterReading, meter};
+use crate::output::png::{Color, Header, PngWriter};
 use crate::scene::Scene;
 use crate::simd::{Kernel, Level};
-use crate::tile::{Tile, View};
-use crate::tile_tracer::{PassRequest, TileTracer};
+use crate::tile::{LANES, SIDE, Tile, View};
+use crate::trace::coverage::Coverage;
+use crate::trace::tile_tracer::{PassRequest, TileTracer};
 use crate::world::{Settings, Window, World};
 use rayon::prelude::*;
 use std::io;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 use std::time::{Duration, Instant};
-
-/// How far the work has come, whether anybody still waits for it, and how much of it there may be; shared between
-/// threads.
-#[derive(Debug)]
-pub struct Monitor {
-    done: AtomicU64,
-    cancelled: Arc<AtomicBool>,
-    budget: Arc<WorkBudget>,
-}
-
-impl Monitor {
-    /// Of work that has not begun, of any amount.
-    pub fn new() -> Monitor {
-        Monitor::within(Arc::new(WorkBudget::unlimited()))
-    }
-
-    /// Of work that has not begun, and is given up when it exceeds a budget.
-    pub fn within(budget: Arc<WorkBudget>) -> Monitor {
-        Monitor {
-            done: AtomicU64::new(0),
-            cancelled: Arc::default(),
-            budget,
-        }
-    }
-
-    /// The pixels that are done.
-    pub fn done(&self) -> u64 {
-        self.done.load(Relaxed)
-    }
-
-    /// Ask for the work to be given up: it ends within a tile.
-    pub fn cancel(&self) {
-        self.cancelled.store(true, Relaxed);
-    }
-
-    /// A monitor of work that does not count, given up together with what counts.
-    fn aside(&self) -> Monitor {
-        Monitor {
-            done: AtomicU64::new(0),
-            cancelled: Arc::clone(&self.cancelled),
-            budget: Arc::clone(&self.budget),
-        }
-    }
-
-    /// Whether it has been asked for.
-    pub fn cancelled(&self) -> bool {
-        self.cancelled.load(Relaxed)
-    }
-
-    /// What the work counts its steps in.
-    pub(crate) fn budget(&self) -> &WorkBudget {
-        &self.budget
-    }
-
-    /// Whether to end, for whatever reason.
-    pub(crate) fn stopped(&self) -> bool {
-        self.cancelled() || self.budget.is_exceeded()
-    }
-
-    fn check(&self) -> Result<(), Stopped> {
-        if self.cancelled() {
-            Err(Stopped::Cancelled)
-        } else if self.budget.is_exceeded() {
-            Err(Stopped::BudgetExceeded)
-        } else {
-            Ok(())
-        }
-    }
-}
-
-impl Default for Monitor {
-    fn default() -> Monitor {
-        Monitor::new()
-    }
-}
-
-/// Why work was given up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stopped {
-    /// Somebody asked for it.
-    Cancelled,
-    /// There was more to do than its budget allows.
-    BudgetExceeded,
-    /// There is not enough memory.
-    OutOfMemory(OutOfMemory),
-}
-
-impl From<OutOfMemory> for Stopped {
-    fn from(error: OutOfMemory) -> Stopped {
-        Stopped::OutOfMemory(error)
-    }
-}
 
 /// Why a picture was not written.
 #[derive(Debug)]
@@ -486,7 +391,7 @@ impl<T: TileSink> Kernel for Band<'_, T> {
             tiles += 1;
             self.stats.rays += self.tracer.traced;
             let pixels: usize = tile.spans().map(|span| span.count).sum();
-            monitor.done.fetch_add(pixels as u64, Relaxed);
+            monitor.add(pixels as u64);
         }
         let elapsed = start.elapsed();
         let develop = timed.mul_f64(f64::from(tiles) / f64::from(tiles.div_ceil(TIMED).max(1)));

@@ -4,107 +4,19 @@
 //! v = (x, y, 1), not normalised: its parameter t is the depth z. Subtracting the eye in float64 keeps a scene far
 //! from the origin as accurate as one around it; the unit, a power of two, keeps its lengths within float32.
 
-use crate::bvh::{Bvh, Cone, Stack};
-use crate::contact::{COORDINATE, Contact, Side};
-use crate::cuboid::Cuboid;
-use crate::grid::{HitBuffer, Rays};
-use crate::memory::{OutOfMemory, collect, reserve};
-use crate::plane::Plane;
-use crate::shadow::Shadow;
-use crate::sphere::Sphere;
-use crate::vector::{dot, l1_norm, largest, length, rotate, scale, sub};
-use crate::world::{Camera, LightDesc, Object, ShapeDesc, Vector, World};
+use crate::accel::cone::Cone;
+use crate::accel::{Bvh, Stack};
+use crate::memory::{OutOfMemory, collect};
+use crate::scene::construct::{CameraSpace, FAR_FROM_ROUNDING, OBJECTS, suitable_unit};
+use crate::shapes::Shape;
+use crate::shapes::contact::{COORDINATE, Contact};
+use crate::shapes::primitive::Primitive;
+use crate::vector::{Vector, l1_norm, largest, length, scale, sub};
+use crate::world::{LightDesc, Object, World};
 use std::f64::consts::PI;
 use std::iter;
 
-/// Rounding in the camera's space is less than this share of distances from the eye and sizes.
-const FAR_FROM_ROUNDING: f64 = 1e-12;
-
-/// Beyond this many units a length is as good as infinite; its square still fits into float64.
-const FARTHEST: f64 = 1e120;
-
-/// Beyond this many units, 2^60, places are moved nearer.
-const REACH: f64 = (1_u64 << 60) as f64;
-
-/// What there may be not enough memory for.
-const OBJECTS: &str = "the objects";
-
-/// An object in the camera's space.
-#[derive(Clone, Debug)]
-pub(crate) enum Shape {
-    Sphere(Sphere),
-    Plane(Plane),
-    Cuboid(Cuboid),
-}
-
-impl Shape {
-    /// Offer where rays meet the shape, which has the face numbers from `face` on.
-    #[inline(always)]
-    pub(crate) fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
-        match self {
-            Shape::Sphere(sphere) => sphere.intersect(face, rays, hits),
-            Shape::Plane(plane) => plane.intersect(face, rays, hits),
-            Shape::Cuboid(cuboid) => cuboid.intersect(face, rays, hits),
-        }
-    }
-
-    /// The depth at which the ray v = (x, y, 1) first meets the shape, in float64, infinite where it does not; and |n.v|.
-    #[inline(always)]
-    pub(crate) fn depth(&self, v: Vector) -> (f64, f64) {
-        match self {
-            Shape::Sphere(sphere) => sphere.depth(v),
-            Shape::Plane(plane) => plane.depth(v),
-            Shape::Cuboid(cuboid) => cuboid.depth(v),
-        }
-    }
-
-    /// Darken the points from which the shape hides the light; `contact` if that is close to its surface.
-    #[inline(always)]
-    pub(crate) fn occlude(&self, contact: Option<&Contact>, shadow: &mut Shadow<'_>) {
-        match self {
-            Shape::Sphere(sphere) => sphere.occlude(contact, shadow),
-            Shape::Plane(plane) => plane.occlude(contact, shadow),
-            Shape::Cuboid(cuboid) => cuboid.occlude(contact, shadow),
-        }
-    }
-
-    /// Whether a light is where it can light what the eye sees: both inside or both outside, or the light on the surface.
-    /// Of a plane, the height above it tells.
-    #[inline(always)]
-    pub(crate) fn sees(&self, contact: Option<&Contact>, light: Vector) -> bool {
-        let (side, eye_is_outside) = match self {
-            Shape::Sphere(sphere) => (
-                contact.map_or_else(|| sphere.side(light), |contact| contact.side),
-                sphere.eye_is_outside(),
-            ),
-            Shape::Cuboid(cuboid) => (
-                contact.map_or_else(|| cuboid.side(light), |contact| contact.side),
-                cuboid.eye_is_outside(),
-            ),
-            Shape::Plane(_) => return true,
-        };
-        side == Side::On || (side == Side::Outside) == eye_is_outside
-    }
-
-    /// How high a light close to the shape is above a flat face, on the eye's side.
-    #[inline(always)]
-    pub(crate) fn height(&self, face: u32, light: &Contact) -> f64 {
-        match self {
-            Shape::Sphere(_) => 0.0,
-            Shape::Plane(plane) => plane.height_of(light),
-            Shape::Cuboid(cuboid) => cuboid.height(face, light),
-        }
-    }
-
-    /// Twice how far from the eye or how large the shape is, at most: what rounding depends on.
-    pub(crate) fn reach(&self) -> f64 {
-        match self {
-            Shape::Sphere(sphere) => l1_norm(sphere.center) + sphere.radius,
-            Shape::Cuboid(cuboid) => l1_norm(cuboid.center) + 2.0 * cuboid.bounding_radius(),
-            Shape::Plane(plane) => plane.reach,
-        }
-    }
-}
+pub(crate) mod construct;
 
 /// A point light in the camera's space.
 #[derive(Clone, Debug)]
@@ -156,8 +68,8 @@ pub(crate) struct Scene {
     /// Whether any object was moved nearer to the eye.
     pub(crate) has_moved_bodies: bool,
     pub(crate) lights: Vec<Light>,
-    /// The numbers of the planes: infinite, so that no tree can hold them.
-    pub(crate) planes: Vec<u32>,
+    /// The numbers of the infinite shapes, which no tree can hold.
+    pub(crate) unbounded: Vec<u32>,
     /// All other objects.
     pub(crate) bvh: Bvh,
 }
@@ -175,10 +87,9 @@ impl Scene {
             unit,
         };
         let shapes = collect(world.objects.iter().map(|object| space.shape(object)), OBJECTS)?;
-        let planes = collect(
-            (0..shapes.len() as u32).filter(|&i| matches!(shapes[i as usize], Shape::Plane(_))),
-            OBJECTS,
-        )?;
+        let numbered = || (0..).zip(&shapes);
+        let unbounded = numbered().filter(|(_, shape)| shape.bounds().is_none());
+        let unbounded = collect(unbounded.map(|(i, _)| i), OBJECTS)?;
         let materials = materials(world, &space)?;
         let mut scene = Scene {
             unit,
@@ -186,8 +97,8 @@ impl Scene {
             has_moved_bodies: materials.iter().any(|material| material.nearer < 1.0),
             materials,
             lights: Vec::new(),
-            planes,
-            bvh: Bvh::new(&shapes)?,
+            unbounded,
+            bvh: Bvh::new(numbered().filter_map(|(i, shape)| Some((i, shape.bounds()?))))?,
             shapes,
         };
         scene.lights = collect(
@@ -205,118 +116,19 @@ impl Scene {
         let position = scale(space.place(light.position), nearer);
         let close = |i: u32| {
             let contact = space.contact(&world.objects[i as usize], light.position);
-            let rounding = FAR_FROM_ROUNDING * (l1_norm(position) + self.shapes[i as usize].reach());
+            let rounding = FAR_FROM_ROUNDING * (l1_norm(position) + self.shapes[i as usize].magnitude());
             contact.is_within(rounding).then_some((i, contact))
         };
         let mut stack = Stack::default();
         let around = Cone::around(position, self.grain + 2.0 * COORDINATE * l1_norm(position));
         let mut traversal = self.bvh.traverse(&around, &mut stack);
-        let candidates = iter::from_fn(|| traversal.next(0.0)).chain(self.planes.iter().copied());
+        let candidates = iter::from_fn(|| traversal.next(0.0)).chain(self.unbounded.iter().copied());
         Light {
             position,
             nearer,
             power: scale(light.color, intensity.min(f64::MAX)),
             body: light.body.map_or(NO_OBJECT, |body| body as u32),
             contacts: candidates.filter_map(close).collect(),
-        }
-    }
-}
-
-/// The camera's space.
-struct CameraSpace<'a> {
-    camera: &'a Camera,
-    unit: f64,
-}
-
-impl CameraSpace<'_> {
-    fn length(&self, length: f64) -> f64 {
-        (length * self.unit).clamp(-FARTHEST, FARTHEST)
-    }
-
-    /// A place in the world's axes.
-    fn world(&self, place: Vector) -> Vector {
-        // Scaled first: the difference of huge places might overflow.
-        place.map(|component| self.length(component))
-    }
-
-    /// A place relative to the eye, still in the world's axes.
-    fn relative(&self, place: Vector) -> Vector {
-        sub(self.world(place), self.world(self.camera.position))
-    }
-
-    /// How a place lies to an object.
-    fn contact(&self, object: &Object, place: Vector) -> Contact {
-        let (place, center) = (self.world(place), self.world(object.position));
-        match object.shape {
-            ShapeDesc::Sphere { radius } => Contact::with_sphere(place, center, self.length(radius)),
-            ShapeDesc::Plane { normal } => Contact::with_plane(place, center, unit_vector(normal)),
-            ShapeDesc::Box { size, rotation } => {
-                Contact::with_box(place, center, &box_axes(rotation), self.half(size))
-            }
-        }
-    }
-
-    fn half(&self, size: Vector) -> Vector {
-        size.map(|side| self.length(side) / 2.0)
-    }
-
-    fn place(&self, place: Vector) -> Vector {
-        self.direction(self.relative(place))
-    }
-
-    /// The factor that moves a place within reach of float32, in its direction from the eye; 1 for all but what is
-    /// beyond everything that matters. What is made as much smaller looks the same from near the eye.
-    fn nearer(&self, place: Vector, extent: f64) -> f64 {
-        let away = largest(self.relative(place));
-        if away > REACH && self.length(extent) < away / 2.0 {
-            REACH / away
-        } else {
-            1.0
-        }
-    }
-
-    /// The same for an object.
-    fn nearer_of(&self, object: &Object) -> f64 {
-        match object.shape {
-            ShapeDesc::Plane { .. } => (REACH / self.offset(object).abs()).min(1.0),
-            _ => self.nearer(object.position, extent(object)),
-        }
-    }
-
-    /// How far a plane is from the eye, along its normal. In the world's axes it is 0 exactly if the eye is on it.
-    fn offset(&self, plane: &Object) -> f64 {
-        -self.contact(plane, self.camera.position).local[0]
-    }
-
-    fn direction(&self, direction: Vector) -> Vector {
-        rotate(&[self.camera.right, self.camera.up, self.camera.forward], direction)
-    }
-
-    fn shape(&self, object: &Object) -> Shape {
-        let place = self.place(object.position);
-        let nearer = self.nearer_of(object);
-        let eye = self.contact(object, self.camera.position);
-        match object.shape {
-            ShapeDesc::Sphere { radius } => {
-                let (place, radius) = (scale(place, nearer), self.length(radius) * nearer);
-                let close = eye.is_within(FAR_FROM_ROUNDING * (l1_norm(place) + radius));
-                Shape::Sphere(Sphere::new(place, radius, close.then_some(&eye)))
-            }
-            ShapeDesc::Plane { normal } => {
-                let offset = self.offset(object) * nearer;
-                Shape::Plane(Plane::new(self.direction(unit_vector(normal)), offset, l1_norm(place)))
-            }
-            ShapeDesc::Box { size, rotation } => {
-                let axes = box_axes(rotation).map(|axis| self.direction(axis));
-                let (place, half) = (scale(place, nearer), scale(self.half(size), nearer));
-                let close = eye.is_within(FAR_FROM_ROUNDING * (l1_norm(place) + length(half)));
-                let eye = if close {
-                    eye.local
-                } else {
-                    rotate(&axes, scale(place, -1.0))
-                };
-                Shape::Cuboid(Cuboid::new(place, axes, half, eye))
-            }
         }
     }
 }
@@ -344,76 +156,6 @@ fn seen_directly(light: &LightDesc, eye: Vector) -> [f32; 3] {
     // 0 / 0: a light without power at the eye.
     let arriving = if arriving.is_nan() { 0.0 } else { arriving.min(largest) };
     light.color.map(|channel| (channel * arriving).min(largest) as f32)
-}
-
-/// The farthest thing is kept within this power of two: its square stays within float32.
-const LARGEST_EXPONENT: i32 = 58;
-
-/// What is farther than this power of two times the typical distance does not count for the unit; see `CameraSpace::nearer`.
-const FARTHEST_EXPONENT: i32 = 80;
-
-/// Nor what of a light's distance is more than this power of two times that of all objects: its light is parallel.
-const AS_GOOD_AS_PARALLEL: i32 = 30;
-
-/// A power of two that brings the typical distance from the eye, or the size of what is larger, to about 1, or below if
-/// something is very far away.
-fn suitable_unit(world: &World) -> Result<f64, OutOfMemory> {
-    let eye = world.camera.position;
-    let exponent = |place: Vector, extent: f64| {
-        let away = |largest: f64, i: usize| largest.max((place[i] / 2.0 - eye[i] / 2.0).abs());
-        let distance = (0..3).fold(extent / 2.0, away);
-        (distance > 0.0).then(|| libm::ilogb(distance))
-    };
-    let of_object = |object: &Object| exponent(object.position, extent(object));
-    let mut exponents = collect(world.objects.iter().filter_map(of_object), OBJECTS)?;
-    let Some(&farthest_object) = exponents.iter().max() else {
-        return Ok(1.0);
-    };
-    let lights = world.lights.iter().filter_map(|light| exponent(light.position, 0.0));
-    reserve(&mut exponents, world.lights.len(), "the lights")?;
-    exponents.extend(lights.map(|light| light.min(farthest_object + AS_GOOD_AS_PARALLEL)));
-    let farthest = exponents.iter().copied().fold(farthest_object, i32::max);
-    // Of two the lower one: what is near matters more.
-    let middle = (exponents.len() - 1) / 2;
-    let (_, &mut typical, _) = exponents.select_nth_unstable(middle);
-    let exponent = typical.max(farthest.min(typical + FARTHEST_EXPONENT) - LARGEST_EXPONENT);
-    Ok(libm::scalbn(1.0, -exponent.clamp(-1000, 1000)))
-}
-
-/// The radius or the longest side of an object; 0 of a plane.
-fn extent(object: &Object) -> f64 {
-    match object.shape {
-        ShapeDesc::Sphere { radius } => radius,
-        ShapeDesc::Plane { .. } => 0.0,
-        ShapeDesc::Box { size, .. } => size[0].max(size[1]).max(size[2]),
-    }
-}
-
-fn unit_vector(direction: Vector) -> Vector {
-    let largest = largest(direction);
-    let scaled = direction.map(|component| component / largest); // so that no square overflows or vanishes
-    let size = dot(scaled, scaled).sqrt();
-    scaled.map(|component| component / size)
-}
-
-/// The axes of a box turned about +y, counter-clockwise seen from above: the rows of R_y (document, section 2.2.3).
-fn box_axes(degrees: f64) -> [Vector; 3] {
-    let (sine, cosine) = sine_and_cosine(degrees);
-    [[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]]
-}
-
-/// sin and cos of an angle, exact at multiples of 90 degrees, where a box is axis-aligned.
-fn sine_and_cosine(degrees: f64) -> (f64, f64) {
-    let within = libm::remainder(degrees, 360.0);
-    let quarters = libm::rint(within / 90.0);
-    let rest = (within - 90.0 * quarters) * (PI / 180.0);
-    let (sine, cosine) = (libm::sin(rest), libm::cos(rest));
-    match (quarters as i64).rem_euclid(4) {
-        0 => (sine, cosine),
-        1 => (cosine, -sine),
-        2 => (-sine, -cosine),
-        _ => (-cosine, sine),
-    }
 }
 
 #[cfg(test)]

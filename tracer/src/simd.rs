@@ -118,7 +118,7 @@ pub(crate) trait Kernel {
 #[cfg(target_arch = "x86_64")]
 #[allow(unsafe_code)]
 mod x86 {
-    use super::Kernel;
+    use crate::simd::Kernel;
 
     pub(super) fn avx2(work: impl Kernel) {
         #[target_feature(enable = "avx2")]

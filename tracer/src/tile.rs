@@ -1,8 +1,22 @@
 //! Where tiles lie in a picture, and which of their pixels are wanted.
 
-use crate::grid::{LANES, SIDE, STEP};
 use crate::world::{Camera, Window};
 use std::f64::consts::PI;
+
+pub(crate) mod hits;
+pub(crate) mod rays;
+
+/// Rows and columns of a tile.
+pub(crate) const SIDE: u32 = 16;
+
+/// Rays of a tile.
+pub(crate) const LANES: usize = (SIDE * SIDE) as usize;
+
+/// Rays are handled in groups of this many, so that loops over them need no rest.
+pub(crate) const STEP: usize = 16;
+
+/// A number for each ray of a tile, row by row.
+pub(crate) type Lanes = [f32; LANES];
 
 /// The size of the whole picture, in pixels and on the image plane.
 #[derive(Clone, Copy, Debug)]

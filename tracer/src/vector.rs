@@ -1,6 +1,7 @@
 //! Three numbers in float64: the little vector algebra that prepares constants for the float32 kernel.
 
-use crate::world::Vector;
+/// Three numbers: a point, a direction, or linear RGB.
+pub type Vector = [f64; 3];
 
 /// Scalar product.
 #[inline(always)]

@@ -1,7 +1,6 @@
 //! What the tracer is given: a scene as plain numbers, in the order of the file.
 
-/// Three numbers: a point, a direction, or linear RGB.
-pub type Vector = [f64; 3];
+pub use crate::vector::Vector;
 
 /// A pinhole camera.
 #[derive(Clone, Debug, PartialEq)]

@@ -5,8 +5,9 @@ use std::io;
 use pyo3::create_exception;
 use pyo3::exceptions::{PyMemoryError, PyOSError, PyRuntimeError};
 use pyo3::prelude::*;
+use rtcli_tracer::Stopped;
 use rtcli_tracer::memory::OutOfMemory;
-use rtcli_tracer::render::{PictureError, Stopped};
+use rtcli_tracer::render::PictureError;
 
 create_exception!(
     rtcli.tracer._native,

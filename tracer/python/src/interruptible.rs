@@ -8,8 +8,8 @@ use std::time::Duration;
 use pyo3::exceptions::{PyMemoryError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
+use rtcli_tracer::Monitor;
 use rtcli_tracer::WorkBudget;
-use rtcli_tracer::render::Monitor;
 
 use crate::byte_channel::ByteChannel;
 use crate::errors::no_threads;

@@ -7,9 +7,9 @@ use std::sync::Arc;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
+use rtcli_tracer::Monitor;
 use rtcli_tracer::memory::filled;
 use rtcli_tracer::meter::MeterReading;
-use rtcli_tracer::render::Monitor;
 use rtcli_tracer::world::World;
 use rtcli_tracer::{Film, Level};
 

@@ -1,9 +1,11 @@
 use super::*;
-use crate::develop::{BitDepth, ToneCurve};
+use crate::WorkBudget;
 use crate::oracle::any_world;
+use crate::output::develop::{BitDepth, ToneCurve};
 use crate::world::{Camera, LightDesc, Object, ShapeDesc};
 use proptest::prelude::*;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 /// All arrays of a film, and the number of rays.
 #[derive(Clone, Debug, PartialEq)]

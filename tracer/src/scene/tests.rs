@@ -1,6 +1,7 @@
 use super::*;
 use crate::oracle::any_world;
 use crate::world::Settings;
+use crate::world::{Camera, ShapeDesc};
 use proptest::prelude::*;
 
 /// All numbers of a scene.
@@ -86,51 +87,6 @@ fn one_object(shape: ShapeDesc, position: Vector) -> World {
             lit: true,
             eye_falloff: false,
         },
-    }
-}
-
-#[test]
-fn right_angles_are_exact() {
-    for (degrees, expected) in [
-        (0.0, (0.0, 1.0)),
-        (90.0, (1.0, 0.0)),
-        (180.0, (0.0, -1.0)),
-        (270.0, (-1.0, 0.0)),
-        (-90.0, (-1.0, 0.0)),
-        (360.0, (0.0, 1.0)),
-        (-180.0, (0.0, -1.0)),
-        (360e6 + 90.0, (1.0, 0.0)),
-    ] {
-        assert_eq!(sine_and_cosine(degrees), expected, "of {degrees} degrees");
-    }
-}
-
-#[test]
-fn other_angles_are_those_of_the_mathematics_library() {
-    for tenth in -7200..7200 {
-        let degrees = f64::from(tenth) / 10.0;
-        let (sine, cosine) = sine_and_cosine(degrees);
-        assert!(
-            (sine - degrees.to_radians().sin()).abs() < 1e-14,
-            "sin of {degrees} degrees"
-        );
-        assert!(
-            (cosine - degrees.to_radians().cos()).abs() < 1e-14,
-            "cos of {degrees} degrees"
-        );
-    }
-}
-
-#[test]
-fn the_axes_of_a_box_turn_counter_clockwise_seen_from_above() {
-    // From above, x points right and -z up: a quarter turn takes x to -z.
-    assert_eq!(box_axes(90.0), [[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]);
-}
-
-#[test]
-fn a_normal_may_have_any_length() {
-    for length in [1e-300, 1e-160, 1.0, 1e160, 1e300] {
-        assert_eq!(unit_vector([0.0, -length, 0.0]), [0.0, -1.0, 0.0]);
     }
 }
 
