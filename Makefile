@@ -12,7 +12,7 @@ CRATE := --manifest-path tracer/Cargo.toml
 export PROPTEST_RNG_SEED ?= 1
 # What the compiled module is made of.
 NATIVE := tracer/Cargo.toml tracer/Cargo.lock tracer/python/Cargo.toml \
-	$(wildcard tracer/src/*.rs tracer/src/*/*.rs tracer/python/src/*.rs)
+	$(wildcard tracer/src/*.rs tracer/src/*/*.rs tracer/src/*/*/*.rs tracer/python/src/*.rs)
 
 .PHONY: demo test integration dev soak check lint format docs bench clean help
 

@@ -3,8 +3,8 @@
 //! A measurement is of the whole picture, 1920x1080; throughput is in pixels.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use rtcli_tracer::develop::{Bits, Developer, Tone};
-use rtcli_tracer::world::{Camera, Form, Light, Object, Settings, Vector, Window, World};
+use rtcli_tracer::develop::{BitDepth, Developer, ToneCurve};
+use rtcli_tracer::world::{Camera, LightDesc, Object, Settings, ShapeDesc, Vector, Window, World};
 use rtcli_tracer::{Film, Level, Monitor, Tracer};
 use std::time::Duration;
 
@@ -74,8 +74,8 @@ fn developing(criterion: &mut Criterion) {
         &Tracer::new(still_life(), Level::best()).expect("there is memory"),
         &mut radiance,
     );
-    for bits in [Bits::Eight, Bits::Sixteen] {
-        let developer = Developer::new(0.0, Tone::Clip, bits);
+    for bits in [BitDepth::Eight, BitDepth::Sixteen] {
+        let developer = Developer::new(0.0, ToneCurve::Clip, bits);
         let mut pixels = vec![0; PIXELS * bits.bytes_per_pixel()];
         group.bench_function(format!("{} bits", 8 * bits.bytes_per_pixel() / 3), |bencher| {
             bencher.iter(|| developer.develop(&radiance, &mut pixels));
@@ -88,8 +88,8 @@ fn streaming(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("picture/still life");
     group.throughput(Throughput::Elements(PIXELS as u64));
     let tracer = Tracer::new(still_life(), Level::best()).expect("there is memory");
-    for bits in [Bits::Eight, Bits::Sixteen] {
-        let developer = Developer::new(0.0, Tone::Clip, bits);
+    for bits in [BitDepth::Eight, BitDepth::Sixteen] {
+        let developer = Developer::new(0.0, ToneCurve::Clip, bits);
         group.bench_function(format!("{} bits", 8 * bits.bytes_per_pixel() / 3), |bencher| {
             bencher.iter(|| {
                 on_one_thread(|| tracer.write_png(WINDOW, &developer, &[], std::io::sink(), &Monitor::new()))
@@ -125,16 +125,16 @@ fn still_life() -> World {
             object(
                 [0.0, 0.0, 0.0],
                 [0.8, 0.75, 0.7],
-                Form::Plane {
+                ShapeDesc::Plane {
                     normal: [0.0, 1.0, 0.0],
                 },
             ),
-            object([-4.0, 3.0, 0.0], [0.9, 0.25, 0.15], Form::Sphere { radius: 3.0 }),
-            object([1.0, 1.5, 5.0], [0.2, 0.45, 0.9], Form::Sphere { radius: 1.5 }),
+            object([-4.0, 3.0, 0.0], [0.9, 0.25, 0.15], ShapeDesc::Sphere { radius: 3.0 }),
+            object([1.0, 1.5, 5.0], [0.2, 0.45, 0.9], ShapeDesc::Sphere { radius: 1.5 }),
             object(
                 [4.5, 3.0, -2.0],
                 [0.3, 0.8, 0.35],
-                Form::Box {
+                ShapeDesc::Box {
                     size: [4.0, 6.0, 4.0],
                     rotation: 30.0,
                 },
@@ -153,7 +153,11 @@ fn crowd(count: usize) -> World {
     let objects = (0..count)
         .map(|_| {
             let place = CROWD_BOX.map(|(low, high)| random.between(low + radius, high - radius));
-            object(place, [random.between(0.2, 0.9), 0.5, 0.5], Form::Sphere { radius })
+            object(
+                place,
+                [random.between(0.2, 0.9), 0.5, 0.5],
+                ShapeDesc::Sphere { radius },
+            )
         })
         .collect();
     let fov = 2.0 * f64::atan2(CROWD_BOX[1].1, -CROWD_BOX[2].1).to_degrees();
@@ -174,12 +178,12 @@ fn settings() -> Settings {
     }
 }
 
-fn object(position: Vector, color: Vector, form: Form) -> Object {
-    Object { position, color, form }
+fn object(position: Vector, color: Vector, shape: ShapeDesc) -> Object {
+    Object { position, color, shape }
 }
 
-fn light(position: Vector, intensity: f64) -> Light {
-    Light {
+fn light(position: Vector, intensity: f64) -> LightDesc {
+    LightDesc {
         position,
         color: [1.0; 3],
         intensity,

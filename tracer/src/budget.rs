@@ -3,7 +3,7 @@
 //!
 //! A step is a node of the tree that is visited, or a test of a shape against 16 rays: about 10 ns.
 
-use crate::grid::STEP;
+use crate::tile::STEP;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 /// How much work may be done; shared between threads, and by several works in turn.

@@ -1,62 +1,51 @@
 //! The native tracer of rtcli: spheres, planes, boxes and point lights, in float32 SIMD on all cores.
 //!
-//! Every ray passes through one of a few points, the eye or a lamp. What depends on that point alone is computed
-//! once in float64, and what is left for float32 is small: see `grid` for the rays of a block, `sphere`, `plane`
-//! and `cuboid` for what they meet.
+//! Every ray passes through one of a few points, the eye or a light. What depends on that point alone is computed
+//! once in float64, and what is left for float32 is small: see `tile` for the rays and `shapes` for their hits.
 //!
-//! | module | what it does |
+//! | module | contents, each using only those above it |
 //! |---|---|
-//! | [`world`] | what the tracer is given |
-//! | `scene` | the world as the eye has it, and a tree over it (`bvh`) |
-//! | `place`, `grid` | the blocks of a picture, and their rays |
-//! | `settle` | which of two faces is nearer that float32 cannot tell apart |
-//! | `groups`, `points` | the rays of a block, sorted by what they meet, and where |
-//! | `sphere`, `plane`, `cuboid` | where rays meet a shape, and which points it shadows |
-//! | `block`, `lighting`, `shadow` | the light that comes from a block |
-//! | `contact` | places that lie on a surface |
+//! | `vector`, `bounds`, [`memory`], [`simd`] | arithmetic, checked allocation, SIMD levels |
+//! | [`world`] | the input: camera, objects, lights, settings |
+//! | `tile`: `rays`, `hits` | 16 x 16 pixels of a picture, their rays, and the nearest hit of each |
+//! | `budget`, `monitor` | bounded work, progress, cancellation |
+//! | `shapes`: `sphere`, `plane`, `cuboid` | intersection, shading points, occlusion and bounds of each shape |
+//! | `accel`: `cone`, `node`, `build` | the tree over the objects |
+//! | `scene`: `construct` | the world in the camera's space |
+//! | `shading`: `lighting`, `shadows` | the light that objects send to the eye |
+//! | `sampling` | the offsets of a pixel's samples |
+//! | `trace`: `tile_tracer`, `groups`, `depth_resolver`, `coverage` | one tile, from rays to radiance |
+//! | [`output`]: `film`, `develop`, `meter`, `png` | from tiles to arrays and files |
 //! | [`render`] | whole pictures, on all cores |
-//! | `coverage` | how many pixels each object would cover if it were alone |
-//! | `budget` | a bound for work that nobody should have to wait for |
-//! | [`develop`], [`meter`], [`png`] | from radiance to a file |
-//! | [`memory`] | what there is no room for is an error |
-//! | [`simd`] | which instructions the machine has |
 
 #![deny(unsafe_code, missing_docs)]
 // Loops over lanes index several arrays at once, which is what the compiler turns into vectors.
 #![allow(clippy::needless_range_loop)]
 
-mod block;
+mod accel;
+mod bounds;
 mod budget;
-mod bvh;
-mod contact;
-mod coverage;
-mod cuboid;
-pub mod develop;
-mod film;
-mod grid;
-mod groups;
-mod lighting;
 pub mod memory;
-pub mod meter;
+mod monitor;
 #[cfg(test)]
 mod oracle;
-mod place;
-mod plane;
-pub mod png;
-mod points;
+pub mod output;
 pub mod render;
 mod sampling;
 mod scene;
-mod settle;
-mod shadow;
+mod shading;
+mod shapes;
 pub mod simd;
-mod sphere;
+mod tile;
+mod trace;
 mod vector;
 pub mod world;
 
 pub use budget::WorkBudget;
-pub use film::Film;
-pub use place::focal_length;
-pub use render::{Monitor, Stopped, Tracer};
+pub use monitor::{Monitor, Stopped};
+pub use output::film::Film;
+pub use output::{develop, meter, png};
+pub use render::Tracer;
 pub use sampling::sample_offsets;
 pub use simd::Level;
+pub use tile::focal_length;

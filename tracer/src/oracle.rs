@@ -1,45 +1,48 @@
 //! What the tests of the kernel measure it against: shapes that are met in float64, by formulas of their own.
 
-use crate::contact::{Contact, Side};
-use crate::cuboid::Cuboid;
-use crate::grid::{FACE_BITS, LANES, Lanes, NOTHING, Nearest, Rays, SIDE};
-use crate::place::View;
-use crate::plane::Plane;
-use crate::points::Points;
-use crate::scene::{Lamp, NOBODY, Shape};
-use crate::shadow::Shadow;
-use crate::sphere::Sphere;
-use crate::vector::{add, dot, length, scale, single, sub};
-use crate::world::{Camera, Form, Light, Object, Settings, Vector, World};
+use crate::shapes::Shape;
+use crate::shapes::contact::{Contact, Side};
+use crate::shapes::cuboid::Cuboid;
+use crate::shapes::plane::Plane;
+use crate::shapes::plane_equation::PlaneEquation;
+use crate::shapes::points::Points;
+use crate::shapes::primitive::Primitive;
+use crate::shapes::shadow::Shadow;
+use crate::shapes::sphere::Sphere;
+use crate::tile::hits::{FACE_BITS, HitBuffer, NO_FACE};
+use crate::tile::rays::Rays;
+use crate::tile::{LANES, Lanes, SIDE, View};
+use crate::vector::{Vector, add, dot, length, scale, sub, to_f32};
+use crate::world::{Camera, LightDesc, Object, Settings, ShapeDesc, World};
 use proptest::prelude::*;
 
 const EYE: Vector = [0.0; 3];
 
 /// A shape in the camera's space.
 #[derive(Clone, Debug)]
-pub(crate) enum Solid {
-    Ball {
+pub(crate) enum OracleShape {
+    Sphere {
         center: Vector,
         radius: f64,
     },
-    Wall {
+    Plane {
         normal: Vector,
         offset: f64,
     },
-    Brick {
+    Box {
         center: Vector,
         axes: [Vector; 3],
         half: Vector,
     },
 }
 
-impl Solid {
+impl OracleShape {
     /// What the kernel makes of it.
-    pub(crate) fn shape(&self) -> Shape {
+    pub(crate) fn to_kernel(&self) -> Shape {
         match *self {
-            Solid::Ball { center, radius } => Shape::Sphere(Sphere::new(center, radius, None)),
-            Solid::Wall { normal, offset } => Shape::Plane(Plane::new(normal, offset, offset.abs())),
-            Solid::Brick { center, axes, half } => {
+            OracleShape::Sphere { center, radius } => Shape::Sphere(Sphere::new(center, radius, None)),
+            OracleShape::Plane { normal, offset } => Shape::Plane(Plane::new(normal, offset, offset.abs())),
+            OracleShape::Box { center, axes, half } => {
                 Shape::Cuboid(Cuboid::new(center, axes, half, self.contact(EYE).local))
             }
         }
@@ -48,49 +51,49 @@ impl Solid {
     /// How a place lies to it.
     pub(crate) fn contact(&self, place: Vector) -> Contact {
         match *self {
-            Solid::Ball { center, radius } => Contact::with_sphere(place, center, radius),
-            Solid::Wall { normal, offset } => Contact::with_plane(place, scale(normal, offset), normal),
-            Solid::Brick { center, axes, half } => Contact::with_box(place, center, &axes, half),
+            OracleShape::Sphere { center, radius } => Contact::with_sphere(place, center, radius),
+            OracleShape::Plane { normal, offset } => Contact::with_plane(place, scale(normal, offset), normal),
+            OracleShape::Box { center, axes, half } => Contact::with_box(place, center, &axes, half),
         }
     }
 
-    /// The solid with its surface moved outward.
-    pub(crate) fn swollen(&self, by: f64) -> Solid {
-        let mut solid = self.clone();
-        match &mut solid {
-            Solid::Ball { radius, .. } => *radius += by,
-            Solid::Wall { offset, .. } => *offset += by,
-            Solid::Brick { half, .. } => half.iter_mut().for_each(|half| *half += by),
+    /// The shape with its surface moved outward.
+    pub(crate) fn swollen(&self, by: f64) -> OracleShape {
+        let mut shape = self.clone();
+        match &mut shape {
+            OracleShape::Sphere { radius, .. } => *radius += by,
+            OracleShape::Plane { offset, .. } => *offset += by,
+            OracleShape::Box { half, .. } => half.iter_mut().for_each(|half| *half += by),
         }
-        solid
+        shape
     }
 
     /// How large it is.
     pub(crate) fn size(&self) -> f64 {
         match *self {
-            Solid::Ball { radius, .. } => radius,
-            Solid::Wall { .. } => 0.0,
-            Solid::Brick { half, .. } => length(half),
+            OracleShape::Sphere { radius, .. } => radius,
+            OracleShape::Plane { .. } => 0.0,
+            OracleShape::Box { half, .. } => length(half),
         }
     }
 
     /// A point in the middle of it.
     pub(crate) fn center(&self) -> Vector {
         match *self {
-            Solid::Ball { center, .. } | Solid::Brick { center, .. } => center,
-            Solid::Wall { normal, offset } => scale(normal, offset),
+            OracleShape::Sphere { center, .. } | OracleShape::Box { center, .. } => center,
+            OracleShape::Plane { normal, offset } => scale(normal, offset),
         }
     }
 
-    /// The parameters between which a line is in the solid; for a wall those at which it crosses the wall.
+    /// The parameters between which a line is in the shape; for a wall those at which it crosses the wall.
     pub(crate) fn span(&self, origin: Vector, direction: Vector) -> Option<(f64, f64)> {
         match *self {
-            Solid::Ball { center, radius } => ball_span(sub(center, origin), radius, direction),
-            Solid::Wall { normal, offset } => {
+            OracleShape::Sphere { center, radius } => sphere_span(sub(center, origin), radius, direction),
+            OracleShape::Plane { normal, offset } => {
                 let t = (offset - dot(normal, origin)) / dot(normal, direction);
                 t.is_finite().then_some((t, t))
             }
-            Solid::Brick { center, axes, half } => {
+            OracleShape::Box { center, axes, half } => {
                 let mut span = (f64::NEG_INFINITY, f64::INFINITY);
                 for i in 0..3 {
                     let from = dot(axes[i], sub(origin, center));
@@ -118,9 +121,9 @@ impl Solid {
     /// The distance of a point from the surface.
     pub(crate) fn distance(&self, point: Vector) -> f64 {
         match *self {
-            Solid::Ball { center, radius } => (length(sub(point, center)) - radius).abs(),
-            Solid::Wall { normal, offset } => (dot(normal, point) - offset).abs(),
-            Solid::Brick { center, axes, half } => {
+            OracleShape::Sphere { center, radius } => (length(sub(point, center)) - radius).abs(),
+            OracleShape::Plane { normal, offset } => (dot(normal, point) - offset).abs(),
+            OracleShape::Box { center, axes, half } => {
                 let beyond: Vector = std::array::from_fn(|i| dot(axes[i], sub(point, center)).abs() - half[i]);
                 let deepest = beyond.into_iter().fold(f64::NEG_INFINITY, f64::max);
                 if deepest < 0.0 {
@@ -133,7 +136,7 @@ impl Solid {
     }
 }
 
-fn ball_span(center: Vector, radius: f64, direction: Vector) -> Option<(f64, f64)> {
+fn sphere_span(center: Vector, radius: f64, direction: Vector) -> Option<(f64, f64)> {
     let speed = length(direction);
     let unit = scale(direction, 1.0 / speed);
     let middle = dot(center, unit);
@@ -153,10 +156,10 @@ pub(crate) fn exact_ray(view: View, corner: (u32, u32), lane: usize) -> Vector {
     ]
 }
 
-/// The rays through the pixel centres of a block.
+/// The rays through the pixel centres of a tile.
 pub(crate) fn rays_of(view: View, corner: (u32, u32)) -> Rays {
     let mut rays = Rays::new();
-    rays.aim(view, corner, (0.5, 0.5));
+    rays.generate(view, corner, (0.5, 0.5));
     rays
 }
 
@@ -190,8 +193,8 @@ pub(crate) fn any_axes() -> impl Strategy<Value = [Vector; 3]> {
         })
 }
 
-/// A block of a picture, taken with anything between a telescope and a fisheye.
-pub(crate) fn any_block() -> impl Strategy<Value = (View, (u32, u32))> {
+/// A tile of a picture, taken with anything between a telescope and a fisheye.
+pub(crate) fn any_tile() -> impl Strategy<Value = (View, (u32, u32))> {
     (any_size(-8.0..-2.0), 0_u32..10, 0_u32..10).prop_map(|(half_pixel, column, row)| {
         let view = View {
             width: 160,
@@ -202,25 +205,25 @@ pub(crate) fn any_block() -> impl Strategy<Value = (View, (u32, u32))> {
     })
 }
 
-/// The ray through the middle of a block.
+/// The ray through the middle of a tile.
 pub(crate) fn middle_of((view, corner): (View, (u32, u32))) -> Vector {
     rays_of(view, corner).middle
 }
 
-/// A sphere or a box whose outline a block is likely to see, or which holds the eye.
+/// A sphere or a box whose outline a tile is likely to see, or which holds the eye.
 ///
 /// `distances` are the powers of ten of its distance from the eye in its own size.
-pub(crate) fn solid_before(
-    block: (View, (u32, u32)),
+pub(crate) fn shape_before(
+    tile: (View, (u32, u32)),
     distances: std::ops::Range<f64>,
-) -> impl Strategy<Value = Solid> {
+) -> impl Strategy<Value = OracleShape> {
     let place = (any_size(-6.0..6.0), any_size(distances), any_direction(), 0.0..1.5_f64);
     (place, any_axes(), [0.1..1.0, 0.1..1.0, 0.1..1.0], 0..3).prop_map(
         move |((size, distance, aside, share), axes, sides, kind)| {
-            let (view, _) = block;
+            let (view, _) = tile;
             let away = size * (1.0 + distance);
             let reach = size + away * view.half_pixel.0 * f64::from(SIDE);
-            let middle = middle_of(block);
+            let middle = middle_of(tile);
             let ahead = scale(middle, away / length(middle));
             // The eye may also be inside.
             let center = if kind == 0 {
@@ -229,36 +232,36 @@ pub(crate) fn solid_before(
                 add(ahead, scale(aside, share * reach))
             };
             if axes[0][0] > 0.0 {
-                Solid::Ball { center, radius: size }
+                OracleShape::Sphere { center, radius: size }
             } else {
                 let half = sides.map(|side| side * size);
-                Solid::Brick { center, axes, half }
+                OracleShape::Box { center, axes, half }
             }
         },
     )
 }
 
 /// A wall before or behind the eye.
-pub(crate) fn any_wall() -> impl Strategy<Value = Solid> {
-    (any_direction(), any_size(-6.0..6.0), any::<bool>()).prop_map(|(normal, offset, behind)| Solid::Wall {
+pub(crate) fn any_plane() -> impl Strategy<Value = OracleShape> {
+    (any_direction(), any_size(-6.0..6.0), any::<bool>()).prop_map(|(normal, offset, behind)| OracleShape::Plane {
         normal,
         offset: if behind { -offset } else { offset },
     })
 }
 
-/// Check what the kernel says of the rays of a block against the solid, allowing for its surface to be off by `error`.
-pub(crate) fn check_meeting(
-    solid: &Solid,
+/// Check what the kernel says of the rays of a tile against the shape, allowing for its surface to be off by `error`.
+pub(crate) fn check_intersection(
+    shape: &OracleShape,
     (view, corner): (View, (u32, u32)),
     error: f64,
-) -> Result<Nearest, TestCaseError> {
-    let mut nearest = Nearest::new();
-    solid.shape().meet(FACE, &rays_of(view, corner), &mut nearest);
+) -> Result<HitBuffer, TestCaseError> {
+    let mut hits = HitBuffer::new();
+    shape.to_kernel().intersect(FACE, &rays_of(view, corner), &mut hits);
     for lane in 0..LANES {
         let v = exact_ray(view, corner, lane);
-        let bounds = [solid.swollen(error).depth(v), solid.swollen(-error).depth(v)];
-        let t = f64::from(nearest.t[lane]);
-        let hit = nearest.face[lane] != NOTHING;
+        let bounds = [shape.swollen(error).depth(v), shape.swollen(-error).depth(v)];
+        let t = f64::from(hits.t[lane]);
+        let hit = hits.face[lane] != NO_FACE;
         prop_assert_eq!(hit, t.is_finite(), "lane {}: {}", lane, t);
         match bounds {
             [Some(a), Some(b)] => {
@@ -272,99 +275,98 @@ pub(crate) fn check_meeting(
             _ => (),
         }
     }
-    Ok(nearest)
+    Ok(hits)
 }
 
 /// The first face of what is met in tests.
 pub(crate) const FACE: u32 = 5 << FACE_BITS;
 
-/// The points at which rays of a block meet the faces of a solid: for each face its lanes, points, and plane.
-pub(crate) fn placed(solid: &Solid, (view, corner): (View, (u32, u32))) -> Vec<(Vec<u8>, Points, Option<Plane>)> {
+/// The points at which rays of a tile meet the faces of a shape: for each face its lanes, points, and plane.
+pub(crate) fn placed(
+    shape: &OracleShape,
+    (view, corner): (View, (u32, u32)),
+) -> Vec<(Vec<u8>, Points, Option<PlaneEquation>)> {
     let rays = rays_of(view, corner);
-    let shape = solid.shape();
-    let mut nearest = Nearest::new();
-    shape.meet(FACE, &rays, &mut nearest);
-    let mut faces: Vec<u32> = nearest.face.iter().copied().filter(|&face| face != NOTHING).collect();
+    let shape = shape.to_kernel();
+    let mut hits = HitBuffer::new();
+    shape.intersect(FACE, &rays, &mut hits);
+    let mut faces: Vec<u32> = hits.face.iter().copied().filter(|&face| face != NO_FACE).collect();
     faces.sort_unstable();
     faces.dedup();
     faces
         .into_iter()
         .map(|face| {
-            let lanes: Vec<u8> = (0..=255)
-                .filter(|&lane| nearest.face[usize::from(lane)] == face)
-                .collect();
-            let depths = lanes.iter().map(|&lane| nearest.t[usize::from(lane)]);
+            let lanes: Vec<u8> = (0..=255).filter(|&lane| hits.face[usize::from(lane)] == face).collect();
+            let depths = lanes.iter().map(|&lane| hits.t[usize::from(lane)]);
             let t = depths.fold(f32::INFINITY, f32::min);
             let mut some = Rays::new();
             some.pick(&rays, &lanes);
             let mut points = Points::new();
-            let first = || exact_ray(view, corner, nearest.lane(face, t));
-            let plane = points.place(&some, &shape, face, (f64::from(t), first));
+            let first = || exact_ray(view, corner, hits.lane(face, t));
+            let plane = shape.place(face, &some, (f64::from(t), first), &mut points);
             (lanes, points, plane)
         })
         .collect()
 }
 
-/// The light that is left at points, of which each had 1, when a solid stands in it.
-pub(crate) fn light_left(occluder: &Solid, lamp: Vector, points: &Points) -> Lanes {
-    let mut light = [1.0; LANES];
+/// The light that is left at points, of which each had 1, when a shape stands in it.
+pub(crate) fn irradiance_left(occluder: &OracleShape, light: Vector, points: &Points) -> Lanes {
+    let mut left = [1.0; LANES];
     let mut squared = [0.0; LANES];
-    let to_lamp = single(sub(lamp, points.reference));
+    let to_light = to_f32(sub(light, points.reference));
     for lane in 0..points.padded() {
-        let [x, y, z] = points.toward(to_lamp, lane);
+        let [x, y, z] = points.toward(to_light, lane);
         squared[lane] = x * x + y * y + z * z;
     }
-    let contact = occluder.contact(lamp);
+    let contact = occluder.contact(light);
     let shadow = &mut Shadow {
         points,
-        lamp: &Lamp {
-            nearer: 1.0,
-            position: lamp,
-            power: [1.0; 3],
-            body: NOBODY,
-            contacts: Vec::new(),
-        },
+        light,
         squared: &squared,
-        light: &mut light,
-        ball: points.bound(),
+        irradiance: &mut left,
+        bounds: points.bounds(),
     };
     occluder
-        .shape()
-        .hide((contact.side == Side::On).then_some(&contact), shadow);
-    light
+        .to_kernel()
+        .occlude((contact.side == Side::On).then_some(&contact), shadow);
+    left
 }
 
 /// Check that the same is left at all points of a light of 1.
-pub(crate) fn assert_all_lit(occluder: &Solid, lamp: Vector, points: &Points, expected: f32) {
-    let light = light_left(occluder, lamp, points);
+pub(crate) fn assert_all_lit(occluder: &OracleShape, light: Vector, points: &Points, expected: f32) {
+    let left = irradiance_left(occluder, light, points);
     assert!(
-        light[..points.count].iter().all(|&light| light == expected),
-        "{occluder:?} {lamp:?}"
+        left[..points.count].iter().all(|&left| left == expected),
+        "{occluder:?} {light:?}"
     );
 }
 
-/// Check which points a solid hides from a lamp, allowing for its surface to be off by what rounding takes from the
-/// lengths that come in. Whether points or lamps that close to the surface are in the solid is left open.
-pub(crate) fn check_hiding(occluder: &Solid, lamp: Vector, points: &Points) -> Result<(), TestCaseError> {
+/// Check which points a shape hides from a light, allowing for its surface to be off by what rounding takes from the
+/// lengths that come in. Whether points or lights that close to the surface are in the shape is left open.
+pub(crate) fn check_occlusion(
+    occluder: &OracleShape,
+    light: Vector,
+    points: &Points,
+) -> Result<(), TestCaseError> {
     let lengths = [
         occluder.size(),
         length(sub(occluder.center(), points.reference)),
-        length(sub(lamp, points.reference)),
-        length(sub(points.bound().center, points.reference)) + points.bound().radius,
+        length(sub(light, points.reference)),
+        length(sub(points.bounds().center, points.reference)) + points.bounds().radius,
     ];
     let error = 4e-6 * lengths.iter().sum::<f64>();
-    let light = light_left(occluder, lamp, points);
+    let left = irradiance_left(occluder, light, points);
     let (large, small) = (occluder.swollen(error), occluder.swollen(-error));
     for lane in 0..points.count {
         let point = point_of(points, lane);
         // The corners of a box move farther than its faces.
-        if occluder.distance(point).min(occluder.distance(lamp)) < 2.0 * error {
+        if occluder.distance(point).min(occluder.distance(light)) < 2.0 * error {
             continue;
         }
-        if large.stands_between(lamp, point) && small.stands_between(lamp, point) {
-            prop_assert_eq!(light[lane], 0.0, "hidden: {:?} from {:?}", point, lamp);
-        } else if !large.stands_between(lamp, point) && !small.stands_between(lamp, point) {
-            prop_assert_eq!(light[lane], 1.0, "seen: {:?} from {:?}", point, lamp);
+        if large.stands_between(light, point) && small.stands_between(light, point) {
+            prop_assert_eq!(left[lane], 0.0, "hidden: {:?} from {:?}", point, light);
+        } else if !large.stands_between(light, point) && !small.stands_between(light, point) {
+            prop_assert_eq!(left[lane], 1.0, "seen: {:?} from {:?}", point, light);
         }
     }
     Ok(())
@@ -417,24 +419,24 @@ fn any_camera() -> impl Strategy<Value = Camera> {
 
 fn any_object() -> impl Strategy<Value = Object> {
     let size = || 0.1..3.0;
-    let form = prop_oneof![
-        3 => size().prop_map(|radius| Form::Sphere { radius }),
-        3 => ([size(), size(), size()], -180.0..180.0).prop_map(|(size, rotation)| Form::Box { size, rotation }),
-        1 => any_direction().prop_map(|normal| Form::Plane { normal }),
+    let shape = prop_oneof![
+        3 => size().prop_map(|radius| ShapeDesc::Sphere { radius }),
+        3 => ([size(), size(), size()], -180.0..180.0).prop_map(|(size, rotation)| ShapeDesc::Box { size, rotation }),
+        1 => any_direction().prop_map(|normal| ShapeDesc::Plane { normal }),
     ];
-    (any_place(3.0), any_color(), form).prop_map(|(position, color, form)| Object { position, color, form })
+    (any_place(3.0), any_color(), shape).prop_map(|(position, color, shape)| Object { position, color, shape })
 }
 
 /// A light, free or carried by a sphere or a box.
-fn any_light(objects: Vec<Object>) -> impl Strategy<Value = Light> {
+fn any_light(objects: Vec<Object>) -> impl Strategy<Value = LightDesc> {
     (any_place(6.0), any_color(), 1.0..1000.0, any::<prop::sample::Index>()).prop_map(
         move |(position, color, intensity, index)| {
             // As many are free as are carried.
             let body = index.index(2 * objects.len() + 1);
             let carrier = objects
                 .get(body)
-                .filter(|object| !matches!(object.form, Form::Plane { .. }));
-            Light {
+                .filter(|object| !matches!(object.shape, ShapeDesc::Plane { .. }));
+            LightDesc {
                 position: carrier.map_or(position, |object| object.position),
                 color,
                 intensity,

@@ -1,115 +1,20 @@
 //! Whole pictures, on all cores: into arrays, or to a file while they are traced.
 
-use crate::block::{Block, Truth};
-use crate::budget::WorkBudget;
-use crate::coverage::Coverage;
-use crate::develop::Developer;
-use crate::film::{Film, Home};
-use crate::grid::{LANES, SIDE};
 use crate::memory::{OutOfMemory, filled, resize, spare, with_capacity};
-use crate::meter::{Metered, meter};
-use crate::place::{Place, View};
-use crate::png::{Color, Header, PngWriter};
+use crate::monitor::{Monitor, Stopped};
+use crate::output::develop::Developer;
+use crate::output::film::{CameraToWorld, Film};
+use crate::output::meter::{MeterReading, meter};
+use crate::output::png::{Color, Header, PngWriter};
 use crate::scene::Scene;
-use crate::simd::{Level, Work};
+use crate::simd::{Kernel, Level};
+use crate::tile::{LANES, SIDE, Tile, View};
+use crate::trace::coverage::Coverage;
+use crate::trace::tile_tracer::{PassRequest, TileTracer};
 use crate::world::{Settings, Window, World};
 use rayon::prelude::*;
 use std::io;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 use std::time::{Duration, Instant};
-
-/// How far the work has come, whether anybody still waits for it, and how much of it there may be; shared between
-/// threads.
-#[derive(Debug)]
-pub struct Monitor {
-    done: AtomicU64,
-    cancelled: Arc<AtomicBool>,
-    budget: Arc<WorkBudget>,
-}
-
-impl Monitor {
-    /// Of work that has not begun, of any amount.
-    pub fn new() -> Monitor {
-        Monitor::within(Arc::new(WorkBudget::unlimited()))
-    }
-
-    /// Of work that has not begun, and is given up when it exceeds a budget.
-    pub fn within(budget: Arc<WorkBudget>) -> Monitor {
-        Monitor {
-            done: AtomicU64::new(0),
-            cancelled: Arc::default(),
-            budget,
-        }
-    }
-
-    /// The pixels that are done.
-    pub fn done(&self) -> u64 {
-        self.done.load(Relaxed)
-    }
-
-    /// Ask for the work to be given up: it ends within a block.
-    pub fn cancel(&self) {
-        self.cancelled.store(true, Relaxed);
-    }
-
-    /// A monitor of work that does not count, given up together with what counts.
-    fn aside(&self) -> Monitor {
-        Monitor {
-            done: AtomicU64::new(0),
-            cancelled: Arc::clone(&self.cancelled),
-            budget: Arc::clone(&self.budget),
-        }
-    }
-
-    /// Whether it has been asked for.
-    pub fn cancelled(&self) -> bool {
-        self.cancelled.load(Relaxed)
-    }
-
-    /// What the work counts its steps in.
-    pub(crate) fn budget(&self) -> &WorkBudget {
-        &self.budget
-    }
-
-    /// Whether to end, for whatever reason.
-    pub(crate) fn stopped(&self) -> bool {
-        self.cancelled() || self.budget.is_exceeded()
-    }
-
-    fn check(&self) -> Result<(), Stopped> {
-        if self.cancelled() {
-            Err(Stopped::Cancelled)
-        } else if self.budget.is_exceeded() {
-            Err(Stopped::BudgetExceeded)
-        } else {
-            Ok(())
-        }
-    }
-}
-
-impl Default for Monitor {
-    fn default() -> Monitor {
-        Monitor::new()
-    }
-}
-
-/// Why work was given up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stopped {
-    /// Somebody asked for it.
-    Cancelled,
-    /// There was more to do than its budget allows.
-    BudgetExceeded,
-    /// There is not enough memory.
-    OutOfMemory(OutOfMemory),
-}
-
-impl From<OutOfMemory> for Stopped {
-    fn from(error: OutOfMemory) -> Stopped {
-        Stopped::OutOfMemory(error)
-    }
-}
 
 /// Why a picture was not written.
 #[derive(Debug)]
@@ -140,7 +45,7 @@ impl From<io::Error> for PictureError {
 
 /// What it took to write a picture. The times are those of all threads together.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Effort {
+pub struct RenderStats {
     /// Primary and shadow rays.
     pub rays: u64,
     /// Time for tracing.
@@ -199,7 +104,7 @@ impl Tracer {
     /// If the arrays of the film do not fit the window, or the window is not inside the picture.
     pub fn film(&self, window: Window, film: Film<'_>, monitor: &Monitor) -> Result<u64, Stopped> {
         assert!(film.holds(window), "the film does not fit the window");
-        self.film_of(self.shot(monitor), window, film)
+        self.film_of(self.job(monitor), window, film)
     }
 
     /// Meter the whole picture at `grid` x `grid` points, and return how many rays that took; see `meter`.
@@ -207,7 +112,7 @@ impl Tracer {
     /// # Errors
     ///
     /// If the monitor was asked to give up, its budget is exceeded, or there is not enough memory.
-    pub fn exposure(&self, grid: u32, monitor: &Monitor) -> Result<(Metered, u64), Stopped> {
+    pub fn exposure(&self, grid: u32, monitor: &Monitor) -> Result<(MeterReading, u64), Stopped> {
         let mut radiance = filled(3 * grid as usize * grid as usize, 0.0, "the exposure meter")?;
         let film = Film {
             radiance: &mut radiance,
@@ -223,12 +128,12 @@ impl Tracer {
             width: grid,
             height: grid,
         };
-        let shot = Shot {
+        let job = TileJob {
             view: View::in_grid(&self.world.camera, grid),
             settings: &settings,
             monitor: &monitor.aside(),
         };
-        let rays = self.film_of(shot, window, film)?;
+        let rays = self.film_of(job, window, film)?;
         Ok((meter(&radiance)?, rays))
     }
 
@@ -259,18 +164,18 @@ impl Tracer {
     }
 
     /// What is asked of the whole picture.
-    fn shot<'a>(&'a self, monitor: &'a Monitor) -> Shot<'a> {
-        Shot {
+    fn job<'a>(&'a self, monitor: &'a Monitor) -> TileJob<'a> {
+        TileJob {
             view: View::new(&self.world.camera),
             settings: &self.world.settings,
             monitor,
         }
     }
 
-    fn film_of(&self, shot: Shot<'_>, window: Window, film: Film<'_>) -> Result<u64, Stopped> {
+    fn film_of(&self, job: TileJob<'_>, window: Window, film: Film<'_>) -> Result<u64, Stopped> {
         let width = window.width as usize;
-        let truth = film.truth();
-        let new_block = || Block::new(truth);
+        let request = film.request();
+        let new_tracer = || TileTracer::new(request);
         let mut bands = with_capacity(count_bands(window), BANDS)?;
         spare()?;
         let mut rest = film;
@@ -279,29 +184,35 @@ impl Tracer {
             bands.push((window, film));
             rest = below;
         }
-        let home = Home::new(&self.scene, &self.world.camera);
+        let to_world = CameraToWorld::new(&self.scene, &self.world.camera);
         let rays = bands
             .into_par_iter()
-            .map_init(new_block, |block, (window, film)| {
-                self.trace(shot, window, block, FilmTarget { film, home }).rays
+            .map_init(new_tracer, |tracer, (window, film)| {
+                self.trace(job, window, tracer, FilmSink { film, to_world }).rays
             })
             .sum();
-        shot.monitor.check()?;
+        job.monitor.check()?;
         Ok(rays)
     }
 
-    /// Trace the blocks of a band, for one thread.
-    fn trace(&self, shot: Shot<'_>, window: Window, block: &mut Block, target: impl Target) -> Effort {
-        let mut effort = Effort::default();
+    /// Trace the tiles of a band, for one thread.
+    fn trace(
+        &self,
+        job: TileJob<'_>,
+        window: Window,
+        tracer: &mut TileTracer,
+        sink: impl TileSink,
+    ) -> RenderStats {
+        let mut stats = RenderStats::default();
         self.level.run(Band {
             scene: &self.scene,
-            shot,
+            job,
             window,
-            block,
-            effort: &mut effort,
-            target,
+            tracer,
+            stats: &mut stats,
+            sink,
         });
-        effort
+        stats
     }
 
     /// Trace, develop and write the pixels of a window as a PNG file with some `texts` in front, with the threads of the rayon pool this is
@@ -321,7 +232,7 @@ impl Tracer {
         texts: &[(String, String)],
         sink: impl io::Write + Send,
         monitor: &Monitor,
-    ) -> Result<Effort, PictureError> {
+    ) -> Result<RenderStats, PictureError> {
         let header = Header {
             width: window.width,
             height: window.height,
@@ -330,7 +241,7 @@ impl Tracer {
             texts,
         };
         let mut writer = PngWriter::new(sink, header)?;
-        let mut effort = Effort::default();
+        let mut stats = RenderStats::default();
         let row = window.width as usize * developer.bytes_per_pixel();
         let most = (MOST_WAITING / (row * SIDE as usize)).max(1);
         let bands = with_bands(window)?;
@@ -344,21 +255,27 @@ impl Tracer {
                 || self.develop(batch, developer, &mut pixels, monitor),
                 || timed(|| writer.write_rows(&written)),
             );
-            effort.add(traced);
-            effort.write += result?;
+            stats.add(traced);
+            stats.write += result?;
             monitor.check()?;
             std::mem::swap(&mut pixels, &mut written);
         }
-        effort.write += timed(|| {
+        stats.write += timed(|| {
             writer.write_rows(&written)?;
             writer.finish()
         })?;
-        Ok(effort)
+        Ok(stats)
     }
 
     /// Trace and develop some bands that follow each other.
-    fn develop(&self, bands: &[Window], developer: &Developer, pixels: &mut [u8], monitor: &Monitor) -> Effort {
-        let shot = self.shot(monitor);
+    fn develop(
+        &self,
+        bands: &[Window],
+        developer: &Developer,
+        pixels: &mut [u8],
+        monitor: &Monitor,
+    ) -> RenderStats {
+        let job = self.job(monitor);
         let mut parts = Vec::new();
         let mut rest = pixels;
         for &window in bands {
@@ -370,18 +287,18 @@ impl Tracer {
         parts
             .into_par_iter()
             .map_init(
-                || Block::new(Truth::Unwanted),
-                |block, (window, pixels)| self.trace(shot, window, block, PixelTarget { developer, pixels }),
+                || TileTracer::new(PassRequest::Radiance),
+                |tracer, (window, pixels)| self.trace(job, window, tracer, PixelSink { developer, pixels }),
             )
-            .reduce(Effort::default, |mut a, b| {
+            .reduce(RenderStats::default, |mut a, b| {
                 a.add(b);
                 a
             })
     }
 }
 
-impl Effort {
-    fn add(&mut self, other: Effort) {
+impl RenderStats {
+    fn add(&mut self, other: RenderStats) {
         self.rays += other.rays;
         self.trace += other.trace;
         self.develop += other.develop;
@@ -405,7 +322,7 @@ fn count_bands(window: Window) -> usize {
     bands_of(window).count()
 }
 
-/// The rows of a window block by block: the work that one thread does at a time.
+/// The rows of a window tile by tile: the work that one thread does at a time.
 fn bands_of(window: Window) -> impl Iterator<Item = Window> {
     let bottom = window.y + window.height;
     let first = window.y - window.y % SIDE;
@@ -420,98 +337,98 @@ fn bands_of(window: Window) -> impl Iterator<Item = Window> {
 }
 
 /// Where the pixels of a band go.
-trait Target {
+trait TileSink {
     /// To be marked `#[inline(always)]`: it is compiled for each SIMD level.
-    fn take(&mut self, block: &Block, place: Place);
+    fn take(&mut self, traced: &TileTracer, tile: Tile);
 }
 
-/// What is asked of all blocks of a picture.
+/// What is asked of all tiles of a picture.
 #[derive(Clone, Copy)]
-struct Shot<'a> {
+struct TileJob<'a> {
     view: View,
     settings: &'a Settings,
     monitor: &'a Monitor,
 }
 
-/// The blocks of a band, traced one after the other.
+/// The tiles of a band, traced one after the other.
 struct Band<'a, T> {
     scene: &'a Scene,
-    shot: Shot<'a>,
+    job: TileJob<'a>,
     window: Window,
-    block: &'a mut Block,
-    effort: &'a mut Effort,
-    target: T,
+    tracer: &'a mut TileTracer,
+    stats: &'a mut RenderStats,
+    sink: T,
 }
 
-/// One block in so many is timed: looking at the clock takes as long as a tenth of a block.
+/// One tile in so many is timed: looking at the clock takes as long as a tenth of a tile.
 const TIMED: u32 = 8;
 
-impl<T: Target> Work for Band<'_, T> {
+impl<T: TileSink> Kernel for Band<'_, T> {
     #[inline(always)]
     fn run(mut self) {
-        let Shot {
+        let TileJob {
             view,
             settings,
             monitor,
-        } = self.shot;
+        } = self.job;
         let start = Instant::now();
-        let (mut blocks, mut timed) = (0, Duration::ZERO);
-        for place in Place::all(view, self.window) {
+        let (mut tiles, mut timed) = (0, Duration::ZERO);
+        for tile in Tile::all(view, self.window) {
             if monitor.stopped() {
                 return;
             }
             let mut meter = monitor.budget().meter();
-            self.block
-                .trace(self.scene, settings, place, &mut meter, || monitor.cancelled());
+            self.tracer
+                .trace(self.scene, settings, tile, &mut meter, || monitor.cancelled());
             monitor.budget().spend(meter);
-            if blocks % TIMED == 0 {
+            if tiles % TIMED == 0 {
                 let traced = Instant::now();
-                self.target.take(self.block, place);
+                self.sink.take(self.tracer, tile);
                 timed += traced.elapsed();
             } else {
-                self.target.take(self.block, place);
+                self.sink.take(self.tracer, tile);
             }
-            blocks += 1;
-            self.effort.rays += self.block.traced;
-            let pixels: usize = place.spans().map(|span| span.count).sum();
-            monitor.done.fetch_add(pixels as u64, Relaxed);
+            tiles += 1;
+            self.stats.rays += self.tracer.traced;
+            let pixels: usize = tile.spans().map(|span| span.count).sum();
+            monitor.add(pixels as u64);
         }
         let elapsed = start.elapsed();
-        let develop = timed.mul_f64(f64::from(blocks) / f64::from(blocks.div_ceil(TIMED).max(1)));
-        self.effort.develop = develop.min(elapsed);
-        self.effort.trace = elapsed - self.effort.develop;
+        let develop = timed.mul_f64(f64::from(tiles) / f64::from(tiles.div_ceil(TIMED).max(1)));
+        self.stats.develop = develop.min(elapsed);
+        self.stats.trace = elapsed - self.stats.develop;
     }
 }
 
 /// Into arrays.
-struct FilmTarget<'a> {
+struct FilmSink<'a> {
     film: Film<'a>,
-    home: Home<'a>,
+    to_world: CameraToWorld<'a>,
 }
 
-impl Target for FilmTarget<'_> {
+impl TileSink for FilmSink<'_> {
     #[inline(always)]
-    fn take(&mut self, block: &Block, place: Place) {
-        self.film.take(block, place, self.home);
+    fn take(&mut self, traced: &TileTracer, tile: Tile) {
+        self.film.take(traced, tile, self.to_world);
     }
 }
 
 /// Into the values of an image file.
-struct PixelTarget<'a> {
+struct PixelSink<'a> {
     developer: &'a Developer,
     pixels: &'a mut [u8],
 }
 
-impl Target for PixelTarget<'_> {
+impl TileSink for PixelSink<'_> {
     #[inline(always)]
-    fn take(&mut self, block: &Block, place: Place) {
+    fn take(&mut self, traced: &TileTracer, tile: Tile) {
         let size = self.developer.bytes_per_pixel();
         let mut rgb = [0.0; 3 * LANES];
-        block.mean(0, &mut rgb);
+        traced.mean_radiance(0, &mut rgb);
         let mut developed = [0; MOST_BYTES * LANES];
         let developed = &mut developed[..size * LANES];
         self.developer.develop(&rgb, developed);
-        for span in place.spans() {
+        for span in tile.spans() {
             let from = &developed[span.lane * size..(span.lane + span.count) * size];
             self.pixels[span.pixel * size..(span.pixel + span.count) * size].copy_from_slice(from);
         }

@@ -95,7 +95,7 @@ impl Level {
 
     /// Do some work with the instructions of this level.
     #[inline(always)]
-    pub(crate) fn run(self, work: impl Work) {
+    pub(crate) fn run(self, work: impl Kernel) {
         match self {
             Level::Baseline => work.run(),
             #[cfg(target_arch = "x86_64")]
@@ -108,8 +108,8 @@ impl Level {
     }
 }
 
-/// Work that is compiled for each level: all it calls must be inlined.
-pub(crate) trait Work {
+/// Kernel that is compiled for each level: all it calls must be inlined.
+pub(crate) trait Kernel {
     /// Do it; to be marked `#[inline(always)]`.
     fn run(self);
 }
@@ -118,11 +118,11 @@ pub(crate) trait Work {
 #[cfg(target_arch = "x86_64")]
 #[allow(unsafe_code)]
 mod x86 {
-    use super::Work;
+    use crate::simd::Kernel;
 
-    pub(super) fn avx2(work: impl Work) {
+    pub(super) fn avx2(work: impl Kernel) {
         #[target_feature(enable = "avx2")]
-        fn compiled(work: impl Work) {
+        fn compiled(work: impl Kernel) {
             work.run();
         }
         assert!(is_x86_feature_detected!("avx2"));
@@ -130,9 +130,9 @@ mod x86 {
         unsafe { compiled(work) }
     }
 
-    pub(super) fn avx512(work: impl Work) {
+    pub(super) fn avx512(work: impl Kernel) {
         #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl")]
-        fn compiled(work: impl Work) {
+        fn compiled(work: impl Kernel) {
             work.run();
         }
         assert!(is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512bw"));

@@ -1,6 +1,7 @@
 //! Three numbers in float64: the little vector algebra that prepares constants for the float32 kernel.
 
-use crate::world::Vector;
+/// Three numbers: a point, a direction, or linear RGB.
+pub type Vector = [f64; 3];
 
 /// Scalar product.
 #[inline(always)]
@@ -44,7 +45,7 @@ pub(crate) fn length(a: Vector) -> f64 {
 
 /// At least the length of a vector, and at most twice; without a root.
 #[inline(always)]
-pub(crate) fn taxi(vector: Vector) -> f64 {
+pub(crate) fn l1_norm(vector: Vector) -> f64 {
     vector[0].abs() + vector[1].abs() + vector[2].abs()
 }
 
@@ -56,12 +57,12 @@ pub(crate) fn largest(vector: Vector) -> f64 {
 
 /// The components in another frame, whose axes are the rows.
 #[inline(always)]
-pub(crate) fn turned(rows: &[Vector; 3], a: Vector) -> Vector {
+pub(crate) fn rotate(rows: &[Vector; 3], a: Vector) -> Vector {
     [dot(rows[0], a), dot(rows[1], a), dot(rows[2], a)]
 }
 
 /// The same components in float32.
 #[inline(always)]
-pub(crate) fn single(a: Vector) -> [f32; 3] {
+pub(crate) fn to_f32(a: Vector) -> [f32; 3] {
     a.map(|component| component as f32)
 }

@@ -1,7 +1,6 @@
 //! What the tracer is given: a scene as plain numbers, in the order of the file.
 
-/// Three numbers: a point, a direction, or linear RGB.
-pub type Vector = [f64; 3];
+pub use crate::vector::Vector;
 
 /// A pinhole camera.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,7 +23,7 @@ pub struct Camera {
 
 /// What an object is, beside its place and color.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Form {
+pub enum ShapeDesc {
     /// A sphere around its position.
     Sphere {
         /// Greater than 0.
@@ -52,12 +51,12 @@ pub struct Object {
     /// Albedo, linear RGB, 0..1.
     pub color: Vector,
     /// What it is.
-    pub form: Form,
+    pub shape: ShapeDesc,
 }
 
 /// A point light.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Light {
+pub struct LightDesc {
     /// Where it stands, world space.
     pub position: Vector,
     /// Linear RGB, each 0 or more.
@@ -89,7 +88,7 @@ pub struct World {
     /// Objects, in the order of the file.
     pub objects: Vec<Object>,
     /// Lights, in the order of the file, those of objects last.
-    pub lights: Vec<Light>,
+    pub lights: Vec<LightDesc>,
     /// How light is computed.
     pub settings: Settings,
 }

@@ -2,12 +2,19 @@
 
 use std::io;
 
+use pyo3::create_exception;
 use pyo3::exceptions::{PyMemoryError, PyOSError, PyRuntimeError};
 use pyo3::prelude::*;
+use rtcli_tracer::Stopped;
 use rtcli_tracer::memory::OutOfMemory;
-use rtcli_tracer::render::{PictureError, Stopped};
+use rtcli_tracer::render::PictureError;
 
-use crate::tracer::BudgetExceededError;
+create_exception!(
+    rtcli.tracer._native,
+    BudgetExceededError,
+    PyRuntimeError,
+    "There was more to do than a `WorkBudget` allows."
+);
 
 /// `MemoryError`, which says what for.
 pub fn out_of_memory(error: OutOfMemory) -> PyErr {

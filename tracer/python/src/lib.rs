@@ -5,7 +5,7 @@
 //! - `arrays`: the arrays of a film, which Python owns
 //! - `attend`: work in a pool of threads, while the calling thread listens to Python
 //! - `errors`: errors of the core, as Python has them
-//! - `mailbox`: bytes on their way from the pool to the calling thread
+//! - `channel`: bytes on their way from the pool to the calling thread
 //! - `look`: from radiance to an image, for films of any engine
 //! - `png`: PNG files of numbers that are developed already, or are no color at all
 //!
@@ -15,10 +15,10 @@
 #![deny(missing_docs)]
 
 mod arrays;
-mod attend;
+mod byte_channel;
+mod display;
 mod errors;
-mod look;
-mod mailbox;
+mod interruptible;
 mod png;
 mod tracer;
 mod world;
@@ -29,11 +29,13 @@ mod _native {
     use pyo3::prelude::*;
 
     #[pymodule_export]
-    use crate::look::{PngEncoder, develop, focal_length, meter};
+    use crate::display::{PngEncoder, develop, focal_length, meter};
+    #[pymodule_export]
+    use crate::errors::BudgetExceededError;
     #[pymodule_export]
     use crate::png::{decode_png, encode_png};
     #[pymodule_export]
-    use crate::tracer::{BudgetExceededError, Tracer, WorkBudget, sample_offsets, simd_level};
+    use crate::tracer::{Tracer, WorkBudget, sample_offsets, simd_level};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -6,13 +6,13 @@ use std::io;
 use pyo3::exceptions::{PyMemoryError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use rtcli_tracer::develop::Bits;
+use rtcli_tracer::develop::BitDepth;
 use rtcli_tracer::memory::{Growing, OutOfMemory, spare, with_capacity};
 use rtcli_tracer::png::{self, Color, Header, PngWriter};
 
-use crate::attend::bytes_of;
+use crate::display::{bit_depth, has_pixels};
 use crate::errors::out_of_memory;
-use crate::look::{depth, has_pixels};
+use crate::interruptible::bytes_of;
 
 /// The largest picture that is read: 65,535 x 16,384 pixels of RGB in 16 bits.
 const MOST_BYTES: usize = 6 << 30;
@@ -34,7 +34,7 @@ pub fn encode_png<'py>(
         width,
         height,
         color: color(channels)?,
-        bits: depth(bits)?,
+        bits: bit_depth(bits)?,
         texts: &texts,
     };
     let file = py.detach(|| {
@@ -58,7 +58,7 @@ pub fn decode_png<'py>(py: Python<'py>, file: &[u8]) -> PyResult<(u32, u32, usiz
         png::DecodingError::IoError(io) => of_a_picture(io.kind(), io),
         _ => PyValueError::new_err(error.to_string()),
     })?;
-    let bits = depth(decoded.bits)?;
+    let bits = bit_depth(decoded.bits)?;
     let pixels = bytes_of(py, &swapped(&decoded.pixels, bits).map_err(out_of_memory)?)?;
     Ok((decoded.width, decoded.height, decoded.channels, decoded.bits, pixels))
 }
@@ -82,8 +82,8 @@ fn color(channels: u8) -> PyResult<Color> {
 }
 
 /// From native byte order to the high byte first, or back.
-fn swapped(pixels: &[u8], bits: Bits) -> Result<Cow<'_, [u8]>, OutOfMemory> {
-    if bits == Bits::Eight || cfg!(target_endian = "big") {
+fn swapped(pixels: &[u8], bits: BitDepth) -> Result<Cow<'_, [u8]>, OutOfMemory> {
+    if bits == BitDepth::Eight || cfg!(target_endian = "big") {
         return Ok(Cow::Borrowed(pixels));
     }
     let mut swapped = with_capacity(pixels.len(), "the picture")?;

@@ -4,20 +4,19 @@ use std::collections::HashMap;
 use std::env;
 use std::sync::Arc;
 
-use pyo3::create_exception;
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
+use rtcli_tracer::Monitor;
 use rtcli_tracer::memory::filled;
-use rtcli_tracer::meter::Metered;
-use rtcli_tracer::render::Monitor;
+use rtcli_tracer::meter::MeterReading;
 use rtcli_tracer::world::World;
 use rtcli_tracer::{Film, Level};
 
 use crate::arrays::{PyFilm, pixels};
-use crate::attend::Listener;
+use crate::display::{PyDisplay, developed, developer, has_pixels};
 use crate::errors::{out_of_memory, stopped, unwritten};
-use crate::look::{PyLook, developed, developer, has_pixels};
+use crate::interruptible::Listener;
 use crate::world::{self, PyCamera, PyLights, PyObjects, PySettings, PyWindow, Size};
 
 /// Forces a SIMD level.
@@ -44,13 +43,6 @@ fn level() -> PyResult<Level> {
             .map_err(|error| PyValueError::new_err(format!("{SIMD}: {error}"))),
     }
 }
-
-create_exception!(
-    rtcli.tracer._native,
-    BudgetExceededError,
-    PyRuntimeError,
-    "There was more to do than a `WorkBudget` allows."
-);
 
 /// How much work may be done, in steps that are counted and not timed.
 #[pyclass(frozen, module = "rtcli.tracer._native")]
@@ -108,7 +100,7 @@ impl Tracer {
             size: Size::from(&world.camera),
             threads,
             core: listener
-                .attend(threads, |_, _| rtcli_tracer::Tracer::new(world, level))?
+                .run_interruptibly(threads, |_, _| rtcli_tracer::Tracer::new(world, level))?
                 .map_err(out_of_memory)?,
         })
     }
@@ -127,7 +119,7 @@ impl Tracer {
         let film = arrays.film(window)?;
         let mut listener = Listener::new(py, pixels(window), progress.as_ref(), None);
         let work = |monitor: &Monitor, _: &_| self.core.film(window, film, monitor);
-        listener.attend(self.threads, work)?.map_err(stopped)
+        listener.run_interruptibly(self.threads, work)?.map_err(stopped)
     }
 
     /// Renders a window and develops it, within a budget.
@@ -136,7 +128,7 @@ impl Tracer {
         &self,
         py: Python<'py>,
         window: PyWindow,
-        look: PyLook<'py>,
+        look: PyDisplay<'py>,
         budget: Option<&WorkBudget>,
     ) -> PyResult<Bound<'py, PyByteArray>> {
         let window = world::window(window, self.size)?;
@@ -149,7 +141,7 @@ impl Tracer {
         };
         let mut listener = Listener::new(py, 0, None, None).within(core(budget));
         let work = |monitor: &Monitor, _: &_| self.core.film(window, film, monitor);
-        listener.attend(self.threads, work)?.map_err(stopped)?;
+        listener.run_interruptibly(self.threads, work)?.map_err(stopped)?;
         developed(py, &developer, &radiance)
     }
 
@@ -161,7 +153,7 @@ impl Tracer {
         &self,
         py: Python<'py>,
         window: PyWindow,
-        look: PyLook<'py>,
+        look: PyDisplay<'py>,
         texts: Vec<(String, String)>,
         write: Bound<'py, PyAny>,
         progress: Option<Bound<'py, PyAny>>,
@@ -170,8 +162,8 @@ impl Tracer {
         let developer = developer(look)?;
         let mut listener = Listener::new(py, pixels(window), progress.as_ref(), Some(&write));
         let work =
-            |monitor: &Monitor, mailbox: &_| self.core.write_png(window, &developer, &texts, mailbox, monitor);
-        let effort = listener.attend(self.threads, work)?.map_err(unwritten)?;
+            |monitor: &Monitor, channel: &_| self.core.write_png(window, &developer, &texts, channel, monitor);
+        let effort = listener.run_interruptibly(self.threads, work)?.map_err(unwritten)?;
         let [trace, develop, write] = [effort.trace, effort.develop, effort.write].map(|time| time.as_secs_f64());
         Ok((effort.rays, trace, develop, write))
     }
@@ -182,7 +174,7 @@ impl Tracer {
         let window = world::window(window, self.size)?;
         let mut listener = Listener::new(py, 0, None, None).within(core(budget));
         let work = |monitor: &Monitor, _: &_| self.core.coverage(window, monitor);
-        listener.attend(self.threads, work)?.map_err(stopped)
+        listener.run_interruptibly(self.threads, work)?.map_err(stopped)
     }
 
     /// Meters the whole picture at `grid` x `grid` points, within a budget; returns stops, percentile, and how many rays
@@ -197,7 +189,8 @@ impl Tracer {
         has_pixels(grid, grid)?;
         let mut listener = Listener::new(py, 0, None, None).within(core(budget));
         let work = |monitor: &Monitor, _: &_| self.core.exposure(grid, monitor);
-        let (Metered { stops, percentile }, rays) = listener.attend(self.threads, work)?.map_err(stopped)?;
+        let (MeterReading { stops, percentile }, rays) =
+            listener.run_interruptibly(self.threads, work)?.map_err(stopped)?;
         Ok((stops, percentile, rays))
     }
 }

@@ -1,11 +1,11 @@
 //! What Python packs, as the tracer's `World`: see `rtcli/tracer/world.py` for the meaning of each number.
 
+use crate::display::{copied, has_pixels};
 use crate::errors::out_of_memory;
-use crate::look::{copied, has_pixels};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rtcli_tracer::memory::with_capacity;
-use rtcli_tracer::world::{Camera, Form, Light, Object, Settings, Vector, Window};
+use rtcli_tracer::world::{Camera, LightDesc, Object, Settings, ShapeDesc, Vector, Window};
 
 /// Objects whose faces can be numbered in 32 bits.
 const MOST_OBJECTS: usize = 1 << 28;
@@ -87,17 +87,17 @@ pub fn objects(columns: PyObjects<'_>) -> PyResult<Vec<Object>> {
         objects.push(Object {
             position: position[i],
             color: color[i],
-            form: form(kinds[i], extent[i], rotation[i])?,
+            shape: shape(kinds[i], extent[i], rotation[i])?,
         });
     }
     Ok(objects)
 }
 
-fn form(kind: u8, extent: Vector, rotation: f64) -> PyResult<Form> {
+fn shape(kind: u8, extent: Vector, rotation: f64) -> PyResult<ShapeDesc> {
     match kind {
-        SPHERE => Ok(Form::Sphere { radius: extent[0] }),
-        PLANE => Ok(Form::Plane { normal: extent }),
-        BOX => Ok(Form::Box { size: extent, rotation }),
+        SPHERE => Ok(ShapeDesc::Sphere { radius: extent[0] }),
+        PLANE => Ok(ShapeDesc::Plane { normal: extent }),
+        BOX => Ok(ShapeDesc::Box { size: extent, rotation }),
         _ => Err(PyValueError::new_err(format!("unknown kind of shape {kind}"))),
     }
 }
@@ -107,14 +107,14 @@ fn form(kind: u8, extent: Vector, rotation: f64) -> PyResult<Form> {
 /// # Errors
 ///
 /// `ValueError` for columns of different lengths, or a body that is none of the objects.
-pub fn lights(columns: PyLights<'_>, objects: usize) -> PyResult<Vec<Light>> {
+pub fn lights(columns: PyLights<'_>, objects: usize) -> PyResult<Vec<LightDesc>> {
     let (position, color, intensity, bodies) = columns;
     let (position, color) = (vectors(position)?, vectors(color)?);
     let (intensity, bodies) = (numbers(intensity)?, indices(bodies)?);
     same_lengths(bodies.len(), &[position.len(), color.len(), intensity.len()])?;
     let mut lights = with_capacity(bodies.len(), "the lights").map_err(out_of_memory)?;
     for i in 0..bodies.len() {
-        lights.push(Light {
+        lights.push(LightDesc {
             position: position[i],
             color: color[i],
             intensity: intensity[i],

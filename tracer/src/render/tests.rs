@@ -1,9 +1,11 @@
 use super::*;
-use crate::develop::{Bits, Tone};
+use crate::WorkBudget;
 use crate::oracle::any_world;
-use crate::world::{Camera, Form, Light, Object};
+use crate::output::develop::{BitDepth, ToneCurve};
+use crate::world::{Camera, LightDesc, Object, ShapeDesc};
 use proptest::prelude::*;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 /// All arrays of a film, and the number of rays.
 #[derive(Clone, Debug, PartialEq)]
@@ -93,9 +95,9 @@ fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
         .install(work)
 }
 
-fn written(tracer: &Tracer, window: Window, bits: Bits) -> Vec<u8> {
+fn written(tracer: &Tracer, window: Window, bits: BitDepth) -> Vec<u8> {
     let mut file = Vec::new();
-    let developer = Developer::new(0.0, Tone::Clip, bits);
+    let developer = Developer::new(0.0, ToneCurve::Clip, bits);
     tracer
         .write_png(window, &developer, &[], &mut file, &Monitor::new())
         .unwrap();
@@ -115,7 +117,7 @@ proptest! {
             let others = filmed(&tracer, window);
             prop_assert_eq!(others.all_bits(), arrays.all_bits(), "{}", level.name());
             prop_assert_eq!(others.rays, arrays.rays, "{}", level.name());
-            for bits in [Bits::Eight, Bits::Sixteen] {
+            for bits in [BitDepth::Eight, BitDepth::Sixteen] {
                 prop_assert_eq!(written(&tracer, window, bits), written(&baseline, window, bits), "{}", level.name());
             }
         }
@@ -214,12 +216,12 @@ proptest! {
         let tracer = best(&world);
         let window = whole(&world);
         let arrays = on_threads(1, || filmed(&tracer, window));
-        let file = on_threads(1, || written(&tracer, window, Bits::Eight));
+        let file = on_threads(1, || written(&tracer, window, BitDepth::Eight));
         for threads in [2, 3, 7] {
             let others = on_threads(threads, || filmed(&tracer, window));
             prop_assert_eq!(others.all_bits(), arrays.all_bits(), "{} threads", threads);
             prop_assert_eq!(others.rays, arrays.rays);
-            prop_assert_eq!(&on_threads(threads, || written(&tracer, window, Bits::Eight)), &file);
+            prop_assert_eq!(&on_threads(threads, || written(&tracer, window, BitDepth::Eight)), &file);
         }
     }
 
@@ -228,9 +230,9 @@ proptest! {
         let window = whole(&world);
         let tracer = best(&world);
         let radiance = filmed(&tracer, window).radiance;
-        for bits in [Bits::Eight, Bits::Sixteen] {
+        for bits in [BitDepth::Eight, BitDepth::Sixteen] {
             let mut expected = vec![0; radiance.len() / 3 * bits.bytes_per_pixel()];
-            Developer::new(0.0, Tone::Clip, bits).develop(&radiance, &mut expected);
+            Developer::new(0.0, ToneCurve::Clip, bits).develop(&radiance, &mut expected);
             let file = written(&tracer, window, bits);
             let mut reader = png::Decoder::new(io::Cursor::new(file)).read_info().unwrap();
             let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
@@ -243,7 +245,7 @@ proptest! {
 // --- Pictures whose answer is known -----------------------------------------------------------------------
 
 /// A world seen along -z from the origin.
-fn world(width: u32, height: u32, objects: Vec<Object>, lights: Vec<Light>) -> World {
+fn world(width: u32, height: u32, objects: Vec<Object>, lights: Vec<LightDesc>) -> World {
     World {
         camera: Camera {
             width,
@@ -265,16 +267,16 @@ fn world(width: u32, height: u32, objects: Vec<Object>, lights: Vec<Light>) -> W
     }
 }
 
-fn grey(position: [f64; 3], form: Form) -> Object {
+fn grey(position: [f64; 3], shape: ShapeDesc) -> Object {
     Object {
         position,
         color: [0.8, 0.5, 0.2],
-        form,
+        shape,
     }
 }
 
-fn lamp(position: [f64; 3], intensity: f64) -> Light {
-    Light {
+fn light(position: [f64; 3], intensity: f64) -> LightDesc {
+    LightDesc {
         position,
         color: [1.0; 3],
         intensity,
@@ -321,15 +323,15 @@ fn assert_lit(world: &World, point_and_normal: impl Fn([f64; 3]) -> Option<([f64
 }
 
 #[test]
-fn a_plane_under_a_lamp_has_the_radiance_of_the_formula() {
+fn a_plane_under_a_light_has_the_radiance_of_the_formula() {
     for distance in [1.0, 1e-4, 1e5] {
         let ground = grey(
             [5.0, -distance, 3.0],
-            Form::Plane {
+            ShapeDesc::Plane {
                 normal: [0.0, 7.0, 0.0],
             },
         );
-        let above = lamp([0.3 * distance, 2.0 * distance, -4.0 * distance], 100.0);
+        let above = light([0.3 * distance, 2.0 * distance, -4.0 * distance], 100.0);
         assert_lit(&world(61, 43, vec![ground], vec![above]), |v| {
             let t = -distance / v[1];
             let point = [t * v[0], -distance, t * v[2]];
@@ -338,17 +340,17 @@ fn a_plane_under_a_lamp_has_the_radiance_of_the_formula() {
     }
 }
 
-/// However far the sun: the light of a lamp of constant brightness.
+/// However far the sun: the light of a light of constant brightness.
 #[test]
-fn a_lamp_as_far_as_the_sun_lights_a_scene_of_millimetres() {
+fn a_light_as_far_as_the_sun_lights_a_scene_of_millimetres() {
     for distance in [1e3, 1e11, 1.5e14] {
         let ground = grey(
             [0.0, -1.0, 0.0],
-            Form::Plane {
+            ShapeDesc::Plane {
                 normal: [0.0, 1.0, 0.0],
             },
         );
-        let sun = lamp([0.0, distance, 0.0], distance * distance);
+        let sun = light([0.0, distance, 0.0], distance * distance);
         assert_lit(&world(61, 43, vec![ground], vec![sun]), |v| {
             let point = [-v[0] / v[1], -1.0, 1.0 / v[1]];
             (v[1] < 0.0).then_some((point, [0.0, 1.0, 0.0]))
@@ -359,8 +361,8 @@ fn a_lamp_as_far_as_the_sun_lights_a_scene_of_millimetres() {
 #[test]
 fn a_sphere_lit_from_the_eye_has_the_radiance_of_the_formula() {
     for (distance, radius) in [(3.0, 1.0), (3.0, 2.9999), (1e5, 4e4), (3e-6, 1e-6)] {
-        let ball = grey([0.0, 0.0, -distance], Form::Sphere { radius });
-        assert_lit(&world(61, 43, vec![ball], vec![lamp([0.0; 3], 1.0)]), |v| {
+        let ball = grey([0.0, 0.0, -distance], ShapeDesc::Sphere { radius });
+        assert_lit(&world(61, 43, vec![ball], vec![light([0.0; 3], 1.0)]), |v| {
             let vv = crate::vector::dot(v, v);
             // Not where it is just grazed.
             let discriminant = distance * distance - vv * (distance * distance - radius * radius);
@@ -375,7 +377,7 @@ fn a_sphere_lit_from_the_eye_has_the_radiance_of_the_formula() {
 
 #[test]
 fn nothing_gives_the_background() {
-    let mut empty = world(20, 20, vec![], vec![lamp([0.0; 3], 1.0)]);
+    let mut empty = world(20, 20, vec![], vec![light([0.0; 3], 1.0)]);
     empty.settings.background = [0.1, 0.2, 0.3];
     empty.settings.samples = 3;
     let arrays = filmed(&best(&empty), whole(&empty));
@@ -393,18 +395,18 @@ fn no_number_is_too_large_or_too_small() {
     let sizes = [1e-300, 1e-160, 1e-40, 1.0, 1e40, 1e160, 1e300];
     for (a, b) in sizes.into_iter().flat_map(|a| sizes.map(|b| (a, b))) {
         let objects = vec![
-            grey([0.0, -a, 0.0], Form::Plane { normal: [a, b, 0.0] }),
-            grey([b, 0.0, -3.0 * a], Form::Sphere { radius: a }),
+            grey([0.0, -a, 0.0], ShapeDesc::Plane { normal: [a, b, 0.0] }),
+            grey([b, 0.0, -3.0 * a], ShapeDesc::Sphere { radius: a }),
             grey(
                 [0.0, b, -3.0 * b],
-                Form::Box {
+                ShapeDesc::Box {
                     size: [b, a, b],
                     rotation: a,
                 },
             ),
-            grey([0.0, 0.0, -a], Form::Sphere { radius: b }),
+            grey([0.0, 0.0, -a], ShapeDesc::Sphere { radius: b }),
         ];
-        let lights = vec![lamp([a, b, 0.0], a), lamp([0.0; 3], b)];
+        let lights = vec![light([a, b, 0.0], a), light([0.0; 3], b)];
         let mut scene = world(20, 20, objects, lights);
         scene.settings.eye_falloff = a > b;
         let arrays = filmed(&best(&scene), whole(&scene));
@@ -423,9 +425,9 @@ fn no_number_is_too_large_or_too_small() {
 fn large_scene() -> World {
     let balls = (0..200).map(|i| {
         let (x, y) = (f64::from(i % 20) - 10.0, f64::from(i / 20) - 5.0);
-        grey([x, y, -12.0], Form::Sphere { radius: 0.4 })
+        grey([x, y, -12.0], ShapeDesc::Sphere { radius: 0.4 })
     });
-    let mut scene = world(4000, 4000, balls.collect(), vec![lamp([0.0, 5.0, 0.0], 500.0); 20]);
+    let mut scene = world(4000, 4000, balls.collect(), vec![light([0.0, 5.0, 0.0], 500.0); 20]);
     scene.settings.samples = 16;
     scene
 }
@@ -451,7 +453,7 @@ fn in_the_end_all_pixels_are_done_and_never_more() {
     let scene = world(
         333,
         777,
-        vec![grey([0.0, 0.0, -3.0], Form::Sphere { radius: 1.0 })],
+        vec![grey([0.0, 0.0, -3.0], ShapeDesc::Sphere { radius: 1.0 })],
         vec![],
     );
     let window = Window {
@@ -467,7 +469,7 @@ fn in_the_end_all_pixels_are_done_and_never_more() {
         assert!(last <= done && done <= 210_000);
         last = done;
     };
-    let developer = Developer::new(0.0, Tone::Clip, Bits::Eight);
+    let developer = Developer::new(0.0, ToneCurve::Clip, BitDepth::Eight);
     best(&scene)
         .write_png(window, &developer, &[], Watcher { look: &mut look }, &monitor)
         .unwrap();
@@ -486,7 +488,7 @@ fn what_is_cancelled_before_it_begins_is_not_done() {
     let scene = large_scene();
     let monitor = Monitor::new();
     monitor.cancel();
-    let developer = Developer::new(0.0, Tone::Clip, Bits::Eight);
+    let developer = Developer::new(0.0, ToneCurve::Clip, BitDepth::Eight);
     let result = best(&scene).write_png(whole(&scene), &developer, &[], io::sink(), &monitor);
     assert!(matches!(result, Err(PictureError::Stopped(Stopped::Cancelled))));
     let small = Window {
@@ -509,7 +511,7 @@ fn what_is_cancelled_while_it_is_done_ends_soon() {
     let scene = large_scene();
     let tracer = best(&scene);
     let monitor = Monitor::new();
-    let developer = Developer::new(0.0, Tone::Clip, Bits::Eight);
+    let developer = Developer::new(0.0, ToneCurve::Clip, BitDepth::Eight);
     std::thread::scope(|threads| {
         let work = threads.spawn(|| tracer.write_png(whole(&scene), &developer, &[], io::sink(), &monitor));
         while monitor.done() == 0 {
@@ -539,7 +541,7 @@ fn a_sink_that_fails_is_an_error() {
         }
     }
     let scene = world(100, 100, vec![], vec![]);
-    let developer = Developer::new(0.0, Tone::Clip, Bits::Eight);
+    let developer = Developer::new(0.0, ToneCurve::Clip, BitDepth::Eight);
     let result = best(&scene).write_png(whole(&scene), &developer, &[], Full, &Monitor::new());
     let Err(PictureError::Io(error)) = result else {
         panic!("{result:?}")
@@ -600,13 +602,13 @@ fn many_planes(planes: u32, lights: u32) -> World {
         .map(|i| Object {
             position: [0.0, -1.0 - f64::from(i), 0.0],
             color: [0.5; 3],
-            form: Form::Plane {
+            shape: ShapeDesc::Plane {
                 normal: [0.0, 1.0, 0.0],
             },
         })
         .collect();
     world.lights = (0..lights)
-        .map(|i| Light {
+        .map(|i| LightDesc {
             position: [f64::from(i), 5.0, -3.0],
             color: [1.0; 3],
             intensity: 1.0,

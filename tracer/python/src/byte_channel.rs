@@ -1,0 +1,91 @@
+//! Bytes on their way from the pool to the calling thread, and the news that the work has ended.
+
+use std::io::{self, Write};
+use std::mem;
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use rtcli_tracer::memory::reserve;
+
+/// Who writes waits once this many bytes wait to be taken: so memory stays bounded when the target is slow.
+const FULL: usize = 8 << 20;
+
+/// From this many bytes on they are worth a wake-up.
+const WORTH_TAKING: usize = 1 << 20;
+
+#[derive(Default)]
+struct State {
+    bytes: Vec<u8>,
+    ended: bool,
+    closed: bool,
+}
+
+/// What the pool leaves for the calling thread.
+#[derive(Default)]
+pub struct ByteChannel {
+    state: Mutex<State>,
+    changed: Condvar,
+}
+
+/// What the calling thread finds.
+pub struct Received {
+    /// What was written since it last looked.
+    pub bytes: Vec<u8>,
+    /// Whether the work has ended: nothing follows.
+    pub ended: bool,
+}
+
+impl ByteChannel {
+    /// Waits until there is something worth taking, or the work has ended, but no longer than `at_most`.
+    pub fn wait(&self, at_most: Duration) -> Received {
+        let nothing = |state: &mut State| !state.ended && state.bytes.len() < WORTH_TAKING;
+        let waited = self.changed.wait_timeout_while(self.lock(), at_most, nothing);
+        let mut state = waited.unwrap_or_else(PoisonError::into_inner).0;
+        let received = Received {
+            bytes: mem::take(&mut state.bytes),
+            ended: state.ended,
+        };
+        self.changed.notify_all();
+        received
+    }
+
+    /// Refuses all further bytes, and waits until the work has ended.
+    pub fn close(&self) {
+        let mut state = self.lock();
+        state.closed = true;
+        self.changed.notify_all();
+        drop(self.changed.wait_while(state, |state| !state.ended));
+    }
+
+    /// Tells that the work has ended.
+    pub fn end(&self) {
+        self.lock().ended = true;
+        self.changed.notify_all();
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        // Whoever panicked while it held the lock left nothing half done.
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Write for &ByteChannel {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let full = |state: &mut State| state.bytes.len() >= FULL && !state.closed;
+        let waited = self.changed.wait_while(self.lock(), full);
+        let mut state = waited.unwrap_or_else(PoisonError::into_inner);
+        if state.closed {
+            return Err(io::ErrorKind::BrokenPipe.into());
+        }
+        reserve(&mut state.bytes, bytes.len(), "the file")?;
+        state.bytes.extend_from_slice(bytes);
+        if state.bytes.len() >= WORTH_TAKING {
+            self.changed.notify_all();
+        }
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}

@@ -1,0 +1,232 @@
+//! From radiance to an image, for films of any engine.
+
+use std::borrow::Cow;
+use std::io::{self, Write};
+use std::mem;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyByteArray, PyBytes};
+use rtcli_tracer::develop::{BitDepth, Developer, ToneCurve};
+use rtcli_tracer::memory::{Growing, collect, filled, spare};
+use rtcli_tracer::meter::MeterReading;
+use rtcli_tracer::png::{Color, Header, PngWriter};
+
+use crate::errors::{io_error, out_of_memory};
+use crate::interruptible::bytes_of;
+
+/// Stops, tone curve, bits a channel.
+pub type PyDisplay<'a> = (f64, &'a str, u8);
+
+const CHANNELS: usize = 3;
+
+/// Pixels of a picture's side: no scene asks for more.
+const LONGEST_SIDE: u32 = 65_535;
+
+/// Returns what develops radiance to this look.
+///
+/// # Errors
+///
+/// `ValueError` for an unknown tone curve or number of bits, or an exposure that is no number.
+pub fn developer((exposure, tone, bits): PyDisplay<'_>) -> PyResult<Developer> {
+    if exposure.is_nan() {
+        return Err(PyValueError::new_err("the exposure is not a number"));
+    }
+    let unknown = || PyValueError::new_err(format!("unknown tone curve {tone:?}"));
+    let tone = ToneCurve::named(tone).ok_or_else(unknown)?;
+    Ok(Developer::new(exposure, tone, bit_depth(bits)?))
+}
+
+/// Returns the depth of channels of so many bits.
+///
+/// # Errors
+///
+/// `ValueError` for another number than 8 or 16.
+pub fn bit_depth(bits: u8) -> PyResult<BitDepth> {
+    match bits {
+        8 => Ok(BitDepth::Eight),
+        16 => Ok(BitDepth::Sixteen),
+        _ => Err(PyValueError::new_err(format!("bits must be 8 or 16, got {bits}"))),
+    }
+}
+
+/// Returns the focal length in pixels of a camera's vertical field of view, in degrees, and its picture's height.
+#[pyfunction]
+#[pyo3(signature = (fov, height, /))]
+pub fn focal_length(fov: f64, height: u32) -> f64 {
+    rtcli_tracer::focal_length(fov, height)
+}
+
+/// Develops radiance, interleaved float32 RGB, to 8 bits a channel, or to 16 with the high byte first.
+#[pyfunction]
+#[pyo3(signature = (radiance, look, /))]
+pub fn develop<'py>(py: Python<'py>, radiance: &[u8], look: PyDisplay<'_>) -> PyResult<Bound<'py, PyByteArray>> {
+    developed(py, &developer(look)?, &pixels(radiance)?)
+}
+
+/// Returns developed radiance, interleaved RGB.
+///
+/// # Errors
+///
+/// `MemoryError` if no memory holds it.
+pub fn developed<'py>(
+    py: Python<'py>,
+    developer: &Developer,
+    radiance: &[f32],
+) -> PyResult<Bound<'py, PyByteArray>> {
+    let length = radiance.len() / CHANNELS * developer.bytes_per_pixel();
+    PyByteArray::new_with(py, length, |developed| {
+        py.detach(|| developer.develop(radiance, developed));
+        Ok(())
+    })
+}
+
+/// Returns the stops that expose a picture well, and what they were found from; see `meter`.
+#[pyfunction]
+#[pyo3(signature = (radiance, /))]
+pub fn meter(py: Python<'_>, radiance: &[u8]) -> PyResult<(f64, Option<f64>)> {
+    let radiance = pixels(radiance)?;
+    let metered = py.detach(|| rtcli_tracer::meter::meter(&radiance));
+    let MeterReading { stops, percentile } = metered.map_err(out_of_memory)?;
+    Ok((stops, percentile))
+}
+
+/// Encodes a picture as a PNG, some rows of radiance at a time.
+#[pyclass(module = "rtcli.tracer._native")]
+pub struct PngEncoder {
+    developer: Developer,
+    /// None once the picture is finished.
+    writer: Option<PngWriter<Spool>>,
+    spool: Spool,
+    width: usize,
+    rows_left: usize,
+}
+
+#[pymethods]
+impl PngEncoder {
+    #[new]
+    #[pyo3(signature = (width, height, look, texts, /))]
+    fn new(width: u32, height: u32, look: PyDisplay<'_>, texts: Vec<(String, String)>) -> PyResult<Self> {
+        has_pixels(width, height)?;
+        let developer = developer(look)?;
+        let spool = Spool::default();
+        let header = Header {
+            width,
+            height,
+            color: Color::Srgb,
+            bits: developer.bits(),
+            texts: &texts,
+        };
+        Ok(PngEncoder {
+            writer: Some(PngWriter::new(spool.clone(), header).map_err(io_error)?),
+            developer,
+            spool,
+            width: width as usize,
+            rows_left: height as usize,
+        })
+    }
+
+    /// Develops and encodes the next rows; returns what the file holds next.
+    #[pyo3(signature = (radiance, /))]
+    fn push<'py>(&mut self, py: Python<'py>, radiance: &[u8]) -> PyResult<Bound<'py, PyBytes>> {
+        let radiance = pixels(radiance)?;
+        let row = self.width * CHANNELS;
+        let rows = radiance.len() / row;
+        if !radiance.len().is_multiple_of(row) || rows > self.rows_left {
+            let left = self.rows_left;
+            let message = format!(
+                "{} pixels are not up to {left} rows of {}",
+                radiance.len() / CHANNELS,
+                self.width
+            );
+            return Err(PyValueError::new_err(message));
+        }
+        self.rows_left -= rows;
+        py.detach(|| self.encode(&radiance)).map_err(io_error)?;
+        bytes_of(py, &self.spool.take())
+    }
+
+    /// Ends the picture, of which all rows were pushed; returns the rest of the file.
+    fn finish<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        if self.rows_left > 0 {
+            let message = format!("{} rows are missing", self.rows_left);
+            return Err(PyValueError::new_err(message));
+        }
+        if let Some(writer) = self.writer.take() {
+            writer.finish().map_err(io_error)?;
+        }
+        bytes_of(py, &self.spool.take())
+    }
+}
+
+impl PngEncoder {
+    fn encode(&mut self, radiance: &[f32]) -> io::Result<()> {
+        spare()?;
+        let bytes = radiance.len() / CHANNELS * self.developer.bytes_per_pixel();
+        let mut rows = filled(bytes, 0, "rows of the picture")?;
+        self.developer.develop(radiance, &mut rows);
+        match &mut self.writer {
+            Some(writer) => writer.write_rows(&rows),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Refuses a picture without pixels, or with more than a side may have.
+///
+/// # Errors
+///
+/// `ValueError` then.
+pub fn has_pixels(width: u32, height: u32) -> PyResult<()> {
+    if width == 0 || height == 0 {
+        return Err(PyValueError::new_err("a picture has at least one pixel"));
+    }
+    if width.max(height) > LONGEST_SIDE {
+        let message = format!("a picture has at most {LONGEST_SIDE} pixels a side, not {width}x{height}");
+        return Err(PyValueError::new_err(message));
+    }
+    Ok(())
+}
+
+/// What the encoder wrote and Python did not take yet.
+#[derive(Clone, Default)]
+struct Spool(Arc<Mutex<Growing>>);
+
+impl Spool {
+    fn take(&self) -> Vec<u8> {
+        mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner).0)
+    }
+}
+
+impl Write for Spool {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// Returns bytes as interleaved RGB; copied only if they lie where floats may not.
+fn pixels(bytes: &[u8]) -> PyResult<Cow<'_, [f32]>> {
+    if !bytes.len().is_multiple_of(CHANNELS * size_of::<f32>()) {
+        let message = format!("{} bytes are no whole number of RGB pixels in float32", bytes.len());
+        return Err(PyValueError::new_err(message));
+    }
+    match bytemuck::try_cast_slice(bytes) {
+        Ok(pixels) => Ok(Cow::Borrowed(pixels)),
+        Err(_) => Ok(Cow::Owned(copied(bytes, "the radiance")?)),
+    }
+}
+
+/// Copies bytes, which lie anywhere, to where items may lie.
+///
+/// # Errors
+///
+/// `MemoryError` if no memory holds them.
+pub fn copied<T: bytemuck::AnyBitPattern>(bytes: &[u8], what: &'static str) -> PyResult<Vec<T>> {
+    let items = bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned);
+    collect(items, what).map_err(out_of_memory)
+}

@@ -1,0 +1,163 @@
+//! Work in a pool of threads, while the calling thread listens to Python.
+
+use std::hint::black_box;
+use std::num::NonZero;
+use std::sync::Arc;
+use std::time::Duration;
+
+use pyo3::exceptions::{PyMemoryError, PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use rtcli_tracer::Monitor;
+use rtcli_tracer::WorkBudget;
+
+use crate::byte_channel::ByteChannel;
+use crate::errors::no_threads;
+
+/// How often the calling thread looks up: an interrupt is heeded this soon.
+const PAUSE: Duration = Duration::from_millis(20);
+
+/// The stack of a thread and what it takes beside it, and what is to be left then.
+const THREAD_BYTES: usize = 3 << 20;
+const SPARE_BYTES: usize = 4 << 20;
+
+/// What Python's own calls may take of the calling thread's stack.
+const STACK_BYTES: usize = 256 << 10;
+
+/// What a rendering is told to Python while it goes on.
+pub struct Listener<'a, 'py> {
+    py: Python<'py>,
+    /// Called with (pixels done, pixels in all).
+    progress: Option<&'a Bound<'py, PyAny>>,
+    /// Called with bytes.
+    write: Option<&'a Bound<'py, PyAny>>,
+    pixels: u64,
+    reported: u64,
+    /// How much may be done; None for any amount.
+    budget: Option<Arc<WorkBudget>>,
+}
+
+impl<'a, 'py> Listener<'a, 'py> {
+    /// Returns a listener that nothing was told yet.
+    pub fn new(
+        py: Python<'py>,
+        pixels: u64,
+        progress: Option<&'a Bound<'py, PyAny>>,
+        write: Option<&'a Bound<'py, PyAny>>,
+    ) -> Self {
+        Listener {
+            py,
+            progress,
+            write,
+            pixels,
+            reported: 0,
+            budget: None,
+        }
+    }
+
+    /// Bounds the work, which then ends as soon as it exceeds the budget.
+    pub fn within(self, budget: Option<Arc<WorkBudget>>) -> Self {
+        Listener { budget, ..self }
+    }
+
+    /// Runs work in a pool of threads and returns its result.
+    ///
+    /// The calling thread gives signals, progress and bytes to Python. What Python raises there ends the work.
+    pub fn run_interruptibly<T: Send>(
+        &mut self,
+        threads: usize,
+        work: impl FnOnce(&Monitor, &ByteChannel) -> T + Send,
+    ) -> PyResult<T> {
+        let monitor = self.budget.clone().map_or_else(Monitor::new, Monitor::within);
+        let channel = ByteChannel::default();
+        let pool = pool(self.py, threads)?;
+        let mut result = None;
+        pool.in_place_scope(|scope| {
+            scope.spawn(|_| {
+                // Also when the work panics, which the scope then passes on.
+                let _end = EndOnDrop(&channel);
+                result = Some(work(&monitor, &channel));
+            });
+            self.listen(&monitor, &channel).inspect_err(|_| {
+                monitor.cancel();
+                self.py.detach(|| channel.close());
+            })
+        })?;
+        result.ok_or_else(|| PyRuntimeError::new_err("the work ended without a result"))
+    }
+
+    fn listen(&mut self, monitor: &Monitor, channel: &ByteChannel) -> PyResult<()> {
+        loop {
+            let received = self.py.detach(|| channel.wait(PAUSE));
+            self.py.check_signals()?;
+            if let (Some(write), false) = (self.write, received.bytes.is_empty()) {
+                write.call1((bytes_of(self.py, &received.bytes)?,))?;
+            }
+            self.report(monitor.done())?;
+            if received.ended {
+                return Ok(());
+            }
+        }
+    }
+
+    fn report(&mut self, done: u64) -> PyResult<()> {
+        if let (Some(progress), true) = (self.progress, done > self.reported) {
+            progress.call1((done.min(self.pixels), self.pixels))?;
+            self.reported = done;
+        }
+        Ok(())
+    }
+}
+
+struct EndOnDrop<'a>(&'a ByteChannel);
+
+impl Drop for EndOnDrop<'_> {
+    fn drop(&mut self) {
+        self.0.end();
+    }
+}
+
+/// Copies bytes to Python.
+///
+/// # Errors
+///
+/// `MemoryError` if no memory holds them, of which `PyBytes::new` would panic.
+pub fn bytes_of<'py>(py: Python<'py>, bytes: &[u8]) -> PyResult<Bound<'py, PyBytes>> {
+    PyBytes::new_with(py, bytes.len(), |copy| {
+        copy.copy_from_slice(bytes);
+        Ok(())
+    })
+}
+
+fn pool(py: Python<'_>, threads: usize) -> PyResult<rayon::ThreadPool> {
+    if threads < 1 {
+        return Err(PyValueError::new_err("threads must be at least 1"));
+    }
+    // More would only wait for each other, and tens of thousands cannot be started.
+    let most = 4 * std::thread::available_parallelism().map_or(1, NonZero::get);
+    let threads = threads.min(most);
+    room_for_threads(py, threads)?;
+    let built = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = built.map_err(|error| no_threads(threads, &error))?;
+    // All have begun, and taken what they need for themselves, before the work asks for large amounts.
+    py.detach(|| pool.broadcast(|_| ()));
+    Ok(pool)
+}
+
+/// Makes sure that there is room for threads: one that begins without a signal stack ends the process.
+///
+/// Python's `mmap` takes new pages, as they do; what an allocator gives may lie among what it has already.
+fn room_for_threads(py: Python<'_>, threads: usize) -> PyResult<()> {
+    grow_stack();
+    let pages = py
+        .import("mmap")?
+        .call_method1("mmap", (-1, SPARE_BYTES + threads * THREAD_BYTES));
+    let pages = pages.map_err(|_| PyMemoryError::new_err("not enough memory for threads"))?;
+    pages.call_method0("close").map(drop)
+}
+
+/// Has the calling thread's stack reach as far as it ever will: the system ends a process whose stack cannot grow.
+#[inline(never)]
+fn grow_stack() {
+    black_box([1_u8; STACK_BYTES]);
+}

@@ -1,0 +1,135 @@
+//! A tree of balls around the spheres and boxes of a scene, and the cones that walk it.
+//!
+//! Nodes have up to eight children, which are tested together; a child is a node or a single object. Bounds and
+//! tests are float32 and generous by more than their rounding, so that what the kernel can hit is never left out:
+//! the tree decides how fast a picture is, not what is in it.
+
+use crate::accel::build::{Item, Part, TREE, build};
+use crate::accel::cone::Cone;
+use crate::accel::node::{LEAF, Node, WIDTH};
+use crate::bounds::BoundingSphere;
+use crate::budget::WorkMeter;
+use crate::memory::{OutOfMemory, collect};
+
+pub(crate) mod build;
+pub(crate) mod cone;
+pub(crate) mod node;
+
+/// The tree; empty without objects.
+#[derive(Clone, Debug)]
+pub(crate) struct Bvh {
+    nodes: Vec<Node>,
+}
+
+impl Bvh {
+    /// Build the tree over objects, given by their numbers and bounds.
+    ///
+    /// # Errors
+    ///
+    /// If there is not enough memory for it.
+    pub(crate) fn new(objects: impl Iterator<Item = (u32, BoundingSphere)>) -> Result<Bvh, OutOfMemory> {
+        let mut items = collect(objects.map(|(object, bounds)| Item { bounds, object }), TREE)?;
+        let mut nodes = Vec::new();
+        if !items.is_empty() {
+            build(Part::new(&mut items), &mut nodes)?;
+        }
+        Ok(Bvh { nodes })
+    }
+
+    /// Start a walk through what a cone may meet.
+    #[inline(always)]
+    pub(crate) fn traverse<'a>(&'a self, cone: &'a Cone, stack: &'a mut Stack) -> Traversal<'a> {
+        stack.waiting.clear();
+        Traversal {
+            nodes: &self.nodes,
+            cone,
+            next: if self.nodes.is_empty() { DONE } else { 0 },
+            stack,
+        }
+    }
+}
+
+/// What is kept from walk to walk.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Stack {
+    /// What waits to be visited: the distance along the cone's axis where it begins, as bits, and below it its number.
+    waiting: Vec<u64>,
+    /// Counts the steps of all walks; once they run out, walks end at once.
+    pub(crate) meter: WorkMeter,
+    /// The steps that an object takes which is walked to.
+    pub(crate) steps_per_object: u64,
+}
+
+/// Comes after all that waits.
+const DONE: u64 = u64::MAX;
+
+/// A walk through a tree, roughly from near to far.
+#[derive(Debug)]
+pub(crate) struct Traversal<'a> {
+    nodes: &'a [Node],
+    cone: &'a Cone,
+    /// What comes next, or `DONE`.
+    next: u64,
+    /// What comes then, the nearest last.
+    stack: &'a mut Stack,
+}
+
+impl Traversal<'_> {
+    /// The next object, unless all that is left begins beyond a distance along the cone's axis.
+    #[inline(always)]
+    pub(crate) fn next(&mut self, limit: f32) -> Option<u32> {
+        let limit = limit.min(self.cone.reach);
+        // Counted here and told the meter at once: it is looked at for objects only.
+        let mut opened = 0;
+        loop {
+            let next = self.next;
+            if next == DONE {
+                self.stack.meter.take(opened);
+                return None;
+            }
+            let number = next as u32;
+            if (next >> 32) as u32 > limit.to_bits() {
+                self.next = self.stack.waiting.pop().unwrap_or(DONE);
+            } else if number & LEAF != 0 {
+                self.next = self.stack.waiting.pop().unwrap_or(DONE);
+                let may = self.stack.meter.take(opened + self.stack.steps_per_object);
+                return may.then_some(number & !LEAF);
+            } else {
+                opened += 1;
+                self.open(number, limit);
+            }
+        }
+    }
+
+    /// Go on with the nearest child of a node, and put the others on the stack.
+    #[inline(always)]
+    fn open(&mut self, number: u32, limit: f32) {
+        let node = &self.nodes[number as usize];
+        let (near, mut met) = self.cone.intersect(node, limit);
+        let mut found = [0; WIDTH];
+        let mut count = 0;
+        while met != 0 {
+            let i = met.trailing_zeros() as usize / 8 % WIDTH;
+            met &= met - 1;
+            let entry = u64::from(near[i].to_bits()) << 32 | u64::from(node.child[i]);
+            // Insertion, the nearest last.
+            let mut j = count;
+            while j > 0 && found[j - 1] < entry {
+                found[j] = found[j - 1];
+                j -= 1;
+            }
+            found[j] = entry;
+            count += 1;
+        }
+        let stack = &mut self.stack.waiting;
+        if count == 0 {
+            self.next = stack.pop().unwrap_or(DONE);
+        } else {
+            self.next = found[count - 1];
+            stack.extend_from_slice(&found[..count - 1]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,42 @@
+//! The nodes of the tree.
+
+/// Children of a node.
+pub(crate) const WIDTH: usize = 8;
+
+/// Of a child's number: it is an object.
+pub(crate) const LEAF: u32 = 1 << 31;
+
+/// Rounding, here and in the kernel, is less than this share of the distances and sizes that come in.
+pub(crate) const CONSERVATIVE: f32 = 2e-6;
+
+#[derive(Clone, Debug)]
+pub(crate) struct Node {
+    /// Of each child: the ball around it. A missing child has a radius of -inf, which nothing meets.
+    pub(crate) x: [f32; WIDTH],
+    pub(crate) y: [f32; WIDTH],
+    pub(crate) z: [f32; WIDTH],
+    pub(crate) radius: [f32; WIDTH],
+    pub(crate) child: [u32; WIDTH],
+}
+
+impl Node {
+    pub(crate) fn empty() -> Node {
+        Node {
+            x: [0.0; WIDTH],
+            y: [0.0; WIDTH],
+            z: [0.0; WIDTH],
+            radius: [f32::NEG_INFINITY; WIDTH],
+            child: [0; WIDTH],
+        }
+    }
+
+    /// The node in a list where its tree begins later.
+    pub(crate) fn moved(mut self, shift: u32) -> Node {
+        for child in &mut self.child {
+            if *child & LEAF == 0 {
+                *child += shift;
+            }
+        }
+        self
+    }
+}

@@ -1,0 +1,192 @@
+use super::*;
+use crate::oracle::*;
+use crate::shapes::primitive::Primitive;
+use crate::tile::LANES;
+use crate::vector::{add, scale};
+use proptest::prelude::*;
+
+/// Objects of any size around the middle ray of a tile, or all around the eye.
+fn any_scene() -> impl Strategy<Value = ((crate::tile::View, (u32, u32)), Vec<OracleShape>)> {
+    any_tile().prop_flat_map(|tile| {
+        let scattered = prop::collection::vec(shape_before(tile, -2.0..4.0), 0..60);
+        let wide = (any_direction(), any_size(-2.0..2.0), any_size(-3.0..0.0));
+        let around = prop::collection::vec(wide, 0..300).prop_map(|places| {
+            let ball = |(direction, distance, size)| OracleShape::Sphere {
+                center: scale(direction, distance),
+                radius: size,
+            };
+            places.into_iter().map(ball).collect::<Vec<_>>()
+        });
+        (Just(tile), (scattered, around).prop_map(|(a, b)| [a, b].concat()))
+    })
+}
+
+fn tree_of(shapes: &[OracleShape]) -> Bvh {
+    Bvh::new(
+        (0..)
+            .zip(shapes)
+            .filter_map(|(i, shape)| Some((i, shape.to_kernel().bounds()?))),
+    )
+    .unwrap()
+}
+
+/// What a walk finds, in order, with the same limit all the way.
+fn found(tree: &Bvh, cone: &Cone, limit: f32) -> Vec<u32> {
+    let mut stack = Stack::default();
+    let mut traversal = tree.traverse(cone, &mut stack);
+    std::iter::from_fn(|| traversal.next(limit)).collect()
+}
+
+fn assert_once_each(found: &[u32], count: usize) {
+    let mut sorted = found.to_vec();
+    sorted.sort_unstable();
+    assert_eq!(sorted, (0..count as u32).collect::<Vec<_>>());
+}
+
+/// A cone that holds everything.
+fn everywhere() -> Cone {
+    let ball = BoundingSphere {
+        center: [0.0; 3],
+        radius: 1e30,
+    };
+    Cone::from_apex([0.0; 3], ball, 0.0)
+}
+
+proptest! {
+    #[test]
+    fn no_object_that_a_ray_of_the_block_meets_is_left_out((tile, shapes) in any_scene()) {
+        let cone = Cone::of_tile(&rays_of(tile.0, tile.1));
+        let found = found(&tree_of(&shapes), &cone, f32::INFINITY);
+        for (i, shape) in shapes.iter().enumerate() {
+            let met = (0..LANES).any(|lane| shape.depth(exact_ray(tile.0, tile.1, lane)).is_some());
+            prop_assert!(!met || found.contains(&(i as u32)), "{shape:?} is left out");
+        }
+    }
+
+    #[test]
+    fn no_object_that_is_met_within_a_depth_is_left_out((tile, shapes) in any_scene(), share in 0.0..1.0_f64) {
+        let rays = rays_of(tile.0, tile.1);
+        let cone = Cone::of_tile(&rays);
+        let depths = |shape: &OracleShape| {
+            (0..LANES).filter_map(|lane| shape.depth(exact_ray(tile.0, tile.1, lane))).fold(f64::INFINITY, f64::min)
+        };
+        let mut all: Vec<f64> = shapes.iter().map(depths).filter(|t| t.is_finite()).collect();
+        all.sort_unstable_by(f64::total_cmp);
+        if let Some(&limit) = all.get((share * all.len() as f64) as usize) {
+            let found = found(&tree_of(&shapes), &cone, cone.along_axis(&rays, limit as f32));
+            for (i, shape) in shapes.iter().enumerate() {
+                prop_assert!(depths(shape) > limit || found.contains(&(i as u32)), "{shape:?} is left out");
+            }
+        }
+    }
+
+    #[test]
+    fn no_object_between_a_light_and_a_ball_of_points_is_left_out(
+        (_, shapes) in any_scene(),
+        (toward, away, size) in (any_direction(), any_size(-2.0..2.0), any_size(-6.0..1.0)),
+        light in [-1.0..1.0, -1.0..1.0, -1.0..1.0],
+        points in prop::collection::vec((any_direction(), 0.0..1.0_f64), 50),
+    ) {
+        let ball = BoundingSphere { center: add(light, scale(toward, away)), radius: size };
+        let cone = Cone::from_apex(light, ball, 0.0);
+        let found = found(&tree_of(&shapes), &cone, f32::INFINITY);
+        for (direction, share) in points {
+            let point = add(ball.center, scale(direction, size * share.cbrt()));
+            for (i, shape) in shapes.iter().enumerate() {
+                let between = shape.stands_between(light, point);
+                prop_assert!(!between || found.contains(&(i as u32)), "{shape:?} is left out");
+            }
+        }
+    }
+
+    #[test]
+    fn every_object_is_in_the_tree_once((_, shapes) in any_scene()) {
+        assert_once_each(&found(&tree_of(&shapes), &everywhere(), f32::INFINITY), shapes.len());
+    }
+}
+
+#[test]
+fn an_empty_tree_holds_nothing() {
+    assert!(found(&tree_of(&[]), &everywhere(), f32::INFINITY).is_empty());
+}
+
+#[test]
+fn planes_are_not_in_the_tree() {
+    let wall = OracleShape::Plane {
+        normal: [0.0, 1.0, 0.0],
+        offset: 1.0,
+    };
+    let ball = OracleShape::Sphere {
+        center: [0.0, 0.0, 3.0],
+        radius: 1.0,
+    };
+    assert_eq!(found(&tree_of(&[wall, ball]), &everywhere(), f32::INFINITY), [1]);
+}
+
+#[test]
+fn a_thousand_objects_may_be_in_one_place() {
+    let ball = OracleShape::Sphere {
+        center: [1.0, 2.0, 3.0],
+        radius: 0.5,
+    };
+    let tree = tree_of(&vec![ball; 1000]);
+    assert_once_each(&found(&tree, &everywhere(), f32::INFINITY), 1000);
+}
+
+/// Each cut takes off only the few largest: the worst that can happen to the depth of the tree.
+#[test]
+fn objects_may_crowd_toward_a_point() {
+    let place = |i: i32| OracleShape::Sphere {
+        center: [0.0, 0.0, 2_f64.powi(-i)],
+        radius: 2_f64.powi(-i - 3),
+    };
+    let tree = tree_of(&(0..1000).map(place).collect::<Vec<_>>());
+    assert_once_each(&found(&tree, &everywhere(), f32::INFINITY), 1000);
+}
+
+/// More than one thread builds it.
+#[test]
+fn a_large_tree_is_the_same_on_any_number_of_threads() {
+    let place = |i: u32| {
+        let unit = |step: u32| f64::from(i.wrapping_mul(step) >> 8) / f64::from(1 << 24);
+        OracleShape::Sphere {
+            center: [unit(0x9e37_79b1), unit(0x85eb_ca6b), unit(0xc2b2_ae35)],
+            radius: 0.001 + 0.1 * unit(0x27d4_eb2f).powi(20),
+        }
+    };
+    let shapes: Vec<OracleShape> = (0..20_000).map(place).collect();
+    let built = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| tree_of(&shapes))
+    };
+    let tree = built(1);
+    assert_once_each(&found(&tree, &everywhere(), f32::INFINITY), shapes.len());
+    for threads in [2, 3, 7] {
+        assert_eq!(
+            format!("{:?}", built(threads)),
+            format!("{tree:?}"),
+            "on {threads} threads"
+        );
+    }
+}
+
+#[test]
+fn objects_in_a_row_come_from_near_to_far_up_to_the_limit() {
+    let ball = |i: i32| OracleShape::Sphere {
+        center: [0.0, 0.0, f64::from(1 + (i * 37) % 100)],
+        radius: 0.25,
+    };
+    let shapes: Vec<OracleShape> = (0..100).map(ball).collect();
+    let view = crate::tile::View {
+        width: 16,
+        height: 16,
+        half_pixel: (0.001, 0.001),
+    };
+    let cone = Cone::of_tile(&rays_of(view, (0, 0)));
+    let places = |limit: f32| -> Vec<f64> {
+        let found = found(&tree_of(&shapes), &cone, limit);
+        found.into_iter().map(|i| shapes[i as usize].center()[2]).collect()
+    };
+    assert_eq!(places(f32::INFINITY), (1..=100).map(f64::from).collect::<Vec<_>>());
+    assert_eq!(places(41.9), (1..=42).map(f64::from).collect::<Vec<_>>());
+}

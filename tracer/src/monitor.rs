@@ -1,0 +1,103 @@
+//! The progress of work, and the reasons to give it up.
+
+use crate::budget::WorkBudget;
+use crate::memory::OutOfMemory;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
+
+/// How far the work has come, whether anybody still waits for it, and how much of it there may be; shared between
+/// threads.
+#[derive(Debug)]
+pub struct Monitor {
+    done: AtomicU64,
+    cancelled: Arc<AtomicBool>,
+    budget: Arc<WorkBudget>,
+}
+
+impl Monitor {
+    /// Of work that has not begun, of any amount.
+    pub fn new() -> Monitor {
+        Monitor::within(Arc::new(WorkBudget::unlimited()))
+    }
+
+    /// Of work that has not begun, and is given up when it exceeds a budget.
+    pub fn within(budget: Arc<WorkBudget>) -> Monitor {
+        Monitor {
+            done: AtomicU64::new(0),
+            cancelled: Arc::default(),
+            budget,
+        }
+    }
+
+    /// The pixels that are done.
+    pub fn done(&self) -> u64 {
+        self.done.load(Relaxed)
+    }
+
+    /// Count pixels that are done.
+    pub(crate) fn add(&self, pixels: u64) {
+        self.done.fetch_add(pixels, Relaxed);
+    }
+
+    /// Ask for the work to be given up: it ends within a tile.
+    pub fn cancel(&self) {
+        self.cancelled.store(true, Relaxed);
+    }
+
+    /// A monitor of work that does not count, given up together with what counts.
+    pub(crate) fn aside(&self) -> Monitor {
+        Monitor {
+            done: AtomicU64::new(0),
+            cancelled: Arc::clone(&self.cancelled),
+            budget: Arc::clone(&self.budget),
+        }
+    }
+
+    /// Whether it has been asked for.
+    pub fn cancelled(&self) -> bool {
+        self.cancelled.load(Relaxed)
+    }
+
+    /// What the work counts its steps in.
+    pub(crate) fn budget(&self) -> &WorkBudget {
+        &self.budget
+    }
+
+    /// Whether to end, for whatever reason.
+    pub(crate) fn stopped(&self) -> bool {
+        self.cancelled() || self.budget.is_exceeded()
+    }
+
+    pub(crate) fn check(&self) -> Result<(), Stopped> {
+        if self.cancelled() {
+            Err(Stopped::Cancelled)
+        } else if self.budget.is_exceeded() {
+            Err(Stopped::BudgetExceeded)
+        } else {
+            Ok(())
+        }
+    }
+}
+
+impl Default for Monitor {
+    fn default() -> Monitor {
+        Monitor::new()
+    }
+}
+
+/// Why work was given up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stopped {
+    /// Somebody asked for it.
+    Cancelled,
+    /// There was more to do than its budget allows.
+    BudgetExceeded,
+    /// There is not enough memory.
+    OutOfMemory(OutOfMemory),
+}
+
+impl From<OutOfMemory> for Stopped {
+    fn from(error: OutOfMemory) -> Stopped {
+        Stopped::OutOfMemory(error)
+    }
+}

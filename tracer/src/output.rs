@@ -1,0 +1,6 @@
+//! From traced tiles to arrays and files.
+
+pub mod develop;
+pub mod film;
+pub mod meter;
+pub mod png;

@@ -1,0 +1,161 @@
+//! From radiance to the numbers of an image: exposure, tone curve, sRGB, 8 or 16 bits.
+//!
+//! value = round(max * sRGB(tone(2^exposure * radiance)))
+//!
+//! The rounding is decided on the linear side: a [`Developer`] finds once, for its exposure and tone curve, the
+//! smallest f32 radiance of every value of the image, and developing is a search among these steps. So it is exact, and
+//! as fast for one curve as for another.
+//!
+//! Nanoseconds per channel, one thread on 2 cores of an AMD EPYC (Zen 5), noise and smooth pictures alike:
+//!
+//! | bits | baseline | AVX2 | AVX-512 |
+//! |------|----------|------|---------|
+//! | 8    | 0.8      | 0.43 | 0.37    |
+//! | 16   | 1.7      | 1.0  | 1.4     |
+//!
+//! In 16 bits AVX2, whose look-ups LLVM makes of single loads, beats AVX-512 with its gathers.
+
+mod curve;
+mod lookup;
+#[cfg(test)]
+mod tests;
+
+pub use curve::ToneCurve;
+
+use lookup::{Eight, Sixteen};
+
+/// The depth of a picture's channels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BitDepth {
+    /// 0 to 255.
+    Eight,
+    /// 0 to 65,535.
+    Sixteen,
+}
+
+impl BitDepth {
+    /// Returns the bytes of a channel.
+    pub const fn bytes(self) -> usize {
+        match self {
+            BitDepth::Eight => 1,
+            BitDepth::Sixteen => 2,
+        }
+    }
+
+    /// Returns the bytes of an RGB pixel.
+    pub const fn bytes_per_pixel(self) -> usize {
+        3 * self.bytes()
+    }
+
+    /// Returns the value of white.
+    const fn white(self) -> u32 {
+        match self {
+            BitDepth::Eight => 0xFF,
+            BitDepth::Sixteen => 0xFFFF,
+        }
+    }
+}
+
+/// Past this many stops either way every f32 but 0 is white, or every finite one black: 2^-149 is the smallest, 2^128 is
+/// beyond the largest, and all curves rise from black to white between 2^-21 and 2^16.
+const MOST_STOPS: f64 = 200.0;
+
+/// Turns radiance into the pixels of an image, for one exposure, tone curve and depth.
+pub struct Developer {
+    /// The power of two in the exposure: multiplying by it is exact wherever the result is not black or white.
+    scale: f32,
+    lookup: Lookup,
+    bits: BitDepth,
+}
+
+enum Lookup {
+    Eight(Eight),
+    Sixteen(Sixteen),
+}
+
+impl Developer {
+    /// Makes the tables, which takes some 50 µs for 8 bits and 5 ms for 16.
+    ///
+    /// `exposure` is in stops: each doubles the light.
+    ///
+    /// # Panics
+    ///
+    /// If the exposure is not a number.
+    pub fn new(exposure: f64, tone: ToneCurve, bits: BitDepth) -> Developer {
+        assert!(!exposure.is_nan(), "the exposure is not a number");
+        // 2^exposure = 2^whole * 2^rest. What is left of the radiance to the tables then lies between 2^-94 and
+        // 2^91 for any exposure, clear of the subnormal numbers, where a bucket would hold many steps.
+        let exposure = exposure.clamp(-MOST_STOPS, MOST_STOPS);
+        let whole = exposure.round().clamp(-126.0, 127.0);
+        let factor = libm::exp2(exposure - whole);
+        let steps = steps(factor, tone, bits);
+        let lookup = match bits {
+            BitDepth::Eight => Lookup::Eight(Eight::new(&steps)),
+            BitDepth::Sixteen => Lookup::Sixteen(Sixteen::new(&steps, |x| curve::srgb_of(tone.apply(x * factor)))),
+        };
+        Developer {
+            scale: libm::exp2(whole) as f32,
+            lookup,
+            bits,
+        }
+    }
+
+    /// Returns the depth of its channels.
+    pub const fn bits(&self) -> BitDepth {
+        self.bits
+    }
+
+    /// Returns the bytes of a pixel that it writes.
+    pub const fn bytes_per_pixel(&self) -> usize {
+        self.bits.bytes_per_pixel()
+    }
+
+    /// Develops interleaved linear RGB into interleaved 8-bit or big-endian 16-bit sRGB.
+    ///
+    /// Negative radiance and NaN become 0. Always inlined, so that it is compiled for the instructions of its
+    /// caller.
+    ///
+    /// # Panics
+    ///
+    /// If `out` has not the right length for `radiance`.
+    #[inline(always)]
+    pub fn develop(&self, radiance: &[f32], out: &mut [u8]) {
+        assert_eq!(
+            out.len() * 3,
+            radiance.len() * self.bytes_per_pixel(),
+            "bytes for the values to develop"
+        );
+        match &self.lookup {
+            Lookup::Eight(table) => {
+                for (value, &x) in out.iter_mut().zip(radiance) {
+                    *value = table.value(x * self.scale);
+                }
+            }
+            Lookup::Sixteen(table) => {
+                for (value, &x) in out.as_chunks_mut().0.iter_mut().zip(radiance) {
+                    *value = table.value(x * self.scale).to_be_bytes();
+                }
+            }
+        }
+    }
+}
+
+/// Returns, for every value k > 0 of the image, the smallest f32 x with
+///
+/// tone(factor * x) >= linear((k - 1/2) / max),
+///
+/// all in f64, at index k; index 0 is 0.
+fn steps(factor: f64, tone: ToneCurve, bits: BitDepth) -> Vec<f32> {
+    let white = bits.white();
+    let step = |k: u32| {
+        let least = curve::linear_of((f64::from(k) - 0.5) / f64::from(white));
+        let reached = |x: f32| tone.apply(factor * f64::from(x)) >= least;
+        // The f32 nearest to the root is the first at or above it, or the last below it.
+        let mut step = (tone.invert(least) / factor) as f32;
+        while !reached(step) {
+            step = step.next_up();
+        }
+        step
+    };
+    std::iter::once(0.0).chain((1..=white).map(step)).collect()
+}

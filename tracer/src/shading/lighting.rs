@@ -1,0 +1,188 @@
+//! The light that lights bring to points, and that the points send to the eye.
+
+use crate::accel::Stack;
+use crate::scene::{Light, Material, Scene};
+use crate::shading::shadows;
+use crate::shapes::plane_equation::PlaneEquation;
+use crate::shapes::points::Points;
+use crate::shapes::primitive::Primitive;
+use crate::shapes::shadow::Shadow;
+use crate::tile::hits::FACE_BITS;
+use crate::tile::{LANES, Lanes};
+use crate::vector::{Vector, l1_norm, scale, sub, to_f32};
+use crate::world::Settings;
+use std::f64::consts::PI;
+
+/// What rounding makes of the height of a light in the plane of a face is less than this share of distances.
+const NO_HEIGHT: f64 = 4e-15;
+
+/// Points on a face and the light that reaches them.
+#[derive(Debug)]
+pub(crate) struct Lighting {
+    pub(crate) points: Points,
+    /// The squared distance to a light.
+    squared: Lanes,
+    /// cos(theta) / r^2 of one light, and 0 where it is hidden.
+    irradiance: Lanes,
+    pub(crate) stack: Stack,
+}
+
+impl Lighting {
+    pub(crate) fn new() -> Lighting {
+        Lighting {
+            points: Points::new(),
+            squared: [0.0; LANES],
+            irradiance: [0.0; LANES],
+            stack: Stack::default(),
+        }
+    }
+
+    /// Add what the points, placed on an object, send back of the light that reaches them; return how many shadow
+    /// rays that took. `flat` is the plane of their face, unless they lie on a sphere.
+    ///
+    /// radiance = sum over lights of albedo / pi L_i cos(theta), L_i = power / r^2 (document, sections 2.3.1, 2.3.2)
+    ///
+    /// A surface is lit from the eye's side only. All shapes are convex, so where eye and light are on the same side
+    /// of an object and cos(theta) > 0, the object cannot stand in its own light: it is left out, and no epsilon is
+    /// needed.
+    #[inline(always)]
+    pub(crate) fn add(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        face: u32,
+        flat: Option<&PlaneEquation>,
+        radiance: &mut [Lanes; 3],
+    ) -> u64 {
+        let object = face >> FACE_BITS;
+        let Material { albedo, nearer, .. } = scene.materials[object as usize];
+        let bounds = self.points.bounds();
+        let mut rays = 0;
+        for light in &scene.lights {
+            let facing = self.irradiate(light, scene, face, flat);
+            if facing == 0 {
+                continue;
+            }
+            rays += facing;
+            let mut shadow = Shadow {
+                points: &self.points,
+                light: light.position,
+                squared: &self.squared,
+                irradiance: &mut self.irradiance,
+                bounds,
+            };
+            shadows::cast(&mut shadow, light, scene, object, &mut self.stack);
+            // A body that was moved nearer gets no more light than where it is.
+            let dimmed = (nearer / light.nearer).min(1.0);
+            let mut share = share(light, scale(albedo, dimmed * dimmed));
+            if settings.eye_falloff {
+                let gain = gain(share);
+                share = scale(share, 1.0 / f64::from(gain));
+                self.apply_eye_falloff(scene.unit * nearer, gain);
+            }
+            for (channel, share) in radiance.iter_mut().zip(share.map(bounded)) {
+                for lane in 0..self.points.padded() {
+                    channel[lane] += share * self.irradiance[lane];
+                }
+            }
+        }
+        rays
+    }
+
+    /// Find the light that reaches the points from a light unless something is between, and how many face it.
+    #[inline(always)]
+    fn irradiate(&mut self, light: &Light, scene: &Scene, face: u32, flat: Option<&PlaneEquation>) -> u64 {
+        let object = face >> FACE_BITS;
+        let (shape, contact) = (&scene.shapes[object as usize], light.contact(object));
+        if !shape.is_lit_from(contact, light.position) {
+            return 0;
+        }
+        let to_light = to_f32(sub(light.position, self.points.reference));
+        if let Some(plane) = flat {
+            let (height, rounding) = match contact {
+                Some(contact) => (shape.height(face, contact), 0.0),
+                None => (
+                    plane.height(light.position),
+                    NO_HEIGHT * (l1_norm(light.position) + plane.offset.abs()),
+                ),
+            };
+            // A light in the plane of a face does not light it, wherever rounding puts it.
+            if height <= rounding {
+                return 0;
+            }
+            self.irradiate_flat(to_light, height as f32);
+            return self.points.count as u64;
+        }
+        self.irradiate_curved(to_light);
+        let facing = |&irradiance: &f32| u32::from(irradiance > 0.0);
+        u64::from(self.irradiance[..self.points.count].iter().map(facing).sum::<u32>())
+    }
+
+    /// cos(theta) / r^2 = height / r^3: the light is equally high above all points of a flat face.
+    #[inline(always)]
+    fn irradiate_flat(&mut self, to_light: [f32; 3], height: f32) {
+        for lane in 0..self.points.padded() {
+            let w = self.points.toward(to_light, lane);
+            let squared = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
+            self.squared[lane] = squared;
+            self.irradiance[lane] = per_cube(height, squared);
+        }
+    }
+
+    /// cos(theta) / r^2 = n . w / r^3
+    #[inline(always)]
+    fn irradiate_curved(&mut self, to_light: [f32; 3]) {
+        for lane in 0..self.points.padded() {
+            let w = self.points.toward(to_light, lane);
+            let squared = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
+            let n = &self.points.normal;
+            let along = n[0][lane] * w[0] + n[1][lane] * w[1] + n[2][lane] * w[2];
+            self.squared[lane] = squared;
+            // Also 0 where it is NaN, at a light on the surface.
+            let irradiance = per_cube(along, squared);
+            self.irradiance[lane] = if irradiance > 0.0 { irradiance } else { 0.0 };
+        }
+    }
+
+    /// Divide by 4 pi t^2 (document, section 3.4), t the distance to the eye in the world's units; multiply by `gain`.
+    #[inline(always)]
+    fn apply_eye_falloff(&mut self, unit: f64, gain: f32) {
+        let eye = to_f32(self.points.reference.map(|component| -component));
+        let (unit, per_sphere) = (bounded(unit), (0.25 / PI) as f32);
+        for lane in 0..self.points.padded() {
+            let p = self.points.toward(eye, lane);
+            let factor = unit / (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt();
+            self.irradiance[lane] = self.irradiance[lane] * gain * factor * factor * per_sphere;
+        }
+    }
+}
+
+/// value / r^3, with r^2 given. The cube itself would leave float32 where a light is as far away as the sun from a scene
+/// of a few millimetres.
+#[inline(always)]
+fn per_cube(value: f32, squared: f32) -> f32 {
+    let inverse = 1.0 / squared;
+    value * inverse * inverse.sqrt()
+}
+
+/// albedo / pi times the light's power.
+fn share(light: &Light, albedo: Vector) -> Vector {
+    std::array::from_fn(|i| light.power[i] * (albedo[i] / PI))
+}
+
+/// Of a light's power that is far from 1 the power of two in it, which keeps what arrives within float32 on its way to the
+/// eye.
+fn gain(share: Vector) -> f32 {
+    let largest = share.into_iter().fold(0.0, f64::max);
+    let exponent = libm::ilogb(largest);
+    if largest > 0.0 && !(-40..=40).contains(&exponent) {
+        libm::scalbnf(1.0, exponent.clamp(-120, 120))
+    } else {
+        1.0
+    }
+}
+
+/// In float32, whose largest value stands for what is larger.
+fn bounded(value: f64) -> f32 {
+    value.min(f64::from(f32::MAX)) as f32
+}

@@ -1,0 +1,35 @@
+//! The objects that shadow the points of a face from one light.
+
+use crate::accel::Stack;
+use crate::accel::cone::Cone;
+use crate::scene::{Light, Scene};
+use crate::shapes::primitive::Primitive;
+use crate::shapes::shadow::Shadow;
+use crate::vector::{l1_norm, sub};
+
+/// Darken the points from which another object hides the light.
+///
+/// Neither `receiver`, on which they lie, counts, nor the body of the light: see `Lighting::add`.
+#[inline(always)]
+pub(crate) fn cast(shadow: &mut Shadow<'_>, light: &Light, scene: &Scene, receiver: u32, stack: &mut Stack) {
+    for &i in &scene.unbounded {
+        if i != receiver {
+            scene.shapes[i as usize].occlude(light.contact(i), shadow);
+        }
+    }
+    if shadow.is_dark() {
+        return;
+    }
+    let farthest = l1_norm(sub(shadow.bounds.center, shadow.points.reference)) + shadow.bounds.radius;
+    let cone = Cone::from_apex(light.position, shadow.bounds, farthest);
+    let mut traversal = scene.bvh.traverse(&cone, stack);
+    while let Some(i) = traversal.next(f32::INFINITY) {
+        if i == receiver || i == light.body {
+            continue;
+        }
+        scene.shapes[i as usize].occlude(light.contact(i), shadow);
+        if shadow.is_dark() {
+            return;
+        }
+    }
+}

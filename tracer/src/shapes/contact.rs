@@ -1,0 +1,109 @@
+//! Where a place lies as an object sees it: inside, outside, or on its surface, whatever rounding makes of it.
+//!
+//! It is found in the world's axes, so that it does not depend on where the camera stands.
+
+use crate::vector::{Vector, dot, l1_norm, largest, length, rotate, sub};
+
+/// A place that is closer to a surface than this share of its distance from the object and of the object's size lies
+/// on it.
+pub(crate) const ON_SURFACE: f64 = 1.0 / (1_u64 << 47) as f64;
+
+/// The same of the coordinates, which come from decimal numbers.
+pub(crate) const COORDINATE: f64 = 1.0 / (1_u64 << 52) as f64;
+
+/// On which side of a surface a place lies; of a plane, the outside is where its normal points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Side {
+    Inside,
+    On,
+    Outside,
+}
+
+/// A place close to a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Contact {
+    pub(crate) side: Side,
+    /// How far beyond the surface it is; less than 0 inside.
+    pub(crate) height: f64,
+    /// Of a box: the place from its centre along its axes. Of a plane: first, how far before it. Of a face in whose
+    /// plane the place lies they are those of the face exactly.
+    pub(crate) local: Vector,
+}
+
+/// What rounding may do to the distance of a place from the surface of an object of some size at another place.
+fn rounding(place: Vector, center: Vector, size: f64) -> f64 {
+    ON_SURFACE * (l1_norm(sub(place, center)) + size) + COORDINATE * (largest(place) + largest(center))
+}
+
+/// What rounding may do to the distance of a place from a plane through another place.
+///
+/// That is the sum of |n_i| times what it may do to the coordinate i: however far away along the plane the other place
+/// is, it does nothing.
+fn rounding_along(normal: Vector, place: Vector, point: Vector) -> f64 {
+    ON_SURFACE * spread(normal, sub(place, point)) + COORDINATE * (spread(normal, place) + spread(normal, point))
+}
+
+/// The sum of |n_i v_i|.
+pub(crate) fn spread(normal: Vector, v: Vector) -> f64 {
+    dot(normal.map(f64::abs), v.map(f64::abs))
+}
+
+impl Side {
+    /// Whether a light on this side lights what the eye sees: both inside, both outside, or the light on the surface.
+    #[inline(always)]
+    pub(crate) fn sees_from(self, eye_is_outside: bool) -> bool {
+        self == Side::On || (self == Side::Outside) == eye_is_outside
+    }
+
+    fn of(height: f64) -> Side {
+        if height > 0.0 {
+            Side::Outside
+        } else if height < 0.0 {
+            Side::Inside
+        } else {
+            Side::On
+        }
+    }
+}
+
+impl Contact {
+    fn new(height: f64, local: Vector) -> Contact {
+        Contact {
+            side: Side::of(height),
+            height,
+            local,
+        }
+    }
+
+    /// Whether the place is on the surface, or within some distance of it.
+    pub(crate) fn is_within(&self, distance: f64) -> bool {
+        self.height.abs() <= distance
+    }
+
+    pub(crate) fn with_sphere(place: Vector, center: Vector, radius: f64) -> Contact {
+        let height = length(sub(center, place)) - radius;
+        let on = height.abs() <= rounding(place, center, radius);
+        Contact::new(if on { 0.0 } else { height }, [0.0; 3])
+    }
+
+    pub(crate) fn with_plane(place: Vector, point: Vector, normal: Vector) -> Contact {
+        let height = dot(normal, sub(place, point));
+        let on = height.abs() <= rounding_along(normal, place, point);
+        let height = if on { 0.0 } else { height };
+        Contact::new(height, [height, 0.0, 0.0])
+    }
+
+    pub(crate) fn with_box(place: Vector, center: Vector, axes: &[Vector; 3], half: Vector) -> Contact {
+        let rounding = rounding(place, center, half[0] + half[1] + half[2]);
+        let local = rotate(axes, sub(place, center));
+        let local: Vector = std::array::from_fn(|i| {
+            let on = (local[i].abs() - half[i]).abs() <= rounding;
+            if on { half[i].copysign(local[i]) } else { local[i] }
+        });
+        let beyond = (0..3).fold(f64::NEG_INFINITY, |most: f64, i| most.max(local[i].abs() - half[i]));
+        Contact::new(beyond, local)
+    }
+}
+
+#[cfg(test)]
+mod tests;

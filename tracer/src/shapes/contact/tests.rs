@@ -1,0 +1,76 @@
+use super::*;
+use crate::oracle::*;
+use crate::vector::{add, scale};
+use proptest::prelude::*;
+
+/// A place on the surface of a shape: on a face, or an edge or corner of a box.
+fn any_place_on(shape: &OracleShape, direction: Vector, shares: Vector, fixed: [bool; 3]) -> Vector {
+    match *shape {
+        OracleShape::Sphere { center, radius } => add(center, scale(direction, radius)),
+        OracleShape::Plane { .. } => unreachable!(),
+        OracleShape::Box { center, axes, half } => {
+            let fixed = if fixed.contains(&true) {
+                fixed
+            } else {
+                [false, true, false]
+            };
+            let along = |i: usize| half[i] * if fixed[i] { shares[i].signum() } else { shares[i] };
+            (0..3).fold(center, |place, i| add(place, scale(axes[i], along(i))))
+        }
+    }
+}
+
+proptest! {
+    #[test]
+    fn places_on_a_surface_are_on_it_wherever_it_is(
+        shape in any_tile().prop_flat_map(|tile| shape_before(tile, -1.0..5.0)),
+        direction in any_direction(),
+        shares in [-1.0..1.0, -1.0..1.0, -1.0..1.0],
+        fixed in any::<[bool; 3]>(),
+    ) {
+        let place = any_place_on(&shape, direction, shares, fixed);
+        prop_assert_eq!(shape.contact(place).side, Side::On);
+    }
+
+    #[test]
+    fn places_off_a_surface_are_inside_or_outside(
+        shape in any_tile().prop_flat_map(|tile| shape_before(tile, -1.0..1.0)),
+        direction in any_direction(),
+        shares in [-1.0..1.0, -1.0..1.0, -1.0..1.0],
+    ) {
+        let place = any_place_on(&shape, direction, shares, [false, true, false]);
+        for (share, side) in [(1e-11, Side::Outside), (-1e-11, Side::Inside)] {
+            let outward = sub(place, shape.center());
+            prop_assert_eq!(shape.contact(add(place, scale(outward, share))).side, side);
+        }
+    }
+}
+
+#[test]
+fn a_place_on_an_edge_has_the_coordinates_of_both_faces() {
+    let third = 1.0 / 3.0;
+    let axes = [[0.6, 0.0, -0.8], [0.0, 1.0, 0.0], [0.8, 0.0, 0.6]];
+    let half = [third, 2.0 * third, 5.0];
+    let center = [1e3, -2e3, 7.7];
+    let place = add(center, add(scale(axes[0], third), scale(axes[1], -2.0 * third)));
+    let contact = Contact::with_box(place, center, &axes, half);
+    assert_eq!(contact.side, Side::On);
+    assert_eq!(contact.local[..2], [third, -2.0 * third]);
+}
+
+#[test]
+fn a_place_in_the_plane_of_a_face_beside_it_is_outside() {
+    let straight = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let contact = Contact::with_box([5.0, 1.0, 0.0], [0.0; 3], &straight, [1.0; 3]);
+    assert_eq!((contact.side, contact.local), (Side::Outside, [5.0, 1.0, 0.0]));
+}
+
+#[test]
+fn a_plane_given_by_a_far_point_is_where_it_is() {
+    for away in [1e10, 1e15, 1e22] {
+        let contact = |height| Contact::with_plane([0.0, height, 0.0], [away, 0.0, -away], [0.0, 1.0, 0.0]);
+        assert_eq!(contact(1e-9).side, Side::Outside);
+        assert_eq!(contact(0.0).side, Side::On);
+        assert_eq!(contact(-1e-9).side, Side::Inside);
+    }
+}

@@ -1,0 +1,316 @@
+//! A box turned about +y (document, section 2.2.3); `Box` is another thing in Rust.
+
+use crate::bounds::BoundingSphere;
+use crate::shapes::contact::{Contact, Side};
+use crate::shapes::outline::{BoxCone, Outline};
+use crate::shapes::plane_equation::PlaneEquation;
+use crate::shapes::points::Points;
+use crate::shapes::primitive::Primitive;
+use crate::shapes::shadow::Shadow;
+use crate::tile::LANES;
+use crate::tile::hits::{FACE_BITS, HitBuffer, offer};
+use crate::tile::rays::Rays;
+use crate::vector::{Vector, add, cross, dot, l1_norm, length, rotate, scale, sub, to_f32};
+
+/// Axes, and along each the limit before which points are, with its sign.
+type Before = ([[f32; 3]; 3], [f32; 3], [f32; 3]);
+
+#[derive(Clone, Debug)]
+pub(crate) struct Cuboid {
+    center: Vector,
+    /// Its axes, unit vectors.
+    axes: [Vector; 3],
+    /// Half its size along them.
+    half: Vector,
+    /// The eye as the box sees it, from its centre along its axes; exactly on a face if it is on one.
+    eye: Vector,
+}
+
+impl Cuboid {
+    pub(crate) fn new(center: Vector, axes: [Vector; 3], half: Vector, eye: Vector) -> Cuboid {
+        Cuboid {
+            center,
+            axes,
+            half,
+            eye,
+        }
+    }
+
+    /// The radius of the ball around it.
+    fn bounding_radius(&self) -> f64 {
+        length(self.half)
+    }
+
+    /// Whether a place in the axes of the box is inside, or on its surface.
+    #[inline(always)]
+    fn inside(&self, local: Vector) -> bool {
+        (0..3).all(|i| local[i].abs() <= self.half[i])
+    }
+
+    /// On which side a place is that is not close to the surface.
+    fn side(&self, place: Vector) -> Side {
+        if self.inside(rotate(&self.axes, sub(place, self.center))) {
+            Side::Inside
+        } else {
+            Side::Outside
+        }
+    }
+
+    /// Whether the eye sees the outside; from the surface it sees the inside.
+    fn eye_is_outside(&self) -> bool {
+        !self.inside(self.eye)
+    }
+
+    /// The axis of a face, and 1 or -1 for the side.
+    #[inline(always)]
+    fn side_of(&self, face: u32) -> (usize, f64) {
+        let number = face % (1 << FACE_BITS);
+        // Rays enter at the face that looks against them, and leave at the one that looks along with them.
+        let along = if number % 2 == 1 { 1.0 } else { -1.0 };
+        let side = if self.inside(self.eye) { along } else { -along };
+        ((number / 2) as usize % 3, side)
+    }
+
+    /// The plane of a face, as `intersect` offered it, with its normal on the eye's side.
+    #[inline(always)]
+    fn face(&self, face: u32) -> PlaneEquation {
+        let (axis, side) = self.side_of(face);
+        let outward = scale(self.axes[axis], side);
+        let offset = dot(outward, self.center) + self.half[axis];
+        PlaneEquation {
+            normal: outward,
+            offset,
+        }
+        .facing_the_eye()
+    }
+
+    /// The depth of the middle ray from which float32 may go on: where the ball around the box begins, or the eye if
+    /// the box is not far from it in its own size.
+    #[inline(always)]
+    fn start(&self, middle: Vector) -> f32 {
+        let size = length(middle);
+        let begin = dot(self.center, middle) / size - self.bounding_radius();
+        if begin > self.bounding_radius() {
+            (begin / size) as f32
+        } else {
+            0.0
+        }
+    }
+
+    /// Darken the points outside, for a light inside, or on faces that the points are before.
+    #[inline(always)]
+    fn occlude_from_inside(&self, reference: Vector, rounding: f64, before: Before, shadow: &mut Shadow<'_>) {
+        let (axes, sign, limit) = before;
+        let low: [f32; 3] = std::array::from_fn(|i| (-self.half[i] - reference[i] - rounding) as f32);
+        let high: [f32; 3] = std::array::from_fn(|i| (self.half[i] - reference[i] + rounding) as f32);
+        let points = shadow.points;
+        for lane in 0..points.padded() {
+            let p = local(&axes, &points.offset, lane);
+            let slack = points.slack(lane);
+            let outside = (p[0] + slack < low[0])
+                | (p[0] - slack > high[0])
+                | (p[1] + slack < low[1])
+                | (p[1] - slack > high[1])
+                | (p[2] + slack < low[2])
+                | (p[2] - slack > high[2]);
+            let between = (sign[0] * p[0] + slack < limit[0])
+                & (sign[1] * p[1] + slack < limit[1])
+                & (sign[2] * p[2] + slack < limit[2]);
+            shadow.darken(lane, outside & between);
+        }
+    }
+}
+
+impl Primitive for Cuboid {
+    /// Meet the three slabs: the box is where a ray is in all of them.
+    ///
+    /// With v = middle + delta, o what the middle ray's point at depth `start` is for the box, and the parameter
+    /// start + tau, a slab of half width h along the axis a is entered and left at
+    ///
+    /// tau = (-+h - o - start (a . delta)) / (a . v)
+    ///
+    /// The face that is offered has twice the number of its axis added to `face`, and 1 if the ray runs along it.
+    #[inline(always)]
+    fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
+        let inside = self.inside(self.eye);
+        let start = self.start(rays.middle);
+        let middle = rotate(&self.axes, rays.middle);
+        let from: Vector = add(self.eye, scale(middle, f64::from(start)));
+        let middle = to_f32(middle);
+        let axes = self.axes.map(to_f32);
+        let low: [f32; 3] = std::array::from_fn(|i| (-self.half[i] - from[i]) as f32);
+        let high: [f32; 3] = std::array::from_fn(|i| (self.half[i] - from[i]) as f32);
+        let mut close = 0;
+        for lane in 0..LANES {
+            let (dx, dy) = (rays.dx[lane], rays.dy[lane]);
+            let mut enter = f32::NEG_INFINITY;
+            let mut leave = f32::INFINITY;
+            let (mut entered, mut left) = (0, 0);
+            for i in 0..3 {
+                let across = axes[i][0] * dx + axes[i][1] * dy;
+                let along = middle[i] + across;
+                let inverse = 1.0 / along;
+                let shift = start * across;
+                let (a, b) = (low[i] - shift, high[i] - shift);
+                // A ray parallel to two faces is between them, or on one of them, for its whole way or not at all.
+                let parallel = along == 0.0;
+                let a = if parallel { beyond(a > 0.0) } else { a * inverse };
+                let b = if parallel { -beyond(b < 0.0) } else { b * inverse };
+                let forward = along >= 0.0;
+                let (near, far) = if forward { (a, b) } else { (b, a) };
+                let number = 2 * i as u32 + u32::from(forward);
+                entered = if near > enter { number } else { entered };
+                enter = if near > enter { near } else { enter };
+                left = if far < leave { number } else { left };
+                leave = if far < leave { far } else { leave };
+            }
+            let tau = if inside { leave } else { enter };
+            let number = if inside { left } else { entered };
+            let t = if enter <= leave { start + tau } else { 0.0 };
+            close += offer((&mut hits.t[lane], &mut hits.face[lane]), t, face + number);
+        }
+        hits.close += close;
+    }
+
+    /// Where a ray first meets the box ahead of the eye, in float64, infinite where it does not; and |n.v| there.
+    fn depth(&self, v: Vector) -> (f64, f64) {
+        let along = rotate(&self.axes, v);
+        let (mut enter, mut leave) = ((f64::NEG_INFINITY, 0.0), (f64::INFINITY, 0.0));
+        for i in 0..3 {
+            if along[i] != 0.0 {
+                let a = (-self.half[i] - self.eye[i]) / along[i];
+                let b = (self.half[i] - self.eye[i]) / along[i];
+                let (near, far) = (a.min(b), a.max(b));
+                enter = if near > enter.0 { (near, along[i].abs()) } else { enter };
+                leave = if far < leave.0 { (far, along[i].abs()) } else { leave };
+            } else if self.eye[i].abs() > self.half[i] {
+                return (f64::INFINITY, 0.0);
+            }
+        }
+        let met = if self.inside(self.eye) { leave } else { enter };
+        if enter.0 <= leave.0 && met.0 > 0.0 {
+            met
+        } else {
+            (f64::INFINITY, 0.0)
+        }
+    }
+
+    #[inline(always)]
+    fn place(
+        &self,
+        face: u32,
+        rays: &Rays,
+        (t, _nearest): (f64, impl Fn() -> Vector),
+        points: &mut Points,
+    ) -> Option<PlaneEquation> {
+        let plane = self.face(face);
+        points.reference = plane.place(t, rays, points);
+        Some(plane)
+    }
+
+    /// Darken the points from which the box hides the light.
+    ///
+    /// In the axes of the box, with the light at L and the point at P = L + e, by separating axes: the segment
+    /// misses the box if both ends lie beyond one face, or if for some axis i, with j and k the others,
+    ///
+    /// |(L x P)_i| > h_j |e_k| + h_k |e_j|
+    #[inline(always)]
+    fn occlude(&self, contact: Option<&Contact>, shadow: &mut Shadow<'_>) {
+        let light = contact.map_or_else(
+            || rotate(&self.axes, sub(shadow.light, self.center)),
+            |contact| contact.local,
+        );
+        let reference = rotate(&self.axes, sub(shadow.points.reference, self.center));
+        let size = self.half[0] + self.half[1] + self.half[2];
+        let rounding = shadow.rounding_at_points(size);
+        let at_light = if contact.is_some() {
+            0.0
+        } else {
+            shadow.rounding_at_light(size)
+        };
+        // Of each pair of faces the light is beyond at most one, or on it: there the point has to be before it.
+        let (mut sign, mut limit) = ([0.0_f32; 3], [f32::INFINITY; 3]);
+        let mut inside = true;
+        for i in 0..3 {
+            if light[i].abs() >= self.half[i] - at_light {
+                let side = light[i].signum();
+                sign[i] = side as f32;
+                limit[i] = (self.half[i] - side * reference[i] - rounding) as f32;
+                inside = false;
+            }
+        }
+        // On a face it is hidden from points outside that are before the face.
+        if inside || contact.is_some_and(|contact| contact.side == Side::On) {
+            let before = (self.axes.map(to_f32), sign, limit);
+            self.occlude_from_inside(reference, rounding, before, shadow);
+            return;
+        }
+        let axes = self.axes.map(to_f32);
+        let half = to_f32(self.half);
+        let moment = to_f32(cross(light, reference));
+        let e = to_f32(sub(reference, light));
+        let l = to_f32(light);
+        let points = shadow.points;
+        for lane in 0..points.padded() {
+            let p = local(&axes, &points.offset, lane);
+            let e = [(e[0] + p[0]).abs(), (e[1] + p[1]).abs(), (e[2] + p[2]).abs()];
+            let m = [
+                (moment[0] + (l[1] * p[2] - l[2] * p[1])).abs(),
+                (moment[1] + (l[2] * p[0] - l[0] * p[2])).abs(),
+                (moment[2] + (l[0] * p[1] - l[1] * p[0])).abs(),
+            ];
+            let slack = points.slack(lane);
+            let between = (sign[0] * p[0] + slack < limit[0])
+                & (sign[1] * p[1] + slack < limit[1])
+                & (sign[2] * p[2] + slack < limit[2]);
+            let crosses = (m[0] <= half[1] * e[2] + half[2] * e[1])
+                & (m[1] <= half[2] * e[0] + half[0] * e[2])
+                & (m[2] <= half[0] * e[1] + half[1] * e[0]);
+            shadow.darken(lane, between & crosses);
+        }
+    }
+
+    #[inline(always)]
+    fn is_lit_from(&self, contact: Option<&Contact>, light: Vector) -> bool {
+        let side = contact.map_or_else(|| self.side(light), |contact| contact.side);
+        side.sees_from(self.eye_is_outside())
+    }
+
+    #[inline(always)]
+    fn height(&self, face: u32, light: &Contact) -> f64 {
+        let (axis, side) = self.side_of(face);
+        let outward = side * light.local[axis] - self.half[axis];
+        if self.inside(self.eye) { -outward } else { outward }
+    }
+
+    fn magnitude(&self) -> f64 {
+        l1_norm(self.center) + 2.0 * self.bounding_radius()
+    }
+
+    fn bounds(&self) -> Option<BoundingSphere> {
+        Some(BoundingSphere {
+            center: self.center,
+            radius: self.bounding_radius(),
+        })
+    }
+
+    fn outline(&self) -> Outline {
+        BoxCone::outline(self.center, self.axes, self.half)
+    }
+}
+
+/// Where a slab begins for a ray parallel to it.
+#[inline(always)]
+fn beyond(outside: bool) -> f32 {
+    if outside { f32::INFINITY } else { f32::NEG_INFINITY }
+}
+
+/// A point's offset along the axes of a box.
+#[inline(always)]
+fn local(axes: &[[f32; 3]; 3], offset: &[[f32; LANES]; 3], lane: usize) -> [f32; 3] {
+    let p = [offset[0][lane], offset[1][lane], offset[2][lane]];
+    std::array::from_fn(|i| axes[i][0] * p[0] + axes[i][1] * p[1] + axes[i][2] * p[2])
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,277 @@
+//! The cones of directions in which the eye sees convex shapes.
+//!
+//! Rays through the corners of a rectangle of the image plane bound all rays between them: if all four are in a convex
+//! cone, all others are. Rectangles end at the edges of pixels and rays go through their centres: half a pixel is more
+//! than the rounding between this test, in float64, and the kernel.
+
+use crate::vector::{Vector, add, cross, dot, length, rotate, scale, sub};
+
+/// How much of a rectangle a shape covers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Overlap {
+    None,
+    /// Perhaps nothing or all: the rays have to be tested.
+    Partial,
+    Full,
+}
+
+/// A rectangle of the image plane: the rays v = (x, y, 1).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rectangle {
+    pub(crate) low: [f64; 2],
+    pub(crate) high: [f64; 2],
+    pub(crate) half_pixel: [f64; 2],
+}
+
+impl Rectangle {
+    /// The rays through its corners.
+    fn corners(&self) -> [Vector; 4] {
+        let ([left, bottom], [right, top]) = (self.low, self.high);
+        [
+            [left, bottom, 1.0],
+            [right, bottom, 1.0],
+            [left, top, 1.0],
+            [right, top, 1.0],
+        ]
+    }
+
+    /// The ray through its middle.
+    fn middle(&self) -> Vector {
+        [
+            (self.low[0] + self.high[0]) / 2.0,
+            (self.low[1] + self.high[1]) / 2.0,
+            1.0,
+        ]
+    }
+
+    /// The smallest value of n . v.
+    fn least(&self, n: Vector) -> f64 {
+        let end = |axis: usize| if n[axis] > 0.0 { self.low[axis] } else { self.high[axis] };
+        n[0] * end(0) + n[1] * end(1) + n[2]
+    }
+
+    /// Whether n . v < 0 for all rays, and for those half a pixel beside them.
+    fn is_beyond(&self, n: Vector) -> bool {
+        let beside = n[0].abs() * self.half_pixel[0] + n[1].abs() * self.half_pixel[1];
+        -self.least([-n[0], -n[1], -n[2]]) + beside < 0.0
+    }
+
+    /// The largest |v|.
+    fn longest(&self) -> f64 {
+        let extent = |axis: usize| self.low[axis].abs().max(self.high[axis].abs());
+        length([extent(0), extent(1), 1.0])
+    }
+}
+
+/// The cone of directions in which a shape is seen.
+pub(crate) enum Outline {
+    /// The eye is well inside.
+    Everywhere,
+    Circular(CircularCone),
+    Polyhedral(BoxCone),
+    HalfSpace(HalfSpace),
+    /// The eye is on the surface, within rounding, or a size is beyond what the kernel is sure to meet.
+    Unknown,
+}
+
+/// What is this near to a surface, as a share of the size, may be inside or outside.
+const NEAR: f64 = 1e-6;
+
+/// Lengths of the scene between which the kernel overflows nowhere.
+const USUAL: std::ops::Range<f64> = 1e-12..1e12;
+
+impl Outline {
+    pub(crate) fn in_rectangle(&self, rectangle: &Rectangle) -> Overlap {
+        match self {
+            Outline::Everywhere => Overlap::Full,
+            Outline::Circular(cone) => cone.in_rectangle(rectangle),
+            Outline::Polyhedral(cone) => cone.in_rectangle(rectangle),
+            Outline::HalfSpace(space) => space.in_rectangle(rectangle),
+            Outline::Unknown => Overlap::Partial,
+        }
+    }
+}
+
+/// A sphere is seen within an angle around its centre, whose sine is radius over distance.
+pub(crate) struct CircularCone {
+    /// The unit vector to the centre.
+    axis: Vector,
+    sine: f64,
+    cosine: f64,
+}
+
+impl CircularCone {
+    pub(crate) fn outline(center: Vector, radius: f64) -> Outline {
+        let distance = length(center);
+        let sine = radius / distance;
+        let usual = USUAL.contains(&radius) && distance < USUAL.end;
+        if usual && sine > 1.0 + NEAR {
+            return Outline::Everywhere;
+        }
+        if usual && sine < 1.0 - NEAR {
+            return Outline::Circular(CircularCone {
+                axis: scale(center, 1.0 / distance),
+                sine,
+                cosine: (1.0 - sine * sine).sqrt(),
+            });
+        }
+        Outline::Unknown
+    }
+
+    fn in_rectangle(&self, rectangle: &Rectangle) -> Overlap {
+        // The plane through the eye that touches the sphere where the rectangle is: n = sine axis - cosine side.
+        let middle = rectangle.middle();
+        let side = sub(middle, scale(self.axis, dot(self.axis, middle)));
+        let away = length(side);
+        if away > 0.0 {
+            let touching = sub(scale(self.axis, self.sine), scale(side, self.cosine / away));
+            if rectangle.is_beyond(touching) {
+                return Overlap::None;
+            }
+        }
+        // |axis x v| <= sine |v|, on the side of the axis.
+        let inside = |v: Vector| {
+            let across = cross(self.axis, v);
+            dot(self.axis, v) > 0.0 && dot(across, across) <= self.sine * self.sine * dot(v, v)
+        };
+        if rectangle.corners().into_iter().all(inside) {
+            Overlap::Full
+        } else {
+            Overlap::Partial
+        }
+    }
+}
+
+/// A plane is seen where n . v > 0, the normal pointing away from the eye.
+pub(crate) struct HalfSpace {
+    normal: Vector,
+}
+
+/// The kernel takes rays for parallel to a plane below half of this sine of the angle between them.
+const NOT_PARALLEL: f64 = 2e-6;
+
+impl HalfSpace {
+    pub(crate) fn outline(normal: Vector, offset: f64) -> Outline {
+        let away = offset.signum();
+        if USUAL.contains(&offset.abs()) {
+            Outline::HalfSpace(HalfSpace {
+                normal: scale(normal, away),
+            })
+        } else {
+            Outline::Unknown
+        }
+    }
+
+    fn in_rectangle(&self, rectangle: &Rectangle) -> Overlap {
+        if rectangle.is_beyond(self.normal) {
+            Overlap::None
+        } else if rectangle.least(self.normal) > NOT_PARALLEL * rectangle.longest() {
+            Overlap::Full
+        } else {
+            Overlap::Partial
+        }
+    }
+}
+
+/// A box is seen between planes through the eye and those of its edges that make its outline.
+pub(crate) struct BoxCone {
+    /// Normals of these planes, towards the box.
+    sides: Vec<Vector>,
+    /// The eye from its centre, along its axes.
+    eye: Vector,
+    axes: [Vector; 3],
+    half: Vector,
+}
+
+impl BoxCone {
+    pub(crate) fn outline(center: Vector, axes: [Vector; 3], half: Vector) -> Outline {
+        let eye = rotate(&axes, scale(center, -1.0));
+        let usual = half.iter().all(|h| USUAL.contains(h)) && length(center) < USUAL.end;
+        // How far the eye is beyond the face that it is beyond the most, in half sizes.
+        let beyond = (0..3).fold(f64::NEG_INFINITY, |most, i| most.max(eye[i].abs() / half[i]));
+        if usual && beyond < 1.0 - NEAR {
+            return Outline::Everywhere;
+        }
+        if usual && beyond > 1.0 + NEAR {
+            return Outline::Polyhedral(BoxCone {
+                sides: outline_planes(&corners(center, axes, half)),
+                eye,
+                axes,
+                half,
+            });
+        }
+        Outline::Unknown
+    }
+
+    fn in_rectangle(&self, rectangle: &Rectangle) -> Overlap {
+        if self.sides.iter().any(|&side| rectangle.is_beyond(side)) {
+            Overlap::None
+        } else if rectangle.corners().into_iter().all(|v| self.is_met(v)) {
+            Overlap::Full
+        } else {
+            Overlap::Partial
+        }
+    }
+
+    /// Whether a ray is between all pairs of faces at once, before the eye.
+    fn is_met(&self, v: Vector) -> bool {
+        let v = rotate(&self.axes, v);
+        let (mut enter, mut leave) = (0.0, f64::INFINITY);
+        for i in 0..3 {
+            let (a, b) = (
+                (-self.half[i] - self.eye[i]) / v[i],
+                (self.half[i] - self.eye[i]) / v[i],
+            );
+            let (near, far) = if a < b { (a, b) } else { (b, a) };
+            // Also where one is NaN, of a ray in a face.
+            if !(near <= leave && far >= enter) {
+                return false;
+            }
+            enter = near.max(enter);
+            leave = far.min(leave);
+        }
+        enter <= leave
+    }
+}
+
+/// The corners of a box; those of an edge differ by one bit of their numbers.
+fn corners(center: Vector, axes: [Vector; 3], half: Vector) -> [Vector; 8] {
+    std::array::from_fn(|number| {
+        (0..3).fold(center, |corner, i| {
+            let side = if number >> i & 1 == 0 { -half[i] } else { half[i] };
+            add(corner, scale(axes[i], side))
+        })
+    })
+}
+
+/// The planes through the eye and an edge that have all corners of a box on one side.
+fn outline_planes(corners: &[Vector; 8]) -> Vec<Vector> {
+    let mut planes = Vec::with_capacity(6);
+    for first in 0..8 {
+        for bit in [1, 2, 4] {
+            let second = first | bit;
+            if second == first {
+                continue;
+            }
+            let normal = cross(corners[first], corners[second]);
+            let side = |i: usize| {
+                if i == first || i == second {
+                    0.0
+                } else {
+                    dot(normal, corners[i])
+                }
+            };
+            let (mut low, mut high) = (0.0_f64, 0.0_f64);
+            for i in 0..8 {
+                low = low.min(side(i));
+                high = high.max(side(i));
+            }
+            if low >= 0.0 && high > 0.0 {
+                planes.push(normal);
+            } else if high <= 0.0 && low < 0.0 {
+                planes.push(scale(normal, -1.0));
+            }
+        }
+    }
+    planes
+}

@@ -1,0 +1,129 @@
+//! An infinite plane (document, section 2.2.2).
+
+use crate::bounds::BoundingSphere;
+use crate::shapes::contact::Contact;
+use crate::shapes::outline::{HalfSpace, Outline};
+use crate::shapes::plane_equation::PlaneEquation;
+use crate::shapes::points::Points;
+use crate::shapes::primitive::Primitive;
+use crate::shapes::shadow::Shadow;
+use crate::tile::LANES;
+use crate::tile::hits::{HitBuffer, offer};
+use crate::tile::rays::Rays;
+use crate::vector::{Vector, dot, scale, to_f32};
+
+/// Document, section 2.2.2: a ray with |d . n| below this, for unit d, is parallel to the plane.
+const PARALLEL: f32 = 1e-6;
+
+#[derive(Clone, Debug)]
+pub(crate) struct Plane {
+    equation: PlaneEquation,
+    /// What rounding of the offset depends on: how far from the eye the point is that it was given by, as far as that
+    /// is along the normal; the sum of |n_i p_i|.
+    magnitude: f64,
+}
+
+impl Plane {
+    pub(crate) fn new(normal: Vector, offset: f64, magnitude: f64) -> Plane {
+        Plane {
+            equation: PlaneEquation { normal, offset },
+            magnitude,
+        }
+    }
+}
+
+impl Primitive for Plane {
+    /// t = offset / (n . v)
+    #[inline(always)]
+    fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
+        let middle = dot(self.equation.normal, rays.middle) as f32;
+        let [nx, ny, _] = to_f32(self.equation.normal);
+        let offset = self.equation.offset as f32;
+        let mut close = 0;
+        for lane in 0..LANES {
+            let along = middle + (nx * rays.dx[lane] + ny * rays.dy[lane]);
+            let t = offset / along;
+            let parallel = along * along < (PARALLEL * PARALLEL) * rays.vv[lane];
+            close += offer(
+                (&mut hits.t[lane], &mut hits.face[lane]),
+                if parallel { 0.0 } else { t },
+                face,
+            );
+        }
+        hits.close += close;
+    }
+
+    /// t = offset / (n . v), in float64, infinite where it is not ahead; and |n.v|.
+    fn depth(&self, v: Vector) -> (f64, f64) {
+        let along = dot(self.equation.normal, v);
+        let t = self.equation.offset / along;
+        (if t > 0.0 { t } else { f64::INFINITY }, along.abs())
+    }
+
+    #[inline(always)]
+    fn place(
+        &self,
+        _face: u32,
+        rays: &Rays,
+        (t, _nearest): (f64, impl Fn() -> Vector),
+        points: &mut Points,
+    ) -> Option<PlaneEquation> {
+        let plane = self.equation.facing_the_eye();
+        points.reference = plane.place(t, rays, points);
+        Some(plane)
+    }
+
+    /// Darken the points that have the plane between them and the light.
+    #[inline(always)]
+    fn occlude(&self, contact: Option<&Contact>, shadow: &mut Shadow<'_>) {
+        let light = contact.map_or_else(|| self.equation.height(shadow.light), |contact| contact.local[0]);
+        // A light on the plane, such as one on the ceiling, shines to both sides.
+        if light == 0.0 {
+            return;
+        }
+        let toward = scale(self.equation.normal, light.signum());
+        let ball = light.signum() * self.equation.height(shadow.bounds.center);
+        if ball > shadow.bounds.radius {
+            return;
+        }
+        let height = light.signum() * self.equation.height(shadow.points.reference);
+        let limit = (-height - shadow.rounding_at_points(self.equation.offset.abs())) as f32;
+        let n = to_f32(toward);
+        let points = shadow.points;
+        for lane in 0..points.padded() {
+            let [x, y, z] = &points.offset;
+            let rise = n[0] * x[lane] + n[1] * y[lane] + n[2] * z[lane];
+            shadow.darken(lane, rise + points.slack(lane) < limit);
+        }
+    }
+
+    /// The height above the plane tells.
+    #[inline(always)]
+    fn is_lit_from(&self, _contact: Option<&Contact>, _light: Vector) -> bool {
+        true
+    }
+
+    #[inline(always)]
+    fn height(&self, _face: u32, light: &Contact) -> f64 {
+        if self.equation.offset > 0.0 {
+            -light.local[0]
+        } else {
+            light.local[0]
+        }
+    }
+
+    fn magnitude(&self) -> f64 {
+        self.magnitude
+    }
+
+    fn bounds(&self) -> Option<BoundingSphere> {
+        None
+    }
+
+    fn outline(&self) -> Outline {
+        HalfSpace::outline(self.equation.normal, self.equation.offset)
+    }
+}
+
+#[cfg(test)]
+mod tests;

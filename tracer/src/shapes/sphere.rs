@@ -1,0 +1,459 @@
+//! A sphere (document, section 2.2.1).
+//!
+//! In units of its radius, with the centre c and a ray v from the eye, m = c x v is the ray's moment about the
+//! eye's side of the centre, and
+//!
+//! D = v.v - m.m,  s = sqrt(D),  b = c.v,  k = c.c - 1
+//!
+//! give the roots (b -+ s) / v.v, of which k / (b + s) is the near one without cancellation. Close to the sphere
+//! m is about 1 however far away it is, so nothing cancels in D: the moment of the tile's middle ray comes from
+//! float64 and float32 only adds what differs within the tile (after E. Haines et al., "Precision Improvements
+//! for Ray/Sphere Intersection", Ray Tracing Gems, 2019).
+
+use crate::bounds::BoundingSphere;
+use crate::shapes::contact::{Contact, Side};
+use crate::shapes::outline::{CircularCone, Outline};
+use crate::shapes::plane_equation::PlaneEquation;
+use crate::shapes::points::Points;
+use crate::shapes::primitive::Primitive;
+use crate::shapes::shadow::Shadow;
+use crate::tile::hits::{HitBuffer, offer};
+use crate::tile::rays::Rays;
+use crate::tile::{LANES, SIDE};
+use crate::vector::{Vector, cross, dot, l1_norm, length, scale, sub, to_f32};
+
+/// Rays that are tested together before it is decided whether any of them meets the sphere: whole rows.
+const BATCH: usize = 64;
+
+/// What is less than this share of the radius is seen as almost flat.
+const FLAT: f64 = 1.0 / 256.0;
+
+/// What rounding takes from the depth of points that are placed from close by is less than this share of it.
+const NEAR_ROUNDING: f64 = 1e-6;
+
+/// The eye is close to a sphere if k is below this: closer than a radius.
+const NEAR: f64 = 3.0;
+
+#[derive(Clone, Debug)]
+pub(crate) struct Sphere {
+    pub(crate) center: Vector,
+    pub(crate) radius: f64,
+    /// Of the eye: positive outside, 0 on the sphere.
+    power: f64,
+}
+
+/// What one ray after the other needs to know of a sphere, in units of its radius.
+struct RaySetup {
+    center: [f32; 3],
+    /// Of the middle ray: its moment m, and b.
+    moment: [f32; 3],
+    along: f32,
+    /// k, in units of the scene over units of the radius.
+    power: f32,
+    radius: f32,
+    /// Whether the eye is inside, or close.
+    near: bool,
+}
+
+impl Sphere {
+    /// A sphere; `eye` tells where the eye is if it is close to the surface.
+    pub(crate) fn new(center: Vector, radius: f64, eye: Option<&Contact>) -> Sphere {
+        let power = match eye {
+            Some(eye) => eye.height * (eye.height + 2.0 * radius),
+            None => power(center, radius),
+        };
+        Sphere { center, radius, power }
+    }
+
+    /// On which side a place is that is not close to the surface.
+    #[inline(always)]
+    fn side(&self, place: Vector) -> Side {
+        let c = sub(self.center, place);
+        if dot(c, c) > self.radius * self.radius {
+            Side::Outside
+        } else {
+            Side::Inside
+        }
+    }
+
+    /// Whether the eye sees the outside; from the surface it sees the inside.
+    #[inline(always)]
+    fn eye_is_outside(&self) -> bool {
+        self.power > 0.0
+    }
+
+    #[inline(always)]
+    fn ray_setup(&self, middle: Vector) -> RaySetup {
+        let center = scale(self.center, 1.0 / self.radius);
+        let power = self.power / self.radius;
+        RaySetup {
+            center: to_f32(center),
+            moment: to_f32(cross(center, middle)),
+            along: dot(center, middle) as f32,
+            power: power as f32,
+            radius: self.radius as f32,
+            near: power < NEAR * self.radius,
+        }
+    }
+
+    /// Place points on the sphere, with normals that face the eye, and return what they are relative to.
+    ///
+    /// n = -(v x m + s v) / v.v at the near root, (v x m - s v) / v.v at the far one, seen from inside
+    ///
+    /// The points are relative to the centre, P - C = R n or -R n; but on a large sphere close to the eye, where
+    /// float32 would lose them on their way from the centre, they are relative to the point at depth `t` of the
+    /// middle ray: with v = middle + delta and the parameter t + tau, P - reference = t delta + tau v.
+    ///
+    /// `nearest` is the ray of the nearest of them.
+    #[inline(always)]
+    fn place_on(&self, t: f64, nearest: impl Fn() -> Vector, rays: &Rays, points: &mut Points) -> Vector {
+        if self.is_flat_within(t, rays) {
+            return self.place_patch(nearest(), rays, points);
+        }
+        let setup = self.ray_setup(rays.middle);
+        let turn = if self.eye_is_outside() { 1.0 } else { -1.0 };
+        let out = turn * setup.radius;
+        for lane in 0..points.padded() {
+            let m = setup.moment(rays.dx[lane], rays.dy[lane]);
+            let (x, y, vv) = (rays.x[lane], rays.y[lane], rays.vv[lane]);
+            let d = setup.discriminant(rays.dx[lane], rays.dy[lane], vv);
+            let s = turn * if d > 0.0 { d.sqrt() } else { 0.0 };
+            let normal = [
+                turn * (m[1] - y * m[2] - s * x) / vv,
+                turn * (x * m[2] - m[0] - s * y) / vv,
+                turn * (y * m[0] - x * m[1] - s) / vv,
+            ];
+            for i in 0..3 {
+                points.normal[i][lane] = normal[i];
+                points.offset[i][lane] = out * normal[i];
+            }
+        }
+        if setup.near && self.eye_is_outside() {
+            self.place_near(&setup, t, rays, points);
+            points.blur += (t * NEAR_ROUNDING) as f32;
+            return scale(rays.middle, t);
+        }
+        self.center
+    }
+
+    /// Whether float32 would lose what differs within the tile on its way from the centre: where the tile sees so
+    /// little of the sphere that this is almost flat, or the eye is so close below it.
+    #[inline(always)]
+    fn is_flat_within(&self, t: f64, rays: &Rays) -> bool {
+        let patch = t * (rays.reach.0 + rays.reach.1);
+        let below = !self.eye_is_outside() && -self.power < FLAT * self.radius * self.radius;
+        patch < FLAT * self.radius || below
+    }
+
+    /// Place points relative to the one of a ray v_0, at the depth t_0 and with the outward normal n_0.
+    ///
+    /// With e = t_0 (v - v_0) / R and the depth t_0 + R tau, |n_0 + e + tau v| = 1 gives
+    ///
+    /// tau = -k / (h -+ sqrt(h^2 - k v.v)),  h = (n_0 + e).v,  k = (2 n_0 + e).e
+    #[inline(always)]
+    fn place_patch(&self, v_0: Vector, rays: &Rays, points: &mut Points) -> Vector {
+        let (depth, _) = self.depth(v_0);
+        let t_0 = if depth.is_finite() {
+            depth
+        } else {
+            // It grazes the sphere, and float64 just misses it.
+            dot(self.center, v_0) / dot(v_0, v_0)
+        };
+        let reference = scale(v_0, t_0);
+        let outward = sub(reference, self.center);
+        let n_0 = to_f32(scale(outward, 1.0 / length(outward)));
+        let (x_0, y_0) = ((v_0[0] - rays.middle[0]) as f32, (v_0[1] - rays.middle[1]) as f32);
+        let (per_radius, radius) = ((t_0 / self.radius) as f32, self.radius as f32);
+        let outside = self.eye_is_outside();
+        let turn = if outside { 1.0 } else { -1.0 };
+        for lane in 0..points.padded() {
+            let v = [rays.x[lane], rays.y[lane], 1.0];
+            let e = [per_radius * (rays.dx[lane] - x_0), per_radius * (rays.dy[lane] - y_0)];
+            let h = n_0[0] * v[0] + n_0[1] * v[1] + n_0[2] + (e[0] * v[0] + e[1] * v[1]);
+            let k = (2.0 * n_0[0] + e[0]) * e[0] + (2.0 * n_0[1] + e[1]) * e[1];
+            let d = h * h - k * rays.vv[lane];
+            let s = if d > 0.0 { d.sqrt() } else { 0.0 };
+            // From inside, the root that does not cancel; 0 where the ray only touches the sphere.
+            let bottom = h - turn * s;
+            let tau = if !outside && h < 0.0 {
+                (s - h) / rays.vv[lane]
+            } else if bottom != 0.0 {
+                -k / bottom
+            } else {
+                0.0
+            };
+            let offset = [e[0] + tau * v[0], e[1] + tau * v[1], tau];
+            for i in 0..3 {
+                points.normal[i][lane] = turn * (n_0[i] + offset[i]);
+                points.offset[i][lane] = radius * offset[i];
+            }
+        }
+        reference
+    }
+
+    #[inline(always)]
+    fn place_near(&self, setup: &RaySetup, t: f64, rays: &Rays, points: &mut Points) {
+        let t = t as f32;
+        for lane in 0..points.padded() {
+            let (dx, dy) = (rays.dx[lane], rays.dy[lane]);
+            let d = setup.discriminant(dx, dy, rays.vv[lane]);
+            let s = if d > 0.0 { d.sqrt() } else { 0.0 };
+            let tau = setup.power / (setup.along(dx, dy) + s) - t;
+            points.offset[0][lane] = t * dx + tau * rays.x[lane];
+            points.offset[1][lane] = t * dy + tau * rays.y[lane];
+            points.offset[2][lane] = tau;
+        }
+    }
+}
+
+impl Primitive for Sphere {
+    /// Offer the nearest root ahead of the eye.
+    #[inline(always)]
+    fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
+        let setup = self.ray_setup(rays.middle);
+        let outside = self.eye_is_outside();
+        let mut close = 0;
+        for batch in 0..LANES / BATCH {
+            if !setup.crosses_rows(rays, batch * BATCH) {
+                continue;
+            }
+            // Arrays of a known length: a loop whose index might be out of bounds is not wholly made of vectors.
+            let [dx, dy, vv] = [&rays.dx, &rays.dy, &rays.vv].map(|lanes| &lanes.as_chunks::<BATCH>().0[batch]);
+            let mut discriminant = [0.0_f32; BATCH];
+            let mut met = 0_u32;
+            for i in 0..BATCH {
+                let d = setup.discriminant(dx[i], dy[i], vv[i]);
+                discriminant[i] = d;
+                met |= u32::from(d >= 0.0);
+            }
+            if met == 0 {
+                continue;
+            }
+            let best = &mut hits.t.as_chunks_mut::<BATCH>().0[batch];
+            let faces = &mut hits.face.as_chunks_mut::<BATCH>().0[batch];
+            for i in 0..BATCH {
+                let b = setup.along(dx[i], dy[i]);
+                let s = discriminant[i].sqrt();
+                // A ray that misses has no root, NaN. Of a sphere behind the eye both are negative.
+                let t = if outside {
+                    setup.power / (b + s)
+                } else if b >= 0.0 {
+                    (b + s) * setup.radius / vv[i]
+                } else {
+                    setup.power / (b - s)
+                };
+                let behind = outside & (b <= 0.0);
+                close += offer((&mut best[i], &mut faces[i]), if behind { 0.0 } else { t }, face);
+            }
+        }
+        hits.close += close;
+    }
+
+    /// The nearest root ahead of the eye, in float64, infinite if there is none; and |n.v| there.
+    ///
+    /// D = R^2 - g.g, with g = c - (c.d) d from the centre's foot on the ray to the centre, |d| = 1; |n.d| = sqrt(D) / R
+    fn depth(&self, v: Vector) -> (f64, f64) {
+        let size = length(v);
+        let d = scale(v, 1.0 / size);
+        let b = dot(self.center, d);
+        let g = sub(self.center, scale(d, b));
+        let s = (self.radius * self.radius - dot(g, g)).sqrt();
+        let t = if self.eye_is_outside() {
+            self.power / (b + s)
+        } else if b >= 0.0 {
+            b + s
+        } else {
+            self.power / (b - s)
+        };
+        let depth = if t > 0.0 { t / size } else { f64::INFINITY };
+        (depth, s / self.radius * size)
+    }
+
+    #[inline(always)]
+    fn place(
+        &self,
+        _face: u32,
+        rays: &Rays,
+        (t, nearest): (f64, impl Fn() -> Vector),
+        points: &mut Points,
+    ) -> Option<PlaneEquation> {
+        points.reference = self.place_on(t, nearest, rays, points);
+        None
+    }
+
+    /// Darken the points from which the sphere hides the light.
+    ///
+    /// With w from the point to the light, q and c from the point and the light to the centre, and M = c x -w: the line
+    /// meets the sphere where M.M <= R^2 w.w, and does so between the two if q.w > 0 and c.w < 0; or if one of them is
+    /// inside. A point is outside if its power q.q - R^2 is above 0. With the offset p from the reference, q = q_r - p;
+    /// where the reference is close to the sphere nothing cancels in
+    ///
+    /// q.q - R^2 = (q_r.q_r - R^2) - p.(q_r + q)
+    ///
+    /// and where the sphere is almost flat, (q.w)^2 >= (q.q - R^2) w.w keeps apart what passes over its horizon.
+    ///
+    /// A light on the sphere is hidden from points outside only, by the far side.
+    #[inline(always)]
+    fn occlude(&self, contact: Option<&Contact>, shadow: &mut Shadow<'_>) {
+        let light = shadow.light;
+        let from_light = sub(self.center, light);
+        let side = contact.map_or_else(|| self.side(light), |contact| contact.side);
+        let per_radius = 1.0 / self.radius;
+        let to_reference = sub(shadow.points.reference, light);
+        let from_reference = sub(self.center, shadow.points.reference);
+        // c x (P_r - L) = q_r x (P_r - L): the shorter one does not cancel.
+        let arm = if dot(from_light, from_light) < dot(from_reference, from_reference) {
+            from_light
+        } else {
+            from_reference
+        };
+        let moment = to_f32(scale(cross(arm, to_reference), per_radius));
+        let c = to_f32(scale(from_light, per_radius));
+        let q_r = to_f32(scale(from_reference, per_radius));
+        let to_light = to_f32(sub(light, shadow.points.reference));
+        // The power of a point at a height h is about 2 h R.
+        let rounding = (2.0 * shadow.rounding_at_points(self.radius) * per_radius) as f32;
+        let close = dot(from_reference, from_reference) < 2.25 * self.radius * self.radius;
+        let flat = close && shadow.bounds.radius < FLAT * self.radius;
+        let (inside, on) = (side == Side::Inside, side == Side::On);
+        let per_radius = per_radius as f32;
+        let points = shadow.points;
+        let q_of = |p: [f32; 3]| -> [f32; 3] { std::array::from_fn(|i| q_r[i] - p[i] * per_radius) };
+        let crosses = |lane: usize, p: [f32; 3]| {
+            let m = [
+                moment[0] + (c[1] * p[2] - c[2] * p[1]),
+                moment[1] + (c[2] * p[0] - c[0] * p[2]),
+                moment[2] + (c[0] * p[1] - c[1] * p[0]),
+            ];
+            product(m, m) <= shadow.squared[lane]
+        };
+        let is_between = |crosses: bool, along: f32, w: [f32; 3]| crosses & (along > 0.0) & (product(c, w) < 0.0);
+        let beyond = length(sub(self.center, shadow.bounds.center)) - shadow.bounds.radius;
+        if side == Side::Outside && beyond > self.radius && !flat {
+            // All is outside.
+            for lane in 0..points.padded() {
+                let p = points.offset.each_ref().map(|axis| axis[lane]);
+                let w = points.toward(to_light, lane);
+                let hidden = is_between(crosses(lane, p), product(q_of(p), w), w);
+                shadow.darken(lane, hidden);
+            }
+            return;
+        }
+        let power_r = (power(from_reference, self.radius) / (self.radius * self.radius)) as f32;
+        // Of q.q close to 1 rounding takes less than 1e-6.
+        let rounding = if close { rounding } else { rounding + 1e-6 };
+        for lane in 0..points.padded() {
+            let p = points.offset.each_ref().map(|axis| axis[lane]);
+            let (q, w) = (q_of(p), points.toward(to_light, lane));
+            let sum = [q_r[0] + q[0], q_r[1] + q[1], q_r[2] + q[2]];
+            let power = if close {
+                power_r - per_radius * product(p, sum)
+            } else {
+                product(q, q) - 1.0
+            };
+            let slack = 2.0 * points.slack(lane) * per_radius + rounding;
+            let along = product(q, w);
+            let crosses = if flat {
+                along * along >= power * shadow.squared[lane]
+            } else {
+                crosses(lane, p)
+            };
+            let between = is_between(crosses, along, w);
+            let (above, below) = (power > slack, power < -slack);
+            let hidden = (inside & above) | (on & above & between) | (!inside & !on & (below | between));
+            shadow.darken(lane, hidden);
+        }
+    }
+
+    #[inline(always)]
+    fn is_lit_from(&self, contact: Option<&Contact>, light: Vector) -> bool {
+        let side = contact.map_or_else(|| self.side(light), |contact| contact.side);
+        side.sees_from(self.eye_is_outside())
+    }
+
+    #[inline(always)]
+    fn height(&self, _face: u32, _light: &Contact) -> f64 {
+        0.0
+    }
+
+    fn magnitude(&self) -> f64 {
+        l1_norm(self.center) + self.radius
+    }
+
+    fn bounds(&self) -> Option<BoundingSphere> {
+        Some(BoundingSphere {
+            center: self.center,
+            radius: self.radius,
+        })
+    }
+
+    fn outline(&self) -> Outline {
+        CircularCone::outline(self.center, self.radius)
+    }
+}
+
+/// Scalar product.
+#[inline(always)]
+fn product(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// (|c| - R) (|c| + R), c from a place to the centre: positive outside.
+#[inline(always)]
+fn power(c: Vector, radius: f64) -> f64 {
+    let distance = length(c);
+    (distance - radius) * (distance + radius)
+}
+
+impl RaySetup {
+    /// D of the ray at a distance from the middle one.
+    ///
+    /// Close to a sphere k is small, and D = b^2 - k v.v loses nothing where the ray grazes it.
+    #[inline(always)]
+    fn discriminant(&self, dx: f32, dy: f32, vv: f32) -> f32 {
+        if self.near {
+            let b = self.along(dx, dy);
+            b * b - self.power / self.radius * vv
+        } else {
+            let m = self.moment(dx, dy);
+            vv - (m[0] * m[0] + m[1] * m[1] + m[2] * m[2])
+        }
+    }
+
+    /// Whether a batch of whole rows may meet the sphere: m_x, the same along a row, has to be below |v|.
+    #[inline(always)]
+    fn crosses_rows(&self, rays: &Rays, first: usize) -> bool {
+        let last = first + BATCH - 1;
+        let top = self.moment(0.0, rays.dy[first])[0];
+        let bottom = self.moment(0.0, rays.dy[last])[0];
+        let corners = [
+            rays.vv[first],
+            rays.vv[first + SIDE as usize - 1],
+            rays.vv[last],
+            rays.vv[last + 1 - SIDE as usize],
+        ];
+        let longest = corners.into_iter().fold(0.0, f32::max) * 1.001;
+        let beyond = |m: f32| m * m > longest;
+        !((top > 0.0) == (bottom > 0.0) && beyond(top) && beyond(bottom))
+    }
+
+    /// m of the ray at a distance from the middle one.
+    #[inline(always)]
+    fn moment(&self, dx: f32, dy: f32) -> [f32; 3] {
+        let [x, y, z] = self.center;
+        [
+            self.moment[0] - z * dy,
+            self.moment[1] + z * dx,
+            self.moment[2] + (x * dy - y * dx),
+        ]
+    }
+
+    /// b of the ray at a distance from the middle one.
+    #[inline(always)]
+    fn along(&self, dx: f32, dy: f32) -> f32 {
+        self.along + (self.center[0] * dx + self.center[1] * dy)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,160 @@
+//! The rays of a tile: 16 x 16 pixels of the image plane, at a fixed place of the whole picture.
+//!
+//! Everything seen in a tile is computed relative to the ray through its middle, whose constants are found in
+//! float64. So float32 carries only what differs within the tile, and a small object far away is as round as a large
+//! one nearby. Tiles belong to the picture and not to the order of work: no pixel depends on how the picture is
+//! divided among threads, or on a crop.
+
+use crate::tile::{LANES, Lanes, SIDE, STEP, View};
+use crate::vector::{Vector, to_f32};
+
+/// Rays v = (x, y, 1) of a tile: those through one place in each pixel, or some of them.
+#[derive(Clone, Debug)]
+pub(crate) struct Rays {
+    /// How many.
+    pub(crate) count: usize,
+    /// The ray through the middle of the tile, or of its part that is inside the picture.
+    pub(crate) middle: Vector,
+    /// Half the width and the height of that part on the image plane.
+    pub(crate) reach: (f64, f64),
+    /// x minus that of the middle.
+    pub(crate) dx: Lanes,
+    /// y minus that of the middle.
+    pub(crate) dy: Lanes,
+    pub(crate) x: Lanes,
+    pub(crate) y: Lanes,
+    /// v . v
+    pub(crate) vv: Lanes,
+    /// What dx and dy were made for.
+    pattern: Pattern,
+}
+
+/// Where the rays of a tile go, wherever it is in the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Pattern {
+    /// Columns and rows that are inside the picture.
+    inside: (u32, u32),
+    /// Half the width and half the height of a pixel on the image plane.
+    half_pixel: (f64, f64),
+    /// The place in each pixel.
+    within: (f64, f64),
+}
+
+impl Pattern {
+    /// How far a lane's ray is from the middle one, on the image plane.
+    #[inline(always)]
+    fn offset(self, lane: usize) -> (f64, f64) {
+        let (i, j) = (lane as u32 % SIDE, lane as u32 / SIDE);
+        let right = 2.0 * (f64::from(i) + self.within.0) - f64::from(self.inside.0);
+        let down = 2.0 * (f64::from(j) + self.within.1) - f64::from(self.inside.1);
+        (right * self.half_pixel.0, -down * self.half_pixel.1)
+    }
+}
+
+impl Rays {
+    /// Room for rays.
+    pub(crate) fn new() -> Rays {
+        Rays {
+            count: 0,
+            middle: [0.0, 0.0, 1.0],
+            reach: (0.0, 0.0),
+            dx: [0.0; LANES],
+            dy: [0.0; LANES],
+            x: [0.0; LANES],
+            y: [0.0; LANES],
+            vv: [0.0; LANES],
+            pattern: Pattern {
+                inside: (0, 0),
+                half_pixel: (0.0, 0.0),
+                within: (0.0, 0.0),
+            },
+        }
+    }
+
+    /// Become the rays through a place `within` each pixel of the tile whose first column and row are `corner`.
+    ///
+    /// With half a pixel's width and height, tan(fov / 2) / height (document, section 2.1, as corrected):
+    ///
+    /// x = (2 pixel_x - width) half_width,  y = (height - 2 pixel_y) half_height
+    #[inline(always)]
+    pub(crate) fn generate(&mut self, view: View, corner: (u32, u32), within: (f64, f64)) {
+        let inside = (SIDE.min(view.width - corner.0), SIDE.min(view.height - corner.1));
+        let (half_width, half_height) = view.half_pixel;
+        self.count = LANES;
+        // 2 (corner + inside / 2) is a whole number.
+        self.middle = [
+            (f64::from(2 * corner.0 + inside.0) - f64::from(view.width)) * half_width,
+            (f64::from(view.height) - f64::from(2 * corner.1 + inside.1)) * half_height,
+            1.0,
+        ];
+        self.reach = (f64::from(inside.0) * half_width, f64::from(inside.1) * half_height);
+        let pattern = Pattern {
+            inside,
+            half_pixel: view.half_pixel,
+            within,
+        };
+        if self.pattern != pattern {
+            self.pattern = pattern;
+            self.spread();
+        }
+        self.complete();
+    }
+
+    /// Find dx and dy.
+    fn spread(&mut self) {
+        // A copy, which no write to dx can change.
+        let pattern = self.pattern;
+        for lane in 0..LANES {
+            let (dx, dy) = pattern.offset(lane);
+            self.dx[lane] = dx as f32;
+            self.dy[lane] = dy as f32;
+        }
+    }
+
+    /// The ray of a lane of a whole tile, in float64.
+    pub(crate) fn exact(&self, lane: usize) -> Vector {
+        let (dx, dy) = self.pattern.offset(lane);
+        [self.middle[0] + dx, self.middle[1] + dy, 1.0]
+    }
+
+    /// The width of a pixel on the image plane.
+    pub(crate) fn pixel(&self) -> f64 {
+        2.0 * self.pattern.half_pixel.0
+    }
+
+    /// Whether the pixel of a lane is inside the picture.
+    pub(crate) fn is_inside(&self, lane: usize) -> bool {
+        let (columns, rows) = self.pattern.inside;
+        (lane as u32 % SIDE) < columns && lane as u32 / SIDE < rows
+    }
+
+    /// Become some of the rays of a tile; the last step is filled up with the first of them.
+    #[inline(always)]
+    pub(crate) fn pick(&mut self, tile: &Rays, lanes: &[u8]) {
+        self.count = lanes.len().min(LANES);
+        (self.middle, self.reach) = (tile.middle, tile.reach);
+        for i in 0..self.padded() {
+            let lane = usize::from(lanes[if i < self.count { i } else { 0 }]);
+            self.dx[i] = tile.dx[lane];
+            self.dy[i] = tile.dy[lane];
+        }
+        self.complete();
+    }
+
+    /// Find the rest from middle, dx and dy.
+    #[inline(always)]
+    fn complete(&mut self) {
+        let [x, y, _] = to_f32(self.middle);
+        for i in 0..self.padded() {
+            self.x[i] = x + self.dx[i];
+            self.y[i] = y + self.dy[i];
+            self.vv[i] = 1.0 + self.x[i] * self.x[i] + self.y[i] * self.y[i];
+        }
+    }
+
+    /// The count rounded up to whole steps.
+    #[inline(always)]
+    pub(crate) fn padded(&self) -> usize {
+        self.count.next_multiple_of(STEP).min(LANES)
+    }
+}

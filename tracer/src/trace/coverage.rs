@@ -1,0 +1,165 @@
+//! How many pixels each object would cover if it were alone.
+//!
+//! The search divides the picture into ever smaller squares of tiles and tests only the tiles on an object's outline
+//! ray by ray: the work grows with the outline and not with the area.
+
+use crate::budget::{WorkMeter, steps_of};
+use crate::monitor::Monitor;
+use crate::shapes::Shape;
+use crate::shapes::outline::{Overlap, Rectangle};
+use crate::shapes::primitive::Primitive;
+use crate::simd::Kernel;
+use crate::tile::hits::{HitBuffer, NO_FACE};
+use crate::tile::rays::Rays;
+use crate::tile::{LANES, SIDE, Tile, View};
+use crate::world::Window;
+
+/// The steps of one tile's test: to generate the rays, to test them, and to count.
+const TILE_STEPS: u64 = 2 * steps_of(LANES);
+
+/// The place in a pixel where it is decided what it shows.
+const CENTRE: (f64, f64) = (0.5, 0.5);
+
+/// Counts the pixels that some shapes cover.
+pub(crate) struct Coverage<'a> {
+    pub(crate) shapes: &'a [Shape],
+    pub(crate) view: View,
+    pub(crate) window: Window,
+    pub(crate) monitor: &'a Monitor,
+    /// Of each shape.
+    pub(crate) covered: &'a mut [u64],
+}
+
+impl Kernel for Coverage<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let mut search = Search {
+            view: self.view,
+            window: self.window,
+            rays: Rays::new(),
+            hits: HitBuffer::new(),
+            waiting: Vec::new(),
+        };
+        for (shape, covered) in self.shapes.iter().zip(self.covered) {
+            if self.monitor.stopped() {
+                return;
+            }
+            let mut meter = self.monitor.budget().meter();
+            *covered = search.count(shape, &mut meter, || self.monitor.cancelled());
+            self.monitor.budget().spend(meter);
+        }
+    }
+}
+
+/// A search through the tiles of a window.
+struct Search {
+    view: View,
+    window: Window,
+    rays: Rays,
+    hits: HitBuffer,
+    /// The squares that are yet to be looked at.
+    waiting: Vec<Square>,
+}
+
+/// A square of tiles, a power of two of them in each row.
+#[derive(Clone, Copy)]
+struct Square {
+    /// Its first column and row, pixels.
+    corner: (u32, u32),
+    /// Its width and height, pixels.
+    side: u32,
+}
+
+impl Search {
+    /// Count the pixels of a shape.
+    #[inline(always)]
+    fn count(&mut self, shape: &Shape, meter: &mut WorkMeter, cancelled: impl Fn() -> bool) -> u64 {
+        let outline = shape.outline();
+        let mut covered = 0;
+        self.waiting.clear();
+        self.waiting.push(self.all());
+        while let Some(square) = self.waiting.pop() {
+            if !meter.take(1) || cancelled() {
+                return 0;
+            }
+            let Some(part) = self.wanted(square) else { continue };
+            match outline.in_rectangle(&self.rectangle(part)) {
+                Overlap::None => {}
+                Overlap::Full => covered += u64::from(part.width) * u64::from(part.height),
+                Overlap::Partial if square.side == SIDE => {
+                    if !meter.take(TILE_STEPS) {
+                        return 0;
+                    }
+                    covered += self.count_tile(shape, square.corner);
+                }
+                Overlap::Partial => {
+                    let (x, y) = square.corner;
+                    let side = square.side / 2;
+                    for corner in [(x, y), (x + side, y), (x, y + side), (x + side, y + side)] {
+                        self.waiting.push(Square { corner, side });
+                    }
+                }
+            }
+        }
+        covered
+    }
+
+    /// A square around the window.
+    fn all(&self) -> Square {
+        let Window { x, y, width, height } = self.window;
+        let corner = (x - x % SIDE, y - y % SIDE);
+        let longest = (x + width - corner.0).max(y + height - corner.1);
+        let side = SIDE * longest.div_ceil(SIDE).next_power_of_two();
+        Square { corner, side }
+    }
+
+    /// The part of a square that is in the window.
+    fn wanted(&self, square: Square) -> Option<Window> {
+        let Window { x, y, width, height } = self.window;
+        let (left, top) = (square.corner.0.max(x), square.corner.1.max(y));
+        let right = (square.corner.0 + square.side).min(x + width);
+        let bottom = (square.corner.1 + square.side).min(y + height);
+        (left < right && top < bottom).then(|| Window {
+            x: left,
+            y: top,
+            width: right - left,
+            height: bottom - top,
+        })
+    }
+
+    /// What some pixels are on the image plane (document, section 2.1).
+    fn rectangle(&self, part: Window) -> Rectangle {
+        let (half_width, half_height) = self.view.half_pixel;
+        let (width, height) = (f64::from(self.view.width), f64::from(self.view.height));
+        let x = |column: u32| (2.0 * f64::from(column) - width) * half_width;
+        let y = |row: u32| (height - 2.0 * f64::from(row)) * half_height;
+        Rectangle {
+            low: [x(part.x), y(part.y + part.height)],
+            high: [x(part.x + part.width), y(part.y)],
+            half_pixel: [half_width, half_height],
+        }
+    }
+
+    /// Test the rays of a tile.
+    #[inline(always)]
+    fn count_tile(&mut self, shape: &Shape, corner: (u32, u32)) -> u64 {
+        let tile = Tile {
+            view: self.view,
+            corner,
+            window: self.window,
+        };
+        self.rays.generate(self.view, corner, CENTRE);
+        self.hits.clear(&self.rays);
+        shape.intersect(0, &self.rays, &mut self.hits);
+        let mut met = 0;
+        for span in tile.spans() {
+            for face in &self.hits.face[span.lane..span.lane + span.count] {
+                met += u64::from(*face != NO_FACE);
+            }
+        }
+        met
+    }
+}
+
+#[cfg(test)]
+mod tests;

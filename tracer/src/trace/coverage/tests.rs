@@ -1,0 +1,211 @@
+use super::*;
+use crate::budget::WorkBudget;
+use crate::oracle::any_world;
+use crate::render::Tracer;
+use crate::scene::Scene;
+use crate::simd::Level;
+use crate::vector::Vector;
+use crate::world::{Camera, Object, Settings, ShapeDesc, World};
+use proptest::prelude::*;
+use std::sync::Arc;
+
+fn whole(world: &World) -> Window {
+    Window {
+        x: 0,
+        y: 0,
+        width: world.camera.width,
+        height: world.camera.height,
+    }
+}
+
+fn search(world: &World, window: Window) -> Search {
+    Search {
+        view: View::new(&world.camera),
+        window,
+        rays: Rays::new(),
+        hits: HitBuffer::new(),
+        waiting: Vec::new(),
+    }
+}
+
+/// The pixels of each object, by testing all rays, and by the search; and the steps of that.
+fn both_ways(world: &World, window: Window) -> (Vec<u64>, Vec<u64>, u64) {
+    let mut search = search(world, window);
+    let scene = Scene::new(world).unwrap();
+    let tiles: Vec<Tile> = Tile::all(search.view, window).collect();
+    let budget = WorkBudget::unlimited();
+    let mut meter = budget.meter();
+    let (mut all, mut found) = (Vec::new(), Vec::new());
+    for shape in &scene.shapes {
+        all.push(tiles.iter().map(|tile| search.count_tile(shape, tile.corner)).sum());
+        found.push(search.count(shape, &mut meter, || false));
+    }
+    budget.spend(meter);
+    (all, found, budget.spent())
+}
+
+/// What a camera at the origin with a picture of 1000 x 800 pixels sees along -z.
+fn world_of(shapes: &[(Vector, ShapeDesc)]) -> World {
+    World {
+        camera: Camera {
+            width: 1000,
+            height: 800,
+            fov: 60.0,
+            position: [0.0; 3],
+            right: [1.0, 0.0, 0.0],
+            up: [0.0, 1.0, 0.0],
+            forward: [0.0, 0.0, -1.0],
+        },
+        objects: shapes
+            .iter()
+            .map(|&(position, shape)| Object {
+                position,
+                color: [0.5; 3],
+                shape,
+            })
+            .collect(),
+        lights: Vec::new(),
+        settings: Settings {
+            samples: 1,
+            background: [0.0; 3],
+            lit: true,
+            eye_falloff: false,
+        },
+    }
+}
+
+fn boxed(x: f64, y: f64, z: f64, rotation: f64) -> ShapeDesc {
+    ShapeDesc::Box {
+        size: [x, y, z],
+        rotation,
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    #[test]
+    fn the_search_finds_what_all_rays_tell(world in any_world(), width in 1..400_u32, height in 1..400_u32) {
+        let world = World { camera: Camera { width, height, ..world.camera.clone() }, ..world };
+        let (all, found, _) = both_ways(&world, whole(&world));
+        prop_assert_eq!(all, found);
+    }
+
+    #[test]
+    fn the_search_finds_what_all_rays_of_a_crop_tell(
+        world in any_world(), x in 0..200_u32, y in 0..200_u32, width in 1..150_u32, height in 1..150_u32
+    ) {
+        let world = World { camera: Camera { width: 350, height: 350, ..world.camera.clone() }, ..world };
+        let (all, found, _) = both_ways(&world, Window { x, y, width, height });
+        prop_assert_eq!(all, found);
+    }
+}
+
+#[test]
+fn the_search_finds_all_of_long_flat_and_large_shapes() {
+    let world = world_of(&[
+        ([0.0, 0.0, -10.0], boxed(30.0, 0.01, 0.01, 30.0)),
+        ([1.0, 0.5, -10.0], boxed(8.0, 5.0, 0.001, 70.0)),
+        ([0.0, -1.0, -5.0], boxed(100.0, 0.1, 100.0, 45.0)), // the camera is above it
+        ([2.0, 3.0, 1.0], boxed(3.0, 3.0, 30.0, 10.0)),      // partly behind the camera
+        ([0.0, 0.0, 0.0], boxed(2.0, 2.0, 2.0, 20.0)),       // around the camera
+        ([0.0, 0.0, -1.0], boxed(2.0, 2.0, 2.0, 0.0)),       // with the camera on a face
+        ([0.0, 0.0, 0.0], ShapeDesc::Sphere { radius: 3.0 }),
+        ([0.0, 0.0, -3.0], ShapeDesc::Sphere { radius: 3.0 }), // with the camera on it
+        ([0.0, 2.0, -3.0], ShapeDesc::Sphere { radius: 2.9 }),
+        ([0.0, 0.0, 9.0], ShapeDesc::Sphere { radius: 3.0 }),
+        (
+            [0.0, -1.0, 0.0],
+            ShapeDesc::Plane {
+                normal: [0.1, 1.0, 0.0],
+            },
+        ),
+        (
+            [0.0, 0.0, 0.0],
+            ShapeDesc::Plane {
+                normal: [0.1, 1.0, 0.0],
+            },
+        ), // through the camera
+        (
+            [0.0, 0.0, 5.0],
+            ShapeDesc::Plane {
+                normal: [0.0, 0.0, 1.0],
+            },
+        ),
+        (
+            [0.0, 0.0, -5.0],
+            ShapeDesc::Plane {
+                normal: [0.0, 0.0, 1.0],
+            },
+        ),
+    ]);
+    let (all, found, _) = both_ways(&world, whole(&world));
+    assert_eq!(all, found);
+    assert_eq!([found[4], found[6], found[13]], [800_000; 3]);
+}
+
+#[test]
+fn what_fills_the_picture_takes_a_step_and_what_is_outside_few() {
+    let around = world_of(&[([0.0; 3], ShapeDesc::Sphere { radius: 3.0 })]);
+    assert_eq!(both_ways(&around, whole(&around)).2, 1);
+    let behind = world_of(&[([0.0, 0.0, 9.0], boxed(1.0, 1.0, 1.0, 30.0))]);
+    assert!(both_ways(&behind, whole(&behind)).2 < 10);
+}
+
+#[test]
+fn the_work_grows_with_the_outline_and_not_with_the_area() {
+    let ball = |radius| world_of(&[([0.0, 0.0, -100.0], ShapeDesc::Sphere { radius })]);
+    let steps = |radius| {
+        let world = ball(radius);
+        both_ways(&world, whole(&world)).2 as f64
+    };
+    assert!(steps(40.0) / steps(10.0) < 6.0, "{} {}", steps(40.0), steps(10.0));
+}
+
+fn crowd() -> World {
+    let balls: Vec<(Vector, ShapeDesc)> = (0..200)
+        .map(|i| {
+            let angle = f64::from(i);
+            let tile = [2.0 * angle.sin(), 2.0 * (1.7 * angle).cos(), -20.0 - angle.cos()];
+            (tile, ShapeDesc::Sphere { radius: 4.0 })
+        })
+        .collect();
+    world_of(&balls)
+}
+
+/// What a budget of some steps gives, and the steps that were spent.
+fn covered(
+    world: &World,
+    level: Level,
+    threads: usize,
+    steps: u64,
+) -> (Result<Vec<u64>, crate::monitor::Stopped>, u64) {
+    let budget = Arc::new(WorkBudget::new(steps));
+    let monitor = Monitor::within(Arc::clone(&budget));
+    let tracer = Tracer::new(world.clone(), level).unwrap();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let result = pool.install(|| tracer.coverage(whole(world), &monitor));
+    (result, budget.spent())
+}
+
+#[test]
+fn whether_coverage_exceeds_a_budget_depends_on_nothing_but_the_world() {
+    let world = crowd();
+    let (expected, steps) = covered(&world, Level::best(), 1, u64::MAX);
+    let expected = expected.unwrap();
+    for level in Level::available() {
+        for threads in [1, 2, 5] {
+            assert_eq!(covered(&world, level, threads, steps), (Ok(expected.clone()), steps));
+            let (result, spent) = covered(&world, level, threads, steps - 1);
+            assert_eq!(result, Err(crate::monitor::Stopped::BudgetExceeded));
+            assert!(spent >= steps);
+        }
+    }
+}
+
+#[test]
+fn coverage_ends_soon_after_its_budget() {
+    let (result, spent) = covered(&crowd(), Level::best(), 2, 1000);
+    assert_eq!(result, Err(crate::monitor::Stopped::BudgetExceeded));
+    assert!(spent < 10_000, "{spent}");
+}

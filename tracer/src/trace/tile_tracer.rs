@@ -1,0 +1,350 @@
+//! One tile of the picture: what is seen in it, and the light that comes from there.
+
+use crate::accel::Stack;
+use crate::accel::cone::Cone;
+use crate::budget::{WorkMeter, steps_of};
+use crate::sampling::sample_offsets;
+use crate::scene::Scene;
+use crate::shading::lighting::Lighting;
+use crate::shapes::plane_equation::PlaneEquation;
+use crate::shapes::points::Points;
+use crate::shapes::primitive::Primitive;
+use crate::tile::hits::{FACE_BITS, HitBuffer, NO_FACE};
+use crate::tile::rays::Rays;
+use crate::tile::{LANES, Lanes, Tile};
+use crate::trace::depth_resolver::DepthResolver;
+use crate::trace::groups::{Group, Groups};
+use crate::vector::to_f32;
+use crate::world::Settings;
+
+/// The result of one tile, and the room to work in.
+#[derive(Debug)]
+pub(crate) struct TileTracer {
+    /// Linear radiance of red, green and blue, row by row, of the last sample.
+    radiance: [Lanes; 3],
+    /// The sum of each pixel's samples if there are several: in float64, where it loses nothing that the mean shows
+    /// and does not overflow.
+    total: Option<Box<[[f64; LANES]; 3]>>,
+    /// Where in each pixel they go.
+    offsets: Vec<(f64, f64)>,
+    /// Whether the last rays go through the pixel centres, so that `nearest`, `rays` and `surface` are ground truth.
+    with_passes: bool,
+    /// What is met at the pixel centres, with ground truth.
+    pub(crate) hits: HitBuffer,
+    /// The rays through the pixel centres.
+    pub(crate) rays: Rays,
+    /// Where the rays through the pixel centres end and with which normal, in the camera's space; only if wanted.
+    pub(crate) surface: Option<Box<Surface>>,
+    /// How many rays were traced for the wanted pixels, primary and shadow rays.
+    pub(crate) traced: u64,
+    groups: Groups,
+    /// To tell faces apart that are close to each other.
+    resolver: DepthResolver,
+    /// Of a group that is not the whole tile: its rays, and their radiance.
+    group_rays: Rays,
+    group_radiance: [Lanes; 3],
+    lighting: Lighting,
+    stack: Stack,
+}
+
+/// What is wanted of a tile beside radiance, at the pixel centres.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum PassRequest {
+    Radiance,
+    /// What is met, and how far away.
+    Hits,
+    /// Points and normals too, which take time to find.
+    Surface,
+}
+
+/// The place in a pixel where ground truth is taken.
+const CENTRE: (f64, f64) = (0.5, 0.5);
+
+/// Ground truth at the pixel centres of a tile.
+#[derive(Debug)]
+pub(crate) struct Surface {
+    /// Points, relative to the eye.
+    pub(crate) position: [[f64; LANES]; 3],
+    /// Unit normals that face the eye.
+    pub(crate) normal: [Lanes; 3],
+}
+
+const ZERO: Lanes = [0.0; LANES];
+
+impl TileTracer {
+    pub(crate) fn new(request: PassRequest) -> TileTracer {
+        let with_surface = request == PassRequest::Surface;
+        TileTracer {
+            radiance: [ZERO; 3],
+            total: None,
+            offsets: Vec::new(),
+            with_passes: request != PassRequest::Radiance,
+            hits: HitBuffer::new(),
+            rays: Rays::new(),
+            surface: with_surface.then(|| {
+                Box::new(Surface {
+                    position: [[0.0; LANES]; 3],
+                    normal: [ZERO; 3],
+                })
+            }),
+            traced: 0,
+            groups: Groups::new(),
+            resolver: DepthResolver::new(),
+            group_rays: Rays::new(),
+            group_radiance: [ZERO; 3],
+            lighting: Lighting::new(),
+            stack: Stack::default(),
+        }
+    }
+
+    /// Trace all samples of the tile, unless `cancelled` says that nobody waits any more, or the meter runs out.
+    #[inline(always)]
+    pub(crate) fn trace(
+        &mut self,
+        scene: &Scene,
+        settings: &Settings,
+        tile: Tile,
+        meter: &mut WorkMeter,
+        cancelled: impl Fn() -> bool,
+    ) {
+        self.stack.meter = *meter;
+        self.trace_samples(scene, settings, tile, cancelled);
+        *meter = self.stack.meter;
+    }
+
+    #[inline(always)]
+    fn trace_samples(&mut self, scene: &Scene, settings: &Settings, tile: Tile, cancelled: impl Fn() -> bool) {
+        self.traced = 0;
+        if self.offsets.len() != settings.samples as usize {
+            self.offsets = sample_offsets(settings.samples);
+            self.total = (settings.samples > 1).then(|| Box::new([[0.0; LANES]; 3]));
+        }
+        if let Some(total) = &mut self.total {
+            **total = [[0.0; LANES]; 3];
+        }
+        for sample in 0..self.offsets.len() {
+            if cancelled() {
+                return;
+            }
+            self.radiance = [ZERO; 3];
+            self.find_hits(scene, tile, self.offsets[sample]);
+            for group in 0..self.groups.list.len() {
+                self.shade(scene, settings, group);
+                if self.stack.meter.ran_out() {
+                    return;
+                }
+            }
+            if let Some(total) = &mut self.total {
+                add(total, &self.radiance);
+            }
+        }
+        // A single sample goes through the centre: what it met is the ground truth.
+        if self.with_passes && self.offsets.len() > 1 {
+            self.find_hits(scene, tile, CENTRE);
+            for group in 0..self.groups.list.len() {
+                self.record_surface(scene, group);
+            }
+        }
+    }
+
+    /// Find what the rays through a place `within` each pixel meet first, and group them by it.
+    #[inline(always)]
+    fn find_hits(&mut self, scene: &Scene, tile: Tile, within: (f64, f64)) {
+        self.rays.generate(tile.view, tile.corner, within);
+        self.stack.steps_per_object = steps_of(LANES);
+        // Planes are in no tree: all of them are tested.
+        if !self
+            .stack
+            .meter
+            .take((1 + scene.unbounded.len() as u64) * steps_of(LANES))
+        {
+            self.groups.list.clear();
+            return;
+        }
+        nearest_hits(scene, &self.rays, &mut self.hits, &mut self.stack);
+        if self.hits.close > 0 {
+            self.resolver
+                .resolve(scene, &self.rays, &mut self.hits, &mut self.stack);
+        }
+        self.groups.collect(&self.hits, tile);
+    }
+
+    /// Write the mean radiance of each pixel's samples as RGB triples, from the pixel of `lane` on.
+    #[inline(always)]
+    pub(crate) fn mean_radiance(&self, lane: usize, rgb: &mut [f32]) {
+        let count = rgb.len() / 3;
+        assert!(lane + count <= LANES);
+        for i in 0..count {
+            for channel in 0..3 {
+                rgb[3 * i + channel] = match &self.total {
+                    None => shown(self.radiance[channel][lane + i]),
+                    Some(total) => (total[channel][lane + i] / self.offsets.len() as f64) as f32,
+                };
+            }
+        }
+    }
+
+    /// Keep where a group of rays through the pixel centres ends, if that is wanted.
+    #[inline(always)]
+    fn record_surface(&mut self, scene: &Scene, group: usize) {
+        let Group { face, t, .. } = self.groups.list[group];
+        let lanes = self.groups.lanes(group);
+        let Some(surface) = self.surface.as_mut().filter(|_| face != NO_FACE && !lanes.is_empty()) else {
+            return;
+        };
+        self.group_rays.pick(&self.rays, lanes);
+        let shape = &scene.shapes[(face >> FACE_BITS) as usize];
+        let depth = (f64::from(t), || self.rays.exact(self.hits.lane(face, t)));
+        let flat = shape.place(face, &self.group_rays, depth, &mut self.lighting.points);
+        surface.take(lanes, &self.lighting.points, flat.as_ref());
+    }
+
+    /// Add the radiance of one group of rays, all of which met the same face.
+    #[inline(always)]
+    fn shade(&mut self, scene: &Scene, settings: &Settings, group: usize) {
+        let Group { face, t, .. } = self.groups.list[group];
+        let lanes = self.groups.lanes(group);
+        self.traced += lanes.len() as u64;
+        if face == NO_FACE {
+            fill(&mut self.radiance, lanes, to_f32(settings.background));
+            return;
+        }
+        let object = face >> FACE_BITS;
+        let material = &scene.materials[object as usize];
+        if let Some(radiance) = material.emitted {
+            fill(&mut self.radiance, lanes, radiance);
+        }
+        let lit = settings.lit && material.emitted.is_none();
+        let surface = self.surface.as_mut().filter(|_| self.offsets.len() == 1);
+        if lanes.is_empty() || !(lit || surface.is_some()) {
+            return;
+        }
+        // For each light the points are looked at, and all planes; the walks through the tree count themselves.
+        let steps = steps_of(lanes.len());
+        let per_light = steps * (1 + scene.unbounded.len() as u64);
+        if lit
+            && !self
+                .stack
+                .meter
+                .take(per_light.saturating_mul(scene.lights.len() as u64))
+        {
+            return;
+        }
+        self.stack.steps_per_object = steps;
+        let whole = lanes.len() == LANES;
+        if !whole {
+            self.group_rays.pick(&self.rays, lanes);
+        }
+        let rays = if whole { &self.rays } else { &self.group_rays };
+        let shape = &scene.shapes[object as usize];
+        let depth = (f64::from(t), || self.rays.exact(self.hits.lane(face, t)));
+        let flat = shape.place(face, rays, depth, &mut self.lighting.points);
+        if let Some(surface) = surface {
+            surface.take(lanes, &self.lighting.points, flat.as_ref());
+        }
+        if !lit {
+            return;
+        }
+        // The lighting walks the tree with the same stack, which holds the meter. It is lent as a part of the lighting:
+        // with a reference of its own to write to, the compiler makes no vectors of the loops, at five times the time.
+        std::mem::swap(&mut self.stack, &mut self.lighting.stack);
+        if whole {
+            self.traced += self
+                .lighting
+                .add(scene, settings, face, flat.as_ref(), &mut self.radiance);
+        } else {
+            gather(&self.radiance, lanes, &mut self.group_radiance);
+            self.traced += self
+                .lighting
+                .add(scene, settings, face, flat.as_ref(), &mut self.group_radiance);
+            for (to, from) in self.radiance.iter_mut().zip(&self.group_radiance) {
+                scatter(to, lanes, |i| from[i]);
+            }
+        }
+        std::mem::swap(&mut self.stack, &mut self.lighting.stack);
+    }
+}
+
+impl Surface {
+    /// Keep the points of a group, which lie on a plane if they are on something flat.
+    #[inline(always)]
+    fn take(&mut self, lanes: &[u8], points: &Points, flat: Option<&PlaneEquation>) {
+        for axis in 0..3 {
+            let (reference, offset) = (points.reference[axis], &points.offset[axis]);
+            scatter(&mut self.position[axis], lanes, |i| reference + f64::from(offset[i]));
+            match flat {
+                Some(plane) => scatter(&mut self.normal[axis], lanes, |_| plane.normal[axis] as f32),
+                None => scatter(&mut self.normal[axis], lanes, |i| points.normal[axis][i]),
+            }
+        }
+    }
+}
+
+/// Write what belongs to the lanes of a group.
+#[inline(always)]
+fn scatter<T>(to: &mut [T; LANES], lanes: &[u8], value: impl Fn(usize) -> T) {
+    if lanes.len() == LANES {
+        // All lanes in turn: a loop for vectors.
+        for (i, to) in to.iter_mut().enumerate() {
+            *to = value(i);
+        }
+    } else {
+        for (i, &lane) in lanes.iter().enumerate() {
+            to[usize::from(lane)] = value(i);
+        }
+    }
+}
+
+/// What the rays of a tile meet first.
+#[inline(always)]
+fn nearest_hits(scene: &Scene, rays: &Rays, hits: &mut HitBuffer, stack: &mut Stack) {
+    hits.clear(rays);
+    let cone = Cone::of_tile(rays);
+    let mut traversal = scene.bvh.traverse(&cone, stack);
+    let mut limit = f32::INFINITY;
+    while let Some(object) = traversal.next(limit) {
+        scene.shapes[object as usize].intersect(object << FACE_BITS, rays, hits);
+        limit = cone.along_axis(rays, hits.farthest());
+    }
+    for &object in &scene.unbounded {
+        scene.shapes[object as usize].intersect(object << FACE_BITS, rays, hits);
+    }
+}
+
+/// What a picture can show of radiance: NaN, of 0 * inf, counts as 0, and infinity as the most that there is.
+#[inline(always)]
+fn shown(radiance: f32) -> f32 {
+    let radiance = if radiance > 0.0 { radiance } else { 0.0 };
+    if radiance < f32::MAX { radiance } else { f32::MAX }
+}
+
+/// Add the radiance of a sample.
+#[inline(always)]
+fn add(total: &mut [[f64; LANES]; 3], radiance: &[Lanes; 3]) {
+    for (total, radiance) in total.iter_mut().zip(radiance) {
+        for (total, &radiance) in total.iter_mut().zip(radiance) {
+            *total += f64::from(shown(radiance));
+        }
+    }
+}
+
+/// Add the same radiance to some lanes.
+#[inline(always)]
+fn fill(radiance: &mut [Lanes; 3], lanes: &[u8], value: [f32; 3]) {
+    for (channel, value) in radiance.iter_mut().zip(value) {
+        if lanes.len() == LANES {
+            channel.iter_mut().for_each(|lane| *lane += value);
+        } else {
+            lanes.iter().for_each(|&lane| channel[usize::from(lane)] += value);
+        }
+    }
+}
+
+#[inline(always)]
+fn gather(from: &[Lanes; 3], lanes: &[u8], to: &mut [Lanes; 3]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        for (to, &lane) in to.iter_mut().zip(lanes) {
+            *to = from[usize::from(lane)];
+        }
+    }
+}
