@@ -4,7 +4,7 @@ use crate::contact::{Contact, Side};
 use crate::grid::{FACE_BITS, LANES, Nearest, Rays, offer};
 use crate::plane::Plane;
 use crate::shadow::Shadow;
-use crate::vector::{add, cross, dot, length, scale, single, sub, turned};
+use crate::vector::{add, cross, dot, length, scale, single, sub, taxi, turned};
 use crate::world::Vector;
 
 /// Axes, and along each the limit before which points are, with its sign.
@@ -64,6 +64,12 @@ impl Cuboid {
         if self.inside(self.eye) { -outward } else { outward }
     }
 
+    /// Half the size of the box across a face.
+    #[inline(always)]
+    pub(crate) fn across(&self, face: u32) -> f64 {
+        self.half[self.side_of(face).0]
+    }
+
     /// The axis of a face, and 1 or -1 for the side.
     #[inline(always)]
     fn side_of(&self, face: u32) -> (usize, f64) {
@@ -79,7 +85,8 @@ impl Cuboid {
     pub(crate) fn face(&self, face: u32) -> Plane {
         let (axis, side) = self.side_of(face);
         let outward = scale(self.axes[axis], side);
-        let offset = dot(outward, self.center) + self.half[axis];
+        // The eye is known more exactly than the centre if that is far away along the face.
+        let offset = self.half[axis] - side * self.eye[axis];
         Plane::new(outward, offset, offset.abs()).facing_the_eye()
     }
 
@@ -182,21 +189,24 @@ impl Cuboid {
             |contact| contact.local,
         );
         let reference = turned(&self.axes, sub(shadow.points.reference, self.center));
-        let size = self.half[0] + self.half[1] + self.half[2];
-        let rounding = shadow.rounding_at_points(size);
-        let at_lamp = if contact.is_some() {
-            0.0
-        } else {
-            shadow.rounding_at_lamp(size)
-        };
+        // However large the box is along a face, rounding takes nothing across it.
+        let away = taxi(self.center);
+        let rounding = self.half.map(|half| shadow.rounding_at_points(away + half));
+        let at_lamp = self.half.map(|half| {
+            if contact.is_some() {
+                0.0
+            } else {
+                shadow.rounding_at_lamp(away + half)
+            }
+        });
         // Of each pair of faces the lamp is beyond at most one, or on it: there the point has to be before it.
         let (mut sign, mut limit) = ([0.0_f32; 3], [f32::INFINITY; 3]);
         let mut inside = true;
         for i in 0..3 {
-            if lamp[i].abs() >= self.half[i] - at_lamp {
+            if lamp[i].abs() >= self.half[i] - at_lamp[i] {
                 let side = lamp[i].signum();
                 sign[i] = side as f32;
-                limit[i] = (self.half[i] - side * reference[i] - rounding) as f32;
+                limit[i] = (self.half[i] - side * reference[i] - rounding[i]) as f32;
                 inside = false;
             }
         }
@@ -233,10 +243,10 @@ impl Cuboid {
 
     /// Darken the points outside, for a lamp inside, or on faces that the points are before.
     #[inline(always)]
-    fn hide_from_inside(&self, reference: Vector, rounding: f64, before: Before, shadow: &mut Shadow<'_>) {
+    fn hide_from_inside(&self, reference: Vector, rounding: Vector, before: Before, shadow: &mut Shadow<'_>) {
         let (axes, sign, limit) = before;
-        let low: [f32; 3] = std::array::from_fn(|i| (-self.half[i] - reference[i] - rounding) as f32);
-        let high: [f32; 3] = std::array::from_fn(|i| (self.half[i] - reference[i] + rounding) as f32);
+        let low: [f32; 3] = std::array::from_fn(|i| (-self.half[i] - reference[i] - rounding[i]) as f32);
+        let high: [f32; 3] = std::array::from_fn(|i| (self.half[i] - reference[i] + rounding[i]) as f32);
         let points = shadow.points;
         for lane in 0..points.padded() {
             let p = local(&axes, &points.offset, lane);

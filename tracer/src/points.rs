@@ -75,7 +75,7 @@ impl Points {
         (t, nearest): (f64, impl Fn() -> Vector),
     ) -> Option<Plane> {
         self.count = rays.count;
-        self.blur = (ROUNDING * shape.reach()) as f32;
+        self.blur = (ROUNDING * shape.reach_of(face)) as f32;
         let plane = match shape {
             Shape::Sphere(sphere) => {
                 self.reference = sphere.place(t, nearest, rays, self);

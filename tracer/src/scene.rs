@@ -99,8 +99,17 @@ impl Shape {
     /// Twice how far from the eye or how large the shape is, at most: what rounding depends on.
     pub(crate) fn reach(&self) -> f64 {
         match self {
-            Shape::Sphere(sphere) => taxi(sphere.center) + sphere.radius,
             Shape::Cuboid(cuboid) => taxi(cuboid.center) + 2.0 * cuboid.bounding_radius(),
+            Shape::Sphere(_) | Shape::Plane(_) => self.reach_of(0),
+        }
+    }
+
+    /// The same of a face: of a box its size across the face counts.
+    #[inline(always)]
+    pub(crate) fn reach_of(&self, face: u32) -> f64 {
+        match self {
+            Shape::Sphere(sphere) => taxi(sphere.center) + sphere.radius,
+            Shape::Cuboid(cuboid) => taxi(cuboid.center) + 2.0 * cuboid.across(face),
             Shape::Plane(plane) => plane.reach,
         }
     }

@@ -87,7 +87,7 @@ impl Settler {
                     face: alone.face[lane],
                     t,
                     depth,
-                    slack: (ON_SURFACE * shape.reach() + scene.grain) / along,
+                    slack: (ON_SURFACE * shape.reach_of(alone.face[lane]) + scene.grain) / along,
                 });
             }
         }
