@@ -366,6 +366,20 @@ def test_floor_is_the_same_from_whatever_point_of_it_is_given(render, x, z, lamp
     assert (near.radiance[near.object_id == 1] > 0).any()
 
 
+@pytest.mark.parametrize("radius", [1e8, 1e9, 1e10, 3e10, 1e11, 3e11, 6e11, 1e12, 1e13])
+def test_ground_of_a_planet_is_as_far_away_as_a_plane(render, radius):
+    flat, round_ = (
+        render(scene([ground], camera=NEAR_THE_FLOOR), passes=["object_id", "distance", "depth"])
+        for ground in (plane([0, 0, 0], [0, 1, 0]), sphere([0, -radius, 0], radius))
+    )
+    near = flat.distance < 30  # the planet falls away by 30^2 / 2 R
+    assert near.sum() > 500
+    assert (round_.object_id[near] == 1).all()
+    for name in ("distance", "depth"):
+        apart = max(1e-6, 1e4 / radius)
+        np.testing.assert_allclose(getattr(round_, name)[near], getattr(flat, name)[near], rtol=apart)
+
+
 @pytest.mark.parametrize("lamp", [[3, 5, 4], [2, 0.3, 2], [2, 1e-3, 2]])
 @pytest.mark.parametrize("turn", [0.0, 30.0])
 @pytest.mark.parametrize("size", [1e10, 1e12, 1e13, 1e14, 1e15])

@@ -20,6 +20,10 @@ use std::iter;
 /// Rounding in the camera's space is less than this share of distances from the eye and sizes.
 const FAR_FROM_ROUNDING: f64 = 1e-12;
 
+/// The height above a sphere loses less than float32 does to rounding in the camera's space if it is more than this share
+/// of distances from the eye and sizes.
+const FAR_ABOVE_ROUNDING: f64 = 1e-8;
+
 /// Beyond this many units a length is as good as infinite; its square still fits into float64.
 const FARTHEST: f64 = 1e120;
 
@@ -308,7 +312,7 @@ impl Space<'_> {
         match object.form {
             Form::Sphere { radius } => {
                 let (place, radius) = (scale(place, nearer), self.length(radius) * nearer);
-                let close = eye.is_within(FAR_FROM_ROUNDING * (taxi(place) + radius));
+                let close = eye.is_within(FAR_ABOVE_ROUNDING * (taxi(place) + radius));
                 Shape::Sphere(Sphere::new(place, radius, close.then_some(&eye)))
             }
             Form::Plane { normal } => {
