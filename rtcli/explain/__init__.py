@@ -109,14 +109,21 @@ class _Pixel:
         )
 
     def _native(self, reference: Array) -> NativePixel:
-        """Return what the native engine renders, compared with the radiance of the reference."""
+        """Return what the native engine renders, compared with what the reference does."""
         tracer = NativeTracer(self.tracer.world, default_threads())
-        radiance = tracer.film(self.window)[0]["radiance"][0, 0]
+        arrays, _ = tracer.film(self.window, ("object_id",))
+        radiance, seen = arrays["radiance"][0, 0], int(arrays["object_id"][0, 0]) - 1
         image = self.scene.image
         exposure, _ = stops_of(tracer, image.exposure)
         value = developed(radiance, DisplayTransform(exposure, image.tone))
         samples = PixelSamples(self.tracer.scenery, self.window, self.offsets)
-        return NativePixel(triple(radiance), exposure, value, samples.agreement(np.ravel(reference), radiance))
+        return NativePixel(
+            radiance=triple(radiance),
+            exposure=exposure,
+            value=value,
+            object=None if seen == NOTHING else self.names[seen],
+            agreement=samples.agreement(np.ravel(reference), radiance, seen),
+        )
 
     def _exposure(self, progress: Progress | None) -> tuple[float, float | None]:
         """Return the stops, and the percentile of luminance that they were metered from."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from rtcli.explain.records import AT_A_BORDER, DISAGREE, EQUAL, ROUNDED
 from rtcli.tracer.reference import (
+    CENTRE,
     NOTHING,
     Array,
     Ray,
@@ -42,8 +43,23 @@ class PixelSamples:
         self.window = window
         self.offsets = offsets
 
-    def agreement(self, reference: Array, native: Array) -> str:
-        """Return how two radiances of the pixel agree, (3,) each: one of `AGREEMENTS`."""
+    def agreement(self, reference: Array, native: Array, seen: int) -> str:
+        """Return how the engines agree on the pixel: one of `AGREEMENTS`.
+
+        Parameters
+        ----------
+        reference, native
+            (3,): the pixel's radiance.
+        seen
+            The index of the object that the native engine sees at the pixel's centre, or `NOTHING`.
+        """
+        same = seen in self._objects_at((0.0, 0.0))
+        if not same and seen not in self._objects_at(*_around()):
+            return DISAGREE
+        agreement = self._agreement_of_radiance(reference, native)
+        return agreement if same or agreement == DISAGREE else AT_A_BORDER
+
+    def _agreement_of_radiance(self, reference: Array, native: Array) -> str:
         if np.array_equal(reference, native):
             return EQUAL
         rounding = _ROUNDING * np.maximum(reference, native) + _GRAZING * self._head_on()
@@ -54,6 +70,13 @@ class PixelSamples:
         if ((native >= low - rounding) & (native <= high + rounding)).all():
             return AT_A_BORDER
         return DISAGREE
+
+    def _objects_at(self, *places: tuple[float, float]) -> set[int]:
+        """Return the indices of the objects so far to the right and down of the pixel's centre, or `NOTHING`."""
+        (u, v), camera = CENTRE, self.scenery.camera
+        rays = [camera.generate_primary_rays(self.window, (u + x, v + y)) for x, y in places]
+        ray = Ray(rays[0].offset, np.hstack([ray.direction for ray in rays]))
+        return set(self.scenery.nearest_hit(ray).index.tolist())
 
     def _rays(self, x: float, y: float) -> Ray:
         camera = self.scenery.camera

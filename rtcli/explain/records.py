@@ -22,8 +22,8 @@ MISSES = (PASSED_BY, OUTSIDE_BOUNDING_SPHERE, OUTSIDE_SLABS, PARALLEL, BEHIND, O
 LIT, OTHER_SIDE, TURNED_AWAY, BLOCKED = "lit", "other_side", "turned_away", "blocked"
 LIGHT_VERDICTS = (LIT, OTHER_SIDE, TURNED_AWAY, BLOCKED)
 
-# How the engines agree on a pixel: the same radiance; apart by what float32 rounds; at a border, beside which the
-# reference gives the other's radiance as well; or not at all.
+# How the engines agree on a pixel: the same radiance and object; apart by what float32 rounds; at a border, beside
+# which the reference gives the other's radiance or object as well; or not at all.
 EQUAL, ROUNDED, AT_A_BORDER, DISAGREE = AGREEMENTS = "equal", "rounded", "at_a_border", "disagree"
 
 # What a ray ends at.
@@ -283,13 +283,16 @@ class NativePixel:
         The stops it was developed with, those of its own meter if they are `auto`.
     value
         Red, green and blue, 0..255.
+    object
+        What it sees at the pixel's centre; None is the background.
     agreement
-        How its radiance agrees with that of the reference engine: one of `AGREEMENTS`.
+        How its radiance and that object agree with those of the reference engine: one of `AGREEMENTS`.
     """
 
     radiance: Triple
     exposure: float
     value: tuple[int, int, int]
+    object: ObjectName | None
     agreement: str
 
 

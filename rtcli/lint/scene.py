@@ -157,7 +157,9 @@ def _lights(scene: SceneIndex) -> Iterator[LintWarning]:
     if not scene.shining:
         yield LintWarning(rules.NO_LIGHT, ("lights",), "no light shines: only the background is seen", HEAD)
     for light in scene.lights:
-        around = scene.enclosures.around(Point(light.position), light.body)
+        # What carries it is seen shining where it looks out.
+        bulb = None if light.body is None else scene.solids[light.body]
+        around = scene.enclosures.around(bulb or Point(light.position), light.body)
         if around is not None:
             message = f"the light is inside {scene.named(around)}, which does not carry it and lets none out"
             yield LintWarning(rules.ENCLOSED_LIGHT, light.loc, message, HEAD)

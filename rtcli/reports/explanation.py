@@ -221,7 +221,9 @@ class _Text:
         native = explanation.native
         if native.agreement == DISAGREE:
             radiance = ", ".join(map(shown, native.radiance))
-            yield from lines_of(f"{_gives(explanation)}, with the radiance {radiance}.".split(), _WIDTH)
+            seen = "the background" if native.object is None else native.object.label
+            line = f"{_gives(explanation)}, with the radiance {radiance}, and sees {seen} at its centre."
+            yield from lines_of(line.split(), _WIDTH)
             yield self.paint(ERROR, _FAULT[0])
             yield from _FAULT[1:]
         elif explanation.engines_agree:

@@ -277,8 +277,12 @@ class Object(ABC):
         """
 
     @abstractmethod
-    def height(self, eye: Array, sight: Array) -> Array:
-        """Return how far the points at `sight` (3, N) from the eye are off the surface, negative inside: (N,)."""
+    def heights(self, eye: Array, sight: Array) -> Array:
+        """Return how far points are beyond each of the K pairs of faces, or the one surface; negative inside.
+
+        The points are given as `sight` (3, N) from the eye; the largest of the heights (K, N) is that above the
+        object.
+        """
 
     @property
     @abstractmethod
@@ -307,33 +311,57 @@ class Object(ABC):
         """
         slack = slack + self.rounding(way.eye) + ON_SURFACE * length(way.sight)
         middle = way.sight + (way.distance - t) / 2 * way.wi
-        on_surface, enters = (
-            np.abs(self.height(way.eye, way.sight)) <= slack,
-            self.height(way.eye, middle) < -slack,
-        )
+        heights = self.heights(way.eye, way.sight)
+        on_surface = np.all(heights <= slack, axis=0) & np.any(heights >= -slack, axis=0)
+        enters = np.all(self.heights(way.eye, middle) < -slack, axis=0)
         touched: Mask = on_surface & ~enters
         return touched
 
-    def rounding(self, point: Array) -> float:
-        """Return how close to the surface a point (3, 1) lies on it."""
+    def rounding_at(self, eye: Array, sight: Array) -> Array:
+        """Return how close to the surface points at `sight` (3, N) from the eye lie on its face there: (N,)."""
+        face = self.heights(eye, sight).argmax(axis=0)
+        rounding: Array = self.rounding(eye)[face, 0]
+        return rounding
+
+    def rounding(self, point: Array) -> Array:
+        """Return how close to each pair of faces, or the one surface, a point (3, 1) lies on it: (K, 1)."""
         # Plain numbers: for three of them NumPy takes several times as long. Scaled first, lest a sum overflow.
         there, here = point.ravel().tolist(), self.position.ravel().tolist()
         away = sum(ON_SURFACE * abs(a - b) for a, b in zip(there, here, strict=True))
         largest = max(map(abs, there)), max(map(abs, here))
-        return away + ON_SURFACE * self.size + COORDINATE * largest[0] + COORDINATE * largest[1]
+        return np.array([[away + ON_SURFACE * self.size + COORDINATE * largest[0] + COORDINATE * largest[1]]])
 
 
-def rounding_along(normal: Iterable[float], point: Array, position: Array) -> float:
-    """Return what rounding may take from the distance of a point (3, 1) from a plane through a position (3, 1).
+def rounding_across(normal: Sequence[float], point: Array, position: Array, sizes: tuple[float, float]) -> float:
+    """Return how close to a flat face a point (3, 1) lies on it.
 
-    sum over the axes of |n_i| times what it may take of the coordinate i: however far away along the plane the
-    position is, it takes nothing.
+    Parameters
+    ----------
+    normal
+        Its unit normal: three numbers.
+    point
+        The point.
+    position
+        That of the object.
+    sizes
+        Half the object's length along the normal, and along all axes.
+
+    Notes
+    -----
+    As of a sphere, but that what the object has along the face counts no more than the point's own coordinates:
+    however far away along a floor the place is by which it is given, and however far the floor reaches, that says
+    nothing of its height.
     """
-    total = 0.0
-    for n, a, b in zip(normal, point.ravel().tolist(), position.ravel().tolist(), strict=True):
-        if n:  # the difference may be infinite
-            total += abs(n) * (ON_SURFACE * abs(a - b) + COORDINATE * abs(a) + COORDINATE * abs(b))
-    return total
+    there, here = point.ravel().tolist(), position.ravel().tolist()
+    apart = [ON_SURFACE * abs(a - b) for a, b in zip(there, here, strict=True)]
+
+    def along(vector: Iterable[float]) -> float:
+        return sum(abs(n * x) for n, x in zip(normal, vector, strict=True) if n)  # x may be infinite
+
+    flat = along(apart) + ON_SURFACE * sizes[0] + sum(ON_SURFACE * abs(a) for a in there)
+    away = min(flat, sum(apart) + ON_SURFACE * sizes[1])
+    largest = COORDINATE * max(map(abs, there)), COORDINATE * max(map(abs, here))
+    return away + largest[0] + min(largest[1], along(COORDINATE * b for b in here) + largest[0])
 
 
 def nearest_positive(near: Array, far: Array) -> Array:
@@ -409,9 +437,9 @@ class Sphere(Object):
         """Return 1 outside, -1 inside, 0 on the sphere."""
         return int(np.sign(self._power(point)))
 
-    def height(self, eye: Array, sight: Array) -> Array:
-        """Return |P - C| - R."""
-        return length(sight - (self.position - eye)) - self.radius
+    def heights(self, eye: Array, sight: Array) -> Array:
+        """Return |P - C| - R: (1, N)."""
+        return (length(sight - (self.position - eye)) - self.radius)[None]
 
     @property
     def size(self) -> float:
@@ -422,7 +450,7 @@ class Sphere(Object):
         """Return |c|^2 - R^2, c from a point to the centre, without cancellation: > 0 outside, 0 on the sphere."""
         distance = float(length(self.position - point)[0])
         height = distance - self.radius
-        return height * (distance + self.radius) if abs(height) > self.rounding(point) else 0.0
+        return height * (distance + self.radius) if abs(height) > self.rounding(point).item() else 0.0
 
 
 class Plane(Object):
@@ -454,9 +482,9 @@ class Plane(Object):
         """Return 1 in front of the plane, -1 behind it, 0 on it."""
         return int(np.sign(self._distance(point)))
 
-    def height(self, eye: Array, sight: Array) -> Array:
-        """Return |(p - p_0) . n|: a plane has no inside."""
-        return np.abs(dot(sight, self.direction) - dot(self.position - eye, self.direction))
+    def heights(self, eye: Array, sight: Array) -> Array:
+        """Return |(p - p_0) . n|, (1, N): a plane has no inside."""
+        return np.abs(dot(sight, self.direction) - dot(self.position - eye, self.direction))[None]
 
     @property
     def size(self) -> float:
@@ -467,14 +495,14 @@ class Plane(Object):
         """Return how far the plane is from a point (3, 1)."""
         return abs(self._distance(point))
 
-    def rounding(self, point: Array) -> float:
-        """Return how close to the plane a point (3, 1) lies on it."""
-        return rounding_along(self.direction.ravel().tolist(), point, self.position)
+    def rounding(self, point: Array) -> Array:
+        """Return how close to the plane a point (3, 1) lies on it: (1, 1)."""
+        return np.array([[rounding_across(self.direction.ravel().tolist(), point, self.position, (0.0, 0.0))]])
 
     def _distance(self, point: Array) -> float:
         """Return (p - p_0) . n of a point: > 0 in front of the plane, 0 on it."""
         distance = float(dot(point - self.position, self.direction)[0])
-        return distance if abs(distance) > self.rounding(point) else 0.0
+        return distance if abs(distance) > self.rounding(point).item() else 0.0
 
 
 class Box(Object):
@@ -537,11 +565,19 @@ class Box(Object):
         """Return 1 outside, -1 inside, 0 on the surface."""
         return int(np.sign((np.abs(self._local(point)) - self.half).max()))
 
-    def height(self, eye: Array, sight: Array) -> Array:
-        """Return how far beyond that face a point is that it is beyond the most; negative inside."""
+    def heights(self, eye: Array, sight: Array) -> Array:
+        """Return how far points are beyond the faces across each axis of the box: (3, N)."""
         local = self._to_box(sight - (self.position - eye))
-        outside: Array = (np.abs(local) - self.half).max(axis=0)
+        outside: Array = np.abs(local) - self.half
         return outside
+
+    def rounding(self, point: Array) -> Array:
+        """Return how close to the faces across each axis of the box a point (3, 1) lies on them: (3, 1)."""
+        axes = ((self.cosine, 0.0, -self.sine), (0.0, 1.0, 0.0), (self.sine, 0.0, self.cosine))
+        halves = zip(axes, self.half.ravel().tolist(), strict=True)
+        return np.array(
+            [[rounding_across(axis, point, self.position, (half, self.size))] for axis, half in halves]
+        )
 
     @property
     def size(self) -> float:
@@ -853,22 +889,31 @@ class Scenery:
         """Return the nearest hit of each ray; of two in one place, the first object's."""
         count = ray.direction.shape[1]
         nearest, index = np.full(count, np.inf), np.full(count, NOTHING, dtype=np.intp)
-        slacks = np.zeros(count)
         for i, shape in self._objects_in_turn():
-            t, slack = shape.intersection_parameter(ray), shape.rounding(ray.offset)
+            t = shape.intersection_parameter(ray)
             closer = t < nearest * (1 - COINCIDENT)
             # Surfaces in one place are no farther apart than rounding, measured across them.
             close = np.flatnonzero(closer & (t > nearest * (1 - CLOSE)))
             if close.size:
                 some = ray.take(close)
                 steep = np.abs(dot(shape.normal(some, t[close]), some.direction))
-                closer[close] = (nearest[close] - t[close]) * steep > slack + slacks[close]
-            nearest[closer], slacks[closer], index[closer] = t[closer], slack, i
+                rounding = shape.rounding_at(some.offset, t[close] * some.direction)
+                rounding += self._rounding_at(index[close], some.offset, nearest[close] * some.direction)
+                closer[close] = (nearest[close] - t[close]) * steep > rounding
+            nearest[closer], index[closer] = t[closer], i
         normal = np.zeros((3, count))
         for i in np.unique(index[index != NOTHING]):
             rays = np.flatnonzero(index == i)
             normal[:, rays] = self.objects[i].normal(ray.take(rays), nearest[rays])
         return Hit(index, nearest, normal)
+
+    def _rounding_at(self, index: Indices, eye: Array, sight: Array) -> Array:
+        """Return how close to objects (N,) points on them, at `sight` (3, N) from the eye, are on them: (N,)."""
+        rounding = np.zeros(len(index))
+        for i in np.unique(index):
+            points = np.flatnonzero(index == i)
+            rounding[points] = self.objects[i].rounding_at(eye, sight[:, points])
+        return rounding
 
     def _objects_in_turn(self) -> Iterator[tuple[int, Object]]:
         """Yield each object and its index, as long as somebody waits for the picture."""
@@ -957,8 +1002,8 @@ class Scenery:
                 between = (t < part.distance) & (receiver != i)
                 close = np.flatnonzero(between & (t > part.distance * (1 - NEAR_THE_END)))
                 if close.size:
-                    known = [self.objects[index].rounding(way.eye) for index in receiver[close]]
-                    between[close] = ~shape.touched_by(part.take(close), t[close], np.array(known))
+                    known = self._rounding_at(receiver[close], way.eye, way.sight[:, close])
+                    between[close] = ~shape.touched_by(part.take(close), t[close], known)
                 yield Blocker(i, t + (way.distance - part.distance), between)
 
 

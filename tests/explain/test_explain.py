@@ -212,6 +212,38 @@ def test_engines_that_disagree_beyond_rounding_are_said_to(monkeypatch, change, 
     assert explain(data, 15, 11).native.agreement == agreement
 
 
+def sees_instead(monkeypatch, number):
+    """Let the native engine see another object, given by its number from 1, with the radiance as it is."""
+    film = NativeTracer.film
+
+    def changed(self, *arguments):
+        arrays, rays = film(self, *arguments)
+        return {**arrays, "object_id": np.full_like(arrays["object_id"], number)}, rays
+
+    monkeypatch.setattr(NativeTracer, "film", changed)
+
+
+@pytest.mark.parametrize("samples", [1, 4])
+def test_engines_that_see_different_objects_disagree_though_these_look_alike(monkeypatch, samples):
+    data = scene([box([0, 0, -5], [4, 4, 2], "black")], [], render={"samples": samples})
+    native = explain(data, 15, 11).native
+    assert (native.agreement, native.object.label) == ("equal", "objects[0] (box)")
+    sees_instead(monkeypatch, 0)
+    explanation = explain(data, 15, 11)
+    assert explanation.native.radiance == explanation.radiance == (0, 0, 0)
+    assert (explanation.native.agreement, explanation.native.object) == ("disagree", None)
+    assert "and sees the background at its centre. The engines disagree." in " ".join(text(explanation, "a"))
+
+
+@pytest.mark.parametrize(("way", "agreement"), [(0.0005, "at_a_border"), (0.01, "disagree")])
+def test_object_that_is_seen_just_beside_a_ray_may_be_at_a_border(monkeypatch, way, agreement):
+    pixel = 2.5 * 2 * math.tan(math.radians(20)) / 3
+    wall, edge = plane([0, 0, -5], [0, 0, 1], "black"), box([2 + way * pixel, 0, -3], [4, 9, 1], "black")
+    sees_instead(monkeypatch, 2)
+    data = scene([wall, edge], [], camera={"resolution": [3, 3], "fov": 40})
+    assert explain(data, 1, 1).native.agreement == agreement
+
+
 @pytest.mark.parametrize(("way", "agreement"), [(0.0005, "at_a_border"), (0.01, "disagree")])
 def test_what_is_seen_just_beside_a_ray_may_be_a_border(monkeypatch, way, agreement):
     pixel = 2.5 * 2 * math.tan(math.radians(20)) / 3  # where the box begins

@@ -252,6 +252,16 @@ def test_light_on_a_surface_is_not_enclosed(shape, place):
     assert rules.ENCLOSED_LIGHT in found
 
 
+@pytest.mark.parametrize(("z", "enclosed"), [(0.9, False), (0.7, False), (0.6, True), (0, True)])
+def test_bulb_that_looks_out_of_what_is_around_it_is_not_enclosed(z, enclosed):
+    camera = {"resolution": [32, 24], "fov": 40, "position": [0, 1, 6], "look_at": [0, 1, 0]}
+    bulb = worlds.sphere([0, 1, z], 0.3, light={"intensity": 500})
+    data = worlds.scene([worlds.box([0, 1, 0], [2, 2, 2], "gray"), bulb], [], camera=camera)
+    assert (rules.ENCLOSED_LIGHT in warnings_of(data)) == enclosed
+    if z != 0.7:  # there the two touch
+        assert (worlds.render(data).radiance.max() > 0) != enclosed
+
+
 @pytest.mark.parametrize(("shape", "place"), ON_SURFACE)
 def test_camera_on_a_surface_is_not_inside_and_may_see_what_is(shape, place):
     camera = {

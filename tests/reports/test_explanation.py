@@ -66,7 +66,8 @@ def test_json_holds_all_numbers_by_name():
         ("at_a_border", "gives 1 2 3: the pixel lies at a border, and float32 sees what is beside it,"),
         (
             "disagree",
-            "gives 1 2 3, with the radiance 4, 5, 6. The engines disagree. Neither rounding nor a border",
+            "gives 1 2 3, with the radiance 4, 5, 6, and sees objects[0] (sphere) at its centre. The engines "
+            "disagree. Neither rounding nor a border",
         ),
     ],
 )

@@ -79,6 +79,19 @@ def grain(one: Data) -> float:
     return COORDINATE * max(abs(float(x)) for x in one.get("position", (0, 0, 0)))
 
 
+def total(weights: Array | float, vector: Array) -> Array:
+    """Return the sum of |w_i v_i|."""
+    return np.abs(weights * vector).sum(axis=0)
+
+
+def grain_across(along: Array, data: Data, eye: Array) -> Array:
+    """Return the same of flat faces whose normals see so much of the position: (N,) or (K, N).
+
+    Along a face no more counts than the eye's coordinates: that moves the face nowhere.
+    """
+    return np.minimum(grain(data), COORDINATE * (along + np.abs(eye).max()))
+
+
 class Crossings(NamedTuple):
     """Where N rays P + t d cross the K surfaces of a body, or its one surface K times.
 
@@ -106,8 +119,9 @@ class Crossings(NamedTuple):
 class Ball:
     """A sphere."""
 
-    def __init__(self, center: Array, data: Data) -> None:
+    def __init__(self, center: Array, data: Data, eye: Array) -> None:
         self.center, self.size, self.grain = center, float(data["radius"]), grain(data)
+        self.across = self.size
 
     def crossings(self, start: Point, way: Array) -> Crossings:
         # |q + t w|^2 = 1 in units of the radius
@@ -132,12 +146,11 @@ class Ball:
 class Wall:
     """A plane."""
 
-    size = 0.0
+    size = across = 0.0
 
-    def __init__(self, center: Array, data: Data) -> None:
-        self.point, self.normal = center, unit(vector(data["normal"]))
-        # Only what is lost along the normal moves the plane.
-        self.grain = COORDINATE * float(dot(np.abs(self.normal), np.abs(vector(data["position"])))[0])
+    def __init__(self, center: Array, data: Data, eye: Array) -> None:
+        self.point, self.normal, self.eye = center, unit(vector(data["normal"])), eye
+        self.grain = grain_across(total(self.normal, vector(data["position"])), data, eye)
 
     def crossings(self, start: Point, way: Array) -> Crossings:
         along = dot(self.normal, way)[None]
@@ -147,16 +160,18 @@ class Wall:
 
     def heights(self, point: Point) -> Array:
         away = point.place - self.point
-        return point.snapped(dot(self.normal, away), dot(np.abs(self.normal), np.abs(away)), self.grain)[None]
+        across = total(self.normal, away) + total(1, point.place + self.eye)
+        return point.snapped(dot(self.normal, away), np.minimum(total(1, away), across), self.grain)[None]
 
 
 class Brick:
     """A box: its six faces, rectangles."""
 
-    def __init__(self, center: Array, data: Data) -> None:
-        self.center, self.half, self.grain = center, np.array(data["size"])[:, None] / 2, grain(data)
+    def __init__(self, center: Array, data: Data, eye: Array) -> None:
+        self.center, self.half, self.eye = center, np.array(data["size"])[:, None] / 2, eye
         self.size = float(self.half.sum())
         self.axes = turned_axes(data.get("rotation", 0))
+        self.grain = grain_across(self._across(vector(data["position"])), data, eye)
         self.normals = np.stack([sign * axis for sign in (1, -1) for axis in self.axes], axis=1)
 
     def crossings(self, start: Point, way: Array) -> Crossings:
@@ -173,8 +188,19 @@ class Brick:
     def heights(self, point: Point) -> Array:
         away = point.place - self.center
         place = self._along_axes(away)
-        beyond = np.concatenate([place, -place]) - np.concatenate([self.half, self.half])
-        return point.snapped(beyond, np.abs(away).sum(axis=0) + self.size, self.grain)
+        beyond = np.concatenate([place, -place]) - self.across
+        across = self._across(away) + self.across + total(1, point.place + self.eye)
+        return point.snapped(beyond, np.minimum(total(1, away) + self.size, across), self.grain)
+
+    @property
+    def across(self) -> Array:
+        """Half the size across each face: (6, 1)."""
+        return np.concatenate([self.half, self.half])
+
+    def _across(self, vector: Array) -> Array:
+        """Return the sum of |a_i v_i| of the axis a across each face: (6, N)."""
+        across = np.stack([total(axis, vector) for axis in self.axes])
+        return np.concatenate([across, across])
 
     def _along_axes(self, vector: Array) -> Array:
         return np.stack([dot(axis, vector) for axis in self.axes])
@@ -254,7 +280,7 @@ class BruteForce:
         self.camera, settings = data["camera"], data.get("render", {})
         self.eye = vector(self.camera.get("position", (0, 0, 0)))
         self.grain = grain(self.camera)
-        self.bodies = [BODIES[one["type"]](self._place(one), one) for one in data["objects"]]
+        self.bodies = [BODIES[one["type"]](self._place(one), one, self.eye) for one in data["objects"]]
         self.colors = np.hstack([vector(one["color"]) for one in data["objects"]] + [np.zeros((3, 1))])
         self.lamps = [self._lamp(one, one, None) for one in data["lights"]]
         self.lamps += [self._lamp(one["light"], one, i) for i, one in enumerate(data["objects"]) if "light" in one]
@@ -302,10 +328,11 @@ class BruteForce:
             surface = each.argmin(axis=0)
             apart = (one.t - t) * size * one.steep
             # Surfaces in one place: that of the first object is seen.
-            lost = ROUNDING * (distance + body.size) + self.grain + body.grain
+            lost = ROUNDING * (distance + body.across) + self.grain + body.grain
+            lost = np.broadcast_to(lost, one.t.shape)
             here = hit & (one.t > 0) & (apart <= lost)
             new = here[surface, rays] & np.isfinite(each[surface, rays]) & (index < 0)
-            index, loss = np.where(new, i, index), np.where(new, lost, loss)
+            index, loss = np.where(new, i, index), np.where(new, lost[surface, rays], loss)
             steep = np.where(new, one.steep[surface, rays], steep)
             outward = np.broadcast_to(one.normal, (3, *one.t.shape))[:, surface, rays]
             normal = np.where(new, -np.copysign(1, dot(outward, ways)) * outward, normal)
@@ -336,7 +363,7 @@ class BruteForce:
         behind = (one.margin > 0) & ~here & np.isfinite(t) & (one.t > t)
         parallel = (one.t > 0) & (np.abs(one.steep - PARALLEL) < PARALLEL / 2)
         # So close to the eye that little is left of its digits.
-        lost = ROUNDING * body.size + self.grain + body.grain
+        lost = ROUNDING * body.across + self.grain + body.grain
         vague = near & (one.margin > 0) & (1e4 * lost > np.abs(one.t) * size * one.steep)
         border: Mask = (near & (outline | behind)) | touches | parallel | vague
         return border

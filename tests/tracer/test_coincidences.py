@@ -366,12 +366,70 @@ def test_floor_is_the_same_from_whatever_point_of_it_is_given(render, x, z, lamp
     assert (near.radiance[near.object_id == 1] > 0).any()
 
 
+@pytest.mark.parametrize("radius", [1e8, 1e9, 1e10, 3e10, 1e11, 3e11, 6e11, 1e12, 1e13])
+def test_ground_of_a_planet_is_as_far_away_as_a_plane(render, radius):
+    flat, round_ = (
+        render(scene([ground], camera=NEAR_THE_FLOOR), passes=["object_id", "distance", "depth"])
+        for ground in (plane([0, 0, 0], [0, 1, 0]), sphere([0, -radius, 0], radius))
+    )
+    near = flat.distance < 30  # the planet falls away by 30^2 / 2 R
+    assert near.sum() > 500
+    assert (round_.object_id[near] == 1).all()
+    for name in ("distance", "depth"):
+        apart = max(1e-6, 1e4 / radius)
+        np.testing.assert_allclose(getattr(round_, name)[near], getattr(flat, name)[near], rtol=apart)
+
+
+@pytest.mark.parametrize("lamp", [[3, 5, 4], [2, 0.3, 2], [2, 1e-3, 2]])
+@pytest.mark.parametrize("turn", [0.0, 30.0])
+@pytest.mark.parametrize("size", [1e10, 1e12, 1e13, 1e14, 1e15])
+def test_ground_that_is_a_slab_is_as_good_as_a_plane(render, size, turn, lamp):
+    ball, lights, passes = sphere([0, 1, 0], 1.0), [light(lamp, 500)], ["object_id", "distance", "position"]
+    slab = box([0, -1, 0], [size, 2, size], rotation=turn)
+    flat, thick = (
+        render(scene([ground, ball], lights, camera=NEAR_THE_FLOOR), passes=passes)
+        for ground in (plane([0, 0, 0], [0, 1, 0]), slab)
+    )
+    below = NEAR_THE_FLOOR["position"][1] - flat.position[..., 1] > 1e-3  # a slab ends before the horizon
+    np.testing.assert_array_equal(thick.object_id[below], flat.object_id[below])
+    for name, error in (("radiance", 1e-5), ("distance", 1e-6)):
+        np.testing.assert_allclose(getattr(thick, name)[below], getattr(flat, name)[below], rtol=error, atol=1e-7)
+    assert (flat.radiance[flat.object_id == 1] > 0).any()
+
+
+@pytest.mark.parametrize("size", [1e12, 1e15])
+def test_slab_throws_its_shadow_on_what_is_below_it(render, size):
+    slab, floor = box([0, 3, 0], [size, 1, size]), plane([0, 0, 0], [0, 1, 0])
+    film = render(scene([slab, floor], [light([0, 5, 0], 500)], camera=NEAR_THE_FLOOR), passes="object_id")
+    assert (film.radiance[of_object(film, 2)] == 0).all()
+
+
+@pytest.mark.parametrize("size", [1e13, 1e15])
+def test_third_tracer_sees_a_large_slab(size):
+    grey = [0.5, 0.5, 0.5]
+    objects = [box([0, -1, 0], [size, 2, size], grey), sphere([0, 1, 0], 1.0, grey)]
+    data = {"camera": NEAR_THE_FLOOR, "lights": [light([2, 0.3, 2], 500)], "objects": objects}
+    assert not soak.disagreements(data)
+    assert soak.clear_share(data) > 0.9
+
+
 @pytest.mark.parametrize("away", [1e13, 1e14, 1e15])
 def test_third_tracer_sees_a_floor_given_by_a_far_point(away):
     objects = [plane([away, 0, 0], [0, 1, 0], [0.5, 0.5, 0.5]), sphere([0, 1, 0], 1.0, [0.5, 0.5, 0.5])]
     data = {"camera": NEAR_THE_FLOOR, "lights": [light([2, 0.3, 2], 500)], "objects": objects}
     assert not soak.disagreements(data)
     assert soak.clear_share(data) > 0.9
+
+
+@pytest.mark.parametrize("point", [[0, -1, 0], [1e15, -1, 0]])
+def test_plane_hides_no_sun_whose_rays_are_parallel_to_it(render, point):
+    # Of the ball the sun lights the half before it, above and below the plane.
+    ball, sun = sphere([0, 0, 0], 2.0), light([1e30, 0, 0], 1e62)
+    camera = {"resolution": [32, 24], "fov": 60, "position": [8, -3, 0], "look_at": [0, -1, 0]}
+    film = render(scene([ball, plane(point, [0, 1, 0])], [sun], camera=camera), passes=["object_id", "normal"])
+    seen = (film.object_id == 1) & (film.normal[..., 0] > 0.1)
+    assert (seen & (film.normal[..., 1] < -0.6)).sum() > 10
+    assert (film.radiance[seen] > 0).all()
 
 
 def test_planes_that_cross_far_away_are_told_apart_close_to_where_they_do(render):

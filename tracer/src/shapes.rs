@@ -63,7 +63,7 @@ impl Primitive for Shape {
         depth: (f64, impl Fn() -> Vector),
         points: &mut Points,
     ) -> Option<PlaneEquation> {
-        points.start(rays.count, self.magnitude());
+        points.start(rays.count, self.magnitude_across(face));
         dispatch!(self, shape => shape.place(face, rays, depth, points))
     }
 
@@ -84,6 +84,11 @@ impl Primitive for Shape {
 
     fn magnitude(&self) -> f64 {
         dispatch!(self, shape => shape.magnitude())
+    }
+
+    #[inline(always)]
+    fn magnitude_across(&self, face: u32) -> f64 {
+        dispatch!(self, shape => shape.magnitude_across(face))
     }
 
     fn bounds(&self) -> Option<BoundingSphere> {

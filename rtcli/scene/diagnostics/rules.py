@@ -222,7 +222,7 @@ ENCLOSED_LIGHT = Rule(
     "W002",
     "enclosed-light",
     "A light inside a sphere or box that does not carry it: none of its light comes out. Not reported where the "
-    "camera is inside as well.",
+    "camera is inside as well, or where the object that carries the light looks out.",
     "move it out, or let the object carry it: `light: {intensity: ...}`",
 )
 CAMERA_INSIDE = Rule(

@@ -240,7 +240,7 @@ def test_json_is_one_object_with_the_documented_keys(run, small):
     assert (story["resolution"], story["pixel"]) == ([3, 3], [1, 1])
     assert story["story"].keys() == {"sample", "ray", "intersections", "hit", "lights", "radiance"}
     assert story["development"].keys() == {"mean", "exposure", "tone", "srgb"}
-    assert story["native"].keys() == {"radiance", "exposure", "value", "agreement"}
+    assert story["native"].keys() == {"radiance", "exposure", "value", "object", "agreement"}
     assert [sample.keys() for sample in story["samples"]] == [{"offset", "object", "radiance"}] * 4
     steps = {**story["story"], **story["development"]}
     assert steps.pop("sample") == 1

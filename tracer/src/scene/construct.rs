@@ -13,6 +13,10 @@ use std::f64::consts::PI;
 /// Rounding in the camera's space is less than this share of distances from the eye and sizes.
 pub(crate) const FAR_FROM_ROUNDING: f64 = 1e-12;
 
+/// The height above a sphere loses less than float32 does to rounding in the camera's space if it is more than this share
+/// of distances from the eye and sizes.
+const FAR_ABOVE_ROUNDING: f64 = 1e-8;
+
 /// Beyond this many units a length is as good as infinite; its square still fits into float64.
 const FARTHEST: f64 = 1e120;
 
@@ -99,7 +103,7 @@ impl CameraSpace<'_> {
         match object.shape {
             ShapeDesc::Sphere { radius } => {
                 let (place, radius) = (scale(place, nearer), self.length(radius) * nearer);
-                let close = eye.is_within(FAR_FROM_ROUNDING * (l1_norm(place) + radius));
+                let close = eye.is_within(FAR_ABOVE_ROUNDING * (l1_norm(place) + radius));
                 Shape::Sphere(Sphere::new(place, radius, close.then_some(&eye)))
             }
             ShapeDesc::Plane { normal } => {

@@ -35,12 +35,15 @@ fn rounding(place: Vector, center: Vector, size: f64) -> f64 {
     ON_SURFACE * (l1_norm(sub(place, center)) + size) + COORDINATE * (largest(place) + largest(center))
 }
 
-/// What rounding may do to the distance of a place from a plane through another place.
+/// The same of a flat face of an object, given by its normal, and by half the object's size along that and in all.
 ///
-/// That is the sum of |n_i| times what it may do to the coordinate i: however far away along the plane the other place
-/// is, it does nothing.
-fn rounding_along(normal: Vector, place: Vector, point: Vector) -> f64 {
-    ON_SURFACE * spread(normal, sub(place, point)) + COORDINATE * (spread(normal, place) + spread(normal, point))
+/// What the object has along the face counts no more than the coordinates of the place: however far away along a floor the
+/// place is by which it is given, and however far the floor reaches, that says nothing of its height.
+fn rounding_across(normal: Vector, place: Vector, center: Vector, (half, size): (f64, f64)) -> f64 {
+    let way = sub(place, center);
+    let away = (l1_norm(way) + size).min(spread(normal, way) + half + l1_norm(place));
+    let coordinates = largest(center).min(spread(normal, center) + largest(place));
+    ON_SURFACE * away + COORDINATE * (largest(place) + coordinates)
 }
 
 /// The sum of |n_i v_i|.
@@ -88,15 +91,16 @@ impl Contact {
 
     pub(crate) fn with_plane(place: Vector, point: Vector, normal: Vector) -> Contact {
         let height = dot(normal, sub(place, point));
-        let on = height.abs() <= rounding_along(normal, place, point);
+        let on = height.abs() <= rounding_across(normal, place, point, (0.0, 0.0));
         let height = if on { 0.0 } else { height };
         Contact::new(height, [height, 0.0, 0.0])
     }
 
     pub(crate) fn with_box(place: Vector, center: Vector, axes: &[Vector; 3], half: Vector) -> Contact {
-        let rounding = rounding(place, center, half[0] + half[1] + half[2]);
+        let size = half[0] + half[1] + half[2];
         let local = rotate(axes, sub(place, center));
         let local: Vector = std::array::from_fn(|i| {
+            let rounding = rounding_across(axes[i], place, center, (half[i], size));
             let on = (local[i].abs() - half[i]).abs() <= rounding;
             if on { half[i].copysign(local[i]) } else { local[i] }
         });

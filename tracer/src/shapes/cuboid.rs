@@ -76,7 +76,8 @@ impl Cuboid {
     fn face(&self, face: u32) -> PlaneEquation {
         let (axis, side) = self.side_of(face);
         let outward = scale(self.axes[axis], side);
-        let offset = dot(outward, self.center) + self.half[axis];
+        // The eye is known more exactly than the centre if that is far away along the face.
+        let offset = self.half[axis] - side * self.eye[axis];
         PlaneEquation {
             normal: outward,
             offset,
@@ -99,10 +100,10 @@ impl Cuboid {
 
     /// Darken the points outside, for a light inside, or on faces that the points are before.
     #[inline(always)]
-    fn occlude_from_inside(&self, reference: Vector, rounding: f64, before: Before, shadow: &mut Shadow<'_>) {
+    fn occlude_from_inside(&self, reference: Vector, rounding: Vector, before: Before, shadow: &mut Shadow<'_>) {
         let (axes, sign, limit) = before;
-        let low: [f32; 3] = std::array::from_fn(|i| (-self.half[i] - reference[i] - rounding) as f32);
-        let high: [f32; 3] = std::array::from_fn(|i| (self.half[i] - reference[i] + rounding) as f32);
+        let low: [f32; 3] = std::array::from_fn(|i| (-self.half[i] - reference[i] - rounding[i]) as f32);
+        let high: [f32; 3] = std::array::from_fn(|i| (self.half[i] - reference[i] + rounding[i]) as f32);
         let points = shadow.points;
         for lane in 0..points.padded() {
             let p = local(&axes, &points.offset, lane);
@@ -221,21 +222,24 @@ impl Primitive for Cuboid {
             |contact| contact.local,
         );
         let reference = rotate(&self.axes, sub(shadow.points.reference, self.center));
-        let size = self.half[0] + self.half[1] + self.half[2];
-        let rounding = shadow.rounding_at_points(size);
-        let at_light = if contact.is_some() {
-            0.0
-        } else {
-            shadow.rounding_at_light(size)
-        };
+        // However large the box is along a face, rounding takes nothing across it.
+        let away = l1_norm(self.center);
+        let rounding = self.half.map(|half| shadow.rounding_at_points(away + half));
+        let at_light = self.half.map(|half| {
+            if contact.is_some() {
+                0.0
+            } else {
+                shadow.rounding_at_light(away + half)
+            }
+        });
         // Of each pair of faces the light is beyond at most one, or on it: there the point has to be before it.
         let (mut sign, mut limit) = ([0.0_f32; 3], [f32::INFINITY; 3]);
         let mut inside = true;
         for i in 0..3 {
-            if light[i].abs() >= self.half[i] - at_light {
+            if light[i].abs() >= self.half[i] - at_light[i] {
                 let side = light[i].signum();
                 sign[i] = side as f32;
-                limit[i] = (self.half[i] - side * reference[i] - rounding) as f32;
+                limit[i] = (self.half[i] - side * reference[i] - rounding[i]) as f32;
                 inside = false;
             }
         }
@@ -285,6 +289,11 @@ impl Primitive for Cuboid {
 
     fn magnitude(&self) -> f64 {
         l1_norm(self.center) + 2.0 * self.bounding_radius()
+    }
+
+    #[inline(always)]
+    fn magnitude_across(&self, face: u32) -> f64 {
+        l1_norm(self.center) + 2.0 * self.half[self.side_of(face).0]
     }
 
     fn bounds(&self) -> Option<BoundingSphere> {

@@ -43,6 +43,12 @@ pub(crate) trait Primitive {
     /// Return a length that bounds half its distance from the eye and its size: rounding grows with it.
     fn magnitude(&self) -> f64;
 
+    /// Return the same for a face: of the size, that across the face counts.
+    #[inline(always)]
+    fn magnitude_across(&self, _face: u32) -> f64 {
+        self.magnitude()
+    }
+
     /// Return a sphere that holds the shape, None if it is infinite.
     fn bounds(&self) -> Option<BoundingSphere>;
 

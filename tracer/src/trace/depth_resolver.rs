@@ -87,7 +87,7 @@ impl DepthResolver {
                     face: alone.face[lane],
                     t,
                     depth,
-                    slack: (ON_SURFACE * shape.magnitude() + scene.grain) / along,
+                    slack: (ON_SURFACE * shape.magnitude_across(alone.face[lane]) + scene.grain) / along,
                 });
             }
         }
