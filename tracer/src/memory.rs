@@ -1,8 +1,8 @@
 //! Memory that may be refused: what grows with a scene or a picture is asked for, and a refusal is an error.
 //!
 //! Where the operating system limits a process (`ulimit -v`, a control group), an allocation may fail. Rust's
-//! collections abort the process then; those of this module return [`OutOfMemory`]. Small and fixed amounts are not
-//! asked for one by one: [`spare`] makes sure that there is room for them, before and after the large ones.
+//! collections abort the process then; those of this module return [`OutOfMemory`]. Small and fixed amounts are
+//! not asked for one by one: [`spare`] makes sure that there is room for them, before and after the large ones.
 
 use std::error::Error;
 use std::fmt;
@@ -42,7 +42,7 @@ pub fn reserve<T>(list: &mut Vec<T>, more: usize, what: &'static str) -> Result<
     list.try_reserve(more).map_err(|_| OutOfMemory { what })
 }
 
-/// Returns an empty list with room for so many items.
+/// Returns an empty list with room for a number of items.
 ///
 /// # Errors
 ///
@@ -53,7 +53,7 @@ pub fn with_capacity<T>(count: usize, what: &'static str) -> Result<Vec<T>, OutO
     Ok(list)
 }
 
-/// Returns a list of items, of which there are no more than the iterator says at most.
+/// Returns a list of the items of an iterator, which must not exceed its upper size hint.
 ///
 /// # Errors
 ///
@@ -105,7 +105,7 @@ pub fn push<T>(list: &mut Vec<T>, item: T, what: &'static str) -> Result<(), Out
 ///
 /// If there is not.
 pub fn spare() -> Result<(), OutOfMemory> {
-    // Given back at once: what nobody has touched costs next to nothing.
+    // Freed at once: untouched memory costs next to nothing.
     with_capacity::<u8>(SPARE, "the work").map(drop)
 }
 

@@ -2,11 +2,12 @@
 
 use crate::budget::WorkBudget;
 use crate::memory::OutOfMemory;
+use std::error::Error;
+use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 
-/// How far the work has come, whether anybody still waits for it, and how much of it there may be; shared between
-/// threads.
+/// Progress, cancellation and budget of some work, shared between threads.
 #[derive(Debug)]
 pub struct Monitor {
     done: AtomicU64,
@@ -15,12 +16,12 @@ pub struct Monitor {
 }
 
 impl Monitor {
-    /// Of work that has not begun, of any amount.
+    /// Monitor work that has not begun, of any amount.
     pub fn new() -> Monitor {
         Monitor::within(Arc::new(WorkBudget::unlimited()))
     }
 
-    /// Of work that has not begun, and is given up when it exceeds a budget.
+    /// Monitor work that has not begun, and is given up when it exceeds a budget.
     pub fn within(budget: Arc<WorkBudget>) -> Monitor {
         Monitor {
             done: AtomicU64::new(0),
@@ -88,13 +89,25 @@ impl Default for Monitor {
 /// Why work was given up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stopped {
-    /// Somebody asked for it.
+    /// The caller asked for it.
     Cancelled,
     /// There was more to do than its budget allows.
     BudgetExceeded,
     /// There is not enough memory.
     OutOfMemory(OutOfMemory),
 }
+
+impl fmt::Display for Stopped {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Stopped::Cancelled => f.write_str("the rendering was given up"),
+            Stopped::BudgetExceeded => f.write_str("there is more to do than the budget allows"),
+            Stopped::OutOfMemory(error) => error.fmt(f),
+        }
+    }
+}
+
+impl Error for Stopped {}
 
 impl From<OutOfMemory> for Stopped {
     fn from(error: OutOfMemory) -> Stopped {

@@ -249,7 +249,8 @@ pub(crate) fn any_plane() -> impl Strategy<Value = OracleShape> {
     })
 }
 
-/// Check what the kernel says of the rays of a tile against the shape, allowing for its surface to be off by `error`.
+/// Check what the kernel says of the rays of a tile against the shape, allowing for its surface to be off by
+/// `error`.
 pub(crate) fn check_intersection(
     shape: &OracleShape,
     (view, corner): (View, (u32, u32)),
@@ -278,7 +279,7 @@ pub(crate) fn check_intersection(
     Ok(hits)
 }
 
-/// The first face of what is met in tests.
+/// The first face number in tests.
 pub(crate) const FACE: u32 = 5 << FACE_BITS;
 
 /// The points at which rays of a tile meet the faces of a shape: for each face its lanes, points, and plane.
@@ -309,7 +310,7 @@ pub(crate) fn placed(
         .collect()
 }
 
-/// The light that is left at points, of which each had 1, when a shape stands in it.
+/// Return the irradiance at points that had 1 each, behind an occluder.
 pub(crate) fn irradiance_left(occluder: &OracleShape, light: Vector, points: &Points) -> Lanes {
     let mut left = [1.0; LANES];
     let mut squared = [0.0; LANES];
@@ -341,8 +342,8 @@ pub(crate) fn assert_all_lit(occluder: &OracleShape, light: Vector, points: &Poi
     );
 }
 
-/// Check which points a shape hides from a light, allowing for its surface to be off by what rounding takes from the
-/// lengths that come in. Whether points or lights that close to the surface are in the shape is left open.
+/// Check which points a shape hides from a light, allowing for its surface to be off by what rounding takes from
+/// the lengths that come in. Whether points or lights that close to the surface are in the shape is left open.
 pub(crate) fn check_occlusion(
     occluder: &OracleShape,
     light: Vector,
@@ -421,7 +422,8 @@ fn any_object() -> impl Strategy<Value = Object> {
     let size = || 0.1..3.0;
     let shape = prop_oneof![
         3 => size().prop_map(|radius| ShapeDesc::Sphere { radius }),
-        3 => ([size(), size(), size()], -180.0..180.0).prop_map(|(size, rotation)| ShapeDesc::Box { size, rotation }),
+        3 => ([size(), size(), size()], -180.0..180.0)
+            .prop_map(|(size, rotation)| ShapeDesc::Box { size, rotation }),
         1 => any_direction().prop_map(|normal| ShapeDesc::Plane { normal }),
     ];
     (any_place(3.0), any_color(), shape).prop_map(|(position, color, shape)| Object { position, color, shape })

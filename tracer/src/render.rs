@@ -13,6 +13,8 @@ use crate::trace::coverage::Coverage;
 use crate::trace::tile_tracer::{PassRequest, TileTracer};
 use crate::world::{Settings, Window, World};
 use rayon::prelude::*;
+use std::error::Error;
+use std::fmt;
 use std::io;
 use std::time::{Duration, Instant};
 
@@ -24,6 +26,17 @@ pub enum PictureError {
     /// It could not be written.
     Io(io::Error),
 }
+
+impl fmt::Display for PictureError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            PictureError::Stopped(stopped) => stopped.fmt(f),
+            PictureError::Io(error) => error.fmt(f),
+        }
+    }
+}
+
+impl Error for PictureError {}
 
 impl From<Stopped> for PictureError {
     fn from(stopped: Stopped) -> PictureError {
@@ -114,10 +127,7 @@ impl Tracer {
     /// If the monitor was asked to give up, its budget is exceeded, or there is not enough memory.
     pub fn exposure(&self, grid: u32, monitor: &Monitor) -> Result<(MeterReading, u64), Stopped> {
         let mut radiance = filled(3 * grid as usize * grid as usize, 0.0, "the exposure meter")?;
-        let film = Film {
-            radiance: &mut radiance,
-            ..Film::default()
-        };
+        let film = Film::of_radiance(&mut radiance);
         let settings = Settings {
             samples: 1,
             ..self.world.settings.clone()
@@ -137,8 +147,8 @@ impl Tracer {
         Ok((meter(&radiance)?, rays))
     }
 
-    /// How many pixels of a window each object would cover at their centres if it were alone: what is hidden by others
-    /// counts. Uses the threads of the rayon pool this is called in.
+    /// How many pixels of a window each object would cover at their centres if it were alone: occluded
+    /// pixels count. Uses the threads of the rayon pool this is called in.
     ///
     /// # Errors
     ///
@@ -163,7 +173,7 @@ impl Tracer {
         Ok(covered)
     }
 
-    /// What is asked of the whole picture.
+    /// The job of the whole picture.
     fn job<'a>(&'a self, monitor: &'a Monitor) -> TileJob<'a> {
         TileJob {
             view: View::new(&self.world.camera),
@@ -215,8 +225,8 @@ impl Tracer {
         stats
     }
 
-    /// Trace, develop and write the pixels of a window as a PNG file with some `texts` in front, with the threads of the rayon pool this is
-    /// called in: while some rows are traced and developed, those before are written.
+    /// Trace, develop and write the pixels of a window as a PNG file with some `texts` in front, with the threads
+    /// of the rayon pool this is called in: while some rows are traced and developed, those before are written.
     ///
     /// # Errors
     ///
@@ -342,7 +352,7 @@ trait TileSink {
     fn take(&mut self, traced: &TileTracer, tile: Tile);
 }
 
-/// What is asked of all tiles of a picture.
+/// The view, settings and monitor of all tiles of a picture.
 #[derive(Clone, Copy)]
 struct TileJob<'a> {
     view: View,
@@ -360,7 +370,7 @@ struct Band<'a, T> {
     sink: T,
 }
 
-/// One tile in so many is timed: looking at the clock takes as long as a tenth of a tile.
+/// Every eighth tile is timed: reading the clock takes as long as a tenth of a tile.
 const TIMED: u32 = 8;
 
 impl<T: TileSink> Kernel for Band<'_, T> {

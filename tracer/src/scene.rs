@@ -1,4 +1,5 @@
-//! The world as the eye has it: every place relative to the eye, in the camera's axes, in a unit that suits the scene.
+//! The world as the eye has it: every place relative to the eye, in the camera's axes, in a unit that suits the
+//! scene.
 //!
 //! With x to the right, y up and z along the view, the ray through a place of the image plane is
 //! v = (x, y, 1), not normalised: its parameter t is the depth z. Subtracting the eye in float64 keeps a scene far
@@ -29,7 +30,8 @@ pub(crate) struct Light {
     pub(crate) power: Vector,
     /// The object that carries it and casts no shadow in it, or `NO_OBJECT`.
     pub(crate) body: u32,
-    /// The objects that it is on, or so close to that rounding, in the camera's space, might take it to the other side.
+    /// The objects that it is on, or so close to that rounding, in the camera's space, might take it to the other
+    /// side.
     pub(crate) contacts: Vec<(u32, Contact)>,
 }
 
@@ -61,7 +63,7 @@ pub(crate) struct Material {
 pub(crate) struct Scene {
     /// How many of this space's units make one of the world's: a power of two.
     pub(crate) unit: f64,
-    /// How much of the world's coordinates rounding takes, in this space's units.
+    /// The rounding of the world's coordinates, in this space's units.
     pub(crate) grain: f64,
     pub(crate) shapes: Vec<Shape>,
     pub(crate) materials: Vec<Material>,
@@ -109,7 +111,7 @@ impl Scene {
     }
 
     fn light(&self, space: &CameraSpace<'_>, world: &World, light: &LightDesc) -> Light {
-        // The light of a light that is moved nearer is as much weaker as its square says.
+        // A light moved nearer weakens by the square of the factor.
         let nearer = space.nearer(light.position, 0.0);
         let unit = space.unit * nearer;
         let intensity = light.intensity * unit * unit / (4.0 * PI);

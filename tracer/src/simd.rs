@@ -4,6 +4,7 @@
 //! single numbers, each rounded as IEEE 754 says, and never fused: so all levels give the same bits.
 
 use std::fmt;
+use std::str::FromStr;
 
 /// A set of vector instructions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,6 +42,17 @@ impl fmt::Display for UnknownLevel {
 
 impl std::error::Error for UnknownLevel {}
 
+impl FromStr for Level {
+    type Err = UnknownLevel;
+
+    /// Return the level of a name if this machine has it.
+    fn from_str(name: &str) -> Result<Level, UnknownLevel> {
+        let mut levels = Level::available().into_iter();
+        let named = levels.find(|level| level.name() == name);
+        named.ok_or_else(|| UnknownLevel { name: name.to_owned() })
+    }
+}
+
 impl Level {
     /// The levels of this machine, the best one last.
     pub fn available() -> Vec<Level> {
@@ -66,18 +78,6 @@ impl Level {
     /// The best level of this machine.
     pub fn best() -> Level {
         Level::available().pop().unwrap_or(Level::Baseline)
-    }
-
-    /// The level of a name.
-    ///
-    /// # Errors
-    ///
-    /// If this machine does not have it.
-    pub fn named(name: &str) -> Result<Level, UnknownLevel> {
-        Level::available()
-            .into_iter()
-            .find(|level| level.name() == name)
-            .ok_or_else(|| UnknownLevel { name: name.to_owned() })
     }
 
     /// `baseline`, `avx2`, `avx512` or `neon`.
@@ -114,7 +114,8 @@ pub(crate) trait Kernel {
     fn run(self);
 }
 
-/// The one place that needs unsafe code: calling a function compiled for instructions that only some machines have.
+/// The one place that needs unsafe code: calling a function compiled for instructions that only some machines
+/// have.
 #[cfg(target_arch = "x86_64")]
 #[allow(unsafe_code)]
 mod x86 {

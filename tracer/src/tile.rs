@@ -55,7 +55,8 @@ fn half_tangent(fov: f64) -> f64 {
     libm::tan(fov * (PI / 180.0) / 2.0)
 }
 
-/// Returns the focal length in pixels of a picture with a vertical field of view, in degrees, and so many rows.
+/// Returns the focal length in pixels of a picture with a vertical field of view, in degrees, and a number of
+/// rows.
 ///
 /// f = height / (2 tan(fov / 2))
 pub fn focal_length(fov: f64, height: u32) -> f64 {
@@ -109,7 +110,7 @@ impl Tile {
         let x = self.corner.0 + lane as u32 % SIDE;
         let y = self.corner.1 + lane as u32 / SIDE;
         let window = &self.window;
-        // What is left of or above the window wraps around to something large.
+        // A pixel left of or above the window wraps around to something large.
         x.wrapping_sub(window.x) < window.width && y.wrapping_sub(window.y) < window.height
     }
 

@@ -31,7 +31,7 @@ pub enum ShapeDesc {
     },
     /// An infinite plane through its position, two-sided.
     Plane {
-        /// Of any length but 0.
+        /// Any length but 0.
         normal: Vector,
     },
     /// A box around its position, turned about +y.

@@ -57,7 +57,7 @@ impl ByteChannel {
         drop(self.changed.wait_while(state, |state| !state.ended));
     }
 
-    /// Tells that the work has ended.
+    /// Signals that the work has ended.
     pub fn end(&self) {
         self.lock().ended = true;
         self.changed.notify_all();

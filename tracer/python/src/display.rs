@@ -11,6 +11,7 @@ use pyo3::types::{PyByteArray, PyBytes};
 use rtcli_tracer::develop::{BitDepth, Developer, ToneCurve};
 use rtcli_tracer::memory::{Growing, collect, filled, spare};
 use rtcli_tracer::meter::MeterReading;
+use rtcli_tracer::names::UnknownName;
 use rtcli_tracer::png::{Color, Header, PngWriter};
 
 use crate::errors::{io_error, out_of_memory};
@@ -33,12 +34,12 @@ pub fn developer((exposure, tone, bits): PyDisplay<'_>) -> PyResult<Developer> {
     if exposure.is_nan() {
         return Err(PyValueError::new_err("the exposure is not a number"));
     }
-    let unknown = || PyValueError::new_err(format!("unknown tone curve {tone:?}"));
-    let tone = ToneCurve::named(tone).ok_or_else(unknown)?;
+    let tone: Result<ToneCurve, UnknownName> = tone.parse();
+    let tone = tone.map_err(|error| PyValueError::new_err(error.to_string()))?;
     Ok(Developer::new(exposure, tone, bit_depth(bits)?))
 }
 
-/// Returns the depth of channels of so many bits.
+/// Returns the depth of channels with a number of bits.
 ///
 /// # Errors
 ///

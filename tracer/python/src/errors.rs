@@ -24,8 +24,8 @@ pub fn out_of_memory(error: OutOfMemory) -> PyErr {
 /// Only who listens cancels a rendering, and then raises an error of its own.
 pub fn stopped(stopped: Stopped) -> PyErr {
     match stopped {
-        Stopped::Cancelled => PyRuntimeError::new_err("the rendering was given up"),
-        Stopped::BudgetExceeded => BudgetExceededError::new_err("there is more to do than the budget allows"),
+        Stopped::Cancelled => PyRuntimeError::new_err(stopped.to_string()),
+        Stopped::BudgetExceeded => BudgetExceededError::new_err(stopped.to_string()),
         Stopped::OutOfMemory(error) => out_of_memory(error),
     }
 }

@@ -17,14 +17,14 @@ use crate::errors::no_threads;
 /// How often the calling thread looks up: an interrupt is heeded this soon.
 const PAUSE: Duration = Duration::from_millis(20);
 
-/// The stack of a thread and what it takes beside it, and what is to be left then.
+/// The memory of a thread, its stack included, and the memory to be left then.
 const THREAD_BYTES: usize = 3 << 20;
 const SPARE_BYTES: usize = 4 << 20;
 
 /// What Python's own calls may take of the calling thread's stack.
 const STACK_BYTES: usize = 256 << 10;
 
-/// What a rendering is told to Python while it goes on.
+/// Reports the progress and the bytes of a rendering to Python.
 pub struct Listener<'a, 'py> {
     py: Python<'py>,
     /// Called with (pixels done, pixels in all).
@@ -38,7 +38,7 @@ pub struct Listener<'a, 'py> {
 }
 
 impl<'a, 'py> Listener<'a, 'py> {
-    /// Returns a listener that nothing was told yet.
+    /// Returns a listener to work that has not begun.
     pub fn new(
         py: Python<'py>,
         pixels: u64,
@@ -121,7 +121,7 @@ impl Drop for EndOnDrop<'_> {
 ///
 /// # Errors
 ///
-/// `MemoryError` if no memory holds them, of which `PyBytes::new` would panic.
+/// `MemoryError` if no memory holds them, where `PyBytes::new` would panic.
 pub fn bytes_of<'py>(py: Python<'py>, bytes: &[u8]) -> PyResult<Bound<'py, PyBytes>> {
     PyBytes::new_with(py, bytes.len(), |copy| {
         copy.copy_from_slice(bytes);

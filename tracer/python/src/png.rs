@@ -63,7 +63,7 @@ pub fn decode_png<'py>(py: Python<'py>, file: &[u8]) -> PyResult<(u32, u32, usiz
     Ok((decoded.width, decoded.height, decoded.channels, decoded.bits, pixels))
 }
 
-/// `MemoryError` if that is the reason, else `ValueError`: what is wrong is the picture.
+/// `MemoryError` if that is the reason, else `ValueError`: the picture is wrong.
 fn of_a_picture(kind: io::ErrorKind, error: &dyn std::error::Error) -> PyErr {
     match kind {
         io::ErrorKind::OutOfMemory => PyMemoryError::new_err("not enough memory for the picture"),

@@ -10,6 +10,7 @@ use pyo3::types::PyByteArray;
 use rtcli_tracer::Monitor;
 use rtcli_tracer::memory::filled;
 use rtcli_tracer::meter::MeterReading;
+use rtcli_tracer::simd::UnknownLevel;
 use rtcli_tracer::world::World;
 use rtcli_tracer::{Film, Level};
 
@@ -39,8 +40,10 @@ fn level() -> PyResult<Level> {
     match env::var_os(SIMD) {
         None => Ok(Level::best()),
         Some(name) if name.is_empty() => Ok(Level::best()),
-        Some(name) => Level::named(&name.to_string_lossy())
-            .map_err(|error| PyValueError::new_err(format!("{SIMD}: {error}"))),
+        Some(name) => name
+            .to_string_lossy()
+            .parse()
+            .map_err(|error: UnknownLevel| PyValueError::new_err(format!("{SIMD}: {error}"))),
     }
 }
 
@@ -135,10 +138,7 @@ impl Tracer {
         let developer = developer(look)?;
         let radiance = filled(3 * pixels(window) as usize, 0.0, "the radiance");
         let mut radiance = radiance.map_err(out_of_memory)?;
-        let film = Film {
-            radiance: &mut radiance,
-            ..Film::default()
-        };
+        let film = Film::of_radiance(&mut radiance);
         let mut listener = Listener::new(py, 0, None, None).within(core(budget));
         let work = |monitor: &Monitor, _: &_| self.core.film(window, film, monitor);
         listener.run_interruptibly(self.threads, work)?.map_err(stopped)?;
@@ -177,8 +177,8 @@ impl Tracer {
         listener.run_interruptibly(self.threads, work)?.map_err(stopped)
     }
 
-    /// Meters the whole picture at `grid` x `grid` points, within a budget; returns stops, percentile, and how many rays
-    /// that took.
+    /// Meters the whole picture at `grid` x `grid` points, within a budget; returns stops, percentile, and how
+    /// many rays that took.
     #[pyo3(signature = (grid, budget=None, /))]
     fn exposure(
         &self,

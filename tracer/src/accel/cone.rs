@@ -13,9 +13,9 @@ pub(crate) struct Cone {
     axis: [f32; 3],
     cos: f32,
     sin: f32,
-    /// Along the axis, what is nearer is in the cone.
+    /// The length of the cone along its axis.
     pub(crate) reach: f32,
-    /// What rounding may do to the apex and the points.
+    /// The rounding of the apex and the points.
     slack: f32,
 }
 
@@ -36,7 +36,7 @@ impl Cone {
 
     /// The cone from an apex around a ball of points, up to its far end.
     ///
-    /// `farthest` is how far they are from what they are relative to, which tells what float32 has taken from them.
+    /// `farthest` is their largest distance from their reference: float32 rounds them by a share of it.
     pub(crate) fn from_apex(apex: Vector, ball: BoundingSphere, farthest: f64) -> Cone {
         let toward = sub(ball.center, apex);
         let distance = length(toward);

@@ -3,15 +3,15 @@
 /// Children of a node.
 pub(crate) const WIDTH: usize = 8;
 
-/// Of a child's number: it is an object.
+/// The bit of a child's number that marks an object.
 pub(crate) const LEAF: u32 = 1 << 31;
 
-/// Rounding, here and in the kernel, is less than this share of the distances and sizes that come in.
+/// Rounding, here and in the kernel, is less than this share of distances and sizes.
 pub(crate) const CONSERVATIVE: f32 = 2e-6;
 
 #[derive(Clone, Debug)]
 pub(crate) struct Node {
-    /// Of each child: the ball around it. A missing child has a radius of -inf, which nothing meets.
+    /// The bounding sphere of each child. A missing child has a radius of -inf, which no cone intersects.
     pub(crate) x: [f32; WIDTH],
     pub(crate) y: [f32; WIDTH],
     pub(crate) z: [f32; WIDTH],

@@ -68,7 +68,8 @@ proptest! {
         let rays = rays_of(tile.0, tile.1);
         let cone = Cone::of_tile(&rays);
         let depths = |shape: &OracleShape| {
-            (0..LANES).filter_map(|lane| shape.depth(exact_ray(tile.0, tile.1, lane))).fold(f64::INFINITY, f64::min)
+            let depths = (0..LANES).filter_map(|lane| shape.depth(exact_ray(tile.0, tile.1, lane)));
+            depths.fold(f64::INFINITY, f64::min)
         };
         let mut all: Vec<f64> = shapes.iter().map(depths).filter(|t| t.is_finite()).collect();
         all.sort_unstable_by(f64::total_cmp);

@@ -1,5 +1,7 @@
-//! The arrays of a rendered picture, and how a tile fills its part of them.
+//! The arrays of a rendered picture, and how a tile fills its part of them. To add a pass: add it to `Pass` and
+//! `PASSES`, and compute it in `Film::take`.
 
+use crate::names::UnknownName;
 use crate::scene::Scene;
 use crate::tile::Tile;
 use crate::tile::hits::{FACE_BITS, NO_FACE};
@@ -7,128 +9,162 @@ use crate::tile::{LANES, Lanes};
 use crate::trace::tile_tracer::{PassRequest, TileTracer};
 use crate::vector::{add, dot, rotate, scale, to_f32};
 use crate::world::{Camera, Vector, Window};
+use std::str::FromStr;
 
-/// Where to put radiance and passes of a window: arrays row by row, of width * height pixels.
-///
-/// Passes are taken at pixel centres, whatever the number of samples; those that nobody wants are None.
-#[derive(Debug, Default)]
-pub struct Film<'a> {
-    /// Linear RGB, 3 values a pixel: the mean of its samples.
-    pub radiance: &'a mut [f32],
+/// What a film records of each pixel. Passes other than radiance are taken at pixel centres, whatever the number
+/// of samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pass {
+    /// Linear RGB: the mean of the pixel's samples.
+    Radiance,
     /// The distance along the viewing axis; +inf where nothing is hit.
-    pub depth: Option<&'a mut [f32]>,
+    Depth,
     /// The distance to the eye; +inf where nothing is hit.
-    pub distance: Option<&'a mut [f32]>,
-    /// 3 values a pixel: world space, unit, facing the viewer; 0 where nothing is hit.
-    pub normal: Option<&'a mut [f32]>,
-    /// 3 values a pixel: world space; 0 where nothing is hit.
-    pub position: Option<&'a mut [f32]>,
-    /// 3 values a pixel, linear RGB; 0 where nothing is hit.
-    pub albedo: Option<&'a mut [f32]>,
+    Distance,
+    /// World space, unit, facing the viewer; 0 where nothing is hit.
+    Normal,
+    /// World space; 0 where nothing is hit.
+    Position,
+    /// Linear RGB; 0 where nothing is hit.
+    Albedo,
     /// 0 where nothing is hit, i + 1 for object i.
-    pub object_id: Option<&'a mut [u32]>,
+    ObjectId,
 }
 
-impl<'a> Film<'a> {
-    /// What is wanted beside radiance.
-    pub(crate) fn request(&self) -> PassRequest {
-        if self.normal.is_some() || self.position.is_some() {
-            PassRequest::Surface
-        } else if self.has_passes() {
-            PassRequest::Hits
-        } else {
-            PassRequest::Radiance
+/// Name, channels, and what has to be traced for it.
+struct PassSpec(Pass, &'static str, usize, PassRequest);
+
+const PASSES: [PassSpec; 7] = [
+    PassSpec(Pass::Radiance, "radiance", 3, PassRequest::Radiance),
+    PassSpec(Pass::Depth, "depth", 1, PassRequest::Hits),
+    PassSpec(Pass::Distance, "distance", 1, PassRequest::Hits),
+    PassSpec(Pass::Normal, "normal", 3, PassRequest::Surface),
+    PassSpec(Pass::Position, "position", 3, PassRequest::Surface),
+    PassSpec(Pass::Albedo, "albedo", 3, PassRequest::Hits),
+    PassSpec(Pass::ObjectId, "object_id", 1, PassRequest::Hits),
+];
+
+impl FromStr for Pass {
+    type Err = UnknownName;
+
+    fn from_str(name: &str) -> Result<Pass, UnknownName> {
+        let spec = PASSES.iter().find(|spec| spec.1 == name);
+        spec.map(|spec| spec.0).ok_or_else(|| UnknownName::new("pass", name))
+    }
+}
+
+/// The values of a pass, row by row.
+#[derive(Debug)]
+pub enum Values<'a> {
+    /// Of every pass but the object's number.
+    Floats(&'a mut [f32]),
+    /// Of the object's number.
+    Integers(&'a mut [u32]),
+}
+
+impl<'a> Values<'a> {
+    fn len(&self) -> usize {
+        match self {
+            Values::Floats(values) => values.len(),
+            Values::Integers(values) => values.len(),
         }
     }
 
-    /// Whether each array has the length that the pixels of a window need.
+    fn split(self, at: usize) -> (Values<'a>, Values<'a>) {
+        match self {
+            Values::Floats(values) => {
+                let (first, rest) = values.split_at_mut(at);
+                (Values::Floats(first), Values::Floats(rest))
+            }
+            Values::Integers(values) => {
+                let (first, rest) = values.split_at_mut(at);
+                (Values::Integers(first), Values::Integers(rest))
+            }
+        }
+    }
+}
+
+/// Where to put the passes of a window.
+#[derive(Debug, Default)]
+pub struct Film<'a> {
+    values: [Option<Values<'a>>; PASSES.len()],
+}
+
+impl<'a> Film<'a> {
+    /// Return a film that records radiance, into 3 values a pixel.
+    pub fn of_radiance(radiance: &'a mut [f32]) -> Film<'a> {
+        Film::default().with(Pass::Radiance, Values::Floats(radiance))
+    }
+
+    /// Return the film with another pass to record.
+    pub fn with(mut self, pass: Pass, values: Values<'a>) -> Film<'a> {
+        self.values[pass as usize] = Some(values);
+        self
+    }
+
+    /// The pixels' data that the passes need.
+    pub(crate) fn request(&self) -> PassRequest {
+        let recorded = PASSES.iter().filter(|spec| self.values[spec.0 as usize].is_some());
+        recorded.map(|spec| spec.3).max().unwrap_or(PassRequest::Radiance)
+    }
+
+    /// Whether radiance is recorded, and each array has the type and the length that the pixels of a window need.
     pub fn holds(&self, window: Window) -> bool {
         let pixels = window.width as usize * window.height as usize;
-        let triples = [&self.normal, &self.position, &self.albedo];
-        let singles = [&self.depth, &self.distance];
-        self.radiance.len() == 3 * pixels
-            && triples.into_iter().flatten().all(|a| a.len() == 3 * pixels)
-            && singles.into_iter().flatten().all(|a| a.len() == pixels)
-            && self.object_id.as_ref().is_none_or(|a| a.len() == pixels)
+        let fits = |&PassSpec(pass, _, channels, _): &PassSpec| match &self.values[pass as usize] {
+            None => pass != Pass::Radiance,
+            Some(values) => {
+                values.len() == channels * pixels
+                    && matches!(values, Values::Integers(_)) == (pass == Pass::ObjectId)
+            }
+        };
+        PASSES.iter().all(fits)
     }
 
     /// The part of the first pixels, and the rest.
     pub(crate) fn split(self, pixels: usize) -> (Film<'a>, Film<'a>) {
-        let (radiance, radiance_rest) = self.radiance.split_at_mut(3 * pixels);
-        let (depth, depth_rest) = split(self.depth, pixels);
-        let (distance, distance_rest) = split(self.distance, pixels);
-        let (normal, normal_rest) = split(self.normal, 3 * pixels);
-        let (position, position_rest) = split(self.position, 3 * pixels);
-        let (albedo, albedo_rest) = split(self.albedo, 3 * pixels);
-        let (object_id, object_id_rest) = split(self.object_id, pixels);
-        (
-            Film {
-                radiance,
-                depth,
-                distance,
-                normal,
-                position,
-                albedo,
-                object_id,
-            },
-            Film {
-                radiance: radiance_rest,
-                depth: depth_rest,
-                distance: distance_rest,
-                normal: normal_rest,
-                position: position_rest,
-                albedo: albedo_rest,
-                object_id: object_id_rest,
-            },
-        )
+        let (mut first, mut rest) = (Film::default(), Film::default());
+        for (values, PassSpec(pass, _, channels, _)) in self.values.into_iter().zip(&PASSES) {
+            if let Some((part, below)) = values.map(|values| values.split(channels * pixels)) {
+                first.values[*pass as usize] = Some(part);
+                rest.values[*pass as usize] = Some(below);
+            }
+        }
+        (first, rest)
     }
 
-    /// Take the wanted pixels of a tile. The film is that of the place's window.
+    /// Take the wanted pixels of a tile. The film is that of the tile's window.
     #[inline(always)]
     pub(crate) fn take(&mut self, traced: &TileTracer, tile: Tile, to_world: CameraToWorld<'_>) {
-        for span in tile.spans() {
-            let radiance = &mut self.radiance[3 * span.pixel..3 * (span.pixel + span.count)];
-            traced.mean_radiance(span.lane, radiance);
-        }
         let (t, faces) = (&traced.hits.t, &traced.hits.face);
-        if let Some(depth) = &mut self.depth {
-            tile.put(depth, &to_world.depths(t, faces));
-        }
-        if let Some(distance) = &mut self.distance {
-            tile.put(distance, &to_world.distances(t, &traced.rays.vv, faces));
-        }
-        if let Some(albedo) = &mut self.albedo {
-            tile.put(albedo.as_chunks_mut().0, &to_world.albedos(faces));
-        }
-        if let Some(object_id) = &mut self.object_id {
-            tile.put(object_id, &object_ids(faces));
-        }
-        if let Some(surface) = &traced.surface {
-            if let Some(position) = &mut self.position {
-                tile.put(
-                    position.as_chunks_mut().0,
-                    &to_world.positions(&surface.position, faces),
-                );
+        for PassSpec(pass, ..) in &PASSES {
+            match (pass, &mut self.values[*pass as usize], &traced.surface) {
+                (Pass::Radiance, Some(Values::Floats(radiance)), _) => {
+                    for span in tile.spans() {
+                        let pixels = 3 * span.pixel..3 * (span.pixel + span.count);
+                        traced.mean_radiance(span.lane, &mut radiance[pixels]);
+                    }
+                }
+                (Pass::Depth, Some(Values::Floats(depth)), _) => tile.put(depth, &to_world.depths(t, faces)),
+                (Pass::Distance, Some(Values::Floats(distance)), _) => {
+                    tile.put(distance, &to_world.distances(t, &traced.rays.vv, faces));
+                }
+                (Pass::Normal, Some(Values::Floats(normal)), Some(surface)) => {
+                    tile.put(normal.as_chunks_mut().0, &to_world.normals(&surface.normal, faces));
+                }
+                (Pass::Position, Some(Values::Floats(position)), Some(surface)) => {
+                    tile.put(
+                        position.as_chunks_mut().0,
+                        &to_world.positions(&surface.position, faces),
+                    );
+                }
+                (Pass::Albedo, Some(Values::Floats(albedo)), _) => {
+                    tile.put(albedo.as_chunks_mut().0, &to_world.albedos(faces));
+                }
+                (Pass::ObjectId, Some(Values::Integers(id)), _) => tile.put(id, &object_ids(faces)),
+                _ => (),
             }
-            if let Some(normal) = &mut self.normal {
-                tile.put(normal.as_chunks_mut().0, &to_world.normals(&surface.normal, faces));
-            }
         }
-    }
-
-    fn has_passes(&self) -> bool {
-        let floats = [&self.depth, &self.distance, &self.normal, &self.position, &self.albedo];
-        floats.into_iter().any(Option::is_some) || self.object_id.is_some()
-    }
-}
-
-fn split<T>(array: Option<&mut [T]>, at: usize) -> (Option<&mut [T]>, Option<&mut [T]>) {
-    match array {
-        Some(array) => {
-            let (first, rest) = array.split_at_mut(at);
-            (Some(first), Some(rest))
-        }
-        None => (None, None),
     }
 }
 
@@ -146,7 +182,7 @@ fn object_ids(faces: &[u32; LANES]) -> [u32; LANES] {
     ids
 }
 
-/// In float32; what is finite stays finite.
+/// Round to float32; finite values stay finite.
 #[inline(always)]
 fn bounded(value: f64) -> f32 {
     let largest = f64::from(f32::MAX);
@@ -244,7 +280,7 @@ impl<'a> CameraToWorld<'a> {
         normals
     }
 
-    /// The colors of what is met; 0 where it is nothing.
+    /// The albedo of each ray's object; 0 where the ray misses.
     #[inline(always)]
     fn albedos(&self, faces: &[u32; LANES]) -> Triples {
         let mut albedos = [[0.0; 3]; LANES];
@@ -252,7 +288,7 @@ impl<'a> CameraToWorld<'a> {
         for (albedo, &face) in albedos.iter_mut().zip(faces) {
             if face != last {
                 last = face;
-                // Of nothing there is no look.
+                // A miss has no material.
                 let material = self.scene.materials.get((face >> FACE_BITS) as usize);
                 color = material.map_or([0.0; 3], |look| to_f32(look.albedo));
             }

@@ -6,8 +6,9 @@ use crate::memory::{OutOfMemory, collect};
 const TARGET: f64 = 0.8;
 const QUANTILE: f64 = 0.95;
 
-/// The light is metered at this many times as many points, the middles of a grid that spans the whole picture: at the
-/// same places of the view whatever the resolution. A picture that is a little wider moves each of them a little.
+/// The light is metered at this many times as many points, the middles of a grid that spans the whole picture: at
+/// the same places of the view whatever the resolution. A picture that is a little wider moves each of them a
+/// little.
 pub const GRID: u32 = 256;
 
 /// What the meter found.

@@ -23,10 +23,10 @@
 //! | Paeth, zlib level 1    | 15 / 1888  | 25 / 3576  | 24 / 4085   |
 //! | adaptive, zlib level 6 | 116 / 1113 | 269 / 2245 | 218 / 3240  |
 //!
-//! So Paeth it is: nearly the smallest file that fdeflate makes, in a little more time than the quickest. `first` at
-//! 3840x2160 takes 10 ms. Row by row is a sixth to a third slower than the crate's way for whole pictures, since each
-//! row is copied before it is filtered, and the encoded data pass through the chunk's buffer eight bytes at a time;
-//! larger IDAT chunks gain nothing.
+//! So Paeth it is: nearly the smallest file that fdeflate makes, in a little more time than the quickest. `first`
+//! at 3840x2160 takes 10 ms. Row by row is a sixth to a third slower than the crate's way for whole pictures,
+//! since each row is copied before it is filtered, and the encoded data pass through the chunk's buffer eight
+//! bytes at a time; larger IDAT chunks gain nothing.
 
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -36,7 +36,7 @@ use crate::output::develop::BitDepth;
 
 pub use png::DecodingError;
 
-/// The size of an IDAT chunk: what is encoded goes to the sink in such pieces.
+/// The size of an IDAT chunk: encoded data goes to the sink in such pieces.
 const CHUNK: usize = 1 << 15;
 
 /// What stands in front of a picture's pixels.
@@ -50,7 +50,7 @@ pub struct Header<'a> {
     pub color: Color,
     /// Of each channel.
     pub bits: BitDepth,
-    /// Keywords of Latin-1 and what is told under them, in ASCII.
+    /// Keywords in Latin-1 and their texts in ASCII.
     pub texts: &'a [(String, String)],
 }
 
@@ -188,7 +188,7 @@ impl<W: Write> PngWriter<W> {
         sink.flush()
     }
 
-    /// Hands what is encoded to the sink.
+    /// Hands encoded data to the sink.
     fn pass_on(&mut self) -> io::Result<()> {
         let sink = &mut self.sink;
         self.encoded.with(|waiting| {
@@ -281,7 +281,7 @@ mod tests {
             .collect()
     }
 
-    /// A disk with room for so many bytes.
+    /// A disk with room for a number of bytes.
     struct Disk(usize);
 
     impl Write for Disk {
@@ -414,7 +414,8 @@ mod tests {
     proptest! {
         #[test]
         fn what_was_written_is_read_back(
-            (width, height, bits, pixels) in (1u32..40, 1u32..20, any::<bool>()).prop_flat_map(|(width, height, deep)| {
+            (width, height, bits, pixels) in
+                (1u32..40, 1u32..20, any::<bool>()).prop_flat_map(|(width, height, deep)| {
                 let bits = if deep { BitDepth::Sixteen } else { BitDepth::Eight };
                 let bytes = (width * height) as usize * bits.bytes_per_pixel();
                 let any_pixels = prop::collection::vec(prop_oneof![Just(0), Just(255), any::<u8>()], bytes);

@@ -2,6 +2,7 @@ use super::*;
 use crate::WorkBudget;
 use crate::oracle::any_world;
 use crate::output::develop::{BitDepth, ToneCurve};
+use crate::output::film::{Pass, Values};
 use crate::world::{Camera, LightDesc, Object, ShapeDesc};
 use proptest::prelude::*;
 use std::f64::consts::PI;
@@ -70,15 +71,13 @@ fn filmed(tracer: &Tracer, window: Window) -> Arrays {
         object_id: vec![u32::MAX; pixels],
         rays: 0,
     };
-    let film = Film {
-        radiance: &mut arrays.radiance,
-        depth: Some(&mut arrays.depth),
-        distance: Some(&mut arrays.distance),
-        normal: Some(&mut arrays.normal),
-        position: Some(&mut arrays.position),
-        albedo: Some(&mut arrays.albedo),
-        object_id: Some(&mut arrays.object_id),
-    };
+    let film = Film::of_radiance(&mut arrays.radiance)
+        .with(Pass::Depth, Values::Floats(&mut arrays.depth))
+        .with(Pass::Distance, Values::Floats(&mut arrays.distance))
+        .with(Pass::Normal, Values::Floats(&mut arrays.normal))
+        .with(Pass::Position, Values::Floats(&mut arrays.position))
+        .with(Pass::Albedo, Values::Floats(&mut arrays.albedo))
+        .with(Pass::ObjectId, Values::Integers(&mut arrays.object_id));
     let rays = tracer.film(window, film, &Monitor::new()).unwrap();
     Arrays { rays, ..arrays }
 }
@@ -118,7 +117,8 @@ proptest! {
             prop_assert_eq!(others.all_bits(), arrays.all_bits(), "{}", level.name());
             prop_assert_eq!(others.rays, arrays.rays, "{}", level.name());
             for bits in [BitDepth::Eight, BitDepth::Sixteen] {
-                prop_assert_eq!(written(&tracer, window, bits), written(&baseline, window, bits), "{}", level.name());
+                let expected = written(&baseline, window, bits);
+                prop_assert_eq!(written(&tracer, window, bits), expected, "{}", level.name());
             }
         }
     }
@@ -183,7 +183,9 @@ proptest! {
     }
 
     #[test]
-    fn the_meter_sees_points_of_the_same_view_with_one_sample(world in any_world(), grid in 1_u32..9, shape in 0..3_usize) {
+    fn the_meter_sees_points_of_the_same_view_with_one_sample(
+        world in any_world(), grid in 1_u32..9, shape in 0..3_usize
+    ) {
         // In a picture three times as wide, or as high, as a square each third pixel is such a point.
         let (across, down) = [(1, 1), (3, 1), (1, 3)][shape];
         let large = World {
@@ -475,10 +477,8 @@ fn in_the_end_all_pixels_are_done_and_never_more() {
         .unwrap();
     assert_eq!(monitor.done(), 210_000);
     let monitor = Monitor::new();
-    let film = Film {
-        radiance: &mut vec![0.0; 630_000],
-        ..Film::default()
-    };
+    let mut radiance = vec![0.0; 630_000];
+    let film = Film::of_radiance(&mut radiance);
     best(&scene).film(window, film, &monitor).unwrap();
     assert_eq!(monitor.done(), 210_000);
 }
@@ -497,10 +497,8 @@ fn what_is_cancelled_before_it_begins_is_not_done() {
         width: 50,
         height: 50,
     };
-    let film = Film {
-        radiance: &mut vec![0.0; 7500],
-        ..Film::default()
-    };
+    let mut radiance = vec![0.0; 7500];
+    let film = Film::of_radiance(&mut radiance);
     assert_eq!(best(&scene).film(small, film, &monitor), Err(Stopped::Cancelled));
     assert_eq!(best(&scene).exposure(4, &monitor), Err(Stopped::Cancelled));
     assert_eq!(monitor.done(), 0);
@@ -553,10 +551,8 @@ fn a_sink_that_fails_is_an_error() {
 #[should_panic(expected = "the film does not fit the window")]
 fn a_film_of_another_size_is_refused() {
     let scene = world(10, 10, vec![], vec![]);
-    let film = Film {
-        radiance: &mut [0.0; 3],
-        ..Film::default()
-    };
+    let mut radiance = [0.0; 3];
+    let film = Film::of_radiance(&mut radiance);
     let _ = best(&scene).film(whole(&scene), film, &Monitor::new());
 }
 
@@ -566,10 +562,7 @@ fn within(world: &World, level: Level, threads: usize, steps: u64) -> (Result<Ve
     let monitor = Monitor::within(Arc::clone(&budget));
     let window = whole(world);
     let mut radiance = vec![0.0; 3 * window.width as usize * window.height as usize];
-    let film = Film {
-        radiance: &mut radiance,
-        ..Film::default()
-    };
+    let film = Film::of_radiance(&mut radiance);
     let tracer = Tracer::new(world.clone(), level).unwrap();
     let result = on_threads(threads, || tracer.film(window, film, &monitor));
     (result.map(|_| radiance), budget.spent())
@@ -647,10 +640,8 @@ fn works_in_turn_share_a_budget() {
     let budget = Arc::new(WorkBudget::new(2 * steps - 1));
     let tracer = best(&world);
     let once = || {
-        let film = Film {
-            radiance: &mut vec![0.0; 3 * 256],
-            ..Film::default()
-        };
+        let mut radiance = vec![0.0; 3 * 256];
+        let film = Film::of_radiance(&mut radiance);
         tracer.film(whole(&world), film, &Monitor::within(Arc::clone(&budget)))
     };
     assert!(once().is_ok());

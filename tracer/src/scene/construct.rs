@@ -69,7 +69,7 @@ impl CameraSpace<'_> {
     }
 
     /// The factor that moves a place within reach of float32, in its direction from the eye; 1 for all but what is
-    /// beyond everything that matters. What is made as much smaller looks the same from near the eye.
+    /// beyond everything that matters. An object made as much smaller looks the same from near the eye.
     pub(crate) fn nearer(&self, place: Vector, extent: f64) -> f64 {
         let away = largest(self.relative(place));
         if away > REACH && self.length(extent) < away / 2.0 {
@@ -130,14 +130,15 @@ impl CameraSpace<'_> {
 /// The farthest thing is kept within this power of two: its square stays within float32.
 const LARGEST_EXPONENT: i32 = 58;
 
-/// What is farther than this power of two times the typical distance does not count for the unit; see `CameraSpace::nearer`.
+/// What is farther than this power of two times the typical distance does not count for the unit; see
+/// `CameraSpace::nearer`.
 const FARTHEST_EXPONENT: i32 = 80;
 
 /// Nor what of a light's distance is more than this power of two times that of all objects: its light is parallel.
 const AS_GOOD_AS_PARALLEL: i32 = 30;
 
-/// A power of two that brings the typical distance from the eye, or the size of what is larger, to about 1, or below if
-/// something is very far away.
+/// A power of two that brings the typical distance from the eye, or the size of what is larger, to about 1, or
+/// below if something is very far away.
 pub(crate) fn suitable_unit(world: &World) -> Result<f64, OutOfMemory> {
     let eye = world.camera.position;
     let exponent = |place: Vector, extent: f64| {
@@ -154,7 +155,7 @@ pub(crate) fn suitable_unit(world: &World) -> Result<f64, OutOfMemory> {
     reserve(&mut exponents, world.lights.len(), "the lights")?;
     exponents.extend(lights.map(|light| light.min(farthest_object + AS_GOOD_AS_PARALLEL)));
     let farthest = exponents.iter().copied().fold(farthest_object, i32::max);
-    // Of two the lower one: what is near matters more.
+    // The lower of two: near objects matter more.
     let middle = (exponents.len() - 1) / 2;
     let (_, &mut typical, _) = exponents.select_nth_unstable(middle);
     let exponent = typical.max(farthest.min(typical + FARTHEST_EXPONENT) - LARGEST_EXPONENT);
@@ -177,7 +178,8 @@ fn unit_vector(direction: Vector) -> Vector {
     scaled.map(|component| component / size)
 }
 
-/// The axes of a box turned about +y, counter-clockwise seen from above: the rows of R_y (document, section 2.2.3).
+/// The axes of a box turned about +y, counter-clockwise seen from above: the rows of R_y (document, section
+/// 2.2.3).
 fn box_axes(degrees: f64) -> [Vector; 3] {
     let (sine, cosine) = sine_and_cosine(degrees);
     [[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]]

@@ -44,7 +44,9 @@ proptest! {
     }
 
     #[test]
-    fn a_scene_is_the_same_wherever_it_is_moved_exactly(world in any_world(), way in [-512..512_i32, -512..512, -512..512]) {
+    fn a_scene_is_the_same_wherever_it_is_moved_exactly(
+        world in any_world(), way in [-512..512_i32, -512..512, -512..512]
+    ) {
         let world = rounded(world);
         let mut moved = world.clone();
         let there = |place: Vector| std::array::from_fn(|i| place[i] + f64::from(way[i]));

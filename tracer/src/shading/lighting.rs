@@ -1,4 +1,4 @@
-//! The light that lights bring to points, and that the points send to the eye.
+//! The light that reaches points, and that they reflect to the eye.
 
 use crate::accel::Stack;
 use crate::scene::{Light, Material, Scene};
@@ -40,11 +40,12 @@ impl Lighting {
     /// Add what the points, placed on an object, send back of the light that reaches them; return how many shadow
     /// rays that took. `flat` is the plane of their face, unless they lie on a sphere.
     ///
-    /// radiance = sum over lights of albedo / pi L_i cos(theta), L_i = power / r^2 (document, sections 2.3.1, 2.3.2)
+    /// radiance = sum over lights of albedo / pi L_i cos(theta), L_i = power / r^2 (document, sections 2.3.1,
+    /// 2.3.2)
     ///
-    /// A surface is lit from the eye's side only. All shapes are convex, so where eye and light are on the same side
-    /// of an object and cos(theta) > 0, the object cannot stand in its own light: it is left out, and no epsilon is
-    /// needed.
+    /// A surface is lit from the eye's side only. All shapes are convex, so where eye and light are on the same
+    /// side of an object and cos(theta) > 0, the object cannot stand in its own light: it is left out, and no
+    /// epsilon is needed.
     #[inline(always)]
     pub(crate) fn add(
         &mut self,
@@ -144,7 +145,8 @@ impl Lighting {
         }
     }
 
-    /// Divide by 4 pi t^2 (document, section 3.4), t the distance to the eye in the world's units; multiply by `gain`.
+    /// Divide by 4 pi t^2 (document, section 3.4), t the distance to the eye in the world's units; multiply by
+    /// `gain`.
     #[inline(always)]
     fn apply_eye_falloff(&mut self, unit: f64, gain: f32) {
         let eye = to_f32(self.points.reference.map(|component| -component));
@@ -157,8 +159,8 @@ impl Lighting {
     }
 }
 
-/// value / r^3, with r^2 given. The cube itself would leave float32 where a light is as far away as the sun from a scene
-/// of a few millimetres.
+/// value / r^3, with r^2 given. The cube itself would leave float32 where a light is as far away as the sun from a
+/// scene of a few millimetres.
 #[inline(always)]
 fn per_cube(value: f32, squared: f32) -> f32 {
     let inverse = 1.0 / squared;
@@ -170,8 +172,8 @@ fn share(light: &Light, albedo: Vector) -> Vector {
     std::array::from_fn(|i| light.power[i] * (albedo[i] / PI))
 }
 
-/// Of a light's power that is far from 1 the power of two in it, which keeps what arrives within float32 on its way to the
-/// eye.
+/// Return a power of two near a light's power if that is far from 1: it keeps radiance within float32 on its way
+/// to the eye.
 fn gain(share: Vector) -> f32 {
     let largest = share.into_iter().fold(0.0, f64::max);
     let exponent = libm::ilogb(largest);
@@ -182,7 +184,7 @@ fn gain(share: Vector) -> f32 {
     }
 }
 
-/// In float32, whose largest value stands for what is larger.
+/// Round to float32, larger values to its largest.
 fn bounded(value: f64) -> f32 {
     value.min(f64::from(f32::MAX)) as f32
 }

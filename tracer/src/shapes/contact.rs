@@ -4,8 +4,8 @@
 
 use crate::vector::{Vector, dot, l1_norm, largest, length, rotate, sub};
 
-/// A place that is closer to a surface than this share of its distance from the object and of the object's size lies
-/// on it.
+/// A place that is closer to a surface than this share of its distance from the object and of the object's size
+/// lies on it.
 pub(crate) const ON_SURFACE: f64 = 1.0 / (1_u64 << 47) as f64;
 
 /// The same of the coordinates, which come from decimal numbers.
@@ -25,8 +25,8 @@ pub(crate) struct Contact {
     pub(crate) side: Side,
     /// How far beyond the surface it is; less than 0 inside.
     pub(crate) height: f64,
-    /// Of a box: the place from its centre along its axes. Of a plane: first, how far before it. Of a face in whose
-    /// plane the place lies they are those of the face exactly.
+    /// Of a box: the place from its centre along its axes. Of a plane: first, how far before it. Of a face in
+    /// whose plane the place lies they are those of the face exactly.
     pub(crate) local: Vector,
 }
 
@@ -52,7 +52,8 @@ pub(crate) fn spread(normal: Vector, v: Vector) -> f64 {
 }
 
 impl Side {
-    /// Whether a light on this side lights what the eye sees: both inside, both outside, or the light on the surface.
+    /// Whether a light on this side lights what the eye sees: both inside, both outside, or the light on the
+    /// surface.
     #[inline(always)]
     pub(crate) fn sees_from(self, eye_is_outside: bool) -> bool {
         self == Side::On || (self == Side::Outside) == eye_is_outside

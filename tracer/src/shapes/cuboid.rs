@@ -85,8 +85,8 @@ impl Cuboid {
         .facing_the_eye()
     }
 
-    /// The depth of the middle ray from which float32 may go on: where the ball around the box begins, or the eye if
-    /// the box is not far from it in its own size.
+    /// The depth of the middle ray from which float32 may go on: where the ball around the box begins, or the eye
+    /// if the box is not far from it in its own size.
     #[inline(always)]
     fn start(&self, middle: Vector) -> f32 {
         let size = length(middle);

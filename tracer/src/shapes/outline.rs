@@ -1,8 +1,8 @@
 //! The cones of directions in which the eye sees convex shapes.
 //!
-//! Rays through the corners of a rectangle of the image plane bound all rays between them: if all four are in a convex
-//! cone, all others are. Rectangles end at the edges of pixels and rays go through their centres: half a pixel is more
-//! than the rounding between this test, in float64, and the kernel.
+//! Rays through the corners of a rectangle of the image plane bound all rays between them: if all four are in a
+//! convex cone, all others are. Rectangles end at the edges of pixels and rays go through their centres: half a
+//! pixel is more than the rounding between this test, in float64, and the kernel.
 
 use crate::vector::{Vector, add, cross, dot, length, rotate, scale, sub};
 
@@ -74,7 +74,7 @@ pub(crate) enum Outline {
     Unknown,
 }
 
-/// What is this near to a surface, as a share of the size, may be inside or outside.
+/// A point this near to a surface, as a share of the size, may be inside or outside.
 const NEAR: f64 = 1e-6;
 
 /// Lengths of the scene between which the kernel overflows nowhere.

@@ -21,7 +21,7 @@ pub(crate) struct Points {
     pub(crate) offset: [Lanes; 3],
     /// Unit normals that face the eye; of spheres only.
     pub(crate) normal: [Lanes; 3],
-    /// What rounding may have taken from their places beside the share of their offsets.
+    /// The rounding of their positions beside the share of their offsets.
     pub(crate) blur: f32,
 }
 
@@ -70,8 +70,8 @@ impl Points {
         let mut middle = [0.0; 3];
         let mut half = [0.0; 3];
         for axis in 0..3 {
-            // Step by step, each lane for itself, and as integers: of floats the compiler makes no vectors, or shuffles
-            // minima and maxima into one, at a third more time for a whole picture.
+            // Step by step, each lane for itself, and as integers: of floats the compiler makes no vectors, or
+            // shuffles minima and maxima into one, at a third more time for a whole picture.
             let (mut low, mut high) = ([i32::MAX; STEP], [i32::MIN; STEP]);
             for step in self.offset[axis][..self.padded()].as_chunks::<STEP>().0 {
                 for i in 0..STEP {

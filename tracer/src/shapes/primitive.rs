@@ -17,12 +17,13 @@ pub(crate) trait Primitive {
     /// Offer the hits of rays, with the face numbers from `face` on.
     fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer);
 
-    /// Return the depth at which the ray v = (x, y, 1) first hits the shape, in float64, infinite where it misses; and
+    /// Return the depth at which the ray v = (x, y, 1) first hits the shape, in float64, infinite where it misses;
+    /// and
     /// |n.v|.
     fn depth(&self, v: Vector) -> (f64, f64);
 
-    /// Place points where rays hit a face, and return its plane if it is flat. `depth` is their smallest depth, and
-    /// returns the ray that has it.
+    /// Place points where rays hit a face, and return its plane if it is flat. `depth` is their smallest depth,
+    /// and returns the ray that has it.
     fn place(
         &self,
         face: u32,

@@ -35,7 +35,8 @@ impl Shadow<'_> {
         bits == 0
     }
 
-    /// What float64 may have taken from the places of the points and of an object of some size: what is closer touches.
+    /// What float64 may have taken from the places of the points and of an object of some size: what is closer
+    /// touches.
     #[inline(always)]
     pub(crate) fn rounding_at_points(&self, size: f64) -> f64 {
         ROUNDING * (l1_norm(self.points.reference) + size)

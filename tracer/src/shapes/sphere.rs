@@ -25,7 +25,7 @@ use crate::vector::{Vector, cross, dot, l1_norm, length, scale, sub, to_f32};
 /// Rays that are tested together before it is decided whether any of them meets the sphere: whole rows.
 const BATCH: usize = 64;
 
-/// What is less than this share of the radius is seen as almost flat.
+/// A patch smaller than this share of the radius is almost flat.
 const FLAT: f64 = 1.0 / 256.0;
 
 /// What rounding takes from the depth of points that are placed from close by is less than this share of it.
@@ -38,14 +38,14 @@ const NEAR: f64 = 3.0;
 pub(crate) struct Sphere {
     pub(crate) center: Vector,
     pub(crate) radius: f64,
-    /// Of the eye: positive outside, 0 on the sphere.
+    /// The eye's power with respect to the sphere: positive outside, 0 on it.
     power: f64,
 }
 
 /// What one ray after the other needs to know of a sphere, in units of its radius.
 struct RaySetup {
     center: [f32; 3],
-    /// Of the middle ray: its moment m, and b.
+    /// The middle ray's moment m, and its b.
     moment: [f32; 3],
     along: f32,
     /// k, in units of the scene over units of the radius.
@@ -56,7 +56,7 @@ struct RaySetup {
 }
 
 impl Sphere {
-    /// A sphere; `eye` tells where the eye is if it is close to the surface.
+    /// Make a sphere; `eye` is given if it is close to the surface.
     pub(crate) fn new(center: Vector, radius: f64, eye: Option<&Contact>) -> Sphere {
         let power = match eye {
             Some(eye) => eye.height * (eye.height + 2.0 * radius),
@@ -251,7 +251,8 @@ impl Primitive for Sphere {
 
     /// The nearest root ahead of the eye, in float64, infinite if there is none; and |n.v| there.
     ///
-    /// D = R^2 - g.g, with g = c - (c.d) d from the centre's foot on the ray to the centre, |d| = 1; |n.d| = sqrt(D) / R
+    /// D = R^2 - g.g, with g = c - (c.d) d from the centre's foot on the ray to the centre, |d| = 1; |n.d| =
+    /// sqrt(D) / R
     fn depth(&self, v: Vector) -> (f64, f64) {
         let size = length(v);
         let d = scale(v, 1.0 / size);
@@ -283,10 +284,10 @@ impl Primitive for Sphere {
 
     /// Darken the points from which the sphere hides the light.
     ///
-    /// With w from the point to the light, q and c from the point and the light to the centre, and M = c x -w: the line
-    /// meets the sphere where M.M <= R^2 w.w, and does so between the two if q.w > 0 and c.w < 0; or if one of them is
-    /// inside. A point is outside if its power q.q - R^2 is above 0. With the offset p from the reference, q = q_r - p;
-    /// where the reference is close to the sphere nothing cancels in
+    /// With w from the point to the light, q and c from the point and the light to the centre, and M = c x -w: the
+    /// line meets the sphere where M.M <= R^2 w.w, and does so between the two if q.w > 0 and c.w < 0; or if one
+    /// of them is inside. A point is outside if its power q.q - R^2 is above 0. With the offset p from the
+    /// reference, q = q_r - p; where the reference is close to the sphere nothing cancels in
     ///
     /// q.q - R^2 = (q_r.q_r - R^2) - p.(q_r + q)
     ///
@@ -340,7 +341,7 @@ impl Primitive for Sphere {
             return;
         }
         let power_r = (power(from_reference, self.radius) / (self.radius * self.radius)) as f32;
-        // Of q.q close to 1 rounding takes less than 1e-6.
+        // Rounding changes a q.q close to 1 by less than 1e-6.
         let rounding = if close { rounding } else { rounding + 1e-6 };
         for lane in 0..points.padded() {
             let p = points.offset.each_ref().map(|axis| axis[lane]);

@@ -6,22 +6,22 @@ use crate::tile::{LANES, Lanes};
 /// The first hit of each ray of a tile.
 #[derive(Clone, Debug)]
 pub(crate) struct HitBuffer {
-    /// The parameter t, which is the depth; +inf where nothing is met.
+    /// The parameter t, which is the depth; +inf where the ray misses.
     pub(crate) t: Lanes,
-    /// Which face of which object. `NO_FACE` where nothing is met.
+    /// The face of the object; `NO_FACE` where the ray misses.
     pub(crate) face: [u32; LANES],
     /// How often two faces were so close to each other that float32 may have taken the wrong one.
     pub(crate) close: u32,
 }
 
-/// The face of a ray that meets nothing.
+/// The face of a ray that misses everything.
 pub(crate) const NO_FACE: u32 = u32::MAX;
 
-/// Two faces whose depths differ by less than this share are told apart in float64. Where a ray does not graze them,
+/// Two faces whose depths differ by less than this share are compared in float64. Where a ray does not graze them,
 /// rounding is a fifth of it.
 pub(crate) const CLOSE: f32 = 3e-6;
 
-/// A face has its object's number in its upper bits, and 3 bits to tell a box's faces apart.
+/// A face has its object's number in its upper bits, and 3 bits for the face of a box.
 pub(crate) const FACE_BITS: u32 = 3;
 
 impl HitBuffer {
@@ -76,8 +76,8 @@ impl HitBuffer {
     }
 }
 
-/// Keep a face where it is nearer than what was found so far, its depth and face; return 1 if the two are close, else 0.
-/// NaN and infinity count as a miss.
+/// Keep a face where it is nearer than what was found so far, its depth and face; return 1 if the two are close,
+/// else 0. NaN and infinity count as a miss.
 #[inline(always)]
 pub(crate) fn offer((best, known): (&mut f32, &mut u32), t: f32, face: u32) -> u32 {
     let close = (t - *best).abs() < CLOSE * t;

@@ -1,9 +1,9 @@
 //! The rays of a tile: 16 x 16 pixels of the image plane, at a fixed place of the whole picture.
 //!
 //! Everything seen in a tile is computed relative to the ray through its middle, whose constants are found in
-//! float64. So float32 carries only what differs within the tile, and a small object far away is as round as a large
-//! one nearby. Tiles belong to the picture and not to the order of work: no pixel depends on how the picture is
-//! divided among threads, or on a crop.
+//! float64. So float32 carries only what differs within the tile, and a small object far away is as round as a
+//! large one nearby. Tiles belong to the picture and not to the order of work: no pixel depends on how the picture
+//! is divided among threads, or on a crop.
 
 use crate::tile::{LANES, Lanes, SIDE, STEP, View};
 use crate::vector::{Vector, to_f32};

@@ -1,7 +1,7 @@
 //! How many pixels each object would cover if it were alone.
 //!
-//! The search divides the picture into ever smaller squares of tiles and tests only the tiles on an object's outline
-//! ray by ray: the work grows with the outline and not with the area.
+//! The search divides the picture into ever smaller squares of tiles and tests only the tiles on an object's
+//! outline ray by ray: the work grows with the outline and not with the area.
 
 use crate::budget::{WorkMeter, steps_of};
 use crate::monitor::Monitor;

@@ -1,7 +1,8 @@
-//! Which of several faces is seen that float32 cannot tell apart.
+//! The visible one of several faces whose depths float32 cannot distinguish.
 //!
-//! An eye far away sees surfaces whose depths differ by less than float32 holds, and two boxes may share a face. Where
-//! depths are that close they are found again in float64, ray by ray; of faces in one place the first object's is seen.
+//! An eye far away sees surfaces whose depths differ by less than float32 holds, and two boxes may share a face.
+//! Where depths are that close they are found again in float64, ray by ray; of faces in one place the first
+//! object's is seen.
 
 use crate::accel::Stack;
 use crate::accel::cone::Cone;
@@ -96,8 +97,8 @@ impl DepthResolver {
 
 /// The first object's among the nearest candidates, if there are several.
 ///
-/// Of those in one place it is the first; else, where all are within the share `blur` of the depth from each other, their
-/// order in float32 is as good as any.
+/// Among candidates in one place, the first object's is visible. Elsewhere, if all are within the share `blur` of
+/// the depth from each other, their order in float32 is as good as any.
 fn first_of_the_nearest(candidates: &[Candidate], blur: f64) -> Option<Candidate> {
     let all = candidates.iter().copied();
     let nearest = all.clone().min_by(|a, b| a.depth.total_cmp(&b.depth))?;

@@ -1,4 +1,4 @@
-//! One tile of the picture: what is seen in it, and the light that comes from there.
+//! One tile of the picture, from rays to radiance.
 
 use crate::accel::Stack;
 use crate::accel::cone::Cone;
@@ -22,14 +22,15 @@ use crate::world::Settings;
 pub(crate) struct TileTracer {
     /// Linear radiance of red, green and blue, row by row, of the last sample.
     radiance: [Lanes; 3],
-    /// The sum of each pixel's samples if there are several: in float64, where it loses nothing that the mean shows
-    /// and does not overflow.
+    /// The sum of each pixel's samples if there are several: in float64, where it loses nothing that the mean
+    /// shows and does not overflow.
     total: Option<Box<[[f64; LANES]; 3]>>,
     /// Where in each pixel they go.
     offsets: Vec<(f64, f64)>,
-    /// Whether the last rays go through the pixel centres, so that `nearest`, `rays` and `surface` are ground truth.
+    /// Whether the last rays go through the pixel centres, so that `nearest`, `rays` and `surface` are ground
+    /// truth.
     with_passes: bool,
-    /// What is met at the pixel centres, with ground truth.
+    /// The hits at the pixel centres, if passes are requested.
     pub(crate) hits: HitBuffer,
     /// The rays through the pixel centres.
     pub(crate) rays: Rays,
@@ -38,20 +39,20 @@ pub(crate) struct TileTracer {
     /// How many rays were traced for the wanted pixels, primary and shadow rays.
     pub(crate) traced: u64,
     groups: Groups,
-    /// To tell faces apart that are close to each other.
+    /// Orders faces that are close to each other.
     resolver: DepthResolver,
-    /// Of a group that is not the whole tile: its rays, and their radiance.
+    /// The rays, and their radiance, of a group that is not the whole tile.
     group_rays: Rays,
     group_radiance: [Lanes; 3],
     lighting: Lighting,
     stack: Stack,
 }
 
-/// What is wanted of a tile beside radiance, at the pixel centres.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// The data of a tile that passes need, at the pixel centres; each includes those before it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum PassRequest {
     Radiance,
-    /// What is met, and how far away.
+    /// Faces and depths.
     Hits,
     /// Points and normals too, which take time to find.
     Surface,
@@ -97,7 +98,7 @@ impl TileTracer {
         }
     }
 
-    /// Trace all samples of the tile, unless `cancelled` says that nobody waits any more, or the meter runs out.
+    /// Trace all samples of the tile, unless `cancelled` returns true or the meter runs out.
     #[inline(always)]
     pub(crate) fn trace(
         &mut self,
@@ -199,7 +200,7 @@ impl TileTracer {
         surface.take(lanes, &self.lighting.points, flat.as_ref());
     }
 
-    /// Add the radiance of one group of rays, all of which met the same face.
+    /// Add the radiance of one group of rays, which hit the same face.
     #[inline(always)]
     fn shade(&mut self, scene: &Scene, settings: &Settings, group: usize) {
         let Group { face, t, .. } = self.groups.list[group];
@@ -245,8 +246,9 @@ impl TileTracer {
         if !lit {
             return;
         }
-        // The lighting walks the tree with the same stack, which holds the meter. It is lent as a part of the lighting:
-        // with a reference of its own to write to, the compiler makes no vectors of the loops, at five times the time.
+        // The lighting walks the tree with the same stack, which holds the meter. It is lent as a part of the
+        // lighting: with a reference of its own to write to, the compiler makes no vectors of the loops, at five
+        // times the time.
         std::mem::swap(&mut self.stack, &mut self.lighting.stack);
         if whole {
             self.traced += self

@@ -1,9 +1,12 @@
 //! ToneCurve curves and the sRGB transfer function, there and back, in f64.
 //!
-//! The numbers of these functions decide pixels, so they have to be the same on every machine. They use `+ - * /` and
-//! `sqrt`, which IEEE 754 rounds exactly, and `pow` of the `libm` crate: FreeBSD's `e_pow.c` in Rust, built of the same
-//! operations and of table look-ups, without fused multiply-add or anything of the platform's C library, and within 0.7
-//! units in the last place. An f32, which is what is developed, has 29 bits less.
+//! The numbers of these functions decide pixels, so they have to be the same on every machine. They use `+ - * /`
+//! and `sqrt`, which IEEE 754 rounds exactly, and `pow` of the `libm` crate: FreeBSD's `e_pow.c` in Rust, built of
+//! the same operations and of table look-ups, without fused multiply-add or anything of the platform's C library,
+//! and within 0.7 units in the last place. An f32, which is what is developed, has 29 bits less.
+
+use crate::names::UnknownName;
+use std::str::FromStr;
 
 /// How radiance beyond white is brought into the range of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,17 +22,21 @@ pub enum ToneCurve {
 /// Past this light the ACES curve is white long since, and its square would overflow in the end.
 const ACES_WHITE: f64 = 1e6;
 
-impl ToneCurve {
+impl FromStr for ToneCurve {
+    type Err = UnknownName;
+
     /// Returns the curve that a scene calls `name`: `clip`, `reinhard` or `aces`.
-    pub fn named(name: &str) -> Option<ToneCurve> {
+    fn from_str(name: &str) -> Result<ToneCurve, UnknownName> {
         match name {
-            "clip" => Some(ToneCurve::Clip),
-            "reinhard" => Some(ToneCurve::Reinhard),
-            "aces" => Some(ToneCurve::Aces),
-            _ => None,
+            "clip" => Ok(ToneCurve::Clip),
+            "reinhard" => Ok(ToneCurve::Reinhard),
+            "aces" => Ok(ToneCurve::Aces),
+            _ => Err(UnknownName::new("tone curve", name)),
         }
     }
+}
 
+impl ToneCurve {
     /// Returns Y for exposed light x, 0 or more.
     pub(super) fn apply(self, x: f64) -> f64 {
         match self {
@@ -85,9 +92,9 @@ mod tests {
 
     #[test]
     fn a_tone_curve_goes_by_the_name_of_the_scene_file() {
-        let named = ["clip", "reinhard", "aces"].map(ToneCurve::named);
-        assert_eq!(named, TONES.map(Some));
-        assert_eq!(ToneCurve::named("Clip"), None);
+        let named = ["clip", "reinhard", "aces"].map(ToneCurve::from_str);
+        assert_eq!(named, TONES.map(Ok));
+        assert!(ToneCurve::from_str("Clip").is_err());
     }
 
     #[test]

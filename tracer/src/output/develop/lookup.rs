@@ -1,9 +1,9 @@
 //! From an f32 to a step: the look-ups behind [`Developer`](super::Developer).
 //!
-//! Both are given the *steps*: `steps[k]`, k = 1 to the white of the picture, is the smallest f32 whose developed value
-//! is k or more, so the developed value of x is the number of steps up to x. The bits of a positive float, read as an
-//! integer, grow with it; their upper 16 name a *bucket*, 128 of which make an octave. A bucket is at most 1/128 of its
-//! start wide.
+//! Both are given the *steps*: `steps[k]`, k = 1 to the white of the picture, is the smallest f32 whose developed
+//! value is k or more, so the developed value of x is the number of steps up to x. The bits of a positive float,
+//! read as an integer, grow with it; their upper 16 name a *bucket*, 128 of which make an octave. A bucket is at
+//! most 1/128 of its start wide.
 
 /// The bits that a bucket's name leaves.
 const LOW: u32 = 16;
@@ -47,22 +47,22 @@ impl Span {
 
 /// The look-up for the 255 steps of 8 bits: one gather, one addition, one shift.
 ///
-/// Two steps are at least 2.4 / (255 * 1.055) = 1/112 of their value apart under the plain curve, and farther under the
-/// others (where those are steeper, by at most 1.6 on logarithmic scales, it is dark and the steps are wide). So a bucket
-/// holds at most one, and
+/// Two steps are at least 2.4 / (255 * 1.055) = 1/112 of their value apart under the plain curve, and farther
+/// under the others (where those are steeper, by at most 1.6 on logarithmic scales, it is dark and the steps are
+/// wide). So a bucket holds at most one, and
 ///
 /// value = (entry + low) >> 16, entry = (steps before the bucket) << 16 | (2^16 - low of the step in it),
 ///
-/// where the sum carries into the value exactly from the step on. The idea is that of F. Giesen's float to sRGB8 table
-/// (<https://gist.github.com/rygorous/2203834>), which interpolates in wider buckets and is not exact.
+/// where the sum carries into the value exactly from the step on. The idea is that of F. Giesen's float to sRGB8
+/// table (<https://gist.github.com/rygorous/2203834>), which interpolates in wider buckets and is not exact.
 pub(super) struct Eight {
     span: Span,
     entries: Box<[u32; Eight::BUCKETS]>,
 }
 
 impl Eight {
-    /// Reinhard's curve, the longest, has its steps on 21 octaves. A power of two, for a mask in the place of a bounds
-    /// check.
+    /// Reinhard's curve, the longest, has its steps on 21 octaves. A power of two, for a mask in the place of a
+    /// bounds check.
     const BUCKETS: usize = 1 << 12;
 
     pub(super) fn new(steps: &[f32]) -> Eight {
@@ -94,8 +94,8 @@ impl Eight {
 ///
 /// guess = (start + rise * (low / 2^4)) >> 16, entry = start | rise,
 ///
-/// the start of the chord rounded to 1/16 of a step in the upper 20 bits, its rise over the bucket in 1/16 steps in the
-/// lower 12. That and the cut of low add 0.12 steps to the chord's error; half a step would be too much.
+/// the start of the chord rounded to 1/16 of a step in the upper 20 bits, its rise over the bucket in 1/16 steps
+/// in the lower 12. That and the cut of low add 0.12 steps to the chord's error; half a step would be too much.
 pub(super) struct Sixteen {
     span: Span,
     entries: Box<[u32; Sixteen::BUCKETS]>,

@@ -120,8 +120,8 @@ fn a_sphere_behind_the_eye_is_not_seen() {
     assert!(hits.face.iter().all(|&face| face == NO_FACE));
 }
 
-/// The ground of a planet as somebody sees it who stands on it: a little below the horizon its roots are close to each
-/// other.
+/// The ground of a planet as somebody sees it who stands on it: a little below the horizon its roots are close to
+/// each other.
 #[test]
 fn the_ground_of_a_planet_is_as_far_as_it_should_be() {
     for height in [1e-2, 1e-4, 1e-6, 1e-7] {

@@ -3,7 +3,7 @@ use crate::tile::{SIDE, View};
 use crate::world::Window;
 use proptest::prelude::*;
 
-/// A tile in the corner of a picture, of which a window is wanted.
+/// A tile in the corner of a picture, with a window.
 fn place(window: Window) -> Tile {
     let view = View {
         width: 100,
