@@ -70,7 +70,7 @@ class Point(NamedTuple):
 
 def is_doubtful(body: Ball | Wall | Brick, point: Point) -> bool:
     """Return whether a point (3, 1) is so close to a surface that it is open whether it is on it."""
-    surely, perhaps = (body.heights(point._replace(certainty=certainty)) == 0 for certainty in (1 / 2, 4))
+    surely, perhaps = (body.heights(point._replace(certainty=certainty)) == 0 for certainty in (1 / 4, 4))
     return bool((surely != perhaps).any())
 
 
