@@ -20,6 +20,10 @@ SCENE = ROOT / "scenes" / "first.yaml"
 BIN = Path(sys.executable).parent
 
 
+# In one process: builds share a folder.
+pytestmark = pytest.mark.xdist_group("build")
+
+
 def maturin(*arguments):
     command = [str(BIN / "maturin"), *arguments]
     # A build of its own, which must not touch the module that the tests use.

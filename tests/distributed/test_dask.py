@@ -20,7 +20,8 @@ from rtcli.tracer._native import __version__
 from rtcli.tracer.engines import tracer_of
 from rtcli.tracer.world import Window, World
 
-pytestmark = pytest.mark.integration
+# In one process: they share a cluster.
+pytestmark = [pytest.mark.integration, pytest.mark.xdist_group("cluster")]
 
 ROOM = scene(
     [plane([0, -1, 0], [0, 1, 0]), *(sphere([x, 0, -6 - x], 0.4) for x in range(-3, 4))],

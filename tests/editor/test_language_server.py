@@ -23,7 +23,8 @@ VERSION = "1.25.0"
 # Without the schema store, a list of schemas in the network that the server would fetch.
 SETTINGS = {"yaml": {"schemaStore": {"enable": False}}}
 
-pytestmark = pytest.mark.integration
+# In one process: they share one server.
+pytestmark = [pytest.mark.integration, pytest.mark.xdist_group("language server")]
 
 
 @pytest.fixture(scope="session")
