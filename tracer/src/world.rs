@@ -21,6 +21,22 @@ pub struct Camera {
     pub forward: Vector,
 }
 
+#[cfg(test)]
+impl Camera {
+    /// Return a camera at the origin that looks along -z.
+    pub(crate) fn along_z(width: u32, height: u32, fov: f64) -> Camera {
+        Camera {
+            width,
+            height,
+            fov,
+            position: [0.0; 3],
+            right: [1.0, 0.0, 0.0],
+            up: [0.0, 1.0, 0.0],
+            forward: [0.0, 0.0, -1.0],
+        }
+    }
+}
+
 /// What an object is, beside its place and color.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ShapeDesc {

@@ -249,15 +249,7 @@ proptest! {
 /// A world seen along -z from the origin.
 fn world(width: u32, height: u32, objects: Vec<Object>, lights: Vec<LightDesc>) -> World {
     World {
-        camera: Camera {
-            width,
-            height,
-            fov: 50.0,
-            position: [0.0; 3],
-            right: [1.0, 0.0, 0.0],
-            up: [0.0, 1.0, 0.0],
-            forward: [0.0, 0.0, -1.0],
-        },
+        camera: Camera::along_z(width, height, 50.0),
         objects,
         lights,
         settings: Settings {

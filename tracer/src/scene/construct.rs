@@ -82,14 +82,12 @@ impl CameraSpace<'_> {
     /// The same for an object.
     pub(crate) fn nearer_of(&self, object: &Object) -> f64 {
         match object.shape {
-            ShapeDesc::Plane { .. } => (REACH / self.offset(object).abs()).min(1.0),
+            ShapeDesc::Plane { .. } => {
+                let height = self.contact(object, self.camera.position).local[0];
+                (REACH / height.abs()).min(1.0)
+            }
             _ => self.nearer(object.position, extent(object)),
         }
-    }
-
-    /// How far a plane is from the eye, along its normal. In the world's axes it is 0 exactly if the eye is on it.
-    fn offset(&self, plane: &Object) -> f64 {
-        -self.contact(plane, self.camera.position).local[0]
     }
 
     fn direction(&self, direction: Vector) -> Vector {
@@ -107,7 +105,8 @@ impl CameraSpace<'_> {
                 Shape::Sphere(Sphere::new(place, radius, close.then_some(&eye)))
             }
             ShapeDesc::Plane { normal } => {
-                let offset = self.offset(object) * nearer;
+                // In the world's axes it is 0 exactly if the eye is on the plane.
+                let offset = -eye.local[0] * nearer;
                 let normal = unit_vector(normal);
                 let magnitude = spread(normal, self.relative(object.position));
                 Shape::Plane(Plane::new(self.direction(normal), offset, magnitude))

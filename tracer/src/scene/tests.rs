@@ -68,15 +68,7 @@ fn rounded(mut world: World) -> World {
 
 fn one_object(shape: ShapeDesc, position: Vector) -> World {
     World {
-        camera: Camera {
-            width: 16,
-            height: 16,
-            fov: 60.0,
-            position: [0.0; 3],
-            right: [1.0, 0.0, 0.0],
-            up: [0.0, 1.0, 0.0],
-            forward: [0.0, 0.0, -1.0],
-        },
+        camera: Camera::along_z(16, 16, 60.0),
         objects: vec![Object {
             position,
             color: [0.5; 3],

@@ -60,15 +60,7 @@ fn windows_may_be_one_pixel_or_the_widest_picture() {
 
 #[test]
 fn half_a_pixel_is_the_tangent_of_half_the_view_over_the_height() {
-    let camera = Camera {
-        width: 7,
-        height: 10,
-        fov: 90.0,
-        position: [0.0; 3],
-        right: [1.0, 0.0, 0.0],
-        up: [0.0, 1.0, 0.0],
-        forward: [0.0, 0.0, -1.0],
-    };
+    let camera = Camera::along_z(7, 10, 90.0);
     let view = View::new(&camera);
     assert_eq!((view.width, view.height), (7, 10));
     assert!((view.half_pixel.0 - 0.1).abs() < 1e-16);

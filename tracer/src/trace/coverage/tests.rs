@@ -47,15 +47,7 @@ fn both_ways(world: &World, window: Window) -> (Vec<u64>, Vec<u64>, u64) {
 /// What a camera at the origin with a picture of 1000 x 800 pixels sees along -z.
 fn world_of(shapes: &[(Vector, ShapeDesc)]) -> World {
     World {
-        camera: Camera {
-            width: 1000,
-            height: 800,
-            fov: 60.0,
-            position: [0.0; 3],
-            right: [1.0, 0.0, 0.0],
-            up: [0.0, 1.0, 0.0],
-            forward: [0.0, 0.0, -1.0],
-        },
+        camera: Camera::along_z(1000, 800, 60.0),
         objects: shapes
             .iter()
             .map(|&(position, shape)| Object {
