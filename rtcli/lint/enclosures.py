@@ -1,4 +1,4 @@
-"""Search for the solids of a scene that enclose a point or another solid.
+"""Search for the solids of a scene that enclose another.
 
 A grid for each power of two holds the solids of that size by their centres. Whatever encloses a point has its
 centre in one of eight cells of each grid, so a search among many solids takes about constant time.
@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator, Mapping
 from itertools import product
 
-from rtcli.lint.shapes import Point, Solid
+from rtcli.lint.shapes import Solid
 from rtcli.scene.vectors import Vector
 
 # Comparisons before `Enclosures` gives up: per solid on average, and bounds on their sum. Ordinary scenes take a
@@ -46,8 +46,8 @@ class Enclosures:
         """Whether a search ended early, because it would have taken too many comparisons."""
         return self._left < 0
 
-    def around(self, inner: Point | Solid) -> int | None:
-        """Return the index of a solid that encloses a point or another solid, or None."""
+    def around(self, inner: Solid) -> int | None:
+        """Return the index of a solid that encloses another, or None."""
         for index, outer in self._near(inner):
             self._left -= 1
             if self._left < 0:
@@ -56,7 +56,7 @@ class Enclosures:
                 return index
         return None
 
-    def _near(self, inner: Point | Solid) -> Iterator[tuple[int, Solid]]:
+    def _near(self, inner: Solid) -> Iterator[tuple[int, Solid]]:
         """Yield the solids that are large and near enough: their centres are at most half a cell away."""
         extent = max(inner.bounds)
         least = _level(extent) if extent > 0 else -math.inf
@@ -68,7 +68,7 @@ class Enclosures:
                     yield from cells.get(cell, ())
 
 
-def _bounds_hold(outer: Solid, inner: Point | Solid) -> bool:
+def _bounds_hold(outer: Solid, inner: Solid) -> bool:
     """Return whether the bounding box of a solid holds that of another, which takes no roots."""
     (ox, oy, oz), (ix, iy, iz) = outer.bounds, inner.bounds
     (cx, cy, cz), (px, py, pz) = outer.centre, inner.centre

@@ -14,7 +14,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 from rtcli.lint.enclosures import Enclosures
-from rtcli.lint.shapes import Point, Solid, shape_of
+from rtcli.lint.shapes import Ball, Solid, shape_of
 from rtcli.lint.view import BEHIND, BESIDE, View
 from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import quoted
@@ -158,7 +158,7 @@ def _lights(scene: SceneIndex) -> Iterator[LintWarning]:
         yield LintWarning(rules.NO_LIGHT, ("lights",), "no light shines: only the background is seen", HEAD)
     for light in scene.lights:
         # A carrier that reaches out of the solid is seen shining there.
-        inner = Point(light.position) if light.body is None else scene.solids[light.body]
+        inner = Ball.of(light.position, 0.0) if light.body is None else scene.solids[light.body]
         around = scene.enclosures.around(inner)
         if around is not None:
             message = f"the light is inside {scene.named(around)}, which does not carry it and lets none out"

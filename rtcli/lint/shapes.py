@@ -10,15 +10,17 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import product
-from typing import Any, ClassVar
+from typing import Any
 
 from rtcli.lint.view import BEHIND, BESIDE, View, moved
-from rtcli.scene.model import Box, Object, Plane, Sphere
+from rtcli.scene.model import Box, Object
 from rtcli.scene.vectors import Vector, cross, direction, dot, unit
 
 # A point closer to a surface than this share of the coordinates and sizes, some units in their last place, counts
 # as on it. It is twice the tracer's share, because the tracer takes it of a smaller sum.
 _ROUNDING = 2.0**-48
+# Solids closer than this share of their size touch.
+_TOUCHING = 1e-6
 # A light closer to a plane than this share of the distances counts as on it.
 _ON_PLANE = 1e-9
 # Two directions are parallel if the sine of the angle between them is below this.
@@ -54,29 +56,6 @@ class Shape(ABC):
 
 
 @dataclass(frozen=True, slots=True)
-class Point:
-    """A point that may lie inside a solid.
-
-    Parameters
-    ----------
-    centre
-        Its position.
-    bounds
-        Half the size of its bounding box, as a `Solid` has it.
-    """
-
-    centre: Vector
-    bounds: Vector = (0.0, 0.0, 0.0)
-
-    # As for a `Solid`, but a point just below a surface is inside.
-    touching: ClassVar[float] = 0.0
-
-    def depth_in(self, outer: Solid) -> float:
-        """Return how deep the point lies inside a solid, negative outside."""
-        return -outer.signed_distance(self.centre)
-
-
-@dataclass(frozen=True, slots=True)
 class Solid(Shape):
     """A convex shape with an inside.
 
@@ -90,9 +69,6 @@ class Solid(Shape):
 
     centre: Vector
     bounds: Vector
-
-    # Two solids touch within this share of the outer one's size: a face that they share may be seen.
-    touching: ClassVar[float] = 1e-6
 
     @property
     def solid(self) -> Solid:
@@ -115,9 +91,11 @@ class Solid(Shape):
         """Return the distance up to which a point counts as on the surface; the tracer measures from the eye."""
         return _ROUNDING * (_l1_norm(point) + _l1_norm(self.centre) + 2 * _l1_norm(eye) + max(self.bounds))
 
-    def contains(self, inner: Point | Solid, eye: Vector = (0.0, 0.0, 0.0)) -> bool:
-        """Return whether a point or solid, seen from an eye, is wholly inside; the surface itself is outside."""
-        margin = max(self.rounding(inner.centre, eye), inner.touching * max(self.bounds))
+    def contains(self, inner: Solid, eye: Vector = (0.0, 0.0, 0.0)) -> bool:
+        """Return whether another solid, seen from an eye, is wholly inside; the surface itself is outside."""
+        margin = self.rounding(inner.centre, eye)
+        if any(inner.bounds):  # a face that two solids share may be seen
+            margin = max(margin, _TOUCHING * max(self.bounds))
         return inner.depth_in(self) > margin
 
 
@@ -127,15 +105,14 @@ def _l1_norm(vector: Vector) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Ball(Solid):
-    """A sphere with its inside."""
+    """A sphere with its inside, or a point if the radius is 0."""
 
     radius: float
 
     @classmethod
-    def of(cls, sphere: Sphere) -> Ball:
-        """Return the ball of a sphere in a scene."""
-        radius = sphere.radius
-        return cls(sphere.position, (radius, radius, radius), radius)
+    def of(cls, centre: Vector, radius: float) -> Ball:
+        """Return the ball with a centre and radius."""
+        return cls(centre, (radius, radius, radius), radius)
 
     def signed_distance(self, point: Vector) -> float:
         """Return |P - C| - R, negative inside."""
@@ -224,11 +201,6 @@ class InfinitePlane(Shape):
     position: Vector
     normal: Vector
 
-    @classmethod
-    def of(cls, plane: Plane) -> InfinitePlane:
-        """Return a plane of a scene."""
-        return cls(plane.position, unit(plane.normal))
-
     def signed_distance(self, point: Vector) -> float:
         """Return (P - P0) . n, negative behind the plane."""
         return dot(self.normal, direction(self.position, point))
@@ -262,13 +234,17 @@ class InfinitePlane(Shape):
         return all(sign * dot(self.normal, vector) > _ON_PLANE * max(map(abs, vector)) for vector in vectors)
 
     def _is_on_side_of_eye(self, light: Vector, offset: float) -> bool:
-        """Return whether a light, given relative to the eye, is clearly on its side; the plane is `offset` away."""
+        """Return whether a light, given relative to the eye, is clearly on its side; `offset` is the plane's."""
         height = dot(self.normal, light)
         beyond = height - offset if offset > 0 else offset - height
         return beyond < -_ON_PLANE * (abs(offset) + max(map(abs, light)))
 
 
-_SHAPES: dict[str, Callable[[Any], Shape]] = {"sphere": Ball.of, "plane": InfinitePlane.of, "box": Cuboid.of}
+_SHAPES: dict[str, Callable[[Any], Shape]] = {
+    "sphere": lambda sphere: Ball.of(sphere.position, sphere.radius),
+    "plane": lambda plane: InfinitePlane(plane.position, unit(plane.normal)),
+    "box": Cuboid.of,
+}
 
 
 def shape_of(item: Object) -> Shape:

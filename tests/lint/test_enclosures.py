@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rtcli.lint.enclosures import Enclosures
-from rtcli.lint.shapes import Point, shape_of
+from rtcli.lint.shapes import Ball, shape_of
 
 BALL = worlds.sphere([1, 2, 3], radius=2)
 CUBE = worlds.box([1, 2, 3], [2, 4, 6])
@@ -72,8 +72,8 @@ def test_solid_contains_what_is_wholly_inside(outer, inner, inside):
 
 
 def test_point_on_the_surface_is_not_inside():
-    assert solid(BALL).contains(Point((1, 2, 4.999)))
-    assert not solid(BALL).contains(Point((1, 2, 5)))
+    assert solid(BALL).contains(Ball.of((1, 2, 4.999), 0))
+    assert not solid(BALL).contains(Ball.of((1, 2, 5), 0))
 
 
 @pytest.mark.parametrize("way", [(1, 0, 0), (0, -1, 0), (0.6, 0, 0.8)])
@@ -112,7 +112,7 @@ def test_grid_finds_an_enclosure_where_trying_all_finds_one(seed):
         found = grid.around(inner)
         assert found in around if around else found is None
     for _ in range(20):
-        point = Point(tuple(random.Random(seed).uniform(-4, 4) for _ in range(3)))
+        point = Ball.of(tuple(random.Random(seed).uniform(-4, 4) for _ in range(3)), 0)
         around = {index for index, outer in enumerate(solids) if outer.contains(point)}
         found = grid.around(point)
         assert found in around if around else found is None
