@@ -16,7 +16,8 @@ from worlds import box, crowd, extreme_scenes, light, plane, random_scenes, scen
 import rtcli
 from rtcli import Scene
 from rtcli.explain import explain
-from rtcli.explain.records import LIGHT_VERDICTS, MISSES, Number
+from rtcli.explain.records import LIGHT_VERDICTS, Number
+from rtcli.explain.shapes import MISSES
 from rtcli.image.display import TONE_CURVES
 from rtcli.reports.explanation import as_json, text
 from rtcli.tracer.native import NativeTracer
