@@ -199,7 +199,7 @@ def _refuse_what_has_no_end(path: str) -> None:
 
 
 def _below(root: str, parent: str, folder: str) -> Iterator[tuple[str, str]]:
-    found = scene_files_below(parent, without=folder)
+    found = scene_files_below(parent, exclude=folder)
     for unreadable in found.unreadable:
         next(Path(unreadable).iterdir(), None)  # which tells why
     yield from ((root, scene) for scene in found.scenes)

@@ -44,7 +44,7 @@ def validate(document: Document) -> model.Scene:
     try:
         scene = model.Scene.model_validate(document.data)
     except ValidationError as error:
-        document.find_places()  # which may find more problems
+        document.find_spans()  # which may find more problems
         raise _refusal(document, error) from error
     if document.problems:
         raise SceneError(_listed(document.problems, document, there_are_more=False))
@@ -72,7 +72,7 @@ def _errors(data: dict[str, Any]) -> list[ErrorDetails]:
 
 def _no_mapping(document: Document) -> Iterator[Problem]:
     if not document.problems:
-        document.find_places()
+        document.find_spans()
         found = "nothing" if document.data is None else shown(document.data, document.written(()))
         message = f"expected a mapping with `camera` and `objects`, got {found}"
         yield document.problem(rules.NOT_A_MAPPING, (), message, at=HEAD, help=_FIRST_LINES)
