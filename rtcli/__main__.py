@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import gc
 import io
-import signal
 import sys
+
+from rtcli.signals import exit_silently_on_interrupt
 
 
 def run() -> None:
     """Run the command line and exit."""
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        # Until the command line takes care of it, an interrupt ends the program without a traceback.
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    exit_silently_on_interrupt()
     # What is imported stays until the end: looking through it for garbage as often as Python does takes a tenth
     # of a short run. Cycles of a long one are still collected.
     gc.set_threshold(1_000_000)

@@ -7,13 +7,14 @@ import gc
 import itertools
 import multiprocessing
 import os
-import signal
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from multiprocessing.context import SpawnContext, SpawnProcess
 from typing import Any, NamedTuple, TypeVar
+
+from rtcli import signals
 
 _T = TypeVar("_T")
 _R = TypeVar("_R")
@@ -156,12 +157,12 @@ class LocalWorkers(Workers):
 
     def _new(self) -> ProcessPoolExecutor:
         self._context = _Context()
-        with _held_signals():  # a helper process of `multiprocessing` starts
+        with signals.blocked():  # a helper process of `multiprocessing` starts
             return ProcessPoolExecutor(self._count, self._context, _begin)
 
     def submit(self, work: Callable[[_T], _R], task: _T) -> Future[_R]:
         """Have a task worked at; it may start a process, which no signal may interrupt."""
-        with _held_signals(), _memory_kept():
+        with signals.blocked(), _memory_kept():
             return super().submit(work, task)
 
     def renew(self) -> None:
@@ -182,7 +183,7 @@ class LocalWorkers(Workers):
 
     def close(self) -> None:
         """End the workers, within `_GRACE` seconds or soon after, whatever they do."""
-        with _held_signals():
+        with signals.blocked():
             alive = [process for process in self._context.started if process.is_alive()]
             for process in alive:
                 process.terminate()
@@ -223,38 +224,13 @@ def _memory_kept() -> Iterator[None]:
             del os.environ[name]
 
 
-_NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGPIPE")
-_SIGNALS = tuple(getattr(signal, name) for name in _NAMES if hasattr(signal, name))
-
-
-@contextlib.contextmanager
-def _held_signals() -> Iterator[None]:
-    """Put off signals that ask for an end, also for processes and threads that are started meanwhile.
-
-    A terminal sends them to all processes of a program. Only the first is to heed them, and ends the others. And a
-    worker that dies leaves a pipe that nobody reads, which must not end the program.
-    """
-    if not hasattr(signal, "pthread_sigmask"):  # Windows
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, _SIGNALS)
-    try:
-        yield
-    finally:
-        if signal.SIGPIPE in signal.sigpending():
-            signal.sigwait([signal.SIGPIPE])
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
 def _answer(nothing: None) -> None:
     """Show that there is somebody."""
 
 
 def _begin() -> None:
     """Make a worker ready: it ends when it is asked to, and when the program that started it is gone."""
-    if hasattr(signal, "pthread_sigmask"):
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGTERM])
+    signals.accept_termination()
     threading.Thread(target=_end_with_parent, daemon=True).start()
     gc.freeze()  # what is imported stays
 

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import importlib
 import os
-import signal
 import sys
 from collections.abc import Callable
-from types import FrameType
 from typing import Any, NoReturn
 
 import click
@@ -16,13 +14,7 @@ from rtcli import __version__
 from rtcli.cli.console import report_line, wants_color
 from rtcli.cli.exit_codes import FILE, INTERNAL, INVALID, forget_frames, lack_of_memory, os_error_text
 from rtcli.scene.diagnostics.problems import SceneError
-
-
-class Interrupted(BaseException):
-    """A signal asks the program to end. A BaseException, so that nothing but cleaning up happens on the way."""
-
-    def __init__(self, number: int) -> None:
-        self.number = number
+from rtcli.signals import Interrupted, exit_by_signal, interruptible
 
 
 class Program(click.Group):
@@ -47,14 +39,11 @@ class Program(click.Group):
 
 
 def _exit_code(run: Callable[[], Any]) -> int:
-    handlers = _end_on_signals()
     try:
-        return _outcome(run)
+        with interruptible():
+            return _outcome(run)
     except Interrupted as interrupt:
-        _die_of(interrupt.number)
-    finally:
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
+        exit_by_signal(interrupt.number)
 
 
 def _outcome(run: Callable[[], Any]) -> int:
@@ -111,35 +100,6 @@ def _drop_unwritten_output() -> None:
             sys.stdout.flush()
     except OSError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
-def _end_on_signals() -> dict[int, Any]:
-    """Turn signals that ask for an end into `Interrupted`; return the handlers there were."""
-    names = ("SIGINT", "SIGTERM", "SIGHUP", "SIGPIPE")
-    numbers = {name: getattr(signal, name) for name in names if hasattr(signal, name)}
-    # A signal that was ignored stays so, as `nohup` wants it; SIGPIPE is ignored by Python itself.
-    heeded = [
-        number
-        for name, number in numbers.items()
-        if name == "SIGPIPE" or signal.getsignal(number) is not signal.SIG_IGN
-    ]
-
-    def interrupt(number: int, frame: FrameType | None) -> NoReturn:
-        for other in heeded:
-            signal.signal(other, signal.SIG_IGN)  # cleaning up is not to be interrupted
-        raise Interrupted(number)
-
-    try:
-        return {number: signal.signal(number, interrupt) for number in heeded}
-    except ValueError:  # not the main thread, where Python lets nobody set handlers
-        return {}
-
-
-def _die_of(number: int) -> NoReturn:
-    """End as if the signal had not been caught, so that a calling shell sees it."""
-    signal.signal(number, signal.SIG_DFL)
-    os.kill(os.getpid(), number)
-    os._exit(128 + number)  # only if the signal is blocked
 
 
 @click.group(
