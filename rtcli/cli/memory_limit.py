@@ -18,7 +18,7 @@ _THREADS = "OPENBLAS_NUM_THREADS"
 _M_ARENA_MAX, _ARENAS = -8, "MALLOC_ARENA_MAX"
 
 
-def heed_limits() -> None:
+def respect_memory_limit() -> None:
     """Prepare for a memory that is limited, so that a lack of it becomes an error.
 
     NumPy is loaded only where there is room for it, with one thread: nothing here multiplies matrices. Else its

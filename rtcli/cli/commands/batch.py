@@ -23,7 +23,7 @@ from rtcli.batch.sweep import Variation
 from rtcli.batch.work import DONE, Outcome
 from rtcli.cli.console import STDIO, is_terminal, print_lines, report_line
 from rtcli.cli.exit_codes import INVALID, usage_errors
-from rtcli.cli.options.cluster import dask_timeout_option, reached_cluster
+from rtcli.cli.options.cluster import connected_cluster, dask_timeout_option
 from rtcli.cli.options.scene import edit_errors, film_options, overrides_taken_from, scene_options
 from rtcli.cli.options.types import FormatType, VariationType
 from rtcli.cli.progress import progress
@@ -209,7 +209,7 @@ def _workers(options: BatchOptions, count: int) -> Iterator[Workers]:
     if options.dask is None or not count:
         yield LocalWorkers(min(options.jobs or default_threads(), max(1, count)))
         return
-    with reached_cluster(options.dask, options.dask_timeout) as cluster:
+    with connected_cluster(options.dask, options.dask_timeout) as cluster:
         # Of a cluster that grows, the first work calls for more workers.
         yield Workers(cluster.executor, max(_LEAST_UNDER_WAY, 2 * cluster.cores))
 
