@@ -11,7 +11,7 @@ from itertools import groupby
 from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
-from rtcli.atomic import whole_files
+from rtcli.atomic import atomic_write_all
 from rtcli.batch.jobs import Job
 from rtcli.batch.manifest import Entry, Manifest
 from rtcli.batch.work import DONE, sha256, sha256_of
@@ -140,6 +140,6 @@ def _write(animation: Animation, folder: Path, scratch: Path) -> None:
     from rtcli.image.shown import shown_levels  # with NumPy
 
     target = folder / animation.path
-    with whole_files([target], scratch, sync=False) as [file]:
+    with atomic_write_all([target], scratch, sync=False) as [file]:
         pictures = (shown_levels(str(folder / job.outputs[RADIANCE])) for job in animation.jobs)
         write_animation(pictures, target.suffix, file)

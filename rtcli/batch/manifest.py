@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from rtcli.atomic import whole_files
+from rtcli.atomic import atomic_write_all
 from rtcli.batch.folder import lock_of
 from rtcli.batch.jobs import MANIFEST
 from rtcli.rendering.metadata import SOFTWARE
@@ -116,7 +116,7 @@ class Manifest:
             start = time.monotonic()
             if self._stamp() != self._seen:
                 self._read()
-            with whole_files([self._path], scratch) as [file]:
+            with atomic_write_all([self._path], scratch) as [file]:
                 file.writelines(self._pieces())
             self._seen = self._stamp()
         self._changes.clear()

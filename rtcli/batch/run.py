@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
-from rtcli.atomic import whole_files
+from rtcli.atomic import atomic_write_all
 from rtcli.batch.animate import Animation, animated
 from rtcli.batch.folder import scratch_folder
 from rtcli.batch.jobs import MANIFEST, PRIVATE, Job
@@ -191,7 +191,7 @@ class StaleOutputs(NamedTuple):
     paths: list[str]
 
 
-def find_leftover(
+def find_stale_outputs(
     manifest: Manifest, jobs: Sequence[Job], folder: Path, animations: Sequence[Animation] = ()
 ) -> StaleOutputs:
     """Return the results of scenes that are gone, and files that jobs had with other settings.
@@ -244,7 +244,7 @@ def _is_result(path: str, folder: Path, scenes: set[str]) -> bool:
     return file.is_relative_to(own) and not (file.is_dir() and not file.is_symlink()) and str(file) not in scenes
 
 
-def prune(leftover: StaleOutputs, manifest: Manifest, folder: Path) -> None:
+def prune(stale: StaleOutputs, manifest: Manifest, folder: Path) -> None:
     """Remove files and the folders that are empty then, and forget their scenes.
 
     Raises
@@ -252,15 +252,15 @@ def prune(leftover: StaleOutputs, manifest: Manifest, folder: Path) -> None:
     OSError
         If a file cannot be removed.
     """
-    for path in leftover.paths:
+    for path in stale.paths:
         (folder / path).unlink(missing_ok=True)
         for parent in PurePosixPath(path).parents[:-1]:
             with contextlib.suppress(OSError):  # not empty
                 (folder / parent).rmdir()
-    for key in leftover.keys:
+    for key in stale.keys:
         manifest.remove(key)
     # What is called so from now on is somebody else's.
-    removed = set(leftover.paths)
+    removed = set(stale.paths)
     for key in list(manifest):
         entry = manifest.entry(key)
         if not removed.isdisjoint(_besides(entry)):
@@ -377,7 +377,7 @@ def _written(batch: Batch, task: BatchTask, outcome: Outcome, scratch: Path) -> 
         targets = [batch.folder / path for path in outcome.files]
         for target in targets:
             target.parent.mkdir(parents=True, exist_ok=True)
-        with whole_files(targets, scratch, sync=False) as files:
+        with atomic_write_all(targets, scratch, sync=False) as files:
             for file, data in zip(files, outcome.files.values(), strict=True):
                 file.write(data)
     except OSError as error:

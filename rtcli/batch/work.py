@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from rtcli.atomic import whole_files
+from rtcli.atomic import atomic_write_all
 from rtcli.batch.jobs import Job
 from rtcli.image.formats import check_fits
 from rtcli.rendering.job import RenderJob, RenderRequest, prepare
@@ -245,7 +245,7 @@ def _open(job: Job, folder: Path, scratch: Path | None) -> Iterator[dict[str, Bi
     for parent in {target.parent for target in targets}:
         parent.mkdir(parents=True, exist_ok=True)
     # Nothing waits for the disk: what a power cut takes, the next run finds out by the hashes.
-    with whole_files(targets, scratch, sync=False) as files:
+    with atomic_write_all(targets, scratch, sync=False) as files:
         yield dict(zip(job.outputs, files, strict=True))
 
 

@@ -53,7 +53,7 @@ class GoldenCheck:
             yield str(Path(folder) / f"rendering{Path(self.name).suffix}")
 
     def size_mismatch(self, window: Window) -> Comparison | None:
-        """Return the comparison with a rendering of another size; None if it must be rendered, to draw or compare."""
+        """Return the comparison with a rendering of another size; None if there is anything to draw or compare."""
         return self.golden.unlike_size(window) if self.differences is None else None
 
     def verdict(self, files: dict[str, Path], quiet: bool) -> int:
@@ -72,7 +72,7 @@ class GoldenCheck:
         if self.differences is not None and not comparison.equal:
             self.differences.write(compared)
         elif self.differences is not None and not quiet:
-            self.differences.report_old_ones()
+            self.differences.report_outdated()
         return self.report(comparison, quiet)
 
     def report(self, comparison: Comparison, quiet: bool) -> int:

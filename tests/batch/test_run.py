@@ -16,7 +16,7 @@ from rtcli.batch.folder import lock_of, scratch_folder
 from rtcli.batch.jobs import BatchSettings, find_jobs
 from rtcli.batch.manifest import Manifest, ManifestError
 from rtcli.batch.pool import Workers
-from rtcli.batch.run import Batch, _looked_at, execute, find_leftover, make_plan, prune
+from rtcli.batch.run import Batch, _looked_at, execute, find_stale_outputs, make_plan, prune
 from rtcli.batch.sweep import parse_variation
 from rtcli.scene.overrides import Overrides
 
@@ -203,7 +203,7 @@ def test_nonsense_in_the_manifest_is_passed_over_or_refused(scenes, entry):
     manifest.put("gone", entry)
     assert len(make_plan(manifest, jobs_of(), OUT).steps) <= 1
     with contextlib.suppress(ManifestError):
-        assert set(find_leftover(manifest, jobs_of(), OUT).paths) == set()
+        assert set(find_stale_outputs(manifest, jobs_of(), OUT).paths) == set()
 
 
 # --- The work --------------------------------------------------------------------------------------------
@@ -340,11 +340,11 @@ def test_scene_of_a_sweep_that_changes_where_it_is_varied_is_current(folder):
 def pruned(**settings):
     """Prune, and return the files that are removed."""
     manifest = Manifest(OUT)
-    leftover = find_leftover(manifest, jobs_of(**settings), OUT)
-    prune(leftover, manifest, OUT)
+    stale = find_stale_outputs(manifest, jobs_of(**settings), OUT)
+    prune(stale, manifest, OUT)
     with scratch_folder(OUT) as scratch:
         manifest.save(scratch)
-    return leftover.paths
+    return stale.paths
 
 
 def test_results_of_scenes_that_are_gone_are_removed_with_their_folders(folder, scenes):
@@ -386,7 +386,7 @@ def test_file_that_takes_the_place_of_one_that_was_removed_stays(scenes):
 def test_entry_of_no_path_is_that_of_a_scene_that_is_gone(scenes, scene):
     manifest = Manifest(OUT)
     manifest.put("odd", {"scene": scene, "outputs": []})
-    assert find_leftover(manifest, jobs_of(), OUT).keys == ["odd"]
+    assert find_stale_outputs(manifest, jobs_of(), OUT).keys == ["odd"]
 
 
 def test_scene_that_is_written_otherwise_does_not_bring_back_what_was_pruned(scenes):
@@ -395,7 +395,7 @@ def test_scene_that_is_written_otherwise_does_not_bring_back_what_was_pruned(sce
     manifest = Manifest(OUT)
     made = make_plan(manifest, jobs_of(suffix=".webp"), OUT)
     assert list(made.renewed) == ["000"]
-    prune(find_leftover(manifest, jobs_of(suffix=".webp"), OUT), manifest, OUT)
+    prune(find_stale_outputs(manifest, jobs_of(suffix=".webp"), OUT), manifest, OUT)
     with ThreadPoolExecutor(1) as threads:
         list(execute(Batch(made, manifest, OUT, Workers(threads, 1))))
     assert "former" not in entries(OUT)["000"]
@@ -465,7 +465,7 @@ def test_manifest_that_names_a_scene_is_refused(folder):
     manifest = Manifest(OUT)
     manifest.put("gone", {"outputs": [{"path": "000.yaml"}]})
     with pytest.raises(ManifestError, match="is no result"):
-        find_leftover(manifest, jobs, OUT)
+        find_stale_outputs(manifest, jobs, OUT)
 
 
 def test_who_is_interrupted_waits_for_no_scene_that_is_looked_at(monkeypatch):

@@ -237,7 +237,7 @@ def _refuse_collisions(options: RenderOptions, output: PictureOutput, check: Gol
             outputs.append(OutputPath("the report", STDIO))
     refuse_collisions(inputs, outputs)
     if check is not None and check.differences is not None:
-        check.differences.try_out()
+        check.differences.check_writable()
 
 
 def _load(options: RenderOptions, passes: tuple[str, ...], watch: Stopwatch) -> tuple[Scene, World, RenderRequest]:
