@@ -16,7 +16,7 @@ from rtcli.batch.folder import lock_of, scratch_folder
 from rtcli.batch.jobs import BatchSettings, find_jobs
 from rtcli.batch.manifest import Manifest, ManifestError
 from rtcli.batch.pool import Workers
-from rtcli.batch.run import Batch, _looked_at, execute, find_stale_outputs, make_plan, prune
+from rtcli.batch.run import Batch, _compare_all, execute, find_stale_outputs, make_plan, prune
 from rtcli.batch.sweep import parse_variation
 from rtcli.scene.overrides import Overrides
 
@@ -36,12 +36,12 @@ def reasons(**settings):
     return {step.job.key: step.reason for step in plan(**settings).steps}
 
 
-def render(by_workers=True, **settings):
+def render(workers_write=True, **settings):
     """Run a batch with threads for workers; return what came of each scene."""
     manifest = Manifest(OUT)
     made = make_plan(manifest, jobs_of(**settings), OUT)
     with ThreadPoolExecutor(2) as threads:
-        batch = Batch(made, manifest, OUT, Workers(threads, 2), by_workers)
+        batch = Batch(made, manifest, OUT, Workers(threads, 2), workers_write)
         return {outcome.key: outcome for outcome in execute(batch)}
 
 
@@ -222,7 +222,7 @@ def test_manifest_tells_what_was_done(scenes):
 def test_files_that_are_brought_back_are_the_same(scenes, folder):
     before, told = results_in(OUT), lasting(OUT)
     OUT.rename("other")
-    render(by_workers=False)
+    render(workers_write=False)
     assert results_in(OUT) == before
     assert lasting(OUT) == told
 
@@ -248,7 +248,7 @@ def test_file_that_cannot_be_read_fails_alone(folder):
 
 def test_bug_costs_its_own_scene(folder, monkeypatch):
     write_scenes(folder / "scenes", 2)
-    monkeypatch.setattr("rtcli.batch.work.check_fits", lambda name, *_: 1 / (name != "000.png"))
+    monkeypatch.setattr("rtcli.batch.worker.check_fits", lambda name, *_: 1 / (name != "000.png"))
     outcomes = render()
     assert outcomes["001"].status == "done"
     assert entries(OUT)["000"]["problems"] == [{"message": "division by zero"}]
@@ -268,7 +268,7 @@ def test_end_before_the_end_leaves_a_manifest_of_what_was_done(folder):
 
 
 def test_end_before_the_end_does_not_wait_for_another_run(folder, monkeypatch):
-    monkeypatch.setattr("rtcli.batch.run._PATIENCE", 0.1)
+    monkeypatch.setattr("rtcli.batch.run._SAVE_TIMEOUT", 0.1)
     write_scenes(folder / "scenes", 3)
     manifest = Manifest(OUT)
     with ThreadPoolExecutor(1) as threads:
@@ -312,7 +312,7 @@ def test_sweep_that_is_brought_back_is_the_same(folder):
     swept("camera.fov=20,30")
     before, told = results_in(OUT), lasting(OUT)
     OUT.rename("other")
-    swept("camera.fov=20,30", by_workers=False)
+    swept("camera.fov=20,30", workers_write=False)
     assert (results_in(OUT), lasting(OUT)) == (before, told)
 
 
@@ -468,18 +468,18 @@ def test_manifest_that_names_a_scene_is_refused(folder):
         find_stale_outputs(manifest, jobs, OUT)
 
 
-def test_who_is_interrupted_waits_for_no_scene_that_is_looked_at(monkeypatch):
+def test_who_is_interrupted_waits_for_no_scene_that_is_compare_all(monkeypatch):
     held = threading.Event()
 
-    def look_at(manifest, job, folder):
+    def compare(manifest, job, folder):
         if job == "slow":
             held.wait(30)
         return "new", None
 
-    monkeypatch.setattr("rtcli.batch.run._look_at", look_at)
-    looked_at = _looked_at(Manifest(OUT), ["quick", "slow"], OUT)
-    assert next(looked_at) == ("quick", ("new", None))
+    monkeypatch.setattr("rtcli.batch.run._compare", compare)
+    compared = _compare_all(Manifest(OUT), ["quick", "slow"], OUT)
+    assert next(compared) == ("quick", ("new", None))
     start = time.monotonic()
-    looked_at.close()
+    compared.close()
     assert time.monotonic() - start < 10
     held.set()

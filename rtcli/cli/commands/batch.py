@@ -20,7 +20,7 @@ from rtcli.batch.manifest import Manifest
 from rtcli.batch.pool import LocalWorkers, Workers
 from rtcli.batch.run import Batch, Plan, StaleOutputs, execute, find_stale_outputs, make_plan, prune
 from rtcli.batch.sweep import Variation
-from rtcli.batch.work import DONE, Outcome
+from rtcli.batch.worker import DONE, Outcome
 from rtcli.cli.console import STDIO, is_terminal, print_lines, report_line
 from rtcli.cli.exit_codes import INVALID, usage_errors
 from rtcli.cli.options.cluster import connected_cluster, dask_timeout_option
@@ -97,10 +97,8 @@ class BatchOptions:
         OSError
             If a path does not exist.
         """
-        try:
+        with usage_errors():
             jobs = find_jobs(self.paths, self.settings, self.output, self.vary)
-        except ValueError as error:
-            raise click.UsageError(str(error)) from error
         if not jobs:
             raise click.UsageError(f"no scenes found in {', '.join(map(printable, self.paths))}")
         return jobs
