@@ -16,8 +16,8 @@ from rtcli.batch.jobs import Job
 from rtcli.batch.manifest import Entry, Manifest
 from rtcli.batch.work import DONE, sha256, sha256_of
 from rtcli.image.animation import write_animation
-from rtcli.image.formats import RADIANCE
 from rtcli.rendering.metadata import SOFTWARE
+from rtcli.tracer.passes import RADIANCE
 
 
 class Animation(NamedTuple):
