@@ -26,6 +26,7 @@ from pydantic import (
 from pydantic_core import InitErrorDetails, PydanticCustomError
 from typing_extensions import TypeAliasType
 
+from rtcli.curves import ToneName
 from rtcli.scene.colors import color_from_text
 from rtcli.scene.diagnostics.problems import MAX_PROBLEMS
 from rtcli.scene.vectors import cross, direction, unit
@@ -240,7 +241,7 @@ class Image(_Model):
 
     exposure: Exposure = 0.0
     """In stops: each adds a factor of 2; or auto."""
-    tone: Literal["clip", "reinhard", "aces"] = "clip"
+    tone: ToneName = "clip"
     """The tone curve: clip cuts at white; reinhard and aces roll bright light off."""
 
 

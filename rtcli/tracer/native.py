@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 from rtcli.tracer._native import METER_GRID, BudgetExceededError, Tracer, WorkBudget
+from rtcli.tracer.passes import new_arrays
 from rtcli.tracer.world import Lights, MeterReading, Progress, Shapes, Window, World
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
-    Arrays: TypeAlias = dict[str, npt.NDArray[np.generic]]
+    from rtcli.tracer.passes import Arrays
 
 # Steps of work to find the coverage, about a second's on two cores: 100,000 spheres apart from each other take a
 # sixth.
 _COVERAGE_STEPS = 120_000_000
-
-# Arrays of the film with one number a pixel; the others have three.
-_SCALARS = frozenset({"depth", "distance", "object_id"})
 
 
 class NativeTracer:
@@ -47,7 +42,7 @@ class NativeTracer:
         self, window: Window, passes: tuple[str, ...] = (), progress: Progress | None = None
     ) -> tuple[Arrays, int]:
         """Return radiance and passes by name, and the number of rays."""
-        arrays = {name: _new_array(name, window) for name in ("radiance", *passes)}
+        arrays = new_arrays(passes, window)
         return arrays, self._tracer.film(window, arrays, progress)
 
     def levels(self, window: Window, look: tuple[float, str, int], budget: WorkBudget | None = None) -> bytearray:
@@ -116,12 +111,3 @@ def _light_columns(lights: Lights) -> tuple[bytes, bytes, bytes, bytes]:
         lights.intensity.tobytes(),
         lights.body.tobytes(),
     )
-
-
-def _new_array(name: str, window: Window) -> npt.NDArray[np.generic]:
-    """Return an array of the film, not filled: the tracer's threads are the first to touch its memory."""
-    import numpy as np  # only films need it: a picture is written without
-
-    dtype = np.uint32 if name == "object_id" else np.float32
-    shape = (window.height, window.width) if name in _SCALARS else (window.height, window.width, 3)
-    return np.empty(shape, dtype)

@@ -21,9 +21,6 @@ SPHERE, PLANE, BOX = range(3)
 # What a light that no object carries has as its `body`.
 NO_BODY = -1
 
-# What a film may hold beside radiance, taken at pixel centres.
-PASSES = ("depth", "distance", "normal", "position", "albedo", "object_id")
-
 
 class Window(NamedTuple):
     """A rectangle of pixels: left, top, width, height."""

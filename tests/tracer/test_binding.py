@@ -18,7 +18,8 @@ import rtcli
 from rtcli.rendering.pack import pack
 from rtcli.tracer import _native
 from rtcli.tracer.native import NativeTracer
-from rtcli.tracer.world import PASSES, Window
+from rtcli.tracer.passes import PASSES
+from rtcli.tracer.world import Window
 
 LEVELS = ["baseline", "avx2", "avx512", "neon"]
 LOOK = (0.0, "clip", 8)

@@ -4,8 +4,8 @@ import itertools
 
 import numpy as np
 
-from rtcli.tracer.reference import PASSES, Box, Ray
-from rtcli.tracer.world import PASSES as NAMES
+from rtcli.tracer.passes import PASSES
+from rtcli.tracer.reference import PASS_VALUES, Box, Ray
 
 
 def test_rays_to_the_corners_of_a_box_meet_it():
@@ -20,4 +20,4 @@ def test_rays_to_the_corners_of_a_box_meet_it():
 
 
 def test_there_is_a_formula_for_each_pass():
-    assert tuple(PASSES) == NAMES
+    assert tuple(PASS_VALUES) == PASSES

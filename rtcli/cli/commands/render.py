@@ -24,7 +24,8 @@ from rtcli.cli.paths import OutputPath, refuse_collisions, refuse_folder
 from rtcli.cli.progress import progress
 from rtcli.cli.stopwatch import Stopwatch
 from rtcli.image.display import DEPTHS
-from rtcli.image.formats import FORMATS, METADATA, RADIANCE, check_fits, open_parts, parts_of
+from rtcli.image.formats import check_fits, open_parts, parts_of
+from rtcli.image.write import FORMATS, METADATA
 from rtcli.rendering.job import RenderRequest, prepare
 from rtcli.rendering.pack import pack
 from rtcli.rendering.stream import FilmOutputs, RenderStats, expose_film, write_film
@@ -33,6 +34,7 @@ from rtcli.scene.model import Scene
 from rtcli.scene.overrides import Overrides
 from rtcli.scene.validation.validate import validate
 from rtcli.tracer.engines import ENGINES
+from rtcli.tracer.passes import RADIANCE
 from rtcli.tracer.world import Window, World
 
 if TYPE_CHECKING:  # these load NumPy and more, which a PNG of the native engine does without
