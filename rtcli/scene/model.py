@@ -10,7 +10,7 @@ import itertools
 import math
 import sys
 from collections.abc import Iterable
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
 from pydantic import (
     BaseModel,
@@ -190,6 +190,8 @@ class Plane(_Shape):
         if normal == ZERO:
             raise PydanticCustomError("zero_length", "must not be [0, 0, 0]")
         return normal
+
+    light: ClassVar[None] = None
 
 
 class _Body(_Shape):
