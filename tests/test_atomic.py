@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from rtcli.atomic import atomic_write, check_writable, atomic_write_all
+from rtcli.atomic import atomic_write, atomic_write_all, check_writable
 
 needs_posix = pytest.mark.skipif(os.name == "nt", reason="POSIX only: links, devices and modes")
 
