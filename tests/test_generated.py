@@ -8,7 +8,7 @@ from PIL import Image
 
 import rtcli
 from rtcli.scene.diagnostics.rules import RULES
-from rtcli.tracer.world import PASSES
+from rtcli.tracer.passes import PASSES
 
 GALLERY = refresh.gallery_scenes()
 

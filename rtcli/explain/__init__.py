@@ -4,7 +4,7 @@
 
 Every number comes from the methods that render pictures (`rtcli.tracer.reference`, `rtcli.image.develop`). Only
 the steps between radiance and value, which the compiled core takes at once, have formulas of their own
-(`rtcli.image.curves`).
+(`rtcli.curves`).
 """
 
 from __future__ import annotations

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from rtcli.curves import TONE_CURVES, exposure_factor, srgb
 from rtcli.explain.records import Development, Group, Mean, Number, ObjectName, Sample, Step, Triple
 from rtcli.explain.words import number, triple
-from rtcli.image.curves import TONE_EQUATIONS, exposure_factor, srgb, tone_curve
 from rtcli.image.develop import develop
 from rtcli.image.display import DisplayTransform
 from rtcli.scene.model import Scene
@@ -57,7 +57,7 @@ class Developed:
     def steps(self, samples: Sequence[Sample]) -> Development:
         """Return the steps from the samples to the value."""
         exposed = _each(lambda x: exposure_factor(self.exposure) * x, self.radiance)
-        toned = _each(lambda x: tone_curve(self.scene.image.tone, x), exposed)
+        toned = _each(TONE_CURVES[self.scene.image.tone].y, exposed)
         return Development(
             self._mean(samples), self._exposure(exposed), self._tone(toned), self._value(_each(srgb, toned))
         )
@@ -103,9 +103,9 @@ class Developed:
 
     def _tone(self, toned: Triple) -> Step:
         tone = self.scene.image.tone
-        equation, source = TONE_EQUATIONS[tone]
-        outcome = f"The tone curve is {tone}: {source}."
-        return Step("The tone curve", _SECTION, (equation,), (Number("y", toned, "linear, 0..1"),), outcome)
+        curve = TONE_CURVES[tone]
+        outcome = f"The tone curve is {tone}: {curve.source}."
+        return Step("The tone curve", _SECTION, (curve.equation,), (Number("y", toned, "linear, 0..1"),), outcome)
 
     def _value(self, encoded: Triple) -> Step:
         red, green, blue = self.value

@@ -39,7 +39,7 @@ from rtcli.tracer.reference import (
     seen_directly,
     way_to_light,
 )
-from rtcli.tracer.world import NO_BODY, World
+from rtcli.tracer.world import NO_CARRIER, World
 
 _ARRIVING = "L_i = intensity * color / (4 pi r^2)"
 
@@ -166,8 +166,8 @@ def _share(place: SurfacePoint, i: int) -> LightShare:
     surface = SHAPES[place.names[place.index].type].surface
     verdict, outcome = _verdict(faces, same_side, blockers, surface)
     irradiance = irradiance_of(source, way, np.flatnonzero([verdict == LIT]))
-    body = place.world.lights.body[i]
-    name = None if body == NO_BODY else place.names[body]
+    carrier = place.world.lights.carrier[i]
+    name = None if carrier == NO_CARRIER else place.names[carrier]
     return LightShare(
         label=f"lights[{i}]" if name is None else name.label,
         body=name,

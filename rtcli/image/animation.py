@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import chain
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
-from rtcli.image.formats import FORMATS
+from rtcli.image.write import FORMATS, WEBP_OPTIONS
 
 if TYPE_CHECKING:
     import numpy as np
@@ -15,17 +15,22 @@ if TYPE_CHECKING:
 
     Picture = npt.NDArray[np.uint8]
 
-# By suffix: as Pillow calls it, and its options. WebP loses nothing; GIF has 256 colors a picture.
-ANIMATIONS: dict[str, tuple[str, dict[str, Any]]] = {
-    ".gif": ("GIF", {"optimize": False}),
-    ".webp": ("WEBP", {"lossless": True, "quality": 50}),
+
+class Animation(NamedTuple):
+    """A format of animations: its name and options for Pillow, and the pixels of its largest side."""
+
+    name: str
+    options: Mapping[str, Any]
+    max_side: int
+
+
+# By suffix. WebP is lossless; GIF has 256 colors a picture.
+ANIMATIONS = {
+    ".gif": Animation("GIF", {"optimize": False}, 65_535),
+    ".webp": Animation("WEBP", WEBP_OPTIONS, FORMATS[".webp"].max_side),
 }
 
-# Of a side, in pixels.
-_MOST = {suffix: FORMATS[suffix].most if suffix in FORMATS else 65_535 for suffix in ANIMATIONS}
-
-# How long each picture stays: ten a second.
-_MILLISECONDS = 100
+_MILLISECONDS_PER_PICTURE = 100
 
 
 def write_animation(pictures: Iterable[Picture], suffix: str, file: BinaryIO) -> None:
@@ -45,13 +50,13 @@ def write_animation(pictures: Iterable[Picture], suffix: str, file: BinaryIO) ->
     ValueError
         If there are none, or they differ in size, or are larger than the format has them.
     """
-    format, options = ANIMATIONS[suffix]
-    images = _images(_alike(pictures, _MOST[suffix]), palette=format == "GIF")
+    animation = ANIMATIONS[suffix]
+    images = _images(_alike(pictures, animation.max_side), palette=animation.name == "GIF")
     first = next(images, None)
     if first is None:
         raise ValueError("an animation needs a picture")
-    timing = {"duration": _MILLISECONDS, "loop": 0}
-    first.save(file, format, save_all=True, append_images=images, **timing, **options)
+    timing = {"duration": _MILLISECONDS_PER_PICTURE, "loop": 0}
+    first.save(file, animation.name, save_all=True, append_images=images, **timing, **animation.options)
 
 
 def _alike(pictures: Iterable[Picture], most: int) -> Iterator[Picture]:

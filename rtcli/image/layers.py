@@ -7,13 +7,16 @@ from typing import Any, Literal, TypeAlias
 
 import numpy.typing as npt
 
-from rtcli.image.formats import RADIANCE
+from rtcli.tracer.passes import RADIANCE
 
 Array: TypeAlias = npt.NDArray[Any]
 Kind: TypeAlias = Literal["picture", "arrays"]
 
 # The layer of a picture. Reports name it, and the radiance of a film, first.
 PICTURE_LAYER = "picture"
+
+# The layer of a file that does not name it.
+UNNAMED_LAYER = "values"
 
 # The layer of an alpha that belongs to radiance, as OpenEXR calls it. Radiance without it is opaque.
 ALPHA = "A"

@@ -24,11 +24,12 @@ import numpy as np
 
 from rtcli.extras import MissingExtraError, require_extra
 from rtcli.image.display import DisplayTransform
-from rtcli.image.formats import METADATA, RADIANCE, format_of
-from rtcli.image.layers import PICTURE_LAYER, Array, Kind, Layers
+from rtcli.image.formats import format_of
+from rtcli.image.layers import PICTURE_LAYER, UNNAMED_LAYER, Array, Kind, Layers
 from rtcli.image.pass_picture import pass_values
-from rtcli.image.write import KEYWORD
+from rtcli.image.write import KEYWORD, METADATA
 from rtcli.tracer import _native
+from rtcli.tracer.passes import RADIANCE
 
 # What Git LFS keeps in place of a large file starts so, until it is fetched:
 # https://github.com/git-lfs/git-lfs/blob/main/docs/spec.md
@@ -290,9 +291,9 @@ def _pillow_pixels(image: Any) -> Array:
 
 
 def _npy(file: BinaryIO, path: str) -> Layers:
-    values = _layer("values", np.lib.format.read_array(file, allow_pickle=False))
+    values = _layer(UNNAMED_LAYER, np.lib.format.read_array(file, allow_pickle=False))
     is_radiance = values.shape[2:] == (3,) and values.dtype.kind == "f"  # as a film is saved
-    return Layers("arrays", {RADIANCE if is_radiance else "values": values})
+    return Layers("arrays", {RADIANCE if is_radiance else UNNAMED_LAYER: values})
 
 
 def _npy_film(file: BinaryIO, path: str) -> tuple[Array | None, str]:

@@ -15,7 +15,7 @@ from rtcli.scene.diagnostics.rules import Rule
 from rtcli.scene.model import Scene
 from rtcli.scene.reading.parse import parse_bytes
 from rtcli.scene.reading.source import HEAD, Document
-from rtcli.scene.validation.validate import place_in_file, validate
+from rtcli.scene.validation.validate import order_in_file, validate
 
 
 class CheckResult(NamedTuple):
@@ -107,7 +107,7 @@ def _burnt_out(probe: Probe, index: SceneIndex, exposure: float) -> Iterator[Lin
 
 
 def _listed(problems: list[Problem], document: Document) -> Iterator[Problem]:
-    yield from sorted(problems[:MAX_PROBLEMS], key=lambda problem: place_in_file(problem, document))
+    yield from sorted(problems[:MAX_PROBLEMS], key=lambda problem: order_in_file(problem, document))
     if len(problems) > MAX_PROBLEMS:
         message = f"only the first {MAX_PROBLEMS:,} warnings are listed"
         yield document.problem(rules.MORE_WARNINGS, (), message, at=HEAD)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import yaml
 
 from rtcli.scene.diagnostics import rules
-from rtcli.scene.diagnostics.problems import MAX_PROBLEMS, Problem, did_you_mean, quoted
+from rtcli.scene.diagnostics.problems import MAX_PROBLEMS, Problem, nearest, quoted
 from rtcli.scene.diagnostics.rules import WARNING, Rule
 from rtcli.scene.reading.parse import JSON_SUFFIX
 from rtcli.scene.reading.source import Document, Source, SourceSpan
@@ -49,10 +49,8 @@ def _hint(code: str) -> str:
     """Return a question that suggests the warning with a similar code or name, or nothing."""
     warnings = [rule for rule in rules.RULES if rule.severity == WARNING]
     by_text = {text: rule for rule in warnings for text in (rule.code.lower(), rule.name)}
-    close = did_you_mean(code, by_text)
-    return next(
-        (f": did you mean {rule.code}?" for text, rule in by_text.items() if close and quoted(text) in close), ""
-    )
+    close = nearest(code, by_text)
+    return f": did you mean {by_text[close].code}?" if close else ""
 
 
 @dataclass

@@ -11,7 +11,8 @@ from rtcli.rendering.metadata import SOFTWARE, fingerprint
 from rtcli.scene.model import Scene
 from rtcli.tracer._native import simd_level
 from rtcli.tracer.engines import ENGINES, Tracer, default_threads, tracer_of
-from rtcli.tracer.world import PASSES, CameraFrame, Window, World
+from rtcli.tracer.passes import PASSES
+from rtcli.tracer.world import CameraFrame, Window, World
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor

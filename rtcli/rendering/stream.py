@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple, cast
 
 from rtcli.distributed.bands import BandedTracer
 from rtcli.image.display import DisplayTransform
-from rtcli.image.formats import RADIANCE, format_of
+from rtcli.image.formats import format_of
 from rtcli.image.write import png_texts
 from rtcli.rendering.job import RenderJob, RenderRequest
 from rtcli.tracer._native import PngEncoder
 from rtcli.tracer.engines import stops_of
 from rtcli.tracer.native import NativeTracer
+from rtcli.tracer.passes import RADIANCE
 from rtcli.tracer.world import Progress
 
 if TYPE_CHECKING:  # it comes with NumPy, which a picture of the native tracer needs not

@@ -26,6 +26,7 @@ from pydantic import (
 from pydantic_core import InitErrorDetails, PydanticCustomError
 from typing_extensions import TypeAliasType
 
+from rtcli.curves import ToneName
 from rtcli.scene.colors import color_from_text
 from rtcli.scene.diagnostics.problems import MAX_PROBLEMS
 from rtcli.scene.vectors import cross, direction, unit
@@ -182,6 +183,8 @@ class Plane(_Shape):
     """Any point on the plane."""
     normal: Direction = Field(examples=[[0, 1, 0]])
     """The direction that stands on the plane, of any length but 0."""
+    # So that any object can be asked for its light; no key of a file.
+    light: ClassVar[None] = None
 
     @field_validator("normal")
     @classmethod
@@ -190,7 +193,10 @@ class Plane(_Shape):
             raise PydanticCustomError("zero_length", "must not be [0, 0, 0]")
         return normal
 
-    light: ClassVar[None] = None
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """The numbers that distinguish this plane from others, beside its position."""
+        return self.normal
 
 
 class _Body(_Shape):
@@ -208,6 +214,11 @@ class Sphere(_Body):
     radius: Positive = Field(examples=[2.5])
     """The radius, greater than 0."""
 
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """The numbers that distinguish this sphere from others, beside its position."""
+        return (self.radius,)
+
 
 class Box(_Body):
     """A box, turned about the vertical axis."""
@@ -218,6 +229,11 @@ class Box(_Body):
     """Width (x), height (y) and depth (z), each greater than 0."""
     rotation: Number = Field(default=0.0, examples=[45])
     """Degrees about the vertical axis (+y), counter-clockwise seen from above."""
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """The numbers that distinguish this box from others, beside its position."""
+        return (*self.size, self.rotation)
 
 
 Object: TypeAlias = Annotated[Sphere | Plane | Box, Field(discriminator="type")]
@@ -243,7 +259,7 @@ class Image(_Model):
 
     exposure: Exposure = 0.0
     """In stops: each adds a factor of 2; or auto."""
-    tone: Literal["clip", "reinhard", "aces"] = "clip"
+    tone: ToneName = "clip"
     """The tone curve: clip cuts at white; reinhard and aces roll bright light off."""
 
 

@@ -11,7 +11,8 @@ from rtcli import Scene
 from rtcli.distributed.bands import BandedTracer, bands_of
 from rtcli.rendering.pack import pack
 from rtcli.tracer.engines import ENGINES, tracer_of
-from rtcli.tracer.world import PASSES, Window
+from rtcli.tracer.passes import PASSES
+from rtcli.tracer.world import Window
 
 ROOM = scene(
     [

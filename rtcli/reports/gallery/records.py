@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from rtcli.image.formats import RADIANCE
 from rtcli.scene.diagnostics.problems import printable
+from rtcli.tracer.passes import RADIANCE
 
 # What browsers show; they know no TIFF.
 _SHOWN = (".png", ".jpg", ".jpeg", ".webp")

@@ -15,7 +15,7 @@ from rtcli.image.layers import Array
 from rtcli.image.pass_picture import pass_picture
 from rtcli.image.read import kind_of, read_layers
 from rtcli.image.shown import eight_bits, shown_levels
-from rtcli.tracer.world import PASSES
+from rtcli.tracer.passes import PASSES
 
 # The longest sides in pixels.
 SIZE = (160, 120)

@@ -1,18 +1,18 @@
-"""What a worker does with one scene: from its text to its files. Nothing here knows which process it runs in."""
+"""Render one scene of a batch, from its text to its files, in any process on any machine."""
 
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import os
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from rtcli.atomic import whole_files
+from rtcli.atomic import atomic_write_all
+from rtcli.batch.hashes import sha256, sha256_of
 from rtcli.batch.jobs import Job
 from rtcli.image.formats import check_fits
 from rtcli.rendering.job import RenderJob, RenderRequest, prepare
@@ -26,13 +26,13 @@ from rtcli.scene.validation.validate import validate
 
 DONE, FAILED = "done", "failed"
 
-# Of each scene so many problems are kept: a folder of hostile files must not fill the memory.
+# The most problems to keep of a scene: a folder of malicious files must not fill the memory.
 MAX_KEPT = 20
 
 
 @dataclass(frozen=True)
 class BatchTask:
-    """A job with all that a worker needs; it can be sent to another process, or another machine.
+    """A job with everything that a worker needs, ready to be sent to another process or machine.
 
     Parameters
     ----------
@@ -41,9 +41,9 @@ class BatchTask:
     raw
         The bytes of the scene file.
     folder
-        Where the files go, an absolute path; None to have their bytes brought back.
+        The folder of the results, an absolute path; None to return the files' bytes instead.
     scratch
-        Where they are written before they appear there together: a folder of the same file system.
+        A folder on the same file system for temporary files.
     """
 
     job: Job
@@ -54,7 +54,7 @@ class BatchTask:
 
 @dataclass(frozen=True)
 class BatchOutput:
-    """One file of a result: the part of the film, its path in the folder of the results, and what it holds."""
+    """A file of a result: its part of the film, path in the folder of the results, hash, and size in bytes."""
 
     part: str
     path: str
@@ -62,32 +62,32 @@ class BatchOutput:
     size: int
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as the manifest tells it."""
+        """Return the file as the manifest records it."""
         return {"part": self.part, "path": self.path, "sha256": self.sha256, "bytes": self.size}
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a task.
+    """The result of a task.
 
     Parameters
     ----------
     key
-        That of the job.
+        The key of the job.
     input
         The hash of the scene file's bytes; None if it could not be read.
     content
-        The fingerprint of the scene with all that options changed; None if it is not valid.
+        The fingerprint of the scene with all overrides; None if the scene is invalid.
     outputs
-        The files; none if it failed.
+        The files; none if the task failed.
     seconds
-        Of each stage.
+        The duration of each stage.
     resolution
-        Width and height in pixels, if it came to that.
+        Width and height in pixels; None if the task failed.
     problems
-        What is wrong with the scene, the first `MAX_KEPT`.
+        The problems of the scene, at most `MAX_KEPT`.
     message
-        What else went wrong, or how many more problems there are.
+        Another error, or the number of further problems.
     files
         The bytes of each output by its path, if the worker did not write them.
     """
@@ -104,11 +104,11 @@ class Outcome:
 
     @property
     def status(self) -> str:
-        """`done`, or `failed`."""
+        """`done` or `failed`."""
         return DONE if self.outputs else FAILED
 
     def as_entry(self, job: Job) -> dict[str, Any]:
-        """Return what the manifest tells of it."""
+        """Return the entry of the manifest."""
         problems = [problem.as_dict() for problem in self.problems]
         return {
             "scene": Path(job.scene).as_posix(),
@@ -125,28 +125,8 @@ class Outcome:
         }
 
 
-def sha256(data: bytes) -> str:
-    """Return a hash as the manifest tells it."""
-    return f"sha256:{hashlib.sha256(data).hexdigest()}"
-
-
-def sha256_of(path: Path) -> str:
-    """Return the hash of a file, read piece by piece.
-
-    Raises
-    ------
-    OSError
-        If it cannot be read.
-    """
-    digest = hashlib.sha256()
-    with path.open("rb", buffering=0) as file:
-        while piece := file.read(1 << 20):
-            digest.update(piece)
-    return f"sha256:{digest.hexdigest()}"
-
-
 def content_of(job: Job, raw: bytes) -> str | None:
-    """Return the fingerprint of a job's scene, or None if it is not valid."""
+    """Return the fingerprint of a job's scene, or None if it is invalid."""
     try:
         scene = _validated(job, raw, {})
         return f"sha256:{fingerprint(scene, pack(scene))}"
@@ -155,9 +135,9 @@ def content_of(job: Job, raw: bytes) -> str | None:
 
 
 def render_job(task: BatchTask) -> Outcome:
-    """Render a scene on one processor core, and write its files, all of them or none.
+    """Render a scene on one processor core, and write all of its files or none.
 
-    What is wrong with the scene, or with a file, is told in the outcome; all else is raised.
+    Errors in the scene or with a file become part of the outcome; other errors are raised.
     """
     input = sha256(task.raw)
     seconds: dict[str, float] = {}
@@ -165,11 +145,10 @@ def render_job(task: BatchTask) -> Outcome:
         scene = _validated(task.job, task.raw, seconds)
         with _stage("pack", seconds):
             world = pack(scene)
-        job = prepare(scene, world, RenderRequest(task.job.settings.passes, threads=1))
+        request = RenderRequest(task.job.settings.passes, threads=1)
+        job = prepare(scene, world, request)
         check_fits(task.job.key + task.job.settings.suffix, job.window[2:], task.job.settings.bits)
-        outputs, files = _render(task, job, seconds)
-    except SceneError as error:
-        return failure(task.job, input, error, seconds)
+        outputs, files = _render(task, job, request, seconds)
     except (ValueError, OSError) as error:
         return failure(task.job, input, error, seconds)
     return Outcome(
@@ -185,19 +164,18 @@ def render_job(task: BatchTask) -> Outcome:
 
 def failure(job: Job, input: str | None, error: BaseException, seconds: dict[str, float]) -> Outcome:
     """Return the outcome of a job that failed with an error."""
+    problems: tuple[Problem, ...] = ()
     if isinstance(error, SceneError):
+        problems = error.problems[:MAX_KEPT]
         more = len(error.problems) - MAX_KEPT
         message = f"{more:,} more problems: see rtcli validate" if more > 0 else ""
-        return Outcome(job.key, input, problems=error.problems[:MAX_KEPT], message=message, seconds=seconds)
-    return Outcome(job.key, input, message=_text(error), seconds=seconds)
-
-
-def _text(error: BaseException) -> str:
-    if isinstance(error, MemoryError):
-        return "not enough memory: make the picture smaller, or use fewer --jobs"
-    if isinstance(error, OSError) and error.filename is not None:
-        return f"{error.filename}: {error.strerror or error}"
-    return str(error) or type(error).__name__
+    elif isinstance(error, MemoryError):
+        message = "not enough memory: make the picture smaller, or use fewer --jobs"
+    elif isinstance(error, OSError) and error.filename is not None:
+        message = f"{error.filename}: {error.strerror or error}"
+    else:
+        message = str(error) or type(error).__name__
+    return Outcome(job.key, input, problems=problems, message=message, seconds=seconds)
 
 
 @contextlib.contextmanager
@@ -215,41 +193,37 @@ def _validated(job: Job, raw: bytes, seconds: dict[str, float]) -> Scene:
 
 
 def _render(
-    task: BatchTask, job: RenderJob, seconds: dict[str, float]
+    task: BatchTask, job: RenderJob, request: RenderRequest, seconds: dict[str, float]
 ) -> tuple[tuple[BatchOutput, ...], dict[str, bytes]]:
-    """Write the files of a film; return what they are and, without a folder, the bytes of each by its path."""
-    request, bits = RenderRequest(task.job.settings.passes, threads=1), task.job.settings.bits
-    with _place(task) as (folder, scratch), _open(task.job, folder, scratch) as files:
-        named = {part: (path, files[part]) for part, path in task.job.outputs.items()}
-        seconds.update(write_film(job, request, FilmOutputs(named, bits)).seconds)
-        outputs = tuple(_output(part, path, files[part]) for part, path in task.job.outputs.items())
+    """Write the files of a film; return their descriptions and, without a folder, their bytes by path."""
+    paths = task.job.outputs
+    with contextlib.ExitStack() as stack:
+        # Bytes to return are written to files too: OpenEXR opens its file by name.
+        folder = task.folder or stack.enter_context(tempfile.TemporaryDirectory(prefix="rtcli-"))
+        scratch = None if task.scratch is None else Path(task.scratch)
+        opened = stack.enter_context(open_outputs(list(paths.values()), Path(folder), scratch))
+        files = dict(zip(paths, opened, strict=True))
+        targets = {part: (paths[part], file) for part, file in files.items()}
+        stats = write_film(job, request, FilmOutputs(targets, task.job.settings.bits))
+        seconds.update(stats.seconds)
+        outputs = tuple(_output(part, paths[part], file) for part, file in files.items())
         if task.folder is not None:
             return outputs, {}
-        return outputs, {path: Path(files[part].name).read_bytes() for part, path in task.job.outputs.items()}
-
-
-@contextlib.contextmanager
-def _place(task: BatchTask) -> Iterator[tuple[Path, Path | None]]:
-    """Give the folder to write to, and one for temporary files; of what is brought back, one for the moment."""
-    if task.folder is not None:
-        yield Path(task.folder), None if task.scratch is None else Path(task.scratch)
-        return
-    with tempfile.TemporaryDirectory(prefix="rtcli-") as folder:
-        yield Path(folder), None
-
-
-@contextlib.contextmanager
-def _open(job: Job, folder: Path, scratch: Path | None) -> Iterator[dict[str, BinaryIO]]:
-    """Open a file for each part, to appear in the folder once all are complete."""
-    targets = [folder / path for path in job.outputs.values()]
-    for parent in {target.parent for target in targets}:
-        parent.mkdir(parents=True, exist_ok=True)
-    # Nothing waits for the disk: what a power cut takes, the next run finds out by the hashes.
-    with whole_files(targets, scratch, sync=False) as files:
-        yield dict(zip(job.outputs, files, strict=True))
+        return outputs, {paths[part]: Path(file.name).read_bytes() for part, file in files.items()}
 
 
 def _output(part: str, path: str, file: BinaryIO) -> BatchOutput:
-    """Return what an open file holds; it is read again, because archives are not written from start to end."""
+    """Describe an open file; hash it by reading it again, since archives are not written in order."""
     file.flush()
     return BatchOutput(part, path, sha256_of(Path(file.name)), os.fstat(file.fileno()).st_size)
+
+
+@contextlib.contextmanager
+def open_outputs(paths: Sequence[str], folder: Path, scratch: Path | None) -> Iterator[list[BinaryIO]]:
+    """Open files that appear in a folder and those below it once all are complete; see `atomic_write_all`."""
+    targets = [folder / path for path in paths]
+    for parent in {target.parent for target in targets}:
+        parent.mkdir(parents=True, exist_ok=True)
+    # There is no need to wait for the disk: the next run finds by the hashes what a power cut destroyed.
+    with atomic_write_all(targets, scratch, sync=False) as files:
+        yield files
