@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     Picture = npt.NDArray[np.uint8]
 
 
-class Animation(NamedTuple):
+class AnimationFormat(NamedTuple):
     """A format of animations: its name and options for Pillow, and the pixels of its largest side."""
 
     name: str
@@ -26,8 +26,8 @@ class Animation(NamedTuple):
 
 # By suffix. WebP is lossless; GIF has 256 colors a picture.
 ANIMATIONS = {
-    ".gif": Animation("GIF", {"optimize": False}, 65_535),
-    ".webp": Animation("WEBP", WEBP_OPTIONS, FORMATS[".webp"].max_side),
+    ".gif": AnimationFormat("GIF", {"optimize": False}, 65_535),
+    ".webp": AnimationFormatFormat("WEBP", WEBP_OPTIONS, FORMATS[".webp"].max_side),
 }
 
 _MILLISECONDS_PER_PICTURE = 100
