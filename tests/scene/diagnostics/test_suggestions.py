@@ -4,6 +4,7 @@ import pytest
 
 from rtcli.scene import model
 from rtcli.scene.diagnostics.suggestions import suggested_key, suggested_type
+from rtcli.scene.diagnostics.synonyms import WORDS_FOR_SHAPES
 
 MODELS = [model.Scene, model.Camera, model.PointLight, model.CarriedLight, model.Render, model.Image]
 MODELS += model.SHAPES.values()
@@ -93,3 +94,7 @@ def test_word_that_means_a_key_of_another_mapping_is_like_none_here():
 )
 def test_word_of_others_means_a_type(word, meant):
     assert suggested_type(word, model.SHAPES) == meant
+
+
+def test_each_shape_has_words_of_others():
+    assert list(WORDS_FOR_SHAPES) == list(model.SHAPES)
