@@ -88,7 +88,7 @@ class _File:
             raise OSError(errno.EINVAL, "is not a place for files: use - for standard output", str(target))
         self.target = target
         self.final = Path(os.path.realpath(target))
-        _refuse_what_is_no_file(self.final, str(target))
+        _refuse_bad_target(self.final, str(target))
         self.temporary = (scratch or self.final.parent) / f".rtcli-{secrets.token_hex(8)}.tmp"
         self.raw = os.fsencode(self.temporary)
         self.sync = sync
@@ -145,18 +145,25 @@ class _NamedFile(io.FileIO):
             raise OSError(error.errno, error.strerror, self.name) from error
 
 
-def _refuse_what_is_no_file(path: Path, name: str) -> None:
+def _refuse_bad_target(path: Path, name: str) -> None:
     """Refuse a target before any work, if its folder is missing or it is a folder or a device.
 
     Renaming over a folder fails late, and renaming over a device such as /dev/null would destroy it.
     """
     try:
-        mode = path.stat().st_mode
+        refuse_non_file(path, name, "is a folder: name a file in it")
     except FileNotFoundError:
         if not path.parent.is_dir():
             raise FileNotFoundError(errno.ENOENT, "its folder does not exist", name) from None
-        return
+
+
+def refuse_non_file(path: Path, name: str, folder: str = "is a folder") -> None:
+    """Raise OSError for a folder, with the message for it, and for a pipe or device, which might never end.
+
+    Systems differ in the errors of opening a folder.
+    """
+    mode = path.stat().st_mode
     if stat.S_ISDIR(mode):
-        raise IsADirectoryError(errno.EISDIR, "is a folder: name a file in it", name)
+        raise IsADirectoryError(errno.EISDIR, folder, name)
     if not stat.S_ISREG(mode):
         raise OSError(errno.EINVAL, "is not a regular file", name)

@@ -6,7 +6,6 @@ import contextlib
 import hashlib
 import os
 import tempfile
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,6 +17,7 @@ from rtcli.image.formats import check_fits
 from rtcli.rendering.job import RenderJob, RenderRequest, prepare
 from rtcli.rendering.metadata import SOFTWARE, fingerprint
 from rtcli.rendering.pack import pack
+from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.rendering.stream import FilmOutputs, write_film
 from rtcli.scene.diagnostics.problems import Problem, SceneError
 from rtcli.scene.model import Scene
@@ -148,8 +148,8 @@ def sha256_of(path: Path) -> str:
 def content_of(job: Job, raw: bytes) -> str | None:
     """Return the fingerprint of a job's scene, or None if it is not valid."""
     try:
-        scene = _validated(job, raw, {})
-        return f"sha256:{fingerprint(scene, pack(scene))}"
+        scene = _validated(job, raw, Stopwatch())
+        return fingerprint(scene, pack(scene))
     except ValueError:
         return None
 
@@ -160,10 +160,11 @@ def render_job(task: BatchTask) -> Outcome:
     What is wrong with the scene, or with a file, is told in the outcome; all else is raised.
     """
     input = sha256(task.raw)
-    seconds: dict[str, float] = {}
+    watch = Stopwatch()
+    seconds = watch.seconds
     try:
-        scene = _validated(task.job, task.raw, seconds)
-        with _stage("pack", seconds):
+        scene = _validated(task.job, task.raw, watch)
+        with watch.stage("pack"):
             world = pack(scene)
         job = prepare(scene, world, RenderRequest(task.job.settings.passes, threads=1))
         check_fits(task.job.key + task.job.settings.suffix, job.window[2:], task.job.settings.bits)
@@ -175,7 +176,7 @@ def render_job(task: BatchTask) -> Outcome:
     return Outcome(
         task.job.key,
         input,
-        f"sha256:{fingerprint(scene, world)}",
+        fingerprint(scene, world),
         outputs,
         seconds,
         (job.window.width, job.window.height),
@@ -200,17 +201,10 @@ def _text(error: BaseException) -> str:
     return str(error) or type(error).__name__
 
 
-@contextlib.contextmanager
-def _stage(name: str, seconds: dict[str, float]) -> Iterator[None]:
-    start = time.perf_counter()
-    yield
-    seconds[name] = time.perf_counter() - start
-
-
-def _validated(job: Job, raw: bytes, seconds: dict[str, float]) -> Scene:
-    with _stage("parse", seconds):
+def _validated(job: Job, raw: bytes, watch: Stopwatch) -> Scene:
+    with watch.stage("parse"):
         document = job.changed(parse_bytes(raw, job.scene))
-    with _stage("validate", seconds):
+    with watch.stage("validate"):
         return validate(document)
 
 

@@ -11,7 +11,6 @@ import errno
 import io
 import json
 import os
-import stat
 import struct
 import sys
 import warnings
@@ -22,6 +21,7 @@ from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
+from rtcli.atomic import refuse_non_file
 from rtcli.extras import MissingExtraError, require_extra
 from rtcli.image.display import DisplayTransform
 from rtcli.image.formats import format_of
@@ -149,22 +149,13 @@ def _format_of(path: str) -> _Format:
 @contextlib.contextmanager
 def _opened(path: str, form: _Format) -> Iterator[BinaryIO]:
     """Open a file for its decoder, whose errors name it; refuse what is no file of any format."""
-    _refuse_what_is_no_file(path)
+    refuse_non_file(Path(path), path)
     with Path(path).open("rb") as file, _told_of(path, form.name):
         _refuse_what_memory_cannot_hold(os.fstat(file.fileno()).st_size)
         if file.read(len(_POINTER)) == _POINTER:
             raise _UnfitError(f"is a pointer of Git LFS, not {form.name}: get the file itself with `git lfs pull`")
         file.seek(0)
         yield file
-
-
-def _refuse_what_is_no_file(path: str) -> None:
-    """Refuse folders, of which systems tell differently, and pipes and devices, which may keep us waiting."""
-    mode = Path(path).stat().st_mode
-    if stat.S_ISDIR(mode):
-        raise IsADirectoryError(errno.EISDIR, "is a folder", path)
-    if not stat.S_ISREG(mode):
-        raise OSError(errno.EINVAL, "is not a regular file", path)
 
 
 @contextlib.contextmanager

@@ -129,7 +129,7 @@ class RenderJob:
         """Return what every file tells of itself: the software, the scene's fingerprint, the settings."""
         return {
             "software": SOFTWARE,
-            "scene": f"sha256:{fingerprint(self.scene, self.world)}",
+            "scene": fingerprint(self.scene, self.world),
             "settings": self.settings(exposure),
         }
 

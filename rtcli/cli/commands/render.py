@@ -22,12 +22,12 @@ from rtcli.cli.options.scene import film_options, overrides_taken_from, read_sce
 from rtcli.cli.options.types import CropType
 from rtcli.cli.paths import OutputPath, refuse_collisions, refuse_folder
 from rtcli.cli.progress import progress
-from rtcli.cli.stopwatch import Stopwatch
 from rtcli.image.display import DEPTHS
 from rtcli.image.formats import check_fits, open_parts, parts_of
 from rtcli.image.write import FORMATS, METADATA
 from rtcli.rendering.job import RenderJob, RenderRequest, prepare
 from rtcli.rendering.pack import pack
+from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.rendering.stream import FilmOutputs, RenderStats, expose_film, write_film
 from rtcli.scene.diagnostics.problems import printable
 from rtcli.scene.model import Scene
@@ -35,7 +35,7 @@ from rtcli.scene.overrides import Overrides
 from rtcli.scene.validation.validate import validate
 from rtcli.tracer.engines import ENGINES
 from rtcli.tracer.passes import RADIANCE
-from rtcli.tracer.world import Window, World
+from rtcli.tracer.world import Window
 
 if TYPE_CHECKING:  # with NumPy and other things, which a picture of the native tracer needs not
     from concurrent.futures import Executor
@@ -167,9 +167,9 @@ def _preview(traced: RenderOptions) -> int:
     from rtcli.cli.preview import Preview  # with NumPy
 
     preview = Preview()
-    plan = _planned(traced, validate(read_scene(traced.scene, traced.edits)))
+    job, request = _planned(traced, validate(read_scene(traced.scene, traced.edits)))
     with traced.executor() as executor, progress("rendering", traced.quiet) as on_progress:
-        film = expose_film(plan.job(executor), plan.request, on_progress)
+        film = expose_film(replace(job, executor=executor), request, on_progress)
     preview.show(film)
     return 0
 
@@ -193,7 +193,7 @@ def _rendered_and_checked(traced: RenderOptions, output: PictureOutput, check: G
     if check.differences is not None:
         check.differences.try_out()
     rendering = _prepare(traced, output)
-    unlike = check.golden.unlike_size(rendering.plan.window)
+    unlike = check.golden.unlike_size(rendering.job.window)
     # One that is wanted for itself, or for a picture of the differences, is made whatever its size.
     if unlike is not None and not output.is_kept and check.differences is None:
         return check.reported(unlike, traced.quiet)
@@ -220,23 +220,11 @@ def _checked_parts(
     return output.parts(traced.passes)
 
 
-class _Plan(NamedTuple):
-    """A scene and what is wanted of it, all checked; what traces it is reached later."""
-
-    scene: Scene
-    world: World
-    window: Window
-    request: RenderRequest
-
-    def job(self, executor: Executor | None) -> RenderJob:
-        """Return what is to be rendered, by an executor or by this process."""
-        return prepare(self.scene, self.world, self.request, executor)
-
-
 class _Rendering(NamedTuple):
     """What is ready to be traced, and the time that took."""
 
-    plan: _Plan
+    job: RenderJob
+    request: RenderRequest
     watch: Stopwatch
 
 
@@ -247,37 +235,37 @@ def _prepare(traced: RenderOptions, output: PictureOutput) -> _Rendering:
     with watch.stage("validate"):
         scene = validate(document)
     with watch.stage("pack"):
-        plan = _planned(traced, scene)
+        job, request = _planned(traced, scene)
         if output.path != STDIO:
             with usage_errors():
-                check_fits(output.path, plan.window[2:], output.bits)
-    return _Rendering(plan, watch)
+                check_fits(output.path, job.window[2:], output.bits)
+    return _Rendering(job, request, watch)
 
 
-def _planned(traced: RenderOptions, scene: Scene) -> _Plan:
+def _planned(traced: RenderOptions, scene: Scene) -> tuple[RenderJob, RenderRequest]:
     request = RenderRequest(traced.passes, traced.engine, traced.threads, traced.crop)
     world = pack(scene)
     with usage_errors():
-        window = request.window(world.camera)
+        job = prepare(scene, world, request)
         request.simd()
-    return _Plan(scene, world, window, request)
+    return job, request
 
 
 def _write(rendering: _Rendering, traced: RenderOptions, output: PictureOutput, parts: dict[str, Path]) -> None:
-    plan, watch = rendering
+    job, request, watch = rendering
     # All are opened before the work, so that a target which cannot be written costs no rendering.
     with (
         _open_parts(output, parts) as files,
         _open_stats(output.stats) as stats_file,
         traced.executor() as executor,
     ):
-        job = plan.job(executor)
+        job = replace(job, executor=executor)
         with watch.stages_together() as spent, progress("rendering", traced.quiet) as on_progress:
-            work = write_film(job, plan.request, FilmOutputs(files, output.bits), on_progress)
+            work = write_film(job, request, FilmOutputs(files, output.bits), on_progress)
             spent.update(work.seconds)
-        stats_file.write(_stats(work, plan.request, watch))
+        stats_file.write(_stats(work, request, watch))
     if output.is_kept and not traced.quiet:
-        size = f"{plan.window.width}x{plan.window.height}"
+        size = f"{job.window.width}x{job.window.height}"
         others = f" and {len(files) - 1} beside it" if len(files) > 1 else ""
         report_line(f"wrote {_shown(output.path)}{others} ({size}) in {watch.totals()['total']:.2f} s")
 
