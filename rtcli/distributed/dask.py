@@ -5,8 +5,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
-import os
-import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -14,6 +12,7 @@ from concurrent import futures
 from concurrent.futures import BrokenExecutor, Executor, Future, InvalidStateError
 from typing import Any, NamedTuple
 
+from rtcli import signals
 from rtcli.extras import require_extra
 from rtcli.tracer._native import __version__
 
@@ -73,7 +72,7 @@ def dask_cluster(address: str, patience: float = 60) -> Iterator[Cluster]:
     dask = require_extra("dask", "dask", _PURPOSE)
     with contextlib.ExitStack() as stack:
         stack.enter_context(dask.config.set({"distributed.admin.large-graph-warning-threshold": _LARGEST_SCENE}))
-        with _sigpipe_held():
+        with signals.blocked(signals.BROKEN_PIPE):
             client = stack.enter_context(_connected(distributed, address, min(patience, _SECONDS_TO_CONNECT)))
             no_workers = f"the cluster at {address!r} had no workers for {patience:g} s"
             executor = _DaskExecutor(
@@ -248,19 +247,6 @@ def _connected(distributed: Any, address: str, seconds: float) -> Iterator[Any]:
 
 
 @contextlib.contextmanager
-def _sigpipe_held() -> Iterator[None]:
-    """Have threads that are started meanwhile never see SIGPIPE: a lost connection must not end the program."""
-    if not hasattr(signal, "pthread_sigmask"):  # Windows
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGPIPE])
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-@contextlib.contextmanager
 def _local_cluster(distributed: Any) -> Iterator[Any]:
     """Give a cluster of this machine's cores; if anything goes wrong, its workers end at once."""
     with distributed.LocalCluster(
@@ -274,8 +260,7 @@ def _local_cluster(distributed: Any) -> Iterator[Any]:
         except BaseException:
             # A band that nobody waits for would keep them for seconds.
             for nanny in cluster.workers.values():
-                with contextlib.suppress(OSError, TypeError):
-                    os.kill(nanny.pid, signal.SIGTERM)
+                signals.terminate(nanny.pid)
             raise
 
 

@@ -37,7 +37,7 @@ from rtcli.tracer.reference import (
     seen_directly,
     way_to_light,
 )
-from rtcli.tracer.world import NO_BODY, World
+from rtcli.tracer.world import NO_CARRIER, World
 
 _POINT = "P = o + t d"
 _NORMALS = {
@@ -176,8 +176,8 @@ def _share(place: SurfacePoint, i: int) -> LightShare:
     blockers = _blockers(place, source, way) if faces and same_side else ()
     verdict = _verdict(faces, same_side, blockers)
     irradiance = irradiance_of(source, way, np.flatnonzero([verdict == LIT]))
-    body = place.world.lights.body[i]
-    name = None if body == NO_BODY else place.names[body]
+    carrier = place.world.lights.carrier[i]
+    name = None if carrier == NO_CARRIER else place.names[carrier]
     return LightShare(
         label=f"lights[{i}]" if name is None else name.label,
         body=name,

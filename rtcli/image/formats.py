@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path, PurePath
 from typing import BinaryIO
 
-from rtcli.atomic import whole_files
+from rtcli.atomic import atomic_write_all
 from rtcli.extras import require_extra
 from rtcli.image.display import DEPTHS
 from rtcli.image.write import FORMATS, METADATA, Format
@@ -60,7 +60,7 @@ def open_parts(parts: dict[str, Path]) -> Iterator[dict[str, tuple[str, BinaryIO
     OSError
         If one cannot be written.
     """
-    with whole_files(list(parts.values())) as files:
+    with atomic_write_all(list(parts.values())) as files:
         yield {part: (str(parts[part]), file) for part, file in zip(parts, files, strict=True)}
 
 

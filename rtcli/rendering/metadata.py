@@ -39,9 +39,14 @@ def fingerprint(scene: Scene, world: World) -> str:
     for vector in ((frame.fov,), frame.position, frame.right, frame.up, frame.forward):
         digest.update(_little(array("d", vector)))
     shapes, lights = world.shapes, world.lights
-    for numbers in (shapes.kind, shapes.position, shapes.extent, shapes.rotation, shapes.color):
+    first, fourth = array("d"), array("d")
+    for row in shapes.parameter_rows():
+        # Three numbers of each object, a single one three times, and the fourth or 0: files keep their hashes.
+        first.extend((row * 3)[:3])
+        fourth.append(row[3] if len(row) > 3 else 0.0)
+    for numbers in (shapes.kind, shapes.position, first, fourth, shapes.color):
         digest.update(_little(numbers))
-    for numbers in (lights.position, lights.color, lights.intensity, lights.body):
+    for numbers in (lights.position, lights.color, lights.intensity, lights.carrier):
         digest.update(_little(numbers))
     names = (item.name for item in scene.objects)
     digest.update("".join("-" if name is None else f"{len(name)}:{name}" for name in names).encode())

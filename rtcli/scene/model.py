@@ -10,7 +10,7 @@ import itertools
 import math
 import sys
 from collections.abc import Iterable
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
 from pydantic import (
     BaseModel,
@@ -183,6 +183,8 @@ class Plane(_Shape):
     """Any point on the plane."""
     normal: Direction = Field(examples=[[0, 1, 0]])
     """The direction that stands on the plane, of any length but 0."""
+    # So that any object can be asked for its light; no key of a file.
+    light: ClassVar[None] = None
 
     @field_validator("normal")
     @classmethod
@@ -190,6 +192,11 @@ class Plane(_Shape):
         if normal == ZERO:
             raise PydanticCustomError("zero_length", "must not be [0, 0, 0]")
         return normal
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """The numbers that distinguish this plane from others, beside its position."""
+        return self.normal
 
 
 class _Body(_Shape):
@@ -207,6 +214,11 @@ class Sphere(_Body):
     radius: Positive = Field(examples=[2.5])
     """The radius, greater than 0."""
 
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """The numbers that distinguish this sphere from others, beside its position."""
+        return (self.radius,)
+
 
 class Box(_Body):
     """A box, turned about the vertical axis."""
@@ -217,6 +229,11 @@ class Box(_Body):
     """Width (x), height (y) and depth (z), each greater than 0."""
     rotation: Number = Field(default=0.0, examples=[45])
     """Degrees about the vertical axis (+y), counter-clockwise seen from above."""
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """The numbers that distinguish this box from others, beside its position."""
+        return (*self.size, self.rotation)
 
 
 Object: TypeAlias = Annotated[Sphere | Plane | Box, Field(discriminator="type")]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 from rtcli.tracer._native import METER_GRID, BudgetExceededError, Tracer, WorkBudget
@@ -32,8 +33,8 @@ class NativeTracer:
                 camera.up,
                 camera.forward,
             ),
-            _object_columns(world.shapes),
-            _light_columns(world.lights),
+            _columns(world.shapes),
+            _columns(world.lights),
             (settings.samples, settings.background, settings.max_depth > 0, settings.eye_falloff),
             threads,
         )
@@ -94,20 +95,5 @@ class NativeTracer:
         return rays, {"trace": trace, "develop": develop, "write": encode}
 
 
-def _object_columns(shapes: Shapes) -> tuple[bytes, bytes, bytes, bytes, bytes]:
-    return (
-        shapes.kind.tobytes(),
-        shapes.position.tobytes(),
-        shapes.extent.tobytes(),
-        shapes.rotation.tobytes(),
-        shapes.color.tobytes(),
-    )
-
-
-def _light_columns(lights: Lights) -> tuple[bytes, bytes, bytes, bytes]:
-    return (
-        lights.position.tobytes(),
-        lights.color.tobytes(),
-        lights.intensity.tobytes(),
-        lights.body.tobytes(),
-    )
+def _columns(rows: Shapes | Lights) -> tuple[bytes, ...]:
+    return tuple(getattr(rows, field.name).tobytes() for field in fields(rows))

@@ -21,21 +21,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from rtcli.tracer._native import METER_GRID, meter
+from rtcli.tracer._native import LIGHT_KINDS, METER_GRID, SHAPE_PARAMETERS, meter
 from rtcli.tracer.passes import RADIANCE, new_arrays
 from rtcli.tracer.sampling import sample_offsets
 from rtcli.tracer.tiles import AbandonedError, over_tiles, rows_and_columns, tiles
-from rtcli.tracer.world import (
-    BOX,
-    PLANE,
-    SPHERE,
-    CameraFrame,
-    MeterReading,
-    Progress,
-    Settings,
-    Window,
-    World,
-)
+from rtcli.tracer.world import CameraFrame, MeterReading, Progress, Settings, Window, World
 
 if TYPE_CHECKING:
     from rtcli.tracer.passes import Arrays
@@ -395,17 +385,17 @@ class Quadratic(NamedTuple):
 
 
 class Sphere(Object):
-    """A sphere (section 2.2.1): an `Object` with a `radius`."""
+    """A sphere (section 2.2.1). Its parameter is the `radius`."""
 
     def __init__(
         self,
         color: Iterable[float],
         position: Iterable[float],
-        radius: float,
+        parameters: Sequence[float],
         source_object: LightSource | None = None,
     ) -> None:
         super().__init__(color, position, source_object)
-        self.radius = radius
+        (self.radius,) = parameters
 
     def intersection_parameter(self, ray: Ray) -> Array:
         """Return the smaller of t_1 and t_2 that is > 0 (section 2.2.1)."""
@@ -458,13 +448,19 @@ class Sphere(Object):
 
 
 class Plane(Object):
-    """An infinite plane, two-sided (section 2.2.2). `direction` is its normal, of any length but 0."""
+    """An infinite plane, two-sided (section 2.2.2). Its parameters are its normal, of any length but 0."""
 
     is_solid = False
 
-    def __init__(self, color: Iterable[float], position: Iterable[float], direction: Iterable[float]) -> None:
-        super().__init__(color, position)
-        scaled = column(direction)
+    def __init__(
+        self,
+        color: Iterable[float],
+        position: Iterable[float],
+        parameters: Sequence[float],
+        source_object: LightSource | None = None,
+    ) -> None:
+        super().__init__(color, position, source_object)
+        scaled = column(parameters)
         scaled = scaled / np.abs(scaled).max()  # so that no square overflows or vanishes
         self.direction = scaled / length(scaled)
 
@@ -510,27 +506,21 @@ class Plane(Object):
 
 
 class Box(Object):
-    """A box turned about +y (section 2.2.3): an `Object` with a size and a rotation.
+    """A box turned about +y (section 2.2.3).
 
-    Parameters
-    ----------
-    color, position, source_object
-        Those of each `Object`.
-    size
-        Width w (x), height h (y), depth d (z): three numbers.
-    rotation
-        Degrees, counter-clockwise seen from above.
+    Its parameters are its width w (x), height h (y), depth d (z), and its rotation in degrees, counter-clockwise
+    seen from above.
     """
 
     def __init__(
         self,
         color: Iterable[float],
         position: Iterable[float],
-        size: Iterable[float],
-        rotation: float = 0.0,
+        parameters: Sequence[float],
         source_object: LightSource | None = None,
     ) -> None:
         super().__init__(color, position, source_object)
+        *size, rotation = parameters
         self.half = column(size) / 2
         self.sine, self.cosine = _sine_and_cosine(rotation)
         # Slightly large, so that rounding never rejects a ray through a corner.
@@ -1044,32 +1034,23 @@ PASS_VALUES: dict[str, Callable[[Scenery, Ray, Hit], npt.NDArray[Any]]] = {
 
 # --- From a world of plain arrays --------------------------------------------------------------------------
 
+# The class of each kind of shape and of light.
+OBJECTS: dict[str, Callable[..., Object]] = {"sphere": Sphere, "plane": Plane, "box": Box}
+LIGHT_SOURCES: dict[str, Callable[..., LightSource]] = {"point": PointLight}
+
 
 def build_scenery(world: World) -> Scenery:
     """Return the document's objects for a world of plain arrays."""
-    lights = world.lights
-    places, tints = _rows(lights.position), _rows(lights.color)
-    sources = [PointLight(*row) for row in zip(tints, lights.intensity, places, strict=True)]
-    carried = dict(zip(lights.body, sources, strict=True))
-    shapes = world.shapes
-    rows = zip(
-        shapes.kind,
-        _rows(shapes.color),
-        _rows(shapes.position),
-        _rows(shapes.extent),
-        shapes.rotation,
-        strict=True,
-    )
-    objects: list[Object] = []
-    for i, (kind, color, position, extent, rotation) in enumerate(rows):
-        if kind == SPHERE:
-            objects.append(Sphere(color, position, extent[0], carried.get(i)))
-        elif kind == PLANE:
-            objects.append(Plane(color, position, extent))
-        elif kind == BOX:
-            objects.append(Box(color, position, extent, rotation, carried.get(i)))
-        else:
-            raise ValueError(f"unknown kind of shape {kind}")
+    shapes, lights = world.shapes, world.lights
+    rows = zip(lights.kind, _rows(lights.color), lights.intensity, _rows(lights.position), strict=True)
+    sources = [LIGHT_SOURCES[LIGHT_KINDS[kind]](*numbers) for kind, *numbers in rows]
+    carried = dict(zip(lights.carrier, sources, strict=True))
+    kinds = tuple(SHAPE_PARAMETERS)
+    columns = shapes.kind, _rows(shapes.color), _rows(shapes.position), shapes.parameter_rows()
+    objects = [
+        OBJECTS[kinds[kind]](*numbers, carried.get(i))
+        for i, (kind, *numbers) in enumerate(zip(*columns, strict=True))
+    ]
     return Scenery(SimpleCamera(world.camera), objects, sources, world.settings)
 
 

@@ -15,7 +15,7 @@ from rtcli.batch.folder import scratch_folder
 from rtcli.batch.jobs import BatchSettings, find_jobs
 from rtcli.batch.manifest import Manifest
 from rtcli.batch.pool import Workers
-from rtcli.batch.run import Batch, execute, find_leftover, make_plan, prune
+from rtcli.batch.run import Batch, execute, find_stale_outputs, make_plan, prune
 from rtcli.batch.sweep import parse_variation
 
 OUT = Path("out")
@@ -47,11 +47,11 @@ def make(vary=FOV, suffixes=(".gif",), **settings):
 def pruned(vary=FOV, suffixes=(".gif",)):
     """Remove what a batch would not make; return the files."""
     manifest, jobs = Manifest(OUT), jobs_of(vary)
-    leftover = find_leftover(manifest, jobs, OUT, animations_of(jobs, suffixes))
-    prune(leftover, manifest, OUT)
+    stale = find_stale_outputs(manifest, jobs, OUT, animations_of(jobs, suffixes))
+    prune(stale, manifest, OUT)
     with scratch_folder(OUT) as scratch:
         manifest.save(scratch)
-    return leftover.paths
+    return stale.paths
 
 
 @pytest.fixture

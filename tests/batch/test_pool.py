@@ -44,7 +44,7 @@ def test_no_task_is_no_work():
 
 
 def test_wait_for_a_long_task_is_told(monkeypatch):
-    monkeypatch.setattr("rtcli.batch.pool._BEAT", 0.01)
+    monkeypatch.setattr("rtcli.batch.pool._HEARTBEAT", 0.01)
     with ThreadPoolExecutor(1) as threads:
         *before, last = results(Workers(threads, 3), eval, ["__import__('time').sleep(0.3)"])
     assert set(before) == {None}
@@ -108,10 +108,10 @@ def test_task_whose_worker_died_once_is_done(local, tmp_path):
 
 
 def test_workers_that_cannot_start_are_told_and_not_tried_for_ever(local, monkeypatch):
-    monkeypatch.setattr("rtcli.batch.pool._begin", functools.partial(os._exit, 3))
+    monkeypatch.setattr("rtcli.batch.pool._start_worker", functools.partial(os._exit, 3))
     local.close()
     with pytest.raises(WorkersError, match="as soon as they start"):
-        local.renew()
+        local.restart()
 
 
 def test_error_that_cannot_be_sent_is_told(local):

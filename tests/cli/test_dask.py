@@ -14,7 +14,8 @@ import pytest
 from batches import entries, lasting, private_files, results_in, write_scene, write_scenes
 from clusters import no_workers, two_workers, worker_of
 
-from rtcli.cli.console import report_waiting
+from rtcli.cli.options.cluster import connected_cluster
+from rtcli.distributed.dask import Cluster
 
 pytestmark = [pytest.mark.integration, pytest.mark.skipif(os.name == "nt", reason="POSIX only")]
 
@@ -243,8 +244,11 @@ def test_timeout_is_a_number_of_seconds(run, scene, seconds):
 
 
 @pytest.mark.parametrize(("cores", "told"), [(0, "the cluster at tcp://a:1 has no workers: waiting"), (1, "")])
-def test_cluster_without_workers_is_told(cores, told, capsys):
-    report_waiting(cores, "tcp://a:1")
+def test_cluster_without_workers_is_told(cores, told, capsys, monkeypatch):
+    empty = contextlib.nullcontext(Cluster(None, cores))
+    monkeypatch.setattr("rtcli.distributed.dask.dask_cluster", lambda address, timeout: empty)
+    with connected_cluster("tcp://a:1", 60):
+        pass
     assert capsys.readouterr().err.startswith(told)
     assert bool(told) == (cores == 0)
 

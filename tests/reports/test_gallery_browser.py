@@ -262,7 +262,9 @@ def test_details_show_the_picture_and_its_passes(page):
 
 def picture(page):
     """Return the open picture's address in the folder, its width and height; None until it is there."""
-    shown = page.run("[...document.querySelectorAll('.view img')].map(i => [i.src, i.naturalWidth, i.naturalHeight])")
+    shown = page.run(
+        "[...document.querySelectorAll('.view img')].map(i => [i.src, i.naturalWidth, i.naturalHeight])"
+    )
     # The details open, and the picture is read, some time after the click.
     if not shown or not all(shown[0]):
         return None

@@ -26,7 +26,7 @@ objects:
 
 
 def edited(*expressions, text=SCENE):
-    document = parse(text, "scene.yaml", is_json=text.startswith("{"))
+    document = parse(text, "scene.json" if text.startswith("{") else "scene.yaml")
     for expression in expressions:
         document = set_expression(document, expression)
     return document

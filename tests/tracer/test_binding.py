@@ -16,9 +16,11 @@ from worlds import box, light, plane, scene, sphere
 
 import rtcli
 from rtcli.rendering.pack import pack
+from rtcli.scene.model import SHAPES
 from rtcli.tracer import _native
 from rtcli.tracer.native import NativeTracer
 from rtcli.tracer.passes import PASSES
+from rtcli.tracer.reference import LIGHT_SOURCES, OBJECTS
 from rtcli.tracer.world import Window
 
 LEVELS = ["baseline", "avx2", "avx512", "neon"]
@@ -168,7 +170,10 @@ import time
 from memory import peak_mib
 from worlds import scene, sphere
 from rtcli.rendering.pack import pack
+from rtcli.scene.model import SHAPES
+from rtcli.tracer import _native
 from rtcli.tracer.native import NativeTracer
+from rtcli.tracer.reference import LIGHT_SOURCES, OBJECTS
 from rtcli.tracer.world import Window
 
 seen = 0
@@ -257,11 +262,24 @@ def test_film_that_no_memory_holds_is_a_memory_error():
     )
 
 
+# --- Kinds -------------------------------------------------------------------------------------------------
+
+
+def test_each_stage_knows_the_same_kinds():
+    assert set(_native.SHAPE_PARAMETERS) == set(SHAPES) == set(OBJECTS)
+    assert set(_native.LIGHT_KINDS) == set(LIGHT_SOURCES)
+
+
+def test_each_shape_has_the_number_of_parameters_that_the_tracer_takes():
+    counts = {shape.type: len(shape.parameters) for shape in ROOM.objects}
+    assert counts == _native.SHAPE_PARAMETERS
+
+
 # --- Mistakes of a caller ------------------------------------------------------------------------------------
 
 CAMERA = (4, 3, 40.0, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0))
-NO_OBJECTS = (b"", b"", b"", b"", b"")
-NO_LIGHTS = (b"", b"", b"", b"")
+NO_OBJECTS = (b"", b"", b"", b"")
+NO_LIGHTS = (b"", b"", b"", b"", b"")
 SETTINGS = (1, (0.0, 0.0, 0.0), True, False)
 
 
@@ -269,8 +287,8 @@ def floats(count):
     return array("d", [1.0] * count).tobytes()
 
 
-ONE_OBJECT = (b"\0", floats(3), floats(3), floats(1), floats(3))
-ONE_LIGHT = (floats(3), floats(3), floats(1), array("q", [-1]).tobytes())
+ONE_OBJECT = (b"\0", floats(3), floats(1), floats(3))
+ONE_LIGHT = (b"\0", floats(3), floats(3), floats(1), array("q", [-1]).tobytes())
 
 
 def with_item(values, index, item):
@@ -283,17 +301,26 @@ def with_item(values, index, item):
         ((with_item(CAMERA, 0, 0), NO_OBJECTS, NO_LIGHTS, SETTINGS), "at least one pixel"),
         ((CAMERA, NO_OBJECTS, NO_LIGHTS, with_item(SETTINGS, 0, 0)), "samples"),
         ((CAMERA, with_item(ONE_OBJECT, 0, b"\3"), NO_LIGHTS, SETTINGS), "unknown kind of shape 3"),
+        ((CAMERA, NO_OBJECTS, with_item(ONE_LIGHT, 0, b"\1"), SETTINGS), "unknown kind of light 1"),
+        *(
+            (
+                (CAMERA, (bytes([kind]), floats(3), floats(wrong), floats(3)), NO_LIGHTS, SETTINGS),
+                "different lengths",
+            )
+            for kind, count in enumerate(_native.SHAPE_PARAMETERS.values())
+            for wrong in (count - 1, count + 1)
+        ),
         *(
             ((CAMERA, with_item(ONE_OBJECT, i, wrong), NO_LIGHTS, SETTINGS), "different lengths|whole number")
-            for i in range(5)
+            for i in range(4)
             for wrong in (b"", b"\0\0", floats(2), floats(6))
         ),
         *(
             ((CAMERA, NO_OBJECTS, with_item(ONE_LIGHT, i, wrong), SETTINGS), "different lengths|whole number")
-            for i in range(4)
-            for wrong in (b"", b"\0", floats(2), floats(6))
+            for i in range(5)
+            for wrong in (b"", b"\0\0", floats(2), floats(6))
         ),
-        ((CAMERA, ONE_OBJECT, with_item(ONE_LIGHT, 3, array("q", [1]).tobytes()), SETTINGS), "no object 1"),
+        ((CAMERA, ONE_OBJECT, with_item(ONE_LIGHT, 4, array("q", [1]).tobytes()), SETTINGS), "no object 1"),
     ],
 )
 def test_world_that_does_not_fit_together_is_a_value_error(arguments, message):

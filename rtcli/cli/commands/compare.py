@@ -1,4 +1,4 @@
-"""`rtcli compare`: how far two pictures, or two files of arrays, are apart."""
+"""`rtcli compare`: the differences between two pictures, or two files of arrays."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class CompareOptions:
 
     @property
     def names(self) -> tuple[str, str]:
-        """What is compared."""
+        """The files to compare."""
         return self.first, self.second
 
     def check(self) -> None:
@@ -44,9 +44,6 @@ class CompareOptions:
             raise click.UsageError("--quiet prints nothing, and --json a report: give one of them")
         for name in self.names:
             refuse_folder(name, "comparing")
-        self._check_kinds()
-
-    def _check_kinds(self) -> None:
         with usage_errors():
             kinds = {kind_of(name): name for name in self.names}
         if len(kinds) > 1:
@@ -83,14 +80,14 @@ def command(**options: Any) -> int:
 
 
 def run(options: CompareOptions) -> int:
-    """Read, compare, draw the differences, report."""
+    """Read and compare two files, draw their differences, and report."""
     options.check()
     differences = None if options.output is None else DifferencePictures(options.output, "-o")
     first, second = (read_layers(name) for name in options.names)
     if differences is not None:
-        planned = differences.plan(Layers(first.kind, {**second.arrays, **first.arrays}).names())
-        refuse_collisions([OutputPath("what is compared", name) for name in options.names], planned)
-        differences.try_out()
+        outputs = differences.plan(Layers(first.kind, {**second.arrays, **first.arrays}).names())
+        refuse_collisions([OutputPath("what is compared", name) for name in options.names], outputs)
+        differences.check_writable()
     with usage_errors():
         comparison = compare(first, second, options.bounds)
     if differences is not None:

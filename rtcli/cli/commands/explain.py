@@ -1,4 +1,4 @@
-"""`rtcli explain`: the story of one pixel."""
+"""`rtcli explain`: the computation of one pixel, step by step."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rtcli.cli.exit_codes import usage_errors
 from rtcli.cli.options.scene import overrides_taken_from, read_scene, scene_options
 from rtcli.cli.options.types import PixelType
 from rtcli.cli.progress import progress
-from rtcli.explain import Explanation, check_place, explain
+from rtcli.explain import check_place, explain
 from rtcli.rendering.job import RenderRequest
 from rtcli.reports.explanation import as_json, text
 from rtcli.scene.overrides import Overrides
@@ -28,7 +28,7 @@ class ExplainOptions:
     pixel: tuple[int, int]
     sample: int
     as_json: bool
-    edits: Overrides
+    overrides: Overrides
 
 
 @click.command("explain")
@@ -55,25 +55,21 @@ def command(**options: Any) -> None:
     seen, each light and what blocks it, radiance, exposure, tone curve, sRGB. Each step has its equations, its
     numbers and the section of docs/tracer.md. It is the reference engine's: its value is what that renders.
     """
-    run(ExplainOptions(edits=overrides_taken_from(options), **options))
+    run(ExplainOptions(overrides=overrides_taken_from(options), **options))
 
 
 def run(options: ExplainOptions) -> None:
     """Parse, validate, explain, report."""
-    scene = validate(read_scene(options.scene, options.edits))
+    scene = validate(read_scene(options.scene, options.overrides))
     with usage_errors():
         check_place(scene, *options.pixel, options.sample)
         RenderRequest().simd()
-    # The meter looks at the whole picture: of thousands of objects that takes long, and somebody may wait for it.
+    # Metering traces the whole picture, which takes long for thousands of objects: show progress on a terminal.
     is_watched = scene.image.exposure == "auto" and is_terminal(sys.stderr)
     with progress("metering", quiet=not is_watched) as on_progress:
         explanation = explain(scene, *options.pixel, options.sample, on_progress)
-    _report(explanation, options)
-
-
-def _report(explanation: Explanation, options: ExplainOptions) -> None:
     name = name_of(options.scene)
     if options.as_json:
         click.echo(as_json(explanation, name), nl=False)
-        return
-    print_lines(text(explanation, name, wants_color(sys.stdout)))
+    else:
+        print_lines(text(explanation, name, wants_color(sys.stdout)))

@@ -690,9 +690,9 @@ def test_two_batches_into_one_folder_lose_nothing(run, spawn, folder):
 
 def test_png_batch_loads_neither_numpy_nor_pillow(scenes):
     program = (
-        "import sys; import rtcli.cli.commands.batch, rtcli.batch.work\n"
+        "import sys; import rtcli.cli.commands.batch, rtcli.batch.worker\n"
         "from rtcli.batch.jobs import BatchSettings, find_jobs\n"
-        "from rtcli.batch.work import BatchTask, render_job\n"
+        "from rtcli.batch.worker import BatchTask, render_job\n"
         "jobs = find_jobs(['scenes'], BatchSettings(), 'out')\n"
         "assert all(render_job(BatchTask(job, open(job.scene, 'rb').read())).outputs for job in jobs)\n"
         "print(sorted({'numpy', 'PIL', 'yaml'} & sys.modules.keys()))"

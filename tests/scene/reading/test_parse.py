@@ -16,14 +16,14 @@ from rtcli.scene.reading import json_reader, yaml_reader
 from rtcli.scene.reading.limits import MAX_DEPTH
 from rtcli.scene.reading.parse import decode, parse, parse_bytes
 from rtcli.scene.reading.source import HEAD, KEY, VALUE, Source, dotted, pointer
-from rtcli.scene.reading.yaml_reader import read_carefully
+from rtcli.scene.reading.yaml_reader import read_exact
 from rtcli.scene.validation.validate import validate
 
 INFINITY = float("inf")
 
 
-def data_of(text, **options):
-    document = parse(text, "scene.yaml", **options)
+def data_of(text, name="scene.yaml"):
+    document = parse(text, name)
     assert document.problems == []
     return document.data
 
@@ -431,7 +431,7 @@ def test_key_has_the_place_of_its_first_character(loc, line, column):
 
 
 def test_values_of_json_have_places():
-    place = parse('{\n\t"a": [1,\n  22]}', "scene.json", is_json=True).span(("a", 1))
+    place = parse('{\n\t"a": [1,\n  22]}', "scene.json").span(("a", 1))
     assert (place.line, place.column) == (3, 3)
 
 
@@ -497,7 +497,7 @@ version:
     ],
 )
 def test_span_is_just_the_token(loc, what, shown):
-    assert spanned(read_carefully(Source("scene.yaml", ENDS)).span(loc, what), ENDS) == shown
+    assert spanned(read_exact(Source("scene.yaml", ENDS)).span(loc, what), ENDS) == shown
 
 
 def spanned(span, text):
@@ -510,7 +510,7 @@ def spanned(span, text):
 @given(data=st.deferred(lambda: DATA), indent=st.sampled_from([None, 2]), is_json=st.booleans())
 def test_spans_of_json_hold_the_text_of_their_values(data, indent, is_json):
     text = json.dumps(data, ensure_ascii=False, indent=indent)
-    document = (json_reader if is_json else yaml_reader).read_carefully(Source("scene", text))
+    document = (json_reader if is_json else yaml_reader).read_exact(Source("scene", text))
     for loc, value in all_values(data, ()):
         assert repr(json.loads(spanned(document.span(loc), text))) == repr(value)
         if loc and isinstance(loc[-1], str):
@@ -563,7 +563,7 @@ def test_json_duplicate_key_is_reported_where_it_is_repeated():
     "text", ['{"camera": NaN}', '{"camera": 1e400}', '{"camera": -Infinity}', f'{{"camera": {"9" * 5_000}}}']
 )
 def test_json_number_that_is_not_finite_is_left_to_the_models(text):
-    assert not math.isfinite(data_of(text, is_json=True)["camera"])
+    assert not math.isfinite(data_of(text, "scene.json")["camera"])
 
 
 @pytest.mark.parametrize("name", ["scene.json", "SCENE.JSON"])
@@ -574,7 +574,7 @@ def test_json_is_known_by_its_suffix(name):
 @given(data=st.deferred(lambda: DATA), indent=st.sampled_from([None, 2]), ascii_only=st.booleans())
 def test_both_readings_of_json_agree(data, indent, ascii_only):
     source = Source("scene.json", json.dumps(data, ensure_ascii=ascii_only, indent=indent))
-    assert repr(json_reader.read_carefully(source).data) == repr(json.loads(source.text))
+    assert repr(json_reader.read_exact(source).data) == repr(json.loads(source.text))
 
 
 JSON_PIECES = [
@@ -612,14 +612,14 @@ def test_careful_reading_of_json_refuses_what_pythons_parser_refuses(text):
         expected = repr(json.loads(text))
     except ValueError:
         expected = None
-    refused = refusal(json_reader.read_carefully, Source("scene.json", text))
+    refused = refusal(json_reader.read_exact, Source("scene.json", text))
     assert (refused is None) == (expected is not None)
-    if refused is None and "duplicate" not in str(json_reader.read_carefully(Source("a", text)).problems):
-        assert repr(json_reader.read_carefully(Source("scene.json", text)).data) == expected
+    if refused is None and "duplicate" not in str(json_reader.read_exact(Source("a", text)).problems):
+        assert repr(json_reader.read_exact(Source("scene.json", text)).data) == expected
 
 
 def test_surrogate_pair_of_json_is_a_character():
-    assert parse('"\\ud83d\\ude00"', "a", is_json=True).data == "😀"
+    assert parse('"\\ud83d\\ude00"', "a.json").data == "😀"
 
 
 # --- Text in messages ------------------------------------------------------------------------------------
@@ -664,8 +664,8 @@ DATA = st.recursive(LEAVES, lambda inner: st.lists(inner) | st.dictionaries(TEXT
 @given(data=DATA, indent=st.sampled_from([None, 2]))
 def test_json_text_gives_its_data_back_through_both_readers(data, indent):
     text = json.dumps(data, ensure_ascii=False, indent=indent)
-    for is_json in (True, False):
-        assert repr(data_of(text, is_json=is_json)) == repr(data)  # repr tells 1 from 1.0 and True
+    for name in ("scene.json", "scene.yaml"):
+        assert repr(data_of(text, name)) == repr(data)  # repr tells 1 from 1.0 and True
 
 
 PIECES = ["a", "1", ": ", "- ", "\n", " ", "[", "]", "{", "}", ",", "&x ", "*x", "<<", "'", '"', "!x ", "? ", "|"]
@@ -686,7 +686,7 @@ def reading(read, text):
 
 
 def carefully(text, name):
-    return read_carefully(Source(name, text))
+    return read_exact(Source(name, text))
 
 
 @pytest.mark.parametrize(
@@ -741,7 +741,7 @@ def test_both_readings_have_the_same_bound_of_values(monkeypatch, bound, text):
     ],
 )
 def test_only_a_text_that_needs_places_is_read_with_them(text, plain):
-    assert (parse(text, "scene.yaml").places is None) is plain
+    assert (parse(text, "scene.yaml").root_span is None) is plain
 
 
 def refusal(read, *arguments, **options):
@@ -753,11 +753,11 @@ def refusal(read, *arguments, **options):
     return None
 
 
-@given(text=st.text() | YAML_LIKE, is_json=st.booleans())
-@example(text="\ud800", is_json=False)
-@example(text='{"\\ud800": 1}', is_json=True)
-def test_reader_raises_nothing_but_scene_errors_for_any_text(text, is_json):
-    error = refusal(lambda: validate(parse(text, "scene", is_json=is_json)))
+@given(text=st.text() | YAML_LIKE, name=st.sampled_from(["scene.yaml", "scene.json"]))
+@example(text="\ud800", name="scene.yaml")
+@example(text='{"\\ud800": 1}', name="scene.json")
+def test_reader_raises_nothing_but_scene_errors_for_any_text(text, name):
+    error = refusal(lambda: validate(parse(text, name)))
     assert error is not None
     assert all(problem.message.isprintable() for problem in error.problems)
 

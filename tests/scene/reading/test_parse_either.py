@@ -24,8 +24,8 @@ def report(text, name=NAME):
 @pytest.mark.parametrize("name", ["<stdin>", "/dev/stdin", "/dev/fd/63", "scene", "scene.txt", "-"])
 @pytest.mark.parametrize("start", ["", " \t\r\n", "\ufeff", "\ufeff \n"])
 def test_json_is_read_by_the_reader_of_json(monkeypatch, name, start):
-    monkeypatch.setattr(yaml_reader, "read_plain", None)
-    monkeypatch.setattr(yaml_reader, "read_carefully", None)
+    monkeypatch.setattr(yaml_reader, "read_fast", None)
+    monkeypatch.setattr(yaml_reader, "read_exact", None)
     text = start + '{"camera": {"resolution": [4, 3], "fov": 40}}'
     assert validate(parse_bytes(text.encode(), name)).camera.fov == 40
     assert "fov: must be less than 180, got 4E2" in report(text.replace("40", "4E2"), name)
