@@ -1,4 +1,4 @@
-"""From a checked scene to a film, or straight to a picture: pack, trace, expose, develop, write."""
+"""From a prepared job to a film, or straight to its files: trace, expose, develop, write."""
 
 from __future__ import annotations
 
@@ -16,13 +16,10 @@ from rtcli.tracer.native import NativeTracer
 from rtcli.tracer.passes import RADIANCE
 from rtcli.tracer.world import Progress
 
-if TYPE_CHECKING:  # it comes with NumPy, which a picture of the native tracer needs not
+if TYPE_CHECKING:  # loads NumPy, which a PNG of the native engine does without
     from concurrent.futures import Executor
 
     from rtcli.rendering.film import Film
-
-
-# --- To a film -------------------------------------------------------------------------------------------
 
 
 def expose_film(job: RenderJob, request: RenderRequest, progress: Progress | None = None) -> Film:
@@ -36,25 +33,22 @@ def expose_film(job: RenderJob, request: RenderRequest, progress: Progress | Non
     return Film(**arrays, exposure=exposure, tone=image.tone, rays=rays + metered, job=job)
 
 
-# --- To files --------------------------------------------------------------------------------------------
-
-
 class RenderStats(NamedTuple):
-    """What a picture took: rays, and the seconds that the threads spent in `trace`, `develop` and `write`."""
+    """The rays of a picture, and the seconds that the threads spent in `trace`, `develop` and `write`."""
 
     rays: int
     seconds: dict[str, float]
 
 
 class FilmOutputs(NamedTuple):
-    """Where a film goes.
+    """The files of a film.
 
     Parameters
     ----------
     files
-        The open file of each part, of `rtcli.image.formats.parts_of`, and the name that tells its format.
+        By part (see `rtcli.image.formats.parts_of`): the name, whose suffix is the format, and the open file.
     bits
-        Of each channel of a PNG.
+        Bits a channel of a PNG.
     """
 
     files: dict[str, tuple[str, BinaryIO]]
@@ -111,7 +105,7 @@ def _by_film(
     with watch.stage("trace"):
         film = expose_film(job, request, progress)
         if request.passes:
-            film.metadata  # noqa: B018 - found by tracing
+            film.metadata  # noqa: B018 - traces the coverage
     # An encoder of an extra opens the file by its name, and develops nothing.
     by_name = format_of(target.files[RADIANCE][0]).extra is not None
     with watch.stage("write" if by_name else "develop"):
