@@ -30,9 +30,9 @@ SOFTWARE = f"rtcli {__version__}"
 
 
 def fingerprint(scene: Scene, world: World) -> str:
-    """Return the SHA-256 of a scene's content, 64 hexadecimal digits.
+    """Return the SHA-256 of a scene's validated numbers and names, as `sha256:` and 64 hexadecimal digits.
 
-    It is that of the checked numbers and names: comments, order of keys, YAML or JSON make no difference.
+    Comments, order of keys, YAML or JSON make no difference.
     """
     frame = world.camera
     digest = hashlib.sha256(struct.pack("<2I", frame.width, frame.height))
@@ -52,7 +52,7 @@ def fingerprint(scene: Scene, world: World) -> str:
     digest.update("".join("-" if name is None else f"{len(name)}:{name}" for name in names).encode())
     rest = scene.render.model_dump(), scene.image.model_dump()
     digest.update(json.dumps(rest, sort_keys=True).encode())
-    return digest.hexdigest()
+    return f"sha256:{digest.hexdigest()}"
 
 
 def _little(numbers: array[Any]) -> bytes:
