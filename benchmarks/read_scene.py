@@ -1,4 +1,4 @@
-"""Read a YAML scene once, and print the seconds as JSON: the contestants of `scene_files.py`.
+"""Read a YAML scene once, and print the seconds as JSON; the contestants of `scene_files.py` run it.
 
 python benchmarks/read_scene.py rtcli|places|yaml FILE
 """
@@ -25,7 +25,7 @@ READERS: dict[str, Callable[[str], object]] = {
 
 
 def main() -> None:
-    """Read the file in memory: the disk is nobody's merit."""
+    """Load the file first, so that the disk does not count, and time the reader."""
     reader, name = sys.argv[1:]
     text = Path(name).read_text(encoding="utf-8")
     start = time.perf_counter()

@@ -20,6 +20,7 @@ from rtcli.tracer._native import __version__
 LOCAL = "local"
 
 _PURPOSE = "working on a cluster"
+_CONNECTION_LOST = "the connection to the scheduler of Dask was lost"
 _CONNECT_TIMEOUT = 10  # seconds
 
 # Dask warns about larger messages. A scene file has at most 64 MiB, and a world is hardly larger.
@@ -92,23 +93,12 @@ class _DaskExecutor(Executor):
     The futures of Dask's own executor may then stay pending forever, and they take a result for an error if the
     worker that it came from is lost. A lost connection never recovers: if Dask reconnects, the pending tasks are
     gone nevertheless. The same holds after too long without workers, or a worker with another version.
-
-    Parameters
-    ----------
-    client
-        The Dask client.
-    killed
-        Dask's error for a task that lost several workers.
-    timeout
-        Seconds that tasks may wait while there are no workers.
-    no_workers
-        The message after that.
     """
 
     def __init__(self, client: Any, killed: type[Exception], timeout: float, no_workers: str) -> None:
         self._client = client
-        self._killed = killed
-        self._timeout, self._no_workers = timeout, no_workers
+        self._killed = killed  # Dask's error for a task that lost several workers
+        self._timeout, self._no_workers = timeout, no_workers  # seconds, and the message after them
         self._lock = threading.RLock()
         self._pending: set[Future[Any]] = set()
         self._failure: Exception | None = None
@@ -161,7 +151,7 @@ class _DaskExecutor(Executor):
     def _check(self) -> None:
         """Raise the error of an executor that has failed."""
         if self._failure is None and self._client.status != "running":
-            self._fail(_connection_lost())
+            self._fail(BrokenExecutor(_CONNECTION_LOST))
         if self._failure is not None:
             raise self._failure
 
@@ -172,7 +162,7 @@ class _DaskExecutor(Executor):
         try:
             value = await remote
         except (asyncio.CancelledError, futures.CancelledError):  # not cancelled here if the future is pending
-            failure = _connection_lost()
+            failure = BrokenExecutor(_CONNECTION_LOST)
         except OtherVersionError as error:
             failure = ClusterError(str(error))
         except self._killed:
@@ -200,7 +190,7 @@ class _DaskExecutor(Executor):
         last_seen = time.monotonic()
         while not self._stopped.wait(_CHECK_INTERVAL):
             if self._client.status != "running":
-                self._fail(_connection_lost())
+                self._fail(BrokenExecutor(_CONNECTION_LOST))
                 return
             if not self._pending or self._has_workers():
                 last_seen = time.monotonic()
@@ -222,10 +212,6 @@ class _DaskExecutor(Executor):
             for future in lost:
                 with contextlib.suppress(InvalidStateError):
                     future.set_exception(failure)
-
-
-def _connection_lost() -> BrokenExecutor:
-    return BrokenExecutor("the connection to the scheduler of Dask was lost")
 
 
 @contextlib.contextmanager
