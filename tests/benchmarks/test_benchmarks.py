@@ -20,7 +20,7 @@ import read_scene
 import report
 import run
 import scene_files
-from contest import PROCESS, TRACE, TRACE_DEVELOP, Contest, Contestant, summary, told_seconds
+from contest import PROCESS, TRACE, TRACE_DEVELOP, Contest, Contestant, reported_seconds, summary
 
 import rtcli
 import scenes
@@ -164,8 +164,8 @@ def test_contestants_see_no_options_of_rtcli_in_the_environment(monkeypatch):
 
 
 def test_seconds_are_read_from_statistics_and_from_nothing_else():
-    assert told_seconds(b'{"seconds": {"trace": 0.5}, "rays": 3}') == {"trace": 0.5}
-    assert told_seconds(b"rendered") == {}
+    assert reported_seconds(b'{"seconds": {"trace": 0.5}, "rays": 3}') == {"trace": 0.5}
+    assert reported_seconds(b"rendered") == {}
 
 
 def test_trace_and_develop_are_added_run_by_run():
@@ -199,10 +199,10 @@ def test_pictures_are_compared_off_borders():
     reference[:, 10:] = 200
     picture = reference.copy()
     picture[:, 9] = 200
-    assert agreement.strays(picture, reference, 1) == 0
+    assert agreement.mismatch_share(picture, reference, 1) == 0
     picture[5, 5] = 2
-    assert agreement.strays(picture, reference, 1) == pytest.approx(1 / 360)
-    assert agreement.strays(picture, reference, 2) == 0
+    assert agreement.mismatch_share(picture, reference, 1) == pytest.approx(1 / 360)
+    assert agreement.mismatch_share(picture, reference, 2) == 0
 
 
 # --- Tables --------------------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""What tools/picture_hashes.py renders and compares."""
+"""`tools/picture_hashes.py` renders pictures and compares their hashes."""
 
 import json
 import subprocess
@@ -7,7 +7,7 @@ from hashlib import sha256
 
 import picture_hashes
 import pytest
-from picture_hashes import RenderError, Way, main
+from picture_hashes import RenderError, Setup, main
 
 TINY = """
 camera: {resolution: [8, 6], fov: 60}
@@ -28,7 +28,7 @@ def tiny(tmp_path):
 
 def test_render_prints_the_hash_of_the_file_that_the_program_writes(tiny, monkeypatch, capsys):
     monkeypatch.setattr(picture_hashes, "VARIANTS", (("--size", "5x4"), ("--size", "5x4", "--exposure", "2")))
-    monkeypatch.setattr(picture_hashes, "WAYS", (Way(1, None), Way(2, "baseline")))
+    monkeypatch.setattr(picture_hashes, "SETUPS", (Setup(1, None), Setup(2, "baseline")))
     assert main(["render", str(tiny)]) == 0
     hashes = json.loads(capsys.readouterr().out)
     assert list(hashes) == ["tiny --size 5x4", "tiny --size 5x4 --exposure 2"]
