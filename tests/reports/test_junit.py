@@ -64,11 +64,11 @@ def test_case_of_each_file_tells_what_is_wrong_with_it():
 def test_any_report_is_read_back_with_its_counts(checks):
     suite = read_back(checks)
     assert suite.tests == len(list(suite)) == len(checks)
-    assert suite.failures == sum(checked.has_errors for checked in checks)
+    assert suite.failures == sum(bool(checked.errors) for checked in checks)
     assert suite.errors == sum(bool(checked.unreadable) for checked in checks)
     for case, checked in zip(suite, checks, strict=True):
         assert case.name == printable(checked.path)
-        kinds = [Error] * bool(checked.unreadable) + [Failure] * checked.has_errors
+        kinds = [Error] * bool(checked.unreadable) + [Failure] * bool(checked.errors)
         assert [type(result) for result in case.result] == kinds
         told = [result.text for result in case.result if isinstance(result, Failure)] + [case.system_out]
         lines = "".join(filter(None, told)).splitlines()
