@@ -260,7 +260,7 @@ def test_what_cannot_be_shown_in_small_is_said(tmp_path, monkeypatch):
 
 
 def test_too_large_a_picture_is_not_decoded(tmp_path, monkeypatch):
-    monkeypatch.setattr("rtcli.reports.gallery.thumbnails._MOST_PIXELS", 48 * 32)
+    monkeypatch.setattr("rtcli.reports.gallery.thumbnails._MAX_PIXELS", 48 * 32)
     picture(tmp_path / "a.png", size=(48, 32))
     picture(tmp_path / "b.png", size=(48, 33))
     page = Page(gallery_page(manifest(a=done("a.png"), b=done("b.png")), tmp_path))
