@@ -8,7 +8,7 @@ from rtcli.tracer.reference import PASSES, Box, Ray
 from rtcli.tracer.world import PASSES as NAMES
 
 
-def test_rays_to_the_corners_of_a_box_meet_it():
+def test_rays_to_the_corners_of_a_box_hit_it():
     # The sphere around the box, by which most rays are rejected, touches it at the corners.
     shape = Box((1, 1, 1), (1, 2, 3), (2, 5, 0.5), 35.0)
     signs = np.array(list(itertools.product([-1, 1], repeat=3))).T
