@@ -5,12 +5,13 @@ from __future__ import annotations
 import errno
 import glob
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path, PurePath
 from typing import Any
 
+from rtcli.atomic import refuse_non_file
 from rtcli.batch.sweep import Combination, Variation, combinations, refuse_too_many
 from rtcli.image.formats import parts_of
 from rtcli.scene.diagnostics.problems import quoted
@@ -144,26 +145,20 @@ def find_jobs(
                 f"the results of {quoted(other)} and {quoted(scene)} would both be {quoted(key)}: rename one, or "
                 "give the folder that holds both"
             )
-    jobs = list(_combined(scenes, settings, variations))
-    check_outputs(jobs, folder)
-    return jobs
-
-
-def _combined(
-    scenes: Mapping[str, str], settings: BatchSettings, variations: Sequence[Variation]
-) -> Iterator[Job]:
-    """Yield a job for each scene with each combination of values."""
     combined = list(combinations(variations))
     if variations:
         refuse_too_many(len(scenes) * len(combined))
-    for key, scene in sorted(scenes.items()):
-        for combination in combined:
-            yield Job(f"{key}/{combination.name}" if variations else key, scene, settings, combination)
+    jobs = [
+        Job(f"{key}/{combination.name}" if variations else key, scene, settings, combination)
+        for key, scene in sorted(scenes.items())
+        for combination in combined
+    ]
+    _check_outputs(jobs, folder)
+    return jobs
 
 
-def check_outputs(jobs: Iterable[Job], folder: str) -> None:
+def _check_outputs(jobs: Sequence[Job], folder: str) -> None:
     """Raise BatchError if two results would be the same file, or would replace a scene or the manifest."""
-    jobs = list(jobs)
     owners: dict[str, str] = {MANIFEST: "the manifest"}
     for job in jobs:
         for path in job.outputs.values():
@@ -185,8 +180,8 @@ def _scenes(paths: Iterable[str], folder: str) -> Iterator[tuple[str, str]]:
         if Path(path).is_dir():
             yield from _scenes_below(path, path, folder)
         elif os.path.lexists(path):
-            if Path(path).exists() and not Path(path).is_file():  # reading a pipe or a device may never end
-                raise OSError(errno.EINVAL, "is not a regular file", path)
+            if Path(path).exists():  # reading a broken link tells why
+                refuse_non_file(Path(path), path)
             yield str(Path(path).parent), path
         else:
             yield from _glob_matches(path, folder)

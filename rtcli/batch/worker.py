@@ -5,11 +5,10 @@ from __future__ import annotations
 import contextlib
 import os
 import tempfile
-import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, NamedTuple
 
 from rtcli.atomic import atomic_write_all
 from rtcli.batch.hashes import sha256, sha256_of
@@ -18,6 +17,7 @@ from rtcli.image.formats import check_fits
 from rtcli.rendering.job import RenderJob, RenderRequest, prepare
 from rtcli.rendering.metadata import SOFTWARE, fingerprint
 from rtcli.rendering.pack import pack
+from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.rendering.stream import FilmOutputs, write_film
 from rtcli.scene.diagnostics.problems import Problem, SceneError
 from rtcli.scene.model import Scene
@@ -52,18 +52,13 @@ class BatchTask:
     scratch: str | None = None
 
 
-@dataclass(frozen=True)
-class BatchOutput:
+class BatchOutput(NamedTuple):
     """A file of a result: its part of the film, path in the folder of the results, hash, and size in bytes."""
 
     part: str
     path: str
     sha256: str
-    size: int
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the file as the manifest records it."""
-        return {"part": self.part, "path": self.path, "sha256": self.sha256, "bytes": self.size}
+    bytes: int
 
 
 @dataclass(frozen=True)
@@ -118,7 +113,7 @@ class Outcome:
             "settings": job.settings.as_dict(),
             "software": SOFTWARE,
             "status": self.status,
-            "outputs": [output.as_dict() for output in self.outputs],
+            "outputs": [output._asdict() for output in self.outputs],
             "seconds": {stage: round(seconds, 6) for stage, seconds in self.seconds.items()},
             "resolution": None if self.resolution is None else list(self.resolution),
             "problems": [*problems, {"message": self.message}] if self.message else problems,
@@ -128,8 +123,8 @@ class Outcome:
 def content_of(job: Job, raw: bytes) -> str | None:
     """Return the fingerprint of a job's scene, or None if it is invalid."""
     try:
-        scene = _validated(job, raw, {})
-        return f"sha256:{fingerprint(scene, pack(scene))}"
+        scene = _validated(job, raw, Stopwatch())
+        return fingerprint(scene, pack(scene))
     except ValueError:
         return None
 
@@ -140,10 +135,11 @@ def render_job(task: BatchTask) -> Outcome:
     Errors in the scene or with a file become part of the outcome; other errors are raised.
     """
     input = sha256(task.raw)
-    seconds: dict[str, float] = {}
+    watch = Stopwatch()
+    seconds = watch.seconds
     try:
-        scene = _validated(task.job, task.raw, seconds)
-        with _stage("pack", seconds):
+        scene = _validated(task.job, task.raw, watch)
+        with watch.stage("pack"):
             world = pack(scene)
         request = RenderRequest(task.job.settings.passes, threads=1)
         job = prepare(scene, world, request)
@@ -154,7 +150,7 @@ def render_job(task: BatchTask) -> Outcome:
     return Outcome(
         task.job.key,
         input,
-        f"sha256:{fingerprint(scene, world)}",
+        fingerprint(scene, world),
         outputs,
         seconds,
         (job.window.width, job.window.height),
@@ -178,17 +174,10 @@ def failure(job: Job, input: str | None, error: BaseException, seconds: dict[str
     return Outcome(job.key, input, problems=problems, message=message, seconds=seconds)
 
 
-@contextlib.contextmanager
-def _stage(name: str, seconds: dict[str, float]) -> Iterator[None]:
-    start = time.perf_counter()
-    yield
-    seconds[name] = time.perf_counter() - start
-
-
-def _validated(job: Job, raw: bytes, seconds: dict[str, float]) -> Scene:
-    with _stage("parse", seconds):
+def _validated(job: Job, raw: bytes, watch: Stopwatch) -> Scene:
+    with watch.stage("parse"):
         document = job.changed(parse_bytes(raw, job.scene))
-    with _stage("validate", seconds):
+    with watch.stage("validate"):
         return validate(document)
 
 

@@ -1,9 +1,8 @@
-"""Pictures one after the other, as one file."""
+"""Animations: a sequence of pictures in one file."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from itertools import chain
 from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
 from rtcli.image.write import FORMATS, WEBP_OPTIONS
@@ -16,42 +15,43 @@ if TYPE_CHECKING:
     Picture = npt.NDArray[np.uint8]
 
 
-class Animation(NamedTuple):
-    """A format of animations: its name and options for Pillow, and the pixels of its largest side."""
+class AnimationFormat(NamedTuple):
+    """A format of animations: Pillow's name and options, the largest side in pixels, whether it has a palette."""
 
     name: str
     options: Mapping[str, Any]
-    max_side: int
+    max_side: int = 65_535
+    palette: bool = False
 
 
 # By suffix. WebP is lossless; GIF has 256 colors a picture.
 ANIMATIONS = {
-    ".gif": Animation("GIF", {"optimize": False}, 65_535),
-    ".webp": Animation("WEBP", WEBP_OPTIONS, FORMATS[".webp"].max_side),
+    ".gif": AnimationFormat("GIF", {"optimize": False}, palette=True),
+    ".webp": AnimationFormat("WEBP", WEBP_OPTIONS, FORMATS[".webp"].max_side),
 }
 
 _MILLISECONDS_PER_PICTURE = 100
 
 
 def write_animation(pictures: Iterable[Picture], suffix: str, file: BinaryIO) -> None:
-    """Write pictures as an animation that goes on for ever.
+    """Write pictures as an animation that repeats forever.
 
     Parameters
     ----------
     pictures
-        (H, W, 3) uint8 sRGB, all of one size; only few are in memory at a time.
+        (H, W, 3) uint8 sRGB, all of one size; only a few are in memory at a time.
     suffix
-        Of `ANIMATIONS`.
+        A suffix of `ANIMATIONS`.
     file
         Open for writing.
 
     Raises
     ------
     ValueError
-        If there are none, or they differ in size, or are larger than the format has them.
+        If there is no picture, or the pictures differ in size or are too large for the format.
     """
     animation = ANIMATIONS[suffix]
-    images = _images(_alike(pictures, animation.max_side), palette=animation.name == "GIF")
+    images = _images(_checked(pictures, animation.max_side), animation.palette)
     first = next(images, None)
     if first is None:
         raise ValueError("an animation needs a picture")
@@ -59,12 +59,12 @@ def write_animation(pictures: Iterable[Picture], suffix: str, file: BinaryIO) ->
     first.save(file, animation.name, save_all=True, append_images=images, **timing, **animation.options)
 
 
-def _alike(pictures: Iterable[Picture], most: int) -> Iterator[Picture]:
-    """Yield pictures that are all of one size, which is not too large."""
-    pictures = iter(pictures)
-    first = next(pictures, None)
-    for picture in chain([] if first is None else [first], pictures):
-        if first is not None and picture.shape != first.shape:
+def _checked(pictures: Iterable[Picture], most: int) -> Iterator[Picture]:
+    """Yield the pictures; raise ValueError if they differ in size, or a side is too long."""
+    first: Picture | None = None
+    for picture in pictures:
+        first = picture if first is None else first
+        if picture.shape != first.shape:
             raise ValueError(f"pictures of an animation are of one size, not {_size(first)} and {_size(picture)}")
         if max(picture.shape) > most:
             raise ValueError(f"such an animation has at most {most:,} pixels a side, not {_size(picture)}")

@@ -1,4 +1,4 @@
-"""How radiance becomes an image: the record that `develop` and the encoders are given."""
+"""How radiance becomes an image: the record that `develop` and the encoders take."""
 
 from __future__ import annotations
 

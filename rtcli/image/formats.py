@@ -20,7 +20,7 @@ def format_of(name: str) -> Format:
     Raises
     ------
     ValueError
-        If the suffix is that of no format.
+        If no format has the suffix.
     """
     format = FORMATS.get(PurePath(name).suffix.lower())
     if format is None:
@@ -30,15 +30,15 @@ def format_of(name: str) -> Format:
 
 
 def parts_of(name: str, passes: tuple[str, ...]) -> dict[str, Path]:
-    """Return the files that a film is saved to: the part that each holds, and its path.
+    """Return the files that a film is saved to: the name of the part in each, and its path.
 
-    A picture has no room for passes. They stand beside it, `NAME.depth.png` beside `NAME.jpg`, with `NAME.json`
-    for the metadata.
+    A picture cannot hold passes. They stand beside it, `NAME.depth.png` beside `NAME.jpg`, with the metadata in
+    `NAME.json`.
 
     Raises
     ------
     ValueError
-        If the suffix is that of no format.
+        If no format has the suffix.
     rtcli.extras.MissingExtraError
         If the format needs a package that is not installed.
     """
@@ -53,7 +53,7 @@ def parts_of(name: str, passes: tuple[str, ...]) -> dict[str, Path]:
 
 @contextlib.contextmanager
 def open_parts(parts: dict[str, Path]) -> Iterator[dict[str, tuple[str, BinaryIO]]]:
-    """Open the file of each part, to appear together once all are complete; give them with their names.
+    """Open the file of each part, and yield it with its name; all appear together once they are complete.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def open_parts(parts: dict[str, Path]) -> Iterator[dict[str, tuple[str, BinaryIO
 
 
 def check_fits(name: str, size: tuple[int, int], bits: int) -> None:
-    """Raise ValueError unless a file's format can hold a picture of so many columns, rows and bits a channel."""
+    """Raise ValueError unless a file's format can hold a picture of a width and height, and bits a channel."""
     format = format_of(name)
     if bits not in DEPTHS:
         raise ValueError(f"bits must be {' or '.join(map(str, DEPTHS))}, got {bits}")

@@ -1,4 +1,4 @@
-"""The film: what one rendering gives, as arrays with names."""
+"""The film: the result of a rendering, as named arrays."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Film(Passes):
     tone
         The tone curve with which `save` develops it.
     rays
-        How many rays were traced, primary and shadow rays.
+        The number of primary and shadow rays.
     job
         The source of the metadata; None for a film that was not rendered.
 
@@ -61,17 +61,17 @@ class Film(Passes):
 
     @property
     def passes(self) -> tuple[str, ...]:
-        """The names of the passes that there are."""
+        """The names of the passes in the film."""
         return tuple(name for name in PASSES if getattr(self, name) is not None)
 
     @cached_property
     def metadata(self) -> dict[str, Any]:
-        """What is known beside the arrays, ready for JSON; see docs/ground-truth.md.
+        """The metadata of the film, ready for JSON; see docs/ground-truth.md.
 
         `software`, `scene` (the SHA-256 of its content), `settings`, `camera` (intrinsics and extrinsics) and
-        `objects`: of each its id, type and name, and for a film with `object_id` its visible pixels, bounding box
-        and the share of it that is not hidden. `left_out` is there, and names that share, if it would be too much
-        work to find. Of a film that was not rendered, the software and the settings to develop it.
+        `objects`: the id, type and name of each, and for a film with `object_id` its visible pixels, bounding box
+        and visible fraction. `left_out` is present, and names that fraction, if it would be too much work to find.
+        For a film that was not rendered, only the software and the settings to develop it.
         """
         if self.job is None:
             return self.summary
@@ -89,30 +89,30 @@ class Film(Passes):
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        """The metadata that a picture file tells: software, scene and settings."""
+        """The metadata of a picture file: software, scene and settings."""
         if self.job is None:
             return {"software": SOFTWARE, "settings": {"exposure": self.exposure, "tone": self.tone}}
         return self.job.summary(self.exposure)
 
     def save(self, path: str | PathLike[str], bits: Literal[8, 16] = 8) -> None:
-        """Write the film to a file, whole or not at all.
+        """Write the film to a file, completely or not at all.
 
-        `.exr`, `.npz` hold all arrays and the metadata. Other files hold the picture, `.npy` the radiance; the
-        passes then stand beside it, `out.depth.png` beside `out.png`, and the metadata in `out.json`, which also
-        tells under `passes` how values come back from levels.
+        `.exr` and `.npz` hold all arrays and the metadata. Other files hold the picture, `.npy` the radiance; the
+        passes then stand beside it, `out.depth.png` beside `out.png`, and the metadata in `out.json`, with the
+        formulas from levels to values under `passes`.
 
         Parameters
         ----------
         path
-            The format is that of the suffix: `.png`, `.jpg`, `.webp`, `.tif`, `.exr`, `.npz` or `.npy`.
+            The suffix decides the format: `.png`, `.jpg`, `.webp`, `.tif`, `.exr`, `.npz` or `.npy`.
         bits
-            Of each channel of a PNG: 8 or 16.
+            Bits a channel of a PNG: 8 or 16.
 
         Raises
         ------
         ValueError
-            If the suffix is not one of a format, the format cannot hold a picture of this size, or the bits are
-            neither 8 nor 16, or not those of the format.
+            If no format has the suffix, the format cannot hold a picture of this size, or the bits are neither 8
+            nor 16, or not those of the format.
         OSError
             If a file cannot be written, or a package that the format needs is not installed
             (`rtcli.extras.MissingExtraError`).
@@ -123,7 +123,7 @@ class Film(Passes):
             self.write(files, bits)
 
     def write(self, files: dict[str, tuple[str, BinaryIO]], bits: int = 8) -> None:
-        """Write the parts of `parts_of` to open files, each with the name that tells its format."""
+        """Write the film to open files by part, each with its name; see `rtcli.image.formats.parts_of`."""
         arrays = {name: getattr(self, name) for name in (RADIANCE, *self.passes)}
         look = DisplayTransform(self.exposure, self.tone, bits)
         record = FilmRecord(arrays, look, self.summary, lambda: self.metadata)
