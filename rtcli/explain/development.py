@@ -17,7 +17,7 @@ from rtcli.image.display import DisplayTransform
 from rtcli.scene.model import Scene
 from rtcli.tracer._native import METER_GRID
 
-# The heading of `docs/tracer.md` that tells of it: the document ends with the radiance.
+# The heading in `docs/tracer.md`: the document ends with the radiance.
 _SECTION = "From radiance to the picture"
 
 _METER_EQUATION = "2^EV * P95 = 0.8, where 95 % of all points with Y > 0 have Y < P95"
@@ -32,20 +32,20 @@ def developed(radiance: npt.NDArray[np.floating], look: DisplayTransform) -> tup
 
 @dataclass(frozen=True)
 class Developed:
-    """What was developed.
+    """A developed pixel.
 
     Parameters
     ----------
     scene
         The scene.
     radiance
-        That of its pixel, as the film holds it.
+        The radiance of the pixel, as the film holds it.
     exposure
         In stops.
     percentile
-        What they were metered from, if they were and anything is lit.
+        The luminance that they were metered from, if they were and anything is lit.
     value
-        What came out.
+        Its red, green and blue.
     """
 
     scene: Scene
