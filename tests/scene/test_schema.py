@@ -207,8 +207,8 @@ def test_check_jsonschema_accepts_each_scene_of_the_repository():
 
 def test_check_jsonschema_judges_the_wrong_files_as_the_rules_say():
     found = {file.name: problems_of(file.read_bytes(), file.name) for file in INVALID}
-    # Problems of the text concern the reader. That of check-jsonschema refuses most of them, hangs on an alias inside
-    # its own anchor, and repeats the report of a duplicate key in later files.
+    # Problems of the text concern the reader. The one of check-jsonschema refuses most of them, hangs on an alias
+    # inside its own anchor, and repeats the report of a duplicate key in later files.
     wanted = {name: demanded(problems) for name, problems in found.items() if not breaks_the_text(problems)}
     verdicts = check_with_program(ROOT / "tests" / "data" / "invalid", sorted(wanted))
     assert verdicts.unreadable == set()
