@@ -1,4 +1,4 @@
-"""What is built and installed: the wheel and the source distribution."""
+"""The wheel and the source distribution, built and installed."""
 
 import os
 import re
@@ -16,7 +16,7 @@ import rtcli
 
 ROOT = Path(__file__).resolve().parent.parent
 SCENE = ROOT / "scenes" / "first.yaml"
-# Where the program `maturin` and the interpreter stand.
+# The folder of `maturin` and the interpreter.
 BIN = Path(sys.executable).parent
 
 
@@ -26,7 +26,7 @@ pytestmark = pytest.mark.xdist_group("build")
 
 def maturin(*arguments):
     command = [str(BIN / "maturin"), *arguments]
-    # A build of its own, which must not touch the module that the tests use.
+    # A separate build, which must not touch the module that the tests use.
     result = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     assert result.returncode == 0, result.stdout
 

@@ -1,4 +1,4 @@
-"""What of the benchmarks is not timing: the scenes in all languages, the turns, the tables."""
+"""The benchmarks, except their timings: the scenes in all languages, the rounds, the tables."""
 
 from __future__ import annotations
 

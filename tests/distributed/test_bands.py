@@ -27,7 +27,7 @@ ROOM = scene(
 
 
 class AtOnce(Executor):
-    """Does all at once, and counts."""
+    """Runs every task at once, and counts them."""
 
     def __init__(self):
         self.done = 0

@@ -1,4 +1,4 @@
-"""Work on a real cluster of Dask: a scheduler and two worker processes on the loopback."""
+"""Work on a real Dask cluster: a scheduler and two worker processes on the loopback interface."""
 
 import contextlib
 import copyreg
@@ -40,7 +40,7 @@ def test_missing_package_is_named_with_what_installs_it(monkeypatch):
 
 @pytest.fixture(scope="module")
 def workers():
-    """The address of two workers, which no test here kills."""
+    """The address of a cluster of two workers that no test here kills."""
     pytest.importorskip("distributed", exc_type=ImportError)
     with two_workers() as cluster:
         yield cluster.address

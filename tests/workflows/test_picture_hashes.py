@@ -110,7 +110,7 @@ def test_compare_passes_if_all_are_the_same(compare, capsys):
     [
         ({"ball": "a" * 64, "box": "c" * 64}, "| box | bbbbbbbbbbbb | bbbbbbbbbbbb | cccccccccccc |"),
         ({"ball": "a" * 64}, "| box | bbbbbbbbbbbb | bbbbbbbbbbbb | missing |"),
-        # What the table cuts off counts as well.
+        # The part of a hash that the table cuts off counts as well.
         ({"ball": "a" * 64, "box": "b" * 63 + "c"}, "| box | bbbbbbbbbbbb | bbbbbbbbbbbb | bbbbbbbbbbbb |"),
     ],
 )
