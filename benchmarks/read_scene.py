@@ -25,7 +25,7 @@ READERS: dict[str, Callable[[str], object]] = {
 
 
 def main() -> None:
-    """Load the file first, so that the disk does not count, and time the reader."""
+    """Time the reading of a text in memory, so that the disk does not count."""
     reader, name = sys.argv[1:]
     text = Path(name).read_text(encoding="utf-8")
     start = time.perf_counter()

@@ -74,7 +74,7 @@ class RenderOptions:
 
 @dataclass(frozen=True)
 class PictureOutput:
-    """The files of a film: the picture, and the passes beside it; unless they are kept, they are only compared."""
+    """The files of a film: the picture and the passes beside it; they are only compared if they are not kept."""
 
     path: str
     passes: tuple[str, ...]
@@ -192,7 +192,7 @@ def _check(options: RenderOptions, check_options: CheckOptions) -> int:
 
 def render(options: RenderOptions, output: PictureOutput, check: GoldenCheck | None = None) -> int:
     """Take a scene from its text to its files, compare them if there is a check, and return the exit code."""
-    _refuse_collisions(options, output, check)
+    _check_paths(options, output, check)
     watch = Stopwatch()
     scene, world, request = _load(options, output.passes, watch)
     window = request.window(world.camera)
@@ -201,7 +201,7 @@ def render(options: RenderOptions, output: PictureOutput, check: GoldenCheck | N
             check_fits(output.path, window[2:], output.bits)
     if check is not None and (mismatch := check.size_mismatch(window)) and not output.is_kept:
         return check.report(mismatch, options.quiet)
-    # Everything is opened before the work, so that a file that cannot be written costs no rendering.
+    # Open everything before the work, so that no time is lost if a file cannot be written.
     with (
         output.open() as files,
         io.BytesIO() if options.stats is None else open_target(options.stats) as stats_file,
@@ -220,8 +220,8 @@ def render(options: RenderOptions, output: PictureOutput, check: GoldenCheck | N
     return 0 if check is None else check.verdict(output.parts(), options.quiet)
 
 
-def _refuse_collisions(options: RenderOptions, output: PictureOutput, check: GoldenCheck | None) -> None:
-    """Raise click.UsageError if a file would be both read and written, or written twice."""
+def _check_paths(options: RenderOptions, output: PictureOutput, check: GoldenCheck | None) -> None:
+    """Check before any work that every file can be written, none twice, and none that is also read."""
     output.check()
     names = {RADIANCE: "the picture", METADATA: "the metadata"}
     inputs = [OutputPath("the scene", options.scene)]
