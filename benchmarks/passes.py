@@ -25,7 +25,8 @@ import rtcli
 from rtcli.rendering.pack import pack
 from rtcli.scene.model import Scene
 from rtcli.tracer.engines import ENGINES, Tracer, tracer_of
-from rtcli.tracer.world import PASSES, Window, World
+from rtcli.tracer.passes import PASSES
+from rtcli.tracer.world import Window, World
 
 RESULTS = HERE / "passes.json"
 SCENES = sorted((HERE.parent / "scenes").glob("*.yaml"))

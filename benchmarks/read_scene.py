@@ -1,4 +1,4 @@
-"""Read a YAML scene once, and print the seconds as JSON; the contestants of `scene_files.py` run it.
+"""Read a YAML scene once, and print the seconds as JSON: the contestants of `scene_files.py`.
 
 python benchmarks/read_scene.py rtcli|places|yaml FILE
 """
@@ -15,11 +15,11 @@ import yaml
 
 from rtcli.scene.reading.parse import parse
 from rtcli.scene.reading.source import Source
-from rtcli.scene.reading.yaml_reader import read_carefully
+from rtcli.scene.reading.yaml_reader import read_exact
 
 READERS: dict[str, Callable[[str], object]] = {
     "rtcli": lambda text: parse(text, "scene.yaml"),
-    "places": lambda text: read_carefully(Source("scene.yaml", text)),
+    "places": lambda text: read_exact(Source("scene.yaml", text)),
     "yaml": lambda text: yaml.load(text, yaml.CSafeLoader),
 }
 

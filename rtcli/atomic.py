@@ -88,7 +88,7 @@ class _AtomicFile:
             raise OSError(errno.EINVAL, "is not a place for files: use - for standard output", str(target))
         self.target = target
         self.final = Path(os.path.realpath(target))
-        _refuse_non_files(self.final, str(target))
+        _refuse_bad_target(self.final, str(target))
         self.temporary = (scratch or self.final.parent) / f".rtcli-{secrets.token_hex(8)}.tmp"
         self.raw = os.fsencode(self.temporary)
         self.sync = sync
@@ -142,18 +142,22 @@ class _NamedFile(io.FileIO):
             raise OSError(error.errno, error.strerror, self.name) from error
 
 
-def _refuse_non_files(path: Path, name: str) -> None:
+def _refuse_bad_target(path: Path, name: str) -> None:
     """Raise OSError before any work if a target is a folder or a device, or its folder is missing.
 
     Renaming over a folder fails late, and renaming over a device such as /dev/null would destroy it.
     """
     try:
-        mode = path.stat().st_mode
+        refuse_non_file(path, name, "is a folder: name a file in it")
     except FileNotFoundError:
         if not path.parent.is_dir():
             raise FileNotFoundError(errno.ENOENT, "its folder does not exist", name) from None
-        return
+
+
+def refuse_non_file(path: Path, name: str, folder: str = "is a folder") -> None:
+    """Raise OSError, the same on every system, for a folder, a pipe or a device; reading one may block."""
+    mode = path.stat().st_mode
     if stat.S_ISDIR(mode):
-        raise IsADirectoryError(errno.EISDIR, "is a folder: name a file in it", name)
+        raise IsADirectoryError(errno.EISDIR, folder, name)
     if not stat.S_ISREG(mode):
         raise OSError(errno.EINVAL, "is not a regular file", name)

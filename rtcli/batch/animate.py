@@ -17,8 +17,8 @@ from rtcli.batch.jobs import Job
 from rtcli.batch.manifest import Entry, Manifest, files_of
 from rtcli.batch.worker import DONE
 from rtcli.image.animation import write_animation
-from rtcli.image.formats import RADIANCE
 from rtcli.rendering.metadata import SOFTWARE
+from rtcli.tracer.passes import RADIANCE
 
 
 class Animation(NamedTuple):

@@ -11,6 +11,7 @@ from functools import cached_property
 from pathlib import Path, PurePath
 from typing import Any
 
+from rtcli.atomic import refuse_non_file
 from rtcli.batch.sweep import Combination, Variation, combinations, refuse_too_many
 from rtcli.image.formats import parts_of
 from rtcli.scene.diagnostics.problems import quoted
@@ -179,15 +180,15 @@ def _scenes(paths: Iterable[str], folder: str) -> Iterator[tuple[str, str]]:
         if Path(path).is_dir():
             yield from _scenes_below(path, path, folder)
         elif os.path.lexists(path):
-            if Path(path).exists() and not Path(path).is_file():  # reading a pipe or a device may never end
-                raise OSError(errno.EINVAL, "is not a regular file", path)
+            if Path(path).exists():  # reading a broken link tells why
+                refuse_non_file(Path(path), path)
             yield str(Path(path).parent), path
         else:
             yield from _glob_matches(path, folder)
 
 
 def _scenes_below(root: str, parent: str, folder: str) -> Iterator[tuple[str, str]]:
-    found = scene_files_below(parent, without=folder)
+    found = scene_files_below(parent, exclude=folder)
     for unreadable in found.unreadable:
         next(Path(unreadable).iterdir(), None)  # raises the error
     yield from ((root, scene) for scene in found.scenes)

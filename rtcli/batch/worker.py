@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import os
 import tempfile
-import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,6 +17,7 @@ from rtcli.image.formats import check_fits
 from rtcli.rendering.job import RenderJob, RenderRequest, prepare
 from rtcli.rendering.metadata import SOFTWARE, fingerprint
 from rtcli.rendering.pack import pack
+from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.rendering.stream import FilmOutputs, write_film
 from rtcli.scene.diagnostics.problems import Problem, SceneError
 from rtcli.scene.model import Scene
@@ -123,8 +123,8 @@ class Outcome:
 def content_of(job: Job, raw: bytes) -> str | None:
     """Return the fingerprint of a job's scene, or None if it is invalid."""
     try:
-        scene = _validated(job, raw, {})
-        return f"sha256:{fingerprint(scene, pack(scene))}"
+        scene = _validated(job, raw, Stopwatch())
+        return fingerprint(scene, pack(scene))
     except ValueError:
         return None
 
@@ -135,10 +135,11 @@ def render_job(task: BatchTask) -> Outcome:
     Errors in the scene or with a file become part of the outcome; other errors are raised.
     """
     input = sha256(task.raw)
-    seconds: dict[str, float] = {}
+    watch = Stopwatch()
+    seconds = watch.seconds
     try:
-        scene = _validated(task.job, task.raw, seconds)
-        with _stage("pack", seconds):
+        scene = _validated(task.job, task.raw, watch)
+        with watch.stage("pack"):
             world = pack(scene)
         request = RenderRequest(task.job.settings.passes, threads=1)
         job = prepare(scene, world, request)
@@ -149,7 +150,7 @@ def render_job(task: BatchTask) -> Outcome:
     return Outcome(
         task.job.key,
         input,
-        f"sha256:{fingerprint(scene, world)}",
+        fingerprint(scene, world),
         outputs,
         seconds,
         (job.window.width, job.window.height),
@@ -173,17 +174,10 @@ def failure(job: Job, input: str | None, error: BaseException, seconds: dict[str
     return Outcome(job.key, input, problems=problems, message=message, seconds=seconds)
 
 
-@contextlib.contextmanager
-def _stage(name: str, seconds: dict[str, float]) -> Iterator[None]:
-    start = time.perf_counter()
-    yield
-    seconds[name] = time.perf_counter() - start
-
-
-def _validated(job: Job, raw: bytes, seconds: dict[str, float]) -> Scene:
-    with _stage("parse", seconds):
+def _validated(job: Job, raw: bytes, watch: Stopwatch) -> Scene:
+    with watch.stage("parse"):
         document = job.changed(parse_bytes(raw, job.scene))
-    with _stage("validate", seconds):
+    with watch.stage("validate"):
         return validate(document)
 
 

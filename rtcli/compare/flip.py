@@ -11,8 +11,8 @@ import math
 import numpy as np
 
 from rtcli.extras import require_extra
-from rtcli.image.formats import RADIANCE
 from rtcli.image.layers import PICTURE_LAYER, Array, Kind
+from rtcli.tracer.passes import RADIANCE
 
 
 def has_flip(name: str, a: Array, b: Array) -> bool:

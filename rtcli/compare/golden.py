@@ -12,11 +12,13 @@ import numpy as np
 from rtcli.compare.bounds import Bounds
 from rtcli.compare.difference import Compared
 from rtcli.compare.pictures import Comparison, Mismatch, compare
-from rtcli.image.formats import METADATA, RADIANCE, format_of, parts_of
-from rtcli.image.layers import PICTURE_LAYER, Layers
+from rtcli.image.formats import parts_of
+from rtcli.image.layers import PICTURE_LAYER, UNNAMED_LAYER, Layers
 from rtcli.image.read import kind_of, read_layers
+from rtcli.image.write import METADATA
 from rtcli.scene.diagnostics.problems import printable
-from rtcli.tracer.world import PASSES, Window
+from rtcli.tracer.passes import PASSES, RADIANCE
+from rtcli.tracer.world import Window
 
 
 @dataclass(frozen=True)
@@ -127,9 +129,12 @@ def _layers_of(part: str, path: str) -> Layers:
                 "the pass beside it too"
             )
         return layers
-    if format_of(path).name == "NPY":
-        (array,) = layers.arrays.values()
-        return Layers("arrays", {part: array})
+    name, *_ = layers.arrays
+    if name in (
+        UNNAMED_LAYER,
+        RADIANCE,
+    ):  # .npy files name no pass, and three floats a pixel look like radiance
+        return Layers("arrays", {part: layers.arrays[name]})
     if part not in layers.arrays:
         raise OSError(errno.EINVAL, f"does not tell that it is the pass {part}, as rtcli writes it", path)
     return layers

@@ -14,8 +14,8 @@ import numpy as np
 
 from rtcli.compare.bounds import Bounds
 from rtcli.compare.flip import has_flip, mean_flip
-from rtcli.image.formats import RADIANCE
 from rtcli.image.layers import ALPHA, PICTURE_LAYER, Array, Kind, Layers
+from rtcli.tracer.passes import RADIANCE
 
 # Rows are compared in bands of about this many values, which fit into a processor's cache with what is computed.
 _BAND = 1 << 17

@@ -10,14 +10,13 @@ from threading import local
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
 from rtcli.tracer.engines import Tracer, default_threads, tracer_of
+from rtcli.tracer.passes import new_arrays
 from rtcli.tracer.world import MeterReading, Progress, Window, World
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor, Future  # slow to import, and rarely needed
 
-    import numpy.typing as npt
-
-    Arrays = dict[str, npt.NDArray[Any]]
+    from rtcli.tracer.passes import Arrays
 
 # The rows of a tile of the native tracer; bands do not cut tiles.
 _TILE_ROWS = 16
@@ -76,15 +75,11 @@ class BandedTracer:
         self, window: Window, passes: tuple[str, ...] = (), progress: Progress | None = None
     ) -> tuple[Arrays, int]:
         """Return radiance and passes by name, and the number of rays."""
-        import numpy as np
-
-        arrays: Arrays = {}
+        arrays = new_arrays(passes, window)
         rays = 0
         for band in self.bands(window, passes, progress):
             top = band.window.y - window.y
             for name, rows in band.arrays.items():
-                if name not in arrays:
-                    arrays[name] = np.empty((window.height, *rows.shape[1:]), rows.dtype)
                 arrays[name][top : top + band.window.height] = rows
             rays += band.rays
         return arrays, rays

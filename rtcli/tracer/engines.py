@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Literal, Protocol
+from typing import TYPE_CHECKING, Literal, Protocol
 
 from rtcli.tracer.native import NativeTracer
 from rtcli.tracer.world import MeterReading, Progress, Window, World
+
+if TYPE_CHECKING:
+    from rtcli.tracer.passes import Arrays
 
 ENGINES = ("native", "reference")
 
@@ -16,7 +19,7 @@ class Tracer(Protocol):
 
     def film(
         self, window: Window, passes: tuple[str, ...] = (), progress: Progress | None = None
-    ) -> tuple[dict[str, Any], int]:
+    ) -> tuple[Arrays, int]:
         """Return radiance and passes by name, and the number of rays."""
 
     def coverage(self, window: Window) -> list[int] | None:

@@ -13,28 +13,22 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from threading import Event
-from typing import Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from rtcli.tracer._native import METER_GRID, meter
+from rtcli.tracer._native import LIGHT_KINDS, METER_GRID, SHAPE_PARAMETERS, meter
+from rtcli.tracer.passes import RADIANCE, new_arrays
 from rtcli.tracer.sampling import sample_offsets
 from rtcli.tracer.tiles import AbandonedError, over_tiles, rows_and_columns, tiles
-from rtcli.tracer.world import (
-    BOX,
-    PLANE,
-    SPHERE,
-    CameraFrame,
-    MeterReading,
-    Progress,
-    Settings,
-    Window,
-    World,
-)
+from rtcli.tracer.world import CameraFrame, MeterReading, Progress, Settings, Window, World
+
+if TYPE_CHECKING:
+    from rtcli.tracer.passes import Arrays
 
 Array: TypeAlias = npt.NDArray[np.float64]
 Mask: TypeAlias = npt.NDArray[np.bool_]
@@ -391,17 +385,17 @@ class Quadratic(NamedTuple):
 
 
 class Sphere(Object):
-    """A sphere (section 2.2.1): an `Object` with a `radius`."""
+    """A sphere (section 2.2.1). Its parameter is the `radius`."""
 
     def __init__(
         self,
         color: Iterable[float],
         position: Iterable[float],
-        radius: float,
+        parameters: Sequence[float],
         source_object: LightSource | None = None,
     ) -> None:
         super().__init__(color, position, source_object)
-        self.radius = radius
+        (self.radius,) = parameters
 
     def intersection_parameter(self, ray: Ray) -> Array:
         """Return the smaller of t_1 and t_2 that is > 0 (section 2.2.1)."""
@@ -454,13 +448,19 @@ class Sphere(Object):
 
 
 class Plane(Object):
-    """An infinite plane, two-sided (section 2.2.2). `direction` is its normal, of any length but 0."""
+    """An infinite plane, two-sided (section 2.2.2). Its parameters are its normal, of any length but 0."""
 
     is_solid = False
 
-    def __init__(self, color: Iterable[float], position: Iterable[float], direction: Iterable[float]) -> None:
-        super().__init__(color, position)
-        scaled = column(direction)
+    def __init__(
+        self,
+        color: Iterable[float],
+        position: Iterable[float],
+        parameters: Sequence[float],
+        source_object: LightSource | None = None,
+    ) -> None:
+        super().__init__(color, position, source_object)
+        scaled = column(parameters)
         scaled = scaled / np.abs(scaled).max()  # so that no square overflows or vanishes
         self.direction = scaled / length(scaled)
 
@@ -506,27 +506,21 @@ class Plane(Object):
 
 
 class Box(Object):
-    """A box turned about +y (section 2.2.3): an `Object` with a size and a rotation.
+    """A box turned about +y (section 2.2.3).
 
-    Parameters
-    ----------
-    color, position, source_object
-        Those of each `Object`.
-    size
-        Width w (x), height h (y), depth d (z): three numbers.
-    rotation
-        Degrees, counter-clockwise seen from above.
+    Its parameters are its width w (x), height h (y), depth d (z), and its rotation in degrees, counter-clockwise
+    seen from above.
     """
 
     def __init__(
         self,
         color: Iterable[float],
         position: Iterable[float],
-        size: Iterable[float],
-        rotation: float = 0.0,
+        parameters: Sequence[float],
         source_object: LightSource | None = None,
     ) -> None:
         super().__init__(color, position, source_object)
+        *size, rotation = parameters
         self.half = column(size) / 2
         self.sine, self.cosine = _sine_and_cosine(rotation)
         # Slightly large, so that rounding never rejects a ray through a corner.
@@ -795,8 +789,8 @@ class Scenery:
         window: Window,
         threads: int = 1,
         progress: Progress | None = None,
-        passes: Mapping[str, npt.NDArray[Any]] | None = None,
-    ) -> tuple[npt.NDArray[np.float32], int]:
+        passes: tuple[str, ...] = (),
+    ) -> tuple[Arrays, int]:
         """Trace every sample of every pixel of a window of the picture.
 
         Parameters
@@ -808,30 +802,31 @@ class Scenery:
         progress
             Is told (pixels done, pixels in all) after each tile.
         passes
-            Arrays to fill with ground truth meanwhile, by the names of `PASSES`; see `new_passes`.
+            The names of ground truth to record.
 
         Returns
         -------
-        radiance : (height, width, 3) float32
-            Linear radiance, the mean of each pixel's samples.
+        arrays : dict
+            `radiance`, the mean of each pixel's samples, and the passes; see `rtcli.tracer.passes`.
         rays : int
             How many rays were traced, primary and shadow rays.
         """
-        radiance = np.zeros((window.height, window.width, 3), dtype=np.float32)
+        arrays = new_arrays(passes, window)
 
         def render_tile(tile: Window) -> int:
             place = rows_and_columns(tile, window)
             mean, rays, centres = self._trace_tile(tile)
-            radiance[place] = _as_rows(mean, tile)
+            arrays[RADIANCE][place] = _as_rows(mean, tile)
             if passes:
                 # A single sample went through the centres; of several, none may have.
                 ray, hit = centres or self._look(tile, CENTRE)
-                for name, array in passes.items():
-                    array[place] = _as_rows(_to_film(PASSES[name].values(self, ray, hit), array.dtype), tile)
+                for name in passes:
+                    values = _to_film(PASS_VALUES[name](self, ray, hit), arrays[name].dtype)
+                    arrays[name][place] = _as_rows(values, tile)
             return rays
 
         self._abandoned = Event()
-        return radiance, sum(over_tiles(render_tile, window, threads, progress, self._abandoned))
+        return arrays, sum(over_tiles(render_tile, window, threads, progress, self._abandoned))
 
     def _trace_tile(self, tile: Window) -> tuple[Array, int, tuple[Ray, Hit] | None]:
         """Return the radiance of a tile, the number of rays, and what its centres see if its samples are there."""
@@ -1010,15 +1005,6 @@ class Scenery:
 # --- Passes: ground truth at pixel centres -----------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Pass:
-    """A named array of the film: the shape of one pixel, its type, and what it holds."""
-
-    shape: tuple[int, ...]
-    dtype: npt.DTypeLike
-    values: Callable[[Scenery, Ray, Hit], npt.NDArray[Any]]
-
-
 def _depth(scenery: Scenery, ray: Ray, hit: Hit) -> Array:
     """Return t (d . forward): the distance along the viewing axis, never more than t."""
     return hit.t * np.minimum(dot(ray.direction, column(scenery.camera.frame.forward)), 1.0)
@@ -1035,50 +1021,36 @@ def _albedo(scenery: Scenery, ray: Ray, hit: Hit) -> Array:
     return black_last[:, hit.index]  # NOTHING is -1, the last column
 
 
-PASSES: dict[str, Pass] = {
-    "depth": Pass((), np.float32, _depth),
-    "distance": Pass((), np.float32, lambda scenery, ray, hit: hit.t),
-    "normal": Pass((3,), np.float32, lambda scenery, ray, hit: hit.normal),
-    "position": Pass((3,), np.float32, _position),
-    "albedo": Pass((3,), np.float32, _albedo),
-    "object_id": Pass((), np.uint32, lambda scenery, ray, hit: hit.index + 1),
+# The values of each pass, (N,) or (3, N).
+PASS_VALUES: dict[str, Callable[[Scenery, Ray, Hit], npt.NDArray[Any]]] = {
+    "depth": _depth,
+    "distance": lambda scenery, ray, hit: hit.t,
+    "normal": lambda scenery, ray, hit: hit.normal,
+    "position": _position,
+    "albedo": _albedo,
+    "object_id": lambda scenery, ray, hit: hit.index + 1,
 }
-
-
-def new_passes(names: Iterable[str], window: Window) -> dict[str, npt.NDArray[Any]]:
-    """Return an array for the ground truth of each name of `PASSES`."""
-    size = (window.height, window.width)
-    return {name: np.zeros((*size, *PASSES[name].shape), dtype=PASSES[name].dtype) for name in names}
 
 
 # --- From a world of plain arrays --------------------------------------------------------------------------
 
+# The class of each kind of shape and of light.
+OBJECTS: dict[str, Callable[..., Object]] = {"sphere": Sphere, "plane": Plane, "box": Box}
+LIGHT_SOURCES: dict[str, Callable[..., LightSource]] = {"point": PointLight}
+
 
 def build_scenery(world: World) -> Scenery:
     """Return the document's objects for a world of plain arrays."""
-    lights = world.lights
-    places, tints = _rows(lights.position), _rows(lights.color)
-    sources = [PointLight(*row) for row in zip(tints, lights.intensity, places, strict=True)]
-    carried = dict(zip(lights.body, sources, strict=True))
-    shapes = world.shapes
-    rows = zip(
-        shapes.kind,
-        _rows(shapes.color),
-        _rows(shapes.position),
-        _rows(shapes.extent),
-        shapes.rotation,
-        strict=True,
-    )
-    objects: list[Object] = []
-    for i, (kind, color, position, extent, rotation) in enumerate(rows):
-        if kind == SPHERE:
-            objects.append(Sphere(color, position, extent[0], carried.get(i)))
-        elif kind == PLANE:
-            objects.append(Plane(color, position, extent))
-        elif kind == BOX:
-            objects.append(Box(color, position, extent, rotation, carried.get(i)))
-        else:
-            raise ValueError(f"unknown kind of shape {kind}")
+    shapes, lights = world.shapes, world.lights
+    rows = zip(lights.kind, _rows(lights.color), lights.intensity, _rows(lights.position), strict=True)
+    sources = [LIGHT_SOURCES[LIGHT_KINDS[kind]](*numbers) for kind, *numbers in rows]
+    carried = dict(zip(lights.carrier, sources, strict=True))
+    kinds = tuple(SHAPE_PARAMETERS)
+    columns = shapes.kind, _rows(shapes.color), _rows(shapes.position), shapes.parameter_rows()
+    objects = [
+        OBJECTS[kinds[kind]](*numbers, carried.get(i))
+        for i, (kind, *numbers) in enumerate(zip(*columns, strict=True))
+    ]
     return Scenery(SimpleCamera(world.camera), objects, sources, world.settings)
 
 
@@ -1097,11 +1069,9 @@ class ReferenceTracer:
 
     def film(
         self, window: Window, passes: tuple[str, ...] = (), progress: Progress | None = None
-    ) -> tuple[dict[str, npt.NDArray[Any]], int]:
+    ) -> tuple[Arrays, int]:
         """Return radiance and passes by name, and the number of rays."""
-        arrays = new_passes(passes, window)
-        radiance, rays = self.scenery.render_img_to_rgb_array(window, self.threads, progress, arrays)
-        return {"radiance": radiance, **arrays}, rays
+        return self.scenery.render_img_to_rgb_array(window, self.threads, progress, passes)
 
     def coverage(self, window: Window) -> list[int]:
         """Return of each object how many pixel centres of a window it covers, what others hide included."""
@@ -1114,5 +1084,5 @@ class ReferenceTracer:
         square = replace(world.camera, width=grid, height=grid)
         scenery = build_scenery(replace(world, settings=replace(world.settings, samples=1)))
         scenery.camera = SimpleCamera(square, pixel_aspect=world.camera.width / world.camera.height)
-        radiance, rays = scenery.render_img_to_rgb_array(Window(0, 0, grid, grid), self.threads, progress)
-        return MeterReading(*meter(radiance.tobytes()), rays)
+        arrays, rays = scenery.render_img_to_rgb_array(Window(0, 0, grid, grid), self.threads, progress)
+        return MeterReading(*meter(arrays[RADIANCE].tobytes()), rays)

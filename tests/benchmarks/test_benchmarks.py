@@ -149,7 +149,7 @@ def _logging(name: str, log: Path, once: bool = False) -> Contestant:
     return Contestant(name, (sys.executable, "-c", program), once=once)
 
 
-def test_failure_of_a_contestant_says_what_it_said():
+def test_failure_of_a_contestant_shows_its_output():
     failing = Contestant("failing", (sys.executable, "-c", "raise SystemExit('no such scene')"))
     with pytest.raises(SystemExit, match=r"failing failed with exit code 1[\s\S]*no such scene"):
         failing.run()
@@ -177,7 +177,7 @@ def test_trace_and_develop_are_added_run_by_run():
 
 
 @pytest.mark.parametrize("find", [peers.povray, peers.plain_kernel])
-def test_missing_peer_is_left_out_aloud(find, monkeypatch, capsys):
+def test_missing_peer_is_skipped_with_a_message(find, monkeypatch, capsys):
     monkeypatch.setenv("PATH", "")
     assert find() is None
     assert "IS LEFT OUT" in capsys.readouterr().err
@@ -255,7 +255,7 @@ def test_bars_are_reached_missed_or_not_measured():
     assert verdicts[6] == ("8", "9.000", "missed")
 
 
-def test_medians_are_told_with_their_spread():
+def test_medians_are_shown_with_their_spread():
     rows = [row for contest in RESULTS["contests"].values() for row in report.contest_rows(contest)]
     assert rows[0] == ("rtcli", PROCESS, "250 (125 to 500)")
     assert rows[3] == ("C, plain", TRACE_DEVELOP, "10.0 (5.0 to 20.0), 200 Mpixel/s")

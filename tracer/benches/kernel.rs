@@ -5,7 +5,7 @@
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use rtcli_tracer::develop::{BitDepth, Developer, ToneCurve};
-use rtcli_tracer::world::{Camera, LightDesc, Object, Settings, ShapeDesc, Vector, Window, World};
+use rtcli_tracer::world::{Camera, LightDesc, LightKind, Object, Settings, ShapeDesc, Vector, Window, World};
 use rtcli_tracer::{Film, Level, Monitor, Tracer};
 use std::time::Duration;
 
@@ -182,10 +182,11 @@ fn object(position: Vector, color: Vector, shape: ShapeDesc) -> Object {
 
 fn light(position: Vector, intensity: f64) -> LightDesc {
     LightDesc {
+        kind: LightKind::Point,
         position,
         color: [1.0; 3],
         intensity,
-        body: None,
+        carrier: None,
     }
 }
 

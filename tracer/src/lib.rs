@@ -43,7 +43,7 @@ pub mod world;
 
 pub use budget::WorkBudget;
 pub use monitor::{Monitor, Stopped};
-pub use output::film::{Film, Pass, Values};
+pub use output::film::{Film, Pass, ValueType, Values};
 pub use output::{develop, meter, png};
 pub use render::Tracer;
 pub use sampling::sample_offsets;

@@ -13,7 +13,7 @@ use crate::tile::hits::{FACE_BITS, HitBuffer, NO_FACE};
 use crate::tile::rays::Rays;
 use crate::tile::{LANES, Lanes, SIDE, View};
 use crate::vector::{Vector, add, dot, length, scale, sub, to_f32};
-use crate::world::{Camera, LightDesc, Object, Settings, ShapeDesc, World};
+use crate::world::{Camera, LightDesc, LightKind, Object, Settings, ShapeDesc, World};
 use proptest::prelude::*;
 
 const EYE: Vector = [0.0; 3];
@@ -434,15 +434,16 @@ fn any_light(objects: Vec<Object>) -> impl Strategy<Value = LightDesc> {
     (any_place(6.0), any_color(), 1.0..1000.0, any::<prop::sample::Index>()).prop_map(
         move |(position, color, intensity, index)| {
             // As many are free as are carried.
-            let body = index.index(2 * objects.len() + 1);
+            let number = index.index(2 * objects.len() + 1);
             let carrier = objects
-                .get(body)
+                .get(number)
                 .filter(|object| !matches!(object.shape, ShapeDesc::Plane { .. }));
             LightDesc {
+                kind: LightKind::Point,
                 position: carrier.map_or(position, |object| object.position),
                 color,
                 intensity,
-                body: carrier.map(|_| body),
+                carrier: carrier.map(|_| number),
             }
         },
     )

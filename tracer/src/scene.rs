@@ -29,7 +29,7 @@ pub(crate) struct Light {
     /// intensity * color / (4 pi), in units of this space: over r^2 it is the light L_i that arrives.
     pub(crate) power: Vector,
     /// The object that carries it and casts no shadow in it, or `NO_OBJECT`.
-    pub(crate) body: u32,
+    pub(crate) carrier: u32,
     /// The objects that it is on, or so close to that rounding, in the camera's space, might take it to the other
     /// side.
     pub(crate) contacts: Vec<(u32, Contact)>,
@@ -129,7 +129,7 @@ impl Scene {
             position,
             nearer,
             power: scale(light.color, intensity.min(f64::MAX)),
-            body: light.body.map_or(NO_OBJECT, |body| body as u32),
+            carrier: light.carrier.map_or(NO_OBJECT, |carrier| carrier as u32),
             contacts: candidates.filter_map(close).collect(),
         }
     }
@@ -143,8 +143,8 @@ fn materials(world: &World, space: &CameraSpace<'_>) -> Result<Vec<Material>, Ou
     };
     let mut materials = collect(world.objects.iter().map(material), OBJECTS)?;
     for light in &world.lights {
-        if let Some(body) = light.body {
-            materials[body].emitted = Some(seen_directly(light, world.camera.position));
+        if let Some(carrier) = light.carrier {
+            materials[carrier].emitted = Some(seen_directly(light, world.camera.position));
         }
     }
     Ok(materials)

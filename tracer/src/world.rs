@@ -59,6 +59,24 @@ pub enum ShapeDesc {
     },
 }
 
+impl ShapeDesc {
+    /// The name of each kind and the number of its parameters, in the order of their tags.
+    pub const KINDS: [(&str, usize); 3] = [("sphere", 1), ("plane", 3), ("box", 4)];
+
+    /// Describe a shape of the kind with a tag, unless there is none or it has another number of parameters.
+    pub fn new(tag: u8, parameters: &[f64]) -> Option<ShapeDesc> {
+        match (tag, parameters) {
+            (0, &[radius]) => Some(ShapeDesc::Sphere { radius }),
+            (1, &[x, y, z]) => Some(ShapeDesc::Plane { normal: [x, y, z] }),
+            (2, &[x, y, z, rotation]) => Some(ShapeDesc::Box {
+                size: [x, y, z],
+                rotation,
+            }),
+            _ => None,
+        }
+    }
+}
+
 /// An object of the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Object {
@@ -70,9 +88,23 @@ pub struct Object {
     pub shape: ShapeDesc,
 }
 
-/// A point light.
+/// How a light shines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LightKind {
+    /// From one point, in all directions alike.
+    Point,
+}
+
+impl LightKind {
+    /// The name of each kind, in the order of their tags.
+    pub const ALL: [(&str, LightKind); 1] = [("point", LightKind::Point)];
+}
+
+/// A light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightDesc {
+    /// How it shines.
+    pub kind: LightKind,
     /// Where it stands, world space.
     pub position: Vector,
     /// Linear RGB, each 0 or more.
@@ -80,7 +112,7 @@ pub struct LightDesc {
     /// Emitted power: L_i = intensity * color / (4 pi r^2).
     pub intensity: f64,
     /// The object that carries it, if any: its index.
-    pub body: Option<usize>,
+    pub carrier: Option<usize>,
 }
 
 /// How light is computed: `render` of the scene file.

@@ -28,7 +28,8 @@ from rtcli.cli.options.scene import edit_errors, film_options, overrides_taken_f
 from rtcli.cli.options.types import FormatType, VariationType
 from rtcli.cli.progress import progress
 from rtcli.image.animation import ANIMATIONS
-from rtcli.image.formats import FORMATS, check_fits
+from rtcli.image.formats import check_fits
+from rtcli.image.write import FORMATS
 from rtcli.rendering.metadata import SOFTWARE
 from rtcli.reports import concise
 from rtcli.reports.file_report import FileReport

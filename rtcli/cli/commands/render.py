@@ -7,7 +7,7 @@ import io
 import json
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
@@ -22,18 +22,19 @@ from rtcli.cli.options.scene import film_options, overrides_taken_from, read_sce
 from rtcli.cli.options.types import CropType
 from rtcli.cli.paths import OutputPath, refuse_collisions, refuse_folder
 from rtcli.cli.progress import progress
-from rtcli.cli.stopwatch import Stopwatch
 from rtcli.image.display import DEPTHS
-from rtcli.image.formats import FORMATS, METADATA, RADIANCE, check_fits, open_parts, parts_of
-from rtcli.rendering.job import RenderRequest, prepare
+from rtcli.image.formats import check_fits, open_parts, parts_of
+from rtcli.image.write import FORMATS, METADATA
+from rtcli.rendering.job import RenderJob, RenderRequest, prepare
 from rtcli.rendering.pack import pack
+from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.rendering.stream import FilmOutputs, RenderStats, expose_film, write_film
 from rtcli.scene.diagnostics.problems import printable
-from rtcli.scene.model import Scene
 from rtcli.scene.overrides import Overrides
 from rtcli.scene.validation.validate import validate
 from rtcli.tracer.engines import ENGINES
-from rtcli.tracer.world import Window, World
+from rtcli.tracer.passes import RADIANCE
+from rtcli.tracer.world import Window
 
 if TYPE_CHECKING:  # these load NumPy and more, which a PNG of the native engine does without
     from concurrent.futures import Executor
@@ -169,9 +170,9 @@ def _preview(options: RenderOptions) -> int:
     from rtcli.cli.preview import Preview  # loads NumPy
 
     preview = Preview()
-    scene, world, request = _load(options, (), Stopwatch())
+    job, request = _load(options, (), Stopwatch())
     with options.executor() as executor, progress("rendering", options.quiet) as on_progress:
-        film = expose_film(prepare(scene, world, request, executor), request, on_progress)
+        film = expose_film(replace(job, executor=executor), request, on_progress)
     preview.show(film)
     return 0
 
@@ -194,8 +195,8 @@ def render(options: RenderOptions, output: PictureOutput, check: GoldenCheck | N
     """Take a scene from its text to its files, compare them if there is a check, and return the exit code."""
     _check_paths(options, output, check)
     watch = Stopwatch()
-    scene, world, request = _load(options, output.passes, watch)
-    window = request.window(world.camera)
+    job, request = _load(options, output.passes, watch)
+    window = job.window
     if output.path != STDIO:
         with usage_errors():
             check_fits(output.path, window[2:], output.bits)
@@ -207,7 +208,7 @@ def render(options: RenderOptions, output: PictureOutput, check: GoldenCheck | N
         io.BytesIO() if options.stats is None else open_target(options.stats) as stats_file,
         options.executor() as executor,
     ):
-        job = prepare(scene, world, request, executor)
+        job = replace(job, executor=executor)
         with watch.stages_together() as spent, progress("rendering", options.quiet) as on_progress:
             stats = write_film(job, request, FilmOutputs(files, output.bits), on_progress)
             spent.update(stats.seconds)
@@ -240,7 +241,7 @@ def _check_paths(options: RenderOptions, output: PictureOutput, check: GoldenChe
         check.differences.check_writable()
 
 
-def _load(options: RenderOptions, passes: tuple[str, ...], watch: Stopwatch) -> tuple[Scene, World, RenderRequest]:
+def _load(options: RenderOptions, passes: tuple[str, ...], watch: Stopwatch) -> tuple[RenderJob, RenderRequest]:
     """Parse, validate and pack the scene, and check that it allows what the options request."""
     with watch.stage("parse"):
         document = read_scene(options.scene, options.overrides)
@@ -250,9 +251,9 @@ def _load(options: RenderOptions, passes: tuple[str, ...], watch: Stopwatch) -> 
         request = RenderRequest(passes, options.engine, options.threads, options.crop)
         world = pack(scene)
     with usage_errors():
-        request.window(world.camera)
+        job = prepare(scene, world, request)
         request.simd()
-    return scene, world, request
+    return job, request
 
 
 def _stats_json(stats: RenderStats, request: RenderRequest, watch: Stopwatch) -> bytes:

@@ -15,7 +15,7 @@ from rtcli.scene.model import MAX_SAMPLES
 from rtcli.scene.overrides import EditError, Overrides
 from rtcli.scene.reading.parse import READ_BYTES, parse_bytes
 from rtcli.scene.reading.source import Document
-from rtcli.tracer.world import PASSES
+from rtcli.tracer.passes import PASSES
 
 scene_options = all_of(
     click.option(

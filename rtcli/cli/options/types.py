@@ -12,9 +12,10 @@ from click.core import ParameterSource
 
 from rtcli.batch.sweep import Variation, parse_variation
 from rtcli.compare.bounds import PixelBound
-from rtcli.image.formats import FORMATS
+from rtcli.image.write import FORMATS
 from rtcli.scene.model import MAX_SIDE, Scene
-from rtcli.tracer.world import PASSES, Window
+from rtcli.tracer.passes import PASSES
+from rtcli.tracer.world import Window
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 _Value = TypeVar("_Value")

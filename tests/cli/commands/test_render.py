@@ -13,11 +13,11 @@ from PIL import Image as PillowImage
 
 import rtcli
 from rtcli.compare.difference import NEITHER, ONLY_FIRST, ONLY_SECOND
-from rtcli.image.formats import FORMATS
+from rtcli.image.write import FORMATS
 from rtcli.scene.model import Image, Render
 from rtcli.tracer._native import simd_level
 from rtcli.tracer.engines import default_threads
-from rtcli.tracer.world import PASSES
+from rtcli.tracer.passes import PASSES
 
 
 def names_in(folder):

@@ -3,7 +3,7 @@ use crate::WorkBudget;
 use crate::oracle::any_world;
 use crate::output::develop::{BitDepth, ToneCurve};
 use crate::output::film::{Pass, Values};
-use crate::world::{Camera, LightDesc, Object, ShapeDesc};
+use crate::world::{Camera, LightDesc, LightKind, Object, ShapeDesc};
 use proptest::prelude::*;
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -271,10 +271,11 @@ fn grey(position: [f64; 3], shape: ShapeDesc) -> Object {
 
 fn light(position: [f64; 3], intensity: f64) -> LightDesc {
     LightDesc {
+        kind: LightKind::Point,
         position,
         color: [1.0; 3],
         intensity,
-        body: None,
+        carrier: None,
     }
 }
 
@@ -594,10 +595,11 @@ fn many_planes(planes: u32, lights: u32) -> World {
         .collect();
     world.lights = (0..lights)
         .map(|i| LightDesc {
+            kind: LightKind::Point,
             position: [f64::from(i), 5.0, -3.0],
             color: [1.0; 3],
             intensity: 1.0,
-            body: None,
+            carrier: None,
         })
         .collect();
     world

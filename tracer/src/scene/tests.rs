@@ -1,7 +1,7 @@
 use super::*;
 use crate::oracle::any_world;
 use crate::world::Settings;
-use crate::world::{Camera, ShapeDesc};
+use crate::world::{Camera, LightKind, ShapeDesc};
 use proptest::prelude::*;
 
 /// All numbers of a scene.
@@ -105,10 +105,11 @@ fn the_unit_brings_the_scene_to_about_one() {
 fn an_object_that_carries_a_light_shines_with_the_light_that_reaches_the_eye() {
     let mut world = one_object(ShapeDesc::Sphere { radius: 1.0 }, [0.0, 0.0, -5.0]);
     world.lights.push(LightDesc {
+        kind: LightKind::Point,
         position: [0.0, 3.0, -4.0],
         color: [1.0, 0.5, 0.0],
         intensity: 100.0 * PI,
-        body: Some(0),
+        carrier: Some(0),
     });
     let emitted = Scene::new(&world).unwrap().materials[0].emitted;
     assert_eq!(emitted, Some([1.0, 0.5, 0.0]));
