@@ -12,7 +12,7 @@ PAGES = [ROOT / "CONTRIBUTING.md", DOCS / "architecture.md", GLOSSARY, *sorted((
 
 # Folders that are built or installed, and so not in the repository.
 MADE = (".venv/", "out/")
-# A file without a folder is one of the repository if it ends like this; `manifest.json` is a user's.
+# A file without a folder belongs to the repository if it has one of these suffixes; `manifest.json` is a user's.
 SUFFIXES = (".md", ".py", ".rs", ".toml")
 
 CODE = re.compile(r"(?<!`)`([^`\n]+)`(?!`)")

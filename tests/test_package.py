@@ -20,7 +20,7 @@ SCENE = ROOT / "scenes" / "first.yaml"
 BIN = Path(sys.executable).parent
 
 
-# In one process: builds share a folder.
+# In one process, since builds share a folder.
 pytestmark = pytest.mark.xdist_group("build")
 
 
@@ -39,7 +39,7 @@ def test_version_is_that_of_the_package_and_the_crate():
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory):
-    """The wheel that `pip install .` builds, release profile and all."""
+    """The wheel that `pip install .` builds, in the release profile."""
     folder = tmp_path_factory.mktemp("wheel")
     maturin("build", "--out", str(folder))
     (path,) = folder.glob("*.whl")

@@ -88,7 +88,7 @@ def test_render_fails_with_the_message_of_the_program(tiny, capfd):
 
 @pytest.fixture
 def compare(tmp_path):
-    """Return a function that compares the hashes of some systems, given by name."""
+    """Return a function that compares the hashes of systems by name."""
 
     def run(**systems):
         files = [tmp_path / f"{name}.json" for name in systems]
