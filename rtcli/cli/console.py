@@ -83,7 +83,7 @@ def make_output_reliable() -> None:
         setattr(sys, "__stdout__", output)  # noqa: B010 - final to type checkers, but its old stream is detached
 
 
-def name_of(path: str) -> str:
+def display_name(path: str) -> str:
     """Return a scene's name in messages."""
     return "<stdin>" if path == STDIO else path
 

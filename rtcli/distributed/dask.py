@@ -105,7 +105,7 @@ class _DaskExecutor(Executor):
         self._stopped = threading.Event()
         threading.Thread(target=self._watch, daemon=True).start()
 
-    def submit(self, function: Callable[..., Any], /, *arguments: Any, **named: Any) -> Future[Any]:
+    def submit(self, function: Callable[..., Any], /, *arguments: Any, **keywords: Any) -> Future[Any]:
         """Call a function in a worker.
 
         Raises
@@ -119,7 +119,7 @@ class _DaskExecutor(Executor):
         with self._lock:
             self._check()
             # Not `pure`: Dask must not look for earlier results of equal arguments, nor keep this one.
-            remote = self._client.submit(run_checked, __version__, function, *arguments, pure=False, **named)
+            remote = self._client.submit(run_checked, __version__, function, *arguments, pure=False, **keywords)
             self._pending.add(future)
         future.add_done_callback(lambda future: future.cancelled() and remote.cancel())
         self._client.loop.add_callback(self._settle, future, remote)
@@ -270,7 +270,7 @@ def version() -> str:
     return __version__
 
 
-def run_checked(ours: str, function: Callable[..., Any], /, *arguments: Any, **named: Any) -> Any:
+def run_checked(ours: str, function: Callable[..., Any], /, *arguments: Any, **keywords: Any) -> Any:
     """Call a function if this worker, which may have joined late, has our version of rtcli.
 
     Raises
@@ -281,7 +281,7 @@ def run_checked(ours: str, function: Callable[..., Any], /, *arguments: Any, **n
     if version() != ours:
         worker = require_extra("distributed", "dask", _PURPOSE).get_worker().address
         raise OtherVersionError(_other_version(worker, version(), ours))
-    return function(*arguments, **named)
+    return function(*arguments, **keywords)
 
 
 def identity(value: Any) -> Any:

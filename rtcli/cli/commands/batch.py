@@ -24,7 +24,7 @@ from rtcli.batch.worker import DONE, Outcome
 from rtcli.cli.console import STDIO, is_terminal, print_lines, report_line
 from rtcli.cli.exit_codes import INVALID, usage_errors
 from rtcli.cli.options.cluster import connected_cluster, dask_timeout_option
-from rtcli.cli.options.scene import edit_errors, film_options, overrides_taken_from, scene_options
+from rtcli.cli.options.scene import edit_errors, film_options, pop_overrides, scene_options
 from rtcli.cli.options.types import FormatType, VariationType
 from rtcli.cli.progress import progress
 from rtcli.image.animation import ANIMATIONS
@@ -168,7 +168,7 @@ def command(**options: Any) -> int:
 
     Exits with 0 if all went well, 1 if a scene failed, 3 if a path leads to nothing or DIR cannot be written.
     """
-    overrides = overrides_taken_from(options)
+    overrides = pop_overrides(options)
     settings = BatchSettings(options.pop("suffix"), options.pop("passes"), options.pop("bits"), overrides)
     animations = tuple(suffix for suffix in ANIMATIONS if options.pop(suffix.removeprefix(".")))
     return run(BatchOptions(settings=settings, animations=animations, **options))

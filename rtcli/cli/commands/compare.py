@@ -9,7 +9,7 @@ import click
 from rtcli.cli.console import STDIO
 from rtcli.cli.differences import DifferencePictures, report
 from rtcli.cli.exit_codes import DIFFERENT, usage_errors
-from rtcli.cli.options.bounds import bound_options, bounds_taken_from
+from rtcli.cli.options.bounds import bound_options, pop_bounds
 from rtcli.cli.paths import OutputPath, refuse_collisions, refuse_folder
 from rtcli.compare.difference import Compared
 from rtcli.compare.pictures import compare
@@ -41,7 +41,7 @@ def command(first: str, second: str, output: str | None, as_json: bool, quiet: b
 
     Exits with 0 if they are equal within the bounds, 1 if they are not, 3 if one cannot be read.
     """
-    names, bounds = (first, second), bounds_taken_from(options)
+    names, bounds = (first, second), pop_bounds(options)
     _check_usage(names, quiet and as_json)
     differences = None if output is None else DifferencePictures(output, "-o")
     layers, other = (read_layers(name) for name in names)

@@ -7,9 +7,9 @@ from typing import Any
 
 import click
 
-from rtcli.cli.console import is_terminal, name_of, print_lines, wants_color
+from rtcli.cli.console import display_name, is_terminal, print_lines, wants_color
 from rtcli.cli.exit_codes import usage_errors
-from rtcli.cli.options.scene import overrides_taken_from, read_scene, scene_options
+from rtcli.cli.options.scene import pop_overrides, read_scene, scene_options
 from rtcli.cli.options.types import PixelType
 from rtcli.cli.progress import progress
 from rtcli.explain import check_place, explain
@@ -42,7 +42,7 @@ def command(scene: str, pixel: tuple[int, int], sample: int, as_json: bool, **op
     seen, each light and what blocks it, radiance, exposure, tone curve, sRGB. Each step has its equations, its
     numbers and the section of docs/tracer.md. It is the reference engine's: its value is what that renders.
     """
-    name, model = name_of(scene), validate(read_scene(scene, overrides_taken_from(options)))
+    name, model = display_name(scene), validate(read_scene(scene, pop_overrides(options)))
     with usage_errors():
         check_place(model, *pixel, sample)
         RenderRequest().simd()

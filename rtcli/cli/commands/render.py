@@ -17,8 +17,8 @@ from rtcli import __version__
 from rtcli.cli.console import STDIO, is_terminal, open_target, report_line
 from rtcli.cli.exit_codes import usage_errors
 from rtcli.cli.options.cluster import connected_cluster, dask_timeout_option
-from rtcli.cli.options.golden import CheckOptions, check_options, check_taken_from
-from rtcli.cli.options.scene import film_options, overrides_taken_from, read_scene, scene_options
+from rtcli.cli.options.golden import CheckOptions, check_options, pop_check
+from rtcli.cli.options.scene import film_options, pop_overrides, read_scene, scene_options
 from rtcli.cli.options.types import CropType
 from rtcli.cli.paths import OutputPath, refuse_collisions, refuse_folder
 from rtcli.cli.progress import progress
@@ -153,8 +153,8 @@ def command(context: click.Context, /, **options: Any) -> int:
 
     SCENE is a .yaml, .yml or .json file, or - for YAML or JSON on standard input.
     """
-    check = check_taken_from(options, context)
-    parsed = RenderOptions(overrides=overrides_taken_from(options), **options)
+    check = pop_check(options, context)
+    parsed = RenderOptions(overrides=pop_overrides(options), **options)
     if check is not None:
         return _check(parsed, check)
     if parsed.output is not None:

@@ -12,7 +12,7 @@ from pathlib import Path
 import click
 
 from rtcli import __version__
-from rtcli.cli.console import STDIO, name_of, read_bytes, report_line, wants_color
+from rtcli.cli.console import STDIO, display_name, read_bytes, report_line, wants_color
 from rtcli.cli.exit_codes import FILE, INVALID, lack_of_memory, os_error_text, release_frames
 from rtcli.lint.check import CheckResult, check
 from rtcli.lint.ignores import warning_of
@@ -94,7 +94,7 @@ def _scene_files(paths: Iterable[str]) -> Iterator[str]:
 
 
 def _check_file(path: str, strict: bool, ignore: frozenset[Rule]) -> FileReport:
-    name = name_of(path)
+    name = display_name(path)
     try:
         result = check(read_bytes(path, READ_BYTES), name, ignore)
     except OSError as error:

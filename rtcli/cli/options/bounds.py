@@ -6,10 +6,10 @@ from typing import Any
 
 import click
 
-from rtcli.cli.options.types import BoundType, PixelBoundType, all_of
+from rtcli.cli.options.types import BoundType, PixelBoundType, option_group
 from rtcli.compare.bounds import Bounds
 
-bound_options = all_of(
+bound_options = option_group(
     click.option(
         "--tolerance",
         type=BoundType(),
@@ -37,6 +37,6 @@ bound_options = all_of(
 )
 
 
-def bounds_taken_from(options: dict[str, Any]) -> Bounds:
+def pop_bounds(options: dict[str, Any]) -> Bounds:
     """Remove these options from those of a command, and return the bounds."""
     return Bounds(*(options.pop(name) for name in ("tolerance", "max_pixels", "flip", "max_flip")))

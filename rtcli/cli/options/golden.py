@@ -7,11 +7,11 @@ from typing import Any, NamedTuple
 import click
 from click.core import ParameterSource
 
-from rtcli.cli.options.bounds import bound_options, bounds_taken_from
-from rtcli.cli.options.types import all_of
+from rtcli.cli.options.bounds import bound_options, pop_bounds
+from rtcli.cli.options.types import option_group
 from rtcli.compare.bounds import Bounds
 
-check_options = all_of(
+check_options = option_group(
     click.option(
         "--check",
         metavar="GOLDEN",
@@ -37,7 +37,7 @@ class CheckOptions(NamedTuple):
     bounds: Bounds
 
 
-def check_taken_from(options: dict[str, Any], context: click.Context) -> CheckOptions | None:
+def pop_check(options: dict[str, Any], context: click.Context) -> CheckOptions | None:
     """Remove these options from those of a command, and return them; None without --check.
 
     Raises
@@ -45,7 +45,7 @@ def check_taken_from(options: dict[str, Any], context: click.Context) -> CheckOp
     click.UsageError
         If an option that requires --check is on the command line without it.
     """
-    golden, difference, bounds = options.pop("check"), options.pop("diff"), bounds_taken_from(options)
+    golden, difference, bounds = options.pop("check"), options.pop("diff"), pop_bounds(options)
     if golden is not None:
         return CheckOptions(golden, difference, bounds)
     stray = [name for name in _REQUIRE_CHECK if context.get_parameter_source(name) is ParameterSource.COMMANDLINE]

@@ -8,8 +8,8 @@ from typing import Any
 
 import click
 
-from rtcli.cli.console import name_of, read_bytes
-from rtcli.cli.options.types import ExposureType, PassesType, SetType, SizeType, all_of, variable_of
+from rtcli.cli.console import display_name, read_bytes
+from rtcli.cli.options.types import ExposureType, PassesType, SetType, SizeType, environment_variable, option_group
 from rtcli.image.display import DEPTHS
 from rtcli.scene.model import MAX_SAMPLES
 from rtcli.scene.overrides import EditError, Overrides
@@ -17,7 +17,7 @@ from rtcli.scene.reading.parse import READ_BYTES, parse_bytes
 from rtcli.scene.reading.source import Document
 from rtcli.tracer.passes import PASSES
 
-scene_options = all_of(
+scene_options = option_group(
     click.option(
         "--size", type=SizeType(), metavar="WxH", help="Width and height in pixels, instead of the scene's."
     ),
@@ -43,7 +43,7 @@ scene_options = all_of(
 )
 
 
-film_options = all_of(
+film_options = option_group(
     click.option(
         "--passes",
         type=PassesType(),
@@ -61,9 +61,9 @@ film_options = all_of(
 )
 
 
-def overrides_taken_from(options: dict[str, Any]) -> Overrides:
+def pop_overrides(options: dict[str, Any]) -> Overrides:
     """Remove the overrides from the options of a command, and return them."""
-    variable = variable_of(click.get_current_context(silent=True), "set")
+    variable = environment_variable(click.get_current_context(silent=True), "set")
     size, samples, exposure, edits = (options.pop(name) for name in ("size", "samples", "exposure", "set"))
     return Overrides(size, samples, exposure, edits, variable or Overrides.option)
 
@@ -80,7 +80,7 @@ def read_scene(scene: str, overrides: Overrides) -> Document:
     rtcli.SceneError
         If the text is not well-formed.
     """
-    document = parse_bytes(read_bytes(scene, READ_BYTES), name_of(scene))
+    document = parse_bytes(read_bytes(scene, READ_BYTES), display_name(scene))
     with edit_errors(overrides.option):
         return overrides.apply(document)
 

@@ -21,7 +21,7 @@ _Command = TypeVar("_Command", bound=Callable[..., Any])
 _Value = TypeVar("_Value")
 
 
-def all_of(*options: Callable[[_Command], _Command]) -> Callable[[_Command], _Command]:
+def option_group(*options: Callable[[_Command], _Command]) -> Callable[[_Command], _Command]:
     """Return a decorator that adds several options to a command, in the order of its help."""
 
     def decorate(command: _Command) -> _Command:
@@ -90,7 +90,7 @@ class ExposureType(click.ParamType[float | str]):
         return stops
 
 
-def variable_of(ctx: click.Context | None, name: str) -> str | None:
+def environment_variable(ctx: click.Context | None, name: str) -> str | None:
     """Return the environment variable that an option takes its value from, or None if it takes it elsewhere."""
     if ctx is None or ctx.get_parameter_source(name) is not ParameterSource.ENVIRONMENT:
         return None
@@ -111,7 +111,7 @@ class _OnePerLine(click.ParamType[_Value]):
     @staticmethod
     def note(param: click.Parameter | None, ctx: click.Context | None) -> str:
         """Return a note on the variable that holds a wrong value; empty for the option itself."""
-        variable = variable_of(ctx, param.name) if param is not None and param.name else None
+        variable = environment_variable(ctx, param.name) if param is not None and param.name else None
         return f" ({variable} holds one {param.type.name} per line)" if param and variable else ""
 
     def refuse_two_values(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> None:
