@@ -62,7 +62,7 @@ class Span:
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing that is wrong with a scene.
+    """A violation of a rule by a scene.
 
     Parameters
     ----------
@@ -138,8 +138,8 @@ class Problem:
     def __str__(self) -> str:
         """Return the problem as one line, in the format of compiler messages that editors parse."""
         where = f"{printable(self.where)}: " if self.where else ""
-        place = f"{printable(self.path)}:{self.line}:{self.column}"
-        return f"{place}: {self.severity}: {where}{self.message} [{self.code}]"
+        position = f"{printable(self.path)}:{self.line}:{self.column}"
+        return f"{position}: {self.severity}: {where}{self.message} [{self.code}]"
 
 
 class SceneError(ValueError):
