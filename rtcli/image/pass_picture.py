@@ -42,7 +42,7 @@ def pass_picture(name: str, values: npt.NDArray[Any]) -> PassPicture:
 def pass_values(name: str, levels: npt.NDArray[Any], decode: Mapping[str, Any]) -> npt.NDArray[Any]:
     """Return the values of a pass from the levels of its picture, (H, W, C), and `PassPicture.decode`.
 
-    The values of ids are their colors: only the metadata of the film tells which color belongs to which object.
+    The values of ids are their colors: the metadata of the film says whose they are.
 
     Raises
     ------
@@ -123,11 +123,11 @@ class _Encoding(NamedTuple):
     Parameters
     ----------
     formula
-        How to get values from levels, as files say it.
+        From levels to values, as files state it.
     levels
-        Takes the values, and gives their levels and the numbers of the formula.
+        Takes values, and returns their levels and the numbers in the formula.
     values
-        Takes levels and those numbers, and gives the values; None for levels that stand for themselves.
+        Takes levels and those numbers, and returns the values; None if levels are not decoded.
     nothing
         The value where nothing is hit.
     """

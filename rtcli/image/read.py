@@ -164,11 +164,9 @@ def _decoding_errors(path: str, name: str) -> Iterator[None]:
         raise OSError(errno.EINVAL, str(error), path) from error
     except MemoryError as error:
         raise OSError(errno.ENOMEM, "is too large for the memory of this machine", path) from error
-    except OSError as error:
-        if error.errno not in (None, errno.EINVAL):  # from the disk, not from a decoder
-            raise OSError(error.errno, error.strerror, path) from error
-        raise OSError(errno.EINVAL, f"is not {name}, or is damaged", path) from error
     except Exception as error:  # decoders raise anything over broken data
+        if isinstance(error, OSError) and error.errno not in (None, errno.EINVAL):  # from the disk
+            raise OSError(error.errno, error.strerror, path) from error
         raise OSError(errno.EINVAL, f"is not {name}, or is damaged", path) from error
 
 
@@ -376,7 +374,8 @@ def _silence() -> Iterator[None]:
 def _checked_origin(openexr: ModuleType, path: str) -> tuple[int, int]:
     """Return the start of the data window, and check by the headers that the file can be compared and held."""
     with openexr.File(path, header_only=True) as exr:  # closing it empties its headers
-        if _has_part(exr, 1):
+        with contextlib.suppress(ValueError):  # there is no second part
+            exr.header(1)
             raise _UnfitError("holds several parts: one is expected")
         header = dict(exr.header(0))
     if header["type"] in (openexr.deepscanline, openexr.deeptile):
@@ -388,14 +387,6 @@ def _checked_origin(openexr: ModuleType, path: str) -> tuple[int, int]:
     # Up to four bytes a value, twice: the channels as read, and joined.
     _check_memory((right - left + 1) * (bottom - top + 1) * 8 * len(channels))
     return left, top
-
-
-def _has_part(exr: Any, number: int) -> bool:
-    try:
-        exr.header(number)
-    except ValueError:
-        return False
-    return True
 
 
 def _joined(group: dict[str, Array]) -> Array:

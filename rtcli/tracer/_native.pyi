@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from rtcli.tracer.world import Vector, Window
 
-# Stops, tone curve (`clip`, `reinhard` or `aces`), bits a channel (8 or 16).
+# Stops, tone curve (a name of `rtcli.curves.TONE_CURVES`), bits a channel (8 or 16).
 _Look: TypeAlias = tuple[float, str, int]
 # Keywords and what is told under them, for the text chunks of a PNG.
 _Texts: TypeAlias = list[tuple[str, str]]
@@ -81,8 +81,7 @@ class Tracer:
     def film(self, window: Window, arrays: _Arrays, progress: _Progress | None, /) -> int:
         """Render a window into `radiance` and the passes that are there; return the number of rays.
 
-        Each array has one item a pixel, or three for `radiance`, `normal`, `position` and `albedo`: float32, or
-        uint32 for `object_id`.
+        Their shapes and types are those of `rtcli.tracer.passes.SPECS`.
 
         Raises
         ------

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from rtcli.tracer.world import Window
 
@@ -26,15 +26,15 @@ class PassSpec(NamedTuple):
     Parameters
     ----------
     channels
-        Their names, as in OpenEXR files. An array of one channel is (H, W), another (H, W, C).
+        The names of the channels in OpenEXR files. One channel makes an array (H, W), several (H, W, C).
     quantity
-        What the values are, which decides how they are encoded as levels of a picture.
+        The kind of values, which decides how they are encoded as levels of a picture.
     dtype
         The NumPy type of a value.
     """
 
     channels: tuple[str, ...]
-    quantity: Literal["radiance", "length", "direction", "position", "share", "id"]
+    quantity: str
     dtype: str = "float32"
 
 
@@ -80,9 +80,9 @@ PASSES = tuple(name for name in SPECS if name != RADIANCE)
 def new_arrays(passes: Iterable[str], window: Window) -> Arrays:
     """Return arrays for the radiance and the passes of a window, by name.
 
-    They are not filled, so that the threads that fill them are the first to touch their memory.
+    They are uninitialized, so that the threads that fill them are the first to touch their memory.
     """
-    import numpy as np  # only films need it: a PNG is written without
+    import numpy as np  # a PNG is rendered without
 
     size = window.height, window.width
     specs = {name: SPECS[name] for name in (RADIANCE, *passes)}

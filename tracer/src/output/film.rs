@@ -79,13 +79,6 @@ pub enum Values<'a> {
 }
 
 impl<'a> Values<'a> {
-    fn value_type(&self) -> ValueType {
-        match self {
-            Values::Floats(_) => ValueType::Float,
-            Values::Integers(_) => ValueType::Integer,
-        }
-    }
-
     fn len(&self) -> usize {
         match self {
             Values::Floats(values) => values.len(),
@@ -136,7 +129,10 @@ impl<'a> Film<'a> {
         let pixels = window.width as usize * window.height as usize;
         let fits = |&PassSpec(pass, _, channels, value_type, _): &PassSpec| match &self.values[pass as usize] {
             None => pass != Pass::Radiance,
-            Some(values) => values.len() == channels * pixels && values.value_type() == value_type,
+            Some(values) => {
+                values.len() == channels * pixels
+                    && matches!(values, Values::Integers(_)) == (value_type == ValueType::Integer)
+            }
         };
         PASSES.iter().all(fits)
     }
@@ -280,7 +276,7 @@ impl<'a> CameraToWorld<'a> {
         if self.scene.has_moved_bodies {
             for (unit, &face) in units.iter_mut().zip(faces) {
                 let material = self.scene.materials.get((face >> FACE_BITS) as usize);
-                *unit /= material.map_or(1.0, |material| material.nearer);
+                *unit /= material.map_or(1.0, |material| material.range_scale);
             }
         }
         units
