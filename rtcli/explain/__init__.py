@@ -13,7 +13,7 @@ import numpy as np
 
 from rtcli.explain.agreement import PixelSamples, rays_through
 from rtcli.explain.development import Developed, developed
-from rtcli.explain.intersections import meet_all
+from rtcli.explain.intersections import intersect_all
 from rtcli.explain.lighting import SurfacePoint, hit_step, lights_step, radiance_step
 from rtcli.explain.records import Explanation, NativePixel, Number, Sample, Step, Story
 from rtcli.explain.words import name_of, triple
@@ -141,7 +141,7 @@ class _Pixel:
         return Story(
             sample=chosen + 1,
             ray=self._ray_step(ray, self.offsets[chosen]),
-            intersections=meet_all(scenery, self.names, ray, hit),
+            intersections=intersect_all(scenery, self.names, ray, hit),
             hit=hit_step(place),
             lights=lights,
             radiance=radiance_step(place, self.light[:, chosen], lights.lights),

@@ -11,7 +11,7 @@ from rtcli.scene.diagnostics.problems import counted
 from rtcli.tracer.reference import NOTHING, Hit, Object, Ray, Scenery
 
 
-def meet_all(scenery: Scenery, names: Sequence[ObjectName], ray: Ray, hit: Hit) -> Intersections:
+def intersect_all(scenery: Scenery, names: Sequence[ObjectName], ray: Ray, hit: Hit) -> Intersections:
     """Return the step for all objects on one ray with a known nearest hit."""
     nearest, t = int(hit.index[0]), float(hit.t[0])
     seen = None if nearest == NOTHING else names[nearest]
@@ -48,11 +48,11 @@ def _intersection(
 ) -> Intersection:
     """Return the intersection with one object, where `seen` is the nearest, at t = `nearest`."""
     t = float(shape.intersection_parameter(ray)[0])
-    meeting = SHAPES[name.type].meet(shape, ray)
+    terms = SHAPES[name.type].intersect(shape, ray)
     if seen is None or not math.isfinite(t):
-        return Intersection(name, meeting.miss, None, meeting.numbers, meeting.reason)
+        return Intersection(name, terms.miss, None, terms.numbers, terms.reason)
     if name == seen:
-        return Intersection(name, NEAREST, t, meeting.numbers, "the nearest: it is seen")
+        return Intersection(name, NEAREST, t, terms.numbers, "the nearest: it is seen")
     where = f"as near as {seen.label}, which comes first in the file"
     outcome = where if t == nearest else f"hit behind {seen.label}"
-    return Intersection(name, FARTHER, t, meeting.numbers, outcome)
+    return Intersection(name, FARTHER, t, terms.numbers, outcome)

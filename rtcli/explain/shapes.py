@@ -12,7 +12,7 @@ from rtcli.explain.words import number, triple
 from rtcli.tracer.reference import PARALLEL, Array, Box, Plane, Ray, Sphere, length
 
 
-class Meeting(NamedTuple):
+class RayTerms(NamedTuple):
     """The terms of one ray and one shape; and if the ray misses it, the code in `MISSES` and the reason."""
 
     numbers: tuple[Number, ...]
@@ -30,8 +30,8 @@ class ShapeNotes:
         Its section in `docs/tracer.md`.
     equations
         The equations for the intersection with a ray, as lines of text.
-    meet
-        Returns the meeting of a shape of this kind with a single ray.
+    intersect
+        Returns the terms of a shape of this kind with a single ray.
     misses
         The codes of the misses that only this shape can have, each with its reason in words for several objects.
     normal
@@ -48,7 +48,7 @@ class ShapeNotes:
 
     section: str
     equations: tuple[str, ...]
-    meet: Callable[[Any, Ray], Meeting]
+    intersect: Callable[[Any, Ray], RayTerms]
     misses: Mapping[str, str]
     normal: str
     sides: Mapping[int, str]
@@ -60,23 +60,23 @@ class ShapeNotes:
 _SIDES_OF_SOLID = {1: "from outside", -1: "from inside", 0: "from its surface, inside"}
 
 
-def _beyond_or_behind(numbers: tuple[Number, ...], ends: tuple[float, ...], names: str) -> Meeting:
-    """Return the meeting of a ray whose line meets the shape at these parameters."""
+def _beyond_or_behind(numbers: tuple[Number, ...], ends: tuple[float, ...], names: str) -> RayTerms:
+    """Return the terms of a ray whose line meets the shape at these parameters."""
     if all(t <= 0 for t in ends):
-        return Meeting(numbers, "behind", f"behind the eye: {names} <= 0")
-    return Meeting(numbers, "out_of_range", "its numbers are beyond those of float64")
+        return RayTerms(numbers, "behind", f"behind the eye: {names} <= 0")
+    return RayTerms(numbers, "out_of_range", "its numbers are beyond those of float64")
 
 
 # --- Sphere ------------------------------------------------------------------------------------------------
 
 
-def _meet_sphere(shape: Sphere, ray: Ray) -> Meeting:
+def _intersect_sphere(shape: Sphere, ray: Ray) -> RayTerms:
     terms = shape.quadratic(ray)
     b, discriminant, t_1, t_2 = (float(x[0]) for x in (terms.b, terms.discriminant, terms.t_1, terms.t_2))
     distance = float(length(terms.g)[0])
     common = (Number("b", b), Number("g_length", distance), Number("R", shape.radius), Number("D", discriminant))
     if discriminant < 0:
-        return Meeting(common, "passed_by", "the ray passes by: |g| > R, so D < 0")
+        return RayTerms(common, "passed_by", "the ray passes by: |g| > R, so D < 0")
     return _beyond_or_behind((*common, Number("t_1", t_1), Number("t_2", t_2)), (t_1, t_2), "t_1 and t_2")
 
 
@@ -87,7 +87,7 @@ _SPHERE = ShapeNotes(
         "                 q = b + sign(b) sqrt(D)      t_1 = (|c| - R)(|c| + R) / q      t_2 = q",
     ),
     correction="at spheres the document's o stands for o - C",
-    meet=_meet_sphere,
+    intersect=_intersect_sphere,
     misses={"passed_by": "the ray passes by the sphere: D < 0"},
     normal="n = (P - C) / |P - C|",
     sides=_SIDES_OF_SOLID,
@@ -97,11 +97,11 @@ _SPHERE = ShapeNotes(
 # --- Plane -------------------------------------------------------------------------------------------------
 
 
-def _meet_plane(shape: Plane, ray: Ray) -> Meeting:
+def _intersect_plane(shape: Plane, ray: Ray) -> RayTerms:
     along, t = (float(x[0]) for x in shape.crossing(ray))
     cosine = Number("d_n", along, "cosine of the angle to the normal")
     if abs(along) < PARALLEL:
-        return Meeting((cosine,), "parallel", f"parallel: |d . n| < {PARALLEL:g}")
+        return RayTerms((cosine,), "parallel", f"parallel: |d . n| < {PARALLEL:g}")
     return _beyond_or_behind((cosine, Number("t", t)), (t,), "t")
 
 
@@ -109,7 +109,7 @@ _PLANE = ShapeNotes(
     section="2.2.2",
     equations=("plane (2.2.2)    t = (p_0 - o) . n / (d . n), parallel if |d . n| < 1e-6",),
     correction="at planes it leaves out the absolute value",
-    meet=_meet_plane,
+    intersect=_intersect_plane,
     misses={"parallel": "the ray is parallel to the plane"},
     normal="n = the plane's normal",
     sides={1: "from its front", -1: "from its back", 0: "from within it"},
@@ -120,11 +120,11 @@ _PLANE = ShapeNotes(
 # --- Box ---------------------------------------------------------------------------------------------------
 
 
-def _meet_box(shape: Box, ray: Ray) -> Meeting:
+def _intersect_box(shape: Box, ray: Ray) -> RayTerms:
     distance = float(length(shape.from_ray(ray))[0])
     common = (Number("g_length", distance), Number("R", shape.bounding_radius))
     if not shape.meets_bounding_sphere(ray)[0]:
-        return Meeting(common, "outside_bounding_sphere", "the ray passes the sphere around it: |g| > R")
+        return RayTerms(common, "outside_bounding_sphere", "the ray passes the sphere around it: |g| > R")
     near, far = (bounds[:, 0] for bounds in shape.slabs(ray))
     slabs = [
         Number(f"{axis}_slab", (float(enter), float(leave)))
@@ -132,7 +132,7 @@ def _meet_box(shape: Box, ray: Ray) -> Meeting:
     ]
     numbers = (*common, *slabs)
     if near.max() > far.min():
-        return Meeting(numbers, "outside_slabs", _outside_slabs(near, far))
+        return RayTerms(numbers, "outside_slabs", _outside_slabs(near, far))
     return _beyond_or_behind(numbers, (float(near.max()), float(far.min())), "entry and exit")
 
 
@@ -155,7 +155,7 @@ _BOX = ShapeNotes(
         "                 t = the last entry, if that is before the first exit",
     ),
     correction="at boxes it forgets to turn d",
-    meet=_meet_box,
+    intersect=_intersect_box,
     misses={
         "outside_bounding_sphere": "the ray passes the sphere around the box",
         "outside_slabs": "the ray leaves one slab of the box before it enters another",

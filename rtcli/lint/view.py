@@ -95,6 +95,6 @@ class View:
         return None
 
 
-def moved(point: Vector, way: Vector, distance: float = 1.0) -> Vector:
-    """Return the point at a distance from another, in multiples of a vector."""
-    return point[0] + way[0] * distance, point[1] + way[1] * distance, point[2] + way[2] * distance
+def moved(point: Vector, vector: Vector, factor: float = 1.0) -> Vector:
+    """Return a point moved by a multiple of a vector."""
+    return point[0] + vector[0] * factor, point[1] + vector[1] * factor, point[2] + vector[2] * factor

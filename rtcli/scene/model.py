@@ -44,7 +44,7 @@ NotNegative = Annotated[Number, Field(ge=0)]
 Integer = Annotated[int, Field(strict=True)]
 # `rtcli.scene.vectors.Vector` with the checks of a scene file.
 Vector: TypeAlias = tuple[Number, Number, Number]
-# One that points somewhere; the models say so in better words than a schema.
+# A vector other than 0. The models report a zero in better words than the schema.
 Direction: TypeAlias = Annotated[Vector, Field(json_schema_extra={"not": {"const": [0, 0, 0]}})]
 
 WHITE = (1.0, 1.0, 1.0)
@@ -53,7 +53,7 @@ ZERO = (0.0, 0.0, 0.0)
 
 
 def _given(value: Any) -> Any:
-    """Refuse an explicit null: a key that is left out has a default, a key without a value is a slip."""
+    """Refuse an explicit null: an omitted key has a default, but a key without a value is a slip."""
     if value is None:
         raise PydanticCustomError("no_value", "has no value")
     return value
@@ -74,7 +74,7 @@ def _color(value: Any) -> Any:
 
 
 _Share = Annotated[NotNegative, Field(le=1)]
-# Named types, so that the schema holds each once and not at each use; it adds there which texts name a color.
+# Named types, so that the schema defines each once; it adds the texts that name a color there.
 Albedo = TypeAliasType("Albedo", Annotated[tuple[_Share, _Share, _Share], BeforeValidator(_color)])
 LightColor = TypeAliasType(
     "LightColor", Annotated[tuple[NotNegative, NotNegative, NotNegative], BeforeValidator(_color)]
@@ -183,7 +183,7 @@ class Plane(_Shape):
     """Any point on the plane."""
     normal: Direction = Field(examples=[[0, 1, 0]])
     """The direction that stands on the plane, of any length but 0."""
-    # So that any object can be asked for its light; no key of a file.
+    # Lets every shape be asked for its light. Not a key of a scene file.
     light: ClassVar[None] = None
 
     @field_validator("normal")
@@ -284,14 +284,14 @@ class Scene(_Model):
     @field_validator("version", mode="before")
     @classmethod
     def _version_is_a_number(cls, version: Any) -> Any:
-        if isinstance(version, (bool, float)):  # which Python holds equal to 1
+        if isinstance(version, (bool, float)):  # Python considers both equal to 1
             raise PydanticCustomError("literal_error", "must be 1", {"expected": "1"})
         return version
 
     @field_validator("lights", "objects", mode="wrap")
     @classmethod
     def _in_pieces(cls, items: Any, validate: ValidatorFunctionWrapHandler) -> Any:
-        """Validate a long list piece by piece, so that the errors of one which is all wrong end soon."""
+        """Validate a long list piece by piece, and stop early if it is full of errors."""
         if not isinstance(items, (list, tuple)) or len(items) <= _PIECE:
             return validate(items)
         valid: list[Any] = []
@@ -322,12 +322,12 @@ class Scene(_Model):
         raise ValidationError.from_exception_data("Scene", problems)
 
 
-# As many objects are validated at a time; more take no less time.
+# The number of objects validated at a time; larger pieces are not faster.
 _PIECE = 1_000
 
 
 def _repeated_names(objects: Any) -> Iterable[tuple[int, str, int]]:
-    """Yield (index, name, index of its first use) of each object whose name was used before."""
+    """Yield (index, name, index of its first use) for each object whose name was used before."""
     first: dict[str, int] = {}
     for index, item in enumerate(objects if isinstance(objects, (list, tuple)) else ()):
         name = item.get("name") if isinstance(item, dict) else getattr(item, "name", None)
@@ -337,12 +337,12 @@ def _repeated_names(objects: Any) -> Iterable[tuple[int, str, int]]:
 
 def _repeated_name(index: int, name: str, first: int) -> InitErrorDetails:
     error = PydanticCustomError("name_taken", "is taken by objects[{first}] already", {"first": first})
-    # "object" stands where pydantic's own errors have the tag of the union's member.
+    # Pydantic's own errors have the tag of the union's member in place of "object".
     return InitErrorDetails(type=error, loc=(index, "object", "name"), input=name)
 
 
 def _line_errors(error: ValidationError, start: int = 0) -> list[InitErrorDetails]:
-    """Return the errors of a list that begins at index `start` of the whole."""
+    """Return the errors of a piece of a list that begins at index `start`."""
     return [_line_error(details, start) for details in error.errors(include_url=False)[: MAX_PROBLEMS + 1]]
 
 
