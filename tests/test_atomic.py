@@ -64,7 +64,7 @@ def test_old_content_is_there_until_the_new_is_complete(tmp_path):
 
 
 @pytest.mark.parametrize("error", [ValueError, OSError, KeyboardInterrupt, SystemExit, MemoryError])
-def test_failure_on_the_way_leaves_the_old_content_and_nothing_else(tmp_path, error):
+def test_failure_while_writing_leaves_only_the_old_content(tmp_path, error):
     target = tmp_path / "old.bin"
     target.write_bytes(b"old")
     with pytest.raises(error):
@@ -73,7 +73,7 @@ def test_failure_on_the_way_leaves_the_old_content_and_nothing_else(tmp_path, er
     assert names_in(tmp_path) == ["old.bin"]
 
 
-def test_failure_on_the_way_to_a_new_file_leaves_nothing(tmp_path):
+def test_failure_while_writing_a_new_file_leaves_nothing(tmp_path):
     with pytest.raises(ValueError):  # noqa: PT011 - any would do
         fail_halfway(tmp_path / "new.bin", ValueError)
     assert names_in(tmp_path) == []
@@ -109,7 +109,7 @@ def test_name_may_be_as_long_as_the_system_allows_in_bytes(tmp_path):
     assert target.read_bytes() == b"content"
 
 
-def test_temporary_files_may_stand_elsewhere(tmp_path):
+def test_temporary_files_may_be_in_another_folder(tmp_path):
     (tmp_path / "scratch").mkdir()
     targets = [tmp_path / "a.bin", tmp_path / "b.bin"]
     with atomic_write_all(targets, tmp_path / "scratch") as files:
@@ -122,7 +122,7 @@ def test_temporary_files_may_stand_elsewhere(tmp_path):
 
 
 @pytest.mark.parametrize("sync", [True, False])
-def test_bytes_are_on_the_disk_where_that_is_asked_for(tmp_path, monkeypatch, sync):
+def test_bytes_are_flushed_to_disk_on_request(tmp_path, monkeypatch, sync):
     synced = []
     monkeypatch.setattr("rtcli.atomic.os.fsync", synced.append)
     with atomic_write_all([tmp_path / "new.bin"], sync=sync) as [file]:
@@ -245,7 +245,7 @@ def test_file_that_does_not_fit_is_the_one_that_is_named(tmp_path, size):
     assert names_in(tmp_path) == []
 
 
-def test_error_that_is_of_no_file_stays_so(tmp_path):
+def test_error_without_a_file_name_stays_unchanged(tmp_path):
     with pytest.raises(OSError, match="elsewhere") as failed, atomic_write_all([tmp_path / "a", tmp_path / "b"]):
         raise OSError(errno.EIO, "elsewhere")
     assert failed.value.filename is None
@@ -260,6 +260,6 @@ def test_trying_a_target_changes_nothing(tmp_path):
     assert old.read_bytes() == b"old"
 
 
-def test_trying_a_target_tells_what_writing_would(tmp_path):
+def test_trying_a_target_raises_the_errors_of_writing(tmp_path):
     with pytest.raises(FileNotFoundError, match="its folder does not exist"):
         check_writable(tmp_path / "missing" / "new.bin")

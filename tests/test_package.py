@@ -87,7 +87,7 @@ def test_wheel_installs_into_a_bare_environment_and_renders(wheel, tmp_path):
 
 
 @pytest.mark.integration
-def test_source_distribution_holds_what_builds_and_tests_it(tmp_path):
+def test_source_distribution_can_be_built_and_tested(tmp_path):
     maturin("sdist", "--out", str(tmp_path))
     (path,) = tmp_path.glob("*.tar.gz")
     with tarfile.open(path) as archive:

@@ -1,6 +1,6 @@
 """Regenerate the schema, the generated parts of the documentation, and the pictures in it.
 
-`make docs` runs it; `tests/test_generated.py` fails when something it makes is stale.
+`make docs` runs it; `tests/test_generated.py` fails when its output is out of date.
 """
 
 from __future__ import annotations
@@ -38,17 +38,17 @@ _PART = re.compile(r"(<!-- begin (?P<name>[\w ]+) -->\n).*?(<!-- end (?P=name) -
 
 
 def readme_text() -> str:
-    """Return the README with its generated parts as they should be."""
+    """Return the README with up-to-date generated parts."""
     return _with_parts(README, readme_parts())
 
 
 def diagnostics_text() -> str:
-    """Return the page on diagnostics with its generated parts as they should be."""
+    """Return the page on diagnostics with up-to-date generated parts."""
     return _with_parts(DIAGNOSTICS, diagnostics_parts())
 
 
 def explain_text() -> str:
-    """Return the page on the story of a pixel with its generated part as it should be."""
+    """Return the page on the story of a pixel with an up-to-date generated part."""
     return _with_parts(EXPLAIN, {"explain": story_of_a_pixel()})
 
 
@@ -76,7 +76,7 @@ def readme_parts() -> dict[str, str]:
 
 def speed() -> str:
     """Return the figures of the committed run of the benchmarks as a table."""
-    if str(BENCHMARKS) not in sys.path:  # a folder of scripts, no package
+    if str(BENCHMARKS) not in sys.path:  # a folder of scripts, not a package
         sys.path.append(str(BENCHMARKS))
     from report import markdown
 
@@ -96,31 +96,31 @@ def help_block(*command: str) -> str:
 
 
 def gallery_scenes() -> list[Path]:
-    """Return the scene files of the gallery, the first scene and the document's room before the others."""
+    """Return the scene files of the gallery, starting with the first scene and the Cornell boxes."""
     first = ["first", "cornell", "cornell-falloff"]
-    order = {name: place for place, name in enumerate(first)}
+    order = {name: rank for rank, name in enumerate(first)}
     return sorted(SCENES.glob("*.yaml"), key=lambda path: (order.get(path.stem, len(first)), path.stem))
 
 
 def picture_of(scene: Path) -> Path:
-    """Return where a scene's picture stands."""
+    """Return the path of a scene's picture."""
     return GALLERY / f"{scene.stem}.png"
 
 
 def save_passes(folder: Path) -> None:
-    """Render the scene whose passes the page on ground truth shows, as that page says."""
+    """Render the passes on the page about ground truth with the command on that page."""
     options = ["--passes", "all", "--size", "240x160", "--quiet"]
     target = str(folder / "still-life.png")
     CliRunner().invoke(main, ["render", str(SCENES / "still-life.yaml"), "-o", target, *options])
 
 
 def caption_of(scene: Path) -> str:
-    """Return what a scene shows: the comment in its second line."""
+    """Return a scene's caption: the comment in its second line."""
     return scene.read_text(encoding="utf-8").splitlines()[1].removeprefix("# ")
 
 
 def gallery_table() -> str:
-    """Return the gallery as a table: a picture, the scene's name, what it shows."""
+    """Return the gallery as a table of pictures with the names and captions of their scenes."""
     cells = [
         f'<td width="33%" valign="top"><a href="scenes/{scene.name}">'
         f'<img src="docs/gallery/{scene.stem}.png" alt="{scene.stem}"></a><br>'
@@ -132,7 +132,7 @@ def gallery_table() -> str:
 
 
 def first_scene() -> str:
-    """Return the first scene's file beside its picture."""
+    """Return the text of the first scene beside its picture."""
     lines = (SCENES / "first.yaml").read_text(encoding="utf-8").strip().splitlines()
     scene = "\n".join(lines[2:])  # without the comments for the editor and the gallery
     return (
@@ -143,7 +143,7 @@ def first_scene() -> str:
 
 
 def mistakes() -> str:
-    """Return a scene full of mistakes and what is said of it."""
+    """Return a scene full of mistakes and its report."""
     result = CliRunner().invoke(main, ["validate", "-"], input=WRONG.read_bytes())
     report = result.stdout.replace("<stdin>", WRONG.name).rstrip()
     text = WRONG.read_text(encoding="utf-8").rstrip()
@@ -152,12 +152,12 @@ def mistakes() -> str:
 
 # --- The story of a pixel --------------------------------------------------------------------------------
 
-# At the border of the ball in the first scene, most samples see the floor in its shadow.
+# At the edge of the ball in the first scene, where most samples see the shadowed floor.
 PIXEL = "386,330"
 
 
 def story_of_a_pixel() -> str:
-    """Return what `rtcli explain` tells of a pixel of the first scene."""
+    """Return the output of `rtcli explain` for a pixel of the first scene."""
     scene = SCENES / "first.yaml"
     result = CliRunner().invoke(main, ["explain", "-", "--pixel", PIXEL], input=scene.read_bytes())
     name = scene.relative_to(ROOT).as_posix()
@@ -167,7 +167,7 @@ def story_of_a_pixel() -> str:
 
 # --- Diagnostics -----------------------------------------------------------------------------------------
 
-# The letters and digits that codes of a group start with, and what the group is.
+# The prefix of the codes of each group, and the name of the group.
 RULE_GROUPS = {
     "E0": "text",
     "E1": "structure",
@@ -179,16 +179,16 @@ RULE_GROUPS = {
 
 def diagnostics_parts() -> dict[str, str]:
     """Return the generated parts of the page on diagnostics by name: a table for each group of rules."""
-    groups = {name: rules_table(start) for start, name in RULE_GROUPS.items()}
+    groups = {name: rules_table(prefix) for prefix, name in RULE_GROUPS.items()}
     beyond = [f"`{rule.code}` {rule.name}" for rule in RULES if rule.code.startswith("E") and not rule.in_schema]
     return {**groups, "beyond a schema": ", ".join(beyond) + "."}
 
 
-def rules_table(start: str) -> str:
-    """Return the rules whose codes start alike as a Markdown table."""
+def rules_table(prefix: str) -> str:
+    """Return the rules whose codes start with a prefix as a Markdown table."""
     lines = ["| code | name | what is wrong | what to do |", "| --- | --- | --- | --- |"]
     for rule in RULES:
-        if rule.code.startswith(start):
+        if rule.code.startswith(prefix):
             remedy = _text(rule.remedy) or "the message says what is allowed"
             lines.append(f"| `{rule.code}` | {rule.name} | {_text(rule.summary)} | {remedy} |")
     return "\n".join(lines)
@@ -210,7 +210,7 @@ SECTIONS = {
 
 
 def scene_reference() -> str:
-    """Return all keys of a scene file as Markdown tables, from the schema."""
+    """Return all keys of a scene file as Markdown tables, generated from the schema."""
     schema = scene_schema()
     definitions = {**schema["$defs"], "Scene": schema}
     return "\n\n".join(_section(title, definitions[name]) for name, title in SECTIONS.items())
@@ -241,7 +241,7 @@ _KINDS = {"number": "number", "integer": "integer", "boolean": "true or false", 
 
 
 def _value(field: dict[str, Any]) -> str:
-    """Return what may stand for a key, in words."""
+    """Describe the values of a key in words."""
     reference = field.get("$ref", "").rpartition("/")[2]
     if reference in ("Albedo", "LightColor"):
         return "color"
@@ -268,11 +268,11 @@ def _bounds(field: dict[str, Any]) -> str:
     return ",".join(bounds)
 
 
-# --- All of it -------------------------------------------------------------------------------------------
+# --- Everything ------------------------------------------------------------------------------------------
 
 
 def refresh() -> None:
-    """Write everything that is generated."""
+    """Regenerate everything."""
     SCHEMA.write_text(schema_text(), encoding="utf-8")
     README.write_text(readme_text(), encoding="utf-8")
     DIAGNOSTICS.write_text(diagnostics_text(), encoding="utf-8")

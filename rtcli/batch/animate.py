@@ -78,9 +78,13 @@ def _animate(animation: Animation, manifest: Manifest, folder: Path, scratch: Pa
     same = (file for file in recorded if file["path"] == animation.path and file.get("frames") == frames)
     if any(target.is_file() and is_unchanged(target, file) for file in same):
         return AnimationResult(animation.path)
+    from rtcli.image.shown import shown_levels  # loads NumPy
+
+    pictures = (shown_levels(str(folder / job.outputs[RADIANCE])) for job in animation.jobs)
     try:
-        _write(animation, folder, scratch)
-    except ValueError as error:
+        with atomic_write_all([target], scratch, sync=False) as [file]:
+            write_animation(pictures, target.suffix, file)
+    except ValueError as error:  # they differ in size, or are too large
         return AnimationResult(animation.path, problem=f"no animation: {error}")
     others = [file for file in recorded if file["path"] != animation.path]
     new = {"path": animation.path, "sha256": sha256_of(target), "bytes": target.stat().st_size, "frames": frames}
@@ -94,19 +98,3 @@ def _picture_hash(job: Job, entry: Entry) -> str | None:
         return None
     path = job.outputs[RADIANCE]
     return next((output["sha256"] for output in entry["outputs"] if output["path"] == path), None)
-
-
-def _write(animation: Animation, folder: Path, scratch: Path) -> None:
-    """Write an animation.
-
-    Raises
-    ------
-    ValueError
-        If its pictures differ in size, or are too large.
-    """
-    from rtcli.image.shown import shown_levels  # loads NumPy
-
-    target = folder / animation.path
-    with atomic_write_all([target], scratch, sync=False) as [file]:
-        pictures = (shown_levels(str(folder / job.outputs[RADIANCE])) for job in animation.jobs)
-        write_animation(pictures, target.suffix, file)

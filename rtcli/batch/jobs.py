@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import glob
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path, PurePath
@@ -145,26 +145,20 @@ def find_jobs(
                 f"the results of {quoted(other)} and {quoted(scene)} would both be {quoted(key)}: rename one, or "
                 "give the folder that holds both"
             )
-    jobs = list(_combined(scenes, settings, variations))
-    check_outputs(jobs, folder)
-    return jobs
-
-
-def _combined(
-    scenes: Mapping[str, str], settings: BatchSettings, variations: Sequence[Variation]
-) -> Iterator[Job]:
-    """Yield a job for each scene with each combination of values."""
     combined = list(combinations(variations))
     if variations:
         refuse_too_many(len(scenes) * len(combined))
-    for key, scene in sorted(scenes.items()):
-        for combination in combined:
-            yield Job(f"{key}/{combination.name}" if variations else key, scene, settings, combination)
+    jobs = [
+        Job(f"{key}/{combination.name}" if variations else key, scene, settings, combination)
+        for key, scene in sorted(scenes.items())
+        for combination in combined
+    ]
+    _check_outputs(jobs, folder)
+    return jobs
 
 
-def check_outputs(jobs: Iterable[Job], folder: str) -> None:
+def _check_outputs(jobs: Sequence[Job], folder: str) -> None:
     """Raise BatchError if two results would be the same file, or would replace a scene or the manifest."""
-    jobs = list(jobs)
     owners: dict[str, str] = {MANIFEST: "the manifest"}
     for job in jobs:
         for path in job.outputs.values():

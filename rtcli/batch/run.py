@@ -250,14 +250,11 @@ def prune(stale: StaleOutputs, manifest: Manifest, folder: Path) -> None:
 
 def _without(entry: Entry, deleted: set[str]) -> Entry:
     """Return an entry without some of its former outputs and animations."""
-    former = [path for path in _former(entry) if path not in deleted]
-    animations = [each for each in files_of(entry, "animations") if each["path"] not in deleted]
-    rest = {name: value for name, value in entry.items() if name not in ("former", "animations")}
-    return {
-        **rest,
-        **({"former": former} if former else {}),
-        **({"animations": animations} if animations else {}),
+    rest = {
+        "former": [path for path in _former(entry) if path not in deleted],
+        "animations": [file for file in files_of(entry, "animations") if file["path"] not in deleted],
     }
+    return {name: value for name, value in {**entry, **rest}.items() if name not in rest or value}
 
 
 # --- The run ---------------------------------------------------------------------------------------------

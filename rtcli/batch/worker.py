@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, NamedTuple
 
 from rtcli.atomic import atomic_write_all
 from rtcli.batch.hashes import sha256, sha256_of
@@ -52,18 +52,13 @@ class BatchTask:
     scratch: str | None = None
 
 
-@dataclass(frozen=True)
-class BatchOutput:
+class BatchOutput(NamedTuple):
     """A file of a result: its part of the film, path in the folder of the results, hash, and size in bytes."""
 
     part: str
     path: str
     sha256: str
-    size: int
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the file as the manifest records it."""
-        return {"part": self.part, "path": self.path, "sha256": self.sha256, "bytes": self.size}
+    bytes: int
 
 
 @dataclass(frozen=True)
@@ -118,7 +113,7 @@ class Outcome:
             "settings": job.settings.as_dict(),
             "software": SOFTWARE,
             "status": self.status,
-            "outputs": [output.as_dict() for output in self.outputs],
+            "outputs": [output._asdict() for output in self.outputs],
             "seconds": {stage: round(seconds, 6) for stage, seconds in self.seconds.items()},
             "resolution": None if self.resolution is None else list(self.resolution),
             "problems": [*problems, {"message": self.message}] if self.message else problems,

@@ -89,13 +89,7 @@ def name_of(path: str) -> str:
 
 
 def read_bytes(path: str, limit: int) -> bytes:
-    """Read a file, or standard input, up to a limit in bytes: a device such as /dev/zero has no end.
-
-    Raises
-    ------
-    OSError
-        If it cannot be read.
-    """
+    """Read a file or standard input up to a limit in bytes, since a device such as /dev/zero has no end."""
     if path != STDIO:
         with Path(path).open("rb") as file:
             return file.read(limit)
@@ -130,13 +124,7 @@ def wants_color(stream: TextIO | None) -> bool:
 
 @contextlib.contextmanager
 def open_target(path: str) -> Iterator[BinaryIO]:
-    """Open standard output, which is flushed at the end, or a file that appears complete or not at all.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written.
-    """
+    """Open standard output, which is flushed at the end, or a file that appears complete or not at all."""
     if path == STDIO:
         sys.stdout.buffer.write(b"")  # fails before the work if the stream is closed
         yield sys.stdout.buffer
@@ -147,12 +135,6 @@ def open_target(path: str) -> Iterator[BinaryIO]:
 
 
 def write_bytes(content: bytes, path: str) -> None:
-    """Write bytes to standard output, or to a file that appears complete or not at all.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written.
-    """
+    """Write bytes to standard output, or to a file that appears complete or not at all."""
     with open_target(path) as file:
         file.write(content)

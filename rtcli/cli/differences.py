@@ -26,19 +26,12 @@ def report(comparison: Comparison, names: tuple[str, str], quiet: bool) -> None:
 
 
 class DifferencePictures:
-    """The difference pictures of a comparison, one for each layer.
-
-    Parameters
-    ----------
-    output
-        The path of the first; see `rtcli.compare.difference.difference_paths`.
-    option
-        The option that gave the path.
+    """The difference pictures of a comparison, one for each layer, named by `difference_paths`.
 
     Raises
     ------
     click.UsageError
-        If the path is not that of a PNG.
+        If the path that the option gives is not that of a PNG.
     """
 
     def __init__(self, output: str, option: str) -> None:
@@ -60,13 +53,7 @@ class DifferencePictures:
             check_writable(Path(path))
 
     def write(self, compared: Iterable[Compared]) -> None:
-        """Write the pictures of the layers that both sides have, and report each that cannot be drawn.
-
-        Raises
-        ------
-        OSError
-            If a picture cannot be written.
-        """
+        """Write the pictures of the layers that both sides have, and report each that cannot be drawn."""
         for each in compared:
             for name, drawing in drawings(each):
                 if isinstance(drawing, str):

@@ -22,17 +22,7 @@ from rtcli.tracer.world import Window
 
 @dataclass(frozen=True)
 class GoldenCheck:
-    """A golden picture to compare a rendering with.
-
-    Parameters
-    ----------
-    name
-        The golden file, as the command line names it.
-    golden
-        Its contents.
-    differences
-        The difference pictures to write, if any.
-    """
+    """A golden picture to compare a rendering with: its file's name, its contents, and the pictures to draw."""
 
     name: str
     golden: Golden
@@ -57,15 +47,7 @@ class GoldenCheck:
         return self.golden.unlike_size(window) if self.differences is None else None
 
     def verdict(self, files: dict[str, Path], quiet: bool) -> int:
-        """Compare rendered files with the golden ones, report to standard output, and return the exit code.
-
-        Raises
-        ------
-        click.UsageError
-            If FLIP is requested, and no layer is a picture or radiance.
-        OSError
-            If a difference picture cannot be written.
-        """
+        """Compare rendered files with the golden ones, report to standard output, and return the exit code."""
         with usage_errors():
             compared = self.golden.compared_with(files)
         comparison = joined([each.comparison for each in compared])

@@ -17,7 +17,7 @@ from rtcli.image.display import DisplayTransform
 from rtcli.scene.model import Scene
 from rtcli.tracer._native import METER_GRID
 
-# The heading in `docs/tracer.md`: the document ends with the radiance.
+# The heading in `docs/tracer.md` instead of a section number: the document ends with the radiance.
 _SECTION = "From radiance to the picture"
 
 _METER_EQUATION = "2^EV * P95 = 0.8, where 95 % of all points with Y > 0 have Y < P95"
@@ -39,13 +39,13 @@ class Developed:
     scene
         The scene.
     radiance
-        The radiance of the pixel, as the film holds it.
+        The pixel's radiance, as the film holds it.
     exposure
-        In stops.
+        The exposure in stops.
     percentile
-        The luminance that they were metered from, if they were and anything is lit.
+        The percentile of luminance from which it was metered, if it was and anything is lit.
     value
-        Its red, green and blue.
+        The pixel's red, green and blue, 0..255.
     """
 
     scene: Scene

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     Picture = npt.NDArray[np.uint8]
 
 
-class Animation(NamedTuple):
+class AnimationFormat(NamedTuple):
     """A format of animations: Pillow's name and options, the largest side in pixels, whether it has a palette."""
 
     name: str
@@ -26,8 +26,8 @@ class Animation(NamedTuple):
 
 # By suffix. WebP is lossless; GIF has 256 colors a picture.
 ANIMATIONS = {
-    ".gif": Animation("GIF", {"optimize": False}, palette=True),
-    ".webp": Animation("WEBP", WEBP_OPTIONS, FORMATS[".webp"].max_side),
+    ".gif": AnimationFormat("GIF", {"optimize": False}, palette=True),
+    ".webp": AnimationFormat("WEBP", WEBP_OPTIONS, FORMATS[".webp"].max_side),
 }
 
 _MILLISECONDS_PER_PICTURE = 100

@@ -10,7 +10,7 @@ import itertools
 import math
 import sys
 from collections.abc import Iterable
-from typing import Annotated, Any, ClassVar, Literal, TypeAlias
+from typing import Annotated, Any, ClassVar, Literal, TypeAlias, get_args
 
 from pydantic import (
     BaseModel,
@@ -237,7 +237,8 @@ class Box(_Body):
 
 
 Object: TypeAlias = Annotated[Sphere | Plane | Box, Field(discriminator="type")]
-SHAPES: dict[str, type[Sphere] | type[Plane] | type[Box]] = {"sphere": Sphere, "plane": Plane, "box": Box}
+# By the `type` that each has in a scene file, the name of its class in lower case.
+SHAPES: dict[str, type[_Shape]] = {shape.__name__.lower(): shape for shape in get_args(get_args(Object)[0])}
 
 
 class Render(_Model):

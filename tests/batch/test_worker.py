@@ -43,7 +43,7 @@ def test_files_are_those_that_the_python_interface_saves(scene, folder, suffix, 
     saved = results_in(folder / "python")
     assert (results_in(folder / "out") if writes else outcome.files) == saved
     assert outcome.status == "done"
-    told = {output.path: (output.sha256, output.size) for output in outcome.outputs}
+    told = {output.path: (output.sha256, output.bytes) for output in outcome.outputs}
     assert told == {
         path: (f"sha256:{hashlib.sha256(data).hexdigest()}", len(data)) for path, data in saved.items()
     }

@@ -81,7 +81,7 @@ def test_processes_give_the_same_film():
         np.testing.assert_array_equal(arrays[name], values, err_msg=name)
 
 
-def test_progress_is_told_band_by_band():
+def test_progress_is_reported_band_by_band():
     told = []
     BandedTracer(pack(ROOM), "native", AtOnce()).film(Window(0, 10, 61, 70), (), lambda *done: told.append(done))
     assert told == sorted(set(told))

@@ -122,7 +122,7 @@ def test_workers_that_come_in_time_get_the_work():
             assert future.result(timeout=30) == 3
 
 
-def test_cluster_that_has_nothing_to_do_may_be_without_workers():
+def test_cluster_without_work_may_be_without_workers():
     pytest.importorskip("distributed", exc_type=ImportError)
     with no_workers() as cluster, dask_cluster(cluster.address, 0.6) as (executor, _):
         time.sleep(2)
@@ -156,7 +156,7 @@ def test_worker_with_another_version_is_refused(workers, monkeypatch):
         pass
 
 
-def test_work_that_kills_every_worker_is_told():
+def test_work_that_kills_every_worker_is_reported():
     pytest.importorskip("distributed", exc_type=ImportError)
     told = pytest.raises(OSError, match=r"the cluster gave up: .* was lost with each of the workers")
     with no_workers(allowed_failures=0) as cluster, worker_of(cluster):  # noqa: SIM117  the error ends the connection
@@ -186,7 +186,7 @@ def test_task_of_a_batch_that_kills_its_workers_fails_alone():
     ("address", "message"),
     [("tcp://127.0.0.1:9", "no scheduler of Dask answers at 'tcp://127.0.0.1:9'"), ("nonsense", "'nonsense'")],
 )
-def test_scheduler_that_is_not_there_is_an_error_with_its_address(address, message):
+def test_missing_scheduler_is_an_error_with_its_address(address, message):
     pytest.importorskip("distributed", exc_type=ImportError)
     with pytest.raises(OSError, match=message), dask_cluster(address):
         pass

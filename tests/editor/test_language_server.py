@@ -110,7 +110,7 @@ def test_scene_of_the_repository_has_no_mistakes_until_one_is_made(server, folde
     assert mistake["message"] == "Property fog is not allowed."
 
 
-def test_starter_is_right_beside_the_schema_as_it_tells(server, tmp_path):
+def test_starter_is_valid_beside_the_schema_that_it_names(server, tmp_path):
     text = (ROOT / "rtcli" / "scene" / "starter.yaml").read_text(encoding="utf-8")
     first_line = re.search(r" (# yaml-language-server: .*\n)", text)[1]
     (tmp_path / "scene.schema.json").write_text(schema_text(), encoding="utf-8")
@@ -158,7 +158,7 @@ NO_COLOR = 'Not a color: give a CSS name such as tomato, "#rrggbb" in quotes, or
         *("key-of-a-sphere", "no-mapping", "color", "color-with-capital", "albedo", "exposure", "up"),
     ],
 )
-def test_mistake_is_told_once_and_at_its_place(server, opened, text, place, marked, message):
+def test_mistake_is_reported_once_at_its_position(server, opened, text, place, marked, message):
     uri, *_ = opened(text)
     (found,) = server.diagnostics(uri)
     start, end = found["range"]["start"], found["range"]["end"]
@@ -174,7 +174,7 @@ def rules_broken_by(raw, name):
     return [problem.rule for problem in refused.value.problems]
 
 
-def test_wrong_file_has_mistakes_if_a_schema_can_tell_them(server, folder):
+def test_wrong_file_has_mistakes_if_a_schema_can_express_them(server, folder):
     opened = {}
     for wrong in (ROOT / "tests" / "data" / "invalid").glob("*.yaml"):
         if any(rule.in_schema for rule in rules_broken_by(wrong.read_bytes(), wrong.name)):
@@ -211,7 +211,7 @@ def offered(server, place):
     ],
     ids=["scene", "camera", "camera-with-fov", "render", "image", "sphere", "plane", "box", "light"],
 )
-def test_keys_are_offered_that_are_not_there_yet(server, opened, text, model, given):
+def test_completion_offers_the_missing_keys(server, opened, text, model, given):
     # The title stands for all keys that are required, in one.
     titles = {model.__name__, "rtcli scene"}
     assert offered(server, opened(text)) - titles == model.model_fields.keys() - given
@@ -230,11 +230,11 @@ def test_keys_are_offered_that_are_not_there_yet(server, opened, text, model, gi
     ],
     ids=["type", "type-below", "tone", "exposure", "eye_falloff", "fov", "look_at"],
 )
-def test_values_are_offered(server, opened, text, values):
+def test_completion_offers_values(server, opened, text, values):
     assert offered(server, opened(text)) == values
 
 
-def test_names_of_colors_are_offered(server, opened):
+def test_completion_offers_color_names(server, opened):
     labels = offered(server, opened(BALL.replace("red", "|")))
     assert {"tomato", "skyblue", "[0.9,0.9,0.9]", '"#b3b3b3"'} <= labels
     assert len(labels) == 150

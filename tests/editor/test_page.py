@@ -46,7 +46,7 @@ def test_problem_matcher_of_vs_code_matches_each_line():
     assert {match[pattern["severity"]] for match in matches} == {"error"}
 
 
-def test_settings_of_vs_code_name_the_schema_that_is_there():
+def test_settings_of_vs_code_name_an_existing_schema():
     (settings,) = [block for block in map(json.loads, blocks("json")) if "yaml.schemas" in block]
     named = [*settings["yaml.schemas"], *(entry["url"] for entry in settings["json.schemas"])]
     assert [path for path in named if not (ROOT / path).is_file()] == []
@@ -65,7 +65,7 @@ def test_vim_finds_each_line(tmp_path):
     assert found == [f"{problem.line}:{problem.column}:e" for problem in problems()]
 
 
-def test_page_names_the_rules_that_only_rtcli_tells():
+def test_page_names_the_rules_that_only_rtcli_checks():
     named = set(re.findall(r"E\d{3}", PAGE.partition("## What only rtcli tells")[2]))
     # A parser of YAML knows these itself, each in its own words.
     known_to_parsers = {"E001", "E003", "E004", "E005", "E010", "E011", "E012", "E013", "E014", "E015"}

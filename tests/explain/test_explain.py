@@ -17,7 +17,8 @@ import rtcli
 from rtcli import Scene
 from rtcli.curves import TONE_CURVES
 from rtcli.explain import explain
-from rtcli.explain.records import LIGHT_VERDICTS, MISSES, Number
+from rtcli.explain.records import LIGHT_VERDICTS, Number
+from rtcli.explain.shapes import MISSES
 from rtcli.reports.explanation import as_json, text
 from rtcli.tracer.native import NativeTracer
 from rtcli.tracer.reference import ReferenceTracer

@@ -40,7 +40,7 @@ def is_trustworthy(character):
 @pytest.mark.parametrize("report", FORMATS.values(), ids=FORMATS.keys())
 @given(checks=random_problems.checks())
 @example(checks=HOSTILE_CHECKS)
-def test_no_character_is_a_control_a_bidirectional_one_or_a_surrogate(report, checks):
+def test_no_report_has_control_bidirectional_or_surrogate_characters(report, checks):
     output = "".join(report(checks))
     assert [character for character in output if not is_trustworthy(character)] == []
     assert output == "" or output.endswith("\n")
@@ -49,5 +49,5 @@ def test_no_character_is_a_control_a_bidirectional_one_or_a_surrogate(report, ch
 @pytest.mark.parametrize("name", ASCII_FORMATS)
 @given(checks=random_problems.checks())
 @example(checks=HOSTILE_CHECKS)
-def test_what_programs_read_is_ascii(name, checks):
+def test_reports_for_programs_are_ascii(name, checks):
     assert "".join(FORMATS[name](checks)).isascii()

@@ -128,7 +128,7 @@ def test_filter_by_name_takes_words_in_any_order_and_case(page):
     assert page.count == "1 of 24 shown"
 
 
-def test_filters_together_may_leave_nothing_and_are_taken_back(page):
+def test_combined_filters_may_leave_nothing_and_can_be_reset(page):
     page.click("#name")
     page.press("sweep")
     page.run("document.querySelector('[value=failed]').parentElement.click()")
@@ -188,7 +188,7 @@ def test_arrows_move_between_the_cards(page):
     assert page.focus == names[0]
 
 
-def test_tab_reaches_everything_and_the_focus_is_seen(page):
+def test_tab_reaches_everything_and_the_focus_is_visible(page):
     reached = []
     page.run("document.body.focus()")
     for _ in range(5):
@@ -229,7 +229,7 @@ def test_back_closes_the_details(page):
     page.wait(lambda: page.opened is None)
 
 
-def test_next_and_previous_go_through_what_the_filter_leaves(page):
+def test_next_and_previous_go_through_the_filtered_scenes(page):
     page.press("/", "sweep", "Down", "Enter")
     page.wait(lambda: page.opened == "sweep/first camera.fov=20")
     page.press("Left")  # there is none before
@@ -273,7 +273,7 @@ def picture(page):
 
 
 @pytest.mark.parametrize("suffix", ["tif", "npz", "npy"])
-def test_details_of_what_no_browser_shows_hold_it_in_small_and_a_link(suffix, page):
+def test_details_of_a_format_unknown_to_browsers_have_a_thumbnail_and_a_link(suffix, page):
     page.click(f"[title='formats/still-life-{suffix}']")
     source, *size = page.wait(lambda: picture(page))
     assert source.startswith("data:image/webp;base64,")
@@ -282,7 +282,7 @@ def test_details_of_what_no_browser_shows_hold_it_in_small_and_a_link(suffix, pa
     assert link == page.address.replace("index.html", f"formats/still-life-{suffix}.{suffix}")
 
 
-def test_details_tell_times_settings_and_the_hash(page, sample):
+def test_details_show_times_settings_and_the_hash(page, sample):
     page.click("[title='sweep/first camera.fov=45']")
     page.wait(lambda: page.opened)
     entry = sample.manifest["scenes"]["sweep/first camera.fov=45"]
@@ -292,7 +292,7 @@ def test_details_tell_times_settings_and_the_hash(page, sample):
     assert f"{total * 1000:.0f} ms" in page.details
 
 
-def test_details_of_a_failed_scene_tell_its_problems(page, sample):
+def test_details_of_a_failed_scene_show_its_problems(page, sample):
     page.click("[title='invalid/all-problems-at-once']")
     page.wait(lambda: page.opened)
     for problem in sample.manifest["scenes"]["invalid/all-problems-at-once"]["problems"]:
@@ -328,7 +328,7 @@ def test_light_and_dark_follow_the_system(page):
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_text_stands_out(scheme, page):
+def test_text_has_enough_contrast(scheme, page):
     chromium.prefer(page.browser, scheme)
     for color, behind in (
         ("text", "page"),
@@ -354,7 +354,7 @@ def contrast(page, color, behind):
 
 
 @pytest.mark.parametrize("width", [360, 600, 1280, 2560])
-def test_nothing_reaches_out_of_the_window(width, page):
+def test_nothing_overflows_the_window(width, page):
     chromium.resize(page.browser, width, 800)
     assert page.run("document.documentElement.scrollWidth") <= width
     page.click("[title='gallery/first']")
@@ -369,7 +369,7 @@ def test_nothing_reaches_out_of_the_window(width, page):
 # --- Alone -----------------------------------------------------------------------------------------------
 
 
-def test_nothing_is_asked_of_the_network(page, sample):
+def test_page_makes_no_network_request(page, sample):
     page.click("[title='gallery/first']")
     folder = sample.folder.as_uri()
     asked = []
@@ -404,7 +404,7 @@ def test_hostile_manifest_runs_nothing(browser, tmp_path):
     assert chromium.said(browser) == []  # which would tell of the policy, if it had been needed
 
 
-def test_policy_stops_what_came_in_all_the_same(browser, sample):
+def test_policy_stops_an_injected_script(browser, sample):
     page = Page(browser, sample)
     for script in ("document.body.setAttribute('onclick', 'alert(1)')", "document.body.innerHTML = '<b>'"):
         told = page.run(f"(() => {{ try {{ {script} }} catch (error) {{ return error.message }} }})()")

@@ -72,7 +72,7 @@ LIKE_ESCAPES = Problem(
 
 @given(problem=random_problems.problems())
 @example(problem=LIKE_ESCAPES)
-def test_command_tells_all_of_a_problem(problem):
+def test_command_holds_all_parts_of_a_problem(problem):
     (command,) = commands(FileReport("a.yaml", (problem,)))
     expected = {
         "file": printable(PurePath(problem.path).as_posix()),
@@ -103,7 +103,7 @@ def test_file_that_cannot_be_read_is_an_error_of_the_file():
 
 
 # GitHub takes columns only within one line.
-def test_columns_of_a_span_of_several_lines_are_left_out():
+def test_columns_of_a_span_of_several_lines_are_omitted():
     problem = Problem(rules.NAME_TAKEN, Span("a.yaml", 2, 7, 4, 3), "two")
     (command,) = commands(FileReport("a.yaml", (problem,)))
     assert command.properties == {"file": "a.yaml", "line": "2", "endLine": "4", "title": "rtcli E301"}

@@ -176,7 +176,7 @@ def test_log_with_a_mistake_is_refused(validate, path, value):
 # --- Rules -----------------------------------------------------------------------------------------------
 
 
-def test_rule_of_each_result_is_where_its_index_says():
+def test_rule_index_of_each_result_is_right():
     log = logged(*map(str, CORPUS))
     rules = log["runs"][0]["tool"]["driver"]["rules"]
     assert [rule["id"] for rule in rules] == list(BY_CODE)
@@ -184,7 +184,7 @@ def test_rule_of_each_result_is_where_its_index_says():
         assert rules[result["ruleIndex"]]["id"] == result["ruleId"]
 
 
-def test_rules_have_all_that_code_scanning_requires():
+def test_rules_have_the_properties_that_code_scanning_requires():
     """GitHub's "SARIF support for code scanning": none is empty, none longer than 1024 characters."""
     for rule in log_of()["runs"][0]["tool"]["driver"]["rules"]:
         for key in ("shortDescription", "fullDescription", "help"):
@@ -217,12 +217,12 @@ def shown(message):
     return text.replace("{{", "{").replace("}}", "}")
 
 
-def test_braces_of_a_message_are_no_placeholders():
+def test_braces_in_a_message_are_not_placeholders():
     (result,) = results_of(log_of(FileReport("a.yaml", (problem("got {0}", help="light: {intensity: {}}"),))))
     assert shown(result["message"]) == "got {0}\nhelp: light: {intensity: {}}"
 
 
-def test_all_texts_of_the_rules_are_shown_as_they_are_meant():
+def test_braces_in_the_texts_of_rules_are_not_placeholders():
     rules = log_of()["runs"][0]["tool"]["driver"]["rules"]
     for described, rule in zip(rules, RULES, strict=True):
         assert shown(described["shortDescription"]) == rule.summary
@@ -244,7 +244,7 @@ def text_of(region, text):
 
 
 @pytest.mark.parametrize("line_end", ["\n", "\r\n", "\r"])
-def test_region_means_the_wrong_value_and_counts_characters(folder, line_end):
+def test_region_is_the_wrong_value_in_characters(folder, line_end):
     scene = "camera: {resolution: [4, 3], fov: 200}\n# 日本 😀\n'日本😀': 1\nobjects: [{type: 😀é}]\n"
     (folder / "a.yaml").write_bytes(scene.replace("\n", line_end).encode())
     log = logged("a.yaml")
@@ -261,7 +261,7 @@ def test_regions_of_all_wrong_files_of_the_tests_are_within_them():
             text_of(region_of(result), raw.decode("utf-8-sig", errors="replace"))
 
 
-def test_place_in_the_scene_is_the_logical_location(folder):
+def test_location_in_the_scene_is_the_logical_location(folder):
     (folder / "a.yaml").write_text("camera: {resolution: [4, 3], fov: 200}\n")
     (result,) = results_of(logged("a.yaml"))
     assert result["locations"][0]["logicalLocations"] == [{"fullyQualifiedName": "camera.fov"}]
@@ -291,7 +291,7 @@ def path_of(uri):
 
 
 @pytest.mark.parametrize("name", NAMES if os.name == "nt" else NAMES + POSIX_NAMES, ids=ascii)
-def test_uri_means_the_file_whatever_its_name(folder, name):
+def test_uri_resolves_to_the_file_whatever_its_name(folder, name):
     try:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text("3")
@@ -304,7 +304,7 @@ def test_uri_means_the_file_whatever_its_name(folder, name):
 
 
 @given(path=random_problems.PATHS)
-def test_uri_means_any_path(path):
+def test_uri_resolves_to_any_path(path):
     (result,) = results_of(log_of(FileReport(path, (problem(path=path),))))
     assert is_uri_reference(uri_of(result))
     assert PurePath(path_of(uri_of(result))) == PurePath(path)

@@ -87,7 +87,7 @@ def split_at_carets(excerpt):
 @example(excerpt=Excerpt("日" * 300, 100, 300, cut_before=True, cut_after=True))
 @example(excerpt=Excerpt("e\u0301" * 150, 200, 202))
 @example(excerpt=Excerpt("a\u20dd: 200", 4, 7))
-def test_carets_stand_below_what_is_wrong_and_nothing_else(excerpt):
+def test_carets_mark_exactly_the_span(excerpt):
     left, above, right, width = split_at_carets(excerpt)
     before, wrong, after = (
         rendered(part)
@@ -112,7 +112,7 @@ def test_carets_stand_below_what_is_wrong_and_nothing_else(excerpt):
 
 
 @given(excerpt=lines_with_spans())
-def test_line_is_cut_to_what_fits_and_an_ellipsis_tells_so(excerpt):
+def test_long_line_is_cut_and_marked_with_an_ellipsis(excerpt):
     left, above, right, _ = split_at_carets(excerpt)
     line = left + above + right
     assert cells(line) <= 102
@@ -121,7 +121,7 @@ def test_line_is_cut_to_what_fits_and_an_ellipsis_tells_so(excerpt):
     assert is_whole == ("…" not in line)
 
 
-def test_caret_stands_below_the_end_of_a_line_where_something_is_missing():
+def test_caret_marks_the_end_of_a_line_where_something_is_missing():
     assert split_at_carets(Excerpt("camera:", 7, 7)) == ("camera:", " ", "", 1)
 
 
@@ -159,7 +159,7 @@ def test_colors_change_nothing_but_colors(checks):
 
 
 @given(checks=random_problems.checks())
-def test_no_color_reaches_into_another_line(checks):
+def test_each_line_resets_its_colors(checks):
     for line in "".join(text.report(checks, color=True)).split("\n"):
         codes = SGR.findall(line)
         assert codes[1::2] == ["\x1b[0m"] * (len(codes) // 2)
@@ -196,10 +196,10 @@ def test_summary_counts_problems_and_scenes(found, summary):
     assert report.endswith(f"\n\n{summary}\n")
 
 
-def test_scene_that_cannot_be_read_is_not_counted():
+def test_unreadable_scene_is_not_counted():
     checks = [FileReport("a.yaml", (E,)), FileReport("b.yaml", unreadable="No such file"), FileReport("c.yaml")]
     assert "".join(text.report(checks)).endswith("\n\n1 error in 1 of 2 scenes\n")
 
 
-def test_nothing_is_said_of_scenes_without_problems():
+def test_scenes_without_problems_have_no_report():
     assert "".join(text.report([FileReport("a.yaml"), FileReport("b.yaml", unreadable="No such file")])) == ""

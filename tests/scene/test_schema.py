@@ -131,13 +131,13 @@ def test_schema_accepts_what_the_models_accept(text):
 
 
 @pytest.mark.parametrize(("name", "key", "value"), properties(), ids=lambda value: str(value)[:20])
-def test_property_has_a_description(name, key, value):
+def test_each_property_has_a_description(name, key, value):
     assert value.get("description"), f"{name}.{key}"
     assert re.search(r"[.:]$", value["description"])
 
 
 @pytest.mark.parametrize(("name", "body"), list(definitions()), ids=lambda value: str(value)[:20])
-def test_mapping_takes_no_other_keys(name, body):
+def test_each_mapping_refuses_other_keys(name, body):
     if "properties" in body:
         assert body["additionalProperties"] is False
 
@@ -243,7 +243,7 @@ def compare_with_program(scenes, folder):
     return Counter(wanted.values())
 
 
-def test_check_jsonschema_and_models_are_of_one_mind_on_random_scenes(tmp_path):
+def test_check_jsonschema_and_models_agree_on_random_scenes(tmp_path):
     scenes = []
 
     @settings(settings.default, max_examples=5 * settings.default.max_examples, phases=[Phase.generate])
@@ -258,7 +258,7 @@ def test_check_jsonschema_and_models_are_of_one_mind_on_random_scenes(tmp_path):
 
 
 @pytest.mark.integration
-def test_check_jsonschema_and_models_are_of_one_mind_on_all_scenes_one_step_from_a_valid_one(tmp_path):
+def test_check_jsonschema_and_models_agree_on_all_scenes_one_step_from_a_valid_one(tmp_path):
     counts = compare_with_program(neighbours(), tmp_path)
     assert min(counts[ACCEPT], counts[REFUSE] / 10, counts[OPEN] * 10) >= 300
 
@@ -271,7 +271,7 @@ def test_check_jsonschema_and_models_are_of_one_mind_on_all_scenes_one_step_from
         "camera: {resolution: [640, 480], fov: 40}\nversion: 1.0",
     ],
 )
-def test_only_the_models_tell_a_whole_number_from_an_integer(text):
+def test_only_the_models_distinguish_a_whole_float_from_an_integer(text):
     document = parse(text, "scene.yaml")
     with pytest.raises(SceneError, match=r"must be (an integer|1), got \d+[.]0 "):
         validate(document)

@@ -79,14 +79,14 @@ def test_simd_level_does_not_change_a_byte(monkeypatch, level):
 
 
 @pytest.mark.parametrize("auto", [False, True])
-def test_exposure_meter_does_not_mind_threads_and_level(monkeypatch, auto):
+def test_exposure_meter_is_independent_of_threads_and_simd_level(monkeypatch, auto):
     metered = tracer(threads=3).exposure(9)
     if auto:
         monkeypatch.setenv("RTCLI_SIMD", "baseline")
     assert tracer(threads=1).exposure(9) == metered
 
 
-def test_level_that_is_unknown_is_refused_with_those_there_are(monkeypatch):
+def test_unknown_simd_level_is_refused_with_the_known_ones(monkeypatch):
     monkeypatch.setenv("RTCLI_SIMD", "mmx")
     for wrong in (_native.simd_level, tracer, lambda: rtcli.render(ROOM)):
         with pytest.raises(ValueError, match=r"RTCLI_SIMD.*mmx.*baseline"):
@@ -236,7 +236,7 @@ def test_arrays_of_a_film_are_writable_and_own_their_memory():
         values[...] = 0
 
 
-def test_pass_asked_for_twice_is_there_once():
+def test_pass_requested_twice_is_computed_once():
     film, _ = tracer().film(WHOLE, ("depth", "depth"))
     assert film.keys() == {"radiance", "depth"}
 
@@ -394,12 +394,12 @@ def test_array_that_would_be_written_twice_is_an_error():
         small_tracer().film(SMALL, {**radiance(3, 4, 3), "depth": one, "distance": one}, None)
 
 
-def test_threads_beyond_all_measure_are_no_error():
+def test_absurd_number_of_threads_is_no_error():
     assert small_tracer(10**9).film(SMALL, radiance(3, 4, 3), None) > 0
 
 
 @pytest.mark.parametrize("look", [(0.0, "film", 8), (0.0, "clip", 12), (float("nan"), "clip", 8)])
-def test_look_that_cannot_be_is_a_value_error(look):
+def test_impossible_display_transform_is_a_value_error(look):
     for wrong in (
         lambda: _native.develop(b"", look),
         lambda: _native.PngEncoder(1, 1, look, []),

@@ -8,7 +8,7 @@ from rtcli.tracer.passes import PASSES
 from rtcli.tracer.reference import PASS_VALUES, Box, Ray
 
 
-def test_rays_to_the_corners_of_a_box_meet_it():
+def test_rays_to_the_corners_of_a_box_hit_it():
     # The sphere around the box, by which most rays are rejected, touches it at the corners.
     shape = Box((1, 1, 1), (1, 2, 3), (2, 5, 0.5, 35.0))
     signs = np.array(list(itertools.product([-1, 1], repeat=3))).T

@@ -38,7 +38,7 @@ def test_each_job_has_a_time_limit(workflow):
 
 
 @pytest.mark.parametrize("workflow", WORKFLOWS, ids=lambda path: path.stem)
-def test_actions_of_others_are_pinned_to_commits(workflow):
+def test_third_party_actions_are_pinned_to_commits(workflow):
     used = re.findall(r"uses: (\S+)", workflow.read_text(encoding="utf-8"))
     others = [action for action in used if not action.startswith("actions/")]
     assert [action for action in others if not re.fullmatch(r"[^@]+@[0-9a-f]{40}", action)] == []

@@ -205,7 +205,7 @@ def render(options: RenderOptions, output: PictureOutput, check: GoldenCheck | N
     # Everything is opened before the work, so that a file that cannot be written costs no rendering.
     with (
         output.open() as files,
-        _open_stats(options.stats) as stats_file,
+        io.BytesIO() if options.stats is None else open_target(options.stats) as stats_file,
         options.executor() as executor,
     ):
         job = replace(job, executor=executor)
@@ -254,10 +254,6 @@ def _load(options: RenderOptions, passes: tuple[str, ...], watch: Stopwatch) -> 
         job = prepare(scene, world, request)
         request.simd()
     return job, request
-
-
-def _open_stats(target: str | None) -> contextlib.AbstractContextManager[BinaryIO]:
-    return io.BytesIO() if target is None else open_target(target)
 
 
 def _stats_json(stats: RenderStats, request: RenderRequest, watch: Stopwatch) -> bytes:

@@ -30,17 +30,7 @@ _REQUIRE_CHECK = ("tolerance", "max_pixels", "flip", "max_flip", "diff")
 
 
 class CheckOptions(NamedTuple):
-    """How to compare a rendering.
-
-    Parameters
-    ----------
-    golden
-        The golden file.
-    difference
-        The path of the difference picture, if requested.
-    bounds
-        The bounds within which pictures count as equal.
-    """
+    """The golden file, the path of the difference picture if requested, and the bounds of equality."""
 
     golden: str
     difference: str | None

@@ -11,7 +11,7 @@ from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import SceneError, quoted
 from rtcli.scene.reading import limits
 from rtcli.scene.reading.limits import Reader, garbage_collector_paused, integer
-from rtcli.scene.reading.source import Document, ListSpan, MappingSpan, Source, SourceSpan
+from rtcli.scene.reading.source import ContainerSpan, Document, Source, SourceSpan
 
 _SURROGATE_ESCAPE = re.compile(r"\\u[dD][89a-fA-F][0-9a-fA-F]{2}")
 _SURROGATE = re.compile("[\ud800-\udfff]")
@@ -121,15 +121,15 @@ class _ExactReader(Reader):
 
     def _list(self, depth: int) -> tuple[list[Any], SourceSpan]:
         items: list[Any] = []
-        span = ListSpan(self.at, self.at)
+        span = ContainerSpan(self.at, self.at)
         self.at += 1
         if not self._take("]"):
             while True:
                 self.steps[-1] = len(items)
                 item, child = self._value(depth)
                 self.steps[-1] = None
+                span.values[len(items)] = child
                 items.append(item)
-                span.items.append(child)
                 if not self._has_more("]"):
                     break
         span.end = self.at
@@ -137,12 +137,12 @@ class _ExactReader(Reader):
 
     def _mapping(self, depth: int) -> tuple[dict[str, Any], SourceSpan]:
         mapping: dict[str, Any] = {}
-        span = MappingSpan(self.at, self.at)
+        span = ContainerSpan(self.at, self.at)
         self.at += 1
         if not self._take("}"):
             while True:
                 key, key_span = self._key()
-                is_new = self.add_key(key, key_span, span.keys)
+                is_new = self.add_key(key, key_span, span)
                 self.steps[-1] = key
                 value, child = self._value(depth)
                 self.steps[-1] = None

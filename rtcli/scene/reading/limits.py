@@ -15,7 +15,7 @@ from dataclasses import replace
 from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import MAX_PROBLEMS, Problem, SceneError, quoted
 from rtcli.scene.diagnostics.rules import Rule
-from rtcli.scene.reading.source import Document, Loc, Source, SourceSpan, pointer
+from rtcli.scene.reading.source import ContainerSpan, Document, Loc, Source, SourceSpan, pointer
 
 MAX_BYTES = 64 * 2**20
 MAX_DEPTH = 64
@@ -79,8 +79,9 @@ class Reader:
             message = f"has {len(text):,} characters, at most {MAX_CHARACTERS:,} are allowed"
             raise self.fatal(rules.TOO_LONG, message, SourceSpan(span.start, span.start))
 
-    def add_key(self, key: str, span: SourceSpan, keys: dict[str, SourceSpan]) -> bool:
-        """Add a key to the keys of a mapping; report a duplicate and return False."""
+    def add_key(self, key: str, span: SourceSpan, mapping: ContainerSpan) -> bool:
+        """Add the span of a key to a mapping's; report a duplicate key and return False."""
+        keys = mapping.keys
         if key in keys:
             first = self.source.span(keys[key].start).line
             message = f"duplicate key {quoted(key)}: it was given in line {first} already"

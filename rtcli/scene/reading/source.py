@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -86,18 +86,6 @@ class SourceSpan:
         self.start = start
         self.end = end
 
-    def children(self) -> Iterable[tuple[str | int, SourceSpan]]:
-        """Return the keys or indices in this value, each with the span of its value."""
-        return ()
-
-    def child(self, step: str | int) -> SourceSpan | None:
-        """Return the span of a value in this one, or None if there is none."""
-        return None
-
-    def key(self, step: str | int) -> SourceSpan | None:
-        """Return the span of a key in this value, or None if there is none."""
-        return None
-
     @property
     def head(self) -> SourceSpan:
         """The first token of the value."""
@@ -105,80 +93,49 @@ class SourceSpan:
 
     def innermost(self, offset: int) -> Loc:
         """Return the location, relative to this value, of the innermost value around an offset."""
-        for step, span in self.children():
+        return ()
+
+    def find(self, loc: Loc) -> tuple[SourceSpan, bool]:
+        """Return the last span on the path to `loc`, and whether it is the span of `loc` itself."""
+        return self, not loc
+
+    def at(self, loc: Loc, part: str = VALUE) -> SourceSpan:
+        """Return the span of the value, key or first token at `loc`; otherwise of the first token around it."""
+        if part == KEY and loc:
+            owner, _ = self.find(loc[:-1])
+            keys = owner.keys if isinstance(owner, ContainerSpan) else {}
+            return keys.get(loc[-1], owner.head)
+        span, found = self.find(loc)
+        return span if found and part == VALUE else span.head
+
+
+class ContainerSpan(SourceSpan):
+    """The span of a list or mapping, with the spans of its values, and of its keys if it is a mapping."""
+
+    __slots__ = ("keys", "values")
+
+    def __init__(self, start: int, end: int) -> None:
+        super().__init__(start, end)
+        self.values: dict[str | int, SourceSpan] = {}
+        self.keys: dict[str | int, SourceSpan] = {}
+
+    @property
+    def head(self) -> SourceSpan:
+        """The bracket, the first key of a block mapping, or the first hyphen of a block list."""
+        first = next(iter(self.keys.values()), None)
+        return first if first and first.start == self.start else SourceSpan(self.start, self.start + 1)
+
+    def innermost(self, offset: int) -> Loc:
+        """Return the location, relative to this value, of the innermost value around an offset."""
+        for step, span in self.values.items():
             if span.start <= offset < span.end:
                 return (step, *span.innermost(offset))
         return ()
 
     def find(self, loc: Loc) -> tuple[SourceSpan, bool]:
         """Return the last span on the path to `loc`, and whether it is the span of `loc` itself."""
-        span = self
-        for step in loc:
-            child = span.child(step)
-            if child is None:
-                return span, False
-            span = child
-        return span, True
-
-    def at(self, loc: Loc, part: str = VALUE) -> SourceSpan:
-        """Return the span of the value, key or first token at `loc`; otherwise of the first token around it."""
-        if part == KEY and loc:
-            owner, _ = self.find(loc[:-1])
-            return owner.key(loc[-1]) or owner.head
-        span, found = self.find(loc)
-        return span if found and part == VALUE else span.head
-
-
-class ListSpan(SourceSpan):
-    """The span of a list, and the spans of its items."""
-
-    __slots__ = ("items",)
-
-    def __init__(self, start: int, end: int) -> None:
-        super().__init__(start, end)
-        self.items: list[SourceSpan] = []
-
-    def children(self) -> Iterable[tuple[str | int, SourceSpan]]:
-        """Return the indices of the list, each with the span of its item."""
-        return enumerate(self.items)
-
-    def child(self, step: str | int) -> SourceSpan | None:
-        """Return the span of an item, or None if there is none."""
-        return self.items[step] if isinstance(step, int) and step < len(self.items) else None
-
-    @property
-    def head(self) -> SourceSpan:
-        """The bracket, or the first hyphen."""
-        return SourceSpan(self.start, self.start + 1)
-
-
-class MappingSpan(SourceSpan):
-    """The span of a mapping, and the spans of its keys and values."""
-
-    __slots__ = ("keys", "values")
-
-    def __init__(self, start: int, end: int) -> None:
-        super().__init__(start, end)
-        self.values: dict[str, SourceSpan] = {}
-        self.keys: dict[str, SourceSpan] = {}
-
-    def children(self) -> Iterable[tuple[str | int, SourceSpan]]:
-        """Return the keys of the mapping, each with the span of its value."""
-        return self.values.items()
-
-    def child(self, step: str | int) -> SourceSpan | None:
-        """Return the span of a value, or None if there is none."""
-        return self.values.get(step) if isinstance(step, str) else None
-
-    def key(self, step: str | int) -> SourceSpan | None:
-        """Return the span of a key, or None if there is none."""
-        return self.keys.get(step) if isinstance(step, str) else None
-
-    @property
-    def head(self) -> SourceSpan:
-        """The bracket, or the first key of a block mapping."""
-        first = next(iter(self.keys.values()), None)
-        return first if first and first.start == self.start else SourceSpan(self.start, self.start + 1)
+        child = self.values.get(loc[0]) if loc else None
+        return child.find(loc[1:]) if child else (self, not loc)
 
 
 @dataclass(frozen=True)
@@ -241,7 +198,7 @@ class Document:
     def written(self, loc: Loc) -> str | None:
         """Return the text of the value at `loc`; None for a list, a mapping or a missing value."""
         source, span = self._source_span(loc, VALUE)
-        is_scalar = not isinstance(span, (ListSpan, MappingSpan)) and span.start < span.end
+        is_scalar = not isinstance(span, ContainerSpan) and span.start < span.end
         return source.text[span.start : span.end] if is_scalar else None
 
     def _source_span(self, loc: Loc, part: str) -> tuple[Source, SourceSpan]:

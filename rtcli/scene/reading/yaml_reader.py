@@ -19,7 +19,7 @@ from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import SceneError, quoted
 from rtcli.scene.reading import limits
 from rtcli.scene.reading.limits import UNREADABLE, Reader, garbage_collector_paused, integer
-from rtcli.scene.reading.source import Document, ListSpan, Loc, MappingSpan, Source, SourceSpan
+from rtcli.scene.reading.source import ContainerSpan, Document, Loc, Source, SourceSpan
 from rtcli.scene.reading.syntax import yaml_syntax_problem
 
 # The class of an event decides which attributes it has, so the readers check it first.
@@ -298,8 +298,7 @@ class _ExactReader(Reader):
         # The bracket or hyphen, or an empty span where the first key of a block mapping starts.
         has_token = event.flow_style or (start < end and self.text[end - 1] == "-")
         start = end - 1 if has_token else end
-        is_mapping = type(event) is yaml.MappingStartEvent
-        span = MappingSpan(start, end) if is_mapping else ListSpan(start, end)
+        span = ContainerSpan(start, end)
         if event.tag is not None:
             self._report_tag(event)
         self.check_depth(depth, span)
@@ -308,15 +307,16 @@ class _ExactReader(Reader):
         if event.anchor is not None:
             self.anchors[event.anchor] = (_UNFINISHED, span, 0)
         self.steps.append(None)
-        value = self._mapping(span, depth + 1) if isinstance(span, MappingSpan) else self._list(span, depth + 1)
+        read = self._mapping if type(event) is yaml.MappingStartEvent else self._list
+        value = read(span, depth + 1)
         self.steps.pop()
         if event.anchor is not None:
             self.anchors[event.anchor] = (value, span, self.nodes - nodes + 1)
         return value, span
 
-    def _list(self, span: ListSpan, depth: int) -> list[Any]:
+    def _list(self, span: ContainerSpan, depth: int) -> list[Any]:
         items: list[Any] = []
-        spans, steps = span.items, self.steps
+        spans, steps = span.values, self.steps
         for event in self.events:
             kind = type(event)
             if kind is yaml.SequenceEndEvent:
@@ -325,13 +325,13 @@ class _ExactReader(Reader):
             steps[-1] = len(items)
             value, child = self._scalar(event) if kind is yaml.ScalarEvent else self._value(event, depth)
             steps[-1] = None
-            spans.append(child)
+            spans[len(items)] = child
             items.append(value)
             if kind is not yaml.AliasEvent:  # which has the span of its anchor
                 span.end = child.end
         raise AssertionError("the parser ends each list that it starts")
 
-    def _mapping(self, span: MappingSpan, depth: int) -> dict[str, Any]:
+    def _mapping(self, span: ContainerSpan, depth: int) -> dict[str, Any]:
         mapping: dict[str, Any] = {}
         merges: list[tuple[Any, SourceSpan]] = []
         for event in self.events:
@@ -340,7 +340,7 @@ class _ExactReader(Reader):
                 for value, child in merges:
                     self._merge(mapping, span, value, child)
                 return mapping
-            key_span, is_new = self._key(event, span.keys)
+            key_span, is_new = self._key(event, span)
             is_merge = event.value == _MERGE and event.implicit[0]
             self.steps[-1] = None if is_merge else event.value
             value_event = next(self.events)
@@ -354,7 +354,7 @@ class _ExactReader(Reader):
                 span.values[event.value] = child
         raise AssertionError("the parser ends each mapping that it starts")
 
-    def _key(self, event: _Event, keys: dict[str, SourceSpan]) -> tuple[SourceSpan, bool]:
+    def _key(self, event: _Event, mapping: ContainerSpan) -> tuple[SourceSpan, bool]:
         """Return the span of a key, and whether it is new to the mapping."""
         if type(event) is not yaml.ScalarEvent:
             kind = "an alias" if type(event) is yaml.AliasEvent else "a list or a mapping"
@@ -363,7 +363,7 @@ class _ExactReader(Reader):
         span = self._span_of_scalar(event)
         if event.anchor is not None:
             self.anchors[event.anchor] = (event.value, span, 1)
-        return span, self.add_key(event.value, span, keys)
+        return span, self.add_key(event.value, span, mapping)
 
     def _report_tag(self, event: _Event) -> None:
         start = event.start_mark.index
@@ -383,11 +383,13 @@ class _ExactReader(Reader):
         self.count_nodes(size, span)
         return value, anchor_span
 
-    def _merge(self, mapping: dict[str, Any], span: MappingSpan, value: Any, merge_span: SourceSpan) -> None:
+    def _merge(self, mapping: dict[str, Any], span: ContainerSpan, value: Any, merge_span: SourceSpan) -> None:
         """Apply the merge key `<<`: add each key that the mapping does not have itself."""
-        for index, source in enumerate(value if isinstance(value, list) else [value]):
-            source_span = merge_span.items[index] if isinstance(merge_span, ListSpan) else merge_span
-            if isinstance(source_span, MappingSpan):
+        sources = [(value, merge_span)]
+        if isinstance(value, list) and isinstance(merge_span, ContainerSpan):
+            sources = [*zip(value, merge_span.values.values(), strict=True)]
+        for source, source_span in sources:
+            if isinstance(source, dict) and isinstance(source_span, ContainerSpan):
                 self.count_nodes(len(source), source_span)
                 for key in [key for key in source if key not in mapping]:
                     mapping[key] = source[key]

@@ -101,16 +101,16 @@ JSON = [
 
 
 @pytest.mark.parametrize(("text", "pointer"), YAML)
-def test_problem_of_yaml_has_the_pointer_of_what_is_around_it(text, pointer):
+def test_problem_of_yaml_has_the_pointer_of_the_value_around_it(text, pointer):
     assert problems(text)[0].pointer == pointer
 
 
 @pytest.mark.parametrize(("text", "pointer"), JSON)
-def test_problem_of_json_has_the_pointer_of_what_is_around_it(text, pointer):
+def test_problem_of_json_has_the_pointer_of_the_value_around_it(text, pointer):
     assert problems(text, "scene.json")[0].pointer == pointer
 
 
-def test_reports_of_programs_hold_it():
+def test_reports_for_programs_hold_the_pointer():
     checked = [FileReport("a", tuple(problems("objects: [{}, {name: [1, !x 2]}]")))]
     (problem,) = json.loads("".join(json_report.report(checked)))
     assert problem["pointer"] == "/objects/1/name/1"
