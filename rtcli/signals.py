@@ -1,4 +1,4 @@
-"""How rtcli, its threads and its worker processes respond to signals that ask for an end."""
+"""The response of rtcli, its threads and its worker processes to signals that ask them to end."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ BROKEN_PIPE = tuple(number for number in TERMINATING if number.name == "SIGPIPE"
 
 
 class Interrupted(BaseException):
-    """A terminating signal arrived. A BaseException, so that only cleanup code handles it on the way."""
+    """A terminating signal arrived. A BaseException, so that only cleanup code sees it."""
 
     def __init__(self, number: int) -> None:
         self.number = number

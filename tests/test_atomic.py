@@ -1,4 +1,4 @@
-"""Files that are whole or absent."""
+"""Files that are complete or absent."""
 
 import errno
 import os
@@ -74,14 +74,14 @@ def test_failure_while_writing_leaves_only_the_old_content(tmp_path, error):
 
 
 def test_failure_while_writing_a_new_file_leaves_nothing(tmp_path):
-    with pytest.raises(ValueError):  # noqa: PT011 - any would do
+    with pytest.raises(ValueError):  # noqa: PT011 - any error will do
         fail_halfway(tmp_path / "new.bin", ValueError)
     assert names_in(tmp_path) == []
 
 
 def test_failure_to_rename_leaves_nothing(tmp_path):
     target = tmp_path / "new.bin"
-    with pytest.raises(OSError), atomic_write(target):  # noqa: PT011 - which one depends on the system
+    with pytest.raises(OSError), atomic_write(target):  # noqa: PT011 - the error depends on the system
         target.mkdir()
     assert names_in(tmp_path) == ["new.bin"]
 
@@ -140,7 +140,7 @@ def test_folder_is_refused_before_the_work(tmp_path):
 def test_target_that_cannot_be_created_is_refused_before_the_work_by_its_own_name(tmp_path, parts):
     (tmp_path / "a file").touch()
     target = tmp_path.joinpath(*parts)
-    with pytest.raises(OSError) as refused, atomic_write(target):  # noqa: PT011 - which one depends on the system
+    with pytest.raises(OSError) as refused, atomic_write(target):  # noqa: PT011 - the error depends on the system
         pytest.fail("the body must not run")
     assert str(refused.value.filename) == str(target)
     assert names_in(tmp_path) == ["a file"]

@@ -1,4 +1,4 @@
-"""pytest warns of a compiled module that is older than its sources."""
+"""pytest warns if the compiled module is older than its sources."""
 
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""What `make docs` makes is fresh."""
+"""The output of `make docs` is up to date."""
 
 import numpy as np
 import pytest
@@ -67,13 +67,13 @@ def test_passes_on_the_page_on_ground_truth_are_those_of_a_render(tmp_path):
 
 @pytest.mark.parametrize("scene", GALLERY, ids=lambda scene: scene.stem)
 def test_gallery_picture_is_the_render_of_its_scene(scene, tmp_path):
-    # Byte for byte: the machine that rendered the committed one was another.
+    # Byte for byte, although another machine rendered the committed picture.
     rtcli.render(rtcli.load_scene(scene)).save(tmp_path / "rendered.png")
     assert refresh.picture_of(scene).read_bytes() == (tmp_path / "rendered.png").read_bytes(), "run: make docs"
 
 
 def differing_share(scene, crop=None):
-    """Return the share of a gallery picture's pixels, or of a part's, that the reference renders otherwise."""
+    """Return the share of pixels of a gallery picture, or a crop of it, in which the reference engine differs."""
     with Image.open(refresh.picture_of(scene)) as image:
         committed = np.asarray(image).astype(int)
     if crop is not None:
@@ -81,7 +81,7 @@ def differing_share(scene, crop=None):
         committed = committed[y : y + height, x : x + width]
     rendered = rtcli.render(rtcli.load_scene(scene), engine="reference", crop=crop).develop()
     assert committed.shape == rendered.shape
-    # Rounding may move a shadow's border or round a value the other way, no more.
+    # Rounding may move a shadow's border or round a value the other way, but no more.
     return (np.abs(committed - rendered).max(axis=-1) > 1).mean()
 
 

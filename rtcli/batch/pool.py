@@ -169,13 +169,13 @@ class LocalWorkers(Workers):
         Raises
         ------
         WorkersError
-            If none lives long enough to run a task that does nothing.
+            If none lives long enough to run a task.
         """
         for _ in range(_MAX_RESTARTS):
             self.close()
             self._executor = self._new_executor()
             with contextlib.suppress(BrokenExecutor):
-                self.submit(_do_nothing, None).result()
+                self.submit(bool, None).result()  # any task proves that a worker is alive
                 return
         raise WorkersError("worker processes end as soon as they start")
 
@@ -220,10 +220,6 @@ def _malloc_settings() -> Iterator[None]:
     finally:
         for name in added:
             del os.environ[name]
-
-
-def _do_nothing(nothing: None) -> None:
-    """Do nothing; prove that a worker is alive."""
 
 
 def _start_worker() -> None:

@@ -27,7 +27,7 @@ _NO_LIBRARY = re.compile("failed to map segment|cannot allocate memory", re.IGNO
 
 
 def lack_of_memory(error: BaseException) -> str | None:
-    """Return what there is not enough memory for, or None if the error has another cause."""
+    """Return a message if an error is due to a lack of memory, or None if it has another cause."""
     if isinstance(error, MemoryError):
         return str(error) if str(error).startswith("not enough memory") else "not enough memory"
     if isinstance(error, RuntimeError) and _NO_THREAD in str(error):

@@ -17,7 +17,7 @@ class OutputPath(NamedTuple):
 
     Parameters
     ----------
-    what
+    content
         Its content in messages: `the scene`.
     path
         Its name, or `-`.
@@ -25,7 +25,7 @@ class OutputPath(NamedTuple):
         The option that names an output: `-o`.
     """
 
-    what: str
+    content: str
     path: str
     option: str = ""
 
@@ -45,11 +45,11 @@ def refuse_collisions(inputs: Iterable[OutputPath], outputs: Iterable[OutputPath
             continue
         if file.path == STDIO:
             raise click.UsageError(
-                f"{other.what} and {file.what} cannot both go to standard output: "
+                f"{other.content} and {file.content} cannot both go to standard output: "
                 f"name a file with {file.option or other.option}"
             )
         raise click.UsageError(
-            f"{file.what} {file.path!r} would replace {other.what} {other.path!r}: "
+            f"{file.content} {file.path!r} would replace {other.content} {other.path!r}: "
             f"choose another name with {file.option}"
         )
 

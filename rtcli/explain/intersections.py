@@ -21,8 +21,9 @@ def meet_all(scenery: Scenery, names: Sequence[ObjectName], ray: Ray, hit: Hit) 
     types = {name.type for name in names}
     shapes = [notes for type, notes in SHAPES.items() if type in types]
     note = "The smallest t > 0 counts: what lies ahead."
-    if shapes:
-        note += f" Corrected: {'; '.join(notes.correction for notes in shapes)}."
+    corrections = [notes.correction for notes in shapes if notes.correction]
+    if corrections:
+        note += f" Corrected: {'; '.join(corrections)}."
     return Intersections(
         title="Each object on the ray",
         section="2.2",

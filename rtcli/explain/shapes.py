@@ -30,8 +30,6 @@ class ShapeNotes:
         Its section in `docs/tracer.md`.
     equations
         The equations for the intersection with a ray, as lines of text.
-    correction
-        Where its formulas in the document were corrected.
     meet
         Returns the meeting of a shape of this kind with a single ray.
     misses
@@ -40,6 +38,8 @@ class ShapeNotes:
         The equation for the normal.
     sides
         From where the eye sees the surface, by the result of `side` for the eye.
+    correction
+        Where its formulas in the document were corrected; empty if they were not.
     surface
         The word for its surface.
     hit_numbers
@@ -48,11 +48,11 @@ class ShapeNotes:
 
     section: str
     equations: tuple[str, ...]
-    correction: str
     meet: Callable[[Any, Ray], Meeting]
     misses: Mapping[str, str]
     normal: str
     sides: Mapping[int, str]
+    correction: str = ""
     surface: str = "surface"
     hit_numbers: Callable[[Any, Ray], tuple[Number, ...]] = lambda shape, ray: ()
 

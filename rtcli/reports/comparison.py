@@ -9,7 +9,7 @@ from typing import Any
 
 from rtcli.compare.pictures import Comparison, LayerDifference, Mismatch
 from rtcli.reports.terminal import cells, padded, painter
-from rtcli.scene.diagnostics.problems import counted, printable, quoted
+from rtcli.scene.diagnostics.problems import counted, printable, quoted, shortened
 from rtcli.scene.diagnostics.rules import ERROR
 
 _CHANNELS_SHOWN = 4
@@ -60,7 +60,7 @@ def _table(comparison: Comparison) -> Iterator[str]:
 def _row(comparison: Comparison, name: str) -> list[str]:
     layer = comparison.layers[name]
     row = [
-        _name(name),
+        shortened(name),
         _number(layer.largest),
         _number(layer.rmse),
         f"{_number(layer.psnr)} dB" if math.isfinite(layer.psnr) else _number(layer.psnr),
@@ -72,13 +72,9 @@ def _row(comparison: Comparison, name: str) -> list[str]:
     return row
 
 
-def _name(name: str) -> str:
-    return quoted(name)[1:-1]
-
-
 def _prefix(comparison: Comparison, name: str) -> str:
     """Return the start of a line about a layer: its name, unless there is only one layer."""
-    return f"{_name(name)}: " if len(comparison.layers) + len(comparison.mismatches) > 1 else ""
+    return f"{shortened(name)}: " if len(comparison.layers) + len(comparison.mismatches) > 1 else ""
 
 
 def _remarks(prefix: str, layer: LayerDifference) -> Iterator[str]:
@@ -168,13 +164,7 @@ def _percentage(share: float) -> str:
 
 
 def as_json(comparison: Comparison, names: tuple[str, str]) -> str:
-    """Return a report as one JSON object; infinities and NaN become null.
-
-    Parameters
-    ----------
-    comparison, names
-        As for `text`.
-    """
+    """Return a report as one JSON object; infinities and NaN become null."""
     report = {
         "equal": comparison.equal,
         "identical": comparison.identical,
@@ -182,10 +172,7 @@ def as_json(comparison: Comparison, names: tuple[str, str]) -> str:
         "second": names[1],
         "kind": comparison.kind,
         "layers": [_layer(comparison, name) for name in comparison.layers],
-        "mismatches": [
-            {"name": mismatch.name, "first": mismatch.first, "second": mismatch.second}
-            for mismatch in comparison.mismatches
-        ],
+        "mismatches": [vars(mismatch) for mismatch in comparison.mismatches],
     }
     return json.dumps(report, indent=2, allow_nan=False) + "\n"
 

@@ -16,13 +16,11 @@ from rtcli.scene.diagnostics.problems import Problem, counted, printable
 def report(files: Iterable[FileReport]) -> Iterator[str]:
     """Yield one document."""
     tally = Tally()
-    suite = ElementTree.Element("testsuite", name="rtcli validate")
-    suite.extend(map(_case, tally.count(files)))
-    counts = {"tests": len(suite), "failures": tally.invalid, "errors": tally.unreadable, "skipped": 0}
-    for name, count in counts.items():
-        suite.set(name, str(count))
+    cases = list(map(_case, tally.count(files)))
+    counts = {"tests": len(cases), "failures": tally.invalid, "errors": tally.unreadable, "skipped": 0}
+    attributes = {"name": "rtcli validate", **{name: str(count) for name, count in counts.items()}}
     suites = ElementTree.Element("testsuites")
-    suites.append(suite)
+    ElementTree.SubElement(suites, "testsuite", attributes).extend(cases)
     ElementTree.indent(suites)
     yield ElementTree.tostring(suites, encoding="us-ascii", xml_declaration=True).decode("ascii") + "\n"
 

@@ -30,15 +30,7 @@ def report(files: Iterable[FileReport], color: bool = False) -> Iterator[str]:
 
 
 def problem_text(problem: Problem, color: bool = False) -> str:
-    """Return a problem as text: what is wrong, where, the line of the file, and what to do.
-
-    Parameters
-    ----------
-    problem
-        The problem.
-    color
-        Whether to use terminal colors.
-    """
+    """Return a problem as text: what is wrong, where, the line of the file, and what to do."""
     paint = painter(color)
     margin = " " * len(str(problem.line))
     lines = [

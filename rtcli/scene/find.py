@@ -25,14 +25,7 @@ class FoundFiles(NamedTuple):
 def scene_files_below(folder: str, exclude: str | None = None) -> FoundFiles:
     """Return the scene files in a folder and the folders below it, by suffix, each list sorted.
 
-    Hidden folders are skipped, and so are the .json files that rtcli writes: metadata and manifests.
-
-    Parameters
-    ----------
-    folder
-        Where to look.
-    exclude
-        Another folder to skip.
+    It skips hidden folders, the folder `exclude`, and the .json files that rtcli writes: metadata and manifests.
     """
     unreadable: list[str] = []
     scenes: list[str] = []

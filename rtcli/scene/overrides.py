@@ -99,16 +99,7 @@ def set_value(document: Document, path: str, value: Any, option: str) -> Documen
 
 
 def set_expression(document: Document, expression: str, option: str = "--set") -> Document:
-    """Return the document with `KEY=VALUE` applied; the value is YAML.
-
-    Parameters
-    ----------
-    document
-        The document, which stays unchanged.
-    expression
-        `KEY=VALUE`, with a path as in `set_value`.
-    option
-        The option that sets it, which messages show, with the expression, instead of the file's name.
+    """Return the document with `KEY=VALUE` applied; the value is YAML, the other parameters are as in `set_value`.
 
     Raises
     ------

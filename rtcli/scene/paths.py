@@ -20,15 +20,7 @@ _STEP = re.compile(
 
 
 class PathError(ValueError):
-    """A text that is not a path.
-
-    Parameters
-    ----------
-    message
-        What is wrong with it.
-    steps
-        The steps before the error, then an empty one if the error is a missing key or name.
-    """
+    """A text that is not a path, with the steps before the error; then an empty one for a missing key or name."""
 
     def __init__(self, message: str, steps: tuple[PathStep, ...]) -> None:
         super().__init__(message)

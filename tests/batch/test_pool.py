@@ -1,4 +1,4 @@
-"""Tasks through executors, and workers that die. The work is `eval`: it can say anything in any process."""
+"""Tasks in executors, and workers that die. The function is `eval`, so that a task can be any expression."""
 
 import functools
 import os
@@ -20,13 +20,13 @@ needs_proc = pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="a 
 
 
 def news(*arguments):
-    """Yield results, but for the moments in which there is none: on a busy machine workers take time to start."""
+    """Yield results without the None in between: on a busy machine workers take time to start."""
     return (result for result in results(*arguments) if result is not None)
 
 
 @pytest.fixture
 def local():
-    """Two workers, which are gone afterwards."""
+    """Two local workers, which are closed afterwards."""
     workers = LocalWorkers(2)
     yield workers
     workers.close()
@@ -100,7 +100,7 @@ def test_every_worker_that_dies_is_told(local):
 
 
 def test_task_whose_worker_died_once_is_done(local, tmp_path):
-    # It makes a file and dies; the second time the file is there.
+    # It creates a file and dies; the second time the file exists.
     mark = tmp_path / "mark"
     task = f"(p := __import__('pathlib').Path({str(mark)!r})).exists() or (p.touch(), {DIE})"
     [result] = news(local, eval, [task])
@@ -176,7 +176,7 @@ def test_workers_end_with_the_program_that_is_killed(tmp_path):
 
 
 def is_running(pid):
-    """Return whether a process is there, and not only its exit code."""
+    """Return whether a process is running, and not a zombie."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except (FileNotFoundError, ProcessLookupError):

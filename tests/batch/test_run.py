@@ -1,4 +1,4 @@
-"""What a batch has to do, does, and takes down."""
+"""The plan of a batch, its run, and its record."""
 
 import contextlib
 import json
@@ -32,12 +32,12 @@ def plan(force=False, **settings):
 
 
 def reasons(**settings):
-    """Return why each scene is to be rendered."""
+    """Return the reason to render each scene."""
     return {step.job.key: step.reason for step in plan(**settings).steps}
 
 
 def render(workers_write=True, **settings):
-    """Run a batch with threads for workers; return what came of each scene."""
+    """Run a batch in threads; return the outcome of each scene."""
     manifest = Manifest(OUT)
     made = make_plan(manifest, jobs_of(**settings), OUT)
     with ThreadPoolExecutor(2) as threads:
@@ -46,7 +46,7 @@ def render(workers_write=True, **settings):
 
 
 def edit_manifest(change):
-    """Change what the manifest tells, as anybody may."""
+    """Edit the manifest, as anyone may."""
     path = OUT / "manifest.json"
     data = json.loads(path.read_text())
     change(data["scenes"])
@@ -55,7 +55,7 @@ def edit_manifest(change):
 
 @pytest.fixture
 def scenes(folder):
-    """Three scenes, rendered."""
+    """Three rendered scenes."""
     paths = write_scenes(folder / "scenes", 3)
     render()
     return paths
@@ -194,7 +194,7 @@ files = st.lists(plain | st.fixed_dictionaries({}, optional={"path": plain, "byt
 fields = {"status": st.just("done"), "outputs": plain | files, "former": plain | files, "input": plain}
 
 
-# Nothing is written, so that all examples may use the same folder.
+# Nothing is written, so all examples can use the same folder.
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(entry=st.fixed_dictionaries({}, optional={**fields, "content": plain}))
 def test_nonsense_in_the_manifest_is_passed_over_or_refused(scenes, entry):
@@ -284,7 +284,7 @@ def test_end_before_the_end_does_not_wait_for_another_run(folder, monkeypatch):
 
 
 def swept(*expressions, **place):
-    """Render sweeps of the scenes; return why each was rendered."""
+    """Render sweeps of the scenes; return the reason for each result."""
     variations = [parse_variation(expression) for expression in expressions]
     manifest = Manifest(OUT)
     made = make_plan(manifest, find_jobs(["scenes"], BatchSettings(), "out", variations), OUT)
@@ -338,7 +338,7 @@ def test_scene_of_a_sweep_that_changes_where_it_is_varied_is_current(folder):
 
 
 def pruned(**settings):
-    """Prune, and return the files that are removed."""
+    """Prune; return the deleted files."""
     manifest = Manifest(OUT)
     stale = find_stale_outputs(manifest, jobs_of(**settings), OUT)
     prune(stale, manifest, OUT)

@@ -1,4 +1,4 @@
-"""What a worker does with one scene."""
+"""Rendering one scene in a worker."""
 
 import hashlib
 import pickle
@@ -143,7 +143,7 @@ def test_temporary_files_stand_in_the_folder_that_is_given(scene, folder, monkey
     places[0].mkdir()
     seen = []
     monkeypatch.setattr("rtcli.batch.worker.write_film", lambda *_: seen.append(counts(places)))
-    with pytest.raises(AttributeError):  # what it is replaced by gives nothing
+    with pytest.raises(AttributeError):  # its replacement returns None
         render(job_of(passes=ALL), folder=str(places[1]), scratch=str(places[0]))
     assert seen == [[4, 0]]
     assert counts(places) == [0, 0]

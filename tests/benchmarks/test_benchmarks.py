@@ -1,4 +1,4 @@
-"""What of the benchmarks is not timing: the scenes in all languages, the turns, the tables."""
+"""The benchmarks, except their timings: the scenes in all languages, the rounds, the tables."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def test_pov_ray_and_mitsuba_get_the_same_light(scene):
     brightness, fade_distance = map(
         float, re.search(r"rgb (\S+) fade_distance (\S+)", scenes.to_pov(scene)).groups()
     )
-    # Both against what arrives from rtcli's light at a white surface straight below, 10 away: I / (4 pi^2 r^2).
+    # Compare both with the radiance of a white surface straight below rtcli's light, 10 away: I / (4 pi^2 r^2).
     arriving = light["intensity"] / (4 * math.pi**2 * 10**2)
     assert scenes.POV_DIFFUSE * brightness * 2 / (1 + (10 / fade_distance) ** 2) == pytest.approx(
         arriving, rel=1e-5
@@ -136,7 +136,7 @@ def test_contestants_take_turns_and_the_first_round_is_not_counted(tmp_path: Pat
     results = contest.hold(2)
     assert log.read_text() == "abcabab"
     assert results["seconds"]["a"].keys() == {PROCESS, TRACE}
-    # The first number that each tells is its turn.
+    # Each reports its turn first.
     assert results["seconds"]["a"][TRACE] == {"median": 1.5, "least": 1.0, "most": 2.0}
     assert results["seconds"]["c"][TRACE]["median"] == 0.0
 

@@ -1,4 +1,4 @@
-"""`--dask`: a real scheduler and two worker processes on the loopback, and what is left when one of them dies."""
+"""`--dask`: a real scheduler and two worker processes on the loopback, some of which die."""
 
 import contextlib
 import os
@@ -22,7 +22,7 @@ pytestmark = [pytest.mark.integration, pytest.mark.skipif(os.name == "nt", reaso
 OUT = Path("out")
 PASSES = ("--passes", "depth,normal")
 
-# Such a scene takes a worker a tenth of a second.
+# A worker takes a tenth of a second for such a scene.
 OPTIONS = ("--size", "320x240", "--samples", "64", *PASSES)
 
 
@@ -51,7 +51,7 @@ def pictures():
 
 
 def processes_of(session):
-    """Return the processes of a session, but for those that have ended."""
+    """Return the running processes of a session."""
     found = []
     for folder in Path("/proc").glob("[0-9]*"):
         try:
@@ -255,7 +255,7 @@ def test_cluster_without_workers_is_told(cores, told, capsys, monkeypatch):
 
 def test_cluster_of_this_machine_is_quiet_though_another_has_dasks_port(run, scenes):
     with contextlib.ExitStack() as stack:
-        with contextlib.suppress(OSError):  # taken already
+        with contextlib.suppress(OSError):  # already in use
             stack.enter_context(socket.create_server(("127.0.0.1", 8787)))
         result = run("batch", "scenes", "-o", "quiet", "--dask", "local", "-q")
     assert (result.exit_code, result.stderr) == (0, "")

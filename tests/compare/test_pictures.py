@@ -43,7 +43,7 @@ def picture_pairs(draw):
 
 
 def apart(a, b):
-    """Return |a - b| of two numbers, by the book."""
+    """Return |a - b| of two numbers, by the definition."""
     a, b = float(a), float(b)
     if a == b or (math.isnan(a) and math.isnan(b)):
         return 0.0
@@ -174,7 +174,7 @@ def test_infinity_or_nan_equals_itself_and_is_infinitely_far_from_all_else(odd):
     found = compare_layers(FLOATS, a, 1e300)
     assert (found.largest, found.largest_finite, found.infinite, found.differing) == (math.inf, 0, 1, 1)
     assert found.rmse == 0
-    assert math.isnan(found.psnr)  # not the PSNR of what is perfect
+    assert math.isnan(found.psnr)  # not the PSNR of equal layers
     assert found.place == (3, 2)
 
 

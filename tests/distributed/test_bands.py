@@ -27,7 +27,7 @@ ROOM = scene(
 
 
 class AtOnce(Executor):
-    """Does all at once, and counts."""
+    """Runs every task at once, and counts them."""
 
     def __init__(self):
         self.done = 0
@@ -93,7 +93,7 @@ def test_only_some_bands_are_on_their_way_at_a_time():
     executor = AtOnce()
     bands = BandedTracer(pack(ROOM), "native", executor).bands(Window(0, 0, 1, 83))
     next(bands)
-    assert executor.done == 6  # all there are
+    assert executor.done == 6  # all of them
     executor = AtOnce()
     tall = scene([], camera={"resolution": [1, 4000], "fov": 50})
     next(BandedTracer(pack(tall), "native", executor).bands(Window(0, 0, 1, 4000)))

@@ -1,4 +1,4 @@
-"""Work on a real cluster of Dask: a scheduler and two worker processes on the loopback."""
+"""Work on a real Dask cluster: a scheduler and two worker processes on the loopback interface."""
 
 import contextlib
 import copyreg
@@ -20,7 +20,7 @@ from rtcli.tracer._native import __version__
 from rtcli.tracer.engines import tracer_of
 from rtcli.tracer.world import Window, World
 
-# In one process: they share a cluster.
+# In one process, to share a cluster.
 pytestmark = [pytest.mark.integration, pytest.mark.xdist_group("cluster")]
 
 ROOM = scene(
@@ -40,7 +40,7 @@ def test_missing_package_is_named_with_what_installs_it(monkeypatch):
 
 @pytest.fixture(scope="module")
 def workers():
-    """The address of two workers, which no test here kills."""
+    """The address of a cluster of two workers that no test here kills."""
     pytest.importorskip("distributed", exc_type=ImportError)
     with two_workers() as cluster:
         yield cluster.address
@@ -75,7 +75,7 @@ def test_world_is_sent_once_however_many_bands_there_are(monkeypatch):
 
     monkeypatch.setattr(World, "__reduce__", counted)
     world = pack(ROOM)
-    # The scheduler is another process, which sends it on to a worker.
+    # The scheduler is another process, which passes it on to a worker.
     with two_workers() as cluster, dask_cluster(cluster.address) as (executor, _):
         tracer = BandedTracer(world, "native", executor)
         assert len(list(tracer.bands(WHOLE))) == 60
@@ -170,7 +170,7 @@ def test_task_of_a_batch_that_kills_its_workers_fails_alone():
     tasks = [*map(str, range(10)), die, *map(str, range(10, 20))]
     with contextlib.ExitStack() as stack:
         cluster = stack.enter_context(no_workers(allowed_failures=0))
-        # It is tried twice, which leaves one.
+        # It is tried twice, which leaves one worker.
         processes = [stack.enter_context(worker_of(cluster)) for _ in range(3)]
         executor, _ = stack.enter_context(dask_cluster(cluster.address))
         news = list(results(Workers(executor, 4), eval, tasks))

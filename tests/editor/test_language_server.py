@@ -1,4 +1,4 @@
-"""Scenes in an editor: what the YAML language server, which most editors use, makes of the schema."""
+"""Scenes in an editor: the schema in the YAML language server, which most editors use."""
 
 import re
 import shutil
@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parents[2]
 SCENES = sorted((ROOT / "scenes").glob("*.yaml"))
 FIRST_LINE = "# yaml-language-server: $schema=../schemas/scene.schema.json\n"
 VERSION = "1.25.0"
-# Without the schema store, a list of schemas in the network that the server would fetch.
+# Without the schema store, a list of schemas that the server would download.
 SETTINGS = {"yaml": {"schemaStore": {"enable": False}}}
 
 # In one process: they share one server.
@@ -41,7 +41,7 @@ def command(pytestconfig):
 
 
 def install(npm, modules):
-    """Install the server beside its place and move it there, as other processes may do so at the same time."""
+    """Install the server beside its destination and move it there, since other processes may do the same."""
     with tempfile.TemporaryDirectory(dir=modules.parent) as beside:
         options = ["--prefix", beside, "--ignore-scripts", "--no-audit", "--no-fund", "--fetch-retries=1"]
         try:
@@ -103,7 +103,7 @@ def test_scene_of_the_repository_has_no_mistakes_until_one_is_made(server, folde
     file = folder / "scenes" / scene.name
     shutil.copy(scene, file)
     assert server.diagnostics(server.open(file)) == []
-    # That nothing is found says something only where the schema is.
+    # Finding nothing means something only where the schema is.
     wrong = folder / "scenes" / f"wrong-{scene.name}"
     wrong.write_text(scene.read_text(encoding="utf-8") + "\nfog: 1\n", encoding="utf-8")
     (mistake,) = server.diagnostics(server.open(wrong))
@@ -183,14 +183,14 @@ def test_wrong_file_has_mistakes_if_a_schema_can_express_them(server, folder):
             opened[wrong.name] = server.open(file)
     assert len(opened) > 50
     silent = {name for name, uri in opened.items() if not server.diagnostics(uri)}
-    assert silent == {"empty.yaml", "nothing-at-all.yaml"}  # of which the server says nothing, whatever the schema
+    assert silent == {"empty.yaml", "nothing-at-all.yaml"}  # which the server never reports, whatever the schema
 
 
 # --- Completion ------------------------------------------------------------------------------------------
 
 
 def offered(server, place):
-    """Return the labels of what is offered at a place, none of them twice."""
+    """Return the labels of the completions at a position, each of them once."""
     labels = [item["label"] for item in server.completions(*place)]
     assert len(labels) == len(set(labels))
     return set(labels)

@@ -1,4 +1,4 @@
-"""What holds for the report of every format."""
+"""The properties of reports in every format."""
 
 import unicodedata
 
@@ -17,7 +17,7 @@ FORMATS = {
     "sarif": lambda checks: sarif.report(checks, "1.2.3"),
     "junit": junit.report,
 }
-# Those that a program reads: their bytes are the same in all encodings that standard output may have.
+# The formats for programs: their bytes are the same in any encoding of standard output.
 ASCII_FORMATS = ["json", "sarif", "junit"]
 
 HOSTILE_CHECKS = [
@@ -25,7 +25,7 @@ HOSTILE_CHECKS = [
     FileReport(random_problems.HOSTILE.path, unreadable=random_problems.HOSTILE.message),
 ]
 
-# Of UAX #9: what embeds, overrides and isolates, and its ends. BN is what else has no width.
+# The explicit formatting characters of UAX #9. BN has the other characters without width.
 BIDI_CONTROLS = {"LRE", "RLE", "LRO", "RLO", "PDF", "LRI", "RLI", "FSI", "PDI", "BN"}
 
 

@@ -23,7 +23,7 @@ def arrays(**layers):
 
 
 def brightened(count):
-    """Return the grey picture with so many pixels one level brighter, and the third of them seven."""
+    """Return the grey picture with `count` pixels one level brighter, and the third of them seven levels."""
     other = GREY.copy()
     other[100, 10 : 10 + count] += 1
     other[100, 12] += 6

@@ -8,7 +8,7 @@ from rtcli.reports.file_report import FileReport
 from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import Problem, Span
 
-# That of the problem matcher `$gcc`, which VS Code's C++ extension brings.
+# The pattern of the problem matcher `$gcc` in VS Code's C++ extension.
 GCC = re.compile(r"^(.*?):(\d+):(\d*):?\s+(?:fatal\s+)?(warning|error):\s+(.*)$")
 
 

@@ -1,4 +1,4 @@
-"""The report of a batch as a page: what is in it, and that nothing in it can do harm."""
+"""The report of a batch as a page: its content, and its safety with untrusted input."""
 
 import base64
 import hashlib
@@ -27,7 +27,7 @@ HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(2)>\"'&amp
 
 
 class Page(HTMLParser):
-    """A page taken apart: its tags with their attributes, its text, and what is in its scripts."""
+    """A parsed page: its tags with their attributes, its text, and the content of its scripts."""
 
     def __init__(self, text):
         super().__init__()
@@ -93,7 +93,7 @@ def picture(path, color=(200, 40, 40), size=(48, 32)):
 
 
 def thumbnails(page):
-    """Return the pictures in small in the order of the cards."""
+    """Return the thumbnails in the order of the cards."""
     sources = [each["src"] for each in page.all("img")]
     assert all(source.startswith("data:image/webp;base64,") for source in sources)
     return [Image.open(io.BytesIO(base64.b64decode(source.partition(",")[2]))) for source in sources]
@@ -187,7 +187,7 @@ def test_batch_without_scenes_says_so(tmp_path):
 
 
 def test_every_picture_has_a_thumbnail(page):
-    # All 21 that are done, of all formats.
+    # The 21 pictures of all formats that are done.
     assert {image.size for image in thumbnails(page)} == {(160, 107)}
     assert len(thumbnails(page)) == 21
     assert "No preview" not in page.text

@@ -1,4 +1,4 @@
-"""The report of a batch in a real browser: opened as a file, as people do."""
+"""The report of a batch in a real browser, opened as a file, as users open it."""
 
 import time
 
@@ -14,7 +14,7 @@ pytestmark = [pytest.mark.integration, pytest.mark.xdist_group("browser")]
 KEYS = {"Escape": "\ue00c", "Enter": "\ue007", "Tab": "\ue004", "End": "\ue010", "Home": "\ue011"}
 KEYS |= {"Left": "\ue012", "Up": "\ue013", "Right": "\ue014", "Down": "\ue015"}
 
-# What works at all works in a fraction of this, on the slowest of machines.
+# Far more than a working page needs on the slowest machine.
 PATIENCE = 20
 
 
@@ -53,7 +53,7 @@ class Page:
 
     def press(self, *names):
         for name in names:
-            # To whatever has the focus.
+            # To the element with the focus.
             self.browser.switch_to.active_element.send_keys(KEYS.get(name, name))
 
     def click(self, selector):
@@ -68,7 +68,7 @@ class Page:
 
     @property
     def names(self):
-        """The keys of the cards that can be seen, in their order."""
+        """The keys of the visible cards, in order."""
         return self.run(
             "[...document.querySelectorAll('#cards a')].filter(a => a.checkVisibility()).map(a => a.title)"
         )
@@ -79,7 +79,7 @@ class Page:
 
     @property
     def focus(self):
-        """The key of the card that has the focus, or the id of what has it."""
+        """The key of the card with the focus, or the id of the element with the focus."""
         return self.run("document.activeElement.title || document.activeElement.id")
 
     @property
@@ -261,7 +261,7 @@ def test_details_show_the_picture_and_its_passes(page):
 
 
 def picture(page):
-    """Return the open picture's address in the folder, its width and height; None until it is there."""
+    """Return the open picture's address in the folder, its width and height; None until it is loaded."""
     shown = page.run(
         "[...document.querySelectorAll('.view img')].map(i => [i.src, i.naturalWidth, i.naturalHeight])"
     )
@@ -401,7 +401,7 @@ def test_hostile_manifest_runs_nothing(browser, tmp_path):
         page.wait(lambda: page.fragment == "")
     assert page.run("document.querySelectorAll('script').length") == 2
     assert page.run("document.querySelectorAll('[onerror], [href^=javascript]').length") == 0
-    assert chromium.said(browser) == []  # which would tell of the policy, if it had been needed
+    assert chromium.said(browser) == []  # which would report a violation of the policy
 
 
 def test_policy_stops_an_injected_script(browser, sample):

@@ -14,7 +14,7 @@ KEYS = [
 
 
 def joined(value):
-    """Return a text as JSON has it: two halves of a surrogate pair that stand together are one character."""
+    """Return a text as JSON represents it, where two adjacent halves of a surrogate pair are one character."""
     if not isinstance(value, str):
         return value
     return value.encode("utf-16", "surrogatepass").decode("utf-16", "surrogatepass")

@@ -1,4 +1,4 @@
-"""JUnit's XML, read back by another's reader."""
+"""JUnit XML, read back by a third-party reader."""
 
 import random_problems
 from hypothesis import given

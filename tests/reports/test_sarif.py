@@ -1,4 +1,4 @@
-"""SARIF 2.1.0 by its JSON Schema, and by what of the standard no schema can say."""
+"""SARIF 2.1.0, checked by its JSON Schema and by the rules of the standard that a schema cannot express."""
 
 import copy
 import json
@@ -23,7 +23,7 @@ from rtcli.reports.file_report import FileReport
 from rtcli.scene.diagnostics.problems import Problem, Span
 from rtcli.scene.diagnostics.rules import BY_CODE, ERROR, OUT_OF_RANGE, RULES
 
-# It ships the schema of OASIS as it is.
+# It ships the unchanged schema of OASIS.
 CRATE, CRATE_VERSION = "serde-sarif", "0.8.0"
 MANIFEST = f"""
 [package]
@@ -53,7 +53,7 @@ RELATIVE = re.compile(rf"{_SEGMENT_WITHOUT_COLON}(?:/(?:{_PCHAR})*)*")
 FORMATS = jsonschema.FormatChecker()
 
 
-# The checker knows these two only with another package.
+# The checker supports these two only with another package.
 @FORMATS.checks("uri")
 def is_uri(text):
     return URI.fullmatch(text) is not None
@@ -77,7 +77,7 @@ def schema(pytestconfig, tmp_path_factory):
         result = subprocess.run([cargo, "vendor"], cwd=folder, capture_output=True, text=True)
         if result.returncode:
             pytest.skip(f"the schema of SARIF cannot be fetched: reports are not checked: {result.stderr}")
-        # In one step: tests in other processes may look for it meanwhile.
+        # In one step, since tests in other processes may look for it meanwhile.
         shutil.copy(folder / "vendor" / CRATE / "src" / "schema.json", folder / "schema.json")
         (folder / "schema.json").replace(kept)
     return json.loads(kept.read_text(encoding="utf-8"))
@@ -211,7 +211,7 @@ def test_strict_warnings_are_errors(validate, folder):
 
 
 def shown(message):
-    """Return the text of a message as the standard has it shown (section 3.11.5), if it has no argument."""
+    """Return the text of a message without arguments, as the standard displays it (section 3.11.5)."""
     text = message["text"]
     assert not re.search(r"(?<!\{)(?:\{\{)*\{(?!\{)|(?<!\})(?:\}\})*\}(?!\})", text), "a brace stands alone"
     return text.replace("{{", "{").replace("}}", "}")
@@ -233,12 +233,12 @@ def test_braces_in_the_texts_of_rules_are_not_placeholders():
 
 
 def text_of(region, text):
-    """Return the part of a text that a region means, by the standard (section 3.30), line by line."""
+    """Return the part of a text that a region selects, by the standard (section 3.30), line by line."""
     lines = re.split(r"\r\n|\r|\n", text)[region["startLine"] - 1 : region["endLine"]]
     assert len(lines) == region["endLine"] - region["startLine"] + 1
     assert 1 <= region["startColumn"] <= len(lines[0]) + 1
     assert 1 <= region["endColumn"] <= len(lines[-1]) + 1
-    lines[-1] = lines[-1][: region["endColumn"] - 1]  # the column behind the last one
+    lines[-1] = lines[-1][: region["endColumn"] - 1]  # the column after the last one
     lines[0] = lines[0][region["startColumn"] - 1 :]
     return "\n".join(lines)
 
@@ -284,7 +284,7 @@ POSIX_NAMES = ["why?.yaml", "c:a.yaml", "c:/a.yaml", "\x1b[2J\n.yaml", 'a"<b>|*\
 
 
 def path_of(uri):
-    """Return the path that a reference means (RFC 3986, section 2; RFC 8089)."""
+    """Return the path of a URI reference (RFC 3986, section 2; RFC 8089)."""
     parts = urlsplit(uri)
     assert (parts.query, parts.fragment, parts.netloc) == ("", "", "")
     return os.fsdecode(unquote_to_bytes(parts.path))

@@ -1,4 +1,4 @@
-"""The report for people: carets below what is wrong, colors, and the summary."""
+"""The report for people: carets below the span, colors, and the summary."""
 
 import re
 
@@ -29,14 +29,14 @@ def problem(excerpt=None, line=1, where="", severity=rules.ERROR):
 
 # --- Carets ----------------------------------------------------------------------------------------------
 
-# What is shown of a character of a scene file; U+FF21 is a wide A, U+FF71 a narrow katakana.
+# How a character of a scene file is shown; U+FF21 is a wide A, U+FF71 a narrow katakana.
 SHOWN = {
     **{character: character for character in "ab: {}é日한\uff21😀\uff71"},
-    **{"\u0301": "\u0301", "\u20dd": "\u20dd"},  # an acute and a circle, in the cells of what stands before
+    **{"\u0301": "\u0301", "\u20dd": "\u20dd"},  # an acute and a circle, in the cell of the character before
     **{"\t": "    ", "\x1b": "\\x1b", "\x00": "\\x00", "\u202e": "\\u202e", "\ud800": "\\ud800"},
     **{"\u3000": "\\u3000", "\U000e0041": "\\U000e0041"},
 }
-# Terminal cells of what is shown, where it is not one.
+# The terminal cells of characters that do not take one.
 CELLS = {"日": 2, "한": 2, "\uff21": 2, "😀": 2, "\u0301": 0, "\u20dd": 0}
 
 
@@ -45,7 +45,7 @@ def cells(shown):
 
 
 def without_marks(shown):
-    """Return what takes cells: where a mark belongs is seen by them."""
+    """Return the characters that take cells, without combining marks."""
     return "".join(character for character in shown if cells(character))
 
 
@@ -55,7 +55,7 @@ def rendered(line):
 
 @st.composite
 def lines_with_spans(draw):
-    """Return an excerpt of a line in which anything may stand again and again, and be cut anywhere."""
+    """Draw an excerpt of a line with any repeated characters, cut anywhere."""
     runs = draw(st.lists(st.tuples(st.sampled_from(list(SHOWN)), st.integers(1, 60)), max_size=6))
     line = "".join(character * count for character, count in runs)
     start = draw(st.integers(0, len(line)))
@@ -64,7 +64,7 @@ def lines_with_spans(draw):
 
 
 def split_at_carets(excerpt):
-    """Return what stands left of, above and right of the carets, and how many there are."""
+    """Return the text left of, above and right of the carets, and the number of carets."""
     _, _, _, shown, carets, _ = text.problem_text(problem(excerpt)).split("\n")
     shown = shown.removeprefix("1 |").removeprefix(" ")
     match = re.fullmatch(r"  \| ( *)(\^+)", carets)
@@ -75,7 +75,7 @@ def split_at_carets(excerpt):
         part = (cell >= left) + (cell >= left + width)
         parts[part] += character
         cell += cells(character)
-        # A character is wholly above the carets or not at all; where something is missing, one stands for it.
+        # A character is wholly above the carets or not at all; one caret marks where something is missing.
         assert part == 2 or cell <= (left, left + width)[part] or width == 1
     return *parts, width
 
@@ -102,10 +102,10 @@ def test_carets_mark_exactly_the_span(excerpt):
     else:
         assert left == before
     if not wrong:
-        assert width == 1  # for what is missing there
+        assert width == 1  # where something is missing
         above, right, after = "", above + right, after + " "
     if right == "…":
-        assert wrong.startswith(above)  # and the rest of it does not fit
+        assert wrong.startswith(above)  # and its other half does not fit
     else:
         assert above == wrong
         assert after.startswith(right.removesuffix("…"))

@@ -1,4 +1,4 @@
-"""The rules of a scene file, one by one: what is accepted, with which value, and what is refused."""
+"""The rules of a scene file, one by one: the values accepted and refused."""
 
 import pytest
 from PIL import ImageColor
@@ -23,7 +23,7 @@ def read(text):
 
 
 def pointers(text):
-    """Return the JSON pointers of all values of a scene that are refused."""
+    """Return the JSON pointers of the refused values of a scene."""
     try:
         read(text)
     except SceneError as error:
@@ -120,7 +120,7 @@ def test_missing_required_key_is_an_error_of_its_mapping(text, missing):
         (item(SPHERE, light="{intensity: 1, x: 1}"), "/objects/0/light/x"),
         (f"{CAMERA}render: {{x: 1}}", "/render/x"),
         (f"{CAMERA}image: {{x: 1}}", "/image/x"),
-        (f"{CAMERA}Camera: 1", "/Camera"),  # keys have their case
+        (f"{CAMERA}Camera: 1", "/Camera"),  # keys are case-sensitive
         (f"{CAMERA}'': 1", "/"),
     ],
 )
@@ -370,7 +370,7 @@ def test_name_that_is_taken_is_refused_together_with_other_mistakes():
         ("'#FF0000'", (1, 0, 0)),
         ("'#808080'", (0.21586050011389926,) * 3),  # IEC 61966-2-1 by hand
         ("gray", (0.21586050011389926,) * 3),
-        ("'#0a0a0a'", (10 / 255 / 12.92,) * 3),  # the straight part of the curve
+        ("'#0a0a0a'", (10 / 255 / 12.92,) * 3),  # the linear part of the curve
     ],
 )
 def test_color_is_linear_rgb_or_srgb_by_name_or_digits(color, linear):
@@ -427,7 +427,7 @@ def test_srgb_becomes_linear_by_its_definition(byte):
 
 def test_color_name_ignores_case_but_only_of_ascii():
     assert color_from_text("BLACK") == color_from_text("bLaCk") == (0, 0, 0)
-    assert color_from_text("blac\N{KELVIN SIGN}") is None  # which becomes a k when it is made small
+    assert color_from_text("blac\N{KELVIN SIGN}") is None  # which lowercases to k
 
 
 # --- Render and image ------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""`--set KEY=VALUE`: which paths there are, and what is said about those there are not."""
+"""`--set KEY=VALUE`: valid paths, and the messages about invalid ones."""
 
 import copy
 import json

@@ -1,4 +1,4 @@
-"""The compiled module as Python sees it: bytes, threads, signals, mistakes of a caller, what is in it."""
+"""The compiled module as Python sees it: bytes, threads, signals, errors of the caller, and its instructions."""
 
 import os
 import re
@@ -44,7 +44,7 @@ def tracer(described=ROOM, threads=2):
 
 
 def large(samples, resolution=(2000, 1500)):
-    """Return a scene that takes long enough to do something meanwhile."""
+    """Return a scene that takes long enough for other work to run meanwhile."""
     camera = ROOM.camera.model_copy(update={"resolution": resolution})
     return ROOM.model_copy(
         update={"camera": camera, "render": ROOM.render.model_copy(update={"samples": samples})}
@@ -144,7 +144,7 @@ def test_progress_rises_to_the_number_of_pixels(work):
 
 
 class GivenUpError(Exception):
-    """What a caller raises to end a rendering."""
+    """An exception that a caller raises to end a rendering."""
 
 
 def give_up(*anything):
@@ -222,7 +222,7 @@ def test_interrupt_raises_within_the_blink_of_an_eye(work):
     finally:
         timer.cancel()
         signal.signal(signal.SIGINT, old)
-    assert waited < 2  # 0.2 on a machine with nothing else to do
+    assert waited < 2  # 0.2 on an idle machine
 
 
 # --- Films -------------------------------------------------------------------------------------------------

@@ -1,6 +1,6 @@
-"""Eyes and lights exactly on surfaces, eyes and things very far away: what rounding must not decide.
+"""Eyes and lights exactly on surfaces, or very far away, where rounding must not decide the picture.
 
-Each kind has its closed form; then thousands of scenes of such kinds are held against a third tracer.
+Each kind has its closed form; thousands of random scenes of these kinds are compared with a third tracer.
 """
 
 import copy
@@ -423,7 +423,7 @@ def test_third_tracer_sees_a_floor_given_by_a_far_point(away):
 
 @pytest.mark.parametrize("point", [[0, -1, 0], [1e15, -1, 0]])
 def test_plane_hides_no_sun_whose_rays_are_parallel_to_it(render, point):
-    # Of the ball the sun lights the half before it, above and below the plane.
+    # The sun lights the half of the ball that faces it, above and below the plane.
     ball, sun = sphere([0, 0, 0], 2.0), light([1e30, 0, 0], 1e62)
     camera = {"resolution": [32, 24], "fov": 60, "position": [8, -3, 0], "look_at": [0, -1, 0]}
     film = render(scene([ball, plane(point, [0, 1, 0])], [sun], camera=camera), passes=["object_id", "normal"])

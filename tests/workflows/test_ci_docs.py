@@ -1,4 +1,4 @@
-"""What docs/ci.md tells people to copy works."""
+"""The snippets of docs/ci.md work."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""What docs/golden.md tells people holds."""
+"""The statements of docs/golden.md hold."""
 
 import json
 import re

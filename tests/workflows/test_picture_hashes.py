@@ -88,7 +88,7 @@ def test_render_fails_with_the_message_of_the_program(tiny, capfd):
 
 @pytest.fixture
 def compare(tmp_path):
-    """Return a function that compares the hashes of some systems, given by name."""
+    """Return a function that compares the hashes of systems by name."""
 
     def run(**systems):
         files = [tmp_path / f"{name}.json" for name in systems]
@@ -110,7 +110,7 @@ def test_compare_passes_if_all_are_the_same(compare, capsys):
     [
         ({"ball": "a" * 64, "box": "c" * 64}, "| box | bbbbbbbbbbbb | bbbbbbbbbbbb | cccccccccccc |"),
         ({"ball": "a" * 64}, "| box | bbbbbbbbbbbb | bbbbbbbbbbbb | missing |"),
-        # What the table cuts off counts as well.
+        # The part of a hash that the table cuts off counts as well.
         ({"ball": "a" * 64, "box": "b" * 63 + "c"}, "| box | bbbbbbbbbbbb | bbbbbbbbbbbb | bbbbbbbbbbbb |"),
     ],
 )

@@ -22,7 +22,7 @@ def test_there_are_workflows_for_checks_and_releases():
 
 def test_workflows_are_valid(actionlint, tmp_path):
     assert actionlint(*WORKFLOWS) == (0, "")
-    # Its silence says something only if it finds a mistake.
+    # Its silence means something only if it does find mistakes.
     broken = tmp_path / "broken.yml"
     text = WORKFLOWS[0].read_text(encoding="utf-8")
     broken.write_text(text.replace("needs: pictures", "needs: nothing-there"), encoding="utf-8")

@@ -24,6 +24,8 @@
 mod accel;
 mod bounds;
 mod budget;
+mod camera;
+mod camera_space;
 pub mod memory;
 mod monitor;
 pub mod names;

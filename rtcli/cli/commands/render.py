@@ -7,7 +7,7 @@ import io
 import json
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
@@ -25,16 +25,17 @@ from rtcli.cli.progress import progress
 from rtcli.image.display import DEPTHS
 from rtcli.image.formats import check_fits, open_parts, parts_of
 from rtcli.image.write import FORMATS, METADATA
-from rtcli.rendering.job import RenderJob, RenderRequest, prepare
+from rtcli.rendering.job import RenderRequest, prepare
 from rtcli.rendering.pack import pack
 from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.rendering.stream import FilmOutputs, RenderStats, expose_film, write_film
 from rtcli.scene.diagnostics.problems import printable
+from rtcli.scene.model import Scene
 from rtcli.scene.overrides import Overrides
 from rtcli.scene.validation.validate import validate
 from rtcli.tracer.engines import ENGINES
 from rtcli.tracer.passes import RADIANCE
-from rtcli.tracer.world import Window
+from rtcli.tracer.world import Window, World
 
 if TYPE_CHECKING:  # these load NumPy and more, which a PNG of the native engine does without
     from concurrent.futures import Executor
@@ -75,7 +76,7 @@ class RenderOptions:
 
 @dataclass(frozen=True)
 class PictureOutput:
-    """The files of a film: the picture, and the passes beside it; unless they are kept, they are only compared."""
+    """The files of a film: the picture and the passes beside it; they are only compared if they are not kept."""
 
     path: str
     passes: tuple[str, ...]
@@ -170,9 +171,9 @@ def _preview(options: RenderOptions) -> int:
     from rtcli.cli.preview import Preview  # loads NumPy
 
     preview = Preview()
-    job, request = _load(options, (), Stopwatch())
+    scene, world, request = _load(options, (), Stopwatch())
     with options.executor() as executor, progress("rendering", options.quiet) as on_progress:
-        film = expose_film(replace(job, executor=executor), request, on_progress)
+        film = expose_film(prepare(scene, world, request, executor), request, on_progress)
     preview.show(film)
     return 0
 
@@ -193,22 +194,22 @@ def _check(options: RenderOptions, check_options: CheckOptions) -> int:
 
 def render(options: RenderOptions, output: PictureOutput, check: GoldenCheck | None = None) -> int:
     """Take a scene from its text to its files, compare them if there is a check, and return the exit code."""
-    _refuse_collisions(options, output, check)
+    _check_paths(options, output, check)
     watch = Stopwatch()
-    job, request = _load(options, output.passes, watch)
-    window = job.window
+    scene, world, request = _load(options, output.passes, watch)
+    window = request.window(world.camera)
     if output.path != STDIO:
         with usage_errors():
             check_fits(output.path, window[2:], output.bits)
     if check is not None and (mismatch := check.size_mismatch(window)) and not output.is_kept:
         return check.report(mismatch, options.quiet)
-    # Everything is opened before the work, so that a file that cannot be written costs no rendering.
+    # Open everything before the work, so that no time is lost if a file cannot be written.
     with (
         output.open() as files,
         io.BytesIO() if options.stats is None else open_target(options.stats) as stats_file,
         options.executor() as executor,
     ):
-        job = replace(job, executor=executor)
+        job = prepare(scene, world, request, executor)
         with watch.stages_together() as spent, progress("rendering", options.quiet) as on_progress:
             stats = write_film(job, request, FilmOutputs(files, output.bits), on_progress)
             spent.update(stats.seconds)
@@ -221,8 +222,8 @@ def render(options: RenderOptions, output: PictureOutput, check: GoldenCheck | N
     return 0 if check is None else check.verdict(output.parts(), options.quiet)
 
 
-def _refuse_collisions(options: RenderOptions, output: PictureOutput, check: GoldenCheck | None) -> None:
-    """Raise click.UsageError if a file would be both read and written, or written twice."""
+def _check_paths(options: RenderOptions, output: PictureOutput, check: GoldenCheck | None) -> None:
+    """Check before any work that every file can be written, none twice, and none that is also read."""
     output.check()
     names = {RADIANCE: "the picture", METADATA: "the metadata"}
     inputs = [OutputPath("the scene", options.scene)]
@@ -241,7 +242,7 @@ def _refuse_collisions(options: RenderOptions, output: PictureOutput, check: Gol
         check.differences.check_writable()
 
 
-def _load(options: RenderOptions, passes: tuple[str, ...], watch: Stopwatch) -> tuple[RenderJob, RenderRequest]:
+def _load(options: RenderOptions, passes: tuple[str, ...], watch: Stopwatch) -> tuple[Scene, World, RenderRequest]:
     """Parse, validate and pack the scene, and check that it allows what the options request."""
     with watch.stage("parse"):
         document = read_scene(options.scene, options.overrides)
@@ -251,9 +252,9 @@ def _load(options: RenderOptions, passes: tuple[str, ...], watch: Stopwatch) -> 
         request = RenderRequest(passes, options.engine, options.threads, options.crop)
         world = pack(scene)
     with usage_errors():
-        job = prepare(scene, world, request)
+        request.window(world.camera)
         request.simd()
-    return job, request
+    return scene, world, request
 
 
 def _stats_json(stats: RenderStats, request: RenderRequest, watch: Stopwatch) -> bytes:

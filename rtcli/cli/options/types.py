@@ -18,6 +18,7 @@ from rtcli.tracer.passes import PASSES
 from rtcli.tracer.world import Window
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
+_Value = TypeVar("_Value")
 
 
 def all_of(*options: Callable[[_Command], _Command]) -> Callable[[_Command], _Command]:
@@ -100,7 +101,7 @@ def variable_of(ctx: click.Context | None, name: str) -> str | None:
 _SECOND_PATH = re.compile(rf"=.*\s((?:{'|'.join(Scene.model_fields)})[.\[=]\S*)")
 
 
-class _OnePerLine:
+class _OnePerLine(click.ParamType[_Value]):
     """A repeatable option whose environment variable holds one value per line, since values contain spaces."""
 
     def split_envvar_value(self, rv: str) -> list[str]:
@@ -113,25 +114,25 @@ class _OnePerLine:
         variable = variable_of(ctx, param.name) if param is not None and param.name else None
         return f" ({variable} holds one {param.type.name} per line)" if param and variable else ""
 
-    def two_values_error(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Return the error in a line of a variable that seems to hold two values; empty if there is none."""
+    def refuse_two_values(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> None:
+        """Fail if a line of a variable seems to hold two values."""
         second, note = _SECOND_PATH.search(value), self.note(param, ctx)
-        return f"{second[1]!r} needs a line of its own{note}" if second and note else ""
+        if second and note:
+            self.fail(f"{second[1]!r} needs a line of its own{note}", param, ctx)
 
 
-class SetType(_OnePerLine, click.ParamType[str]):
+class SetType(_OnePerLine[str]):
     """`camera.fov=30`."""
 
     name = "KEY=VALUE"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
         """Return the expression unchanged; it is parsed with the scene."""
-        if error := self.two_values_error(str(value), param, ctx):
-            self.fail(error, param, ctx)
+        self.refuse_two_values(str(value), param, ctx)
         return str(value)
 
 
-class VariationType(_OnePerLine, click.ParamType[Variation]):
+class VariationType(_OnePerLine[Variation]):
     """`camera.fov=20:60:5` or `objects.ball.color=red,blue`."""
 
     name = "KEY=VALUES"
@@ -140,8 +141,7 @@ class VariationType(_OnePerLine, click.ParamType[Variation]):
         """Return the path and its values; whether the path exists is checked with the scene."""
         if isinstance(value, Variation):
             return value
-        if error := self.two_values_error(str(value), param, ctx):
-            self.fail(error, param, ctx)
+        self.refuse_two_values(str(value), param, ctx)
         try:
             return parse_variation(str(value))
         except ValueError as error:

@@ -28,18 +28,9 @@ _ENCODING = {"quality": 70, "method": 2}
 
 
 def thumbnail(path: Path) -> str | None:
-    """Return the thumbnail of a picture as a data URI of WebP.
+    """Return the thumbnail of a picture as a data URI of WebP; None if it cannot be read or is too large.
 
-    Parameters
-    ----------
-    path
-        A picture, or a file of arrays that holds radiance, which is developed as its film was; see
-        `rtcli.image.read`.
-
-    Returns
-    -------
-    str or None
-        None if the file cannot be read or is too large.
+    The radiance of a file of arrays is developed as its film was; see `rtcli.image.read`.
     """
     try:
         if _is_too_large(path):

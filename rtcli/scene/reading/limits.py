@@ -26,11 +26,8 @@ MAX_CHARACTERS = 10_000
 _MAX_DIGITS = 4000
 
 
-class Unreadable:
-    """Replaces a value that could not be read and is reported already, so that it is not reported again."""
-
-
-UNREADABLE = Unreadable()
+# Replaces a value that could not be read and is reported already, so that it is not reported again.
+UNREADABLE = object()
 
 
 class Reader:

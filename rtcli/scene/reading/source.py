@@ -25,15 +25,7 @@ VALUE, KEY, HEAD = "value", "key", "head"
 
 @dataclass(frozen=True)
 class Source:
-    """A text with a name.
-
-    Parameters
-    ----------
-    name
-        The file's name, `<stdin>`, or the option that set a value.
-    text
-        The whole text.
-    """
+    """A text, named after its file, `<stdin>`, or the option that set a value."""
 
     name: str
     text: str
@@ -72,13 +64,7 @@ class Source:
 
 
 class SourceSpan:
-    """The span of a value in its text.
-
-    Parameters
-    ----------
-    start, end
-        The offsets of its first character and after its last.
-    """
+    """The span of a value in its text: the offsets of its first character and after its last."""
 
     __slots__ = ("end", "start")
 

@@ -48,22 +48,15 @@ def plain_scalar(text: str) -> bool | int | float | str | None:
     >>> [plain_scalar(text) for text in ("1e3", "0x10", "12:30", "no", "true", "~")]
     [1000.0, 16, '12:30', 'no', True, None]
     """
-    if text[:1] in _FIRST_OF_NUMBER and (number := _number(text)) is not None:
-        return number
-    if text in _NULL:
-        return None
-    return _BOOL.get(text, text)
-
-
-def _number(text: str) -> int | float | None:
-    decimal = _DECIMAL.match(text)
-    if decimal:
-        return float(text) if decimal.lastindex else integer(text, 10)
-    if _OCTAL_OR_HEX.match(text):
-        return integer(text, 8 if text.startswith("0o") else 16)
-    if _SPECIAL_FLOAT.match(text):
-        return float(text.replace(".", ""))
-    return None
+    if text[:1] in _FIRST_OF_NUMBER:
+        decimal = _DECIMAL.match(text)
+        if decimal:
+            return float(text) if decimal.lastindex else integer(text, 10)
+        if _OCTAL_OR_HEX.match(text):
+            return integer(text, 8 if text.startswith("0o") else 16)
+        if _SPECIAL_FLOAT.match(text):
+            return float(text.replace(".", ""))
+    return None if text in _NULL else _BOOL.get(text, text)
 
 
 # --- The fast reader -------------------------------------------------------------------------------------

@@ -27,12 +27,7 @@ from rtcli.scene.validation.written import shown
 
 
 def validate(document: Document) -> model.Scene:
-    """Validate a document against the models.
-
-    Returns
-    -------
-    rtcli.scene.model.Scene
-        The scene, frozen.
+    """Return the frozen scene of a document, validated against the models.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What unknown words probably mean."""
+"""Suggestions for unknown words."""
 
 import pytest
 

@@ -29,7 +29,7 @@ def data_of(text, name="scene.yaml"):
 
 
 def problems_of(raw, name="scene.yaml"):
-    """Return (line, column, message) of all that the reader finds wrong."""
+    """Return (line, column, message) of every problem that the reader finds."""
     raw = raw.encode() if isinstance(raw, str) else raw
     try:
         problems = parse_bytes(raw, name).problems
@@ -70,7 +70,7 @@ def problems_of(raw, name="scene.yaml"):
         ("+.inf", INFINITY),
         ("-.inf", -INFINITY),
         ("9" * 300, int("9" * 300)),
-        ("9" * 5000, INFINITY),  # past what Python converts, and past every float
+        ("9" * 5000, INFINITY),  # too long for Python to convert, and larger than any float
         ("true", True),
         ("True", True),
         ("TRUE", True),
@@ -99,7 +99,7 @@ def test_not_a_number_is_a_float(text):
     "text",
     [
         *("no", "yes", "on", "off", "y", "n"),  # booleans in YAML 1.1
-        *("12:30", "1:30:00", "2001-01-01"),  # sexagesimals and dates there
+        *("12:30", "1:30:00", "2001-01-01"),  # sexagesimals and dates in YAML 1.1
         *("0b1", "1_000", "0o8", "0x", "0xg", "+0x10", "-0o7"),
         *("tRUE", "nULL", "nil", "none"),
         *(".", "+", "-.", "e3", "1e", "1.5.2", "1,000", "inf", "nan", "Infinity", "-.nan", "+.nan", ".iNf"),
@@ -152,7 +152,7 @@ def test_windows_line_ends_are_read():
         (b"a: 1\r\nb: \xff", 2, 4),
         ("ä: ".encode() + b"\xff", 1, 4),  # columns count characters
         (b"key: \xc3", 1, 6),
-        (b"\xef\xbb\xbfkey: \xff", 1, 6),  # the byte order mark is no column
+        (b"\xef\xbb\xbfkey: \xff", 1, 6),  # the byte order mark has no column
         (b"\xef\xbb\xbf" + "a: 1\nä: ".encode() + b"\xff", 2, 4),
         (b"key: \xed\xa0\x80", 1, 6),  # a surrogate
     ],
@@ -327,7 +327,7 @@ def _bomb(item):
 def test_alias_bomb_ends_quickly_with_one_problem(text):
     start = time.perf_counter()
     assert len(problems_of(text)) == 1
-    assert time.perf_counter() - start < 60  # without the guards it would be hours
+    assert time.perf_counter() - start < 60  # without the limits it would take hours
 
 
 @pytest.mark.parametrize("text", ["[" * 100_000, '{"a":' * 100_000])
@@ -411,7 +411,7 @@ objects:
         (("objects", 0, "position", 2), 7, 7),
         (("objects", 0, "color"), 8, 19),  # without its anchor
         (("objects", 1, "type"), 9, 12),
-        (("objects", 1, "color", 1), 8, 23),  # an alias: where the number stands
+        (("objects", 1, "color", 1), 8, 23),  # an alias: the span of its anchor's value
         (("objects", 1, "radius"), 9, 5),  # missing: the mapping around it
         (("objects", 7), 5, 3),
     ],
@@ -481,7 +481,7 @@ version:
         (("camera", "fov"), KEY, "fov"),
         (("camera", "fov"), VALUE, "40"),
         (("camera",), HEAD, "{"),
-        (("camera", "up"), VALUE, "{"),  # missing: the first token of what it is missing from
+        (("camera", "up"), VALUE, "{"),  # missing: the first token of the value around it
         (("objects",), HEAD, "-"),
         (("objects", 0), HEAD, "type"),
         (("objects", 0, "radius"), VALUE, "type"),
@@ -501,7 +501,7 @@ def test_span_holds_exactly_the_token(loc, what, shown):
 
 
 def spanned(span, text):
-    """Return the piece of a text that a span names, by its lines and columns."""
+    """Return the part of a text that a span covers, by its lines and columns."""
     starts = [0, *(match.end() for match in re.finditer(r"\r\n|\r|\n", text))]
     first = starts[span.line - 1] + span.column - 1
     return text[first : starts[span.end_line - 1] + span.end_column - 1]
@@ -518,7 +518,7 @@ def test_spans_hold_the_text_of_json_values(data, indent, is_json):
 
 
 def all_values(node, loc):
-    """Yield the location and value of a node and all that is in it."""
+    """Yield the location and value of a node and of every node in it."""
     yield loc, node
     for step, child in (
         node.items() if isinstance(node, dict) else enumerate(node if isinstance(node, list) else ())
@@ -651,7 +651,7 @@ def test_long_text_is_cut():
 
 # --- What holds for every text ---------------------------------------------------------------------------
 
-# What json.dumps leaves as it is and YAML refuses or folds: lone surrogates, C1 controls, line separators, marks.
+# Characters that json.dumps leaves alone and YAML refuses or folds: lone surrogates, C1 controls, line separators.
 CHARACTERS = st.characters(
     exclude_categories=("Cs", "Zl", "Zp"),
     exclude_characters=[*map(chr, range(0x7F, 0xA0)), "\ufeff", "\ufffe", "\uffff"],
@@ -665,7 +665,7 @@ DATA = st.recursive(LEAVES, lambda inner: st.lists(inner) | st.dictionaries(TEXT
 def test_both_formats_read_json_text_as_the_same_data(data, indent):
     text = json.dumps(data, ensure_ascii=False, indent=indent)
     for name in ("scene.json", "scene.yaml"):
-        assert repr(data_of(text, name)) == repr(data)  # repr tells 1 from 1.0 and True
+        assert repr(data_of(text, name)) == repr(data)  # repr distinguishes 1 from 1.0 and True
 
 
 PIECES = ["a", "1", ": ", "- ", "\n", " ", "[", "]", "{", "}", ",", "&x ", "*x", "<<", "'", '"', "!x ", "? ", "|"]
@@ -673,7 +673,7 @@ YAML_LIKE = st.lists(st.sampled_from(PIECES), max_size=30).map("".join)
 
 
 def reading(read, text):
-    """Return all that a reader says of a text: data, problems, and the place of the value that was read last."""
+    """Return everything that a reader finds in a text: data, problems, and the location of the last value."""
     try:
         document = read(text, "scene.yaml")
     except SceneError as error:
@@ -745,7 +745,7 @@ def test_only_a_text_that_needs_the_exact_reader_gets_it(text, plain):
 
 
 def refusal(read, *arguments, **options):
-    """Return the SceneError with which a reader refuses, or None; every other exception ends the test."""
+    """Return the SceneError that a reader raises, or None; any other exception fails the test."""
     try:
         read(*arguments, **options)
     except SceneError as error:

@@ -1,4 +1,4 @@
-"""A scene without a file's name, as on standard input: JSON is read as JSON, all else as YAML."""
+"""A scene without a file name, as on standard input: JSON is read as JSON, anything else as YAML."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""Texts and places: what is shown of a line, and where a location leads."""
+"""Texts and spans: the excerpt of a line, and the span of a location."""
 
 import pytest
 
@@ -12,8 +12,8 @@ from rtcli.scene.reading.source import HEAD, KEY, Source
     [
         (0, 3, "one", "one"),
         (4, 5, "two", "t"),
-        (7, 7, "two", ""),  # the end of a line belongs to it
-        (4, 12, "two", "two"),  # of several lines the first is shown
+        (7, 7, "two", ""),  # a line end belongs to its line
+        (4, 12, "two", "two"),  # the excerpt of several lines is the first
         (8, 13, "three", "three"),
         (13, 13, "three", ""),
     ],

@@ -1,4 +1,4 @@
-"""Problems of the text itself have the JSON pointer of the value or mapping in which they stand."""
+"""Problems of the text itself have the JSON pointer of the value or mapping around them."""
 
 import json
 
@@ -23,7 +23,7 @@ def problems(text, name="scene.yaml"):
 
 
 YAML = [
-    # the value that a key awaits
+    # a key without its value
     ("camera: @a", "/camera"),
     ("camera:\n  resolution: [640, 480]\n  fov: `40`\n", "/camera/fov"),
     ("camera: {resolution: [640, 480], fov: @40}", "/camera/fov"),
@@ -36,7 +36,7 @@ YAML = [
     ("camera:\n\tfov: 40\n", "/camera"),
     ("a: 1\nb: @", "/b"),
     ("a: [1]\n@: 1", ""),
-    # objects as mappings in lines and in brackets
+    # objects as block mappings and as flow mappings
     ("objects:\n  - type: sphere\n    radius: @1\n", "/objects/0/radius"),
     ("objects:\n  - {type: sphere}\n  - {type: sphere, radius: @1}\n", "/objects/1/radius"),
     ("objects:\n  - {type: sphere}\n  - {type: box, light: {color: [1, %]}}\n", "/objects/1/light/color"),
@@ -62,7 +62,7 @@ YAML = [
     ("camera: {<<: [*a]}", "/camera"),
     ("objects: [{}, {<<: 3}]", "/objects/1"),
     ("objects: [{}, {<<: [{}, 3]}]", "/objects/1"),
-    # keys that are no text, too many, too long
+    # keys that are not text, too many or too long
     ("camera: {[a]: 1}", "/camera"),
     ("camera: {&a b: 1, *a : 2}", "/camera"),
     ("lights: [{" + ", ".join(f"k{i}: 1" for i in range(101)) + "}]", "/lights/0"),
@@ -151,6 +151,6 @@ ROOT_SPAN = read_exact(Source("scene.yaml", TEXT)).root_span
 def test_character_anywhere_in_a_value_has_the_pointer_of_that_value(offset):
     found = problems(TEXT[:offset] + "\x07" + TEXT[offset:])[0]
     before, after = (pointer(ROOT_SPAN.innermost(at)) for at in (offset - 1, offset))
-    # After a comma it starts the next item.
+    # A character after a comma belongs to the next item.
     items = [f"{after}/{index}" for index in range(3) if TEXT[:offset].rstrip().endswith(",")]
     assert found.pointer in (before, after, *items)

@@ -1,4 +1,4 @@
-"""The example where an intensity is missing suits the size of the scene."""
+"""The intensity suggested where one is missing suits the size of the scene."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Mistaken keys and types count once, and hide no other mistake. Reports in whole are in `tests/data/invalid/`."""
+"""Mistaken keys and types count once and hide no other mistake. Whole reports are in `tests/data/invalid/`."""
 
 import time
 
@@ -48,7 +48,7 @@ def required(data, loc=(), around=model.Scene):
 
 
 def renamed(data, loc, name):
-    """Return data with the key at a location called otherwise."""
+    """Return data with the key at a location renamed."""
     key, *rest = loc
     if isinstance(data, list):
         return [renamed(item, rest, name) if index == key else item for index, item in enumerate(data)]

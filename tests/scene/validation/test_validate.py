@@ -1,6 +1,6 @@
-"""What a person is told who wrote a wrong scene.
+"""The reports about wrong scenes.
 
-`tests/data/invalid/` holds wrong files, each beside the exact report it must get.
+`tests/data/invalid/` holds wrong files, each beside its exact report.
 """
 
 import json
@@ -108,14 +108,14 @@ def test_integer_of_thousands_of_digits_is_too_large(name):
 
 # --- Every kind of mistake has a wording ------------------------------------------------------------------
 
-# How pydantic words its own messages.
+# Phrases of pydantic's own messages.
 RAW = re.compile(
     r"Input should|Field required|Extra inputs|valid (tuple|integer|number|string)|pydantic|Traceback"
 )
 
 
 def judge(text, name):
-    """Return the scene of a text, or the SceneError it is refused with; every other exception ends the test."""
+    """Return the scene of a text, or the SceneError that it raises; any other exception fails the test."""
     try:
         return validate(parse_bytes(text.encode(), name))
     except SceneError as error:

@@ -41,8 +41,8 @@ mod _native {
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         let shapes = PyDict::new(module.py());
-        for (name, parameters) in ShapeDesc::KINDS {
-            shapes.set_item(name, parameters)?;
+        for kind in ShapeDesc::KINDS {
+            shapes.set_item(kind.name, kind.parameters)?;
         }
         module.add("SHAPE_PARAMETERS", shapes)?;
         let lights = LightKind::ALL.map(|(name, _)| name);

@@ -80,12 +80,12 @@ pub fn objects(columns: PyObjects<'_>) -> PyResult<Vec<Object>> {
     let mut rest = parameters.as_slice();
     for (i, &kind) in kinds.iter().enumerate() {
         let unknown = || PyValueError::new_err(format!("unknown kind of shape {kind}"));
-        let (_, count) = ShapeDesc::KINDS.get(usize::from(kind)).ok_or_else(unknown)?;
-        let own = rest.split_off(..*count).ok_or_else(different_lengths)?;
+        let kind = ShapeDesc::KINDS.get(usize::from(kind)).ok_or_else(unknown)?;
+        let own = rest.split_off(..kind.parameters).ok_or_else(different_lengths)?;
         objects.push(Object {
             position: position[i],
             color: color[i],
-            shape: ShapeDesc::new(kind, own).ok_or_else(unknown)?,
+            shape: (kind.describe)(own),
         });
     }
     if rest.is_empty() {

@@ -276,7 +276,7 @@ impl<'a> CameraToWorld<'a> {
         if self.scene.has_moved_bodies {
             for (unit, &face) in units.iter_mut().zip(faces) {
                 let material = self.scene.materials.get((face >> FACE_BITS) as usize);
-                *unit /= material.map_or(1.0, |material| material.nearer);
+                *unit /= material.map_or(1.0, |material| material.range_scale);
             }
         }
         units
