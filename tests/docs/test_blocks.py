@@ -33,9 +33,8 @@ def write_room(folder, fov=40):
 
 def differ_in_twelve_pixels(folder):
     pixels = np.full((240, 320, 3), (100, 98, 97), np.uint8)
-    for name in ("golden", "new"):
-        (folder / name).mkdir()
-        Image.fromarray(pixels).save(folder / name / "room.png")
+    for name in ("old.png", "new.png"):
+        Image.fromarray(pixels).save(folder / name)
         pixels[100, 12] = (107, 98, 97)
         pixels[100, 13:24] += np.uint8(2)
     write_room(folder)
@@ -83,6 +82,7 @@ def run(folder, command):
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
+        timeout=120,
     )
     return result.returncode, result.stdout
 
