@@ -20,8 +20,8 @@ version = release = rtcli.__version__
 author = "The rtcli authors"
 copyright = author
 
-# Equations are text in code blocks: they read the same here, on GitHub, in an editor and beside the code that computes
-# them, which has the same letters. MathJax would come from a CDN, or add megabytes.
+# Equations are text in code blocks: they read the same here, on GitHub, in an editor and beside the code that
+# computes them, which uses the same letters. MathJax would come from a CDN, or add megabytes.
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 highlight_language = "none"
 

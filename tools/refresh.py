@@ -163,7 +163,8 @@ def first_text() -> str:
 def first_scene() -> str:
     """Return the first scene's file beside its picture."""
     return (
-        f'<table><tr><td valign="top">\n\n<!-- file first.yaml -->\n```yaml\n{first_text()}\n```\n\n</td><td valign="top">\n\n'
+        '<table><tr><td valign="top">\n\n<!-- file first.yaml -->\n'
+        f'```yaml\n{first_text()}\n```\n\n</td><td valign="top">\n\n'
         '<img src="docs/gallery/first.png" width="480" alt="a red ball on a sandy floor under a blue sky">\n\n'
         "</td></tr></table>"
     )

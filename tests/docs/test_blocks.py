@@ -1,8 +1,8 @@
 """Every command and every program in the README and the documentation runs.
 
-The blocks of a page run in its order, in one folder with some scenes in it. A comment right above a block says what is
-special about it: `<!-- not run: REASON -->`, `<!-- slow: REASON -->` for the integration tests, `<!-- exit code 1 -->`,
-or `<!-- file NAME -->` for one that the reader saves.
+The blocks of a page run in order, in one folder with some scenes in it. A comment right above a block says what is
+special about it: `<!-- not run: REASON -->`; `<!-- slow: REASON -->`, for the integration tests;
+`<!-- exit code 1 -->`; or `<!-- file NAME -->`, for a text that the reader saves.
 """
 
 import os
@@ -140,8 +140,8 @@ def test_most_blocks_run():
 
 
 def test_notes_of_blocks_are_read():
-    text = "a\n\n<!-- not run: why -->\n```sh\nx\n```\n<!-- file a.yaml -->\n```yaml\ny\n```\n\n```console\n$ a\nb\n$ c\n```\n"
-    left_out, file, console = blocks(text)
+    text = "a\n\n<!-- not run: why -->\n```sh\nx\n```\n<!-- file a.yaml -->\n```yaml\ny\n```\n"
+    left_out, file, console = blocks(text + "\n```console\n$ a\nb\n$ c\n```\n")
     assert (left_out.runs, left_out.text, left_out.line) == (False, "x\n", 5)
     assert (file.file, file.runs) == ("a.yaml", False)
     assert (console.runs, console.commands()) == (True, [("a", "b\n"), ("c", "")])
