@@ -28,8 +28,9 @@ highlight_language = "none"
 # Anchors as GitHub makes them, down to this level, so that links to sections work there and here.
 myst_heading_anchors = 4
 
-# Public docstrings are numpydoc; the signatures have the types.
+# Public docstrings are numpydoc. Signatures have the types; the text describes arrays by shape and dtype.
 napoleon_google_docstring = False
+napoleon_attr_annotations = False
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
 autodoc_member_order = "bysource"

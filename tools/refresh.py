@@ -218,8 +218,8 @@ def tutorial_step(step: Path, before: str, after: str) -> str:
     whole = f"<!-- file room.yaml -->\n```yaml\n{after.rstrip()}\n```"
     if not before:
         return f"{whole}\n\n{picture}"
-    lines = difflib.unified_diff(before.splitlines(), after.splitlines(), n=1, lineterm="")
-    changes = [line for line in lines if not line.startswith(("---", "+++", "@@"))]
+    _, _, _, *lines = difflib.unified_diff(before.splitlines(), after.splitlines(), n=2, lineterm="")
+    changes = [" ..." if line.startswith("@@") else line for line in lines]
     diff = "```diff\n" + "\n".join(changes) + "\n```"
     return f"{diff}\n\n{picture}\n\n<details><summary>The whole file</summary>\n\n{whole}\n\n</details>"
 

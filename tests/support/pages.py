@@ -31,7 +31,8 @@ class Block:
     line
         The line of the page on which the text begins, from 1.
     note
-        The comment right above the fence: `not run: REASON`, `slow: REASON`, `exit code N`, or `file NAME`.
+        The comment right above the fence: `not run: REASON`, `slow: REASON`, `needs PROGRAM`, `exit code N`, or
+        `file NAME`.
     """
 
     language: str
@@ -48,6 +49,11 @@ class Block:
     def is_slow(self) -> bool:
         """Whether only the integration tests run it."""
         return self.note.startswith("slow: ")
+
+    @property
+    def needs(self) -> str | None:
+        """A program that is not there on every machine."""
+        return self.note.removeprefix("needs ") if self.note.startswith("needs ") else None
 
     @property
     def exit_code(self) -> int:
