@@ -1,8 +1,8 @@
 """Every command and every program in the README and the documentation runs.
 
 The blocks of a page run in order, in one folder with some scenes in it. A comment right above a block says what is
-special about it: `<!-- not run: REASON -->`; `<!-- slow: REASON -->`, for the integration tests; `<!-- needs jq -->`;
-`<!-- exit code 1 -->`; or `<!-- file NAME -->`, for a text that the reader saves.
+special about it: `<!-- not run: REASON -->`; `<!-- slow: REASON -->`, for the integration tests;
+`<!-- needs PROGRAM -->`; `<!-- exit code 1 -->`; or `<!-- file NAME -->`, for a text that the reader saves.
 """
 
 import os
