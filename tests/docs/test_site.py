@@ -53,6 +53,16 @@ def site(tmp_path_factory):
     return {path: Page(path) for path in target.rglob("*.html")}
 
 
+def small_site(folder, text):
+    """Write a site with the settings of ours, two pages and this text, and return its folder."""
+    source = folder / "docs"
+    (source / "_static").mkdir(parents=True)
+    shutil.copy(DOCS / "conf.py", source)
+    (source / "start.md").write_text("# Start\n", encoding="utf-8")
+    (source / "index.md").write_text(f"# Site\n\n```{{toctree}}\nstart\n```\n\n{text}\n", encoding="utf-8")
+    return source
+
+
 def test_each_page_of_the_documentation_is_a_page_of_the_site(site):
     built = {path.name for path in site}
     assert {page.with_suffix(".html").name for page in PAGES if page != README} <= built
@@ -89,15 +99,27 @@ def test_pages_load_nothing_from_the_network(site):
     ],
 )
 def test_page_that_leads_to_nothing_fails_the_build(tmp_path, text, complaint):
-    source = tmp_path / "docs"
-    source.mkdir()
-    shutil.copy(DOCS / "conf.py", source)
-    (source / "start.md").write_text("# Start\n", encoding="utf-8")
-    (source / "index.md").write_text(f"# Site\n\n```{{toctree}}\nstart\n```\n\n{text}\n", encoding="utf-8")
-    (source / "_static").mkdir()
-    code, output = build(source, tmp_path / "site")
+    code, output = build(small_site(tmp_path, text), tmp_path / "site")
     assert code == 1
     assert complaint in output
+
+
+@pytest.mark.parametrize(
+    ("url", "expected"),
+    [
+        ("https://code.example/blob/main", r'href="https://code.example/blob/main/tool.py">'),
+        ("", r'href="_downloads/\w+/tool.py">'),
+    ],
+)
+def test_files_outside_the_documentation_are_links_to_the_repository_or_downloads(
+    tmp_path, monkeypatch, url, expected
+):
+    monkeypatch.setenv("RTCLI_SOURCE_URL", url)
+    (tmp_path / "tool.py").write_text("pass\n", encoding="utf-8")
+    assert build(small_site(tmp_path, "[the tool](../tool.py)"), tmp_path / "site") == (0, "")
+    index = (tmp_path / "site" / "index.html").read_text(encoding="utf-8")
+    (link,) = re.findall(r"<a [^>]*tool[.]py[^>]*>", index)
+    assert re.search(expected, link)
 
 
 def test_every_public_name_is_in_the_reference_of_python():
