@@ -147,7 +147,7 @@ def caption_of(scene: Path) -> str:
 def gallery_pictures() -> str:
     """Return the gallery: of each scene its picture, which leads to the file, its name, and what it shows."""
     figures = (
-        f"[![{caption_of(scene)}](gallery/{scene.stem}.png)](../scenes/{scene.name})<br>"
+        f"[![{scene.stem}](gallery/{scene.stem}.png)](../scenes/{scene.name})<br>"
         f"**{scene.stem}**: {caption_of(scene)}"
         for scene in gallery_scenes()
     )
@@ -267,7 +267,7 @@ def diagnostics_parts() -> dict[str, str]:
 
 def rules_table(start: str) -> str:
     """Return the rules whose codes start alike as a Markdown table."""
-    lines = ["| code | name | what is wrong | what to do |", "| --- | --- | --- | --- |"]
+    lines = ["| code | name | problem | remedy |", "| --- | --- | --- | --- |"]
     for rule in RULES:
         if rule.code.startswith(start):
             remedy = _text(rule.remedy) or "the message says what is allowed"
