@@ -1,4 +1,4 @@
-"""How long batches of small scenes take: pictures, arrays, and nothing to do.
+"""Time batches of small scenes: pictures, arrays, and nothing to do.
 
 python benchmarks/batch.py            # renews batch.json and the table in README.md
 python benchmarks/batch.py --quick    # one round, only shown
@@ -29,7 +29,7 @@ ARRAYS = ("--format", ".npz", "--passes", "depth,normal,object_id")
 
 
 def small_scenes(count: int) -> Path:
-    """Write so many scenes of ten objects; return their folder."""
+    """Write a number of scenes with ten objects each, and return their folder."""
     folder = WORK / f"batch-{count}"
     folder.mkdir(parents=True, exist_ok=True)
     for number in range(count):
@@ -38,7 +38,7 @@ def small_scenes(count: int) -> Path:
 
 
 def contests() -> tuple[Contest, ...]:
-    """Return the batches; what is current is what the first one rendered."""
+    """Return the batches; the results of the first are current in the last."""
     many, few = small_scenes(1_000), small_scenes(500)
     size = "480x320, 10 objects"
     return (
@@ -55,7 +55,7 @@ def _contest(name: str, work: str, scenes: Path, *options: str) -> Contest:
 
 
 def main() -> None:
-    """Hold the contests, and write down what came out."""
+    """Run the contests, and publish the results."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="one round, only shown")
     parser.add_argument("--machine", default=machine(), help="how to name this machine")

@@ -1,6 +1,6 @@
-"""How long contestants take, in turn: rtcli, povray, mitsuba, rtcli, povray, mitsuba, ...
+"""Time contestants in turn: rtcli, povray, mitsuba, rtcli, povray, mitsuba, ...
 
-What disturbs the machine for a while then disturbs all of them alike, and medians forget it.
+A disturbance of the machine then affects all of them alike, and medians ignore it.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-# What is compared: the seconds of a whole process, or what a program tells of its own stages.
+# The stages to compare: a whole process, or stages that a program times itself.
 PROCESS = "whole process"
 TRACE = "trace"
 TRACE_DEVELOP = "trace + develop"
@@ -26,18 +26,18 @@ Seconds = dict[str, float]
 
 @dataclass(frozen=True)
 class Contestant:
-    """A command to be timed.
+    """A command to time.
 
     Parameters
     ----------
     name
         Unique in its contest.
     command
-        Program and arguments. If it prints JSON, that tells seconds of its own; see `told_seconds`.
+        Program and arguments. It may print the seconds of its stages as JSON; see `reported_seconds`.
     environment
-        Variables it needs.
+        Environment variables that it needs.
     once
-        It takes so long that one run must do, without a warm-up.
+        Whether to run it only once, without a warm-up, because it takes so long.
     """
 
     name: str
@@ -46,39 +46,39 @@ class Contestant:
     once: bool = False
 
     def run(self) -> Seconds:
-        """Run once and return its seconds, from start to end and as it tells them itself.
+        """Run once, and return the seconds of the process and of the stages that it reports.
 
         Raises
         ------
         SystemExit
-            With what it said, if it failed.
+            If it failed; the message holds its output.
         """
         environment = {**_neutral_environment(), **self.environment}
         start = time.perf_counter()
         done = subprocess.run(self.command, capture_output=True, env=environment, check=False)
         process = time.perf_counter() - start
         if done.returncode != 0:
-            said = done.stderr.decode(errors="replace")[-2000:]
-            sys.exit(f"{self.name} failed with exit code {done.returncode}: {' '.join(self.command)}\n{said}")
-        return {PROCESS: process, **told_seconds(done.stdout)}
+            output = done.stderr.decode(errors="replace")[-2000:]
+            sys.exit(f"{self.name} failed with exit code {done.returncode}: {' '.join(self.command)}\n{output}")
+        return {PROCESS: process, **reported_seconds(done.stdout)}
 
 
 @dataclass(frozen=True)
 class Contest:
-    """Contestants at the same work.
+    """Contestants that do the same work.
 
     Parameters
     ----------
     name
-        For `--only`.
+        The name for `--only`.
     work
-        What they do, in words.
+        A description of the work.
     contestants
-        In the order of their turns.
+        The contestants, in the order of their turns.
     timed
-        The stages that are compared.
+        The stages to compare.
     pixels
-        Of the picture, where pixels per second are of interest.
+        The number of pixels in the picture, to report pixels per second.
     """
 
     name: str
@@ -88,7 +88,7 @@ class Contest:
     pixels: int | None = None
 
     def hold(self, rounds: int) -> dict[str, Any]:
-        """Let all run in turn and return what `summary` makes of it; a first round only warms up."""
+        """Run all in turn, and return the `summary` of each; a first round only warms up."""
         runs: dict[str, list[Seconds]] = {contestant.name: [] for contestant in self.contestants}
         for contestant in self._turns(rounds):
             runs[contestant.name].append(contestant.run())
@@ -104,23 +104,23 @@ class Contest:
                     yield contestant
 
 
-def told_seconds(output: bytes) -> Seconds:
-    """Return the seconds that a program prints as JSON, none if it prints something else.
+def reported_seconds(output: bytes) -> Seconds:
+    """Return the seconds of stages that a program prints as JSON; none if it prints something else.
 
-    rtcli's `--stats` holds them under `seconds`, `brute_force.c` prints little else.
+    rtcli's `--stats` lists them under `seconds`; `brute_force.c` prints them at the top level.
     """
     try:
-        told = json.loads(output)
+        report = json.loads(output)
     except ValueError:
         return {}
-    seconds = told.get("seconds", told)
+    seconds = report.get("seconds", report)
     return {stage: value for stage, value in seconds.items() if isinstance(value, float)}
 
 
 def summary(runs: list[Seconds]) -> dict[str, dict[str, float]]:
-    """Return median, least and most of each stage over the runs.
+    """Return the median, minimum and maximum of each stage over the runs.
 
-    `trace + develop` is added where both are told: its median is not the sum of theirs.
+    `trace + develop` is added if both are reported, since its median is not the sum of theirs.
     """
     stages = {stage: [run[stage] for run in runs] for stage in runs[0]}
     if {"trace", "develop"} <= stages.keys():
@@ -134,5 +134,5 @@ def _spread(values: list[float]) -> dict[str, float]:
 
 
 def _neutral_environment() -> dict[str, str]:
-    """Return the environment without what would set options of rtcli."""
+    """Return the environment without the variables that set options of rtcli."""
     return {name: value for name, value in os.environ.items() if not name.startswith("RTCLI_")}

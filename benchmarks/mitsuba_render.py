@@ -1,4 +1,4 @@
-"""Render a Mitsuba scene file to a picture: run by the Python of the environment that Mitsuba is installed in.
+"""Render a Mitsuba scene file to a picture. Run it with the Python of the environment that has Mitsuba.
 
 python mitsuba_render.py SCENE.xml OUT.png
 """
@@ -9,7 +9,7 @@ import mitsuba
 
 
 def main(scene: str, output: str) -> None:
-    """Load, render, and write as 8-bit sRGB."""
+    """Load and render a scene, and write the picture as 8-bit sRGB."""
     mitsuba.set_variant("llvm_ad_rgb")
     picture = mitsuba.Bitmap(mitsuba.render(mitsuba.load_file(scene)))
     srgb = picture.convert(mitsuba.Bitmap.PixelFormat.RGB, mitsuba.Struct.Type.UInt8, srgb_gamma=True)

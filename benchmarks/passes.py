@@ -1,4 +1,4 @@
-"""What passes cost beside the picture alone, for each scene of the gallery and both engines.
+"""Time pictures with passes and without, for each scene of the gallery and both engines.
 
 python benchmarks/passes.py            # renews passes.json and the tables in README.md
 python benchmarks/passes.py --quick    # one round, only shown
@@ -25,34 +25,35 @@ import rtcli
 from rtcli.rendering.pack import pack
 from rtcli.scene.model import Scene
 from rtcli.tracer.engines import ENGINES, Tracer, tracer_of
-from rtcli.tracer.world import PASSES, Window, World
+from rtcli.tracer.passes import PASSES
+from rtcli.tracer.world import Window, World
 
 RESULTS = HERE / "passes.json"
 SCENES = sorted((HERE.parent / "scenes").glob("*.yaml"))
 ROUNDS = {"native": 9, "reference": 3}
-# The reference tracer takes dozens of times as long for a pixel.
+# The reference tracer takes dozens of times as long per pixel.
 SIZES = {"native": (1920, 1080), "reference": (240, 135)}
 FILM = "film"
 ALONE, SOME, ALL = "picture alone", "with depth, normal, id", "with all six"
-WANTED: dict[str, tuple[str, ...]] = {ALONE: (), SOME: ("depth", "normal", "object_id"), ALL: PASSES}
+FILMS: dict[str, tuple[str, ...]] = {ALONE: (), SOME: ("depth", "normal", "object_id"), ALL: PASSES}
 
 
 def resized(scene: Scene, engine: str) -> World:
-    """Return the arrays of a scene whose picture has the size for an engine."""
+    """Return the world of a scene, with the picture size for an engine."""
     world = pack(scene)
     width, height = SIZES[engine]
     return replace(world, camera=replace(world.camera, width=width, height=height))
 
 
 def hold(path: Path, engine: str, rounds: int) -> dict[str, Any]:
-    """Return the seconds of each kind of film, taken in turn, as a contest."""
+    """Time each kind of film in turn, and return the seconds as a contest."""
     world = resized(rtcli.load_scene(path), engine)
     tracer = tracer_of(world, engine)
-    seconds: dict[str, list[dict[str, float]]] = {name: [] for name in WANTED}
+    seconds: dict[str, list[dict[str, float]]] = {name: [] for name in FILMS}
     for number in range(rounds + 1):
-        for name, passes in WANTED.items():
+        for name, passes in FILMS.items():
             taken = film_seconds(tracer, Window(0, 0, *SIZES[engine]), passes)
-            if number:  # the first is to warm up
+            if number:  # the first warms up
                 seconds[name].append({FILM: taken})
     work = f"{path.stem}, {'x'.join(map(str, SIZES[engine]))}, {engine}"
     spreads = {name: summary(runs) for name, runs in seconds.items()}
@@ -60,14 +61,14 @@ def hold(path: Path, engine: str, rounds: int) -> dict[str, Any]:
 
 
 def film_seconds(tracer: Tracer, window: Window, passes: tuple[str, ...]) -> float:
-    """Return the seconds until all arrays of a film are there."""
+    """Return the seconds to trace all arrays of a film."""
     start = time.perf_counter()
     tracer.film(window, passes)
     return time.perf_counter() - start
 
 
 def bars(contests: dict[str, Any]) -> Iterator[report.Bar]:
-    """Yield the bar of each contest: passes for at most half as much again."""
+    """Yield the bars of each contest: passes may add half of the time."""
     for name, contest in contests.items():
         for passes in (SOME, ALL):
             yield report.Bar(f"{contest['work']}: {passes}", ALONE, 1.5, _ratio(name, passes))
@@ -80,7 +81,7 @@ def _ratio(contest: str, passes: str) -> Any:
 
 
 def main() -> None:
-    """Hold all contests, and write down what came out."""
+    """Run all contests, and publish the results."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="one round, only shown")
     parser.add_argument("--machine", default=machine(), help="how to name this machine")

@@ -1,7 +1,7 @@
-"""The renderers that rtcli is compared with: found, or installed, or left out aloud.
+"""Find or install the programs to compare rtcli with, and report those that are missing.
 
 POV-Ray comes from the system's package manager, Mitsuba 3 into a virtual environment of its own, and the kernel of
-`brute_force.c` from the C compiler. Whoever cannot be had is `None`, and a line on standard error says so.
+`brute_force.c` from the C compiler. A program that is not available is `None`, and reported on standard error.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ import scenes
 HERE = Path(__file__).parent
 WORK = HERE.parent / "out" / "bench"
 
-# Libraries that Mitsuba can compile with, newest first; older than 15 is refused.
+# The LLVM libraries that Mitsuba supports, newest first; it refuses any older than 15.
 LLVM_PACKAGES = ("libllvm20", "libllvm19", "libllvm18", "libllvm17", "libllvm16", "libllvm15")
-LLVM_PLACES = ("/usr/lib/*/libLLVM*.so*", "/usr/lib/llvm-*/lib/libLLVM*.so*", "/usr/lib64/libLLVM*.so*")
+LLVM_PATHS = ("/usr/lib/*/libLLVM*.so*", "/usr/lib/llvm-*/lib/libLLVM*.so*", "/usr/lib64/libLLVM*.so*")
 
-# Every advantage for the kernel; rtcli itself is built without any of these.
+# Give the kernel every advantage; rtcli itself is built without these flags.
 C_FLAGS = ("-O3", "-march=native", "-ffast-math", "-std=gnu11")
 
 PROBE = """
@@ -43,11 +43,11 @@ class Peer:
     Parameters
     ----------
     program
-        What is run.
+        The path of the executable.
     version
-        As people would say it.
+        The name and version, for people.
     environment
-        Variables it needs.
+        Environment variables that it needs.
     """
 
     program: str
@@ -56,7 +56,7 @@ class Peer:
 
 
 def leave_out(name: str, reason: str) -> None:
-    """Say that a peer is missing, so that nobody takes the rest for the whole."""
+    """Report that a peer is missing, so that the results are not taken for complete."""
     sys.stderr.write(f"\n*** {name} IS LEFT OUT: {reason}\n\n")
 
 
@@ -64,20 +64,20 @@ def leave_out(name: str, reason: str) -> None:
 
 
 def povray() -> Peer | None:
-    """Return POV-Ray, installed if need be."""
+    """Return POV-Ray; install it if necessary."""
     if shutil.which("povray") is None:
         _install_package("povray")
     program = shutil.which("povray")
     if program is None:
         leave_out("POV-Ray", "`povray` is not there, and apt-get could not install it")
         return None
-    told = subprocess.run([program, "--version"], capture_output=True, text=True, check=False)
-    version = re.search(r"POV-Ray ([\d.]*\d)", told.stdout + told.stderr)
+    output = subprocess.run([program, "--version"], capture_output=True, text=True, check=False)
+    version = re.search(r"POV-Ray ([\d.]*\d)", output.stdout + output.stderr)
     return Peer(program, f"POV-Ray {version[1]}" if version else "POV-Ray")
 
 
 def _install_package(name: str) -> bool:
-    """Install a package by apt-get, as root or by a sudo that asks nothing; return whether that went well."""
+    """Install a package with apt-get, as root or with a non-interactive sudo; return whether it succeeded."""
     apt_get = shutil.which("apt-get")
     if apt_get is None:
         return False
@@ -101,7 +101,7 @@ def _succeeds(command: list[str]) -> bool:
 
 
 def mitsuba() -> Peer | None:
-    """Return Mitsuba 3 with a working LLVM backend, each installed if need be."""
+    """Return Mitsuba 3 with a working LLVM backend; install both if necessary."""
     python = WORK / "mitsuba" / "bin" / "python"
     if not _has_mitsuba(python) and not _install_mitsuba(python):
         leave_out("Mitsuba 3", "pip could not install it")
@@ -128,8 +128,8 @@ def _install_mitsuba(python: Path) -> bool:
 
 
 def _working_mitsuba(python: Path) -> Peer | None:
-    """Return Mitsuba with the LLVM library that it finds by itself, or else with the first one that it can use."""
-    found = (path for place in LLVM_PLACES for path in sorted(glob.glob(place), reverse=True))  # noqa: PTH207
+    """Return Mitsuba with the LLVM library that it finds by itself, or with the first that works."""
+    found = (path for pattern in LLVM_PATHS for path in sorted(glob.glob(pattern), reverse=True))  # noqa: PTH207
     for environment in ({}, *({"DRJIT_LIBLLVM_PATH": path} for path in found)):
         probe = subprocess.run(
             [str(python), "-c", PROBE],
@@ -148,12 +148,12 @@ def _working_mitsuba(python: Path) -> Peer | None:
 
 
 def plain_kernel() -> Peer | None:
-    """Return `brute_force.c` as the compiler vectorises it."""
+    """Return `brute_force.c` in portable C, vectorised by the compiler."""
     return _kernel("the kernel in plain C", "brute_force_plain", "-DPORTABLE")
 
 
 def intrinsics_kernel() -> Peer | None:
-    """Return `brute_force.c` with the intrinsics of AVX-512, where the processor has it."""
+    """Return `brute_force.c` with AVX-512 intrinsics, if the processor has AVX-512."""
     name = "the kernel with AVX-512 intrinsics"
     peer = _kernel(name, "brute_force")
     if peer and not peer.version.endswith(", avx512"):
@@ -163,13 +163,13 @@ def intrinsics_kernel() -> Peer | None:
 
 
 def _kernel(name: str, program: str, *flags: str) -> Peer | None:
-    """Return the kernel, compiled with the numbers of the still life; its version ends with its SIMD level."""
+    """Compile the kernel with the constants of the still life; its version ends with its SIMD level."""
     compiler = shutil.which("cc")
     if compiler is None:
         leave_out(name, "there is no C compiler: `cc`")
         return None
     header, target = WORK / "still_life.h", WORK / program
-    # The resolution is no part of the header.
+    # The header does not depend on the resolution.
     header.write_text(scenes.c_header(scenes.still_life(16, 9)))
     source = str(HERE / "brute_force.c")
     command = [compiler, *C_FLAGS, *flags, "-include", str(header), source, "-o", str(target), "-lm"]

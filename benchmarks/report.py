@@ -1,4 +1,4 @@
-"""From results to the tables that people read: the bars and whether they are reached, and all medians."""
+"""Format results as tables: the bars with their verdicts, and all medians."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ BEGIN, END = "<!-- begin {} -->", "<!-- end {} -->"
 
 @dataclass(frozen=True)
 class Bar:
-    """A figure to reach.
+    """A ratio of seconds to reach.
 
     Parameters
     ----------
     work
-        In words.
+        A description of the work.
     against
-        What the seconds are divided by, in words.
+        A description of the divisor.
     most
-        The largest ratio that reaches it.
+        The largest ratio that reaches the bar.
     ratio
-        From the results' contests to the measured ratio; KeyError where a contestant did not take part.
+        Computes the measured ratio from the contests; raises KeyError if a contestant did not take part.
     """
 
     work: str
@@ -56,7 +56,7 @@ def _kernel(other: str) -> Callable[[Results], float]:
 
 
 def _growth(contests: Results) -> float:
-    """Return the longest trace of all crowds, relative to that of the smallest."""
+    """Return the longest trace of all crowds, divided by that of the smallest."""
     traces = [median(contests, "growth", name, TRACE) for name in contests["growth"]["seconds"]]
     return max(traces) / traces[0]
 
@@ -86,7 +86,7 @@ BARS = (
     Bar("start-up, 64x64: whole process", "its imports", 1.3, _process("start-up", "rtcli", "imports")),
 )
 
-# What scene files take before anything is rendered.
+# Reading and validating scene files.
 FILE_BARS = (
     Bar(
         "100,000 objects from YAML: read",
@@ -114,7 +114,7 @@ _BAR_HEAD = ("work", "rtcli against", "at most", "measured", "bar")
 
 
 def bar_rows(results: Results, bars: tuple[Bar, ...] = BARS) -> Iterator[tuple[str, str, str, str, str]]:
-    """Yield work, against, bar, measured ratio and verdict of each bar."""
+    """Yield the work, divisor, limit, measured ratio and verdict of each bar."""
     for bar in bars:
         try:
             ratio = bar.ratio(results["contests"])
@@ -126,7 +126,7 @@ def bar_rows(results: Results, bars: tuple[Bar, ...] = BARS) -> Iterator[tuple[s
 
 
 def contest_rows(contest: Results) -> Iterator[tuple[str, str, str]]:
-    """Yield contestant, what of it was timed, and its milliseconds: median (least to most)."""
+    """Yield each contestant with a stage and its milliseconds: median (least to most)."""
     for contestant, stages in contest["seconds"].items():
         for stage in contest["timed"]:
             if stage in stages:
@@ -138,17 +138,17 @@ def _rate(pixels: int | None, spread: dict[str, float]) -> str:
 
 
 def milliseconds(spread: dict[str, float]) -> str:
-    """Return median (least to most) of seconds, in milliseconds."""
-    middle, least, most = (_shown(spread[name]) for name in ("median", "least", "most"))
+    """Format seconds as milliseconds: median (least to most)."""
+    middle, least, most = (_milliseconds(spread[name]) for name in ("median", "least", "most"))
     return middle if least == most else f"{middle} ({least} to {most})"
 
 
-def _shown(value: float) -> str:
+def _milliseconds(value: float) -> str:
     return f"{1000 * value:,.1f}" if value < 0.1 else f"{1000 * value:,.0f}"
 
 
 def markdown(results: Results, bars: tuple[Bar, ...] = BARS) -> str:
-    """Return the bars as a Markdown table, headed by the machine and who took part."""
+    """Return the bars as a Markdown table below the machine and the versions of the programs."""
     programs = "; ".join(results["versions"].values())
     rounds = f"Medians of {results['rounds']} rounds, taken in turn"
     return f"{rounds}, on {results['machine']}. {programs}.\n\n{bar_table(results, bars)}"
@@ -160,7 +160,7 @@ def bar_table(results: Results, bars: tuple[Bar, ...] = BARS) -> str:
 
 
 def contest_table(results: Results) -> str:
-    """Return all medians as a Markdown table; a work is named once, in its first row."""
+    """Return all medians as a Markdown table; only the first row of a contest names the work."""
     rows = [("work", "who", "timed", "milliseconds: median (least to most)")]
     for contest in results["contests"].values():
         for number, row in enumerate(contest_rows(contest)):
@@ -175,12 +175,12 @@ def _markdown_table(rows: list[tuple[str, ...]]) -> str:
 
 
 def bar_text(results: Results, bars: tuple[Bar, ...] = BARS) -> str:
-    """Return the bars for a terminal."""
+    """Return the bars as a text table."""
     return _text_table([_BAR_HEAD, *bar_rows(results, bars)])
 
 
 def contest_text(contest: Results) -> str:
-    """Return the medians of one contest for a terminal."""
+    """Return the medians of a contest as a text table."""
     return f"{contest['work']}\n{_text_table(list(contest_rows(contest)))}"
 
 
@@ -191,7 +191,7 @@ def _text_table(rows: list[tuple[str, ...]]) -> str:
 
 
 def refreshed(readme: str, results: Results, name: str = "results", bars: tuple[Bar, ...] = BARS) -> str:
-    """Return the text of a README with both tables between the markers of a name."""
+    """Return a README with new tables between the markers of a name."""
     begin, end = BEGIN.format(name), END.format(name)
     block = f"{begin}\n{markdown(results, bars)}\n{contest_table(results)}{end}"
     fresh, count = re.subn(f"{begin}.*?{end}", lambda _: block, readme, flags=re.DOTALL)
@@ -201,7 +201,7 @@ def refreshed(readme: str, results: Results, name: str = "results", bars: tuple[
 
 
 def publish(results: Results, path: Path, readme: Path, name: str, bars: tuple[Bar, ...]) -> None:
-    """Write results down as JSON, and as tables between the markers of a name in the README."""
+    """Write results as JSON, and as tables between the markers of a name in the README."""
     path.write_text(json.dumps(results, indent=2) + "\n", encoding="utf-8")
     text = readme.read_text(encoding="utf-8")
     readme.write_text(refreshed(text, results, name, bars), encoding="utf-8")

@@ -1,10 +1,10 @@
-"""rtcli against its peers: the same scenes, in turn, medians and ratios. `make bench` runs it.
+"""Compare rtcli with its peers: the same scenes, in turn, as medians and ratios. `make bench` runs it.
 
     python benchmarks/run.py                    # all contests; renews results.json and the tables in README.md
     python benchmarks/run.py --only hd,kernel   # some of them, only shown
     python benchmarks/run.py --quick            # one round each, only shown
 
-It takes some minutes; leave the machine alone meanwhile.
+It takes some minutes; leave the machine idle meanwhile.
 """
 
 from __future__ import annotations
@@ -43,21 +43,22 @@ SAMPLE = (480, 270)
 ROUNDS = 9
 KERNEL_REPETITIONS = 31
 
-# What every Python program with this scene model has to load.
+# The imports that every Python program with this scene model needs.
 IMPORTS = "import click, yaml, pydantic; import rtcli.scene.model"
 
-# Levels of 8 bits, and the share of pixels off borders that may be farther from the reference engine.
+# The largest difference from the reference engine in 8-bit levels, and the share of pixels off edges that may
+# exceed it.
 TOLERANCE = 1
-MOST_STRAYS = 0.001
-# Mitsuba's one sample falls anywhere in its pixel.
+MAX_MISMATCH_SHARE = 0.001
+# Mitsuba's one sample has a random position in its pixel.
 MITSUBA_TOLERANCE = 8
 
-Say = Callable[[str], object]
+Write = Callable[[str], object]
 
 
 @dataclass(frozen=True)
 class Peers:
-    """Who takes part beside rtcli; None is left out."""
+    """The programs to compare with; None for those that are missing."""
 
     povray: Peer | None
     mitsuba: Peer | None
@@ -65,13 +66,13 @@ class Peers:
     plain: Peer | None
 
     @classmethod
-    def found(cls) -> Peers:
-        """Return the peers of this machine, installed if need be."""
+    def find(cls) -> Peers:
+        """Return the peers of this machine; install them if necessary."""
         WORK.mkdir(parents=True, exist_ok=True)
         return cls(povray(), mitsuba(), intrinsics_kernel(), plain_kernel())
 
     def versions(self) -> dict[str, str]:
-        """Return all that took part, as people would say it."""
+        """Return the names and versions of all programs, for people."""
         versions = {"rtcli": f"rtcli {rtcli.__version__}, Python {platform.python_version()}"}
         named = {
             "POV-Ray": self.povray,
@@ -86,14 +87,14 @@ class Peers:
 
 
 def scene_file(name: str, scene: scenes.Description, suffix: str) -> str:
-    """Write a scene in one of the formats and return its path."""
+    """Write a scene in one of the formats, and return its path."""
     path = WORK / f"{name}{suffix}"
     path.write_text(scenes.FORMATS[suffix](scene))
     return str(path)
 
 
 def picture_file(name: str) -> str:
-    """Return the path of a picture that is made by the way."""
+    """Return the path of a picture that a contestant writes."""
     return str(WORK / f"{name}.png")
 
 
@@ -101,12 +102,12 @@ def picture_file(name: str) -> str:
 
 
 def rtcli_contestant(name: str, scene: str, *options: str) -> Contestant:
-    """Return `rtcli render`, which tells the seconds of its stages on standard output."""
+    """Return `rtcli render`, which prints the seconds of its stages."""
     return Contestant(name, (RTCLI, "render", scene, "-o", picture_file("rtcli"), "--stats", "-", *options))
 
 
 def povray_contestant(peer: Peer | None, name: str, scene: scenes.Description) -> Iterator[Contestant]:
-    """Yield POV-Ray, if it is there, with one thread for each processor core that rtcli has."""
+    """Yield POV-Ray, if available, with one thread per processor core, like rtcli."""
     if peer:
         width, height = scene["camera"]["resolution"]
         files = (f"+I{scene_file(name, scene, '.pov')}", f"+O{picture_file('povray')}")
@@ -115,7 +116,7 @@ def povray_contestant(peer: Peer | None, name: str, scene: scenes.Description) -
 
 
 def mitsuba_contestant(peer: Peer | None, name: str, scene: scenes.Description) -> Iterator[Contestant]:
-    """Yield Mitsuba, if it is there; it takes all processor cores by itself."""
+    """Yield Mitsuba, if available; it uses all processor cores by default."""
     if peer:
         script = str(HERE / "mitsuba_render.py")
         command = (peer.program, script, scene_file(name, scene, ".xml"), picture_file("mitsuba"))
@@ -123,13 +124,13 @@ def mitsuba_contestant(peer: Peer | None, name: str, scene: scenes.Description) 
 
 
 def uncached(contestant: Contestant) -> Contestant:
-    """Return Mitsuba without the kernels that it compiled before and keeps in the home folder."""
+    """Return Mitsuba without the cache of compiled kernels in its home folder."""
     environment = {**contestant.environment, "HOME": os.devnull}
     return dataclasses.replace(contestant, name=f"{contestant.name}, no kernel cache", environment=environment)
 
 
 def kernel_contestant(peer: Peer | None, name: str) -> Iterator[Contestant]:
-    """Yield the kernel in C, if it could be compiled: the median of many repetitions in one process counts."""
+    """Yield the kernel in C, if it could be compiled; it reports the median of many repetitions in one process."""
     if peer:
         numbers = (*HD, KERNEL_REPETITIONS, 0)
         yield Contestant(name, (peer.program, *map(str, numbers)))
@@ -139,7 +140,7 @@ def kernel_contestant(peer: Peer | None, name: str) -> Iterator[Contestant]:
 
 
 def still_life_contest(name: str, size: tuple[int, int], peers: Peers) -> Contest:
-    """Return the small scene, whole process."""
+    """Return the contest for the small scene: whole processes."""
     scene = scenes.still_life(*size)
     mitsubas = tuple(mitsuba_contestant(peers.mitsuba, name, scene))
     contestants = (
@@ -152,7 +153,7 @@ def still_life_contest(name: str, size: tuple[int, int], peers: Peers) -> Contes
 
 
 def kernel_contest(peers: Peers) -> Contest:
-    """Return the small scene without reading and writing files, on one thread, against brute force in C."""
+    """Return the contest with brute force in C: the small scene, on one thread, without file access."""
     scene = scene_file("kernel", scenes.still_life(*HD), ".yaml")
     contestants = (
         rtcli_contestant("rtcli, one thread", scene, "--threads", "1"),
@@ -164,7 +165,7 @@ def kernel_contest(peers: Peers) -> Contest:
 
 
 def growth_contest(_: Peers) -> Contest:
-    """Return rtcli alone, tracing more and more spheres of the same volume."""
+    """Return the contest of rtcli alone with more and more spheres of constant total volume."""
     contestants = tuple(
         rtcli_contestant(
             f"rtcli, {count:,} spheres", scene_file(f"crowd-{count}", scenes.crowd(count, *HD), ".json")
@@ -175,27 +176,27 @@ def growth_contest(_: Peers) -> Contest:
 
 
 def crowd_contest(count: int, peers: Peers) -> Contest:
-    """Return many spheres, whole process."""
+    """Return the contest for many spheres: whole processes."""
     name, scene = f"crowd-{count}", scenes.crowd(count, *HD)
     mitsubas = mitsuba_contestant(peers.mitsuba, name, scene)
     contestants = (
         rtcli_contestant("rtcli, YAML", scene_file(name, scene, ".yaml")),
         rtcli_contestant("rtcli, JSON", scene_file(name, scene, ".json")),
         *povray_contestant(peers.povray, name, scene),
-        # Half a minute for 100,000 spheres: one run must do.
+        # It takes half a minute for 100,000 spheres, so run it only once.
         *(dataclasses.replace(contestant, once=count >= 100_000) for contestant in mitsubas),
     )
     return Contest(name, f"{count:,} spheres, {HD[0]}x{HD[1]}", contestants)
 
 
 def start_up_contest(_: Peers) -> Contest:
-    """Return a picture so small that all the time is start-up, against the imports that it cannot do without."""
+    """Return the contest of a tiny picture, which is all start-up, with the imports that rtcli needs."""
     scene = scene_file("start-up", scenes.still_life(*TINY), ".yaml")
     contestants = (rtcli_contestant("rtcli", scene), Contestant("imports", (PYTHON, "-c", IMPORTS)))
     return Contest("start-up", f"start-up: {TINY[0]}x{TINY[1]}", contestants, (PROCESS,))
 
 
-# All contests in the order of the table.
+# All contests, in the order of the table.
 CONTESTS: dict[str, Callable[[Peers], Contest]] = {
     "hd": lambda peers: still_life_contest("hd", HD, peers),
     "4k": lambda peers: still_life_contest("4k", UHD, peers),
@@ -206,16 +207,16 @@ CONTESTS: dict[str, Callable[[Peers], Contest]] = {
 }
 
 
-# --- Whether they draw the same ------------------------------------------------------------------------------
+# --- Agreement -----------------------------------------------------------------------------------------------
 
 
-def check_pictures(peers: Peers, say: Say) -> None:
-    """Let everyone render the small scene, and compare the pictures with the reference engine's.
+def check_pictures(peers: Peers, write: Write) -> None:
+    """Render the small scene with all contestants, and compare the pictures with the reference engine's.
 
     Raises
     ------
     SystemExit
-        If one shows something else: its time would say nothing.
+        If a picture is wrong: timing it would mean nothing.
     """
     scene = scenes.still_life(*SAMPLE)
     yaml = scene_file("sample", scene, ".yaml")
@@ -225,9 +226,9 @@ def check_pictures(peers: Peers, say: Say) -> None:
     for contestant, picture in _sample_contestants(peers, scene, yaml):
         contestant.run()
         tolerance = MITSUBA_TOLERANCE if contestant.name == "Mitsuba" else TOLERANCE
-        share = agreement.strays(agreement.levels(picture), expected, tolerance)
-        say(f"{contestant.name:<16} {share:8.3%} of pixels off borders are more than {tolerance} of 255 away\n")
-        if share > MOST_STRAYS:
+        share = agreement.mismatch_share(agreement.levels(picture), expected, tolerance)
+        write(f"{contestant.name:<16} {share:8.3%} of pixels off borders are more than {tolerance} of 255 away\n")
+        if share > MAX_MISMATCH_SHARE:
             sys.exit(f"{contestant.name} draws another picture than the reference engine: {picture}")
 
 
@@ -247,7 +248,7 @@ def _sample_contestants(peers: Peers, scene: scenes.Description, yaml: str) -> I
 
 
 def machine() -> str:
-    """Return the processor and the system in words."""
+    """Describe the processor and the system."""
     info = Path("/proc/cpuinfo")
     lines = info.read_text().splitlines() if info.exists() else []
     models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
@@ -256,7 +257,7 @@ def machine() -> str:
 
 
 def arguments() -> argparse.Namespace:
-    """Return the options of the command line; `only` as a list of names."""
+    """Parse the command line; `only` becomes a list of names."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--only", metavar="NAME,...", help=f"some contests of {', '.join(CONTESTS)}")
     parser.add_argument("--rounds", type=int, default=ROUNDS, help=f"counted rounds, {ROUNDS} by default")
@@ -273,9 +274,9 @@ def arguments() -> argparse.Namespace:
 
 
 def main() -> None:
-    """Find the peers, compare the pictures, hold the contests, write down what came out."""
+    """Find the peers, compare their pictures, run the contests, and publish the results."""
     options = arguments()
-    peers = Peers.found()
+    peers = Peers.find()
     check_pictures(peers, sys.stdout.write)
     rounds = 1 if options.quick else options.rounds
     results: report.Results = {
@@ -292,11 +293,11 @@ def main() -> None:
     if options.quick or options.only != list(CONTESTS):
         sys.stdout.write("\nOnly shown: results.json and README.md hold whole runs.\n")
     else:
-        write(results)
+        publish(results)
 
 
-def write(results: report.Results) -> None:
-    """Renew results.json and the tables of the README."""
+def publish(results: report.Results) -> None:
+    """Rewrite results.json and the tables of the README."""
     RESULTS.write_text(json.dumps(results, indent=2) + "\n", encoding="utf-8")
     README.write_text(report.refreshed(README.read_text(encoding="utf-8"), results), encoding="utf-8")
 

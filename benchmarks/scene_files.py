@@ -1,4 +1,4 @@
-"""How long scene files take before anything is rendered: reading a large one, checking many small ones.
+"""Time scene files before anything is rendered: reading a large one, validating many small ones.
 
 python benchmarks/scene_files.py            # renews scene_files.json and the table in README.md
 python benchmarks/scene_files.py --quick    # one round, only shown
@@ -27,16 +27,16 @@ SMALL_SCENES = 1_000
 
 
 def read_contest() -> Contest:
-    """Return the readers of a scene of 100,000 spheres."""
+    """Return the contest that reads a scene of 100,000 spheres."""
     path = scene_file("crowd-100000", scenes.crowd(100_000, *HD), ".yaml")
     script = str(HERE / "read_scene.py")
-    named = {"rtcli": "rtcli", "rtcli, with places": "places", "yaml.load": "yaml"}
-    contestants = tuple(Contestant(name, (PYTHON, script, reader, path)) for name, reader in named.items())
+    readers = {"rtcli": "rtcli", "rtcli, with places": "places", "yaml.load": "yaml"}
+    contestants = tuple(Contestant(name, (PYTHON, script, reader, path)) for name, reader in readers.items())
     return Contest("read", "reading 100,000 spheres from YAML", contestants, (READ,))
 
 
 def validate_contest() -> Contest:
-    """Return the check of many scenes of nine objects each."""
+    """Return the contest that validates many scenes of nine objects."""
     folder = WORK / "small-scenes"
     folder.mkdir(parents=True, exist_ok=True)
     for number in range(SMALL_SCENES):
@@ -46,7 +46,7 @@ def validate_contest() -> Contest:
 
 
 def write_small_scene(path: Path, rng: random.Random, count: int = 8) -> None:
-    """Write a floor with eight balls, or another number of them."""
+    """Write a scene with a floor and a number of balls."""
     balls = [
         f"  - {{type: sphere, position: [{rng.uniform(-3, 3):.3f}, {rng.uniform(-1, 3):.3f}, "
         f"{rng.uniform(-12, -6):.3f}], radius: {rng.uniform(0.2, 0.6):.3f}, color: [0.5, 0.6, 0.7]}}\n"
@@ -60,7 +60,7 @@ def write_small_scene(path: Path, rng: random.Random, count: int = 8) -> None:
 
 
 def main() -> None:
-    """Hold both contests, and write down what came out."""
+    """Run both contests, and publish the results."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="one round, only shown")
     parser.add_argument("--machine", default=machine(), help="how to name this machine")

@@ -1,8 +1,8 @@
-"""The scenes of the benchmarks, each described once and written in the language of each renderer.
+"""The scenes of the benchmarks, each described once and translated for each renderer.
 
-A description is the data of an rtcli scene: what a JSON scene file holds. `FORMATS` turns it into a scene file of
-rtcli, POV-Ray or Mitsuba, and `c_header` into the constants of `brute_force.c`, so all of them get the same
-numbers. Only what the benchmarks use is translated: a camera with y up, free white lights, planes with y up.
+A description is the data of a JSON scene file of rtcli. `FORMATS` translates it to scene files for rtcli, POV-Ray
+and Mitsuba, and `c_header` to the constants of `brute_force.c`, so all of them use the same numbers. They support
+only the features that the benchmarks use: a camera with y up, free white lights, planes with y up.
 """
 
 from __future__ import annotations
@@ -15,18 +15,18 @@ from typing import Any
 
 Description = dict[str, Any]
 
-# How the shapes of a crowd are spread: a box that just fills the picture, seen from the origin along -z.
+# The box that encloses a crowd; seen from the origin along -z, it just fills the picture.
 CROWD_BOX = ((-16.0, 16.0), (-9.0, 9.0), (-49.0, -31.0))
 CROWD_SHARE_OF_VOLUME = 0.05
 CROWD_SIZES = (100, 1_000, 10_000, 100_000)
 SEED = 1
 
-# POV-Ray weakens a light by 2 / (1 + (d / fade_distance)^2): with a fade distance far below all distances that is
-# the law of the inverse square, as in the other renderers.
+# POV-Ray attenuates a light by 2 / (1 + (d / fade_distance)^2). With a fade distance far below all distances, that
+# is the inverse-square law of the other renderers.
 POV_FADE_DISTANCE = 0.01
 POV_DIFFUSE = 0.7
 
-# Half the side of the square that stands for the plane in Mitsuba, which knows no infinite one.
+# Half the side of the square that replaces the plane in Mitsuba, which has no infinite planes.
 MITSUBA_PLANE_REACH = 1000.0
 
 
@@ -34,7 +34,7 @@ MITSUBA_PLANE_REACH = 1000.0
 
 
 def still_life(width: int, height: int) -> Description:
-    """Return two spheres and a box on a plane, under one light; nine tenths of the picture hit something."""
+    """Return two spheres and a box on a plane, under one light; nine tenths of the primary rays hit something."""
     return {
         "camera": {
             "resolution": [width, height],
@@ -59,9 +59,9 @@ def still_life(width: int, height: int) -> Description:
 
 
 def crowd(count: int, width: int, height: int) -> Description:
-    """Return spheres at random places in a box before the camera, under one light beside the camera.
+    """Return spheres at random positions in a box in front of the camera, with one light beside the camera.
 
-    Whatever their number, they fill the same share of the same box, and the box fills the picture.
+    They fill the same share of the same box whatever their number, and the box fills the picture.
     """
     numbers = random.Random(SEED)
     radius = crowd_radius(count)
@@ -79,7 +79,7 @@ def crowd(count: int, width: int, height: int) -> Description:
 
 
 def crowd_radius(count: int) -> float:
-    """Return the radius at which so many spheres have the volume V of every crowd.
+    """Return the radius at which N spheres have the total volume V of every crowd.
 
     r = (3 V / (4 pi N))^(1/3)
     """
@@ -105,7 +105,7 @@ def to_json(scene: Description) -> str:
 
 
 def to_yaml(scene: Description) -> str:
-    """Return the scene as a YAML scene file of rtcli, laid out as people write it: a key a line."""
+    """Return the scene as a YAML scene file of rtcli, laid out as people write it, with one key per line."""
     lines = ["camera:", *(f"  {line}" for line in _yaml_lines(scene["camera"]))]
     for key in ("lights", "objects"):
         lines.append(f"{key}:")
@@ -126,8 +126,8 @@ def _yaml_lines(mapping: Description) -> Iterator[str]:
 def to_pov(scene: Description) -> str:
     """Return the scene as a POV-Ray scene file.
 
-    The camera's vectors are given one by one, so POV-Ray sees rtcli's right-handed coordinates unmirrored. A turn
-    about y has the same matrix in both.
+    The camera's vectors are given one by one, so that POV-Ray's left-handed coordinates do not mirror the picture.
+    A rotation about y has the same matrix in both.
     """
     lines = [
         "#version 3.7;",
@@ -152,9 +152,9 @@ def _pov_camera(camera: Description) -> str:
 
 
 def _pov_light(light: Description) -> str:
-    """Return a light as bright as rtcli's.
+    """Return a light as bright as in rtcli.
 
-    With the fade distance f, a surface's radiance is
+    With the fade distance f, the radiance of a surface is
 
     rtcli:    color / pi * I / (4 pi r^2) * cos
     POV-Ray:  color * diffuse * C * 2 (f / r)^2 * cos
@@ -226,7 +226,7 @@ def _mitsuba_camera(camera: Description) -> str:
 
 
 def _mitsuba_light(light: Description) -> str:
-    """Return a point light; Mitsuba's intensity is power per steradian: I / (4 pi)."""
+    """Return a point light; in Mitsuba, intensity is power per steradian: I / (4 pi)."""
     per_steradian = light["intensity"] / (4 * math.pi)
     return (
         f'<emitter type="point"><point name="position" value="{_mitsuba(light["position"])}"/>'
@@ -235,7 +235,7 @@ def _mitsuba_light(light: Description) -> str:
 
 
 def _mitsuba_plane(shape: Description) -> str:
-    """Return a large square whose front, +z, is turned up."""
+    """Return a large square whose front, +z, faces up."""
     return (
         '<shape type="rectangle"><transform name="to_world">'
         f'<scale value="{MITSUBA_PLANE_REACH}"/><rotate x="1" angle="-90"/>'
@@ -251,7 +251,7 @@ def _mitsuba_sphere(shape: Description) -> str:
 
 
 def _mitsuba_box(shape: Description) -> str:
-    """Return the cube -1..1, scaled, turned and moved."""
+    """Return the cube -1..1, scaled, rotated and translated."""
     return (
         '<shape type="cube"><transform name="to_world">'
         f'<scale value="{_mitsuba(size / 2 for size in shape["size"])}"/>'
@@ -275,15 +275,15 @@ _MITSUBA_SHAPES = {"plane": _mitsuba_plane, "sphere": _mitsuba_sphere, "box": _m
 
 
 def c_header(scene: Description) -> str:
-    """Return the numbers of a still life as constants for `brute_force.c`, which is compiled with them.
+    """Return the numbers of a still life as compile-time constants for `brute_force.c`.
 
-    What is constant there is worked out here, in float64. All vectors are relative to the eye.
+    Constants derived from them are computed here, in float64. All vectors are relative to the eye.
     """
     camera, light = scene["camera"], scene["lights"][0]
     plane, ball, marble, box = scene["objects"]
     eye = camera["position"]
     right, up, forward = camera_axes(camera)
-    turn = math.radians(box["rotation"])
+    angle = math.radians(box["rotation"])
     constants: dict[str, float | Iterable[float]] = {
         "TAN_HALF_FOV": math.tan(math.radians(camera["fov"]) / 2),
         "RIGHT": right,
@@ -302,8 +302,8 @@ def c_header(scene: Description) -> str:
         "MARBLE_COLOR": marble["color"],
         "BOX": _minus(box["position"], eye),
         "BOX_HALF": [size / 2 for size in box["size"]],
-        "BOX_SIN": math.sin(turn),
-        "BOX_COS": math.cos(turn),
+        "BOX_SIN": math.sin(angle),
+        "BOX_COS": math.cos(angle),
         "BOX_COLOR": box["color"],
     }
     return "".join(_c_constants(constants))
@@ -328,7 +328,7 @@ Vector = Iterable[float]
 
 
 def camera_axes(camera: Description) -> tuple[list[float], list[float], list[float]]:
-    """Return right, up and forward of a camera with y up: unit vectors at right angles to each other."""
+    """Return the right, up and forward vectors of a camera with y up, orthonormal."""
     forward = _unit(_minus(camera["look_at"], camera["position"]))
     right = _unit(_cross(forward, [0.0, 1.0, 0.0]))
     return right, _cross(right, forward), forward
@@ -349,7 +349,7 @@ def _cross(a: Vector, b: Vector) -> list[float]:
     return [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx]
 
 
-# The endings of scene files and how they are written.
+# The suffixes of scene files and their translations.
 FORMATS: dict[str, Callable[[Description], str]] = {
     ".yaml": to_yaml,
     ".json": to_json,

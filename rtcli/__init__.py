@@ -1,11 +1,11 @@
-"""rtcli: from a YAML scene to a picture, and to exact ground truth.
+"""rtcli: render a YAML scene to a picture and to exact ground truth.
 
     scene.yaml --parse--> data + positions --validate--> Scene --pack--> arrays --trace--> Film --develop--> file
        text      scene/reading/     scene/validation/     rendering/pack.py tracer/  rendering/film.py image/
 
-`rtcli.batch` takes many scenes the same way, on several cores or a cluster, and keeps what is current. Data flows
-one way. `rtcli.cli` calls the stages and is the only place that prints, reads flags or exits; the
-tracer knows arrays and numbers; the scene knows no pixels. From Python, three names are enough::
+`rtcli.batch` renders scenes into a folder, on several cores or a cluster, and skips results that are up to date.
+Data flows one way. `rtcli.cli` calls the stages, and only it prints, reads flags or exits; the tracer sees arrays
+and numbers; a scene knows no pixels. The Python API in short::
 
     scene = rtcli.load_scene("scene.yaml")
     film = rtcli.render(scene)
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Film", "Problem", "Scene", "SceneError", "__version__", "load_scene", "render"]
 
-# Loaded on first use: `rtcli validate` must not pay for NumPy, nor `import rtcli` for anything.
-_HOMES = {
+# Imported on first use: `rtcli validate` must not load NumPy, and `import rtcli` must load nothing.
+_MODULES = {
     "Film": "rtcli.rendering.film",
     "Problem": "rtcli.scene.diagnostics.problems",
     "Scene": "rtcli.scene.model",
@@ -40,9 +40,9 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
+    if name not in _MODULES:
         raise AttributeError(f"module 'rtcli' has no attribute {name!r}")
-    return getattr(import_module(_HOMES[name]), name)
+    return getattr(import_module(_MODULES[name]), name)
 
 
 def __dir__() -> list[str]:

@@ -1,34 +1,33 @@
-"""The program `rtcli`, which `python -m rtcli` is as well: the command line in a process of its own."""
+"""The entry point of `rtcli` and `python -m rtcli`: prepare the process and run the command line."""
 
 from __future__ import annotations
 
 import gc
 import io
-import signal
 import sys
+
+from rtcli.signals import exit_silently_on_interrupt
 
 
 def run() -> None:
     """Run the command line and exit."""
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        # Until the command line takes care of it, an interrupt ends the program without a traceback.
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
-    # What is imported stays until the end: looking through it for garbage as often as Python does takes a tenth
-    # of a short run. Cycles of a long one are still collected.
+    exit_silently_on_interrupt()
+    # Imported objects live until the end: scanning them for garbage at Python's default rate takes a tenth of a
+    # short run. Cycles of a long run are still collected.
     gc.set_threshold(1_000_000)
     from rtcli.cli import main
-    from rtcli.cli.console import make_output_whole
-    from rtcli.cli.memory_limit import heed_limits
+    from rtcli.cli.console import make_output_reliable
+    from rtcli.cli.memory_limit import respect_memory_limit
 
     for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):  # a closed one is None
-            stream.reconfigure(errors="backslashreplace")  # where the encoding is older than a scene's characters
-    make_output_whole()
-    heed_limits()
+        if isinstance(stream, io.TextIOWrapper):  # None if closed
+            stream.reconfigure(errors="backslashreplace")  # the encoding may lack a scene's characters
+    make_output_reliable()
+    respect_memory_limit()
     try:
         main(prog_name="rtcli")
     finally:
-        # The process ends, and its memory with it: nothing is to be gained from a last look either.
+        # The process ends and frees all memory: skip the last collection.
         gc.freeze()
 
 

@@ -11,7 +11,7 @@ from rtcli.rendering.stream import expose_film
 from rtcli.scene.model import Scene
 from rtcli.tracer.world import Window
 
-if TYPE_CHECKING:  # it comes with NumPy, which `import rtcli` need not pay for
+if TYPE_CHECKING:  # loads NumPy, which `import rtcli` does without
     from rtcli.rendering.film import Film
 
 
@@ -29,19 +29,19 @@ def render(
     scene
         From `rtcli.load_scene`.
     passes
-        Which arrays the film holds beside radiance: `depth`, `distance`, `normal`, `position`, `albedo`,
-        `object_id`. They are taken at pixel centres, whatever the number of samples.
+        The names of arrays that the film holds beside radiance, such as `depth`; see `rtcli.tracer.passes.Passes`.
+        They are taken at pixel centres, whatever the number of samples.
     engine
-        `native`, the fast one; or `reference`, the tracer in NumPy, to compare with.
+        `native`, the fast one, or `reference`, the tracer in NumPy, to compare with.
     threads
-        How many processor cores to use; all by default. The picture does not depend on it.
+        The number of processor cores to use; all by default. The picture does not depend on it.
     crop
-        Left, top, width, height in pixels: render that part of the picture only.
+        Left, top, width, height in pixels: render only that part of the picture.
 
     Returns
     -------
     rtcli.Film
-        The radiance, and the passes asked for.
+        The radiance and the requested passes.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Files that are whole or absent."""
+"""Files that are complete or absent."""
 
 from __future__ import annotations
 
@@ -15,80 +15,80 @@ from typing import Any, BinaryIO
 
 @contextlib.contextmanager
 def atomic_write(target: Path) -> Iterator[BinaryIO]:
-    """Open a file that appears under its name only once it is complete; see `whole_files`."""
-    with whole_files([target]) as [file]:
+    """Open a file that appears under its name only once it is complete; see `atomic_write_all`."""
+    with atomic_write_all([target]) as [file]:
         yield file
 
 
 @contextlib.contextmanager
-def whole_files(
+def atomic_write_all(
     targets: Sequence[Path], scratch: Path | None = None, sync: bool = True
 ) -> Iterator[list[BinaryIO]]:
     """Open files that appear under their names only once all of them are complete.
 
-    The bytes go to temporary files beside the targets, which are renamed over them at the end, one by one. If
-    anything goes wrong before, interrupts included, the temporary files are removed and older targets stay as they
-    were. If renaming itself fails, which it hardly does once the files are complete, those before stay renamed.
+    The bytes go to temporary files, which are renamed over the targets at the end, one by one. If anything fails
+    before that, or is interrupted, the temporary files are removed and the targets stay unchanged. If a rename
+    fails, which is rare for complete files, the renames before it stay.
 
     Parameters
     ----------
     targets
-        Where the files are to be. Links are followed, so that what they lead to is replaced.
+        The destinations. Links are followed, and the files behind them replaced.
     scratch
-        A folder of the same file system for the temporary files, instead of the targets' own.
+        A folder on the same file system for the temporary files; by default each target's own folder.
     sync
-        Wait until the bytes are on the disk. Without it a file is whole whatever happens to the program, but may
-        be empty after a power cut.
+        Wait until the bytes are on the disk. Otherwise a file is complete even if the program crashes, but may be
+        empty after a power cut.
 
     Raises
     ------
     OSError
-        If a file cannot be written there; it names the target. That it cannot be created is found out at once,
-        before any work.
+        If a file cannot be written; it names the target. A file that cannot be created fails at once, before any
+        work.
     """
     with contextlib.ExitStack() as stack:
-        files = [_File(target, scratch, sync) for target in targets]
+        files = [_AtomicFile(target, scratch, sync) for target in targets]
         opened = [stack.enter_context(file.open()) for file in files]
         yield opened
-        for step in (_File.complete, _File.appear):
+        for step in (_AtomicFile.complete, _AtomicFile.move_into_place):
             for file in files:
-                with file.named_in_errors():
+                with file.errors_name_target():
                     step(file)
 
 
-def try_target(target: Path) -> None:
-    """Find out whether a file could be written by `atomic_write`, and leave all as it is.
+def check_writable(target: Path) -> None:
+    """Check that `atomic_write` could write a file, without changing anything.
 
     Raises
     ------
     OSError
         If it could not; it names the target.
     """
-    with _File(target, None, sync=False).open():
+    with _AtomicFile(target, None, sync=False).open():
         pass
 
 
-# Made beforehand; it may be entered again and again.
-_IGNORED = contextlib.suppress(OSError)
+# Created once: removing a temporary file must work when there is no memory left.
+_ERRORS_IGNORED = contextlib.suppress(OSError)
 
 
-class _File:
-    """A file on its way to its place.
+class _AtomicFile:
+    """A temporary file that replaces its target once it is complete.
 
     Raises
     ------
     OSError
-        If it cannot be there.
+        If the target cannot be a file.
     """
 
     def __init__(self, target: Path, scratch: Path | None, sync: bool) -> None:
-        named = Path(os.path.abspath(target))  # noqa: PTH100 - Path.resolve would follow links
-        if named.is_symlink() and named.parts[1] in ("dev", "proc"):
-            # /dev/stdout may lead to a log file, which must not be replaced by what is meant to be a part of it.
+        path = Path(os.path.abspath(target))  # noqa: PTH100 - Path.resolve would follow links
+        if path.is_symlink() and path.parts[1] in ("dev", "proc"):
+            # /dev/stdout may be a link to a log file, which must not be replaced by one of the files it collects.
             raise OSError(errno.EINVAL, "is not a place for files: use - for standard output", str(target))
         self.target = target
         self.final = Path(os.path.realpath(target))
-        _refuse_what_is_no_file(self.final, str(target))
+        _refuse_bad_target(self.final, str(target))
         self.temporary = (scratch or self.final.parent) / f".rtcli-{secrets.token_hex(8)}.tmp"
         self.raw = os.fsencode(self.temporary)
         self.sync = sync
@@ -97,36 +97,33 @@ class _File:
     @contextlib.contextmanager
     def open(self) -> Iterator[BinaryIO]:
         try:
-            with self.named_in_errors(), io.BufferedWriter(_NamedFile(str(self.temporary), "xb")) as self.file:
+            with self.errors_name_target(), io.BufferedWriter(_NamedFile(str(self.temporary), "xb")) as self.file:
                 yield self.file
         finally:
-            # As bytes: this takes no memory, of which there may be none left.
-            with _IGNORED:
+            # A path in bytes needs no memory, which may have run out.
+            with _ERRORS_IGNORED:
                 os.unlink(self.raw)  # noqa: PTH108 - Path has no bytes
 
     def complete(self) -> None:
-        """Have all bytes in the file, and on the disk."""
+        """Flush all bytes to the file, and to the disk if requested."""
         assert self.file is not None
         self.file.flush()
         if self.sync:
-            self._sync(self.file.fileno())
-        self.file.close()  # what is open cannot be renamed on Windows
+            try:
+                os.fsync(self.file.fileno())
+            except OSError as error:
+                raise OSError(error.errno, error.strerror, str(self.temporary)) from error
+        self.file.close()  # Windows cannot rename an open file
 
-    def _sync(self, number: int) -> None:
-        try:
-            os.fsync(number)
-        except OSError as error:
-            raise OSError(error.errno, error.strerror, str(self.temporary)) from error
-
-    def appear(self) -> None:
-        """Take the place of the target."""
+    def move_into_place(self) -> None:
+        """Replace the target, keeping its permissions."""
         if self.final.exists():
             self.temporary.chmod(stat.S_IMODE(self.final.stat().st_mode))
         self.temporary.replace(self.final)
 
     @contextlib.contextmanager
-    def named_in_errors(self) -> Iterator[None]:
-        """Name the target in errors of the temporary file, of which people know nothing."""
+    def errors_name_target(self) -> Iterator[None]:
+        """Make errors name the target instead of the temporary file, which users do not know."""
         try:
             yield
         except OSError as error:
@@ -136,7 +133,7 @@ class _File:
 
 
 class _NamedFile(io.FileIO):
-    """A file whose errors name it, so that among several that are open the right one is blamed."""
+    """A file whose write errors name it, to tell several open files apart."""
 
     def write(self, data: Any, /) -> int:
         try:
@@ -145,18 +142,22 @@ class _NamedFile(io.FileIO):
             raise OSError(error.errno, error.strerror, self.name) from error
 
 
-def _refuse_what_is_no_file(path: Path, name: str) -> None:
-    """Refuse a target before any work, if its folder is missing or it is a folder or a device.
+def _refuse_bad_target(path: Path, name: str) -> None:
+    """Raise OSError before any work if a target is a folder or a device, or its folder is missing.
 
     Renaming over a folder fails late, and renaming over a device such as /dev/null would destroy it.
     """
     try:
-        mode = path.stat().st_mode
+        refuse_non_file(path, name, "is a folder: name a file in it")
     except FileNotFoundError:
         if not path.parent.is_dir():
             raise FileNotFoundError(errno.ENOENT, "its folder does not exist", name) from None
-        return
+
+
+def refuse_non_file(path: Path, name: str, folder: str = "is a folder") -> None:
+    """Raise OSError, the same on every system, for a folder, a pipe or a device; reading one may block."""
+    mode = path.stat().st_mode
     if stat.S_ISDIR(mode):
-        raise IsADirectoryError(errno.EISDIR, "is a folder: name a file in it", name)
+        raise IsADirectoryError(errno.EISDIR, folder, name)
     if not stat.S_ISREG(mode):
         raise OSError(errno.EINVAL, "is not a regular file", name)

@@ -1,4 +1,4 @@
-"""Optional packages: what most people do not need, and is imported when it is asked for."""
+"""Optional dependencies, imported on first use."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ def require_extra(module: str, extra: str, purpose: str) -> ModuleType:
     Parameters
     ----------
     module
-        Its name, which is that of its package but for `_` in place of `-`.
+        The module. Its package has the same name, with `-` for `_`.
     extra
-        The extra of rtcli that installs it, as `pyproject.toml` names it.
+        The extra of rtcli that installs the package, as in `pyproject.toml`.
     purpose
-        What needs it, as the message starts: `reading EXR`.
+        The feature that needs it, which starts the error message: `reading EXR`.
 
     Raises
     ------
     MissingExtraError
-        If it is not installed, with how to install it; or cannot be loaded, with the reason.
+        If the package is not installed, with the command that installs it; or cannot be loaded, with the reason.
     """
     top = module.partition(".")[0]
     package = top.replace("_", "-")
     try:
         return import_module(module)
-    except Exception as error:  # a package that is broken raises anything
+    except Exception as error:  # a broken package may raise anything
         if isinstance(error, ModuleNotFoundError) and error.name == top:
             message = f"{purpose} needs the package {package}: pip install 'rtcli[{extra}]'"
         else:

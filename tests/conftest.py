@@ -1,4 +1,4 @@
-"""Settings that hold for all tests, and the engines of those that hold for each."""
+"""Settings of all tests, and the fixtures that run a test with each engine."""
 
 import functools
 import os
@@ -12,8 +12,8 @@ from hypothesis import settings
 from rtcli.tracer import _native
 from rtcli.tracer.engines import ENGINES
 
-# The same examples each time, so that no test fails by chance: `RTCLI_HYPOTHESIS=thorough make test` searches.
-# And without a deadline: a busy machine is no failure.
+# The same examples each time, so that no test fails by chance; `RTCLI_HYPOTHESIS=thorough make test` searches.
+# No deadline, since a busy machine is not a failure.
 settings.register_profile("default", max_examples=60, derandomize=True, deadline=None)
 settings.register_profile("thorough", max_examples=2000, deadline=None)
 settings.load_profile(os.environ.get("RTCLI_HYPOTHESIS", "default"))
@@ -24,14 +24,14 @@ def pytest_configure(config):
     config.pluginmanager.register(FreshnessReport(Path(_native.__file__), native_sources()))
 
 
-# For the whole session, as Hypothesis wants it: each example of a test uses the same.
+# Session scope, as Hypothesis requires: every example of a test uses the same fixture.
 @pytest.fixture(scope="session", params=ENGINES)
 def engine(request):
-    """Each engine in turn: what a test with this fixture says holds for both."""
+    """Each engine in turn, for tests that must hold with both."""
     return request.param
 
 
 @pytest.fixture(scope="session")
 def render(engine):
-    """Render a scene, or data of one, with each engine in turn: `render(scene, passes=...)`."""
+    """Render a scene, or its data, with each engine in turn: `render(scene, passes=...)`."""
     return functools.partial(worlds.render, engine=engine)

@@ -1,4 +1,4 @@
-"""Files that are whole or absent."""
+"""Files that are complete or absent."""
 
 import errno
 import os
@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from rtcli.atomic import atomic_write, try_target, whole_files
+from rtcli.atomic import atomic_write, atomic_write_all, check_writable
 
 needs_posix = pytest.mark.skipif(os.name == "nt", reason="POSIX only: links, devices and modes")
 
@@ -64,7 +64,7 @@ def test_old_content_is_there_until_the_new_is_complete(tmp_path):
 
 
 @pytest.mark.parametrize("error", [ValueError, OSError, KeyboardInterrupt, SystemExit, MemoryError])
-def test_failure_on_the_way_leaves_the_old_content_and_nothing_else(tmp_path, error):
+def test_failure_while_writing_leaves_only_the_old_content(tmp_path, error):
     target = tmp_path / "old.bin"
     target.write_bytes(b"old")
     with pytest.raises(error):
@@ -73,15 +73,15 @@ def test_failure_on_the_way_leaves_the_old_content_and_nothing_else(tmp_path, er
     assert names_in(tmp_path) == ["old.bin"]
 
 
-def test_failure_on_the_way_to_a_new_file_leaves_nothing(tmp_path):
-    with pytest.raises(ValueError):  # noqa: PT011 - any would do
+def test_failure_while_writing_a_new_file_leaves_nothing(tmp_path):
+    with pytest.raises(ValueError):  # noqa: PT011 - any error will do
         fail_halfway(tmp_path / "new.bin", ValueError)
     assert names_in(tmp_path) == []
 
 
 def test_failure_to_rename_leaves_nothing(tmp_path):
     target = tmp_path / "new.bin"
-    with pytest.raises(OSError), atomic_write(target):  # noqa: PT011 - which one depends on the system
+    with pytest.raises(OSError), atomic_write(target):  # noqa: PT011 - the error depends on the system
         target.mkdir()
     assert names_in(tmp_path) == ["new.bin"]
 
@@ -109,10 +109,10 @@ def test_name_may_be_as_long_as_the_system_allows_in_bytes(tmp_path):
     assert target.read_bytes() == b"content"
 
 
-def test_temporary_files_may_stand_elsewhere(tmp_path):
+def test_temporary_files_may_be_in_another_folder(tmp_path):
     (tmp_path / "scratch").mkdir()
     targets = [tmp_path / "a.bin", tmp_path / "b.bin"]
-    with whole_files(targets, tmp_path / "scratch") as files:
+    with atomic_write_all(targets, tmp_path / "scratch") as files:
         for file in files:
             file.write(b"content")
         assert len(names_in(tmp_path / "scratch")) == 2
@@ -122,10 +122,10 @@ def test_temporary_files_may_stand_elsewhere(tmp_path):
 
 
 @pytest.mark.parametrize("sync", [True, False])
-def test_bytes_are_on_the_disk_where_that_is_asked_for(tmp_path, monkeypatch, sync):
+def test_bytes_are_flushed_to_disk_on_request(tmp_path, monkeypatch, sync):
     synced = []
     monkeypatch.setattr("rtcli.atomic.os.fsync", synced.append)
-    with whole_files([tmp_path / "new.bin"], sync=sync) as [file]:
+    with atomic_write_all([tmp_path / "new.bin"], sync=sync) as [file]:
         file.write(b"content")
     assert len(synced) == sync
     assert (tmp_path / "new.bin").read_bytes() == b"content"
@@ -140,7 +140,7 @@ def test_folder_is_refused_before_the_work(tmp_path):
 def test_target_that_cannot_be_created_is_refused_before_the_work_by_its_own_name(tmp_path, parts):
     (tmp_path / "a file").touch()
     target = tmp_path.joinpath(*parts)
-    with pytest.raises(OSError) as refused, atomic_write(target):  # noqa: PT011 - which one depends on the system
+    with pytest.raises(OSError) as refused, atomic_write(target):  # noqa: PT011 - the error depends on the system
         pytest.fail("the body must not run")
     assert str(refused.value.filename) == str(target)
     assert names_in(tmp_path) == ["a file"]
@@ -225,10 +225,10 @@ def test_memory_file_system_is_a_place_for_files():
 FULL = """
 import sys
 from pathlib import Path
-from rtcli.atomic import whole_files
+from rtcli.atomic import atomic_write_all
 
 small, big, other = map(Path, ("small.bin", "big.bin", "other.bin"))
-with whole_files([small, big, other]) as files:
+with atomic_write_all([small, big, other]) as files:
     for file, size in zip(files, (10, int(sys.argv[1]), 10)):
         file.write(bytes(size))
 """
@@ -245,8 +245,8 @@ def test_file_that_does_not_fit_is_the_one_that_is_named(tmp_path, size):
     assert names_in(tmp_path) == []
 
 
-def test_error_that_is_of_no_file_stays_so(tmp_path):
-    with pytest.raises(OSError, match="elsewhere") as failed, whole_files([tmp_path / "a", tmp_path / "b"]):
+def test_error_without_a_file_name_stays_unchanged(tmp_path):
+    with pytest.raises(OSError, match="elsewhere") as failed, atomic_write_all([tmp_path / "a", tmp_path / "b"]):
         raise OSError(errno.EIO, "elsewhere")
     assert failed.value.filename is None
 
@@ -254,12 +254,12 @@ def test_error_that_is_of_no_file_stays_so(tmp_path):
 def test_trying_a_target_changes_nothing(tmp_path):
     old = tmp_path / "old.bin"
     old.write_bytes(b"old")
-    try_target(old)
-    try_target(tmp_path / "new.bin")
+    check_writable(old)
+    check_writable(tmp_path / "new.bin")
     assert names_in(tmp_path) == ["old.bin"]
     assert old.read_bytes() == b"old"
 
 
-def test_trying_a_target_tells_what_writing_would(tmp_path):
+def test_trying_a_target_raises_the_errors_of_writing(tmp_path):
     with pytest.raises(FileNotFoundError, match="its folder does not exist"):
-        try_target(tmp_path / "missing" / "new.bin")
+        check_writable(tmp_path / "missing" / "new.bin")

@@ -10,9 +10,9 @@ DOCS = ROOT / "docs"
 GLOSSARY = DOCS / "glossary.md"
 PAGES = [ROOT / "CONTRIBUTING.md", DOCS / "architecture.md", GLOSSARY, *sorted((DOCS / "adr").glob("*.md"))]
 
-# What is not in the repository: where things are built and installed.
+# Folders that are built or installed, and so not in the repository.
 MADE = (".venv/", "out/")
-# A file without a folder is one of the repository if it ends like this; `manifest.json` is a user's.
+# A file without a folder belongs to the repository if it has one of these suffixes; `manifest.json` is a user's.
 SUFFIXES = (".md", ".py", ".rs", ".toml")
 
 CODE = re.compile(r"(?<!`)`([^`\n]+)`(?!`)")
@@ -21,7 +21,7 @@ TERM = re.compile(r"^\| ([^|]+?) \| [^|]+ \| [^|]+ \|$", re.MULTILINE)
 
 
 def paths_in(text):
-    """Return the words in backticks that look like paths of the repository, those within commands too."""
+    """Return the words in backticks that look like paths of the repository, including those in commands."""
     words = [word for code in CODE.findall(text) for word in code.split()]
     return [
         word
@@ -33,7 +33,7 @@ def paths_in(text):
 
 
 def missing(page):
-    """Return the paths and links of a page that lead to nothing."""
+    """Return the paths and links of a page whose targets do not exist."""
     text = page.read_text(encoding="utf-8")
     lost = [f"`{path}`" for path in paths_in(text) if not (ROOT / path).exists()]
     links = [link for link in LINK.findall(text) if "://" not in link]

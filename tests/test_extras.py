@@ -9,11 +9,11 @@ from rtcli.cli.exit_codes import os_error_text
 from rtcli.extras import MissingExtraError, require_extra
 
 
-def test_module_that_is_there_is_imported():
+def test_installed_module_is_imported():
     assert require_extra("math", "exr", "counting") is math
 
 
-def test_missing_package_is_told_with_how_to_install_it(monkeypatch):
+def test_missing_package_is_named_with_the_command_that_installs_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "some_package", None)
     with pytest.raises(MissingExtraError) as missing:
         require_extra("some_package", "some", "reading some")
@@ -21,7 +21,7 @@ def test_missing_package_is_told_with_how_to_install_it(monkeypatch):
     assert os_error_text(missing.value) == told
 
 
-def test_package_of_a_module_below_it_is_told():
+def test_package_of_a_missing_submodule_is_named():
     with pytest.raises(MissingExtraError, match="needs the package nothing-such: "):
         require_extra("nothing_such.module", "some", "reading some")
 
@@ -34,7 +34,7 @@ def test_package_of_a_module_below_it_is_told():
         ("raise OSError('no such library')", "no such library"),
     ],
 )
-def test_package_that_is_broken_is_not_called_missing(tmp_path, monkeypatch, source, why):
+def test_broken_package_is_not_called_missing(tmp_path, monkeypatch, source, why):
     (tmp_path / "broken_package.py").write_text(source)
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(MissingExtraError) as broken:

@@ -1,4 +1,4 @@
-"""pytest warns of a compiled module that is older than its sources."""
+"""pytest warns if the compiled module is older than its sources."""
 
 import os
 import subprocess
@@ -40,7 +40,7 @@ def test_module_without_sources_is_never_outdated(build, tmp_path):
 
 
 @pytest.mark.skipif(not (ROOT / "tracer").is_dir(), reason="the sources of the compiled module are not here")
-def test_sources_are_all_that_is_compiled_into_the_module():
+def test_sources_are_the_files_compiled_into_the_module():
     names = {path.relative_to(ROOT).as_posix() for path in native_sources()}
     assert {
         "tracer/Cargo.lock",

@@ -1,4 +1,4 @@
-"""What `make docs` makes is fresh."""
+"""The output of `make docs` is up to date."""
 
 import itertools
 
@@ -10,7 +10,7 @@ from PIL import Image
 
 import rtcli
 from rtcli.scene.diagnostics.rules import RULES
-from rtcli.tracer.world import PASSES
+from rtcli.tracer.passes import PASSES
 
 GALLERY = refresh.gallery_scenes()
 
@@ -73,7 +73,7 @@ def test_picture_of_the_imports_has_a_box_for_each_module_of_the_layers():
 
 
 @pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.code)
-def test_page_on_diagnostics_tells_each_rule_once(rule):
+def test_page_on_diagnostics_lists_each_rule_once(rule):
     text = (refresh.DOCS / "diagnostics.md").read_text(encoding="utf-8")
     assert text.count(f"\n| `{rule.code}` | {rule.name} | ") == 1
 
@@ -87,7 +87,7 @@ def test_gallery_has_a_picture_of_each_scene_and_no_other():
     assert {refresh.picture_of(scene) for scene in GALLERY} == set(refresh.GALLERY.glob("*.png"))
 
 
-def test_passes_on_the_page_on_ground_truth_are_what_is_rendered(tmp_path):
+def test_passes_on_the_page_on_ground_truth_are_those_of_a_render(tmp_path):
     refresh.save_passes(tmp_path)
     fresh = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     assert fresh.keys() == {"still-life.png", "still-life.json", *(f"still-life.{name}.png" for name in PASSES)}
@@ -96,14 +96,14 @@ def test_passes_on_the_page_on_ground_truth_are_what_is_rendered(tmp_path):
 
 
 @pytest.mark.parametrize("scene", GALLERY, ids=lambda scene: scene.stem)
-def test_gallery_picture_is_what_its_scene_renders_to(scene, tmp_path):
-    # Byte for byte: the machine that rendered the committed one was another.
+def test_gallery_picture_is_the_render_of_its_scene(scene, tmp_path):
+    # Byte for byte, although another machine rendered the committed picture.
     rtcli.render(rtcli.load_scene(scene)).save(tmp_path / "rendered.png")
     assert refresh.picture_of(scene).read_bytes() == (tmp_path / "rendered.png").read_bytes(), "run: make docs"
 
 
 def differing_share(scene, crop=None):
-    """Return the share of a gallery picture's pixels, or of a part's, that the reference renders otherwise."""
+    """Return the share of pixels of a gallery picture, or a crop of it, in which the reference engine differs."""
     with Image.open(refresh.picture_of(scene)) as image:
         committed = np.asarray(image).astype(int)
     if crop is not None:
@@ -111,12 +111,12 @@ def differing_share(scene, crop=None):
         committed = committed[y : y + height, x : x + width]
     rendered = rtcli.render(rtcli.load_scene(scene), engine="reference", crop=crop).develop()
     assert committed.shape == rendered.shape
-    # Rounding may move a shadow's border or round a value the other way, no more.
+    # Rounding may move a shadow's border or round a value the other way, but no more.
     return (np.abs(committed - rendered).max(axis=-1) > 1).mean()
 
 
 @pytest.mark.parametrize("scene", GALLERY, ids=lambda scene: scene.stem)
-def test_parts_of_gallery_picture_are_those_of_the_reference_tracer(scene):
+def test_parts_of_a_gallery_picture_equal_the_reference_engines(scene):
     width, height = rtcli.load_scene(scene).camera.resolution
     shares = [
         differing_share(scene, (round(x * (width - 96)), round(y * (height - 64)), 96, 64))
@@ -127,5 +127,5 @@ def test_parts_of_gallery_picture_are_those_of_the_reference_tracer(scene):
 
 @pytest.mark.integration
 @pytest.mark.parametrize("scene", GALLERY, ids=lambda scene: scene.stem)
-def test_gallery_picture_is_that_of_the_reference_tracer(scene):
+def test_gallery_picture_equals_the_reference_engines(scene):
     assert differing_share(scene) <= 1e-4

@@ -5,7 +5,7 @@ from collections import defaultdict
 from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parents[1] / "rtcli"
-# Its classes are called as in the document that specifies it.
+# Its classes have the names of the document that specifies it.
 REFERENCE = PACKAGE / "tracer" / "reference.py"
 
 

@@ -1,4 +1,4 @@
-"""What is built and installed: the wheel and the source distribution."""
+"""The wheel and the source distribution, built and installed."""
 
 import os
 import re
@@ -16,17 +16,17 @@ import rtcli
 
 ROOT = Path(__file__).resolve().parent.parent
 SCENE = ROOT / "scenes" / "first.yaml"
-# Where the program `maturin` and the interpreter stand.
+# The folder of `maturin` and the interpreter.
 BIN = Path(sys.executable).parent
 
 
-# In one process: builds share a folder.
+# In one process, since builds share a folder.
 pytestmark = pytest.mark.xdist_group("build")
 
 
 def maturin(*arguments):
     command = [str(BIN / "maturin"), *arguments]
-    # A build of its own, which must not touch the module that the tests use.
+    # A separate build, which must not touch the module that the tests use.
     result = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     assert result.returncode == 0, result.stdout
 
@@ -39,7 +39,7 @@ def test_version_is_that_of_the_package_and_the_crate():
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory):
-    """The wheel that `pip install .` builds, release profile and all."""
+    """The wheel that `pip install .` builds, in the release profile."""
     folder = tmp_path_factory.mktemp("wheel")
     maturin("build", "--out", str(folder))
     (path,) = folder.glob("*.whl")
@@ -87,7 +87,7 @@ def test_wheel_installs_into_a_bare_environment_and_renders(wheel, tmp_path):
 
 
 @pytest.mark.integration
-def test_source_distribution_holds_what_builds_and_tests_it(tmp_path):
+def test_source_distribution_can_be_built_and_tested(tmp_path):
     maturin("sdist", "--out", str(tmp_path))
     (path,) = tmp_path.glob("*.tar.gz")
     with tarfile.open(path) as archive:

@@ -1,7 +1,7 @@
-"""Draw the imports among the parts of rtcli as an SVG: one box for each module of the import linter's layers.
+"""Draw the imports among the parts of rtcli as an SVG, with a box for each module of the import linter's layers.
 
-The rows are the layers of the first contract of that type in `pyproject.toml`, so the picture follows a change of
-the folders by itself. `tools/refresh.py` writes it to `docs/architecture.svg`.
+The rows are the layers of the first layers contract in `pyproject.toml`, so the picture follows when folders
+change. `tools/refresh.py` writes it to `docs/architecture.svg`.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from importlinter.api import read_configuration
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = "rtcli"
 
-# A backport of the standard library, and a part of pydantic.
-_LEFT_OUT = frozenset({"typing_extensions", "pydantic_core"})
+# Not worth naming: a backport of the standard library, and a part of pydantic.
+_OMITTED = frozenset({"typing_extensions", "pydantic_core"})
 _DISTRIBUTIONS = {"PIL": "Pillow", "numpy": "NumPy", "yaml": "PyYAML"}
 
 # Pixels.
 _MARGIN, _ROW, _BOX, _GAP, _LANE = 24, 86, 44, 22, 14
 _NAME_CHARACTER, _NOTE_CHARACTER, _PADDING = 8.5, 6.3, 24
-# Sweeps that sort the rows; the picture settles after a few.
+# The number of sweeps that sort the rows; a few suffice.
 _SWEEPS = 12
 
 _STYLE = """
@@ -50,16 +50,16 @@ _STYLE = """
 
 @dataclass(frozen=True)
 class Imports:
-    """What the modules of each layer import.
+    """The imports among the modules of the layers.
 
     Parameters
     ----------
     layers
         The modules of each layer, the topmost first.
     packages
-        Those modules that are folders.
+        The modules that are folders.
     edges
-        Pairs of modules, (importer, imported), without those that a longer way implies.
+        Pairs of modules, (importer, imported), without those that a longer path implies.
     externals
         The third-party distributions that each module imports, sorted.
     """
@@ -74,7 +74,7 @@ class Imports:
 
 
 def read_layers(config: Path = ROOT / "pyproject.toml") -> tuple[tuple[str, ...], ...]:
-    """Return the modules of each layer of the first contract of that type, the topmost first."""
+    """Return the modules of each layer of the first layers contract, the topmost first."""
     contracts = read_configuration(str(config))["contracts_options"]
     contract = next(options for options in contracts if options["type"] == "layers")
     (prefix,) = (f"{name}." for name in contract["containers"]) if contract.get("containers") else ("",)
@@ -82,7 +82,7 @@ def read_layers(config: Path = ROOT / "pyproject.toml") -> tuple[tuple[str, ...]
 
 
 def read_imports() -> Imports:
-    """Return what the layers of the package import, as its source files stand now.
+    """Return the imports among the layers of the package, read from its source files.
 
     Raises
     ------
@@ -109,7 +109,7 @@ def read_imports() -> Imports:
             target = owners[imported]
             if target is not None:
                 edges.add((owner, target))
-            elif imported != PACKAGE and imported not in (sys.stdlib_module_names | _LEFT_OUT):
+            elif imported != PACKAGE and imported not in (sys.stdlib_module_names | _OMITTED):
                 externals[owner].add(_DISTRIBUTIONS.get(imported, imported))
     edges = {(source, target) for source, target in edges if source != target}
     return Imports(
@@ -121,48 +121,48 @@ def read_imports() -> Imports:
 
 
 def _owner(module: str, parts: Iterable[str]) -> str | None:
-    """Return the part that a module is, or is in."""
+    """Return the part that contains a module."""
     return next((part for part in parts if module == part or module.startswith(f"{part}.")), None)
 
 
 def _reduced(edges: set[tuple[str, str]], layers: Sequence[Sequence[str]]) -> set[tuple[str, str]]:
-    """Return the edges that no longer way from importer to imported implies."""
+    """Return the edges without those that a longer path from importer to imported implies."""
     row = {name: index for index, layer in enumerate(layers) for name in layer}
     level = sorted(f"{source} -> {target}" for source, target in edges if row[source] >= row[target])
     if level:
         raise ValueError(f"the picture shows imports downwards only, and there is {', '.join(level)}")
     reached: dict[str, set[str]] = {}
-    kept = set()
+    reduced = set()
     for source in sorted(row, key=lambda name: (-row[name], name)):
         below = sorted((target for origin, target in edges if origin == source), key=lambda name: row[name])
         seen: set[str] = set()
         for target in below:
             if target not in seen:
-                kept.add((source, target))
+                reduced.add((source, target))
                 seen |= {target} | reached[target]
         reached[source] = seen
-    return kept
+    return reduced
 
 
 # --- The layout ------------------------------------------------------------------------------------------
 
-# A box is named by its module. Where an import passes a row, it has a lane there, named by itself and the row.
+# A box is named after its module; a lane, where an import crosses a row, after the import and the row.
 _Node = str | tuple[str, str, int]
 
 
 class _Layout:
-    """Where boxes and lanes stand: in rows, sorted so that few imports cross."""
+    """The positions of boxes and lanes: in rows, sorted so that few imports cross."""
 
     def __init__(self, imports: Imports) -> None:
         self._imports = imports
         self.rows: list[list[_Node]] = [sorted(layer) for layer in imports.layers]
-        self.ways = [self._way(*edge) for edge in imports.edges]
-        self._links = [link for way in self.ways for link in itertools.pairwise(way)]
+        self.paths = [self._path(*edge) for edge in imports.edges]
+        self._links = [link for path in self.paths for link in itertools.pairwise(path)]
         self._sort()
-        self.x = self._places()
+        self.x = self._positions()
 
-    def _way(self, source: str, target: str) -> list[_Node]:
-        """Return the nodes that an import goes through, with a new lane in each row that it passes."""
+    def _path(self, source: str, target: str) -> list[_Node]:
+        """Return the nodes that an import passes through, with a new lane in each row that it crosses."""
         row = {name: index for index, layer in enumerate(self._imports.layers) for name in layer}
         lanes: list[_Node] = [(source, target, index) for index in range(row[source] + 1, row[target])]
         for index, lane in enumerate(lanes, start=row[source] + 1):
@@ -182,37 +182,37 @@ class _Layout:
         return [end for start, end in self._links if start == node]
 
     def _sort(self) -> None:
-        """Sort each row by the middle of its neighbours, again and again, and keep the best of all orders."""
+        """Sort each row repeatedly by the mean position of its neighbours, and keep the best order."""
         best, fewest = [list(row) for row in self.rows], self._crossings()
         for sweep in range(_SWEEPS):
             down = sweep % 2 == 0
             for row in self.rows if down else reversed(self.rows):
-                place = self._index()
-                middles = {
-                    node: sum(place[other] for other in others) / len(others)
+                rank = self._ranks()
+                means = {
+                    node: sum(rank[other] for other in others) / len(others)
                     for node in row
                     if (others := self._neighbours(node, above=down))
                 }
-                row.sort(key=lambda node: (middles.get(node, place[node]), place[node]))
+                row.sort(key=lambda node: (means.get(node, rank[node]), rank[node]))
             if self._crossings() < fewest:
                 best, fewest = [list(row) for row in self.rows], self._crossings()
         self.rows = best
 
-    def _index(self) -> dict[_Node, float]:
-        """Return how far each node is along its row, 0 to 1, so that rows of any length compare."""
+    def _ranks(self) -> dict[_Node, float]:
+        """Return the position of each node along its row, 0 to 1, so that rows of any length compare."""
         return {node: (i + 0.5) / len(row) for row in self.rows for i, node in enumerate(row)}
 
     def _crossings(self) -> int:
-        place = self._index()
+        rank = self._ranks()
         row = {node: index for index, nodes in enumerate(self.rows) for node in nodes}
         return sum(
-            (place[a] - place[c]) * (place[b] - place[d]) < 0
+            (rank[a] - rank[c]) * (rank[b] - rank[d]) < 0
             for (a, b), (c, d) in itertools.combinations(self._links, 2)
             if row[a] == row[c]
         )
 
-    def _places(self) -> dict[_Node, float]:
-        """Return the middle of each node: as near to its neighbours as those beside it allow."""
+    def _positions(self) -> dict[_Node, float]:
+        """Return the centre of each node, as close to its neighbours above and below as the row allows."""
         x: dict[_Node, float] = {}
         for row in self.rows:
             x |= dict(zip(row, _spread([0.0] * len(row), [self.width(node) for node in row]), strict=True))
@@ -225,17 +225,17 @@ class _Layout:
                     wanted.append(sum(x[other] for other in others) / len(others))
                 x |= dict(zip(row, _spread(wanted, [self.width(node) for node in row]), strict=True))
         left = min(x[node] - self.width(node) / 2 for node in x)
-        return {node: place - left + _MARGIN for node, place in x.items()}
+        return {node: centre - left + _MARGIN for node, centre in x.items()}
 
 
 def _spread(wanted: Sequence[float], widths: Sequence[float]) -> list[float]:
-    """Return places in the given order that do not overlap, the nearest to those wanted by least squares.
+    """Return the centres in the same order, without overlap, that are closest to the wanted ones by least squares.
 
-    Without the widths before it, each place may not be less than the one before: an isotonic regression.
+    With the widths subtracted, no centre may be less than the one before: an isotonic regression.
     """
     offsets = list(itertools.accumulate(((a + b) / 2 + _GAP for a, b in itertools.pairwise(widths)), initial=0.0))
-    groups: list[list[float]] = []  # each of the values that share their mean
-    for value in (place - offset for place, offset in zip(wanted, offsets, strict=True)):
+    groups: list[list[float]] = []  # values that share their mean
+    for value in (centre - offset for centre, offset in zip(wanted, offsets, strict=True)):
         groups.append([value])
         while len(groups) > 1 and _mean(groups[-2]) > _mean(groups[-1]):
             groups[-2:] = [groups[-2] + groups[-1]]
@@ -251,7 +251,7 @@ def _mean(values: Sequence[float]) -> float:
 
 
 def label(name: str, imports: Imports) -> str:
-    """Return what a box is called: a module by its name, a folder with a slash."""
+    """Return the label of a box: the name of its module, with a slash for a folder."""
     return name.removeprefix(f"{PACKAGE}.") + ("/" if name in imports.packages else "")
 
 
@@ -272,9 +272,9 @@ def import_picture() -> str:
         f'<rect class="page" width="{width:.0f}" height="{height}" rx="8"/>',
     ]
     starts, ends = _ports(layout, end=0), _ports(layout, end=-1)
-    for way, start, end in zip(layout.ways, starts, ends, strict=True):
+    for path, start, end in zip(layout.paths, starts, ends, strict=True):
         lines.append(
-            f'<path class="import" marker-end="url(#head)" d="{_curve(way, (start, end), layout, top)}"/>'
+            f'<path class="import" marker-end="url(#head)" d="{_curve(path, (start, end), layout, top)}"/>'
         )
     for name in sorted(name for layer in imports.layers for name in layer):
         lines += _box(name, imports, (layout.x[name], top[name], layout.width(name)))
@@ -282,33 +282,33 @@ def import_picture() -> str:
 
 
 def _ports(layout: _Layout, *, end: int) -> list[float]:
-    """Return where each import leaves its box (end 0) or reaches it (end -1): side by side, as the others lie."""
-    ports = [0.0] * len(layout.ways)
+    """Return where each import leaves its box (end 0) or enters it (end -1), in the order of the other ends."""
+    ports = [0.0] * len(layout.paths)
     next_node = 1 if end == 0 else -2
-    for node in {way[end] for way in layout.ways}:
-        numbers = [i for i, way in enumerate(layout.ways) if way[end] == node]
-        numbers.sort(key=lambda i: (layout.x[layout.ways[i][next_node]], i))
+    for node in {path[end] for path in layout.paths}:
+        numbers = [i for i, path in enumerate(layout.paths) if path[end] == node]
+        numbers.sort(key=lambda i: (layout.x[layout.paths[i][next_node]], i))
         step = min(18.0, (layout.width(node) - 20) / len(numbers))
-        for place, number in enumerate(numbers):
-            ports[number] = layout.x[node] + step * (place - (len(numbers) - 1) / 2)
+        for rank, number in enumerate(numbers):
+            ports[number] = layout.x[node] + step * (rank - (len(numbers) - 1) / 2)
     return ports
 
 
-def _curve(way: Sequence[_Node], ports: tuple[float, float], layout: _Layout, top: Mapping[_Node, int]) -> str:
-    """Return the path of an import: from the foot of one box, down the lanes, to the head of another."""
-    stops = [(ports[0], top[way[0]] + _BOX)]
-    for lane in way[1:-1]:
+def _curve(path: Sequence[_Node], ports: tuple[float, float], layout: _Layout, top: Mapping[_Node, int]) -> str:
+    """Return the SVG path of an import: from the bottom of one box, down the lanes, to the top of another."""
+    stops = [(ports[0], top[path[0]] + _BOX)]
+    for lane in path[1:-1]:
         stops += [(layout.x[lane], top[lane]), (layout.x[lane], top[lane] + _BOX)]
-    stops.append((ports[1], top[way[-1]]))
-    path = f"M{stops[0][0]:.0f} {stops[0][1]}"
+    stops.append((ports[1], top[path[-1]]))
+    curve = f"M{stops[0][0]:.0f} {stops[0][1]}"
     for (x, y), (next_x, next_y) in itertools.pairwise(stops):
         middle = (y + next_y) // 2
-        path += f" C{x:.0f} {middle} {next_x:.0f} {middle} {next_x:.0f} {next_y}"
-    return path
+        curve += f" C{x:.0f} {middle} {next_x:.0f} {middle} {next_x:.0f} {next_y}"
+    return curve
 
 
-def _box(name: str, imports: Imports, place: tuple[float, int, float]) -> list[str]:
-    x, y, width = place
+def _box(name: str, imports: Imports, position: tuple[float, int, float]) -> list[str]:
+    x, y, width = position
     note = ", ".join(imports.externals[name])
     text = f'text-anchor="middle" x="{x:.0f}"'
     lines = [

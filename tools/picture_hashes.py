@@ -1,4 +1,4 @@
-"""Hash the pictures of all scenes, and compare the hashes of several systems.
+"""Hash the pictures of all scenes, and compare the hashes between systems.
 
     python tools/picture_hashes.py render > linux.json
     python tools/picture_hashes.py compare linux.json macos.json windows.json
@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 SCENES = Path(__file__).resolve().parent.parent / "scenes"
 
-# What decides the pixels: whole tiles and broken ones, several samples, a part of the picture, exposure and tone.
+# Options that cover whole and partial tiles, several samples, a crop, exposure, tone curves and bit depth.
 VARIANTS = (
     ("--size", "320x180"),
     ("--size", "97x61", "--samples", "4"),
@@ -33,70 +33,72 @@ VARIANTS = (
 )
 
 
-class Way(NamedTuple):
-    """A way to render that must not change the picture."""
+class Setup(NamedTuple):
+    """The threads and the SIMD level to render with, neither of which may change the picture."""
 
     threads: int
-    level: str | None  # of SIMD; None is the program's own choice
+    level: str | None  # None lets the program choose
 
     def __str__(self) -> str:
         return f"{self.threads} threads, {self.level or 'own level'}"
 
 
-WAYS = (Way(1, None), Way(3, None), Way(2, "baseline"), Way(2, "avx2"), Way(2, "avx512"))
-# Levels that a processor may lack.
+SETUPS = (Setup(1, None), Setup(3, None), Setup(2, "baseline"), Setup(2, "avx2"), Setup(2, "avx512"))
+# SIMD levels that a processor may lack.
 OPTIONAL_LEVELS = ("avx2", "avx512")
 
 Hashes = Mapping[str, str]
 
 
 class RenderError(Exception):
-    """A picture that could not be rendered, with what the program said."""
+    """A picture could not be rendered; the message holds the program's output."""
 
 
 # --- Render ----------------------------------------------------------------------------------------------
 
 
-def picture_hash(scene: Path, options: Sequence[str], way: Way) -> str:
+def picture_hash(scene: Path, options: Sequence[str], setup: Setup) -> str:
     """Return the SHA-256 of the file that `rtcli render` writes, as hexadecimal digits."""
     environment = {name: value for name, value in os.environ.items() if name != "RTCLI_SIMD"}
-    if way.level:
-        environment["RTCLI_SIMD"] = way.level
-    # The working folder is an empty one, for `-m` would import a checkout in it rather than the installed package.
+    if setup.level:
+        environment["RTCLI_SIMD"] = setup.level
+    # The working folder is empty: in a checkout, `-m` would import that instead of the installed package.
     with TemporaryDirectory() as folder:
         picture = Path(folder, "picture.png")
         command = [sys.executable, "-m", "rtcli", "render", str(scene.resolve()), *options]
-        command += ["--threads", str(way.threads), "--quiet", "--output", str(picture)]
+        command += ["--threads", str(setup.threads), "--quiet", "--output", str(picture)]
         result = subprocess.run(command, cwd=folder, env=environment, stderr=subprocess.PIPE, text=True)
         if result.returncode:
-            raise RenderError(f"{' '.join(command[3:])} ({way}) ended with {result.returncode}:\n{result.stderr}")
+            raise RenderError(
+                f"{' '.join(command[3:])} ({setup}) ended with {result.returncode}:\n{result.stderr}"
+            )
         return sha256(picture.read_bytes()).hexdigest()
 
 
-def available_ways(scene: Path) -> list[Way]:
-    """Return the ways that this machine can go, and say which it cannot."""
-    ways = []
-    for way in WAYS:
+def available_setups(scene: Path) -> list[Setup]:
+    """Return the setups that this machine supports, and report the others."""
+    setups = []
+    for setup in SETUPS:
         try:
-            picture_hash(scene, ("--size", "1x1"), way)
+            picture_hash(scene, ("--size", "1x1"), setup)
         except RenderError as error:
-            if way.level not in OPTIONAL_LEVELS:
+            if setup.level not in OPTIONAL_LEVELS:
                 raise
             sys.stderr.write(f"Left out: {error}")
         else:
-            ways.append(way)
-    return ways
+            setups.append(setup)
+    return setups
 
 
 def render(scenes: Sequence[Path]) -> int:
-    """Print the hash of each picture as JSON, if all ways lead to the same pictures."""
+    """Print the hash of each picture as JSON, if all setups give the same pictures."""
     hashes = {
-        str(way): {
-            f"{scene.stem} {' '.join(options)}": picture_hash(scene, options, way)
+        str(setup): {
+            f"{scene.stem} {' '.join(options)}": picture_hash(scene, options, setup)
             for scene in scenes
             for options in VARIANTS
         }
-        for way in available_ways(scenes[0])
+        for setup in available_setups(scenes[0])
     }
     if table := differences(hashes):
         sys.stderr.write(f"The same picture, rendered in several ways, differs:\n\n{table}")
@@ -109,7 +111,7 @@ def render(scenes: Sequence[Path]) -> int:
 
 
 def compare(files: Sequence[Path]) -> int:
-    """Print which pictures differ between the systems, each of which wrote one of the files."""
+    """Print which pictures differ between systems; each file holds the hashes of one system."""
     hashes = {file.stem: json.loads(file.read_text(encoding="utf-8")) for file in files}
     if table := differences(hashes):
         sys.stdout.write(f"These pictures are not the same on all systems:\n\n{table}")
@@ -120,7 +122,7 @@ def compare(files: Sequence[Path]) -> int:
 
 
 def differences(columns: Mapping[str, Hashes]) -> str:
-    """Return a Markdown table of the pictures that are not the same in all columns; empty if there are none."""
+    """Return a Markdown table of the pictures whose columns differ; empty if there are none."""
     pictures = sorted(set().union(*columns.values()))
     found = {picture: [hashes.get(picture, "missing") for hashes in columns.values()] for picture in pictures}
     rows = [
@@ -139,7 +141,7 @@ def _line(cells: Iterable[str]) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the action that the arguments name, and return the exit code."""
+    """Run the requested action, and return the exit code."""
     parser = argparse.ArgumentParser(description="Hash the pictures of scenes, and compare the hashes of systems.")
     actions = parser.add_subparsers(dest="action", required=True)
     rendering = actions.add_parser("render", help="print {picture: SHA-256} as JSON")

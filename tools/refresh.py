@@ -1,6 +1,6 @@
 """Regenerate the schema, the generated parts of the documentation, and the pictures in it.
 
-`make docs` runs it; `tests/test_generated.py` fails when something it makes is stale.
+`make docs` runs it; `tests/test_generated.py` fails when its output is out of date.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _PART = re.compile(r"(<!-- begin (?P<name>[\w ]+) -->\n).*?(<!-- end (?P=name) -
 
 
 def fresh_text(page: Path) -> str:
-    """Return a page with its generated parts as they should be."""
+    """Return the text of a page with up-to-date generated parts."""
     parts = PAGES[page]()
     text = page.read_text(encoding="utf-8")
     return _PART.sub(lambda match: f"{match[1]}{parts[match['name']]}\n{match[3]}", text)
@@ -74,7 +74,7 @@ def benchmark_results() -> dict[str, Any]:
 
 
 def speed_table() -> str:
-    """Return what whole processes took, in milliseconds, beside those of two other programs."""
+    """Return the times of rtcli and of two other programs as a table, in milliseconds."""
     from report import median
 
     contests = benchmark_results()["contests"]
@@ -121,31 +121,31 @@ def command_table() -> str:
 
 
 def gallery_scenes() -> list[Path]:
-    """Return the scene files of the gallery, the first scene and the document's room before the others."""
+    """Return the scene files of the gallery, starting with the first scene and the Cornell boxes."""
     first = ["first", "cornell", "cornell-falloff"]
-    order = {name: place for place, name in enumerate(first)}
+    order = {name: rank for rank, name in enumerate(first)}
     return sorted(SCENES.glob("*.yaml"), key=lambda path: (order.get(path.stem, len(first)), path.stem))
 
 
 def picture_of(scene: Path) -> Path:
-    """Return where a scene's picture stands."""
+    """Return the path of a scene's picture."""
     return GALLERY / f"{scene.stem}.png"
 
 
 def save_passes(folder: Path) -> None:
-    """Render the scene whose passes the page on ground truth shows, as that page says."""
+    """Render the passes on the page about ground truth with the command on that page."""
     options = ["--passes", "all", "--size", "240x160", "--quiet"]
     target = str(folder / "still-life.png")
     CliRunner().invoke(main, ["render", str(SCENES / "still-life.yaml"), "-o", target, *options])
 
 
 def caption_of(scene: Path) -> str:
-    """Return what a scene shows: the comment in its second line."""
+    """Return a scene's caption: the comment in its second line."""
     return scene.read_text(encoding="utf-8").splitlines()[1].removeprefix("# ")
 
 
 def gallery_pictures() -> str:
-    """Return the gallery: of each scene its picture, which leads to the file, its name, and what it shows."""
+    """Return the pictures of the gallery, linked to their scenes, with names and captions."""
     figures = (
         f"[![{scene.stem}](gallery/{scene.stem}.png)](../scenes/{scene.name})<br>"
         f"**{scene.stem}**: {caption_of(scene)}"
@@ -161,7 +161,7 @@ def first_text() -> str:
 
 
 def first_scene() -> str:
-    """Return the first scene's file beside its picture."""
+    """Return the text of the first scene beside its picture."""
     return (
         '<table><tr><td valign="top">\n\n<!-- file first.yaml -->\n'
         f'```yaml\n{first_text()}\n```\n\n</td><td valign="top">\n\n'
@@ -174,7 +174,7 @@ def first_scene() -> str:
 
 
 def report_on(scene: str, name: str, *before: str) -> str:
-    """Return what `rtcli validate` says of a scene that is not valid, as a block, after other commands."""
+    """Return a block of commands that ends with the report on an invalid scene."""
     result = CliRunner().invoke(main, ["validate", "-"], input=scene)
     commands = "\n".join(f"$ {command}" for command in (*before, f"rtcli validate {name}"))
     report = result.stdout.replace("<stdin>", name).rstrip()
@@ -188,7 +188,7 @@ def mistake() -> str:
 
 
 def start_parts() -> dict[str, str]:
-    """Return the generated part of the first page: a scene full of mistakes, and the report on it."""
+    """Return the generated part of the page Start: a scene full of mistakes and its report."""
     text = WRONG.read_text(encoding="utf-8")
     scene = f"<!-- file {WRONG.name} -->\n```yaml\n{text.rstrip()}\n```"
     return {"mistakes": f"{scene}\n\n{report_on(text, WRONG.name)}"}
@@ -203,7 +203,7 @@ def tutorial_steps() -> list[Path]:
 
 
 def tutorial_parts() -> dict[str, str]:
-    """Return the generated parts of the tutorial: the empty scene's report, and each step with its picture."""
+    """Return the generated parts of the tutorial by name: the report on an empty scene, and each step."""
     steps = tutorial_steps()
     texts = ["", *(step.read_text(encoding="utf-8") for step in steps)]
     parts = {"empty scene": report_on("", "room.yaml", "touch room.yaml")}
@@ -213,7 +213,7 @@ def tutorial_parts() -> dict[str, str]:
 
 
 def tutorial_step(step: Path, before: str, after: str) -> str:
-    """Return what a step changes, its picture, and its whole file, which is folded away."""
+    """Return the changes of a step, its picture, and the whole file, folded away."""
     picture = f"![{step.stem.replace('-', ' ')}]({step.stem}.png)"
     whole = f"<!-- file room.yaml -->\n```yaml\n{after.rstrip()}\n```"
     if not before:
@@ -225,7 +225,7 @@ def tutorial_step(step: Path, before: str, after: str) -> str:
 
 
 def save_tutorial(folder: Path) -> None:
-    """Render the steps of the tutorial, in small."""
+    """Render small pictures of the steps of the tutorial."""
     for step in tutorial_steps():
         target = str(folder / f"{step.stem}.png")
         CliRunner().invoke(main, ["render", str(step), "-o", target, "--size", "320x240", "--quiet"])
@@ -233,12 +233,12 @@ def save_tutorial(folder: Path) -> None:
 
 # --- The story of a pixel --------------------------------------------------------------------------------
 
-# At the border of the ball in the first scene, most samples see the floor in its shadow.
+# At the edge of the ball in the first scene, where most samples see the shadowed floor.
 PIXEL = "386,330"
 
 
 def story_of_a_pixel() -> str:
-    """Return what `rtcli explain` prints for a pixel of the first scene."""
+    """Return the output of `rtcli explain` for a pixel of the first scene."""
     scene = SCENES / "first.yaml"
     result = CliRunner().invoke(main, ["explain", "-", "--pixel", PIXEL], input=scene.read_bytes())
     name = scene.relative_to(ROOT).as_posix()
@@ -248,7 +248,7 @@ def story_of_a_pixel() -> str:
 
 # --- Diagnostics -----------------------------------------------------------------------------------------
 
-# The letters and digits that codes of a group start with, and what the group is.
+# The prefix of the codes of each group, and the name of the group.
 RULE_GROUPS = {
     "E0": "text",
     "E1": "structure",
@@ -260,16 +260,16 @@ RULE_GROUPS = {
 
 def diagnostics_parts() -> dict[str, str]:
     """Return the generated parts of the page on diagnostics by name: a table for each group of rules."""
-    groups = {name: rules_table(start) for start, name in RULE_GROUPS.items()}
+    groups = {name: rules_table(prefix) for prefix, name in RULE_GROUPS.items()}
     beyond = [f"`{rule.code}` {rule.name}" for rule in RULES if rule.code.startswith("E") and not rule.in_schema]
     return {**groups, "beyond a schema": ", ".join(beyond) + "."}
 
 
-def rules_table(start: str) -> str:
-    """Return the rules whose codes start alike as a Markdown table."""
+def rules_table(prefix: str) -> str:
+    """Return the rules whose codes start with a prefix as a Markdown table."""
     lines = ["| code | name | problem | remedy |", "| --- | --- | --- | --- |"]
     for rule in RULES:
-        if rule.code.startswith(start):
+        if rule.code.startswith(prefix):
             remedy = _text(rule.remedy) or "the message says what is allowed"
             lines.append(f"| `{rule.code}` | {rule.name} | {_text(rule.summary)} | {remedy} |")
     return "\n".join(lines)
@@ -291,7 +291,7 @@ SECTIONS = {
 
 
 def scene_reference() -> str:
-    """Return all keys of a scene file as Markdown tables, from the schema."""
+    """Return all keys of a scene file as Markdown tables, generated from the schema."""
     schema = scene_schema()
     definitions = {**schema["$defs"], "Scene": schema}
     return "\n\n".join(_section(title, definitions[name]) for name, title in SECTIONS.items())
@@ -322,7 +322,7 @@ _KINDS = {"number": "number", "integer": "integer", "boolean": "true or false", 
 
 
 def _value(field: dict[str, Any]) -> str:
-    """Return what may stand for a key, in words."""
+    """Describe the values of a key in words."""
     reference = field.get("$ref", "").rpartition("/")[2]
     if reference in ("Albedo", "LightColor"):
         return "color"
@@ -349,7 +349,7 @@ def _bounds(field: dict[str, Any]) -> str:
     return ",".join(bounds)
 
 
-# --- All of it -------------------------------------------------------------------------------------------
+# --- Everything ------------------------------------------------------------------------------------------
 
 
 # Each page with generated parts, and what makes them, by name.
@@ -367,7 +367,7 @@ PAGES: dict[Path, Callable[[], dict[str, str]]] = {
 
 
 def refresh() -> None:
-    """Write everything that is generated."""
+    """Regenerate everything."""
     SCHEMA.write_text(schema_text(), encoding="utf-8")
     for page in PAGES:
         page.write_text(fresh_text(page), encoding="utf-8")

@@ -1,7 +1,7 @@
-"""What runs of batches share of a folder: a lock, and a place for the temporary files of each run.
+"""Keep the runs of batches in one folder apart: a lock, and a folder for the temporary files of each run.
 
 DIR/.rtcli/lock          held while the manifest is read and written
-DIR/.rtcli/run-XXXX/     the temporary files of a run, whose lock it holds until its end
+DIR/.rtcli/run-XXXX/     the temporary files of a run, which holds the lock in it until its end
 """
 
 from __future__ import annotations
@@ -20,28 +20,30 @@ _LOCK = "lock"
 
 
 def lock_of(folder: Path) -> FileLock:
-    """Return the lock of a folder of results, which is held for moments only. Its file stays, as it has to."""
+    """Return the lock of a folder of results; hold it only briefly. Its file must never be deleted."""
     return FileLock(folder / PRIVATE / _LOCK)
 
 
 @contextlib.contextmanager
 def scratch_folder(folder: Path) -> Iterator[Path]:
-    """Make the folder for results, and give one for the temporary files of a run, which is gone afterwards.
+    """Create a folder of results, and yield a folder for a run's temporary files, which is deleted at the end.
 
-    What runs left that were killed is removed. Workers that outlive such a run for a moment lose their temporary
-    files with it, and so cannot put results of old over new ones.
+    Delete what killed runs left behind. Workers that outlive their run for a moment lose their temporary files by
+    that, and so cannot replace new results by old ones.
 
     Raises
     ------
     OSError
-        If one cannot be made.
+        If a folder cannot be created.
     """
     private = folder / PRIVATE
     private.mkdir(parents=True, exist_ok=True)
     scratch = private / f"run-{secrets.token_hex(8)}"
     own = FileLock(scratch / _LOCK)
-    with lock_of(folder):  # no other run may take a new folder, not locked yet, for one of the dead
-        _remove_dead(private)
+    with lock_of(folder):  # otherwise another run could take the new folder, not yet locked, for a killed run's
+        for abandoned in private.glob("run-*"):
+            with contextlib.suppress(Timeout, OSError), FileLock(abandoned / _LOCK, timeout=0):
+                shutil.rmtree(abandoned, ignore_errors=True)
         scratch.mkdir()
         own.acquire()
     try:
@@ -49,10 +51,3 @@ def scratch_folder(folder: Path) -> Iterator[Path]:
     finally:
         own.release()
         shutil.rmtree(scratch, ignore_errors=True)
-
-
-def _remove_dead(private: Path) -> None:
-    """Remove the folders of runs that hold their locks no more."""
-    for left in private.glob("run-*"):
-        with contextlib.suppress(Timeout, OSError), FileLock(left / _LOCK, timeout=0):
-            shutil.rmtree(left, ignore_errors=True)

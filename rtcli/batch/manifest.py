@@ -1,7 +1,7 @@
-"""`manifest.json`: of each scene of a batch what it was, what came of it, and where that is.
+"""`manifest.json`: for each scene of a batch its hashes, settings, status and outputs.
 
-It is replaced as a whole, so that it can be read at any moment, and merged with what other runs into the same
-folder wrote meanwhile. Each scene is a line, which is made once: of a hundred thousand only the new take time.
+It is replaced as a whole, so it can be read at any time, and merged with the changes that other runs in the same
+folder made meanwhile. Each scene is a line that is encoded once, so that a hundred thousand scenes take no time.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from rtcli.atomic import whole_files
+from rtcli.atomic import atomic_write_all
 from rtcli.batch.folder import lock_of
 from rtcli.batch.jobs import MANIFEST
 from rtcli.rendering.metadata import SOFTWARE
@@ -24,8 +24,8 @@ Entry: TypeAlias = dict[str, Any]
 
 _VERSION = 1
 
-# Seconds from one writing to the next: at least so many, and so many times what the last one took.
-_INTERVAL, _SHARE = 1.0, 20.0
+# The time between two saves: at least this many seconds, and this many times the duration of the last save.
+_MIN_INTERVAL, _INTERVAL_FACTOR = 1.0, 20.0
 
 
 class ManifestError(OSError):
@@ -35,8 +35,15 @@ class ManifestError(OSError):
         super().__init__(errno.EINVAL, message, str(path))
 
 
+def files_of(entry: Entry, name: str) -> list[dict[str, Any]]:
+    """Return the files that an entry lists under a name, without malformed items: anyone may edit a manifest."""
+    files = entry.get(name)
+    items = files if isinstance(files, list) else []
+    return [item for item in items if isinstance(item, dict) and isinstance(item.get("path"), str)]
+
+
 class Manifest:
-    """What is known of the results in a folder.
+    """The manifest of a folder of results.
 
     Parameters
     ----------
@@ -46,7 +53,7 @@ class Manifest:
     Raises
     ------
     ManifestError
-        If there is a manifest that is not one, or a later one.
+        If the file is no manifest, or one of a later version.
     OSError
         If it cannot be read.
     """
@@ -56,8 +63,8 @@ class Manifest:
         self._path = folder / MANIFEST
         self._lines: dict[str, str] = {}
         self._changes: dict[str, str | None] = {}
-        self._seen: tuple[int, int, int] | None = None
-        self._due = time.monotonic() + _INTERVAL
+        self._stamp_read: tuple[int, int, int] | None = None
+        self._due = time.monotonic() + _MIN_INTERVAL
         self._read()
 
     def __iter__(self) -> Iterator[str]:
@@ -68,12 +75,12 @@ class Manifest:
         return len(self._lines)
 
     def entry(self, key: str) -> Entry:
-        """Return what is known of a result, if anything. It is text that anybody may have written.
+        """Return the entry of a result, empty if there is none. Do not trust it: anyone may edit a manifest.
 
         Raises
         ------
         ManifestError
-            If it cannot be read.
+            If the entry is not valid JSON.
         """
         line = self._lines.get(key)
         try:
@@ -82,68 +89,66 @@ class Manifest:
             raise self._damaged(f"the line of {quoted(key)}: {error}") from error
 
     def put(self, key: str, entry: Entry) -> None:
-        """Take down what is known of a result."""
-        self._lines[key] = self._changes[key] = _line(entry)
+        """Set the entry of a result."""
+        self._lines[key] = self._changes[key] = json.dumps(entry)
 
     def remove(self, key: str) -> None:
-        """Forget a result."""
+        """Remove the entry of a result."""
         self._lines.pop(key, None)
         self._changes[key] = None
 
     def save_if_due(self, scratch: Path) -> None:
-        """Write it, if that was long ago; see `save`."""
+        """Save the manifest if the last time was long ago; see `save`."""
         if time.monotonic() >= self._due:
             self.save(scratch)
 
-    def save(self, scratch: Path, patience: float = -1) -> None:
-        """Write it, if anything is new, with what other runs wrote meanwhile.
+    def save(self, scratch: Path, timeout: float = -1) -> None:
+        """Save the changes, if there are any, together with those that other runs made meanwhile.
 
         Parameters
         ----------
         scratch
             A folder for the temporary file.
-        patience
-            Seconds to wait while other runs read or write it; below 0 there is no end to it.
+        timeout
+            Seconds to wait while other runs read or write the manifest; forever if negative.
 
         Raises
         ------
         OSError
-            If it cannot be written, or another run's cannot be read.
+            If it cannot be written, or the changes of another run cannot be read.
         """
         if not self._changes:
             return
-        with lock_of(self._folder).acquire(timeout=patience):
+        with lock_of(self._folder).acquire(timeout=timeout):
             start = time.monotonic()
-            if self._stamp() != self._seen:
+            if self._stamp() != self._stamp_read:
                 self._read()
-            with whole_files([self._path], scratch) as [file]:
+            with atomic_write_all([self._path], scratch) as [file]:
                 file.writelines(self._pieces())
-            self._seen = self._stamp()
+            self._stamp_read = self._stamp()
         self._changes.clear()
         now = time.monotonic()
-        self._due = now + max(_INTERVAL, _SHARE * (now - start))
+        self._due = now + max(_MIN_INTERVAL, _INTERVAL_FACTOR * (now - start))
 
     def _read(self) -> None:
-        """Read the file, which others may have written, and apply the own changes to it."""
-        self._seen = self._stamp()
+        """Read the file, which other runs may have written, and apply the unsaved changes to it."""
+        self._stamp_read = self._stamp()
         try:
             raw = self._path.read_bytes()
         except FileNotFoundError:
-            raw = None
-        self._lines = {} if raw is None else self._lines_of(raw)
+            self._lines = {}
+        else:
+            lines = _split_lines(raw)
+            if lines is None:  # written by another program
+                lines = {key: json.dumps(entry) for key, entry in self._parse(raw).items()}
+            self._lines = lines
         for key, line in self._changes.items():
             if line is None:
                 self._lines.pop(key, None)
             else:
                 self._lines[key] = line
 
-    def _lines_of(self, raw: bytes) -> dict[str, str]:
-        lines = _own_lines(raw)
-        if lines is None:  # somebody else wrote it
-            return {key: _line(entry) for key, entry in self._scenes(raw).items()}
-        return lines
-
-    def _scenes(self, raw: bytes) -> Mapping[str, Entry]:
+    def _parse(self, raw: bytes) -> Mapping[str, Entry]:
         try:
             data = json.loads(raw)
         except (ValueError, RecursionError) as error:
@@ -165,7 +170,7 @@ class Manifest:
         )
 
     def _stamp(self) -> tuple[int, int, int] | None:
-        """Return what tells one writing of the file from another: each is a new file."""
+        """Return a value that changes with each save, since each creates a new file; None without a file."""
         try:
             status = self._path.stat()
         except FileNotFoundError:
@@ -187,30 +192,26 @@ _HEAD = f"""{{{{
   "scenes": {{{{"""
 _TAIL = "\n  }\n}\n"
 
-_OWN_HEAD = re.compile(re.escape(_HEAD.format("@")).replace("@", r'"[^"\n]*"'))
-_OWN_LINE = re.compile(r'    ("(?:[^"\\]|\\.)*"): (\{.*\}),')
+_HEAD_PATTERN = re.compile(re.escape(_HEAD.format("@")).replace("@", r'"[^"\n]*"'))
+_LINE_PATTERN = re.compile(r'    ("(?:[^"\\]|\\.)*"): (\{.*\}),')
 
 
-def _own_lines(raw: bytes) -> dict[str, str] | None:
-    """Return the line of each key, not looked into, of a manifest as it is written here; None for another one.
+def _split_lines(raw: bytes) -> dict[str, str] | None:
+    """Return the line of each key, not decoded, of a manifest that rtcli wrote; None for any other.
 
-    To read all of JSON takes ten times as long, of which a hundred thousand scenes would have to wait for seconds.
+    Decoding all of the JSON takes ten times as long, which is seconds for a hundred thousand scenes.
     """
     try:
         text = raw.decode()
     except UnicodeDecodeError:
         return None
-    head = _OWN_HEAD.match(text)
+    head = _HEAD_PATTERN.match(text)
     if head is None or not text.endswith(_TAIL):
         return None
     lines: dict[str, str] = {}
     for line in text[head.end() + 1 : -len(_TAIL)].split("\n"):
-        own = _OWN_LINE.fullmatch(f"{line.removesuffix(',')},")
-        if own is None:
+        match = _LINE_PATTERN.fullmatch(f"{line.removesuffix(',')},")
+        if match is None:
             return None
-        lines[json.loads(own[1])] = own[2]
+        lines[json.loads(match[1])] = match[2]
     return lines
-
-
-def _line(entry: Entry) -> str:
-    return json.dumps(entry)

@@ -1,4 +1,4 @@
-"""Tasks through an executor: a bounded number at a time, and what becomes of those whose worker dies."""
+"""Run tasks in an executor: a limited number at a time, and once more those whose worker dies."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import gc
 import itertools
 import multiprocessing
 import os
-import signal
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -15,117 +14,117 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future
 from multiprocessing.context import SpawnContext, SpawnProcess
 from typing import Any, NamedTuple, TypeVar
 
+from rtcli import signals
+
 _T = TypeVar("_T")
 _R = TypeVar("_R")
 
-# Tasks for each worker: one that it works at, and the next.
-_FOR_EACH = 2
+# Tasks per worker: the one it runs, and the next.
+_TASKS_PER_WORKER = 2
 
-# Seconds until workers that were asked to end are made to.
-_GRACE = 1.0
+# Seconds between asking workers to end and killing them.
+_GRACE_PERIOD = 1.0
 
+# How often to restart workers that die before they run anything.
+_MAX_RESTARTS = 3
 
-# How often workers are started that die before they do anything.
-_STARTS = 3
-
-# Seconds after which it is told that nothing came.
-_BEAT = 1.0
+# Seconds without a result after which `results` yields None.
+_HEARTBEAT = 1.0
 
 
 class WorkerDiedError(RuntimeError):
-    """The process that worked at a task ended, twice."""
+    """The worker process of a task died, twice."""
 
 
 class WorkersError(OSError):
-    """There is nobody to do the work."""
+    """There are no workers left."""
 
 
 class Workers:
-    """An executor, and how it is used.
+    """An executor, and the number of tasks that it holds at a time.
 
     Parameters
     ----------
     executor
-        What runs the tasks.
+        Runs the tasks.
     slots
-        How many tasks are with it at a time.
+        The number of tasks to submit at a time.
     """
 
     def __init__(self, executor: Executor, slots: int) -> None:
         self._executor = executor
         self.slots = slots
 
-    def submit(self, work: Callable[[_T], _R], task: _T) -> Future[_R]:
-        """Have a task worked at."""
-        return self._executor.submit(work, task)
+    def submit(self, function: Callable[[_T], _R], task: _T) -> Future[_R]:
+        """Call a function with a task in a worker."""
+        return self._executor.submit(function, task)
 
-    def renew(self) -> None:
-        """Make them work again after their executor broke: this one cannot."""
+    def restart(self) -> None:
+        """Recover after the executor broke, which these workers cannot."""
         raise WorkersError("the connection to the workers was lost: what was done is kept, start again to go on")
 
     def close(self) -> None:
-        """Let them go; what they still work at is lost."""
+        """Release the workers; tasks that they still run are lost."""
         self._executor.shutdown(wait=False, cancel_futures=True)
 
 
 class Result(NamedTuple):
-    """A task, and what came of it: a value, or an error."""
+    """A task with its value or its error."""
 
     task: Any
     value: Any = None
     error: BaseException | None = None
 
 
-def results(workers: Workers, work: Callable[[_T], _R], tasks: Iterable[_T]) -> Iterator[Result | None]:
-    """Yield what comes of tasks, as it comes; None now and then while nothing comes.
+def results(workers: Workers, function: Callable[[_T], _R], tasks: Iterable[_T]) -> Iterator[Result | None]:
+    """Yield the results of tasks in the order of completion, and None now and then while there are none.
 
-    A task whose worker dies, and those that die with it, are given to a worker once more, one at a time. One that
-    fails again is yielded with the error.
+    A task whose worker dies, or that fails, is tried once more, alone. If it fails again, its error is yielded.
 
     Parameters
     ----------
     workers
-        Who works.
-    work
-        What is done with a task.
+        The workers.
+    function
+        The function to call with each task.
     tasks
-        Are taken as they can be worked at.
+        The tasks, taken one by one as slots become free.
     """
     waiting, pending = iter(tasks), dict[Future[_R], _T]()
     while True:
-        lost = _fill(workers, work, waiting, pending)
-        if not pending and not lost:
+        failed = _fill_slots(workers, function, waiting, pending)
+        if not pending and not failed:
             return
-        done = _settled(workers, pending, bool(lost))
-        if not done and not lost:
+        done = _wait(workers, pending, bool(failed))
+        if not done and not failed:
             yield None
         for future in done:
             result = _result(pending.pop(future), future)
             if result.error is None:
                 yield result
             else:
-                lost.append(result.task)
-        yield from (_alone(workers, work, task) for task in lost)
+                failed.append(result.task)
+        yield from (_retry(workers, function, task) for task in failed)
 
 
-def _fill(
-    workers: Workers, work: Callable[[_T], _R], waiting: Iterator[_T], pending: dict[Future[_R], _T]
+def _fill_slots(
+    workers: Workers, function: Callable[[_T], _R], waiting: Iterator[_T], pending: dict[Future[_R], _T]
 ) -> list[_T]:
-    """Have tasks worked at as long as there are slots; return one for which it was too late, if any."""
+    """Submit tasks while slots are free; return the task that a broken executor refused, if any."""
     for task in itertools.islice(waiting, workers.slots - len(pending)):
         try:
-            pending[workers.submit(work, task)] = task
+            pending[workers.submit(function, task)] = task
         except BrokenExecutor:
             return [task]
     return []
 
 
-def _settled(workers: Workers, pending: dict[Future[_R], _T], is_broken: bool) -> list[Future[_R]]:
-    """Wait a while; return what is done, in the order of the tasks. If workers broke that is all: renew them."""
-    done, _ = wait(pending, 0 if is_broken else _BEAT, FIRST_COMPLETED)
+def _wait(workers: Workers, pending: dict[Future[_R], _T], is_broken: bool) -> list[Future[_R]]:
+    """Wait a while, and return what is done, in the order of the tasks; restart broken workers, which ends all."""
+    done, _ = wait(pending, 0 if is_broken else _HEARTBEAT, FIRST_COMPLETED)
     if is_broken or any(isinstance(future.exception(), BrokenExecutor) for future in done):
         done, _ = wait(pending)
-        workers.renew()
+        workers.restart()
     return [future for future in pending if future in done]
 
 
@@ -134,12 +133,12 @@ def _result(task: Any, future: Future[Any]) -> Result:
     return Result(task, error=error) if error is not None else Result(task, future.result())
 
 
-def _alone(workers: Workers, work: Callable[[_T], _R], task: _T) -> Result:
-    """Have a task worked at once more, while no other is that it could take with it, or that could take it."""
-    result = _result(task, workers.submit(work, task))
+def _retry(workers: Workers, function: Callable[[_T], _R], task: _T) -> Result:
+    """Run a task once more, while no other task runs that could take it down or be taken down by it."""
+    result = _result(task, workers.submit(function, task))
     if not isinstance(result.error, BrokenExecutor):
         return result
-    workers.renew()
+    workers.restart()
     message = "the worker process died, twice: killed by a signal, or for want of memory"
     return Result(task, error=WorkerDiedError(message))
 
@@ -148,45 +147,45 @@ def _alone(workers: Workers, work: Callable[[_T], _R], task: _T) -> Result:
 
 
 class LocalWorkers(Workers):
-    """So many processes of this machine, which start with the first task."""
+    """A number of processes of this machine, which start with the first task."""
 
     def __init__(self, count: int) -> None:
         self._count = count
-        super().__init__(self._new(), _FOR_EACH * count)
+        super().__init__(self._new_executor(), _TASKS_PER_WORKER * count)
 
-    def _new(self) -> ProcessPoolExecutor:
+    def _new_executor(self) -> ProcessPoolExecutor:
         self._context = _Context()
-        with _held_signals():  # a helper process of `multiprocessing` starts
-            return ProcessPoolExecutor(self._count, self._context, _begin)
+        with signals.blocked():  # starts a helper process of `multiprocessing`
+            return ProcessPoolExecutor(self._count, self._context, _start_worker)
 
-    def submit(self, work: Callable[[_T], _R], task: _T) -> Future[_R]:
-        """Have a task worked at; it may start a process, which no signal may interrupt."""
-        with _held_signals(), _memory_kept():
-            return super().submit(work, task)
+    def submit(self, function: Callable[[_T], _R], task: _T) -> Future[_R]:
+        """Call a function with a task in a worker, which may start a process: signals must not interrupt that."""
+        with signals.blocked(), _malloc_settings():
+            return super().submit(function, task)
 
-    def renew(self) -> None:
-        """Start anew after a worker died.
+    def restart(self) -> None:
+        """Start new processes after one died.
 
         Raises
         ------
         WorkersError
-            If no worker lives long enough to answer, as no task would.
+            If none lives long enough to run a task.
         """
-        for _ in range(_STARTS):
+        for _ in range(_MAX_RESTARTS):
             self.close()
-            self._executor = self._new()
+            self._executor = self._new_executor()
             with contextlib.suppress(BrokenExecutor):
-                self.submit(_answer, None).result()
+                self.submit(bool, None).result()  # any task proves that a worker is alive
                 return
         raise WorkersError("worker processes end as soon as they start")
 
     def close(self) -> None:
-        """End the workers, within `_GRACE` seconds or soon after, whatever they do."""
-        with _held_signals():
+        """End the processes, within about `_GRACE_PERIOD` seconds, whatever they run."""
+        with signals.blocked():
             alive = [process for process in self._context.started if process.is_alive()]
             for process in alive:
                 process.terminate()
-            end = time.monotonic() + _GRACE
+            end = time.monotonic() + _GRACE_PERIOD
             for process in alive:
                 process.join(max(0.0, end - time.monotonic()))
                 process.kill()
@@ -194,7 +193,7 @@ class LocalWorkers(Workers):
 
 
 class _Context(SpawnContext):
-    """Starts processes, and knows them."""
+    """Starts processes and remembers them."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -206,57 +205,28 @@ class _Context(SpawnContext):
         return process
 
 
-# What glibc's malloc reads as a process starts: below so many bytes, freed memory stays for the next scene.
-# The kernel would clear each page of its arrays anew, a fifth of the time of a scene with passes.
+# Read by glibc's malloc when a process starts: keep freed blocks of up to this many bytes for the next scene.
+# Otherwise the kernel would clear each page of its arrays again, a fifth of the time of a scene with passes.
 _MALLOC = {name: str(256 << 20) for name in ("MALLOC_MMAP_THRESHOLD_", "MALLOC_TRIM_THRESHOLD_")}
 
 
 @contextlib.contextmanager
-def _memory_kept() -> Iterator[None]:
-    """Have processes that start meanwhile keep memory, unless the environment says otherwise."""
-    own = _MALLOC.keys() - os.environ.keys()
-    os.environ.update({name: _MALLOC[name] for name in own})
+def _malloc_settings() -> Iterator[None]:
+    """Set `_MALLOC` for the processes that start in the block, unless the environment already does."""
+    added = _MALLOC.keys() - os.environ.keys()
+    os.environ.update({name: _MALLOC[name] for name in added})
     try:
         yield
     finally:
-        for name in own:
+        for name in added:
             del os.environ[name]
 
 
-_NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGPIPE")
-_SIGNALS = tuple(getattr(signal, name) for name in _NAMES if hasattr(signal, name))
-
-
-@contextlib.contextmanager
-def _held_signals() -> Iterator[None]:
-    """Put off signals that ask for an end, also for processes and threads that are started meanwhile.
-
-    A terminal sends them to all processes of a program. Only the first is to heed them, and ends the others. And a
-    worker that dies leaves a pipe that nobody reads, which must not end the program.
-    """
-    if not hasattr(signal, "pthread_sigmask"):  # Windows
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, _SIGNALS)
-    try:
-        yield
-    finally:
-        if signal.SIGPIPE in signal.sigpending():
-            signal.sigwait([signal.SIGPIPE])
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _answer(nothing: None) -> None:
-    """Show that there is somebody."""
-
-
-def _begin() -> None:
-    """Make a worker ready: it ends when it is asked to, and when the program that started it is gone."""
-    if hasattr(signal, "pthread_sigmask"):
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGTERM])
+def _start_worker() -> None:
+    """Prepare a worker process: let SIGTERM end it, and the end of its parent."""
+    signals.accept_termination()
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    gc.freeze()  # what is imported stays
+    gc.freeze()  # imported objects live until the end
 
 
 def _end_with_parent() -> None:

@@ -1,4 +1,4 @@
-"""Sweeps: a scene with all combinations of some of its values, without copies of its file."""
+"""Sweeps: render a scene with every combination of some values, without copies of its file."""
 
 from __future__ import annotations
 
@@ -12,30 +12,30 @@ from typing import NamedTuple
 from rtcli.scene.diagnostics.problems import quoted
 from rtcli.scene.paths import PathError, keys_of, split
 
-# More variations than this are a slip of a step, and would fill any disk.
+# More variations than this are a mistyped step, and would fill any disk.
 MOST_VARIATIONS = 1_000_000
 
 _NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _RANGE = re.compile(rf"({_NUMBER}):({_NUMBER}):({_NUMBER})")
-_STEPLESS = re.compile(rf"{_NUMBER}:{_NUMBER}")
+_RANGE_WITHOUT_STEP = re.compile(rf"{_NUMBER}:{_NUMBER}")
 
-# What file systems, shells or URLs give a meaning of its own.
+# Characters with a special meaning in file systems, shells or URLs.
 _UNSAFE = re.compile(r"[^A-Za-z0-9._+=,\[\]-]+")
 _LONGEST_NAME = 200
 
-# Of numbers in ranges, which are to stay exact.
+# The most digits of a number in a range, so that arithmetic stays exact.
 _MOST_DIGITS = 12
 
 
 class Variation(NamedTuple):
-    """A value of a scene, and what becomes of it in turn.
+    """A value of a scene to vary.
 
     Parameters
     ----------
     path
-        As `--set` has it: `camera.fov`, `objects.ball.position[0]`, `objects."Cube.001".color`.
+        Its path, as in `--set`: `camera.fov`, `objects.ball.position[0]`, `objects."Cube.001".color`.
     values
-        YAML, at least one.
+        Its values as YAML, at least one.
     """
 
     path: str
@@ -43,35 +43,36 @@ class Variation(NamedTuple):
 
     @property
     def edits(self) -> tuple[str, ...]:
-        """What `--set` would be given for each value."""
+        """The `--set` expression of each value."""
         return tuple(f"{self.path}={value}" for value in self.values)
 
 
 def parse_variation(expression: str) -> Variation:
-    """Return what `KEY=START:STOP:STEP` or `KEY=A,B,C` asks for.
+    """Parse `KEY=START:STOP:STEP` or `KEY=A,B,C`.
 
-    A range has its stop where the steps meet it. Its numbers are exact decimals: `0:1:0.1` has eleven.
+    A range includes its stop if the steps reach it. Its numbers are exact decimals: `0:1:0.1` has eleven values.
 
     Raises
     ------
     ValueError
-        If it is neither, or has no values or too many.
+        If the expression has another form, no values, or too many.
     """
     if expression.partition("=")[0] in ("", expression):
         raise _not_a_variation(expression)
     try:
         end = split(expression)[1]
-    except PathError:  # which is told where a scene is known: there may be an object whose name needs quotes
+    except PathError:  # reported once the scene is known: an object's name may need quotes
         end = expression.index("=")
     path, text = expression[:end], expression[end + 1 :]
     if not text.strip():
         raise _not_a_variation(expression)
     numbers = _RANGE.fullmatch(text)
     if numbers:
-        return Variation(path, _range(Decimal(numbers[1]), Decimal(numbers[2]), Decimal(numbers[3]), expression))
-    if _STEPLESS.fullmatch(text):
+        start, stop, step = map(Decimal, numbers.groups())
+        return Variation(path, _range(start, stop, step, expression))
+    if _RANGE_WITHOUT_STEP.fullmatch(text):
         raise ValueError(f"{quoted(expression)} has no step: give one, such as {path}=20:60:5")
-    values = _list(text)
+    values = _split_list(text)
     if not all(values):
         raise ValueError(f"{quoted(expression)} has an empty value")
     if len(set(values)) < len(values):
@@ -84,7 +85,7 @@ def _not_a_variation(expression: str) -> ValueError:
 
 
 def _range(start: Decimal, stop: Decimal, step: Decimal, expression: str) -> tuple[str, ...]:
-    # All with as many decimals as the numbers given, so that names of files stand in line.
+    # Write all values with the same number of decimals, so that file names align.
     decimals = max(0, *(-int(number.as_tuple().exponent) for number in (start, step)))
     if max(decimals, *(number.adjusted() for number in (start, stop, step))) > _MOST_DIGITS:
         raise ValueError(f"{quoted(expression)} has numbers of more than {_MOST_DIGITS} digits")
@@ -95,8 +96,8 @@ def _range(start: Decimal, stop: Decimal, step: Decimal, expression: str) -> tup
     return tuple(f"{start + i * step:.{decimals}f}" for i in range(count))
 
 
-def _list(text: str) -> tuple[str, ...]:
-    """Return what stands between commas that are not inside of brackets, braces or quotes."""
+def _split_list(text: str) -> tuple[str, ...]:
+    """Split a text at the commas outside brackets, braces and quotes."""
     values, depth, quote = [""], 0, ""
     for character in text:
         if quote:
@@ -113,35 +114,34 @@ def _list(text: str) -> tuple[str, ...]:
 
 
 class Combination(NamedTuple):
-    """One variation of a scene.
+    """One combination of varied values.
 
     Parameters
     ----------
     values
-        The path of each varied value, and its YAML.
+        The path and the YAML of each value.
     """
 
     values: tuple[tuple[str, str], ...] = ()
 
     @property
     def edits(self) -> tuple[str, ...]:
-        """What `--set` would be given for it."""
+        """The `--set` expressions of its values."""
         return tuple(f"{path}={value}" for path, value in self.values)
 
     @property
     def name(self) -> str:
-        """What its files are called: `camera.fov=20,objects.ball.radius=1`."""
+        """The name of its files: `camera.fov=20,objects.ball.radius=1`."""
         return ",".join(_UNSAFE.sub("_", edit.replace(" ", "")) for edit in self.edits)
 
 
 def combinations(variations: Sequence[Variation]) -> Iterator[Combination]:
-    """Yield all combinations of values, the last value changing fastest; of no variations, the empty one.
+    """Yield all combinations of values, the last changing fastest; without variations, one empty combination.
 
     Raises
     ------
     ValueError
-        If a value is varied twice, there are too many combinations, or two of them would have the same name or one
-        that is too long.
+        If a value is varied twice, there are too many combinations, or names would collide or be too long.
     """
     paths = [variation.path for variation in variations]
     varied = [_keys_of(path) for path in paths]
@@ -149,7 +149,7 @@ def combinations(variations: Sequence[Variation]) -> Iterator[Combination]:
         if varied.count(keys) > 1:
             raise ValueError(f"{quoted(path)} is varied twice: give all its values at once")
     refuse_too_many(math.prod(len(variation.values) for variation in variations))
-    names: dict[str, Combination] = {}  # without case, which some file systems do not tell apart
+    by_name: dict[str, Combination] = {}  # some file systems ignore case
     for values in product(*(variation.values for variation in variations)):
         combination = Combination(tuple(zip(paths, values, strict=True)))
         name = combination.name
@@ -157,23 +157,21 @@ def combinations(variations: Sequence[Variation]) -> Iterator[Combination]:
             raise ValueError(
                 f"the name {quoted(name)} is longer than {_LONGEST_NAME} characters: vary less at a time"
             )
-        if name.casefold() in names:
-            raise ValueError(
-                f"{', '.join(names[name.casefold()].edits)} and {', '.join(combination.edits)} would have one name"
-            )
-        names[name.casefold()] = combination
+        other = by_name.setdefault(name.casefold(), combination)
+        if other is not combination:
+            raise ValueError(f"{', '.join(other.edits)} and {', '.join(combination.edits)} would have one name")
         yield combination
 
 
 def _keys_of(path: str) -> tuple[str | int, ...]:
-    """Return what two ways to write a path have in common."""
+    """Return the keys of a path, which are the same however it is written."""
     try:
         return keys_of(path)
     except PathError:
-        return (path,)  # which nothing can be set by
+        return (path,)  # invalid, which applying it reports
 
 
 def refuse_too_many(count: int) -> None:
-    """Raise ValueError for more variations than anybody can mean."""
+    """Raise ValueError for more than `MOST_VARIATIONS`."""
     if count > MOST_VARIATIONS:
         raise ValueError(f"{count:,} variations are more than {MOST_VARIATIONS:,}")

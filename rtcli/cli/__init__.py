@@ -1,4 +1,4 @@
-"""The command line: one module per command. The only place that prints, reads flags or exits."""
+"""The command line, one module per command. Only this package prints, reads flags or exits."""
 
 from rtcli.cli.program import main
 

@@ -1,4 +1,4 @@
-"""What the commands share: where bytes come from and where they go."""
+"""Reading input and writing output: files, standard streams and terminals."""
 
 from __future__ import annotations
 
@@ -14,31 +14,24 @@ from typing import Any, BinaryIO, TextIO
 import click
 
 from rtcli.atomic import atomic_write
-from rtcli.scene.diagnostics.problems import printable
 
-# As a file's name: standard input or output.
+# The file name that means standard input or output.
 STDIO = "-"
 
 
 def report_line(text: str) -> None:
-    """Print to standard error, where everything goes that nobody asked for."""
+    """Print a line to standard error, which takes everything but the requested output."""
     click.echo(text, err=True)
 
 
-def report_waiting(cores: int, address: str) -> None:
-    """Say that a cluster has nobody yet who works: one that grows will, another never."""
-    if not cores:
-        report_line(f"the cluster at {printable(address)} has no workers: waiting for some")
-
-
 def print_lines(lines: Iterable[str], err: bool = False) -> None:
-    """Print a report to standard output, or error; its colors, if it has any, stay whatever stands there."""
+    """Print a report to standard output or error, with the colors it has, even if the stream is no terminal."""
     for line in lines:
         click.echo(line, err=err, color=True)
 
 
 class _StandardOutput(io.RawIOBase):
-    """The bytes behind standard output, whose errors say that they are of it."""
+    """The raw stream of standard output; its errors name it."""
 
     def __init__(self, raw: io.RawIOBase) -> None:
         self._raw = raw
@@ -60,40 +53,34 @@ class _StandardOutput(io.RawIOBase):
 
 
 class _ClosedOutput(io.BufferedIOBase):
-    """Stands for a standard output that is closed, where Python has None: printing to that says nothing."""
+    """Replaces a closed standard output, which is None in Python: printing to None fails silently."""
 
     def writable(self) -> bool:
         return True
 
     def write(self, data: Any, /) -> int:
-        raise _is_closed("standard output")
+        raise OSError(errno.EBADF, "is closed", "standard output")
 
 
-def _is_closed(name: str) -> OSError:
-    return OSError(errno.EBADF, "is closed", name)
+def make_output_reliable() -> None:
+    """Make standard output write everything, or raise an OSError that names it.
 
-
-def make_output_whole() -> None:
-    """Have standard output take all that is written, or raise an OSError that names it.
-
-    Without Python's buffer (PYTHONUNBUFFERED) a system call may write a part of what it is given, and say so only
-    by a number that nobody heeds. One that is closed (`rtcli ... >&-`) fails once something is written to it.
+    Without Python's buffer (PYTHONUNBUFFERED), a system call may write only part of the data and report that by a
+    return value that no caller checks. A closed standard output (`rtcli ... >&-`) fails at the first write.
     """
-    stream = sys.stdout
+    stream, output = sys.stdout, None
     if stream is None:
         closed: Any = _ClosedOutput()
-        _replace_output(io.TextIOWrapper(closed, "utf-8", "backslashreplace"))
+        output = io.TextIOWrapper(closed, "utf-8", "backslashreplace")
     elif isinstance(stream, io.TextIOWrapper):
-        encoding, errors, at_once = stream.encoding, stream.errors, stream.line_buffering or stream.write_through
+        encoding, errors, flushes = stream.encoding, stream.errors, stream.line_buffering or stream.write_through
         binary: Any = stream.detach()
         raw = binary.detach() if isinstance(binary, io.BufferedWriter) else binary
-        whole = io.BufferedWriter(_StandardOutput(raw))
-        _replace_output(io.TextIOWrapper(whole, encoding, errors, line_buffering=at_once))
-
-
-def _replace_output(stream: TextIO) -> None:
-    sys.stdout = stream
-    setattr(sys, "__stdout__", stream)  # noqa: B010 - final to type checkers, but its old stream is detached
+        buffered = io.BufferedWriter(_StandardOutput(raw))
+        output = io.TextIOWrapper(buffered, encoding, errors, line_buffering=flushes)
+    if output is not None:
+        sys.stdout = output
+        setattr(sys, "__stdout__", output)  # noqa: B010 - final to type checkers, but its old stream is detached
 
 
 def name_of(path: str) -> str:
@@ -102,70 +89,52 @@ def name_of(path: str) -> str:
 
 
 def read_bytes(path: str, limit: int) -> bytes:
-    """Read a file, or standard input, up to so many bytes: a device such as /dev/zero has no end.
-
-    Raises
-    ------
-    OSError
-        If it cannot be read.
-    """
+    """Read a file or standard input up to a limit in bytes, since a device such as /dev/zero has no end."""
     if path != STDIO:
         with Path(path).open("rb") as file:
             return file.read(limit)
-    if sys.stdin is None:  # as `rtcli ... <&-` has it
-        raise _is_closed("standard input")
+    if sys.stdin is None:  # closed, as by `rtcli ... <&-`
+        raise OSError(errno.EBADF, "is closed", "standard input")
     return sys.stdin.buffer.read(limit)
 
 
 def is_terminal(stream: TextIO | None) -> bool:
-    """Return whether somebody watches a stream; a closed one is None."""
+    """Return whether a stream is a terminal; a closed stream is None."""
     return stream is not None and stream.isatty()
 
 
 def takes_escapes(stream: TextIO | None) -> bool:
-    """Return whether a stream is a terminal that heeds escape sequences: colors, a bar, pictures.
+    """Return whether a stream is a terminal that interprets escape sequences: colors, a bar, pictures.
 
-    TERM tells: not if it is `dumb`, nor without one, as git and ripgrep have it; Windows has none.
+    It is not one if TERM is `dumb` or missing, by the convention of git and ripgrep; Windows never sets TERM.
     """
     return is_terminal(stream) and os.environ.get("TERM", "" if os.name == "nt" else "dumb") != "dumb"
 
 
 def wants_color(stream: TextIO | None) -> bool:
-    """Return whether to color what goes to a stream.
+    """Return whether to color the text written to a stream.
 
-    NO_COLOR and FORCE_COLOR decide if one is set and not empty, as https://no-color.org and https://force-color.org
-    have it; else whether the stream is a terminal that heeds escape sequences.
+    NO_COLOR and FORCE_COLOR decide, if set and not empty (https://no-color.org, https://force-color.org);
+    otherwise color goes to terminals that interpret escape sequences.
     """
     if os.environ.get("NO_COLOR"):
         return False
     return bool(os.environ.get("FORCE_COLOR")) or takes_escapes(stream)
 
 
-def open_target(path: str) -> contextlib.AbstractContextManager[BinaryIO]:
-    """Open a file that is written whole or not at all, or standard output, which has all of it at the end.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written.
-    """
-    return _standard_output() if path == STDIO else atomic_write(Path(path))
-
-
 @contextlib.contextmanager
-def _standard_output() -> Iterator[BinaryIO]:
-    sys.stdout.buffer.write(b"")  # one that is closed fails, before the work that it is for
-    yield sys.stdout.buffer
-    sys.stdout.flush()
+def open_target(path: str) -> Iterator[BinaryIO]:
+    """Open standard output, which is flushed at the end, or a file that appears complete or not at all."""
+    if path == STDIO:
+        sys.stdout.buffer.write(b"")  # fails before the work if the stream is closed
+        yield sys.stdout.buffer
+        sys.stdout.flush()
+    else:
+        with atomic_write(Path(path)) as file:
+            yield file
 
 
 def write_bytes(content: bytes, path: str) -> None:
-    """Write bytes to a file, whole or not at all, or to standard output.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written.
-    """
+    """Write bytes to standard output, or to a file that appears complete or not at all."""
     with open_target(path) as file:
         file.write(content)

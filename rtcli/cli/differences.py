@@ -1,4 +1,4 @@
-"""Pictures of differences, which `rtcli compare -o` and `rtcli render --check --diff` write."""
+"""Reports and pictures of differences, for `rtcli compare` and `rtcli render --check`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from rtcli.atomic import try_target
+from rtcli.atomic import check_writable
 from rtcli.cli.console import STDIO, print_lines, report_line, wants_color, write_bytes
 from rtcli.cli.paths import OutputPath
 from rtcli.compare.difference import Compared, difference_paths, drawings
@@ -18,7 +18,7 @@ from rtcli.scene.diagnostics.problems import printable, quoted
 
 
 def report(comparison: Comparison, names: tuple[str, str], quiet: bool) -> None:
-    """Print the report of a comparison to standard output; quietly, only why it failed, to standard error."""
+    """Print a comparison to standard output; if quiet, print only why it failed, to standard error."""
     if not quiet:
         print_lines(text(comparison, names, wants_color(sys.stdout)))
     elif not comparison.equal:
@@ -26,19 +26,12 @@ def report(comparison: Comparison, names: tuple[str, str], quiet: bool) -> None:
 
 
 class DifferencePictures:
-    """Where the difference pictures go.
-
-    Parameters
-    ----------
-    output
-        The name of the first; see `rtcli.compare.difference.difference_paths`.
-    option
-        What gives it that name.
+    """The difference pictures of a comparison, one for each layer, named by `difference_paths`.
 
     Raises
     ------
     click.UsageError
-        Unless it is the name of a PNG.
+        If the path that the option gives is not that of a PNG.
     """
 
     def __init__(self, output: str, option: str) -> None:
@@ -50,37 +43,29 @@ class DifferencePictures:
         self._paths = {"": output}
 
     def plan(self, names: Iterable[str]) -> list[OutputPath]:
-        """Give each layer its picture, and return the files; the first has the name that was given."""
+        """Assign a path to the picture of each layer, and return the paths."""
         self._paths = difference_paths(self._output, names) or self._paths
         return [OutputPath("the difference picture", path, self._option) for path in self._paths.values()]
 
-    def try_out(self) -> None:
-        """Find out before the work whether they can be written; raise OSError if not."""
+    def check_writable(self) -> None:
+        """Raise OSError if a picture cannot be written, before any work is done."""
         for path in self._paths.values():
-            try_target(Path(path))
+            check_writable(Path(path))
 
     def write(self, compared: Iterable[Compared]) -> None:
-        """Write those of the layers that two sides share, of whatever sizes, and tell of which there is none.
-
-        Raises
-        ------
-        OSError
-            If one cannot be written.
-        """
+        """Write the pictures of the layers that both sides have, and report each that cannot be drawn."""
         for each in compared:
-            for name, drawn in drawings(each):
-                if isinstance(drawn, str):
-                    self._report_missing(name, drawn)
+            for name, drawing in drawings(each):
+                if isinstance(drawing, str):
+                    message = f"no difference picture of {quoted(name)}: {drawing}"
+                    path = self._paths[name]
+                    old = f"; {printable(path)} is from an earlier run" if Path(path).exists() else ""
+                    report_line(message + old)
                 else:
-                    write_bytes(drawn, self._paths[name])
+                    write_bytes(drawing, self._paths[name])
 
-    def _report_missing(self, name: str, reason: str) -> None:
-        message = f"no difference picture of {quoted(name)}: {reason}"
-        path = self._paths[name]
-        report_line(message + (f"; {printable(path)} is from an earlier run" if Path(path).exists() else ""))
-
-    def report_old_ones(self) -> None:
-        """Tell which pictures are there though nothing differs now."""
+    def report_outdated(self) -> None:
+        """Report the pictures of an earlier run, when there is no difference any more."""
         for path in self._paths.values():
             if Path(path).exists():
                 report_line(f"{printable(path)} is from an earlier run: now there is no difference to be shown")

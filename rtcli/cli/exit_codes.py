@@ -1,4 +1,4 @@
-"""What the program ends with: exit codes, and the words for files that fail."""
+"""The exit codes, and the errors that lead to them."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ import click
 
 from rtcli.scene.diagnostics.problems import printable
 
-# A scene is invalid; a comparison fails; a file cannot be read or written, or memory is short; an error of rtcli.
-# 0 is fine, and 2 is click's for wrong usage.
+# A scene is invalid; a comparison fails; a file cannot be read or written, or memory runs out; rtcli has a bug.
+# 0 is success, and 2 is click's code for wrong usage.
 INVALID, DIFFERENT, FILE, INTERNAL = 1, 1, 3, 4
 
 
 def os_error_text(error: OSError) -> str:
-    """Return `NAME: what is wrong` for a file that cannot be read or written."""
-    what = error.strerror or str(error)
-    return f"{printable(str(error.filename))}: {what}" if error.filename is not None else what
+    """Return `NAME: REASON` for a file that cannot be read or written."""
+    reason = error.strerror or str(error)
+    return f"{printable(str(error.filename))}: {reason}" if error.filename is not None else reason
 
 
-# What Python says of it where it raises no MemoryError: of threads, and of libraries.
+# Python's messages where it raises no MemoryError: for threads and for libraries.
 _NO_THREAD = "can't start new thread"
 _NO_LIBRARY = re.compile("failed to map segment|cannot allocate memory", re.IGNORECASE)
 
 
 def lack_of_memory(error: BaseException) -> str | None:
-    """Return what there is not enough memory for, as far as an error tells; None if that is not the reason."""
+    """Return a message if an error is due to a lack of memory, or None if it has another cause."""
     if isinstance(error, MemoryError):
         return str(error) if str(error).startswith("not enough memory") else "not enough memory"
     if isinstance(error, RuntimeError) and _NO_THREAD in str(error):
@@ -37,8 +37,8 @@ def lack_of_memory(error: BaseException) -> str | None:
     return None
 
 
-def forget_frames(error: BaseException | None) -> None:
-    """Let go what was under way when an error was raised, and the memory that it holds."""
+def release_frames(error: BaseException | None) -> None:
+    """Drop the tracebacks of an error, and with them the memory that their frames hold."""
     while error is not None:
         error.__traceback__ = None
         error = error.__cause__ or error.__context__
@@ -46,7 +46,7 @@ def forget_frames(error: BaseException | None) -> None:
 
 @contextlib.contextmanager
 def usage_errors() -> Iterator[None]:
-    """Turn what the layers below refuse with a ValueError into wrong usage."""
+    """Turn a ValueError of the layers below into a usage error."""
     try:
         yield
     except ValueError as error:

@@ -1,4 +1,4 @@
-"""`rtcli render --check`: whether a picture is still the one that was kept."""
+"""`rtcli render --check`: whether a scene still renders to its golden picture."""
 
 from __future__ import annotations
 
@@ -17,66 +17,59 @@ from rtcli.cli.options.golden import CheckOptions
 from rtcli.cli.paths import OutputPath, refuse_folder
 from rtcli.compare.golden import Golden, read_golden
 from rtcli.compare.pictures import Comparison, joined
+from rtcli.tracer.world import Window
 
 
 @dataclass(frozen=True)
 class GoldenCheck:
-    """A golden picture, and what the command line wants to know of a rendering beside it.
-
-    Parameters
-    ----------
-    name
-        The file that was kept, as the command line names it.
-    golden
-        What it holds.
-    differences
-        The difference pictures, if they are wanted.
-    """
+    """A golden picture to compare a rendering with: its file's name, its contents, and the pictures to draw."""
 
     name: str
     golden: Golden
     differences: DifferencePictures | None
 
-    def places(self) -> list[OutputPath]:
-        """Return what must not be replaced."""
+    def inputs(self) -> list[OutputPath]:
+        """Return the golden files, which must not be replaced."""
         return [OutputPath("the golden file", str(path)) for path in self.golden.files.values()]
 
-    def difference_places(self, passes: Iterable[str]) -> list[OutputPath]:
-        """Return where difference pictures of a rendering with these passes may go."""
+    def outputs(self, passes: Iterable[str]) -> list[OutputPath]:
+        """Return the difference pictures of a rendering with these passes."""
         return [] if self.differences is None else self.differences.plan(self.golden.layer_names(passes))
 
-    def verdict(self, files: dict[str, Path], quiet: bool) -> int:
-        """Compare files of the same format with it, report to standard output, and return the exit code.
+    @contextlib.contextmanager
+    def temporary_path(self) -> Iterator[str]:
+        """Yield a path for a rendering in the golden file's format, and delete it afterwards."""
+        with tempfile.TemporaryDirectory(prefix="rtcli-") as folder:
+            yield str(Path(folder) / f"rendering{Path(self.name).suffix}")
 
-        Raises
-        ------
-        click.UsageError
-            If FLIP is asked for and there is nothing to look at.
-        OSError
-            If a difference picture cannot be written.
-        """
+    def size_mismatch(self, window: Window) -> Comparison | None:
+        """Return the comparison with a rendering of another size; None if there is anything to draw or compare."""
+        return self.golden.unlike_size(window) if self.differences is None else None
+
+    def verdict(self, files: dict[str, Path], quiet: bool) -> int:
+        """Compare rendered files with the golden ones, report to standard output, and return the exit code."""
         with usage_errors():
             compared = self.golden.compared_with(files)
         comparison = joined([each.comparison for each in compared])
         if self.differences is not None and not comparison.equal:
             self.differences.write(compared)
         elif self.differences is not None and not quiet:
-            self.differences.report_old_ones()
-        return self.reported(comparison, quiet)
+            self.differences.report_outdated()
+        return self.report(comparison, quiet)
 
-    def reported(self, comparison: Comparison, quiet: bool) -> int:
-        """Report what comparing gave, and return the exit code."""
+    def report(self, comparison: Comparison, quiet: bool) -> int:
+        """Report a comparison, and return the exit code."""
         report(comparison, (self.name, "the rendering"), quiet)
         return 0 if comparison.equal else DIFFERENT
 
 
 def golden_check(options: CheckOptions, passes: tuple[str, ...]) -> GoldenCheck:
-    """Read the golden file, and the passes that stand beside it if they are asked for.
+    """Read the golden file, and the requested passes beside it.
 
     Raises
     ------
     click.UsageError
-        If its suffix is that of no format, it is a pass itself, or the difference picture is no PNG.
+        If the golden file's suffix is no format, it is itself a pass, or the difference picture is no PNG.
     OSError
         If a file cannot be read.
     """
@@ -87,10 +80,3 @@ def golden_check(options: CheckOptions, passes: tuple[str, ...]) -> GoldenCheck:
     differences = None if options.difference is None else DifferencePictures(options.difference, "--diff")
     with usage_errors():
         return GoldenCheck(name, read_golden(name, options.bounds, passes), differences)
-
-
-@contextlib.contextmanager
-def path_beside(check: GoldenCheck) -> Iterator[str]:
-    """Give the path of a file to render to, of the golden one's format, that is gone afterwards."""
-    with tempfile.TemporaryDirectory(prefix="rtcli-") as folder:
-        yield str(Path(folder) / f"rendering{Path(check.name).suffix}")

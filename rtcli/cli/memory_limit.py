@@ -1,4 +1,4 @@
-"""What lets a process whose memory is limited end with an error, and not by a signal."""
+"""Make a process whose memory is limited end with an error instead of a signal."""
 
 from __future__ import annotations
 
@@ -9,42 +9,30 @@ from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec
 from types import ModuleType
 
-# Bytes of addresses that NumPy's libraries take, and each thread of its OpenBLAS, with some to spare.
+# The address space that NumPy's libraries and each thread of its OpenBLAS take, in bytes, with a margin.
 _LIBRARIES, _THREAD = 64 << 20, 48 << 20
 _THREADS = "OPENBLAS_NUM_THREADS"
 
-
-# mallopt's M_ARENA_MAX, and what says the same to processes that are started.
+# mallopt's M_ARENA_MAX, and the variable with the same effect on child processes.
 _M_ARENA_MAX, _ARENAS = -8, "MALLOC_ARENA_MAX"
 
 
-def heed_limits() -> None:
-    """Prepare for a memory that is limited, so that a lack of it becomes an error.
+def respect_memory_limit() -> None:
+    """Prepare for limited memory, so that running out of it becomes an error.
 
-    NumPy is loaded only where there is room for it, with one thread: nothing here multiplies matrices. Else its
-    OpenBLAS ends the process, by itself or by an interrupt, and temporary files stay.
+    Load NumPy only if it fits, and with one thread, since nothing here multiplies matrices. Otherwise its OpenBLAS
+    would end the process, by itself or by an interrupt, and leave temporary files behind.
+
+    Under a limit such as `ulimit -v`, make all threads allocate from one arena where the C library is glibc. It
+    would reserve 128 MiB of addresses for each thread, if only for a moment, and other threads would get none.
     """
     os.environ.setdefault(_THREADS, "1")
-    sys.meta_path.insert(0, _Room())
-    if _is_limited():
-        _share_one_arena()
-
-
-def _is_limited() -> bool:
-    """Return whether the addresses of this process are, as by `ulimit -v`."""
-    if os.name == "nt":
-        return False
+    sys.meta_path.insert(0, _NumPyGuard())
+    if os.name == "nt" or _ARENAS in os.environ:
+        return
     import resource
 
-    return resource.getrlimit(resource.RLIMIT_AS)[0] != resource.RLIM_INFINITY
-
-
-def _share_one_arena() -> None:
-    """Have all threads allocate from one place, where the C library is glibc.
-
-    Else it takes 128 MiB of addresses for each thread, if only for a moment: in which another thread gets none.
-    """
-    if _ARENAS in os.environ:
+    if resource.getrlimit(resource.RLIMIT_AS)[0] == resource.RLIM_INFINITY:
         return
     os.environ[_ARENAS] = "1"
     import ctypes
@@ -54,26 +42,23 @@ def _share_one_arena() -> None:
         mallopt(_M_ARENA_MAX, 1)
 
 
-class _Room(MetaPathFinder):
-    """Finds no module, but looks at the memory before NumPy is loaded."""
+class _NumPyGuard(MetaPathFinder):
+    """Finds no module, but checks that NumPy fits into memory before it is loaded."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Raise MemoryError if it is NumPy, and there is no room for it."""
-        if fullname == "numpy":
+        """Raise MemoryError if the module is NumPy and does not fit.
+
+        Mapping memory and releasing it untouched costs nothing, except on Windows, which has no such limit either.
+        """
+        if fullname == "numpy" and os.name != "nt":
+            import mmap
+
             threads = os.environ.get(_THREADS, "")
-            _take(_LIBRARIES + _THREAD * (int(threads) if threads.isdecimal() else os.cpu_count() or 1))
+            count = int(threads) if threads.isdecimal() else os.cpu_count() or 1
+            try:
+                mmap.mmap(-1, _LIBRARIES + _THREAD * count).close()
+            except OSError as error:
+                raise MemoryError("not enough memory for NumPy") from error
         return None
-
-
-def _take(size: int) -> None:
-    """Take memory and give it back at once; what is not touched costs nothing."""
-    if os.name == "nt":  # no limit of addresses there, and memory that is taken counts
-        return
-    import mmap
-
-    try:
-        mmap.mmap(-1, size).close()
-    except OSError as error:
-        raise MemoryError("not enough memory for NumPy") from error

@@ -1,4 +1,4 @@
-"""What a command reads and writes: no file is both, and no two of what it writes are one."""
+"""The files that a command reads and writes: none is both, and none is written twice."""
 
 from __future__ import annotations
 
@@ -17,52 +17,52 @@ class OutputPath(NamedTuple):
 
     Parameters
     ----------
-    what
-        What it holds, as messages call it: `the scene`.
+    content
+        Its content in messages: `the scene`.
     path
         Its name, or `-`.
     option
-        Of what is written, what gives it its name: `-o`.
+        The option that names an output: `-o`.
     """
 
-    what: str
+    content: str
     path: str
     option: str = ""
 
 
 def refuse_collisions(inputs: Iterable[OutputPath], outputs: Iterable[OutputPath]) -> None:
-    """Refuse to replace what is read, or what is written too, links followed; to be asked before any work.
+    """Refuse to replace an input, or to write two outputs to one file; follow links. Call it before any work.
 
     Raises
     ------
     click.UsageError
-        If a file would be, or standard output is to take two things.
+        If a file would be replaced, or two outputs would go to standard output.
     """
-    taken = {_identity(place.path): place for place in inputs if place.path != STDIO}
-    for place in outputs:
-        other = taken.setdefault(_identity(place.path), place)
-        if other is place:
+    taken = {_identity(file.path): file for file in inputs if file.path != STDIO}
+    for file in outputs:
+        other = taken.setdefault(_identity(file.path), file)
+        if other is file:
             continue
-        if place.path == STDIO:
+        if file.path == STDIO:
             raise click.UsageError(
-                f"{other.what} and {place.what} cannot both go to standard output: "
-                f"name a file with {place.option or other.option}"
+                f"{other.content} and {file.content} cannot both go to standard output: "
+                f"name a file with {file.option or other.option}"
             )
         raise click.UsageError(
-            f"{place.what} {place.path!r} would replace {other.what} {other.path!r}: "
-            f"choose another name with {place.option}"
+            f"{file.content} {file.path!r} would replace {other.content} {other.path!r}: "
+            f"choose another name with {file.option}"
         )
 
 
 def _identity(path: str) -> str:
-    """Return what two names of one file have in common."""
+    """Return a text that is the same for all names of a file."""
     return path if path == STDIO else os.path.normcase(os.path.realpath(path))
 
 
 def refuse_folder(path: str, option: str) -> None:
-    """Raise click.UsageError for the name of a folder, of which it would be told that its suffix is wrong.
+    """Raise click.UsageError for a folder, which would otherwise be refused for its suffix.
 
-    A folder whose name ends like that of a file is left to whoever reads or writes it.
+    A folder whose name has a suffix is left to the code that reads or writes it.
     """
     if not Path(path).suffix and (path.endswith(("/", os.sep)) or Path(path).is_dir()):
         raise click.UsageError(f"{path!r} is a folder: {option} needs the name of a file in it")

@@ -4,60 +4,47 @@ from __future__ import annotations
 
 import importlib
 import os
-import signal
 import sys
 from collections.abc import Callable
-from types import FrameType
 from typing import Any, NoReturn
 
 import click
 
 from rtcli import __version__
 from rtcli.cli.console import report_line, wants_color
-from rtcli.cli.exit_codes import FILE, INTERNAL, INVALID, forget_frames, lack_of_memory, os_error_text
+from rtcli.cli.exit_codes import FILE, INTERNAL, INVALID, lack_of_memory, os_error_text, release_frames
 from rtcli.scene.diagnostics.problems import SceneError
-
-
-class Interrupted(BaseException):
-    """A signal asks the program to end. A BaseException, so that nothing but cleaning up happens on the way."""
-
-    def __init__(self, number: int) -> None:
-        self.number = number
+from rtcli.signals import Interrupted, exit_by_signal, interruptible
 
 
 class Program(click.Group):
-    """A group whose commands are modules, loaded when they are asked for: `--help` of one imports no other."""
+    """A group whose commands are modules, imported on demand: `--help` of one command imports no other."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the commands in the order a newcomer meets them."""
         return ["render", "batch", "validate", "explain", "compare", "new", "schema"]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Return the command `NAME` of the module `rtcli.cli.NAME`."""
+        """Return the `command` of the module `rtcli.cli.commands.NAME`."""
         if cmd_name not in self.list_commands(ctx):
             return None
         command: click.Command = importlib.import_module(f"rtcli.cli.commands.{cmd_name}").command
         return command
 
     def main(self, *args: Any, **extra: Any) -> NoReturn:
-        """Run the program and exit with a code of the contract."""
+        """Run the program and exit with one of the documented codes."""
         extra["standalone_mode"] = False
         run = super().main
-        sys.exit(_exit_code(lambda: run(*args, **extra)))
+        try:
+            with interruptible():
+                code = _exit_code(lambda: run(*args, **extra))
+        except Interrupted as interrupt:
+            exit_by_signal(interrupt.number)
+        sys.exit(code)
 
 
 def _exit_code(run: Callable[[], Any]) -> int:
-    handlers = _end_on_signals()
-    try:
-        return _outcome(run)
-    except Interrupted as interrupt:
-        _die_of(interrupt.number)
-    finally:
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
-
-
-def _outcome(run: Callable[[], Any]) -> int:
+    """Run a command, report its errors, and return the exit code."""
     try:
         result = run()
         if sys.stdout is not None:
@@ -66,7 +53,11 @@ def _outcome(run: Callable[[], Any]) -> int:
         error.show()
         return error.exit_code
     except SceneError as error:
-        _tell_problems(error)
+        from rtcli.reports import text
+        from rtcli.reports.file_report import FileReport
+
+        for piece in text.report([FileReport("", error.problems)], wants_color(sys.stderr)):
+            click.echo(piece, nl=False, err=True, color=True)
         return INVALID
     except OSError as error:
         report_line(f"Error: {os_error_text(error)}")
@@ -75,12 +66,12 @@ def _outcome(run: Callable[[], Any]) -> int:
     except (Interrupted, KeyboardInterrupt, SystemExit):
         raise
     except BaseException as error:  # a panic of the compiled tracer is no Exception
-        return _failure(error)
+        return _report_unexpected(error)
     return result if isinstance(result, int) else 0
 
 
-def _failure(error: BaseException) -> int:
-    """Tell of an error that no command expects, and return its exit code."""
+def _report_unexpected(error: BaseException) -> int:
+    """Report an error that no command expects, and return its exit code."""
     reason = lack_of_memory(error)
     if reason is None:
         import traceback
@@ -88,7 +79,7 @@ def _failure(error: BaseException) -> int:
         report_line("".join(traceback.format_exception(error)))
         report_line("Error: this is a bug in rtcli. Please report it with the lines above and the scene.")
         return INTERNAL
-    forget_frames(error)
+    release_frames(error)
     try:
         report_line(f"Error: {reason}: make the picture or the scene smaller, use --crop, or allow more memory")
     except MemoryError:
@@ -96,50 +87,13 @@ def _failure(error: BaseException) -> int:
     return FILE
 
 
-def _tell_problems(error: SceneError) -> None:
-    from rtcli.reports import text
-    from rtcli.reports.file_report import FileReport
-
-    for piece in text.report([FileReport("", error.problems)], wants_color(sys.stderr)):
-        click.echo(piece, nl=False, err=True, color=True)
-
-
 def _drop_unwritten_output() -> None:
-    """Let go what a full disk did not take of standard output: Python would try again at its end."""
+    """Discard output that a full disk did not take: Python would try to write it again at exit."""
     try:
         if sys.stdout is not None:
             sys.stdout.flush()
     except OSError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
-def _end_on_signals() -> dict[int, Any]:
-    """Turn signals that ask for an end into `Interrupted`; return the handlers there were."""
-    names = ("SIGINT", "SIGTERM", "SIGHUP", "SIGPIPE")
-    numbers = {name: getattr(signal, name) for name in names if hasattr(signal, name)}
-    # A signal that was ignored stays so, as `nohup` wants it; SIGPIPE is ignored by Python itself.
-    heeded = [
-        number
-        for name, number in numbers.items()
-        if name == "SIGPIPE" or signal.getsignal(number) is not signal.SIG_IGN
-    ]
-
-    def interrupt(number: int, frame: FrameType | None) -> NoReturn:
-        for other in heeded:
-            signal.signal(other, signal.SIG_IGN)  # cleaning up is not to be interrupted
-        raise Interrupted(number)
-
-    try:
-        return {number: signal.signal(number, interrupt) for number in heeded}
-    except ValueError:  # not the main thread, where Python lets nobody set handlers
-        return {}
-
-
-def _die_of(number: int) -> NoReturn:
-    """End as if the signal had not been caught, so that a calling shell sees it."""
-    signal.signal(number, signal.SIG_DFL)
-    os.kill(os.getpid(), number)
-    os._exit(128 + number)  # only if the signal is blocked
 
 
 @click.group(

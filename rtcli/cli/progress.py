@@ -1,4 +1,4 @@
-"""How far a work is: a bar on a terminal that can draw one, a line each tenth elsewhere."""
+"""Progress on standard error: a bar if the terminal can draw one, otherwise a line for each tenth."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from rtcli.cli.console import report_line, takes_escapes
 
 @contextlib.contextmanager
 def progress(label: str, quiet: bool, noun: str | None = None) -> Iterator[Callable[[int, int], None]]:
-    """Give a function to be told (done, total), and show that on standard error.
+    """Yield a function to call with (done, total), and show them on standard error.
 
     Parameters
     ----------
     label
-        What goes on.
+        The work that goes on.
     quiet
         Show nothing.
     noun
-        What is counted, in the plural: shows how many there are of how many, and how many a second.
+        The plural of the items that are counted, to show their number and rate; None for pixels.
     """
     if quiet:
         yield lambda done, total: None
@@ -32,7 +32,7 @@ def progress(label: str, quiet: bool, noun: str | None = None) -> Iterator[Calla
     rate = _Rate(noun)
     if takes_escapes(sys.stderr):
         counts: dict[str, Any] = (
-            {} if noun is None else {"show_pos": True, "show_percent": True, "item_show_func": rate.shown}
+            {} if noun is None else {"show_pos": True, "show_percent": True, "item_show_func": rate.text}
         )
         with click.progressbar(length=1, label=label, width=0, file=sys.stderr, **counts) as bar:
 
@@ -43,39 +43,33 @@ def progress(label: str, quiet: bool, noun: str | None = None) -> Iterator[Calla
 
             yield advance
     else:
-        yield _line_each_tenth(label, rate)
+        yield _report_tenths(label, rate)
 
 
 class _Rate:
-    """How many are done a second.
-
-    Parameters
-    ----------
-    noun
-        What is counted; None to tell nothing.
-    """
+    """The number of items done, and their rate per second; see `progress` for `noun`."""
 
     def __init__(self, noun: str | None) -> None:
         self._noun = noun
         self._start = time.monotonic()
         self.done = 0
 
-    def shown(self, item: Any = None) -> str | None:
-        """Return the rate for people."""
+    def text(self, item: Any = None) -> str | None:
+        """Return the rate as text."""
         passed = time.monotonic() - self._start
         return f"{self.done / passed:.1f} {self._noun}/s" if self.done and passed else None
 
     def percentage(self, total: int) -> int:
-        """Return how much is done: that of a count, which stands beside it; of pixels whole tenths."""
+        """Return the percentage done, rounded to tenths for pixels, since no count stands beside it."""
         return self.done * 10 // total * 10 if self._noun is None else self.done * 100 // total
 
-    def line(self, total: int) -> str:
-        """Return the counts, the rate and the time that is left, in brackets."""
+    def details(self, total: int) -> str:
+        """Return the counts, the rate and the remaining time in parentheses; nothing for pixels."""
         if self._noun is None:
             return ""
-        left = (total - self.done) * (time.monotonic() - self._start) / max(1, self.done)
+        remaining = (total - self.done) * (time.monotonic() - self._start) / max(1, self.done)
         counts = f"{self.done:,} of {total:,} {self._noun}"
-        return f" ({counts}, {self.shown() or 'started'}, {duration(left)} left)"
+        return f" ({counts}, {self.text() or 'started'}, {duration(remaining)} left)"
 
 
 def duration(seconds: float) -> str:
@@ -85,7 +79,7 @@ def duration(seconds: float) -> str:
     return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
 
 
-def _line_each_tenth(label: str, rate: _Rate) -> Callable[[int, int], None]:
+def _report_tenths(label: str, rate: _Rate) -> Callable[[int, int], None]:
     last_tenth = 0
 
     def advance(done: int, total: int) -> None:
@@ -94,6 +88,6 @@ def _line_each_tenth(label: str, rate: _Rate) -> Callable[[int, int], None]:
         rate.done = done
         if tenths > last_tenth:
             last_tenth = tenths
-            report_line(f"{label}: {rate.percentage(total)} %{rate.line(total)}")
+            report_line(f"{label}: {rate.percentage(total)} %{rate.details(total)}")
 
     return advance

@@ -1,1 +1,1 @@
-"""How far two pictures, or two files of arrays, are apart."""
+"""The difference between two pictures, or two files of arrays."""

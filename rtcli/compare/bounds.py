@@ -1,4 +1,4 @@
-"""What counts as equal when pictures or arrays are compared."""
+"""The bounds within which pictures or arrays count as equal."""
 
 from __future__ import annotations
 
@@ -7,38 +7,38 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class PixelBound:
-    """How many pixels may differ: a count, or a share of all of them.
+    """The number of pixels that may differ: a count, or a share of all of them.
 
     Parameters
     ----------
     count
-        Pixels; if there is a share, its numerator.
+        Pixels; the numerator of a share.
     whole
-        The denominator of a share, of which floats would miss a pixel: (1, 1000) is 0.1 %. None for a count.
+        The denominator of a share, None for a count: (1, 1000) is 0.1 %. A float might be a pixel off.
     """
 
     count: int = 0
     whole: int | None = None
 
     def of(self, pixels: int) -> int:
-        """Return how many of so many pixels may differ, rounded down."""
+        """Return the bound for a number of pixels, rounded down."""
         return self.count if self.whole is None else pixels * self.count // self.whole
 
 
 @dataclass(frozen=True)
 class Bounds:
-    """What counts as equal.
+    """The bounds of equality.
 
     Parameters
     ----------
     tolerance
-        A pixel differs if a channel differs by more than that; see `rtcli.compare.pictures.compare_layers`.
+        A pixel differs if a channel differs by more; see `rtcli.compare.pictures.compare_layers`.
     max_pixels
-        How many pixels of a layer may differ.
+        The number of pixels of a layer that may differ.
     flip
-        Whether to compute the mean FLIP of the layers that are looked at.
+        Whether to compute the mean FLIP of pictures and radiance.
     max_flip
-        The largest mean FLIP of such a layer, 0 to 1; None for any. Given, it is computed whatever `flip` says.
+        The largest mean FLIP of such a layer, 0 to 1; None for any. FLIP is computed if it is given.
     """
 
     tolerance: float = 0.0
@@ -48,5 +48,5 @@ class Bounds:
 
     @property
     def wants_flip(self) -> bool:
-        """Whether FLIP is to be computed."""
+        """Whether to compute FLIP."""
         return self.flip or self.max_flip is not None

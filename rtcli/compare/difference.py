@@ -1,4 +1,4 @@
-"""Pictures of differences: where two layers are apart, and how far."""
+"""Difference pictures: where two layers differ, and by how much."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ from rtcli.tracer import _native
 _STOPS = (0.0, 0.5, 1.0)
 _RAMP = ((96, 0, 0), (255, 140, 0), (255, 255, 255))
 
-# Where layers differ in size, in colors that the ramp has not: blue, green and grey.
+# For layers that differ in size, colors that are not on the ramp: blue, green and gray.
 ONLY_FIRST, ONLY_SECOND, NEITHER = (0, 90, 255), (0, 200, 80), (64, 64, 64)
 
-# Of a layer's name in that of a file.
+# Characters of a layer's name in a file's name.
 _LONGEST = 60
 
 
 class Compared(NamedTuple):
-    """Two sets of layers, and what comparing them gave."""
+    """Two sets of layers and their comparison."""
 
     first: Layers
     second: Layers
@@ -42,12 +42,12 @@ class Compared(NamedTuple):
 
 
 def drawings(compared: Compared) -> Iterator[tuple[str, bytes | str]]:
-    """Draw the differences of the layers of two sides, of whatever sizes.
+    """Draw the differences of the layers of two sides, which may differ in size.
 
     Yields
     ------
     tuple of str and (bytes or str)
-        The name of each layer, and its difference picture as a PNG; or why there is none.
+        The name of each layer, and its difference picture as a PNG or why there is none.
     """
     first, second = made_alike(compared.first, compared.second)
     for name in Layers(first.kind, {**second.arrays, **first.arrays}).names():
@@ -55,7 +55,7 @@ def drawings(compared: Compared) -> Iterator[tuple[str, bytes | str]]:
 
 
 def _drawn(a: Array | None, b: Array | None, comparison: Comparison, name: str) -> bytes | str:
-    """Return the difference picture of a layer that has been compared, or could not be for its size."""
+    """Return the difference picture of a layer, whether its sizes agree or not."""
     if a is None or b is None:
         return "only one side has it"
     if a.size == 0 and b.size == 0:
@@ -71,28 +71,27 @@ def _drawn(a: Array | None, b: Array | None, comparison: Comparison, name: str) 
 
 
 def difference_png(a: Array, b: Array, difference: LayerDifference, kind: Kind) -> bytes:
-    """Return a PNG that is black where two layers are equal, and else the brighter the farther they are apart.
+    """Return a PNG that is black where two layers are equal, and brighter where they differ more.
 
-    The color follows sqrt(|a - b| / largest |a - b|), of the channel that differs most: the root lets a small
-    difference be seen beside a large one. Infinite differences are white.
+    The color follows sqrt(|a - b| / largest |a - b|) of the channel that differs most: the root makes a small
+    difference visible beside a large one. Infinite differences are white.
 
-    Layers of different sizes lie with their upper left corners together, in a picture as wide as the wider and as
-    high as the higher one. What only the first has is `ONLY_FIRST`, what only the second has `ONLY_SECOND`, and a
-    corner that neither has is `NEITHER`.
+    Layers of different sizes share their upper left corner, in a picture as wide as the wider and as high as the
+    higher one. Pixels of the first alone are `ONLY_FIRST`, of the second alone `ONLY_SECOND`, of none `NEITHER`.
 
     Parameters
     ----------
     a, b
-        The layers, as `rtcli.compare.pictures.compare_layers` takes them, but for their sizes; at least one pixel.
+        The layers, as for `rtcli.compare.pictures.compare_layers` but of any sizes; at least one pixel.
     difference
-        What it gave for them, or for their `rtcli.compare.pictures.overlap`.
+        Its result for them, or for their `rtcli.compare.pictures.overlap`.
     kind
-        What they are of.
+        The kind of layers.
 
     Raises
     ------
     MemoryError
-        If the picture would not fit into memory, as that of a very wide and a very high one may be.
+        If the picture would not fit into memory, as for one very wide and one very high layer.
     """
     height, width = (max(sides) for sides in zip(a.shape[:2], b.shape[:2], strict=True))
     if height * width * 3 > memory_bytes():
@@ -118,10 +117,10 @@ def _colors(apart: Array, largest: float) -> Array:
 
 
 def difference_paths(path: str, names: Iterable[str]) -> dict[str, str]:
-    """Return where the difference picture of each layer goes.
+    """Return the path of the difference picture of each layer.
 
-    That of the first goes to the path itself, `DIFF.png`, those of others beside it, to `DIFF.NAME.png`. Names
-    come from files that nobody vouches for, so of each only letters, digits, `_` and `-` are taken.
+    The first goes to the path itself, `DIFF.png`, the others beside it, to `DIFF.NAME.png`. Names come from files
+    that are not trusted, so all characters but letters, digits, `_` and `-` are replaced.
     """
     paths: dict[str, str] = {}
     for name in names:

@@ -1,4 +1,4 @@
-"""FLIP: how different two pictures look to a person who flips between them. It needs the extra `flip`.
+"""FLIP: how different two pictures look to a viewer who flips between them. It needs the extra `flip`.
 
 P. Andersson et al., "FLIP: A Difference Evaluator for Alternating Images", 2020; for radiance, of any range,
 P. Andersson et al., "Visualizing Errors in Rendered High Dynamic Range Images", 2021.
@@ -11,12 +11,12 @@ import math
 import numpy as np
 
 from rtcli.extras import require_extra
-from rtcli.image.formats import RADIANCE
 from rtcli.image.layers import PICTURE_LAYER, Array, Kind
+from rtcli.tracer.passes import RADIANCE
 
 
 def has_flip(name: str, a: Array, b: Array) -> bool:
-    """Return whether two layers are something to look at: pictures, or radiance of three channels."""
+    """Return whether FLIP is defined for two layers: pictures, or radiance of three channels."""
     return name == PICTURE_LAYER or (name == RADIANCE and a.shape[2:] == b.shape[2:] == (3,))
 
 
@@ -26,15 +26,15 @@ def mean_flip(a: Array, b: Array, kind: Kind) -> float:
     Parameters
     ----------
     a, b
-        Pictures (H, W, C) uint8 or uint16, of which alpha is left out; or radiance (H, W, 3), of which negative
-        values count as 0. The first is the reference, whose range decides which exposures are looked at.
+        Pictures (H, W, C) uint8 or uint16, whose alpha is ignored; or radiance (H, W, 3), whose negative values
+        count as 0. The first is the reference, whose range decides the exposures.
     kind
-        Which of both.
+        The kind of layers.
 
     Returns
     -------
     float
-        0 for what looks alike, to 1; not a number if a value is not finite.
+        From 0, looks the same, to 1; NaN if a value is not finite.
 
     Raises
     ------
@@ -62,16 +62,16 @@ def _srgb(pixels: Array) -> Array:
     return np.ascontiguousarray(colors / np.float32(np.iinfo(pixels.dtype).max), dtype=np.float32)
 
 
-# Whiter than white at every exposure that is looked at, and far from what float32 cannot hold.
+# Whiter than white at every exposure, and far below the limit of float32.
 _BRIGHT = 1e9
 
 
 def _in_range(a: Array, b: Array) -> tuple[Array, Array]:
     """Return radiance as (H, W, 3) float32, both divided by the largest value of the first.
 
-    HDR-FLIP takes the exposures that it looks at from the reference, so both may be scaled alike. The package ends
-    the process over a reference that is black, or as good as black to it: then the second stands for it, which is
-    brighter, and the error at one exposure is the same both ways round.
+    HDR-FLIP takes its exposures from the reference, so scaling both alike changes nothing. The package ends the
+    process over a reference that is black, or nearly: then the second, which is brighter, takes its place, and the
+    error at one exposure is the same both ways round.
     """
     first, second = (np.maximum(radiance, 0, dtype=np.float64) for radiance in (a, b))
     if not first.any():

@@ -1,4 +1,4 @@
-"""Golden pictures: what a rendering is compared with, a picture that was kept and the passes beside it."""
+"""Golden pictures: a picture, and the passes beside it, that a rendering must reproduce."""
 
 from __future__ import annotations
 
@@ -12,25 +12,27 @@ import numpy as np
 from rtcli.compare.bounds import Bounds
 from rtcli.compare.difference import Compared
 from rtcli.compare.pictures import Comparison, Mismatch, compare
-from rtcli.image.formats import METADATA, RADIANCE, format_of, parts_of
-from rtcli.image.layers import PICTURE_LAYER, Layers
+from rtcli.image.formats import parts_of
+from rtcli.image.layers import PICTURE_LAYER, UNNAMED_LAYER, Layers
 from rtcli.image.read import kind_of, read_layers
+from rtcli.image.write import METADATA
 from rtcli.scene.diagnostics.problems import printable
-from rtcli.tracer.world import PASSES, Window
+from rtcli.tracer.passes import PASSES, RADIANCE
+from rtcli.tracer.world import Window
 
 
 @dataclass(frozen=True)
 class Golden:
-    """What a rendering is compared with.
+    """A golden picture.
 
     Parameters
     ----------
     bounds
-        What counts as equal.
+        The bounds of equality.
     files
-        The files that were kept, by the part that each holds; see `rtcli.image.formats.parts_of`.
+        Its files by part; see `rtcli.image.formats.parts_of`.
     parts
-        What they hold, but for the metadata, which tell the version too.
+        Their layers, except for the metadata, which holds the version.
     """
 
     bounds: Bounds
@@ -39,7 +41,7 @@ class Golden:
 
     @property
     def passes(self) -> tuple[str, ...]:
-        """The passes that it holds."""
+        """The passes in it."""
         return tuple(name for name in PASSES if any(name in layers.arrays for layers in self.parts.values()))
 
     @property
@@ -49,7 +51,7 @@ class Golden:
         return 16 if picture is not None and picture.dtype == np.uint16 else 8
 
     def layer_names(self, passes: Iterable[str]) -> list[str]:
-        """Return the layers that it or a rendering with these passes has, in order."""
+        """Return the layers of it or of a rendering with these passes, in order."""
         layers = [name for part in self.parts.values() for name in part.arrays]
         rendered = PICTURE_LAYER if self.parts[RADIANCE].kind == "picture" else RADIANCE
         every = dict.fromkeys([*layers, rendered, *passes])
@@ -61,7 +63,7 @@ class Golden:
         Raises
         ------
         ValueError
-            If FLIP is asked for and there is nothing to look at.
+            If FLIP is requested and there is neither a picture nor radiance.
         OSError
             If a file cannot be read.
         """
@@ -69,13 +71,13 @@ class Golden:
 
     def _compared(self, part: str, path: str) -> Compared:
         bounds = self.bounds
-        if part != RADIANCE:  # a pass is nothing to look at
+        if part != RADIANCE:  # FLIP is for what people look at
             bounds = replace(bounds, flip=False, max_flip=None)
         first, second = self.parts[part], _layers_of(part, path)
         return Compared(first, second, compare(first, second, bounds))
 
     def unlike_size(self, window: Window) -> Comparison | None:
-        """Return what comparing with a rendering of these pixels will give if its size differs, else None."""
+        """Return the result of comparing with a rendering of these pixels if its size differs, else None."""
         size = (window.height, window.width)
         layers = {name: array.shape for part in self.parts.values() for name, array in part.arrays.items()}
         unlike = {name: shape for name, shape in layers.items() if shape[:2] != size}
@@ -91,12 +93,12 @@ class Golden:
 
 
 def read_golden(name: str, bounds: Bounds, passes: tuple[str, ...]) -> Golden:
-    """Read the golden file, and the passes that stand beside it if they are asked for; see `Golden`.
+    """Read the golden file, and the requested passes beside it.
 
     Raises
     ------
     ValueError
-        If its suffix is that of no format, or it is a pass itself.
+        If no format has its suffix, or it is a pass itself.
     OSError
         If a file cannot be read.
     """
@@ -107,7 +109,7 @@ def read_golden(name: str, bounds: Bounds, passes: tuple[str, ...]) -> Golden:
 
 
 def _refuse_missing_passes(files: dict[str, Path], golden: str) -> None:
-    """Raise FileNotFoundError if the picture is there, and a pass is not that is to be compared."""
+    """Raise FileNotFoundError if the picture exists, but a pass to compare does not."""
     passes = [part for part in files if part not in (RADIANCE, METADATA)]
     command = f"-o {printable(golden)} --passes {','.join(passes)}"
     for name in passes:
@@ -117,7 +119,7 @@ def _refuse_missing_passes(files: dict[str, Path], golden: str) -> None:
 
 
 def _layers_of(part: str, path: str) -> Layers:
-    """Read the layers of a part, of which a pass is one that is called like it."""
+    """Read the layers of a part; a pass is the one of its name."""
     layers = read_layers(path)
     if part == RADIANCE:
         if layers.kind != kind_of(path):
@@ -127,9 +129,9 @@ def _layers_of(part: str, path: str) -> Layers:
                 "the pass beside it too"
             )
         return layers
-    if format_of(path).name == "NPY":
-        (array,) = layers.arrays.values()
-        return Layers("arrays", {part: array})
+    (name, values), *_ = layers.arrays.items()
+    if name in (UNNAMED_LAYER, RADIANCE):  # .npy files name no pass, and take three floats a pixel for radiance
+        return Layers("arrays", {part: values})
     if part not in layers.arrays:
         raise OSError(errno.EINVAL, f"does not tell that it is the pass {part}, as rtcli writes it", path)
     return layers

@@ -1,6 +1,6 @@
-"""How far two pictures, or two films, are apart, and whether that is within bounds.
+"""The difference between two pictures or two films, and whether it is within bounds.
 
-Layers are compared band by band in float64, so that large pictures need no copies of themselves.
+Layers are compared band by band in float64, so that large pictures need not be copied.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ import numpy as np
 
 from rtcli.compare.bounds import Bounds
 from rtcli.compare.flip import has_flip, mean_flip
-from rtcli.image.formats import RADIANCE
 from rtcli.image.layers import ALPHA, PICTURE_LAYER, Array, Kind, Layers
+from rtcli.tracer.passes import RADIANCE
 
-# Rows are compared in bands of about this many values, which fit into a processor's cache with what is computed.
+# Rows are compared in bands of about this many values, which fit into a processor's cache.
 _BAND = 1 << 17
 
-# A level of 8 bits is this many of 16 bits: 65,535 / 255.
+# Levels of 16 bits in a level of 8 bits: 65,535 / 255.
 _LEVEL = 257
 _WHITE = 255
 
@@ -30,31 +30,31 @@ _WHITE = 255
 
 @dataclass(frozen=True)
 class LayerDifference:
-    """How far two layers are apart.
+    """The difference between two layers.
 
     Parameters
     ----------
     shape
         Height and width in pixels.
     tolerance
-        The one that counts: 0 for integers, of which any difference does.
+        The tolerance that applies: 0 for integers.
     differing
-        Pixels of which any channel differs by more than the tolerance.
+        Pixels with a channel that differs by more than the tolerance.
     largest
-        The largest |a - b|; infinite if one value is infinite or no number, and the other is not the same.
+        The largest |a - b|; infinite if one value is infinite or NaN, and the other is not the same.
     largest_finite
-        The same of the pixels where it is finite.
+        The largest |a - b| that is finite.
     rmse
-        The root of the mean of (a - b)^2 over all values, but for infinite differences.
+        sqrt(mean((a - b)^2)) over all values with a finite difference.
     psnr
-        The peak signal-to-noise ratio in dB that belongs to it; infinite where it is 0. Not a number if only
-        infinite differences are left out of that: what differs so is not perfect.
+        The peak signal-to-noise ratio in dB for `rmse`; infinite where it is 0, but NaN if there are infinite
+        differences beside.
     infinite
         Pixels with an infinite difference.
     place
         Column and row of the first pixel with the largest difference, from 0 at the upper left; None if all are 0.
     values
-        The channels of that pixel, in the first layer and in the second; None if all differences are 0.
+        The channels of that pixel in the first and in the second layer; None if all differences are 0.
     """
 
     shape: tuple[int, int]
@@ -80,12 +80,12 @@ class LayerDifference:
 
 
 def comparable(a: Array, b: Array, kind: Kind) -> bool:
-    """Return whether two layers have one shape; the channels of pictures are made alike, so theirs need not."""
+    """Return whether two layers have the same shape; pictures may differ in channels, which are converted."""
     return a.shape[:2] == b.shape[:2] if kind == "picture" else a.shape == b.shape
 
 
 def overlap(a: Array, b: Array) -> tuple[Array, Array]:
-    """Return the rows and columns that two layers have in common, with their upper left corners together."""
+    """Return the rows and columns that two layers share from their upper left corner."""
     height, width = (min(sides) for sides in zip(a.shape[:2], b.shape[:2], strict=True))
     return a[:height, :width], b[:height, :width]
 
@@ -93,20 +93,19 @@ def overlap(a: Array, b: Array) -> tuple[Array, Array]:
 def compare_layers(a: Array, b: Array, tolerance: float = 0.0, kind: Kind = "arrays") -> LayerDifference:
     """Compare two layers.
 
-    Infinities of one sign are equal, and so are two values that are no numbers. The peak of the PSNR is 255 for
-    pictures, else the largest finite |a|.
+    Infinities of the same sign are equal, and so are two NaNs. The peak of the PSNR is 255 for pictures, else the
+    largest finite |a|.
 
     Parameters
     ----------
     a, b
-        (H, W) or (H, W, C), of one shape. For pictures (H, W, C) uint8 or uint16: grey is compared with RGB as
-        the same three channels, and a picture without alpha as an opaque one.
+        (H, W) or (H, W, C), of the same shape. Pictures are (H, W, C) uint8 or uint16: gray counts as RGB with
+        three equal channels, and a picture without alpha as opaque.
     tolerance
-        A pixel differs if a channel differs by more than that. Of pictures it is in levels of 0..255, of which 16
-        bits have fractions; of floats in their own unit. If one layer holds integers or booleans, such as ids,
-        any difference counts.
+        A pixel differs if a channel differs by more: for pictures in levels of 0..255, with fractions for 16 bits;
+        for floats in their own unit. If a layer holds integers or booleans, such as ids, any difference counts.
     kind
-        What the layers are of.
+        The kind of layers.
 
     Raises
     ------
@@ -135,9 +134,9 @@ def pixel_differences(a: Array, b: Array, kind: Kind = "arrays") -> Iterator[tup
 
 
 def _bands(a: Array, b: Array, kind: Kind) -> Iterator[tuple[slice, Array, Array]]:
-    """Yield rows, and those of both layers as (rows, W, C), C alike; of pictures as int32 levels of 16 bits."""
+    """Yield rows, and both layers there as (rows, W, C) with the same C; pictures as int32 levels of 16 bits."""
     height, width, *channels = a.shape
-    count = -1 if kind == "picture" else math.prod(channels)  # pictures may have unlike ones
+    count = -1 if kind == "picture" else math.prod(channels)  # pictures may differ in channels
     step = max(1, _BAND // max(1, width * math.prod(channels)))
     for top in range(0, height, step):
         rows = slice(top, min(top + step, height))
@@ -154,7 +153,7 @@ def _alike(a: Array, b: Array) -> tuple[Array, Array]:
 
 
 def _levels(pixels: Array, colors: int, alpha: bool) -> Array:
-    """Return (rows, W, C) uint8 or uint16 as int32 levels of 16 bits, with so many colors and maybe alpha."""
+    """Return (rows, W, C) uint8 or uint16 as int32 levels of 16 bits, with 1 or 3 colors and maybe alpha."""
     levels = np.full((*pixels.shape[:2], colors + alpha), _WHITE * _LEVEL, dtype=np.int32)
     own_alpha = pixels.shape[-1] % 2 == 0
     levels[..., :colors] = pixels[..., : pixels.shape[-1] - own_alpha]
@@ -167,7 +166,7 @@ def _levels(pixels: Array, colors: int, alpha: bool) -> Array:
 
 
 def _difference(a: Array, b: Array, kind: Kind) -> Array:
-    """Return |a - b| in float64, infinite where only one is finite, or a number."""
+    """Return |a - b| in float64, infinite where only one is finite, or only one is NaN."""
     with np.errstate(invalid="ignore", over="ignore"):
         difference = np.abs(np.subtract(a, b, dtype=np.float64))
     if kind == "picture":
@@ -175,7 +174,7 @@ def _difference(a: Array, b: Array, kind: Kind) -> Array:
         return difference
     same = (a == b) | ((a != a) & (b != b))  # NaN alone is unlike itself
     difference[np.isnan(difference)] = np.inf
-    difference[~same & (difference == 0)] = 1  # integers past 2^53, of which several are one float64
+    difference[~same & (difference == 0)] = 1  # integers past 2^53, several of which are one float64
     difference[same] = 0
     return difference
 
@@ -190,7 +189,7 @@ class _Band(NamedTuple):
 
 @dataclass
 class _Tally:
-    """What is summed up band by band; see `LayerDifference`."""
+    """The sums over bands for a `LayerDifference`."""
 
     tolerance: float
     peak: float = 0.0
@@ -204,12 +203,12 @@ class _Tally:
     squares: list[float] = field(default_factory=list)
 
     def raise_peak(self, values: Array) -> None:
-        """Heed the largest finite |a|, by which the PSNR is measured."""
+        """Update the largest finite |a|, the peak of the PSNR."""
         sizes = np.abs(values.astype(np.float64))
         self.peak = max(self.peak, float(sizes.max(initial=0.0, where=np.isfinite(sizes))))
 
     def add(self, top: int, band: _Band) -> None:
-        """Count and sum up the differences of a band, whose first row is `top`."""
+        """Add the differences of a band whose first row is `top`."""
         finite = np.isfinite(band.difference)
         finite_differences = band.difference[finite]
         with np.errstate(over="ignore"):
@@ -230,10 +229,7 @@ class _Tally:
             self.pair = (band.first[row, column], band.second[row, column])
 
     def result(self, shape: tuple[int, ...], kind: Kind) -> LayerDifference:
-        """Return what all bands make up.
-
-        RMSE = sqrt(mean((a - b)^2))
-        """
+        """Return the difference of the layers, whose bands have all been added."""
         rmse = math.sqrt(math.fsum(self.squares) / max(1, self.values))
         unit = _LEVEL if kind == "picture" else 1
         first, second = (tuple(float(value) / unit for value in pixel) for pixel in self.pair or ((), ()))
@@ -285,18 +281,18 @@ class Mismatch:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What comparing gave.
+    """The comparison of two sets of layers.
 
     Parameters
     ----------
     kind
-        What was compared.
+        The kind of layers.
     bounds
-        What counts as equal.
+        The bounds of equality.
     layers
-        The differences of the layers that both sides have, in order.
+        The differences of the layers on both sides, in order.
     flips
-        The mean FLIP of those for which it was asked and defined; not a number where a value is not finite.
+        The mean FLIP of layers, where requested and defined; NaN where a value is not finite.
     mismatches
         The layers that cannot be compared.
     """
@@ -308,7 +304,7 @@ class Comparison:
     mismatches: tuple[Mismatch, ...]
 
     def has_few_differing_pixels(self, name: str) -> bool:
-        """Return whether no more pixels of a layer differ than may."""
+        """Return whether the number of differing pixels of a layer is within its bound."""
         layer = self.layers[name]
         return layer.differing <= self.bounds.max_pixels.of(layer.pixels)
 
@@ -323,7 +319,7 @@ class Comparison:
 
     @property
     def equal(self) -> bool:
-        """The verdict: whether both are equal within the bounds."""
+        """Whether both sides are equal within the bounds."""
         return not self.mismatches and all(map(self.passes, self.layers))
 
     @property
@@ -338,10 +334,10 @@ def compare(first: Layers, second: Layers, bounds: Bounds) -> Comparison:
     Raises
     ------
     ValueError
-        If one is a picture and the other holds arrays, their pixels start at different places, or FLIP is asked
-        for where there is nothing to look at.
+        If one is a picture and the other holds arrays, their data windows start at different pixels, or FLIP is
+        requested without a picture or radiance.
     rtcli.extras.MissingExtraError
-        If FLIP is asked for and its package is missing.
+        If FLIP is requested and its package is missing.
     """
     if first.kind != second.kind:
         raise ValueError("a picture and arrays, or a pass as a picture, cannot be compared with each other")
@@ -367,7 +363,7 @@ def compare(first: Layers, second: Layers, bounds: Bounds) -> Comparison:
 
 
 def joined(comparisons: Sequence[Comparison]) -> Comparison:
-    """Return several comparisons, of different layers, as one; kind and bounds are those of the first."""
+    """Return comparisons of different layers as one, with the kind and bounds of the first."""
     return replace(
         comparisons[0],
         layers={name: layer for each in comparisons for name, layer in each.layers.items()},
@@ -377,12 +373,11 @@ def joined(comparisons: Sequence[Comparison]) -> Comparison:
 
 
 def made_alike(first: Layers, second: Layers) -> tuple[Layers, Layers]:
-    """Return what is compared of two sides: radiance without alpha is opaque where the other side has it."""
+    """Return two sides with an opaque alpha added to radiance that lacks one where the other side has it."""
     return _opaque(first, second), _opaque(second, first)
 
 
 def _opaque(layers: Layers, other: Layers) -> Layers:
-    """Return radiance with an alpha of 1 if the other side has one, and it has none."""
     arrays = layers.arrays
     if ALPHA in arrays or ALPHA not in other.arrays or RADIANCE not in arrays:
         return layers

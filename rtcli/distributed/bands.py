@@ -1,45 +1,43 @@
-"""A picture in bands, traced by other processes or machines: by any `concurrent.futures.Executor`."""
+"""Trace a picture in bands, by other processes or machines, through any `concurrent.futures.Executor`."""
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from itertools import islice
 from secrets import token_hex
 from threading import local
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar, runtime_checkable
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
 from rtcli.tracer.engines import Tracer, default_threads, tracer_of
+from rtcli.tracer.passes import new_arrays
 from rtcli.tracer.world import MeterReading, Progress, Window, World
 
 if TYPE_CHECKING:
-    from concurrent.futures import Executor, Future  # which takes its time to import, and few need it
+    from concurrent.futures import Executor, Future  # slow to import, and rarely needed
 
-    import numpy.typing as npt
+    from rtcli.tracer.passes import Arrays
 
-    Arrays = dict[str, npt.NDArray[Any]]
-
-_T = TypeVar("_T")
-
-# The native tracer works by blocks of this many rows, which bands do not cut.
-_BLOCK = 16
-# A band has at most this many pixels, and a picture at least so many bands, if it has the rows: all workers get
-# some, and what is on its way fits into memory.
-_MOST_PIXELS = 1 << 20
-_LEAST_BANDS = 32
-_IN_FLIGHT = 32
+# The rows of a tile of the native tracer; bands do not cut tiles.
+_TILE_ROWS = 16
+# The limits of a band's pixels and of the bands in flight, so that they fit into memory; and the least number of
+# bands of a picture with enough rows, so that all workers get some.
+_MAX_PIXELS = 1 << 20
+_MAX_IN_FLIGHT = 32
+_MIN_BANDS = 32
 
 
 class Band(NamedTuple):
-    """Some rows of a film.
+    """Some complete rows of a film.
 
     Parameters
     ----------
     window
-        Their pixels.
+        The pixels.
     arrays
         Radiance and passes by name: (rows, W) or (rows, W, 3).
     rays
-        How many rays were traced.
+        The number of rays traced.
     """
 
     window: Window
@@ -49,43 +47,39 @@ class Band(NamedTuple):
 
 @runtime_checkable
 class Sharing(Protocol):
-    """An executor that sends what many functions need once."""
+    """An executor that can send a value that many tasks need only once."""
 
     def share(self, value: Any) -> Any:
-        """Return what stands for a value among the arguments of `submit`."""
+        """Return an argument for `submit` that stands for a value."""
 
 
 class BandedTracer:
-    """A world that is traced band by band elsewhere: what every engine of rtcli offers, with the same results.
+    """A tracer whose bands are traced elsewhere, with the same results as any engine.
 
     Parameters
     ----------
     world
-        What is seen.
+        The world to trace.
     engine
-        Which tracer the workers use, with one thread each.
+        The engine of the workers, with one thread each.
     executor
-        Runs functions with arguments that are pickled; one that is `Sharing` is given the world once.
+        Runs functions with pickled arguments; if it is `Sharing`, it sends the world once.
     """
 
     def __init__(self, world: World, engine: str, executor: Executor) -> None:
-        self._own_task = BandTask(token_hex(16), world, engine)
-        self._task = executor.share(self._own_task) if isinstance(executor, Sharing) else self._own_task
+        self._local_task = BandTask(token_hex(16), world, engine)
+        self._task = executor.share(self._local_task) if isinstance(executor, Sharing) else self._local_task
         self._executor = executor
 
     def film(
         self, window: Window, passes: tuple[str, ...] = (), progress: Progress | None = None
     ) -> tuple[Arrays, int]:
         """Return radiance and passes by name, and the number of rays."""
-        import numpy as np
-
-        arrays: Arrays = {}
+        arrays = new_arrays(passes, window)
         rays = 0
         for band in self.bands(window, passes, progress):
             top = band.window.y - window.y
             for name, rows in band.arrays.items():
-                if name not in arrays:
-                    arrays[name] = np.empty((window.height, *rows.shape[1:]), rows.dtype)
                 arrays[name][top : top + band.window.height] = rows
             rays += band.rays
         return arrays, rays
@@ -93,45 +87,42 @@ class BandedTracer:
     def bands(
         self, window: Window, passes: tuple[str, ...] = (), progress: Progress | None = None
     ) -> Iterator[Band]:
-        """Yield the bands of a film from top to bottom, of which only some are in memory at a time."""
-        for band in self._in_turn(trace_band, window, passes):
-            yield band
-            if progress is not None:
-                rows = band.window.y + band.window.height - window.y
-                progress(rows * window.width, window.height * window.width)
+        """Yield the bands of a film from top to bottom, with a limited number in flight."""
+        in_flight: deque[Future[Band]] = deque()
+        windows = bands_of(window)
+        try:
+            while True:
+                for rows in islice(windows, _MAX_IN_FLIGHT - len(in_flight)):
+                    in_flight.append(self._executor.submit(trace_band, self._task, rows, passes))
+                if not in_flight:
+                    return
+                band = in_flight.popleft().result()
+                yield band
+                if progress is not None:
+                    rows_done = band.window.y + band.window.height - window.y
+                    progress(rows_done * window.width, window.height * window.width)
+        finally:
+            for future in in_flight:
+                future.cancel()
 
     def coverage(self, window: Window) -> list[int] | None:
-        """Return of each object how many pixel centres of a window it covers; None if it is too much work.
+        """Return the number of pixel centres that each object covers in a window; None if that is too much work.
 
-        The whole window is one task: in bands it would be other work, and perhaps not too much of it.
+        The window is one task: in bands the work would be different, and might stay below the limit.
         """
         return self._executor.submit(cover, self._task, window).result()
 
     def exposure(self) -> MeterReading:
-        """Return what the meter finds for the whole picture, which takes no help."""
-        return tracer_of(self._own_task.world, self._own_task.engine, default_threads()).exposure()
-
-    def _in_turn(self, work: Callable[..., _T], window: Window, *arguments: Any) -> Iterator[_T]:
-        """Yield what is found for each band in order; if that ends early, what has not begun is called off."""
-        waiting: deque[Future[_T]] = deque()
-        try:
-            for band in bands_of(window):
-                waiting.append(self._executor.submit(work, self._task, band, *arguments))
-                if len(waiting) >= _IN_FLIGHT:
-                    yield waiting.popleft().result()
-            while waiting:
-                yield waiting.popleft().result()
-        finally:
-            for future in waiting:
-                future.cancel()
+        """Return the meter reading of the whole picture, taken by this process."""
+        return tracer_of(self._local_task.world, self._local_task.engine, default_threads()).exposure()
 
 
 def bands_of(window: Window) -> Iterator[Window]:
-    """Yield the bands that cover a window, from top to bottom."""
-    most = min(_MOST_PIXELS // window.width, window.height // _LEAST_BANDS)
-    rows = max(_BLOCK, most // _BLOCK * _BLOCK)
+    """Yield the bands of a window from top to bottom."""
+    most_rows = min(_MAX_PIXELS // window.width, window.height // _MIN_BANDS)
+    rows = max(_TILE_ROWS, most_rows // _TILE_ROWS * _TILE_ROWS)
     bottom = window.y + window.height
-    for top in range(window.y - window.y % _BLOCK, bottom, rows):
+    for top in range(window.y - window.y % _TILE_ROWS, bottom, rows):
         first = max(top, window.y)
         yield Window(window.x, first, window.width, min(top + rows, bottom) - first)
 
@@ -140,7 +131,7 @@ def bands_of(window: Window) -> Iterator[Window]:
 
 
 class BandTask(NamedTuple):
-    """What bands are of: a picture's own key, its world, its engine."""
+    """The part that all bands of a picture share: a key of the picture, its world, and the engine."""
 
     key: str
     world: World
@@ -149,29 +140,29 @@ class BandTask(NamedTuple):
 
 def trace_band(task: BandTask, window: Window, passes: tuple[str, ...]) -> Band:
     """Return a band of the film."""
-    return Band(window, *_prepared(task).film(window, passes))
+    return Band(window, *_tracer(task).film(window, passes))
 
 
 def cover(task: BandTask, window: Window) -> list[int] | None:
-    """Return of each object how many pixel centres of a window it covers."""
-    return _prepared(task).coverage(window)
+    """Return the number of pixel centres that each object covers in a window."""
+    return _tracer(task).coverage(window)
 
 
-class _Latest(local):
-    """The tracer of the last picture: to make a world ready takes longer than many a band.
+class _LastTracer(local):
+    """The tracer of the last picture, because preparing a world takes longer than many bands.
 
-    Each thread has its own, for the reference tracer does one thing at a time.
+    Each thread has its own, since the reference tracer can only do one thing at a time.
     """
 
     key = ""
     tracer: Tracer
 
 
-_latest = _Latest()
+_last = _LastTracer()
 
 
-def _prepared(task: BandTask) -> Tracer:
-    if _latest.key != task.key:
-        _latest.tracer = tracer_of(task.world, task.engine, threads=1)
-        _latest.key = task.key
-    return _latest.tracer
+def _tracer(task: BandTask) -> Tracer:
+    if _last.key != task.key:
+        _last.tracer = tracer_of(task.world, task.engine, threads=1)
+        _last.key = task.key
+    return _last.tracer

@@ -1,12 +1,10 @@
-"""Workers of a Dask cluster, as an executor."""
+"""Run functions on the workers of a Dask cluster, through an executor."""
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
 import logging
-import os
-import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -14,70 +12,72 @@ from concurrent import futures
 from concurrent.futures import BrokenExecutor, Executor, Future, InvalidStateError
 from typing import Any, NamedTuple
 
+from rtcli import signals
 from rtcli.extras import require_extra
 from rtcli.tracer._native import __version__
 
-# Instead of an address: a cluster of this machine's cores, for as long as it is needed.
+# The address that means a temporary cluster of this machine's cores.
 LOCAL = "local"
 
 _PURPOSE = "working on a cluster"
-_SECONDS_TO_CONNECT = 10
+_CONNECTION_LOST = "the connection to the scheduler of Dask was lost"
+_CONNECT_TIMEOUT = 10  # seconds
 
-# Dask warns of more. A file has at most 64 MiB, and a world hardly more.
-_LARGEST_SCENE = "1 GiB"
+# Dask warns about larger messages. A scene file has at most 64 MiB, and a world is hardly larger.
+_MAX_MESSAGE = "1 GiB"
 
-# From one look at the connection to the next.
-_SECONDS_TO_LOOK = 0.5
+# Seconds between two checks of the connection.
+_CHECK_INTERVAL = 0.5
 
 
 class Cluster(NamedTuple):
-    """What runs functions on a cluster, and on how many cores when it was reached."""
+    """An executor for a cluster, and the number of cores that the cluster had when it was connected."""
 
     executor: Executor
     cores: int
 
 
 class ClusterError(OSError):
-    """A cluster is there that cannot do the work."""
+    """A cluster that cannot do the work."""
 
 
 class OtherVersionError(Exception):
-    """A worker, which the message names, has another version of rtcli."""
+    """The worker that the message names has another version of rtcli."""
 
 
 @contextlib.contextmanager
-def dask_cluster(address: str, patience: float = 60) -> Iterator[Cluster]:
-    """Give an executor whose functions run on the workers of a Dask cluster.
+def dask_cluster(address: str, timeout: float = 60) -> Iterator[Cluster]:
+    """Connect to a Dask cluster.
 
-    Work of a worker that is lost is given to another by Dask's scheduler; what loses several of them is given up.
+    If a worker is lost, Dask's scheduler gives its tasks to others. It gives up a task that loses several workers.
 
     Parameters
     ----------
     address
-        Of the scheduler, such as `tcp://10.0.0.1:8786`, or `local`.
-    patience
-        Seconds that work waits while there are no workers at all. The scheduler has to answer within that time,
-        and within ten seconds, too.
+        The scheduler's address, such as `tcp://10.0.0.1:8786`, or `local`.
+    timeout
+        Seconds that tasks may wait while there are no workers. The scheduler must answer within this time, too,
+        and within ten seconds.
 
     Raises
     ------
     rtcli.extras.MissingExtraError
         If Dask's package `distributed` is not installed.
     OSError
-        If the scheduler cannot be reached, or has workers with another version of rtcli; or if the connection is
-        lost, and that is not caught.
+        If the scheduler cannot be reached, has workers with another version of rtcli, or if the connection is lost
+        and the block does not handle that.
     """
     distributed = require_extra("distributed", "dask", _PURPOSE)
-    for logged in ("distributed", "distributed.client", "tornado.application"):  # errors tell what goes wrong
-        logging.getLogger(logged).setLevel(logging.CRITICAL)
+    for name in ("distributed", "distributed.client", "tornado.application"):  # exceptions report the errors
+        logging.getLogger(name).setLevel(logging.CRITICAL)
     dask = require_extra("dask", "dask", _PURPOSE)
     with contextlib.ExitStack() as stack:
-        stack.enter_context(dask.config.set({"distributed.admin.large-graph-warning-threshold": _LARGEST_SCENE}))
-        with _sigpipe_held():
-            client = stack.enter_context(_connected(distributed, address, min(patience, _SECONDS_TO_CONNECT)))
-            no_workers = f"the cluster at {address!r} had no workers for {patience:g} s"
+        stack.enter_context(dask.config.set({"distributed.admin.large-graph-warning-threshold": _MAX_MESSAGE}))
+        with signals.blocked(signals.BROKEN_PIPE):  # in Dask's threads: a lost connection must not end the program
+            client = stack.enter_context(_connect(distributed, address, min(timeout, _CONNECT_TIMEOUT)))
+            no_workers = f"the cluster at {address!r} had no workers for {timeout:g} s"
             executor = _DaskExecutor(
-                client, distributed.KilledWorker, patience, f"{no_workers}: start some, or raise --dask-timeout"
+                client, distributed.KilledWorker, timeout, f"{no_workers}: start some, or raise --dask-timeout"
             )
             stack.callback(executor.stop)
         _refuse_other_versions(client)
@@ -88,234 +88,202 @@ def dask_cluster(address: str, patience: float = 60) -> Iterator[Cluster]:
 
 
 class _DaskExecutor(Executor):
-    """The workers of a Dask client, whose futures end with the connection to the scheduler.
+    """An executor for a Dask client whose futures fail when the connection to the scheduler is lost.
 
-    Those of Dask's own executor may then stay as they are for ever, and so may whoever waits for them; and it
-    takes a result for an error where the worker is lost that it has just come from. Once the connection was lost
-    it is so for good: if it comes back, all that was under way is gone nevertheless. It is the same without
-    workers for a while, or with one of another version.
-
-    Parameters
-    ----------
-    client
-        That of Dask.
-    killed
-        The error of what was lost with several workers, one after the other.
-    patience
-        Seconds that work waits while there are no workers.
-    no_workers
-        What is said then.
+    The futures of Dask's own executor may then stay pending forever, and they take a result for an error if the
+    worker that it came from is lost. A lost connection never recovers: if Dask reconnects, the pending tasks are
+    gone nevertheless. The same holds after too long without workers, or a worker with another version.
     """
 
-    def __init__(self, client: Any, killed: type[Exception], patience: float, no_workers: str) -> None:
+    def __init__(self, client: Any, killed: type[Exception], timeout: float, no_workers: str) -> None:
         self._client = client
-        self._killed = killed
-        self._patience, self._no_workers = patience, no_workers
+        self._killed = killed  # Dask's error for a task that lost several workers
+        self._timeout, self._no_workers = timeout, no_workers  # seconds, and the message after them
         self._lock = threading.RLock()
-        self._waiting: dict[Future[Any], Any] = {}  # those given out, and Dask's
+        self._pending: set[Future[Any]] = set()
         self._failure: Exception | None = None
-        self._end = threading.Event()
+        self._stopped = threading.Event()
         threading.Thread(target=self._watch, daemon=True).start()
 
-    def submit(self, work: Callable[..., Any], /, *arguments: Any, **named: Any) -> Future[Any]:
-        """Have something done by a worker.
+    def submit(self, function: Callable[..., Any], /, *arguments: Any, **named: Any) -> Future[Any]:
+        """Call a function in a worker.
 
         Raises
         ------
         concurrent.futures.BrokenExecutor
-            If the connection was lost, as the futures then do.
+            If the connection was lost. Pending futures raise it, too.
         ClusterError
-            If there were no workers for too long, or one had another version, as the futures then do.
+            If there were no workers for too long, or one had another version. Pending futures raise it, too.
         """
-        given: Future[Any] = Future()
+        future: Future[Any] = Future()
         with self._lock:
             self._check()
-            # Not `pure`: equal arguments are not looked for, nor kept for later.
-            future = self._client.submit(run_checked, __version__, work, *arguments, pure=False, **named)
-            self._waiting[given] = future
-        given.add_done_callback(lambda given: given.cancelled() and future.cancel())
-        self._client.loop.add_callback(self._settle, given, future)
-        return given
+            # Not `pure`: Dask must not look for earlier results of equal arguments, nor keep this one.
+            remote = self._client.submit(run_checked, __version__, function, *arguments, pure=False, **named)
+            self._pending.add(future)
+        future.add_done_callback(lambda future: future.cancelled() and remote.cancel())
+        self._client.loop.add_callback(self._settle, future, remote)
+        return future
 
     def share(self, value: Any) -> Any:
-        """Return what stands for a value among arguments: it goes once to the scheduler, and once to each worker.
+        """Return an argument that stands for a value, which goes once to the scheduler and once to each worker.
 
-        It is the result of work, for what is scattered is gone with the workers that had it, and this is not.
+        It is the result of a task. Scattered data would be lost with its workers; a result is computed again.
         """
         with self._lock:
             self._check()
-            return self._client.submit(run_checked, __version__, same, value, pure=False)
+            return self._client.submit(run_checked, __version__, identity, value, pure=False)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Call off what is under way, unless it is to be waited for."""
+        """Cancel the pending tasks, or wait for them."""
         with self._lock:
-            waiting = dict(self._waiting)
+            pending = set(self._pending)
         if not wait or cancel_futures:
-            for given in waiting:
-                given.cancel()
+            for future in pending:
+                future.cancel()
         else:
-            futures.wait(waiting)
+            futures.wait(pending)
 
     def stop(self) -> None:
-        """Look after the connection no more."""
-        self._end.set()
+        """Stop watching the connection."""
+        self._stopped.set()
 
     def _check(self) -> None:
-        """Raise the error of an executor that works no more."""
+        """Raise the error of an executor that has failed."""
         if self._failure is None and self._client.status != "running":
-            self._fail(_lost())
+            self._fail(BrokenExecutor(_CONNECTION_LOST))
         if self._failure is not None:
             raise self._failure
 
-    async def _settle(self, given: Future[Any], future: Any) -> None:
-        """Give on what comes of something."""
+    async def _settle(self, future: Future[Any], remote: Any) -> None:
+        """Wait for Dask's future, and pass its result or error on."""
         value: Any = None
         failure: Exception | None = None
         try:
-            value = await future
-        except (asyncio.CancelledError, futures.CancelledError):  # by nobody here, if it is still waited for
-            failure = _lost()
+            value = await remote
+        except (asyncio.CancelledError, futures.CancelledError):  # not cancelled here if the future is pending
+            failure = BrokenExecutor(_CONNECTION_LOST)
         except OtherVersionError as error:
             failure = ClusterError(str(error))
         except self._killed:
-            failure = _gave_up()
+            failure = OSError(
+                "the cluster gave up: the work was lost with each of the workers that had it, for want of memory "
+                "perhaps; their logs tell"
+            )
         except Exception as error:
             failure = error
         with self._lock:
-            if self._waiting.pop(given, None) is None or given.done():
+            is_pending = future in self._pending and not future.done()
+            self._pending.discard(future)
+            if not is_pending:
                 return
             if isinstance(failure, (BrokenExecutor, ClusterError)):
                 self._fail(failure)
-            with contextlib.suppress(InvalidStateError):  # called off at this very moment
+            with contextlib.suppress(InvalidStateError):  # cancelled just now
                 if failure is None:
-                    given.set_result(value)
+                    future.set_result(value)
                 else:
-                    given.set_exception(failure)
+                    future.set_exception(failure)
 
     def _watch(self) -> None:
-        """Look for the connection, and for workers while something is to be done."""
+        """Watch the connection, and the workers while tasks are pending."""
         last_seen = time.monotonic()
-        while not self._end.wait(_SECONDS_TO_LOOK):
+        while not self._stopped.wait(_CHECK_INTERVAL):
             if self._client.status != "running":
-                self._fail(_lost())
+                self._fail(BrokenExecutor(_CONNECTION_LOST))
                 return
-            if not self._waiting or self._has_workers():
+            if not self._pending or self._has_workers():
                 last_seen = time.monotonic()
-            elif time.monotonic() - last_seen > self._patience:
+            elif time.monotonic() - last_seen > self._timeout:
                 self._fail(ClusterError(self._no_workers))
                 return
 
     def _has_workers(self) -> bool:
         try:
             return bool(self._client.nthreads())
-        except Exception:  # Dask's and tornado's: the connection was lost, which the next look tells
+        except Exception:  # of Dask or tornado: the connection is lost, as the next check finds
             return True
 
     def _fail(self, failure: Exception) -> None:
-        """End all that is under way, and take no more."""
+        """Fail all pending tasks, and accept no more."""
         with self._lock:
             self._failure = self._failure or failure
-            lost, self._waiting = list(self._waiting), {}
-            for given in lost:
+            lost, self._pending = self._pending, set()
+            for future in lost:
                 with contextlib.suppress(InvalidStateError):
-                    given.set_exception(failure)
-
-
-def _lost() -> BrokenExecutor:
-    return BrokenExecutor("the connection to the scheduler of Dask was lost")
-
-
-def _gave_up() -> OSError:
-    return OSError(
-        "the cluster gave up: the work was lost with each of the workers that had it, for want of memory perhaps; "
-        "their logs tell"
-    )
+                    future.set_exception(failure)
 
 
 @contextlib.contextmanager
-def _connected(distributed: Any, address: str, seconds: float) -> Iterator[Any]:
-    """Give a client of a scheduler that answers within some seconds; that of `local` ends with it."""
+def _connect(distributed: Any, address: str, timeout: float) -> Iterator[Any]:
+    """Yield a client of a scheduler that answers within the timeout; a `local` scheduler ends with its client."""
     with contextlib.ExitStack() as stack:
         if address == LOCAL:
             cluster = stack.enter_context(_local_cluster(distributed))
             yield stack.enter_context(distributed.Client(cluster))
             return
         try:
-            client = distributed.Client(address, timeout=seconds)
+            client = distributed.Client(address, timeout=timeout)
         except (OSError, ValueError) as error:
             raise OSError(f"no scheduler of Dask answers at {address!r}: {error}") from error
         yield stack.enter_context(client)
 
 
 @contextlib.contextmanager
-def _sigpipe_held() -> Iterator[None]:
-    """Have threads that are started meanwhile never see SIGPIPE: a lost connection must not end the program."""
-    if not hasattr(signal, "pthread_sigmask"):  # Windows
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGPIPE])
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-@contextlib.contextmanager
 def _local_cluster(distributed: Any) -> Iterator[Any]:
-    """Give a cluster of this machine's cores; if anything goes wrong, its workers end at once."""
+    """Yield a cluster of this machine's cores; after an error, end its workers at once."""
     with distributed.LocalCluster(
         threads_per_worker=1,
         processes=True,
-        dashboard_address="127.0.0.1:0",  # any port that is free: Dask would have 8787 for None, too, and warn
+        dashboard_address="127.0.0.1:0",  # any free port: with None, Dask tries 8787 and warns if it is taken
         silence_logs=logging.CRITICAL,
     ) as cluster:
         try:
             yield cluster
         except BaseException:
-            # A band that nobody waits for would keep them for seconds.
+            # Otherwise an unwanted band would keep them busy for seconds.
             for nanny in cluster.workers.values():
-                with contextlib.suppress(OSError, TypeError):
-                    os.kill(nanny.pid, signal.SIGTERM)
+                signals.terminate(nanny.pid)
             raise
 
 
 def _refuse_other_versions(client: Any) -> None:
-    """Raise OSError if a worker lacks this version of rtcli: results are to be the same bytes everywhere."""
+    """Raise OSError if a worker lacks this version of rtcli: results must be the same bytes everywhere."""
     try:
         versions = client.run(version)
     except ImportError as error:
         raise OSError(f"a worker of the cluster cannot import rtcli {__version__}: {error}") from error
-    for worker, theirs in versions.items():
-        if theirs != __version__:
-            raise ClusterError(_other_version(worker, theirs, __version__))
+    for worker, other in versions.items():
+        if other != __version__:
+            raise ClusterError(_other_version(worker, other, __version__))
 
 
-def _other_version(worker: str, theirs: str, ours: str) -> str:
-    return f"the worker at {worker} has rtcli {theirs}, not {ours}: install the same on both"
+def _other_version(worker: str, other: str, ours: str) -> str:
+    return f"the worker at {worker} has rtcli {other}, not {ours}: install the same on both"
 
 
 # --- In the workers --------------------------------------------------------------------------------------
 
 
 def version() -> str:
-    """Return the version of rtcli where it is called."""
+    """Return the version of rtcli in this process."""
     return __version__
 
 
-def run_checked(ours: str, work: Callable[..., Any], /, *arguments: Any, **named: Any) -> Any:
-    """Return what a function gives, if this worker, which may have joined late, has our version of rtcli.
+def run_checked(ours: str, function: Callable[..., Any], /, *arguments: Any, **named: Any) -> Any:
+    """Call a function if this worker, which may have joined late, has our version of rtcli.
 
     Raises
     ------
     OtherVersionError
-        If it has another.
+        If it has another version.
     """
     if version() != ours:
         worker = require_extra("distributed", "dask", _PURPOSE).get_worker().address
         raise OtherVersionError(_other_version(worker, version(), ours))
-    return work(*arguments, **named)
+    return function(*arguments, **named)
 
 
-def same(value: Any) -> Any:
-    """Return a value as it is."""
+def identity(value: Any) -> Any:
+    """Return the value."""
     return value

@@ -1,17 +1,17 @@
-"""The story of one pixel, told by the reference tracer: each step with its equation, numbers and outcome.
+"""Explain how a pixel gets its value, step by step: each step with its equations, numbers and outcome.
 
     ray --intersections--> nearest hit --lights--> radiance --mean, exposure, tone, sRGB--> 8 bits
 
 Every number comes from the methods that render pictures (`rtcli.tracer.reference`, `rtcli.image.develop`). Only
-the steps between radiance and value, which the compiled core takes at once, are shown by formulas of their own
-(`rtcli.image.curves`).
+the steps between radiance and value, which the compiled core takes at once, have formulas of their own
+(`rtcli.curves`).
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from rtcli.explain.agreement import PixelSamples
+from rtcli.explain.agreement import PixelSamples, rays_through
 from rtcli.explain.development import Developed, developed
 from rtcli.explain.intersections import meet_all
 from rtcli.explain.lighting import SurfacePoint, hit_step, lights_step, radiance_step
@@ -30,24 +30,24 @@ __all__ = ["Explanation", "check_place", "explain"]
 
 
 def explain(scene: Scene, x: int, y: int, sample: int = 1, progress: Progress | None = None) -> Explanation:
-    """Tell how a pixel comes to its value.
+    """Explain how a pixel gets its value.
 
     Parameters
     ----------
     scene
-        From `rtcli.load_scene`.
+        A scene from `rtcli.load_scene`.
     x, y
         Column and row of the pixel, counted from 0 at the left and top.
     sample
-        Which of its samples is told step by step, counted from 1.
+        The number of the sample to explain step by step, counted from 1.
     progress
-        Is told (points done, points in all) while the light is metered for an exposure that is `auto`: of
-        thousands of objects that takes long.
+        Called with (points done, points in all) while an exposure of `auto` is metered, which takes long for
+        thousands of objects.
 
     Returns
     -------
     Explanation
-        Its value is that of `rtcli.render(scene, engine="reference").develop()[y, x]`.
+        The explanation; its value is that of `rtcli.render(scene, engine="reference").develop()[y, x]`.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def check_place(scene: Scene, x: int, y: int, sample: int = 1) -> None:
 
 
 class _Pixel:
-    """A pixel of a scene, with all of its samples traced at once: the tracer's results do not depend on that."""
+    """A pixel of a scene. Its samples are traced together, which the tracer's results do not depend on."""
 
     def __init__(self, scene: Scene, pixel: tuple[int, int]) -> None:
         self.scene = scene
@@ -79,19 +79,14 @@ class _Pixel:
         self.names = [name_of(index, shape) for index, shape in enumerate(scene.objects)]
         self.tracer = ReferenceTracer(pack(scene), default_threads())
         self.offsets = list(sample_offsets(scene.render.samples))
-        self.rays = self._rays()
+        self.rays = rays_through(self.tracer.scenery.camera, self.window, self.offsets)
         self.hits = self.tracer.scenery.nearest_hit(self.rays)
         self.light = self.tracer.scenery.trace_ray(self.rays)[0].rgb
 
-    def _rays(self) -> Ray:
-        camera = self.tracer.scenery.camera
-        rays = [camera.generate_primary_rays(self.window, within) for within in self.offsets]
-        return Ray(rays[0].offset, np.hstack([ray.direction for ray in rays]))
-
     def explanation(self, chosen: int, progress: Progress | None) -> Explanation:
-        """Return the explanation that tells one of the samples, counted from 0."""
+        """Return the explanation with the story of one sample, counted from 0."""
         image = self.scene.image
-        # Added one after the other, as those of a picture are.
+        # Summed one after the other, as the tracer does for a picture.
         radiance = mean_of_samples(np.add.accumulate(self.light, axis=1)[:, -1], len(self.offsets))
         exposure, percentile = self._exposure(progress)
         value = developed(radiance, DisplayTransform(exposure, image.tone))
@@ -109,7 +104,7 @@ class _Pixel:
         )
 
     def _native(self, reference: Array) -> NativePixel:
-        """Return what the native engine renders, compared with what the reference does."""
+        """Return the pixel as the native engine renders it, compared with the reference's radiance (3,)."""
         tracer = NativeTracer(self.tracer.world, default_threads())
         arrays, _ = tracer.film(self.window, ("object_id",))
         radiance, seen = arrays["radiance"][0, 0], int(arrays["object_id"][0, 0]) - 1
@@ -126,7 +121,7 @@ class _Pixel:
         )
 
     def _exposure(self, progress: Progress | None) -> tuple[float, float | None]:
-        """Return the stops, and the percentile of luminance that they were metered from."""
+        """Return the exposure in stops, and the percentile of luminance from which it was metered."""
         given = self.scene.image.exposure
         if given != "auto":
             return given, None

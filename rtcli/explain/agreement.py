@@ -1,28 +1,28 @@
-"""Whether the native engine gives a pixel what the reference does, or what rounding may make of it."""
+"""Compare the native engine's pixel with that of the reference engine, within what rounding explains."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable
 
 import numpy as np
 
 from rtcli.explain.records import AT_A_BORDER, DISAGREE, EQUAL, ROUNDED
-from rtcli.tracer.reference import (
-    CENTRE,
-    NOTHING,
-    Array,
-    Ray,
-    Scenery,
-    way_to_light,
-)
+from rtcli.tracer.reference import CENTRE, NOTHING, Array, Ray, Scenery, SimpleCamera, way_to_light
 from rtcli.tracer.world import Window
 
-# The share of the radiance, and of what the lights would give head-on, that float32 may take: where light grazes a
-# surface cos(theta) is a small difference.
+# The error of float32, as shares of the radiance and of the light that would arrive head-on: where light grazes a
+# surface, cos(theta) is a small difference.
 _ROUNDING, _GRAZING = 1e-3, 1e-5
 
-# So far beside a ray, in pixels, float32 may see what lies beyond a border.
+# How far beside a ray, in pixels, float32 may see what lies beyond a border.
 _BESIDE = 1e-3
+_AROUND = [(x, y) for x in (-_BESIDE, 0.0, _BESIDE) for y in (-_BESIDE, 0.0, _BESIDE)]
+
+
+def rays_through(camera: SimpleCamera, window: Window, places: Iterable[tuple[float, float]]) -> Ray:
+    """Return the rays through some places of a pixel, given from its left and top edge."""
+    rays = [camera.generate_primary_rays(window, place) for place in places]
+    return Ray(rays[0].offset, np.hstack([ray.direction for ray in rays]))
 
 
 class PixelSamples:
@@ -31,11 +31,11 @@ class PixelSamples:
     Parameters
     ----------
     scenery
-        What it traces.
+        The scene of the reference tracer.
     window
         The pixel.
     offsets
-        The place of each sample in it.
+        The position of each sample in the pixel.
     """
 
     def __init__(self, scenery: Scenery, window: Window, offsets: list[tuple[float, float]]) -> None:
@@ -44,17 +44,17 @@ class PixelSamples:
         self.offsets = offsets
 
     def agreement(self, reference: Array, native: Array, seen: int) -> str:
-        """Return how the engines agree on the pixel: one of `AGREEMENTS`.
+        """Return how the engines agree on the pixel: one of `AGREEMENTS`, or `DISAGREE`.
 
         Parameters
         ----------
         reference, native
             (3,): the pixel's radiance.
         seen
-            The index of the object that the native engine sees at the pixel's centre, or `NOTHING`.
+            The index of the object at the pixel's centre as the native engine sees it, or `NOTHING`.
         """
         same = seen in self._objects_at((0.0, 0.0))
-        if not same and seen not in self._objects_at(*_around()):
+        if not same and seen not in self._objects_at(*_AROUND):
             return DISAGREE
         agreement = self._agreement_of_radiance(reference, native)
         return agreement if same or agreement == DISAGREE else AT_A_BORDER
@@ -65,30 +65,27 @@ class PixelSamples:
         rounding = _ROUNDING * np.maximum(reference, native) + _GRAZING * self._head_on()
         if (np.abs(native - reference) <= rounding).all():
             return ROUNDED
-        beside = np.stack([self._radiance(x, y) for x, y in _around()])  # (places, 3, samples)
+        beside = np.stack([self._radiance(x, y) for x, y in _AROUND])  # (places, 3, samples)
         low, high = beside.min(axis=0).mean(axis=1), beside.max(axis=0).mean(axis=1)
         if ((native >= low - rounding) & (native <= high + rounding)).all():
             return AT_A_BORDER
         return DISAGREE
 
     def _objects_at(self, *places: tuple[float, float]) -> set[int]:
-        """Return the indices of the objects so far to the right and down of the pixel's centre, or `NOTHING`."""
-        (u, v), camera = CENTRE, self.scenery.camera
-        rays = [camera.generate_primary_rays(self.window, (u + x, v + y)) for x, y in places]
-        ray = Ray(rays[0].offset, np.hstack([ray.direction for ray in rays]))
+        """Return the indices of the objects at places right of and below the pixel's centre, or `NOTHING`."""
+        u, v = CENTRE
+        ray = rays_through(self.scenery.camera, self.window, [(u + x, v + y) for x, y in places])
         return set(self.scenery.nearest_hit(ray).index.tolist())
 
     def _rays(self, x: float, y: float) -> Ray:
-        camera = self.scenery.camera
-        rays = [camera.generate_primary_rays(self.window, (u + x, v + y)) for u, v in self.offsets]
-        return Ray(rays[0].offset, np.hstack([ray.direction for ray in rays]))
+        return rays_through(self.scenery.camera, self.window, [(u + x, v + y) for u, v in self.offsets])
 
     def _radiance(self, x: float, y: float) -> Array:
-        """Return the radiance of each sample, so far to the right and down of its place: (3, N)."""
+        """Return the radiance of each sample, moved to the right by x and down by y: (3, N)."""
         return np.broadcast_to(self.scenery.trace_ray(self._rays(x, y))[0].rgb, (3, len(self.offsets)))
 
     def _head_on(self) -> Array:
-        """Return what all lights would give if nothing stood before them and all surfaces faced them: (3,)."""
+        """Return the radiance if nothing blocked any light and all surfaces faced all lights: (3,)."""
         ray = self._rays(0.0, 0.0)
         hit = self.scenery.nearest_hit(ray)
         seen = np.flatnonzero(hit.index != NOTHING)
@@ -98,9 +95,3 @@ class PixelSamples:
             arriving = source.light_at(way_to_light(source, ray, hit).distance).rgb
             total[:, seen] += self.scenery.reflected(arriving, hit)
         return np.asarray(total.mean(axis=1))
-
-
-def _around() -> Iterator[tuple[float, float]]:
-    for x in (-_BESIDE, 0.0, _BESIDE):
-        for y in (-_BESIDE, 0.0, _BESIDE):
-            yield x, y

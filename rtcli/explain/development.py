@@ -9,15 +9,15 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from rtcli.curves import TONE_CURVES, exposure_factor, srgb
 from rtcli.explain.records import Development, Group, Mean, Number, ObjectName, Sample, Step, Triple
 from rtcli.explain.words import number, triple
-from rtcli.image.curves import TONE_EQUATIONS, exposure_factor, srgb, tone_curve
 from rtcli.image.develop import develop
 from rtcli.image.display import DisplayTransform
 from rtcli.scene.model import Scene
 from rtcli.tracer._native import METER_GRID
 
-# The heading of `docs/tracer.md` that tells of it: the document ends with the radiance.
+# The heading in `docs/tracer.md` instead of a section number: the document ends with the radiance.
 _SECTION = "From radiance to the picture"
 
 _METER_EQUATION = "2^EV * P95 = 0.8, where 95 % of all points with Y > 0 have Y < P95"
@@ -32,20 +32,20 @@ def developed(radiance: npt.NDArray[np.floating], look: DisplayTransform) -> tup
 
 @dataclass(frozen=True)
 class Developed:
-    """What was developed.
+    """A developed pixel.
 
     Parameters
     ----------
     scene
         The scene.
     radiance
-        That of its pixel, as the film holds it.
+        The pixel's radiance, as the film holds it.
     exposure
-        In stops.
+        The exposure in stops.
     percentile
-        What they were metered from, if they were and anything is lit.
+        The percentile of luminance from which it was metered, if it was and anything is lit.
     value
-        What came out.
+        The pixel's red, green and blue, 0..255.
     """
 
     scene: Scene
@@ -57,7 +57,7 @@ class Developed:
     def steps(self, samples: Sequence[Sample]) -> Development:
         """Return the steps from the samples to the value."""
         exposed = _each(lambda x: exposure_factor(self.exposure) * x, self.radiance)
-        toned = _each(lambda x: tone_curve(self.scene.image.tone, x), exposed)
+        toned = _each(TONE_CURVES[self.scene.image.tone].y, exposed)
         return Development(
             self._mean(samples), self._exposure(exposed), self._tone(toned), self._value(_each(srgb, toned))
         )
@@ -103,9 +103,9 @@ class Developed:
 
     def _tone(self, toned: Triple) -> Step:
         tone = self.scene.image.tone
-        equation, source = TONE_EQUATIONS[tone]
-        outcome = f"The tone curve is {tone}: {source}."
-        return Step("The tone curve", _SECTION, (equation,), (Number("y", toned, "linear, 0..1"),), outcome)
+        curve = TONE_CURVES[tone]
+        outcome = f"The tone curve is {tone}: {curve.source}."
+        return Step("The tone curve", _SECTION, (curve.equation,), (Number("y", toned, "linear, 0..1"),), outcome)
 
     def _value(self, encoded: Triple) -> Step:
         red, green, blue = self.value

@@ -1,4 +1,4 @@
-"""What the ray ends at, and how the lights shine on it: document, sections 2.3 and 3.4."""
+"""What the ray hits, and how the lights shine on it: document, sections 2.3 and 3.4."""
 
 from __future__ import annotations
 
@@ -23,59 +23,50 @@ from rtcli.explain.records import (
     ObjectName,
     Step,
 )
+from rtcli.explain.shapes import SHAPES
 from rtcli.explain.words import listed, number, triple
 from rtcli.scene.diagnostics.problems import counted
-from rtcli.tracer import reference
 from rtcli.tracer.reference import (
     NOTHING,
     Array,
+    Hit,
     LightSource,
     Ray,
     Scenery,
+    WayToLight,
     irradiance_of,
     length,
     seen_directly,
     way_to_light,
 )
-from rtcli.tracer.world import NO_BODY, World
+from rtcli.tracer.world import NO_CARRIER, World
 
-_POINT = "P = o + t d"
-_NORMALS = {
-    "sphere": ("2.2.1", "n = (P - C) / |P - C|"),
-    "plane": ("2.2.2", "n = the plane's normal"),
-    "box": ("2.2.3", "n = R_y(-a) n', with n' the normal of the side in box space"),
-}
-_SIDES = {
-    "sphere": {1: "from outside", -1: "from inside", 0: "from its surface, inside"},
-    "box": {1: "from outside", -1: "from inside", 0: "from its surface, inside"},
-    "plane": {1: "from its front", -1: "from its back", 0: "from within it"},
-}
 _ARRIVING = "L_i = intensity * color / (4 pi r^2)"
 
 
 @dataclass(frozen=True)
 class SurfacePoint:
-    """A scenery, what its objects are called, and where one ray ends in it.
+    """The point of a scene where one ray ends.
 
     Parameters
     ----------
     world, scenery
-        What the reference tracer traces.
+        The scene, as plain arrays and as the reference tracer has it.
     names
-        Of each object.
+        The identity of each object.
     ray, hit
-        One ray, and its nearest hit.
+        The ray, and its nearest hit.
     """
 
     world: World
     scenery: Scenery
     names: Sequence[ObjectName]
     ray: Ray
-    hit: reference.Hit
+    hit: Hit
 
     @property
     def index(self) -> int:
-        """The object that is hit, or `NOTHING`."""
+        """The index of the object that is hit, or `NOTHING`."""
         return int(self.hit.index[0])
 
     @property
@@ -85,14 +76,14 @@ class SurfacePoint:
 
     @property
     def kind(self) -> str:
-        """What the ray ends at: `BACKGROUND`, `SHINING` or `SURFACE`."""
+        """What the ray hits: `BACKGROUND`, `SHINING` or `SURFACE`."""
         if self.index == NOTHING:
             return BACKGROUND
         return SURFACE if self.source is None else SHINING
 
     @property
     def is_lit(self) -> bool:
-        """Whether the lights are asked."""
+        """Whether the lights matter."""
         return self.kind == SURFACE and self.scenery.settings.max_depth > 0
 
 
@@ -100,7 +91,7 @@ class SurfacePoint:
 
 
 def hit_step(place: SurfacePoint) -> HitStep:
-    """Return the step of what the ray ends at: the point, the normal, the albedo."""
+    """Return the step for what the ray hits: the point, the normal, the albedo."""
     if place.kind == BACKGROUND:
         return HitStep(
             "What is seen",
@@ -112,21 +103,19 @@ def hit_step(place: SurfacePoint) -> HitStep:
             object=None,
         )
     name, shape = place.names[place.index], place.scenery.objects[place.index]
-    section, normal = _NORMALS[name.type]
-    numbers = [
-        Number("t", float(place.hit.t[0]), "the distance from the eye"),
-        Number("P", triple(place.ray.at(place.hit.t)), "the point"),
-        Number("n", triple(place.hit.normal), "the normal, facing the eye"),
-        Number("rho", triple(shape.color), "the albedo"),
-    ]
-    if isinstance(shape, reference.Box):
-        numbers.insert(2, Number("n_box", triple(shape.face(place.ray)), "the normal in box space"))
-    seen = f"The eye sees {name.label} {_SIDES[name.type][shape.side(place.ray.offset)]}."
+    notes = SHAPES[name.type]
+    seen = f"The eye sees {name.label} {notes.sides[shape.side(place.ray.offset)]}."
     return HitStep(
         "What is seen",
-        section,
-        (_POINT, normal),
-        tuple(numbers),
+        notes.section,
+        ("P = o + t d", notes.normal),
+        (
+            Number("t", float(place.hit.t[0]), "the distance from the eye"),
+            Number("P", triple(place.ray.at(place.hit.t)), "the point"),
+            *notes.hit_numbers(shape, place.ray),
+            Number("n", triple(place.hit.normal), "the normal, facing the eye"),
+            Number("rho", triple(shape.color), "the albedo"),
+        ),
         seen if place.source is None else f"{seen} It carries a light, and is seen shining.",
         note="Chosen: surfaces have two sides, and the normal faces the eye.",
         kind=place.kind,
@@ -138,7 +127,7 @@ def hit_step(place: SurfacePoint) -> HitStep:
 
 
 def lights_step(place: SurfacePoint) -> LightsStep:
-    """Return the step of all lights at the point that is seen; without any where none is asked."""
+    """Return the step for all lights at the surface point; without any where none matters."""
     shares = tuple(_share(place, i) for i in range(len(place.scenery.light_sources))) if place.is_lit else ()
     if not shares:
         return LightsStep("Each light at the point", "2.3, 3.4", (), (), _no_lights(place), lights=())
@@ -174,10 +163,11 @@ def _share(place: SurfacePoint, i: int) -> LightShare:
     same_side = bool(scenery.same_side(source, place.ray)[place.index])
     faces = cosine > 0
     blockers = _blockers(place, source, way) if faces and same_side else ()
-    verdict = _verdict(faces, same_side, blockers)
+    surface = SHAPES[place.names[place.index].type].surface
+    verdict, outcome = _verdict(faces, same_side, blockers, surface)
     irradiance = irradiance_of(source, way, np.flatnonzero([verdict == LIT]))
-    body = place.world.lights.body[i]
-    name = None if body == NO_BODY else place.names[body]
+    carrier = place.world.lights.carrier[i]
+    name = None if carrier == NO_CARRIER else place.names[carrier]
     return LightShare(
         label=f"lights[{i}]" if name is None else name.label,
         body=name,
@@ -193,19 +183,23 @@ def _share(place: SurfacePoint, i: int) -> LightShare:
             Number("L_i", triple(source.light_at(way.distance).rgb), "what arrives there"),
             Number("cos_theta", cosine),
         ),
-        outcome=_light_outcome(verdict, place.names[place.index].type, blockers),
+        outcome=outcome,
     )
 
 
-def _verdict(faces: bool, same_side: bool, blockers: Sequence[Blocking]) -> str:
+def _verdict(faces: bool, same_side: bool, blockers: Sequence[Blocking], surface: str) -> tuple[str, str]:
+    """Return the verdict on a light, and the same in words."""
     if not same_side:
-        return OTHER_SIDE
+        return OTHER_SIDE, f"on the other side of the {surface} than the eye"
     if not faces:
-        return TURNED_AWAY
-    return BLOCKED if blockers else LIT
+        return TURNED_AWAY, "the surface is turned away from it: cos(theta) <= 0"
+    if not blockers:
+        return LIT, "nothing stands between: it reaches the point"
+    between = listed([f"{item.object.label} at {number(item.distance)}" for item in blockers])
+    return BLOCKED, f"blocked by {between} from the light"
 
 
-def _blockers(place: SurfacePoint, source: LightSource, way: reference.WayToLight) -> tuple[Blocking, ...]:
+def _blockers(place: SurfacePoint, source: LightSource, way: WayToLight) -> tuple[Blocking, ...]:
     found = (
         Blocking(place.names[blocker.index], float(blocker.t[0]))
         for blocker in place.scenery.blockers(source, way, place.hit.index)
@@ -214,31 +208,20 @@ def _blockers(place: SurfacePoint, source: LightSource, way: reference.WayToLigh
     return tuple(sorted(found, key=lambda blocking: blocking.distance))
 
 
-def _light_outcome(verdict: str, type: str, blockers: Sequence[Blocking]) -> str:
-    if verdict == LIT:
-        return "nothing stands between: it reaches the point"
-    if verdict == OTHER_SIDE:
-        return f"on the other side of the {'plane' if type == 'plane' else 'surface'} than the eye"
-    if verdict == TURNED_AWAY:
-        return "the surface is turned away from it: cos(theta) <= 0"
-    between = listed([f"{item.object.label} at {number(item.distance)}" for item in blockers])
-    return f"blocked by {between} from the light"
-
-
 # --- The radiance ----------------------------------------------------------------------------------------
 
 
 def radiance_step(place: SurfacePoint, radiance: Array, shares: Sequence[LightShare]) -> Step:
-    """Return the step of a sample's radiance.
+    """Return the step for a sample's radiance.
 
     Parameters
     ----------
     place
-        Where the ray ends.
+        The point where the ray ends.
     radiance
-        (3,): what the tracer found for it.
+        (3,): the sample's radiance from the tracer.
     shares
-        Those of the lights.
+        The shares of the lights.
     """
     total = Number("radiance", triple(radiance), "linear RGB")
     if place.kind == BACKGROUND:
@@ -266,7 +249,7 @@ def _surface_radiance(place: SurfacePoint, total: Number, shares: Sequence[Light
     step = "radiance = the sum of the shares"
     if not settings.eye_falloff:
         return Step("The radiance", "2.3.2", (step,), (total,), _radiance_outcome(shares))
-    # Added in the order of the lights, as the tracer does.
+    # Summed in the order of the lights, as the tracer does.
     leaving = np.zeros(3)
     for share in shares:
         leaving += share.radiance

@@ -1,4 +1,4 @@
-"""What an explanation is made of: plain data, in the order of the story."""
+"""The parts of an explanation as plain data, in the order of the story."""
 
 from __future__ import annotations
 
@@ -8,25 +8,29 @@ from typing import TypeAlias
 Triple: TypeAlias = tuple[float, float, float]
 Value: TypeAlias = float | tuple[float, ...]
 
-# What becomes of an object on a ray: it is seen, or hit behind that; or the reason why it is missed.
+# The verdicts on an object that a ray hits: it is seen, or behind the one that is seen.
 NEAREST, FARTHER = "nearest", "farther"
-PASSED_BY = "passed_by"
-OUTSIDE_BOUNDING_SPHERE = "outside_bounding_sphere"
-OUTSIDE_SLABS = "outside_slabs"
-PARALLEL = "parallel"
-BEHIND = "behind"
-OUT_OF_RANGE = "out_of_range"
-MISSES = (PASSED_BY, OUTSIDE_BOUNDING_SPHERE, OUTSIDE_SLABS, PARALLEL, BEHIND, OUT_OF_RANGE)
 
-# What becomes of a light at a surface point.
+# The verdicts on a light at a surface point, each in words for several lights.
 LIT, OTHER_SIDE, TURNED_AWAY, BLOCKED = "lit", "other_side", "turned_away", "blocked"
-LIGHT_VERDICTS = (LIT, OTHER_SIDE, TURNED_AWAY, BLOCKED)
+LIGHT_VERDICTS = {
+    LIT: "light the point",
+    OTHER_SIDE: "are on the other side of the surface",
+    TURNED_AWAY: "do not face the surface",
+    BLOCKED: "are blocked by other objects",
+}
 
-# How the engines agree on a pixel: the same radiance and object; apart by what float32 rounds; at a border, beside
-# which the reference gives the other's radiance or object as well; or not at all.
-EQUAL, ROUNDED, AT_A_BORDER, DISAGREE = AGREEMENTS = "equal", "rounded", "at_a_border", "disagree"
+# How the engines agree on a pixel's radiance and object, each with the reason why its value may still differ. For
+# `DISAGREE` there is none.
+EQUAL, ROUNDED, AT_A_BORDER, DISAGREE = "equal", "rounded", "at_a_border", "disagree"
+AGREEMENTS = {
+    EQUAL: "its meter finds another exposure, by what float32 rounds",
+    ROUNDED: "its float32 rounds to the next level",
+    AT_A_BORDER: "the pixel lies at a border, and float32 sees what is beside it, less than a thousandth of a "
+    "pixel away",
+}
 
-# What a ray ends at.
+# What a ray hits.
 BACKGROUND, SHINING, SURFACE = "background", "shining", "surface"
 
 
@@ -41,7 +45,7 @@ class Number:
     value
         A number or a vector; may be infinite or not a number.
     meaning
-        What it is, in a few words.
+        Its meaning in a few words.
     """
 
     name: str
@@ -56,15 +60,15 @@ class Step:
     Parameters
     ----------
     title
-        What is found.
+        The title of the step.
     section
-        Where `docs/tracer.md` tells of it.
+        Its section in `docs/tracer.md`.
     equations
-        What is computed, each a line of text.
+        Its equations, as lines of text.
     numbers
         The numbers in these equations.
     outcome
-        What comes out, a sentence or two.
+        Its result, in a sentence or two.
     note
         Where the code departs from the document on purpose; empty if it does not.
     """
@@ -79,18 +83,18 @@ class Step:
 
 @dataclass(frozen=True)
 class ObjectName:
-    """Which object it is.
+    """The identity of an object.
 
     Parameters
     ----------
     index
-        Its place in `objects`.
+        Its index in `objects`.
     type
-        `sphere`, `plane` or `box`.
+        Its type in the scene file.
     name
-        As the file has it; None if it has none.
+        Its name in the scene file; None if it has none.
     label
-        How people are told of it: the name, escaped and cut, or `objects[3] (sphere)`.
+        Its name for people, escaped and cut, or `objects[3] (sphere)`.
     """
 
     index: int
@@ -108,13 +112,13 @@ class Intersection:
     object
         The object.
     verdict
-        `NEAREST`, `FARTHER` or one of `MISSES`.
+        `NEAREST`, `FARTHER`, or one of `rtcli.explain.shapes.MISSES`.
     t
         The intersection parameter; None if the object is missed.
     numbers
         The terms of its equation.
     outcome
-        What comes out, without the object: "the nearest: it is seen", "the ray passes by: |g| > R, so D < 0".
+        The result: "the nearest: it is seen", "the ray passes by: |g| > R, so D < 0".
     """
 
     object: ObjectName
@@ -126,21 +130,21 @@ class Intersection:
 
 @dataclass(frozen=True)
 class Intersections(Step):
-    """The step of all objects, in the order of the file."""
+    """The step for all objects, in the order of the file."""
 
     objects: tuple[Intersection, ...] = field(kw_only=True)
 
 
 @dataclass(frozen=True)
 class HitStep(Step):
-    """The step of what the ray ends at.
+    """The step for what the ray hits.
 
     Parameters
     ----------
     kind
         `BACKGROUND`, `SHINING` for an object that carries a light, or `SURFACE`.
     object
-        What is hit; None for the background.
+        The object that is hit; None for the background.
     """
 
     kind: str = field(kw_only=True)
@@ -149,7 +153,7 @@ class HitStep(Step):
 
 @dataclass(frozen=True)
 class Blocking:
-    """An object between a light and a surface point, and how far from the light it is met."""
+    """An object between a light and a surface point, and its distance from the light."""
 
     object: ObjectName
     distance: float
@@ -162,7 +166,7 @@ class LightShare:
     Parameters
     ----------
     label
-        How people are told of it: `lights[0]`, or the object that carries it.
+        Its name for people: `lights[0]`, or the label of the object that carries it.
     body
         The object that carries it; None for one of `lights`.
     verdict
@@ -172,14 +176,14 @@ class LightShare:
     same_side
         Whether eye and light are on the same side of the surface.
     blockers
-        What stands between, the nearest to the light first. Of a light that does not shine on the viewer's side of
-        the surface this is not asked.
+        The objects between, the nearest to the light first; not searched for if the light does not shine on the
+        viewer's side of the surface.
     radiance
         Its share of the radiance of the surface, linear RGB.
     numbers
-        Its place, direction, distance, cosine and arriving light.
+        Its position, direction, distance, cosine and arriving light.
     outcome
-        What comes out, a sentence.
+        The verdict as a sentence.
     """
 
     label: str
@@ -195,19 +199,19 @@ class LightShare:
 
 @dataclass(frozen=True)
 class LightsStep(Step):
-    """The step of all lights, those of `lights` first; none where no light is asked."""
+    """The step for all lights, those of `lights` first; none where no light matters."""
 
     lights: tuple[LightShare, ...] = field(kw_only=True)
 
 
 @dataclass(frozen=True)
 class Story:
-    """The way of one sample, from the eye to its radiance.
+    """The story of one sample, from the eye to its radiance.
 
     Parameters
     ----------
     sample
-        Which one, counted from 1.
+        The number of the sample, counted from 1.
     ray, intersections, hit, lights, radiance
         Its steps, in this order.
     """
@@ -222,14 +226,14 @@ class Story:
 
 @dataclass(frozen=True)
 class Sample:
-    """What came of one sample.
+    """The result of one sample.
 
     Parameters
     ----------
     offset
-        Its place in the pixel, from the left and top edge, each 0..1.
+        Its position in the pixel, from the left and top edge, each 0..1.
     object
-        What it sees; None for the background.
+        The object that it sees; None for the background.
     radiance
         Linear RGB.
     """
@@ -241,7 +245,7 @@ class Sample:
 
 @dataclass(frozen=True)
 class Group:
-    """Samples that see the same object, or the background: how many, and their mean radiance."""
+    """The samples that see the same object or the background: their number and their mean radiance."""
 
     object: ObjectName | None
     count: int
@@ -255,7 +259,7 @@ class Mean(Step):
     Parameters
     ----------
     groups
-        The samples by what they see, the most first.
+        The samples grouped by what they see, the largest group first.
     """
 
     groups: tuple[Group, ...] = field(kw_only=True)
@@ -263,7 +267,7 @@ class Mean(Step):
 
 @dataclass(frozen=True)
 class Development:
-    """The way of a pixel from its samples to its value: its steps in order."""
+    """The steps from the samples of a pixel to its value, in order."""
 
     mean: Mean
     exposure: Step
@@ -280,13 +284,14 @@ class NativePixel:
     radiance
         Linear RGB.
     exposure
-        The stops it was developed with, those of its own meter if they are `auto`.
+        The exposure in stops, metered by the native engine if it is `auto`.
     value
         Red, green and blue, 0..255.
     object
-        What it sees at the pixel's centre; None is the background.
+        The object at the pixel's centre; None for the background.
     agreement
-        How its radiance and that object agree with those of the reference engine: one of `AGREEMENTS`.
+        How its radiance and that object agree with those of the reference engine: one of `AGREEMENTS`, or
+        `DISAGREE`.
     """
 
     radiance: Triple
@@ -298,18 +303,18 @@ class NativePixel:
 
 @dataclass(frozen=True)
 class Explanation:
-    """How a pixel came to its value.
+    """How a pixel gets its value.
 
     Parameters
     ----------
     resolution, pixel
         Width and height of the picture; column and row, counted from 0 at the left and top.
     value
-        What the reference engine renders: red, green and blue, 0..255.
+        Red, green and blue, 0..255, as the reference engine renders them.
     radiance
         The pixel's linear RGB, as its film holds it (float32).
     exposure
-        In stops, given or metered.
+        The exposure in stops, given or metered.
     story
         One sample, step by step.
     samples
@@ -317,7 +322,7 @@ class Explanation:
     development
         From the samples to the value: mean, exposure, tone curve, sRGB.
     native
-        What the native engine renders.
+        The pixel as the native engine renders it.
     """
 
     resolution: tuple[int, int]

@@ -1,4 +1,4 @@
-"""How explanations put numbers and names into words, and arrays into numbers."""
+"""Write numbers and names for people, and turn arrays into plain numbers."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rtcli.explain.records import ObjectName, Triple
 from rtcli.scene.diagnostics.problems import printable
 from rtcli.scene.model import Object
 
-# A name is shown up to this many characters, so that it leaves room in a line.
+# The most characters of a name, so that a line has room for more.
 _NAME = 40
 
 
@@ -20,13 +20,13 @@ def number(value: float) -> str:
 
 
 def listed(items: list[str], most: int = 3) -> str:
-    """Return `a, b and c`; of more than `most` items, the first and how many more there are."""
+    """Return `a, b and c`; of more than `most` items, only the first and the number of the others."""
     shown = items if len(items) <= most else [*items[:most], f"{len(items) - most:,} more"]
     return " and ".join([", ".join(shown[:-1]), shown[-1]] if len(shown) > 1 else shown)
 
 
 def name_of(index: int, shape: Object) -> ObjectName:
-    """Return how an object of a scene is called: its name, escaped and cut, or `objects[3] (sphere)`."""
+    """Return the identity of an object of a scene."""
     if shape.name is None:
         return ObjectName(index, shape.type, None, f"objects[{index}] ({shape.type})")
     shown = printable(shape.name)
@@ -35,6 +35,6 @@ def name_of(index: int, shape: Object) -> ObjectName:
 
 
 def triple(vector: Iterable[float]) -> Triple:
-    """Return three numbers, of (3,), (3, 1) or (3, N) of which the first column counts, as plain ones."""
+    """Return an array (3,) or the first column of an array (3, N) as three plain numbers."""
     x, y, z = (float(np.ravel(component)[0]) for component in vector)
     return x, y, z

@@ -1,1 +1,1 @@
-"""From radiance to an image file: exposure, tone curve, sRGB, and the encoders."""
+"""From radiance to an image file and back: exposure, tone curve, sRGB, encoders and decoders."""

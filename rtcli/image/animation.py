@@ -1,12 +1,11 @@
-"""Pictures one after the other, as one file."""
+"""Animations: a sequence of pictures in one file."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from itertools import chain
-from typing import TYPE_CHECKING, Any, BinaryIO
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
-from rtcli.image.formats import FORMATS
+from rtcli.image.write import FORMATS, WEBP_OPTIONS
 
 if TYPE_CHECKING:
     import numpy as np
@@ -15,51 +14,57 @@ if TYPE_CHECKING:
 
     Picture = npt.NDArray[np.uint8]
 
-# By suffix: as Pillow calls it, and its options. WebP loses nothing; GIF has 256 colors a picture.
-ANIMATIONS: dict[str, tuple[str, dict[str, Any]]] = {
-    ".gif": ("GIF", {"optimize": False}),
-    ".webp": ("WEBP", {"lossless": True, "quality": 50}),
+
+class AnimationFormat(NamedTuple):
+    """A format of animations: Pillow's name and options, the largest side in pixels, whether it has a palette."""
+
+    name: str
+    options: Mapping[str, Any]
+    max_side: int = 65_535
+    palette: bool = False
+
+
+# By suffix. WebP is lossless; GIF has 256 colors a picture.
+ANIMATIONS = {
+    ".gif": AnimationFormat("GIF", {"optimize": False}, palette=True),
+    ".webp": AnimationFormat("WEBP", WEBP_OPTIONS, FORMATS[".webp"].max_side),
 }
 
-# Of a side, in pixels.
-_MOST = {suffix: FORMATS[suffix].most if suffix in FORMATS else 65_535 for suffix in ANIMATIONS}
-
-# How long each picture stays: ten a second.
-_MILLISECONDS = 100
+_MILLISECONDS_PER_PICTURE = 100
 
 
 def write_animation(pictures: Iterable[Picture], suffix: str, file: BinaryIO) -> None:
-    """Write pictures as an animation that goes on for ever.
+    """Write pictures as an animation that repeats forever.
 
     Parameters
     ----------
     pictures
-        (H, W, 3) uint8 sRGB, all of one size; only few are in memory at a time.
+        (H, W, 3) uint8 sRGB, all of one size; only a few are in memory at a time.
     suffix
-        Of `ANIMATIONS`.
+        A suffix of `ANIMATIONS`.
     file
         Open for writing.
 
     Raises
     ------
     ValueError
-        If there are none, or they differ in size, or are larger than the format has them.
+        If there is no picture, or the pictures differ in size or are too large for the format.
     """
-    format, options = ANIMATIONS[suffix]
-    images = _images(_alike(pictures, _MOST[suffix]), palette=format == "GIF")
+    animation = ANIMATIONS[suffix]
+    images = _images(_checked(pictures, animation.max_side), animation.palette)
     first = next(images, None)
     if first is None:
         raise ValueError("an animation needs a picture")
-    timing = {"duration": _MILLISECONDS, "loop": 0}
-    first.save(file, format, save_all=True, append_images=images, **timing, **options)
+    timing = {"duration": _MILLISECONDS_PER_PICTURE, "loop": 0}
+    first.save(file, animation.name, save_all=True, append_images=images, **timing, **animation.options)
 
 
-def _alike(pictures: Iterable[Picture], most: int) -> Iterator[Picture]:
-    """Yield pictures that are all of one size, which is not too large."""
-    pictures = iter(pictures)
-    first = next(pictures, None)
-    for picture in chain([] if first is None else [first], pictures):
-        if first is not None and picture.shape != first.shape:
+def _checked(pictures: Iterable[Picture], most: int) -> Iterator[Picture]:
+    """Yield the pictures; raise ValueError if they differ in size, or a side is too long."""
+    first: Picture | None = None
+    for picture in pictures:
+        first = picture if first is None else first
+        if picture.shape != first.shape:
             raise ValueError(f"pictures of an animation are of one size, not {_size(first)} and {_size(picture)}")
         if max(picture.shape) > most:
             raise ValueError(f"such an animation has at most {most:,} pixels a side, not {_size(picture)}")

@@ -1,6 +1,6 @@
 """From radiance to the numbers of an image: exposure, tone curve, sRGB, 8 or 16 bits.
 
-The compiled core does it, which develops pictures while it traces them; here it is given arrays.
+The compiled core develops pictures while it traces them; this module hands it arrays.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ _BAND = 1 << 20
 
 
 def bands(height: int, width: int) -> Iterator[slice]:
-    """Yield the rows of a picture, some at a time."""
+    """Yield the rows of a picture, a band at a time."""
     rows = max(1, _BAND // max(1, width * 3))
     for top in range(0, height, rows):
         yield slice(top, min(top + rows, height))
 
 
 def band_bytes(radiance: npt.NDArray[np.floating], rows: slice) -> bytes:
-    """Return some rows of radiance as the core takes them: interleaved float32."""
+    """Return rows of radiance as the core takes them: interleaved float32."""
     return radiance[rows].astype(np.float32, copy=False).tobytes()
 
 
@@ -34,7 +34,7 @@ def develop(
 ) -> npt.NDArray[np.uint8] | npt.NDArray[np.uint16]:
     """Return radiance as sRGB.
 
-    value = round(max * sRGB(tone(2^exposure * radiance))), max being 255 or 65,535
+    value = round(max * sRGB(tone(2^exposure * radiance))), where max is 255 or 65,535
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def develop(
     Returns
     -------
     (H, W, 3) uint8 or uint16
-        By the look's `bits`.
+        With 8 or 16 bits.
     """
     dtype, developed = (np.uint8, np.uint8) if look.bits == 8 else (np.uint16, np.dtype(">u2"))
     pixels = np.empty(radiance.shape, dtype=dtype)

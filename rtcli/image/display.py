@@ -1,10 +1,9 @@
-"""How radiance becomes an image: the record that `develop` and the encoders are given."""
+"""How radiance becomes an image: the record that `develop` and the encoders take."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-TONE_CURVES = ("clip", "reinhard", "aces")
 DEPTHS = (8, 16)
 
 
@@ -16,9 +15,9 @@ class DisplayTransform(NamedTuple):
     exposure
         Stops; each doubles the light.
     tone
-        One of `TONE_CURVES`: `clip` cuts at white, `reinhard` and `aces` roll bright light off.
+        A name of `rtcli.curves.TONE_CURVES`.
     bits
-        One of `DEPTHS`: of each channel.
+        Bits of a channel, one of `DEPTHS`.
     """
 
     exposure: float = 0.0

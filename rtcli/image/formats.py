@@ -1,53 +1,17 @@
-"""The formats of the files that a film is saved to, by their suffixes."""
+"""The files that a film is saved to, by the suffix of a name."""
 
 from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator
 from pathlib import Path, PurePath
-from typing import BinaryIO, NamedTuple
+from typing import BinaryIO
 
-from rtcli.atomic import whole_files
+from rtcli.atomic import atomic_write_all
 from rtcli.extras import require_extra
 from rtcli.image.display import DEPTHS
-
-# What stands for the metadata among the parts of a film; the picture itself is the part "radiance".
-METADATA = "metadata"
-RADIANCE = "radiance"
-
-
-class Format(NamedTuple):
-    """A kind of file.
-
-    Parameters
-    ----------
-    name
-        As Pillow calls it, or the suffix.
-    holds_all
-        Whether one file holds all passes and the metadata.
-    pass_suffix
-        Of the files beside it that hold the passes of others.
-    most
-        Pixels of a side.
-    """
-
-    name: str
-    holds_all: bool = False
-    pass_suffix: str = ".png"
-    most: int = 65_535
-
-
-FORMATS = {
-    ".png": Format("PNG"),
-    ".exr": Format("EXR", holds_all=True),
-    ".npz": Format("NPZ", holds_all=True),
-    ".npy": Format("NPY", pass_suffix=".npy"),
-    ".jpg": Format("JPEG", most=65_500),
-    ".jpeg": Format("JPEG", most=65_500),
-    ".webp": Format("WEBP", most=16_383),
-    ".tif": Format("TIFF"),
-    ".tiff": Format("TIFF"),
-}
+from rtcli.image.write import FORMATS, METADATA, Format
+from rtcli.tracer.passes import RADIANCE
 
 
 def format_of(name: str) -> Format:
@@ -56,7 +20,7 @@ def format_of(name: str) -> Format:
     Raises
     ------
     ValueError
-        If the suffix is that of no format.
+        If no format has the suffix.
     """
     format = FORMATS.get(PurePath(name).suffix.lower())
     if format is None:
@@ -66,21 +30,21 @@ def format_of(name: str) -> Format:
 
 
 def parts_of(name: str, passes: tuple[str, ...]) -> dict[str, Path]:
-    """Return the files that a film is saved to: the part that each holds, and its path.
+    """Return the files that a film is saved to: the name of the part in each, and its path.
 
-    A picture has no room for passes. They stand beside it, `NAME.depth.png` beside `NAME.jpg`, with `NAME.json`
-    for the metadata.
+    A picture cannot hold passes. They stand beside it, `NAME.depth.png` beside `NAME.jpg`, with the metadata in
+    `NAME.json`.
 
     Raises
     ------
     ValueError
-        If the suffix is that of no format.
+        If no format has the suffix.
     rtcli.extras.MissingExtraError
         If the format needs a package that is not installed.
     """
     format, path = format_of(name), Path(name)
-    if format.name == "EXR":
-        require_extra("OpenEXR", "exr", "writing .exr files")
+    if format.extra is not None:
+        require_extra(*format.extra)
     if format.holds_all or not passes:
         return {RADIANCE: path}
     beside = {each: path.with_name(f"{path.stem}.{each}{format.pass_suffix}") for each in passes}
@@ -89,23 +53,23 @@ def parts_of(name: str, passes: tuple[str, ...]) -> dict[str, Path]:
 
 @contextlib.contextmanager
 def open_parts(parts: dict[str, Path]) -> Iterator[dict[str, tuple[str, BinaryIO]]]:
-    """Open the file of each part, to appear together once all are complete; give them with their names.
+    """Open the file of each part, and yield it with its name; all appear together once they are complete.
 
     Raises
     ------
     OSError
         If one cannot be written.
     """
-    with whole_files(list(parts.values())) as files:
+    with atomic_write_all(list(parts.values())) as files:
         yield {part: (str(parts[part]), file) for part, file in zip(parts, files, strict=True)}
 
 
 def check_fits(name: str, size: tuple[int, int], bits: int) -> None:
-    """Raise ValueError unless a file's format can hold a picture of so many columns, rows and bits a channel."""
+    """Raise ValueError unless a file's format can hold a picture of a width and height, and bits a channel."""
     format = format_of(name)
     if bits not in DEPTHS:
         raise ValueError(f"bits must be {' or '.join(map(str, DEPTHS))}, got {bits}")
-    if bits != DEPTHS[0] and format.name != "PNG":
+    if bits not in format.depths:
         raise ValueError(f"{bits} bits a channel are for .png files, not {name!r}")
-    if max(size) > format.most:
-        raise ValueError(f"a {format.name} has at most {format.most:,} pixels a side, not {size[0]}x{size[1]}")
+    if max(size) > format.max_side:
+        raise ValueError(f"a {format.name} has at most {format.max_side:,} pixels a side, not {size[0]}x{size[1]}")

@@ -1,4 +1,4 @@
-"""What a file holds for comparing: named arrays of pixels, from a picture or from a film."""
+"""Layers: the named arrays of pixels in a picture or a film, for comparing them."""
 
 from __future__ import annotations
 
@@ -7,15 +7,18 @@ from typing import Any, Literal, TypeAlias
 
 import numpy.typing as npt
 
-from rtcli.image.formats import RADIANCE
+from rtcli.tracer.passes import RADIANCE
 
 Array: TypeAlias = npt.NDArray[Any]
 Kind: TypeAlias = Literal["picture", "arrays"]
 
-# The layer of a picture. Reports name it, and the radiance of a film, first.
+# The layer of a picture.
 PICTURE_LAYER = "picture"
 
-# The layer of an alpha that belongs to radiance, as OpenEXR calls it. Radiance without it is opaque.
+# The layer of a file that does not name it.
+UNNAMED_LAYER = "values"
+
+# The layer with the alpha of radiance, as OpenEXR calls it. Radiance without it is opaque.
 ALPHA = "A"
 
 
@@ -26,13 +29,13 @@ class Layers:
     Parameters
     ----------
     kind
-        `picture`: one layer, `picture`, in sRGB levels; `arrays`: any layers, in units of their own. One cannot
-        be compared with the other.
+        `picture`: one layer, `picture`, in sRGB levels; `arrays`: any layers, in their own units. The two cannot
+        be compared.
     arrays
-        By name. A picture is (H, W, C) uint8 or uint16, of 1 channel (grey), 2 (grey, alpha), 3 (RGB) or 4 (RGBA);
-        other layers are (H, W) or (H, W, C) of booleans, integers or floats.
+        By name. A picture is (H, W, C) uint8 or uint16, 1 channel (gray), 2 (gray, alpha), 3 (RGB) or 4 (RGBA);
+        other layers are (H, W) or (H, W, C) booleans, integers or floats.
     origin
-        Column and row of the first pixel, where a file tells it: the data window of OpenEXR.
+        Column and row of the first pixel, if the file has them: the data window of OpenEXR.
     """
 
     kind: Kind
@@ -40,5 +43,5 @@ class Layers:
     origin: tuple[int, int] = (0, 0)
 
     def names(self) -> list[str]:
-        """Return the names, that of the picture or the radiance first, the others by the alphabet."""
+        """Return the names, the picture or the radiance first and the others in alphabetical order."""
         return sorted(self.arrays, key=lambda name: (name not in (PICTURE_LAYER, RADIANCE), name))

@@ -1,7 +1,7 @@
-"""Decoders: image files and files of arrays to their layers.
+"""Decoders: from image files and files of arrays to their layers.
 
-No file is trusted. What is read is numbers, never code; a file that would need more memory than the machine has
-is refused before it is decoded, and one that is broken in any way is an OSError that names it.
+No file is trusted. Files are read as numbers, never as code; one that would need more memory than the machine has
+is refused before it is decoded, and one that is broken in any way raises an OSError that names it.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ import errno
 import io
 import json
 import os
-import stat
 import struct
 import sys
 import warnings
@@ -22,21 +21,23 @@ from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
+from rtcli.atomic import refuse_non_file
 from rtcli.extras import MissingExtraError, require_extra
 from rtcli.image.display import DisplayTransform
-from rtcli.image.formats import METADATA, RADIANCE, format_of
-from rtcli.image.layers import PICTURE_LAYER, Array, Kind, Layers
+from rtcli.image.formats import format_of
+from rtcli.image.layers import PICTURE_LAYER, UNNAMED_LAYER, Array, Kind, Layers
 from rtcli.image.pass_picture import pass_values
-from rtcli.image.write import KEYWORD
+from rtcli.image.write import KEYWORD, METADATA
 from rtcli.tracer import _native
+from rtcli.tracer.passes import RADIANCE
 
-# What Git LFS keeps in place of a large file starts so, until it is fetched:
+# The start of the file that Git LFS keeps in place of a large one until it is fetched:
 # https://github.com/git-lfs/git-lfs/blob/main/docs/spec.md
 _POINTER = b"version https://git-lfs.github.com/spec/v1"
 
 
 class _UnfitError(Exception):
-    """A file is well-formed, but not one that can be compared; the message says why."""
+    """A file is well-formed, but cannot be compared; the message says why."""
 
 
 class _Format(NamedTuple):
@@ -45,13 +46,13 @@ class _Format(NamedTuple):
     Parameters
     ----------
     name
-        As messages call a file of it: `a PNG picture`.
+        As messages call its files: `a PNG picture`.
     kind
-        What its files hold.
+        The kind of its layers.
     decode
-        Takes the open file and its path, and gives the layers.
+        Takes the open file and its path, and returns the layers.
     film
-        The same for the radiance alone, if it is there, and the metadata, if there are any; None for pictures.
+        Takes the same, and returns the radiance or None and the metadata or ""; None for pictures.
     """
 
     name: str
@@ -61,12 +62,12 @@ class _Format(NamedTuple):
 
 
 def kind_of(path: str) -> Kind:
-    """Return what a file holds, by its suffix.
+    """Return the kind of a file's layers by its suffix.
 
     Raises
     ------
     ValueError
-        If the suffix is not that of a format that is read.
+        If no format has the suffix.
     """
     return _format_of(path).kind
 
@@ -78,7 +79,7 @@ def read_layers(path: str) -> Layers:
     ----------
     path
         A picture (.png, .jpg, .jpeg, .webp, .tif, .tiff), which has one layer, `picture`; or arrays: .npz, whose
-        layers are its arrays, but for the text `metadata`; .npy, with one layer, `radiance` if it holds three
+        layers are its arrays except for the text `metadata`; .npy, with one layer, `radiance` if it holds three
         floats for each pixel, else `values`; a pass that rtcli wrote as a .png, with one layer of its name, in the
         units of the pass; .exr (with the extra `exr`), where the channels R, G, B are the layer `radiance` and
         others are grouped by the name before their last dot: `normal.X`, `normal.Y`, `normal.Z` are the layer
@@ -87,7 +88,7 @@ def read_layers(path: str) -> Layers:
     Raises
     ------
     ValueError
-        If the suffix is not one of these.
+        If no format has the suffix.
     OSError
         If the file cannot be read or decoded, or would not fit into memory.
     rtcli.extras.MissingExtraError
@@ -99,25 +100,18 @@ def read_layers(path: str) -> Layers:
 
 
 def read_radiance(path: str) -> tuple[Array, DisplayTransform]:
-    """Read the radiance of a file of arrays, and how its film is developed.
+    """Read the radiance of a file of arrays, (H, W, 3) float, and how to develop it to 8 bits.
 
     Parameters
     ----------
     path
-        .npz, .exr or .npy, as a film is saved. If the file does not tell the film's look, and neither does
-        `NAME.json` beside `NAME.npy`, then the exposure is metered.
-
-    Returns
-    -------
-    radiance : (H, W, 3) float
-        Linear.
-    look : Look
-        With 8 bits.
+        .npz, .exr or .npy, as a film is saved. The exposure is metered if it is neither in the file nor, for
+        `NAME.npy`, in `NAME.json` beside it.
 
     Raises
     ------
     ValueError
-        If the suffix is not that of arrays.
+        If the suffix is not one of arrays.
     OSError
         If it cannot be read or decoded, would not fit into memory, or holds no radiance.
     rtcli.extras.MissingExtraError
@@ -134,7 +128,7 @@ def read_radiance(path: str) -> tuple[Array, DisplayTransform]:
 
 
 def _look(metadata: str, radiance: Array) -> DisplayTransform:
-    """Return the look that the metadata of a film tell, a JSON object; a metered one if there are none."""
+    """Return the look in the metadata of a film, a JSON object; a metered one if there is no metadata."""
     if not metadata:
         return DisplayTransform(_native.meter(radiance.astype(np.float32).tobytes())[0])
     settings = json.loads(metadata)["settings"]
@@ -147,28 +141,19 @@ def _format_of(path: str) -> _Format:
 
 @contextlib.contextmanager
 def _opened(path: str, form: _Format) -> Iterator[BinaryIO]:
-    """Open a file for its decoder, whose errors name it; refuse what is no file of any format."""
-    _refuse_what_is_no_file(path)
-    with Path(path).open("rb") as file, _told_of(path, form.name):
-        _refuse_what_memory_cannot_hold(os.fstat(file.fileno()).st_size)
+    """Open a file for its decoder, whose errors name it; refuse folders, devices and pointers of Git LFS."""
+    refuse_non_file(Path(path), path)
+    with Path(path).open("rb") as file, _decoding_errors(path, form.name):
+        _check_memory(os.fstat(file.fileno()).st_size)
         if file.read(len(_POINTER)) == _POINTER:
             raise _UnfitError(f"is a pointer of Git LFS, not {form.name}: get the file itself with `git lfs pull`")
         file.seek(0)
         yield file
 
 
-def _refuse_what_is_no_file(path: str) -> None:
-    """Refuse folders, of which systems tell differently, and pipes and devices, which may keep us waiting."""
-    mode = Path(path).stat().st_mode
-    if stat.S_ISDIR(mode):
-        raise IsADirectoryError(errno.EISDIR, "is a folder", path)
-    if not stat.S_ISREG(mode):
-        raise OSError(errno.EINVAL, "is not a regular file", path)
-
-
 @contextlib.contextmanager
-def _told_of(path: str, name: str) -> Iterator[None]:
-    """Turn whatever a decoder raises into an OSError that names the file, and silence its warnings."""
+def _decoding_errors(path: str, name: str) -> Iterator[None]:
+    """Turn any error of a decoder into an OSError that names the file, and silence its warnings."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -179,23 +164,22 @@ def _told_of(path: str, name: str) -> Iterator[None]:
         raise OSError(errno.EINVAL, str(error), path) from error
     except MemoryError as error:
         raise OSError(errno.ENOMEM, "is too large for the memory of this machine", path) from error
-    except OSError as error:
-        if error.errno not in (None, errno.EINVAL):  # of the disk, not of a decoder that was led astray
-            raise OSError(error.errno, error.strerror, path) from error
-        raise OSError(errno.EINVAL, f"is not {name}, or is damaged", path) from error
     except Exception as error:  # decoders raise anything over broken data
+        if isinstance(error, OSError) and error.errno not in (None, errno.EINVAL):  # from the disk
+            raise OSError(error.errno, error.strerror, path) from error
         raise OSError(errno.EINVAL, f"is not {name}, or is damaged", path) from error
 
 
 def memory_bytes() -> int:
-    """Return how much memory the machine has; where it does not tell, more than any has."""
+    """Return how much memory the machine has, or more than any has if that is unknown."""
     try:
         return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, OSError, ValueError):  # Windows has no sysconf
         return sys.maxsize
 
 
-def _refuse_what_memory_cannot_hold(size: int) -> None:
+def _check_memory(size: int) -> None:
+    """Raise MemoryError for more bytes than the machine has."""
     if size > memory_bytes():
         raise MemoryError
 
@@ -213,7 +197,7 @@ def _png(file: BinaryIO, path: str) -> Layers:
     if tuple(start) != _PNG_START:
         raise ValueError
     # Up to four channels: a palette may be expanded to colors with alpha.
-    _refuse_what_memory_cannot_hold(width * height * 4 * (2 if bits == 16 else 1))
+    _check_memory(width * height * 4 * (2 if bits == 16 else 1))
     width, height, channels, bits, samples = _native.decode_png(data)
     pixels = np.frombuffer(samples, np.uint8 if bits == 8 else np.uint16).reshape(height, width, channels)
     decoding = _pass_decoding(data)
@@ -223,8 +207,8 @@ def _png(file: BinaryIO, path: str) -> Layers:
 
 
 def _pass_decoding(data: bytes) -> dict[str, Any] | None:
-    """Return what a PNG of a pass tells of it, None for another picture; see `rtcli.image.pass_picture`."""
-    if KEYWORD.encode() not in data.partition(b"IDAT")[0]:  # most are spared another decoder
+    """Return how to decode the PNG of a pass, None for another picture; see `rtcli.image.pass_picture`."""
+    if KEYWORD.encode() not in data.partition(b"IDAT")[0]:  # spares most a second decoder
         return None
     from PIL import Image
 
@@ -235,14 +219,14 @@ def _pass_decoding(data: bytes) -> dict[str, Any] | None:
 
 
 def _pillow(form: str) -> Callable[[BinaryIO, str], Layers]:
-    """Return a decoder by Pillow, which is kept to one format: its others need not meet what is not trusted."""
+    """Return a decoder by Pillow, limited to one format: its others are not exposed to untrusted files."""
 
     def decode(file: BinaryIO, path: str) -> Layers:
         from PIL import Image
 
         with _no_pixel_limit(), Image.open(file, formats=(form,)) as image:
             # Up to four channels: a palette may be expanded to colors with alpha.
-            _refuse_what_memory_cannot_hold(image.width * image.height * 4)
+            _check_memory(image.width * image.height * 4)
             _refuse_unlike_pictures(image)
             pixels = _pillow_pixels(image)
         return Layers("picture", {PICTURE_LAYER: pixels.reshape(*pixels.shape[:2], -1)})
@@ -252,7 +236,7 @@ def _pillow(form: str) -> Callable[[BinaryIO, str], Layers]:
 
 @contextlib.contextmanager
 def _no_pixel_limit() -> Iterator[None]:
-    """Lift Pillow's limit of 89 million pixels, which a picture may have: memory is the limit here."""
+    """Lift Pillow's limit of 89 million pixels: memory is the limit here."""
     from PIL import Image
 
     limit = Image.MAX_IMAGE_PIXELS
@@ -290,9 +274,9 @@ def _pillow_pixels(image: Any) -> Array:
 
 
 def _npy(file: BinaryIO, path: str) -> Layers:
-    values = _layer("values", np.lib.format.read_array(file, allow_pickle=False))
+    values = _layer(UNNAMED_LAYER, np.lib.format.read_array(file, allow_pickle=False))
     is_radiance = values.shape[2:] == (3,) and values.dtype.kind == "f"  # as a film is saved
-    return Layers("arrays", {RADIANCE if is_radiance else "values": values})
+    return Layers("arrays", {RADIANCE if is_radiance else UNNAMED_LAYER: values})
 
 
 def _npy_film(file: BinaryIO, path: str) -> tuple[Array | None, str]:
@@ -312,7 +296,7 @@ def _npz(file: BinaryIO, path: str) -> Layers:
 
 
 def _npz_film(file: BinaryIO, path: str) -> tuple[Array | None, str]:
-    """Leave the passes alone, which are most of the file."""
+    """Read no passes, which are most of the file."""
     with _archive(file) as archive:
         radiance = _layer(RADIANCE, archive[RADIANCE]) if RADIANCE in archive else None
         return radiance, str(archive[METADATA].item()) if METADATA in archive else ""
@@ -320,16 +304,16 @@ def _npz_film(file: BinaryIO, path: str) -> tuple[Array | None, str]:
 
 @contextlib.contextmanager
 def _archive(file: BinaryIO) -> Iterator[Any]:
-    """Open an archive whose arrays fit into memory all together."""
+    """Open an archive, and check that all of its arrays fit into memory together."""
     with np.load(file, allow_pickle=False) as archive:
         if not isinstance(archive, np.lib.npyio.NpzFile) or archive.zip is None:
             raise TypeError
-        _refuse_what_memory_cannot_hold(sum(member.file_size for member in archive.zip.infolist()))
+        _check_memory(sum(member.file_size for member in archive.zip.infolist()))
         yield archive
 
 
 def _layer(name: str, values: Any) -> Array:
-    """Return an array as a layer; one of less than two dimensions is taken for a row.
+    """Return an array as a layer; one with fewer than two dimensions becomes a row.
 
     Raises
     ------
@@ -346,14 +330,14 @@ def _layer(name: str, values: Any) -> Array:
 
 # --- EXR -------------------------------------------------------------------------------------------------
 
-# The channels of a layer stand in this order; others follow by the alphabet.
+# The order of the channels of a layer; others follow in alphabetical order.
 _CHANNEL_ORDER = {name: place for place, name in enumerate("RGBAXYZ")}
 
 
 def _exr(file: BinaryIO, path: str) -> Layers:
     openexr = require_extra("OpenEXR", "exr", "reading EXR")
     with _silence():
-        origin = _origin_of_a_film(openexr, path)
+        origin = _checked_origin(openexr, path)
         with openexr.File(path, separate_channels=True) as exr:
             channels = {name: channel.pixels for name, channel in exr.channels().items()}
     groups: dict[str, dict[str, Array]] = {}
@@ -372,13 +356,13 @@ def _exr_film(file: BinaryIO, path: str) -> tuple[Array | None, str]:
 
 @contextlib.contextmanager
 def _silence() -> Iterator[None]:
-    """Silence OpenEXR, which writes of broken files to standard output, and from C to standard error."""
+    """Silence OpenEXR, which reports broken files on standard output and, from C, on standard error."""
     with contextlib.ExitStack() as stack:
         null = stack.enter_context(Path(os.devnull).open("w"))
         stack.enter_context(contextlib.redirect_stdout(null))
         try:
             before = os.dup(2)
-        except OSError:  # closed: there is nothing to silence
+        except OSError:  # it is closed
             yield
             return
         stack.callback(os.close, before)
@@ -387,16 +371,11 @@ def _silence() -> Iterator[None]:
         yield
 
 
-def _origin_of_a_film(openexr: ModuleType, path: str) -> tuple[int, int]:
-    """Return where the data window starts, and refuse what cannot be compared or held, by the headers alone.
-
-    Raises
-    ------
-    _UnfitError
-        For several parts, deep pixels, channels of different resolution.
-    """
-    with openexr.File(path, header_only=True) as exr:  # which empties its headers when it is closed
-        if _has_part(exr, 1):
+def _checked_origin(openexr: ModuleType, path: str) -> tuple[int, int]:
+    """Return the start of the data window, and check by the headers that the file can be compared and held."""
+    with openexr.File(path, header_only=True) as exr:  # closing it empties its headers
+        with contextlib.suppress(ValueError):  # there is no second part
+            exr.header(1)
             raise _UnfitError("holds several parts: one is expected")
         header = dict(exr.header(0))
     if header["type"] in (openexr.deepscanline, openexr.deeptile):
@@ -405,21 +384,13 @@ def _origin_of_a_film(openexr: ModuleType, path: str) -> tuple[int, int]:
     if any((channel.xSampling, channel.ySampling) != (1, 1) for channel in channels):
         raise _UnfitError("has channels of different resolution, which cannot be compared")
     (left, top), (right, bottom) = (map(int, corner) for corner in header["dataWindow"])
-    # Up to four bytes a value, and twice: as channels are read, and as they are joined.
-    _refuse_what_memory_cannot_hold((right - left + 1) * (bottom - top + 1) * 8 * len(channels))
+    # Up to four bytes a value, twice: the channels as read, and joined.
+    _check_memory((right - left + 1) * (bottom - top + 1) * 8 * len(channels))
     return left, top
 
 
-def _has_part(exr: Any, number: int) -> bool:
-    try:
-        exr.header(number)
-    except ValueError:
-        return False
-    return True
-
-
 def _joined(group: dict[str, Array]) -> Array:
-    """Return (H, W) for a group of one channel, else (H, W, C)."""
+    """Return the channels of a layer as (H, W) if there is one, else (H, W, C)."""
     names = sorted(group, key=lambda name: (_CHANNEL_ORDER.get(name, len(_CHANNEL_ORDER)), name))
     return group[names[0]] if len(names) == 1 else np.stack([group[name] for name in names], axis=-1)
 

@@ -1,4 +1,4 @@
-"""What a file shows: its picture, or that of its radiance."""
+"""The picture in a file, or the one its radiance develops to."""
 
 from __future__ import annotations
 
@@ -14,19 +14,14 @@ if TYPE_CHECKING:
 
 
 def shown_levels(path: str) -> npt.NDArray[np.uint8]:
-    """Return what a picture, or a file of arrays with radiance, shows; radiance is developed as its film was.
-
-    Returns
-    -------
-    (H, W, C) uint8
-        sRGB, with as many channels as there are.
+    """Return a file's picture in sRGB, (H, W, C) uint8; radiance is developed as its film was.
 
     Raises
     ------
     OSError
         If it cannot be read, or its package is not installed.
     ValueError
-        If its suffix is of no format.
+        If no format has its suffix.
     """
     if kind_of(path) == "arrays":
         return develop(*read_radiance(path)).astype("uint8", copy=False)
@@ -34,5 +29,5 @@ def shown_levels(path: str) -> npt.NDArray[np.uint8]:
 
 
 def eight_bits(levels: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
-    """Return levels of 8 or 16 bits as those of 8."""
+    """Return levels of 8 or 16 bits as levels of 8 bits."""
     return levels if levels.dtype == "uint8" else (levels >> 8).astype("uint8")

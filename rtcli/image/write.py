@@ -1,4 +1,7 @@
-"""Encoders: arrays to the bytes of files, the same bytes each time."""
+"""Output formats: encoders from arrays to the bytes of files, the same bytes each time, and the table of them.
+
+To add one: add its encoder here and its entry to `FORMATS`, and its decoder to `rtcli.image.read`.
+"""
 
 from __future__ import annotations
 
@@ -9,24 +12,52 @@ import json
 import os
 import re
 import struct
-import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from mmap import ACCESS_READ, mmap
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any, BinaryIO
+from typing import IO, TYPE_CHECKING, Any, BinaryIO, NamedTuple, TypeAlias
 
 from rtcli.extras import require_extra
-from rtcli.image.display import DisplayTransform
-from rtcli.image.formats import METADATA
+from rtcli.image.display import DEPTHS, DisplayTransform
+from rtcli.tracer._native import PngEncoder, encode_png
+from rtcli.tracer.passes import RADIANCE, SPECS
 
 if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
-    Arrays = Mapping[str, npt.NDArray[Any]]
+    Array: TypeAlias = npt.NDArray[Any]
+    Arrays: TypeAlias = Mapping[str, Array]
 
-# The keyword of what rtcli tells in its files, a JSON object.
+# The keyword of rtcli's metadata in its files, a JSON object.
 KEYWORD = "rtcli"
+
+# The name of the metadata among the arrays of an archive, and among the parts of a film.
+METADATA = "metadata"
+
+
+class FilmRecord(NamedTuple):
+    """What encoders take.
+
+    Parameters
+    ----------
+    arrays
+        Radiance, (H, W, 3) float32, and the passes by name; see `rtcli.tracer.passes`.
+    look
+        How radiance becomes a picture.
+    summary
+        The metadata of a picture.
+    metadata
+        Returns the metadata of a file that holds all arrays, which may have to be traced.
+    """
+
+    arrays: Arrays
+    look: DisplayTransform
+    summary: Mapping[str, Any]
+    metadata: Callable[[], Mapping[str, Any]]
+
+
+Encoder: TypeAlias = Callable[[FilmRecord, BinaryIO], None]
 
 
 def compact(metadata: Mapping[str, Any]) -> str:
@@ -34,11 +65,11 @@ def compact(metadata: Mapping[str, Any]) -> str:
     return json.dumps(metadata, separators=(",", ":"), allow_nan=False)
 
 
-# --- Pictures --------------------------------------------------------------------------------------------
+# --- PNG -------------------------------------------------------------------------------------------------
 
 
 def png_texts(metadata: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return what a PNG tells: the keyword that PNG has for the software, and all of it as JSON."""
+    """Return the text chunks of a PNG: the software under PNG's own keyword, and all metadata as JSON."""
     return [("Software", metadata["software"]), (KEYWORD, compact(metadata))]
 
 
@@ -46,8 +77,7 @@ def png_pieces(
     radiance: npt.NDArray[np.floating], look: DisplayTransform, texts: list[tuple[str, str]]
 ) -> Iterator[bytes]:
     """Yield the bytes of a PNG of (H, W, 3) linear radiance, piece by piece; it says that it is sRGB."""
-    from rtcli.image.develop import band_bytes, bands  # with NumPy, which a picture of the native tracer needs not
-    from rtcli.tracer._native import PngEncoder
+    from rtcli.image.develop import band_bytes, bands  # with NumPy
 
     height, width, _ = radiance.shape
     encoder = PngEncoder(width, height, look, texts)
@@ -56,53 +86,70 @@ def png_pieces(
     yield encoder.finish()
 
 
+def _write_png(film: FilmRecord, file: BinaryIO) -> None:
+    for piece in png_pieces(film.arrays[RADIANCE], film.look, png_texts(film.summary)):
+        file.write(piece)
+
+
+def _write_pass_png(name: str, values: Array, summary: Mapping[str, Any], file: BinaryIO) -> dict[str, Any]:
+    from rtcli.image.pass_picture import pass_picture  # with NumPy
+
+    levels, decode = pass_picture(name, values)
+    height, width = levels.shape[:2]
+    channels = 1 if levels.ndim == 2 else 3
+    texts = png_texts({**summary, "pass": {"name": name, **decode}})
+    file.write(encode_png(levels.tobytes(), (width, height), channels, 8 * levels.itemsize, texts))
+    return decode
+
+
+# --- Pictures by Pillow ----------------------------------------------------------------------------------
+
 # Tags of EXIF and TIFF: the software, the description, and that the colors are sRGB.
 _SOFTWARE, _DESCRIPTION, _EXIF, _COLOR_SPACE = 0x0131, 0x010E, 0x8769, 0xA001
 
-# JPEG is the one that loses something: little, at this quality and with all of its color.
-_PILLOW_OPTIONS: dict[str, dict[str, Any]] = {
-    "JPEG": {"quality": 95, "subsampling": 0},
-    "WEBP": {"lossless": True, "quality": 50},
-    "TIFF": {"compression": "tiff_adobe_deflate"},
-}
+# Lossless.
+WEBP_OPTIONS: Mapping[str, Any] = {"lossless": True, "quality": 50}
 
-
-# As Pillow tells VP8_ENC_ERROR_OUT_OF_MEMORY and VP8_ENC_ERROR_BITSTREAM_OUT_OF_MEMORY of libwebp's encode.h.
+# VP8_ENC_ERROR_OUT_OF_MEMORY and VP8_ENC_ERROR_BITSTREAM_OUT_OF_MEMORY of libwebp's encode.h, in Pillow's words.
 _NO_MEMORY = re.compile(r"encoding error [12]\b")
 
 
-def pillow_bytes(pixels: npt.NDArray[Any], format: str, metadata: Mapping[str, Any]) -> bytes:
-    """Return (H, W, 3) uint8 sRGB as a file of one of Pillow's formats: JPEG, WEBP (lossless) or TIFF.
+def _pillow(format: str, **options: Any) -> Encoder:
+    """Return an encoder of one of Pillow's formats.
 
-    Raises
-    ------
-    MemoryError
-        If the encoder has not enough memory.
-    OSError
-        If it cannot be loaded.
+    It raises MemoryError if there is not enough memory for the encoder, and OSError if it cannot be loaded.
     """
-    from PIL import Image
 
-    exif = Image.Exif()
-    exif[_SOFTWARE] = metadata["software"]
-    exif[_DESCRIPTION] = compact(metadata)
-    if format != "TIFF":  # it has no room for a folder of further tags
-        exif.get_ifd(_EXIF)[_COLOR_SPACE] = 1
-    file = io.BytesIO()
-    try:
-        Image.fromarray(pixels).save(file, format, exif=exif, **_PILLOW_OPTIONS[format])
-    except ValueError as error:
-        if _NO_MEMORY.match(str(error)):
-            raise MemoryError("not enough memory for the file") from error
-        raise
-    except KeyError as error:  # Pillow passes over libraries that it cannot load
-        raise OSError(f"the library for {format} is missing, or there is not enough memory to load it") from error
-    return file.getvalue()
+    def write(film: FilmRecord, file: BinaryIO) -> None:
+        from PIL import Image
+
+        from rtcli.image.develop import develop
+
+        pixels = develop(film.arrays[RADIANCE], film.look)
+        exif = Image.Exif()
+        exif[_SOFTWARE] = film.summary["software"]
+        exif[_DESCRIPTION] = compact(film.summary)
+        if format != "TIFF":  # it has no room for a folder of further tags
+            exif.get_ifd(_EXIF)[_COLOR_SPACE] = 1
+        encoded = io.BytesIO()
+        try:
+            Image.fromarray(pixels).save(encoded, format, exif=exif, **options)
+        except ValueError as error:
+            if _NO_MEMORY.match(str(error)):
+                raise MemoryError("not enough memory for the file") from error
+            raise
+        except KeyError as error:  # Pillow passes over libraries that it cannot load
+            raise OSError(
+                f"the library for {format} is missing, or there is not enough memory to load it"
+            ) from error
+        file.write(encoded.getvalue())
+
+    return write
 
 
 # --- Arrays ----------------------------------------------------------------------------------------------
 
-# The first moment of a ZIP archive: no date is told.
+# The first moment of a ZIP archive, in place of a date.
 _NO_DATE = (1980, 1, 1, 0, 0, 0)
 _UNIX = 3
 
@@ -112,6 +159,8 @@ def write_npz(arrays: Arrays, metadata: Mapping[str, Any], file: BinaryIO) -> No
 
     NumPy's own function would write another byte for the system on Windows.
     """
+    import zipfile
+
     import numpy as np
 
     with zipfile.ZipFile(file, "w", zipfile.ZIP_STORED) as archive:
@@ -122,34 +171,27 @@ def write_npz(arrays: Arrays, metadata: Mapping[str, Any], file: BinaryIO) -> No
                 write_npy(array, stream)
 
 
-def write_npy(array: npt.NDArray[Any], file: IO[bytes]) -> None:
-    """Write one array as `numpy.save` does, which copies it, and does not say why a disk took only a part."""
+def write_npy(array: Array, file: IO[bytes]) -> None:
+    """Write one array, with the same bytes on any machine.
+
+    `numpy.save` would copy it, and not say why a disk took only a part.
+    """
+    import numpy as np
     from numpy.lib import format
 
-    stored = _little(array)
+    stored = np.asarray(array, array.dtype.newbyteorder("<"), order="C")
     format.write_array_header_1_0(file, format.header_data_from_array_1_0(stored))
     file.write(stored.data)
 
 
-def _little(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Return an array in C order with the low byte first, so that files are the same on any machine."""
-    import numpy as np
-
-    return np.asarray(array, array.dtype.newbyteorder("<"), order="C")
+def _write_pass_npy(name: str, values: Array, summary: Mapping[str, Any], file: BinaryIO) -> dict[str, Any]:
+    write_npy(values, file)
+    return {}
 
 
 # --- OpenEXR ---------------------------------------------------------------------------------------------
 
-# The channels of each array: radiance is the layer without a name, which every viewer shows.
-EXR_CHANNELS = {
-    "radiance": ("R", "G", "B"),
-    "depth": ("depth.Z",),
-    "distance": ("distance.Z",),
-    "normal": ("normal.X", "normal.Y", "normal.Z"),
-    "position": ("position.X", "position.Y", "position.Z"),
-    "albedo": ("albedo.R", "albedo.G", "albedo.B"),
-    "object_id": ("object_id.id",),
-}
+_OPENEXR = ("OpenEXR", "exr", "writing .exr files")
 
 
 def write_exr(arrays: Arrays, metadata: Mapping[str, Any], file: BinaryIO) -> None:
@@ -158,19 +200,21 @@ def write_exr(arrays: Arrays, metadata: Mapping[str, Any], file: BinaryIO) -> No
     Raises
     ------
     OSError
-        If the file did not become whole, on a full disk for example.
+        If the file is incomplete, on a full disk for example.
     rtcli.extras.MissingExtraError
         If OpenEXR is not installed.
     """
     import numpy as np
 
-    openexr = require_extra("OpenEXR", "exr", "writing .exr files")
+    openexr = require_extra(*_OPENEXR)
     channels = {}
     for name, array in arrays.items():
         planes = array.reshape(*array.shape[:2], -1)
         kind = np.uint32 if planes.dtype.kind == "u" else np.float32
-        for i, channel in enumerate(EXR_CHANNELS[name]):
-            channels[channel] = planes[:, :, i].astype(kind, order="C")
+        for i, channel in enumerate(SPECS[name].channels):
+            # Radiance is the layer without a name, which every viewer shows.
+            layer = "" if name == RADIANCE else f"{name}."
+            channels[layer + channel] = planes[:, :, i].astype(kind, order="C")
     header = {
         "compression": openexr.ZIP_COMPRESSION,
         "type": openexr.scanlineimage,
@@ -179,30 +223,30 @@ def write_exr(arrays: Arrays, metadata: Mapping[str, Any], file: BinaryIO) -> No
     }
     with contextlib.suppress(RuntimeError):
         openexr.File(header, channels).write(file.name)
-    # Of what a full disk did not take it tells nothing, or no more than that.
+    # It does not say that the disk was full.
     if not is_whole_exr(file.name):
         raise OSError(errno.EIO, "OpenEXR could not write all of it: is the disk full?", file.name)
 
 
-# Bytes before the header's attributes: the magic number, and the version. Lines of a chunk compressed by ZIP.
+# Bytes before the header's attributes, the magic number and the version; lines of a chunk compressed by ZIP.
 _EXR_START, _EXR_LINES = 8, 16
 
 
 def is_whole_exr(path: str) -> bool:
-    """Return whether a file of scan lines has all of its chunks: the last thing written is where each begins.
+    """Return whether a file of scan lines has all of its chunks: their offsets are written last.
 
     An attribute of the header is its name and type, each with a zero at its end, its size and its value; a zero
-    ends the header. Then 64 bits for each chunk tell where it begins: a line's number, its size, its bytes.
+    ends the header. Then come the offsets of the chunks, 64 bits each: a line's number, its size, its bytes.
     """
     with Path(path).open("rb") as file:
-        if not os.fstat(file.fileno()).st_size:  # of which no map can be made
+        if not os.fstat(file.fileno()).st_size:  # it cannot be mapped
             return False
         with mmap(file.fileno(), 0, access=ACCESS_READ) as content:
             try:
                 chunks = _exr_chunks(content)
                 last = max(chunks)
                 (size,) = struct.unpack_from("<i", content, last + 4)
-            except (IndexError, ValueError, struct.error):  # it ends before it is told where they begin
+            except (IndexError, ValueError, struct.error):  # it ends before the offsets do
                 return False
             return 0 not in chunks and last + 8 + int(size) == len(content)
 
@@ -219,3 +263,67 @@ def _exr_chunks(content: mmap) -> tuple[int, ...]:
             lines = bottom - top + 1
         at = type_end + 5 + size
     return struct.unpack_from(f"<{-(-lines // _EXR_LINES)}Q", content, at + 1)
+
+
+# --- The formats -----------------------------------------------------------------------------------------
+
+
+class Format(NamedTuple):
+    """A kind of file.
+
+    Parameters
+    ----------
+    name
+        As Pillow calls it, or the suffix.
+    write
+        Writes a film to an open file.
+    holds_all
+        Whether one file holds all passes and the metadata.
+    pass_suffix
+        The suffix of the files with the passes beside one that does not.
+    write_pass
+        Writes a pass to such a file, given its name and the summary of its film; returns how to get values from
+        levels.
+    max_side
+        Pixels.
+    depths
+        The possible bits of a channel.
+    is_streamed
+        Whether it is written band by band while it is traced.
+    extra
+        The package it needs, for `require_extra`, which opens the file by its name.
+    """
+
+    name: str
+    write: Encoder
+    holds_all: bool = False
+    pass_suffix: str = ".png"
+    write_pass: Callable[[str, Array, Mapping[str, Any], BinaryIO], dict[str, Any]] = _write_pass_png
+    max_side: int = 65_535
+    depths: tuple[int, ...] = (8,)
+    is_streamed: bool = False
+    extra: tuple[str, str, str] | None = None
+
+
+# JPEG is the one that loses something: little, at this quality and with all of its color.
+_JPEG = Format("JPEG", _pillow("JPEG", quality=95, subsampling=0), max_side=65_500)
+_TIFF = Format("TIFF", _pillow("TIFF", compression="tiff_adobe_deflate"))
+
+FORMATS = {
+    ".png": Format("PNG", _write_png, depths=DEPTHS, is_streamed=True),
+    ".exr": Format(
+        "EXR", lambda film, file: write_exr(film.arrays, film.metadata(), file), holds_all=True, extra=_OPENEXR
+    ),
+    ".npz": Format("NPZ", lambda film, file: write_npz(film.arrays, film.metadata(), file), holds_all=True),
+    ".npy": Format(
+        "NPY",
+        lambda film, file: write_npy(film.arrays[RADIANCE], file),
+        pass_suffix=".npy",
+        write_pass=_write_pass_npy,
+    ),
+    ".jpg": _JPEG,
+    ".jpeg": _JPEG,
+    ".webp": Format("WEBP", _pillow("WEBP", **WEBP_OPTIONS), max_side=16_383),
+    ".tif": _TIFF,
+    ".tiff": _TIFF,
+}

@@ -1,1 +1,1 @@
-"""What is probably not meant in a valid scene, and in its picture."""
+"""Warnings about a valid scene that is probably not as intended, and about its picture."""

@@ -1,4 +1,4 @@
-"""All that can be said of a scene file: errors, by which it is not valid; else warnings of the improbable."""
+"""Check a scene file: report its errors or, if it is valid, its warnings."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from rtcli.scene.diagnostics.rules import Rule
 from rtcli.scene.model import Scene
 from rtcli.scene.reading.parse import parse_bytes
 from rtcli.scene.reading.source import HEAD, Document
-from rtcli.scene.validation.validate import place_in_file, validate
+from rtcli.scene.validation.validate import order_in_file, validate
 
 
 class CheckResult(NamedTuple):
-    """What is wrong with a scene file.
+    """The result of checking a scene file.
 
     Parameters
     ----------
     problems
-        In the order of the file.
+        Its problems, in the order of the file.
     left_out
         The rules that were not applied to all of it, because the scene is too much work.
     """
@@ -34,16 +34,16 @@ class CheckResult(NamedTuple):
 
 
 def check(raw: bytes, name: str, ignore: Collection[Rule] = ()) -> CheckResult:
-    """Return what is wrong with a scene file.
+    """Return the problems of a scene file.
 
     Parameters
     ----------
     raw
-        The whole file.
+        The bytes of the file.
     name
-        Its name, by whose suffix it is read as YAML or JSON.
+        Its name; the suffix decides whether it is read as YAML or JSON.
     ignore
-        Warnings that are not wanted, beside those that comments of the file name.
+        Warnings to ignore, in addition to those that comments in the file name.
     """
     try:
         document = parse_bytes(raw, name)
@@ -52,25 +52,19 @@ def check(raw: bytes, name: str, ignore: Collection[Rule] = ()) -> CheckResult:
         return CheckResult(error.problems)
     ignores = ignores_of(document, ignore)
     left_out: set[Rule] = set()
-    placed = _wanted(_placed(document, _warnings(scene, ignores, left_out)), ignores)
-    found = list(itertools.islice(placed, MAX_PROBLEMS + 1))
+    placed = itertools.chain(ignores.problems, _placed(document, _warnings(scene, ignores, left_out)))
+    wanted = (problem for problem in placed if problem.rule not in ignores.on_line(problem.line))
+    found = list(itertools.islice(wanted, MAX_PROBLEMS + 1))
     problems = tuple(_listed(found, document))
     return CheckResult(problems, tuple(rule for rule in rules.RULES if rule in left_out - ignores.everywhere))
 
 
 def _placed(document: Document, warnings: Iterator[LintWarning]) -> Iterator[Problem]:
-    """Yield warnings at their places; of what the file leaves out, at the start of what is around it."""
+    """Yield warnings at their places; one about an omitted key is at the start of the mapping around it."""
     for warning in warnings:
         loc = document.nearest(warning.loc)
         at = warning.at if loc == warning.loc else HEAD
         yield document.problem(warning.rule, loc, warning.message, at=at)
-
-
-def _wanted(problems: Iterator[Problem], ignores: Ignores) -> Iterator[Problem]:
-    """Yield the problems that no comment on their line ignores, those of the comments first."""
-    for problem in itertools.chain(ignores.problems, problems):
-        if problem.rule not in ignores.on_line(problem.line):
-            yield problem
 
 
 def _warnings(scene: Scene, ignores: Ignores, left_out: set[Rule]) -> Iterator[LintWarning]:
@@ -85,7 +79,7 @@ _OF_PICTURE = {rules.BLACK_PICTURE, rules.WHITE_PICTURE, rules.BURNT_OUT}
 
 
 def _picture(scene: Scene, index: SceneIndex, ignores: Ignores) -> Iterator[LintWarning]:
-    """Yield what a picture in small shows, unless nobody wants to know."""
+    """Yield the warnings that a small picture gives rise to, unless all of them are ignored."""
     if ignores.everywhere >= _OF_PICTURE:
         return
     probe = Probe(scene)
@@ -94,7 +88,7 @@ def _picture(scene: Scene, index: SceneIndex, ignores: Ignores) -> Iterator[Lint
         index.left_out |= _OF_PICTURE
         return
     place = ("image", "exposure")
-    if seen.is_black and index.shining:  # without a light it is no wonder, and was told
+    if seen.is_black and index.shining:  # a scene without a light has its own warning
         yield LintWarning(rules.BLACK_PICTURE, place, "the whole picture comes out black")
     if seen.is_white:
         yield LintWarning(rules.WHITE_PICTURE, place, "the whole picture comes out white")
@@ -113,7 +107,7 @@ def _burnt_out(probe: Probe, index: SceneIndex, exposure: float) -> Iterator[Lin
 
 
 def _listed(problems: list[Problem], document: Document) -> Iterator[Problem]:
-    yield from sorted(problems[:MAX_PROBLEMS], key=lambda problem: place_in_file(problem, document))
+    yield from sorted(problems[:MAX_PROBLEMS], key=lambda problem: order_in_file(problem, document))
     if len(problems) > MAX_PROBLEMS:
         message = f"only the first {MAX_PROBLEMS:,} warnings are listed"
         yield document.problem(rules.MORE_WARNINGS, (), message, at=HEAD)

@@ -1,7 +1,7 @@
-"""Warnings that a scene file does not want: comments such as `# rtcli: ignore W003`.
+"""Comments of a scene file that ignore warnings, such as `# rtcli: ignore W003`.
 
-On a line of its own before the first key a comment holds for the whole file; at the end of a line, for that line;
-on a line of its own elsewhere, for the next line that is no comment.
+A comment on a line of its own before the first key holds for the whole file; one at the end of a line, for that
+line; one on a line of its own elsewhere, for the next line that is no comment.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from dataclasses import dataclass, field
 import yaml
 
 from rtcli.scene.diagnostics import rules
-from rtcli.scene.diagnostics.problems import MAX_PROBLEMS, Problem, did_you_mean, quoted
+from rtcli.scene.diagnostics.problems import MAX_PROBLEMS, Problem, nearest, quoted
 from rtcli.scene.diagnostics.rules import WARNING, Rule
 from rtcli.scene.reading.parse import JSON_SUFFIX
 from rtcli.scene.reading.source import Document, Source, SourceSpan
 
 _Parser = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
-# A hint that there is such a comment: most files are not looked at any closer.
+# A file without this text has no such comment, and is not scanned.
 _MARK = "rtcli:"
 _COMMENT = re.compile(r"(?:^|(?<=[\r\n \t]))#[ \t]*rtcli:[ \t]*ignore\b:?(?P<codes>[^\r\n#]*)")
 _CODE = re.compile(r"[^\s,]+")
@@ -30,12 +30,12 @@ _COMMENT_LINES = re.compile(r"(?:[ \t]*#[^\r\n]*(?:\r\n|\r|\n))*")
 
 
 def warning_of(code: str) -> Rule:
-    """Return the rule of a warning that is to be ignored.
+    """Return the warning with a code.
 
     Raises
     ------
     ValueError
-        If there is no such rule, or it is that of an error.
+        If there is no such rule, or it is an error.
     """
     rule = rules.BY_CODE.get(code.upper())
     if rule is None:
@@ -46,27 +46,25 @@ def warning_of(code: str) -> Rule:
 
 
 def _hint(code: str) -> str:
-    """Return a question for the warning with nearly that code or name, or nothing."""
+    """Return a question that suggests the warning with a similar code or name, or nothing."""
     warnings = [rule for rule in rules.RULES if rule.severity == WARNING]
     by_text = {text: rule for rule in warnings for text in (rule.code.lower(), rule.name)}
-    close = did_you_mean(code, by_text)
-    return next(
-        (f": did you mean {rule.code}?" for text, rule in by_text.items() if close and quoted(text) in close), ""
-    )
+    close = nearest(code, by_text)
+    return f": did you mean {by_text[close].code}?" if close else ""
 
 
 @dataclass
 class Ignores:
-    """The rules that are not to be reported.
+    """The ignored rules.
 
     Parameters
     ----------
     everywhere
-        In the whole file.
+        The rules ignored in the whole file.
     lines
-        By the number of a line, those that are not to be reported there.
+        The rules ignored on single lines, by line number.
     problems
-        What is wrong with the comments.
+        The problems of the comments themselves.
     """
 
     everywhere: set[Rule]
@@ -74,18 +72,18 @@ class Ignores:
     problems: list[Problem] = field(default_factory=list)
 
     def on_line(self, line: int) -> set[Rule]:
-        """Return the rules that are not to be reported on a line."""
+        """Return the rules ignored on a line."""
         return self.everywhere | self.lines.get(line, set())
 
 
 def ignores_of(document: Document, everywhere: Collection[Rule] = ()) -> Ignores:
-    """Return what the comments of a valid scene ignore, and what is not wanted anyway."""
+    """Return the rules that the comments of a valid scene ignore, and those ignored everywhere."""
     ignores = Ignores(set(everywhere))
     source = document.source
     if _MARK not in source.text or source.name.lower().endswith(JSON_SUFFIX):
         return ignores
     found = list(_COMMENT.finditer(source.text))
-    below = -1  # where the lines of comments end in which the last one stood
+    below = -1  # the end of the block of comment lines around the previous comment
     for comment, is_first in _comments(source.text, found):
         named = set(_named(source, comment, ignores.problems))
         if not _is_alone(source.text, comment.start()):
@@ -101,7 +99,7 @@ def ignores_of(document: Document, everywhere: Collection[Rule] = ()) -> Ignores
 
 
 def _comments(text: str, found: list[re.Match[str]]) -> Iterator[tuple[re.Match[str], bool]]:
-    """Yield those that are comments, not parts of a text, and whether they stand before all keys and values."""
+    """Yield the matches that are comments, not parts of a text, and whether each precedes all keys and values."""
     waiting = iter(found)
     comment = next(waiting, None)
     begun = False
@@ -119,7 +117,7 @@ def _comments(text: str, found: list[re.Match[str]]) -> Iterator[tuple[re.Match[
 
 
 def _named(source: Source, comment: re.Match[str], problems: list[Problem]) -> Iterator[Rule]:
-    """Yield the rules that a comment names, and note what is wrong with it."""
+    """Yield the rules that a comment names, and append its problems."""
     codes = list(_CODE.finditer(source.text, *comment.span("codes")))
     if not codes:
         _add(problems, source, "the comment names no warning", comment.span())
@@ -137,13 +135,13 @@ def _add(problems: list[Problem], source: Source, message: str, span: tuple[int,
 
 
 def _is_alone(text: str, offset: int) -> bool:
-    """Whether nothing but blanks stands on a line before an offset."""
+    """Return whether only blanks stand on the line before an offset."""
     start = max(text.rfind("\n", 0, offset), text.rfind("\r", 0, offset)) + 1
     return not text[start:offset].strip()
 
 
 def _below(text: str, offset: int) -> int:
-    """Return the start of the next line that is no comment."""
+    """Return the start of the next line that is not a comment."""
     end = _LINE_END.search(text, offset)
     assert end is not None
     lines = _COMMENT_LINES.match(text, end.end())

@@ -1,6 +1,6 @@
-"""What a scene's picture shows at a first look: a rendering of it in small, and single pixels of it in full.
+"""Probe a scene's picture without rendering all of it: render a small version, and single pixels at full size.
 
-The work is bounded, and counted rather than timed: what is left out of a scene is so on every machine.
+The work is bounded, and counted rather than timed, so that every machine leaves out the same.
 """
 
 from __future__ import annotations
@@ -13,26 +13,28 @@ from typing import NamedTuple
 from rtcli.image.display import DisplayTransform
 from rtcli.lint.scene import BURNT, BurntSpot
 from rtcli.rendering.pack import pack
-from rtcli.scene.model import Image, Scene
+from rtcli.scene.model import Scene
+from rtcli.scene.vectors import Vector, direction, dot
 from rtcli.tracer._native import BudgetExceededError, WorkBudget, focal_length
 from rtcli.tracer.native import NativeTracer
-from rtcli.tracer.world import CameraFrame, Vector, Window
+from rtcli.tracer.world import CameraFrame, Window
 
-# The longer side of the picture in small: most are neither black nor white at a first probe; of others a second
-# one shows whether a small light was missed.
+# The longer side of the small picture. Most pictures are neither black nor white at the first size; for the
+# others, the second size shows whether the first missed a small light.
 _SIDES = (32, 512)
-# The points of its meter in a row and in a column: half as many as for a picture, exact to some percent.
+# The meter's points in a row and in a column: half as many as for a picture, accurate to a few percent.
 _GRID = 128
-# Steps of all probes of a scene, less than a second's work: 100,000 spheres apart from each other take a tenth.
+# The most steps that all probes of a scene take, less than a second's work; 100,000 scattered spheres take a
+# tenth of them.
 _STEPS = 40_000_000
-# Of each burnt spot the world is made ready twice: with more objects than this in all, the rest is left out.
+# Each burnt spot prepares the world for the tracer twice. The first number bounds the objects prepared for all
+# spots, and the second is the fixed cost of a world in objects.
 _MAX_OBJECTS = 400_000
-# What making the smallest world ready takes, in objects.
 _PER_WORLD = 1000
 
 
 class ExposureProbe(NamedTuple):
-    """What a picture in small shows: its exposure in stops, and whether all of it is black, or white."""
+    """The exposure of a small picture in stops, and whether all of it is black or white."""
 
     exposure: float
     is_black: bool
@@ -40,14 +42,14 @@ class ExposureProbe(NamedTuple):
 
 
 class Probe:
-    """Looks at a scene's picture without rendering it, and needs no NumPy for it.
+    """Renders parts of a scene's picture, without NumPy.
 
     Parameters
     ----------
     scene
-        A valid one.
+        A valid scene.
     steps
-        How much work it may be.
+        The most steps of work that all probes together may take.
     """
 
     def __init__(self, scene: Scene, steps: int = _STEPS) -> None:
@@ -57,12 +59,9 @@ class Probe:
         self._objects_left = _MAX_OBJECTS
 
     def exposure(self) -> ExposureProbe | None:
-        """Render the picture in small, which takes less than a millisecond for nearly all scenes.
+        """Return what a small picture shows, or None for a scene that is too much work.
 
-        Returns
-        -------
-        ExposureProbe or None
-            None for a scene that is too much work.
+        Nearly all scenes take less than a millisecond.
         """
         try:
             seen = self._exposure(_SIDES[0])
@@ -80,23 +79,16 @@ class Probe:
             settings=replace(self._world.settings, samples=1),
         )
         tracer = NativeTracer(small, threads=1)
-        stops = self._stops(tracer, self._image)
-        levels = tracer.levels(
-            Window(0, 0, width, height), DisplayTransform(stops, self._image.tone), self._budget
-        )
+        image = self._image
+        stops = tracer.exposure(_GRID, self._budget).stops if image.exposure == "auto" else image.exposure
+        levels = tracer.levels(Window(0, 0, width, height), DisplayTransform(stops, image.tone), self._budget)
         return ExposureProbe(stops, is_black=not any(levels), is_white=levels.count(255) == len(levels))
 
-    def _stops(self, tracer: NativeTracer, image: Image) -> float:
-        if image.exposure != "auto":
-            return image.exposure
-        return tracer.exposure(_GRID, self._budget).stops
-
     def sees_burnt(self, spot: BurntSpot, exposure: float) -> bool | None:
-        """Return whether the picture shows a burnt spot as it is said to be; None if that is too much work.
+        """Return whether the picture shows a burnt spot, or None if finding out is too much work.
 
-        The pixel in which it lies and those around it are rendered as in the picture, in the light of that lamp
-        alone and with all other objects black. What shines there itself, such as a lamp, is as bright without the
-        object's color.
+        The pixel that shows it and its neighbours are rendered in the light of its lamp alone, with all objects
+        black, and once more with the color of the burnt object. Only the light that the object reflects differs.
         """
         window = _pixels_around(self._world.camera, spot.point)
         if window is None:
@@ -115,7 +107,7 @@ class Probe:
         return any(with_it and not alone for with_it, alone in zip(burnt, without, strict=True))
 
     def _burnt(self, spot: BurntSpot, color: array[float], window: Window, exposure: float) -> list[bool] | None:
-        """Return of each channel of some pixels whether it is burnt out."""
+        """Return for each channel of some pixels whether it is burnt out, or None if that is too much work."""
         world = self._world
         intensity = array("d", bytes(8 * len(world.lights.intensity)))
         intensity[spot.light] = world.lights.intensity[spot.light]
@@ -133,14 +125,12 @@ class Probe:
 
 
 def _pixels_around(camera: CameraFrame, point: Vector) -> Window | None:
-    """Return the pixel that shows a point and those around it, or None for a point out of view.
+    """Return the pixel that shows a point and its neighbours, or None for a point out of view.
 
     u = f x / z + W / 2,  v = H / 2 - f y / z (document, section 2.1)
     """
-    way = tuple(p - e for p, e in zip(point, camera.position, strict=True))
-    x, y, z = (
-        sum(a * w for a, w in zip(axis, way, strict=True)) for axis in (camera.right, camera.up, camera.forward)
-    )
+    to_point = direction(camera.position, point)
+    x, y, z = (dot(axis, to_point) for axis in (camera.right, camera.up, camera.forward))
     focal = focal_length(camera.fov, camera.height)
     if not z > 0:
         return None

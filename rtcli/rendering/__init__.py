@@ -1,1 +1,1 @@
-"""From a checked scene to a film, or straight to its files."""
+"""From a validated scene to a film, or straight to its files."""

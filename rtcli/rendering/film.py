@@ -1,11 +1,11 @@
-"""The film: what one rendering gives, as arrays with names."""
+"""The film: the result of a rendering, as named arrays."""
 
 from __future__ import annotations
 
 import json
 import math
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from os import PathLike
 from typing import Any, BinaryIO, Literal
@@ -15,17 +15,16 @@ import numpy.typing as npt
 
 from rtcli.image.develop import develop
 from rtcli.image.display import DisplayTransform
-from rtcli.image.formats import METADATA, RADIANCE, check_fits, format_of, open_parts, parts_of
-from rtcli.image.pass_picture import pass_picture, pass_png
-from rtcli.image.write import pillow_bytes, png_pieces, png_texts, write_exr, write_npy, write_npz
+from rtcli.image.formats import check_fits, format_of, open_parts, parts_of
+from rtcli.image.write import METADATA, FilmRecord
 from rtcli.rendering.job import RenderJob
 from rtcli.rendering.metadata import SOFTWARE, camera_matrices, object_table, visibility
-from rtcli.tracer.world import PASSES
+from rtcli.tracer.passes import PASSES, RADIANCE, Passes
 
 
 @dataclass(frozen=True)
-class Film:
-    """A rendered picture. All arrays are (height, width, ...); passes are None unless they were asked for.
+class Film(Passes):
+    """A rendered picture. The passes are keyword arguments and attributes too; see `rtcli.tracer.passes.Passes`.
 
     Parameters
     ----------
@@ -36,21 +35,9 @@ class Film:
     tone
         The tone curve with which `save` develops it.
     rays
-        How many rays were traced, primary and shadow rays.
-    depth
-        (H, W) float32: distance along the viewing axis (z); +inf where nothing is hit.
-    distance
-        (H, W) float32: Euclidean distance to the eye; +inf where nothing is hit.
-    normal
-        (H, W, 3) float32: world space, unit, facing the viewer; 0 where nothing is hit.
-    position
-        (H, W, 3) float32: world space; 0 where nothing is hit.
-    albedo
-        (H, W, 3) float32: linear; 0 where nothing is hit.
-    object_id
-        (H, W) uint32: 0 where nothing is hit, i + 1 for `objects[i]`.
+        The number of primary and shadow rays.
     job
-        What it was taken of, which its metadata tell.
+        The source of the metadata; None for a film that was not rendered.
 
     Raises
     ------
@@ -62,13 +49,7 @@ class Film:
     exposure: float = 0.0
     tone: str = "clip"
     rays: int = 0
-    depth: npt.NDArray[np.float32] | None = None
-    distance: npt.NDArray[np.float32] | None = None
-    normal: npt.NDArray[np.float32] | None = None
-    position: npt.NDArray[np.float32] | None = None
-    albedo: npt.NDArray[np.float32] | None = None
-    object_id: npt.NDArray[np.uint32] | None = None
-    job: RenderJob | None = None
+    job: RenderJob | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         if not math.isfinite(self.exposure):
@@ -80,17 +61,17 @@ class Film:
 
     @property
     def passes(self) -> tuple[str, ...]:
-        """The names of the passes that there are."""
+        """The names of the passes in the film."""
         return tuple(name for name in PASSES if getattr(self, name) is not None)
 
     @cached_property
     def metadata(self) -> dict[str, Any]:
-        """What is known beside the arrays, ready for JSON; see docs/ground-truth.md.
+        """The metadata of the film, ready for JSON; see docs/ground-truth.md.
 
         `software`, `scene` (the SHA-256 of its content), `settings`, `camera` (intrinsics and extrinsics) and
-        `objects`: of each its id, type and name, and for a film with `object_id` its visible pixels, bounding box
-        and the share of it that is not hidden. `left_out` is there, and names that share, if it would be too much
-        work to find. Of a film that was not rendered, the software and the settings to develop it.
+        `objects`: the id, type and name of each, and for a film with `object_id` its visible pixels, bounding box
+        and visible fraction. `left_out` is present, and names that fraction, if it would be too much work to find.
+        For a film that was not rendered, only the software and the settings to develop it.
         """
         if self.job is None:
             return self.summary
@@ -108,30 +89,30 @@ class Film:
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        """The metadata that a picture file tells: software, scene and settings."""
+        """The metadata of a picture file: software, scene and settings."""
         if self.job is None:
             return {"software": SOFTWARE, "settings": {"exposure": self.exposure, "tone": self.tone}}
         return self.job.summary(self.exposure)
 
     def save(self, path: str | PathLike[str], bits: Literal[8, 16] = 8) -> None:
-        """Write the film to a file, whole or not at all.
+        """Write the film to a file, completely or not at all.
 
-        `.exr`, `.npz` hold all arrays and the metadata. Other files hold the picture, `.npy` the radiance; the
-        passes then stand beside it, `out.depth.png` beside `out.png`, and the metadata in `out.json`, which also
-        tells under `passes` how values come back from levels.
+        `.exr` and `.npz` hold all arrays and the metadata. Other files hold the picture, `.npy` the radiance; the
+        passes then stand beside it, `out.depth.png` beside `out.png`, and the metadata in `out.json`, with the
+        formulas from levels to values under `passes`.
 
         Parameters
         ----------
         path
-            The format is that of the suffix: `.png`, `.jpg`, `.webp`, `.tif`, `.exr`, `.npz` or `.npy`.
+            The suffix decides the format: `.png`, `.jpg`, `.webp`, `.tif`, `.exr`, `.npz` or `.npy`.
         bits
-            Of each channel of a PNG: 8 or 16.
+            Bits a channel of a PNG: 8 or 16.
 
         Raises
         ------
         ValueError
-            If the suffix is not one of a format, the format cannot hold a picture of this size, or the bits are
-            neither 8 nor 16, or not those of the format.
+            If no format has the suffix, the format cannot hold a picture of this size, or the bits are neither 8
+            nor 16, or not those of the format.
         OSError
             If a file cannot be written, or a package that the format needs is not installed
             (`rtcli.extras.MissingExtraError`).
@@ -142,34 +123,16 @@ class Film:
             self.write(files, bits)
 
     def write(self, files: dict[str, tuple[str, BinaryIO]], bits: int = 8) -> None:
-        """Write the parts of `parts_of` to open files, each with the name that tells its format."""
+        """Write the film to open files by part, each with its name; see `rtcli.image.formats.parts_of`."""
+        arrays = {name: getattr(self, name) for name in (RADIANCE, *self.passes)}
+        look = DisplayTransform(self.exposure, self.tone, bits)
+        record = FilmRecord(arrays, look, self.summary, lambda: self.metadata)
+        format = format_of(files[RADIANCE][0])
         beside: dict[str, Any] = {}
-        for part, (name, file) in files.items():
+        for part, (_, file) in files.items():
             if part == METADATA:  # the last
                 file.write((json.dumps({**self.metadata, "passes": beside}, indent=2) + "\n").encode())
             elif part == RADIANCE:
-                self._write_picture(format_of(name).name, file, bits)
+                format.write(record, file)
             else:
-                beside[part] = self._write_pass(part, format_of(name).name, file)
-
-    def _write_picture(self, format: str, file: BinaryIO, bits: int) -> None:
-        look = DisplayTransform(self.exposure, self.tone, bits)
-        if format in ("NPZ", "EXR"):
-            write = write_npz if format == "NPZ" else write_exr
-            write({name: getattr(self, name) for name in (RADIANCE, *self.passes)}, self.metadata, file)
-        elif format == "NPY":
-            write_npy(self.radiance, file)
-        elif format == "PNG":
-            for piece in png_pieces(self.radiance, look, png_texts(self.summary)):
-                file.write(piece)
-        else:
-            file.write(pillow_bytes(develop(self.radiance, look), format, self.summary))
-
-    def _write_pass(self, name: str, format: str, file: BinaryIO) -> dict[str, Any]:
-        """Write a pass beside the picture, and return how values come back from it."""
-        if format == "NPY":
-            write_npy(getattr(self, name), file)
-            return {}
-        picture = pass_picture(name, getattr(self, name))
-        file.write(pass_png(name, picture, self.summary))
-        return picture.decode
+                beside[part] = format.write_pass(part, arrays[part], self.summary, file)

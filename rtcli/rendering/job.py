@@ -1,4 +1,4 @@
-"""What is to be rendered: a scene and its arrays, the pixels, and who traces them."""
+"""The job of a rendering: a scene and its arrays, the pixels, and the engine."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from rtcli.rendering.metadata import SOFTWARE, fingerprint
 from rtcli.scene.model import Scene
 from rtcli.tracer._native import simd_level
 from rtcli.tracer.engines import ENGINES, Tracer, default_threads, tracer_of
-from rtcli.tracer.world import PASSES, CameraFrame, Window, World
+from rtcli.tracer.passes import PASSES
+from rtcli.tracer.world import CameraFrame, Window, World
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RenderRequest:
-    """What is wanted of a rendering beside the scene itself; see `render` for the meaning of each.
+    """The options of a rendering beside the scene; see `rtcli.render`.
 
     Raises
     ------
@@ -43,16 +44,16 @@ class RenderRequest:
 
     @property
     def thread_count(self) -> int:
-        """The threads asked for, or one for each processor core; more than four for each would only wait."""
+        """The requested threads, or one for each processor core; at most four for each core."""
         return min(self.threads or default_threads(), 4 * default_threads())
 
     def simd(self) -> str | None:
-        """Return the SIMD level of the native tracer; None for the reference tracer, which has none.
+        """Return the SIMD level of the native engine; None for the reference engine.
 
         Raises
         ------
         ValueError
-            If RTCLI_SIMD asks for a level that is unknown, or not to be had here.
+            If RTCLI_SIMD requests a level that is unknown, or that this machine lacks.
         """
         return simd_level() if self.engine == "native" else None
 
@@ -62,7 +63,7 @@ class RenderRequest:
         Raises
         ------
         ValueError
-            If the crop is empty or reaches out of the picture.
+            If the crop is empty or not inside the picture.
         """
         if self.crop is None:
             return Window(0, 0, camera.width, camera.height)
@@ -78,22 +79,22 @@ class RenderRequest:
 
 @dataclass(frozen=True)
 class RenderJob:
-    """What a film shows, and how it was traced.
+    """A scene to trace, and how; threads and executor change nothing but the time.
 
     Parameters
     ----------
     scene
-        The scene with all that options changed.
+        The scene with all overrides.
     world
         The same as arrays.
     window
         The pixels of the picture that the film holds.
     engine
-        The tracer.
+        A name of `rtcli.tracer.engines.ENGINES`.
     threads
-        How many processor cores it uses, which changes nothing but the time.
+        The number of processor cores.
     executor
-        Traces bands elsewhere, which changes nothing but the time either; None for this process.
+        Traces bands elsewhere; None for this process.
     """
 
     scene: Scene
@@ -105,13 +106,13 @@ class RenderJob:
 
     @cached_property
     def tracer(self) -> Tracer:
-        """What traces it, made ready once."""
+        """The engine, prepared once."""
         if self.executor is None:
             return tracer_of(self.world, self.engine, self.threads)
         return BandedTracer(self.world, self.engine, self.executor)
 
     def settings(self, exposure: float) -> dict[str, Any]:
-        """Return all that shapes the picture beside the scene's objects; `exposure` in stops, metered or given."""
+        """Return all settings that affect the picture; `exposure` in stops, metered or given."""
         scene, window = self.scene, self.window
         return {
             "engine": self.engine,
@@ -125,20 +126,20 @@ class RenderJob:
         }
 
     def summary(self, exposure: float) -> dict[str, Any]:
-        """Return what every file tells of itself: the software, the scene's fingerprint, the settings."""
+        """Return the metadata of every file: the software, the scene's fingerprint, the settings."""
         return {
             "software": SOFTWARE,
-            "scene": f"sha256:{fingerprint(self.scene, self.world)}",
+            "scene": fingerprint(self.scene, self.world),
             "settings": self.settings(exposure),
         }
 
 
 def prepare(scene: Scene, world: World, request: RenderRequest, executor: Executor | None = None) -> RenderJob:
-    """Return what is to be traced of a scene and its `pack`, by an executor or by this process.
+    """Return the job of a scene and its `pack`, for an executor or for this process.
 
     Raises
     ------
     ValueError
-        If the crop is empty or reaches out of the picture.
+        If the crop is empty or not inside the picture.
     """
     return RenderJob(scene, world, request.window(world.camera), request.engine, request.thread_count, executor)

@@ -1,6 +1,6 @@
-"""What a film was taken of, and what is exactly known about it: camera matrices, objects, settings.
+"""The metadata of a film: fingerprint, camera matrices, objects and their visibility.
 
-All of it is plain data, ready for JSON, and depends on nothing but the scene, the engine and rtcli's version.
+It is plain data, ready for JSON, and depends only on the scene, the engine and rtcli's version.
 """
 
 from __future__ import annotations
@@ -30,24 +30,29 @@ SOFTWARE = f"rtcli {__version__}"
 
 
 def fingerprint(scene: Scene, world: World) -> str:
-    """Return the SHA-256 of a scene's content, 64 hexadecimal digits.
+    """Return the SHA-256 of a scene's validated numbers and names, as `sha256:` and 64 hexadecimal digits.
 
-    It is that of the checked numbers and names: comments, order of keys, YAML or JSON make no difference.
+    Comments, order of keys, YAML or JSON make no difference.
     """
     frame = world.camera
     digest = hashlib.sha256(struct.pack("<2I", frame.width, frame.height))
     for vector in ((frame.fov,), frame.position, frame.right, frame.up, frame.forward):
         digest.update(_little(array("d", vector)))
     shapes, lights = world.shapes, world.lights
-    for numbers in (shapes.kind, shapes.position, shapes.extent, shapes.rotation, shapes.color):
+    first, fourth = array("d"), array("d")
+    for row in shapes.parameter_rows():
+        # Three numbers of each object, a single one three times, and the fourth or 0: files keep their hashes.
+        first.extend((row * 3)[:3])
+        fourth.append(row[3] if len(row) > 3 else 0.0)
+    for numbers in (shapes.kind, shapes.position, first, fourth, shapes.color):
         digest.update(_little(numbers))
-    for numbers in (lights.position, lights.color, lights.intensity, lights.body):
+    for numbers in (lights.position, lights.color, lights.intensity, lights.carrier):
         digest.update(_little(numbers))
     names = (item.name for item in scene.objects)
     digest.update("".join("-" if name is None else f"{len(name)}:{name}" for name in names).encode())
     rest = scene.render.model_dump(), scene.image.model_dump()
     digest.update(json.dumps(rest, sort_keys=True).encode())
-    return digest.hexdigest()
+    return f"sha256:{digest.hexdigest()}"
 
 
 def _little(numbers: array[Any]) -> bytes:
@@ -75,9 +80,9 @@ def camera_matrices(frame: CameraFrame, window: Window) -> dict[str, Any]:
     Parameters
     ----------
     frame
-        Of the whole picture.
+        The camera of the whole picture.
     window
-        The pixels that there are.
+        The pixels that the film holds.
 
     Returns
     -------
@@ -111,14 +116,15 @@ def _negative(vector: Vector) -> Vector:
 
 
 def object_table(scene: Scene) -> list[dict[str, Any]]:
-    """Return what the objects of a scene are called, in the order of the file.
+    """Return the objects of a scene, in the order of the file.
 
     Returns
     -------
     list of dict
-        `id` as in the pass `object_id`; `color` of it in a picture of the pass, `#rrggbb`; `type`; `name` or None.
+        `id` as in the pass `object_id`; `color`, `#rrggbb`, of the id in a picture of the pass; `type`; `name` or
+        None.
     """
-    from rtcli.image.pass_picture import id_colors  # with NumPy, which a picture of the native tracer needs not
+    from rtcli.image.pass_picture import id_colors  # imports NumPy, which a PNG of the native engine does without
 
     colors = id_colors(len(scene.objects) + 1)
     return [
@@ -130,23 +136,22 @@ def object_table(scene: Scene) -> list[dict[str, Any]]:
 def visibility(
     object_id: npt.NDArray[np.uint32], coverage: Sequence[int] | None, count: int
 ) -> list[dict[str, Any]]:
-    """Return what is seen of each object.
+    """Return the visibility of each object.
 
     Parameters
     ----------
     object_id
         (H, W) uint32: the film's pass.
     coverage
-        Of each object, how many pixels it would cover if it were alone; None if that was too much work to find.
+        For each object, the pixels that it would cover if it were alone; None if counting them was too much work.
     count
-        How many objects there are.
+        The number of objects.
 
     Returns
     -------
     list of dict
-        `visible_pixels`; `bbox`, [left, top, width, height] of them in pixels or None; `visible_fraction`, the
-        share of its pixels in the picture that others do not hide, None for an object that is not in the picture
-        and where it is not known.
+        `visible_pixels`; `bbox`, their [left, top, width, height] in pixels or None; `visible_fraction`, the share
+        of its pixels in the picture that other objects do not hide, None if it has none or they are unknown.
     """
     boxes = _bounding_boxes(object_id, count)
     return [
@@ -156,23 +161,23 @@ def visibility(
 
 
 def _bounding_boxes(object_id: npt.NDArray[np.uint32], count: int) -> list[tuple[int, list[int] | None]]:
-    """Return of each object its number of pixels, and the box around them or None."""
+    """Return the number of visible pixels of each object, and the box around them or None."""
     import numpy as np
 
     height, width = object_id.shape
     visible = np.bincount(object_id.ravel(), minlength=count + 1)
     low, high = np.full((2, count + 1), max(height, width)), np.full((2, count + 1), -1)
-    # What begins a row of equal pixels is its leftmost, what ends it its rightmost: few are looked at.
+    # Only the first and last pixel of a run of equal ids can touch its box, and they are few.
     change = object_id[:, 1:] != object_id[:, :-1]
     edge = np.ones((height, 1), dtype=bool)
     for ends in (np.hstack([edge, change]), np.hstack([change, edge])):
         rows, columns = np.nonzero(ends)
         ids = object_id[rows, columns]
-        for axis, places in enumerate((columns, rows)):
-            np.minimum.at(low[axis], ids, places)
-            np.maximum.at(high[axis], ids, places)
-    (left, top), (wide, tall) = low.tolist(), (high - low + 1).tolist()
+        for axis, positions in enumerate((columns, rows)):
+            np.minimum.at(low[axis], ids, positions)
+            np.maximum.at(high[axis], ids, positions)
+    (left, top), (widths, heights) = low.tolist(), (high - low + 1).tolist()
     return [
-        (int(pixels), [left[i], top[i], wide[i], tall[i]] if pixels else None)
+        (int(pixels), [left[i], top[i], widths[i], heights[i]] if pixels else None)
         for i, pixels in enumerate(visible[1:], start=1)
     ]

@@ -4,21 +4,11 @@ from __future__ import annotations
 
 from array import array
 
-from rtcli.scene.model import Box, CarriedLight, Object, Scene, Sphere
 from rtcli.scene.model import Camera as SceneCamera
+from rtcli.scene.model import CarriedLight, Object, Scene
 from rtcli.scene.vectors import cross, unit
-from rtcli.tracer.world import (
-    BOX,
-    NO_BODY,
-    PLANE,
-    SPHERE,
-    CameraFrame,
-    Lights,
-    Settings,
-    Shapes,
-    Vector,
-    World,
-)
+from rtcli.tracer._native import LIGHT_KINDS, SHAPE_PARAMETERS
+from rtcli.tracer.world import NO_CARRIER, CameraFrame, Lights, Settings, Shapes, Vector, World
 
 
 def pack(scene: Scene) -> World:
@@ -52,34 +42,29 @@ def _camera(camera: SceneCamera) -> CameraFrame:
 
 
 def _shapes(objects: tuple[Object, ...]) -> Shapes:
-    shapes = Shapes(array("B"), array("d"), array("d"), array("d"), array("d"))
+    tags = {kind: tag for tag, kind in enumerate(SHAPE_PARAMETERS)}
+    shapes = Shapes(array("B"), array("d"), array("d"), array("d"))
     for shape in objects:
+        shapes.kind.append(tags[shape.type])
         shapes.position.extend(shape.position)
+        shapes.parameters.extend(shape.parameters)
         shapes.color.extend(shape.color)
-        if isinstance(shape, Sphere):
-            kind, extent, rotation = SPHERE, (shape.radius,) * 3, 0.0
-        elif isinstance(shape, Box):
-            kind, extent, rotation = BOX, shape.size, shape.rotation
-        else:
-            kind, extent, rotation = PLANE, shape.normal, 0.0
-        shapes.kind.append(kind)
-        shapes.extent.extend(extent)
-        shapes.rotation.append(rotation)
     return shapes
 
 
 def _lights(scene: Scene) -> Lights:
-    lights = Lights(array("d"), array("d"), array("d"), array("q"))
+    lights = Lights(array("B"), array("d"), array("d"), array("d"), array("q"))
     for light in scene.lights:
-        _add_light(lights, light, light.position, NO_BODY)
+        _add_light(lights, light, light.position, NO_CARRIER)
     for index, shape in enumerate(scene.objects):
-        if isinstance(shape, (Sphere, Box)) and shape.light is not None:
+        if shape.light is not None:
             _add_light(lights, shape.light, shape.position, index)
     return lights
 
 
-def _add_light(lights: Lights, light: CarriedLight, position: Vector, body: int) -> None:
+def _add_light(lights: Lights, light: CarriedLight, position: Vector, carrier: int) -> None:
+    lights.kind.append(LIGHT_KINDS.index("point"))
     lights.position.extend(position)
     lights.color.extend(light.color)
     lights.intensity.append(light.intensity)
-    lights.body.append(body)
+    lights.carrier.append(carrier)

@@ -1,5 +1,5 @@
-"""Reports: problems as text for people, and as the formats that editors, CI and other programs read.
+"""Reports: problems as text for people, and in the formats that editors, CI and other programs read.
 
-One module for each format. Its `report` takes what was found in each file and yields text, in which there is no
-character that a terminal cannot be trusted with.
+Each format has a module with a function `report`, which takes the file reports and yields text. The text has no
+character that is unsafe to write to a terminal.
 """

@@ -1,4 +1,4 @@
-"""What a comparison of pictures or arrays found, for people and for programs."""
+"""The result of comparing pictures or arrays, for people and for programs."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 from rtcli.compare.pictures import Comparison, LayerDifference, Mismatch
 from rtcli.reports.terminal import cells, padded, painter
-from rtcli.scene.diagnostics.problems import counted, printable, quoted
+from rtcli.scene.diagnostics.problems import counted, printable, quoted, shortened
 from rtcli.scene.diagnostics.rules import ERROR
 
 _CHANNELS_SHOWN = 4
@@ -19,16 +19,16 @@ _CHANNELS_SHOWN = 4
 
 
 def text(comparison: Comparison, names: tuple[str, str], color: bool = False) -> Iterator[str]:
-    """Yield the lines of a report: a table of layers, where the differences are largest, and the verdict.
+    """Yield the lines of a report: a table of layers, the largest differences, and the verdict.
 
     Parameters
     ----------
     comparison
-        What `rtcli.compare.pictures.compare` gave.
+        The result of `rtcli.compare.pictures.compare`.
     names
-        How to call the two sides.
+        The names of the two sides.
     color
-        Whether to mark the verdict with the colors of a terminal.
+        Whether to color the verdict for a terminal.
     """
     yield from _table(comparison)
     for name, layer in comparison.layers.items():
@@ -37,14 +37,16 @@ def text(comparison: Comparison, names: tuple[str, str], color: bool = False) ->
 
 
 def verdict(comparison: Comparison, names: tuple[str, str], color: bool = False) -> Iterator[str]:
-    """Yield the lines of a report that say whether the sides are equal, or all the reasons why not; see `text`."""
-    paint, style = painter(color), "good" if comparison.equal else ERROR
-    for word, reason in _verdict(comparison, names):
-        yield f"{paint(style, word)}{reason}"
+    """Yield the line `equal`, or a line `different` for each reason; the parameters are those of `text`."""
+    paint = painter(color)
+    if comparison.equal:
+        yield f"{paint('good', 'equal')}{_within_bounds(comparison)}"
+    for reason in _reasons(comparison, names):
+        yield f"{paint(ERROR, 'different')}: {reason}"
 
 
 def _table(comparison: Comparison) -> Iterator[str]:
-    """Yield a line for each layer, in columns, and one above them all."""
+    """Yield a heading and a line for each layer, in columns."""
     if not comparison.layers:
         return
     head = ["layer", "largest", "RMSE", "PSNR", "differing", "share", *(["FLIP"] if comparison.flips else [])]
@@ -58,7 +60,7 @@ def _table(comparison: Comparison) -> Iterator[str]:
 def _row(comparison: Comparison, name: str) -> list[str]:
     layer = comparison.layers[name]
     row = [
-        _name(name),
+        shortened(name),
         _number(layer.largest),
         _number(layer.rmse),
         f"{_number(layer.psnr)} dB" if math.isfinite(layer.psnr) else _number(layer.psnr),
@@ -70,20 +72,16 @@ def _row(comparison: Comparison, name: str) -> list[str]:
     return row
 
 
-def _name(name: str) -> str:
-    return quoted(name)[1:-1]
-
-
 def _prefix(comparison: Comparison, name: str) -> str:
-    """Return what a line on a layer starts with: nothing if there is but one."""
-    return f"{_name(name)}: " if len(comparison.layers) + len(comparison.mismatches) > 1 else ""
+    """Return the start of a line about a layer: its name, unless there is only one layer."""
+    return f"{shortened(name)}: " if len(comparison.layers) + len(comparison.mismatches) > 1 else ""
 
 
 def _remarks(prefix: str, layer: LayerDifference) -> Iterator[str]:
     if layer.place is not None and layer.values is not None:
         x, y = layer.place
         first, second = (_channels(values, 6) for values in layer.values)
-        if first == second:  # to so many digits
+        if first == second:  # to 6 digits
             first, second = (_channels(values, 17) for values in layer.values)
         yield f"{prefix}largest difference at x {x}, y {y}: {first} and {second}"
     if layer.infinite:
@@ -98,18 +96,16 @@ def _channels(values: tuple[float, ...], digits: int) -> str:
     return ", ".join([*shown, "..."] if len(values) > _CHANNELS_SHOWN else shown)
 
 
-def _verdict(comparison: Comparison, names: tuple[str, str]) -> Iterator[tuple[str, str]]:
-    """Yield `equal` or `different` and the rest of its line, one for each reason."""
-    if comparison.equal:
-        yield "equal", _within_bounds(comparison)
+def _reasons(comparison: Comparison, names: tuple[str, str]) -> Iterator[str]:
+    """Yield each reason why the sides are different."""
     for mismatch in comparison.mismatches:
-        yield "different", f": {_mismatch(comparison, mismatch, names)}"
+        yield _mismatch(comparison, mismatch, names)
     for name, layer in comparison.layers.items():
         prefix = _prefix(comparison, name)
         if not comparison.has_few_differing_pixels(name):
-            yield "different", f": {prefix}{_pixels(comparison, layer)}"
+            yield f"{prefix}{_pixels(comparison, layer)}"
         if not comparison.has_low_flip(name):
-            yield "different", f": {prefix}{_flip(comparison.flips[name], comparison.bounds.max_flip)}"
+            yield f"{prefix}{_flip(comparison.flips[name], comparison.bounds.max_flip)}"
 
 
 def _within_bounds(comparison: Comparison) -> str:
@@ -120,7 +116,7 @@ def _within_bounds(comparison: Comparison) -> str:
 
 
 def _pixels(comparison: Comparison, layer: LayerDifference) -> str:
-    """Return the sentence on a layer's pixels."""
+    """Return the sentence about a layer's differing pixels."""
     verb = "differs" if layer.differing == 1 else "differ"
     allowed = comparison.bounds.max_pixels.of(layer.pixels)
     return (
@@ -157,7 +153,7 @@ def _number(value: float) -> str:
 
 
 def _percentage(share: float) -> str:
-    """Return two digits that count, or more of what is nearly all."""
+    """Return a percentage to two significant digits, or to one decimal from 10 % on."""
     percent = 100 * share
     if 0 < percent < 0.001:
         return "< 0.001 %"
@@ -168,13 +164,7 @@ def _percentage(share: float) -> str:
 
 
 def as_json(comparison: Comparison, names: tuple[str, str]) -> str:
-    """Return a report as one JSON object; what is infinite or no number in it is null.
-
-    Parameters
-    ----------
-    comparison, names
-        As for `text`.
-    """
+    """Return a report as one JSON object; infinities and NaN become null."""
     report = {
         "equal": comparison.equal,
         "identical": comparison.identical,
@@ -182,10 +172,7 @@ def as_json(comparison: Comparison, names: tuple[str, str]) -> str:
         "second": names[1],
         "kind": comparison.kind,
         "layers": [_layer(comparison, name) for name in comparison.layers],
-        "mismatches": [
-            {"name": mismatch.name, "first": mismatch.first, "second": mismatch.second}
-            for mismatch in comparison.mismatches
-        ],
+        "mismatches": [vars(mismatch) for mismatch in comparison.mismatches],
     }
     return json.dumps(report, indent=2, allow_nan=False) + "\n"
 

@@ -1,4 +1,4 @@
-"""One line for each problem, in the form that editors know from compilers: `path:line:column: error: message`."""
+"""One line per problem, in the format of compiler messages that editors parse."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from rtcli.reports.file_report import FileReport
 from rtcli.scene.diagnostics.problems import printable
 
 
-def report(checks: Iterable[FileReport]) -> Iterator[str]:
-    """Yield a line for each problem."""
-    for checked in checks:
-        for problem in checked.problems:
+def report(files: Iterable[FileReport]) -> Iterator[str]:
+    """Yield a line per problem: `path:line:column: error: message`."""
+    for file in files:
+        for problem in file.problems:
             yield f"{printable(str(problem))}\n"

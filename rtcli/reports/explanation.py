@@ -1,4 +1,4 @@
-"""The story of a pixel, for people and for programs."""
+"""An explanation of a pixel as text for people, and as JSON for programs."""
 
 from __future__ import annotations
 
@@ -10,50 +10,38 @@ from dataclasses import fields, is_dataclass
 from typing import Any
 
 from rtcli.explain.records import (
-    AT_A_BORDER,
-    BEHIND,
-    BLOCKED,
+    AGREEMENTS,
     DISAGREE,
-    EQUAL,
+    LIGHT_VERDICTS,
     LIT,
     NEAREST,
-    OTHER_SIDE,
-    OUT_OF_RANGE,
-    OUTSIDE_BOUNDING_SPHERE,
-    OUTSIDE_SLABS,
-    PARALLEL,
-    PASSED_BY,
-    ROUNDED,
-    TURNED_AWAY,
     Explanation,
     Group,
     Intersection,
-    Intersections,
     LightShare,
-    LightsStep,
-    Mean,
     Number,
     Step,
     Value,
 )
+from rtcli.explain.shapes import MISSES
 from rtcli.explain.words import number as shown
 from rtcli.reports.terminal import cells, lines_of, padded, painter, shortened, swatch
 from rtcli.scene.diagnostics.problems import counted, printable
 from rtcli.scene.diagnostics.rules import ERROR
 
-# Cells of a line, of the margin below a heading, and of a symbol and a number in a table.
+# Width in cells of a line, of the margin below a heading, and of a symbol and a number in a table.
 _WIDTH, _MARGIN, _SYMBOL, _NUMBER = 100, 3, 12, 13
 
-# What stands before the outcome of a step, in its margin.
+# Precedes the outcome of a step, in its margin.
 _SO = "=> "
 
-# More objects are counted instead of listed, and so are lights.
+# The most objects, lights and groups of samples that are listed; the others are counted.
 _MOST_OBJECTS, _MOST_LIGHTS, _MOST_GROUPS = 20, 8, 20
 
-# Cells of a file's name.
+# The most cells of a file's name.
 _NAME = 60
 
-# How symbols that are no identifiers are written in the document.
+# The symbols of the document that are not identifiers.
 _SYMBOLS = {
     "cos_theta": "cos(theta)",
     "d_n": "d . n",
@@ -70,58 +58,34 @@ _SYMBOLS = {
     "z_slab": "z slab",
 }
 
-_MISSED = {
-    PASSED_BY: "the ray passes by the sphere: D < 0",
-    OUTSIDE_BOUNDING_SPHERE: "the ray passes the sphere around the box",
-    OUTSIDE_SLABS: "the ray leaves one slab of the box before it enters another",
-    PARALLEL: "the ray is parallel to the plane",
-    BEHIND: "behind the eye: t <= 0",
-    OUT_OF_RANGE: "numbers beyond those of float64",
-}
-
 _NATIVE = "The native engine, which renders by default,"
 
-# Why the native engine may give another value.
-_REASONS = {
-    EQUAL: "its meter finds another exposure, by what float32 rounds",
-    ROUNDED: "its float32 rounds to the next level",
-    AT_A_BORDER: "the pixel lies at a border, and float32 sees what is beside it, less than a thousandth of a "
-    "pixel away",
-}
 _FAULT = (
     "The engines disagree. Neither rounding nor a border explains it, so one of them is wrong:",
     "this is a fault of rtcli. Please report it, with the scene.",
 )
-
-# What is said of the lights that are not shown.
-_REST = {
-    LIT: "light the point",
-    OTHER_SIDE: "are on the other side of the surface",
-    TURNED_AWAY: "do not face the surface",
-    BLOCKED: "are blocked by other objects",
-}
 
 
 # --- For people ------------------------------------------------------------------------------------------
 
 
 def text(explanation: Explanation, name: str, color: bool = False) -> Iterator[str]:
-    """Yield the lines of the story, none longer than 100 cells.
+    """Yield the lines of an explanation, none longer than 100 cells.
 
     Parameters
     ----------
     explanation
-        What `rtcli.explain.explain` gave.
+        The result of `rtcli.explain.explain`.
     name
-        The scene's file.
+        The name of the scene file.
     color
-        Whether to mark its parts with the colors of a terminal.
+        Whether to use the colors of a terminal.
     """
     return _Text(color).story(explanation, name)
 
 
 class _Text:
-    """The story, with the colors of a terminal or without."""
+    """The lines of an explanation, with the colors of a terminal or without."""
 
     def __init__(self, color: bool) -> None:
         self.color = color
@@ -131,11 +95,21 @@ class _Text:
         """Yield all lines."""
         yield from self._head(explanation, name)
         story, development = explanation.story, explanation.development
-        steps: list[Step] = [story.ray, story.intersections, story.hit, story.lights, story.radiance]
-        steps += [development.mean, development.exposure, development.tone, development.srgb]
-        for place, step in enumerate(steps, start=1):
+        # Each step with the lines about its objects, lights or samples.
+        steps: list[tuple[Step, Iterable[str]]] = [
+            (story.ray, ()),
+            (story.intersections, self._objects(story.intersections.objects)),
+            (story.hit, ()),
+            (story.lights, self._lights(story.lights.lights)),
+            (story.radiance, ()),
+            (development.mean, _indented(_groups(development.mean.groups))),
+            (development.exposure, ()),
+            (development.tone, ()),
+            (development.srgb, ()),
+        ]
+        for place, (step, details) in enumerate(steps, start=1):
             yield ""
-            yield from self._step(place, step)
+            yield from self._step(place, step, details)
         yield ""
         yield from self._native(explanation)
 
@@ -153,21 +127,13 @@ class _Text:
                 "(--sample tells another); step 6 takes all together."
             )
 
-    def _step(self, place: int, step: Step) -> Iterator[str]:
+    def _step(self, place: int, step: Step, details: Iterable[str]) -> Iterator[str]:
         yield self._heading(f"{place}. {step.title}", f"docs/tracer.md, {step.section}")
         yield from _indented(self.paint("help", equation) for equation in step.equations)
         yield from _indented(self.paint("weak", line) for line in lines_of(step.note.split(), _WIDTH - _MARGIN))
         yield from _indented(map(_row, step.numbers))
-        if isinstance(step, Intersections):
-            yield from self._objects(step)
-        if isinstance(step, LightsStep):
-            yield from self._lights(step)
-        if isinstance(step, Mean):
-            yield from _indented(_groups(step.groups))
-        yield from self._outcome(step.outcome)
-
-    def _outcome(self, outcome: str) -> Iterator[str]:
-        first, *more = lines_of(outcome.split(), _WIDTH - len(_SO))
+        yield from details
+        first, *more = lines_of(step.outcome.split(), _WIDTH - len(_SO))
         yield self.paint("good", _SO) + self.paint("strong", first)
         yield from (" " * len(_SO) + self.paint("strong", line) for line in more)
 
@@ -177,10 +143,10 @@ class _Text:
 
     # --- Objects
 
-    def _objects(self, step: Intersections) -> Iterator[str]:
-        hits = sorted((item for item in step.objects if item.t is not None), key=_place_on_ray)
-        misses = [item for item in step.objects if item.t is None]
-        is_long = len(step.objects) > _MOST_OBJECTS
+    def _objects(self, objects: Sequence[Intersection]) -> Iterator[str]:
+        hits = sorted((item for item in objects if item.t is not None), key=_place_on_ray)
+        misses = [item for item in objects if item.t is None]
+        is_long = len(objects) > _MOST_OBJECTS
         shown = hits[:_MOST_OBJECTS] if is_long else [*hits, *misses]
         width = max((cells(item.object.label) for item in shown), default=0)
         for item in shown:
@@ -196,12 +162,12 @@ class _Text:
 
     # --- Lights
 
-    def _lights(self, step: LightsStep) -> Iterator[str]:
-        brightest = sorted(step.lights, key=lambda share: -max(share.radiance))[:_MOST_LIGHTS]
-        for share in (share for share in step.lights if share in brightest):
+    def _lights(self, lights: Sequence[LightShare]) -> Iterator[str]:
+        brightest = sorted(lights, key=lambda share: -max(share.radiance))[:_MOST_LIGHTS]
+        for share in (share for share in lights if share in brightest):
             yield from self._light(share)
-        rest = Counter(share.verdict for share in step.lights if share not in brightest)
-        yield from _indented(f"{count:,} more {_REST[verdict]}" for verdict, count in rest.most_common())
+        rest = Counter(share.verdict for share in lights if share not in brightest)
+        yield from _indented(f"{count:,} more {LIGHT_VERDICTS[verdict]}" for verdict, count in rest.most_common())
 
     def _light(self, share: LightShare) -> Iterator[str]:
         yield from self._item(share.label, f"{share.label} ", share.outcome)
@@ -210,7 +176,7 @@ class _Text:
             yield from _indented([_row(Number("share", share.radiance, "of the radiance"))], 2)
 
     def _item(self, label: str, start: str, outcome: str) -> Iterator[str]:
-        """Yield the first lines of an object or light: its label, and what comes out."""
+        """Yield the first lines of an object or light: its label and its outcome."""
         first, *more = lines_of([start, *outcome.split()], _WIDTH - 2 * _MARGIN)
         yield from _indented([self.paint("strong", label) + first[len(label) :]])
         yield from _indented(more, 2)
@@ -229,7 +195,7 @@ class _Text:
         elif explanation.engines_agree:
             yield f"{_NATIVE} gives the same value."
         else:
-            yield from lines_of(f"{_gives(explanation)}: {_REASONS[native.agreement]}.".split(), _WIDTH)
+            yield from lines_of(f"{_gives(explanation)}: {AGREEMENTS[native.agreement]}.".split(), _WIDTH)
 
 
 def _gives(explanation: Explanation) -> str:
@@ -245,7 +211,7 @@ def _counts(behind: int, misses: Iterable[Intersection]) -> Iterator[str]:
     if behind:
         yield f"{behind:>7,} more are hit behind these"
     for verdict, count in Counter(item.verdict for item in misses).most_common():
-        yield f"{count:>7,} missed: {_MISSED[verdict]}"
+        yield f"{count:>7,} missed: {MISSES[verdict]}"
 
 
 def _groups(groups: Sequence[Group]) -> Iterator[str]:
@@ -260,7 +226,7 @@ def _groups(groups: Sequence[Group]) -> Iterator[str]:
 
 
 def _row(number: Number) -> str:
-    """Return a number as a row of a table: its symbol, its value, what it is."""
+    """Return a number as a row of a table: its symbol, its value, its meaning."""
     value = padded(_columns(number.value), 3 * _NUMBER)
     return f"{padded(_symbol(number), _SYMBOL)}{value} {number.meaning}".rstrip()
 
@@ -270,7 +236,7 @@ def _symbol(number: Number) -> str:
 
 
 def _columns(value: Value) -> str:
-    """Return components in columns, a minus sign left of the digits of those without."""
+    """Return components in columns, aligned by their first digits."""
     signed = (shown(x) if x < 0 else f" {shown(x)}" for x in _components(value))
     return " ".join(f"{x:<{_NUMBER - 1}}" for x in signed)
 
@@ -291,9 +257,9 @@ def _indented(lines: Iterable[str], depth: int = 1) -> Iterator[str]:
 
 
 def as_json(explanation: Explanation, name: str) -> str:
-    """Return the story as one JSON object, whose keys `docs/explain.md` tells.
+    """Return an explanation as one JSON object; `docs/explain.md` documents its keys.
 
-    What is infinite or no number is null.
+    Numbers that are infinite or NaN become null.
 
     Parameters
     ----------
@@ -305,7 +271,7 @@ def as_json(explanation: Explanation, name: str) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Return records as JSON has them; numbers of a step become an object with their names as keys."""
+    """Return a record as JSON data; the numbers of a step become an object with their names as keys."""
     if is_dataclass(value):
         return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
     if isinstance(value, tuple):

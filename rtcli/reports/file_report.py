@@ -1,4 +1,4 @@
-"""What a check found in files: the input of all reports."""
+"""The problems found in each file: the input of all reports."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from rtcli.scene.diagnostics.rules import ERROR
 
 @dataclass(frozen=True)
 class FileReport:
-    """One file that was checked.
+    """A file that was checked.
 
     Parameters
     ----------
     path
-        Its name, as it was given or found.
+        Its name, as given or found.
     problems
-        What is wrong with it.
+        The problems of the scene.
     unreadable
-        Why it could not be read; empty if it could.
+        Why the file could not be read; empty if it could.
     """
 
     path: str
@@ -28,19 +28,24 @@ class FileReport:
     unreadable: str = ""
 
     @property
-    def has_errors(self) -> bool:
-        """Whether the scene is not valid."""
-        return any(problem.severity == ERROR for problem in self.problems)
+    def errors(self) -> list[Problem]:
+        """The problems that make the scene invalid."""
+        return [problem for problem in self.problems if problem.severity == ERROR]
+
+    @property
+    def warnings(self) -> list[Problem]:
+        """The other problems."""
+        return [problem for problem in self.problems if problem.severity != ERROR]
 
 
 @dataclass
 class Tally:
-    """Counts of what went through `count`.
+    """The counts over the file reports that passed through `count`.
 
     Parameters
     ----------
     scenes, unreadable
-        Files that were read, and that could not be.
+        Files that could be read, and files that could not.
     with_problems, invalid
         Scenes with any problem, and with errors.
     errors, warnings
@@ -54,14 +59,13 @@ class Tally:
     errors: int = 0
     warnings: int = 0
 
-    def count(self, checks: Iterable[FileReport]) -> Iterator[FileReport]:
-        """Yield what was checked, and count it on the way."""
-        for checked in checks:
-            errors = sum(problem.severity == ERROR for problem in checked.problems)
-            self.scenes += not checked.unreadable
-            self.unreadable += bool(checked.unreadable)
-            self.with_problems += bool(checked.problems)
-            self.invalid += checked.has_errors
-            self.errors += errors
-            self.warnings += len(checked.problems) - errors
-            yield checked
+    def count(self, files: Iterable[FileReport]) -> Iterator[FileReport]:
+        """Yield the file reports, counting each."""
+        for file in files:
+            self.scenes += not file.unreadable
+            self.unreadable += bool(file.unreadable)
+            self.with_problems += bool(file.problems)
+            self.invalid += bool(file.errors)
+            self.errors += len(file.errors)
+            self.warnings += len(file.warnings)
+            yield file

@@ -1,6 +1,6 @@
-"""GitHub's workflow commands, which a run shows as annotations at the lines of a pull request.
+"""GitHub workflow commands, which a run shows as annotations on the lines of a pull request.
 
-The form is that of GitHub's documentation, "Workflow commands for GitHub Actions"; the escapes are those of its
+The syntax is that of GitHub's documentation, "Workflow commands for GitHub Actions"; the escapes are those of its
 toolkit (actions/toolkit, packages/core/src/command.ts).
 """
 
@@ -13,12 +13,12 @@ from rtcli.reports.file_report import FileReport
 from rtcli.scene.diagnostics.problems import Problem, printable
 
 
-def report(checks: Iterable[FileReport]) -> Iterator[str]:
-    """Yield a command for each problem, and for each file that could not be read."""
-    for checked in checks:
-        if checked.unreadable:
-            yield f"::error file={_file(checked.path)}::{_data(printable(checked.unreadable))}\n"
-        for problem in checked.problems:
+def report(files: Iterable[FileReport]) -> Iterator[str]:
+    """Yield a command per problem, and per file that could not be read."""
+    for file in files:
+        if file.unreadable:
+            yield f"::error file={_path(file.path)}::{_data(printable(file.unreadable))}\n"
+        for problem in file.problems:
             yield _command(problem)
 
 
@@ -26,15 +26,15 @@ def _command(problem: Problem) -> str:
     where = f"{printable(problem.where)}: " if problem.where else ""
     help = f"\nhelp: {printable(problem.help)}" if problem.help else ""
     properties = {"line": problem.line, "endLine": problem.end_line}
-    if problem.line == problem.end_line:  # GitHub takes columns only within one line
+    if problem.line == problem.end_line:  # GitHub accepts columns only within one line
         properties |= {"col": problem.column, "endColumn": problem.end_column}
-    place = ",".join(f"{name}={value}" for name, value in properties.items())
-    about = f"file={_file(problem.path)},{place},title=rtcli {problem.code}"
-    return f"::{problem.severity} {about}::{_data(where + printable(problem.message) + help)}\n"
+    position = ",".join(f"{name}={value}" for name, value in properties.items())
+    header = f"file={_path(problem.path)},{position},title=rtcli {problem.code}"
+    return f"::{problem.severity} {header}::{_data(where + printable(problem.message) + help)}\n"
 
 
-def _file(path: str) -> str:
-    """Return a path as a property, as GitHub names files: with / on all systems, and without ./ in front."""
+def _path(path: str) -> str:
+    """Return a path as a property, as GitHub names files: with / on all systems, and without a leading ./."""
     return _data(printable(PurePath(path).as_posix())).replace(":", "%3A").replace(",", "%2C")
 
 

@@ -1,4 +1,4 @@
-"""A JSON list with an object for each problem; all that is not ASCII is escaped."""
+"""A JSON list with an object per problem; non-ASCII characters are escaped."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from rtcli.reports.file_report import FileReport
 
 
-def report(checks: Iterable[FileReport]) -> Iterator[str]:
+def report(files: Iterable[FileReport]) -> Iterator[str]:
     """Yield the list."""
-    problems = [problem.as_dict() for checked in checks for problem in checked.problems]
+    problems = [problem.as_dict() for file in files for problem in file.problems]
     yield json.dumps(problems, indent=2) + "\n"

@@ -1,7 +1,7 @@
-"""JUnit's XML, as CI servers read it: a test case for each file, which fails if the scene is not valid.
+"""JUnit XML for CI servers: a test case per file, which fails if the scene is invalid.
 
-There is no standard; all readers take one `failure` or `error` a test case, so that one holds all its problems.
-What is not ASCII is escaped, so that it means the same in whatever encoding standard output has.
+The format has no standard. All readers accept one `failure` or `error` per test case, so one failure lists all
+errors. Non-ASCII characters are escaped, so that the encoding of standard output does not matter.
 """
 
 from __future__ import annotations
@@ -11,34 +11,29 @@ from xml.etree import ElementTree
 
 from rtcli.reports.file_report import FileReport, Tally
 from rtcli.scene.diagnostics.problems import Problem, counted, printable
-from rtcli.scene.diagnostics.rules import ERROR, WARNING
 
 
-def report(checks: Iterable[FileReport]) -> Iterator[str]:
+def report(files: Iterable[FileReport]) -> Iterator[str]:
     """Yield one document."""
     tally = Tally()
-    suite = ElementTree.Element("testsuite", name="rtcli validate")
-    suite.extend(map(_case, tally.count(checks)))
-    counts = {"tests": len(suite), "failures": tally.invalid, "errors": tally.unreadable, "skipped": 0}
-    for name, count in counts.items():
-        suite.set(name, str(count))
+    cases = list(map(_case, tally.count(files)))
+    counts = {"tests": len(cases), "failures": tally.invalid, "errors": tally.unreadable, "skipped": 0}
+    attributes = {"name": "rtcli validate", **{name: str(count) for name, count in counts.items()}}
     suites = ElementTree.Element("testsuites")
-    suites.append(suite)
+    ElementTree.SubElement(suites, "testsuite", attributes).extend(cases)
     ElementTree.indent(suites)
     yield ElementTree.tostring(suites, encoding="us-ascii", xml_declaration=True).decode("ascii") + "\n"
 
 
-def _case(checked: FileReport) -> ElementTree.Element:
-    case = ElementTree.Element("testcase", classname="rtcli.validate", name=printable(checked.path))
-    if checked.unreadable:
-        ElementTree.SubElement(case, "error", message=printable(checked.unreadable), type="unreadable")
-    errors = [problem for problem in checked.problems if problem.severity == ERROR]
-    if errors:
-        attributes = {"message": counted(len(errors), "error"), "type": errors[0].code}
-        ElementTree.SubElement(case, "failure", attributes).text = _lines(errors)
-    warnings = [problem for problem in checked.problems if problem.severity == WARNING]
-    if warnings:
-        ElementTree.SubElement(case, "system-out").text = _lines(warnings)
+def _case(file: FileReport) -> ElementTree.Element:
+    case = ElementTree.Element("testcase", classname="rtcli.validate", name=printable(file.path))
+    if file.unreadable:
+        ElementTree.SubElement(case, "error", message=printable(file.unreadable), type="unreadable")
+    if file.errors:
+        attributes = {"message": counted(len(file.errors), "error"), "type": file.errors[0].code}
+        ElementTree.SubElement(case, "failure", attributes).text = _lines(file.errors)
+    if file.warnings:
+        ElementTree.SubElement(case, "system-out").text = _lines(file.warnings)
     return case
 
 

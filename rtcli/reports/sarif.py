@@ -1,7 +1,6 @@
 """SARIF 2.1.0 (OASIS Standard, 2020), which code scanners and editors exchange.
 
-Of what the standard leaves open, that is there which GitHub's code scanning requires ("SARIF support for code
-scanning").
+Of the optional properties, it has those that GitHub's code scanning requires ("SARIF support for code scanning").
 """
 
 from __future__ import annotations
@@ -20,17 +19,18 @@ from rtcli.scene.diagnostics.rules import RULES, Rule
 _SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
 
 
-def report(checks: Iterable[FileReport], version: str) -> Iterator[str]:
-    """Yield a log with one run; `version` is that of rtcli."""
+def report(files: Iterable[FileReport], version: str) -> Iterator[str]:
+    """Yield a log with one run of the given version of rtcli."""
     results: list[dict[str, Any]] = []
-    unreadable: list[dict[str, Any]] = []
-    for checked in checks:
-        results += map(_result, checked.problems)
-        if checked.unreadable:
-            unreadable.append(_notification(checked))
+    notifications: list[dict[str, Any]] = []
+    for file in files:
+        results += map(_result, file.problems)
+        if file.unreadable:
+            location = {"physicalLocation": {"artifactLocation": _artifact(file.path)}}
+            notifications.append({"level": "error", "message": _message(file.unreadable), "locations": [location]})
     run = {
         "tool": {"driver": {"name": "rtcli", "semanticVersion": version, "rules": [*map(_rule, RULES)]}},
-        "invocations": [{"executionSuccessful": not unreadable, "toolExecutionNotifications": unreadable}],
+        "invocations": [{"executionSuccessful": not notifications, "toolExecutionNotifications": notifications}],
         "columnKind": "unicodeCodePoints",
         "newlineSequences": ["\r\n", "\r", "\n"],
         "results": results,
@@ -46,7 +46,7 @@ def _rule(rule: Rule) -> dict[str, Any]:
         "shortDescription": summary,
         "fullDescription": summary,
         "defaultConfiguration": {"level": rule.severity},
-        "help": _message(rule.remedy) if rule.remedy else summary,  # which must not be empty
+        "help": _message(rule.remedy) if rule.remedy else summary,  # must not be empty
     }
 
 
@@ -54,7 +54,7 @@ def _result(problem: Problem) -> dict[str, Any]:
     help = f"\nhelp: {problem.help}" if problem.help else ""
     location: dict[str, Any] = {
         "physicalLocation": {
-            "artifactLocation": {"uri": _uri(problem.path)},
+            "artifactLocation": _artifact(problem.path),
             "region": {
                 "startLine": problem.line,
                 "startColumn": problem.column,
@@ -74,22 +74,12 @@ def _result(problem: Problem) -> dict[str, Any]:
     }
 
 
-def _notification(checked: FileReport) -> dict[str, Any]:
-    return {
-        "level": "error",
-        "message": _message(checked.unreadable),
-        "locations": [{"physicalLocation": {"artifactLocation": {"uri": _uri(checked.path)}}}],
-    }
-
-
 def _message(text: str) -> dict[str, str]:
-    """Return a message: its braces are doubled, since `{0}` stands for an argument (section 3.11.5)."""
+    """Return a message with its braces doubled, since `{0}` stands for an argument (section 3.11.5)."""
     return {"text": text.replace("{", "{{").replace("}", "}}")}
 
 
-def _uri(path: str) -> str:
-    """Return a path as a relative reference, or as a file URI if it is absolute (RFC 3986, RFC 8089)."""
+def _artifact(path: str) -> dict[str, str]:
+    """Return the URI of a file: a relative reference, or a file URI if absolute (RFC 3986, RFC 8089)."""
     pure = PurePath(path)
-    if pure.is_absolute():
-        return pure.as_uri()
-    return quote(os.fsencode(pure.as_posix()), safe="/")
+    return {"uri": pure.as_uri() if pure.is_absolute() else quote(os.fsencode(pure.as_posix()), safe="/")}

@@ -1,4 +1,4 @@
-"""What reports for people share: styles of a terminal, and the width of text on it."""
+"""Terminal styles, and the width of text on a terminal, for the reports for people."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 from rtcli.scene.diagnostics.rules import ERROR, WARNING
 
-# Takes a style and a text, and gives the text in that style.
+# Takes a style and a text, and returns the text in that style.
 Paint: TypeAlias = Callable[[str, str], str]
 
 # Select Graphic Rendition (ECMA-48, section 8.3.117).
@@ -24,14 +24,14 @@ _STYLES = {
 
 
 def painter(color: bool) -> Paint:
-    """Return what marks text with the colors of a terminal, or leaves it as it is."""
+    """Return a function that styles text with terminal colors, or one that leaves it unchanged."""
     if not color:
         return lambda style, text: text
     return lambda style, text: f"\x1b[{_STYLES[style]}m{text}\x1b[0m" if text else text
 
 
 def swatch(text: str, value: tuple[int, int, int], color: bool) -> str:
-    """Return a text on a ground of red, green and blue, 0..255, in black or white, whichever is easier to read."""
+    """Return a text on a background of red, green and blue, 0..255, in black or white by contrast."""
     if not color:
         return text
     red, green, blue = value
@@ -40,7 +40,7 @@ def swatch(text: str, value: tuple[int, int, int], color: bool) -> str:
 
 
 def cells(text: str) -> int:
-    """Return how many cells of a terminal a text takes (Unicode Standard Annex 11)."""
+    """Return the width of a text in terminal cells (Unicode Standard Annex 11)."""
     return sum(map(_cells, text))
 
 
@@ -51,12 +51,12 @@ def _cells(character: str) -> int:
 
 
 def padded(text: str, width: int) -> str:
-    """Return a text with spaces behind it, up to so many cells."""
+    """Return a text followed by spaces up to a width in cells."""
     return text + " " * (width - cells(text))
 
 
 def shortened(text: str, width: int) -> str:
-    """Return a text, or its end behind `…`, in so many cells."""
+    """Return a text, or its end after `…`, in at most `width` cells."""
     if cells(text) <= width:
         return text
     end = text[-width:]
@@ -66,7 +66,7 @@ def shortened(text: str, width: int) -> str:
 
 
 def lines_of(words: Iterable[str], width: int, gap: str = " ") -> Iterator[str]:
-    """Yield lines of words with a gap between them, each of so many cells at most; a longer word has its own."""
+    """Yield lines of words with a gap between them, at most `width` cells long; a longer word has its own line."""
     line = ""
     for word in words:
         if line and cells(line) + len(gap) + cells(word) > width:

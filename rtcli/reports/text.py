@@ -1,4 +1,4 @@
-"""Reports for people: each problem with its line of the file, in the manner of a compiler."""
+"""Reports for people: each problem with its line of the file, as compilers show it."""
 
 from __future__ import annotations
 
@@ -9,60 +9,44 @@ from rtcli.reports.terminal import Paint, cells, painter
 from rtcli.scene.diagnostics.problems import Excerpt, Problem, counted, printable
 from rtcli.scene.diagnostics.rules import ERROR, WARNING
 
-# Terminal cells of a line that are shown before what is wrong, and in all.
+# The terminal cells of a line shown before the span, and in total.
 _CELLS_BEFORE, _CELLS = 40, 100
 _TAB = "    "
 _CUT = "…"
 
 
-def report(checks: Iterable[FileReport], color: bool = False) -> Iterator[str]:
-    """Yield each problem as a paragraph, and a summary if there are any."""
+def report(files: Iterable[FileReport], color: bool = False) -> Iterator[str]:
+    """Yield each problem as a paragraph, then a summary if there are any."""
     tally = Tally()
-    for checked in tally.count(checks):
-        for problem in checked.problems:
+    for file in tally.count(files):
+        for problem in file.problems:
             yield problem_text(problem, color) + "\n\n"
     if tally.with_problems:
-        yield _summary(tally, color) + "\n"
-
-
-def _summary(tally: Tally, color: bool) -> str:
-    counts = {ERROR: tally.errors, WARNING: tally.warnings}
-    paint = painter(color)
-    found = [paint(severity, counted(count, severity)) for severity, count in counts.items() if count]
-    return " and ".join(found) + _of_scenes(tally)
-
-
-def _of_scenes(tally: Tally) -> str:
-    return f" in {tally.with_problems:,} of {tally.scenes:,} scenes" if tally.scenes > 1 else ""
+        paint = painter(color)
+        counts = {ERROR: tally.errors, WARNING: tally.warnings}
+        found = [paint(severity, counted(count, severity)) for severity, count in counts.items() if count]
+        scenes = f" in {tally.with_problems:,} of {tally.scenes:,} scenes" if tally.scenes > 1 else ""
+        yield f"{' and '.join(found)}{scenes}\n"
 
 
 def problem_text(problem: Problem, color: bool = False) -> str:
-    """Return a problem as people read it: what, where, the line of the file, what to do.
-
-    Parameters
-    ----------
-    problem
-        What is wrong.
-    color
-        Whether to mark its parts with the colors of a terminal.
-    """
+    """Return a problem as text: what is wrong, where, the line of the file, and what to do."""
     paint = painter(color)
     margin = " " * len(str(problem.line))
-    place = f"{printable(problem.path)}:{problem.line}:{problem.column}"
     lines = [
         paint(problem.severity, f"{problem.severity}[{problem.code}]")
         + paint("strong", f": {printable(problem.message)}"),
-        f"{margin}{paint('frame', '-->')} {place}",
+        f"{margin}{paint('frame', '-->')} {printable(problem.path)}:{problem.line}:{problem.column}",
     ]
     if problem.span.excerpt is not None:
-        lines += _pointed_at(problem, problem.span.excerpt, paint)
+        lines += _marked_line(problem, problem.span.excerpt, paint)
     if problem.help:
         lines.append(f"{margin} {paint('frame', '=')} {paint('help', 'help')}: {printable(problem.help)}")
     return "\n".join(lines)
 
 
-def _pointed_at(problem: Problem, excerpt: Excerpt, paint: Paint) -> Iterator[str]:
-    """Yield the line of the file, and below it carets and the name of the value."""
+def _marked_line(problem: Problem, excerpt: Excerpt, paint: Paint) -> Iterator[str]:
+    """Yield the line of the file, and below it carets under the span and the location of the value."""
     number, bar = str(problem.line), paint("frame", "|")
     margin = " " * len(number)
     line, before, width = _window(excerpt)
@@ -73,7 +57,7 @@ def _pointed_at(problem: Problem, excerpt: Excerpt, paint: Paint) -> Iterator[st
 
 
 def _window(excerpt: Excerpt) -> tuple[str, int, int]:
-    """Return what is shown of a line, the cells before the span, and those of the span, at least one."""
+    """Return the part of a line to show, the cells before the span, and the span's cells, at least one."""
     shown = [_TAB if character == "\t" else printable(character) for character in excerpt.text]
     widths = [cells(text) for text in shown]
     first, last = 0, len(widths)

@@ -1,1 +1,1 @@
-"""Scene files: text to data (`parse`), data to a checked model (`model`), and what is wrong with them."""
+"""Scene files: text to data (`reading`), data to `model` (`validation`), and their problems (`diagnostics`)."""

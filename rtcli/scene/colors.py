@@ -1,14 +1,11 @@
-"""Colors as scene files name them: linear triples, CSS names and `#rrggbb`.
-
-Names and hex digits are sRGB by the definition of CSS; the tracer computes with linear light.
-"""
+"""The colors of scene files: CSS names and `#rrggbb`, which are sRGB, as linear RGB."""
 
 from __future__ import annotations
 
 import re
 
 HEX_PATTERN = "^#[0-9a-fA-F]{6}$"
-# From 1 down to 0.38 takes five steps, and five more double the digits to all there are.
+# Five steps lead from 1 down to 0.38, the smallest root; five more double the correct digits up to float64's.
 _NEWTON_STEPS = 12
 _HEX = re.compile(r"#[0-9a-fA-F]{6}\Z")
 
@@ -27,8 +24,8 @@ def linear_from_srgb(value: float) -> float:
 def _fifth_root(value: float) -> float:
     """Return the fifth root of a value in 0.008..1, to its last bit or two.
 
-    `value ** 0.2` would be the C library's `pow`, whose last bit differs between platforms: + - * / do not, and a
-    scene is to have the same colors, and so the same bytes, on all of them.
+    `value ** 0.2` would call the C library's `pow`, whose last bit differs between platforms. With + - * / alone,
+    a scene has the same colors, and so the same bytes, on all of them.
     """
     root = 1.0
     for _ in range(_NEWTON_STEPS):
@@ -40,7 +37,7 @@ def _fifth_root(value: float) -> float:
 
 def color_from_text(text: str) -> tuple[float, float, float] | None:
     """Return the linear color of a CSS name (any case) or `#rrggbb`, or None if it is neither."""
-    # Only ASCII: the sign of kelvin, too, is a k when it is made small.
+    # Only ASCII, since the kelvin sign lowercases to k.
     number = CSS_NAMES.get(text.lower()) if text.isascii() else None
     if number is None:
         if not _HEX.match(text):

@@ -1,4 +1,4 @@
-"""From a scene file to a checked scene."""
+"""From a scene file to a validated scene."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rtcli.scene.validation.validate import validate
 
 
 def load_scene(path: str | PathLike[str]) -> Scene:
-    """Read and check a scene file.
+    """Read and validate a scene file.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ def load_scene(path: str | PathLike[str]) -> Scene:
     Raises
     ------
     rtcli.SceneError
-        If it is not a valid scene; `.problems` says all that is wrong, and where.
+        If it is not a valid scene; `.problems` lists every problem with its position.
     OSError
         If the file cannot be read.
     """

@@ -10,7 +10,7 @@ import itertools
 import math
 import sys
 from collections.abc import Iterable
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Any, ClassVar, Literal, TypeAlias, get_args
 
 from pydantic import (
     BaseModel,
@@ -26,6 +26,7 @@ from pydantic import (
 from pydantic_core import InitErrorDetails, PydanticCustomError
 from typing_extensions import TypeAliasType
 
+from rtcli.curves import ToneName
 from rtcli.scene.colors import color_from_text
 from rtcli.scene.diagnostics.problems import MAX_PROBLEMS
 from rtcli.scene.vectors import cross, direction, unit
@@ -182,6 +183,8 @@ class Plane(_Shape):
     """Any point on the plane."""
     normal: Direction = Field(examples=[[0, 1, 0]])
     """The direction that stands on the plane, of any length but 0."""
+    # So that any object can be asked for its light; no key of a file.
+    light: ClassVar[None] = None
 
     @field_validator("normal")
     @classmethod
@@ -189,6 +192,11 @@ class Plane(_Shape):
         if normal == ZERO:
             raise PydanticCustomError("zero_length", "must not be [0, 0, 0]")
         return normal
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """The numbers that distinguish this plane from others, beside its position."""
+        return self.normal
 
 
 class _Body(_Shape):
@@ -206,6 +214,11 @@ class Sphere(_Body):
     radius: Positive = Field(examples=[2.5])
     """The radius, greater than 0."""
 
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """The numbers that distinguish this sphere from others, beside its position."""
+        return (self.radius,)
+
 
 class Box(_Body):
     """A box, turned about the vertical axis."""
@@ -217,9 +230,15 @@ class Box(_Body):
     rotation: Number = Field(default=0.0, examples=[45])
     """Degrees about the vertical axis (+y), counter-clockwise seen from above."""
 
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """The numbers that distinguish this box from others, beside its position."""
+        return (*self.size, self.rotation)
+
 
 Object: TypeAlias = Annotated[Sphere | Plane | Box, Field(discriminator="type")]
-SHAPES: dict[str, type[Sphere] | type[Plane] | type[Box]] = {"sphere": Sphere, "plane": Plane, "box": Box}
+# By the `type` that each has in a scene file, the name of its class in lower case.
+SHAPES: dict[str, type[_Shape]] = {shape.__name__.lower(): shape for shape in get_args(get_args(Object)[0])}
 
 
 class Render(_Model):
@@ -240,7 +259,7 @@ class Image(_Model):
 
     exposure: Exposure = 0.0
     """In stops: each adds a factor of 2; or auto."""
-    tone: Literal["clip", "reinhard", "aces"] = "clip"
+    tone: ToneName = "clip"
     """The tone curve: clip cuts at white; reinhard and aces roll bright light off."""
 
 

@@ -1,4 +1,4 @@
-"""Values that options put into a scene before it is checked: `--set objects.ball.radius=2`, `--size 640x480`."""
+"""Values that options put into a scene before it is validated: `--set objects.ball.radius=2`, `--size 640x480`."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ from typing import Any
 from rtcli.scene.diagnostics.problems import Problem, SceneError, nearest, printable, quoted
 from rtcli.scene.paths import PathError, PathStep, split, unquoted_name
 from rtcli.scene.reading.source import Document, Edit, Loc, Source, SourceSpan, dotted
-from rtcli.scene.reading.yaml_reader import read_carefully
+from rtcli.scene.reading.yaml_reader import read_exact
 
-_NAME_IT = "name it in the file, or use its index"
-# Of a name in a hint: longer ones would be cut.
-_LONGEST_SHOWN = 40
+# A hint shows a longer name by its index instead, since a message would cut the name.
+_MAX_NAME_SHOWN = 40
 
 
 class EditError(ValueError):
@@ -26,7 +25,7 @@ class _QuotesMissingError(EditError):
 
 @dataclass(frozen=True)
 class Overrides:
-    """What options change of a scene before it is checked.
+    """The changes that options make to a scene before it is validated.
 
     Parameters
     ----------
@@ -39,7 +38,7 @@ class Overrides:
     edits
         Expressions of `--set`, in order.
     option
-        What gave them, as messages call it: `--set`, or the name of a variable.
+        The source of the edits, as messages name it: `--set`, or the name of an environment variable.
     """
 
     size: tuple[int, int] | None = None
@@ -49,32 +48,27 @@ class Overrides:
     option: str = "--set"
 
     def apply(self, document: Document) -> Document:
-        """Return the changed document; `--set` has the last word.
+        """Return the changed document; `--set` takes precedence over the other options.
 
         Raises
         ------
         EditError
             If `--set` is malformed, or names nothing in this scene.
         """
-        for path, (option, value) in self._shorthands().items():
-            document = set_value(document, path, value, option)
+        if self.size is not None:
+            option = f"--size {self.size[0]}x{self.size[1]}"
+            document = set_value(document, "camera.resolution", list(self.size), option)
+        if self.samples is not None:
+            document = set_value(document, "render.samples", self.samples, f"--samples {self.samples}")
+        if self.exposure is not None:
+            document = set_value(document, "image.exposure", self.exposure, f"--exposure {self.exposure}")
         for expression in self.edits:
             document = set_expression(document, expression, self.option)
         return document
 
-    def _shorthands(self) -> dict[str, tuple[str, Any]]:
-        shorthands: dict[str, tuple[str, Any]] = {}
-        if self.size is not None:
-            shorthands["camera.resolution"] = (f"--size {self.size[0]}x{self.size[1]}", list(self.size))
-        if self.samples is not None:
-            shorthands["render.samples"] = (f"--samples {self.samples}", self.samples)
-        if self.exposure is not None:
-            shorthands["image.exposure"] = (f"--exposure {self.exposure}", self.exposure)
-        return shorthands
-
 
 def check_expression(expression: str, option: str = "--set") -> None:
-    """Raise EditError unless `KEY=VALUE` is one, whatever the scene."""
+    """Raise EditError if an expression is not `KEY=VALUE` for any scene."""
     set_expression(Document(Source("", ""), None), expression, option)
 
 
@@ -84,14 +78,14 @@ def set_value(document: Document, path: str, value: Any, option: str) -> Documen
     Parameters
     ----------
     document
-        Left as it is.
+        The document, which stays unchanged.
     path
-        Keys joined by dots, list items by index or, for objects, by name: `objects.ball.position[0]`. What has a
-        dot, bracket or equals sign in it stands in quotes: `objects."Cube.001".color`.
+        Keys joined by dots, list items by index or, for objects, by name: `objects.ball.position[0]`. A name with
+        a dot, bracket or equals sign needs quotes: `objects."Cube.001".color`.
     value
-        Plain data, as `parse` gives it.
+        Plain data, as in `Document.data`.
     option
-        The option that asks for it, which stands for the file's name in messages.
+        The option that sets it, which messages show instead of the file's name.
 
     Raises
     ------
@@ -101,20 +95,11 @@ def set_value(document: Document, path: str, value: Any, option: str) -> Documen
     steps, end = _split(document, path)
     if end < len(path):
         raise EditError(f"{quoted(path)} is not a path: it has a value")
-    return _set(document, value, steps, Edit((), Source(option, option), SourceSpan(0, len(option))))
+    return _set(document, steps, value, Source(option, option), SourceSpan(0, len(option)))
 
 
 def set_expression(document: Document, expression: str, option: str = "--set") -> Document:
-    """Return the document with `KEY=VALUE` applied, the value being YAML.
-
-    Parameters
-    ----------
-    document
-        Left as it is.
-    expression
-        `KEY=VALUE`, its path as `set_value` has it.
-    option
-        The option that asks for it; with the expression it stands for the file's name in messages.
+    """Return the document with `KEY=VALUE` applied; the value is YAML, the other parameters are as in `set_value`.
 
     Raises
     ------
@@ -129,14 +114,16 @@ def set_expression(document: Document, expression: str, option: str = "--set") -
     name = f"{option} {expression}"
     start = end + 1
     try:
-        # Padded to where the value stands in the expression, so that columns count from its start.
-        read = read_carefully(Source(name, " " * start + expression[start:]))
+        # Pad the value to its offset in the expression, so that columns count from the start of the expression.
+        read = read_exact(Source(name, " " * start + expression[start:]))
     except SceneError as error:
         raise _not_a_value(error.problems[0]) from error
     if read.problems:
         raise _not_a_value(read.problems[0])
-    place = SourceSpan(start, len(expression)) if read.data is None or read.places is None else read.places
-    return _set(document, read.data, steps, Edit((), Source(name, expression), place))
+    span = read.root_span
+    if read.data is None or span is None:
+        span = SourceSpan(start, len(expression))
+    return _set(document, steps, read.data, Source(name, expression), span)
 
 
 def _not_a_value(problem: Problem) -> EditError:
@@ -149,47 +136,45 @@ def _split(document: Document, expression: str) -> tuple[tuple[PathStep, ...], i
     Raises
     ------
     EditError
-        If it does not start with a path; it tells which quotes would make it one in this document.
+        If it does not start with a path; the message names the quotes that would make it one in this document.
     """
     try:
         return split(expression)
     except PathError as error:
-        _refuse_missing_quotes(document, error.steps)
+        try:
+            _set(document, error.steps, None, document.source, SourceSpan(0, 0))
+        except _QuotesMissingError:
+            raise
+        except EditError:
+            pass  # the path is wrong in any case
         raise EditError(str(error)) from error
 
 
-def _refuse_missing_quotes(document: Document, steps: Sequence[PathStep]) -> None:
-    """Raise EditError if the start of a path, which goes wrong after it, names an item that needs quotes."""
-    try:
-        _set(document, None, steps, Edit((), document.source, SourceSpan(0, 0)))
-    except _QuotesMissingError:
-        raise
-    except EditError:
-        pass  # the path is wrong anyway
-
-
-def _set(document: Document, value: Any, steps: Sequence[PathStep], edit: Edit) -> Document:
+def _set(document: Document, steps: Sequence[PathStep], value: Any, source: Source, span: SourceSpan) -> Document:
     if not isinstance(document.data, dict):
-        return document  # which validation refuses for that very reason
+        return document  # which validation will refuse
     data, loc = _replaced(document.data, steps, value, ())
-    return replace(document, data=data, edits=(*document.edits, replace(edit, loc=loc)))
+    return replace(document, data=data, edits=(*document.edits, Edit(loc, source, span)))
 
 
-def _replaced(node: Any, steps: Sequence[PathStep], value: Any, so_far: Loc) -> tuple[Any, Loc]:
-    """Return a copy of the node with the value at `steps`, sharing all that stays, and where that is."""
+def _replaced(node: Any, steps: Sequence[PathStep], value: Any, loc: Loc) -> tuple[Any, Loc]:
+    """Return a copy of the node at `loc` with the value at `steps`, and the value's location.
+
+    The copy shares everything else with the node.
+    """
     if not steps:
-        return value, so_far
-    key = _resolve(node, steps, so_far)
+        return value, loc
+    key = _resolve(node, steps, loc)
     child = node.get(key, {}) if isinstance(node, dict) else node[key]
-    new_child, loc = _replaced(child, steps[1:], value, (*so_far, key))
+    new_child, value_loc = _replaced(child, steps[1:], value, (*loc, key))
     copy = node.copy()
     copy[key] = new_child
-    return copy, loc
+    return copy, value_loc
 
 
-def _resolve(node: Any, steps: Sequence[PathStep], so_far: Loc) -> str | int:
-    """Return the key or index that the first of several steps means in a node."""
-    here = quoted(dotted(so_far)) if so_far else "the scene"
+def _resolve(node: Any, steps: Sequence[PathStep], loc: Loc) -> str | int:
+    """Return the key or index in the node at `loc` that the first step means."""
+    here = quoted(dotted(loc)) if loc else "the scene"
     key = steps[0].key
     if isinstance(node, dict) and isinstance(key, str):
         return key
@@ -198,35 +183,35 @@ def _resolve(node: Any, steps: Sequence[PathStep], so_far: Loc) -> str | int:
             raise EditError(f"{here} has {len(node)} items, counted from 0: there is no [{key}]")
         return key
     if isinstance(node, list):
-        return _index_of_name(node, steps, so_far)
+        return _index_of_name(node, steps, loc)
     kind = "a list" if isinstance(key, int) else "a mapping"
     missing = " in the file, which leaves it out" if node == {} else ""
     raise EditError(f"{here} is not {kind}{missing}: set the whole of it")
 
 
-def _index_of_name(items: list[Any], steps: Sequence[PathStep], so_far: Loc) -> int:
-    """Return the index of the item that a step names."""
+def _index_of_name(items: list[Any], steps: Sequence[PathStep], loc: Loc) -> int:
+    """Return the index of the item that the first step names, in the list at `loc`."""
     names = [item.get("name") if isinstance(item, dict) else None for item in items]
     known = [name for name in names if isinstance(name, str)]
     name = str(steps[0].key)
     longer = unquoted_name(known, steps[0])
-    if longer is not None and not (name in known and _has(items[names.index(name)], steps[1:])):
-        raise _QuotesMissingError(
-            f"a name with `.`, `[`, `]` or `=` in it needs quotes: did you mean {_item(longer, names, so_far)}?"
-        )
     if name in known:
-        return names.index(name)
+        index = names.index(name)
+        # Without quotes the path is clear only if this item has the key that follows.
+        if longer is None or (len(steps) > 1 and steps[1].key in items[index]):
+            return index
+    if longer is not None:
+        raise _QuotesMissingError(
+            f"a name with `.`, `[`, `]` or `=` in it needs quotes: did you mean {_item(longer, names, loc)}?"
+        )
     close = nearest(name, known)
-    hint = _NAME_IT if close is None else f"did you mean {_item(close, names, so_far)}?"
-    raise EditError(f"{quoted(dotted(so_far))} has no item named {quoted(name)}: {hint}")
+    hint = (
+        "name it in the file, or use its index" if close is None else f"did you mean {_item(close, names, loc)}?"
+    )
+    raise EditError(f"{quoted(dotted(loc))} has no item named {quoted(name)}: {hint}")
 
 
-def _has(item: dict[str, Any], steps: Sequence[PathStep]) -> bool:
-    """Return whether an item has the key that a path goes on with, so that nothing else can be meant."""
-    return bool(steps) and steps[0].key in item
-
-
-def _item(name: str, names: list[Any], so_far: Loc) -> str:
-    """Return an item as a hint shows it, to be pasted: by its name, or by its index if that would be cut."""
-    is_short = len(name) <= _LONGEST_SHOWN
-    return quoted(dotted((*so_far, name if is_short else names.index(name))))
+def _item(name: str, names: list[Any], loc: Loc) -> str:
+    """Return the path of an item, for pasting: by its name, or by its index if the name would be cut."""
+    is_short = len(name) <= _MAX_NAME_SHOWN
+    return quoted(dotted((*loc, name if is_short else names.index(name))))

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 from rtcli.scene.diagnostics.problems import SceneError, quoted
 from rtcli.scene.reading.source import Source
-from rtcli.scene.reading.yaml_reader import read_carefully
+from rtcli.scene.reading.yaml_reader import read_exact
 
-# A key or name, behind a dot unless it is the first step: in double quotes, in single quotes, or plain. An index.
+# An index, or a key or name: in double quotes, in single quotes, or plain, and after a dot unless it comes first.
 _STEP = re.compile(
     r"""(?:^|(?<=.)\.)(?:(?P<double>"(?:[^"\\]|\\.)*")|'(?P<single>(?:[^']|'')*)'|(?P<plain>[^.\[\]="'][^.\[\]=]*))"""
     r"""|\[(?P<index>[0-9]+)\]""",
@@ -20,15 +20,7 @@ _STEP = re.compile(
 
 
 class PathError(ValueError):
-    """What is no path.
-
-    Parameters
-    ----------
-    message
-        What is wrong with it.
-    steps
-        Those before the place where it goes wrong, and there an empty one if a key or name would have to follow.
-    """
+    """A text that is not a path, with the steps before the error; then an empty one for a missing key or name."""
 
     def __init__(self, message: str, steps: tuple[PathStep, ...]) -> None:
         super().__init__(message)
@@ -43,9 +35,9 @@ class PathStep(NamedTuple):
     key
         A key, the name of an object, or an index.
     is_quoted
-        Whether it stands in quotes, so that nothing else can be meant.
+        Whether it is in quotes, and so cannot mean anything else.
     rest
-        The text from where it starts, to its end and past it.
+        The text of the path from the start of this step.
     """
 
     key: str | int
@@ -63,9 +55,9 @@ def split(expression: str) -> tuple[tuple[PathStep, ...], int]:
     """
     steps: list[PathStep] = []
     end = 0
-    for step, after in _steps(expression):
+    for step, step_end in _steps(expression):
         steps.append(step)
-        end = after
+        end = step_end
     if end == 0 or expression[end : end + 1] not in ("", "="):
         path = expression.partition("=")[0]
         if expression[end : end + 1] == "." or end == 0:
@@ -78,18 +70,18 @@ def split(expression: str) -> tuple[tuple[PathStep, ...], int]:
 
 
 def keys_of(path: str) -> tuple[str | int, ...]:
-    """Return the keys and indices of a path, however it quotes them.
+    """Return the keys and indices of a path, without quotes.
 
     Raises
     ------
     PathError
-        If it is none.
+        If it is not a path.
     """
     return tuple(step.key for step in split(path)[0])
 
 
 def _steps(text: str) -> Iterator[tuple[PathStep, int]]:
-    """Yield the steps at the start of a text, each with the offset after it."""
+    """Yield the steps at the start of a text, each with the offset of its end."""
     match = _STEP.match(text)
     while match:
         start = match.start() + text.startswith(".", match.start())
@@ -113,7 +105,7 @@ def _unescaped(text: str) -> str:
     except ValueError:
         pass
     try:
-        return str(read_carefully(Source("", text)).data)
+        return str(read_exact(Source("", text)).data)
     except SceneError as error:
         raise PathError(
             f"{quoted(text)} is not a text in double quotes: {error.problems[0].message}", ()
@@ -121,7 +113,7 @@ def _unescaped(text: str) -> str:
 
 
 def unquoted_name(names: list[str], step: PathStep) -> str | None:
-    """Return the longest of several names that a path has without quotes, where it needs them; or None."""
+    """Return the longest name that a path contains at this step without the quotes it needs, or None."""
     if step.is_quoted or isinstance(step.key, int):
         return None
     longer = [

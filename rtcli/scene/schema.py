@@ -1,8 +1,7 @@
 """The JSON Schema of scene files, generated from the models, for editors and other programs.
 
-It refuses what the models refuse, but for the rules that no schema can express: see
-`rtcli.scene.diagnostics.rules`. Its layout decides what an editor offers and says, so it differs here and there
-from pydantic's own.
+It refuses what the models refuse, except for the rules that a schema cannot express; see `Rule.in_schema`. It
+differs from pydantic's own schema where that makes an editor's completions and messages better.
 """
 
 from __future__ import annotations
@@ -16,20 +15,20 @@ from pydantic_core import core_schema
 from rtcli.scene.colors import CSS_NAMES, HEX_PATTERN
 from rtcli.scene.model import SHAPES, Scene
 
-# `errorMessage` is what VS Code and the YAML language server say instead of their own words, of which theirs for a
-# value that fits none of several schemas is about the first of them only.
+# VS Code and the YAML language server show `errorMessage` instead of their own message, which for a value that
+# matches none of several schemas is about the first of them only.
 _NO_COLOR = 'Not a color: give a CSS name such as tomato, "#rrggbb" in quotes, or [r, g, b].'
 _NO_EXPOSURE = "Not an exposure: give a number of stops, or auto."
 
 
 class _SceneFileSchema(GenerateJsonSchema):
-    """Pydantic's schema without null: a scene file leaves a key out instead."""
+    """Pydantic's schema without null: a scene file omits the key instead."""
 
     def nullable_schema(self, schema: core_schema.NullableSchema) -> JsonSchemaValue:
         return self.generate_inner(schema["schema"])
 
     def tuple_schema(self, schema: core_schema.TupleSchema) -> JsonSchemaValue:
-        """Describe a vector by `items`: editors know that, and `prefixItems` not all of them."""
+        """Describe a vector with `items`, since not all editors know `prefixItems`."""
         result = super().tuple_schema(schema)
         components = result.pop("prefixItems", None)
         if components:
@@ -37,69 +36,53 @@ class _SceneFileSchema(GenerateJsonSchema):
         return result
 
     def default_schema(self, schema: core_schema.WithDefaultSchema) -> JsonSchemaValue:
-        """Leave out a default that says nothing: null, or the empty list, which an editor would write out."""
+        """Omit the defaults null and empty list, which an editor would write out."""
         if schema.get("default", ...) in (None, ()):
             return self.generate_inner(schema["schema"])
         return super().default_schema(schema)
 
     def tagged_union_schema(self, schema: core_schema.TaggedUnionSchema) -> JsonSchemaValue:
-        """Describe each kind by `if` and `then`: of a mistake, `oneOf` would tell only that no kind fits."""
+        """Describe each type with `if` and `then`; `oneOf` would report only that no type matches."""
         tag = str(schema["discriminator"])
-        kinds = {str(kind): self.generate_inner(choice) for kind, choice in schema["choices"].items()}
+        types = {str(name): self.generate_inner(choice) for name, choice in schema["choices"].items()}
         return {
             "title": "Object",
             "type": "object",
-            "properties": {tag: {"title": "Type", "description": "The kind of shape.", "enum": list(kinds)}},
+            "properties": {tag: {"title": "Type", "description": "The kind of shape.", "enum": list(types)}},
             "required": [tag],
             "allOf": [
                 {
-                    # Without "type", each `if` holds for what is no mapping, and each `then` tells that once more.
-                    "if": {"type": "object", "properties": {tag: {"const": kind}}, "required": [tag]},
+                    # Without "type", each `if` holds for a value that is not a mapping, so each `then` reports it.
+                    "if": {"type": "object", "properties": {tag: {"const": name}}, "required": [tag]},
                     "then": body,
                 }
-                for kind, body in kinds.items()
+                for name, body in types.items()
             ],
         }
 
 
 def scene_schema() -> dict[str, Any]:
-    """Return the schema of a scene file: JSON Schema draft 7, the newest that all YAML editors know."""
+    """Return the schema of a scene file in JSON Schema draft 7, the newest that all YAML editors support."""
     body = Scene.model_json_schema(schema_generator=_SceneFileSchema)
-    parts = body["$defs"]
+    definitions = body["$defs"]
     for color in ("Albedo", "LightColor"):
-        parts[color] = {"anyOf": [{"$ref": "#/$defs/ColorName"}, parts[color]]}
-    parts["ColorName"] = _color_name()
-    parts["Image"]["properties"]["exposure"]["anyOf"][0]["errorMessage"] = _NO_EXPOSURE
-    for kind in SHAPES.values():
-        _put_first(parts[kind.__name__], "type")
-    return {
-        "$schema": "http://json-schema.org/draft-07/schema#",
-        **body,
-        "title": "rtcli scene",
-    }
-
-
-def _color_name() -> JsonSchemaValue:
-    """Return the schema of the texts that `rtcli.scene.colors` takes for colors."""
-    return {
+        definitions[color] = {"anyOf": [{"$ref": "#/$defs/ColorName"}, definitions[color]]}
+    # A pattern of draft 7 cannot ignore case.
+    names_in_any_case = ("".join(f"[{letter.upper()}{letter}]" for letter in name) for name in CSS_NAMES)
+    definitions["ColorName"] = {
         "title": "Color",
         "anyOf": [
             {"type": "string", "pattern": HEX_PATTERN, "errorMessage": _NO_COLOR},
             {"enum": list(CSS_NAMES)},
-            # The names in any case: a pattern of draft 7 has no flag for that.
-            {"type": "string", "pattern": f"^({'|'.join(map(_in_any_case, CSS_NAMES))})$"},
+            {"type": "string", "pattern": f"^({'|'.join(names_in_any_case)})$"},
         ],
     }
-
-
-def _in_any_case(name: str) -> str:
-    return "".join(f"[{letter.upper()}{letter}]" for letter in name)
-
-
-def _put_first(mapping: JsonSchemaValue, key: str) -> None:
-    """Let the mapping begin with a key, as it does where an editor writes it out."""
-    properties = mapping["properties"]
-    mapping["properties"] = {key: properties.pop(key), **properties}
+    definitions["Image"]["properties"]["exposure"]["anyOf"][0]["errorMessage"] = _NO_EXPOSURE
+    for shape in SHAPES.values():
+        definition = definitions[shape.__name__]
+        # Put the type first, so that editors write it first.
+        definition["properties"] = {"type": None, **definition["properties"]}
+    return {"$schema": "http://json-schema.org/draft-07/schema#", **body, "title": "rtcli scene"}
 
 
 def schema_text() -> str:

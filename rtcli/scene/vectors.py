@@ -1,4 +1,4 @@
-"""Vectors of three finite floats, with care for the largest and smallest of them."""
+"""Vectors of three finite floats, computed so that the largest and smallest floats do not overflow or vanish."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ Vector: TypeAlias = tuple[float, float, float]
 
 def unit(vector: Vector) -> Vector:
     """Return the unit vector: v / |v| (document, section 1.2.1)."""
-    # Scaled first, so that the squares of no finite vector overflow or vanish.
+    # Scaled first, so that no square overflows or vanishes.
     largest = max(map(abs, vector))
     x, y, z = (component / largest for component in vector)
     length = math.sqrt(x * x + y * y + z * z)
@@ -26,7 +26,7 @@ def direction(start: Vector, end: Vector) -> Vector:
     """Return the vector from start to end, of any length but with finite components."""
     x, y, z = (there - here for here, there in zip(start, end, strict=True))
     if math.isinf(x) or math.isinf(y) or math.isinf(z):
-        # The difference of two finite numbers may overflow, that of their halves cannot.
+        # The difference of two finite numbers may overflow; the difference of their halves cannot.
         x, y, z = (there / 2 - here / 2 for here, there in zip(start, end, strict=True))
     return x, y, z
 
@@ -37,5 +37,5 @@ def dot(a: Vector, b: Vector) -> float:
 
 
 def scaled(a: Vector, factor: float) -> Vector:
-    """Return a vector times a number."""
+    """Return the product of a vector and a number."""
     return a[0] * factor, a[1] * factor, a[2] * factor

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from rtcli.tracer.world import Vector, Window
 
-# Stops, tone curve (`clip`, `reinhard` or `aces`), bits a channel (8 or 16).
+# Stops, tone curve (a name of `rtcli.curves.TONE_CURVES`), bits a channel (8 or 16).
 _Look: TypeAlias = tuple[float, str, int]
 # Keywords and what is told under them, for the text chunks of a PNG.
 _Texts: TypeAlias = list[tuple[str, str]]
@@ -21,6 +21,12 @@ _Arrays: TypeAlias = dict[str, npt.NDArray[Any]]
 _Progress: TypeAlias = Callable[[int, int], None]
 
 __version__: str
+
+# The number of parameters of each kind of shape, in the order of their tags.
+SHAPE_PARAMETERS: dict[str, int]
+
+# The kinds of lights, in the order of their tags.
+LIGHT_KINDS: tuple[str, ...]
 
 # The exposure is metered at this many times as many points, a grid that spans the whole picture.
 METER_GRID: int
@@ -54,9 +60,9 @@ class Tracer:
     camera
         Width, height, fov, position, right, up, forward.
     objects
-        Kind (uint8), position, extent, rotation, color (float64).
+        The columns of `Shapes`: kind (uint8), position, parameters, color (float64).
     lights
-        Position, color, intensity (float64), body (int64).
+        The columns of `Lights`: kind (uint8), position, color, intensity (float64), carrier (int64).
     settings
         Samples, background, whether objects are lit (`max_depth` of 1 or more), eye_falloff.
     threads
@@ -66,8 +72,8 @@ class Tracer:
     def __new__(
         cls,
         camera: tuple[int, int, float, Vector, Vector, Vector, Vector],
-        objects: tuple[bytes, bytes, bytes, bytes, bytes],
-        lights: tuple[bytes, bytes, bytes, bytes],
+        objects: tuple[bytes, ...],
+        lights: tuple[bytes, ...],
         settings: tuple[int, Vector, bool, bool],
         threads: int,
         /,
@@ -75,8 +81,7 @@ class Tracer:
     def film(self, window: Window, arrays: _Arrays, progress: _Progress | None, /) -> int:
         """Render a window into `radiance` and the passes that are there; return the number of rays.
 
-        Each array has one item a pixel, or three for `radiance`, `normal`, `position` and `albedo`: float32, or
-        uint32 for `object_id`.
+        Their shapes and types are those of `rtcli.tracer.passes.SPECS`.
 
         Raises
         ------

@@ -1,33 +1,36 @@
-"""The engines by name, and what each offers."""
+"""The engines by name, and their common interface."""
 
 from __future__ import annotations
 
 import os
-from typing import Any, Literal, Protocol
+from typing import TYPE_CHECKING, Literal, Protocol
 
 from rtcli.tracer.native import NativeTracer
 from rtcli.tracer.world import MeterReading, Progress, Window, World
+
+if TYPE_CHECKING:
+    from rtcli.tracer.passes import Arrays
 
 ENGINES = ("native", "reference")
 
 
 class Tracer(Protocol):
-    """What each engine offers, of a world it was made for."""
+    """An engine prepared for a world."""
 
     def film(
         self, window: Window, passes: tuple[str, ...] = (), progress: Progress | None = None
-    ) -> tuple[dict[str, Any], int]:
+    ) -> tuple[Arrays, int]:
         """Return radiance and passes by name, and the number of rays."""
 
     def coverage(self, window: Window) -> list[int] | None:
-        """Return of each object how many pixel centres of a window it covers; None if it is too much work."""
+        """Return the number of pixel centres of a window that each object covers; None if it is too much work."""
 
     def exposure(self) -> MeterReading:
-        """Return what the meter finds for the whole picture."""
+        """Meter the whole picture."""
 
 
 def tracer_of(world: World, engine: str, threads: int | None = None) -> Tracer:
-    """Make a world ready for an engine, which works with so many threads, or one for each processor core."""
+    """Return an engine prepared for a world, with a number of threads, or one for each processor core."""
     threads = threads or default_threads()
     if engine == "native":
         return NativeTracer(world, threads)
@@ -37,7 +40,7 @@ def tracer_of(world: World, engine: str, threads: int | None = None) -> Tracer:
 
 
 def stops_of(tracer: Tracer, exposure: float | Literal["auto"]) -> tuple[float, int]:
-    """Return an exposure in stops, metered for `auto`, and how many rays it took to find it."""
+    """Return an exposure in stops, metered for `auto`, and the number of rays for that."""
     if exposure != "auto":
         return exposure, 0
     metered = tracer.exposure()
@@ -45,5 +48,5 @@ def stops_of(tracer: Tracer, exposure: float | Literal["auto"]) -> tuple[float, 
 
 
 def default_threads() -> int:
-    """Return how many processor cores this process may use."""
+    """Return the number of processor cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeAlias
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any
 
 from rtcli.tracer._native import METER_GRID, BudgetExceededError, Tracer, WorkBudget
+from rtcli.tracer.passes import new_arrays
 from rtcli.tracer.world import Lights, MeterReading, Progress, Shapes, Window, World
 
 if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
-
-    Arrays: TypeAlias = dict[str, npt.NDArray[np.generic]]
+    from rtcli.tracer.passes import Arrays
 
 # Steps of work to find the coverage, about a second's on two cores: 100,000 spheres apart from each other take a
 # sixth.
 _COVERAGE_STEPS = 120_000_000
-
-# Arrays of the film with one number a pixel; the others have three.
-_SCALARS = frozenset({"depth", "distance", "object_id"})
 
 
 class NativeTracer:
@@ -37,8 +33,8 @@ class NativeTracer:
                 camera.up,
                 camera.forward,
             ),
-            _object_columns(world.shapes),
-            _light_columns(world.lights),
+            _columns(world.shapes),
+            _columns(world.lights),
             (settings.samples, settings.background, settings.max_depth > 0, settings.eye_falloff),
             threads,
         )
@@ -47,7 +43,7 @@ class NativeTracer:
         self, window: Window, passes: tuple[str, ...] = (), progress: Progress | None = None
     ) -> tuple[Arrays, int]:
         """Return radiance and passes by name, and the number of rays."""
-        arrays = {name: _new_array(name, window) for name in ("radiance", *passes)}
+        arrays = new_arrays(passes, window)
         return arrays, self._tracer.film(window, arrays, progress)
 
     def levels(self, window: Window, look: tuple[float, str, int], budget: WorkBudget | None = None) -> bytearray:
@@ -99,29 +95,5 @@ class NativeTracer:
         return rays, {"trace": trace, "develop": develop, "write": encode}
 
 
-def _object_columns(shapes: Shapes) -> tuple[bytes, bytes, bytes, bytes, bytes]:
-    return (
-        shapes.kind.tobytes(),
-        shapes.position.tobytes(),
-        shapes.extent.tobytes(),
-        shapes.rotation.tobytes(),
-        shapes.color.tobytes(),
-    )
-
-
-def _light_columns(lights: Lights) -> tuple[bytes, bytes, bytes, bytes]:
-    return (
-        lights.position.tobytes(),
-        lights.color.tobytes(),
-        lights.intensity.tobytes(),
-        lights.body.tobytes(),
-    )
-
-
-def _new_array(name: str, window: Window) -> npt.NDArray[np.generic]:
-    """Return an array of the film, not filled: the tracer's threads are the first to touch its memory."""
-    import numpy as np  # only films need it: a picture is written without
-
-    dtype = np.uint32 if name == "object_id" else np.float32
-    shape = (window.height, window.width) if name in _SCALARS else (window.height, window.width, 3)
-    return np.empty(shape, dtype)
+def _columns(rows: Shapes | Lights) -> tuple[bytes, ...]:
+    return tuple(getattr(rows, field.name).tobytes() for field in fields(rows))

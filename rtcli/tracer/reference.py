@@ -1,40 +1,34 @@
 """The reference tracer: the document's algorithm in NumPy, float64, on arrays of rays.
 
-Written to be read beside the document (told in `docs/tracer.md`), whose class names it keeps. It is the
-oracle for other tracers, so it prefers the clearest formula that is also accurate. Vectors are component-first:
-(3, N) arrays of float64, one column a ray. No step depends on how many rays are traced together (no matrix
-products, whose rounding would), so a crop is bit for bit the sub-picture.
+Written to be read beside the document (see `docs/tracer.md`), whose class names it keeps. It is the oracle for
+other tracers, so it prefers the clearest formula that is also accurate. Vectors are component-first: (3, N) arrays
+of float64, one column per ray. No step depends on how many rays are traced together (matrix products would, by
+their rounding), so a crop is bit for bit the sub-picture.
 
-All rays traced together pass through one point, the eye or a light: `Ray.offset` is that point. Objects are
-taken relative to it before anything else, which keeps scenes far from the origin as accurate as those around it.
+All rays traced together pass through one point, the eye or a light: `Ray.offset`. Objects are taken relative to
+that point before anything else, which keeps scenes far from the origin as accurate as those around it.
 """
 
 from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from threading import Event
-from typing import Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from rtcli.tracer._native import METER_GRID, meter
+from rtcli.tracer._native import LIGHT_KINDS, METER_GRID, SHAPE_PARAMETERS, meter
+from rtcli.tracer.passes import RADIANCE, new_arrays
 from rtcli.tracer.sampling import sample_offsets
 from rtcli.tracer.tiles import AbandonedError, over_tiles, rows_and_columns, tiles
-from rtcli.tracer.world import (
-    BOX,
-    PLANE,
-    SPHERE,
-    CameraFrame,
-    MeterReading,
-    Progress,
-    Settings,
-    Window,
-    World,
-)
+from rtcli.tracer.world import CameraFrame, MeterReading, Progress, Settings, Window, World
+
+if TYPE_CHECKING:
+    from rtcli.tracer.passes import Arrays
 
 Array: TypeAlias = npt.NDArray[np.float64]
 Mask: TypeAlias = npt.NDArray[np.bool_]
@@ -43,34 +37,34 @@ Indices: TypeAlias = npt.NDArray[np.intp]
 # Document, section 2.2.2: a ray with |l . n| below this is parallel to the plane.
 PARALLEL = 1e-6
 
-# A point lies on a surface if it is as close to it as rounding: this share of its distance from the object's
-# position and the object's size, and this one of the coordinates, which come from decimal numbers.
+# A point lies on a surface if it is within rounding of it: the first share of the distance from the object's
+# position and of the object's size, and the second share of the coordinates, which come from decimal numbers.
 ON_SURFACE = 2.0**-47
 COORDINATE = 2.0**-52
 
-# Surfaces that a ray meets within this share of the distance from each other are in one place.
+# Surfaces that a ray meets within this share of the distance from each other coincide.
 COINCIDENT = 2.0**-41
 
-# Of surfaces within this share of the distance from each other it is looked at whether they are in one place.
+# Surfaces that a ray meets within this share of the distance from each other may coincide: they are compared.
 CLOSE = 1e-6
 
-# A light that is so many times as far away as what it lights is moved nearer for the shadow test, to this.
+# A light farther than the first multiple of an object's reach is moved to the second for the shadow test.
 FAR, NOT_SO_FAR = 2.0**28, 2.0**22
 
 # A shadow ray that meets an object within this share of its length before its end may only touch it there.
 NEAR_THE_END = 1e-3
 
-# What would exceed a float32 film is kept at its largest value: a picture holds no infinities.
+# Values beyond float32 are clipped to its largest number: a picture holds no infinities.
 LARGEST = float(np.finfo(np.float32).max)
 
 NOTHING = -1
 
-# The place in a pixel where ground truth is taken.
+# The position in a pixel where ground truth is taken.
 CENTRE = (0.5, 0.5)
 
 
 def _to_film(values: npt.NDArray[Any], dtype: np.dtype[Any]) -> npt.NDArray[Any]:
-    """Return values as the film holds them: what is finite stays finite in float32."""
+    """Return values as the film holds them: finite values stay finite in float32."""
     if dtype.kind != "f":
         return values.astype(dtype)
     bounded = np.where(np.isfinite(values), np.clip(values, -LARGEST, LARGEST), values)
@@ -78,12 +72,12 @@ def _to_film(values: npt.NDArray[Any], dtype: np.dtype[Any]) -> npt.NDArray[Any]
 
 
 def _as_rows(values: npt.NDArray[Any], tile: Window) -> npt.NDArray[Any]:
-    """Return values of a tile's pixels, (N,) or (3, N), as the picture's arrays have them."""
+    """Return values of a tile's pixels, (N,) or (3, N), in the layout of the picture's arrays."""
     return values.T.reshape(tile.height, tile.width, *values.shape[:-1])
 
 
 def mean_of_samples(total: Array, samples: int) -> Array:
-    """Return the mean radiance of pixels, (3, N) or (3,), from the sum of samples, as the film holds it."""
+    """Return the mean radiance of pixels, (3, N) or (3,), from the sum of their samples, as the film holds it."""
     return _to_film(total / samples, np.dtype(np.float32))
 
 
@@ -112,7 +106,7 @@ class Ray:
     Parameters
     ----------
     offset
-        (3, 1): o, the point they all start from.
+        (3, 1): o, the point where they all start.
     direction
         (3, N): d, unit length, so that t is the distance.
     """
@@ -138,7 +132,7 @@ class SimpleCamera:
     frame
         The camera.
     pixel_aspect
-        The width of a pixel over its height: 1, but where the meter looks.
+        The width of a pixel over its height: 1 except for the meter.
     """
 
     frame: CameraFrame
@@ -152,7 +146,7 @@ class SimpleCamera:
         window
             Pixels of the whole picture.
         within
-            The place in each pixel, from its left and top edge; the default is its centre.
+            The position in each pixel, from its left and top edge; the default is its centre.
 
         Notes
         -----
@@ -164,7 +158,7 @@ class SimpleCamera:
         return Ray(column(frame.position), point / length(point))
 
     def on_image_plane(self, window: Window, within: tuple[float, float] = CENTRE) -> tuple[Array, Array]:
-        """Return x and y, where those rays cross the image plane at distance 1 from the eye: (N,) each.
+        """Return x and y, (N,) each, where those rays cross the image plane at distance 1 from the eye.
 
         With s = (pixel + within) / size (section 2.1.2, as corrected)::
 
@@ -187,7 +181,7 @@ class SimpleCamera:
 
 @dataclass(frozen=True)
 class Light:
-    """Light on its way.
+    """Light in transit.
 
     Parameters
     ----------
@@ -201,7 +195,7 @@ class Light:
     intensity: Array
 
     def travel(self, distance: Array) -> Light:
-        """Return what of this light, as a point's, arrives at a distance: (N,).
+        """Return the part of a point's light that arrives at a distance r: (N,).
 
         L_i = intensity * color / (4 pi r^2) (section 2.3.2)
         """
@@ -228,7 +222,7 @@ class LightSource(ABC):
 
 
 class PointLight(LightSource):
-    """A light of no size that shines in all directions alike (section 2.3.2)."""
+    """A light without size that emits equally in all directions (section 2.3.2)."""
 
     def light_at(self, distance: Array) -> Light:
         """Return the light that arrives at points at a distance (N,) from the source."""
@@ -246,7 +240,9 @@ class Object(ABC):
     color
         Albedo, linear RGB: three numbers, kept as (3, 1) float64.
     position
-        The centre, or a point of a plane, world space: three numbers, kept as (3, 1) float64.
+        The centre, or a point of a plane, in world space: three numbers, kept as (3, 1) float64.
+    parameters
+        The other numbers of the shape, as many as its kind has.
     source_object
         The light that this object carries, if any: then it is seen shining.
     """
@@ -255,11 +251,20 @@ class Object(ABC):
     is_solid = True
 
     def __init__(
-        self, color: Iterable[float], position: Iterable[float], source_object: LightSource | None = None
+        self,
+        color: Iterable[float],
+        position: Iterable[float],
+        parameters: Sequence[float],
+        source_object: LightSource | None = None,
     ) -> None:
         self.color = column(color)
         self.position = column(position)
         self.source_object = source_object
+        self._set_parameters(parameters)
+
+    @abstractmethod
+    def _set_parameters(self, parameters: Sequence[float]) -> None:
+        """Keep the numbers that a shape of this kind has beside its position."""
 
     @abstractmethod
     def intersection_parameter(self, ray: Ray) -> Array:
@@ -273,30 +278,29 @@ class Object(ABC):
     def side(self, point: Array) -> int:
         """Return the side of a point (3, 1): 1 before the surface or outside, -1 behind it or inside, 0 on it.
 
-        From the surface of a sphere or a box the eye sees its inside.
+        From the surface of a solid the eye sees its inside.
         """
 
     @abstractmethod
     def heights(self, eye: Array, sight: Array) -> Array:
-        """Return how far points are beyond each of the K pairs of faces, or the one surface; negative inside.
+        """Return the heights of points above each of the K pairs of faces, or the one surface; negative inside.
 
-        The points are given as `sight` (3, N) from the eye; the largest of the heights (K, N) is that above the
-        object.
+        The points are at `sight` (3, N) from the eye. The largest of the heights (K, N) is that above the object.
         """
 
     @property
     @abstractmethod
     def size(self) -> float:
-        """Half the length of the object along its axes, added up; 0 of what has no size."""
+        """The sum of half the object's lengths along its axes; 0 without a size."""
 
     def reach(self, point: Array) -> float:
-        """Return how far from a point (3, 1) the object is, and how large."""
+        """Return the distance from a point (3, 1) to the far end of the object, or more."""
         return float(np.abs(point - self.position).sum()) + self.size
 
     def stand_in(self, light: Array, point: Array, spread: float) -> Array:
-        """Return the place (3, 1) of a light, or of one so far away that float64 loses the object, a nearer place.
+        """Return the position (3, 1) of a light, or a nearer one if float64 loses the object at that distance.
 
-        Seen from `point` (3, 1) the two lie in one direction, and almost so from points within `spread` of it.
+        Both lie in one direction from `point` (3, 1), and almost so from points within `spread` of it.
         """
         reach = spread + self.reach(point)
         distance = float(length(light - point)[0])
@@ -305,9 +309,10 @@ class Object(ABC):
         return point + (light - point) * (NOT_SO_FAR * reach / distance)
 
     def touched_by(self, way: WayToLight, t: Array, slack: Array) -> Mask:
-        """Return which points, known to `slack`, are on the surface, and leave it by their way, met at t: (N,).
+        """Return which shadow rays, met at t, only touch the surface where their points lie on it: (N,).
 
-        A way that enters the object instead has its middle, between the point and where it leaves, inside.
+        The points are known to within `slack`. If a ray enters the object instead, the middle between its point
+        and its exit is inside.
         """
         slack = slack + self.rounding(way.eye) + ON_SURFACE * length(way.sight)
         middle = way.sight + (way.distance - t) / 2 * way.wi
@@ -318,14 +323,14 @@ class Object(ABC):
         return touched
 
     def rounding_at(self, eye: Array, sight: Array) -> Array:
-        """Return how close to the surface points at `sight` (3, N) from the eye lie on its face there: (N,)."""
+        """Return the rounding of the faces nearest to points at `sight` (3, N) from the eye: (N,)."""
         face = self.heights(eye, sight).argmax(axis=0)
         rounding: Array = self.rounding(eye)[face, 0]
         return rounding
 
     def rounding(self, point: Array) -> Array:
-        """Return how close to each pair of faces, or the one surface, a point (3, 1) lies on it: (K, 1)."""
-        # Plain numbers: for three of them NumPy takes several times as long. Scaled first, lest a sum overflow.
+        """Return how close to each pair of faces, or the one surface, a point (3, 1) counts as on it: (K, 1)."""
+        # Plain numbers, because NumPy takes several times as long for three. Scaled first, lest a sum overflow.
         there, here = point.ravel().tolist(), self.position.ravel().tolist()
         away = sum(ON_SURFACE * abs(a - b) for a, b in zip(there, here, strict=True))
         largest = max(map(abs, there)), max(map(abs, here))
@@ -333,24 +338,23 @@ class Object(ABC):
 
 
 def rounding_across(normal: Sequence[float], point: Array, position: Array, sizes: tuple[float, float]) -> float:
-    """Return how close to a flat face a point (3, 1) lies on it.
+    """Return how close to a flat face a point (3, 1) counts as on it.
 
     Parameters
     ----------
     normal
-        Its unit normal: three numbers.
+        The unit normal of the face: three numbers.
     point
         The point.
     position
-        That of the object.
+        The position of the object.
     sizes
-        Half the object's length along the normal, and along all axes.
+        Half the object's length along the normal, and the sum of that along all axes.
 
     Notes
     -----
-    As of a sphere, but that what the object has along the face counts no more than the point's own coordinates:
-    however far away along a floor the place is by which it is given, and however far the floor reaches, that says
-    nothing of its height.
+    As for a sphere, except that lengths along the face count no more than the point's own coordinates: neither the
+    distance along a floor to the point that defines it nor the extent of the floor affects its height.
     """
     there, here = point.ravel().tolist(), position.ravel().tolist()
     apart = [ON_SURFACE * abs(a - b) for a, b in zip(there, here, strict=True)]
@@ -365,7 +369,7 @@ def rounding_across(normal: Sequence[float], point: Array, position: Array, size
 
 
 def nearest_positive(near: Array, far: Array) -> Array:
-    """Return the nearer of two parameters that is > 0, +inf if none is: only what lies ahead is seen."""
+    """Return the smaller of two parameters that is > 0, or +inf if none is: only what lies ahead is seen."""
     return np.where(near > 0, near, np.where(far > 0, far, np.inf))
 
 
@@ -374,15 +378,12 @@ class Quadratic(NamedTuple):
 
     Parameters
     ----------
-    c
-        (3, 1): from the rays' offset to the centre.
     b, discriminant, t_1, t_2
         (N,): b, D and the two intersection parameters, NaN where D < 0.
     g
         (3, N): from the ray's nearest point to the centre.
     """
 
-    c: Array
     b: Array
     g: Array
     discriminant: Array
@@ -391,17 +392,10 @@ class Quadratic(NamedTuple):
 
 
 class Sphere(Object):
-    """A sphere (section 2.2.1): an `Object` with a `radius`."""
+    """A sphere (section 2.2.1). Its parameter is the `radius`."""
 
-    def __init__(
-        self,
-        color: Iterable[float],
-        position: Iterable[float],
-        radius: float,
-        source_object: LightSource | None = None,
-    ) -> None:
-        super().__init__(color, position, source_object)
-        self.radius = radius
+    def _set_parameters(self, parameters: Sequence[float]) -> None:
+        (self.radius,) = parameters
 
     def intersection_parameter(self, ray: Ray) -> Array:
         """Return the smaller of t_1 and t_2 that is > 0 (section 2.2.1)."""
@@ -411,7 +405,7 @@ class Sphere(Object):
     def quadratic(self, ray: Ray) -> Quadratic:
         """Solve |o + t d - C|^2 = R^2 with the stable form of section 2.2.1.
 
-        With unit d and the centre c = C - o as the ray's start sees it::
+        With unit d and the vector c = C - o from the ray's start to the centre::
 
             b = c . d                      half the document's -b
             g = c - b d                    from the centre's foot on the ray to the centre
@@ -426,7 +420,7 @@ class Sphere(Object):
         g = c - b * ray.direction
         discriminant = self.radius * self.radius - dot(g, g)
         q = b + np.copysign(np.sqrt(discriminant), b)  # NaN: missed, and no comparison holds
-        return Quadratic(c, b, g, discriminant, self._power(ray.offset) / q, q)
+        return Quadratic(b, g, discriminant, self._power(ray.offset) / q, q)
 
     def normal(self, ray: Ray, t: Array) -> Array:
         """Return n = (P - C) / |P - C|, turned to the viewer."""
@@ -454,13 +448,12 @@ class Sphere(Object):
 
 
 class Plane(Object):
-    """An infinite plane, two-sided (section 2.2.2). `direction` is its normal, of any length but 0."""
+    """An infinite plane, two-sided (section 2.2.2). Its parameters are its normal, of any length but 0."""
 
     is_solid = False
 
-    def __init__(self, color: Iterable[float], position: Iterable[float], direction: Iterable[float]) -> None:
-        super().__init__(color, position)
-        scaled = column(direction)
+    def _set_parameters(self, parameters: Sequence[float]) -> None:
+        scaled = column(parameters)
         scaled = scaled / np.abs(scaled).max()  # so that no square overflows or vanishes
         self.direction = scaled / length(scaled)
 
@@ -488,15 +481,15 @@ class Plane(Object):
 
     @property
     def size(self) -> float:
-        """A plane has none."""
+        """0: a plane has no size."""
         return 0.0
 
     def reach(self, point: Array) -> float:
-        """Return how far the plane is from a point (3, 1)."""
+        """Return the distance from a point (3, 1) to the plane."""
         return abs(self._distance(point))
 
     def rounding(self, point: Array) -> Array:
-        """Return how close to the plane a point (3, 1) lies on it: (1, 1)."""
+        """Return how close to the plane a point (3, 1) counts as on it: (1, 1)."""
         return np.array([[rounding_across(self.direction.ravel().tolist(), point, self.position, (0.0, 0.0))]])
 
     def _distance(self, point: Array) -> float:
@@ -506,27 +499,14 @@ class Plane(Object):
 
 
 class Box(Object):
-    """A box turned about +y (section 2.2.3): an `Object` with a size and a rotation.
+    """A box turned about +y (section 2.2.3).
 
-    Parameters
-    ----------
-    color, position, source_object
-        Those of each `Object`.
-    size
-        Width w (x), height h (y), depth d (z): three numbers.
-    rotation
-        Degrees, counter-clockwise seen from above.
+    Its parameters are its width w (x), height h (y), depth d (z), and its rotation in degrees, counter-clockwise
+    seen from above.
     """
 
-    def __init__(
-        self,
-        color: Iterable[float],
-        position: Iterable[float],
-        size: Iterable[float],
-        rotation: float = 0.0,
-        source_object: LightSource | None = None,
-    ) -> None:
-        super().__init__(color, position, source_object)
+    def _set_parameters(self, parameters: Sequence[float]) -> None:
+        *size, rotation = parameters
         self.half = column(size) / 2
         self.sine, self.cosine = _sine_and_cosine(rotation)
         # Slightly large, so that rounding never rejects a ray through a corner.
@@ -543,17 +523,17 @@ class Box(Object):
         return t
 
     def normal(self, ray: Ray, t: Array) -> Array:
-        """Return the normal of the face that is met, n' = R_y,neg n, turned to the viewer."""
+        """Return the normal of the face that the ray meets, n' = R_y,neg n, turned to the viewer."""
         return self._to_world(self.face(ray))
 
     def face(self, ray: Ray) -> Array:
-        """Return the normal of the face that is met, in box space: (3, N), one component +-1, the others 0.
+        """Return the normal of the face that the ray meets in box space: (3, N), one component +-1, the others 0.
 
-        That is the face of the slab entered last, or seen from inside the one left first; either way it looks
-        against the ray.
+        That is the face of the slab entered last or, from inside, of the slab left first; either way its normal
+        points against the ray.
         """
         near, far = self.slabs(ray)
-        # Seen from a face it is the inside that is seen.
+        # From a point on a face the eye sees the inside.
         axis = near.argmax(axis=0) if self.side(ray.offset) > 0 else far.argmin(axis=0)
         local = self._to_box(ray.direction)
         rays = np.arange(local.shape[1])
@@ -566,13 +546,13 @@ class Box(Object):
         return int(np.sign((np.abs(self._local(point)) - self.half).max()))
 
     def heights(self, eye: Array, sight: Array) -> Array:
-        """Return how far points are beyond the faces across each axis of the box: (3, N)."""
+        """Return the heights of points above the faces across each axis of the box: (3, N)."""
         local = self._to_box(sight - (self.position - eye))
         outside: Array = np.abs(local) - self.half
         return outside
 
     def rounding(self, point: Array) -> Array:
-        """Return how close to the faces across each axis of the box a point (3, 1) lies on them: (3, 1)."""
+        """Return how close to the faces across each axis of the box a point (3, 1) counts as on them: (3, 1)."""
         axes = ((self.cosine, 0.0, -self.sine), (0.0, 1.0, 0.0), (self.sine, 0.0, self.cosine))
         halves = zip(axes, self.half.ravel().tolist(), strict=True)
         return np.array(
@@ -585,7 +565,7 @@ class Box(Object):
         return min(float(self.half.sum()), float(np.finfo(np.float64).max))
 
     def _local(self, point: Array) -> Array:
-        """Return a point (3, 1) in box space, with the coordinates of a face exactly if it lies in its plane."""
+        """Return a point (3, 1) in box space, with the exact coordinate of a face if it is in the face's plane."""
         local = self._to_box(point - self.position)
         on_face = np.abs(np.abs(local) - self.half) <= self.rounding(point)
         return np.where(on_face, np.copysign(self.half, local), local)
@@ -596,7 +576,7 @@ class Box(Object):
         return dot(g, g) <= self.bounding_radius * self.bounding_radius
 
     def from_ray(self, ray: Ray) -> Array:
-        """Return g, the way from each ray's nearest point to the centre, as for a sphere: (3, N)."""
+        """Return g, the vector from each ray's nearest point to the centre, as for a sphere: (3, N)."""
         c = self.position - ray.offset
         return c - dot(c, ray.direction) * ray.direction
 
@@ -665,12 +645,12 @@ class Hit:
 
 @dataclass(frozen=True)
 class WayToLight:
-    """The ways from N surface points to a light.
+    """The paths from N surface points to a light.
 
     Parameters
     ----------
     eye, sight
-        (3, 1), (3, N): the eye, and the way from there to each point.
+        (3, 1), (3, N): the eye, and the vector from there to each point.
     distance
         (N,): r.
     wi
@@ -686,28 +666,28 @@ class WayToLight:
     cosine: Array
 
     def extent(self) -> tuple[Array, float]:
-        """Return the point that is nearest to the eye, (3, 1), and how far others are from it."""
+        """Return the point nearest to the eye, (3, 1), and the largest distance of the others from it."""
         if not self.distance.size:
             return self.eye, 0.0
         nearest = self.sight[:, [dot(self.sight, self.sight).argmin()]]
         return self.eye + nearest, float(length(self.sight - nearest).max())
 
     def toward(self, position: Array) -> WayToLight:
-        """Return the ways from the same points to another place (3, 1), with the same cosines."""
+        """Return the paths from the same points to another position (3, 1), with the same cosines."""
         to_light = (position - self.eye) - self.sight
         distance = length(to_light)
         return WayToLight(self.eye, self.sight, distance, to_light / distance, self.cosine)
 
     def take(self, points: Indices) -> WayToLight:
-        """Return the ways from some of the points."""
+        """Return the paths from some of the points."""
         return WayToLight(
             self.eye, self.sight[:, points], self.distance[points], self.wi[:, points], self.cosine[points]
         )
 
 
 def way_to_light(source: LightSource, ray: Ray, hit: Hit) -> WayToLight:
-    """Return the ways from where rays hit to a light (section 2.3.1)."""
-    # From the surface to the light, by way of the eye: both parts are small where the scene is far away.
+    """Return the paths from the points that rays hit to a light (section 2.3.1)."""
+    # From the surface to the light by way of the eye: both parts are small even far from the origin.
     sight = hit.t * ray.direction
     to_light = (source.position - ray.offset) - sight
     distance = length(to_light)
@@ -731,9 +711,9 @@ class Blocker:
     index
         The object.
     t
-        (N,): how far from the light the ray meets it, +inf where it does not.
+        (N,): the distance from the light to the intersection, +inf where there is none.
     between
-        (N,) bool: whether that is between the light and the surface point.
+        (N,) bool: whether the object is between the light and the surface point.
     """
 
     index: int
@@ -746,20 +726,15 @@ def seen_directly(source: LightSource, ray: Ray) -> Array:
     return source.light_at(length(source.position - ray.offset)).rgb
 
 
-def weakened(radiance: Array, t: Array) -> Array:
-    """Return radiance (3, N) divided by 4 pi t^2: section 3.4 weakens it on its way from surface to eye, too."""
-    return Light(radiance, np.ones(1)).travel(t).rgb
-
-
 class Scenery:
     """A camera, objects and lights, and the algorithm that makes a picture of them (section 3.4).
 
     Parameters
     ----------
     camera
-        Gives the primary rays.
+        The source of the primary rays.
     objects
-        In the order of the file: the nearest wins, the first of two at the same distance.
+        The objects in the order of the file: the nearest wins, the first of two at the same distance.
     light_sources
         All point lights, those that objects carry included.
     settings
@@ -795,8 +770,8 @@ class Scenery:
         window: Window,
         threads: int = 1,
         progress: Progress | None = None,
-        passes: Mapping[str, npt.NDArray[Any]] | None = None,
-    ) -> tuple[npt.NDArray[np.float32], int]:
+        passes: tuple[str, ...] = (),
+    ) -> tuple[Arrays, int]:
         """Trace every sample of every pixel of a window of the picture.
 
         Parameters
@@ -804,37 +779,38 @@ class Scenery:
         window
             The pixels.
         threads
-            How many tiles are traced at a time.
+            The number of tiles traced at a time.
         progress
-            Is told (pixels done, pixels in all) after each tile.
+            Called with (pixels done, pixels in all) after each tile.
         passes
-            Arrays to fill with ground truth meanwhile, by the names of `PASSES`; see `new_passes`.
+            The names of ground truth to record.
 
         Returns
         -------
-        radiance : (height, width, 3) float32
-            Linear radiance, the mean of each pixel's samples.
+        arrays : dict
+            `radiance`, the mean of each pixel's samples, and the passes; see `rtcli.tracer.passes`.
         rays : int
-            How many rays were traced, primary and shadow rays.
+            The number of rays traced, primary and shadow rays.
         """
-        radiance = np.zeros((window.height, window.width, 3), dtype=np.float32)
+        arrays = new_arrays(passes, window)
 
         def render_tile(tile: Window) -> int:
             place = rows_and_columns(tile, window)
             mean, rays, centres = self._trace_tile(tile)
-            radiance[place] = _as_rows(mean, tile)
+            arrays[RADIANCE][place] = _as_rows(mean, tile)
             if passes:
-                # A single sample went through the centres; of several, none may have.
+                # A single sample went through the centres; of several samples, perhaps none did.
                 ray, hit = centres or self._look(tile, CENTRE)
-                for name, array in passes.items():
-                    array[place] = _as_rows(_to_film(PASSES[name].values(self, ray, hit), array.dtype), tile)
+                for name in passes:
+                    values = _to_film(PASS_VALUES[name](self, ray, hit), arrays[name].dtype)
+                    arrays[name][place] = _as_rows(values, tile)
             return rays
 
         self._abandoned = Event()
-        return radiance, sum(over_tiles(render_tile, window, threads, progress, self._abandoned))
+        return arrays, sum(over_tiles(render_tile, window, threads, progress, self._abandoned))
 
     def _trace_tile(self, tile: Window) -> tuple[Array, int, tuple[Ray, Hit] | None]:
-        """Return the radiance of a tile, the number of rays, and what its centres see if its samples are there."""
+        """Return a tile's radiance, the number of rays, and the rays and hits if they go through its centres."""
         total, rays, offsets = np.zeros((3, tile.width * tile.height)), 0, sample_offsets(self.settings.samples)
         for within in offsets:
             ray, hit = self._look(tile, within)
@@ -848,7 +824,7 @@ class Scenery:
         return ray, self.nearest_hit(ray)
 
     def coverage(self, window: Window, threads: int = 1) -> list[int]:
-        """Return of each object how many pixel centres of a window it covers, what others hide included."""
+        """Return the number of pixel centres of a window that each object covers, including hidden ones."""
         rows = {tile: row for row, tile in enumerate(tiles(window))}
         covered = np.zeros((len(rows), len(self.objects)), dtype=np.int64)
 
@@ -864,10 +840,10 @@ class Scenery:
         return [int(count) for count in covered.sum(axis=0)]
 
     def trace_ray(self, ray: Ray, depth: int = 0) -> tuple[Light, int]:
-        """Return the light that reaches the rays' offset (t = 0), and how many rays that took.
+        """Return the light that reaches the rays' offset (t = 0), and the number of rays traced for it.
 
         The nearest object decides: nothing hit gives the background; an object that carries a light is seen
-        shining; any other surface is lit by the light sources, one level deeper. Too deep, all is black.
+        shining; any other surface is lit by the light sources, one level deeper. Beyond `max_depth` all is black.
         """
         if depth > self.settings.max_depth:
             return Light(np.zeros_like(ray.direction), np.ones(1)), 0
@@ -876,7 +852,7 @@ class Scenery:
         return light, len(hit.t) + shadow_rays
 
     def _light_from(self, ray: Ray, hit: Hit, depth: int = 0) -> tuple[Light, int]:
-        """Return the light of what the rays hit, and how many shadow rays that took."""
+        """Return the light from what the rays hit, and the number of shadow rays."""
         radiance = np.repeat(column(self.settings.background), len(hit.t), axis=1)
         surfaces = np.flatnonzero(hit.index != NOTHING)
         shining = self.shining[hit.index[surfaces]]
@@ -886,13 +862,13 @@ class Scenery:
         return Light(radiance, np.ones(1)), shadow_rays
 
     def nearest_hit(self, ray: Ray) -> Hit:
-        """Return the nearest hit of each ray; of two in one place, the first object's."""
+        """Return the nearest hit of each ray; where surfaces coincide, that of the first object."""
         count = ray.direction.shape[1]
         nearest, index = np.full(count, np.inf), np.full(count, NOTHING, dtype=np.intp)
         for i, shape in self._objects_in_turn():
             t = shape.intersection_parameter(ray)
             closer = t < nearest * (1 - COINCIDENT)
-            # Surfaces in one place are no farther apart than rounding, measured across them.
+            # Coinciding surfaces are no farther apart than rounding, measured perpendicular to them.
             close = np.flatnonzero(closer & (t > nearest * (1 - CLOSE)))
             if close.size:
                 some = ray.take(close)
@@ -908,7 +884,7 @@ class Scenery:
         return Hit(index, nearest, normal)
 
     def _rounding_at(self, index: Indices, eye: Array, sight: Array) -> Array:
-        """Return how close to objects (N,) points on them, at `sight` (3, N) from the eye, are on them: (N,)."""
+        """Return the rounding of points on the objects `index` (N,), at `sight` (3, N) from the eye: (N,)."""
         rounding = np.zeros(len(index))
         for i in np.unique(index):
             points = np.flatnonzero(index == i)
@@ -916,21 +892,21 @@ class Scenery:
         return rounding
 
     def _objects_in_turn(self) -> Iterator[tuple[int, Object]]:
-        """Yield each object and its index, as long as somebody waits for the picture."""
+        """Yield each index and object, or raise `AbandonedError` once the picture is no longer wanted."""
         for indexed in enumerate(self.objects):
             if self._abandoned.is_set():
                 raise AbandonedError
             yield indexed
 
     def _add_shining(self, radiance: Array, rays: Indices, ray: Ray, hit: Hit) -> None:
-        """Objects that carry a light show it as it arrives at the eye."""
+        """Set the radiance of the objects that carry a light to the light that arrives at the eye."""
         for i in np.unique(hit.index[rays]):
             source = self.objects[i].source_object
             if source is not None:
                 radiance[:, rays[hit.index[rays] == i]] = seen_directly(source, ray)
 
     def _direct_light(self, ray: Ray, hit: Hit, depth: int) -> tuple[Array, int]:
-        """Return what the surfaces send back to the rays' offset: the recursion of section 3.4.
+        """Return the radiance from surfaces to the rays' offset, and the number of shadow rays (section 3.4).
 
         radiance = sum over lights of albedo / pi * L_i * cos(theta) (sections 2.3.1 and 2.3.2)
         """
@@ -943,11 +919,12 @@ class Scenery:
             radiance += self.reflected(irradiance, hit)
             shadow_rays += traced
         if self.settings.eye_falloff:
-            radiance = weakened(radiance, hit.t)
+            # On its way from surface to eye as well: radiance / (4 pi t^2) (section 3.4).
+            radiance = Light(radiance, np.ones(1)).travel(hit.t).rgb
         return radiance, shadow_rays
 
     def reflected(self, irradiance: Array, hit: Hit) -> Array:
-        """Return what surface points reflect: albedo / pi * L_i * cos(theta) (section 2.3.1): (3, N)."""
+        """Return the reflected radiance: albedo / pi * L_i * cos(theta) (section 2.3.1): (3, N)."""
         return self.colors[:, hit.index] / math.pi * irradiance
 
     def _irradiance(self, source: LightSource, ray: Ray, hit: Hit) -> tuple[Array, int]:
@@ -964,17 +941,17 @@ class Scenery:
         return irradiance_of(source, way, lit), len(facing)
 
     def same_side(self, source: LightSource, ray: Ray) -> Mask:
-        """Return for each object whether the light can light what the eye sees of it.
+        """Return for each object whether the light can reach what the eye sees of it: (objects,).
 
-        That is where both are on the same side of its surface. From the surface of a solid the eye sees its
-        inside, and a light there shines to both sides; on a plane it lights nothing of it.
+        It can if both are on the same side of the surface. From the surface of a solid the eye sees its inside,
+        and a light there shines to both sides; a light on a plane does not light the plane.
         """
         eye, light = self._sides_from(ray.offset), self._sides_from(source.position)
         same: Mask = (eye == light) | (self.solid & ((light == 0) | ((eye == 0) & (light < 0))))
         return same
 
     def _sides_from(self, apex: Array) -> npt.NDArray[np.int8]:
-        """Return the side of each object on which a point lies, found out once for each eye and light: (N,)."""
+        """Return the side of each object on which a point lies, computed once per eye and light: (objects,)."""
         key = tuple(apex.ravel())
         if key not in self._sides:
             self._sides[key] = np.array([shape.side(apex) for shape in self.objects], dtype=np.int8)
@@ -988,11 +965,11 @@ class Scenery:
         return blocked
 
     def blockers(self, source: LightSource, way: WayToLight, receiver: Indices) -> Iterator[Blocker]:
-        """Yield each object that might stand between the light and the points of the objects `receiver`, (N,).
+        """Yield each object that may stand between the light and points on the objects `receiver` (N,).
 
         Neither the object that the point lies on nor the one that carries the light counts.
         """
-        # Shadow rays are traced from the light to the surface: they pass through one point as well.
+        # Shadow rays are traced from the light to the surface, so that they pass through one point as well.
         point, spread = way.extent()
         for i, shape in self._objects_in_turn():
             if shape.source_object is not source:
@@ -1008,15 +985,6 @@ class Scenery:
 
 
 # --- Passes: ground truth at pixel centres -----------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Pass:
-    """A named array of the film: the shape of one pixel, its type, and what it holds."""
-
-    shape: tuple[int, ...]
-    dtype: npt.DTypeLike
-    values: Callable[[Scenery, Ray, Hit], npt.NDArray[Any]]
 
 
 def _depth(scenery: Scenery, ray: Ray, hit: Hit) -> Array:
@@ -1035,50 +1003,36 @@ def _albedo(scenery: Scenery, ray: Ray, hit: Hit) -> Array:
     return black_last[:, hit.index]  # NOTHING is -1, the last column
 
 
-PASSES: dict[str, Pass] = {
-    "depth": Pass((), np.float32, _depth),
-    "distance": Pass((), np.float32, lambda scenery, ray, hit: hit.t),
-    "normal": Pass((3,), np.float32, lambda scenery, ray, hit: hit.normal),
-    "position": Pass((3,), np.float32, _position),
-    "albedo": Pass((3,), np.float32, _albedo),
-    "object_id": Pass((), np.uint32, lambda scenery, ray, hit: hit.index + 1),
+# The values of each pass, (N,) or (3, N).
+PASS_VALUES: dict[str, Callable[[Scenery, Ray, Hit], npt.NDArray[Any]]] = {
+    "depth": _depth,
+    "distance": lambda scenery, ray, hit: hit.t,
+    "normal": lambda scenery, ray, hit: hit.normal,
+    "position": _position,
+    "albedo": _albedo,
+    "object_id": lambda scenery, ray, hit: hit.index + 1,
 }
-
-
-def new_passes(names: Iterable[str], window: Window) -> dict[str, npt.NDArray[Any]]:
-    """Return an array for the ground truth of each name of `PASSES`."""
-    size = (window.height, window.width)
-    return {name: np.zeros((*size, *PASSES[name].shape), dtype=PASSES[name].dtype) for name in names}
 
 
 # --- From a world of plain arrays --------------------------------------------------------------------------
 
+# The class of each kind of shape and of light.
+OBJECTS: dict[str, Callable[..., Object]] = {"sphere": Sphere, "plane": Plane, "box": Box}
+LIGHT_SOURCES: dict[str, Callable[..., LightSource]] = {"point": PointLight}
+
 
 def build_scenery(world: World) -> Scenery:
     """Return the document's objects for a world of plain arrays."""
-    lights = world.lights
-    places, tints = _rows(lights.position), _rows(lights.color)
-    sources = [PointLight(*row) for row in zip(tints, lights.intensity, places, strict=True)]
-    carried = dict(zip(lights.body, sources, strict=True))
-    shapes = world.shapes
-    rows = zip(
-        shapes.kind,
-        _rows(shapes.color),
-        _rows(shapes.position),
-        _rows(shapes.extent),
-        shapes.rotation,
-        strict=True,
-    )
-    objects: list[Object] = []
-    for i, (kind, color, position, extent, rotation) in enumerate(rows):
-        if kind == SPHERE:
-            objects.append(Sphere(color, position, extent[0], carried.get(i)))
-        elif kind == PLANE:
-            objects.append(Plane(color, position, extent))
-        elif kind == BOX:
-            objects.append(Box(color, position, extent, rotation, carried.get(i)))
-        else:
-            raise ValueError(f"unknown kind of shape {kind}")
+    shapes, lights = world.shapes, world.lights
+    rows = zip(lights.kind, _rows(lights.color), lights.intensity, _rows(lights.position), strict=True)
+    sources = [LIGHT_SOURCES[LIGHT_KINDS[kind]](*numbers) for kind, *numbers in rows]
+    carried = dict(zip(lights.carrier, sources, strict=True))
+    kinds = tuple(SHAPE_PARAMETERS)
+    columns = shapes.kind, _rows(shapes.color), _rows(shapes.position), shapes.parameter_rows()
+    objects = [
+        OBJECTS[kinds[kind]](*numbers, carried.get(i))
+        for i, (kind, *numbers) in enumerate(zip(*columns, strict=True))
+    ]
     return Scenery(SimpleCamera(world.camera), objects, sources, world.settings)
 
 
@@ -1088,7 +1042,7 @@ def _rows(flat: Sequence[float]) -> list[tuple[float, ...]]:
 
 
 class ReferenceTracer:
-    """A world made ready for this tracer, which works with so many threads: what every engine of rtcli offers."""
+    """The reference engine for a world, with a number of threads: the interface that every engine offers."""
 
     def __init__(self, world: World, threads: int) -> None:
         self.world = world
@@ -1097,22 +1051,20 @@ class ReferenceTracer:
 
     def film(
         self, window: Window, passes: tuple[str, ...] = (), progress: Progress | None = None
-    ) -> tuple[dict[str, npt.NDArray[Any]], int]:
+    ) -> tuple[Arrays, int]:
         """Return radiance and passes by name, and the number of rays."""
-        arrays = new_passes(passes, window)
-        radiance, rays = self.scenery.render_img_to_rgb_array(window, self.threads, progress, arrays)
-        return {"radiance": radiance, **arrays}, rays
+        return self.scenery.render_img_to_rgb_array(window, self.threads, progress, passes)
 
     def coverage(self, window: Window) -> list[int]:
-        """Return of each object how many pixel centres of a window it covers, what others hide included."""
+        """Return the number of pixel centres of a window that each object covers, including hidden ones."""
         return self.scenery.coverage(window, self.threads)
 
     def exposure(self, progress: Progress | None = None) -> MeterReading:
-        """Return what the meter finds for the whole picture; `progress` is told (points done, points in all)."""
+        """Return the meter reading of the whole picture; `progress` gets (points done, points in all)."""
         world, grid = self.world, METER_GRID
-        # The same rectangle of the image plane in as many columns as rows, whatever its shape.
+        # The same rectangle of the image plane, in as many columns as rows whatever its aspect.
         square = replace(world.camera, width=grid, height=grid)
         scenery = build_scenery(replace(world, settings=replace(world.settings, samples=1)))
         scenery.camera = SimpleCamera(square, pixel_aspect=world.camera.width / world.camera.height)
-        radiance, rays = scenery.render_img_to_rgb_array(Window(0, 0, grid, grid), self.threads, progress)
-        return MeterReading(*meter(radiance.tobytes()), rays)
+        arrays, rays = scenery.render_img_to_rgb_array(Window(0, 0, grid, grid), self.threads, progress)
+        return MeterReading(*meter(arrays[RADIANCE].tobytes()), rays)

@@ -7,22 +7,20 @@ The records hold the standard library's arrays, so that a tracer which needs no 
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import islice
 from typing import NamedTuple, TypeAlias
+
+from rtcli.tracer._native import SHAPE_PARAMETERS
 
 Vector: TypeAlias = tuple[float, float, float]
 
 # Told (pixels done, pixels in all).
 Progress: TypeAlias = Callable[[int, int], None]
 
-SPHERE, PLANE, BOX = range(3)
-
-# What a light that no object carries has as its `body`.
-NO_BODY = -1
-
-# What a film may hold beside radiance, taken at pixel centres.
-PASSES = ("depth", "distance", "normal", "position", "albedo", "object_id")
+# The `carrier` of a light that no object carries.
+NO_CARRIER = -1
 
 
 class Window(NamedTuple):
@@ -85,44 +83,50 @@ class Shapes:
     Parameters
     ----------
     kind
-        (N,) uint8: `SPHERE`, `PLANE` or `BOX`.
+        (N,) uint8: indices into `SHAPE_PARAMETERS` of the compiled module.
     position
         (N * 3,) float64: centre, or a point on the plane.
-    extent
-        (N * 3,) float64: a sphere's radius three times, a plane's normal (any length), a box's full size.
-    rotation
-        (N,) float64: degrees about +y, 0 for all but boxes.
+    parameters
+        (P,) float64: the parameters of the first object, then those of the second, and so on. Sphere: radius;
+        plane: normal (3, any length); box: full size (3), rotation in degrees about +y.
     color
         (N * 3,) float64: albedo, linear, 0..1.
     """
 
     kind: array[int]
     position: array[float]
-    extent: array[float]
-    rotation: array[float]
+    parameters: array[float]
     color: array[float]
+
+    def parameter_rows(self) -> Iterator[tuple[float, ...]]:
+        """Yield the parameters of each object."""
+        counts, numbers = tuple(SHAPE_PARAMETERS.values()), iter(self.parameters)
+        return (tuple(islice(numbers, counts[kind])) for kind in self.kind)
 
 
 @dataclass(frozen=True)
 class Lights:
-    """M point lights, one row each, those of objects after the free ones.
+    """M lights, one row each, those of objects after the free ones.
 
     Parameters
     ----------
+    kind
+        (M,) uint8: indices into `LIGHT_KINDS` of the compiled module.
     position
         (M * 3,) float64.
     color
         (M * 3,) float64: linear, 0 or more.
     intensity
         (M,) float64: emitted power.
-    body
-        (M,) int64: the index of the object that carries it, or `NO_BODY`.
+    carrier
+        (M,) int64: the index of the object that carries it, or `NO_CARRIER`.
     """
 
+    kind: array[int]
     position: array[float]
     color: array[float]
     intensity: array[float]
-    body: array[int]
+    carrier: array[int]
 
 
 @dataclass(frozen=True)

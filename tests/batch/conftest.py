@@ -1,10 +1,10 @@
-"""What the tests of batches share."""
+"""Fixtures for the tests of batches."""
 
 import pytest
 
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
-    """An empty folder to work in."""
+    """An empty working folder."""
     monkeypatch.chdir(tmp_path)
     return tmp_path

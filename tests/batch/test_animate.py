@@ -1,4 +1,4 @@
-"""Sweeps as animations: when they are made, and of what."""
+"""Animations of sweeps: when they are made, and from which pictures."""
 
 import hashlib
 import json
@@ -15,7 +15,7 @@ from rtcli.batch.folder import scratch_folder
 from rtcli.batch.jobs import BatchSettings, find_jobs
 from rtcli.batch.manifest import Manifest
 from rtcli.batch.pool import Workers
-from rtcli.batch.run import Batch, execute, find_leftover, make_plan, prune
+from rtcli.batch.run import Batch, execute, find_stale_outputs, make_plan, prune
 from rtcli.batch.sweep import parse_variation
 
 OUT = Path("out")
@@ -27,7 +27,7 @@ def jobs_of(vary=FOV, **settings):
 
 
 def render(vary=FOV, **settings):
-    """Render a sweep, without animations."""
+    """Render a sweep without animations."""
     manifest = Manifest(OUT)
     made = make_plan(manifest, jobs_of(vary, **settings), OUT)
     with ThreadPoolExecutor(2) as threads:
@@ -35,7 +35,7 @@ def render(vary=FOV, **settings):
 
 
 def make(vary=FOV, suffixes=(".gif",), **settings):
-    """Render a sweep and its animations; return what came of these by their paths."""
+    """Render a sweep and its animations; return the results of the animations by path."""
     render(vary, **settings)
     animations = animations_of(jobs_of(vary, **settings), suffixes)
     with scratch_folder(OUT) as scratch:
@@ -45,13 +45,13 @@ def make(vary=FOV, suffixes=(".gif",), **settings):
 
 
 def pruned(vary=FOV, suffixes=(".gif",)):
-    """Remove what a batch would not make; return the files."""
+    """Prune a batch; return the deleted files."""
     manifest, jobs = Manifest(OUT), jobs_of(vary)
-    leftover = find_leftover(manifest, jobs, OUT, animations_of(jobs, suffixes))
-    prune(leftover, manifest, OUT)
+    stale = find_stale_outputs(manifest, jobs, OUT, animations_of(jobs, suffixes))
+    prune(stale, manifest, OUT)
     with scratch_folder(OUT) as scratch:
         manifest.save(scratch)
-    return leftover.paths
+    return stale.paths
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""Scenes in files, folders and globs, and where their results go."""
+"""Scenes in files, folders and globs, and the paths of their results."""
 
 import os
 import re

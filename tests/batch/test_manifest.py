@@ -1,4 +1,4 @@
-"""The manifest: whole at any moment, merged, and never trusted."""
+"""The manifest: complete at any moment, merged, and never trusted."""
 
 import json
 import re
@@ -116,7 +116,7 @@ def test_processes_that_write_at_once_lose_nothing(folder):
     seen = 0
     while any(writer.poll() is None for writer in writers):
         if (folder / "manifest.json").exists():
-            seen = max(seen, len(entries(folder)))  # which reads a whole file at any moment
+            seen = max(seen, len(entries(folder)))  # reads a complete file at any moment
     assert [writer.communicate()[1] for writer in writers] == [b""] * 3
     assert seen > 1
     assert entries(folder) == {f"{name}/{number}": {"by": name} for name in names for number in range(50)}

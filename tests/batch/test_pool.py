@@ -1,4 +1,4 @@
-"""Tasks through executors, and workers that die. The work is `eval`: it can say anything in any process."""
+"""Tasks in executors, and workers that die. The function is `eval`, so that a task can be any expression."""
 
 import functools
 import os
@@ -20,13 +20,13 @@ needs_proc = pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="a 
 
 
 def news(*arguments):
-    """Yield results, but for the moments in which there is none: on a busy machine workers take time to start."""
+    """Yield results without the None in between: on a busy machine workers take time to start."""
     return (result for result in results(*arguments) if result is not None)
 
 
 @pytest.fixture
 def local():
-    """Two workers, which are gone afterwards."""
+    """Two local workers, which are closed afterwards."""
     workers = LocalWorkers(2)
     yield workers
     workers.close()
@@ -44,7 +44,7 @@ def test_no_task_is_no_work():
 
 
 def test_wait_for_a_long_task_is_told(monkeypatch):
-    monkeypatch.setattr("rtcli.batch.pool._BEAT", 0.01)
+    monkeypatch.setattr("rtcli.batch.pool._HEARTBEAT", 0.01)
     with ThreadPoolExecutor(1) as threads:
         *before, last = results(Workers(threads, 3), eval, ["__import__('time').sleep(0.3)"])
     assert set(before) == {None}
@@ -100,7 +100,7 @@ def test_every_worker_that_dies_is_told(local):
 
 
 def test_task_whose_worker_died_once_is_done(local, tmp_path):
-    # It makes a file and dies; the second time the file is there.
+    # It creates a file and dies; the second time the file exists.
     mark = tmp_path / "mark"
     task = f"(p := __import__('pathlib').Path({str(mark)!r})).exists() or (p.touch(), {DIE})"
     [result] = news(local, eval, [task])
@@ -108,10 +108,10 @@ def test_task_whose_worker_died_once_is_done(local, tmp_path):
 
 
 def test_workers_that_cannot_start_are_told_and_not_tried_for_ever(local, monkeypatch):
-    monkeypatch.setattr("rtcli.batch.pool._begin", functools.partial(os._exit, 3))
+    monkeypatch.setattr("rtcli.batch.pool._start_worker", functools.partial(os._exit, 3))
     local.close()
     with pytest.raises(WorkersError, match="as soon as they start"):
-        local.renew()
+        local.restart()
 
 
 def test_error_that_cannot_be_sent_is_told(local):
@@ -176,7 +176,7 @@ def test_workers_end_with_the_program_that_is_killed(tmp_path):
 
 
 def is_running(pid):
-    """Return whether a process is there, and not only its exit code."""
+    """Return whether a process is running, and not a zombie."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except (FileNotFoundError, ProcessLookupError):

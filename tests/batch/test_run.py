@@ -1,4 +1,4 @@
-"""What a batch has to do, does, and takes down."""
+"""The plan of a batch, its run, and its record."""
 
 import contextlib
 import json
@@ -16,7 +16,7 @@ from rtcli.batch.folder import lock_of, scratch_folder
 from rtcli.batch.jobs import BatchSettings, find_jobs
 from rtcli.batch.manifest import Manifest, ManifestError
 from rtcli.batch.pool import Workers
-from rtcli.batch.run import Batch, _looked_at, execute, find_leftover, make_plan, prune
+from rtcli.batch.run import Batch, _compare_all, execute, find_stale_outputs, make_plan, prune
 from rtcli.batch.sweep import parse_variation
 from rtcli.scene.overrides import Overrides
 
@@ -32,21 +32,21 @@ def plan(force=False, **settings):
 
 
 def reasons(**settings):
-    """Return why each scene is to be rendered."""
+    """Return the reason to render each scene."""
     return {step.job.key: step.reason for step in plan(**settings).steps}
 
 
-def render(by_workers=True, **settings):
-    """Run a batch with threads for workers; return what came of each scene."""
+def render(workers_write=True, **settings):
+    """Run a batch in threads; return the outcome of each scene."""
     manifest = Manifest(OUT)
     made = make_plan(manifest, jobs_of(**settings), OUT)
     with ThreadPoolExecutor(2) as threads:
-        batch = Batch(made, manifest, OUT, Workers(threads, 2), by_workers)
+        batch = Batch(made, manifest, OUT, Workers(threads, 2), workers_write)
         return {outcome.key: outcome for outcome in execute(batch)}
 
 
 def edit_manifest(change):
-    """Change what the manifest tells, as anybody may."""
+    """Edit the manifest, as anyone may."""
     path = OUT / "manifest.json"
     data = json.loads(path.read_text())
     change(data["scenes"])
@@ -55,7 +55,7 @@ def edit_manifest(change):
 
 @pytest.fixture
 def scenes(folder):
-    """Three scenes, rendered."""
+    """Three rendered scenes."""
     paths = write_scenes(folder / "scenes", 3)
     render()
     return paths
@@ -194,7 +194,7 @@ files = st.lists(plain | st.fixed_dictionaries({}, optional={"path": plain, "byt
 fields = {"status": st.just("done"), "outputs": plain | files, "former": plain | files, "input": plain}
 
 
-# Nothing is written, so that all examples may use the same folder.
+# Nothing is written, so all examples can use the same folder.
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(entry=st.fixed_dictionaries({}, optional={**fields, "content": plain}))
 def test_nonsense_in_the_manifest_is_passed_over_or_refused(scenes, entry):
@@ -203,7 +203,7 @@ def test_nonsense_in_the_manifest_is_passed_over_or_refused(scenes, entry):
     manifest.put("gone", entry)
     assert len(make_plan(manifest, jobs_of(), OUT).steps) <= 1
     with contextlib.suppress(ManifestError):
-        assert set(find_leftover(manifest, jobs_of(), OUT).paths) == set()
+        assert set(find_stale_outputs(manifest, jobs_of(), OUT).paths) == set()
 
 
 # --- The work --------------------------------------------------------------------------------------------
@@ -222,7 +222,7 @@ def test_manifest_tells_what_was_done(scenes):
 def test_files_that_are_brought_back_are_the_same(scenes, folder):
     before, told = results_in(OUT), lasting(OUT)
     OUT.rename("other")
-    render(by_workers=False)
+    render(workers_write=False)
     assert results_in(OUT) == before
     assert lasting(OUT) == told
 
@@ -248,7 +248,7 @@ def test_file_that_cannot_be_read_fails_alone(folder):
 
 def test_bug_costs_its_own_scene(folder, monkeypatch):
     write_scenes(folder / "scenes", 2)
-    monkeypatch.setattr("rtcli.batch.work.check_fits", lambda name, *_: 1 / (name != "000.png"))
+    monkeypatch.setattr("rtcli.batch.worker.check_fits", lambda name, *_: 1 / (name != "000.png"))
     outcomes = render()
     assert outcomes["001"].status == "done"
     assert entries(OUT)["000"]["problems"] == [{"message": "division by zero"}]
@@ -268,7 +268,7 @@ def test_end_before_the_end_leaves_a_manifest_of_what_was_done(folder):
 
 
 def test_end_before_the_end_does_not_wait_for_another_run(folder, monkeypatch):
-    monkeypatch.setattr("rtcli.batch.run._PATIENCE", 0.1)
+    monkeypatch.setattr("rtcli.batch.run._SAVE_TIMEOUT", 0.1)
     write_scenes(folder / "scenes", 3)
     manifest = Manifest(OUT)
     with ThreadPoolExecutor(1) as threads:
@@ -284,7 +284,7 @@ def test_end_before_the_end_does_not_wait_for_another_run(folder, monkeypatch):
 
 
 def swept(*expressions, **place):
-    """Render sweeps of the scenes; return why each was rendered."""
+    """Render sweeps of the scenes; return the reason for each result."""
     variations = [parse_variation(expression) for expression in expressions]
     manifest = Manifest(OUT)
     made = make_plan(manifest, find_jobs(["scenes"], BatchSettings(), "out", variations), OUT)
@@ -312,7 +312,7 @@ def test_sweep_that_is_brought_back_is_the_same(folder):
     swept("camera.fov=20,30")
     before, told = results_in(OUT), lasting(OUT)
     OUT.rename("other")
-    swept("camera.fov=20,30", by_workers=False)
+    swept("camera.fov=20,30", workers_write=False)
     assert (results_in(OUT), lasting(OUT)) == (before, told)
 
 
@@ -338,13 +338,13 @@ def test_scene_of_a_sweep_that_changes_where_it_is_varied_is_current(folder):
 
 
 def pruned(**settings):
-    """Prune, and return the files that are removed."""
+    """Prune; return the deleted files."""
     manifest = Manifest(OUT)
-    leftover = find_leftover(manifest, jobs_of(**settings), OUT)
-    prune(leftover, manifest, OUT)
+    stale = find_stale_outputs(manifest, jobs_of(**settings), OUT)
+    prune(stale, manifest, OUT)
     with scratch_folder(OUT) as scratch:
         manifest.save(scratch)
-    return leftover.paths
+    return stale.paths
 
 
 def test_results_of_scenes_that_are_gone_are_removed_with_their_folders(folder, scenes):
@@ -386,7 +386,7 @@ def test_file_that_takes_the_place_of_one_that_was_removed_stays(scenes):
 def test_entry_of_no_path_is_that_of_a_scene_that_is_gone(scenes, scene):
     manifest = Manifest(OUT)
     manifest.put("odd", {"scene": scene, "outputs": []})
-    assert find_leftover(manifest, jobs_of(), OUT).keys == ["odd"]
+    assert find_stale_outputs(manifest, jobs_of(), OUT).keys == ["odd"]
 
 
 def test_scene_that_is_written_otherwise_does_not_bring_back_what_was_pruned(scenes):
@@ -395,7 +395,7 @@ def test_scene_that_is_written_otherwise_does_not_bring_back_what_was_pruned(sce
     manifest = Manifest(OUT)
     made = make_plan(manifest, jobs_of(suffix=".webp"), OUT)
     assert list(made.renewed) == ["000"]
-    prune(find_leftover(manifest, jobs_of(suffix=".webp"), OUT), manifest, OUT)
+    prune(find_stale_outputs(manifest, jobs_of(suffix=".webp"), OUT), manifest, OUT)
     with ThreadPoolExecutor(1) as threads:
         list(execute(Batch(made, manifest, OUT, Workers(threads, 1))))
     assert "former" not in entries(OUT)["000"]
@@ -465,21 +465,21 @@ def test_manifest_that_names_a_scene_is_refused(folder):
     manifest = Manifest(OUT)
     manifest.put("gone", {"outputs": [{"path": "000.yaml"}]})
     with pytest.raises(ManifestError, match="is no result"):
-        find_leftover(manifest, jobs, OUT)
+        find_stale_outputs(manifest, jobs, OUT)
 
 
-def test_who_is_interrupted_waits_for_no_scene_that_is_looked_at(monkeypatch):
+def test_who_is_interrupted_waits_for_no_scene_that_is_compare_all(monkeypatch):
     held = threading.Event()
 
-    def look_at(manifest, job, folder):
+    def compare(manifest, job, folder):
         if job == "slow":
             held.wait(30)
         return "new", None
 
-    monkeypatch.setattr("rtcli.batch.run._look_at", look_at)
-    looked_at = _looked_at(Manifest(OUT), ["quick", "slow"], OUT)
-    assert next(looked_at) == ("quick", ("new", None))
+    monkeypatch.setattr("rtcli.batch.run._compare", compare)
+    compared = _compare_all(Manifest(OUT), ["quick", "slow"], OUT)
+    assert next(compared) == ("quick", ("new", None))
     start = time.monotonic()
-    looked_at.close()
+    compared.close()
     assert time.monotonic() - start < 10
     held.set()

@@ -24,7 +24,7 @@ from rtcli.batch.sweep import Combination, Variation, combinations, parse_variat
         ("a={x: 1, y: 2},'a, b',\"c,d\"", ("{x: 1, y: 2}", "'a, b'", '"c,d"')),
         ("a=x=1,y", ("x=1", "y")),
         ("a='1:2'", ("'1:2'",)),
-        ("a..b=1", ("1",)),  # which no scene has
+        ("a..b=1", ("1",)),  # no scene has it
     ],
 )
 def test_ranges_and_lists(expression, values):

@@ -1,4 +1,4 @@
-"""What of the benchmarks is not timing: the scenes in all languages, the turns, the tables."""
+"""The benchmarks, except their timings: the scenes in all languages, the rounds, the tables."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ import read_scene
 import report
 import run
 import scene_files
-from contest import PROCESS, TRACE, TRACE_DEVELOP, Contest, Contestant, summary, told_seconds
+from contest import PROCESS, TRACE, TRACE_DEVELOP, Contest, Contestant, reported_seconds, summary
 
 import rtcli
 import scenes
@@ -77,7 +77,7 @@ def test_pov_ray_and_mitsuba_get_the_same_light(scene):
     brightness, fade_distance = map(
         float, re.search(r"rgb (\S+) fade_distance (\S+)", scenes.to_pov(scene)).groups()
     )
-    # Both against what arrives from rtcli's light at a white surface straight below, 10 away: I / (4 pi^2 r^2).
+    # Compare both with the radiance of a white surface straight below rtcli's light, 10 away: I / (4 pi^2 r^2).
     arriving = light["intensity"] / (4 * math.pi**2 * 10**2)
     assert scenes.POV_DIFFUSE * brightness * 2 / (1 + (10 / fade_distance) ** 2) == pytest.approx(
         arriving, rel=1e-5
@@ -136,7 +136,7 @@ def test_contestants_take_turns_and_the_first_round_is_not_counted(tmp_path: Pat
     results = contest.hold(2)
     assert log.read_text() == "abcabab"
     assert results["seconds"]["a"].keys() == {PROCESS, TRACE}
-    # The first number that each tells is its turn.
+    # Each reports its turn first.
     assert results["seconds"]["a"][TRACE] == {"median": 1.5, "least": 1.0, "most": 2.0}
     assert results["seconds"]["c"][TRACE]["median"] == 0.0
 
@@ -149,7 +149,7 @@ def _logging(name: str, log: Path, once: bool = False) -> Contestant:
     return Contestant(name, (sys.executable, "-c", program), once=once)
 
 
-def test_failure_of_a_contestant_says_what_it_said():
+def test_failure_of_a_contestant_shows_its_output():
     failing = Contestant("failing", (sys.executable, "-c", "raise SystemExit('no such scene')"))
     with pytest.raises(SystemExit, match=r"failing failed with exit code 1[\s\S]*no such scene"):
         failing.run()
@@ -164,8 +164,8 @@ def test_contestants_see_no_options_of_rtcli_in_the_environment(monkeypatch):
 
 
 def test_seconds_are_read_from_statistics_and_from_nothing_else():
-    assert told_seconds(b'{"seconds": {"trace": 0.5}, "rays": 3}') == {"trace": 0.5}
-    assert told_seconds(b"rendered") == {}
+    assert reported_seconds(b'{"seconds": {"trace": 0.5}, "rays": 3}') == {"trace": 0.5}
+    assert reported_seconds(b"rendered") == {}
 
 
 def test_trace_and_develop_are_added_run_by_run():
@@ -177,7 +177,7 @@ def test_trace_and_develop_are_added_run_by_run():
 
 
 @pytest.mark.parametrize("find", [peers.povray, peers.plain_kernel])
-def test_missing_peer_is_left_out_aloud(find, monkeypatch, capsys):
+def test_missing_peer_is_skipped_with_a_message(find, monkeypatch, capsys):
     monkeypatch.setenv("PATH", "")
     assert find() is None
     assert "IS LEFT OUT" in capsys.readouterr().err
@@ -199,10 +199,10 @@ def test_pictures_are_compared_off_borders():
     reference[:, 10:] = 200
     picture = reference.copy()
     picture[:, 9] = 200
-    assert agreement.strays(picture, reference, 1) == 0
+    assert agreement.mismatch_share(picture, reference, 1) == 0
     picture[5, 5] = 2
-    assert agreement.strays(picture, reference, 1) == pytest.approx(1 / 360)
-    assert agreement.strays(picture, reference, 2) == 0
+    assert agreement.mismatch_share(picture, reference, 1) == pytest.approx(1 / 360)
+    assert agreement.mismatch_share(picture, reference, 2) == 0
 
 
 # --- Tables --------------------------------------------------------------------------------------------------
@@ -255,7 +255,7 @@ def test_bars_are_reached_missed_or_not_measured():
     assert verdicts[6] == ("8", "9.000", "missed")
 
 
-def test_medians_are_told_with_their_spread():
+def test_medians_are_shown_with_their_spread():
     rows = [row for contest in RESULTS["contests"].values() for row in report.contest_rows(contest)]
     assert rows[0] == ("rtcli", PROCESS, "250 (125 to 500)")
     assert rows[3] == ("C, plain", TRACE_DEVELOP, "10.0 (5.0 to 20.0), 200 Mpixel/s")

@@ -1,4 +1,4 @@
-"""What the tests of the command line share."""
+"""Fixtures for the tests of the command line."""
 
 import contextlib
 import os
@@ -24,9 +24,9 @@ render: {background: [0.1, 0.2, 0.3]}
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
-    """An empty folder to work in, and no variable of whoever runs the tests that changes rtcli or Python.
+    """An empty working folder, and an environment without variables that change rtcli or Python.
 
-    If a test opens a terminal, it is one that draws.
+    TERM is that of a terminal that draws.
     """
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("TERM", "xterm-256color")
@@ -54,7 +54,7 @@ def run():
 
 @pytest.fixture
 def spawn():
-    """Run `python -m rtcli` in a process of its own, with pipes for its output; none of them outlives the test.
+    """Run `python -m rtcli` in a new process with pipes for its output; no process outlives the test.
 
     A `prelude` of shell commands runs in that process first: `exec 1>&-` closes its standard output.
     """
@@ -65,14 +65,14 @@ def spawn():
         if prelude is not None:
             command = ["sh", "-c", f'{prelude}; exec "$@"', "sh", *command]
         pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-        # A session of its own, whose processes can be ended together.
+        # A new session, so that its processes can be ended together.
         process = subprocess.Popen(command, **{**pipes, "start_new_session": True, **options})
         started.append(process)
         return process
 
     yield start
     for process in started:
-        # Its workers too, whether it lives or not: they hold the pipes, and may have work for days.
+        # End its workers too, even if it has ended: they hold the pipes, and may work for days.
         with contextlib.suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL) if os.name == "posix" else process.kill()
         process.communicate(timeout=30)

@@ -1,4 +1,4 @@
-"""Colors: on a terminal, unless variables say otherwise. Real processes, and a real pseudo-terminal."""
+"""Colors on a terminal, unless variables forbid them, with real processes and a real pseudo-terminal."""
 
 import os
 import re
@@ -15,7 +15,7 @@ COMMANDS = {
     "validate": ["validate", "wrong.yaml"],
     "render": ["render", "wrong.yaml", "-o", "out.png"],
 }
-# Where the problems of a scene are told: they are what validate was asked for, but not what render was.
+# The stream of the problems: they are the output of validate, but not of render.
 TOLD_ON = {"validate": "stdout", "render": "stderr"}
 
 
@@ -26,12 +26,12 @@ def wrong(folder):
 
 
 def read_all(terminal):
-    """Return what was written to a terminal until its last writer was gone."""
+    """Return the text written to a terminal until its last writer closed it."""
     pieces = []
     while True:
         try:
             piece = os.read(terminal, 65536)
-        except OSError:  # Linux ends so
+        except OSError:  # the end, on Linux
             piece = b""
         if not piece:
             return b"".join(pieces)
@@ -50,12 +50,12 @@ def run(arguments, terminal, **variables):
         os.close(watcher)
         piped = dict(zip(("stdout", "stderr"), process.communicate(timeout=20), strict=True))
     if terminal:
-        piped[terminal] = seen.replace(b"\r\n", b"\n")  # which a terminal makes of a line's end
+        piped[terminal] = seen.replace(b"\r\n", b"\n")  # a terminal ends lines like this
     return {stream: text.decode() for stream, text in piped.items()}
 
 
 TERMINAL, PIPE = True, False
-# Variables, what is behind the stream, and whether there are colors.
+# Variables, whether the stream is a terminal, and whether there are colors.
 CASES = [
     ({"TERM": "xterm"}, TERMINAL, True),
     ({"TERM": "xterm"}, PIPE, False),
@@ -64,10 +64,10 @@ CASES = [
 ]
 RARE_CASES = [
     ({"TERM": "dumb"}, TERMINAL, False),
-    ({}, TERMINAL, False),  # without TERM, as git and ripgrep have it
+    ({}, TERMINAL, False),  # without TERM, by the convention of git and ripgrep
     ({"FORCE_COLOR": "1"}, TERMINAL, True),
     ({"TERM": "dumb", "FORCE_COLOR": "1"}, TERMINAL, True),
-    ({"TERM": "xterm", "NO_COLOR": "0"}, TERMINAL, False),  # any value but an empty one
+    ({"TERM": "xterm", "NO_COLOR": "0"}, TERMINAL, False),  # any value that is not empty
     ({"TERM": "xterm", "NO_COLOR": ""}, TERMINAL, True),
     ({"FORCE_COLOR": "0"}, PIPE, True),
     ({"FORCE_COLOR": ""}, PIPE, False),

@@ -1,4 +1,4 @@
-"""`--dask`: a real scheduler and two worker processes on the loopback, and what is left when one of them dies."""
+"""`--dask`: a real scheduler and two worker processes on the loopback, some of which die."""
 
 import contextlib
 import os
@@ -14,14 +14,15 @@ import pytest
 from batches import entries, lasting, private_files, results_in, write_scene, write_scenes
 from clusters import no_workers, two_workers, worker_of
 
-from rtcli.cli.console import report_waiting
+from rtcli.cli.options.cluster import connected_cluster
+from rtcli.distributed.dask import Cluster
 
 pytestmark = [pytest.mark.integration, pytest.mark.skipif(os.name == "nt", reason="POSIX only")]
 
 OUT = Path("out")
 PASSES = ("--passes", "depth,normal")
 
-# Such a scene takes a worker a tenth of a second.
+# A worker takes a tenth of a second for such a scene.
 OPTIONS = ("--size", "320x240", "--samples", "64", *PASSES)
 
 
@@ -50,7 +51,7 @@ def pictures():
 
 
 def processes_of(session):
-    """Return the processes of a session, but for those that have ended."""
+    """Return the running processes of a session."""
     found = []
     for folder in Path("/proc").glob("[0-9]*"):
         try:
@@ -243,15 +244,18 @@ def test_timeout_is_a_number_of_seconds(run, scene, seconds):
 
 
 @pytest.mark.parametrize(("cores", "told"), [(0, "the cluster at tcp://a:1 has no workers: waiting"), (1, "")])
-def test_cluster_without_workers_is_told(cores, told, capsys):
-    report_waiting(cores, "tcp://a:1")
+def test_cluster_without_workers_is_told(cores, told, capsys, monkeypatch):
+    empty = contextlib.nullcontext(Cluster(None, cores))
+    monkeypatch.setattr("rtcli.distributed.dask.dask_cluster", lambda address, timeout: empty)
+    with connected_cluster("tcp://a:1", 60):
+        pass
     assert capsys.readouterr().err.startswith(told)
     assert bool(told) == (cores == 0)
 
 
 def test_cluster_of_this_machine_is_quiet_though_another_has_dasks_port(run, scenes):
     with contextlib.ExitStack() as stack:
-        with contextlib.suppress(OSError):  # taken already
+        with contextlib.suppress(OSError):  # already in use
             stack.enter_context(socket.create_server(("127.0.0.1", 8787)))
         result = run("batch", "scenes", "-o", "quiet", "--dask", "local", "-q")
     assert (result.exit_code, result.stderr) == (0, "")

@@ -1,4 +1,4 @@
-"""No file, however broken, brings `rtcli validate` down: 10,000 mutated files, and what Hypothesis makes up."""
+"""No broken file crashes `rtcli validate`: 10,000 mutated files, and those that Hypothesis generates."""
 
 import random
 import re
@@ -21,7 +21,7 @@ FORMATS = ["text", "concise", "json", "github", "sarif", "junit"]
 
 INPUTS, BATCH = 10_000, 250
 
-# What parsers stumble over: indicators, escapes, numbers at the border, control and bidirectional characters.
+# Text that parsers stumble over: indicators, escapes, numbers at the border, control and bidirectional characters.
 TOKENS = [
     *(
         b"[",

@@ -1,4 +1,4 @@
-"""Commands in too little memory: they end with an error and leave nothing behind, wherever it runs out."""
+"""Commands without enough memory end with an error and leave nothing behind, wherever it runs out."""
 
 import json
 import random
@@ -39,7 +39,7 @@ def write_crowd(count):
 
 
 def run_within(limit, *arguments):
-    """Run rtcli with so much memory; return its exit code, and what it says on standard error."""
+    """Run rtcli with limited memory; return its exit code and standard error."""
 
     def bound():
         resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
@@ -51,7 +51,7 @@ def run_within(limit, *arguments):
 
 
 def least(*arguments, above=0, below=4096 * MIB):
-    """Return with how much memory a command works, to a MiB."""
+    """Return the least memory that a command needs, to a MiB."""
     while below - above > MIB:
         middle = (above + below) // 2
         if run_within(middle, *arguments)[0] == 0:
@@ -83,7 +83,7 @@ def test_lack_of_memory_is_an_error_that_leaves_nothing_behind(scene, folder, mo
     Image.new("RGB", (8000, 6000)).save("large.png")
     arguments = COMMANDS[name]
     needed = least(*arguments, above=32 * MIB)
-    # Below that not even the program is loaded.
+    # With less memory, not even the program loads.
     begun = least(arguments[0], "--help", below=needed)
     files = {path.name for path in folder.rglob("*")}
     failed = set()
@@ -91,7 +91,7 @@ def test_lack_of_memory_is_an_error_that_leaves_nothing_behind(scene, folder, mo
         code, told = run_within(limit, *arguments)
         last = (told.splitlines() or [""])[-1]
         what = f"{limit // MIB} MiB of {begun // MIB} to {needed // MIB}: {code}, {told}"
-        if code == 1 and name == "check":  # it differs, which is known as soon as the size
+        if code == 1 and name == "check":  # it differs, as its size shows
             continue
         if code:
             assert code == (1 if "1 failed" in last else 3), what

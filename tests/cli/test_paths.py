@@ -1,4 +1,4 @@
-"""No file is replaced that is read, or that is written too."""
+"""No file is both read and written, or written twice."""
 
 import json
 import os
@@ -30,7 +30,7 @@ def test_standard_input_and_output_are_two():
 def test_every_name_of_a_file_is_that_file(folder, name, read):
     (folder / "folder").mkdir()
     for link in ("link.png", "folder/link.png"):
-        Path(link).symlink_to(folder / "a.png")  # which need not be there
+        Path(link).symlink_to(folder / "a.png")  # need not exist
     first, second = OutputPath("the one", "a.png", "-a"), OutputPath("the other", name, "-b")
     with pytest.raises(click.UsageError, match=r"would replace the one 'a\.png': choose another name with -b"):
         refuse_collisions([first] if read else [], [second] if read else [first, second])

@@ -9,9 +9,9 @@ pytestmark = pytest.mark.skipif(os.name == "nt", reason="terminals are another m
 
 
 def on_a_terminal(spawn, *arguments, size=(20, 40), stdin=None, prelude=None, **variables):
-    """Run rtcli on a terminal without special talents; return the exit code, what it shows, and standard error.
+    """Run rtcli on a simple terminal; return the exit code, the text it shows, and standard error.
 
-    Standard input is the terminal too, unless it is given.
+    Standard input is the terminal, too, unless a file is given.
     """
     import fcntl
     import termios

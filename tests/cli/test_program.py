@@ -1,4 +1,4 @@
-"""The program as a whole: exit codes, streams, signals, terminals. Real processes where it matters."""
+"""The whole program: exit codes, streams, signals, terminals; with real processes where it matters."""
 
 import contextlib
 import os
@@ -64,7 +64,7 @@ def test_unknown_command_or_option_is_wrong_usage(run, arguments):
 
 
 class PanicException(BaseException):
-    """As PyO3 raises it when Rust panics: no Exception."""
+    """The error that PyO3 raises when Rust panics: no Exception."""
 
 
 @pytest.mark.parametrize("failure", [RuntimeError, PanicException])
@@ -158,12 +158,12 @@ PRINTING = [
     ["--help"],
     ["--version"],
     ["render", "--help"],
-    [],  # with the variable by which a shell asks for its completion
+    [],  # with the variable that a shell sets to get completions
 ]
 
 
 def printing(spawn, arguments, **options):
-    """Run rtcli where it prints; return its exit code, and the last line on standard error."""
+    """Run rtcli so that it prints; return its exit code and the last line of standard error."""
     Path("wrong.yaml").write_text("camera: 1\nobjects:\n" + "  - 1\n" * 5000)  # more problems than a pipe holds
     layers = {f"layer{i}": np.full((4, 4), i) for i in range(9)}
     np.savez("a.npz", **layers)
@@ -206,8 +206,8 @@ def test_full_disk_behind_standard_output_exits_with_3(spawn, scene, arguments):
 @needs_posix
 @pytest.mark.parametrize("unbuffered", ["", "1"])
 def test_picture_that_does_not_fit_behind_standard_output_exits_with_3(spawn, scene, folder, unbuffered):
-    # Without Python's buffer a system call may write a part of what it is given, and say so only by a number.
-    # Under that limit Python would leave cut files of compiled code, which it cannot load later.
+    # Without Python's buffer, a system call may write only part of the data, and reports that by its return value.
+    # Under that limit, Python would write truncated bytecode files that it cannot load later.
     env = {**os.environ, "PYTHONUNBUFFERED": unbuffered, "PYTHONDONTWRITEBYTECODE": "1"}
     with (folder / "out.png").open("wb") as out:
         arguments = ["render", scene, "-q", "-o", "-", "--size", "600x600", "--bits", "16"]
@@ -239,7 +239,7 @@ def test_report_that_does_not_fit_behind_standard_output_exits_with_3(spawn, sce
     np.savez("a.npz", **layers)
     np.savez("b.npz", **{name: values + 1 for name, values in layers.items()})
     env = {**os.environ, "PYTHONUNBUFFERED": unbuffered, "PYTHONDONTWRITEBYTECODE": "1"}
-    (folder / "out").write_bytes(b"x" * 1000)  # of 1,024: so a part of the report fits
+    (folder / "out").write_bytes(b"x" * 1000)  # of 1,024, so that part of the report fits
     with (folder / "out").open("ab") as out:
         process = spawn(*arguments, prelude="ulimit -f 2", stdout=out, env=env)
         _, errors = process.communicate(timeout=20)
@@ -344,11 +344,11 @@ def test_characters_that_the_output_cannot_encode_are_escaped(spawn, folder):
 
 
 def wait_for_progress(process):
-    """Return once the rendering has told how far it is."""
+    """Wait until the rendering reports progress."""
     assert process.stderr.readline().startswith(b"rendering: ")
 
 
-# A tenth of it takes about a second, the whole of it longer than anybody waits here.
+# A tenth of it takes about a second, all of it longer than this test waits.
 LONG = {
     "native": ["--engine", "native", "--size", "6000x6000", "--samples", "256"],
     "reference": ["--engine", "reference", "--size", "3000x3000", "--samples", "4"],
@@ -387,7 +387,7 @@ def test_signal_is_heeded_at_once_where_each_tile_takes_minutes(spawn, folder, e
     (folder / "crowd.yaml").write_text(f"camera: {{resolution: [400, 300], fov: 40}}\nobjects:\n{spheres}")
     process = spawn("render", "crowd.yaml", "-o", "out.png", "--engine", engine, "--samples", "1024", *size)
     for _ in range(100):
-        if len(names_in(folder)) == 2:  # the temporary file: the work has begun
+        if len(names_in(folder)) == 2:  # the temporary file: the work has started
             break
         time.sleep(0.1)
     time.sleep(0.5)
@@ -419,7 +419,7 @@ def test_signal_handlers_are_given_back(run, scene):
 
 
 def on_terminal(command, stream):
-    """Run a command with one stream on a terminal; return its exit code and what the terminal got."""
+    """Run a command with one stream on a terminal; return its exit code and the terminal's text."""
     import pty
 
     ours, theirs = pty.openpty()
@@ -427,7 +427,7 @@ def on_terminal(command, stream):
     process = subprocess.Popen([sys.executable, *command], **streams)
     os.close(theirs)
     shown = b""
-    with contextlib.suppress(OSError):  # how Linux tells that the other side is closed
+    with contextlib.suppress(OSError):  # Linux: the other side is closed
         while piece := os.read(ours, 4096):
             shown += piece
     os.close(ours)

@@ -81,7 +81,7 @@ def filled(height, width, color):
         ((40, 20), (25, 30), ONLY_SECOND, ONLY_FIRST, NEITHER),
     ],
 )
-def test_what_only_one_layer_has_is_marked_around_what_both_have(first, second, right, below, corner, kind):
+def test_pixels_of_only_one_layer_are_marked(first, second, right, below, corner, kind):
     layers = np.random.default_rng(4).integers(0, 256, (2, 40, 30, 3), np.uint8)
     a, b = (layer[:height, :width] for layer, (height, width) in zip(layers, (first, second), strict=True))
     pixels = drawn(a, b, kind)
@@ -98,7 +98,7 @@ def test_what_only_one_layer_has_is_marked_around_what_both_have(first, second, 
         np.testing.assert_array_equal(part, filled(*size, color or BLACK))
 
 
-def test_marks_are_no_colors_of_a_difference():
+def test_marks_differ_from_all_colors_of_a_difference():
     ramp = drawn(np.zeros((1, 4096)), np.linspace(0, 1, 4096)[np.newaxis])[0].astype(int)
     for mark in (ONLY_FIRST, ONLY_SECOND, NEITHER):
         assert np.abs(ramp - mark).max(axis=-1).min() >= 60
@@ -138,6 +138,6 @@ def test_name_of_a_layer_never_leads_elsewhere(tmp_path, name):
     assert len(base) < 100
 
 
-def test_names_that_become_alike_do_not_share_a_file():
+def test_names_that_become_equal_do_not_share_a_file():
     paths = difference_paths("diff.png", ["first", "a.b", "a:b", "a b"])
     assert list(paths.values()) == ["diff.png", "diff.a_b.png", "diff.a_b-2.png", "diff.a_b-3.png"]

@@ -1,4 +1,4 @@
-"""FLIP, with the package that its authors made."""
+"""FLIP, with its authors' package."""
 
 import math
 

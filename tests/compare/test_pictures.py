@@ -43,7 +43,7 @@ def picture_pairs(draw):
 
 
 def apart(a, b):
-    """Return |a - b| of two numbers, by the book."""
+    """Return |a - b| of two numbers, by the definition."""
     a, b = float(a), float(b)
     if a == b or (math.isnan(a) and math.isnan(b)):
         return 0.0
@@ -74,7 +74,7 @@ def changed(layer, place, value):
 
 
 @given(pair=pairs(), tolerance=st.sampled_from([0.0, 0.5, 1.0, 100.0]))
-def test_differing_pixels_and_the_largest_difference_are_those_of_one_by_one(pair, tolerance):
+def test_differing_pixels_and_the_largest_difference_equal_a_loop_over_pixels(pair, tolerance):
     found = compare_layers(*pair, tolerance)
     by_pixel = differences(*pair).max(axis=-1)
     exact = pair[0].dtype.kind in "biu"
@@ -88,7 +88,7 @@ def test_differing_pixels_and_the_largest_difference_are_those_of_one_by_one(pai
 
 
 @given(pair=pairs())
-def test_place_is_that_of_the_first_largest_difference(pair):
+def test_position_is_that_of_the_first_largest_difference(pair):
     found = compare_layers(*pair)
     by_pixel = differences(*pair).max(axis=-1)
     if found.largest == 0:
@@ -139,7 +139,7 @@ def test_greater_tolerance_never_lets_more_pixels_differ(pair, tolerances):
 
 
 @given(pair=pairs())
-def test_map_of_differences_is_that_of_one_by_one(pair):
+def test_map_of_differences_equals_a_loop_over_pixels(pair):
     found = np.concatenate([band for _, band in pixel_differences(*pair)])
     np.testing.assert_array_equal(found, differences(*pair).max(axis=-1))
 
@@ -168,13 +168,13 @@ def test_tolerance_itself_is_within_it():
 
 
 @pytest.mark.parametrize("odd", [np.inf, -np.inf, np.nan])
-def test_infinity_or_no_number_is_equal_to_its_like_and_infinitely_far_from_all_else(odd):
+def test_infinity_or_nan_equals_itself_and_is_infinitely_far_from_all_else(odd):
     a = changed(FLOATS, (2, 3, 1), odd)
     assert compare_layers(a, a.copy()).largest == 0
     found = compare_layers(FLOATS, a, 1e300)
     assert (found.largest, found.largest_finite, found.infinite, found.differing) == (math.inf, 0, 1, 1)
     assert found.rmse == 0
-    assert math.isnan(found.psnr)  # not the PSNR of what is perfect
+    assert math.isnan(found.psnr)  # not the PSNR of equal layers
     assert found.place == (3, 2)
 
 
@@ -184,7 +184,7 @@ def test_infinities_of_unlike_signs_differ():
 
 
 @pytest.mark.parametrize("dtype", [np.uint32, np.int64, np.uint64, bool])
-def test_of_integers_any_difference_counts(dtype):
+def test_any_difference_of_integers_counts(dtype):
     ids = np.array([[0, 1], [1, 0]], dtype)
     found = compare_layers(ids, changed(ids, (0, 1), 0), tolerance=1000)
     assert (found.differing, found.tolerance) == (1, 0)
@@ -353,6 +353,6 @@ def test_picture_and_arrays_are_not_compared():
 
 
 @pytest.mark.parametrize("bounds", [Bounds(flip=True), Bounds(max_flip=1.0)])
-def test_flip_of_nothing_to_look_at_is_refused(bounds):
+def test_flip_of_layers_without_a_picture_is_refused(bounds):
     with pytest.raises(ValueError, match="FLIP is for pictures and radiance"):
         compare(arrays(depth=FLOATS), arrays(depth=FLOATS), bounds)

@@ -11,7 +11,8 @@ from rtcli import Scene
 from rtcli.distributed.bands import BandedTracer, bands_of
 from rtcli.rendering.pack import pack
 from rtcli.tracer.engines import ENGINES, tracer_of
-from rtcli.tracer.world import PASSES, Window
+from rtcli.tracer.passes import PASSES
+from rtcli.tracer.world import Window
 
 ROOM = scene(
     [
@@ -26,7 +27,7 @@ ROOM = scene(
 
 
 class AtOnce(Executor):
-    """Does all at once, and counts."""
+    """Runs every task at once, and counts them."""
 
     def __init__(self):
         self.done = 0
@@ -80,7 +81,7 @@ def test_processes_give_the_same_film():
         np.testing.assert_array_equal(arrays[name], values, err_msg=name)
 
 
-def test_progress_is_told_band_by_band():
+def test_progress_is_reported_band_by_band():
     told = []
     BandedTracer(pack(ROOM), "native", AtOnce()).film(Window(0, 10, 61, 70), (), lambda *done: told.append(done))
     assert told == sorted(set(told))
@@ -92,7 +93,7 @@ def test_only_some_bands_are_on_their_way_at_a_time():
     executor = AtOnce()
     bands = BandedTracer(pack(ROOM), "native", executor).bands(Window(0, 0, 1, 83))
     next(bands)
-    assert executor.done == 6  # all there are
+    assert executor.done == 6  # all of them
     executor = AtOnce()
     tall = scene([], camera={"resolution": [1, 4000], "fov": 50})
     next(BandedTracer(pack(tall), "native", executor).bands(Window(0, 0, 1, 4000)))

@@ -1,4 +1,4 @@
-"""Work on a real cluster of Dask: a scheduler and two worker processes on the loopback."""
+"""Work on a real Dask cluster: a scheduler and two worker processes on the loopback interface."""
 
 import contextlib
 import copyreg
@@ -20,7 +20,7 @@ from rtcli.tracer._native import __version__
 from rtcli.tracer.engines import tracer_of
 from rtcli.tracer.world import Window, World
 
-# In one process: they share a cluster.
+# In one process, to share a cluster.
 pytestmark = [pytest.mark.integration, pytest.mark.xdist_group("cluster")]
 
 ROOM = scene(
@@ -40,7 +40,7 @@ def test_missing_package_is_named_with_what_installs_it(monkeypatch):
 
 @pytest.fixture(scope="module")
 def workers():
-    """The address of two workers, which no test here kills."""
+    """The address of a cluster of two workers that no test here kills."""
     pytest.importorskip("distributed", exc_type=ImportError)
     with two_workers() as cluster:
         yield cluster.address
@@ -75,7 +75,7 @@ def test_world_is_sent_once_however_many_bands_there_are(monkeypatch):
 
     monkeypatch.setattr(World, "__reduce__", counted)
     world = pack(ROOM)
-    # The scheduler is another process, which sends it on to a worker.
+    # The scheduler is another process, which passes it on to a worker.
     with two_workers() as cluster, dask_cluster(cluster.address) as (executor, _):
         tracer = BandedTracer(world, "native", executor)
         assert len(list(tracer.bands(WHOLE))) == 60
@@ -122,7 +122,7 @@ def test_workers_that_come_in_time_get_the_work():
             assert future.result(timeout=30) == 3
 
 
-def test_cluster_that_has_nothing_to_do_may_be_without_workers():
+def test_cluster_without_work_may_be_without_workers():
     pytest.importorskip("distributed", exc_type=ImportError)
     with no_workers() as cluster, dask_cluster(cluster.address, 0.6) as (executor, _):
         time.sleep(2)
@@ -156,7 +156,7 @@ def test_worker_with_another_version_is_refused(workers, monkeypatch):
         pass
 
 
-def test_work_that_kills_every_worker_is_told():
+def test_work_that_kills_every_worker_is_reported():
     pytest.importorskip("distributed", exc_type=ImportError)
     told = pytest.raises(OSError, match=r"the cluster gave up: .* was lost with each of the workers")
     with no_workers(allowed_failures=0) as cluster, worker_of(cluster):  # noqa: SIM117  the error ends the connection
@@ -170,7 +170,7 @@ def test_task_of_a_batch_that_kills_its_workers_fails_alone():
     tasks = [*map(str, range(10)), die, *map(str, range(10, 20))]
     with contextlib.ExitStack() as stack:
         cluster = stack.enter_context(no_workers(allowed_failures=0))
-        # It is tried twice, which leaves one.
+        # It is tried twice, which leaves one worker.
         processes = [stack.enter_context(worker_of(cluster)) for _ in range(3)]
         executor, _ = stack.enter_context(dask_cluster(cluster.address))
         news = list(results(Workers(executor, 4), eval, tasks))
@@ -186,7 +186,7 @@ def test_task_of_a_batch_that_kills_its_workers_fails_alone():
     ("address", "message"),
     [("tcp://127.0.0.1:9", "no scheduler of Dask answers at 'tcp://127.0.0.1:9'"), ("nonsense", "'nonsense'")],
 )
-def test_scheduler_that_is_not_there_is_an_error_with_its_address(address, message):
+def test_missing_scheduler_is_an_error_with_its_address(address, message):
     pytest.importorskip("distributed", exc_type=ImportError)
     with pytest.raises(OSError, match=message), dask_cluster(address):
         pass

@@ -1,4 +1,4 @@
-"""Scenes in an editor: what the YAML language server, which most editors use, makes of the schema."""
+"""Scenes in an editor: the schema in the YAML language server, which most editors use."""
 
 import re
 import shutil
@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parents[2]
 SCENES = sorted((ROOT / "scenes").glob("*.yaml"))
 FIRST_LINE = "# yaml-language-server: $schema=../schemas/scene.schema.json\n"
 VERSION = "1.25.0"
-# Without the schema store, a list of schemas in the network that the server would fetch.
+# Without the schema store, a list of schemas that the server would download.
 SETTINGS = {"yaml": {"schemaStore": {"enable": False}}}
 
 # In one process: they share one server.
@@ -41,7 +41,7 @@ def command(pytestconfig):
 
 
 def install(npm, modules):
-    """Install the server beside its place and move it there, as other processes may do so at the same time."""
+    """Install the server beside its destination and move it there, since other processes may do the same."""
     with tempfile.TemporaryDirectory(dir=modules.parent) as beside:
         options = ["--prefix", beside, "--ignore-scripts", "--no-audit", "--no-fund", "--fetch-retries=1"]
         try:
@@ -103,14 +103,14 @@ def test_scene_of_the_repository_has_no_mistakes_until_one_is_made(server, folde
     file = folder / "scenes" / scene.name
     shutil.copy(scene, file)
     assert server.diagnostics(server.open(file)) == []
-    # That nothing is found says something only where the schema is.
+    # Finding nothing means something only where the schema is.
     wrong = folder / "scenes" / f"wrong-{scene.name}"
     wrong.write_text(scene.read_text(encoding="utf-8") + "\nfog: 1\n", encoding="utf-8")
     (mistake,) = server.diagnostics(server.open(wrong))
     assert mistake["message"] == "Property fog is not allowed."
 
 
-def test_starter_is_right_beside_the_schema_as_it_tells(server, tmp_path):
+def test_starter_is_valid_beside_the_schema_that_it_names(server, tmp_path):
     text = (ROOT / "rtcli" / "scene" / "starter.yaml").read_text(encoding="utf-8")
     first_line = re.search(r" (# yaml-language-server: .*\n)", text)[1]
     (tmp_path / "scene.schema.json").write_text(schema_text(), encoding="utf-8")
@@ -158,7 +158,7 @@ NO_COLOR = 'Not a color: give a CSS name such as tomato, "#rrggbb" in quotes, or
         *("key-of-a-sphere", "no-mapping", "color", "color-with-capital", "albedo", "exposure", "up"),
     ],
 )
-def test_mistake_is_told_once_and_at_its_place(server, opened, text, place, marked, message):
+def test_mistake_is_reported_once_at_its_position(server, opened, text, place, marked, message):
     uri, *_ = opened(text)
     (found,) = server.diagnostics(uri)
     start, end = found["range"]["start"], found["range"]["end"]
@@ -174,7 +174,7 @@ def rules_broken_by(raw, name):
     return [problem.rule for problem in refused.value.problems]
 
 
-def test_wrong_file_has_mistakes_if_a_schema_can_tell_them(server, folder):
+def test_wrong_file_has_mistakes_if_a_schema_can_express_them(server, folder):
     opened = {}
     for wrong in (ROOT / "tests" / "data" / "invalid").glob("*.yaml"):
         if any(rule.in_schema for rule in rules_broken_by(wrong.read_bytes(), wrong.name)):
@@ -183,14 +183,14 @@ def test_wrong_file_has_mistakes_if_a_schema_can_tell_them(server, folder):
             opened[wrong.name] = server.open(file)
     assert len(opened) > 50
     silent = {name for name, uri in opened.items() if not server.diagnostics(uri)}
-    assert silent == {"empty.yaml", "nothing-at-all.yaml"}  # of which the server says nothing, whatever the schema
+    assert silent == {"empty.yaml", "nothing-at-all.yaml"}  # which the server never reports, whatever the schema
 
 
 # --- Completion ------------------------------------------------------------------------------------------
 
 
 def offered(server, place):
-    """Return the labels of what is offered at a place, none of them twice."""
+    """Return the labels of the completions at a position, each of them once."""
     labels = [item["label"] for item in server.completions(*place)]
     assert len(labels) == len(set(labels))
     return set(labels)
@@ -211,7 +211,7 @@ def offered(server, place):
     ],
     ids=["scene", "camera", "camera-with-fov", "render", "image", "sphere", "plane", "box", "light"],
 )
-def test_keys_are_offered_that_are_not_there_yet(server, opened, text, model, given):
+def test_completion_offers_the_missing_keys(server, opened, text, model, given):
     # The title stands for all keys that are required, in one.
     titles = {model.__name__, "rtcli scene"}
     assert offered(server, opened(text)) - titles == model.model_fields.keys() - given
@@ -230,11 +230,11 @@ def test_keys_are_offered_that_are_not_there_yet(server, opened, text, model, gi
     ],
     ids=["type", "type-below", "tone", "exposure", "eye_falloff", "fov", "look_at"],
 )
-def test_values_are_offered(server, opened, text, values):
+def test_completion_offers_values(server, opened, text, values):
     assert offered(server, opened(text)) == values
 
 
-def test_names_of_colors_are_offered(server, opened):
+def test_completion_offers_color_names(server, opened):
     labels = offered(server, opened(BALL.replace("red", "|")))
     assert {"tomato", "skyblue", "[0.9,0.9,0.9]", '"#b3b3b3"'} <= labels
     assert len(labels) == 150

@@ -1,4 +1,4 @@
-"""What docs/editor.md tells people to put into their settings works on what rtcli writes."""
+"""The settings in docs/editor.md work with the output of rtcli."""
 
 import json
 import re
@@ -46,7 +46,7 @@ def test_problem_matcher_of_vs_code_matches_each_line():
     assert {match[pattern["severity"]] for match in matches} == {"error"}
 
 
-def test_settings_of_vs_code_name_the_schema_that_is_there():
+def test_settings_of_vs_code_name_an_existing_schema():
     (settings,) = [block for block in map(json.loads, blocks("json")) if "yaml.schemas" in block]
     named = [*settings["yaml.schemas"], *(entry["url"] for entry in settings["json.schemas"])]
     assert [path for path in named if not (ROOT / path).is_file()] == []
@@ -67,7 +67,7 @@ def test_vim_finds_each_line(tmp_path):
 
 def test_page_names_the_rules_that_only_rtcli_checks():
     named = set(re.findall(r"E\d{3}", PAGE.partition("## What only rtcli finds")[2]))
-    # A parser of YAML knows these itself, each in its own words.
+    # Any YAML parser reports these itself, in its own words.
     known_to_parsers = {"E001", "E003", "E004", "E005", "E010", "E011", "E012", "E013", "E014", "E015"}
     beyond = {rule.code for rule in rules.RULES if rule.severity == rules.ERROR and not rule.in_schema}
     assert beyond - known_to_parsers - {rules.MORE_PROBLEMS.code} - named == set()

@@ -3,8 +3,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rtcli.curves import TONE_CURVES
 from rtcli.image.develop import develop
-from rtcli.image.display import TONE_CURVES, DisplayTransform
+from rtcli.image.display import DisplayTransform
 
 
 def srgb(linear):

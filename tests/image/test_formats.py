@@ -8,10 +8,11 @@ from worlds import box, light, plane, scene, sphere
 
 import rtcli
 from rtcli.extras import MissingExtraError
-from rtcli.image.formats import FORMATS, parts_of
+from rtcli.image.formats import parts_of
 from rtcli.image.pass_picture import id_colors
+from rtcli.image.write import FORMATS
 from rtcli.tracer._native import decode_png
-from rtcli.tracer.world import PASSES
+from rtcli.tracer.passes import PASSES
 
 ROOM = scene(
     [

@@ -9,7 +9,7 @@ from worlds import plane, random_scenes, render, scene, sphere
 import rtcli
 from rtcli.image.pass_picture import pass_picture, pass_values
 from rtcli.image.read import read_layers
-from rtcli.tracer.world import PASSES
+from rtcli.tracer.passes import PASSES
 
 # Half a level, and the rounding of what stands in float32.
 HALF = 0.5001

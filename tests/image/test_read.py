@@ -22,7 +22,7 @@ from rtcli.image.display import DisplayTransform
 from rtcli.image.read import kind_of, read_layers, read_radiance
 from rtcli.scene.model import Scene
 from rtcli.tracer import _native
-from rtcli.tracer.world import PASSES
+from rtcli.tracer.passes import PASSES
 
 RNG = np.random.default_rng(3)
 GREY = RNG.integers(0, 256, (5, 7, 1), dtype=np.uint8)

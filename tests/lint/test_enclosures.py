@@ -8,7 +8,8 @@ import worlds
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rtcli.lint.enclosures import Enclosures, Point, contains, solid_of, surface_distance
+from rtcli.lint.enclosures import Enclosures
+from rtcli.lint.shapes import Ball, shape_of
 
 BALL = worlds.sphere([1, 2, 3], radius=2)
 CUBE = worlds.box([1, 2, 3], [2, 4, 6])
@@ -16,7 +17,7 @@ TURNED = worlds.box([0, 0, 0], [2, 2, 2], rotation=45)
 
 
 def solid(data):
-    return solid_of(worlds.scene([data]).objects[0])
+    return shape_of(worlds.scene([data]).objects[0]).solid
 
 
 def test_plane_is_no_solid():
@@ -40,15 +41,15 @@ def test_plane_is_no_solid():
     ],
 )
 def test_distance_to_the_surface_is_negative_inside(data, point, distance):
-    assert surface_distance(solid(data), point) == pytest.approx(distance, abs=1e-12)
+    assert solid(data).signed_distance(point) == pytest.approx(distance, abs=1e-12)
 
 
 def test_box_turns_counter_clockwise_seen_from_above():
     # Its long side lies along x; from above, with x to the right, y up is towards -z.
     long = solid(worlds.box([0, 0, 0], [4, 1, 1], rotation=30))
     along = (math.cos(math.radians(30)) * 1.9, 0, -math.sin(math.radians(30)) * 1.9)
-    assert surface_distance(long, along) < 0
-    assert surface_distance(long, (along[0], 0, -along[2])) > 0
+    assert long.signed_distance(along) < 0
+    assert long.signed_distance((along[0], 0, -along[2])) > 0
 
 
 @pytest.mark.parametrize(
@@ -67,12 +68,12 @@ def test_box_turns_counter_clockwise_seen_from_above():
     ],
 )
 def test_solid_contains_what_is_wholly_inside(outer, inner, inside):
-    assert contains(solid(outer), solid(inner)) is inside
+    assert solid(outer).contains(solid(inner)) is inside
 
 
 def test_point_on_the_surface_is_not_inside():
-    assert contains(solid(BALL), Point((1, 2, 4.999)))
-    assert not contains(solid(BALL), Point((1, 2, 5)))
+    assert solid(BALL).contains(Ball.of((1, 2, 4.999), 0))
+    assert not solid(BALL).contains(Ball.of((1, 2, 5), 0))
 
 
 @pytest.mark.parametrize("way", [(1, 0, 0), (0, -1, 0), (0.6, 0, 0.8)])
@@ -105,19 +106,15 @@ def crowd(seed):
 @given(seed=st.integers(0, 2**32))
 def test_grid_finds_an_enclosure_where_trying_all_finds_one(seed):
     solids = crowd(seed)
-    grid = Enclosures(enumerate(solids))
+    grid = Enclosures(dict(enumerate(solids)))
     for own, inner in enumerate(solids):
-        around = {
-            index
-            for index, outer in enumerate(solids)
-            if index != own and contains(outer, inner) and (index < own or not contains(inner, outer))
-        }
-        found = grid.around(inner, own)
+        around = {index for index, outer in enumerate(solids) if index != own and outer.contains(inner)}
+        found = grid.around(inner)
         assert found in around if around else found is None
     for _ in range(20):
-        point = Point(tuple(random.Random(seed).uniform(-4, 4) for _ in range(3)))
-        around = {index for index, outer in enumerate(solids) if contains(outer, point)}
-        found = grid.around(point, None)
+        point = Ball.of(tuple(random.Random(seed).uniform(-4, 4) for _ in range(3)), 0)
+        around = {index for index, outer in enumerate(solids) if outer.contains(point)}
+        found = grid.around(point)
         assert found in around if around else found is None
 
 
@@ -126,6 +123,6 @@ def test_hostile_crowd_is_given_up_in_time():
     solids = [
         solid(worlds.box([0, 0, 0], [1, 0.001, 0.001 + number * 1e-6], rotation=number)) for number in range(3000)
     ]
-    grid = Enclosures(enumerate(solids))
-    assert [grid.around(inner, own) for own, inner in enumerate(solids)].count(None) > 0
+    grid = Enclosures(dict(enumerate(solids)))
+    assert [grid.around(inner) for inner in solids].count(None) > 0
     assert grid._left < 0  # nine million comparisons would be needed

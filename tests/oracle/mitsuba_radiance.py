@@ -12,7 +12,7 @@ scene moved and scaled: the eye is the origin, and half of the lights and bodies
 float64 and changes no radiance. The variant is `scalar_rgb`: it needs no LLVM, meets spheres in float64, and its
 bytes repeat.
 
-Two things are not Mitsuba's business and are filled in here: an object that carries a light is seen with the
+Mitsuba does not know two things, which are filled in here: an object that carries a light is seen with the
 constant radiance intensity * color / (4 pi r^2), r from the light to the eye; and a ray that hits nothing shows
 the background. Which object a ray meets first is Mitsuba's answer.
 """
@@ -128,7 +128,7 @@ def world(scene: Scene, frame: Frame, lamp: Lamp | None = None) -> Any:
 
 
 def outline(shape: Object, frame: Frame) -> dict[str, Any]:
-    """Return an object's form as Mitsuba's `sphere`, `cube` or `rectangle`."""
+    """Return an object's shape as Mitsuba's `sphere`, `cube` or `rectangle`."""
     if isinstance(shape, Sphere):
         return {
             "type": "sphere",
@@ -141,7 +141,7 @@ def outline(shape: Object, frame: Frame) -> dict[str, Any]:
 
 
 def box_to_world(shape: Box, frame: Frame) -> Any:
-    """Return what takes the cube -1..1 to a box: Mitsuba's own turn about +y, counter-clockwise from above."""
+    """Return the transform of the cube -1..1 to a box; Mitsuba too turns counter-clockwise about +y."""
     half_size = np.array(shape.size) / frame.unit / 2
     return (
         mitsuba.ScalarTransform4f()
@@ -152,7 +152,7 @@ def box_to_world(shape: Box, frame: Frame) -> Any:
 
 
 def plane_to_world(shape: Plane, frame: Frame) -> Any:
-    """Return what takes the square -1..1 to a large one on a plane, around its point nearest the eye."""
+    """Return the transform of the square -1..1 to a large one on a plane, around its point nearest the eye."""
     normal = unit(np.array(shape.normal))
     sideways = unit(np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))]))
     matrix = np.eye(4)
@@ -242,7 +242,7 @@ def radiance(scene: Scene) -> npt.NDArray[np.float32]:
 def direct_light(lit_world: Any, rays: list[Any]) -> Array:
     """Return the radiance that Mitsuba's `direct` integrator finds along each ray: (N, 3)."""
     integrator = mitsuba.load_dict({"type": "direct", "emitter_samples": 1, "bsdf_samples": 0})
-    # A point light leaves nothing to chance, but the integrator asks for numbers.
+    # With point lights nothing is random, but the integrator requires a sampler.
     sampler = mitsuba.load_dict({"type": "independent"})
     sampler.seed(0)
     return np.array([integrator.sample(lit_world, sampler, ray)[0] for ray in rays], dtype=np.float64)

@@ -24,7 +24,7 @@ FAILED = HERE.parent / "failed"
 
 # Two float32 renderers differ by rounding, most where light grazes. A wrong formula differs by more than 0.2 %.
 TOLERANCE = 0.002
-# What a hair's breadth decides otherwise, in spite of the mask: 0.03 % of the pixels compared.
+# The share of pixels that rounding may decide otherwise in spite of the mask: 0.03 % of those compared.
 STRAY_SHARE = 0.0003
 # The mask must not hide the picture.
 LEAST_KEPT_SHARE = 0.6
@@ -62,7 +62,7 @@ def test_mitsuba_still_computes_the_committed_radiance(monkeypatch: pytest.Monke
 
 
 def _stray_share(difference: npt.NDArray[np.float64]) -> float:
-    """Return the share of pixels beyond the tolerance, put so that NaN is beyond it."""
+    """Return the share of pixels beyond the tolerance; NaN counts as beyond it."""
     return float(np.mean(~(difference <= TOLERANCE)))
 
 

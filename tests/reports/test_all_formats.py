@@ -1,4 +1,4 @@
-"""What holds for the report of every format."""
+"""The properties of reports in every format."""
 
 import unicodedata
 
@@ -17,7 +17,7 @@ FORMATS = {
     "sarif": lambda checks: sarif.report(checks, "1.2.3"),
     "junit": junit.report,
 }
-# Those that a program reads: their bytes are the same in all encodings that standard output may have.
+# The formats for programs: their bytes are the same in any encoding of standard output.
 ASCII_FORMATS = ["json", "sarif", "junit"]
 
 HOSTILE_CHECKS = [
@@ -25,7 +25,7 @@ HOSTILE_CHECKS = [
     FileReport(random_problems.HOSTILE.path, unreadable=random_problems.HOSTILE.message),
 ]
 
-# Of UAX #9: what embeds, overrides and isolates, and its ends. BN is what else has no width.
+# The explicit formatting characters of UAX #9. BN has the other characters without width.
 BIDI_CONTROLS = {"LRE", "RLE", "LRO", "RLO", "PDF", "LRI", "RLI", "FSI", "PDI", "BN"}
 
 
@@ -40,7 +40,7 @@ def is_trustworthy(character):
 @pytest.mark.parametrize("report", FORMATS.values(), ids=FORMATS.keys())
 @given(checks=random_problems.checks())
 @example(checks=HOSTILE_CHECKS)
-def test_no_character_is_a_control_a_bidirectional_one_or_a_surrogate(report, checks):
+def test_no_report_has_control_bidirectional_or_surrogate_characters(report, checks):
     output = "".join(report(checks))
     assert [character for character in output if not is_trustworthy(character)] == []
     assert output == "" or output.endswith("\n")
@@ -49,5 +49,5 @@ def test_no_character_is_a_control_a_bidirectional_one_or_a_surrogate(report, ch
 @pytest.mark.parametrize("name", ASCII_FORMATS)
 @given(checks=random_problems.checks())
 @example(checks=HOSTILE_CHECKS)
-def test_what_programs_read_is_ascii(name, checks):
+def test_reports_for_programs_are_ascii(name, checks):
     assert "".join(FORMATS[name](checks)).isascii()

@@ -23,7 +23,7 @@ def arrays(**layers):
 
 
 def brightened(count):
-    """Return the grey picture with so many pixels one level brighter, and the third of them seven."""
+    """Return the grey picture with `count` pixels one level brighter, and the third of them seven levels."""
     other = GREY.copy()
     other[100, 10 : 10 + count] += 1
     other[100, 12] += 6
@@ -62,7 +62,7 @@ def test_unlike_pictures():
         ),
     ],
 )
-def test_verdict_tells_the_bounds(bounds, verdict):
+def test_verdict_states_the_bounds(bounds, verdict):
     assert lines(picture(GREY), brightened(12), bounds)[-1] == verdict
 
 
@@ -77,14 +77,14 @@ def test_verdict_tells_the_bounds(bounds, verdict):
         (246_912, "12.3 %"),
     ],
 )
-def test_share_is_shown_with_the_digits_that_count(differing, shown):
+def test_share_is_shown_with_its_significant_digits(differing, shown):
     ids = np.zeros((1000, 2000), np.uint8)
     other = ids.copy()
     other.reshape(-1)[:differing] = 1
     assert lines(arrays(ids=ids), arrays(ids=other))[1].endswith(f"  {shown}")
 
 
-def test_layers_are_told_by_their_names():
+def test_lines_about_several_layers_start_with_their_names():
     depth = np.full((2, 3), 4.0)
     far = depth.copy()
     far[1, 2] = np.inf
@@ -105,7 +105,7 @@ def test_layers_are_told_by_their_names():
     ]
 
 
-def test_columns_stand_below_each_other_whatever_a_layer_is_called():
+def test_columns_are_aligned_whatever_the_names_of_layers():
     layers = arrays(**{"深さ": np.zeros((1, 1)), "normal": np.zeros((1, 1))})
     head, *rows = lines(layers, layers)[:3]
     assert {cells(row) for row in rows} == {cells(head)}
@@ -120,7 +120,7 @@ def test_verdict_has_its_color():
     assert told.startswith("\x1b[1;31mdifferent\x1b[0m: ")
 
 
-def test_sizes_are_told_with_channels_where_they_matter():
+def test_sizes_include_channels_where_they_matter():
     small, large = np.zeros((2, 3, 3), np.uint8), np.zeros((4, 6, 4), np.uint8)
     assert lines(picture(small), picture(large)) == [
         "different: `picture` is 3x2 in golden.png, and 6x4 in new.png",
@@ -138,7 +138,7 @@ def test_names_of_files_and_layers_are_escaped_and_cut():
     assert max(map(len, report)) < 120
 
 
-def test_values_have_as_many_digits_as_it_takes_to_tell_them_apart():
+def test_values_have_enough_digits_to_differ():
     a = np.float32([[1.0]])
     report = lines(arrays(a=a), arrays(a=np.nextafter(a, np.float32(2))))
     assert report[-2] == "largest difference at x 0, y 0: 1 and 1.0000001192092896"
@@ -185,7 +185,7 @@ def test_verdict_is_colored_and_nothing_else(second, start):
 # --- JSON ------------------------------------------------------------------------------------------------
 
 
-def test_json_tells_all_with_stable_keys():
+def test_json_has_stable_keys():
     report = json.loads(as_json(compare(picture(GREY), brightened(12), Bounds(2, PixelBound(5))), NAMES))
     layer = report["layers"][0]
     assert layer.pop("rmse") == pytest.approx(math.sqrt((11 + 49) / 76800))
@@ -218,7 +218,7 @@ def test_json_tells_all_with_stable_keys():
     }
 
 
-def test_json_of_equal_layers_has_no_place_and_no_infinity():
+def test_json_of_equal_layers_has_no_position_and_no_infinity():
     (layer,) = json.loads(as_json(compare(picture(GREY), picture(GREY), Bounds()), NAMES))["layers"]
     assert (layer["largest"], layer["largest_at"], layer["psnr"]) == (0, None, None)
 

@@ -8,7 +8,7 @@ from rtcli.reports.file_report import FileReport
 from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import Problem, Span
 
-# That of the problem matcher `$gcc`, which VS Code's C++ extension brings.
+# The pattern of the problem matcher `$gcc` in VS Code's C++ extension.
 GCC = re.compile(r"^(.*?):(\d+):(\d*):?\s+(?:fatal\s+)?(warning|error):\s+(.*)$")
 
 
@@ -18,7 +18,7 @@ def lines(*problems):
 
 @given(problem=random_problems.problems())
 @example(problem=random_problems.HOSTILE)
-def test_each_problem_is_a_line_that_editors_know_from_compilers(problem):
+def test_each_problem_is_a_line_like_a_compiler_message(problem):
     line, rest = lines(problem)
     assert GCC.search(line)
     assert rest == ""
@@ -37,7 +37,7 @@ def test_editors_read_path_line_column_and_severity(problem):
     assert message.endswith(f"[{problem.code}]")
 
 
-def test_line_names_place_severity_value_message_and_code():
+def test_line_holds_position_severity_location_message_and_code():
     problem = Problem(
         rules.BEHIND_CAMERA,
         Span("a.yaml", 3, 7, 3, 9),

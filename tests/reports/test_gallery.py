@@ -1,4 +1,4 @@
-"""The report of a batch as a page: what is in it, and that nothing in it can do harm."""
+"""The report of a batch as a page: its content, and its safety with untrusted input."""
 
 import base64
 import hashlib
@@ -27,7 +27,7 @@ HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(2)>\"'&amp
 
 
 class Page(HTMLParser):
-    """A page taken apart: its tags with their attributes, its text, and what is in its scripts."""
+    """A parsed page: its tags with their attributes, its text, and the content of its scripts."""
 
     def __init__(self, text):
         super().__init__()
@@ -93,7 +93,7 @@ def picture(path, color=(200, 40, 40), size=(48, 32)):
 
 
 def thumbnails(page):
-    """Return the pictures in small in the order of the cards."""
+    """Return the thumbnails in the order of the cards."""
     sources = [each["src"] for each in page.all("img")]
     assert all(source.startswith("data:image/webp;base64,") for source in sources)
     return [Image.open(io.BytesIO(base64.b64decode(source.partition(",")[2]))) for source in sources]
@@ -116,12 +116,12 @@ def test_counts_are_shown(page):
     assert "21 done, 3 failed" in page.text
 
 
-def test_card_of_a_failed_scene_says_its_first_problem(page):
+def test_card_of_a_failed_scene_shows_its_first_problem(page):
     assert "Failed /version: must be 1, got 3" in page.text
     assert "Failed its worker died twice (signal 9): is there too little memory?" in page.text
 
 
-def test_details_hold_all_that_the_manifest_says(sample, page):
+def test_details_hold_everything_in_the_manifest(sample, page):
     entry = sample.manifest["scenes"]["gallery/first"]
     (details,) = [each for each in page.data["scenes"] if each["key"] == "gallery/first"]
     assert details["done"]
@@ -155,7 +155,7 @@ def test_details_of_a_sweep_hold_its_values(page):
     assert details["vary"] == [["camera.fov", "45"]]
 
 
-def test_settings_of_all_scenes_stand_there_once(page):
+def test_settings_shared_by_all_scenes_are_listed_once(page):
     settings = [json.dumps(each) for each in page.data["settings"]]
     assert len(settings) == len(set(settings)) < 10
 
@@ -186,15 +186,15 @@ def test_batch_without_scenes_says_so(tmp_path):
 # --- Pictures in small -----------------------------------------------------------------------------------
 
 
-def test_every_picture_is_there_in_small(page):
-    # All 21 that are done, of all formats.
+def test_every_picture_has_a_thumbnail(page):
+    # The 21 pictures of all formats that are done.
     assert {image.size for image in thumbnails(page)} == {(160, 107)}
     assert len(thumbnails(page)) == 21
     assert "No preview" not in page.text
 
 
 @pytest.mark.parametrize("suffix", [".jpg", ".webp", ".tif", ".npy", ".npz", ".exr"])
-def test_picture_in_small_is_that_of_the_png_in_every_format(suffix, tmp_path):
+def test_thumbnail_is_the_same_in_every_format(suffix, tmp_path):
     if suffix == ".exr":
         pytest.importorskip("OpenEXR", reason="the extra exr is not installed")
     film = rtcli.render(rtcli.load_scene(batches.SCENES / "first.yaml"), "depth")
@@ -207,7 +207,7 @@ def test_picture_in_small_is_that_of_the_png_in_every_format(suffix, tmp_path):
 
 
 @pytest.mark.parametrize("suffix", [".npz", ".exr"])
-def test_passes_in_the_file_are_those_beside_a_png_in_small(suffix, tmp_path):
+def test_thumbnails_of_passes_in_a_file_equal_those_of_png_passes(suffix, tmp_path):
     if suffix == ".exr":
         pytest.importorskip("OpenEXR", reason="the extra exr is not installed")
     film = rtcli.render(rtcli.load_scene(batches.SCENES / "first.yaml"), ("depth", "normal", "object_id"))
@@ -235,7 +235,7 @@ def test_damaged_file_of_arrays_has_no_passes(tmp_path):
     assert page.data["scenes"][0]["passes"] == []
 
 
-def test_picture_of_16_bits_in_grey_or_with_alpha_is_made_small(tmp_path):
+def test_picture_with_16_bits_grey_or_alpha_has_a_thumbnail(tmp_path):
     levels = np.full((32, 48, 3), 40_000, ">u2")
     (tmp_path / "a.png").write_bytes(_native.encode_png(levels.astype("=u2").tobytes(), (48, 32), 3, 16, []))
     Image.new("L", (48, 32), 156).save(tmp_path / "b.png")
@@ -246,7 +246,7 @@ def test_picture_of_16_bits_in_grey_or_with_alpha_is_made_small(tmp_path):
         assert np.abs(np.asarray(image).astype(int) - 156).max() <= 2
 
 
-def test_what_cannot_be_shown_in_small_is_said(tmp_path, monkeypatch):
+def test_missing_thumbnail_is_explained(tmp_path, monkeypatch):
     pytest.importorskip("OpenEXR", reason="the extra exr is not installed")
     (tmp_path / "damaged.png").write_bytes(b"\x89PNG")
     (tmp_path / "text.txt").write_text("text")
@@ -259,8 +259,8 @@ def test_what_cannot_be_shown_in_small_is_said(tmp_path, monkeypatch):
     assert page.all("img") == []
 
 
-def test_too_large_a_picture_is_not_decoded(tmp_path, monkeypatch):
-    monkeypatch.setattr("rtcli.reports.gallery.thumbnails._MOST_PIXELS", 48 * 32)
+def test_picture_that_is_too_large_is_not_decoded(tmp_path, monkeypatch):
+    monkeypatch.setattr("rtcli.reports.gallery.thumbnails._MAX_PIXELS", 48 * 32)
     picture(tmp_path / "a.png", size=(48, 32))
     picture(tmp_path / "b.png", size=(48, 33))
     page = Page(gallery_page(manifest(a=done("a.png"), b=done("b.png")), tmp_path))
@@ -297,7 +297,7 @@ def test_hostile_text_stays_text(tmp_path):
 
 
 @given(st.text(), st.text())
-def test_any_text_keeps_the_page_as_it_is(key, message):
+def test_no_text_changes_the_structure_of_the_page(key, message):
     entry = {"status": "failed", "problems": [{"message": message}], "scene": message}
     page = Page(gallery_page(manifest(**{key: entry}), batches.ROOT / "nowhere"))
     plain = Page(gallery_page(manifest(key={**entry, "problems": [], "scene": ""}), batches.ROOT / "nowhere"))
@@ -343,7 +343,7 @@ def test_links_are_percent_encoded(tmp_path):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="names of files are Unicode here")
-def test_name_that_is_no_unicode_is_linked(tmp_path):
+def test_name_that_is_not_unicode_is_linked(tmp_path):
     picture(tmp_path / "a.png")
     (tmp_path / "a.png").rename(tmp_path / "\udcff.png")
     text = gallery_page(manifest(**{"\udcff": done("\udcff.png")}), tmp_path)
@@ -380,7 +380,7 @@ def test_name_that_is_no_unicode_is_linked(tmp_path):
         ["a.png"],
     ],
 )
-def test_what_is_not_in_the_folder_is_neither_linked_nor_shown(path, tmp_path):
+def test_file_outside_the_folder_is_neither_linked_nor_shown(path, tmp_path):
     folder, outside = tmp_path / "folder", tmp_path
     picture(outside / "secret.png")
     picture(folder / "sub" / "a.png")
@@ -414,7 +414,7 @@ def test_policy_allows_this_script_and_style_and_nothing_from_elsewhere(page):
     assert rules["base-uri"] == rules["form-action"] == "'none'"
 
 
-def test_page_names_no_other_place(text):
+def test_page_refers_to_no_other_site(text):
     assert re.findall(r"(?i)https?:|//[a-z]+\.|@import|url\(", text) == []
 
 
@@ -443,7 +443,7 @@ def test_page_is_the_same_in_another_process_and_folder(sample, text, tmp_path):
 # --- Size ------------------------------------------------------------------------------------------------
 
 
-def test_page_of_2000_scenes_is_of_some_megabytes(tmp_path):
+def test_page_of_2000_scenes_takes_a_few_megabytes(tmp_path):
     batch = batches.many(tmp_path, 2000)
     text = gallery_page(batch.manifest, tmp_path)
     assert len(Page(text).cards) == 2000

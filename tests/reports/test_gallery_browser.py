@@ -1,4 +1,4 @@
-"""The report of a batch in a real browser: opened as a file, as people do."""
+"""The report of a batch in a real browser, opened as a file, as users open it."""
 
 import time
 
@@ -14,7 +14,7 @@ pytestmark = [pytest.mark.integration, pytest.mark.xdist_group("browser")]
 KEYS = {"Escape": "\ue00c", "Enter": "\ue007", "Tab": "\ue004", "End": "\ue010", "Home": "\ue011"}
 KEYS |= {"Left": "\ue012", "Up": "\ue013", "Right": "\ue014", "Down": "\ue015"}
 
-# What works at all works in a fraction of this, on the slowest of machines.
+# Far more than a working page needs on the slowest machine.
 PATIENCE = 20
 
 
@@ -53,7 +53,7 @@ class Page:
 
     def press(self, *names):
         for name in names:
-            # To whatever has the focus.
+            # To the element with the focus.
             self.browser.switch_to.active_element.send_keys(KEYS.get(name, name))
 
     def click(self, selector):
@@ -68,7 +68,7 @@ class Page:
 
     @property
     def names(self):
-        """The keys of the cards that can be seen, in their order."""
+        """The keys of the visible cards, in order."""
         return self.run(
             "[...document.querySelectorAll('#cards a')].filter(a => a.checkVisibility()).map(a => a.title)"
         )
@@ -79,7 +79,7 @@ class Page:
 
     @property
     def focus(self):
-        """The key of the card that has the focus, or the id of what has it."""
+        """The key of the card with the focus, or the id of the element with the focus."""
         return self.run("document.activeElement.title || document.activeElement.id")
 
     @property
@@ -128,7 +128,7 @@ def test_filter_by_name_takes_words_in_any_order_and_case(page):
     assert page.count == "1 of 24 shown"
 
 
-def test_filters_together_may_leave_nothing_and_are_taken_back(page):
+def test_combined_filters_may_leave_nothing_and_can_be_reset(page):
     page.click("#name")
     page.press("sweep")
     page.run("document.querySelector('[value=failed]').parentElement.click()")
@@ -188,7 +188,7 @@ def test_arrows_move_between_the_cards(page):
     assert page.focus == names[0]
 
 
-def test_tab_reaches_everything_and_the_focus_is_seen(page):
+def test_tab_reaches_everything_and_the_focus_is_visible(page):
     reached = []
     page.run("document.body.focus()")
     for _ in range(5):
@@ -229,7 +229,7 @@ def test_back_closes_the_details(page):
     page.wait(lambda: page.opened is None)
 
 
-def test_next_and_previous_go_through_what_the_filter_leaves(page):
+def test_next_and_previous_go_through_the_filtered_scenes(page):
     page.press("/", "sweep", "Down", "Enter")
     page.wait(lambda: page.opened == "sweep/first camera.fov=20")
     page.press("Left")  # there is none before
@@ -261,8 +261,10 @@ def test_details_show_the_picture_and_its_passes(page):
 
 
 def picture(page):
-    """Return the open picture's address in the folder, its width and height; None until it is there."""
-    shown = page.run("[...document.querySelectorAll('.view img')].map(i => [i.src, i.naturalWidth, i.naturalHeight])")
+    """Return the open picture's address in the folder, its width and height; None until it is loaded."""
+    shown = page.run(
+        "[...document.querySelectorAll('.view img')].map(i => [i.src, i.naturalWidth, i.naturalHeight])"
+    )
     # The details open, and the picture is read, some time after the click.
     if not shown or not all(shown[0]):
         return None
@@ -271,7 +273,7 @@ def picture(page):
 
 
 @pytest.mark.parametrize("suffix", ["tif", "npz", "npy"])
-def test_details_of_what_no_browser_shows_hold_it_in_small_and_a_link(suffix, page):
+def test_details_of_a_format_unknown_to_browsers_have_a_thumbnail_and_a_link(suffix, page):
     page.click(f"[title='formats/still-life-{suffix}']")
     source, *size = page.wait(lambda: picture(page))
     assert source.startswith("data:image/webp;base64,")
@@ -280,7 +282,7 @@ def test_details_of_what_no_browser_shows_hold_it_in_small_and_a_link(suffix, pa
     assert link == page.address.replace("index.html", f"formats/still-life-{suffix}.{suffix}")
 
 
-def test_details_tell_times_settings_and_the_hash(page, sample):
+def test_details_show_times_settings_and_the_hash(page, sample):
     page.click("[title='sweep/first camera.fov=45']")
     page.wait(lambda: page.opened)
     entry = sample.manifest["scenes"]["sweep/first camera.fov=45"]
@@ -290,7 +292,7 @@ def test_details_tell_times_settings_and_the_hash(page, sample):
     assert f"{total * 1000:.0f} ms" in page.details
 
 
-def test_details_of_a_failed_scene_tell_its_problems(page, sample):
+def test_details_of_a_failed_scene_show_its_problems(page, sample):
     page.click("[title='invalid/all-problems-at-once']")
     page.wait(lambda: page.opened)
     for problem in sample.manifest["scenes"]["invalid/all-problems-at-once"]["problems"]:
@@ -326,7 +328,7 @@ def test_light_and_dark_follow_the_system(page):
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_text_stands_out(scheme, page):
+def test_text_has_enough_contrast(scheme, page):
     chromium.prefer(page.browser, scheme)
     for color, behind in (
         ("text", "page"),
@@ -352,7 +354,7 @@ def contrast(page, color, behind):
 
 
 @pytest.mark.parametrize("width", [360, 600, 1280, 2560])
-def test_nothing_reaches_out_of_the_window(width, page):
+def test_nothing_overflows_the_window(width, page):
     chromium.resize(page.browser, width, 800)
     assert page.run("document.documentElement.scrollWidth") <= width
     page.click("[title='gallery/first']")
@@ -367,7 +369,7 @@ def test_nothing_reaches_out_of_the_window(width, page):
 # --- Alone -----------------------------------------------------------------------------------------------
 
 
-def test_nothing_is_asked_of_the_network(page, sample):
+def test_page_makes_no_network_request(page, sample):
     page.click("[title='gallery/first']")
     folder = sample.folder.as_uri()
     asked = []
@@ -399,10 +401,10 @@ def test_hostile_manifest_runs_nothing(browser, tmp_path):
         page.wait(lambda: page.fragment == "")
     assert page.run("document.querySelectorAll('script').length") == 2
     assert page.run("document.querySelectorAll('[onerror], [href^=javascript]').length") == 0
-    assert chromium.said(browser) == []  # which would tell of the policy, if it had been needed
+    assert chromium.said(browser) == []  # which would report a violation of the policy
 
 
-def test_policy_stops_what_came_in_all_the_same(browser, sample):
+def test_policy_stops_an_injected_script(browser, sample):
     page = Page(browser, sample)
     for script in ("document.body.setAttribute('onclick', 'alert(1)')", "document.body.innerHTML = '<b>'"):
         told = page.run(f"(() => {{ try {{ {script} }} catch (error) {{ return error.message }} }})()")

@@ -11,7 +11,7 @@ from rtcli.reports.file_report import FileReport
 from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import Problem, Span, printable
 
-# As the runner undoes them, in this order (actions/runner, ActionCommand.cs): % is the last, so that it makes no
+# In the order in which the runner undoes them (actions/runner, ActionCommand.cs): % is last, so that it makes no
 # new escape with what follows it.
 DATA_ESCAPES = {"%0D": "\r", "%0A": "\n", "%25": "%"}
 PROPERTY_ESCAPES = {"%0D": "\r", "%0A": "\n", "%3A": ":", "%2C": ",", "%25": "%"}
@@ -19,7 +19,7 @@ PROPERTY_ESCAPES = {"%0D": "\r", "%0A": "\n", "%3A": ":", "%2C": ",", "%25": "%"
 
 @dataclass
 class Command:
-    """A workflow command as the runner takes it."""
+    """A workflow command as the runner parses it."""
 
     name: str
     properties: dict
@@ -33,7 +33,7 @@ def unescaped(text, escapes):
 
 
 def parsed(line):
-    """Return the command of a line of a log: `::name key=value,key=value::data`."""
+    """Return the command in a line of a log: `::name key=value,key=value::data`."""
     assert line.startswith("::")
     about, _, data = line[2:].partition("::")
     name, _, listed = about.partition(" ")
@@ -72,7 +72,7 @@ LIKE_ESCAPES = Problem(
 
 @given(problem=random_problems.problems())
 @example(problem=LIKE_ESCAPES)
-def test_command_tells_all_of_a_problem(problem):
+def test_command_holds_all_parts_of_a_problem(problem):
     (command,) = commands(FileReport("a.yaml", (problem,)))
     expected = {
         "file": printable(PurePath(problem.path).as_posix()),
@@ -102,8 +102,8 @@ def test_file_that_cannot_be_read_is_an_error_of_the_file():
     assert command == Command("error", {"file": "50%,a:b.yaml"}, "No such file: 50%")
 
 
-# GitHub takes columns only within one line.
-def test_columns_of_a_span_of_several_lines_are_left_out():
+# GitHub accepts columns only within one line.
+def test_columns_of_a_span_of_several_lines_are_omitted():
     problem = Problem(rules.NAME_TAKEN, Span("a.yaml", 2, 7, 4, 3), "two")
     (command,) = commands(FileReport("a.yaml", (problem,)))
     assert command.properties == {"file": "a.yaml", "line": "2", "endLine": "4", "title": "rtcli E301"}

@@ -14,7 +14,7 @@ KEYS = [
 
 
 def joined(value):
-    """Return a text as JSON has it: two halves of a surrogate pair that stand together are one character."""
+    """Return a text as JSON represents it, where two adjacent halves of a surrogate pair are one character."""
     if not isinstance(value, str):
         return value
     return value.encode("utf-16", "surrogatepass").decode("utf-16", "surrogatepass")
@@ -25,7 +25,7 @@ def read_back(checks):
 
 
 @given(checks=random_problems.checks())
-def test_each_problem_is_an_object_with_all_of_its_parts(checks):
+def test_each_problem_is_an_object_with_all_its_parts(checks):
     problems = [problem for checked in checks for problem in checked.problems]
     found = read_back(checks)
     assert [list(each) for each in found] == [KEYS] * len(problems)

@@ -1,4 +1,4 @@
-"""JUnit's XML, read back by another's reader."""
+"""JUnit XML, read back by a third-party reader."""
 
 import random_problems
 from hypothesis import given
@@ -20,7 +20,7 @@ def problem(rule, message, line=1):
     return Problem(rule, Span("a.yaml", line, 1, line, 2), message, "do that", severity=rule.severity)
 
 
-def test_case_of_each_file_tells_what_is_wrong_with_it():
+def test_case_of_each_file_lists_its_problems():
     errors = problem(rules.OUT_OF_RANGE, "must be less", 3), problem(rules.NAME_TAKEN, "two", 5)
     warning = problem(rules.BEHIND_CAMERA, "is behind", 4)
     suite = read_back(
@@ -61,14 +61,14 @@ def test_case_of_each_file_tells_what_is_wrong_with_it():
 
 
 @given(checks=random_problems.checks())
-def test_any_report_is_read_back_with_its_counts(checks):
+def test_counts_of_any_report_survive_parsing(checks):
     suite = read_back(checks)
     assert suite.tests == len(list(suite)) == len(checks)
-    assert suite.failures == sum(checked.has_errors for checked in checks)
+    assert suite.failures == sum(bool(checked.errors) for checked in checks)
     assert suite.errors == sum(bool(checked.unreadable) for checked in checks)
     for case, checked in zip(suite, checks, strict=True):
         assert case.name == printable(checked.path)
-        kinds = [Error] * bool(checked.unreadable) + [Failure] * checked.has_errors
+        kinds = [Error] * bool(checked.unreadable) + [Failure] * bool(checked.errors)
         assert [type(result) for result in case.result] == kinds
         told = [result.text for result in case.result if isinstance(result, Failure)] + [case.system_out]
         lines = "".join(filter(None, told)).splitlines()

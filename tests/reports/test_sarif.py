@@ -1,4 +1,4 @@
-"""SARIF 2.1.0 by its JSON Schema, and by what of the standard no schema can say."""
+"""SARIF 2.1.0, checked by its JSON Schema and by the rules of the standard that a schema cannot express."""
 
 import copy
 import json
@@ -23,7 +23,7 @@ from rtcli.reports.file_report import FileReport
 from rtcli.scene.diagnostics.problems import Problem, Span
 from rtcli.scene.diagnostics.rules import BY_CODE, ERROR, OUT_OF_RANGE, RULES
 
-# It ships the schema of OASIS as it is.
+# It ships the unchanged schema of OASIS.
 CRATE, CRATE_VERSION = "serde-sarif", "0.8.0"
 MANIFEST = f"""
 [package]
@@ -53,7 +53,7 @@ RELATIVE = re.compile(rf"{_SEGMENT_WITHOUT_COLON}(?:/(?:{_PCHAR})*)*")
 FORMATS = jsonschema.FormatChecker()
 
 
-# The checker knows these two only with another package.
+# The checker supports these two only with another package.
 @FORMATS.checks("uri")
 def is_uri(text):
     return URI.fullmatch(text) is not None
@@ -77,7 +77,7 @@ def schema(pytestconfig, tmp_path_factory):
         result = subprocess.run([cargo, "vendor"], cwd=folder, capture_output=True, text=True)
         if result.returncode:
             pytest.skip(f"the schema of SARIF cannot be fetched: reports are not checked: {result.stderr}")
-        # In one step: tests in other processes may look for it meanwhile.
+        # In one step, since tests in other processes may look for it meanwhile.
         shutil.copy(folder / "vendor" / CRATE / "src" / "schema.json", folder / "schema.json")
         (folder / "schema.json").replace(kept)
     return json.loads(kept.read_text(encoding="utf-8"))
@@ -176,7 +176,7 @@ def test_log_with_a_mistake_is_refused(validate, path, value):
 # --- Rules -----------------------------------------------------------------------------------------------
 
 
-def test_rule_of_each_result_is_where_its_index_says():
+def test_rule_index_of_each_result_is_right():
     log = logged(*map(str, CORPUS))
     rules = log["runs"][0]["tool"]["driver"]["rules"]
     assert [rule["id"] for rule in rules] == list(BY_CODE)
@@ -184,7 +184,7 @@ def test_rule_of_each_result_is_where_its_index_says():
         assert rules[result["ruleIndex"]]["id"] == result["ruleId"]
 
 
-def test_rules_have_all_that_code_scanning_requires():
+def test_rules_have_the_properties_that_code_scanning_requires():
     """GitHub's "SARIF support for code scanning": none is empty, none longer than 1024 characters."""
     for rule in log_of()["runs"][0]["tool"]["driver"]["rules"]:
         for key in ("shortDescription", "fullDescription", "help"):
@@ -211,18 +211,18 @@ def test_strict_warnings_are_errors(validate, folder):
 
 
 def shown(message):
-    """Return the text of a message as the standard has it shown (section 3.11.5), if it has no argument."""
+    """Return the text of a message without arguments, as the standard displays it (section 3.11.5)."""
     text = message["text"]
     assert not re.search(r"(?<!\{)(?:\{\{)*\{(?!\{)|(?<!\})(?:\}\})*\}(?!\})", text), "a brace stands alone"
     return text.replace("{{", "{").replace("}}", "}")
 
 
-def test_braces_of_a_message_are_no_placeholders():
+def test_braces_in_a_message_are_not_placeholders():
     (result,) = results_of(log_of(FileReport("a.yaml", (problem("got {0}", help="light: {intensity: {}}"),))))
     assert shown(result["message"]) == "got {0}\nhelp: light: {intensity: {}}"
 
 
-def test_all_texts_of_the_rules_are_shown_as_they_are_meant():
+def test_braces_in_the_texts_of_rules_are_not_placeholders():
     rules = log_of()["runs"][0]["tool"]["driver"]["rules"]
     for described, rule in zip(rules, RULES, strict=True):
         assert shown(described["shortDescription"]) == rule.summary
@@ -233,18 +233,18 @@ def test_all_texts_of_the_rules_are_shown_as_they_are_meant():
 
 
 def text_of(region, text):
-    """Return the part of a text that a region means, by the standard (section 3.30), line by line."""
+    """Return the part of a text that a region selects, by the standard (section 3.30), line by line."""
     lines = re.split(r"\r\n|\r|\n", text)[region["startLine"] - 1 : region["endLine"]]
     assert len(lines) == region["endLine"] - region["startLine"] + 1
     assert 1 <= region["startColumn"] <= len(lines[0]) + 1
     assert 1 <= region["endColumn"] <= len(lines[-1]) + 1
-    lines[-1] = lines[-1][: region["endColumn"] - 1]  # the column behind the last one
+    lines[-1] = lines[-1][: region["endColumn"] - 1]  # the column after the last one
     lines[0] = lines[0][region["startColumn"] - 1 :]
     return "\n".join(lines)
 
 
 @pytest.mark.parametrize("line_end", ["\n", "\r\n", "\r"])
-def test_region_means_the_wrong_value_and_counts_characters(folder, line_end):
+def test_region_is_the_wrong_value_in_characters(folder, line_end):
     scene = "camera: {resolution: [4, 3], fov: 200}\n# 日本 😀\n'日本😀': 1\nobjects: [{type: 😀é}]\n"
     (folder / "a.yaml").write_bytes(scene.replace("\n", line_end).encode())
     log = logged("a.yaml")
@@ -261,7 +261,7 @@ def test_regions_of_all_wrong_files_of_the_tests_are_within_them():
             text_of(region_of(result), raw.decode("utf-8-sig", errors="replace"))
 
 
-def test_place_in_the_scene_is_the_logical_location(folder):
+def test_location_in_the_scene_is_the_logical_location(folder):
     (folder / "a.yaml").write_text("camera: {resolution: [4, 3], fov: 200}\n")
     (result,) = results_of(logged("a.yaml"))
     assert result["locations"][0]["logicalLocations"] == [{"fullyQualifiedName": "camera.fov"}]
@@ -284,14 +284,14 @@ POSIX_NAMES = ["why?.yaml", "c:a.yaml", "c:/a.yaml", "\x1b[2J\n.yaml", 'a"<b>|*\
 
 
 def path_of(uri):
-    """Return the path that a reference means (RFC 3986, section 2; RFC 8089)."""
+    """Return the path of a URI reference (RFC 3986, section 2; RFC 8089)."""
     parts = urlsplit(uri)
     assert (parts.query, parts.fragment, parts.netloc) == ("", "", "")
     return os.fsdecode(unquote_to_bytes(parts.path))
 
 
 @pytest.mark.parametrize("name", NAMES if os.name == "nt" else NAMES + POSIX_NAMES, ids=ascii)
-def test_uri_means_the_file_whatever_its_name(folder, name):
+def test_uri_resolves_to_the_file_whatever_its_name(folder, name):
     try:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text("3")
@@ -304,7 +304,7 @@ def test_uri_means_the_file_whatever_its_name(folder, name):
 
 
 @given(path=random_problems.PATHS)
-def test_uri_means_any_path(path):
+def test_uri_resolves_to_any_path(path):
     (result,) = results_of(log_of(FileReport(path, (problem(path=path),))))
     assert is_uri_reference(uri_of(result))
     assert PurePath(path_of(uri_of(result))) == PurePath(path)

@@ -47,13 +47,13 @@ def test_word_longer_than_a_line_has_its_own():
     assert list(lines_of(["a", "long-word", "b"], 4)) == ["a", "long-word", "b"]
 
 
-def test_paint_marks_text_or_leaves_it_as_it_is():
+def test_painter_styles_text_or_leaves_it_unchanged():
     assert painter(True)("strong", "a") == "\x1b[1ma\x1b[0m"
     assert painter(False)("strong", "a") == "a"
     assert painter(True)("strong", "") == ""
 
 
-def test_swatch_is_written_in_black_on_bright_and_in_white_on_dark_ground():
+def test_swatch_is_black_on_a_bright_background_and_white_on_a_dark_one():
     assert swatch("a", (200, 180, 90), True) == "\x1b[38;2;0;0;0;48;2;200;180;90ma\x1b[0m"
     assert swatch("a", (20, 18, 90), True) == "\x1b[38;2;255;255;255;48;2;20;18;90ma\x1b[0m"
     assert swatch("a", (20, 18, 90), False) == "a"

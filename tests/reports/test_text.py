@@ -1,4 +1,4 @@
-"""The report for people: carets below what is wrong, colors, and the summary."""
+"""The report for people: carets below the span, colors, and the summary."""
 
 import re
 
@@ -29,14 +29,14 @@ def problem(excerpt=None, line=1, where="", severity=rules.ERROR):
 
 # --- Carets ----------------------------------------------------------------------------------------------
 
-# What is shown of a character of a scene file; U+FF21 is a wide A, U+FF71 a narrow katakana.
+# How a character of a scene file is shown; U+FF21 is a wide A, U+FF71 a narrow katakana.
 SHOWN = {
     **{character: character for character in "ab: {}é日한\uff21😀\uff71"},
-    **{"\u0301": "\u0301", "\u20dd": "\u20dd"},  # an acute and a circle, in the cells of what stands before
+    **{"\u0301": "\u0301", "\u20dd": "\u20dd"},  # an acute and a circle, in the cell of the character before
     **{"\t": "    ", "\x1b": "\\x1b", "\x00": "\\x00", "\u202e": "\\u202e", "\ud800": "\\ud800"},
     **{"\u3000": "\\u3000", "\U000e0041": "\\U000e0041"},
 }
-# Terminal cells of what is shown, where it is not one.
+# The terminal cells of characters that do not take one.
 CELLS = {"日": 2, "한": 2, "\uff21": 2, "😀": 2, "\u0301": 0, "\u20dd": 0}
 
 
@@ -45,7 +45,7 @@ def cells(shown):
 
 
 def without_marks(shown):
-    """Return what takes cells: where a mark belongs is seen by them."""
+    """Return the characters that take cells, without combining marks."""
     return "".join(character for character in shown if cells(character))
 
 
@@ -55,7 +55,7 @@ def rendered(line):
 
 @st.composite
 def lines_with_spans(draw):
-    """Return an excerpt of a line in which anything may stand again and again, and be cut anywhere."""
+    """Draw an excerpt of a line with any repeated characters, cut anywhere."""
     runs = draw(st.lists(st.tuples(st.sampled_from(list(SHOWN)), st.integers(1, 60)), max_size=6))
     line = "".join(character * count for character, count in runs)
     start = draw(st.integers(0, len(line)))
@@ -64,7 +64,7 @@ def lines_with_spans(draw):
 
 
 def split_at_carets(excerpt):
-    """Return what stands left of, above and right of the carets, and how many there are."""
+    """Return the text left of, above and right of the carets, and the number of carets."""
     _, _, _, shown, carets, _ = text.problem_text(problem(excerpt)).split("\n")
     shown = shown.removeprefix("1 |").removeprefix(" ")
     match = re.fullmatch(r"  \| ( *)(\^+)", carets)
@@ -75,7 +75,7 @@ def split_at_carets(excerpt):
         part = (cell >= left) + (cell >= left + width)
         parts[part] += character
         cell += cells(character)
-        # A character is wholly above the carets or not at all; where something is missing, one stands for it.
+        # A character is wholly above the carets or not at all; one caret marks where something is missing.
         assert part == 2 or cell <= (left, left + width)[part] or width == 1
     return *parts, width
 
@@ -87,7 +87,7 @@ def split_at_carets(excerpt):
 @example(excerpt=Excerpt("日" * 300, 100, 300, cut_before=True, cut_after=True))
 @example(excerpt=Excerpt("e\u0301" * 150, 200, 202))
 @example(excerpt=Excerpt("a\u20dd: 200", 4, 7))
-def test_carets_stand_below_what_is_wrong_and_nothing_else(excerpt):
+def test_carets_mark_exactly_the_span(excerpt):
     left, above, right, width = split_at_carets(excerpt)
     before, wrong, after = (
         rendered(part)
@@ -102,17 +102,17 @@ def test_carets_stand_below_what_is_wrong_and_nothing_else(excerpt):
     else:
         assert left == before
     if not wrong:
-        assert width == 1  # for what is missing there
+        assert width == 1  # where something is missing
         above, right, after = "", above + right, after + " "
     if right == "…":
-        assert wrong.startswith(above)  # and the rest of it does not fit
+        assert wrong.startswith(above)  # and its other half does not fit
     else:
         assert above == wrong
         assert after.startswith(right.removesuffix("…"))
 
 
 @given(excerpt=lines_with_spans())
-def test_line_is_cut_to_what_fits_and_an_ellipsis_tells_so(excerpt):
+def test_long_line_is_cut_and_marked_with_an_ellipsis(excerpt):
     left, above, right, _ = split_at_carets(excerpt)
     line = left + above + right
     assert cells(line) <= 102
@@ -121,7 +121,7 @@ def test_line_is_cut_to_what_fits_and_an_ellipsis_tells_so(excerpt):
     assert is_whole == ("…" not in line)
 
 
-def test_caret_stands_below_the_end_of_a_line_where_something_is_missing():
+def test_caret_marks_the_end_of_a_line_where_something_is_missing():
     assert split_at_carets(Excerpt("camera:", 7, 7)) == ("camera:", " ", "", 1)
 
 
@@ -159,7 +159,7 @@ def test_colors_change_nothing_but_colors(checks):
 
 
 @given(checks=random_problems.checks())
-def test_no_color_reaches_into_another_line(checks):
+def test_each_line_resets_its_colors(checks):
     for line in "".join(text.report(checks, color=True)).split("\n"):
         codes = SGR.findall(line)
         assert codes[1::2] == ["\x1b[0m"] * (len(codes) // 2)
@@ -196,10 +196,10 @@ def test_summary_counts_problems_and_scenes(found, summary):
     assert report.endswith(f"\n\n{summary}\n")
 
 
-def test_scene_that_cannot_be_read_is_not_counted():
+def test_unreadable_scene_is_not_counted():
     checks = [FileReport("a.yaml", (E,)), FileReport("b.yaml", unreadable="No such file"), FileReport("c.yaml")]
     assert "".join(text.report(checks)).endswith("\n\n1 error in 1 of 2 scenes\n")
 
 
-def test_nothing_is_said_of_scenes_without_problems():
+def test_scenes_without_problems_have_no_report():
     assert "".join(text.report([FileReport("a.yaml"), FileReport("b.yaml", unreadable="No such file")])) == ""

@@ -5,17 +5,17 @@ import pytest
 from rtcli.scene.find import looks_like_scene, scene_files_below
 
 
-def test_files_are_sorted_and_those_of_a_folder_left_out(tmp_path):
+def test_files_are_sorted_and_an_excluded_folder_is_skipped(tmp_path):
     for name in ("b.yaml", "a/c.json", "a/d.txt", "out/e.yaml", "a/out/f.YML"):
         path = tmp_path / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text("{}")
-    found = scene_files_below(str(tmp_path), without=str(tmp_path / "a" / ".." / "out"))
+    found = scene_files_below(str(tmp_path), exclude=str(tmp_path / "a" / ".." / "out"))
     assert found.scenes == [str(tmp_path / name) for name in ("a/c.json", "a/out/f.YML", "b.yaml")]
     assert found.unreadable == []
 
 
-def test_folder_that_is_not_there_is_unreadable(tmp_path):
+def test_missing_folder_is_unreadable(tmp_path):
     assert scene_files_below(str(tmp_path / "none")).unreadable == [str(tmp_path / "none")]
 
 
@@ -37,9 +37,9 @@ def test_json_file_is_a_scene_unless_rtcli_wrote_it(tmp_path, text, is_scene):
     assert looks_like_scene(path) == is_scene
 
 
-def test_link_that_leads_nowhere_is_a_scene_which_reading_refuses(tmp_path):
+def test_dangling_link_counts_as_a_scene_so_that_reading_reports_it(tmp_path):
     try:
         (tmp_path / "lost.json").symlink_to("nowhere")
     except OSError:
-        pytest.skip("this system lets us make no links")
+        pytest.skip("this system forbids links")
     assert looks_like_scene(tmp_path / "lost.json")

@@ -1,4 +1,4 @@
-"""The rules of a scene file, one by one: what is accepted, with which value, and what is refused."""
+"""The rules of a scene file, one by one: the values accepted and refused."""
 
 import pytest
 from PIL import ImageColor
@@ -23,7 +23,7 @@ def read(text):
 
 
 def pointers(text):
-    """Return the JSON pointers of all values of a scene that are refused."""
+    """Return the JSON pointers of the refused values of a scene."""
     try:
         read(text)
     except SceneError as error:
@@ -102,7 +102,7 @@ def test_empty_section_is_the_same_as_none(section):
         (f"{CAMERA}objects: [{{{SPHERE}, light: {{}}}}]", ["/objects/0/light"]),
     ],
 )
-def test_required_key_that_is_missing_is_an_error_of_its_mapping(text, missing):
+def test_missing_required_key_is_an_error_of_its_mapping(text, missing):
     assert pointers(text) == missing
 
 
@@ -120,7 +120,7 @@ def test_required_key_that_is_missing_is_an_error_of_its_mapping(text, missing):
         (item(SPHERE, light="{intensity: 1, x: 1}"), "/objects/0/light/x"),
         (f"{CAMERA}render: {{x: 1}}", "/render/x"),
         (f"{CAMERA}image: {{x: 1}}", "/image/x"),
-        (f"{CAMERA}Camera: 1", "/Camera"),  # keys have their case
+        (f"{CAMERA}Camera: 1", "/Camera"),  # keys are case-sensitive
         (f"{CAMERA}'': 1", "/"),
     ],
 )
@@ -253,7 +253,7 @@ def test_field_of_view_from_180_or_up_to_0_is_refused(fov):
     ("position", "target"),
     [("[0, 0, 0]", "[0, 0, 0]"), ("[1, 2, 3]", "[1.0, 2, 3]"), ("[0, 0, 0]", "[-0.0, 0, 0]")],
 )
-def test_view_of_no_length_is_refused(position, target):
+def test_view_of_length_zero_is_refused(position, target):
     assert pointers(camera(position=position, look_at=target)) == ["/camera/look_at"]
 
 
@@ -270,7 +270,7 @@ def test_shortest_and_longest_views_are_views(position, target):
 
 
 @pytest.mark.parametrize("up", ["[0, 0, 0]", "[0, -0.0, 0]"])
-def test_up_of_no_length_is_refused(up):
+def test_up_of_length_zero_is_refused(up):
     assert pointers(camera(up=up)) == ["/camera/up"]
 
 
@@ -306,7 +306,7 @@ def test_radius_and_sizes_that_are_not_positive_are_refused(value):
 
 
 @pytest.mark.parametrize("normal", ["[0, 0, 0]", "[0, -0.0, 0]"])
-def test_normal_of_no_length_is_refused(normal):
+def test_normal_of_length_zero_is_refused(normal):
     assert pointers(item(PLANE, normal=normal)) == ["/objects/0/normal"]
 
 
@@ -331,7 +331,7 @@ def test_name_is_any_text(name):
 
 
 @pytest.mark.parametrize("name", ["7", "''", "true", "[a]", "1e3"])
-def test_name_that_is_no_text_or_empty_is_refused(name):
+def test_name_that_is_not_text_or_is_empty_is_refused(name):
     assert pointers(item(SPHERE, name=name)) == ["/objects/0/name"]
 
 
@@ -370,7 +370,7 @@ def test_name_that_is_taken_is_refused_together_with_other_mistakes():
         ("'#FF0000'", (1, 0, 0)),
         ("'#808080'", (0.21586050011389926,) * 3),  # IEC 61966-2-1 by hand
         ("gray", (0.21586050011389926,) * 3),
-        ("'#0a0a0a'", (10 / 255 / 12.92,) * 3),  # the straight part of the curve
+        ("'#0a0a0a'", (10 / 255 / 12.92,) * 3),  # the linear part of the curve
     ],
 )
 def test_color_is_linear_rgb_or_srgb_by_name_or_digits(color, linear):
@@ -385,7 +385,7 @@ def test_color_is_linear_rgb_or_srgb_by_name_or_digits(color, linear):
         *("rde", "''", "transparent", "currentcolor", "'rgb(1, 2, 3)'", "0", "255", "true", "{r: 1, g: 1, b: 1}"),
     ],
 )
-def test_what_is_no_color_is_refused(color):
+def test_value_that_is_not_a_color_is_refused(color):
     assert pointers(item(SPHERE, color=color)) == ["/objects/0/color"]
     assert pointers(light(color=color)) == ["/lights/0/color"]
 
@@ -425,9 +425,9 @@ def test_srgb_becomes_linear_by_its_definition(byte):
     assert color_from_text(f"#00{byte:02X}00") == (0, linear, 0)
 
 
-def test_color_name_is_in_any_case_of_ascii_alone():
+def test_color_name_ignores_case_but_only_of_ascii():
     assert color_from_text("BLACK") == color_from_text("bLaCk") == (0, 0, 0)
-    assert color_from_text("blac\N{KELVIN SIGN}") is None  # which becomes a k when it is made small
+    assert color_from_text("blac\N{KELVIN SIGN}") is None  # which lowercases to k
 
 
 # --- Render and image ------------------------------------------------------------------------------------
@@ -524,6 +524,6 @@ def test_scene_is_loaded_from_a_file(tmp_path, suffix):
     assert load_scene(file) == load_scene(str(file)) == read(CAMERA)
 
 
-def test_scene_that_is_not_there_is_an_error_of_the_system(tmp_path):
+def test_missing_file_is_an_os_error(tmp_path):
     with pytest.raises(FileNotFoundError):
         load_scene(tmp_path / "none.yaml")

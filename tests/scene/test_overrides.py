@@ -1,4 +1,4 @@
-"""`--set KEY=VALUE`: which paths there are, and what is said about those there are not."""
+"""`--set KEY=VALUE`: valid paths, and the messages about invalid ones."""
 
 import copy
 import json
@@ -26,7 +26,7 @@ objects:
 
 
 def edited(*expressions, text=SCENE):
-    document = parse(text, "scene.yaml", is_json=text.startswith("{"))
+    document = parse(text, "scene.json" if text.startswith("{") else "scene.yaml")
     for expression in expressions:
         document = set_expression(document, expression)
     return document
@@ -89,7 +89,7 @@ def named(*names):
 
 
 @pytest.mark.parametrize("index", range(len(NAMES)), ids=[ascii(name) for name in NAMES])
-def test_name_as_messages_write_it_can_be_set_by(index):
+def test_name_as_messages_write_it_works_in_a_path(index):
     path = dotted(("objects", NAMES[index], "radius"))
     assert path.isprintable()
     radii = [ball.radius for ball in validate(edited(f"{path}=3", text=named(*NAMES))).objects]
@@ -97,7 +97,7 @@ def test_name_as_messages_write_it_can_be_set_by(index):
 
 
 @given(name=st.text(st.characters(codec="utf-8"), min_size=1, max_size=40))
-def test_any_name_as_messages_write_it_can_be_set_by(name):
+def test_any_name_as_messages_write_it_works_in_a_path(name):
     path = dotted(("objects", name, "position", 0))
     text = named("first", name) if name != "first" else named("x", name)
     assert validate(edited(f"{path}=3", text=text)).objects[1].position == (3, 0, -5)
@@ -115,7 +115,7 @@ def test_any_name_as_messages_write_it_can_be_set_by(name):
         "objects[0].'radius'",
     ],
 )
-def test_name_can_stand_in_quotes_of_either_kind(path):
+def test_name_may_be_in_quotes_of_either_kind(path):
     scene = validate(edited(f"{path}= 3", text=named("Cube.001", "Cube")))
     assert [ball.radius for ball in scene.objects] == [3, 1]
     assert validate(edited(f"{path}=3", text=named("Cube.001", "it's")))
@@ -125,7 +125,7 @@ def test_quote_in_single_quotes_is_doubled():
     assert validate(edited("objects.'it''s.'.radius=3", text=named("it's."))).objects[0].radius == 3
 
 
-def test_name_of_digits_in_quotes_is_no_index():
+def test_quoted_name_of_digits_is_not_an_index():
     assert validate(edited('objects."1".radius=3', text=named("1", "x"))).objects[0].radius == 3
 
 
@@ -143,7 +143,7 @@ def test_name_of_digits_in_quotes_is_no_index():
         ("objects." + "y" * 50 + ".y.radius=3", "objects[8]"),
     ],
 )
-def test_name_that_needs_quotes_and_has_none_is_told_with_them(expression, hint):
+def test_name_without_the_quotes_it_needs_is_suggested_with_them(expression, hint):
     text = named("Cube.001", "lamp[1]", "lamp[x]", "a=b", "]", '"q"', "b.c", "b.c.d", "y" * 50 + ".y")
     with pytest.raises(EditError) as refused:
         edited(expression, text=text)
@@ -152,7 +152,7 @@ def test_name_that_needs_quotes_and_has_none_is_told_with_them(expression, hint)
         edited(f"{hint}.radius=3", text=text)
 
 
-def test_path_that_could_mean_two_names_is_refused_unless_it_goes_on_with_a_key_of_the_shorter():
+def test_path_that_could_mean_two_names_is_refused_unless_a_key_of_the_shorter_follows():
     text = named("Cube", "Cube.001", "Cube.radius")
     with pytest.raises(EditError, match=r'did you mean `objects\."Cube\.001"`\?'):
         edited("objects.Cube.001.radius=3", text=text)
@@ -172,7 +172,7 @@ def test_path_that_could_mean_two_names_is_refused_unless_it_goes_on_with_a_key_
         ('objects.""=3', "no item named ``"),
     ],
 )
-def test_quotes_that_are_wrong_are_refused(expression, part):
+def test_wrong_quotes_are_refused(expression, part):
     with pytest.raises(EditError) as refused:
         edited(expression, text=named("Cube.001"))
     assert part in str(refused.value)
@@ -193,7 +193,7 @@ def test_column_of_a_problem_counts_the_quotes():
         ("objects.ball.light.intensity=9", lambda scene: scene.objects[0].light.intensity, 9),
     ],
 )
-def test_key_that_the_file_leaves_out_is_added(expression, read, value):
+def test_missing_key_is_added(expression, read, value):
     assert read(validate(edited(expression))) == value
 
 
@@ -209,11 +209,11 @@ def test_edits_build_on_each_other():
     assert scene.objects[0].radius == 3
 
 
-def test_edit_mends_what_the_file_has_wrong():
+def test_edit_can_correct_a_mistake_of_the_file():
     assert validate(edited("camera.fov=30", text=SCENE.replace("fov: 40", "fov: 400"))).camera.fov == 30
 
 
-def test_document_that_is_edited_stays_as_it_was():
+def test_edited_document_stays_unchanged():
     document = parse(SCENE, "scene.yaml")
     before = copy.deepcopy(document.data)
     set_expression(document, "objects.ball.position[0]=9")
@@ -261,7 +261,7 @@ def test_values_that_share_an_anchor_are_edited_one_by_one():
         ("camera.\x1b[2J=\x1b", r"\x1b[2J"),
     ],
 )
-def test_edit_that_cannot_be_made_is_refused(expression, part):
+def test_impossible_edit_is_refused(expression, part):
     with pytest.raises(EditError) as refused:
         edited(expression)
     assert part in str(refused.value)
@@ -295,22 +295,22 @@ def test_edit_that_cannot_be_made_is_refused(expression, part):
         ("camera={fov: 9}", "--set camera={fov: 9}:1:8: error: camera: missing key `resolution`"),
     ],
 )
-def test_problem_of_an_edit_is_placed_in_the_option(expression, expected):
+def test_problem_of_an_edit_is_located_in_the_option(expression, expected):
     assert report(expression).startswith(expected)
 
 
 @pytest.mark.parametrize("expression", ["camera.fow=3", "render.x=3", "render.x.y=3", "x=3", "x.y=3"])
-def test_unknown_key_of_an_edit_is_placed_in_the_option(expression):
+def test_unknown_key_of_an_edit_is_located_in_the_option(expression):
     assert report(expression).startswith(f"--set {expression}:1:")
 
 
-def test_problem_of_the_file_beside_an_edit_is_placed_in_the_file():
+def test_problem_of_the_file_beside_an_edit_is_located_in_the_file():
     lines = report("render.samples=0", text=SCENE.replace("fov: 40", "fov: 400")).splitlines()
     assert sorted(line.split(": ")[0] for line in lines) == ["--set render.samples=0:1:16", "scene.yaml:1:39"]
 
 
 @pytest.mark.parametrize("text", ["", "3", "[]"])
-def test_edit_of_what_is_no_scene_leaves_the_reason_to_validation(text):
+def test_edit_of_a_file_that_is_not_a_mapping_is_left_to_validation(text):
     assert report("camera.fov=3", text=text).startswith("scene.yaml:1:1: error: expected a mapping")
 
 
@@ -327,5 +327,5 @@ def test_shorthand_option_is_named_in_its_problems():
         validate(document)
 
 
-def test_problem_of_a_value_that_is_set_twice_is_placed_in_the_last_edit():
+def test_problem_of_a_value_that_is_set_twice_is_located_in_the_last_edit():
     assert report("camera.fov=300", "camera.fov=200").startswith("--set camera.fov=200:1:12: ")

@@ -1,7 +1,7 @@
-"""The JSON Schema: fresh, valid, and of one mind with the models.
+"""The JSON Schema: up to date, valid, and in agreement with the models.
 
-A rule says itself whether a schema can express it (`Rule.in_schema`). A schema has to refuse what breaks one of
-those, and to accept what breaks none at all; of what breaks only others it may think what it likes.
+`Rule.in_schema` says whether a schema can express a rule. The schema must refuse data that breaks such a rule, and
+accept data that breaks no rule at all; it may do either with data that breaks only other rules.
 """
 
 import itertools
@@ -37,7 +37,7 @@ ACCEPT, REFUSE, OPEN = "accept", "refuse", "open"
 
 
 def problems_of(raw, name):
-    """Return what the models find wrong with a scene file."""
+    """Return the problems that the models find in a scene file."""
     try:
         validate(parse_bytes(raw, name))
     except SceneError as error:
@@ -46,14 +46,14 @@ def problems_of(raw, name):
 
 
 def demanded(problems):
-    """Return what a schema has to think of a scene with these problems."""
+    """Return the verdict that the schema must reach on a scene with these problems; None if either will do."""
     if not problems:
         return ACCEPT
     return REFUSE if any(problem.rule.in_schema for problem in problems) else OPEN
 
 
 def breaks_the_text(problems):
-    """Return whether it lies with the reader of the text, not with a schema, what becomes of these problems."""
+    """Return whether these problems concern the reader of the text rather than a schema."""
     return any(problem.code.startswith("E0") for problem in problems)
 
 
@@ -131,13 +131,13 @@ def test_schema_accepts_what_the_models_accept(text):
 
 
 @pytest.mark.parametrize(("name", "key", "value"), properties(), ids=lambda value: str(value)[:20])
-def test_property_has_a_description(name, key, value):
+def test_each_property_has_a_description(name, key, value):
     assert value.get("description"), f"{name}.{key}"
     assert re.search(r"[.:]$", value["description"])
 
 
 @pytest.mark.parametrize(("name", "body"), list(definitions()), ids=lambda value: str(value)[:20])
-def test_mapping_takes_no_other_keys(name, body):
+def test_each_mapping_refuses_other_keys(name, body):
     if "properties" in body:
         assert body["additionalProperties"] is False
 
@@ -151,7 +151,7 @@ def test_defaults_equal_those_of_the_models():
     expected = {("Camera", key): getattr(scene.camera, key) for key in ("position", "up")}
     expected |= {("Render", key): value for key, value in scene.render}
     expected |= {("Image", key): value for key, value in scene.image}
-    # An empty list is no default here: an editor that completes `objects` would write it out.
+    # An empty list is not a default here, since an editor that completes `objects` would write it.
     expected |= {("scene", "version"): 1}
     expected |= {("CarriedLight", "color"): (1, 1, 1), ("PointLight", "color"): (1, 1, 1), ("Box", "rotation"): 0}
     sections = {("scene", "render"): scene.render, ("scene", "image"): scene.image}
@@ -164,7 +164,7 @@ def test_defaults_equal_those_of_the_models():
 
 
 class Verdicts(NamedTuple):
-    """What check-jsonschema says of files, by their names as they were given."""
+    """The verdicts of check-jsonschema, by file name as given."""
 
     accepted: set[str]
     refused: set[str]
@@ -176,7 +176,7 @@ FILES_AT_A_TIME = 1_000
 
 
 def check_with_program(folder, names):
-    """Check files of a folder, many at once: the program takes longer to start than to check hundreds."""
+    """Check the files of a folder, many at once, since the program takes long to start."""
     verdicts = Verdicts(set(), set(), set())
     for start in range(0, len(names), FILES_AT_A_TIME):
         report = report_of_program(folder, names[start : start + FILES_AT_A_TIME])
@@ -207,8 +207,8 @@ def test_check_jsonschema_accepts_each_scene_of_the_repository():
 
 def test_check_jsonschema_judges_the_wrong_files_as_the_rules_say():
     found = {file.name: problems_of(file.read_bytes(), file.name) for file in INVALID}
-    # What is wrong with the text is the reader's business. Its reader of YAML refuses most of that, does not come
-    # back from an alias inside its own anchor, and tells of a key given twice again in files that come later.
+    # Problems of the text concern the reader. The one of check-jsonschema refuses most of them, hangs on an alias
+    # inside its own anchor, and repeats the report of a duplicate key in later files.
     wanted = {name: demanded(problems) for name, problems in found.items() if not breaks_the_text(problems)}
     verdicts = check_with_program(ROOT / "tests" / "data" / "invalid", sorted(wanted))
     assert verdicts.unreadable == set()
@@ -216,7 +216,7 @@ def test_check_jsonschema_judges_the_wrong_files_as_the_rules_say():
 
 
 def to_a_schema(data):
-    """Return data with all that a schema sees of a number: 4.0 is the integer 4 there, and a float in a scene."""
+    """Return data with its numbers as a schema sees them: 4.0 is the integer 4 there, and a float in a scene."""
     if isinstance(data, dict):
         return {key: to_a_schema(value) for key, value in data.items()}
     if isinstance(data, list):
@@ -225,7 +225,7 @@ def to_a_schema(data):
 
 
 def compare_with_program(scenes, folder):
-    """Write scenes as files, let program and models judge them, and return how many of each sort there were."""
+    """Write scenes as files, check them with the program and the models, and return the number of each verdict."""
     wanted = {}
     for number, scene in enumerate(scenes):
         problems = problems_of(json.dumps(to_a_schema(scene)).encode(), "scene.json")
@@ -243,7 +243,7 @@ def compare_with_program(scenes, folder):
     return Counter(wanted.values())
 
 
-def test_check_jsonschema_and_models_are_of_one_mind_on_random_scenes(tmp_path):
+def test_check_jsonschema_and_models_agree_on_random_scenes(tmp_path):
     scenes = []
 
     @settings(settings.default, max_examples=5 * settings.default.max_examples, phases=[Phase.generate])
@@ -252,13 +252,13 @@ def test_check_jsonschema_and_models_are_of_one_mind_on_random_scenes(tmp_path):
         scenes.append(scene)
 
     collect()
-    # Nearly all of them are coarsely wrong, so some that are less so come along.
+    # Nearly all of them are badly wrong, so add some with smaller mistakes.
     counts = compare_with_program([*scenes, *itertools.islice(neighbours(), 0, None, 19)], tmp_path)
     assert min(counts[ACCEPT], counts[REFUSE]) >= 25
 
 
 @pytest.mark.integration
-def test_check_jsonschema_and_models_are_of_one_mind_on_all_scenes_one_step_from_a_valid_one(tmp_path):
+def test_check_jsonschema_and_models_agree_on_all_scenes_one_step_from_a_valid_one(tmp_path):
     counts = compare_with_program(neighbours(), tmp_path)
     assert min(counts[ACCEPT], counts[REFUSE] / 10, counts[OPEN] * 10) >= 300
 
@@ -271,7 +271,7 @@ def test_check_jsonschema_and_models_are_of_one_mind_on_all_scenes_one_step_from
         "camera: {resolution: [640, 480], fov: 40}\nversion: 1.0",
     ],
 )
-def test_only_the_models_tell_a_whole_number_from_an_integer(text):
+def test_only_the_models_distinguish_a_whole_float_from_an_integer(text):
     document = parse(text, "scene.yaml")
     with pytest.raises(SceneError, match=r"must be (an integer|1), got \d+[.]0 "):
         validate(document)

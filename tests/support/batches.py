@@ -1,4 +1,4 @@
-"""Scenes for batches, and what came of them."""
+"""Scenes for batches, and their results."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 
 def write_scene(path: Path, radius: float = 1.0, more: str = "") -> Path:
-    """Write a small scene with a ball of that radius."""
+    """Write a small scene with a ball of the given radius."""
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(
         "camera: {resolution: [40, 30], fov: 40}\n"
@@ -20,12 +20,12 @@ def write_scene(path: Path, radius: float = 1.0, more: str = "") -> Path:
 
 
 def write_scenes(folder: Path, count: int) -> list[Path]:
-    """Write so many scenes, each another."""
+    """Write `count` different scenes."""
     return [write_scene(folder / f"{number:03}.yaml", 0.5 + number / 100) for number in range(count)]
 
 
 def results_in(folder: Path) -> dict[str, bytes]:
-    """Return the files of a folder of results by their paths, but for the manifest and what is rtcli's own."""
+    """Return the files of a folder of results by path, except the manifest and rtcli's internal files."""
     return {
         path.relative_to(folder).as_posix(): path.read_bytes()
         for path in sorted(folder.rglob("*"))
@@ -34,17 +34,17 @@ def results_in(folder: Path) -> dict[str, bytes]:
 
 
 def private_files(folder: Path) -> list[str]:
-    """Return what rtcli keeps for itself in a folder of results."""
+    """Return rtcli's internal files in a folder of results."""
     return sorted(path.relative_to(folder).as_posix() for path in (folder / ".rtcli").rglob("*"))
 
 
 def entries(folder: Path) -> dict[str, dict[str, Any]]:
-    """Return what the manifest tells of each scene."""
+    """Return the manifest's entry of each scene."""
     return json.loads((folder / "manifest.json").read_text(encoding="utf-8"))["scenes"]
 
 
 def lasting(folder: Path) -> dict[str, dict[str, Any]]:
-    """Return what the manifest tells of each scene, without the times."""
+    """Return the manifest's entry of each scene, without the times."""
     return {
         key: {name: value for name, value in entry.items() if name != "seconds"}
         for key, entry in entries(folder).items()

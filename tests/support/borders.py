@@ -38,7 +38,7 @@ def _like_its_neighbours(values: npt.NDArray[np.generic]) -> Mask:
 
 
 def _on_one_face(normals: Picture) -> Mask:
-    """Return the pixels (H, W) whose eight neighbours look the same way, more or less, or show nothing as well."""
+    """Return the pixels (H, W) whose eight neighbours have nearly the same normal, or also show nothing."""
     cosines = sum(_neighbourhoods(normals[:, :, i]) * normals[:, :, i, None, None] for i in range(3))
     nothing = ~normals.any(axis=-1)
     return (cosines > SAME_FACE).all(axis=(2, 3)) | nothing

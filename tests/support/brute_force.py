@@ -1,8 +1,8 @@
 """A small tracer that shares no code with either engine: every surface, every ray, in float64.
 
 A ray meets a face, which has a plane and an outline, or a ball, which has two roots; what lies strictly between
-the ends of a segment blocks it. There is no side, no tree and no float32. All places are relative to the eye. With
-each decision comes its margin, so that it is known where pictures may differ: beside an outline, or where surfaces
+the ends of a segment blocks it. There is no side, no tree and no float32. All points are relative to the eye. With
+each decision comes its margin, which shows where pictures may differ: beside an outline, or where surfaces
 cross.
 
 Arrays are component-first: (3, N), one column a pixel, row by row.
@@ -230,7 +230,7 @@ class Lamp(NamedTuple):
 
 @dataclass
 class Picture:
-    """What the pixels show, and where that is sure.
+    """The values of the pixels, and where they are certain.
 
     Parameters
     ----------
@@ -257,7 +257,7 @@ class Picture:
 
 
 class Points(NamedTuple):
-    """Places on surfaces that are to be lit.
+    """Surface points to light.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A real browser for tests: Debian's Chromium, without a window, driven by Selenium."""
+"""A real browser for tests: Debian's Chromium, headless, driven by Selenium."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import pytest
 PACKAGES = ("chromium", "chromium-driver")
 PROGRAMS = ("chromium", "chromedriver")
 
-# No sandbox, which a container does not allow; the pages are our own. And nothing that the browser itself fetches.
+# No sandbox, which a container does not allow; the pages are our own. The browser itself fetches nothing.
 OPTIONS = (
     *("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars"),
     *("--disable-background-networking", "--disable-component-update", "--no-first-run", "--lang=en"),
@@ -23,7 +23,7 @@ OPTIONS = (
 
 
 def programs() -> tuple[str, str]:
-    """Return Chromium and its driver, installed by apt-get if need be, or skip the test."""
+    """Return Chromium and its driver, installed by apt-get if necessary, or skip the test."""
     if not all(map(shutil.which, PROGRAMS)):
         _install()
     browser, driver = map(shutil.which, PROGRAMS)
@@ -46,7 +46,7 @@ def _install() -> None:
 
 @contextlib.contextmanager
 def browser() -> Iterator[Any]:
-    """Give a browser that keeps what its console says, and what it asks of the network."""
+    """Yield a browser that records its console messages and network requests."""
     webdriver = pytest.importorskip("selenium.webdriver", reason="Selenium is not installed: NO BROWSER IS TRIED")
     program, driver = programs()
     options = webdriver.ChromeOptions()
@@ -62,7 +62,7 @@ def browser() -> Iterator[Any]:
 
 
 def prefer(chromium: Any, scheme: str) -> None:
-    """Have the system of the browser ask for `light` or `dark`."""
+    """Emulate a system that prefers `light` or `dark`."""
     features = [{"name": "prefers-color-scheme", "value": scheme}]
     chromium.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
 
@@ -74,12 +74,12 @@ def resize(chromium: Any, width: int, height: int) -> None:
 
 
 def requested(chromium: Any) -> list[str]:
-    """Return what the browser asked for since the last call: addresses, long ones cut."""
+    """Return the addresses requested since the last call, long ones cut."""
     messages = [json.loads(entry["message"])["message"] for entry in chromium.get_log("performance")]
     requests = [each["params"] for each in messages if each["method"] == "Network.requestWillBeSent"]
     return [request["request"]["url"][:200] for request in requests]
 
 
 def said(chromium: Any) -> list[str]:
-    """Return what the console said since the last call, violations of the page's policy among it."""
+    """Return the console messages since the last call, including violations of the page's policy."""
     return [entry["message"] for entry in chromium.get_log("browser")]

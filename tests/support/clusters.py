@@ -1,4 +1,4 @@
-"""A cluster of Dask on the loopback, of which each process can be killed."""
+"""A Dask cluster on the loopback interface whose processes can be killed one by one."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from typing import BinaryIO, NamedTuple
 
 
 class Cluster(NamedTuple):
-    """A scheduler and workers: its address and process, and theirs. No nanny starts them again."""
+    """A scheduler and workers, with the address and process of each. No nanny restarts them."""
 
     address: str
     scheduler: subprocess.Popen[bytes]
@@ -30,14 +30,14 @@ class _Program(NamedTuple):
 
 @contextlib.contextmanager
 def two_workers() -> Iterator[Cluster]:
-    """Start a scheduler and two workers in processes of their own, and end them."""
+    """Start a scheduler and two workers in processes of their own, and end them afterwards."""
     with no_workers() as cluster, worker_of(cluster) as first, worker_of(cluster) as second:
         yield cluster._replace(workers=[first, second])
 
 
 @contextlib.contextmanager
 def no_workers(allowed_failures: int = 3) -> Iterator[Cluster]:
-    """Start a scheduler alone, which gives up what was lost with more workers than it allows."""
+    """Start a scheduler alone; it gives up a task after losing more workers than it allows."""
     place = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard")
     settings = {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": str(allowed_failures)}
     with _program("scheduler", *place, says=r"Scheduler at: +(tcp://\S+)", settings=settings) as scheduler:
@@ -46,13 +46,13 @@ def no_workers(allowed_failures: int = 3) -> Iterator[Cluster]:
 
 @contextlib.contextmanager
 def worker_of(cluster: Cluster, version: str = "") -> Iterator[subprocess.Popen[bytes]]:
-    """Start a worker of a cluster; with a version it says that it has that one of rtcli."""
+    """Start a worker of a cluster; with a version it claims to have that version of rtcli."""
     options = (cluster.address, "--nthreads", "1", "--no-nanny", "--no-dashboard")
     with _program("worker", *options, says=r"Registered to: +(\S+)", version=version) as worker:
         yield worker.process
 
 
-# A program of Dask whose rtcli is another one.
+# A Dask program with another version of rtcli.
 _OTHER = """
 import runpy, sys
 import rtcli.distributed.dask
@@ -65,7 +65,7 @@ runpy.run_module(sys.argv.pop(1), run_name="__main__")
 def _program(
     name: str, *options: str, says: str, version: str = "", settings: Mapping[str, str] = MappingProxyType({})
 ) -> Iterator[_Program]:
-    """Run one of Dask's programs once it says something on standard error; give it with what that names."""
+    """Run a Dask program and wait for a line on standard error; yield it with the name in that line."""
     module = f"distributed.cli.dask_{name}"
     start = ["-c", _OTHER, version, module] if version else ["-m", module]
     command = [sys.executable, *start, *options]
@@ -84,7 +84,7 @@ def _program(
 def _wait_for(log: BinaryIO, pattern: str) -> str:
     end = time.monotonic() + 60
     while True:
-        said = os.pread(log.fileno(), 1 << 20, 0).decode()  # where a program goes on writing stays as it is
+        said = os.pread(log.fileno(), 1 << 20, 0).decode()  # where the program continues to write
         found = re.search(pattern, said)
         if found:
             return found[1]

@@ -25,7 +25,7 @@ def coincident_scene(seed: int) -> Data:
 
 
 class _Draw:
-    """One scene on its way."""
+    """A scene under construction."""
 
     def __init__(self, rng: random.Random) -> None:
         self.rng = rng
@@ -76,7 +76,7 @@ class _Draw:
         return shape
 
     def planet(self) -> Data:
-        """Return a ball so large that what stands on it is small."""
+        """Return a ball so large that the objects on it are small."""
         radius = self.unit * 2.0 ** self.rng.choice((10, 17, 17 if any(self.origin) else 24))
         x, y, z = self.place()
         return {"type": "sphere", "position": [x, y - radius, z], "radius": radius, "color": self.color()}
@@ -84,7 +84,7 @@ class _Draw:
     def join(self, shape: Data, other: Data) -> None:
         """Put a shape so that it touches another, has a face in common, or is around or inside it."""
         kind = self.rng.random()
-        if other.get("radius", 0) > 100 * self.unit:  # a planet: on the place where it was put
+        if other.get("radius", 0) > 100 * self.unit:  # a planet: at the point where it was put
             ground = [x + s for x, s in zip(other["position"], (0, other["radius"], 0), strict=True)]
             reach = shape["radius"] if shape["type"] == "sphere" else shape["size"][1] / 2
             shape["position"] = [ground[0], ground[1] + reach * self.rng.choice((1, 1, 2, 0)), ground[2]]
@@ -107,7 +107,7 @@ class _Draw:
             shape["position"][1] += reach
 
     def add_something_far(self, lights: list[Data]) -> None:
-        """Add a light or a body that is very far from all else, and bright or large enough to be seen."""
+        """Add a light or a body that is very far from everything else, and bright or large enough to be seen."""
         away = self.unit * self.rng.choice((1e12, 1e20, 1e22, 1e25, 1e38, 1e45, 1e100))
         place = [away * self.rng.choice((-1, 0, 1, 0.5)) for _ in range(3)]
         if not any(place):
@@ -164,7 +164,7 @@ class _Draw:
         return [o + self.unit * self.rng.randint(-2 * reach, 2 * reach) / 2 for o in self.origin]
 
     def on_surface(self, shape: Data) -> Vector:
-        """Return a place on a shape: the middle of a face, a point of it, an edge or a corner."""
+        """Return a point on a shape: the middle of a face, a point of it, an edge or a corner."""
         rng = self.rng
         if shape["type"] == "plane":
             n = shape["normal"]
@@ -192,7 +192,7 @@ class _Draw:
 
 
 def on(shape: Data, local: Sequence[float]) -> Vector:
-    """Return the place that a box has at coordinates along its axes."""
+    """Return the point at coordinates along the axes of a box."""
     degrees = math.remainder(shape.get("rotation", 0), 360)
     c, s = (
         (round(math.cos(math.radians(degrees))), round(math.sin(math.radians(degrees))))

@@ -1,4 +1,4 @@
-"""Files with the report that each must get: `NAME.expected` beside `NAME.yaml`."""
+"""Files and their expected reports: `NAME.expected` beside `NAME.yaml`."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ FAILED = Path(__file__).parents[1] / "failed"
 
 
 def compare(file, problems):
-    """Compare the text report of problems with the expected one; a differing one is left in `tests/failed`."""
+    """Compare the text report of problems with the expected one; write it to `tests/failed` if it differs."""
     report = "".join(text.report([FileReport(file.name, tuple(problems))]))
     expected = file.with_suffix(".expected")
     if not expected.exists() or report != expected.read_text(encoding="utf-8"):

@@ -1,4 +1,4 @@
-"""Results of batches for tests: files in a folder, and what their manifest says."""
+"""Results of batches for tests: files in a folder, and their manifest."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ NO_SETTINGS: dict[str, Any] = {"size": None, "samples": None, "exposure": None, 
 
 
 class Batch:
-    """A folder of results and its manifest, made scene by scene.
+    """A folder of results and its manifest, built scene by scene.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ class Batch:
 
 
 def sample(folder: Path) -> Batch:
-    """Return a batch with some of everything: 11 pictures with passes, a sweep, other formats, failed scenes."""
+    """Return a varied batch: 11 pictures with passes, a sweep, other formats, failed scenes."""
     batch = Batch(folder)
     for path in sorted(SCENES.glob("*.yaml")):
         batch.render(path, f"gallery/{path.stem}", passes=PASSES)
@@ -98,7 +98,7 @@ def sample(folder: Path) -> Batch:
 
 
 def many(folder: Path, count: int) -> Batch:
-    """Return a batch of so many scenes of which one in a hundred failed, and which share a few pictures."""
+    """Return a batch of `count` scenes that share a few pictures; one in a hundred failed."""
     batch = Batch(folder)
     few = [batch.render(path, f"few/{path.stem}", passes=("depth",)) for path in sorted(SCENES.glob("*.yaml"))]
     failed = batch.render(INVALID / "syntax-error.yaml", "few/syntax-error")

@@ -1,4 +1,4 @@
-"""A small client of the Language Server Protocol 3.17, as an editor is one: JSON over the pipes of a process."""
+"""A small client of the Language Server Protocol 3.17, like an editor: JSON over the pipes of a process."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ Message = dict[str, Any]
 
 
 class LanguageServer:
-    """A language server that runs as a process, and what it says.
+    """A language server that runs as a process, and its messages.
 
-    Use it in a `with` statement: at its end the process is gone, whatever happened.
+    Use it in a `with` statement, which ends the process whatever happens.
 
     Parameters
     ----------
     command
-        Starts the server, which is to speak over standard input and output.
+        Starts the server, which must communicate over standard input and output.
     settings
-        What the server gets when it asks for its configuration, by section.
+        The server's configuration, by section.
     deadline
-        Seconds to wait for each answer: a slow machine takes its time, a server that hangs is given up.
+        Seconds to wait for each answer: long enough for a slow machine, short enough for a server that hangs.
     """
 
     def __init__(self, command: list[str], settings: Mapping[str, Any], deadline: float = 60.0) -> None:
@@ -39,7 +39,7 @@ class LanguageServer:
         self._incoming: queue.Queue[Message | None] = queue.Queue()
         self._requests = 0
         self._diagnostics: dict[str, list[Message]] = {}
-        # Pipes have no time-outs, queues do.
+        # Pipes have no timeouts, but queues do.
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
@@ -62,7 +62,7 @@ class LanguageServer:
 
     @property
     def is_running(self) -> bool:
-        """Whether its process is there."""
+        """Whether its process is running."""
         return self._process.poll() is None
 
     # --- What an editor does -----------------------------------------------------------------------------
@@ -75,18 +75,18 @@ class LanguageServer:
         return uri
 
     def diagnostics(self, uri: str) -> list[Message]:
-        """Return what the server finds wrong with an open document, as soon as it says so."""
+        """Return the server's diagnostics of an open document, as soon as they arrive."""
         if uri not in self._diagnostics:
             self._wait_for(lambda message: uri in self._diagnostics)
         return self._diagnostics.pop(uri)
 
     def completions(self, uri: str, line: int, column: int) -> list[Message]:
-        """Return what the server offers at a place, both numbers from 0."""
+        """Return the server's completions at a position, both numbers from 0."""
         found = self.ask("textDocument/completion", _place(uri, line, column))
         return list(found["items"] if isinstance(found, dict) else found)
 
     def hover(self, uri: str, line: int, column: int) -> str:
-        """Return what the server tells about a place, both numbers from 0; empty if nothing."""
+        """Return the server's hover text at a position, both numbers from 0; empty if there is none."""
         found = self.ask("textDocument/hover", _place(uri, line, column))
         return str(found["contents"]["value"]) if found else ""
 
@@ -122,7 +122,7 @@ class LanguageServer:
         self._process.stdin.flush()
 
     def _wait_for(self, wanted: Callable[[Message], bool]) -> Message:
-        """Return the first message that is wanted, and meanwhile answer what the server asks."""
+        """Return the first wanted message, answering the server's requests meanwhile."""
         end = time.monotonic() + self._deadline
         while True:
             try:
@@ -144,7 +144,7 @@ class LanguageServer:
             self._send(
                 {"id": message["id"], "result": [self._settings.get(item.get("section")) for item in items]}
             )
-        elif method is not None and "id" in message:  # any other request, such as to register an ability
+        elif method is not None and "id" in message:  # any other request, such as to register a capability
             self._send({"id": message["id"], "result": None})
 
     def _read(self) -> None:
@@ -154,13 +154,13 @@ class LanguageServer:
         self._incoming.put(None)
 
     def _end(self) -> None:
-        """See to it that process, thread and pipes are gone."""
+        """End the process and the thread, and close the pipes."""
         self._process.kill()
         self._process.wait(self._deadline)
         self._reader.join(self._deadline)
         for pipe in (self._process.stdin, self._process.stdout):
             assert pipe is not None
-            with contextlib.suppress(OSError):  # of what was not sent any more
+            with contextlib.suppress(OSError):  # from data that was not sent
                 pipe.close()
 
 

@@ -1,4 +1,4 @@
-"""How much memory a process took at most, for programs that tests run."""
+"""The peak memory of a process, for programs that tests run."""
 
 import re
 import resource
@@ -7,9 +7,9 @@ from pathlib import Path
 
 
 def peak_mib() -> float:
-    """Return the most memory that this process held at any time, in MiB."""
+    """Return the peak memory of this process, in MiB."""
     if sys.platform == "linux":
-        # What getrusage tells there is at least what the process that started this one held.
+        # There, getrusage reports at least the peak of the parent process.
         status = Path("/proc/self/status").read_text()
         return int(re.search(r"VmHWM:\s*(\d+) kB", status)[1]) / 1024
     unit = 1 if sys.platform == "darwin" else 1024

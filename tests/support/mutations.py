@@ -5,7 +5,7 @@ import copy
 from hypothesis import assume
 from hypothesis import strategies as st
 
-# With every key that there is.
+# With every key.
 VALID = {
     "version": 1,
     "camera": {"resolution": [4, 3], "fov": 40, "position": [0, 0, 0], "look_at": [0, 0, -1], "up": [0, 1, 0]},
@@ -77,7 +77,7 @@ def mutated_scenes(draw):
 
 # --- All scenes that are one step from the valid one -------------------------------------------------------
 
-# Values of every kind, those that may stand somewhere, and some on both sides of each bound.
+# Values of every kind: valid ones of each key, and some on both sides of each bound.
 ODD_NUMBERS = [-1, -5e-324, 0, 5e-324, 0.5, 1, 1.5, 4.0, 179.9, 180, 1024, 1025, 65_535, 65_536, 1e308, 10**400]
 ODD_TEXTS = ["", "red", "LightSkyBlue", "Redd", "red\n", "#FF00aa", "#ff0000\n", "#fff", "lamp"]
 CHOICES = ["sphere", "plane", "box", "auto", "Auto", "clip", "aces"]
@@ -86,7 +86,7 @@ ODD_VALUES = [None, False, True, {}, {"intensity": 1}, *ODD_NUMBERS, *ODD_TEXTS,
 
 
 def neighbours():
-    """Yield the valid scene with one value replaced, removed, repeated or added, in every way there is."""
+    """Yield the valid scene with one value replaced, removed, repeated or added, in every possible way."""
     yield from ODD_VALUES
     for number, original in enumerate(containers(VALID)):
         for step in list(original) if isinstance(original, dict) else range(len(original)):

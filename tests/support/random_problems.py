@@ -1,4 +1,4 @@
-"""Problems as no sane scene has them: what reports must be able to take."""
+"""Extreme problems, which reports must be able to handle."""
 
 import os
 import string
@@ -9,7 +9,7 @@ from rtcli.reports.file_report import FileReport
 from rtcli.scene.diagnostics.problems import Excerpt, Problem, Span
 from rtcli.scene.diagnostics.rules import ERROR, RULES, UNKNOWN_KEY, WARNING
 
-# What means something to a terminal, to a format, or to a program that reads one.
+# Characters that are special to a terminal, to a format, or to a program that reads it.
 _PIECES = st.sampled_from(
     [
         *("\x1b[2J", "\x1b]0;title\x07", "\x9b1m", "\x00", "\x7f", "\x85", "\u2028", "\u202e", "\u2066", "\u200d"),
@@ -23,7 +23,7 @@ TEXTS = st.lists(_PIECES | st.characters(), max_size=5).map("".join)
 
 
 def _could_be_a_file(path: str) -> bool:
-    """Return whether the system could name a file so: what is not UTF-8 there is U+DC80 to U+DCFF in Python."""
+    """Return whether a file may have this name; bytes that are not UTF-8 are U+DC80 to U+DCFF in Python."""
     try:
         os.fsencode(path)
     except UnicodeEncodeError:
@@ -31,15 +31,15 @@ def _could_be_a_file(path: str) -> bool:
     return "\0" not in path and path != ""
 
 
-# Nearly all texts: what differs is put right, so that Hypothesis need not look for those that fit.
+# Nearly any text, corrected where needed so that Hypothesis does not have to search for valid names.
 PATHS = TEXTS.map(lambda text: "".join(c for c in text if _could_be_a_file(c))).map(lambda path: path or "a.yaml")
-# Those of careful people, which no format has to escape.
+# Ordinary names, which no format has to escape.
 PLAIN_PATHS = st.text(string.ascii_letters + string.digits + "_-./ é日", min_size=1).map(
     lambda text: text + ".yaml"
 )
 
 _HOSTILE = "a\n\x1b[2J\u202e\ud800\u2028%0A::error::"
-# One that is hostile in each of its parts, for tests that cannot wait for chance.
+# A problem that is hostile in each of its parts, for tests that must not depend on chance.
 HOSTILE = Problem(
     UNKNOWN_KEY,
     Span("\x1b[2J\n\u202e\udcff.yaml", 1, 2, 1, 3, Excerpt(_HOSTILE.replace("\n", ""), 1, 3)),
@@ -83,7 +83,7 @@ def problems(paths=PATHS):
 
 
 def checks(paths=PATHS):
-    """Return what was found in some files: problems, nothing, or that they cannot be read."""
+    """Draw reports of files with problems, without any, and of files that cannot be read."""
     read = st.builds(FileReport, paths, problems=st.lists(problems(paths), max_size=3).map(tuple))
     unread = st.builds(FileReport, paths, unreadable=TEXTS.filter(bool))
     return st.lists(read | unread, max_size=3)

@@ -1,4 +1,4 @@
-"""Look for scenes that the tracers paint differently: `make soak SOAK="--minutes 60"`.
+"""Search for scenes that the tracers render differently: `make soak SOAK="--minutes 60"`.
 
 Each seed is a scene of `coincidences.py`, rendered by the native engine, by the reference and by `brute_force.py`.
 Where they disagree off borders, the scene is made smaller and written as YAML into `tests/failed/`.
@@ -33,16 +33,16 @@ ENGINES = ("native", "reference")
 PASSES = ("distance", "normal", "object_id")
 # Seeds that a process takes at a time.
 BATCH = 250
-# So many failures are enough to look at.
+# The search ends after this many failures.
 MOST_FAILURES = 20
-# What the components of a unit normal may be apart, at the rim of a ball.
+# The tolerance of a unit normal's components, at the rim of a ball.
 NORMAL = 5e-3
 # Radiance close to the least numbers of float32.
 DARK = 1e-36
 
 
 class Disagreement(NamedTuple):
-    """Pixels of an engine that are not as the brute force has them, off borders."""
+    """The pixels, off borders, in which an engine differs from the brute force."""
 
     engine: str
     what: str
@@ -119,7 +119,7 @@ def _fails(data: Data) -> bool:
 
 
 def _write(seed: int) -> str:
-    """Write the scene of a seed that fails, as small as can be, and return what is said of it."""
+    """Write the smallest failing scene of a seed, and return a message about it."""
     data = shrunk(coincident_scene(seed))
     said = "; ".join(map(str, disagreements(data)))
     FAILED.mkdir(parents=True, exist_ok=True)

@@ -18,12 +18,12 @@ def straight(objects: list[Data], lights: list[Data] | None = None, **sections: 
     return explain(scene(objects, lights, **{"camera": STRAIGHT, **sections}), 0, 0)
 
 
-# A place in a picture, as shares of its width and height.
+# A point of a picture, as fractions of its width and height.
 PLACES = st.tuples(st.floats(0, 1), st.floats(0, 1))
 
 
 def pixel_of(data: Data, at: tuple[float, float]) -> tuple[int, int]:
-    """Return the pixel at a share of width and height, each 0..1."""
+    """Return the pixel at fractions of width and height, each 0..1."""
     return tuple(
         min(int(share * side), side - 1) for share, side in zip(at, data["camera"]["resolution"], strict=True)
     )

@@ -157,7 +157,7 @@ class Crowd(Data):
 
 @st.composite
 def crowded_scenes(draw: st.DrawFn) -> Data:
-    """Draw what `crowd` gives: any number of objects, with and without its extremes."""
+    """Draw scenes of `crowd`, with any number of objects, with and without its extremes."""
     count, seed = draw(st.integers(1, 300)), draw(st.integers(0, 2**32))
     far_off, telescope = draw(st.booleans()), draw(st.booleans())
     return Crowd(f"crowd({count}, {seed}, {far_off}, {telescope})", crowd(count, seed, far_off, telescope))

@@ -1,4 +1,4 @@
-"""The compiled module as Python sees it: bytes, threads, signals, mistakes of a caller, what is in it."""
+"""The compiled module as Python sees it: bytes, threads, signals, errors of the caller, and its instructions."""
 
 import os
 import re
@@ -16,9 +16,12 @@ from worlds import box, light, plane, scene, sphere
 
 import rtcli
 from rtcli.rendering.pack import pack
+from rtcli.scene.model import SHAPES
 from rtcli.tracer import _native
 from rtcli.tracer.native import NativeTracer
-from rtcli.tracer.world import PASSES, Window
+from rtcli.tracer.passes import PASSES
+from rtcli.tracer.reference import LIGHT_SOURCES, OBJECTS
+from rtcli.tracer.world import Window
 
 LEVELS = ["baseline", "avx2", "avx512", "neon"]
 LOOK = (0.0, "clip", 8)
@@ -41,7 +44,7 @@ def tracer(described=ROOM, threads=2):
 
 
 def large(samples, resolution=(2000, 1500)):
-    """Return a scene that takes long enough to do something meanwhile."""
+    """Return a scene that takes long enough for other work to run meanwhile."""
     camera = ROOM.camera.model_copy(update={"resolution": resolution})
     return ROOM.model_copy(
         update={"camera": camera, "render": ROOM.render.model_copy(update={"samples": samples})}
@@ -76,14 +79,14 @@ def test_simd_level_does_not_change_a_byte(monkeypatch, level):
 
 
 @pytest.mark.parametrize("auto", [False, True])
-def test_exposure_meter_does_not_mind_threads_and_level(monkeypatch, auto):
+def test_exposure_meter_is_independent_of_threads_and_simd_level(monkeypatch, auto):
     metered = tracer(threads=3).exposure(9)
     if auto:
         monkeypatch.setenv("RTCLI_SIMD", "baseline")
     assert tracer(threads=1).exposure(9) == metered
 
 
-def test_level_that_is_unknown_is_refused_with_those_there_are(monkeypatch):
+def test_unknown_simd_level_is_refused_with_the_known_ones(monkeypatch):
     monkeypatch.setenv("RTCLI_SIMD", "mmx")
     for wrong in (_native.simd_level, tracer, lambda: rtcli.render(ROOM)):
         with pytest.raises(ValueError, match=r"RTCLI_SIMD.*mmx.*baseline"):
@@ -141,7 +144,7 @@ def test_progress_rises_to_the_number_of_pixels(work):
 
 
 class GivenUpError(Exception):
-    """What a caller raises to end a rendering."""
+    """An exception that a caller raises to end a rendering."""
 
 
 def give_up(*anything):
@@ -167,7 +170,10 @@ import time
 from memory import peak_mib
 from worlds import scene, sphere
 from rtcli.rendering.pack import pack
+from rtcli.scene.model import SHAPES
+from rtcli.tracer import _native
 from rtcli.tracer.native import NativeTracer
+from rtcli.tracer.reference import LIGHT_SOURCES, OBJECTS
 from rtcli.tracer.world import Window
 
 seen = 0
@@ -216,7 +222,7 @@ def test_interrupt_raises_within_the_blink_of_an_eye(work):
     finally:
         timer.cancel()
         signal.signal(signal.SIGINT, old)
-    assert waited < 2  # 0.2 on a machine with nothing else to do
+    assert waited < 2  # 0.2 on an idle machine
 
 
 # --- Films -------------------------------------------------------------------------------------------------
@@ -230,7 +236,7 @@ def test_arrays_of_a_film_are_writable_and_own_their_memory():
         values[...] = 0
 
 
-def test_pass_asked_for_twice_is_there_once():
+def test_pass_requested_twice_is_computed_once():
     film, _ = tracer().film(WHOLE, ("depth", "depth"))
     assert film.keys() == {"radiance", "depth"}
 
@@ -256,11 +262,24 @@ def test_film_that_no_memory_holds_is_a_memory_error():
     )
 
 
+# --- Kinds -------------------------------------------------------------------------------------------------
+
+
+def test_each_stage_knows_the_same_kinds():
+    assert set(_native.SHAPE_PARAMETERS) == set(SHAPES) == set(OBJECTS)
+    assert set(_native.LIGHT_KINDS) == set(LIGHT_SOURCES)
+
+
+def test_each_shape_has_the_number_of_parameters_that_the_tracer_takes():
+    counts = {shape.type: len(shape.parameters) for shape in ROOM.objects}
+    assert counts == _native.SHAPE_PARAMETERS
+
+
 # --- Mistakes of a caller ------------------------------------------------------------------------------------
 
 CAMERA = (4, 3, 40.0, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0))
-NO_OBJECTS = (b"", b"", b"", b"", b"")
-NO_LIGHTS = (b"", b"", b"", b"")
+NO_OBJECTS = (b"", b"", b"", b"")
+NO_LIGHTS = (b"", b"", b"", b"", b"")
 SETTINGS = (1, (0.0, 0.0, 0.0), True, False)
 
 
@@ -268,8 +287,8 @@ def floats(count):
     return array("d", [1.0] * count).tobytes()
 
 
-ONE_OBJECT = (b"\0", floats(3), floats(3), floats(1), floats(3))
-ONE_LIGHT = (floats(3), floats(3), floats(1), array("q", [-1]).tobytes())
+ONE_OBJECT = (b"\0", floats(3), floats(1), floats(3))
+ONE_LIGHT = (b"\0", floats(3), floats(3), floats(1), array("q", [-1]).tobytes())
 
 
 def with_item(values, index, item):
@@ -282,17 +301,26 @@ def with_item(values, index, item):
         ((with_item(CAMERA, 0, 0), NO_OBJECTS, NO_LIGHTS, SETTINGS), "at least one pixel"),
         ((CAMERA, NO_OBJECTS, NO_LIGHTS, with_item(SETTINGS, 0, 0)), "samples"),
         ((CAMERA, with_item(ONE_OBJECT, 0, b"\3"), NO_LIGHTS, SETTINGS), "unknown kind of shape 3"),
+        ((CAMERA, NO_OBJECTS, with_item(ONE_LIGHT, 0, b"\1"), SETTINGS), "unknown kind of light 1"),
+        *(
+            (
+                (CAMERA, (bytes([kind]), floats(3), floats(wrong), floats(3)), NO_LIGHTS, SETTINGS),
+                "different lengths",
+            )
+            for kind, count in enumerate(_native.SHAPE_PARAMETERS.values())
+            for wrong in (count - 1, count + 1)
+        ),
         *(
             ((CAMERA, with_item(ONE_OBJECT, i, wrong), NO_LIGHTS, SETTINGS), "different lengths|whole number")
-            for i in range(5)
+            for i in range(4)
             for wrong in (b"", b"\0\0", floats(2), floats(6))
         ),
         *(
             ((CAMERA, NO_OBJECTS, with_item(ONE_LIGHT, i, wrong), SETTINGS), "different lengths|whole number")
-            for i in range(4)
-            for wrong in (b"", b"\0", floats(2), floats(6))
+            for i in range(5)
+            for wrong in (b"", b"\0\0", floats(2), floats(6))
         ),
-        ((CAMERA, ONE_OBJECT, with_item(ONE_LIGHT, 3, array("q", [1]).tobytes()), SETTINGS), "no object 1"),
+        ((CAMERA, ONE_OBJECT, with_item(ONE_LIGHT, 4, array("q", [1]).tobytes()), SETTINGS), "no object 1"),
     ],
 )
 def test_world_that_does_not_fit_together_is_a_value_error(arguments, message):
@@ -366,12 +394,12 @@ def test_array_that_would_be_written_twice_is_an_error():
         small_tracer().film(SMALL, {**radiance(3, 4, 3), "depth": one, "distance": one}, None)
 
 
-def test_threads_beyond_all_measure_are_no_error():
+def test_absurd_number_of_threads_is_no_error():
     assert small_tracer(10**9).film(SMALL, radiance(3, 4, 3), None) > 0
 
 
 @pytest.mark.parametrize("look", [(0.0, "film", 8), (0.0, "clip", 12), (float("nan"), "clip", 8)])
-def test_look_that_cannot_be_is_a_value_error(look):
+def test_impossible_display_transform_is_a_value_error(look):
     for wrong in (
         lambda: _native.develop(b"", look),
         lambda: _native.PngEncoder(1, 1, look, []),

@@ -1,6 +1,6 @@
-"""Eyes and lights exactly on surfaces, eyes and things very far away: what rounding must not decide.
+"""Eyes and lights exactly on surfaces, or very far away, where rounding must not decide the picture.
 
-Each kind has its closed form; then thousands of scenes of such kinds are held against a third tracer.
+Each kind has its closed form; thousands of random scenes of these kinds are compared with a third tracer.
 """
 
 import copy
@@ -179,7 +179,7 @@ def test_eye_on_a_sphere_looks_through_it_or_away(render, way, radius):
 
 @pytest.mark.parametrize("away", [1e4, 1e5, 1e6, 1e7, 1e8])
 @pytest.mark.parametrize("direction", [[0, 1, 0], [0.48, 0.8, 0.36]])
-def test_sheets_a_thousandth_apart_are_told_apart_from_far_away(render, away, direction):
+def test_sheets_a_thousandth_apart_are_distinguished_from_far_away(render, away, direction):
     up = [0, 0, -1]
     eye = [away * d for d in direction]
     camera = {"resolution": [64, 48], "fov": math.degrees(2 * math.atan(2 / away)), "position": eye, "up": up}
@@ -303,7 +303,7 @@ def test_one_thing_very_far_away_changes_nothing_else(render, far):
 @pytest.mark.parametrize(
     ("away", "falloff"), [(1e12, True), (1e12, False), (1e20, False), (1e25, False), (1e30, False)]
 )
-def test_what_is_very_far_away_has_its_depth_and_its_light(render, away, falloff):
+def test_very_distant_object_has_its_depth_and_its_light(render, away, falloff):
     # A floor below the eye, a wall ahead, and the lamp is at the eye.
     floor, wall = plane([0, -away, 0], [0, 1, 0]), box([0, 0, -3 * away], [1.2 * away, 1.2 * away, 1.2 * away])
     near = [sphere([0.4 * i, 0, 5], 0.1) for i in range(-3, 4)]
@@ -423,7 +423,7 @@ def test_third_tracer_sees_a_floor_given_by_a_far_point(away):
 
 @pytest.mark.parametrize("point", [[0, -1, 0], [1e15, -1, 0]])
 def test_plane_hides_no_sun_whose_rays_are_parallel_to_it(render, point):
-    # Of the ball the sun lights the half before it, above and below the plane.
+    # The sun lights the half of the ball that faces it, above and below the plane.
     ball, sun = sphere([0, 0, 0], 2.0), light([1e30, 0, 0], 1e62)
     camera = {"resolution": [32, 24], "fov": 60, "position": [8, -3, 0], "look_at": [0, -1, 0]}
     film = render(scene([ball, plane(point, [0, 1, 0])], [sun], camera=camera), passes=["object_id", "normal"])
@@ -432,7 +432,7 @@ def test_plane_hides_no_sun_whose_rays_are_parallel_to_it(render, point):
     assert (film.radiance[seen] > 0).all()
 
 
-def test_planes_that_cross_far_away_are_told_apart_close_to_where_they_do(render):
+def test_planes_that_cross_far_away_are_distinguished_near_the_crossing(render):
     planes = [plane([-1.5, 998.5, 2.5], [1, 0, 0]), plane([1.5, 999.5, 3.0], [1, 2, 2])]
     eye, look_at = np.array([60000.0, 81000.0, 0.0]), np.array([1.0, 1002.5, -0.5])
     fov = 0.006875493533319286
@@ -516,7 +516,7 @@ def test_wrong_pictures_are_found(monkeypatch):
         assert {one.engine for one in found} == {"native"}, change
 
 
-def test_failing_scene_is_made_as_small_as_it_still_fails(monkeypatch):
+def test_failing_scene_is_shrunk_while_it_fails(monkeypatch):
     data = next(data for data in map(coincident_scene, range(100)) if len(data["objects"]) > 3)
     culprit = data["objects"][2]
 

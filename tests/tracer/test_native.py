@@ -1,4 +1,4 @@
-"""The native tracer gives the picture of the reference, for every scene and setting."""
+"""The native engine agrees with the reference engine on every scene and setting."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from worlds import box, crowd, crowded_scenes, extreme_scenes, light, plane, ran
 
 from rtcli import Scene
 
-# Rendering takes longer than Hypothesis expects of a test, and on a busy machine unevenly so.
+# Rendering takes longer than Hypothesis expects of a test, and its time varies on a busy machine.
 relaxed = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 PASSES = ("depth", "distance", "normal", "position", "albedo", "object_id")

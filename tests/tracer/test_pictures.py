@@ -137,7 +137,7 @@ def test_shadow_of_a_turned_box_ends_at_its_projected_top(render, rotation):
     assert (reach[clear] < border).any()
 
 
-def test_what_lies_behind_the_light_casts_no_shadow(render):
+def test_object_behind_the_light_casts_no_shadow(render):
     wall, lamp = plane([0, 0, -3], [0, 0, 1]), light([0, 0, -1])
     alone = render(scene([wall], [lamp]))
     with_sphere_behind = render(scene([wall, sphere([0, 0, 3], 1)], [lamp]))
@@ -285,7 +285,7 @@ def test_camera_at_a_light_sees_finite_white(render):
 # --- Settings --------------------------------------------------------------------------------------------
 
 
-def test_eye_falloff_divides_by_the_way_to_the_eye(render):
+def test_eye_falloff_divides_by_the_squared_distance_to_the_eye(render):
     parts = ([plane([0, -2, 0], [0, 1, 0]), sphere([0, 0, -6], 1)], [light([3, 4, 0])])
     plain = render(scene(*parts), passes=["distance"])
     dimmed = render(scene(*parts, render={"eye_falloff": True}))
@@ -355,7 +355,7 @@ def test_camera_on_a_plane_does_not_see_it(render):
     assert not render(scene([plane([0, 0, 0], [0, 1, 0])]), passes=["object_id"]).object_id.any()
 
 
-def test_rays_along_an_axis_meet_a_box_squarely(render):
+def test_rays_along_an_axis_hit_a_box_squarely(render):
     # The middle ray has two direction components that are exactly 0: slabs it never enters or leaves.
     film = render(scene([box([0, 0, -5], [1, 1, 2])], camera=camera(3, 3, 1)), passes=["distance", "normal"])
     assert film.distance[1, 1] == 4.0
@@ -367,12 +367,12 @@ def test_rays_beside_a_box_along_its_faces_miss_it(render):
     assert film.object_id[0, 0] == 0
 
 
-def test_ray_in_the_plane_of_a_face_meets_the_box(render):
+def test_ray_in_the_plane_of_a_face_hits_the_box(render):
     film = render(scene([box([0, -0.5, -5], [1, 1, 2])], camera=camera(1, 1)), passes=["distance"])
     assert film.distance[0, 0] == 4.0
 
 
-def test_what_lies_behind_the_eye_is_not_seen(render):
+def test_object_behind_the_eye_is_not_seen(render):
     behind = [sphere([0, 0, 5], 1), box([0, 0, 5], [1, 1, 1]), plane([0, 0, 5], [0, 0, 1])]
     assert not render(scene(behind), passes=["object_id"]).object_id.any()
 
@@ -424,7 +424,7 @@ def test_eye_very_near_a_large_sphere_sees_it_at_the_right_distance(render):
 
 
 @pytest.mark.parametrize("length", [5e-324, 1e-200, 1e200, 1.7e308])
-def test_normal_of_any_length_stands_on_its_plane(render, length):
+def test_normal_of_any_length_is_normalized(render, length):
     film = render(scene([plane([0, 0, -3], [0, 0, length])], [light([0, 0, 0])]), passes=["normal"])
     np.testing.assert_array_equal(film.normal, np.broadcast_to(np.float32([0, 0, 1]), (24, 32, 3)))
     assert film.radiance.all()

@@ -1,4 +1,4 @@
-"""What holds for every scene."""
+"""Properties that hold for every scene."""
 
 import copy
 import math
@@ -13,7 +13,7 @@ from rtcli.rendering.pack import pack
 from rtcli.tracer.reference import SimpleCamera
 from rtcli.tracer.world import Window
 
-# Rendering takes longer than Hypothesis expects of a test, and on a busy machine unevenly so.
+# Rendering takes longer than Hypothesis expects of a test, and its time varies on a busy machine.
 relaxed = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 PASSES = ("depth", "distance", "normal", "position", "albedo", "object_id")

@@ -1,4 +1,4 @@
-"""What the tests of workflows share: the linter of GitHub's workflows."""
+"""The linter of GitHub workflows, shared by the tests of workflows."""
 
 import os
 import shutil
@@ -19,7 +19,7 @@ def program(name):
 
 
 def pytest_collection_modifyitems(items):
-    """Take tests with a program of other people's for what they are."""
+    """Mark the tests that run a third-party program as integration tests."""
     for item in items:
         if "actionlint_program" in item.fixturenames:
             item.add_marker(pytest.mark.integration)

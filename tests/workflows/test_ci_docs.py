@@ -1,4 +1,4 @@
-"""What docs/ci.md tells people to copy works."""
+"""The snippets of docs/ci.md work."""
 
 import os
 import re
@@ -51,7 +51,7 @@ def test_workflow_that_uploads_may_do_so():
     assert written["run"].endswith(f"> {upload['with']['sarif_file']}")
 
 
-def test_report_for_gitlab_is_the_one_that_is_written():
+def test_report_for_gitlab_is_the_file_written():
     (job,) = yaml.safe_load(GITLAB).values()
     assert job["script"][-1].endswith(f"> {job['artifacts']['reports']['junit']}")
     assert job["artifacts"]["when"] == "always"
@@ -70,7 +70,7 @@ def test_configuration_of_pre_commit_is_valid_and_names_our_hook(tmp_path):
     assert [hook["id"] for hook in used] == [hook["id"] for hook in ours]
 
 
-def test_commands_are_those_that_there_are(tmp_path):
+def test_commands_of_the_page_run(tmp_path):
     (tmp_path / "scenes").mkdir()
     commands = re.findall(r"rtcli (validate scenes[^>\n]*)", "".join(block for _, block in BLOCKS))
     assert len(commands) == 5
@@ -79,11 +79,11 @@ def test_commands_are_those_that_there_are(tmp_path):
         assert result.returncode == 0, command
 
 
-def test_exit_codes_are_those_that_there_are():
+def test_exit_codes_are_complete():
     assert [int(code) for code in first_cells("exit code")] == [0, INVALID, 2, FILE, INTERNAL]
 
 
-def test_keys_of_a_problem_are_those_that_there_are():
+def test_keys_of_a_problem_are_complete():
     keys = ", ".join(first_cells("key")).replace("`", "").split(", ")
     assert keys == list(Problem(OUT_OF_RANGE, Span("a.yaml", 1, 1, 1, 1), "wrong").as_dict())
 

@@ -1,4 +1,4 @@
-"""What docs/golden.md tells people holds."""
+"""The statements of docs/golden.md hold."""
 
 import json
 import re
@@ -37,14 +37,14 @@ def test_exit_codes_are_those_of_the_program():
     assert codes == ["0", str(DIFFERENT), "2", str(FILE), str(INTERNAL)]
 
 
-def test_keys_of_json_are_those_that_are_written(comparison):
+def test_keys_of_json_are_complete(comparison):
     report = json.loads(as_json(comparison, ("a.png", "b.png")))
     of_all, of_layer = first_cells("key")
     assert of_all == list(report)
     assert sorted(of_layer) == sorted(report["layers"][0])
 
 
-def test_columns_and_verdict_are_those_that_are_written(comparison):
+def test_columns_and_verdict_are_those_of_a_report(comparison):
     head, *_, verdict = text(comparison, ("a.png", "b.png"))
     (columns,) = first_cells("column")
     assert columns == [*head.split()[1:], "FLIP"]

@@ -1,4 +1,4 @@
-"""What tools/picture_hashes.py renders and compares."""
+"""`tools/picture_hashes.py` renders pictures and compares their hashes."""
 
 import json
 import subprocess
@@ -7,7 +7,7 @@ from hashlib import sha256
 
 import picture_hashes
 import pytest
-from picture_hashes import RenderError, Way, main
+from picture_hashes import RenderError, Setup, main
 
 TINY = """
 camera: {resolution: [8, 6], fov: 60}
@@ -28,7 +28,7 @@ def tiny(tmp_path):
 
 def test_render_prints_the_hash_of_the_file_that_the_program_writes(tiny, monkeypatch, capsys):
     monkeypatch.setattr(picture_hashes, "VARIANTS", (("--size", "5x4"), ("--size", "5x4", "--exposure", "2")))
-    monkeypatch.setattr(picture_hashes, "WAYS", (Way(1, None), Way(2, "baseline")))
+    monkeypatch.setattr(picture_hashes, "SETUPS", (Setup(1, None), Setup(2, "baseline")))
     assert main(["render", str(tiny)]) == 0
     hashes = json.loads(capsys.readouterr().out)
     assert list(hashes) == ["tiny --size 5x4", "tiny --size 5x4 --exposure 2"]
@@ -52,7 +52,7 @@ def test_render_prints_the_hash_of_the_file_that_the_program_writes(tiny, monkey
     assert hashes["tiny --size 5x4 --exposure 2"] == sha256(picture.read_bytes()).hexdigest()
 
 
-def test_render_fails_if_the_way_changes_the_picture(tiny, monkeypatch, capsys):
+def test_render_fails_if_ways_to_render_differ(tiny, monkeypatch, capsys):
     monkeypatch.setattr(picture_hashes, "VARIANTS", (("--size", "5x4"),))
     monkeypatch.setattr(picture_hashes, "picture_hash", lambda scene, options, way: f"hash {way.threads}")
     assert main(["render", str(tiny)]) == 1
@@ -61,7 +61,7 @@ def test_render_fails_if_the_way_changes_the_picture(tiny, monkeypatch, capsys):
     assert "| tiny --size 5x4 | hash 1 | hash 3 | hash 2 |" in output.err
 
 
-def test_render_leaves_out_levels_that_the_machine_lacks(tiny, monkeypatch, capsys):
+def test_render_skips_simd_levels_that_the_machine_lacks(tiny, monkeypatch, capsys):
     def picture_hash(scene, options, way):
         if way.level == "avx512":
             raise RenderError("this machine has no avx512\n")
@@ -74,7 +74,7 @@ def test_render_leaves_out_levels_that_the_machine_lacks(tiny, monkeypatch, caps
     assert output.err == "Left out: this machine has no avx512\n"
 
 
-def test_render_fails_with_what_the_program_says(tiny, capfd):
+def test_render_fails_with_the_message_of_the_program(tiny, capfd):
     tiny.write_text("camera: {}", encoding="utf-8")
     assert main(["render", str(tiny)]) == 1
     output = capfd.readouterr()
@@ -88,7 +88,7 @@ def test_render_fails_with_what_the_program_says(tiny, capfd):
 
 @pytest.fixture
 def compare(tmp_path):
-    """Return a function that compares the hashes of some systems, given by name."""
+    """Return a function that compares the hashes of systems by name."""
 
     def run(**systems):
         files = [tmp_path / f"{name}.json" for name in systems]
@@ -110,7 +110,7 @@ def test_compare_passes_if_all_are_the_same(compare, capsys):
     [
         ({"ball": "a" * 64, "box": "c" * 64}, "| box | bbbbbbbbbbbb | bbbbbbbbbbbb | cccccccccccc |"),
         ({"ball": "a" * 64}, "| box | bbbbbbbbbbbb | bbbbbbbbbbbb | missing |"),
-        # What the table cuts off counts as well.
+        # The part of a hash that the table cuts off counts as well.
         ({"ball": "a" * 64, "box": "b" * 63 + "c"}, "| box | bbbbbbbbbbbb | bbbbbbbbbbbb | bbbbbbbbbbbb |"),
     ],
 )

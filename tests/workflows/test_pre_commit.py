@@ -30,7 +30,7 @@ BAD = GOOD.replace("fov: 40", "fov: 200")
 
 
 def run(*command, cwd, env):
-    """Return the exit code of a program and all it says."""
+    """Return the exit code of a program and its output."""
     result = subprocess.run(command, cwd=cwd, env=env, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     return result.returncode, result.stdout
 
@@ -56,9 +56,9 @@ def test_hooks_file_is_valid(tmp_path):
 
 @pytest.fixture(scope="module")
 def env(pytestconfig, tmp_path_factory):
-    """Return the environment of git and pre-commit, which whoever runs the tests has no part in.
+    """Return an environment for git and pre-commit that is independent of the user's.
 
-    rtcli is compiled for the hook as fast as may be, not for speed, and what of it is the same each time is kept.
+    For the hook, rtcli is compiled as quickly as possible, without optimization, and unchanged parts are cached.
     """
     inherited = {name: value for name, value in os.environ.items() if not name.startswith(("GIT_", "RTCLI_"))}
     people = {f"GIT_{role}_{what}": "rtcli" for role in ("AUTHOR", "COMMITTER") for what in ("NAME", "EMAIL")}
@@ -78,7 +78,7 @@ def env(pytestconfig, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def needs_network(env, tmp_path_factory):
-    """Skip where pre-commit cannot install the hook: without programs, or cut off from packages and crates."""
+    """Skip where pre-commit cannot install the hook: without its programs, or without packages and crates."""
     if not (ROOT / ".git").exists():
         pytest.skip("this is no checkout: the hook for pre-commit is not tested")
     for needed in ("git", "cargo"):
@@ -100,7 +100,7 @@ def hook(env, needs_network, tmp_path_factory):
     folder = tmp_path_factory.mktemp("rtcli")
     listed = git("ls-files", "-z", "--cached", "--others", "--exclude-standard", cwd=ROOT, env=env)
     for name in filter(None, listed.split("\0")):
-        if (ROOT / name).is_file():  # a deleted one is listed until that is committed
+        if (ROOT / name).is_file():  # a deleted file is listed until the deletion is committed
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(ROOT / name, folder / name)
     git("init", "--quiet", cwd=folder, env=env)
@@ -109,7 +109,7 @@ def hook(env, needs_network, tmp_path_factory):
     return folder, git("rev-parse", "HEAD", cwd=folder, env=env)
 
 
-# What is to be; files by their names, the hook's arguments, the exit code of `git commit`, and some of its words.
+# A description, files by name, the hook's arguments, the exit code of `git commit`, and a part of its output.
 COMMITS = {
     "good scenes pass, in all folders named scenes": (
         {"scenes/good.yaml": GOOD, "more/scenes/deep/doubtful.yml": DOUBTFUL},
@@ -142,7 +142,7 @@ COMMITS = {
 }
 
 
-# One test, for each process of pytest would install the hook anew.
+# One test, since each pytest process would install the hook again.
 @pytest.mark.integration
 def test_commits_of_good_scenes_pass_and_those_of_bad_ones_fail(hook, env, tmp_path):
     repository, snapshot = hook

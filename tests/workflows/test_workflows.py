@@ -22,7 +22,7 @@ def test_there_are_workflows_for_checks_the_site_and_releases():
 
 def test_workflows_are_valid(actionlint, tmp_path):
     assert actionlint(*WORKFLOWS) == (0, "")
-    # Its silence says something only if it finds a mistake.
+    # Its silence means something only if it does find mistakes.
     broken = tmp_path / "broken.yml"
     text = WORKFLOWS[0].read_text(encoding="utf-8")
     broken.write_text(text.replace("needs: pictures", "needs: nothing-there"), encoding="utf-8")
@@ -38,7 +38,7 @@ def test_each_job_has_a_time_limit(workflow):
 
 
 @pytest.mark.parametrize("workflow", WORKFLOWS, ids=lambda path: path.stem)
-def test_actions_of_others_are_pinned_to_commits(workflow):
+def test_third_party_actions_are_pinned_to_commits(workflow):
     used = re.findall(r"uses: (\S+)", workflow.read_text(encoding="utf-8"))
     others = [action for action in used if not action.startswith("actions/")]
     assert [action for action in others if not re.fullmatch(r"[^@]+@[0-9a-f]{40}", action)] == []

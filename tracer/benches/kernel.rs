@@ -5,7 +5,10 @@
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use rtcli_tracer::develop::{BitDepth, Developer, ToneCurve};
-use rtcli_tracer::world::{Camera, LightDesc, Object, Settings, ShapeDesc, Vector, Window, World};
+use rtcli_tracer::world::{
+    Camera, CuboidDesc, LightDesc, LightKind, Object, PlaneDesc, Settings, ShapeDesc, SphereDesc, Vector, Window,
+    World,
+};
 use rtcli_tracer::{Film, Level, Monitor, Tracer};
 use std::time::Duration;
 
@@ -123,19 +126,27 @@ fn still_life() -> World {
             object(
                 [0.0, 0.0, 0.0],
                 [0.8, 0.75, 0.7],
-                ShapeDesc::Plane {
+                ShapeDesc::Plane(PlaneDesc {
                     normal: [0.0, 1.0, 0.0],
-                },
+                }),
             ),
-            object([-4.0, 3.0, 0.0], [0.9, 0.25, 0.15], ShapeDesc::Sphere { radius: 3.0 }),
-            object([1.0, 1.5, 5.0], [0.2, 0.45, 0.9], ShapeDesc::Sphere { radius: 1.5 }),
+            object(
+                [-4.0, 3.0, 0.0],
+                [0.9, 0.25, 0.15],
+                ShapeDesc::Sphere(SphereDesc { radius: 3.0 }),
+            ),
+            object(
+                [1.0, 1.5, 5.0],
+                [0.2, 0.45, 0.9],
+                ShapeDesc::Sphere(SphereDesc { radius: 1.5 }),
+            ),
             object(
                 [4.5, 3.0, -2.0],
                 [0.3, 0.8, 0.35],
-                ShapeDesc::Box {
+                ShapeDesc::Cuboid(CuboidDesc {
                     size: [4.0, 6.0, 4.0],
                     rotation: 30.0,
-                },
+                }),
             ),
         ],
         lights: vec![light([-8.0, 14.0, 10.0], 12000.0)],
@@ -154,7 +165,7 @@ fn crowd(count: usize) -> World {
             object(
                 place,
                 [random.between(0.2, 0.9), 0.5, 0.5],
-                ShapeDesc::Sphere { radius },
+                ShapeDesc::Sphere(SphereDesc { radius }),
             )
         })
         .collect();
@@ -182,10 +193,11 @@ fn object(position: Vector, color: Vector, shape: ShapeDesc) -> Object {
 
 fn light(position: Vector, intensity: f64) -> LightDesc {
     LightDesc {
+        kind: LightKind::Point,
         position,
         color: [1.0; 3],
         intensity,
-        body: None,
+        carrier: None,
     }
 }
 

@@ -24,6 +24,8 @@
 mod accel;
 mod bounds;
 mod budget;
+mod camera;
+mod camera_space;
 pub mod memory;
 mod monitor;
 pub mod names;
@@ -43,7 +45,7 @@ pub mod world;
 
 pub use budget::WorkBudget;
 pub use monitor::{Monitor, Stopped};
-pub use output::film::{Film, Pass, Values};
+pub use output::film::{Film, Pass, ValueType, Values};
 pub use output::{develop, meter, png};
 pub use render::Tracer;
 pub use sampling::sample_offsets;

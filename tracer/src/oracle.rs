@@ -13,7 +13,9 @@ use crate::tile::hits::{FACE_BITS, HitBuffer, NO_FACE};
 use crate::tile::rays::Rays;
 use crate::tile::{LANES, Lanes, SIDE, View};
 use crate::vector::{Vector, add, dot, length, scale, sub, to_f32};
-use crate::world::{Camera, LightDesc, Object, Settings, ShapeDesc, World};
+use crate::world::{
+    Camera, CuboidDesc, LightDesc, LightKind, Object, PlaneDesc, Settings, ShapeDesc, SphereDesc, World,
+};
 use proptest::prelude::*;
 
 const EYE: Vector = [0.0; 3];
@@ -51,9 +53,9 @@ impl OracleShape {
     /// How a place lies to it.
     pub(crate) fn contact(&self, place: Vector) -> Contact {
         match *self {
-            OracleShape::Sphere { center, radius } => Contact::with_sphere(place, center, radius),
-            OracleShape::Plane { normal, offset } => Contact::with_plane(place, scale(normal, offset), normal),
-            OracleShape::Box { center, axes, half } => Contact::with_box(place, center, &axes, half),
+            OracleShape::Sphere { center, radius } => Sphere::contact(place, center, radius),
+            OracleShape::Plane { normal, offset } => Plane::contact(place, scale(normal, offset), normal),
+            OracleShape::Box { center, axes, half } => Cuboid::contact(place, center, &axes, half),
         }
     }
 
@@ -421,10 +423,10 @@ fn any_camera() -> impl Strategy<Value = Camera> {
 fn any_object() -> impl Strategy<Value = Object> {
     let size = || 0.1..3.0;
     let shape = prop_oneof![
-        3 => size().prop_map(|radius| ShapeDesc::Sphere { radius }),
+        3 => size().prop_map(|radius| ShapeDesc::Sphere(SphereDesc { radius })),
         3 => ([size(), size(), size()], -180.0..180.0)
-            .prop_map(|(size, rotation)| ShapeDesc::Box { size, rotation }),
-        1 => any_direction().prop_map(|normal| ShapeDesc::Plane { normal }),
+            .prop_map(|(size, rotation)| ShapeDesc::Cuboid(CuboidDesc { size, rotation })),
+        1 => any_direction().prop_map(|normal| ShapeDesc::Plane(PlaneDesc { normal })),
     ];
     (any_place(3.0), any_color(), shape).prop_map(|(position, color, shape)| Object { position, color, shape })
 }
@@ -434,15 +436,16 @@ fn any_light(objects: Vec<Object>) -> impl Strategy<Value = LightDesc> {
     (any_place(6.0), any_color(), 1.0..1000.0, any::<prop::sample::Index>()).prop_map(
         move |(position, color, intensity, index)| {
             // As many are free as are carried.
-            let body = index.index(2 * objects.len() + 1);
+            let number = index.index(2 * objects.len() + 1);
             let carrier = objects
-                .get(body)
-                .filter(|object| !matches!(object.shape, ShapeDesc::Plane { .. }));
+                .get(number)
+                .filter(|object| !matches!(object.shape, ShapeDesc::Plane(_)));
             LightDesc {
+                kind: LightKind::Point,
                 position: carrier.map_or(position, |object| object.position),
                 color,
                 intensity,
-                body: carrier.map(|_| body),
+                carrier: carrier.map(|_| number),
             }
         },
     )

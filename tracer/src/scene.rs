@@ -1,14 +1,10 @@
-//! The world as the eye has it: every place relative to the eye, in the camera's axes, in a unit that suits the
-//! scene.
-//!
-//! With x to the right, y up and z along the view, the ray through a place of the image plane is
-//! v = (x, y, 1), not normalised: its parameter t is the depth z. Subtracting the eye in float64 keeps a scene far
-//! from the origin as accurate as one around it; the unit, a power of two, keeps its lengths within float32.
+//! A world in camera space, ready for tracing.
 
 use crate::accel::cone::Cone;
 use crate::accel::{Bvh, Stack};
+use crate::camera_space::{CameraSpace, FAR_FROM_ROUNDING};
 use crate::memory::{OutOfMemory, collect};
-use crate::scene::construct::{CameraSpace, FAR_FROM_ROUNDING, OBJECTS, suitable_unit};
+use crate::scene::unit::{OBJECTS, suitable_unit};
 use crate::shapes::Shape;
 use crate::shapes::contact::{COORDINATE, Contact};
 use crate::shapes::primitive::Primitive;
@@ -17,7 +13,7 @@ use crate::world::{LightDesc, Object, World};
 use std::f64::consts::PI;
 use std::iter;
 
-pub(crate) mod construct;
+mod unit;
 
 /// A point light in the camera's space.
 #[derive(Clone, Debug)]
@@ -25,11 +21,11 @@ pub(crate) struct Light {
     /// Where it stands.
     pub(crate) position: Vector,
     /// By what factor it was moved nearer to the eye.
-    pub(crate) nearer: f64,
+    pub(crate) range_scale: f64,
     /// intensity * color / (4 pi), in units of this space: over r^2 it is the light L_i that arrives.
     pub(crate) power: Vector,
     /// The object that carries it and casts no shadow in it, or `NO_OBJECT`.
-    pub(crate) body: u32,
+    pub(crate) carrier: u32,
     /// The objects that it is on, or so close to that rounding, in the camera's space, might take it to the other
     /// side.
     pub(crate) contacts: Vec<(u32, Contact)>,
@@ -55,7 +51,7 @@ pub(crate) struct Material {
     /// The radiance of an object that carries a light, the same from all its surface.
     pub(crate) emitted: Option<[f32; 3]>,
     /// By what factor it was moved nearer to the eye.
-    pub(crate) nearer: f64,
+    pub(crate) range_scale: f64,
 }
 
 /// A scene made ready for tracing.
@@ -64,7 +60,7 @@ pub(crate) struct Scene {
     /// How many of this space's units make one of the world's: a power of two.
     pub(crate) unit: f64,
     /// The rounding of the world's coordinates, in this space's units.
-    pub(crate) grain: f64,
+    pub(crate) coordinate_rounding: f64,
     pub(crate) shapes: Vec<Shape>,
     pub(crate) materials: Vec<Material>,
     /// Whether any object was moved nearer to the eye.
@@ -83,20 +79,20 @@ impl Scene {
     ///
     /// If there is not enough memory for it.
     pub(crate) fn new(world: &World) -> Result<Scene, OutOfMemory> {
-        let unit = suitable_unit(world)?;
-        let space = CameraSpace {
-            camera: &world.camera,
-            unit,
+        let space = CameraSpace::new(&world.camera, suitable_unit(world)?);
+        let materials = materials(world, &space)?;
+        let shape = |(object, material): (&Object, &Material)| {
+            let position = space.scaled(object.position);
+            object.shape.transform(&space, position, material.range_scale)
         };
-        let shapes = collect(world.objects.iter().map(|object| space.shape(object)), OBJECTS)?;
+        let shapes = collect(world.objects.iter().zip(&materials).map(shape), OBJECTS)?;
         let numbered = || (0..).zip(&shapes);
         let unbounded = numbered().filter(|(_, shape)| shape.bounds().is_none());
         let unbounded = collect(unbounded.map(|(i, _)| i), OBJECTS)?;
-        let materials = materials(world, &space)?;
         let mut scene = Scene {
-            unit,
-            grain: 2.0 * COORDINATE * largest(space.world(world.camera.position)),
-            has_moved_bodies: materials.iter().any(|material| material.nearer < 1.0),
+            unit: space.unit,
+            coordinate_rounding: 2.0 * COORDINATE * largest(space.eye),
+            has_moved_bodies: materials.iter().any(|material| material.range_scale < 1.0),
             materials,
             lights: Vec::new(),
             unbounded,
@@ -110,41 +106,46 @@ impl Scene {
         Ok(scene)
     }
 
-    fn light(&self, space: &CameraSpace<'_>, world: &World, light: &LightDesc) -> Light {
+    fn light(&self, space: &CameraSpace, world: &World, light: &LightDesc) -> Light {
         // A light moved nearer weakens by the square of the factor.
-        let nearer = space.nearer(light.position, 0.0);
-        let unit = space.unit * nearer;
+        let scaled = space.scaled(light.position);
+        let range_scale = space.range_scale(scaled, 0.0);
+        let unit = space.unit * range_scale;
         let intensity = light.intensity * unit * unit / (4.0 * PI);
-        let position = scale(space.place(light.position), nearer);
+        let position = scale(space.point(scaled), range_scale);
         let close = |i: u32| {
-            let contact = space.contact(&world.objects[i as usize], light.position);
+            let object = &world.objects[i as usize];
+            let contact = object.shape.contact(space, space.scaled(object.position), scaled);
             let rounding = FAR_FROM_ROUNDING * (l1_norm(position) + self.shapes[i as usize].magnitude());
             contact.is_within(rounding).then_some((i, contact))
         };
         let mut stack = Stack::default();
-        let around = Cone::around(position, self.grain + 2.0 * COORDINATE * l1_norm(position));
+        let around = Cone::around(
+            position,
+            self.coordinate_rounding + 2.0 * COORDINATE * l1_norm(position),
+        );
         let mut traversal = self.bvh.traverse(&around, &mut stack);
         let candidates = iter::from_fn(|| traversal.next(0.0)).chain(self.unbounded.iter().copied());
         Light {
             position,
-            nearer,
+            range_scale,
             power: scale(light.color, intensity.min(f64::MAX)),
-            body: light.body.map_or(NO_OBJECT, |body| body as u32),
+            carrier: light.carrier.map_or(NO_OBJECT, |carrier| carrier as u32),
             contacts: candidates.filter_map(close).collect(),
         }
     }
 }
 
-fn materials(world: &World, space: &CameraSpace<'_>) -> Result<Vec<Material>, OutOfMemory> {
+fn materials(world: &World, space: &CameraSpace) -> Result<Vec<Material>, OutOfMemory> {
     let material = |object: &Object| Material {
         albedo: object.color,
         emitted: None,
-        nearer: space.nearer_of(object),
+        range_scale: object.shape.range_scale(space, space.scaled(object.position)),
     };
     let mut materials = collect(world.objects.iter().map(material), OBJECTS)?;
     for light in &world.lights {
-        if let Some(body) = light.body {
-            materials[body].emitted = Some(seen_directly(light, world.camera.position));
+        if let Some(carrier) = light.carrier {
+            materials[carrier].emitted = Some(seen_directly(light, world.camera.position));
         }
     }
     Ok(materials)

@@ -1,22 +1,22 @@
-//! The shapes of a scene. To add one: implement `Primitive` in a file of its own, and add it to `Shape`, to
-//! `ShapeDesc`, and to `scene::construct`.
+//! The shapes of a scene. To add one, implement `Description` and `Primitive` in a file of its own, and add a line to
+//! `define_shapes!` below.
 
 use crate::bounds::BoundingSphere;
+use crate::camera_space::CameraSpace;
 use crate::shapes::contact::Contact;
-use crate::shapes::cuboid::Cuboid;
+use crate::shapes::description::Description;
 use crate::shapes::outline::Outline;
-use crate::shapes::plane::Plane;
 use crate::shapes::plane_equation::PlaneEquation;
 use crate::shapes::points::Points;
 use crate::shapes::primitive::Primitive;
 use crate::shapes::shadow::Shadow;
-use crate::shapes::sphere::Sphere;
 use crate::tile::hits::HitBuffer;
 use crate::tile::rays::Rays;
 use crate::vector::Vector;
 
 pub(crate) mod contact;
 pub(crate) mod cuboid;
+pub(crate) mod description;
 pub(crate) mod outline;
 pub(crate) mod plane;
 pub(crate) mod plane_equation;
@@ -25,34 +25,91 @@ pub(crate) mod primitive;
 pub(crate) mod shadow;
 pub(crate) mod sphere;
 
-/// An object in the camera's space.
-#[derive(Clone, Debug)]
-pub(crate) enum Shape {
-    Sphere(Sphere),
-    Plane(Plane),
-    Cuboid(Cuboid),
+/// A kind of shape.
+pub struct ShapeKind {
+    /// Its name in a scene file.
+    pub name: &'static str,
+    /// The number of its parameters.
+    pub parameters: usize,
+    /// Describe a shape by as many parameters; panics if there are fewer.
+    pub describe: fn(&[f64]) -> ShapeDesc,
 }
 
-/// Evaluate an expression for the shape, whatever its kind.
-macro_rules! dispatch {
-    ($self:expr, $shape:ident => $result:expr) => {
-        match $self {
-            Shape::Sphere($shape) => $result,
-            Shape::Plane($shape) => $result,
-            Shape::Cuboid($shape) => $result,
+/// Define all that depends on which kinds there are, each given by its name, its module, its shape in camera space and
+/// its description. The first argument is the sign `$`, for the macro that is defined within.
+macro_rules! define_shapes {
+    ($d:tt $($name:literal: $module:ident, $shape:ident, $desc:ident;)*) => {
+        /// The parameters of an object's shape.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub enum ShapeDesc {
+            $(#[doc = concat!("A ", $name, ".")] $shape($module::$desc),)*
+        }
+
+        impl ShapeDesc {
+            /// The kinds, in the order of their tags.
+            pub const KINDS: &[ShapeKind] = &[$(ShapeKind {
+                name: $name,
+                parameters: <$module::$desc as Description>::PARAMETERS,
+                describe: |parameters| ShapeDesc::$shape(Description::new(parameters)),
+            },)*];
+        }
+
+        /// An object in camera space.
+        #[derive(Clone, Debug)]
+        pub(crate) enum Shape {
+            $($shape($module::$shape),)*
+        }
+
+        $(impl From<$module::$shape> for Shape {
+            fn from(shape: $module::$shape) -> Shape {
+                Shape::$shape(shape)
+            }
+        })*
+
+        /// Evaluate an expression for the value in a `Shape` or a `ShapeDesc`, whatever its kind.
+        macro_rules! dispatch {
+            ($d kinds:ident, $d value:expr, $d inner:ident => $d result:expr) => {
+                match $d value {
+                    $($d kinds::$shape($d inner) => $d result,)*
+                }
+            };
         }
     };
+}
+
+define_shapes! { $
+    "sphere": sphere, Sphere, SphereDesc;
+    "plane": plane, Plane, PlaneDesc;
+    "box": cuboid, Cuboid, CuboidDesc;
+}
+
+impl ShapeDesc {
+    pub(crate) fn size(&self) -> f64 {
+        dispatch!(ShapeDesc, self, shape => shape.size())
+    }
+
+    pub(crate) fn contact(&self, space: &CameraSpace, position: Vector, point: Vector) -> Contact {
+        dispatch!(ShapeDesc, self, shape => shape.contact(space, position, point))
+    }
+
+    pub(crate) fn range_scale(&self, space: &CameraSpace, position: Vector) -> f64 {
+        dispatch!(ShapeDesc, self, shape => shape.range_scale(space, position))
+    }
+
+    pub(crate) fn transform(&self, space: &CameraSpace, position: Vector, range_scale: f64) -> Shape {
+        dispatch!(ShapeDesc, self, shape => shape.transform(space, position, range_scale).into())
+    }
 }
 
 impl Primitive for Shape {
     #[inline(always)]
     fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
-        dispatch!(self, shape => shape.intersect(face, rays, hits));
+        dispatch!(Shape, self, shape => shape.intersect(face, rays, hits));
     }
 
     #[inline(always)]
     fn depth(&self, v: Vector) -> (f64, f64) {
-        dispatch!(self, shape => shape.depth(v))
+        dispatch!(Shape, self, shape => shape.depth(v))
     }
 
     #[inline(always)]
@@ -64,38 +121,38 @@ impl Primitive for Shape {
         points: &mut Points,
     ) -> Option<PlaneEquation> {
         points.start(rays.count, self.magnitude_across(face));
-        dispatch!(self, shape => shape.place(face, rays, depth, points))
+        dispatch!(Shape, self, shape => shape.place(face, rays, depth, points))
     }
 
     #[inline(always)]
     fn occlude(&self, contact: Option<&Contact>, shadow: &mut Shadow<'_>) {
-        dispatch!(self, shape => shape.occlude(contact, shadow));
+        dispatch!(Shape, self, shape => shape.occlude(contact, shadow));
     }
 
     #[inline(always)]
     fn is_lit_from(&self, contact: Option<&Contact>, light: Vector) -> bool {
-        dispatch!(self, shape => shape.is_lit_from(contact, light))
+        dispatch!(Shape, self, shape => shape.is_lit_from(contact, light))
     }
 
     #[inline(always)]
     fn height(&self, face: u32, light: &Contact) -> f64 {
-        dispatch!(self, shape => shape.height(face, light))
+        dispatch!(Shape, self, shape => shape.height(face, light))
     }
 
     fn magnitude(&self) -> f64 {
-        dispatch!(self, shape => shape.magnitude())
+        dispatch!(Shape, self, shape => shape.magnitude())
     }
 
     #[inline(always)]
     fn magnitude_across(&self, face: u32) -> f64 {
-        dispatch!(self, shape => shape.magnitude_across(face))
+        dispatch!(Shape, self, shape => shape.magnitude_across(face))
     }
 
     fn bounds(&self) -> Option<BoundingSphere> {
-        dispatch!(self, shape => shape.bounds())
+        dispatch!(Shape, self, shape => shape.bounds())
     }
 
     fn outline(&self) -> Outline {
-        dispatch!(self, shape => shape.outline())
+        dispatch!(Shape, self, shape => shape.outline())
     }
 }

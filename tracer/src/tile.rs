@@ -1,6 +1,6 @@
 //! Where tiles lie in a picture, and which of their pixels are wanted.
 
-use crate::world::{Camera, Window};
+use crate::camera::{Camera, Window};
 use std::f64::consts::PI;
 
 pub(crate) mod hits;

@@ -43,6 +43,14 @@ pub(crate) fn length(a: Vector) -> f64 {
     dot(a, a).sqrt()
 }
 
+/// A vector of any length but 0 as a unit vector.
+pub(crate) fn normalized(a: Vector) -> Vector {
+    let largest = largest(a);
+    let scaled = a.map(|component| component / largest); // so that no square overflows or vanishes
+    let size = length(scaled);
+    scaled.map(|component| component / size)
+}
+
 /// At least the length of a vector, and at most twice; without a root.
 #[inline(always)]
 pub(crate) fn l1_norm(vector: Vector) -> f64 {

@@ -1,63 +1,11 @@
 //! What the tracer is given: a scene as plain numbers, in the order of the file.
 
+pub use crate::camera::{Camera, Window};
+pub use crate::shapes::cuboid::CuboidDesc;
+pub use crate::shapes::plane::PlaneDesc;
+pub use crate::shapes::sphere::SphereDesc;
+pub use crate::shapes::{ShapeDesc, ShapeKind};
 pub use crate::vector::Vector;
-
-/// A pinhole camera.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Camera {
-    /// Width of the whole picture, pixels.
-    pub width: u32,
-    /// Height of the whole picture, pixels.
-    pub height: u32,
-    /// Vertical field of view, degrees, 0 < fov < 180.
-    pub fov: f64,
-    /// The eye, world space.
-    pub position: Vector,
-    /// The image plane's x axis, a unit vector in world space.
-    pub right: Vector,
-    /// The image plane's y axis, a unit vector in world space.
-    pub up: Vector,
-    /// The view, a unit vector in world space.
-    pub forward: Vector,
-}
-
-#[cfg(test)]
-impl Camera {
-    /// Return a camera at the origin that looks along -z.
-    pub(crate) fn along_z(width: u32, height: u32, fov: f64) -> Camera {
-        Camera {
-            width,
-            height,
-            fov,
-            position: [0.0; 3],
-            right: [1.0, 0.0, 0.0],
-            up: [0.0, 1.0, 0.0],
-            forward: [0.0, 0.0, -1.0],
-        }
-    }
-}
-
-/// What an object is, beside its place and color.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ShapeDesc {
-    /// A sphere around its position.
-    Sphere {
-        /// Greater than 0.
-        radius: f64,
-    },
-    /// An infinite plane through its position, two-sided.
-    Plane {
-        /// Any length but 0.
-        normal: Vector,
-    },
-    /// A box around its position, turned about +y.
-    Box {
-        /// Width (x), height (y), depth (z).
-        size: Vector,
-        /// Degrees, counter-clockwise seen from above.
-        rotation: f64,
-    },
-}
 
 /// An object of the scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,9 +18,23 @@ pub struct Object {
     pub shape: ShapeDesc,
 }
 
-/// A point light.
+/// How a light shines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LightKind {
+    /// From one point, in all directions alike.
+    Point,
+}
+
+impl LightKind {
+    /// The name of each kind, in the order of their tags.
+    pub const ALL: [(&str, LightKind); 1] = [("point", LightKind::Point)];
+}
+
+/// A light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightDesc {
+    /// How it shines.
+    pub kind: LightKind,
     /// Where it stands, world space.
     pub position: Vector,
     /// Linear RGB, each 0 or more.
@@ -80,7 +42,7 @@ pub struct LightDesc {
     /// Emitted power: L_i = intensity * color / (4 pi r^2).
     pub intensity: f64,
     /// The object that carries it, if any: its index.
-    pub body: Option<usize>,
+    pub carrier: Option<usize>,
 }
 
 /// How light is computed: `render` of the scene file.
@@ -107,17 +69,4 @@ pub struct World {
     pub lights: Vec<LightDesc>,
     /// How light is computed.
     pub settings: Settings,
-}
-
-/// A rectangle of pixels of the whole picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Window {
-    /// Its left column.
-    pub x: u32,
-    /// Its top row.
-    pub y: u32,
-    /// Columns, 1 or more.
-    pub width: u32,
-    /// Rows, 1 or more.
-    pub height: u32,
 }

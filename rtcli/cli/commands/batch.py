@@ -1,4 +1,4 @@
-"""`rtcli batch`: many scenes to one folder, only what is needed."""
+"""`rtcli batch`: render scenes into a folder, skipping results that are up to date."""
 
 from __future__ import annotations
 
@@ -12,23 +12,24 @@ from typing import Any
 
 import click
 
-from rtcli.atomic import whole_files
+from rtcli.atomic import atomic_write_all
 from rtcli.batch.animate import Animation, animate, animations_of
 from rtcli.batch.folder import scratch_folder
 from rtcli.batch.jobs import BatchSettings, Job, find_jobs
 from rtcli.batch.manifest import Manifest
 from rtcli.batch.pool import LocalWorkers, Workers
-from rtcli.batch.run import Batch, Plan, StaleOutputs, execute, find_leftover, make_plan, prune
+from rtcli.batch.run import Batch, Plan, StaleOutputs, execute, find_stale_outputs, make_plan, prune
 from rtcli.batch.sweep import Variation
-from rtcli.batch.work import DONE, Outcome
+from rtcli.batch.worker import DONE, Outcome
 from rtcli.cli.console import STDIO, is_terminal, print_lines, report_line
 from rtcli.cli.exit_codes import INVALID, usage_errors
-from rtcli.cli.options.cluster import dask_timeout_option, reached_cluster
+from rtcli.cli.options.cluster import connected_cluster, dask_timeout_option
 from rtcli.cli.options.scene import edit_errors, film_options, overrides_taken_from, scene_options
 from rtcli.cli.options.types import FormatType, VariationType
 from rtcli.cli.progress import progress
 from rtcli.image.animation import ANIMATIONS
-from rtcli.image.formats import FORMATS, check_fits
+from rtcli.image.formats import check_fits
+from rtcli.image.write import FORMATS
 from rtcli.rendering.metadata import SOFTWARE
 from rtcli.reports import concise
 from rtcli.reports.file_report import FileReport
@@ -36,11 +37,11 @@ from rtcli.scene.diagnostics.problems import counted, printable
 from rtcli.scene.overrides import check_expression
 from rtcli.tracer.engines import default_threads
 
-# Of all scenes together so many problems are shown, and of one scene so many: it must not hide the others.
-_SHOWN, _SHOWN_OF_ONE = 40, 3
+# The most problems to show, of all scenes and of one scene, which must not hide the others.
+_MAX_SHOWN, _MAX_OF_ONE = 40, 3
 
-# So many scenes are given to a cluster at a time, at least.
-_LEAST_UNDER_WAY = 64
+# The least number of scenes that a cluster has at a time.
+_MIN_SLOTS = 64
 
 
 @dataclass(frozen=True)
@@ -88,19 +89,17 @@ class BatchOptions:
                 check_expression(expression, "--vary")
 
     def find_jobs(self) -> list[Job]:
-        """Return what there is to do.
+        """Return the jobs of the batch.
 
         Raises
         ------
         click.UsageError
-            If that cannot be done together, or is nothing.
+            If there are none, or they cannot be rendered to one folder.
         OSError
-            If a path leads to nothing.
+            If a path does not exist.
         """
-        try:
+        with usage_errors():
             jobs = find_jobs(self.paths, self.settings, self.output, self.vary)
-        except ValueError as error:
-            raise click.UsageError(str(error)) from error
         if not jobs:
             raise click.UsageError(f"no scenes found in {', '.join(map(printable, self.paths))}")
         return jobs
@@ -176,55 +175,126 @@ def command(**options: Any) -> int:
 
 
 def run(options: BatchOptions) -> int:
-    """Find the scenes, compare, prune, render, report."""
+    """Find the scenes, plan the batch, prune, render, animate, and report."""
     options.check()
     jobs, folder = options.find_jobs(), Path(options.output)
     animations = animations_of(jobs, options.animations)
     manifest = Manifest(folder)
-    leftover = find_leftover(manifest, jobs, folder, animations) if options.prune else StaleOutputs([], [])
-    is_unseen = options.quiet or not is_terminal(sys.stderr) or not len(manifest)
-    with progress("comparing", is_unseen, "scenes") as on_progress:
+    stale = find_stale_outputs(manifest, jobs, folder, animations) if options.prune else StaleOutputs([], [])
+    hide_progress = options.quiet or not is_terminal(sys.stderr) or not len(manifest)
+    with progress("comparing", hide_progress, "scenes") as on_progress:
         plan = make_plan(manifest, jobs, folder, options.force, on_progress)
     if options.dry_run:
-        print_lines(_planned(plan, leftover))
+        print_lines(_plan_lines(plan, stale))
         return 0
-    report = _Report()
     with _workers(options, len(plan.steps)) as workers:
-        for path in leftover.paths:  # never without a word
+        for path in stale.paths:  # listed even with --quiet
             report_line(f"removing {printable(str(folder / path))}")
-        prune(leftover, manifest, folder)
-        by_workers = options.dask is None or options.shared
-        _render(options, Batch(plan, manifest, folder, workers, by_workers), report)
-    is_well = not report.failed
-    if animations and (is_well or not options.fail_fast):
-        is_well &= _animate(options, animations, manifest, folder)
+        prune(stale, manifest, folder)
+        workers_write = options.dask is None or options.shared
+        is_successful = _render(options, Batch(plan, manifest, folder, workers, workers_write))
+    if animations and (is_successful or not options.fail_fast):
+        is_successful &= _animate(options, animations, manifest, folder)
     if options.report:
         _write_page(options, folder)
-    return 0 if is_well else INVALID
+    return 0 if is_successful else INVALID
+
+
+def _plan_lines(plan: Plan, stale: StaleOutputs) -> Iterable[str]:
+    """Yield a line for each step of a plan."""
+    for step in plan.steps:
+        yield f"render {printable(step.job.key)}: {printable(step.reason)}"
+    yield from (f"remove {printable(path)}" for path in stale.paths)
+    yield f"{counted(len(plan.steps), 'scene')} to render, {plan.current:,} current"
 
 
 @contextlib.contextmanager
 def _workers(options: BatchOptions, count: int) -> Iterator[Workers]:
-    """Give who works at so many scenes."""
+    """Yield the workers for a number of scenes; a cluster is reached only if there are any."""
     if options.dask is None or not count:
         yield LocalWorkers(min(options.jobs or default_threads(), max(1, count)))
         return
-    with reached_cluster(options.dask, options.dask_timeout) as cluster:
-        # Of a cluster that grows, the first work calls for more workers.
-        yield Workers(cluster.executor, max(_LEAST_UNDER_WAY, 2 * cluster.cores))
+    with connected_cluster(options.dask, options.dask_timeout) as cluster:
+        # An adaptive cluster adds workers only once tasks are waiting.
+        yield Workers(cluster.executor, max(_MIN_SLOTS, 2 * cluster.cores))
+
+
+def _render(options: BatchOptions, batch: Batch) -> bool:
+    """Render the scenes of a batch and report the result; return whether all succeeded."""
+    start = time.monotonic()
+    report = _Report()
+    jobs = {step.job.key: step.job for step in batch.plan.steps}
+    with (
+        contextlib.closing(execute(batch)) as outcomes,
+        progress("rendering", options.quiet, "scenes") as on_progress,
+    ):
+        for outcome in outcomes:
+            report.add(jobs[outcome.key], outcome)
+            on_progress(report.rendered + report.failed, len(jobs))
+            if report.failed and options.fail_fast:
+                break
+    _report_problems(report.problems, report.hidden)
+    if not options.quiet:
+        report_line(report.summary(batch.plan, time.monotonic() - start))
+    return not report.failed
+
+
+@dataclass
+class _Report:
+    """The numbers of rendered and failed scenes, the problems to show, and the number of hidden ones."""
+
+    rendered: int = 0
+    failed: int = 0
+    problems: list[str] = field(default_factory=list)
+    hidden: int = 0
+
+    def add(self, job: Job, outcome: Outcome) -> None:
+        if outcome.status == DONE:
+            self.rendered += 1
+            return
+        self.failed += 1
+        lines = list(_problem_lines(job, outcome))
+        room = min(_MAX_OF_ONE, max(0, _MAX_SHOWN - len(self.problems)))
+        self.problems += lines[:room]
+        self.hidden += len(lines[room:])
+
+    def summary(self, plan: Plan, seconds: float) -> str:
+        done = self.rendered + self.failed
+        parts = [f"{self.rendered:,} rendered", f"{plan.current:,} current", f"{self.failed:,} failed"]
+        if remaining := len(plan.steps) - done:
+            parts.append(f"{remaining:,} not done")
+        rate = f" ({done / seconds:.1f} a second)" if done else ""
+        return f"{', '.join(parts)} in {seconds:.2f} s{rate}"
+
+
+def _problem_lines(job: Job, outcome: Outcome) -> Iterator[str]:
+    """Yield a line for each problem of a scene; each line names the scene."""
+    for problem in outcome.problems:
+        [line] = concise.report([FileReport(job.scene, (problem,))])
+        # A problem in the text of an option names the option, not the scene.
+        result = "" if problem.path == job.scene else f"{printable(job.key)}: "
+        yield result + line.rstrip("\n")
+    if outcome.message:
+        yield f"{printable(job.scene)}: error: {printable(outcome.message)}"
+
+
+def _report_problems(lines: Iterable[str], hidden: int) -> None:
+    for line in lines:
+        report_line(line)
+    if hidden:
+        report_line(f"{counted(hidden, 'more problem')}: the manifest has them")
 
 
 def _animate(options: BatchOptions, animations: list[Animation], manifest: Manifest, folder: Path) -> bool:
-    """Make animations, and tell what came of them; return whether there are all."""
+    """Make the animations and report the result; return whether all succeeded."""
     written, problems = 0, list[str]()
     with scratch_folder(folder) as scratch, progress("animating", options.quiet, "animations") as on_progress:
-        for count, made in enumerate(animate(animations, manifest, folder, scratch), start=1):
-            written += made.is_new
-            if made.problem:
-                problems.append(f"{printable(str(folder / made.path))}: error: {printable(made.problem)}")
+        for count, result in enumerate(animate(animations, manifest, folder, scratch), start=1):
+            written += result.is_new
+            if result.problem:
+                problems.append(f"{printable(str(folder / result.path))}: error: {printable(result.problem)}")
             on_progress(count, len(animations))
-    for line in _shown(problems[:_SHOWN], len(problems[_SHOWN:])):
-        report_line(line)
+    _report_problems(problems[:_MAX_SHOWN], len(problems[_MAX_SHOWN:]))
     if not options.quiet:
         current = len(animations) - written - len(problems)
         report_line(f"animations: {written:,} written, {current:,} current, {len(problems):,} failed")
@@ -232,85 +302,13 @@ def _animate(options: BatchOptions, animations: list[Animation], manifest: Manif
 
 
 def _write_page(options: BatchOptions, folder: Path) -> None:
-    """Write the page of all results."""
-    from rtcli.reports.gallery import gallery_page  # with NumPy and Pillow
+    """Write the page that shows all results."""
+    from rtcli.reports.gallery import gallery_page  # loads NumPy and Pillow
 
     page = folder / "index.html"
     manifest = Manifest(folder)
     records = {"scenes": {key: manifest.entry(key) for key in manifest}, "software": SOFTWARE}
-    with scratch_folder(folder) as scratch, whole_files([page], scratch) as [file]:
+    with scratch_folder(folder) as scratch, atomic_write_all([page], scratch) as [file]:
         file.write(gallery_page(records, folder).encode())
     if not options.quiet:
         report_line(f"wrote {printable(str(page))}")
-
-
-def _planned(plan: Plan, leftover: StaleOutputs) -> Iterable[str]:
-    """Yield what a plan would do, a line each."""
-    for step in plan.steps:
-        yield f"render {printable(step.job.key)}: {printable(step.reason)}"
-    yield from (f"remove {printable(path)}" for path in leftover.paths)
-    yield f"{counted(len(plan.steps), 'scene')} to render, {plan.current:,} current"
-
-
-@dataclass
-class _Report:
-    """What came of the scenes, and what is to be said of those that failed."""
-
-    rendered: set[str] = field(default_factory=set)
-    failed: int = 0
-    problems: list[str] = field(default_factory=list)
-    more: int = 0
-
-    def add(self, job: Job, outcome: Outcome) -> None:
-        if outcome.status == DONE:
-            self.rendered.add(outcome.key)
-            return
-        self.failed += 1
-        lines = list(_problems(job, outcome))
-        room = min(_SHOWN_OF_ONE, max(0, _SHOWN - len(self.problems)))
-        self.problems += lines[:room]
-        self.more += len(lines[room:])
-
-    def summary(self, plan: Plan, seconds: float) -> str:
-        left = len(plan.steps) - len(self.rendered) - self.failed
-        parts = [f"{len(self.rendered):,} rendered", f"{plan.current:,} current", f"{self.failed:,} failed"]
-        if left:
-            parts.append(f"{left:,} not done")
-        done = len(self.rendered) + self.failed
-        rate = f" ({done / seconds:.1f} a second)" if done else ""
-        return f"{', '.join(parts)} in {seconds:.2f} s{rate}"
-
-
-def _problems(job: Job, outcome: Outcome) -> Iterator[str]:
-    """Yield what is wrong with a scene, a line each, all of which name it."""
-    for problem in outcome.problems:
-        [line] = concise.report([FileReport(job.scene, (problem,))])
-        # One that lies in the text of an option speaks of that alone.
-        result = "" if problem.path == job.scene else f"{printable(job.key)}: "
-        yield result + line.rstrip("\n")
-    if outcome.message:
-        yield f"{printable(job.scene)}: error: {printable(outcome.message)}"
-
-
-def _shown(problems: Iterable[str], more: int) -> Iterable[str]:
-    yield from problems
-    if more:
-        yield f"{counted(more, 'more problem')}: the manifest has them"
-
-
-def _render(options: BatchOptions, batch: Batch, report: _Report) -> None:
-    start = time.monotonic()
-    steps = {step.job.key: step.job for step in batch.plan.steps}
-    with (
-        contextlib.closing(execute(batch)) as outcomes,
-        progress("rendering", options.quiet, "scenes") as on_progress,
-    ):
-        for outcome in outcomes:
-            report.add(steps[outcome.key], outcome)
-            on_progress(len(report.rendered) + report.failed, len(steps))
-            if report.failed and options.fail_fast:
-                break
-    for line in _shown(report.problems, report.more):
-        report_line(line)
-    if not options.quiet:
-        report_line(report.summary(batch.plan, time.monotonic() - start))

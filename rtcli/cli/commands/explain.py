@@ -1,9 +1,8 @@
-"""`rtcli explain`: the story of one pixel."""
+"""`rtcli explain`: the computation of one pixel, step by step."""
 
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass
 from typing import Any
 
 import click
@@ -13,22 +12,10 @@ from rtcli.cli.exit_codes import usage_errors
 from rtcli.cli.options.scene import overrides_taken_from, read_scene, scene_options
 from rtcli.cli.options.types import PixelType
 from rtcli.cli.progress import progress
-from rtcli.explain import Explanation, check_place, explain
+from rtcli.explain import check_place, explain
 from rtcli.rendering.job import RenderRequest
-from rtcli.reports.explanation import as_json, text
-from rtcli.scene.overrides import Overrides
+from rtcli.reports import explanation
 from rtcli.scene.validation.validate import validate
-
-
-@dataclass(frozen=True)
-class ExplainOptions:
-    """The options of `rtcli explain`."""
-
-    scene: str
-    pixel: tuple[int, int]
-    sample: int
-    as_json: bool
-    edits: Overrides
 
 
 @click.command("explain")
@@ -46,7 +33,7 @@ class ExplainOptions:
 )
 @scene_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-def command(**options: Any) -> None:
+def command(scene: str, pixel: tuple[int, int], sample: int, as_json: bool, **options: Any) -> None:
     """Tell how a pixel comes to its value, step by step.
 
     SCENE is a .yaml, .yml or .json file, or - for YAML or JSON on standard input.
@@ -55,25 +42,15 @@ def command(**options: Any) -> None:
     seen, each light and what blocks it, radiance, exposure, tone curve, sRGB. Each step has its equations, its
     numbers and the section of docs/tracer.md. It is the reference engine's: its value is what that renders.
     """
-    run(ExplainOptions(edits=overrides_taken_from(options), **options))
-
-
-def run(options: ExplainOptions) -> None:
-    """Parse, validate, explain, report."""
-    scene = validate(read_scene(options.scene, options.edits))
+    name, model = name_of(scene), validate(read_scene(scene, overrides_taken_from(options)))
     with usage_errors():
-        check_place(scene, *options.pixel, options.sample)
+        check_place(model, *pixel, sample)
         RenderRequest().simd()
-    # The meter looks at the whole picture: of thousands of objects that takes long, and somebody may wait for it.
-    is_watched = scene.image.exposure == "auto" and is_terminal(sys.stderr)
+    # Metering traces the whole picture, which takes long for thousands of objects: show progress on a terminal.
+    is_watched = model.image.exposure == "auto" and is_terminal(sys.stderr)
     with progress("metering", quiet=not is_watched) as on_progress:
-        explanation = explain(scene, *options.pixel, options.sample, on_progress)
-    _report(explanation, options)
-
-
-def _report(explanation: Explanation, options: ExplainOptions) -> None:
-    name = name_of(options.scene)
-    if options.as_json:
-        click.echo(as_json(explanation, name), nl=False)
-        return
-    print_lines(text(explanation, name, wants_color(sys.stdout)))
+        explained = explain(model, *pixel, sample, on_progress)
+    if as_json:
+        click.echo(explanation.as_json(explained, name), nl=False)
+    else:
+        print_lines(explanation.text(explained, name, wants_color(sys.stdout)))

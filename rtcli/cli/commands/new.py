@@ -1,4 +1,4 @@
-"""`rtcli new`: a first scene to start from."""
+"""`rtcli new`: write a scene to start from."""
 
 from __future__ import annotations
 
@@ -29,10 +29,6 @@ def command(file: str, force: bool) -> None:
         raise FileExistsError(errno.EEXIST, "is there already: use --force to replace it", file)
     write_bytes(starter, file)
     if file != STDIO:
-        report_line(f"wrote {printable(file)}; render it with: {printable(_render_command(file))}")
-
-
-def _render_command(file: str) -> str:
-    """Return a command to paste into a shell."""
-    safe = f"./{file}" if file.startswith("-") else file
-    return shlex.join(["rtcli", "render", safe, "-o", str(Path(file).with_suffix(".png"))])
+        scene = f"./{file}" if file.startswith("-") else file
+        render = shlex.join(["rtcli", "render", scene, "-o", str(Path(file).with_suffix(".png"))])
+        report_line(f"wrote {printable(file)}; render it with: {printable(render)}")

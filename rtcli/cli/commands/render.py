@@ -6,36 +6,38 @@ import contextlib
 import io
 import json
 import sys
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path, PurePath
-from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import click
 
 from rtcli import __version__
 from rtcli.cli.console import STDIO, is_terminal, open_target, report_line
 from rtcli.cli.exit_codes import usage_errors
-from rtcli.cli.options.cluster import dask_timeout_option, reached_cluster
+from rtcli.cli.options.cluster import connected_cluster, dask_timeout_option
 from rtcli.cli.options.golden import CheckOptions, check_options, check_taken_from
 from rtcli.cli.options.scene import film_options, overrides_taken_from, read_scene, scene_options
 from rtcli.cli.options.types import CropType
 from rtcli.cli.paths import OutputPath, refuse_collisions, refuse_folder
 from rtcli.cli.progress import progress
-from rtcli.cli.stopwatch import Stopwatch
 from rtcli.image.display import DEPTHS
-from rtcli.image.formats import FORMATS, METADATA, RADIANCE, check_fits, open_parts, parts_of
-from rtcli.rendering.job import RenderJob, RenderRequest, prepare
+from rtcli.image.formats import check_fits, open_parts, parts_of
+from rtcli.image.write import FORMATS, METADATA
+from rtcli.rendering.job import RenderRequest, prepare
 from rtcli.rendering.pack import pack
+from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.rendering.stream import FilmOutputs, RenderStats, expose_film, write_film
 from rtcli.scene.diagnostics.problems import printable
 from rtcli.scene.model import Scene
 from rtcli.scene.overrides import Overrides
 from rtcli.scene.validation.validate import validate
 from rtcli.tracer.engines import ENGINES
+from rtcli.tracer.passes import RADIANCE
 from rtcli.tracer.world import Window, World
 
-if TYPE_CHECKING:  # with NumPy and other things, which a picture of the native tracer needs not
+if TYPE_CHECKING:  # these load NumPy and more, which a PNG of the native engine does without
     from concurrent.futures import Executor
 
     from rtcli.cli.golden import GoldenCheck
@@ -43,17 +45,20 @@ if TYPE_CHECKING:  # with NumPy and other things, which a picture of the native 
 
 @dataclass(frozen=True)
 class RenderOptions:
-    """What is traced, as the contract's options say it."""
+    """The options of `rtcli render` as the command line gives them, except those of its check."""
 
     scene: str
+    output: str | None
     passes: tuple[str, ...]
+    bits: int
     engine: str
     threads: int | None
     crop: Window | None
     dask: str | None
     dask_timeout: int
+    stats: str | None
     quiet: bool
-    edits: Overrides
+    overrides: Overrides
 
     def __post_init__(self) -> None:
         if self.dask is not None and self.threads is not None:
@@ -61,42 +66,45 @@ class RenderOptions:
 
     @contextlib.contextmanager
     def executor(self) -> Iterator[Executor | None]:
-        """Give what traces bands elsewhere, or None for here."""
+        """Connect to the cluster, and yield its executor; None without one."""
         if self.dask is None:
             yield None
             return
-        with reached_cluster(self.dask, self.dask_timeout) as cluster:
+        with connected_cluster(self.dask, self.dask_timeout) as cluster:
             yield cluster.executor
 
 
 @dataclass(frozen=True)
 class PictureOutput:
-    """Where a film goes, and how; not kept is what is only compared."""
+    """The files of a film: the picture and the passes beside it; they are only compared if they are not kept."""
 
     path: str
+    passes: tuple[str, ...]
     bits: int
-    stats: str | None
     is_kept: bool = True
 
-    def check(self, passes: tuple[str, ...]) -> None:
+    def check(self) -> None:
         """Raise click.UsageError for what cannot be right whatever the scene says."""
         if self.path == STDIO and is_terminal(sys.stdout):
             raise click.UsageError("a picture is not for a terminal: give a file, or pipe it on")
-        if self.path == STDIO and passes:
+        if self.path == STDIO and self.passes:
             raise click.UsageError("--passes needs a file: only the picture goes to standard output")
         refuse_folder(self.path, "-o")
 
-    def parts(self, passes: tuple[str, ...]) -> dict[str, Path]:
-        """Return the part of the film that each file holds; standard output takes a PNG."""
+    def parts(self) -> dict[str, Path]:
+        """Return the file of each part of the film; standard output takes a PNG."""
         with usage_errors():
-            return {RADIANCE: Path(STDIO)} if self.path == STDIO else parts_of(self.path, passes)
+            return {RADIANCE: Path(STDIO)} if self.path == STDIO else parts_of(self.path, self.passes)
 
-    def places(self, passes: tuple[str, ...]) -> list[OutputPath]:
-        """Return all that is written."""
-        names = {RADIANCE: "the picture", METADATA: "the metadata"}
-        parts = self.parts(passes).items()
-        written = [OutputPath(names.get(part, f"the pass {part}"), str(path), "-o") for part, path in parts]
-        return written + ([] if self.stats is None else [OutputPath("the statistics", self.stats, "--stats")])
+    @contextlib.contextmanager
+    def open(self) -> Iterator[dict[str, tuple[str, BinaryIO]]]:
+        """Open the file of each part, and yield them with the names that decide their formats."""
+        if self.path == STDIO:
+            with open_target(STDIO) as stream:
+                yield {RADIANCE: ("standard output.png", stream)}
+        else:
+            with open_parts(self.parts()) as files:
+                yield files
 
 
 @click.command("render")
@@ -146,166 +154,116 @@ def command(context: click.Context, /, **options: Any) -> int:
     SCENE is a .yaml, .yml or .json file, or - for YAML or JSON on standard input.
     """
     check = check_taken_from(options, context)
-    path, bits, stats = (options.pop(name) for name in ("output", "bits", "stats"))
-    traced = RenderOptions(edits=overrides_taken_from(options), **options)
+    parsed = RenderOptions(overrides=overrides_taken_from(options), **options)
     if check is not None:
-        return _check(traced, check, path, stats)
-    if path is None and is_terminal(sys.stdout):
-        if traced.passes or stats is not None or bits != DEPTHS[0]:
-            raise click.UsageError("--passes, --stats and --bits need a file for the picture: -o OUT")
-        return _preview(traced)
-    if path is None:
+        return _check(parsed, check)
+    if parsed.output is not None:
+        return render(parsed, PictureOutput(parsed.output, parsed.passes, parsed.bits))
+    if not is_terminal(sys.stdout):
         raise click.UsageError("Missing option '-o': say where the picture goes, or what to --check it with")
-    render(traced, PictureOutput(path, bits, stats))
-    return 0
+    if parsed.passes or parsed.stats is not None or parsed.bits != DEPTHS[0]:
+        raise click.UsageError("--passes, --stats and --bits need a file for the picture: -o OUT")
+    return _preview(parsed)
 
 
-def _preview(traced: RenderOptions) -> int:
+def _preview(options: RenderOptions) -> int:
     """Show the picture in the terminal."""
-    from rtcli.cli.preview import Preview  # with NumPy
+    from rtcli.cli.preview import Preview  # loads NumPy
 
     preview = Preview()
-    plan = _planned(traced, validate(read_scene(traced.scene, traced.edits)))
-    with traced.executor() as executor, progress("rendering", traced.quiet) as on_progress:
-        film = expose_film(plan.job(executor), plan.request, on_progress)
+    scene, world, request = _load(options, (), Stopwatch())
+    with options.executor() as executor, progress("rendering", options.quiet) as on_progress:
+        film = expose_film(prepare(scene, world, request, executor), request, on_progress)
     preview.show(film)
     return 0
 
 
-def _check(traced: RenderOptions, options: CheckOptions, path: str | None, stats: str | None) -> int:
-    """Render to a file of the golden one's format, and return the exit code of the comparison."""
-    from rtcli.cli.golden import golden_check, path_beside  # with NumPy
+def _check(options: RenderOptions, check_options: CheckOptions) -> int:
+    """Render with the settings and format of the golden file, and compare; return the exit code."""
+    from rtcli.cli.golden import golden_check  # loads NumPy
 
-    check = golden_check(options, traced.passes)
-    if path is not None and PurePath(path).suffix.lower() != PurePath(check.name).suffix.lower():
+    check, path = golden_check(check_options, options.passes), options.output
+    if path is not None and Path(path).suffix.lower() != Path(check.name).suffix.lower():
         raise click.UsageError(f"OUT is to be a file of the format of {check.name!r}, which it is compared with")
-    traced = replace(traced, passes=traced.passes or check.golden.passes)
-    with path_beside(check) if path is None else contextlib.nullcontext(path) as place:
-        output = PictureOutput(place, check.golden.bits, stats, is_kept=path is not None)
-        return _rendered_and_checked(traced, output, check)
+    passes, bits = options.passes or check.golden.passes, check.golden.bits
+    if path is not None:
+        return render(options, PictureOutput(path, passes, bits), check)
+    with check.temporary_path() as temporary:
+        return render(options, PictureOutput(temporary, passes, bits, is_kept=False), check)
 
 
-def _rendered_and_checked(traced: RenderOptions, output: PictureOutput, check: GoldenCheck) -> int:
-    report = [] if traced.quiet else [OutputPath("the report", STDIO)]
-    parts = _checked_parts(traced, output, check.places(), [*check.difference_places(traced.passes), *report])
-    if check.differences is not None:
-        check.differences.try_out()
-    rendering = _prepare(traced, output)
-    unlike = check.golden.unlike_size(rendering.plan.window)
-    # One that is wanted for itself, or for a picture of the differences, is made whatever its size.
-    if unlike is not None and not output.is_kept and check.differences is None:
-        return check.reported(unlike, traced.quiet)
-    _write(rendering, traced, output, parts)
-    return check.verdict(parts, traced.quiet)
-
-
-def render(traced: RenderOptions, output: PictureOutput) -> None:
-    """Take a scene from its text to its picture, stage by stage."""
-    parts = _checked_parts(traced, output)
-    _write(_prepare(traced, output), traced, output, parts)
-
-
-def _checked_parts(
-    traced: RenderOptions,
-    output: PictureOutput,
-    inputs: Sequence[OutputPath] = (),
-    others: Sequence[OutputPath] = (),
-) -> dict[str, Path]:
-    """Return where the parts of the film go, if all that is written may be; it is not asked yet whether it can."""
-    output.check(traced.passes)
-    scene = OutputPath("the scene", traced.scene)
-    refuse_collisions([scene, *inputs], [*output.places(traced.passes), *others])
-    return output.parts(traced.passes)
-
-
-class _Plan(NamedTuple):
-    """A scene and what is wanted of it, all checked; what traces it is reached later."""
-
-    scene: Scene
-    world: World
-    window: Window
-    request: RenderRequest
-
-    def job(self, executor: Executor | None) -> RenderJob:
-        """Return what is to be rendered, by an executor or by this process."""
-        return prepare(self.scene, self.world, self.request, executor)
-
-
-class _Rendering(NamedTuple):
-    """What is ready to be traced, and the time that took."""
-
-    plan: _Plan
-    watch: Stopwatch
-
-
-def _prepare(traced: RenderOptions, output: PictureOutput) -> _Rendering:
+def render(options: RenderOptions, output: PictureOutput, check: GoldenCheck | None = None) -> int:
+    """Take a scene from its text to its files, compare them if there is a check, and return the exit code."""
+    _check_paths(options, output, check)
     watch = Stopwatch()
+    scene, world, request = _load(options, output.passes, watch)
+    window = request.window(world.camera)
+    if output.path != STDIO:
+        with usage_errors():
+            check_fits(output.path, window[2:], output.bits)
+    if check is not None and (mismatch := check.size_mismatch(window)) and not output.is_kept:
+        return check.report(mismatch, options.quiet)
+    # Open everything before the work, so that no time is lost if a file cannot be written.
+    with (
+        output.open() as files,
+        io.BytesIO() if options.stats is None else open_target(options.stats) as stats_file,
+        options.executor() as executor,
+    ):
+        job = prepare(scene, world, request, executor)
+        with watch.stages_together() as spent, progress("rendering", options.quiet) as on_progress:
+            stats = write_film(job, request, FilmOutputs(files, output.bits), on_progress)
+            spent.update(stats.seconds)
+        stats_file.write(_stats_json(stats, request, watch))
+    if output.is_kept and not options.quiet:
+        name = "the picture" if output.path == STDIO else printable(output.path)
+        others = f" and {len(files) - 1} beside it" if len(files) > 1 else ""
+        size = f"{window.width}x{window.height}"
+        report_line(f"wrote {name}{others} ({size}) in {watch.totals()['total']:.2f} s")
+    return 0 if check is None else check.verdict(output.parts(), options.quiet)
+
+
+def _check_paths(options: RenderOptions, output: PictureOutput, check: GoldenCheck | None) -> None:
+    """Check before any work that every file can be written, none twice, and none that is also read."""
+    output.check()
+    names = {RADIANCE: "the picture", METADATA: "the metadata"}
+    inputs = [OutputPath("the scene", options.scene)]
+    outputs = [
+        OutputPath(names.get(part, f"the pass {part}"), str(path), "-o") for part, path in output.parts().items()
+    ]
+    if options.stats is not None:
+        outputs.append(OutputPath("the statistics", options.stats, "--stats"))
+    if check is not None:
+        inputs += check.inputs()
+        outputs += check.outputs(output.passes)
+        if not options.quiet:
+            outputs.append(OutputPath("the report", STDIO))
+    refuse_collisions(inputs, outputs)
+    if check is not None and check.differences is not None:
+        check.differences.check_writable()
+
+
+def _load(options: RenderOptions, passes: tuple[str, ...], watch: Stopwatch) -> tuple[Scene, World, RenderRequest]:
+    """Parse, validate and pack the scene, and check that it allows what the options request."""
     with watch.stage("parse"):
-        document = read_scene(traced.scene, traced.edits)
+        document = read_scene(options.scene, options.overrides)
     with watch.stage("validate"):
         scene = validate(document)
     with watch.stage("pack"):
-        plan = _planned(traced, scene)
-        if output.path != STDIO:
-            with usage_errors():
-                check_fits(output.path, plan.window[2:], output.bits)
-    return _Rendering(plan, watch)
-
-
-def _planned(traced: RenderOptions, scene: Scene) -> _Plan:
-    request = RenderRequest(traced.passes, traced.engine, traced.threads, traced.crop)
-    world = pack(scene)
+        request = RenderRequest(passes, options.engine, options.threads, options.crop)
+        world = pack(scene)
     with usage_errors():
-        window = request.window(world.camera)
+        request.window(world.camera)
         request.simd()
-    return _Plan(scene, world, window, request)
+    return scene, world, request
 
 
-def _write(rendering: _Rendering, traced: RenderOptions, output: PictureOutput, parts: dict[str, Path]) -> None:
-    plan, watch = rendering
-    # All are opened before the work, so that a target which cannot be written costs no rendering.
-    with (
-        _open_parts(output, parts) as files,
-        _open_stats(output.stats) as stats_file,
-        traced.executor() as executor,
-    ):
-        job = plan.job(executor)
-        with watch.stages_together() as spent, progress("rendering", traced.quiet) as on_progress:
-            work = write_film(job, plan.request, FilmOutputs(files, output.bits), on_progress)
-            spent.update(work.seconds)
-        stats_file.write(_stats(work, plan.request, watch))
-    if output.is_kept and not traced.quiet:
-        size = f"{plan.window.width}x{plan.window.height}"
-        others = f" and {len(files) - 1} beside it" if len(files) > 1 else ""
-        report_line(f"wrote {_shown(output.path)}{others} ({size}) in {watch.totals()['total']:.2f} s")
-
-
-@contextlib.contextmanager
-def _open_parts(output: PictureOutput, parts: dict[str, Path]) -> Iterator[dict[str, tuple[str, BinaryIO]]]:
-    """Open the file of each part of the film, and give them with the names that tell their formats."""
-    if output.path == STDIO:
-        with open_target(STDIO) as stream:
-            yield {RADIANCE: ("standard output.png", stream)}
-    else:
-        with open_parts(parts) as files:
-            yield files
-
-
-def _open_stats(target: str | None) -> contextlib.AbstractContextManager[BinaryIO]:
-    return io.BytesIO() if target is None else open_target(target)
-
-
-def _stats(work: RenderStats, request: RenderRequest, watch: Stopwatch) -> bytes:
-    stats = {
+def _stats_json(stats: RenderStats, request: RenderRequest, watch: Stopwatch) -> bytes:
+    figures = {
         "seconds": watch.totals(),
-        "rays": work.rays,
+        "rays": stats.rays,
         "threads": request.thread_count,
         "engine": request.engine,
         "simd": request.simd(),
         "version": __version__,
     }
-    return (json.dumps(stats, indent=2) + "\n").encode()
-
-
-def _shown(output: str) -> str:
-    return "the picture" if output == STDIO else printable(output)
+    return (json.dumps(figures, indent=2) + "\n").encode()

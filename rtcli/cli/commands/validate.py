@@ -1,4 +1,4 @@
-"""`rtcli validate`: check scene files, all mistakes at once."""
+"""`rtcli validate`: check scene files and report every problem."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ import click
 
 from rtcli import __version__
 from rtcli.cli.console import STDIO, name_of, read_bytes, report_line, wants_color
-from rtcli.cli.exit_codes import FILE, INVALID, forget_frames, lack_of_memory, os_error_text
+from rtcli.cli.exit_codes import FILE, INVALID, lack_of_memory, os_error_text, release_frames
 from rtcli.lint.check import CheckResult, check
 from rtcli.lint.ignores import warning_of
 from rtcli.reports import concise, github, json, junit, sarif, text
 from rtcli.reports.file_report import FileReport, Tally
-from rtcli.scene.diagnostics.problems import Problem, counted, printable
+from rtcli.scene.diagnostics.problems import counted, printable
 from rtcli.scene.diagnostics.rules import ERROR, Rule
 from rtcli.scene.find import scene_files_below
 from rtcli.scene.reading.parse import READ_BYTES
@@ -33,8 +33,8 @@ _REPORTS: dict[str, Callable[[Iterable[FileReport]], Iterator[str]]] = {
 }
 
 
-def _rules(context: click.Context, option: click.Parameter, values: tuple[str, ...]) -> frozenset[Rule]:
-    """Return the rules whose codes are given, one or several in each value."""
+def _ignored_rules(context: click.Context, option: click.Parameter, values: tuple[str, ...]) -> frozenset[Rule]:
+    """Return the rules of the codes in the values, separated by commas."""
     try:
         return frozenset(warning_of(code.strip()) for value in values for code in value.split(","))
     except ValueError as error:
@@ -58,7 +58,7 @@ def _rules(context: click.Context, option: click.Parameter, values: tuple[str, .
     "--ignore",
     metavar="CODE",
     multiple=True,
-    callback=_rules,
+    callback=_ignored_rules,
     help="Do not report this warning, such as W004. Repeatable; takes several codes separated by commas, too.",
 )
 def command(paths: tuple[str, ...], style: str, strict: bool, ignore: frozenset[Rule]) -> int:
@@ -74,20 +74,15 @@ def command(paths: tuple[str, ...], style: str, strict: bool, ignore: frozenset[
     Exits with 0 if all scenes are valid, 1 if one is not, 3 if one cannot be read.
     """
     if style == "github" and isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(encoding="utf-8")  # as its runner reads it, on Windows too
+        sys.stdout.reconfigure(encoding="utf-8")  # the encoding that GitHub reads, on Windows too
     tally = Tally()
-    checks = tally.count(_checked(path, strict, ignore) for path in _scene_files(paths))
+    checks = tally.count(_check_file(path, strict, ignore) for path in _scene_files(paths))
     for piece in _REPORTS[style](checks):
-        click.echo(piece, nl=False, color=True)  # without colors there are none to strip
+        click.echo(piece, nl=False, color=True)  # each report decides on its own colors
     if not tally.invalid and not tally.unreadable:
-        report_line(_all_valid(tally))
+        valid = f"{counted(tally.scenes, 'scene')} {'is' if tally.scenes == 1 else 'are'} valid"
+        report_line(valid if tally.scenes else "no scenes found")
     return FILE if tally.unreadable else INVALID if tally.invalid else 0
-
-
-def _all_valid(tally: Tally) -> str:
-    if not tally.scenes:
-        return "no scenes found"
-    return f"{counted(tally.scenes, 'scene')} {'is' if tally.scenes == 1 else 'are'} valid"
 
 
 def _scene_files(paths: Iterable[str]) -> Iterator[str]:
@@ -98,7 +93,7 @@ def _scene_files(paths: Iterable[str]) -> Iterator[str]:
             yield path
 
 
-def _checked(path: str, strict: bool, ignore: frozenset[Rule]) -> FileReport:
+def _check_file(path: str, strict: bool, ignore: frozenset[Rule]) -> FileReport:
     name = name_of(path)
     try:
         result = check(read_bytes(path, READ_BYTES), name, ignore)
@@ -109,19 +104,17 @@ def _checked(path: str, strict: bool, ignore: frozenset[Rule]) -> FileReport:
         reason = lack_of_memory(error)
         if reason is None:
             raise
-        forget_frames(error)
+        release_frames(error)
         report_line(f"Error: {printable(name)}: {reason}")
         return FileReport(name, unreadable=reason)
     if result.left_out:
         report_line(f"{printable(name)}: {_left_out(result)} left out: the scene is too much work")
-    return FileReport(name, tuple(map(_as_error, result.problems)) if strict else result.problems)
+    if strict:
+        return FileReport(name, tuple(dataclasses.replace(each, severity=ERROR) for each in result.problems))
+    return FileReport(name, result.problems)
 
 
 def _left_out(result: CheckResult) -> str:
-    """Return `the check for W010 was`, `the checks for W008 and W009 were`."""
+    """Return `the check for W010 was` or `the checks for W008 and W009 were`."""
     *others, last = (rule.code for rule in result.left_out)
     return f"the checks for {', '.join(others)} and {last} were" if others else f"the check for {last} was"
-
-
-def _as_error(problem: Problem) -> Problem:
-    return dataclasses.replace(problem, severity=ERROR)

@@ -1,4 +1,4 @@
-"""The options that say what counts as equal, for commands that compare."""
+"""The options of the bounds within which files count as equal."""
 
 from __future__ import annotations
 
@@ -38,5 +38,5 @@ bound_options = all_of(
 
 
 def bounds_taken_from(options: dict[str, Any]) -> Bounds:
-    """Take these options out of those of a command."""
+    """Remove these options from those of a command, and return the bounds."""
     return Bounds(*(options.pop(name) for name in ("tolerance", "max_pixels", "flip", "max_flip")))

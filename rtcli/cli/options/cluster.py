@@ -1,4 +1,4 @@
-"""How `--dask` of several commands reaches its cluster."""
+"""The `--dask` of several commands: its timeout, and the connection to its cluster."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from rtcli.cli.console import report_waiting
+from rtcli.cli.console import report_line
+from rtcli.scene.diagnostics.problems import printable
 
 if TYPE_CHECKING:
     from rtcli.distributed.dask import Cluster
@@ -24,10 +25,11 @@ dask_timeout_option = click.option(
 
 
 @contextlib.contextmanager
-def reached_cluster(address: str, timeout: int) -> Iterator[Cluster]:
-    """Connect to the cluster at an address, as `dask_cluster` does, and say so if it has no workers yet."""
-    from rtcli.distributed.dask import dask_cluster  # with what few runs need
+def connected_cluster(address: str, timeout: int) -> Iterator[Cluster]:
+    """Connect to a cluster with `dask_cluster`, and report if it has no workers yet."""
+    from rtcli.distributed.dask import dask_cluster  # few runs need it
 
     with dask_cluster(address, timeout) as cluster:
-        report_waiting(cluster.cores, address)
+        if not cluster.cores:
+            report_line(f"the cluster at {printable(address)} has no workers: waiting for some")
         yield cluster

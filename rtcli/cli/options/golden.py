@@ -1,4 +1,4 @@
-"""The options of `rtcli render` that compare the rendering with a file that was kept."""
+"""The options of `rtcli render` that compare the rendering with a golden file."""
 
 from __future__ import annotations
 
@@ -25,22 +25,12 @@ check_options = all_of(
     ),
 )
 
-# All of them but --check itself, which they are nothing without.
-_OTHERS = ("tolerance", "max_pixels", "flip", "max_flip", "diff")
+# All but --check itself, which they require.
+_REQUIRE_CHECK = ("tolerance", "max_pixels", "flip", "max_flip", "diff")
 
 
 class CheckOptions(NamedTuple):
-    """How a rendering is compared.
-
-    Parameters
-    ----------
-    golden
-        The file that was kept.
-    difference
-        Where the difference picture goes, if it is wanted.
-    bounds
-        What counts as equal.
-    """
+    """The golden file, the path of the difference picture if requested, and the bounds of equality."""
 
     golden: str
     difference: str | None
@@ -48,18 +38,18 @@ class CheckOptions(NamedTuple):
 
 
 def check_taken_from(options: dict[str, Any], context: click.Context) -> CheckOptions | None:
-    """Take these options out of those of a command; None if nothing is to be compared.
+    """Remove these options from those of a command, and return them; None without --check.
 
     Raises
     ------
     click.UsageError
-        If one of them is given on the command line, and no file to compare with.
+        If an option that requires --check is on the command line without it.
     """
     golden, difference, bounds = options.pop("check"), options.pop("diff"), bounds_taken_from(options)
     if golden is not None:
         return CheckOptions(golden, difference, bounds)
-    given = [name for name in _OTHERS if context.get_parameter_source(name) is ParameterSource.COMMANDLINE]
-    if given:
-        named = " and ".join(f"--{name.replace('_', '-')}" for name in given)
-        raise click.UsageError(f"{named} without --check GOLDEN: there is nothing to compare with")
+    stray = [name for name in _REQUIRE_CHECK if context.get_parameter_source(name) is ParameterSource.COMMANDLINE]
+    if stray:
+        names = " and ".join(f"--{name.replace('_', '-')}" for name in stray)
+        raise click.UsageError(f"{names} without --check GOLDEN: there is nothing to compare with")
     return None

@@ -1,4 +1,4 @@
-"""The options that several commands share: what changes a scene before it is checked, what a film holds."""
+"""The options that several commands share: overrides of the scene, and the contents of the film."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rtcli.scene.model import MAX_SAMPLES
 from rtcli.scene.overrides import EditError, Overrides
 from rtcli.scene.reading.parse import READ_BYTES, parse_bytes
 from rtcli.scene.reading.source import Document
-from rtcli.tracer.world import PASSES
+from rtcli.tracer.passes import PASSES
 
 scene_options = all_of(
     click.option(
@@ -62,19 +62,19 @@ film_options = all_of(
 
 
 def overrides_taken_from(options: dict[str, Any]) -> Overrides:
-    """Take what changes a scene out of the options of a command."""
+    """Remove the overrides from the options of a command, and return them."""
     variable = variable_of(click.get_current_context(silent=True), "set")
     size, samples, exposure, edits = (options.pop(name) for name in ("size", "samples", "exposure", "set"))
     return Overrides(size, samples, exposure, edits, variable or Overrides.option)
 
 
 def read_scene(scene: str, overrides: Overrides) -> Document:
-    """Parse a scene file, or standard input for `-`, and change it.
+    """Parse a scene file, or standard input for `-`, and apply the overrides.
 
     Raises
     ------
     click.UsageError
-        If `--set` is malformed, or names nothing in this scene.
+        If `--set` is malformed, or names no value of this scene.
     OSError
         If the file cannot be read.
     rtcli.SceneError
@@ -87,7 +87,7 @@ def read_scene(scene: str, overrides: Overrides) -> Document:
 
 @contextlib.contextmanager
 def edit_errors(option: str) -> Iterator[None]:
-    """Turn a value that cannot be set by an option, or by its variable, into wrong usage."""
+    """Turn an EditError into a usage error that names the option, or its environment variable."""
     try:
         yield
     except EditError as error:

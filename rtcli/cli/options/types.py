@@ -1,4 +1,4 @@
-"""Values of options that are more than a word or a number."""
+"""Types of option values beyond words and numbers."""
 
 from __future__ import annotations
 
@@ -12,22 +12,24 @@ from click.core import ParameterSource
 
 from rtcli.batch.sweep import Variation, parse_variation
 from rtcli.compare.bounds import PixelBound
-from rtcli.image.formats import FORMATS
+from rtcli.image.write import FORMATS
 from rtcli.scene.model import MAX_SIDE, Scene
-from rtcli.tracer.world import PASSES, Window
+from rtcli.tracer.passes import PASSES
+from rtcli.tracer.world import Window
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
+_Value = TypeVar("_Value")
 
 
 def all_of(*options: Callable[[_Command], _Command]) -> Callable[[_Command], _Command]:
-    """Return what gives a command several options, which its help shows in this order."""
+    """Return a decorator that adds several options to a command, in the order of its help."""
 
-    def give(command: _Command) -> _Command:
+    def decorate(command: _Command) -> _Command:
         for option in reversed(options):
             command = option(command)
         return command
 
-    return give
+    return decorate
 
 
 class SizeType(click.ParamType[tuple[int, int]]):
@@ -50,7 +52,7 @@ class CropType(click.ParamType[Window]):
     name = "X,Y,W,H"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Window:
-        """Return the window; whether it is inside the picture, the scene will tell."""
+        """Return the window; whether it lies inside the picture is checked with the scene."""
         match = re.fullmatch(r"([0-9]{1,9}),([0-9]{1,9}),([0-9]{1,9}),([0-9]{1,9})", str(value))
         if not match:
             self.fail(f"{value!r} is not left,top,width,height in pixels, such as 100,50,64,64", param, ctx)
@@ -63,7 +65,7 @@ class PixelType(click.ParamType[tuple[int, int]]):
     name = "X,Y"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
-        """Return column and row; whether they are in the picture, the scene will tell."""
+        """Return column and row; whether they lie in the picture is checked with the scene."""
         match = re.fullmatch(r"([0-9]{1,9}),([0-9]{1,9})", str(value))
         if not match:
             self.fail(f"{value!r} is not column,row of a pixel, such as 320,240", param, ctx)
@@ -89,58 +91,57 @@ class ExposureType(click.ParamType[float | str]):
 
 
 def variable_of(ctx: click.Context | None, name: str) -> str | None:
-    """Return the environment variable that an option has its values from; None if it has them from elsewhere."""
+    """Return the environment variable that an option takes its value from, or None if it takes it elsewhere."""
     if ctx is None or ctx.get_parameter_source(name) is not ParameterSource.ENVIRONMENT:
         return None
     return f"{ctx.auto_envvar_prefix}_{name.upper()}"
 
 
-# A path of another key after a blank, as who takes a variable for a list has it.
+# The path of another key after a space, which suggests a list of values in one line.
 _SECOND_PATH = re.compile(rf"=.*\s((?:{'|'.join(Scene.model_fields)})[.\[=]\S*)")
 
 
-class _OnePerLine:
-    """A repeatable option, whose environment variable holds one value per line: values have blanks in them."""
+class _OnePerLine(click.ParamType[_Value]):
+    """A repeatable option whose environment variable holds one value per line, since values contain spaces."""
 
     def split_envvar_value(self, rv: str) -> list[str]:
-        """Return the lines of a variable that are not blank."""
+        """Return the lines of a variable, without blank ones."""
         return [line.strip() for line in re.split(r"[\r\n]", rv) if line.strip()]
 
     @staticmethod
     def note(param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Return what to know about a variable that holds a wrong value; empty for an option."""
+        """Return a note on the variable that holds a wrong value; empty for the option itself."""
         variable = variable_of(ctx, param.name) if param is not None and param.name else None
         return f" ({variable} holds one {param.type.name} per line)" if param and variable else ""
 
-    def second_of(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Return what is wrong with a line of a variable that seems to hold two values; empty if it does not."""
+    def refuse_two_values(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> None:
+        """Fail if a line of a variable seems to hold two values."""
         second, note = _SECOND_PATH.search(value), self.note(param, ctx)
-        return f"{second[1]!r} needs a line of its own{note}" if second and note else ""
+        if second and note:
+            self.fail(f"{second[1]!r} needs a line of its own{note}", param, ctx)
 
 
-class SetType(_OnePerLine, click.ParamType[str]):
+class SetType(_OnePerLine[str]):
     """`camera.fov=30`."""
 
     name = "KEY=VALUE"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Return the expression as it is; what it means, the scene will tell."""
-        if wrong := self.second_of(str(value), param, ctx):
-            self.fail(wrong, param, ctx)
+        """Return the expression unchanged; it is parsed with the scene."""
+        self.refuse_two_values(str(value), param, ctx)
         return str(value)
 
 
-class VariationType(_OnePerLine, click.ParamType[Variation]):
+class VariationType(_OnePerLine[Variation]):
     """`camera.fov=20:60:5` or `objects.ball.color=red,blue`."""
 
     name = "KEY=VALUES"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Variation:
-        """Return the path and its values; whether a scene has it, the scene will tell."""
+        """Return the path and its values; whether the path exists is checked with the scene."""
         if isinstance(value, Variation):
             return value
-        if wrong := self.second_of(str(value), param, ctx):
-            self.fail(wrong, param, ctx)
+        self.refuse_two_values(str(value), param, ctx)
         try:
             return parse_variation(str(value))
         except ValueError as error:
@@ -153,16 +154,16 @@ class PassesType(click.ParamType[tuple[str, ...]]):
     name = "a,b"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, ...]:
-        """Return the passes, each once, in the order of the film."""
+        """Return the passes without repetition, in the order of the film."""
         if isinstance(value, tuple):
             return value
-        named = [name.strip() for name in str(value).split(",")]
-        unknown = [name for name in named if name not in (*PASSES, "all")]
+        names = [name.strip() for name in str(value).split(",")]
+        unknown = [name for name in names if name not in (*PASSES, "all")]
         if unknown:
             self.fail(
                 f"{unknown[0]!r} is not a pass: there are {', '.join(PASSES)}, or all of them: all", param, ctx
             )
-        return tuple(name for name in PASSES if name in named or "all" in named)
+        return tuple(name for name in PASSES if name in names or "all" in names)
 
 
 class FormatType(click.ParamType[str]):
@@ -171,7 +172,7 @@ class FormatType(click.ParamType[str]):
     name = "SUFFIX"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Return the suffix, in lower case and with its dot."""
+        """Return the suffix in lower case, with its dot."""
         suffix = "." + str(value).lower().removeprefix(".")
         if suffix not in FORMATS:
             self.fail(f"{value!r} is not a format: there are {', '.join(FORMATS)}", param, ctx)
@@ -197,14 +198,12 @@ class PixelBoundType(click.ParamType[PixelBound]):
     name = "N|P%"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> PixelBound:
-        """Return how many pixels may differ."""
+        """Return the number or share of pixels that may differ."""
         match = re.fullmatch(r"([0-9]{1,18})|([0-9]{1,3})(?:\.([0-9]{1,18}))? ?%", str(value))
-        bound = _pixel_bound(*match.groups("")) if match else None
-        if bound is None or (bound.whole is not None and bound.count > bound.whole):
+        count, percent, decimals = match.groups("") if match else ("", "", "")
+        if count:
+            return PixelBound(int(count))
+        whole = 100 * 10 ** len(decimals)
+        if not percent or int(percent + decimals) > whole:
             self.fail(f"{value!r} is not a number of pixels such as 12, or a share such as 0.1%", param, ctx)
-        return bound
-
-
-def _pixel_bound(count: str, percent: str, decimals: str) -> PixelBound:
-    """Return the bound of a count, or of a share in percent, before and after the point."""
-    return PixelBound(int(count)) if count else PixelBound(int(percent + decimals), 100 * 10 ** len(decimals))
+        return PixelBound(int(percent + decimals), whole)

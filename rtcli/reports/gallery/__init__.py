@@ -1,7 +1,7 @@
-"""The report of a batch: one page of its pictures, for any browser, with nothing beside it and no network.
+"""The report of a batch: one HTML page of its pictures that needs no other file and no network.
 
-`page` writes it, from what `records` takes of the manifest and from the pictures in small of `thumbnails`. How it
-looks is in `page.css`, and what it does in `page.js`, which are put into `page.html`.
+`page` fills `page.html` with the style `page.css`, the script `page.js`, the `records` of the manifest and the
+`thumbnails` of the pictures.
 """
 
 from rtcli.reports.gallery.page import gallery_page

@@ -1,4 +1,4 @@
-"""The page itself: HTML around the records."""
+"""The HTML page of a batch's report."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from string import Template
 from typing import Any
 from urllib.parse import quote
 
-from rtcli.reports.gallery.records import Part, Record, records_of
+from rtcli.reports.gallery.records import Record, records_of
 from rtcli.reports.gallery.thumbnails import pass_thumbnails, thumbnail
 from rtcli.scene.diagnostics.problems import counted, printable
 
 
 def gallery_page(manifest: Mapping[str, Any], folder: Path) -> str:
-    """Return a batch's report: a page of HTML with the pictures in small, for `index.html` in its folder.
+    """Return a batch's report: an HTML page with thumbnails, for `index.html` in its folder.
 
-    It needs no network and no other file, but for the full pictures in the folder, which it links. The same
-    manifest and files give the same page. About 3 kB and 6 ms a scene; pictures are read one at a time.
+    It links the full pictures in the folder, and needs no other file and no network. The same manifest and files
+    give the same page. It takes about 3 kB and 6 ms per scene; pictures are read one at a time.
 
     Parameters
     ----------
     manifest
-        As `manifest.json` has it. It is not trusted: its text is escaped, and files that are not there or not
-        inside the folder are not linked.
+        The content of `manifest.json`. It is not trusted: its text is escaped, and files that do not exist or are
+        outside the folder are not linked.
     folder
-        Where the results are, to which the paths of the manifest are relative.
+        The folder of the results, which the manifest's paths are relative to.
     """
     records = records_of(manifest, folder)
     style, script = _asset("page.css"), _asset("page.js")
@@ -39,14 +39,14 @@ def gallery_page(manifest: Mapping[str, Any], folder: Path) -> str:
         policy=escape(_policy(style, script)),
         software=escape(printable(str(manifest.get("software", "rtcli")))),
         title=f"Batch of {counted(len(records), 'scene')}",
-        summary=escape(_summary(records)),
+        summary=escape(_summary(records, done)),
         all=f"{len(records):,}",
         done=f"{done:,}",
         failed=f"{len(records) - done:,}",
         count=f"{len(records):,} of {len(records):,} shown",
         none="hidden" if records else "",
         cards="\n".join(map(_card, records)),
-        data=_json_in_html(_data(records)),
+        data=_data(records),
         style=style,
         script=script,
     )
@@ -57,25 +57,25 @@ def _asset(name: str) -> str:
 
 
 def _policy(style: str, script: str) -> str:
-    """Return the content security policy: this script, this style, pictures in the page and beside it, no more.
+    """Return the content security policy (https://www.w3.org/TR/CSP3/).
 
-    https://www.w3.org/TR/CSP3/. A page that is opened as a file has no origin, so that 'self' may mean nothing.
+    It allows this script, this style, and pictures in the page and beside it. A page opened as a file has no
+    origin, so 'self' may match nothing there.
     """
     hashes = (base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in (style, script))
-    of_style, of_script = hashes
+    style_hash, script_hash = hashes
     return (
-        f"default-src 'none'; img-src 'self' file: data:; style-src 'sha256-{of_style}'; "
-        f"script-src 'sha256-{of_script}'; base-uri 'none'; form-action 'none'; "
+        f"default-src 'none'; img-src 'self' file: data:; style-src 'sha256-{style_hash}'; "
+        f"script-src 'sha256-{script_hash}'; base-uri 'none'; form-action 'none'; "
         "require-trusted-types-for 'script'; trusted-types 'none'"
     )
 
 
-def _summary(records: Sequence[Record]) -> str:
-    failed = sum(not record.done for record in records)
+def _summary(records: Sequence[Record], done: int) -> str:
     seconds = sum(record.total_seconds for record in records)
     softwares = sorted({record.software for record in records if record.software})
     facts = [
-        f"{len(records) - failed:,} done, {failed:,} failed",
+        f"{done:,} done, {len(records) - done:,} failed",
         f"{_duration(seconds)} of work",
         ", ".join(softwares[:3]),
     ]
@@ -97,38 +97,47 @@ def _card(record: Record) -> str:
     before, slash, name = record.key.rpartition("/")
     facts = " · ".join(filter(None, (record.size, _duration(record.total_seconds) if record.seconds else "")))
     return (
-        f'<li><a href="#{quote(record.key, safe="")}" title="{escape(record.key)}">{_shot(record)}'
+        f'<li><a href="#{quote(record.key, safe="")}" title="{escape(record.key)}">{_preview(record)}'
         f'<span class="label"><span class="name"><span class="folder">{escape(before + slash)}</span>'
         f'{escape(name)}</span><span class="facts">{escape(facts)}</span></span></a></li>'
     )
 
 
-def _shot(record: Record) -> str:
-    """Return what stands in the picture's place: it in small, why there is none, or why the scene failed."""
+def _preview(record: Record) -> str:
+    """Return the thumbnail of a picture, or why there is none."""
     if not record.done:
-        pointer, message = (record.faults[0].pointer, record.faults[0].message) if record.faults else ("", "")
-        text = f"{pointer}: {message}" if pointer else message
+        text = ""
+        if record.problems:
+            first = record.problems[0]
+            text = f"{first.pointer}: {first.message}" if first.pointer else first.message
         return f'<span class="shot fault"><span><b>Failed</b> {escape(text)}</span></span>'
-    picture = record.picture
-    if picture is None or picture.path is None:
+    if record.picture is None:
         return '<span class="shot">The file is not there</span>'
-    small = thumbnail(picture.path)
-    if small is None:
+    url = thumbnail(record.picture)
+    if url is None:
         return '<span class="shot">No preview</span>'
-    return f'<span class="shot"><img src="{small}" alt="" loading="lazy" decoding="async"></span>'
+    return f'<span class="shot"><img src="{url}" alt="" loading="lazy" decoding="async"></span>'
 
 
 # --- Details ---------------------------------------------------------------------------------------------
 
 
-def _data(records: Sequence[Record]) -> dict[str, Any]:
-    """Return what the script shows of each scene; settings, which are mostly the same, stand there once."""
+def _data(records: Sequence[Record]) -> str:
+    """Return the details of the scenes for the script, as JSON for HTML.
+
+    Most scenes have the same settings, so each combination is listed once.
+    """
     settings = list(dict.fromkeys(record.settings for record in records))
-    places = {each: place for place, each in enumerate(settings)}
-    return {"settings": settings, "scenes": [_details(record, places[record.settings]) for record in records]}
+    numbers = {each: number for number, each in enumerate(settings)}
+    scenes = [_details(record, numbers[record.settings]) for record in records]
+    text = json.dumps({"settings": settings, "scenes": scenes}, separators=(",", ":"), allow_nan=False)
+    for character in "<>&":  # so that no text in it ends the script
+        text = text.replace(character, f"\\u{ord(character):04x}")
+    return text
 
 
 def _details(record: Record, settings: int) -> dict[str, Any]:
+    passes = pass_thumbnails(record.picture) if record.picture else {}
     return {
         "key": record.key,
         "done": record.done,
@@ -139,26 +148,10 @@ def _details(record: Record, settings: int) -> dict[str, Any]:
         "software": record.software,
         "settings": settings,
         "seconds": record.seconds,
-        "files": list(map(_file, record.parts)),
-        "passes": [{"part": name, "url": url, "path": None} for name, url in _passes(record).items()],
-        "problems": [vars(fault) for fault in record.faults],
+        "files": [
+            {"part": part.name, "path": part.shown, "url": part.url, "size": part.size, "picture": part.is_picture}
+            for part in record.parts
+        ],
+        "passes": [{"part": name, "url": url, "path": None} for name, url in passes.items()],
+        "problems": [vars(problem) for problem in record.problems],
     }
-
-
-def _passes(record: Record) -> dict[str, str]:
-    """Return the passes in the file of the picture, in small."""
-    picture = record.picture
-    return {} if picture is None or picture.path is None else pass_thumbnails(picture.path)
-
-
-def _file(part: Part) -> dict[str, Any]:
-    described = {"part": part.name, "path": part.shown, "url": part.url, "size": part.size}
-    return {**described, "picture": part.is_picture}
-
-
-def _json_in_html(data: Any) -> str:
-    """Return JSON in ASCII in which nothing ends a script, whatever the text in it."""
-    text = json.dumps(data, separators=(",", ":"), allow_nan=False)
-    for character in "<>&":
-        text = text.replace(character, f"\\u{ord(character):04x}")
-    return text

@@ -1,7 +1,7 @@
-"""What a manifest says of each scene, as the page shows it.
+"""The records of a manifest's scenes, as text that the page shows.
 
-A manifest is a file, and not trusted: whatever it holds becomes text that is safe to show, and the files that it
-names are linked only if they are there, inside the folder.
+A manifest is a file, and not trusted: its values become text that is safe to show, and the files that it names are
+linked only if they exist inside the folder.
 """
 
 from __future__ import annotations
@@ -15,13 +15,11 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from rtcli.image.formats import RADIANCE
 from rtcli.scene.diagnostics.problems import printable
+from rtcli.tracer.passes import RADIANCE
 
-# What browsers show; they know no TIFF.
-_SHOWN = (".png", ".jpg", ".jpeg", ".webp")
-
-_DONE = "done"
+# The picture formats that browsers show; TIFF is not among them.
+_BROWSER_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp")
 
 
 @dataclass(frozen=True)
@@ -31,15 +29,15 @@ class Part:
     Parameters
     ----------
     name
-        What it holds: `radiance`, `depth`, `metadata` ...
+        Its content: `radiance`, `depth`, `metadata` ...
     shown
         Its path in the folder, as text to show.
     size
         In bytes; None if the manifest does not say.
     path
-        Where it is; None if it is not there, or not inside the folder.
+        Its path; None if it does not exist or is not inside the folder.
     url
-        Relative to the folder, percent-encoded; None as `path`.
+        Its percent-encoded URL, relative to the folder; None if `path` is None.
     """
 
     name: str
@@ -51,25 +49,25 @@ class Part:
     @property
     def is_picture(self) -> bool:
         """Whether a browser can show it."""
-        return self.path is not None and self.path.suffix.lower() in _SHOWN
+        return self.path is not None and self.path.suffix.lower() in _BROWSER_SUFFIXES
 
 
 @dataclass(frozen=True)
-class Fault:
-    """A problem of a scene, as text to show; what is not known is empty.
+class ShownProblem:
+    """A problem of a scene, as text to show; unknown parts are empty.
 
     Parameters
     ----------
     message
         What is wrong.
     pointer
-        With what, as a JSON pointer in the scene.
+        The JSON pointer of the value in the scene.
     place
-        Where: file, line and column.
+        File, line and column.
     help
         What to do instead.
     code
-        The rule that it breaks.
+        The code of the rule.
     """
 
     message: str
@@ -81,7 +79,7 @@ class Fault:
 
 @dataclass(frozen=True)
 class Record:
-    """A scene of the manifest. All text can be shown as it is, but for what HTML itself asks to be escaped.
+    """A scene of the manifest. All text is safe to show once it is escaped for HTML.
 
     Parameters
     ----------
@@ -94,18 +92,18 @@ class Record:
     size
         `480x320`, or empty.
     vary
-        What a sweep set: (place, value).
+        The values of a sweep: (path, value).
     hashes
-        (what, hash) of the scene's file, its content.
+        (title, hash) of the scene's content and file.
     software
-        What rendered it.
+        The version of rtcli that rendered it.
     settings
-        (name, value), those that are not given left out.
+        (name, value), without unset ones.
     seconds
         (stage, seconds).
     parts
         Its files, the picture first.
-    faults
+    problems
         Why it failed.
     """
 
@@ -119,33 +117,33 @@ class Record:
     settings: tuple[tuple[str, str], ...]
     seconds: tuple[tuple[str, float], ...]
     parts: tuple[Part, ...]
-    faults: tuple[Fault, ...]
+    problems: tuple[ShownProblem, ...]
 
     @property
-    def picture(self) -> Part | None:
-        """The file of the picture itself."""
-        return next((part for part in self.parts if part.name == RADIANCE), None)
+    def picture(self) -> Path | None:
+        """The path of the picture itself; None if it does not exist or is not inside the folder."""
+        return next((part.path for part in self.parts if part.name == RADIANCE), None)
 
     @property
     def total_seconds(self) -> float:
-        """What all stages took."""
+        """The time of all stages."""
         return math.fsum(seconds for _, seconds in self.seconds)
 
 
 def records_of(manifest: Mapping[str, Any], folder: Path) -> list[Record]:
-    """Return the scenes of a manifest in the order of their names, numbers by their value."""
+    """Return the scenes of a manifest sorted by name, with numbers in it sorted by value."""
     scenes = _mapping(manifest.get("scenes"))
     root = folder.resolve()
     return [_record(key, _mapping(scenes[key]), root) for key in sorted(scenes, key=_natural)]
 
 
-# A minus after = is that of a number, as in `fov=-20`; elsewhere it joins words, as in `scene-20`.
+# A minus sign after = is part of a number, as in `fov=-20`; elsewhere it joins words, as in `scene-20`.
 _NUMBER = re.compile(r"((?:(?<==)-)?[0-9]+(?:\.[0-9]+)?)")
 
 
 def _natural(key: str) -> tuple[list[str | float], str]:
-    """Return what to sort by: `a2` before `a10`."""
-    pieces = enumerate(_NUMBER.split(key))  # text and numbers in turn
+    """Return the sort key of a name, which puts `a2` before `a10`."""
+    pieces = enumerate(_NUMBER.split(key))  # text and numbers alternate
     return [float(piece) if i % 2 else piece.casefold() for i, piece in pieces], key
 
 
@@ -155,15 +153,15 @@ def _record(key: str, entry: Mapping[str, Any], root: Path) -> Record:
     return Record(
         key=printable(key),
         scene=_text(entry.get("scene")),
-        done=entry.get("status") == _DONE,
+        done=entry.get("status") == "done",
         size="x".join(map(_text, _list(entry.get("resolution")))),
         vary=_pairs(entry.get("vary")),
-        hashes=tuple((what, _text(value)) for what, value in hashes if value is not None),
+        hashes=tuple((title, _text(value)) for title, value in hashes if value is not None),
         software=_text(entry.get("software")),
         settings=_pairs(entry.get("settings")),
         seconds=_seconds(entry.get("seconds")),
         parts=tuple(sorted(parts, key=lambda part: part.name != RADIANCE)),
-        faults=tuple(map(_fault, _list(entry.get("problems")))),
+        problems=tuple(map(_problem, _list(entry.get("problems")))),
     )
 
 
@@ -175,14 +173,13 @@ def _seconds(stages: Any) -> tuple[tuple[str, float], ...]:
     )
 
 
-def _fault(problem: Any) -> Fault:
+def _problem(problem: Any) -> ShownProblem:
     if not isinstance(problem, dict):
-        return Fault(_text(problem), "", "", "", "")
-    path = problem.get("file", problem.get("path"))
-    place = [path, problem.get("line"), problem.get("column")]
-    shown = ":".join(_text(value) for value in place if value is not None)
-    pointer, help, code = (_text(problem.get(name)) for name in ("pointer", "help", "code"))
-    return Fault(_text(problem.get("message")), pointer, shown, help, code)
+        return ShownProblem(_text(problem), "", "", "", "")
+    position = (problem.get("file", problem.get("path")), problem.get("line"), problem.get("column"))
+    place = ":".join(_text(value) for value in position if value is not None)
+    message, pointer, help, code = (_text(problem.get(name)) for name in ("message", "pointer", "help", "code"))
+    return ShownProblem(message, pointer, place, help, code)
 
 
 # --- Files -----------------------------------------------------------------------------------------------
@@ -196,20 +193,20 @@ def _part(output: Mapping[str, Any], root: Path) -> Part:
         shown=_text(stored),
         size=size if isinstance(size, int) else None,
         path=path,
-        # The bytes of a name that is no Unicode stand in it as surrogates.
+        # Surrogates represent the bytes of a name that is not UTF-8.
         url=None if path is None else quote(str(stored).encode(errors="surrogateescape")),
     )
 
 
 def _inside(root: Path, stored: str) -> Path | None:
-    """Return where a file of the folder is; None if it is not there, or anywhere else, be it by a link."""
-    # A browser takes .. back from what is written, a file system from where links lead.
+    """Return the path of a file in the folder; None if it does not exist, or is elsewhere, even through a link."""
+    # A browser resolves .. in the text of a path, a file system after following links.
     if Path(stored).anchor or ".." in Path(stored).parts:
         return None
     try:
         path = (root / stored).resolve()
         return path if path.is_relative_to(root) and path.is_file() else None
-    except (OSError, ValueError, RuntimeError):  # too long, a NUL in it, links in a circle
+    except (OSError, ValueError, RuntimeError):  # too long, with a NUL, or a circle of links
         return None
 
 
@@ -231,7 +228,7 @@ def _pairs(value: Any) -> tuple[tuple[str, str], ...]:
 
 
 def _text(value: Any) -> str:
-    """Return a value of JSON as text that can be shown: a list as its values, nothing as no text."""
+    """Return a JSON value as text that is safe to show: a list as its values, null as an empty text."""
     if value is None:
         return ""
     if isinstance(value, list):

@@ -1,1 +1,1 @@
-"""Problems of scene files: where, what, and what to do instead."""
+"""The problems of scene files, as data: where, what, and what to do instead."""

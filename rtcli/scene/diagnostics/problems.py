@@ -1,4 +1,4 @@
-"""What is wrong with a scene file: where, what, and what to do instead."""
+"""Problems of a scene file: where it is wrong, what is wrong, and what to do instead."""
 
 from __future__ import annotations
 
@@ -8,25 +8,25 @@ from typing import Any
 
 from rtcli.scene.diagnostics.rules import ERROR, Rule
 
-# More are not listed, and looking for them stops: those of a hostile file would fill the memory.
+# The search stops at this many problems, so that a hostile file cannot exhaust the memory with them.
 MAX_PROBLEMS = 1_000
 
-# A key or value of the file is quoted up to this many characters, so that a message stays a line.
-_QUOTED = 60
+# Messages quote up to this many characters of a key or value, so that they stay on one line.
+_MAX_QUOTED = 60
 
 
 @dataclass(frozen=True)
 class Excerpt:
-    """The line of the text in which a span starts, or a piece of it where that is very long.
+    """The line of the text in which a span starts, or the part around the span if the line is very long.
 
     Parameters
     ----------
     text
-        The line, without what ends it.
+        The line, without its line end.
     start, end
-        The span in it, in characters; `end` is that of the line for a span of several lines.
+        The span in `text`, in characters; a span of several lines ends with `text`.
     cut_before, cut_after
-        Whether the line goes on at these sides.
+        Whether the line continues before and after `text`.
     """
 
     text: str
@@ -38,18 +38,18 @@ class Excerpt:
 
 @dataclass(frozen=True)
 class Span:
-    """A piece of a text.
+    """A piece of a text, for messages.
 
     Parameters
     ----------
     path
         The file's name, `<stdin>`, or the option that set the value (`--set camera.fov=200`).
     line, column
-        Its first character, both counted from 1; columns count characters, not bytes.
+        The position of its first character, counted from 1; columns count characters, not bytes.
     end_line, end_column
-        The character after its last one.
+        The position after its last character.
     excerpt
-        The line in which it starts, for showing it.
+        The line in which it starts.
     """
 
     path: str
@@ -67,7 +67,7 @@ class Problem:
     Parameters
     ----------
     rule
-        What it breaks.
+        The rule that the scene breaks.
     span
         Where it is.
     message
@@ -77,7 +77,7 @@ class Problem:
     pointer
         The JSON pointer (RFC 6901) of the value, `""` for the whole document.
     where
-        The same place as a person writes it: `objects[2].radius`; empty for the whole document.
+        The same location as people write it: `objects[2].radius`; empty for the whole document.
     severity
         `error` or `warning`.
     """
@@ -107,12 +107,12 @@ class Problem:
 
     @property
     def end_line(self) -> int:
-        """The line of the character after the last one."""
+        """The line of the position after the last character."""
         return self.span.end_line
 
     @property
     def end_column(self) -> int:
-        """The column of the character after the last one."""
+        """The column of the position after the last character."""
         return self.span.end_column
 
     @property
@@ -136,14 +136,14 @@ class Problem:
         }
 
     def __str__(self) -> str:
-        """Return the problem as one line, in the form that editors know from compilers."""
+        """Return the problem as one line, in the format of compiler messages that editors parse."""
         where = f"{printable(self.where)}: " if self.where else ""
         place = f"{printable(self.path)}:{self.line}:{self.column}"
         return f"{place}: {self.severity}: {where}{self.message} [{self.code}]"
 
 
 class SceneError(ValueError):
-    """A scene that is not valid, with all its problems in the order of the file.
+    """An invalid scene, with all its problems in the order of the file.
 
     Parameters
     ----------
@@ -153,14 +153,14 @@ class SceneError(ValueError):
 
     def __init__(self, problems: Iterable[Problem]) -> None:
         self.problems: tuple[Problem, ...] = tuple(problems)
-        super().__init__("\n".join(str(problem) for problem in self.problems))
+        super().__init__("\n".join(map(str, self.problems)))
 
 
 def printable(text: str) -> str:
-    r"""Return text that a terminal can be trusted with.
+    r"""Return text that is safe to write to a terminal.
 
-    Control, bidirectional, surrogate and other invisible characters become escapes such as `\x1b` or `\u202e`:
-    a scene file must not be able to move the cursor or to reorder what a person reads.
+    Control, bidirectional, surrogate and other invisible characters become escapes such as `\x1b` or `\u202e`, so
+    that a scene file cannot move the cursor or reorder a message.
     """
     if text.isprintable():
         return text
@@ -173,26 +173,25 @@ def counted(count: int, noun: str) -> str:
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
-    """Return the known name that is most like a name, in whatever case, or None if none is."""
-    import difflib  # only for mistakes, of which most scenes have none
+    """Return the known name most similar to a name, ignoring case, or None if none is similar."""
+    import difflib  # needed only for a mistake, and most scenes have none
 
-    # Cut, because the comparison takes time in proportion, and no name is that long.
+    # Cut the name, since the time of the comparison grows with its length.
     by_lower = {other.lower(): other for other in known}
-    close = difflib.get_close_matches(name[:_QUOTED].lower(), list(by_lower), n=1)
+    close = difflib.get_close_matches(name[:_MAX_QUOTED].lower(), list(by_lower), n=1)
     return by_lower[close[0]] if close else None
 
 
-def did_you_mean(name: str, known: Iterable[str]) -> str | None:
-    """Return a hint at the known name that is most like a name, or None if none is."""
-    close = nearest(name, known)
-    return f"did you mean {quoted(close)}?" if close else None
+def did_you_mean(meant: str | None) -> str:
+    """Return the end of a message that suggests a name; empty for None."""
+    return f": did you mean {quoted(meant)}?" if meant else ""
 
 
 def quoted(text: str) -> str:
-    """Return a name or value of the file as messages show it: escaped, cut to one line, in backticks."""
+    """Return text of the file as messages quote it: escaped, cut to one line, in backticks."""
     return f"`{shortened(text)}`"
 
 
 def shortened(text: str) -> str:
-    """Return a text of the file as messages show it: escaped, and cut to one line."""
-    return printable(text if len(text) <= _QUOTED else text[: _QUOTED - 1] + "…")
+    """Return text of the file as messages show it: escaped and cut to one line."""
+    return printable(text if len(text) <= _MAX_QUOTED else text[: _MAX_QUOTED - 1] + "…")

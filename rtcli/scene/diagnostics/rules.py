@@ -1,32 +1,35 @@
 """The rules of scene files: each has a code that never changes its meaning, and a remedy.
 
 Codes are grouped: E0 the text, E1 its structure, E2 single values, E3 values that must fit each other; W warnings,
-which leave a scene valid. `docs/diagnostics.md` is made from this table.
+which leave a scene valid. `docs/diagnostics.md` is generated from this table.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+from rtcli.scene.diagnostics.synonyms import WORDS_FOR_SHAPES, plural
 
 ERROR, WARNING = "error", "warning"
 
 
 @dataclass(frozen=True)
 class Rule:
-    """One thing that can be wrong with a scene.
+    """A kind of problem that a scene can have.
 
     Parameters
     ----------
     code
-        Stable and unique: `E204`.
+        A stable and unique code: `E204`.
     name
-        A short name in words with hyphens, unique too.
+        A short name, also unique: words with hyphens.
     summary
-        What is wrong, for the documentation (Markdown).
+        What breaks the rule, in Markdown, for the documentation.
     remedy
-        What to do instead, in general; a problem may know better.
+        The general advice; a problem may give a better one.
     in_schema
-        Whether the JSON Schema can express the rule, so that editors report it as well.
+        Whether the JSON Schema expresses the rule, so that editors report it as well.
     """
 
     code: str
@@ -37,8 +40,12 @@ class Rule:
 
     @property
     def severity(self) -> str:
-        """`error`, by which a scene is not valid, or `warning`."""
+        """`error`, which makes a scene invalid, or `warning`."""
         return ERROR if self.code.startswith("E") else WARNING
+
+
+def _series(items: Sequence[str], conjunction: str) -> str:
+    return f"{', '.join(items[:-1])} {conjunction} {items[-1]}"
 
 
 # --- E0: the text ----------------------------------------------------------------------------------------
@@ -132,8 +139,8 @@ UNKNOWN_KEY = Rule(
 UNKNOWN_TYPE = Rule(
     "E105",
     "unknown-type",
-    "An object whose `type` is not `sphere`, `plane` or `box`.",
-    "build it of spheres, planes and boxes",
+    f"An object whose `type` is not {_series([f'`{shape}`' for shape in WORDS_FOR_SHAPES], 'or')}.",
+    f"build it of {_series([plural(shape) for shape in WORDS_FOR_SHAPES], 'and')}",
     in_schema=True,
 )
 NO_VALUE = Rule("E106", "no-value", "A key without a value.", "give a value, or leave the key out", in_schema=True)

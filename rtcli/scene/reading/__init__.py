@@ -1,1 +1,1 @@
-"""Scene text to plain data, with the place of every value."""
+"""Scene text to plain data, with the span of every value."""

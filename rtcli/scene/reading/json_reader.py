@@ -1,4 +1,4 @@
-"""JSON to plain data: by Python's own parser, and by a careful reading with places where there is a problem."""
+"""JSON to plain data: fast with Python's own parser, or exactly, with the span of each value."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from typing import Any
 from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import SceneError, quoted
 from rtcli.scene.reading import limits
-from rtcli.scene.reading.limits import Reading, garbage_collector_paused, integer
-from rtcli.scene.reading.source import Document, ListPlace, MappingPlace, Source, SourceSpan
+from rtcli.scene.reading.limits import Reader, garbage_collector_paused, integer
+from rtcli.scene.reading.source import ContainerSpan, Document, Source, SourceSpan
 
 _SURROGATE_ESCAPE = re.compile(r"\\u[dD][89a-fA-F][0-9a-fA-F]{2}")
 _SURROGATE = re.compile("[\ud800-\udfff]")
 _SPACE = re.compile(r"[ \t\n\r]*")
 _DECODER = json.JSONDecoder()
-# RFC 8259, section 6; an integer has neither of the inner groups.
+# RFC 8259, section 6; an integer matches neither of the inner groups.
 _NUMBER = re.compile(r"[ \t\n\r]*(-?(?:0|[1-9][0-9]*)(\.[0-9]+)?([eE][-+]?[0-9]+)?)")
-# A comma, and what cannot be a closing bracket after it.
+# A comma that is not followed by a closing bracket.
 _COMMA = re.compile(r"[ \t\n\r]*,(?=[ \t\n\r]*[^ \t\n\r\]}])")
 _PLAIN_KEY = re.compile(r'[ \t\n\r]*"([ -!#-\[\]-~]{0,100})"[ \t\n\r]*:')
-# The last three are Python's own, which the models refuse as not finite.
+# The last three are Python's extensions, which the models refuse as not finite.
 _WORD = re.compile(r"true|false|null|NaN|-?Infinity")
 WORDS = {
     "true": True,
@@ -32,68 +32,64 @@ WORDS = {
     "Infinity": float("inf"),
     "-Infinity": float("-inf"),
 }
-# What is shown of what is no token of JSON.
+# The text quoted where no JSON token is found.
 _OTHER = re.compile(r"[\w.+-]+|.", re.DOTALL)
 _END = "the end of the file"
 
 
-class _NotPlainError(ValueError):
-    """The text needs the careful reading."""
-
-
 @garbage_collector_paused()
-def read_plain(source: Source) -> Document | None:
-    """Read JSON without places, or return None if it needs the careful reading."""
+def read_fast(source: Source) -> Document | None:
+    """Read JSON without spans, or return None if it needs the exact reader."""
     text = source.text
-    # Each value but the first follows one of these characters, so there are no more values than that.
+    # Each value but the first follows one of these characters, which bounds the number of values.
     if 1 + sum(map(text.count, ",[{:")) > limits.MAX_NODES or _SURROGATE_ESCAPE.search(text):
         return None
     try:
         data = json.loads(text, object_pairs_hook=_mapping_without_duplicates)
     except (ValueError, RecursionError):
         return None
-    return Document(source, data, read_again=read_carefully)
+    return Document(source, data, read_again=read_exact)
 
 
 def _mapping_without_duplicates(pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
     result = dict(pairs)
     if len(result) != len(pairs) or len(result) > limits.MAX_KEYS:
-        raise _NotPlainError
+        raise ValueError("left to the exact reader, which reports it")
     return result
 
 
 @garbage_collector_paused()
-def read_carefully(source: Source) -> Document:
-    """Read JSON with the place of each value, going past what is wrong where it can.
+def read_exact(source: Source) -> Document:
+    """Read JSON with the span of each value, continuing past problems where it can.
 
     Raises
     ------
     SceneError
-        At a syntax error, or beyond the bounds of a scene.
+        At a syntax error, or beyond the limits of a scene.
     """
-    return _JsonReading(source).document()
+    return _ExactReader(source).document()
 
 
-class _JsonReading(Reading):
-    """A parser by recursive descent (RFC 8259): depth is bounded."""
+class _ExactReader(Reader):
+    """A recursive descent parser (RFC 8259) of bounded depth."""
 
     def __init__(self, source: Source) -> None:
         super().__init__(source)
         self.at = 0
 
     def document(self) -> Document:
-        data, place = self._value(0)
+        data, span = self._value(0)
         self._skip_space()
         if self.at < len(self.text):
             raise self._expected(_END)
-        return Document(self.source, data, self.problems, places=place)
+        return Document(self.source, data, self.problems, root_span=span)
 
     def _value(self, depth: int) -> tuple[Any, SourceSpan]:
         self.nodes += 1
         if self.nodes > limits.MAX_NODES:
-            self.grow(0, SourceSpan(self.at, self.at))
+            self.count_nodes(0, SourceSpan(self.at, self.at))
         number = _NUMBER.match(self.text, self.at)
-        if number:  # as most values are
+        if number:  # first, since most values are numbers
             return self._number(number)
         self._skip_space()
         character = self._peek()
@@ -116,7 +112,7 @@ class _JsonReading(Reading):
             self.at = space.end()
 
     def _take(self, token: str) -> bool:
-        """Go past a token if it comes next."""
+        """Skip a token if it comes next."""
         self._skip_space()
         if self._peek() != token:
             return False
@@ -125,37 +121,37 @@ class _JsonReading(Reading):
 
     def _list(self, depth: int) -> tuple[list[Any], SourceSpan]:
         items: list[Any] = []
-        place = ListPlace(self.at, self.at)
+        span = ContainerSpan(self.at, self.at)
         self.at += 1
         if not self._take("]"):
             while True:
                 self.steps[-1] = len(items)
-                item, at = self._value(depth)
+                item, child = self._value(depth)
                 self.steps[-1] = None
+                span.values[len(items)] = child
                 items.append(item)
-                place.items.append(at)
-                if not self._goes_on("]"):
+                if not self._has_more("]"):
                     break
-        place.end = self.at
-        return items, place
+        span.end = self.at
+        return items, span
 
     def _mapping(self, depth: int) -> tuple[dict[str, Any], SourceSpan]:
         mapping: dict[str, Any] = {}
-        place = MappingPlace(self.at, self.at)
+        span = ContainerSpan(self.at, self.at)
         self.at += 1
         if not self._take("}"):
             while True:
-                key, at = self._key()
-                is_new = self.is_new_key(key, at, place.keys)
+                key, key_span = self._key()
+                is_new = self.add_key(key, key_span, span)
                 self.steps[-1] = key
                 value, child = self._value(depth)
                 self.steps[-1] = None
                 if is_new:
-                    mapping[key], place.values[key] = value, child
-                if not self._goes_on("}"):
+                    mapping[key], span.values[key] = value, child
+                if not self._has_more("}"):
                     break
-        place.end = self.at
-        return mapping, place
+        span.end = self.at
+        return mapping, span
 
     def _key(self) -> tuple[str, SourceSpan]:
         plain = _PLAIN_KEY.match(self.text, self.at)
@@ -165,26 +161,25 @@ class _JsonReading(Reading):
         self._skip_space()
         if self._peek() != '"':
             raise self._expected("a key in double quotes")
-        key, place = self._string()
+        key, span = self._string()
         if not self._take(":"):
             raise self._expected("`:` after the key")
-        return key, place
+        return key, span
 
-    def _goes_on(self, closing: str) -> bool:
-        """Go past a comma, or past the bracket that closes."""
-        goes_on = _COMMA.match(self.text, self.at)
-        if goes_on:
-            self.at = goes_on.end()
+    def _has_more(self, closing: str) -> bool:
+        """Skip a comma and return True, or skip the closing bracket and return False."""
+        comma = _COMMA.match(self.text, self.at)
+        if comma:
+            self.at = comma.end()
             return True
         if self._take(closing):
             return False
         if not self._take(","):
             raise self._expected(f"`,` or `{closing}`")
-        comma = self.at - 1
+        span = SourceSpan(self.at - 1, self.at)
         self._skip_space()
         if self._peek() == closing:
-            message = f"not valid JSON: a comma before `{closing}`"
-            raise self.fatal(rules.JSON_SYNTAX, message, SourceSpan(comma, comma + 1), "remove the comma")
+            raise self._syntax_error(f"a comma before `{closing}`", span, "remove the comma")
         return True
 
     def _string(self) -> tuple[str, SourceSpan]:
@@ -193,32 +188,29 @@ class _JsonReading(Reading):
             text, self.at = _DECODER.raw_decode(self.text, start)
         except json.JSONDecodeError as error:
             raise self._bad_string(start, error.pos) from error
-        place = SourceSpan(start, self.at)
-        self.check_length(text, place)
+        span = SourceSpan(start, self.at)
+        self.check_length(text, span)
         if _SURROGATE.search(text):
             message = "half of a surrogate pair is no character"
-            self.refuse(rules.CHARACTER, message, place, "write the character itself")
+            self.report(rules.CHARACTER, message, span, "write the character itself")
             text = _SURROGATE.sub("\ufffd", text)
-        return text, place
+        return text, span
 
     def _bad_string(self, start: int, at: int) -> SceneError:
-        character = self.text[at : at + 1]
+        character, span = self.text[at : at + 1], SourceSpan(at, at + 1)
         if at == start or not character:
-            message, help = "the text that opens here is not closed", 'close it with `"`'
-            return self.fatal(rules.JSON_SYNTAX, f"not valid JSON: {message}", SourceSpan(start, start + 1), help)
+            opening = SourceSpan(start, start + 1)
+            return self._syntax_error("the text that opens here is not closed", opening, 'close it with `"`')
         if character < " ":
-            message = f"not valid JSON: character {quoted(character)} in a text"
-            return self.fatal(
-                rules.JSON_SYNTAX, message, SourceSpan(at, at + 1), "close the text, or write an escape"
-            )
-        help = r"write `\\` for a backslash"
-        return self.fatal(rules.JSON_SYNTAX, "not valid JSON: no such escape", SourceSpan(at, at + 1), help)
+            message = f"character {quoted(character)} in a text"
+            return self._syntax_error(message, span, "close the text, or write an escape")
+        return self._syntax_error("no such escape", span, r"write `\\` for a backslash")
 
     def _number(self, number: re.Match[str]) -> tuple[int | float, SourceSpan]:
         digits, self.at = number[1], number.end()
-        place = SourceSpan(number.start(1), self.at)
-        self.check_length(digits, place)
-        return float(digits) if number[2] or number[3] else integer(digits, 10), place
+        span = SourceSpan(number.start(1), self.at)
+        self.check_length(digits, span)
+        return float(digits) if number[2] or number[3] else integer(digits, 10), span
 
     def _word(self) -> tuple[Any, SourceSpan]:
         start = self.at
@@ -229,13 +221,15 @@ class _JsonReading(Reading):
         return WORDS[word[0]], SourceSpan(start, self.at)
 
     def _expected(self, what: str) -> SceneError:
-        """Return the error for something else than what must come here."""
+        """Return the error for a token other than the expected one."""
         self._skip_space()
         other = _OTHER.match(self.text, self.at)
         found = quoted(other[0]) if other else _END
-        place = SourceSpan(self.at, other.end() if other else self.at)
-        help = _JSON_HELP.get(self._peek(), "")
-        return self.fatal(rules.JSON_SYNTAX, f"not valid JSON: expected {what}, got {found}", place, help)
+        span = SourceSpan(self.at, other.end() if other else self.at)
+        return self._syntax_error(f"expected {what}, got {found}", span, _JSON_HELP.get(self._peek(), ""))
+
+    def _syntax_error(self, message: str, span: SourceSpan, help: str) -> SceneError:
+        return self.fatal(rules.JSON_SYNTAX, f"not valid JSON: {message}", span, help)
 
 
 _JSON_HELP = {

@@ -1,24 +1,21 @@
-"""Lines and columns of a text, as editors count them."""
+"""Line and column numbers of a text, counted as editors count them."""
 
 from __future__ import annotations
 
-# Characters between two entries of the table: so it stays small even if each character is a line.
+# One table entry per this many characters keeps the table small even if every character is a line.
 _CHUNK = 4096
 
 
 class Lines:
-    r"""Where the lines of a text start. They end with `\n`, `\r\n` or `\r`, as YAML 1.2 and editors have it.
+    r"""The line starts of a text. A line ends with `\n`, `\r\n` or `\r`, as in YAML 1.2 and in editors.
 
-    Parameters
-    ----------
-    text
-        Any text, which may be one line of millions of characters, or millions of lines.
+    Fast for one line of millions of characters, and for millions of lines.
     """
 
     def __init__(self, text: str) -> None:
         self._text = text
         self._has_returns = "\r" in text
-        # For each chunk: the ends of lines before it, and the start of the line in which it begins.
+        # For each chunk: the number of line ends before it, and the start of the line in which it begins.
         self._ends: list[int] = [0]
         self._starts: list[int] = [0]
         for chunk in range(0, len(text), _CHUNK):
@@ -27,14 +24,14 @@ class Lines:
             self._starts.append(self._last_start(chunk, end, self._starts[-1]))
 
     def _count_ends(self, start: int, end: int) -> int:
-        r"""Return how many ends of lines there are: each `\n`, and each `\r` without a `\n` after it."""
+        r"""Return the number of line ends: each `\n`, and each `\r` without a `\n` after it."""
         count = self._text.count("\n", start, end)
         if self._has_returns:
             count += self._text.count("\r", start, end) - self._text.count("\r\n", start, end + 1)
         return count
 
     def _last_start(self, start: int, end: int, before: int) -> int:
-        """Return where the last line starts that does so after an end of a line in start..end, or `before`."""
+        """Return the start of the line after the last line end in start..end; `before` if there is none."""
         last = self._text.rfind("\n", start, end)
         if self._has_returns:
             alone = self._text.rfind("\r", start, end)
@@ -44,11 +41,11 @@ class Lines:
         return last + 1 if last >= 0 else before
 
     def start_of(self, offset: int) -> int:
-        """Return the offset at which the line of an offset starts."""
+        """Return the offset at which the line around an offset starts."""
         chunk = offset // _CHUNK
         return self._last_start(chunk * _CHUNK, offset, self._starts[chunk])
 
     def number_of(self, offset: int) -> int:
-        """Return the number of the line of an offset, counted from 1."""
+        """Return the line number of an offset, counted from 1."""
         chunk = offset // _CHUNK
         return 1 + self._ends[chunk] + self._count_ends(chunk * _CHUNK, offset)

@@ -1,7 +1,7 @@
-"""Scene text to plain data, with the place of every value.
+"""Scene text to plain data, with the span of every value where it is needed.
 
-Both formats are read twice where need be: fast, without places, as nearly all files want it; and carefully, with
-the place of each value, if something is wrong. `yaml_reader` and `json_reader` hold the two readings of each.
+Each format has a fast reader without spans, which nearly all files need, and an exact one with the span of each
+value, for files with a problem: see `yaml_reader` and `json_reader`.
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ from __future__ import annotations
 import codecs
 import re
 from collections.abc import Callable
-from typing import TypeAlias
 
 from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import Problem, SceneError
@@ -20,26 +19,22 @@ YAML_SUFFIXES = (".yaml", ".yml")
 JSON_SUFFIX = ".json"
 SCENE_SUFFIXES = (*YAML_SUFFIXES, JSON_SUFFIX)
 
-_Reader: TypeAlias = Callable[[Source], Document]
-
-# As many bytes of a file as need be read to know that it is too large.
+# Reading this many bytes is enough to know that a file is too large.
 READ_BYTES = limits.MAX_BYTES + 1
 
 
 def parse_bytes(raw: bytes, name: str) -> Document:
-    """Read a scene file's bytes as plain data: JSON or YAML by the name's suffix.
-
-    Under another name, such as that of standard input, it is JSON if it reads as such, and YAML otherwise.
+    """Read a scene file's bytes as plain data; see `parse`.
 
     Raises
     ------
     rtcli.SceneError
-        If it is too large, or not text of that format.
+        If the file is too large, is not UTF-8, or is not text of its format.
     """
     if len(raw) > limits.MAX_BYTES:
         message = f"the file is larger than {limits.MAX_BYTES // 2**20} MiB"
         raise SceneError([Source(name, "").problem(rules.FILE_TOO_LARGE, message, SourceSpan(0, 0))])
-    return _reader(name)(Source(name, decode(raw, name)))
+    return parse(decode(raw, name), name)
 
 
 def decode(raw: bytes, name: str) -> str:
@@ -54,82 +49,68 @@ def decode(raw: bytes, name: str) -> str:
     try:
         return encoded.decode("utf-8")
     except UnicodeDecodeError as error:
-        # The rest is shown as far as it is UTF-8.
         before = encoded[: error.start].decode("utf-8")
         source = Source(name, before + encoded[error.start :].decode("utf-8", errors="replace"))
         message = f"byte 0x{encoded[error.start]:02x} is not UTF-8"
         loc = limits.location_at(len(before), source, _reader(name))
-        place = SourceSpan(len(before), len(before) + 1)
-        raise SceneError([source.problem(rules.NOT_UTF8, message, place, loc=loc)]) from error
+        span = SourceSpan(len(before), len(before) + 1)
+        raise SceneError([source.problem(rules.NOT_UTF8, message, span, loc=loc)]) from error
 
 
-def parse(text: str, name: str, *, is_json: bool = False) -> Document:
-    """Read a scene's text as plain data.
+def parse(text: str, name: str) -> Document:
+    """Read a scene's text as plain data: JSON or YAML by the suffix of its name.
 
-    Parameters
-    ----------
-    text
-        The whole file.
-    name
-        Its name, for messages.
-    is_json
-        Read it as JSON.
+    Under any other name, such as that of standard input, read JSON if the text is JSON, and YAML otherwise.
 
     Raises
     ------
     SceneError
-        If the text is not YAML (or JSON) at all; what can be gone past is in the document's `problems`.
+        If the text is not of that format at all. Other problems are in the document's `problems`.
     """
-    return (_read_json if is_json else _read_yaml)(Source(name, text))
+    return _reader(name)(Source(name, text))
 
 
-def _reader(name: str) -> _Reader:
-    """Return what reads a file of a name."""
+def _reader(name: str) -> Callable[[Source], Document]:
+    """Return the reader for a file by its name."""
     if name.lower().endswith(JSON_SUFFIX):
         return _read_json
     return _read_yaml if name.lower().endswith(YAML_SUFFIXES) else _read_either
 
 
 def _read_json(source: Source) -> Document:
-    return json_reader.read_plain(source) or json_reader.read_carefully(source)
+    return json_reader.read_fast(source) or json_reader.read_exact(source)
 
 
 def _read_yaml(source: Source) -> Document:
-    return yaml_reader.read_plain(source) or yaml_reader.read_carefully(source)
+    return yaml_reader.read_fast(source) or yaml_reader.read_exact(source)
 
 
 def _read_either(source: Source) -> Document:
-    """Read JSON as such, and all else as YAML, whose mappings may start with a brace too.
+    """Read JSON as JSON and everything else as YAML, whose mappings may start with a brace too.
 
     Raises
     ------
     SceneError
-        If it is neither, with what the reader says of it that got farther; JSON's if both got as far.
+        If it is neither, with the problem of the reader that got farther; JSON's if both got as far.
     """
-    if not _BRACE.match(source.text):
+    if not re.match(r"[ \t\r\n]*\{", source.text):
         return _read_yaml(source)
     try:
         return _read_json(source)
     except SceneError as error:
         if error.problems[-1].rule is not rules.JSON_SYNTAX or _is_comment(error.problems[-1]):
             raise
-        no_json = error
+        json_error = error
     try:
         return _read_yaml(source)
-    except SceneError as no_yaml:
-        raise max(no_json, no_yaml, key=_end_of_reading) from None
-
-
-_BRACE = re.compile(r"[ \t\r\n]*\{")
+    except SceneError as yaml_error:
+        # The last problem is the one that ended the reading.
+        raise max(
+            json_error, yaml_error, key=lambda error: (error.problems[-1].line, error.problems[-1].column)
+        ) from None
 
 
 def _is_comment(problem: Problem) -> bool:
-    """Return whether a problem of JSON is a comment of JavaScript, which YAML would take for a part of a value."""
+    """Return whether a problem of JSON is a JavaScript comment, which YAML would read as part of a value."""
     excerpt = problem.span.excerpt
     return excerpt is not None and excerpt.text.startswith(("//", "/*"), excerpt.start)
-
-
-def _end_of_reading(error: SceneError) -> tuple[int, int]:
-    """Return the place of the problem that ended a reading."""
-    problem = error.problems[-1]
-    return problem.line, problem.column

@@ -1,9 +1,9 @@
-"""A scene file as it was read: its text, its data, and the place of every value."""
+"""A scene file as it was read: its text, its data, and the span of every value."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -16,24 +16,16 @@ Loc: TypeAlias = tuple[str | int, ...]
 
 _LINE_END = re.compile(r"[\r\n]")
 
-# Of a longer line the piece around a problem is kept: a file may hold one line of millions of characters.
+# The characters of a line kept around a problem, since one line may have millions.
 _BEFORE, _AFTER = 100, 200
 
-# What of a location a problem is about: all of the value, the key that leads to it, or its first token.
+# The part of a value that a problem marks: all of it, the key that leads to it, or its first token.
 VALUE, KEY, HEAD = "value", "key", "head"
 
 
 @dataclass(frozen=True)
 class Source:
-    """A text with a name.
-
-    Parameters
-    ----------
-    name
-        The file's name, `<stdin>`, or the option that set a value.
-    text
-        All of it.
-    """
+    """A text, named after its file, `<stdin>`, or the option that set a value."""
 
     name: str
     text: str
@@ -46,7 +38,7 @@ class Source:
         return self._lines.number_of(offset), offset - self._lines.start_of(offset) + 1
 
     def span(self, start: int, end: int | None = None) -> Span:
-        """Return the piece of the text from one offset to another, or one that is empty."""
+        """Return the span from one offset to another, or an empty one."""
         end = start if end is None else max(start, end)
         return Span(
             self.name, *self._line_and_column(start), *self._line_and_column(end), self._excerpt(start, end)
@@ -65,20 +57,14 @@ class Source:
             cut_after=line_end is None and last < len(self.text),
         )
 
-    def problem(self, rule: Rule, message: str, place: SourceSpan, help: str = "", loc: Loc = ()) -> Problem:
-        """Return a problem of the text itself at a place, which is in or around the value at `loc`."""
-        span = self.span(place.start, place.end)
-        return Problem(rule, span, message, help or rule.remedy, pointer(loc), dotted(loc))
+    def problem(self, rule: Rule, message: str, span: SourceSpan, help: str = "", loc: Loc = ()) -> Problem:
+        """Return a problem of the text itself at a span, which is in or around the value at `loc`."""
+        shown = self.span(span.start, span.end)
+        return Problem(rule, shown, message, help or rule.remedy, pointer(loc), dotted(loc))
 
 
 class SourceSpan:
-    """Where a value stands in its text.
-
-    Parameters
-    ----------
-    start, end
-        Offsets of its first character, and of the one after its last.
-    """
+    """The span of a value in its text: the offsets of its first character and after its last."""
 
     __slots__ = ("end", "start")
 
@@ -86,176 +72,133 @@ class SourceSpan:
         self.start = start
         self.end = end
 
-    def child(self, step: str | int) -> SourceSpan | None:
-        """Return the place of a value in this one, or None if there is none."""
-        return None
-
-    def key(self, step: str | int) -> SourceSpan | None:
-        """Return the place of a key in this value, or None if there is none."""
-        return None
-
     @property
     def head(self) -> SourceSpan:
         """The first token of the value."""
         return self
 
     def innermost(self, offset: int) -> Loc:
-        """Return the location, from this value on, of the innermost one around an offset of the text."""
+        """Return the location, relative to this value, of the innermost value around an offset."""
         return ()
 
     def find(self, loc: Loc) -> tuple[SourceSpan, bool]:
-        """Return the last place on the way to `loc`, and whether it is that of `loc` itself."""
-        place = self
-        for step in loc:
-            child = place.child(step)
-            if child is None:
-                return place, False
-            place = child
-        return place, True
+        """Return the last span on the path to `loc`, and whether it is the span of `loc` itself."""
+        return self, not loc
 
-    def at(self, loc: Loc, what: str = VALUE) -> SourceSpan:
-        """Return the place of the value, key or first token at `loc`; else the first token around it."""
-        if what == KEY and loc:
+    def at(self, loc: Loc, part: str = VALUE) -> SourceSpan:
+        """Return the span of the value, key or first token at `loc`; otherwise of the first token around it."""
+        if part == KEY and loc:
             owner, _ = self.find(loc[:-1])
-            return owner.key(loc[-1]) or owner.head
-        place, found = self.find(loc)
-        return place if found and what == VALUE else place.head
+            keys = owner.keys if isinstance(owner, ContainerSpan) else {}
+            return keys.get(loc[-1], owner.head)
+        span, found = self.find(loc)
+        return span if found and part == VALUE else span.head
 
 
-class ListPlace(SourceSpan):
-    """Where a list stands, and its items."""
-
-    __slots__ = ("items",)
-
-    def __init__(self, start: int, end: int) -> None:
-        super().__init__(start, end)
-        self.items: list[SourceSpan] = []
-
-    def child(self, step: str | int) -> SourceSpan | None:
-        """Return the place of an item, or None if there is none."""
-        return self.items[step] if isinstance(step, int) and step < len(self.items) else None
-
-    def innermost(self, offset: int) -> Loc:
-        """Return the location, from this value on, of the innermost one around an offset of the text."""
-        return _innermost(enumerate(self.items), offset)
-
-    @property
-    def head(self) -> SourceSpan:
-        """The bracket, or the first hyphen."""
-        return SourceSpan(self.start, self.start + 1)
-
-
-class MappingPlace(SourceSpan):
-    """Where a mapping stands, with its values and its keys."""
+class ContainerSpan(SourceSpan):
+    """The span of a list or mapping, with the spans of its values, and of its keys if it is a mapping."""
 
     __slots__ = ("keys", "values")
 
     def __init__(self, start: int, end: int) -> None:
         super().__init__(start, end)
-        self.values: dict[str, SourceSpan] = {}
-        self.keys: dict[str, SourceSpan] = {}
-
-    def child(self, step: str | int) -> SourceSpan | None:
-        """Return the place of a value, or None if there is none."""
-        return self.values.get(step) if isinstance(step, str) else None
-
-    def innermost(self, offset: int) -> Loc:
-        """Return the location, from this value on, of the innermost one around an offset of the text."""
-        return _innermost(self.values.items(), offset)
-
-    def key(self, step: str | int) -> SourceSpan | None:
-        """Return the place of a key, or None if there is none."""
-        return self.keys.get(step) if isinstance(step, str) else None
+        self.values: dict[str | int, SourceSpan] = {}
+        self.keys: dict[str | int, SourceSpan] = {}
 
     @property
     def head(self) -> SourceSpan:
-        """The bracket, or the first key of a mapping in lines."""
+        """The bracket, the first key of a block mapping, or the first hyphen of a block list."""
         first = next(iter(self.keys.values()), None)
         return first if first and first.start == self.start else SourceSpan(self.start, self.start + 1)
 
+    def innermost(self, offset: int) -> Loc:
+        """Return the location, relative to this value, of the innermost value around an offset."""
+        for step, span in self.values.items():
+            if span.start <= offset < span.end:
+                return (step, *span.innermost(offset))
+        return ()
 
-def _innermost(children: Iterable[tuple[str | int, SourceSpan]], offset: int) -> Loc:
-    for step, place in children:
-        if place.start <= offset < place.end:
-            return (step, *place.innermost(offset))
-    return ()
+    def find(self, loc: Loc) -> tuple[SourceSpan, bool]:
+        """Return the last span on the path to `loc`, and whether it is the span of `loc` itself."""
+        child = self.values.get(loc[0]) if loc else None
+        return child.find(loc[1:]) if child else (self, not loc)
 
 
 @dataclass(frozen=True)
 class Edit:
-    """A value that an option of the command line put into the scene, and its place there."""
+    """A value that a command-line option put into the scene at `loc`, and its span in the option."""
 
     loc: Loc
     source: Source
-    place: SourceSpan
+    span: SourceSpan
 
 
 @dataclass
 class Document:
-    """A scene file as plain data, and what is wrong with it so far.
+    """A scene file as plain data, with the problems found so far.
 
     Parameters
     ----------
     source
         The file's name and text.
     data
-        Mappings, lists, text, numbers, true, false and None, as the file nests them.
+        Mappings, lists, text, numbers, true, false and None, nested as in the file.
     problems
-        What the reader could go past.
+        The problems that the reader could continue past.
     edits
-        What options of the command line put into `data`, in their order.
-    places
-        The places of the file's own values; None until they are first asked for, if it was read without them.
+        The values that command-line options put into `data`, in order.
+    root_span
+        The span of the whole value, which holds all others; None after the fast reader until it is first needed.
     read_again
-        Reads the same text with places.
+        Reads the same text with spans.
     """
 
     source: Source
     data: Any
     problems: list[Problem] = field(default_factory=list)
     edits: tuple[Edit, ...] = ()
-    places: SourceSpan | None = None
+    root_span: SourceSpan | None = None
     read_again: Callable[[Source], Document] | None = None
 
-    def find_places(self) -> None:
-        """Read the places of the values, unless they are there already.
+    def find_spans(self) -> None:
+        """Read the spans of the values, unless they are known already.
 
         Raises
         ------
         SceneError
-            If the careful reading finds what the fast one passes over, such as a depth of nesting no scene has.
+            If the exact reader stops at a problem that the fast one passes over, such as values nested too deep.
         """
-        if self.places is None and self.read_again is not None:
+        if self.root_span is None and self.read_again is not None:
             again = self.read_again(self.source)
-            self.places = again.places
+            self.root_span = again.root_span
             self.problems += again.problems
 
-    def span(self, loc: Loc, what: str = VALUE) -> Span:
+    def span(self, loc: Loc, part: str = VALUE) -> Span:
         """Return the span of the value, key or first token at `loc`, in the file or in an option.
 
-        Of what is not there, it is the first token of what is around it.
+        Where there is none, return that of the first token around it.
         """
-        source, place = self._place(loc, what)
-        return source.span(place.start, place.end)
+        source, span = self._source_span(loc, part)
+        return source.span(span.start, span.end)
 
     def written(self, loc: Loc) -> str | None:
-        """Return the text at the place of the value at `loc`; None for a list, a mapping or nothing."""
-        source, place = self._place(loc, VALUE)
-        is_whole = not isinstance(place, (ListPlace, MappingPlace)) and place.start < place.end
-        return source.text[place.start : place.end] if is_whole else None
+        """Return the text of the value at `loc`; None for a list, a mapping or a missing value."""
+        source, span = self._source_span(loc, VALUE)
+        is_scalar = not isinstance(span, ContainerSpan) and span.start < span.end
+        return source.text[span.start : span.end] if is_scalar else None
 
-    def _place(self, loc: Loc, what: str) -> tuple[Source, SourceSpan]:
-        self.find_places()
-        places = self.places or SourceSpan(0, 0)
+    def _source_span(self, loc: Loc, part: str) -> tuple[Source, SourceSpan]:
+        self.find_spans()
+        root = self.root_span or SourceSpan(0, 0)
         for edit in reversed(self.edits):
             if loc[: len(edit.loc)] == edit.loc:
-                return edit.source, edit.place.at(loc[len(edit.loc) :], what)
-            if edit.loc[: len(loc)] == loc and not places.find(loc)[1]:
-                return edit.source, edit.place  # a mapping that only the option made
-        return self.source, places.at(loc, what)
+                return edit.source, edit.span.at(loc[len(edit.loc) :], part)
+            if edit.loc[: len(loc)] == loc and not root.find(loc)[1]:
+                return edit.source, edit.span  # a mapping that exists only through the option
+        return self.source, root.at(loc, part)
 
     def nearest(self, loc: Loc) -> Loc:
-        """Return a location, or that of the nearest value around it which is there."""
+        """Return the longest part of a location that exists in the data."""
         value = self.data
         for count, step in enumerate(loc):
             if not (step in value if isinstance(value, dict) else isinstance(value, list)):
@@ -264,7 +207,7 @@ class Document:
         return loc
 
     def problem(self, rule: Rule, loc: Loc, message: str, *, help: str = "", at: str = VALUE) -> Problem:
-        """Return a problem at `loc` of this document; without a `help` of its own it has the rule's remedy."""
+        """Return a problem at `loc` of this document; without `help` it has the rule's remedy."""
         where = loc[:-1] if at == KEY else loc  # the message names the key
         return Problem(
             rule, self.span(loc, at), message, help or rule.remedy, pointer(loc), dotted(where), rule.severity
@@ -276,22 +219,22 @@ def pointer(loc: Loc) -> str:
     return "".join("/" + str(step).replace("~", "~0").replace("/", "~1") for step in loc)
 
 
-# A key in a location is cut there, as where a message quotes it; and so is a location deeper than any scene.
+# Longer keys are cut, as in messages that quote them, and so are locations deeper than any scene.
 _MAX_STEP, _MAX_STEPS = 60, 8
 
 
 def dotted(loc: Loc) -> str:
-    """Return a location as a person writes it, and `--set` takes it: `objects[2].radius`."""
+    """Return a location as people write it and `--set` takes it: `objects[2].radius`."""
     steps = (f"[{step}]" if isinstance(step, int) else f".{key_in_path(step)}" for step in loc[:_MAX_STEPS])
     return "".join(steps).removeprefix(".") + "…" * (len(loc) > _MAX_STEPS)
 
 
-# Without quotes these would end a key, or begin one in quotes.
+# Other characters would end a key, or begin a quoted one.
 _PLAIN_KEY = re.compile(r"[^.\[\]=\"'\s]([^.\[\]=]*[^.\[\]=\s])?")
 
 
 def key_in_path(key: str) -> str:
-    r"""Return a key, or an object's name, as it stands in a path: in double quotes if it needs them.
+    r"""Return a key, or an object's name, as a path holds it: in double quotes if it needs them.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What libyaml says of a text that is not YAML, in words that help to mend it."""
+"""libyaml's syntax errors, in words that help to correct them."""
 
 from __future__ import annotations
 
@@ -9,22 +9,19 @@ import yaml
 
 from rtcli.scene.diagnostics.problems import printable
 
-# Whether the text, the offset of the problem and the line in which its context opens fit an advice.
-_Fits = Callable[[str, int], bool]
-
 
 class _Advice(NamedTuple):
-    """What to say when libyaml's problem starts with `problem` and its context with `context`."""
+    """The message for libyaml's problems that start with `problem`, in contexts that start with `context`."""
 
     problem: str
     message: str
     help: str
     context: str = ""
-    fits: _Fits = lambda text, at: True
+    applies: Callable[[str, int], bool] = lambda text, offset: True
 
 
-class Syntax(NamedTuple):
-    """What is wrong with a text, what to do, and the offsets of where it is."""
+class SyntaxProblem(NamedTuple):
+    """A syntax error: its message, the remedy, and its offsets in the text."""
 
     message: str
     help: str
@@ -32,22 +29,13 @@ class Syntax(NamedTuple):
     end: int
 
 
-def _is_tab(text: str, at: int) -> bool:
-    return text[at : at + 1] == "\t"
-
-
-def _is_second_colon(text: str, at: int) -> bool:
-    line = text[:at].rpartition("\n")[2]
-    return ": " in line
-
-
-# The first that fits is said. `{line}` is where the list, mapping or text that is spoken of opens.
+# The first entry that applies is used. `{line}` is the line in which the list, mapping or text opens.
 _ADVICE = (
     _Advice(
         "found character that cannot start any token",
         "a tab cannot indent",
         "indent with spaces",
-        fits=_is_tab,
+        applies=lambda text, offset: text.startswith("\t", offset),
     ),
     _Advice("found a tab character", "a tab cannot indent", "indent with spaces"),
     _Advice(
@@ -59,7 +47,7 @@ _ADVICE = (
         "mapping values are not allowed",
         "a second `: ` in one line",
         "put a value that holds `: ` in quotes, or start a new line",
-        fits=_is_second_colon,
+        applies=lambda text, offset: ": " in text[:offset].rpartition("\n")[2],
     ),
     _Advice(
         "mapping values are not allowed",
@@ -109,17 +97,17 @@ _ADVICE = (
 )
 
 
-def yaml_advice(error: yaml.MarkedYAMLError, text: str) -> Syntax:
-    """Return what to say of a syntax error that libyaml found in a text."""
+def yaml_syntax_problem(error: yaml.MarkedYAMLError, text: str) -> SyntaxProblem:
+    """Return the problem for a syntax error that libyaml found in a text."""
     mark: Any = error.problem_mark or error.context_mark
-    at = min(mark.index, len(text)) if mark else 0
-    opened: Any = error.context_mark or mark
+    start = min(mark.index, len(text)) if mark else 0
+    end = start + (start < len(text) and text[start] not in "\r\n")
+    opening: Any = error.context_mark or mark
+    line = opening.line + 1 if opening else 1
     problem, context = error.problem or "", error.context or ""
-    end = at + (at < len(text) and text[at] not in "\r\n")
     for advice in _ADVICE:
-        if problem.startswith(advice.problem) and context.startswith(advice.context) and advice.fits(text, at):
-            character = f"`{printable(text[at : at + 1])}`"
-            line = opened.line + 1 if opened else 1
-            return Syntax(advice.message.format(line=line, character=character), advice.help, at, end)
-    words = ", ".join(printable(part) for part in (problem, context) if part)
-    return Syntax(words, "", at, end)
+        is_match = problem.startswith(advice.problem) and context.startswith(advice.context)
+        if is_match and advice.applies(text, start):
+            character = f"`{printable(text[start : start + 1])}`"
+            return SyntaxProblem(advice.message.format(line=line, character=character), advice.help, start, end)
+    return SyntaxProblem(", ".join(printable(part) for part in (problem, context) if part), "", start, end)

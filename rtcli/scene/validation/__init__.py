@@ -1,1 +1,1 @@
-"""Data to a checked model, and what is wrong with it in the words of a scene file."""
+"""From data to a validated scene, and to problems in the words of a scene file."""

@@ -1,22 +1,21 @@
-"""The intensity that suits a scene's size, to be the example where one is missing.
+"""The intensity that suits a scene's size, as the example where one is missing.
 
-The scene may be wrong in any way: of its data all is taken that can be read.
+The scene may be wrong in any way, so this uses whatever can be read of its data.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import Any
 
 from rtcli.scene.reading.source import Loc
-from rtcli.scene.vectors import Vector
+from rtcli.scene.vectors import Vector, direction, dot, unit
 
-# The radiance that a white surface is to have, of which exposure 0 makes a mid-tone.
+# The radiance that a white surface should have: exposure 0 shows it as a mid-tone.
 _RADIANCE = 0.5
-# Where nothing tells a distance: about that of a lamp in a room, in metres.
+# The distance if the scene gives none: about that of a lamp in a room, in metres.
 _DISTANCE = 5.0
-# As many objects are looked at, since a scene may lack the intensities of a thousand lights.
+# The most objects looked at, since a scene may lack the intensities of a thousand lights.
 _MOST_OBJECTS = 100
 
 
@@ -28,7 +27,7 @@ def fitting_intensity(data: Any, loc: Loc) -> float:
     data
         The scene as plain data, right or wrong.
     loc
-        Of the light in it: `("lights", 2)` or `("objects", 3, "light")`.
+        The location of the light: `("lights", 2)` or `("objects", 3, "light")`.
 
     Notes
     -----
@@ -40,40 +39,31 @@ def fitting_intensity(data: Any, loc: Loc) -> float:
 
 
 def _typical_distance(data: Any, loc: Loc) -> float:
-    """Return the median of the distances to the objects; else that to what the camera looks at."""
+    """Return the median distance to the objects, or else the distance to the point that the camera looks at."""
     camera = _at(data, ("camera",))
     eye = _vector(_at(camera, ("position",)), (0.0, 0.0, 0.0) if isinstance(camera, dict) else None)
-    light = _vector(_at(data, (*loc[:2], "position")), eye)  # of one without a place, about where the eye is
+    light = _vector(_at(data, (*loc[:2], "position")), eye)  # without a position, about where the eye is
     if light is None:
         return _DISTANCE
     objects = _at(data, ("objects",))
     items = objects[:_MOST_OBJECTS] if isinstance(objects, list) else []
     others = [item for index, item in enumerate(items) if ("objects", index) != loc[:2]]
-    distances = [distance for item in others for distance in _distance(item, light)]
-    if not distances:
-        distances = list(_usable(light, _vector(_at(camera, ("look_at",)))))
-    return sorted(distances)[len(distances) // 2] if distances else _DISTANCE
+    for targets in (others, [{"position": _at(camera, ("look_at",))}]):
+        distances = sorted(x for item in targets if 0 < (x := _distance(item, light)) < math.inf)
+        if distances:
+            return distances[len(distances) // 2]
+    return _DISTANCE
 
 
-def _distance(item: Any, light: Vector) -> Iterator[float]:
-    """Yield the distance from a light to an object: to its surface if it is a sphere or plane."""
+def _distance(item: Any, light: Vector) -> float:
+    """Return the distance from a light to an object: to its plane, its sphere or its centre, as its keys allow."""
     position = _vector(_at(item, ("position",)))
     normal, radius = _vector(_at(item, ("normal",))), _number(_at(item, ("radius",)))
     if position is None:
-        return
+        return math.inf
     if normal is not None and any(normal):
-        # |n.(P - L)| / |n|
-        way = sum(n * (p - x) for n, p, x in zip(normal, position, light, strict=True))
-        distance = abs(way) / math.hypot(*normal)
-    else:
-        distance = abs(math.dist(position, light) - (radius or 0.0))
-    if 0 < distance < math.inf:
-        yield distance
-
-
-def _usable(light: Vector, point: Vector | None) -> Iterator[float]:
-    if point is not None and 0 < math.dist(light, point) < math.inf:
-        yield math.dist(light, point)
+        return abs(dot(unit(normal), direction(light, position)))
+    return abs(math.dist(position, light) - (radius or 0.0))
 
 
 # --- What can be read ------------------------------------------------------------------------------------

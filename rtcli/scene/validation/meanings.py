@@ -1,6 +1,6 @@
-"""What the values of a scene mean, from the models, with an example of each.
+"""The meaning of each value of a scene, from the models, with an example.
 
-Locations are pydantic's: after the index of an object stands the tag of its model.
+Locations are pydantic's: the index of an object is followed by the tag of its model.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ _SECTIONS: dict[str, type[BaseModel]] = {
 
 
 def location(loc: Loc) -> Loc:
-    """Return pydantic's location as the data has it: without the tag of the union that stands after the index."""
+    """Return the location in the data of one of pydantic's, which has a tag after the index of an object."""
     return (*loc[:2], *loc[3:]) if loc[:1] == ("objects",) and len(loc) > 2 else loc
 
 
 def model_around(loc: Loc) -> type[BaseModel]:
-    """Return the model of the mapping in which the last key of a location stands."""
+    """Return the model of the mapping that holds the last key of a location."""
     keys = [step for step in loc if isinstance(step, str)]
     if loc[:1] == ("objects",) and len(keys) > 2:
         return (
@@ -39,14 +39,14 @@ def model_around(loc: Loc) -> type[BaseModel]:
 
 
 def name_of(around: type[BaseModel]) -> str:
-    """Return what people call the mapping of a model."""
+    """Return how messages name the mapping of a model."""
     return {model.Scene: "a scene", model.PointLight: "a light", model.CarriedLight: "a carried light"}.get(
         around, around.__name__.lower() if around in _SECTIONS.values() else f"a {around.__name__.lower()}"
     )
 
 
 def meaning(loc: Loc, data: Any) -> str:
-    """Return what the value at a location of the data means, with an example; empty if the models do not say."""
+    """Return the meaning of the value at a location of the data, with an example; empty if there is none."""
     key, field = _field(loc)
     if field is None or not field.description:
         return ""
@@ -55,7 +55,7 @@ def meaning(loc: Loc, data: Any) -> str:
 
 
 def request_for(loc: Loc, data: Any) -> str:
-    """Return what to add for the missing key at a location of the data; empty where the models give no example."""
+    """Return the advice to add the missing key at a location of the data; empty if the models have no example."""
     key, field = _field(loc)
     example = _example(key, field, loc, data) if field is not None else ""
     return f"add {example}. {field.description}" if field is not None and example else ""
@@ -75,7 +75,7 @@ def _example(key: str, field: FieldInfo, loc: Loc, data: Any) -> str:
 
 
 def _as_yaml(value: Any) -> str:
-    """Return plain data as YAML in one line."""
+    """Return plain data as one line of YAML."""
     if isinstance(value, dict):
         return "{" + ", ".join(f"{key}: {_as_yaml(inner)}" for key, inner in value.items()) + "}"
     if isinstance(value, list):

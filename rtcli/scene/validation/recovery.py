@@ -1,11 +1,12 @@
-"""Error recovery: replace mistaken keys and types by what they most likely mean, and check what they hold.
+"""Error recovery: replace mistaken keys and types by their likeliest corrections, and check the result.
 
-Without it a misspelt required key would count twice, as missing and as unknown; what depends on a misspelt
-optional one would be checked with its default; and an object of unknown type would hide all other mistakes in it.
+Without recovery, a misspelt required key would count as missing and as unknown; values that depend on a misspelt
+optional key would be checked against its default; and an object of unknown type would hide all its other mistakes.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
@@ -21,25 +22,28 @@ from rtcli.scene.reading.source import Loc
 _Mapping: TypeAlias = dict[str, Any]
 _Model: TypeAlias = type[BaseModel]
 
-# As this an object is checked when nothing tells which type is nearest: with what it has itself in place.
+# Stands in for an object whose type cannot be guessed: the object's own values replace these before the check.
 _ANY_TYPE = "sphere"
 _ANY_OBJECT = {"type": _ANY_TYPE, "position": [0, 0, 0], "radius": 1, "color": "white"}
-# The keys by which the type of an object can be told.
-_TELLING = {"radius": "sphere", "normal": "plane", "size": "box", "rotation": "box"}
+# The keys that only one type of object has.
+_SHAPES_WITH = Counter(key for shape in model.SHAPES.values() for key in shape.model_fields)
+_TELLING = {
+    key: type for type, shape in model.SHAPES.items() for key in shape.model_fields if _SHAPES_WITH[key] == 1
+}
 
 
 @dataclass(frozen=True)
 class MistakenKey:
-    """An unknown key where the one that is meant is not given.
+    """An unknown key of a mapping that lacks the key it probably means.
 
     Parameters
     ----------
     loc
-        Of the key, as the file has it.
+        The location of the key in the file.
     meant
         The key that is meant.
     around
-        The model of the mapping, or None for an object that could be any.
+        The model of the mapping, or None for an object of unknown type.
     """
 
     loc: Loc
@@ -49,20 +53,20 @@ class MistakenKey:
 
 @dataclass(frozen=True)
 class MistakenType:
-    """An object whose type is unknown, or missing.
+    """An object whose type is unknown or missing.
 
     Parameters
     ----------
     loc
-        Of the type, or of the object that has none.
+        The location of the type, or of the object if the type is missing.
     found
-        What the file gives for it; None if it is missing.
+        The value in the file; None if it is missing.
     meant
         The type that the word probably means, or None.
     checked_as
-        The type that the object's keys tell, if its word does not; or None.
+        The type that follows from the object's keys, if none does from the word; or None.
     is_missing
-        Whether there is none.
+        Whether the type is missing.
     """
 
     loc: Loc
@@ -74,16 +78,16 @@ class MistakenType:
 
 @dataclass
 class Recovery:
-    """A scene's data with mistaken keys and types replaced, and which they were.
+    """A scene's data with mistaken keys and types replaced, and the mistakes.
 
     Parameters
     ----------
     data
-        The data, sharing with the document all that is not replaced.
+        The data, which shares everything that is not replaced with the document.
     mistakes
-        What was replaced: each is a problem of its own.
+        The replaced keys and types: each is a problem of its own.
     renamed
-        For the location of a mapping in `data`, its replaced keys and what the file has for them.
+        For the location of a mapping in `data`, its replaced keys and their names in the file.
     """
 
     data: _Mapping
@@ -91,7 +95,7 @@ class Recovery:
     renamed: dict[Loc, dict[str, str]] = field(default_factory=dict)
 
     def in_file(self, loc: Loc) -> Loc:
-        """Return a location in `data` as the file has it."""
+        """Return the location in the file of a location in `data`."""
         return tuple(
             self.renamed[loc[:depth]].get(str(step), step) if loc[:depth] in self.renamed else step
             for depth, step in enumerate(loc)
@@ -99,9 +103,9 @@ class Recovery:
 
 
 def recover(data: _Mapping) -> Recovery:
-    """Return a scene's data with mistaken keys and types replaced by what they most likely mean.
+    """Return a scene's data with mistaken keys and types replaced by their likeliest corrections.
 
-    Where they are very many, the last of them stay: more problems than `MAX_PROBLEMS` are not listed.
+    Mistakes beyond the first `MAX_PROBLEMS` stay, since they are not listed.
     """
     recovery = Recovery(data)
     recovery.data = _Recovering(recovery).scene(data)
@@ -109,11 +113,11 @@ def recover(data: _Mapping) -> Recovery:
 
 
 class _Recovering:
-    """Goes through a scene, replacing in copies; what has no mistake is shared."""
+    """Walks through a scene and replaces mistakes in copies; mappings without a mistake are shared."""
 
     def __init__(self, recovery: Recovery) -> None:
         self._recovery = recovery
-        # Unknown keys and types that may still be looked at, since the search for what is meant takes its time.
+        # The unknown keys and types that may still be looked up, since each search takes some time.
         self._left = MAX_PROBLEMS
 
     def scene(self, data: _Mapping) -> _Mapping:
@@ -147,7 +151,7 @@ class _Recovering:
     # --- Keys --------------------------------------------------------------------------------------------
 
     def _with_keys(self, loc: Loc, mapping: _Mapping, around: _Model | None) -> _Mapping:
-        """Return a mapping with unknown keys replaced by those that they mean and that it does not have."""
+        """Return a mapping with each unknown key replaced by the key that it means, if the mapping lacks that."""
         fields = (around or model.SHAPES[_ANY_TYPE]).model_fields
         if mapping.keys() <= fields.keys():
             return mapping
@@ -182,7 +186,7 @@ class _Recovering:
     # --- Types -------------------------------------------------------------------------------------------
 
     def _typed(self, loc: Loc, item: _Mapping) -> _Mapping:
-        """Return an object with the type that is nearest to what it has, and report what it has."""
+        """Return an object with the likeliest type, and report its own."""
         if not self._may_look():
             return item
         key = "type" if "type" in item else self._key_of_type(item)
@@ -198,7 +202,7 @@ class _Recovering:
         return {**item, "type": nearest} if nearest else self._of_any_type(loc, item)
 
     def _untyped(self, loc: Loc, item: _Mapping) -> _Mapping:
-        """Return an object that has no type with that which its keys tell; without such it stays."""
+        """Return an object without a type with the one that its keys imply, or unchanged if they imply none."""
         nearest = self._type_by_keys(item)
         if nearest is None:
             return item
@@ -211,21 +215,21 @@ class _Recovering:
         return next((key for key in unknown if self._suggested(key, known, ("type",)) == "type"), None)
 
     def _unknown_type(self, loc: Loc, found: Any, item: _Mapping) -> str | None:
-        """Return the type that is nearest to an unknown one, by its word or else by the object's keys."""
+        """Return the likeliest type for an unknown one, from its word or else from the object's keys."""
         meant = suggested_type(found, model.SHAPES) if isinstance(found, str) else None
         by_keys = None if meant else self._type_by_keys(item)
         self._recovery.mistakes.append(MistakenType(loc, found, meant, by_keys))
         return meant or by_keys
 
     def _of_any_type(self, loc: Loc, item: _Mapping) -> _Mapping:
-        """Return an object reduced to the keys that all types have, lacking none: its own type may want others."""
+        """Return an object reduced to the keys of `_ANY_OBJECT`'s type, and lacking none."""
         item = self._with_keys(loc, item, None)
         common = model.SHAPES[_ANY_TYPE].model_fields
         kept = {key: value for key, value in item.items() if key in common}
         return {**_ANY_OBJECT, **kept, "type": _ANY_TYPE}
 
     def _type_by_keys(self, item: _Mapping) -> str | None:
-        """Return the type of which an object has a key, or else one that means it; None if it has neither."""
+        """Return the type that has one of the object's keys, or a key that one of them means; or None."""
         exact = next((_TELLING[key] for key in item if key in _TELLING), None)
         if exact is not None:
             return exact

@@ -1,12 +1,12 @@
-"""From pydantic's errors to problems in the words of a scene file, each at its place.
+"""From pydantic's errors to problems in the words of a scene file, each with its span.
 
-`_FINDINGS` holds one entry per kind of error the models can raise; a kind without one is a bug that a test finds.
+`_FINDINGS` has one entry per kind of error that the models can raise; a test finds a kind without one.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sized
 from typing import Any, NamedTuple, TypeAlias
 
 from pydantic import BaseModel, ValidationError
@@ -15,7 +15,7 @@ from pydantic_core import ErrorDetails
 from rtcli.scene import model
 from rtcli.scene.colors import CSS_NAMES
 from rtcli.scene.diagnostics import rules
-from rtcli.scene.diagnostics.problems import MAX_PROBLEMS, Problem, SceneError, did_you_mean, quoted
+from rtcli.scene.diagnostics.problems import MAX_PROBLEMS, Problem, SceneError, did_you_mean, nearest, quoted
 from rtcli.scene.diagnostics.rules import Rule
 from rtcli.scene.diagnostics.suggestions import suggested_key
 from rtcli.scene.reading.limits import UNREADABLE
@@ -27,39 +27,43 @@ from rtcli.scene.validation.written import shown
 
 
 def validate(document: Document) -> model.Scene:
-    """Check a document against the models.
-
-    Returns
-    -------
-    rtcli.scene.model.Scene
-        The scene, frozen.
+    """Return the frozen scene of a document, validated against the models.
 
     Raises
     ------
     SceneError
-        With every problem of the document, in the order of the file; past `MAX_PROBLEMS`, that there are more.
+        With every problem of the document in the order of the file, up to `MAX_PROBLEMS`.
     """
     if not isinstance(document.data, dict):
-        raise SceneError([*document.problems, *_no_mapping(document)])
+        raise SceneError(document.problems or [_not_a_mapping(document)])
     try:
         scene = model.Scene.model_validate(document.data)
     except ValidationError as error:
-        document.find_places()  # which may find more problems
-        raise _refusal(document, error) from error
+        document.find_spans()  # which may find more problems
+        raise _scene_error(document, error) from error
     if document.problems:
-        raise SceneError(_listed(document.problems, document, there_are_more=False))
+        raise SceneError(_in_order(document.problems, document))
     return scene
 
 
-def _refusal(document: Document, error: ValidationError) -> SceneError:
+def _not_a_mapping(document: Document) -> Problem:
+    found = "nothing" if document.data is None else shown(document.data, document.written(()))
+    message = f"expected a mapping with `camera` and `objects`, got {found}"
+    help = "start with `camera: {resolution: [640, 480], fov: 40}`, or with what `rtcli new` writes"
+    return document.problem(rules.NOT_A_MAPPING, (), message, at=HEAD, help=help)
+
+
+def _scene_error(document: Document, error: ValidationError) -> SceneError:
     """Return the error with all problems of a document that the models refuse."""
     recovery = recover(document.data)
     errors = error.errors(include_url=False) if recovery.data is document.data else _errors(recovery.data)
-    found = [_mistake(document, mistake) for mistake in recovery.mistakes]
-    found += [
-        _problem(document, recovery, error) for error in errors[:MAX_PROBLEMS] if error["input"] is not UNREADABLE
+    problems = [_mistake(document, mistake) for mistake in recovery.mistakes]
+    problems += [
+        _problem(_Refused(document, recovery, error))
+        for error in errors[:MAX_PROBLEMS]
+        if error["input"] is not UNREADABLE
     ]
-    return SceneError(_listed([*document.problems, *found], document, len(errors) > MAX_PROBLEMS))
+    return SceneError(_in_order([*document.problems, *problems], document, len(errors) > MAX_PROBLEMS))
 
 
 def _errors(data: dict[str, Any]) -> list[ErrorDetails]:
@@ -70,83 +74,101 @@ def _errors(data: dict[str, Any]) -> list[ErrorDetails]:
     return []
 
 
-def _no_mapping(document: Document) -> Iterator[Problem]:
-    if not document.problems:
-        document.find_places()
-        found = "nothing" if document.data is None else shown(document.data, document.written(()))
-        message = f"expected a mapping with `camera` and `objects`, got {found}"
-        yield document.problem(rules.NOT_A_MAPPING, (), message, at=HEAD, help=_FIRST_LINES)
-
-
-_FIRST_LINES = "start with `camera: {resolution: [640, 480], fov: 40}`, or with what `rtcli new` writes"
-
-
-def _listed(problems: list[Problem], document: Document, there_are_more: bool) -> Iterator[Problem]:
-    """Yield each problem once: those of the file by their places, then those of options."""
-    in_order = sorted(dict.fromkeys(problems), key=lambda problem: place_in_file(problem, document))
-    yield from in_order[:MAX_PROBLEMS]
-    if there_are_more or len(in_order) > MAX_PROBLEMS:
+def _in_order(problems: list[Problem], document: Document, has_more: bool = False) -> Iterator[Problem]:
+    """Yield each problem once, in order, up to `MAX_PROBLEMS` and then a note that there are more."""
+    ordered = sorted(dict.fromkeys(problems), key=lambda problem: order_in_file(problem, document))
+    yield from ordered[:MAX_PROBLEMS]
+    if has_more or len(ordered) > MAX_PROBLEMS:
         yield document.problem(
             rules.MORE_PROBLEMS, (), f"only the first {MAX_PROBLEMS:,} problems are listed", at=HEAD
         )
 
 
-def place_in_file(problem: Problem, document: Document) -> tuple[bool, int, int]:
-    """Return what problems are sorted by: the place in the file, those of options last."""
+def order_in_file(problem: Problem, document: Document) -> tuple[bool, int, int]:
+    """Return the sort key of a problem: its position in the file; problems of options come last, as given."""
     in_file = problem.path == document.source.name
     return not in_file, problem.line * in_file, problem.column * in_file
 
 
 class _Finding(NamedTuple):
-    """What an error of the models is to people: the rule, what is wrong, and what to do if that can be said."""
+    """An error of the models as a problem: `help` defaults to the value's meaning, `loc` to the error's."""
 
     rule: Rule
     message: str
     help: str = ""
+    loc: Loc | None = None
+    at: str = VALUE
+
+
+class _Refused(NamedTuple):
+    """A value that the models refuse, with pydantic's error."""
+
+    document: Document
+    recovery: Recovery
+    error: ErrorDetails
+
+    @property
+    def value(self) -> Any:
+        """The value."""
+        return self.error["input"]
+
+    @property
+    def loc(self) -> Loc:
+        """The location of the value in the data."""
+        return location(self.error["loc"])
+
+    @property
+    def shown(self) -> str:
+        """The value as messages show it."""
+        return shown(self.value, self.document.written(self.recovery.in_file(self.loc)))
+
+    @property
+    def got(self) -> str:
+        """The end of a message: the value, and the remedy if only its quotes are wrong."""
+        value = self.value
+        if isinstance(value, str) and not isinstance(plain_scalar(value), str) and value.strip():
+            return f"got the text {self.shown}: remove the quotes"
+        return f"got {self.shown}"
 
 
 def _mistake(document: Document, mistake: MistakenKey | MistakenType) -> Problem:
-    """Return the problem of a key or type that was replaced by what it means."""
+    """Return the problem of a key or type that recovery replaced by its likeliest correction."""
     if isinstance(mistake, MistakenKey):
-        finding, at = _unknown_key(str(mistake.loc[-1]), mistake.around, mistake.meant), KEY
+        finding = _unknown_key(str(mistake.loc[-1]), mistake.around, mistake.meant)
     elif mistake.is_missing:
-        finding, at = _missing_type(), HEAD
+        finding = _missing_type()
     else:
-        finding, at = _unknown_type(document, mistake), VALUE
-    return document.problem(finding.rule, mistake.loc, finding.message, help=finding.help, at=at)
+        finding = _unknown_type(document, mistake)
+    return document.problem(finding.rule, mistake.loc, finding.message, help=finding.help, at=finding.at)
 
 
-def _problem(document: Document, recovery: Recovery, error: ErrorDetails) -> Problem:
-    loc, kind = location(error["loc"]), error["type"]
-    at = VALUE
-    if kind == "missing" and not isinstance(loc[-1], int):
-        finding, loc, at = _missing_key(error["loc"], recovery.data), loc[:-1], HEAD
-    elif kind == "missing":  # pydantic's view of a vector that is too short
-        loc = loc[:-1]
-        finding = _wrong_length(loc, len(error["input"]))
-    elif kind == "union_tag_not_found":
-        finding, at = _missing_type(), HEAD
-    elif kind == "union_tag_invalid":
-        loc = (*loc, "type")
-        finding = _unknown_type(document, MistakenType(loc, error["input"]["type"]))
-    elif kind == "extra_forbidden":
-        finding, at = _unexpected_key(error["loc"]), KEY
-    else:
-        written = document.written(recovery.in_file(loc))
-        finding = _FINDINGS[kind](_Refused(error, shown(error["input"], written)))
-    help = finding.help or (meaning(error["loc"], recovery.data) if at == VALUE else "")
-    return document.problem(finding.rule, recovery.in_file(loc), finding.message, help=help, at=at)
+def _problem(refused: _Refused) -> Problem:
+    finding = _FINDINGS[refused.error["type"]](refused)
+    loc = refused.recovery.in_file(refused.loc if finding.loc is None else finding.loc)
+    help = finding.help
+    if not help and finding.at == VALUE:
+        help = meaning(refused.error["loc"], refused.recovery.data)
+    return refused.document.problem(finding.rule, loc, finding.message, help=help, at=finding.at)
 
 
 # --- Keys and structure -------------------------------------------------------------------------------------
 
 
-def _missing_key(loc: Loc, data: Any) -> _Finding:
-    return _Finding(rules.MISSING_KEY, f"missing key {quoted(str(loc[-1]))}", request_for(loc, data))
+def _missing(refused: _Refused) -> _Finding:
+    *around, key = refused.loc
+    if isinstance(key, int):  # how pydantic reports a vector that is too short
+        return _wrong_length(tuple(around), refused.value)
+    help = request_for(refused.error["loc"], refused.recovery.data)
+    return _Finding(rules.MISSING_KEY, f"missing key {quoted(key)}", help, tuple(around), HEAD)
 
 
 def _missing_type() -> _Finding:
-    return _Finding(rules.MISSING_KEY, "missing key `type`", f"add one of {_names(model.SHAPES, 'type: ')}")
+    help = f"add one of {_names(model.SHAPES, 'type: ')}"
+    return _Finding(rules.MISSING_KEY, "missing key `type`", help, at=HEAD)
+
+
+def _invalid_type(refused: _Refused) -> _Finding:
+    return _unknown_type(refused.document, MistakenType((*refused.loc, "type"), refused.value["type"]))
 
 
 def _unknown_type(document: Document, mistake: MistakenType) -> _Finding:
@@ -154,13 +176,14 @@ def _unknown_type(document: Document, mistake: MistakenType) -> _Finding:
     if mistake.checked_as is not None:
         help += f"; by its keys this object is checked as a {mistake.checked_as}"
     found = shown(mistake.found, document.written(mistake.loc))
-    if not isinstance(mistake.found, str):
-        return _Finding(rules.UNKNOWN_TYPE, f"must be the name of a shape, got {found}", help)
-    hint = f": did you mean {quoted(mistake.meant)}?" if mistake.meant else ""
-    return _Finding(rules.UNKNOWN_TYPE, f"unknown type {found}{hint}", help)
+    message = f"must be the name of a shape, got {found}"
+    if isinstance(mistake.found, str):
+        message = f"unknown type {found}{did_you_mean(mistake.meant)}"
+    return _Finding(rules.UNKNOWN_TYPE, message, help, mistake.loc)
 
 
-def _unexpected_key(loc: Loc) -> _Finding:
+def _unexpected_key(refused: _Refused) -> _Finding:
+    loc = refused.error["loc"]
     around = model_around(loc)
     key = str(loc[-1])
     meant = suggested_key(key, around.model_fields)
@@ -168,7 +191,7 @@ def _unexpected_key(loc: Loc) -> _Finding:
 
 
 def _owner(key: str, around: type[BaseModel]) -> str:
-    """Return which type of object has the key that is meant, if that around it has none like it."""
+    """Return a hint at the other types of object that have a key, or one like it; empty if none has."""
     shapes = model.SHAPES.values() if around in model.SHAPES.values() else ()
     meant = next(filter(None, (suggested_key(key, shape.model_fields) for shape in shapes)), None)
     if meant is None:
@@ -178,12 +201,13 @@ def _owner(key: str, around: type[BaseModel]) -> str:
 
 
 def _unknown_key(key: str, around: type[BaseModel] | None, meant: str | None, owner: str = "") -> _Finding:
-    message = f"unknown key {quoted(key)}" + (f": did you mean {quoted(meant)}?" if meant else owner)
-    if around is None:
-        return _Finding(rules.UNKNOWN_KEY, message)
-    known = around.model_fields
-    in_order = sorted(known, key=lambda name: (name != "type", not known[name].is_required()))
-    return _Finding(rules.UNKNOWN_KEY, message, f"the keys of {name_of(around)} are {_names(in_order)}")
+    message = f"unknown key {quoted(key)}{did_you_mean(meant) or owner}"
+    help = ""
+    if around is not None:
+        known = around.model_fields
+        ordered = sorted(known, key=lambda name: (name != "type", not known[name].is_required()))
+        help = f"the keys of {name_of(around)} are {_names(ordered)}"
+    return _Finding(rules.UNKNOWN_KEY, message, help, at=KEY)
 
 
 def _names(names: Iterable[str], before: str = "") -> str:
@@ -194,38 +218,13 @@ def _length(loc: Loc) -> int:
     return 2 if loc[-1] == "resolution" else 3
 
 
-def _of_numbers(loc: Loc) -> str:
-    return "" if loc in (("objects",), ("lights",)) else f" of {_length(loc)} numbers"
-
-
-def _wrong_length(loc: Loc, found: int) -> _Finding:
-    return _Finding(rules.WRONG_LENGTH, f"needs {_length(loc)} numbers, got {found}")
+def _wrong_length(loc: Loc, found: Sized) -> _Finding:
+    return _Finding(rules.WRONG_LENGTH, f"needs {_length(loc)} numbers, got {len(found)}", loc=loc)
 
 
 # --- Values -------------------------------------------------------------------------------------------------
 
 _TOO_LARGE = "must be finite: this number is too large"
-
-
-class _Refused(NamedTuple):
-    """A value that the models refuse: pydantic's error, and the value as messages show it."""
-
-    error: ErrorDetails
-    shown: str
-
-    @property
-    def value(self) -> Any:
-        """The value."""
-        return self.error["input"]
-
-    @property
-    def got(self) -> str:
-        """What was found, and the remedy for the commonest slip."""
-        value = self.value
-        if isinstance(value, str) and not isinstance(plain_scalar(value), str) and value.strip():
-            return f"got the text {self.shown}: remove the quotes"
-        return f"got {self.shown}"
-
 
 _Find: TypeAlias = Callable[[_Refused], _Finding]
 
@@ -234,8 +233,7 @@ def _must(rule: Rule, words: str) -> _Find:
     return lambda refused: _Finding(rule, f"must be {words}, {refused.got}")
 
 
-def _said(rule: Rule) -> _Find:
-    """Return the message that the model gives itself."""
+def _message_of_model(rule: Rule) -> _Find:
     return lambda refused: _Finding(rule, refused.error["msg"], rule.remedy)
 
 
@@ -248,24 +246,20 @@ def _number(refused: _Refused) -> _Finding:
 
 def _integer(refused: _Refused) -> _Finding:
     value = refused.value
-    if isinstance(value, float) and math.isinf(value):  # what the readers make of too many digits
+    if isinstance(value, float) and math.isinf(value):  # an integer with too many digits for the readers
         return _Finding(rules.NOT_FINITE, _TOO_LARGE)
     return _Finding(rules.NOT_AN_INTEGER, f"must be an integer, {refused.got}")
 
 
 def _bound(words: str, key: str) -> _Find:
-    def find(refused: _Refused) -> _Finding:
-        message = f"must be {words} {refused.error['ctx'][key]:g}, got {refused.shown}"
-        return _Finding(rules.OUT_OF_RANGE, message)
-
-    return find
+    return lambda refused: _Finding(
+        rules.OUT_OF_RANGE, f"must be {words} {refused.error['ctx'][key]:g}, got {refused.shown}"
+    )
 
 
 def _finite(refused: _Refused) -> _Finding:
-    value = refused.value
-    if isinstance(value, int):
-        return _Finding(rules.NOT_FINITE, _TOO_LARGE)
-    return _Finding(rules.NOT_FINITE, f"must be finite, got {refused.shown}")
+    is_too_large = isinstance(refused.value, int)
+    return _Finding(rules.NOT_FINITE, _TOO_LARGE if is_too_large else f"must be finite, got {refused.shown}")
 
 
 def _color_kind(refused: _Refused) -> _Finding:
@@ -283,29 +277,24 @@ def _text(refused: _Refused) -> _Finding:
 def _choice(refused: _Refused) -> _Finding:
     choices = refused.error["ctx"]["expected"].replace("'", "`")
     value = refused.value
-    hint = did_you_mean(value, choices.split("`")[1::2]) if isinstance(value, str) else None
-    return _Finding(rules.NOT_A_CHOICE, f"must be {choices}, {refused.got}" + (f": {hint}" if hint else ""))
+    close = nearest(value, choices.split("`")[1::2]) if isinstance(value, str) else None
+    return _Finding(rules.NOT_A_CHOICE, f"must be {choices}, {refused.got}{did_you_mean(close)}")
 
 
 def _color_name(refused: _Refused) -> _Finding:
-    name = refused.error["ctx"]["name"]
-    hint = did_you_mean(name, CSS_NAMES)
-    message = f"{refused.shown} is not a color" + (f": {hint}" if hint else "")
-    return _Finding(rules.UNKNOWN_COLOR, message, rules.UNKNOWN_COLOR.remedy)
+    hint = did_you_mean(nearest(refused.error["ctx"]["name"], CSS_NAMES))
+    return _Finding(rules.UNKNOWN_COLOR, f"{refused.shown} is not a color{hint}", rules.UNKNOWN_COLOR.remedy)
 
 
 def _not_a_list(refused: _Refused) -> _Finding:
-    of_numbers = _of_numbers(location(refused.error["loc"]))
+    loc = refused.loc
+    of_numbers = "" if loc in (("objects",), ("lights",)) else f" of {_length(loc)} numbers"
     return _Finding(rules.NOT_A_LIST, f"must be a list{of_numbers}, got {refused.shown}")
-
-
-def _too_long(refused: _Refused) -> _Finding:
-    return _wrong_length(location(refused.error["loc"]), len(refused.value))
 
 
 def _exposure(refused: _Refused) -> _Finding:
     value = refused.value
-    hint = ": did you mean `auto`?" if isinstance(value, str) and value.lower() == "auto" else ""
+    hint = did_you_mean("auto" if isinstance(value, str) and value.lower() == "auto" else None)
     return _Finding(rules.NOT_A_NUMBER, f"must be a number of stops, or auto, {refused.got}{hint}")
 
 
@@ -318,6 +307,7 @@ _FINDINGS: dict[str, _Find] = {
     "color_kind": _color_kind,
     "color_name": _color_name,
     "exposure_kind": _exposure,
+    "extra_forbidden": _unexpected_key,
     "finite_number": _finite,
     "float_type": _number,
     "greater_than": _bound("greater than", "gt"),
@@ -327,16 +317,19 @@ _FINDINGS: dict[str, _Find] = {
     "less_than": _bound("less than", "lt"),
     "less_than_equal": _bound("at most", "le"),
     "literal_error": _choice,
+    "missing": _missing,
     "model_attributes_type": _must(rules.NOT_A_MAPPING, "a mapping"),
     "model_type": _must(rules.NOT_A_MAPPING, "a mapping"),
     "name_taken": _name_taken,
-    "no_direction": _said(rules.NO_DIRECTION),
-    "no_value": _said(rules.NO_VALUE),
+    "no_direction": _message_of_model(rules.NO_DIRECTION),
+    "no_value": _message_of_model(rules.NO_VALUE),
     "string_too_long": lambda refused: _Finding(rules.TOO_LONG, f"has more than {model.MAX_NAME:,} characters"),
     "string_too_short": lambda refused: _Finding(rules.EMPTY_TEXT, "must not be empty"),
     "string_type": _text,
-    "too_long": _too_long,
+    "too_long": lambda refused: _wrong_length(refused.loc, refused.value),
     "tuple_type": _not_a_list,
-    "up_along_view": _said(rules.UP_ALONG_VIEW),
-    "zero_length": _said(rules.ZERO_LENGTH),
+    "union_tag_invalid": _invalid_type,
+    "union_tag_not_found": lambda refused: _missing_type(),
+    "up_along_view": _message_of_model(rules.UP_ALONG_VIEW),
+    "zero_length": _message_of_model(rules.ZERO_LENGTH),
 }

@@ -1,4 +1,4 @@
-"""Values as messages show them: as they stand in the file, or in the option that sets them."""
+"""Values as messages show them: as written in the file, or in the option that sets them."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from rtcli.scene.reading.yaml_reader import plain_scalar
 
 
 def shown(value: Any, written: str | None) -> str:
-    """Return a value as a message shows what was found, cut to one line; a list or mapping by its kind.
+    """Return a value as messages show it, cut to one line; a list or mapping is only named.
 
     Parameters
     ----------
     value
         Plain data.
     written
-        The text at its place, which is that of the value itself or has the value in it; None if there is none.
+        The text at its place, which is the value or contains it; None if there is no text.
     """
     if value is None:
         return "no value"
@@ -33,7 +33,7 @@ def shown(value: Any, written: str | None) -> str:
 
 
 def _text(value: str, written: str | None) -> str:
-    """Return a text as it stands between its quotes; with its quotes where escapes in it make a difference.
+    """Return a text as written between its quotes, and with them if escapes make a difference.
 
     A text of several lines is shown by its value, in which YAML has joined them.
     """
@@ -42,7 +42,7 @@ def _text(value: str, written: str | None) -> str:
 
 
 def _means(written: str, value: Any) -> bool:
-    """Return whether a text is one for a number or truth value."""
+    """Return whether a text stands for a number or truth value."""
     found = WORDS.get(written, plain_scalar(written))
     return type(found) is type(value) and (found == value or (_is_nan(found) and _is_nan(value)))
 

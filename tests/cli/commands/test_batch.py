@@ -1,4 +1,4 @@
-"""`rtcli batch`: what it says and writes, and that nothing is lost however it ends."""
+"""`rtcli batch`: its messages and files, and that nothing is lost however it ends."""
 
 import json
 import os
@@ -28,7 +28,7 @@ def scenes(folder):
 
 
 def wait_until(happened, seconds=30):
-    """Wait until something happened; return what it gave."""
+    """Wait until a condition returns a true value; return the value."""
     end = time.monotonic() + seconds
     while not (found := happened()):
         assert time.monotonic() < end, "nothing happened"
@@ -199,7 +199,7 @@ def test_progress_on_a_terminal_is_one_bar_with_rate_and_time_left(folder):
     import pty
 
     ours, theirs = pty.openpty()
-    # So much that it takes more than a second: sooner no time is told that is left.
+    # It takes more than a second: no remaining time is shown before.
     command = [
         sys.executable,
         "-m",
@@ -219,7 +219,7 @@ def test_progress_on_a_terminal_is_one_bar_with_rate_and_time_left(folder):
     try:
         while piece := os.read(ours, 10_000):
             shown += piece
-    except OSError:  # how Linux says that the other end is closed
+    except OSError:  # Linux: the other end is closed
         pass
     os.close(ours)
     assert process.wait() == 0
@@ -241,7 +241,7 @@ FOV = ("--vary", "camera.fov=20:40:10")
 
 
 def times():
-    """Return when each file of the results was written."""
+    """Return the modification time of each result."""
     return {
         path: path.stat().st_mtime_ns for path in OUT.rglob("*") if path.is_file() and ".rtcli" not in path.parts
     }
@@ -540,20 +540,20 @@ def temporary_files():
 
 
 def lasting_temporary_files():
-    """Return those of scenes that take long, and not that of the manifest."""
+    """Return the temporary files of scenes, which take long, without that of the manifest."""
     before = temporary_files()
     time.sleep(0.3)
     return [path for path in temporary_files() if path in before]
 
 
 def children(pid):
-    """Return the processes that work for a batch."""
+    """Return the worker processes of a batch."""
     found = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
     return [int(child) for child in found if "spawn_main" in Path(f"/proc/{child}/cmdline").read_text()]
 
 
 def is_running(pid):
-    """Return whether a process is there, and not only its exit code."""
+    """Return whether a process is running, and not a zombie."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except (FileNotFoundError, ProcessLookupError):
@@ -690,9 +690,9 @@ def test_two_batches_into_one_folder_lose_nothing(run, spawn, folder):
 
 def test_png_batch_loads_neither_numpy_nor_pillow(scenes):
     program = (
-        "import sys; import rtcli.cli.commands.batch, rtcli.batch.work\n"
+        "import sys; import rtcli.cli.commands.batch, rtcli.batch.worker\n"
         "from rtcli.batch.jobs import BatchSettings, find_jobs\n"
-        "from rtcli.batch.work import BatchTask, render_job\n"
+        "from rtcli.batch.worker import BatchTask, render_job\n"
         "jobs = find_jobs(['scenes'], BatchSettings(), 'out')\n"
         "assert all(render_job(BatchTask(job, open(job.scene, 'rb').read())).outputs for job in jobs)\n"
         "print(sorted({'numpy', 'PIL', 'yaml'} & sys.modules.keys()))"

@@ -53,7 +53,7 @@ def save(name, *values):
 
 
 def brightened(count=1, by=5):
-    """Return the picture with so many pixels brighter, row 3 from column 7 on."""
+    """Return the picture with a number of brighter pixels, from row 3, column 7 on."""
     other = PIXELS.copy()
     other[3, 7 : 7 + count] += np.uint8(by)
     return other
@@ -450,7 +450,7 @@ def test_quiet_report_is_wrong_usage(run, unlike):
 
 @pytest.mark.parametrize("suffixes", [(".png", ".npz"), (".exr", ".jpg")])
 def test_picture_and_arrays_are_wrong_usage_that_says_what_to_do(run, suffixes):
-    result = run("compare", f"a{suffixes[0]}", f"b{suffixes[1]}")  # which need not be there
+    result = run("compare", f"a{suffixes[0]}", f"b{suffixes[1]}")  # need not exist
     assert result.exit_code == 2
     assert "compare two pictures, or two of .exr, .npz and .npy" in result.stderr
 

@@ -1,4 +1,4 @@
-"""`rtcli explain`: what it prints, and what it refuses. Its numbers are tested in `tests/test_explain.py`."""
+"""`rtcli explain`: its output and its errors. Its numbers are tested in `tests/test_explain.py`."""
 
 import json
 import os
@@ -145,7 +145,7 @@ def small(folder):
 
 
 def told(run, *arguments, **options):
-    """Explain a pixel; return what is printed."""
+    """Explain a pixel; return the output."""
     result = run("explain", *arguments, **options)
     assert (result.exit_code, result.stderr) == (0, "")
     return result.stdout

@@ -13,11 +13,11 @@ from PIL import Image as PillowImage
 
 import rtcli
 from rtcli.compare.difference import NEITHER, ONLY_FIRST, ONLY_SECOND
-from rtcli.image.formats import FORMATS
+from rtcli.image.write import FORMATS
 from rtcli.scene.model import Image, Render
 from rtcli.tracer._native import simd_level
 from rtcli.tracer.engines import default_threads
-from rtcli.tracer.world import PASSES
+from rtcli.tracer.passes import PASSES
 
 
 def names_in(folder):
@@ -25,14 +25,14 @@ def names_in(folder):
 
 
 def pixels(picture):
-    """Return the pixels of a PNG, given as a file's name or as bytes."""
+    """Return the pixels of a PNG, a file name or bytes."""
     with PillowImage.open(io.BytesIO(picture) if isinstance(picture, bytes) else picture) as image:
         assert image.format == "PNG"
         return np.asarray(image)
 
 
 def rendered(run, *options):
-    """Return the pixels that `rtcli render` makes with these options."""
+    """Return the pixels that `rtcli render` writes with these options."""
     result = run("render", "scene.yaml", "-o", "rendered.png", "--quiet", *options)
     assert result.exit_code == 0, result.stderr
     return pixels("rendered.png")
@@ -122,7 +122,7 @@ def test_engine_can_be_named(run, scene, engine):
 @pytest.mark.parametrize("options", [[], ["--exposure", "auto"], ["--crop", "10,5,20,12", "--samples", "3"]])
 @pytest.mark.parametrize("bits", [8, 16])
 def test_picture_is_what_the_film_of_its_engine_saves(run, scene, engine, options, bits):
-    # Of the native engine no film is made: its picture is traced, developed and written band by band.
+    # The native engine makes no film: it traces, develops and writes a picture band by band.
     result = run("render", scene, "-o", "out.png", "--engine", engine, "--bits", str(bits), *options)
     assert result.exit_code == 0
     samples, exposure = 3 if "--samples" in options else 1, "auto" if "auto" in options else 0.0
@@ -171,7 +171,7 @@ finally:
 def test_huge_picture_takes_little_memory(scene):
     env = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     result = subprocess.run([sys.executable, "-c", HUGE], stdout=subprocess.PIPE, text=True, env=env, check=True)
-    assert float(result.stdout) < 300  # MiB, of 768 for its pixels and 3,072 for its radiance
+    assert float(result.stdout) < 300  # MiB; its pixels take 768 and its radiance 3,072
     with Path("out.png").open("rb") as file:
         header = file.read(24)
     assert struct.unpack(">II", header[16:]) == (16384, 16384)
@@ -259,7 +259,7 @@ def test_quiet_still_tells_mistakes(run, scene):
 
 
 def refused(result, folder, code):
-    """Check that nothing was written, and that the reason stands on standard error; return it."""
+    """Check that nothing was written; return the reason on standard error."""
     assert result.exit_code == code, result.output
     assert result.stdout == ""
     assert "Traceback" not in result.stderr
@@ -583,7 +583,7 @@ def test_missing_extra_exits_with_3_before_the_work(run, scene, folder, monkeypa
 @pytest.mark.parametrize("suffix", SUFFIXES)
 @pytest.mark.parametrize("blocks", [0, 1, 16])
 def test_full_disk_exits_with_3_and_leaves_no_file(spawn, scene, folder, suffix, blocks):
-    # A limit on the size of files, in blocks of 512 bytes, does what a full disk does.
+    # A limit on the size of files, in blocks of 512 bytes, has the effect of a full disk.
     if suffix == ".exr":
         pytest.importorskip("OpenEXR", exc_type=ImportError)
     options = ["--size", "200x150", "--passes", "all", "-q"]
@@ -605,7 +605,7 @@ def test_full_disk_exits_with_3_and_leaves_no_file(spawn, scene, folder, suffix,
     assert names_in(folder) == ["scene.yaml"]
 
 
-READ_ONLY = Path("/proc/self")  # where root cannot write either, whose rights no mode of a folder takes away
+READ_ONLY = Path("/proc/self")  # root cannot write there either, though it ignores the mode of a folder
 
 
 @pytest.mark.skipif(os.name == "nt", reason="modes of folders are another matter there")
@@ -632,7 +632,7 @@ def test_read_only_folder_exits_with_3_before_the_work(run, scene, folder, suffi
 
 @pytest.fixture(params=SUFFIXES)
 def golden(run, scene, request):
-    """A picture that was kept, in each format."""
+    """A golden picture in each format."""
     if request.param == ".exr":
         pytest.importorskip("OpenEXR", exc_type=ImportError)
     name = f"golden{request.param}"
@@ -802,7 +802,7 @@ def test_rendering_of_another_size_is_still_made_where_it_is_asked_for(run, scen
 
 @pytest.fixture(params=[suffix for suffix in SUFFIXES if suffix != ".exr"])
 def golden_with_passes(run, scene, request):
-    """A picture that was kept with passes, in each format that needs no other package."""
+    """A golden picture with passes, in each format that needs no optional package."""
     name = f"golden{request.param}"
     assert run("render", scene, "-o", name, "-q", "--passes", "all").exit_code == 0
     return name
@@ -816,7 +816,7 @@ def test_passes_that_are_named_pass_the_check_too(run, scene, golden_with_passes
     assert sorted(layers) == sorted(["layer", picture, *PASSES, "equal"])
 
 
-# Each changes one pass, and of the radiance nothing: it is black.
+# Each changes one pass and not the radiance, which is black.
 CHANGES = {
     "depth": ["--set", "camera.position=[0, 0, 1]", "--set", "objects.ball.radius=1.0001"],
     "normal": ["--set", "objects[1].normal=[0.1, 1, 0]"],
@@ -896,7 +896,7 @@ def test_rendering_of_another_size_fails_and_is_drawn_beside_the_golden_one(run,
         assert (picture[:20, 40:] == ONLY_SECOND).all()
         assert (picture[20:, 40:] == NEITHER).all()
     assert "rendering: " in result.stderr
-    assert "rendering: " not in run(*check).stderr  # the size tells, and nothing is to be drawn
+    assert "rendering: " not in run(*check).stderr  # sizes differ, and there is nothing to draw
 
 
 def test_difference_picture_of_an_earlier_check_is_told(run, scene, folder):

@@ -9,7 +9,7 @@ def test_codes_and_names_are_unique():
     assert len({rule.code for rule in RULES}) == len({rule.name for rule in RULES}) == len(RULES)
 
 
-def test_codes_stand_in_order():
+def test_codes_are_in_order():
     assert [rule.code for rule in RULES] == sorted(rule.code for rule in RULES)
 
 
@@ -23,5 +23,5 @@ def test_rule_has_a_code_a_name_and_a_sentence(rule):
 
 
 @pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.code)
-def test_severity_is_told_by_the_code(rule):
+def test_code_decides_the_severity(rule):
     assert rule.severity == {"E": "error", "W": "warning"}[rule.code[0]]

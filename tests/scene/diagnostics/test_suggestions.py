@@ -1,9 +1,10 @@
-"""What unknown words probably mean."""
+"""Suggestions for unknown words."""
 
 import pytest
 
 from rtcli.scene import model
 from rtcli.scene.diagnostics.suggestions import suggested_key, suggested_type
+from rtcli.scene.diagnostics.synonyms import WORDS_FOR_SHAPES
 
 MODELS = [model.Scene, model.Camera, model.PointLight, model.CarriedLight, model.Render, model.Image]
 MODELS += model.SHAPES.values()
@@ -52,7 +53,7 @@ MODELS += model.SHAPES.values()
         (model.Image, "ev", "exposure"),
     ],
 )
-def test_word_of_others_means_a_key(around, word, meant):
+def test_word_of_another_renderer_means_a_key(around, word, meant):
     assert suggested_key(word, around.model_fields) == meant
 
 
@@ -68,7 +69,7 @@ def test_word_of_several_keys_means_the_one_that_is_missing():
     assert suggested_key("size", ["radius", "resolution"], missing=["radius"]) == "radius"
 
 
-def test_word_that_means_a_key_of_another_mapping_is_like_none_here():
+def test_word_for_a_key_of_another_mapping_suggests_none():
     assert suggested_key("height", model.Sphere.model_fields) is None  # and not `light`
 
 
@@ -91,5 +92,9 @@ def test_word_that_means_a_key_of_another_mapping_is_like_none_here():
         ("", None),
     ],
 )
-def test_word_of_others_means_a_type(word, meant):
+def test_word_of_another_renderer_means_a_type(word, meant):
     assert suggested_type(word, model.SHAPES) == meant
+
+
+def test_each_shape_has_words_of_others():
+    assert list(WORDS_FOR_SHAPES) == list(model.SHAPES)

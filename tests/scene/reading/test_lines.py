@@ -16,7 +16,7 @@ def by_splitting(text, offset):
 
 
 @given(text=st.text(st.sampled_from("a\r\n\x85\u2028"), max_size=30), chunk=st.integers(1, 8))
-def test_lines_are_those_that_splitting_gives(text, chunk):
+def test_lines_are_those_of_splitting_the_text(text, chunk):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(lines, "_CHUNK", chunk)
         found = Lines(text)
@@ -24,7 +24,7 @@ def test_lines_are_those_that_splitting_gives(text, chunk):
             assert (found.number_of(offset), found.start_of(offset)) == by_splitting(text, offset)
 
 
-def test_text_longer_than_a_chunk_is_counted_through():
+def test_lines_of_a_text_longer_than_a_chunk_are_counted():
     text = "ab\r\n" * 5000 + "c"
     found = Lines(text)
     assert (found.number_of(20_000), found.start_of(20_000)) == (5001, 20_000)

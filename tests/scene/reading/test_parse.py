@@ -16,20 +16,20 @@ from rtcli.scene.reading import json_reader, yaml_reader
 from rtcli.scene.reading.limits import MAX_DEPTH
 from rtcli.scene.reading.parse import decode, parse, parse_bytes
 from rtcli.scene.reading.source import HEAD, KEY, VALUE, Source, dotted, pointer
-from rtcli.scene.reading.yaml_reader import read_carefully
+from rtcli.scene.reading.yaml_reader import read_exact
 from rtcli.scene.validation.validate import validate
 
 INFINITY = float("inf")
 
 
-def data_of(text, **options):
-    document = parse(text, "scene.yaml", **options)
+def data_of(text, name="scene.yaml"):
+    document = parse(text, name)
     assert document.problems == []
     return document.data
 
 
 def problems_of(raw, name="scene.yaml"):
-    """Return (line, column, message) of all that the reader finds wrong."""
+    """Return (line, column, message) of every problem that the reader finds."""
     raw = raw.encode() if isinstance(raw, str) else raw
     try:
         problems = parse_bytes(raw, name).problems
@@ -70,7 +70,7 @@ def problems_of(raw, name="scene.yaml"):
         ("+.inf", INFINITY),
         ("-.inf", -INFINITY),
         ("9" * 300, int("9" * 300)),
-        ("9" * 5000, INFINITY),  # past what Python converts, and past every float
+        ("9" * 5000, INFINITY),  # too long for Python to convert, and larger than any float
         ("true", True),
         ("True", True),
         ("TRUE", True),
@@ -99,14 +99,14 @@ def test_not_a_number_is_a_float(text):
     "text",
     [
         *("no", "yes", "on", "off", "y", "n"),  # booleans in YAML 1.1
-        *("12:30", "1:30:00", "2001-01-01"),  # sexagesimals and dates there
+        *("12:30", "1:30:00", "2001-01-01"),  # sexagesimals and dates in YAML 1.1
         *("0b1", "1_000", "0o8", "0x", "0xg", "+0x10", "-0o7"),
         *("tRUE", "nULL", "nil", "none"),
         *(".", "+", "-.", "e3", "1e", "1.5.2", "1,000", "inf", "nan", "Infinity", "-.nan", "+.nan", ".iNf"),
         *("٣", "１", "1 2", "=", "4x3"),  # noqa: RUF001 - digits of other scripts are not numbers
     ],
 )
-def test_plain_scalar_of_no_other_kind_is_text(text):
+def test_any_other_plain_scalar_is_text(text):
     assert data_of(f"key: {text}") == {"key": text}
 
 
@@ -128,7 +128,7 @@ def test_directive_of_an_older_yaml_changes_no_value():
 
 
 @pytest.mark.parametrize("raw", [b"", b"# only a comment\n", b"---\n", b"null", b"\xef\xbb\xbf"])
-def test_file_without_content_is_no_value(raw):
+def test_empty_file_is_null(raw):
     assert parse_bytes(raw, "scene.yaml").data is None
 
 
@@ -137,7 +137,7 @@ def test_byte_order_mark_is_skipped(name):
     assert parse_bytes(b'\xef\xbb\xbf{"key": 1}', name).data == {"key": 1}
 
 
-def test_line_ends_of_windows_are_read():
+def test_windows_line_ends_are_read():
     document = parse("a: 1\r\nb: [2,\r\n  3]\r\n", "scene.yaml")
     assert document.data == {"a": 1, "b": [2, 3]}
     assert (document.span(("b", 1)).line, document.span(("b", 1)).column) == (3, 3)
@@ -152,7 +152,7 @@ def test_line_ends_of_windows_are_read():
         (b"a: 1\r\nb: \xff", 2, 4),
         ("ä: ".encode() + b"\xff", 1, 4),  # columns count characters
         (b"key: \xc3", 1, 6),
-        (b"\xef\xbb\xbfkey: \xff", 1, 6),  # the byte order mark is no column
+        (b"\xef\xbb\xbfkey: \xff", 1, 6),  # the byte order mark has no column
         (b"\xef\xbb\xbf" + "a: 1\nä: ".encode() + b"\xff", 2, 4),
         (b"key: \xed\xa0\x80", 1, 6),  # a surrogate
     ],
@@ -194,7 +194,7 @@ def test_markers_of_one_document_are_fine(text):
         ("a:\n\t- 1", 2, 1),
     ],
 )
-def test_syntax_error_is_reported_at_its_place(text, line, column):
+def test_syntax_error_is_reported_at_its_position(text, line, column):
     [(*place, message)] = problems_of(text)
     assert place == [line, column]
     assert message.startswith("not valid YAML: ")
@@ -227,7 +227,7 @@ def test_equal_keys_of_different_mappings_are_fine():
 @pytest.mark.parametrize(
     ("text", "column"), [("[a]: 1", 1), ("{a: 1}: 1", 1), ("? [a]\n: 1", 3), ("? {a: 1}\n: 1", 3)]
 )
-def test_key_that_is_no_text_is_refused(text, column):
+def test_key_that_is_not_text_is_refused(text, column):
     assert problems_of(text) == [(1, column, "a key must be text, not a list or a mapping")]
 
 
@@ -287,7 +287,7 @@ def test_alias_and_merge_key_stand_for_their_anchor(text, data):
         ("*x : 1", 1, "not an alias"),
     ],
 )
-def test_alias_or_merge_key_that_leads_nowhere_is_refused(text, column, part):
+def test_alias_or_merge_key_without_a_target_is_refused(text, column, part):
     [(line, where, message)] = problems_of(text)
     assert (line, where) == (1, column)
     assert part in message
@@ -324,10 +324,10 @@ def _bomb(item):
         "anchors in anchors",
     ],
 )
-def test_bomb_ends_quickly_with_one_problem(text):
+def test_alias_bomb_ends_quickly_with_one_problem(text):
     start = time.perf_counter()
     assert len(problems_of(text)) == 1
-    assert time.perf_counter() - start < 60  # without the guards it would be hours
+    assert time.perf_counter() - start < 60  # without the limits it would take hours
 
 
 @pytest.mark.parametrize("text", ["[" * 100_000, '{"a":' * 100_000])
@@ -379,7 +379,7 @@ def test_hostile_file_is_refused_with_little_memory_and_time(tmp_path, name, mak
     assert len(result.stdout) < 200_000
 
 
-def test_nesting_up_to_the_bound_is_read():
+def test_nesting_up_to_the_limit_is_read():
     assert data_of("[" * MAX_DEPTH + "]" * MAX_DEPTH)
 
 
@@ -411,12 +411,12 @@ objects:
         (("objects", 0, "position", 2), 7, 7),
         (("objects", 0, "color"), 8, 19),  # without its anchor
         (("objects", 1, "type"), 9, 12),
-        (("objects", 1, "color", 1), 8, 23),  # an alias: where the number stands
+        (("objects", 1, "color", 1), 8, 23),  # an alias: the span of its anchor's value
         (("objects", 1, "radius"), 9, 5),  # missing: the mapping around it
         (("objects", 7), 5, 3),
     ],
 )
-def test_value_has_the_place_of_its_first_character(loc, line, column):
+def test_span_of_a_value_starts_at_its_first_character(loc, line, column):
     span = parse(PLACES, "scene.yaml").span(loc)
     assert (span.path, span.line, span.column) == ("scene.yaml", line, column)
 
@@ -425,13 +425,13 @@ def test_value_has_the_place_of_its_first_character(loc, line, column):
     ("loc", "line", "column"),
     [(("camera",), 1, 1), (("camera", "resolution"), 2, 3), (("objects", 0, "color"), 8, 5), (("none",), 1, 1)],
 )
-def test_key_has_the_place_of_its_first_character(loc, line, column):
+def test_span_of_a_key_starts_at_its_first_character(loc, line, column):
     place = parse(PLACES, "scene.yaml").span(loc, KEY)
     assert (place.line, place.column) == (line, column)
 
 
-def test_values_of_json_have_places():
-    place = parse('{\n\t"a": [1,\n  22]}', "scene.json", is_json=True).span(("a", 1))
+def test_json_values_have_spans():
+    place = parse('{\n\t"a": [1,\n  22]}', "scene.json").span(("a", 1))
     assert (place.line, place.column) == (3, 3)
 
 
@@ -481,7 +481,7 @@ version:
         (("camera", "fov"), KEY, "fov"),
         (("camera", "fov"), VALUE, "40"),
         (("camera",), HEAD, "{"),
-        (("camera", "up"), VALUE, "{"),  # missing: the first token of what it is missing from
+        (("camera", "up"), VALUE, "{"),  # missing: the first token of the value around it
         (("objects",), HEAD, "-"),
         (("objects", 0), HEAD, "type"),
         (("objects", 0, "radius"), VALUE, "type"),
@@ -496,21 +496,21 @@ version:
         ((), HEAD, "camera"),
     ],
 )
-def test_span_is_just_the_token(loc, what, shown):
-    assert spanned(read_carefully(Source("scene.yaml", ENDS)).span(loc, what), ENDS) == shown
+def test_span_holds_exactly_the_token(loc, what, shown):
+    assert spanned(read_exact(Source("scene.yaml", ENDS)).span(loc, what), ENDS) == shown
 
 
 def spanned(span, text):
-    """Return the piece of a text that a span names, by its lines and columns."""
+    """Return the part of a text that a span covers, by its lines and columns."""
     starts = [0, *(match.end() for match in re.finditer(r"\r\n|\r|\n", text))]
     first = starts[span.line - 1] + span.column - 1
     return text[first : starts[span.end_line - 1] + span.end_column - 1]
 
 
 @given(data=st.deferred(lambda: DATA), indent=st.sampled_from([None, 2]), is_json=st.booleans())
-def test_spans_of_json_hold_the_text_of_their_values(data, indent, is_json):
+def test_spans_hold_the_text_of_json_values(data, indent, is_json):
     text = json.dumps(data, ensure_ascii=False, indent=indent)
-    document = (json_reader if is_json else yaml_reader).read_carefully(Source("scene", text))
+    document = (json_reader if is_json else yaml_reader).read_exact(Source("scene", text))
     for loc, value in all_values(data, ()):
         assert repr(json.loads(spanned(document.span(loc), text))) == repr(value)
         if loc and isinstance(loc[-1], str):
@@ -518,7 +518,7 @@ def test_spans_of_json_hold_the_text_of_their_values(data, indent, is_json):
 
 
 def all_values(node, loc):
-    """Yield the location and value of a node and all that is in it."""
+    """Yield the location and value of a node and of every node in it."""
     yield loc, node
     for step, child in (
         node.items() if isinstance(node, dict) else enumerate(node if isinstance(node, list) else ())
@@ -547,7 +547,7 @@ def test_line_separators_that_editors_do_not_count_are_not_counted(separator):
         ('// comment\n{"a": 1}', 1, 1),
     ],
 )
-def test_json_syntax_error_is_reported_at_its_place(text, line, column):
+def test_json_syntax_error_is_reported_at_its_position(text, line, column):
     [(*place, message)] = problems_of(text, "scene.json")
     assert place == [line, column]
     assert message.startswith("not valid JSON: ")
@@ -563,18 +563,18 @@ def test_json_duplicate_key_is_reported_where_it_is_repeated():
     "text", ['{"camera": NaN}', '{"camera": 1e400}', '{"camera": -Infinity}', f'{{"camera": {"9" * 5_000}}}']
 )
 def test_json_number_that_is_not_finite_is_left_to_the_models(text):
-    assert not math.isfinite(data_of(text, is_json=True)["camera"])
+    assert not math.isfinite(data_of(text, "scene.json")["camera"])
 
 
 @pytest.mark.parametrize("name", ["scene.json", "SCENE.JSON"])
-def test_json_is_known_by_its_suffix(name):
+def test_json_is_recognized_by_its_suffix(name):
     assert problems_of("a: 1", name)
 
 
 @given(data=st.deferred(lambda: DATA), indent=st.sampled_from([None, 2]), ascii_only=st.booleans())
-def test_both_readings_of_json_agree(data, indent, ascii_only):
+def test_both_readers_of_json_agree(data, indent, ascii_only):
     source = Source("scene.json", json.dumps(data, ensure_ascii=ascii_only, indent=indent))
-    assert repr(json_reader.read_carefully(source).data) == repr(json.loads(source.text))
+    assert repr(json_reader.read_exact(source).data) == repr(json.loads(source.text))
 
 
 JSON_PIECES = [
@@ -607,19 +607,19 @@ JSON_PIECES = [
 @example(text="[1]]")
 @example(text="1.")
 @example(text="\x0c1")
-def test_careful_reading_of_json_refuses_what_pythons_parser_refuses(text):
+def test_exact_reader_of_json_refuses_what_pythons_parser_refuses(text):
     try:
         expected = repr(json.loads(text))
     except ValueError:
         expected = None
-    refused = refusal(json_reader.read_carefully, Source("scene.json", text))
+    refused = refusal(json_reader.read_exact, Source("scene.json", text))
     assert (refused is None) == (expected is not None)
-    if refused is None and "duplicate" not in str(json_reader.read_carefully(Source("a", text)).problems):
-        assert repr(json_reader.read_carefully(Source("scene.json", text)).data) == expected
+    if refused is None and "duplicate" not in str(json_reader.read_exact(Source("a", text)).problems):
+        assert repr(json_reader.read_exact(Source("scene.json", text)).data) == expected
 
 
 def test_surrogate_pair_of_json_is_a_character():
-    assert parse('"\\ud83d\\ude00"', "a", is_json=True).data == "😀"
+    assert parse('"\\ud83d\\ude00"', "a.json").data == "😀"
 
 
 # --- Text in messages ------------------------------------------------------------------------------------
@@ -640,7 +640,7 @@ def test_surrogate_pair_of_json_is_a_character():
         ("\U000e0041", r"\U000e0041"),
     ],
 )
-def test_text_is_shown_so_that_a_terminal_can_be_trusted_with_it(text, shown):
+def test_quoted_text_is_safe_for_a_terminal(text, shown):
     assert printable(text) == shown
     assert quoted(text) == f"`{shown}`"
 
@@ -651,7 +651,7 @@ def test_long_text_is_cut():
 
 # --- What holds for every text ---------------------------------------------------------------------------
 
-# What json.dumps leaves as it is and YAML refuses or folds: lone surrogates, C1 controls, line separators, marks.
+# Characters that json.dumps leaves alone and YAML refuses or folds: lone surrogates, C1 controls, line separators.
 CHARACTERS = st.characters(
     exclude_categories=("Cs", "Zl", "Zp"),
     exclude_characters=[*map(chr, range(0x7F, 0xA0)), "\ufeff", "\ufffe", "\uffff"],
@@ -662,10 +662,10 @@ DATA = st.recursive(LEAVES, lambda inner: st.lists(inner) | st.dictionaries(TEXT
 
 
 @given(data=DATA, indent=st.sampled_from([None, 2]))
-def test_json_text_gives_its_data_back_through_both_readers(data, indent):
+def test_both_formats_read_json_text_as_the_same_data(data, indent):
     text = json.dumps(data, ensure_ascii=False, indent=indent)
-    for is_json in (True, False):
-        assert repr(data_of(text, is_json=is_json)) == repr(data)  # repr tells 1 from 1.0 and True
+    for name in ("scene.json", "scene.yaml"):
+        assert repr(data_of(text, name)) == repr(data)  # repr distinguishes 1 from 1.0 and True
 
 
 PIECES = ["a", "1", ": ", "- ", "\n", " ", "[", "]", "{", "}", ",", "&x ", "*x", "<<", "'", '"', "!x ", "? ", "|"]
@@ -673,7 +673,7 @@ YAML_LIKE = st.lists(st.sampled_from(PIECES), max_size=30).map("".join)
 
 
 def reading(read, text):
-    """Return all that a reader says of a text: data, problems, and the place of the value that was read last."""
+    """Return everything that a reader finds in a text: data, problems, and the location of the last value."""
     try:
         document = read(text, "scene.yaml")
     except SceneError as error:
@@ -686,7 +686,7 @@ def reading(read, text):
 
 
 def carefully(text, name):
-    return read_carefully(Source(name, text))
+    return read_exact(Source(name, text))
 
 
 @pytest.mark.parametrize(
@@ -704,12 +704,12 @@ def carefully(text, name):
         *("{a: " * depth + "1" + "}" * depth for depth in (MAX_DEPTH, MAX_DEPTH + 1)),
     ],
 )
-def test_reading_without_places_agrees_with_the_one_with_places(text):
+def test_fast_reader_agrees_with_the_exact_one(text):
     assert reading(parse, text) == reading(carefully, text)
 
 
 @given(text=YAML_LIKE)
-def test_reading_without_places_agrees_with_the_one_with_places_for_any_text(text):
+def test_fast_reader_agrees_with_the_exact_one_on_any_text(text):
     assert reading(parse, text) == reading(carefully, text)
 
 
@@ -722,7 +722,7 @@ def test_reading_without_places_agrees_with_the_one_with_places_for_any_text(tex
     ],
 )
 @pytest.mark.parametrize("bound", range(1, 40))
-def test_both_readings_have_the_same_bound_of_values(monkeypatch, bound, text):
+def test_both_readers_have_the_same_limit_on_values(monkeypatch, bound, text):
     monkeypatch.setattr("rtcli.scene.reading.limits.MAX_NODES", bound)
     assert reading(parse, text) == reading(carefully, text)
 
@@ -740,12 +740,12 @@ def test_both_readings_have_the_same_bound_of_values(monkeypatch, bound, text):
         ("a: &x [*x]", False),
     ],
 )
-def test_only_a_text_that_needs_places_is_read_with_them(text, plain):
-    assert (parse(text, "scene.yaml").places is None) is plain
+def test_only_a_text_that_needs_the_exact_reader_gets_it(text, plain):
+    assert (parse(text, "scene.yaml").root_span is None) is plain
 
 
 def refusal(read, *arguments, **options):
-    """Return the SceneError with which a reader refuses, or None; every other exception ends the test."""
+    """Return the SceneError that a reader raises, or None; any other exception fails the test."""
     try:
         read(*arguments, **options)
     except SceneError as error:
@@ -753,11 +753,11 @@ def refusal(read, *arguments, **options):
     return None
 
 
-@given(text=st.text() | YAML_LIKE, is_json=st.booleans())
-@example(text="\ud800", is_json=False)
-@example(text='{"\\ud800": 1}', is_json=True)
-def test_reader_raises_nothing_but_scene_errors_for_any_text(text, is_json):
-    error = refusal(lambda: validate(parse(text, "scene", is_json=is_json)))
+@given(text=st.text() | YAML_LIKE, name=st.sampled_from(["scene.yaml", "scene.json"]))
+@example(text="\ud800", name="scene.yaml")
+@example(text='{"\\ud800": 1}', name="scene.json")
+def test_reader_raises_nothing_but_scene_errors_for_any_text(text, name):
+    error = refusal(lambda: validate(parse(text, name)))
     assert error is not None
     assert all(problem.message.isprintable() for problem in error.problems)
 
@@ -775,7 +775,7 @@ def test_reader_raises_nothing_but_scene_errors_for_any_bytes(raw, name):
 
 
 @pytest.mark.parametrize("running", [True, False])
-def test_garbage_collector_is_paused_while_parsing_and_left_as_it_was(monkeypatch, running):
+def test_garbage_collector_is_paused_while_parsing_and_then_restored(monkeypatch, running):
     seen = []
     monkeypatch.setattr("rtcli.scene.reading.yaml_reader.plain_scalar", lambda text: seen.append(gc.isenabled()))
     was_running = gc.isenabled()
@@ -788,14 +788,14 @@ def test_garbage_collector_is_paused_while_parsing_and_left_as_it_was(monkeypatc
     assert seen == [False]
 
 
-def test_key_that_a_merge_brings_in_keeps_its_place():
+def test_merged_key_keeps_its_span():
     document = parse("base: &base\n  kind: 1\nother:\n  <<: *base\n", "scene.yaml")
     place = document.span(("other", "kind"), KEY)
     assert (place.line, place.column) == (2, 3)
 
 
 @pytest.mark.parametrize("line_end", [b"\n", b"\r", b"\r\n"])
-def test_bad_byte_is_placed_in_its_line_whatever_ends_the_lines(line_end):
+def test_bad_byte_is_located_with_any_line_ends(line_end):
     with pytest.raises(SceneError) as refused:
         decode(b"a: 1" + line_end + b"b: \xff", "scene.yaml")
     assert [(problem.line, problem.column) for problem in refused.value.problems] == [(2, 4)]

@@ -1,4 +1,4 @@
-"""A scene without a file's name, as on standard input: JSON is read as JSON, all else as YAML."""
+"""A scene without a file name, as on standard input: JSON is read as JSON, anything else as YAML."""
 
 import json
 
@@ -23,16 +23,16 @@ def report(text, name=NAME):
 
 @pytest.mark.parametrize("name", ["<stdin>", "/dev/stdin", "/dev/fd/63", "scene", "scene.txt", "-"])
 @pytest.mark.parametrize("start", ["", " \t\r\n", "\ufeff", "\ufeff \n"])
-def test_json_is_read_by_the_reader_of_json(monkeypatch, name, start):
-    monkeypatch.setattr(yaml_reader, "read_plain", None)
-    monkeypatch.setattr(yaml_reader, "read_carefully", None)
+def test_json_without_a_suffix_is_read_as_json(monkeypatch, name, start):
+    monkeypatch.setattr(yaml_reader, "read_fast", None)
+    monkeypatch.setattr(yaml_reader, "read_exact", None)
     text = start + '{"camera": {"resolution": [4, 3], "fov": 40}}'
     assert validate(parse_bytes(text.encode(), name)).camera.fov == 40
     assert "fov: must be less than 180, got 4E2" in report(text.replace("40", "4E2"), name)
 
 
 @given(scene=mutated_scenes())
-def test_json_gets_the_report_of_a_file_of_json(scene):
+def test_json_without_a_suffix_gets_the_report_of_a_json_file(scene):
     text = json.dumps(scene)
     assert report(text) == report(text, "scene.json")
 
@@ -59,7 +59,7 @@ def test_json_gets_the_report_of_a_file_of_json(scene):
         b"{camera: \xff}",
     ],
 )
-def test_all_else_gets_the_report_of_a_file_of_yaml(text):
+def test_other_text_without_a_suffix_gets_the_report_of_a_yaml_file(text):
     assert report(text) == report(text, "scene.yaml")
 
 
@@ -81,11 +81,11 @@ def test_all_else_gets_the_report_of_a_file_of_yaml(text):
         b'{"camera": "\xff"}',
     ],
 )
-def test_broken_json_gets_the_report_of_a_file_of_json(text):
+def test_broken_json_without_a_suffix_gets_the_report_of_a_json_file(text):
     assert report(text) == report(text, "scene.json")
 
 
-def test_names_of_files_still_tell_their_format():
+def test_suffix_of_a_file_decides_its_format():
     text = '{"camera": {"resolution": [4, 3], "fov": 40,}}'
     assert "not valid JSON" in report(text, "a.JSON")
     assert "resolution=(4, 3)" in report(text, "a.YML")

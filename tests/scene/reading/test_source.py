@@ -1,4 +1,4 @@
-"""Texts and places: what is shown of a line, and where a location leads."""
+"""Texts and spans: the excerpt of a line, and the span of a location."""
 
 import pytest
 
@@ -12,8 +12,8 @@ from rtcli.scene.reading.source import HEAD, KEY, Source
     [
         (0, 3, "one", "one"),
         (4, 5, "two", "t"),
-        (7, 7, "two", ""),  # the end of a line belongs to it
-        (4, 12, "two", "two"),  # of several lines the first is shown
+        (7, 7, "two", ""),  # a line end belongs to its line
+        (4, 12, "two", "two"),  # the excerpt of several lines is the first
         (8, 13, "three", "three"),
         (13, 13, "three", ""),
     ],
@@ -25,7 +25,7 @@ def test_excerpt_is_the_line_in_which_a_span_starts(start, end, shown, marked):
     assert not excerpt.cut_after
 
 
-def test_excerpt_of_a_long_line_is_a_piece_of_it():
+def test_excerpt_of_a_long_line_is_the_part_around_the_span():
     text = "x" * 1000 + "HERE" + "y" * 1000
     excerpt = Source("a", text).span(1000, 1004).excerpt
     assert excerpt.text[excerpt.start : excerpt.end] == "HERE"
@@ -34,7 +34,7 @@ def test_excerpt_of_a_long_line_is_a_piece_of_it():
     assert len(excerpt.text) <= 300
 
 
-def test_excerpt_at_the_edge_of_a_piece_is_not_said_to_be_cut():
+def test_excerpt_that_ends_with_the_line_is_not_marked_as_cut():
     text = "x" * 200 + "\nnext"
     assert not Source("a", text).span(0, 1).excerpt.cut_after
     assert Source("a", "x" * 201).span(0, 1).excerpt.cut_after
@@ -59,7 +59,7 @@ DOCUMENT = parse("camera: {fov: 40}\nobjects: [{type: box}]\n", "scene.yaml")
         (("lights",), ()),
     ],
 )
-def test_nearest_is_the_location_of_what_is_there(loc, nearest):
+def test_nearest_is_the_longest_location_that_exists(loc, nearest):
     assert DOCUMENT.nearest(loc) == nearest
 
 

@@ -1,4 +1,4 @@
-"""Problems of the text itself have the JSON pointer of the value or mapping in which they stand."""
+"""Problems of the text itself have the JSON pointer of the value or mapping around them."""
 
 import json
 
@@ -12,7 +12,7 @@ from rtcli.reports.file_report import FileReport
 from rtcli.scene.diagnostics.problems import SceneError
 from rtcli.scene.reading.parse import parse_bytes
 from rtcli.scene.reading.source import Source, pointer
-from rtcli.scene.reading.yaml_reader import read_carefully
+from rtcli.scene.reading.yaml_reader import read_exact
 from rtcli.scene.validation.validate import validate
 
 
@@ -23,7 +23,7 @@ def problems(text, name="scene.yaml"):
 
 
 YAML = [
-    # the value that a key awaits
+    # a key without its value
     ("camera: @a", "/camera"),
     ("camera:\n  resolution: [640, 480]\n  fov: `40`\n", "/camera/fov"),
     ("camera: {resolution: [640, 480], fov: @40}", "/camera/fov"),
@@ -36,7 +36,7 @@ YAML = [
     ("camera:\n\tfov: 40\n", "/camera"),
     ("a: 1\nb: @", "/b"),
     ("a: [1]\n@: 1", ""),
-    # objects as mappings in lines and in brackets
+    # objects as block mappings and as flow mappings
     ("objects:\n  - type: sphere\n    radius: @1\n", "/objects/0/radius"),
     ("objects:\n  - {type: sphere}\n  - {type: sphere, radius: @1}\n", "/objects/1/radius"),
     ("objects:\n  - {type: sphere}\n  - {type: box, light: {color: [1, %]}}\n", "/objects/1/light/color"),
@@ -62,7 +62,7 @@ YAML = [
     ("camera: {<<: [*a]}", "/camera"),
     ("objects: [{}, {<<: 3}]", "/objects/1"),
     ("objects: [{}, {<<: [{}, 3]}]", "/objects/1"),
-    # keys that are no text, too many, too long
+    # keys that are not text, too many or too long
     ("camera: {[a]: 1}", "/camera"),
     ("camera: {&a b: 1, *a : 2}", "/camera"),
     ("lights: [{" + ", ".join(f"k{i}: 1" for i in range(101)) + "}]", "/lights/0"),
@@ -101,16 +101,16 @@ JSON = [
 
 
 @pytest.mark.parametrize(("text", "pointer"), YAML)
-def test_problem_of_yaml_has_the_pointer_of_what_is_around_it(text, pointer):
+def test_problem_of_yaml_has_the_pointer_of_the_value_around_it(text, pointer):
     assert problems(text)[0].pointer == pointer
 
 
 @pytest.mark.parametrize(("text", "pointer"), JSON)
-def test_problem_of_json_has_the_pointer_of_what_is_around_it(text, pointer):
+def test_problem_of_json_has_the_pointer_of_the_value_around_it(text, pointer):
     assert problems(text, "scene.json")[0].pointer == pointer
 
 
-def test_reports_of_programs_hold_it():
+def test_reports_for_programs_hold_the_pointer():
     checked = [FileReport("a", tuple(problems("objects: [{}, {name: [1, !x 2]}]")))]
     (problem,) = json.loads("".join(json_report.report(checked)))
     assert problem["pointer"] == "/objects/1/name/1"
@@ -118,12 +118,12 @@ def test_reports_of_programs_hold_it():
     assert result["locations"][0]["logicalLocations"] == [{"fullyQualifiedName": "objects[1].name[1]"}]
 
 
-def test_people_are_told_the_mapping_of_a_duplicate_key_whose_name_the_message_has():
+def test_location_of_a_duplicate_key_is_its_mapping_since_the_message_names_the_key():
     (problem,) = problems("camera: {fov: 1, fov: 2}")
     assert str(problem).startswith("scene.yaml:1:18: error: camera: duplicate key `fov`")
 
 
-def test_location_deeper_than_any_scene_is_cut_for_people():
+def test_location_deeper_than_any_scene_is_cut():
     (problem,) = problems("lights: " + "[" * 65)
     assert problem.where == "lights" + "[0]" * 7 + "…"
 
@@ -144,11 +144,13 @@ objects:
     size: [1, 1,
       1]
 """
-PLACES = read_carefully(Source("scene.yaml", TEXT)).places
+ROOT_SPAN = read_exact(Source("scene.yaml", TEXT)).root_span
 
 
 @given(offset=st.integers(0, len(TEXT) - 1))
-def test_character_anywhere_in_a_value_has_the_pointer_of_that(offset):
+def test_character_anywhere_in_a_value_has_the_pointer_of_that_value(offset):
     found = problems(TEXT[:offset] + "\x07" + TEXT[offset:])[0]
-    before, after = (pointer(PLACES.innermost(at)) for at in (offset - 1, offset))
-    assert found.pointer in (before, after, *[f"{after}/{index}" for index in range(3) if TEXT[offset - 1] == ","])
+    before, after = (pointer(ROOT_SPAN.innermost(at)) for at in (offset - 1, offset))
+    # A character after a comma belongs to the next item.
+    items = [f"{after}/{index}" for index in range(3) if TEXT[:offset].rstrip().endswith(",")]
+    assert found.pointer in (before, after, *items)

@@ -1,4 +1,4 @@
-"""The example where an intensity is missing suits the size of the scene."""
+"""The intensity suggested where one is missing suits the size of the scene."""
 
 import math
 
@@ -43,7 +43,7 @@ def test_surface_that_the_example_lights_is_rendered_half_as_bright_as_white():
     assert film.radiance[1, 1] == pytest.approx(0.5, rel=0.05)
 
 
-def test_distance_is_the_median_of_those_to_all_objects():
+def test_distance_is_the_median_over_all_objects():
     near, middle, far = ball(0, 1, 0), ball(0, 10, 0), ball(0, 1000, 0)
     alone = fitting(scene({"position": [0, 0, 0]}, middle))
     assert fitting(scene({"position": [0, 0, 0]}, far, near, middle)) == alone
@@ -84,7 +84,7 @@ def test_light_without_position_is_taken_to_be_near_the_camera():
         scene({"position": [0, 0, 0]}, camera={"look_at": [0, 0, 0]}),
     ],
 )
-def test_data_that_tells_no_distance_gives_the_intensity_of_a_room(data):
+def test_without_any_distance_the_intensity_suits_a_room(data):
     assert fitting(data) == DEFAULT
 
 
@@ -100,7 +100,7 @@ def test_data_that_tells_no_distance_gives_the_intensity_of_a_room(data):
     ],
 )
 @pytest.mark.parametrize("carried", [False, True])
-def test_help_writes_it_as_people_do(distance, example, carried):
+def test_help_writes_the_intensity_as_people_do(distance, example, carried):
     light = "{type: sphere, position: [0, 0, 0], radius: 1, color: red, light: {}}"
     objects = f"  - {{type: box, position: [0, {distance}, 0], size: [1, 1, 1], color: red}}\n"
     objects += f"  - {light}\n" if carried else ""

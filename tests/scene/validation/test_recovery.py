@@ -1,4 +1,4 @@
-"""Mistaken keys and types count once, and hide no other mistake. Reports in whole are in `tests/data/invalid/`."""
+"""Mistaken keys and types count once and hide no other mistake. Whole reports are in `tests/data/invalid/`."""
 
 import time
 
@@ -48,7 +48,7 @@ def required(data, loc=(), around=model.Scene):
 
 
 def renamed(data, loc, name):
-    """Return data with the key at a location called otherwise."""
+    """Return data with the key at a location renamed."""
     key, *rest = loc
     if isinstance(data, list):
         return [renamed(item, rest, name) if index == key else item for index, item in enumerate(data)]
@@ -90,7 +90,7 @@ def test_two_words_for_one_missing_key_are_two_unknown_keys():
     ]
 
 
-def test_key_that_resembles_none_that_is_missing_leaves_that_missing():
+def test_unknown_key_unlike_a_missing_one_leaves_it_missing():
     sphere = {"type": "sphere", "position": [0, 0, 0], "gloss": 1, "color": "red"}
     assert sorted(problems({**SCENE, "objects": [sphere]})) == [
         ("/objects/0", "missing key `radius`"),
@@ -98,7 +98,7 @@ def test_key_that_resembles_none_that_is_missing_leaves_that_missing():
     ]
 
 
-def test_camera_that_looks_at_itself_is_found_behind_a_misspelt_position():
+def test_camera_that_looks_at_itself_is_found_despite_a_misspelt_position():
     text = "camera: {resolution: [4, 3], fieldOfView: 40, look_at: [0, 0, 0], position: [0, 0, 0]}"
     assert problems(text) == [
         ("/camera/fieldOfView", "unknown key `fieldOfView`: did you mean `fov`?"),
@@ -154,12 +154,12 @@ def test_object_of_unknown_type_has_its_other_keys_checked(word):
         ("sphere", "gloss", ""),
     ],
 )
-def test_key_of_another_type_is_told_with_it(kind, key, owner):
+def test_key_of_another_type_is_reported_with_that_type(kind, key, owner):
     data = {**SCENE, "objects": [{**SCENE["objects"][0], "type": kind, key: 1}]}
     assert (f"/objects/0/{key}", f"unknown key `{key}`{owner}") in problems(data)
 
 
-def test_object_of_a_type_that_nothing_tells_is_checked_for_what_all_types_have_and_lacks_nothing():
+def test_object_of_undecidable_type_is_checked_for_common_keys_and_lacks_none():
     cone = {"type": "cone", "base": 1, "apex": [0, 1, 0], "centre": [0, 0], "name": 3}
     assert sorted(problems({**SCENE, "objects": [cone]})) == [
         ("/objects/0/centre", "needs 3 numbers, got 2"),
@@ -169,7 +169,7 @@ def test_object_of_a_type_that_nothing_tells_is_checked_for_what_all_types_have_
     ]
 
 
-def test_mistake_of_a_type_behind_an_alias_is_told_where_it_is_written():
+def test_mistake_in_the_type_of_an_alias_is_reported_at_its_anchor():
     text = (
         "camera: {resolution: [4, 3], fov: 40}\n"
         "objects:\n"
@@ -184,7 +184,7 @@ def test_mistake_of_a_type_behind_an_alias_is_told_where_it_is_written():
     }
 
 
-def test_data_that_is_read_stays_as_it_was():
+def test_recovery_leaves_the_data_unchanged():
     text = (
         "{camra: {size: [4, 3], fov: 1}, objects: [{kind: cube, centre: [0, 0, 0], size: [1, 1, 1], color: red}]}"
     )
@@ -205,7 +205,7 @@ def test_scene_without_such_mistakes_is_not_copied():
 
 
 @pytest.mark.parametrize("item", ["{kind: cube, centre: 3}", "{type: x, Xposition: 3}", "{type: sphere}", "{}"])
-def test_very_many_mistakes_take_a_bounded_time(item):
+def test_very_many_mistakes_take_bounded_time(item):
     keys = ", ".join(f"{'key' * 15}{number}: 1" for number in range(90))
     text = f"camera: {{resolution: [4, 3], fov: 40}}\nobjects:\n  - &a {item[:-1]}, {keys}}}\n".replace("{, ", "{")
     text += "  - *a\n" * 20_000

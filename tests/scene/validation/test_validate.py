@@ -1,6 +1,6 @@
-"""What a person is told who wrote a wrong scene.
+"""The reports about wrong scenes.
 
-`tests/data/invalid/` holds wrong files, each beside the exact report it must get.
+`tests/data/invalid/` holds wrong files, each beside its exact report.
 """
 
 import json
@@ -37,7 +37,7 @@ def test_wrong_file_gets_its_expected_report(file):
     expectations.compare(file, refused.value.problems)
 
 
-def test_corpus_has_a_wrong_file_for_each_expectation_and_no_name_twice():
+def test_each_expectation_has_a_wrong_file_and_a_unique_name():
     expectations = [path.stem for path in INVALID.glob("*.expected")]
     assert sorted(expectations) == [file.stem for file in sorted(FILES, key=lambda file: file.stem)]
 
@@ -60,7 +60,7 @@ def test_corpus_is_large():
     assert len(FILES) >= 80
 
 
-def test_problem_holds_its_place_as_data():
+def test_problem_holds_its_position_as_data():
     with pytest.raises(SceneError) as refused:
         validate(parse_bytes(b"camera: {resolution: [640, 480], fov: 200}", "scene.yaml"))
     (problem,) = refused.value.problems
@@ -75,7 +75,7 @@ def test_problem_holds_its_place_as_data():
     assert (problem.path, problem.line, problem.column, problem.code) == ("scene.yaml", 1, 39, "E204")
 
 
-def test_file_is_named_in_the_report_as_it_was_given(tmp_path):
+def test_report_names_the_file_as_given(tmp_path):
     file = tmp_path / "wrong.yaml"
     file.write_text("camera: 1\n")
     with pytest.raises(SceneError, match=re.escape(f"{file}:1:9: error: camera: ")):
@@ -108,14 +108,14 @@ def test_integer_of_thousands_of_digits_is_too_large(name):
 
 # --- Every kind of mistake has a wording ------------------------------------------------------------------
 
-# How pydantic words its own messages.
+# Phrases of pydantic's own messages.
 RAW = re.compile(
     r"Input should|Field required|Extra inputs|valid (tuple|integer|number|string)|pydantic|Traceback"
 )
 
 
 def judge(text, name):
-    """Return the scene of a text, or the SceneError it is refused with; every other exception ends the test."""
+    """Return the scene of a text, or the SceneError that it raises; any other exception fails the test."""
     try:
         return validate(parse_bytes(text.encode(), name))
     except SceneError as error:
@@ -134,7 +134,7 @@ def test_scene_that_is_mutated_below_is_valid():
 @example(
     scene={"camera": {"resolution": [1, 1], "fov": 1, "position": [5e-324, 0, 0], "look_at": [0] * 3}}, name="a"
 )
-def test_every_mistake_is_told_in_the_words_of_a_scene_file(scene, name):
+def test_every_mistake_is_reported_in_the_words_of_a_scene_file(scene, name):
     result = judge(json.dumps(scene), name)
     if isinstance(result, SceneError):
         assert result.problems
@@ -149,7 +149,7 @@ def test_every_mistake_is_told_in_the_words_of_a_scene_file(scene, name):
 # --- Many problems ---------------------------------------------------------------------------------------
 
 
-def test_a_mistake_that_aliases_repeat_a_million_times_is_not_listed_so_often():
+def test_mistake_repeated_by_a_million_aliases_is_listed_a_limited_number_of_times():
     keys = "".join(f"    k{number}: 1\n" for number in range(90))
     text = (
         "camera: {resolution: [1, 1], fov: 1}\nobjects:\n  - &a\n    type: sphere\n" + keys + "  - *a\n" * 10_000

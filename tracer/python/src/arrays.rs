@@ -7,7 +7,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rtcli_tracer::names::UnknownName;
 use rtcli_tracer::world::Window;
-use rtcli_tracer::{Film, Pass, Values};
+use rtcli_tracer::{Film, Pass, ValueType, Values};
 
 /// Returns how many pixels a window has.
 pub fn pixels(window: Window) -> u64 {
@@ -34,10 +34,10 @@ impl<'py> PyFilm<'py> {
     pub fn new(arrays: HashMap<String, Bound<'py, PyAny>>) -> PyResult<Self> {
         let borrow = |(name, array): (String, Bound<'py, PyAny>)| {
             let unknown = |error: UnknownName| PyValueError::new_err(error.to_string());
-            let pass = name.parse().map_err(unknown)?;
-            let array = match pass {
-                Pass::ObjectId => PyArray::Integers(borrowed(&array)?),
-                _ => PyArray::Floats(borrowed(&array)?),
+            let pass: Pass = name.parse().map_err(unknown)?;
+            let array = match pass.value_type() {
+                ValueType::Float => PyArray::Floats(borrowed(&array)?),
+                ValueType::Integer => PyArray::Integers(borrowed(&array)?),
             };
             Ok((pass, array))
         };

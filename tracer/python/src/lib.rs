@@ -26,6 +26,8 @@ mod world;
 #[pyo3::pymodule]
 mod _native {
     use pyo3::prelude::*;
+    use pyo3::types::{PyDict, PyTuple};
+    use rtcli_tracer::world::{LightKind, ShapeDesc};
 
     #[pymodule_export]
     use crate::display::{PngEncoder, develop, focal_length, meter};
@@ -38,6 +40,13 @@ mod _native {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        let shapes = PyDict::new(module.py());
+        for kind in ShapeDesc::KINDS {
+            shapes.set_item(kind.name, kind.parameters)?;
+        }
+        module.add("SHAPE_PARAMETERS", shapes)?;
+        let lights = LightKind::ALL.map(|(name, _)| name);
+        module.add("LIGHT_KINDS", PyTuple::new(module.py(), lights)?)?;
         module.add("METER_GRID", rtcli_tracer::meter::GRID)?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }

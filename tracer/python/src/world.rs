@@ -5,7 +5,7 @@ use crate::errors::out_of_memory;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rtcli_tracer::memory::with_capacity;
-use rtcli_tracer::world::{Camera, LightDesc, Object, Settings, ShapeDesc, Vector, Window};
+use rtcli_tracer::world::{Camera, LightDesc, LightKind, Object, Settings, ShapeDesc, Vector, Window};
 
 /// Objects whose faces can be numbered in 32 bits.
 const MOST_OBJECTS: usize = 1 << 28;
@@ -13,11 +13,11 @@ const MOST_OBJECTS: usize = 1 << 28;
 /// Width, height, fov, position, right, up, forward.
 pub type PyCamera = (u32, u32, f64, Vector, Vector, Vector, Vector);
 
-/// Kind (u8), position, extent, rotation, color (f64), in native byte order.
-pub type PyObjects<'a> = (&'a [u8], &'a [u8], &'a [u8], &'a [u8], &'a [u8]);
+/// Kind (u8), position, parameters, color (f64), in native byte order.
+pub type PyObjects<'a> = (&'a [u8], &'a [u8], &'a [u8], &'a [u8]);
 
-/// Position, color, intensity (f64), body (i64), in native byte order.
-pub type PyLights<'a> = (&'a [u8], &'a [u8], &'a [u8], &'a [u8]);
+/// Kind (u8), position, color, intensity (f64), carrier (i64), in native byte order.
+pub type PyLights<'a> = (&'a [u8], &'a [u8], &'a [u8], &'a [u8], &'a [u8]);
 
 /// Samples, background, whether objects are lit, whether light weakens on its way to the eye.
 pub type PySettings = (u32, Vector, bool, bool);
@@ -40,11 +40,6 @@ impl From<&Camera> for Size {
         }
     }
 }
-
-/// The kinds of `rtcli/tracer/world.py`.
-const SPHERE: u8 = 0;
-const PLANE: u8 = 1;
-const BOX: u8 = 2;
 
 /// Returns the camera.
 ///
@@ -71,11 +66,10 @@ pub fn camera(camera: PyCamera) -> PyResult<Camera> {
 ///
 /// `ValueError` for an unknown kind, columns of different lengths, or more objects than can be numbered.
 pub fn objects(columns: PyObjects<'_>) -> PyResult<Vec<Object>> {
-    let (kinds, position, extent, rotation, color) = columns;
-    let (position, extent) = (vectors(position)?, vectors(extent)?);
-    let (rotation, color) = (numbers(rotation)?, vectors(color)?);
-    let lengths = [position.len(), extent.len(), rotation.len(), color.len()];
-    same_lengths(kinds.len(), &lengths)?;
+    let (kinds, position, parameters, color) = columns;
+    let (position, color) = (vectors(position)?, vectors(color)?);
+    let parameters = numbers(parameters)?;
+    same_lengths(kinds.len(), &[position.len(), color.len()])?;
     if kinds.len() > MOST_OBJECTS {
         return Err(PyValueError::new_err(format!(
             "there may be {MOST_OBJECTS} objects, not {}",
@@ -83,22 +77,21 @@ pub fn objects(columns: PyObjects<'_>) -> PyResult<Vec<Object>> {
         )));
     }
     let mut objects = with_capacity(kinds.len(), "the objects").map_err(out_of_memory)?;
-    for i in 0..kinds.len() {
+    let mut rest = parameters.as_slice();
+    for (i, &kind) in kinds.iter().enumerate() {
+        let unknown = || PyValueError::new_err(format!("unknown kind of shape {kind}"));
+        let kind = ShapeDesc::KINDS.get(usize::from(kind)).ok_or_else(unknown)?;
+        let own = rest.split_off(..kind.parameters).ok_or_else(different_lengths)?;
         objects.push(Object {
             position: position[i],
             color: color[i],
-            shape: shape(kinds[i], extent[i], rotation[i])?,
+            shape: (kind.describe)(own),
         });
     }
-    Ok(objects)
-}
-
-fn shape(kind: u8, extent: Vector, rotation: f64) -> PyResult<ShapeDesc> {
-    match kind {
-        SPHERE => Ok(ShapeDesc::Sphere { radius: extent[0] }),
-        PLANE => Ok(ShapeDesc::Plane { normal: extent }),
-        BOX => Ok(ShapeDesc::Box { size: extent, rotation }),
-        _ => Err(PyValueError::new_err(format!("unknown kind of shape {kind}"))),
+    if rest.is_empty() {
+        Ok(objects)
+    } else {
+        Err(different_lengths())
     }
 }
 
@@ -106,25 +99,29 @@ fn shape(kind: u8, extent: Vector, rotation: f64) -> PyResult<ShapeDesc> {
 ///
 /// # Errors
 ///
-/// `ValueError` for columns of different lengths, or a body that is none of the objects.
+/// `ValueError` for an unknown kind, columns of different lengths, or a carrier that is none of the objects.
 pub fn lights(columns: PyLights<'_>, objects: usize) -> PyResult<Vec<LightDesc>> {
-    let (position, color, intensity, bodies) = columns;
+    let (kinds, position, color, intensity, carriers) = columns;
     let (position, color) = (vectors(position)?, vectors(color)?);
-    let (intensity, bodies) = (numbers(intensity)?, indices(bodies)?);
-    same_lengths(bodies.len(), &[position.len(), color.len(), intensity.len()])?;
-    let mut lights = with_capacity(bodies.len(), "the lights").map_err(out_of_memory)?;
-    for i in 0..bodies.len() {
+    let (intensity, carriers) = (numbers(intensity)?, indices(carriers)?);
+    let lengths = [position.len(), color.len(), intensity.len(), carriers.len()];
+    same_lengths(kinds.len(), &lengths)?;
+    let mut lights = with_capacity(kinds.len(), "the lights").map_err(out_of_memory)?;
+    for (i, &kind) in kinds.iter().enumerate() {
+        let unknown = || PyValueError::new_err(format!("unknown kind of light {kind}"));
+        let (_, kind) = LightKind::ALL.get(usize::from(kind)).ok_or_else(unknown)?;
         lights.push(LightDesc {
+            kind: *kind,
             position: position[i],
             color: color[i],
             intensity: intensity[i],
-            body: body(bodies[i], objects)?,
+            carrier: carrier(carriers[i], objects)?,
         });
     }
     Ok(lights)
 }
 
-fn body(index: i64, objects: usize) -> PyResult<Option<usize>> {
+fn carrier(index: i64, objects: usize) -> PyResult<Option<usize>> {
     match usize::try_from(index) {
         Ok(index) if index < objects => Ok(Some(index)),
         Err(_) => Ok(None),
@@ -191,6 +188,10 @@ fn same_lengths(rows: usize, columns: &[usize]) -> PyResult<()> {
     if columns.iter().all(|length| *length == rows) {
         Ok(())
     } else {
-        Err(PyValueError::new_err("columns of different lengths"))
+        Err(different_lengths())
     }
+}
+
+fn different_lengths() -> PyErr {
+    PyValueError::new_err("columns of different lengths")
 }

@@ -31,17 +31,26 @@ pub enum Pass {
     ObjectId,
 }
 
-/// Name, channels, and what has to be traced for it.
-struct PassSpec(Pass, &'static str, usize, PassRequest);
+/// Name, channels, the type of their values, and what has to be traced for it.
+struct PassSpec(Pass, &'static str, usize, ValueType, PassRequest);
+
+/// The type of the values of a pass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ValueType {
+    /// f32.
+    Float,
+    /// u32.
+    Integer,
+}
 
 const PASSES: [PassSpec; 7] = [
-    PassSpec(Pass::Radiance, "radiance", 3, PassRequest::Radiance),
-    PassSpec(Pass::Depth, "depth", 1, PassRequest::Hits),
-    PassSpec(Pass::Distance, "distance", 1, PassRequest::Hits),
-    PassSpec(Pass::Normal, "normal", 3, PassRequest::Surface),
-    PassSpec(Pass::Position, "position", 3, PassRequest::Surface),
-    PassSpec(Pass::Albedo, "albedo", 3, PassRequest::Hits),
-    PassSpec(Pass::ObjectId, "object_id", 1, PassRequest::Hits),
+    PassSpec(Pass::Radiance, "radiance", 3, ValueType::Float, PassRequest::Radiance),
+    PassSpec(Pass::Depth, "depth", 1, ValueType::Float, PassRequest::Hits),
+    PassSpec(Pass::Distance, "distance", 1, ValueType::Float, PassRequest::Hits),
+    PassSpec(Pass::Normal, "normal", 3, ValueType::Float, PassRequest::Surface),
+    PassSpec(Pass::Position, "position", 3, ValueType::Float, PassRequest::Surface),
+    PassSpec(Pass::Albedo, "albedo", 3, ValueType::Float, PassRequest::Hits),
+    PassSpec(Pass::ObjectId, "object_id", 1, ValueType::Integer, PassRequest::Hits),
 ];
 
 impl FromStr for Pass {
@@ -53,12 +62,19 @@ impl FromStr for Pass {
     }
 }
 
+impl Pass {
+    /// The type of its values.
+    pub fn value_type(self) -> ValueType {
+        PASSES[self as usize].3
+    }
+}
+
 /// The values of a pass, row by row.
 #[derive(Debug)]
 pub enum Values<'a> {
-    /// Of every pass but the object's number.
+    /// f32.
     Floats(&'a mut [f32]),
-    /// Of the object's number.
+    /// u32.
     Integers(&'a mut [u32]),
 }
 
@@ -105,17 +121,17 @@ impl<'a> Film<'a> {
     /// The pixels' data that the passes need.
     pub(crate) fn request(&self) -> PassRequest {
         let recorded = PASSES.iter().filter(|spec| self.values[spec.0 as usize].is_some());
-        recorded.map(|spec| spec.3).max().unwrap_or(PassRequest::Radiance)
+        recorded.map(|spec| spec.4).max().unwrap_or(PassRequest::Radiance)
     }
 
     /// Whether radiance is recorded, and each array has the type and the length that the pixels of a window need.
     pub fn holds(&self, window: Window) -> bool {
         let pixels = window.width as usize * window.height as usize;
-        let fits = |&PassSpec(pass, _, channels, _): &PassSpec| match &self.values[pass as usize] {
+        let fits = |&PassSpec(pass, _, channels, value_type, _): &PassSpec| match &self.values[pass as usize] {
             None => pass != Pass::Radiance,
             Some(values) => {
                 values.len() == channels * pixels
-                    && matches!(values, Values::Integers(_)) == (pass == Pass::ObjectId)
+                    && matches!(values, Values::Integers(_)) == (value_type == ValueType::Integer)
             }
         };
         PASSES.iter().all(fits)
@@ -124,7 +140,7 @@ impl<'a> Film<'a> {
     /// The part of the first pixels, and the rest.
     pub(crate) fn split(self, pixels: usize) -> (Film<'a>, Film<'a>) {
         let (mut first, mut rest) = (Film::default(), Film::default());
-        for (values, PassSpec(pass, _, channels, _)) in self.values.into_iter().zip(&PASSES) {
+        for (values, PassSpec(pass, _, channels, ..)) in self.values.into_iter().zip(&PASSES) {
             if let Some((part, below)) = values.map(|values| values.split(channels * pixels)) {
                 first.values[*pass as usize] = Some(part);
                 rest.values[*pass as usize] = Some(below);
@@ -260,7 +276,7 @@ impl<'a> CameraToWorld<'a> {
         if self.scene.has_moved_bodies {
             for (unit, &face) in units.iter_mut().zip(faces) {
                 let material = self.scene.materials.get((face >> FACE_BITS) as usize);
-                *unit /= material.map_or(1.0, |material| material.nearer);
+                *unit /= material.map_or(1.0, |material| material.range_scale);
             }
         }
         units

@@ -3,7 +3,7 @@ use crate::WorkBudget;
 use crate::oracle::any_world;
 use crate::output::develop::{BitDepth, ToneCurve};
 use crate::output::film::{Pass, Values};
-use crate::world::{Camera, LightDesc, Object, ShapeDesc};
+use crate::world::{Camera, CuboidDesc, LightDesc, LightKind, Object, PlaneDesc, ShapeDesc, SphereDesc};
 use proptest::prelude::*;
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -271,10 +271,11 @@ fn grey(position: [f64; 3], shape: ShapeDesc) -> Object {
 
 fn light(position: [f64; 3], intensity: f64) -> LightDesc {
     LightDesc {
+        kind: LightKind::Point,
         position,
         color: [1.0; 3],
         intensity,
-        body: None,
+        carrier: None,
     }
 }
 
@@ -321,9 +322,9 @@ fn a_plane_under_a_light_has_the_radiance_of_the_formula() {
     for distance in [1.0, 1e-4, 1e5] {
         let ground = grey(
             [5.0, -distance, 3.0],
-            ShapeDesc::Plane {
+            ShapeDesc::Plane(PlaneDesc {
                 normal: [0.0, 7.0, 0.0],
-            },
+            }),
         );
         let above = light([0.3 * distance, 2.0 * distance, -4.0 * distance], 100.0);
         assert_lit(&world(61, 43, vec![ground], vec![above]), |v| {
@@ -340,9 +341,9 @@ fn a_light_as_far_as_the_sun_lights_a_scene_of_millimetres() {
     for distance in [1e3, 1e11, 1.5e14] {
         let ground = grey(
             [0.0, -1.0, 0.0],
-            ShapeDesc::Plane {
+            ShapeDesc::Plane(PlaneDesc {
                 normal: [0.0, 1.0, 0.0],
-            },
+            }),
         );
         let sun = light([0.0, distance, 0.0], distance * distance);
         assert_lit(&world(61, 43, vec![ground], vec![sun]), |v| {
@@ -355,7 +356,7 @@ fn a_light_as_far_as_the_sun_lights_a_scene_of_millimetres() {
 #[test]
 fn a_sphere_lit_from_the_eye_has_the_radiance_of_the_formula() {
     for (distance, radius) in [(3.0, 1.0), (3.0, 2.9999), (1e5, 4e4), (3e-6, 1e-6)] {
-        let ball = grey([0.0, 0.0, -distance], ShapeDesc::Sphere { radius });
+        let ball = grey([0.0, 0.0, -distance], ShapeDesc::Sphere(SphereDesc { radius }));
         assert_lit(&world(61, 43, vec![ball], vec![light([0.0; 3], 1.0)]), |v| {
             let vv = crate::vector::dot(v, v);
             // Not where it is just grazed.
@@ -389,16 +390,16 @@ fn no_number_is_too_large_or_too_small() {
     let sizes = [1e-300, 1e-160, 1e-40, 1.0, 1e40, 1e160, 1e300];
     for (a, b) in sizes.into_iter().flat_map(|a| sizes.map(|b| (a, b))) {
         let objects = vec![
-            grey([0.0, -a, 0.0], ShapeDesc::Plane { normal: [a, b, 0.0] }),
-            grey([b, 0.0, -3.0 * a], ShapeDesc::Sphere { radius: a }),
+            grey([0.0, -a, 0.0], ShapeDesc::Plane(PlaneDesc { normal: [a, b, 0.0] })),
+            grey([b, 0.0, -3.0 * a], ShapeDesc::Sphere(SphereDesc { radius: a })),
             grey(
                 [0.0, b, -3.0 * b],
-                ShapeDesc::Box {
+                ShapeDesc::Cuboid(CuboidDesc {
                     size: [b, a, b],
                     rotation: a,
-                },
+                }),
             ),
-            grey([0.0, 0.0, -a], ShapeDesc::Sphere { radius: b }),
+            grey([0.0, 0.0, -a], ShapeDesc::Sphere(SphereDesc { radius: b })),
         ];
         let lights = vec![light([a, b, 0.0], a), light([0.0; 3], b)];
         let mut scene = world(20, 20, objects, lights);
@@ -419,7 +420,7 @@ fn no_number_is_too_large_or_too_small() {
 fn large_scene() -> World {
     let balls = (0..200).map(|i| {
         let (x, y) = (f64::from(i % 20) - 10.0, f64::from(i / 20) - 5.0);
-        grey([x, y, -12.0], ShapeDesc::Sphere { radius: 0.4 })
+        grey([x, y, -12.0], ShapeDesc::Sphere(SphereDesc { radius: 0.4 }))
     });
     let mut scene = world(4000, 4000, balls.collect(), vec![light([0.0, 5.0, 0.0], 500.0); 20]);
     scene.settings.samples = 16;
@@ -447,7 +448,7 @@ fn in_the_end_all_pixels_are_done_and_never_more() {
     let scene = world(
         333,
         777,
-        vec![grey([0.0, 0.0, -3.0], ShapeDesc::Sphere { radius: 1.0 })],
+        vec![grey([0.0, 0.0, -3.0], ShapeDesc::Sphere(SphereDesc { radius: 1.0 }))],
         vec![],
     );
     let window = Window {
@@ -587,17 +588,18 @@ fn many_planes(planes: u32, lights: u32) -> World {
         .map(|i| Object {
             position: [0.0, -1.0 - f64::from(i), 0.0],
             color: [0.5; 3],
-            shape: ShapeDesc::Plane {
+            shape: ShapeDesc::Plane(PlaneDesc {
                 normal: [0.0, 1.0, 0.0],
-            },
+            }),
         })
         .collect();
     world.lights = (0..lights)
         .map(|i| LightDesc {
+            kind: LightKind::Point,
             position: [f64::from(i), 5.0, -3.0],
             color: [1.0; 3],
             intensity: 1.0,
-            body: None,
+            carrier: None,
         })
         .collect();
     world

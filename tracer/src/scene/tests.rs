@@ -1,7 +1,7 @@
 use super::*;
 use crate::oracle::any_world;
 use crate::world::Settings;
-use crate::world::{Camera, ShapeDesc};
+use crate::world::{Camera, CuboidDesc, LightKind, ShapeDesc, SphereDesc};
 use proptest::prelude::*;
 
 /// All numbers of a scene.
@@ -20,9 +20,9 @@ fn scaled(world: &World, factor: f64) -> World {
     for object in &mut world.objects {
         object.position = times(object.position);
         match &mut object.shape {
-            ShapeDesc::Sphere { radius } => *radius *= factor,
-            ShapeDesc::Plane { .. } => (),
-            ShapeDesc::Box { size, .. } => *size = times(*size),
+            ShapeDesc::Sphere(SphereDesc { radius }) => *radius *= factor,
+            ShapeDesc::Plane(_) => (),
+            ShapeDesc::Cuboid(CuboidDesc { size, .. }) => *size = times(*size),
         }
     }
     for light in &mut world.lights {
@@ -88,7 +88,7 @@ fn one_object(shape: ShapeDesc, position: Vector) -> World {
 fn the_unit_brings_the_scene_to_about_one() {
     for size in [1e-300, 1e-30, 1e-6, 1.0, 1e6, 1e30, 1e300] {
         let scene = Scene::new(&one_object(
-            ShapeDesc::Sphere { radius: size / 10.0 },
+            ShapeDesc::Sphere(SphereDesc { radius: size / 10.0 }),
             [0.0, 0.0, -size],
         ))
         .unwrap();
@@ -103,12 +103,13 @@ fn the_unit_brings_the_scene_to_about_one() {
 
 #[test]
 fn an_object_that_carries_a_light_shines_with_the_light_that_reaches_the_eye() {
-    let mut world = one_object(ShapeDesc::Sphere { radius: 1.0 }, [0.0, 0.0, -5.0]);
+    let mut world = one_object(ShapeDesc::Sphere(SphereDesc { radius: 1.0 }), [0.0, 0.0, -5.0]);
     world.lights.push(LightDesc {
+        kind: LightKind::Point,
         position: [0.0, 3.0, -4.0],
         color: [1.0, 0.5, 0.0],
         intensity: 100.0 * PI,
-        body: Some(0),
+        carrier: Some(0),
     });
     let emitted = Scene::new(&world).unwrap().materials[0].emitted;
     assert_eq!(emitted, Some([1.0, 0.5, 0.0]));

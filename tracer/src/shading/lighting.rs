@@ -56,7 +56,9 @@ impl Lighting {
         radiance: &mut [Lanes; 3],
     ) -> u64 {
         let object = face >> FACE_BITS;
-        let Material { albedo, nearer, .. } = scene.materials[object as usize];
+        let Material {
+            albedo, range_scale, ..
+        } = scene.materials[object as usize];
         let bounds = self.points.bounds();
         let mut rays = 0;
         for light in &scene.lights {
@@ -74,12 +76,12 @@ impl Lighting {
             };
             shadows::cast(&mut shadow, light, scene, object, &mut self.stack);
             // A body that was moved nearer gets no more light than where it is.
-            let dimmed = (nearer / light.nearer).min(1.0);
+            let dimmed = (range_scale / light.range_scale).min(1.0);
             let mut share = share(light, scale(albedo, dimmed * dimmed));
             if settings.eye_falloff {
                 let gain = gain(share);
                 share = scale(share, 1.0 / f64::from(gain));
-                self.apply_eye_falloff(scene.unit * nearer, gain);
+                self.apply_eye_falloff(scene.unit * range_scale, gain);
             }
             for (channel, share) in radiance.iter_mut().zip(share.map(bounded)) {
                 for lane in 0..self.points.padded() {

@@ -24,7 +24,7 @@ pub(crate) fn cast(shadow: &mut Shadow<'_>, light: &Light, scene: &Scene, receiv
     let cone = Cone::from_apex(light.position, shadow.bounds, farthest);
     let mut traversal = scene.bvh.traverse(&cone, stack);
     while let Some(i) = traversal.next(f32::INFINITY) {
-        if i == receiver || i == light.body {
+        if i == receiver || i == light.carrier {
             continue;
         }
         scene.shapes[i as usize].occlude(light.contact(i), shadow);

@@ -2,7 +2,7 @@
 //!
 //! It is found in the world's axes, so that it does not depend on where the camera stands.
 
-use crate::vector::{Vector, dot, l1_norm, largest, length, rotate, sub};
+use crate::vector::{Vector, dot, l1_norm, largest, sub};
 
 /// A place that is closer to a surface than this share of its distance from the object and of the object's size
 /// lies on it.
@@ -31,7 +31,7 @@ pub(crate) struct Contact {
 }
 
 /// What rounding may do to the distance of a place from the surface of an object of some size at another place.
-fn rounding(place: Vector, center: Vector, size: f64) -> f64 {
+pub(crate) fn rounding(place: Vector, center: Vector, size: f64) -> f64 {
     ON_SURFACE * (l1_norm(sub(place, center)) + size) + COORDINATE * (largest(place) + largest(center))
 }
 
@@ -39,7 +39,7 @@ fn rounding(place: Vector, center: Vector, size: f64) -> f64 {
 ///
 /// What the object has along the face counts no more than the coordinates of the place: however far away along a floor the
 /// place is by which it is given, and however far the floor reaches, that says nothing of its height.
-fn rounding_across(normal: Vector, place: Vector, center: Vector, (half, size): (f64, f64)) -> f64 {
+pub(crate) fn rounding_across(normal: Vector, place: Vector, center: Vector, (half, size): (f64, f64)) -> f64 {
     let way = sub(place, center);
     let away = (l1_norm(way) + size).min(spread(normal, way) + half + l1_norm(place));
     let coordinates = largest(center).min(spread(normal, center) + largest(place));
@@ -71,7 +71,7 @@ impl Side {
 }
 
 impl Contact {
-    fn new(height: f64, local: Vector) -> Contact {
+    pub(crate) fn new(height: f64, local: Vector) -> Contact {
         Contact {
             side: Side::of(height),
             height,
@@ -82,31 +82,6 @@ impl Contact {
     /// Whether the place is on the surface, or within some distance of it.
     pub(crate) fn is_within(&self, distance: f64) -> bool {
         self.height.abs() <= distance
-    }
-
-    pub(crate) fn with_sphere(place: Vector, center: Vector, radius: f64) -> Contact {
-        let height = length(sub(center, place)) - radius;
-        let on = height.abs() <= rounding(place, center, radius);
-        Contact::new(if on { 0.0 } else { height }, [0.0; 3])
-    }
-
-    pub(crate) fn with_plane(place: Vector, point: Vector, normal: Vector) -> Contact {
-        let height = dot(normal, sub(place, point));
-        let on = height.abs() <= rounding_across(normal, place, point, (0.0, 0.0));
-        let height = if on { 0.0 } else { height };
-        Contact::new(height, [height, 0.0, 0.0])
-    }
-
-    pub(crate) fn with_box(place: Vector, center: Vector, axes: &[Vector; 3], half: Vector) -> Contact {
-        let size = half[0] + half[1] + half[2];
-        let local = rotate(axes, sub(place, center));
-        let local: Vector = std::array::from_fn(|i| {
-            let rounding = rounding_across(axes[i], place, center, (half[i], size));
-            let on = (local[i].abs() - half[i]).abs() <= rounding;
-            if on { half[i].copysign(local[i]) } else { local[i] }
-        });
-        let beyond = (0..3).fold(f64::NEG_INFINITY, |most: f64, i| most.max(local[i].abs() - half[i]));
-        Contact::new(beyond, local)
     }
 }
 

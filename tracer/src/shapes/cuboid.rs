@@ -1,7 +1,9 @@
 //! A box turned about +y (document, section 2.2.3); `Box` is another thing in Rust.
 
 use crate::bounds::BoundingSphere;
-use crate::shapes::contact::{Contact, Side};
+use crate::camera_space::{CameraSpace, FAR_FROM_ROUNDING};
+use crate::shapes::contact::{Contact, Side, rounding_across};
+use crate::shapes::description::Description;
 use crate::shapes::outline::{BoxCone, Outline};
 use crate::shapes::plane_equation::PlaneEquation;
 use crate::shapes::points::Points;
@@ -10,7 +12,8 @@ use crate::shapes::shadow::Shadow;
 use crate::tile::LANES;
 use crate::tile::hits::{FACE_BITS, HitBuffer, offer};
 use crate::tile::rays::Rays;
-use crate::vector::{Vector, add, cross, dot, l1_norm, length, rotate, scale, sub, to_f32};
+use crate::vector::{Vector, add, cross, dot, l1_norm, largest, length, rotate, scale, sub, to_f32};
+use std::f64::consts::PI;
 
 /// Axes, and along each the limit before which points are, with its sign.
 type Before = ([[f32; 3]; 3], [f32; 3], [f32; 3]);
@@ -26,7 +29,71 @@ pub(crate) struct Cuboid {
     eye: Vector,
 }
 
+/// A box around its position, turned about +y.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CuboidDesc {
+    /// Width (x), height (y), depth (z).
+    pub size: Vector,
+    /// Degrees, counter-clockwise seen from above.
+    pub rotation: f64,
+}
+
+impl CuboidDesc {
+    /// Half the size, scaled.
+    fn half(&self, space: &CameraSpace) -> Vector {
+        space.scaled(self.size).map(|side| side / 2.0)
+    }
+}
+
+impl Description for CuboidDesc {
+    const PARAMETERS: usize = 4;
+
+    type Shape = Cuboid;
+
+    fn new(parameters: &[f64]) -> CuboidDesc {
+        CuboidDesc {
+            size: [parameters[0], parameters[1], parameters[2]],
+            rotation: parameters[3],
+        }
+    }
+
+    fn size(&self) -> f64 {
+        largest(self.size)
+    }
+
+    fn contact(&self, space: &CameraSpace, position: Vector, point: Vector) -> Contact {
+        Cuboid::contact(point, position, &box_axes(self.rotation), self.half(space))
+    }
+
+    fn transform(&self, space: &CameraSpace, position: Vector, range_scale: f64) -> Cuboid {
+        let axes = box_axes(self.rotation).map(|axis| space.direction(axis));
+        let center = scale(space.point(position), range_scale);
+        let half = scale(self.half(space), range_scale);
+        let eye = self.contact(space, position, space.eye);
+        let close = eye.is_within(FAR_FROM_ROUNDING * (l1_norm(center) + length(half)));
+        let eye = if close {
+            eye.local
+        } else {
+            rotate(&axes, scale(center, -1.0))
+        };
+        Cuboid::new(center, axes, half, eye)
+    }
+}
+
 impl Cuboid {
+    /// Return where a point is relative to a box.
+    pub(crate) fn contact(point: Vector, center: Vector, axes: &[Vector; 3], half: Vector) -> Contact {
+        let size = half[0] + half[1] + half[2];
+        let local = rotate(axes, sub(point, center));
+        let local: Vector = std::array::from_fn(|i| {
+            let rounding = rounding_across(axes[i], point, center, (half[i], size));
+            let on = (local[i].abs() - half[i]).abs() <= rounding;
+            if on { half[i].copysign(local[i]) } else { local[i] }
+        });
+        let beyond = (0..3).fold(f64::NEG_INFINITY, |most: f64, i| most.max(local[i].abs() - half[i]));
+        Contact::new(beyond, local)
+    }
+
     pub(crate) fn new(center: Vector, axes: [Vector; 3], half: Vector, eye: Vector) -> Cuboid {
         Cuboid {
             center,
@@ -305,6 +372,27 @@ impl Primitive for Cuboid {
 
     fn outline(&self) -> Outline {
         BoxCone::outline(self.center, self.axes, self.half)
+    }
+}
+
+/// The axes of a box turned about +y, counter-clockwise seen from above: the rows of R_y (document, section
+/// 2.2.3).
+fn box_axes(degrees: f64) -> [Vector; 3] {
+    let (sine, cosine) = sine_and_cosine(degrees);
+    [[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]]
+}
+
+/// sin and cos of an angle, exact at multiples of 90 degrees, where a box is axis-aligned.
+fn sine_and_cosine(degrees: f64) -> (f64, f64) {
+    let within = libm::remainder(degrees, 360.0);
+    let quarters = libm::rint(within / 90.0);
+    let rest = (within - 90.0 * quarters) * (PI / 180.0);
+    let (sine, cosine) = (libm::sin(rest), libm::cos(rest));
+    match (quarters as i64).rem_euclid(4) {
+        0 => (sine, cosine),
+        1 => (cosine, -sine),
+        2 => (-sine, -cosine),
+        _ => (-cosine, sine),
     }
 }
 

@@ -1,7 +1,9 @@
 //! An infinite plane (document, section 2.2.2).
 
 use crate::bounds::BoundingSphere;
-use crate::shapes::contact::Contact;
+use crate::camera_space::{CameraSpace, range_scale_at};
+use crate::shapes::contact::{Contact, rounding_across, spread};
+use crate::shapes::description::Description;
 use crate::shapes::outline::{HalfSpace, Outline};
 use crate::shapes::plane_equation::PlaneEquation;
 use crate::shapes::points::Points;
@@ -10,7 +12,7 @@ use crate::shapes::shadow::Shadow;
 use crate::tile::LANES;
 use crate::tile::hits::{HitBuffer, offer};
 use crate::tile::rays::Rays;
-use crate::vector::{Vector, dot, scale, to_f32};
+use crate::vector::{Vector, dot, normalized, scale, sub, to_f32};
 
 /// Document, section 2.2.2: a ray with |d . n| below this, for unit d, is parallel to the plane.
 const PARALLEL: f32 = 1e-6;
@@ -23,7 +25,54 @@ pub(crate) struct Plane {
     magnitude: f64,
 }
 
+/// An infinite plane through its position, two-sided.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlaneDesc {
+    /// Any length but 0.
+    pub normal: Vector,
+}
+
+impl Description for PlaneDesc {
+    const PARAMETERS: usize = 3;
+
+    type Shape = Plane;
+
+    fn new(parameters: &[f64]) -> PlaneDesc {
+        PlaneDesc {
+            normal: [parameters[0], parameters[1], parameters[2]],
+        }
+    }
+
+    fn size(&self) -> f64 {
+        0.0
+    }
+
+    fn contact(&self, _space: &CameraSpace, position: Vector, point: Vector) -> Contact {
+        Plane::contact(point, position, normalized(self.normal))
+    }
+
+    fn range_scale(&self, space: &CameraSpace, position: Vector) -> f64 {
+        range_scale_at(self.contact(space, position, space.eye).height.abs())
+    }
+
+    fn transform(&self, space: &CameraSpace, position: Vector, range_scale: f64) -> Plane {
+        let normal = normalized(self.normal);
+        // The height of the eye, found in the world's axes, is exactly 0 if the eye is on the plane.
+        let offset = -Plane::contact(space.eye, position, normal).height * range_scale;
+        let magnitude = spread(normal, sub(position, space.eye));
+        Plane::new(space.direction(normal), offset, magnitude)
+    }
+}
+
 impl Plane {
+    /// Return where a point is relative to a plane through another point.
+    pub(crate) fn contact(point: Vector, through: Vector, normal: Vector) -> Contact {
+        let height = dot(normal, sub(point, through));
+        let on = height.abs() <= rounding_across(normal, point, through, (0.0, 0.0));
+        let height = if on { 0.0 } else { height };
+        Contact::new(height, [height, 0.0, 0.0])
+    }
+
     pub(crate) fn new(normal: Vector, offset: f64, magnitude: f64) -> Plane {
         Plane {
             equation: PlaneEquation { normal, offset },

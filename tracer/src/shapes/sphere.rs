@@ -11,7 +11,9 @@
 //! for Ray/Sphere Intersection", Ray Tracing Gems, 2019).
 
 use crate::bounds::BoundingSphere;
-use crate::shapes::contact::{Contact, Side};
+use crate::camera_space::CameraSpace;
+use crate::shapes::contact::{Contact, Side, rounding};
+use crate::shapes::description::Description;
 use crate::shapes::outline::{CircularCone, Outline};
 use crate::shapes::plane_equation::PlaneEquation;
 use crate::shapes::points::Points;
@@ -30,6 +32,10 @@ const FLAT: f64 = 1.0 / 256.0;
 
 /// What rounding takes from the depth of points that are placed from close by is less than this share of it.
 const NEAR_ROUNDING: f64 = 1e-6;
+
+/// The height above a sphere loses less to rounding in camera space than to float32 if it is more than this share of
+/// distances from the eye and sizes.
+const FAR_ABOVE_ROUNDING: f64 = 1e-8;
 
 /// The eye is close to a sphere if k is below this: closer than a radius.
 const NEAR: f64 = 3.0;
@@ -55,7 +61,47 @@ struct RaySetup {
     near: bool,
 }
 
+/// A sphere around its position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SphereDesc {
+    /// Greater than 0.
+    pub radius: f64,
+}
+
+impl Description for SphereDesc {
+    const PARAMETERS: usize = 1;
+
+    type Shape = Sphere;
+
+    fn new(parameters: &[f64]) -> SphereDesc {
+        SphereDesc { radius: parameters[0] }
+    }
+
+    fn size(&self) -> f64 {
+        self.radius
+    }
+
+    fn contact(&self, space: &CameraSpace, position: Vector, point: Vector) -> Contact {
+        Sphere::contact(point, position, space.length(self.radius))
+    }
+
+    fn transform(&self, space: &CameraSpace, position: Vector, range_scale: f64) -> Sphere {
+        let center = scale(space.point(position), range_scale);
+        let radius = space.length(self.radius) * range_scale;
+        let eye = self.contact(space, position, space.eye);
+        let close = eye.is_within(FAR_ABOVE_ROUNDING * (l1_norm(center) + radius));
+        Sphere::new(center, radius, close.then_some(&eye))
+    }
+}
+
 impl Sphere {
+    /// Return where a point is relative to a sphere.
+    pub(crate) fn contact(point: Vector, center: Vector, radius: f64) -> Contact {
+        let height = length(sub(center, point)) - radius;
+        let on = height.abs() <= rounding(point, center, radius);
+        Contact::new(if on { 0.0 } else { height }, [0.0; 3])
+    }
+
     /// Make a sphere; `eye` is given if it is close to the surface.
     pub(crate) fn new(center: Vector, radius: f64, eye: Option<&Contact>) -> Sphere {
         let power = match eye {

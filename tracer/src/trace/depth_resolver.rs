@@ -88,7 +88,8 @@ impl DepthResolver {
                     face: alone.face[lane],
                     t,
                     depth,
-                    slack: (ON_SURFACE * shape.magnitude_across(alone.face[lane]) + scene.grain) / along,
+                    slack: (ON_SURFACE * shape.magnitude_across(alone.face[lane]) + scene.coordinate_rounding)
+                        / along,
                 });
             }
         }

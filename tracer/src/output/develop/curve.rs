@@ -1,4 +1,4 @@
-//! ToneCurve curves and the sRGB transfer function, there and back, in f64.
+//! Tone curves and the sRGB transfer function, there and back, in f64.
 //!
 //! The numbers of these functions decide pixels, so they have to be the same on every machine. They use `+ - * /`
 //! and `sqrt`, which IEEE 754 rounds exactly, and `pow` of the `libm` crate: FreeBSD's `e_pow.c` in Rust, built of
@@ -8,62 +8,64 @@
 use crate::names::UnknownName;
 use std::str::FromStr;
 
-/// How radiance beyond white is brought into the range of a picture.
+/// How radiance beyond white is brought into the range of a picture. To add one: add it to `ToneCurve` and
+/// `CURVES`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ToneCurve {
     /// Y = x: what is brighter than white is white.
     Clip,
-    /// Y = x / (1 + x) (E. Reinhard et al., "Photographic ToneCurve Reproduction", 2002, equation 3, per channel).
+    /// Y = x / (1 + x) (E. Reinhard et al., "Photographic Tone Reproduction", 2002, equation 3, per channel).
     Reinhard,
     /// Y = x (2.51 x + 0.03) / (x (2.43 x + 0.59) + 0.14) (K. Narkowicz's fit of the ACES curve, 2016).
     Aces,
 }
 
+/// The name in scene files, Y of exposed light x, and x of Y.
+struct CurveSpec(ToneCurve, &'static str, fn(f64) -> f64, fn(f64) -> f64);
+
+const CURVES: [CurveSpec; 3] = [
+    CurveSpec(ToneCurve::Clip, "clip", |x| x, |y| y),
+    CurveSpec(ToneCurve::Reinhard, "reinhard", |x| x / (1.0 + x), |y| y / (1.0 - y)),
+    CurveSpec(ToneCurve::Aces, "aces", aces, inverse_aces),
+];
+
 /// Past this light the ACES curve is white long since, and its square would overflow in the end.
 const ACES_WHITE: f64 = 1e6;
+
+fn aces(x: f64) -> f64 {
+    let x = x.min(ACES_WHITE);
+    x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)
+}
+
+/// The root above 0 of a x² + b x + c = 0, a = 2.51 - 2.43 y, b = 0.03 - 0.59 y, c = -0.14 y.
+fn inverse_aces(y: f64) -> f64 {
+    let (a, b, c) = (2.51 - 2.43 * y, 0.03 - 0.59 * y, -0.14 * y);
+    ((b * b - 4.0 * a * c).sqrt() - b) / (2.0 * a)
+}
 
 impl FromStr for ToneCurve {
     type Err = UnknownName;
 
-    /// Returns the curve that a scene calls `name`: `clip`, `reinhard` or `aces`.
     fn from_str(name: &str) -> Result<ToneCurve, UnknownName> {
-        match name {
-            "clip" => Ok(ToneCurve::Clip),
-            "reinhard" => Ok(ToneCurve::Reinhard),
-            "aces" => Ok(ToneCurve::Aces),
-            _ => Err(UnknownName::new("tone curve", name)),
-        }
+        let spec = CURVES.iter().find(|spec| spec.1 == name);
+        spec.map(|spec| spec.0)
+            .ok_or_else(|| UnknownName::new("tone curve", name))
     }
 }
 
 impl ToneCurve {
-    /// Returns Y for exposed light x, 0 or more.
+    /// Return Y for exposed light x, 0 or more.
     pub(super) fn apply(self, x: f64) -> f64 {
-        match self {
-            ToneCurve::Clip => x,
-            ToneCurve::Reinhard => x / (1.0 + x),
-            ToneCurve::Aces => {
-                let x = x.min(ACES_WHITE);
-                x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)
-            }
-        }
+        CURVES[self as usize].2(x)
     }
 
-    /// Returns the light x that the curve maps to y, 0 < y < 1, but for rounding.
+    /// Return the light x that the curve maps to y, 0 < y < 1, but for rounding.
     pub(super) fn invert(self, y: f64) -> f64 {
-        match self {
-            ToneCurve::Clip => y,
-            ToneCurve::Reinhard => y / (1.0 - y),
-            ToneCurve::Aces => {
-                // The root above 0 of a x² + b x + c = 0, a = 2.51 - 2.43 y, b = 0.03 - 0.59 y, c = -0.14 y.
-                let (a, b, c) = (2.51 - 2.43 * y, 0.03 - 0.59 * y, -0.14 * y);
-                ((b * b - 4.0 * a * c).sqrt() - b) / (2.0 * a)
-            }
-        }
+        CURVES[self as usize].3(y)
     }
 }
 
-/// Returns the linear value of an sRGB value v, 0..1.
+/// Return the linear value of an sRGB value v, 0..1.
 ///
 /// linear = v / 12.92 up to v = 0.04045, else ((v + 0.055) / 1.055)^2.4 (IEC 61966-2-1).
 pub(super) fn linear_of(v: f64) -> f64 {
@@ -74,7 +76,7 @@ pub(super) fn linear_of(v: f64) -> f64 {
     }
 }
 
-/// Returns the sRGB value of a linear value, which may be beyond white: the inverse of `linear_of`.
+/// Return the sRGB value of a linear value, which may be beyond white: the inverse of `linear_of`.
 pub(super) fn srgb_of(linear: f64) -> f64 {
     if linear <= 0.04045 / 12.92 {
         linear * 12.92
@@ -89,6 +91,13 @@ mod tests {
     use proptest::prelude::*;
 
     const TONES: [ToneCurve; 3] = [ToneCurve::Clip, ToneCurve::Reinhard, ToneCurve::Aces];
+
+    #[test]
+    fn the_table_is_in_the_order_of_the_curves() {
+        for (index, spec) in CURVES.iter().enumerate() {
+            assert_eq!(spec.0 as usize, index);
+        }
+    }
 
     #[test]
     fn a_tone_curve_goes_by_the_name_of_the_scene_file() {

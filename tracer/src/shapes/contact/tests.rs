@@ -1,5 +1,7 @@
 use super::*;
 use crate::oracle::*;
+use crate::shapes::cuboid::Cuboid;
+use crate::shapes::plane::Plane;
 use crate::vector::{add, scale};
 use proptest::prelude::*;
 
@@ -53,7 +55,7 @@ fn a_place_on_an_edge_has_the_coordinates_of_both_faces() {
     let half = [third, 2.0 * third, 5.0];
     let center = [1e3, -2e3, 7.7];
     let place = add(center, add(scale(axes[0], third), scale(axes[1], -2.0 * third)));
-    let contact = Contact::with_box(place, center, &axes, half);
+    let contact = Cuboid::contact(place, center, &axes, half);
     assert_eq!(contact.side, Side::On);
     assert_eq!(contact.local[..2], [third, -2.0 * third]);
 }
@@ -61,14 +63,14 @@ fn a_place_on_an_edge_has_the_coordinates_of_both_faces() {
 #[test]
 fn a_place_in_the_plane_of_a_face_beside_it_is_outside() {
     let straight = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    let contact = Contact::with_box([5.0, 1.0, 0.0], [0.0; 3], &straight, [1.0; 3]);
+    let contact = Cuboid::contact([5.0, 1.0, 0.0], [0.0; 3], &straight, [1.0; 3]);
     assert_eq!((contact.side, contact.local), (Side::Outside, [5.0, 1.0, 0.0]));
 }
 
 #[test]
 fn a_plane_given_by_a_far_point_is_where_it_is() {
     for away in [1e10, 1e15, 1e22] {
-        let contact = |height| Contact::with_plane([0.0, height, 0.0], [away, 0.0, -away], [0.0, 1.0, 0.0]);
+        let contact = |height| Plane::contact([0.0, height, 0.0], [away, 0.0, -away], [0.0, 1.0, 0.0]);
         assert_eq!(contact(1e-9).side, Side::Outside);
         assert_eq!(contact(0.0).side, Side::On);
         assert_eq!(contact(-1e-9).side, Side::Inside);

@@ -245,3 +245,41 @@ fn a_second_box_with_the_same_top_hides_nothing() {
     assert_light(&brick([0.3, 0.1, 2.7], [0.9, 1.5, 0.7]), [0.2, 0.1, -2.0], 1.0);
     assert_light(&brick([0.3, 0.1, 2.7], [0.9, 1.5, 0.7]), [8.0, 5.0, 1.0], 1.0);
 }
+
+#[test]
+fn right_angles_are_exact() {
+    for (degrees, expected) in [
+        (0.0, (0.0, 1.0)),
+        (90.0, (1.0, 0.0)),
+        (180.0, (0.0, -1.0)),
+        (270.0, (-1.0, 0.0)),
+        (-90.0, (-1.0, 0.0)),
+        (360.0, (0.0, 1.0)),
+        (-180.0, (0.0, -1.0)),
+        (360e6 + 90.0, (1.0, 0.0)),
+    ] {
+        assert_eq!(sine_and_cosine(degrees), expected, "of {degrees} degrees");
+    }
+}
+
+#[test]
+fn other_angles_are_those_of_the_mathematics_library() {
+    for tenth in -7200..7200 {
+        let degrees = f64::from(tenth) / 10.0;
+        let (sine, cosine) = sine_and_cosine(degrees);
+        assert!(
+            (sine - degrees.to_radians().sin()).abs() < 1e-14,
+            "sin of {degrees} degrees"
+        );
+        assert!(
+            (cosine - degrees.to_radians().cos()).abs() < 1e-14,
+            "cos of {degrees} degrees"
+        );
+    }
+}
+
+#[test]
+fn the_axes_of_a_box_turn_counter_clockwise_seen_from_above() {
+    // From above, x points right and -z up: a quarter turn takes x to -z.
+    assert_eq!(box_axes(90.0), [[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]);
+}

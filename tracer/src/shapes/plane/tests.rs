@@ -128,3 +128,10 @@ fn two_planes_in_the_same_place_do_not_hide_each_other() {
         }
     }
 }
+
+#[test]
+fn a_normal_may_have_any_length() {
+    for length in [1e-300, 1e-160, 1.0, 1e160, 1e300] {
+        assert_eq!(normalized([0.0, -length, 0.0]), [0.0, -1.0, 0.0]);
+    }
+}

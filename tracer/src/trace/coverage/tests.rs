@@ -5,7 +5,7 @@ use crate::render::Tracer;
 use crate::scene::Scene;
 use crate::simd::Level;
 use crate::vector::Vector;
-use crate::world::{Camera, Object, Settings, ShapeDesc, World};
+use crate::world::{Camera, CuboidDesc, Object, PlaneDesc, Settings, ShapeDesc, SphereDesc, World};
 use proptest::prelude::*;
 use std::sync::Arc;
 
@@ -67,10 +67,10 @@ fn world_of(shapes: &[(Vector, ShapeDesc)]) -> World {
 }
 
 fn boxed(x: f64, y: f64, z: f64, rotation: f64) -> ShapeDesc {
-    ShapeDesc::Box {
+    ShapeDesc::Cuboid(CuboidDesc {
         size: [x, y, z],
         rotation,
-    }
+    })
 }
 
 proptest! {
@@ -102,33 +102,33 @@ fn the_search_finds_all_of_long_flat_and_large_shapes() {
         ([2.0, 3.0, 1.0], boxed(3.0, 3.0, 30.0, 10.0)),      // partly behind the camera
         ([0.0, 0.0, 0.0], boxed(2.0, 2.0, 2.0, 20.0)),       // around the camera
         ([0.0, 0.0, -1.0], boxed(2.0, 2.0, 2.0, 0.0)),       // with the camera on a face
-        ([0.0, 0.0, 0.0], ShapeDesc::Sphere { radius: 3.0 }),
-        ([0.0, 0.0, -3.0], ShapeDesc::Sphere { radius: 3.0 }), // with the camera on it
-        ([0.0, 2.0, -3.0], ShapeDesc::Sphere { radius: 2.9 }),
-        ([0.0, 0.0, 9.0], ShapeDesc::Sphere { radius: 3.0 }),
+        ([0.0, 0.0, 0.0], ShapeDesc::Sphere(SphereDesc { radius: 3.0 })),
+        ([0.0, 0.0, -3.0], ShapeDesc::Sphere(SphereDesc { radius: 3.0 })), // with the camera on it
+        ([0.0, 2.0, -3.0], ShapeDesc::Sphere(SphereDesc { radius: 2.9 })),
+        ([0.0, 0.0, 9.0], ShapeDesc::Sphere(SphereDesc { radius: 3.0 })),
         (
             [0.0, -1.0, 0.0],
-            ShapeDesc::Plane {
+            ShapeDesc::Plane(PlaneDesc {
                 normal: [0.1, 1.0, 0.0],
-            },
+            }),
         ),
         (
             [0.0, 0.0, 0.0],
-            ShapeDesc::Plane {
+            ShapeDesc::Plane(PlaneDesc {
                 normal: [0.1, 1.0, 0.0],
-            },
+            }),
         ), // through the camera
         (
             [0.0, 0.0, 5.0],
-            ShapeDesc::Plane {
+            ShapeDesc::Plane(PlaneDesc {
                 normal: [0.0, 0.0, 1.0],
-            },
+            }),
         ),
         (
             [0.0, 0.0, -5.0],
-            ShapeDesc::Plane {
+            ShapeDesc::Plane(PlaneDesc {
                 normal: [0.0, 0.0, 1.0],
-            },
+            }),
         ),
     ]);
     let (all, found, _) = both_ways(&world, whole(&world));
@@ -138,7 +138,7 @@ fn the_search_finds_all_of_long_flat_and_large_shapes() {
 
 #[test]
 fn what_fills_the_picture_takes_a_step_and_what_is_outside_few() {
-    let around = world_of(&[([0.0; 3], ShapeDesc::Sphere { radius: 3.0 })]);
+    let around = world_of(&[([0.0; 3], ShapeDesc::Sphere(SphereDesc { radius: 3.0 }))]);
     assert_eq!(both_ways(&around, whole(&around)).2, 1);
     let behind = world_of(&[([0.0, 0.0, 9.0], boxed(1.0, 1.0, 1.0, 30.0))]);
     assert!(both_ways(&behind, whole(&behind)).2 < 10);
@@ -146,7 +146,7 @@ fn what_fills_the_picture_takes_a_step_and_what_is_outside_few() {
 
 #[test]
 fn the_work_grows_with_the_outline_and_not_with_the_area() {
-    let ball = |radius| world_of(&[([0.0, 0.0, -100.0], ShapeDesc::Sphere { radius })]);
+    let ball = |radius| world_of(&[([0.0, 0.0, -100.0], ShapeDesc::Sphere(SphereDesc { radius }))]);
     let steps = |radius| {
         let world = ball(radius);
         both_ways(&world, whole(&world)).2 as f64
@@ -159,7 +159,7 @@ fn crowd() -> World {
         .map(|i| {
             let angle = f64::from(i);
             let tile = [2.0 * angle.sin(), 2.0 * (1.7 * angle).cos(), -20.0 - angle.cos()];
-            (tile, ShapeDesc::Sphere { radius: 4.0 })
+            (tile, ShapeDesc::Sphere(SphereDesc { radius: 4.0 }))
         })
         .collect();
     world_of(&balls)

@@ -1,4 +1,4 @@
-"""The seconds that each stage takes."""
+"""Times of the stages of a rendering."""
 
 from __future__ import annotations
 
@@ -17,16 +17,17 @@ class Stopwatch:
 
     @contextlib.contextmanager
     def stage(self, name: str) -> Iterator[None]:
-        """Time what happens inside."""
-        start = time.perf_counter()
+        """Add the time of the body to a stage, without the time of the stages in it."""
+        start, others = time.perf_counter(), sum(self.seconds.values())
         yield
-        self.seconds[name] = time.perf_counter() - start
+        passed = time.perf_counter() - start - (sum(self.seconds.values()) - others)
+        self.seconds[name] = self.seconds.get(name, 0.0) + passed
 
     @contextlib.contextmanager
     def stages_together(self) -> Iterator[dict[str, float]]:
-        """Time stages that go on at the same time.
+        """Time stages that run concurrently.
 
-        Give the dictionary the seconds that threads spent in each stage: the time that passed is shared out in
+        Put the seconds that threads spent in each stage into the dictionary: the time that passed is divided in
         proportion, so that the stages still add up to it.
         """
         start = time.perf_counter()

@@ -1,4 +1,4 @@
-"""What a worker does with one scene."""
+"""Rendering one scene in a worker."""
 
 import hashlib
 import pickle
@@ -10,7 +10,7 @@ from batches import results_in, write_scene
 import rtcli
 from rtcli.batch.jobs import BatchSettings, Job, find_jobs
 from rtcli.batch.sweep import Combination, parse_variation
-from rtcli.batch.work import MAX_KEPT, BatchTask, content_of, render_job
+from rtcli.batch.worker import MAX_KEPT, BatchTask, content_of, render_job
 from rtcli.scene.overrides import Overrides
 
 ALL = ("depth", "object_id")
@@ -43,7 +43,7 @@ def test_files_are_those_that_the_python_interface_saves(scene, folder, suffix, 
     saved = results_in(folder / "python")
     assert (results_in(folder / "out") if writes else outcome.files) == saved
     assert outcome.status == "done"
-    told = {output.path: (output.sha256, output.size) for output in outcome.outputs}
+    told = {output.path: (output.sha256, output.bytes) for output in outcome.outputs}
     assert told == {
         path: (f"sha256:{hashlib.sha256(data).hexdigest()}", len(data)) for path, data in saved.items()
     }
@@ -142,8 +142,8 @@ def test_temporary_files_stand_in_the_folder_that_is_given(scene, folder, monkey
     places = [folder / "scratch", folder / "out"]
     places[0].mkdir()
     seen = []
-    monkeypatch.setattr("rtcli.batch.work.write_film", lambda *_: seen.append(counts(places)))
-    with pytest.raises(AttributeError):  # what it is replaced by gives nothing
+    monkeypatch.setattr("rtcli.batch.worker.write_film", lambda *_: seen.append(counts(places)))
+    with pytest.raises(AttributeError):  # its replacement returns None
         render(job_of(passes=ALL), folder=str(places[1]), scratch=str(places[0]))
     assert seen == [[4, 0]]
     assert counts(places) == [0, 0]
@@ -161,6 +161,6 @@ def test_task_and_outcome_can_be_sent_to_another_process(folder):
 
 
 def test_bug_is_raised(scene, monkeypatch):
-    monkeypatch.setattr("rtcli.batch.work.pack", lambda scene: 1 / 0)
+    monkeypatch.setattr("rtcli.batch.worker.pack", lambda scene: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         render(job_of())

@@ -1,0 +1,218 @@
+"""Render one scene of a batch, from its text to its files, in any process on any machine."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, BinaryIO, NamedTuple
+
+from rtcli.atomic import atomic_write_all
+from rtcli.batch.hashes import sha256, sha256_of
+from rtcli.batch.jobs import Job
+from rtcli.image.formats import check_fits
+from rtcli.rendering.job import RenderJob, RenderRequest, prepare
+from rtcli.rendering.metadata import SOFTWARE, fingerprint
+from rtcli.rendering.pack import pack
+from rtcli.rendering.stopwatch import Stopwatch
+from rtcli.rendering.stream import FilmOutputs, write_film
+from rtcli.scene.diagnostics.problems import Problem, SceneError
+from rtcli.scene.model import Scene
+from rtcli.scene.reading.parse import parse_bytes
+from rtcli.scene.validation.validate import validate
+
+DONE, FAILED = "done", "failed"
+
+# The most problems to keep of a scene: a folder of malicious files must not fill the memory.
+MAX_KEPT = 20
+
+
+@dataclass(frozen=True)
+class BatchTask:
+    """A job with everything that a worker needs, ready to be sent to another process or machine.
+
+    Parameters
+    ----------
+    job
+        The job.
+    raw
+        The bytes of the scene file.
+    folder
+        The folder of the results, an absolute path; None to return the files' bytes instead.
+    scratch
+        A folder on the same file system for temporary files.
+    """
+
+    job: Job
+    raw: bytes
+    folder: str | None = None
+    scratch: str | None = None
+
+
+class BatchOutput(NamedTuple):
+    """A file of a result: its part of the film, path in the folder of the results, hash, and size in bytes."""
+
+    part: str
+    path: str
+    sha256: str
+    bytes: int
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The result of a task.
+
+    Parameters
+    ----------
+    key
+        The key of the job.
+    input
+        The hash of the scene file's bytes; None if it could not be read.
+    content
+        The fingerprint of the scene with all overrides; None if the scene is invalid.
+    outputs
+        The files; none if the task failed.
+    seconds
+        The duration of each stage.
+    resolution
+        Width and height in pixels; None if the task failed.
+    problems
+        The problems of the scene, at most `MAX_KEPT`.
+    message
+        Another error, or the number of further problems.
+    files
+        The bytes of each output by its path, if the worker did not write them.
+    """
+
+    key: str
+    input: str | None = None
+    content: str | None = None
+    outputs: tuple[BatchOutput, ...] = ()
+    seconds: dict[str, float] = field(default_factory=dict)
+    resolution: tuple[int, int] | None = None
+    problems: tuple[Problem, ...] = ()
+    message: str = ""
+    files: dict[str, bytes] = field(default_factory=dict)
+
+    @property
+    def status(self) -> str:
+        """`done` or `failed`."""
+        return DONE if self.outputs else FAILED
+
+    def as_entry(self, job: Job) -> dict[str, Any]:
+        """Return the entry of the manifest."""
+        problems = [problem.as_dict() for problem in self.problems]
+        return {
+            "scene": Path(job.scene).as_posix(),
+            **({"vary": dict(job.variation.values)} if job.variation.values else {}),
+            "input": self.input,
+            "content": self.content,
+            "settings": job.settings.as_dict(),
+            "software": SOFTWARE,
+            "status": self.status,
+            "outputs": [output._asdict() for output in self.outputs],
+            "seconds": {stage: round(seconds, 6) for stage, seconds in self.seconds.items()},
+            "resolution": None if self.resolution is None else list(self.resolution),
+            "problems": [*problems, {"message": self.message}] if self.message else problems,
+        }
+
+
+def content_of(job: Job, raw: bytes) -> str | None:
+    """Return the fingerprint of a job's scene, or None if it is invalid."""
+    try:
+        scene = _validated(job, raw, Stopwatch())
+        return fingerprint(scene, pack(scene))
+    except ValueError:
+        return None
+
+
+def render_job(task: BatchTask) -> Outcome:
+    """Render a scene on one processor core, and write all of its files or none.
+
+    Errors in the scene or with a file become part of the outcome; other errors are raised.
+    """
+    input = sha256(task.raw)
+    watch = Stopwatch()
+    seconds = watch.seconds
+    try:
+        scene = _validated(task.job, task.raw, watch)
+        with watch.stage("pack"):
+            world = pack(scene)
+        request = RenderRequest(task.job.settings.passes, threads=1)
+        job = prepare(scene, world, request)
+        check_fits(task.job.key + task.job.settings.suffix, job.window[2:], task.job.settings.bits)
+        outputs, files = _render(task, job, request, seconds)
+    except (ValueError, OSError) as error:
+        return failure(task.job, input, error, seconds)
+    return Outcome(
+        task.job.key,
+        input,
+        fingerprint(scene, world),
+        outputs,
+        seconds,
+        (job.window.width, job.window.height),
+        files=files,
+    )
+
+
+def failure(job: Job, input: str | None, error: BaseException, seconds: dict[str, float]) -> Outcome:
+    """Return the outcome of a job that failed with an error."""
+    problems: tuple[Problem, ...] = ()
+    if isinstance(error, SceneError):
+        problems = error.problems[:MAX_KEPT]
+        more = len(error.problems) - MAX_KEPT
+        message = f"{more:,} more problems: see rtcli validate" if more > 0 else ""
+    elif isinstance(error, MemoryError):
+        message = "not enough memory: make the picture smaller, or use fewer --jobs"
+    elif isinstance(error, OSError) and error.filename is not None:
+        message = f"{error.filename}: {error.strerror or error}"
+    else:
+        message = str(error) or type(error).__name__
+    return Outcome(job.key, input, problems=problems, message=message, seconds=seconds)
+
+
+def _validated(job: Job, raw: bytes, watch: Stopwatch) -> Scene:
+    with watch.stage("parse"):
+        document = job.changed(parse_bytes(raw, job.scene))
+    with watch.stage("validate"):
+        return validate(document)
+
+
+def _render(
+    task: BatchTask, job: RenderJob, request: RenderRequest, seconds: dict[str, float]
+) -> tuple[tuple[BatchOutput, ...], dict[str, bytes]]:
+    """Write the files of a film; return their descriptions and, without a folder, their bytes by path."""
+    paths = task.job.outputs
+    with contextlib.ExitStack() as stack:
+        # Bytes to return are written to files too: OpenEXR opens its file by name.
+        folder = task.folder or stack.enter_context(tempfile.TemporaryDirectory(prefix="rtcli-"))
+        scratch = None if task.scratch is None else Path(task.scratch)
+        opened = stack.enter_context(open_outputs(list(paths.values()), Path(folder), scratch))
+        files = dict(zip(paths, opened, strict=True))
+        targets = {part: (paths[part], file) for part, file in files.items()}
+        stats = write_film(job, request, FilmOutputs(targets, task.job.settings.bits))
+        seconds.update(stats.seconds)
+        outputs = tuple(_output(part, paths[part], file) for part, file in files.items())
+        if task.folder is not None:
+            return outputs, {}
+        return outputs, {paths[part]: Path(file.name).read_bytes() for part, file in files.items()}
+
+
+def _output(part: str, path: str, file: BinaryIO) -> BatchOutput:
+    """Describe an open file; hash it by reading it again, since archives are not written in order."""
+    file.flush()
+    return BatchOutput(part, path, sha256_of(Path(file.name)), os.fstat(file.fileno()).st_size)
+
+
+@contextlib.contextmanager
+def open_outputs(paths: Sequence[str], folder: Path, scratch: Path | None) -> Iterator[list[BinaryIO]]:
+    """Open files that appear in a folder and those below it once all are complete; see `atomic_write_all`."""
+    targets = [folder / path for path in paths]
+    for parent in {target.parent for target in targets}:
+        parent.mkdir(parents=True, exist_ok=True)
+    # There is no need to wait for the disk: the next run finds by the hashes what a power cut destroyed.
+    with atomic_write_all(targets, scratch, sync=False) as files:
+        yield files

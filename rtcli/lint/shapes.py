@@ -1,0 +1,252 @@
+"""The shapes of a scene as the warnings see them: one class per shape, and the table of them all.
+
+Every shape is a `Shape`. One that has an inside is a `Solid` as well, and all solids are convex.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+from rtcli.lint.view import BEHIND, BESIDE, View, moved
+from rtcli.scene.model import Box, Object
+from rtcli.scene.vectors import Vector, cross, direction, dot, unit
+
+# A point closer to a surface than this share of the coordinates and sizes, some units in their last place, counts
+# as on it. It is twice the tracer's share, because the tracer takes it of a smaller sum.
+_ROUNDING = 2.0**-48
+# Solids closer than this share of their size touch.
+_TOUCHING = 1e-6
+# A light closer to a plane than this share of the distances counts as on it.
+_ON_PLANE = 1e-9
+# Two directions are parallel if the sine of the angle between them is below this.
+_PARALLEL = 1e-9
+
+
+class Shape(ABC):
+    """The surface of an object."""
+
+    __slots__ = ()
+
+    @property
+    def solid(self) -> Solid | None:
+        """The shape as a solid; None if it has no inside."""
+        return None
+
+    @abstractmethod
+    def signed_distance(self, point: Vector) -> float:
+        """Return the distance from a point to the surface, negative inside or behind it."""
+
+    @abstractmethod
+    def nearest_point(self, point: Vector) -> Vector:
+        """Return the point of the surface nearest to a point, or one of them."""
+
+    @abstractmethod
+    def misses(self, view: View) -> str | None:
+        """Return `BEHIND` or `BESIDE` if the shape is surely out of view and casts no shadow into it; or None."""
+
+    def lit_distance(self, light: Vector, eye: Vector) -> float:
+        """Return the distance from a light to the surface; infinity if the camera sees only the other side."""
+        of_light = self.signed_distance(light)
+        return abs(of_light) if of_light * self.signed_distance(eye) > 0 else math.inf
+
+
+@dataclass(frozen=True, slots=True)
+class Solid(Shape):
+    """A convex shape with an inside.
+
+    Parameters
+    ----------
+    centre
+        The centre of its bounding box.
+    bounds
+        Half the size of its bounding box along the axes.
+    """
+
+    centre: Vector
+    bounds: Vector
+
+    @property
+    def solid(self) -> Solid:
+        """The shape as a solid."""
+        return self
+
+    @abstractmethod
+    def reach(self, axis: Vector) -> float:
+        """Return how far the solid reaches from its centre along a unit vector."""
+
+    @abstractmethod
+    def depth_in(self, outer: Solid) -> float:
+        """Return how deep the solid lies inside another, negative if it reaches out."""
+
+    def misses(self, view: View) -> str | None:
+        """Return `BEHIND` or `BESIDE` if the solid is surely out of view and casts no shadow into it; or None."""
+        return view.misses(self.centre, self.reach)
+
+    def rounding(self, point: Vector, eye: Vector) -> float:
+        """Return the distance up to which a point counts as on the surface; the tracer measures from the eye."""
+        return _ROUNDING * (_l1_norm(point) + _l1_norm(self.centre) + 2 * _l1_norm(eye) + max(self.bounds))
+
+    def contains(self, inner: Solid, eye: Vector = (0.0, 0.0, 0.0)) -> bool:
+        """Return whether another solid, seen from an eye, is wholly inside; the surface itself is outside."""
+        margin = self.rounding(inner.centre, eye)
+        if any(inner.bounds):  # a face that two solids share may be seen
+            margin = max(margin, _TOUCHING * max(self.bounds))
+        return inner.depth_in(self) > margin
+
+
+def _l1_norm(vector: Vector) -> float:
+    return abs(vector[0]) + abs(vector[1]) + abs(vector[2])
+
+
+@dataclass(frozen=True, slots=True)
+class Ball(Solid):
+    """A sphere with its inside, or a point if the radius is 0."""
+
+    radius: float
+
+    @classmethod
+    def of(cls, centre: Vector, radius: float) -> Ball:
+        """Return the ball with a centre and radius."""
+        return cls(centre, (radius, radius, radius), radius)
+
+    def signed_distance(self, point: Vector) -> float:
+        """Return |P - C| - R, negative inside."""
+        return math.dist(point, self.centre) - self.radius
+
+    def nearest_point(self, point: Vector) -> Vector:
+        """Return the point of the sphere nearest to a point, or one of them."""
+        outward = direction(self.centre, point)
+        return moved(self.centre, unit(outward) if any(outward) else (1.0, 0.0, 0.0), self.radius)
+
+    def reach(self, axis: Vector) -> float:
+        """Return the radius."""
+        return self.radius
+
+    def depth_in(self, outer: Solid) -> float:
+        """Return how deep the ball lies inside a solid, negative if it reaches out."""
+        return -outer.signed_distance(self.centre) - self.radius
+
+
+@dataclass(frozen=True, slots=True)
+class Cuboid(Solid):
+    """A box with its inside: half its size, and cosine and sine of its rotation about +y."""
+
+    half: Vector
+    cos: float
+    sin: float
+
+    @classmethod
+    def of(cls, box: Box) -> Cuboid:
+        """Return the cuboid of a box in a scene."""
+        angle = math.radians(math.fmod(box.rotation, 360))
+        cos, sin = math.cos(angle), math.sin(angle)
+        x, y, z = (side / 2 for side in box.size)
+        bounds = (x * abs(cos) + z * abs(sin), y, x * abs(sin) + z * abs(cos))
+        return cls(box.position, bounds, (x, y, z), cos, sin)
+
+    def signed_distance(self, point: Vector) -> float:
+        """Return the distance from a point to the surface, negative inside."""
+        (px, py, pz), (cx, cy, cz) = point, self.centre
+        local = self._to_box((px - cx, py - cy, pz - cz))
+        beyond = [abs(x) - half for x, half in zip(local, self.half, strict=True)]
+        outside = math.hypot(*(max(0.0, x) for x in beyond))
+        return outside if outside > 0 else max(beyond)
+
+    def nearest_point(self, point: Vector) -> Vector:
+        """Return the point of the surface nearest to a point, or one of them."""
+        local = self._to_box(direction(self.centre, point))
+        nearest = [min(max(x, -half), half) for x, half in zip(local, self.half, strict=True)]
+        if nearest == list(local):  # inside: the nearest face
+            axis = min(range(3), key=lambda i: self.half[i] - abs(nearest[i]))
+            nearest[axis] = math.copysign(self.half[axis], nearest[axis])
+        return moved(self.centre, self._to_world((nearest[0], nearest[1], nearest[2])))
+
+    def reach(self, axis: Vector) -> float:
+        """Return how far the cuboid reaches from its centre along a unit vector."""
+        x, y, z = self._to_box(axis)
+        return abs(x) * self.half[0] + abs(y) * self.half[1] + abs(z) * self.half[2]
+
+    def depth_in(self, outer: Solid) -> float:
+        """Return the depth of the corner that is least deep inside a solid, negative if one is outside."""
+        return min(-outer.signed_distance(corner) for corner in self.corners())
+
+    def corners(self) -> Iterator[Vector]:
+        """Yield the eight corners in world space."""
+        cx, cy, cz = self.centre
+        hx, hy, hz = self.half
+        for local in product((-hx, hx), (-hy, hy), (-hz, hz)):
+            x, y, z = self._to_world(local)
+            yield cx + x, cy + y, cz + z
+
+    def _to_box(self, vector: Vector) -> Vector:
+        """Return a vector of world space in box space: R_y v."""
+        x, y, z = vector
+        return (x * self.cos - z * self.sin, y, x * self.sin + z * self.cos)
+
+    def _to_world(self, vector: Vector) -> Vector:
+        """Return a vector of box space in world space: R_y,neg v."""
+        x, y, z = vector
+        return (x * self.cos + z * self.sin, y, z * self.cos - x * self.sin)
+
+
+@dataclass(frozen=True, slots=True)
+class InfinitePlane(Shape):
+    """A plane: a point on it, and its unit normal."""
+
+    position: Vector
+    normal: Vector
+
+    def signed_distance(self, point: Vector) -> float:
+        """Return (P - P0) . n, negative behind the plane."""
+        return dot(self.normal, direction(self.position, point))
+
+    def nearest_point(self, point: Vector) -> Vector:
+        """Return the foot of the perpendicular from a point to the plane."""
+        return moved(point, self.normal, dot(self.normal, direction(point, self.position)))
+
+    def misses(self, view: View) -> str | None:
+        """Return `BEHIND` or `BESIDE` if no ray meets the plane and no light is behind it, else None.
+
+        t = n.(P0 - eye) / n.d (document, 2.2.2), so a ray d meets the plane if both have the same sign.
+        """
+        offset = dot(self.normal, direction(view.eye, self.position))
+        if any(offset * dot(self.normal, corner) > 0 for corner in view.corners):
+            return None
+        if abs(offset) <= _ON_PLANE * max(map(abs, (*view.eye, *self.position))):
+            # The eye is on the plane: what it sees may be on both sides, in the shadow of lights on the other.
+            is_clear = not view.lights or self._is_beside_all([*view.corners, *view.lights])
+        else:
+            # Everything in view is on the eye's side, and the lights must be, too.
+            is_clear = all(self._is_on_side_of_eye(light, offset) for light in view.lights)
+        if not is_clear:
+            return None
+        sine = math.sqrt(sum(x * x for x in cross(self.normal, view.forward)))
+        return BEHIND if sine < _PARALLEL else BESIDE
+
+    def _is_beside_all(self, vectors: list[Vector]) -> bool:
+        """Return whether all points, given relative to an eye on the plane, are clearly on the same side of it."""
+        sign = math.copysign(1, dot(self.normal, vectors[0]))
+        return all(sign * dot(self.normal, vector) > _ON_PLANE * max(map(abs, vector)) for vector in vectors)
+
+    def _is_on_side_of_eye(self, light: Vector, offset: float) -> bool:
+        """Return whether a light, given relative to the eye, is clearly on its side; `offset` is the plane's."""
+        height = dot(self.normal, light)
+        beyond = height - offset if offset > 0 else offset - height
+        return beyond < -_ON_PLANE * (abs(offset) + max(map(abs, light)))
+
+
+_SHAPES: dict[str, Callable[[Any], Shape]] = {
+    "sphere": lambda sphere: Ball.of(sphere.position, sphere.radius),
+    "plane": lambda plane: InfinitePlane(plane.position, unit(plane.normal)),
+    "box": Cuboid.of,
+}
+
+
+def shape_of(item: Object) -> Shape:
+    """Return the shape of an object of a scene."""
+    return _SHAPES[item.type](item)

@@ -1,0 +1,56 @@
+"""The words that other programs use for the keys of a scene and for the shapes.
+
+All are in lower case, without hyphens and underscores.
+"""
+
+from __future__ import annotations
+
+# By the name of a shape.
+WORDS_FOR_SHAPES = {
+    "sphere": "ball orb globe bubble marble bead planet uvsphere icosphere ellipsoid spheroid",
+    "plane": "floor ground wall ceiling surface backdrop infiniteplane halfspace sheet quad",
+    "box": "cube cuboid block brick crate rectangle rect rectangularprism prism slab rectcuboid hexahedron aabb",
+}
+
+
+def plural(shape: str) -> str:
+    """Return the plural of a shape's name."""
+    return shape + ("es" if shape.endswith("x") else "s")
+
+
+_SHAPES_AND_PLURALS = " ".join(f"{shape} {plural(shape)}" for shape in WORDS_FOR_SHAPES)
+
+# By the key. A word may stand for several keys: it means the first that the mapping has, but a missing one before
+# the others.
+WORDS_FOR_KEYS = {
+    "camera": "cam cameras eye viewer viewpoint sensor view perspective resolution fov fieldofview lookat",
+    "lights": "light lamp lamps lightsource lightsources pointlight pointlights emitter emitters luminaires",
+    "objects": "shape shapes primitive primitives geometry geometries mesh meshes entity entities thing things "
+    f"item items body bodies model models world scene {_SHAPES_AND_PLURALS}",
+    "render": "renderer rendering settings integrator options background samples spp maxdepth eyefalloff",
+    "image": "film output picture exposure tone tonemap tonemapping display",
+    "version": "format formatversion schemaversion",
+    "type": "kind shape primitive geometry class object",
+    "position": "center centre location origin pos translate translation point place at offset eye from lookfrom "
+    "cameraposition xyz coordinates coords",
+    "look_at": "lookat target to at lookto focus aim pointat direction interest viewat",
+    "up": "vup upvector updirection worldup",
+    "resolution": "size dimensions width height imagesize pixels filmsize res",
+    "fov": "angle fieldofview fovy vfov yfov viewangle fovdegrees",
+    "intensity": "power energy brightness strength watts wattage emission emitted flux radiance luminosity lumens",
+    "color": "colour rgb rgba albedo material diffuse diffusecolor basecolor reflectance reflectivity kd tint "
+    "surface paint pigment texture hue",
+    "name": "id label title identifier",
+    "normal": "n norm direction orientation facing up",
+    "size": "dimensions dimension dims dim extent extents scale sides side edge edges lengths halfsize "
+    "halfextents halfextent width height depth length",
+    "radius": "r rad diameter size scale width",
+    "rotation": "rotate rotated rot angle yaw turn heading orientation rotationy rotatey degrees",
+    "light": "lights lamp emission emissive emitter emit emits lightsource glow pointlight",
+    "samples": "spp samplesperpixel samplecount antialiasing aa rays raysperpixel",
+    "background": "sky skycolor backgroundcolor bg backdrop environment ambient",
+    "max_depth": "depth bounces maxbounces recursion recursiondepth maxrecursion raydepth",
+    "eye_falloff": "falloff attenuation eyeattenuation",
+    "exposure": "ev stops brightness gain",
+    "tone": "tonemap tonemapping tonemapper tonecurve curve mapping operator filmic",
+}

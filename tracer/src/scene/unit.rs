@@ -1,0 +1,43 @@
+//! The unit of camera space.
+
+use crate::memory::{OutOfMemory, collect, reserve};
+use crate::vector::Vector;
+use crate::world::{Object, World};
+
+/// What there may be not enough memory for.
+pub(crate) const OBJECTS: &str = "the objects";
+
+/// The farthest thing is kept within this power of two: its square stays within float32.
+const LARGEST_EXPONENT: i32 = 58;
+
+/// What is farther than this power of two times the typical distance does not count for the unit; see
+/// `CameraSpace::range_scale`.
+const FARTHEST_EXPONENT: i32 = 80;
+
+/// Nor what of a light's distance is more than this power of two times that of all objects: its light is parallel.
+const AS_GOOD_AS_PARALLEL: i32 = 30;
+
+/// A power of two that brings the typical distance from the eye, or the size of what is larger, to about 1, or
+/// below if something is very far away.
+pub(crate) fn suitable_unit(world: &World) -> Result<f64, OutOfMemory> {
+    let eye = world.camera.position;
+    let exponent = |place: Vector, size: f64| {
+        let away = |largest: f64, i: usize| largest.max((place[i] / 2.0 - eye[i] / 2.0).abs());
+        let distance = (0..3).fold(size / 2.0, away);
+        (distance > 0.0).then(|| libm::ilogb(distance))
+    };
+    let of_object = |object: &Object| exponent(object.position, object.shape.size());
+    let mut exponents = collect(world.objects.iter().filter_map(of_object), OBJECTS)?;
+    let Some(&farthest_object) = exponents.iter().max() else {
+        return Ok(1.0);
+    };
+    let lights = world.lights.iter().filter_map(|light| exponent(light.position, 0.0));
+    reserve(&mut exponents, world.lights.len(), "the lights")?;
+    exponents.extend(lights.map(|light| light.min(farthest_object + AS_GOOD_AS_PARALLEL)));
+    let farthest = exponents.iter().copied().fold(farthest_object, i32::max);
+    // The lower of two: near objects matter more.
+    let middle = (exponents.len() - 1) / 2;
+    let (_, &mut typical, _) = exponents.select_nth_unstable(middle);
+    let exponent = typical.max(farthest.min(typical + FARTHEST_EXPONENT) - LARGEST_EXPONENT);
+    Ok(libm::scalbn(1.0, -exponent.clamp(-1000, 1000)))
+}
