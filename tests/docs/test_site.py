@@ -9,6 +9,7 @@ from pathlib import Path
 from urllib.parse import unquote, urldefrag
 
 import pytest
+from chromium import browser, prefer, requested, resize, said
 from pages import PAGES, README, ROOT
 
 DOCS = ROOT / "docs"
@@ -87,6 +88,31 @@ def test_pages_load_nothing_from_the_network(site):
     loads = [address for page in site.values() for address in page.loads]
     assert len(loads) > 100
     assert [address for address in loads if re.match(r"([a-z]+:)?//", address)] == []
+
+
+def test_pages_fit_narrow_and_wide_windows_and_the_browser_has_no_complaints(site):
+    with browser() as chromium:
+        for width in (400, 1280):
+            resize(chromium, width, 900)
+            for path in site:
+                chromium.get(path.as_uri())
+                assert chromium.execute_script("return document.documentElement.scrollWidth") <= width, path.name
+        assert said(chromium) == []
+        assert {address.partition(":")[0] for address in requested(chromium)} <= {"file", "data"}
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_text_stands_out_from_the_background(site, scheme):
+    (index,) = [path for path in site if path.name == "index.html" and (path.parent / "start.html").exists()]
+    with browser() as chromium:
+        prefer(chromium, scheme)
+        chromium.get(index.as_uri())
+        colors = chromium.execute_script(
+            "const style = getComputedStyle(document.body); return [style.color, style.backgroundColor]"
+        )
+        text, background = (sum(map(int, re.findall(r"\d+", color)[:3])) / 3 for color in colors)
+    assert (background > 200) == (scheme == "light")
+    assert abs(text - background) > 128
 
 
 @pytest.mark.parametrize(
