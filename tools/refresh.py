@@ -59,8 +59,7 @@ def readme_parts() -> dict[str, str]:
 SPEED_ROWS = (
     ("4 objects, 1920x1080", "hd", "rtcli"),
     ("4 objects, 3840x2160", "4k", "rtcli"),
-    ("100 spheres, 1920x1080", "crowd-100", "rtcli, YAML"),
-    ("1,000 spheres", "crowd-1000", "rtcli, YAML"),
+    ("1,000 spheres, 1920x1080", "crowd-1000", "rtcli, YAML"),
     ("10,000 spheres", "crowd-10000", "rtcli, YAML"),
     ("100,000 spheres", "crowd-100000", "rtcli, YAML"),
     ("100,000 spheres, the scene as JSON", "crowd-100000", "rtcli, JSON"),
