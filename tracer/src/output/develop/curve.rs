@@ -1,25 +1,26 @@
-//! ToneCurve curves and the sRGB transfer function, there and back, in f64.
+//! Tone curves, the sRGB transfer function, and their inverses, in f64.
 //!
-//! The numbers of these functions decide pixels, so they have to be the same on every machine. They use `+ - * /`
+//! These functions decide pixels, so their results must be the same on every machine. They use `+ - * /`
 //! and `sqrt`, which IEEE 754 rounds exactly, and `pow` of the `libm` crate: FreeBSD's `e_pow.c` in Rust, built of
 //! the same operations and of table look-ups, without fused multiply-add or anything of the platform's C library,
-//! and within 0.7 units in the last place. An f32, which is what is developed, has 29 bits less.
+//! and within 0.7 units in the last place. The developed values are f32, with 29 bits less.
 
 use crate::names::UnknownName;
 use std::str::FromStr;
 
-/// How radiance beyond white is brought into the range of a picture.
+/// How radiance beyond white is compressed into the range of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ToneCurve {
-    /// Y = x: what is brighter than white is white.
+    /// Y = x, clipped at white.
     Clip,
-    /// Y = x / (1 + x) (E. Reinhard et al., "Photographic ToneCurve Reproduction", 2002, equation 3, per channel).
+    /// Y = x / (1 + x) (E. Reinhard et al., "Photographic Tone Reproduction for Digital Images", 2002, equation 3,
+    /// per channel).
     Reinhard,
     /// Y = x (2.51 x + 0.03) / (x (2.43 x + 0.59) + 0.14) (K. Narkowicz's fit of the ACES curve, 2016).
     Aces,
 }
 
-/// Past this light the ACES curve is white long since, and its square would overflow in the end.
+/// The ACES curve is white well before this, and larger squares might overflow.
 const ACES_WHITE: f64 = 1e6;
 
 impl FromStr for ToneCurve {
