@@ -185,6 +185,7 @@ impl Tracer {
     fn film_of(&self, job: TileJob<'_>, window: Window, film: Film<'_>) -> Result<u64, Stopped> {
         let width = window.width as usize;
         let request = film.request();
+        let new_tracer = || TileTracer::new(request);
         let mut rest = film;
         let split = |window: Window| {
             let (film, below) = take(&mut rest).split(width * window.height as usize);
@@ -194,24 +195,14 @@ impl Tracer {
         let bands = collect(bands_of(window).map(split), BANDS)?;
         spare()?;
         let to_world = CameraToWorld::new(&self.scene, &self.world.camera);
-        let stats = self.trace_bands(job, bands, request, |film| FilmSink { film, to_world });
-        job.monitor.check()?;
-        Ok(stats.rays)
-    }
-
-    /// Trace bands in parallel; `sink` makes the sink of a band from its destination.
-    fn trace_bands<D: Send, S: TileSink>(
-        &self,
-        job: TileJob<'_>,
-        bands: Vec<(Window, D)>,
-        request: PassRequest,
-        sink: impl Fn(D) -> S + Sync,
-    ) -> RenderStats {
-        let trace = |tracer: &mut TileTracer, (window, to)| self.trace(job, window, tracer, sink(to));
-        bands
+        let rays = bands
             .into_par_iter()
-            .map_init(|| TileTracer::new(request), trace)
-            .reduce(RenderStats::default, RenderStats::add)
+            .map_init(new_tracer, |tracer, (window, film)| {
+                self.trace(job, window, tracer, FilmSink { film, to_world }).rays
+            })
+            .sum();
+        job.monitor.check()?;
+        Ok(rays)
     }
 
     /// Trace the tiles of a band, for one thread.
@@ -274,7 +265,7 @@ impl Tracer {
                 || self.develop(batch, developer, &mut pixels, monitor),
                 || timed(|| writer.write_rows(&written)),
             );
-            stats = stats.add(traced);
+            stats.add(traced);
             stats.write += result?;
             monitor.check()?;
             swap(&mut pixels, &mut written);
@@ -302,22 +293,26 @@ impl Tracer {
             rest = below;
             (window, part)
         };
-        let parts = bands.iter().map(split).collect();
-        self.trace_bands(job, parts, PassRequest::Radiance, |pixels| PixelSink {
-            developer,
-            pixels,
-        })
+        let parts: Vec<_> = bands.iter().map(split).collect();
+        parts
+            .into_par_iter()
+            .map_init(
+                || TileTracer::new(PassRequest::Radiance),
+                |tracer, (window, pixels)| self.trace(job, window, tracer, PixelSink { developer, pixels }),
+            )
+            .reduce(RenderStats::default, |mut a, b| {
+                a.add(b);
+                a
+            })
     }
 }
 
 impl RenderStats {
-    fn add(self, other: RenderStats) -> RenderStats {
-        RenderStats {
-            rays: self.rays + other.rays,
-            trace: self.trace + other.trace,
-            develop: self.develop + other.develop,
-            write: self.write + other.write,
-        }
+    fn add(&mut self, other: RenderStats) {
+        self.rays += other.rays;
+        self.trace += other.trace;
+        self.develop += other.develop;
+        self.write += other.write;
     }
 }
 
