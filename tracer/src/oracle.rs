@@ -35,7 +35,7 @@ impl Camera {
     }
 }
 
-/// A shape in the camera's space.
+/// A shape in camera space.
 #[derive(Clone, Debug)]
 pub(crate) enum OracleShape {
     Sphere {

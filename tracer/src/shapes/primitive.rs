@@ -10,7 +10,7 @@ use crate::tile::hits::HitBuffer;
 use crate::tile::rays::Rays;
 use crate::vector::Vector;
 
-/// A convex shape in the camera's space.
+/// A convex shape in camera space.
 ///
 /// Mark what works on lanes `#[inline(always)]`: it is compiled for each SIMD level.
 pub(crate) trait Primitive {
