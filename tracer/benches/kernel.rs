@@ -182,7 +182,7 @@ fn settings() -> Settings {
     Settings {
         samples: 1,
         background: [0.0; 3],
-        lit: true,
+        direct_light: true,
         eye_falloff: false,
     }
 }

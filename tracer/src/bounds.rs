@@ -2,14 +2,14 @@
 
 use crate::vector::{Vector, sub};
 
-/// A sphere that holds objects or points.
+/// A sphere around objects or points.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BoundingSphere {
     pub(crate) center: Vector,
     pub(crate) radius: f64,
 }
 
-/// An axis-aligned box around balls.
+/// An axis-aligned bounding box of spheres.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Aabb {
     pub(crate) low: Vector,
@@ -40,7 +40,7 @@ impl Aabb {
         }
     }
 
-    /// Half its surface; 0 of nothing.
+    /// Half the surface area; 0 if empty.
     pub(crate) fn area(&self) -> f64 {
         let [x, y, z] = sub(self.high, self.low);
         if x >= 0.0 { x * y + y * z + z * x } else { 0.0 }

@@ -1,8 +1,8 @@
 //! Camera space: relative to the eye, in the camera's axes, in a unit that suits the scene.
 //!
-//! With x to the right, y up and z along the view, the ray through a point of the image plane is v = (x, y, 1), not
-//! normalised: its parameter t is the depth z. Subtracting the eye in float64 keeps a scene far from the origin as
-//! accurate as one around it; the unit, a power of two, keeps lengths within float32.
+//! With x to the right, y up and z along the view, the ray through a point of the image plane is v = (x, y, 1),
+//! not normalised: its parameter t is the depth z. Subtracting the eye in float64 keeps a scene far from the
+//! origin as accurate as one around it; the unit, a power of two, keeps lengths within float32.
 
 use crate::camera::Camera;
 use crate::vector::{Vector, largest, rotate, sub};
@@ -58,9 +58,9 @@ impl CameraSpace {
         self.direction(sub(scaled, self.eye))
     }
 
-    /// Return the factor that moves a scaled point toward the eye until it is within the range of float32: 1 unless it
-    /// is farther than anything that matters. An object of some size, scaled too, that shrinks by the same factor
-    /// looks the same from near the eye.
+    /// Return the factor that moves a scaled point toward the eye until it is within the range of float32: 1
+    /// unless it is farther than anything that matters. An object of some size, scaled too, that shrinks by the
+    /// same factor looks the same from near the eye.
     pub(crate) fn range_scale(&self, scaled: Vector, size: f64) -> f64 {
         let distance = largest(sub(scaled, self.eye));
         if size < distance / 2.0 {

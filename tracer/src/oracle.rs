@@ -20,7 +20,22 @@ use proptest::prelude::*;
 
 const EYE: Vector = [0.0; 3];
 
-/// A shape in the camera's space.
+impl Camera {
+    /// Return a camera at the origin that looks along -z.
+    pub(crate) fn along_z(width: u32, height: u32, fov: f64) -> Camera {
+        Camera {
+            width,
+            height,
+            fov,
+            position: [0.0; 3],
+            right: [1.0, 0.0, 0.0],
+            up: [0.0, 1.0, 0.0],
+            forward: [0.0, 0.0, -1.0],
+        }
+    }
+}
+
+/// A shape in camera space.
 #[derive(Clone, Debug)]
 pub(crate) enum OracleShape {
     Sphere {
@@ -453,10 +468,10 @@ fn any_light(objects: Vec<Object>) -> impl Strategy<Value = LightDesc> {
 
 fn any_settings() -> impl Strategy<Value = Settings> {
     (1_u32..5, any_color(), prop::bool::weighted(0.9), any::<bool>()).prop_map(
-        |(samples, background, lit, eye_falloff)| Settings {
+        |(samples, background, direct_light, eye_falloff)| Settings {
             samples,
             background,
-            lit,
+            direct_light,
             eye_falloff,
         },
     )

@@ -1,4 +1,4 @@
-//! PNG files of numbers that are developed already, or are no color at all.
+//! PNG files of values that are already developed, or are no colors.
 
 use std::borrow::Cow;
 use std::io;
@@ -14,10 +14,10 @@ use crate::display::{bit_depth, has_pixels};
 use crate::errors::out_of_memory;
 use crate::interruptible::bytes_of;
 
-/// The largest picture that is read: 65,535 x 16,384 pixels of RGB in 16 bits.
+/// The largest picture to decode: 65,535 x 16,384 pixels of 16-bit RGB.
 const MOST_BYTES: usize = 6 << 30;
 
-/// Encodes numbers of 8 bits, or of 16 in native byte order, as a PNG.
+/// Encodes 8-bit values, or 16-bit values in native byte order, as a PNG.
 #[pyfunction]
 #[pyo3(signature = (pixels, size, channels, bits, texts, /))]
 pub fn encode_png<'py>(
@@ -48,7 +48,7 @@ pub fn encode_png<'py>(
     bytes_of(py, &file.map_err(|error| of_a_picture(error.kind(), &error))?)
 }
 
-/// Decodes a PNG; returns width, height, channels, bits, and the numbers of 8 bits, or of 16 in native byte order.
+/// Decodes a PNG; returns width, height, channels, bits, and the values, 16 bits in native byte order.
 #[pyfunction]
 #[pyo3(signature = (file, /))]
 pub fn decode_png<'py>(py: Python<'py>, file: &[u8]) -> PyResult<(u32, u32, usize, u8, Bound<'py, PyBytes>)> {
@@ -63,7 +63,7 @@ pub fn decode_png<'py>(py: Python<'py>, file: &[u8]) -> PyResult<(u32, u32, usiz
     Ok((decoded.width, decoded.height, decoded.channels, decoded.bits, pixels))
 }
 
-/// `MemoryError` if that is the reason, else `ValueError`: the picture is wrong.
+/// `MemoryError` if memory ran out, else `ValueError`: the picture is wrong.
 fn of_a_picture(kind: io::ErrorKind, error: &dyn std::error::Error) -> PyErr {
     match kind {
         io::ErrorKind::OutOfMemory => PyMemoryError::new_err("not enough memory for the picture"),

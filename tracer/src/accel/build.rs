@@ -6,13 +6,13 @@ use crate::memory::{OutOfMemory, push, reserve};
 use crate::vector::{add, length, scale, sub, to_f32};
 use rayon::prelude::*;
 
-/// What there may be not enough memory for.
+/// Named in the error if memory runs out.
 pub(crate) const TREE: &str = "the tree over the objects";
 
 /// Candidate places for a cut along an axis.
 const BINS: usize = 16;
 
-/// Above this many objects the parts of a tree are built by several threads.
+/// Subtrees over more objects than this are built by several threads.
 const WORTH_A_THREAD: usize = 4096;
 
 /// An object on its way into the tree.
@@ -22,7 +22,7 @@ pub(crate) struct Item {
     pub(crate) object: u32,
 }
 
-/// Items that share a child, and their extent.
+/// The items of one child, and their bounding box.
 pub(crate) struct Part<'a> {
     items: &'a mut [Item],
     extent: Aabb,
@@ -36,7 +36,7 @@ impl<'a> Part<'a> {
         Part { items, extent }
     }
 
-    /// The ball around the items: around the middle of their extent, as large as they need.
+    /// The bounding sphere of the items around the middle of their bounding box.
     fn bounds(&self) -> BoundingSphere {
         if let [item] = &*self.items {
             return item.bounds;
@@ -145,7 +145,7 @@ fn cut(items: &mut [Item]) -> usize {
         }
     }
     if middle == 0 || middle == items.len() {
-        // All in one bin: any halves will do.
+        // All are in one bin: any halves will do.
         return items.len() / 2;
     }
     middle

@@ -255,7 +255,7 @@ fn world(width: u32, height: u32, objects: Vec<Object>, lights: Vec<LightDesc>) 
         settings: Settings {
             samples: 1,
             background: [0.0; 3],
-            lit: true,
+            direct_light: true,
             eye_falloff: false,
         },
     }

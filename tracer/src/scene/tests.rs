@@ -78,7 +78,7 @@ fn one_object(shape: ShapeDesc, position: Vector) -> World {
         settings: Settings {
             samples: 1,
             background: [0.0; 3],
-            lit: true,
+            direct_light: true,
             eye_falloff: false,
         },
     }

@@ -60,7 +60,7 @@ fn world_of(shapes: &[(Vector, ShapeDesc)]) -> World {
         settings: Settings {
             samples: 1,
             background: [0.0; 3],
-            lit: true,
+            direct_light: true,
             eye_falloff: false,
         },
     }
