@@ -40,12 +40,7 @@ impl Bvh {
     #[inline(always)]
     pub(crate) fn traverse<'a>(&'a self, cone: &'a Cone, stack: &'a mut Stack) -> Traversal<'a> {
         stack.waiting.clear();
-        Traversal {
-            nodes: &self.nodes,
-            cone,
-            next: if self.nodes.is_empty() { DONE } else { 0 },
-            stack,
-        }
+        Traversal { nodes: &self.nodes, cone, next: if self.nodes.is_empty() { DONE } else { 0 }, stack }
     }
 }
 

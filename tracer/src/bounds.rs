@@ -17,17 +17,11 @@ pub(crate) struct Aabb {
 }
 
 impl Aabb {
-    pub(crate) const EMPTY: Aabb = Aabb {
-        low: [f64::INFINITY; 3],
-        high: [f64::NEG_INFINITY; 3],
-    };
+    pub(crate) const EMPTY: Aabb = Aabb { low: [f64::INFINITY; 3], high: [f64::NEG_INFINITY; 3] };
 
     #[inline(always)]
     pub(crate) fn with(self, center: Vector, radius: f64) -> Aabb {
-        self.joined(&Aabb {
-            low: center.map(|c| c - radius),
-            high: center.map(|c| c + radius),
-        })
+        self.joined(&Aabb { low: center.map(|c| c - radius), high: center.map(|c| c + radius) })
     }
 
     #[inline(always)]

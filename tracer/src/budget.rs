@@ -16,10 +16,7 @@ pub struct WorkBudget {
 impl WorkBudget {
     /// Make a budget of a number of steps.
     pub fn new(steps: u64) -> WorkBudget {
-        WorkBudget {
-            limit: steps,
-            spent: AtomicU64::new(0),
-        }
+        WorkBudget { limit: steps, spent: AtomicU64::new(0) }
     }
 
     /// Return a budget without a limit.

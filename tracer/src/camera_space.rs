@@ -28,11 +28,7 @@ pub(crate) struct CameraSpace {
 
 impl CameraSpace {
     pub(crate) fn new(camera: &Camera, unit: f64) -> CameraSpace {
-        let mut space = CameraSpace {
-            eye: [0.0; 3],
-            axes: [camera.right, camera.up, camera.forward],
-            unit,
-        };
+        let mut space = CameraSpace { eye: [0.0; 3], axes: [camera.right, camera.up, camera.forward], unit };
         space.eye = space.scaled(camera.position);
         space
     }
@@ -63,11 +59,7 @@ impl CameraSpace {
     /// same factor looks the same from near the eye.
     pub(crate) fn range_scale(&self, scaled: Vector, size: f64) -> f64 {
         let distance = largest(sub(scaled, self.eye));
-        if size < distance / 2.0 {
-            range_scale_at(distance)
-        } else {
-            1.0
-        }
+        if size < distance / 2.0 { range_scale_at(distance) } else { 1.0 }
     }
 }
 

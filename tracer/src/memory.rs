@@ -137,10 +137,7 @@ mod tests {
     fn what_there_is_no_room_for_is_refused_by_its_name() {
         let refused = with_capacity::<f64>(ENDLESS, "the objects").unwrap_err();
         assert_eq!(refused.to_string(), "not enough memory for the objects");
-        assert_eq!(
-            filled(ENDLESS, 1_u8, "it").unwrap_err().to_string(),
-            "not enough memory for it"
-        );
+        assert_eq!(filled(ENDLESS, 1_u8, "it").unwrap_err().to_string(), "not enough memory for it");
         assert!(reserve(&mut vec![1], ENDLESS, "it").is_err());
         assert!(collect(std::iter::repeat_n(1_u64, ENDLESS), "it").is_err());
     }
@@ -161,9 +158,6 @@ mod tests {
         file.write_all(b"abc").unwrap();
         file.write_all(b"de").unwrap();
         assert_eq!(file.0, b"abcde");
-        assert_eq!(
-            io::Error::from(OutOfMemory { what: "it" }).kind(),
-            io::ErrorKind::OutOfMemory
-        );
+        assert_eq!(io::Error::from(OutOfMemory { what: "it" }).kind(), io::ErrorKind::OutOfMemory);
     }
 }

@@ -23,11 +23,7 @@ impl Monitor {
 
     /// Monitor work that ends when it exceeds a budget.
     pub fn within(budget: Arc<WorkBudget>) -> Monitor {
-        Monitor {
-            done: AtomicU64::new(0),
-            cancelled: Arc::default(),
-            budget,
-        }
+        Monitor { done: AtomicU64::new(0), cancelled: Arc::default(), budget }
     }
 
     /// The pixels that are done.

@@ -12,10 +12,7 @@ pub struct UnknownName {
 
 impl UnknownName {
     pub(crate) fn new(kind: &'static str, name: &str) -> UnknownName {
-        UnknownName {
-            kind,
-            name: name.to_owned(),
-        }
+        UnknownName { kind, name: name.to_owned() }
     }
 }
 

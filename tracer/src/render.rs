@@ -99,11 +99,7 @@ impl Tracer {
     /// If memory runs out.
     pub fn new(world: World, level: Level) -> Result<Tracer, OutOfMemory> {
         spare()?;
-        Ok(Tracer {
-            scene: Scene::new(&world)?,
-            world,
-            level,
-        })
+        Ok(Tracer { scene: Scene::new(&world)?, world, level })
     }
 
     /// Trace the pixels of a window with the threads of the current rayon pool; return the number of rays.
@@ -128,16 +124,8 @@ impl Tracer {
     pub fn exposure(&self, grid: u32, monitor: &Monitor) -> Result<(MeterReading, u64), Stopped> {
         let mut radiance = filled(3 * grid as usize * grid as usize, 0.0, "the exposure meter")?;
         let film = Film::of_radiance(&mut radiance);
-        let settings = Settings {
-            samples: 1,
-            ..self.world.settings.clone()
-        };
-        let window = Window {
-            x: 0,
-            y: 0,
-            width: grid,
-            height: grid,
-        };
+        let settings = Settings { samples: 1, ..self.world.settings.clone() };
+        let window = Window { x: 0, y: 0, width: grid, height: grid };
         let job = TileJob {
             view: View::in_grid(&self.world.camera, grid),
             settings: &settings,
@@ -157,29 +145,18 @@ impl Tracer {
         let view = View::new(&self.world.camera);
         let mut covered = filled(self.scene.shapes.len(), 0, COVERAGE)?;
         spare()?;
-        covered
-            .par_chunks_mut(OBJECTS)
-            .zip(self.scene.shapes.par_chunks(OBJECTS))
-            .for_each(|(covered, shapes)| {
-                self.level.run(Coverage {
-                    shapes,
-                    view,
-                    window,
-                    monitor,
-                    covered,
-                });
-            });
+        covered.par_chunks_mut(OBJECTS).zip(self.scene.shapes.par_chunks(OBJECTS)).for_each(
+            |(covered, shapes)| {
+                self.level.run(Coverage { shapes, view, window, monitor, covered });
+            },
+        );
         monitor.check()?;
         Ok(covered)
     }
 
     /// The job of the whole picture.
     fn job<'a>(&'a self, monitor: &'a Monitor) -> TileJob<'a> {
-        TileJob {
-            view: View::new(&self.world.camera),
-            settings: &self.world.settings,
-            monitor,
-        }
+        TileJob { view: View::new(&self.world.camera), settings: &self.world.settings, monitor }
     }
 
     fn film_of(&self, job: TileJob<'_>, window: Window, film: Film<'_>) -> Result<u64, Stopped> {
@@ -214,14 +191,7 @@ impl Tracer {
         sink: impl TileSink,
     ) -> RenderStats {
         let mut stats = RenderStats::default();
-        self.level.run(Band {
-            scene: &self.scene,
-            job,
-            window,
-            tracer,
-            stats: &mut stats,
-            sink,
-        });
+        self.level.run(Band { scene: &self.scene, job, window, tracer, stats: &mut stats, sink });
         stats
     }
 
@@ -328,11 +298,7 @@ fn bands_of(window: Window) -> impl Iterator<Item = Window> {
     let first = window.y - window.y % SIDE;
     (first..bottom).step_by(SIDE as usize).map(move |top| {
         let y = top.max(window.y);
-        Window {
-            y,
-            height: (top + SIDE).min(bottom) - y,
-            ..window
-        }
+        Window { y, height: (top + SIDE).min(bottom) - y, ..window }
     })
 }
 
@@ -366,11 +332,7 @@ const TIMED: u32 = 8;
 impl<T: TileSink> Kernel for Band<'_, T> {
     #[inline(always)]
     fn run(mut self) {
-        let TileJob {
-            view,
-            settings,
-            monitor,
-        } = self.job;
+        let TileJob { view, settings, monitor } = self.job;
         let start = Instant::now();
         let (mut tiles, mut timed) = (0, Duration::ZERO);
         for tile in Tile::all(view, self.window) {
@@ -378,8 +340,7 @@ impl<T: TileSink> Kernel for Band<'_, T> {
                 return;
             }
             let mut meter = monitor.budget().meter();
-            self.tracer
-                .trace(self.scene, settings, tile, &mut meter, || monitor.cancelled());
+            self.tracer.trace(self.scene, settings, tile, &mut meter, || monitor.cancelled());
             monitor.budget().spend(meter);
             if tiles % TIMED == 0 {
                 let traced = Instant::now();

@@ -32,10 +32,7 @@ mod tests {
     #[test]
     fn one_sample_goes_through_the_centre_and_four_are_the_rotated_grid() {
         assert_eq!(sample_offsets(1), [(0.5, 0.5)]);
-        assert_eq!(
-            sample_offsets(4),
-            [(0.125, 0.625), (0.375, 0.125), (0.625, 0.875), (0.875, 0.375)]
-        );
+        assert_eq!(sample_offsets(4), [(0.125, 0.625), (0.375, 0.125), (0.625, 0.875), (0.875, 0.375)]);
     }
 
     #[test]

@@ -97,10 +97,7 @@ impl Scene {
             bvh: Bvh::new(numbered().filter_map(|(i, shape)| Some((i, shape.bounds()?))))?,
             shapes,
         };
-        scene.lights = collect(
-            world.lights.iter().map(|light| scene.light(&space, world, light)),
-            "the lights",
-        )?;
+        scene.lights = collect(world.lights.iter().map(|light| scene.light(&space, world, light)), "the lights")?;
         Ok(scene)
     }
 
@@ -118,10 +115,7 @@ impl Scene {
             contact.is_within(rounding).then_some((i, contact))
         };
         let mut stack = Stack::default();
-        let around = Cone::around(
-            position,
-            self.coordinate_rounding + 2.0 * COORDINATE * l1_norm(position),
-        );
+        let around = Cone::around(position, self.coordinate_rounding + 2.0 * COORDINATE * l1_norm(position));
         let mut traversal = self.bvh.traverse(&around, &mut stack);
         let candidates = iter::from_fn(|| traversal.next(0.0)).chain(self.unbounded.iter().copied());
         Light {

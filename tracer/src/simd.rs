@@ -31,12 +31,7 @@ pub struct UnknownLevel {
 impl fmt::Display for UnknownLevel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let names: Vec<&str> = Level::available().into_iter().map(Level::name).collect();
-        write!(
-            f,
-            "unknown SIMD level {:?}: this machine has {}",
-            self.name,
-            names.join(", ")
-        )
+        write!(f, "unknown SIMD level {:?}: this machine has {}", self.name, names.join(", "))
     }
 }
 

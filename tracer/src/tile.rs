@@ -31,22 +31,14 @@ impl View {
     /// Square pixels: half_pixel = tan(fov / 2) / height (document, section 2.1)
     pub(crate) fn new(camera: &Camera) -> View {
         let half_pixel = half_tangent(camera.fov) / f64::from(camera.height);
-        View {
-            width: camera.width,
-            height: camera.height,
-            half_pixel: (half_pixel, half_pixel),
-        }
+        View { width: camera.width, height: camera.height, half_pixel: (half_pixel, half_pixel) }
     }
 
     /// The same rectangle of the image plane as a square grid of pixels.
     pub(crate) fn in_grid(camera: &Camera, side: u32) -> View {
         let half_pixel = half_tangent(camera.fov) / f64::from(side);
         let aspect = f64::from(camera.width) / f64::from(camera.height);
-        View {
-            width: side,
-            height: side,
-            half_pixel: (half_pixel * aspect, half_pixel),
-        }
+        View { width: side, height: side, half_pixel: (half_pixel * aspect, half_pixel) }
     }
 }
 
@@ -87,11 +79,7 @@ impl Tile {
         let rows = (first(window.y)..window.y + window.height).step_by(SIDE as usize);
         rows.flat_map(move |row| {
             let columns = (first(window.x)..window.x + window.width).step_by(SIDE as usize);
-            columns.map(move |column| Tile {
-                view,
-                corner: (column, row),
-                window,
-            })
+            columns.map(move |column| Tile { view, corner: (column, row), window })
         })
     }
 

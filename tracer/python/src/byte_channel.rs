@@ -41,10 +41,7 @@ impl ByteChannel {
         let nothing = |state: &mut State| !state.ended && state.bytes.len() < WORTH_TAKING;
         let waited = self.changed.wait_timeout_while(self.lock(), at_most, nothing);
         let mut state = waited.unwrap_or_else(PoisonError::into_inner).0;
-        let received = Received {
-            bytes: mem::take(&mut state.bytes),
-            ended: state.ended,
-        };
+        let received = Received { bytes: mem::take(&mut state.bytes), ended: state.ended };
         self.changed.notify_all();
         received
     }

@@ -109,13 +109,7 @@ impl PngEncoder {
     fn new(width: u32, height: u32, look: PyDisplay<'_>, texts: Vec<(String, String)>) -> PyResult<Self> {
         has_pixels(width, height)?;
         let developer = developer(look)?;
-        let header = Header {
-            width,
-            height,
-            color: Color::Srgb,
-            bits: developer.bits(),
-            texts: &texts,
-        };
+        let header = Header { width, height, color: Color::Srgb, bits: developer.bits(), texts: &texts };
         Ok(PngEncoder {
             writer: Some(PngWriter::new(Growing::default(), header).map_err(io_error)?),
             developer,
@@ -132,11 +126,8 @@ impl PngEncoder {
         let rows = radiance.len() / row;
         if !radiance.len().is_multiple_of(row) || rows > self.rows_left {
             let left = self.rows_left;
-            let message = format!(
-                "{} pixels are not up to {left} rows of {}",
-                radiance.len() / CHANNELS,
-                self.width
-            );
+            let message =
+                format!("{} pixels are not up to {left} rows of {}", radiance.len() / CHANNELS, self.width);
             return Err(PyValueError::new_err(message));
         }
         self.rows_left -= rows;
@@ -149,12 +140,7 @@ impl PngEncoder {
             let message = format!("{} rows are missing", self.rows_left);
             return Err(PyValueError::new_err(message));
         }
-        let rest = self
-            .writer
-            .take()
-            .map(PngWriter::finish)
-            .transpose()
-            .map_err(io_error)?;
+        let rest = self.writer.take().map(PngWriter::finish).transpose().map_err(io_error)?;
         bytes_of(py, &rest.unwrap_or_default().0)
     }
 }

@@ -45,14 +45,7 @@ impl<'a, 'py> Listener<'a, 'py> {
         progress: Option<&'a Bound<'py, PyAny>>,
         write: Option<&'a Bound<'py, PyAny>>,
     ) -> Self {
-        Listener {
-            py,
-            progress,
-            write,
-            pixels,
-            reported: 0,
-            budget: None,
-        }
+        Listener { py, progress, write, pixels, reported: 0, budget: None }
     }
 
     /// Sets a budget: the work ends as soon as it exceeds it.
@@ -148,9 +141,7 @@ fn pool(py: Python<'_>, threads: usize) -> PyResult<rayon::ThreadPool> {
 /// Python's `mmap` needs new pages, as they do; an allocator might reuse memory.
 fn room_for_threads(py: Python<'_>, threads: usize) -> PyResult<()> {
     grow_stack();
-    let pages = py
-        .import("mmap")?
-        .call_method1("mmap", (-1, SPARE_BYTES + threads * THREAD_BYTES));
+    let pages = py.import("mmap")?.call_method1("mmap", (-1, SPARE_BYTES + threads * THREAD_BYTES));
     let pages = pages.map_err(|_| PyMemoryError::new_err("not enough memory for threads"))?;
     pages.call_method0("close").map(drop)
 }

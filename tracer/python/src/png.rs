@@ -30,13 +30,7 @@ pub fn encode_png<'py>(
 ) -> PyResult<Bound<'py, PyBytes>> {
     let (width, height) = size;
     has_pixels(width, height)?;
-    let header = Header {
-        width,
-        height,
-        color: color(channels)?,
-        bits: bit_depth(bits)?,
-        texts: &texts,
-    };
+    let header = Header { width, height, color: color(channels)?, bits: bit_depth(bits)?, texts: &texts };
     let file = py.detach(|| {
         spare()?;
         let mut file = Growing::default();
@@ -75,9 +69,7 @@ fn color(channels: u8) -> PyResult<Color> {
     match channels {
         1 => Ok(Color::Grey),
         3 => Ok(Color::Triple),
-        _ => Err(PyValueError::new_err(format!(
-            "channels must be 1 or 3, got {channels}"
-        ))),
+        _ => Err(PyValueError::new_err(format!("channels must be 1 or 3, got {channels}"))),
     }
 }
 

@@ -58,9 +58,7 @@ impl WorkBudget {
     #[new]
     #[pyo3(signature = (steps, /))]
     fn new(steps: u64) -> Self {
-        WorkBudget {
-            core: Arc::new(rtcli_tracer::WorkBudget::new(steps)),
-        }
+        WorkBudget { core: Arc::new(rtcli_tracer::WorkBudget::new(steps)) }
     }
 
     /// The steps that were done so far.

@@ -33,15 +33,7 @@ pub type PyWindow = (u32, u32, u32, u32);
 pub fn camera(camera: PyCamera) -> PyResult<Camera> {
     let (width, height, fov, position, right, up, forward) = camera;
     has_pixels(width, height)?;
-    Ok(Camera {
-        width,
-        height,
-        fov,
-        position,
-        right,
-        up,
-        forward,
-    })
+    Ok(Camera { width, height, fov, position, right, up, forward })
 }
 
 /// Returns the objects.
@@ -55,10 +47,7 @@ pub fn objects(columns: PyObjects<'_>) -> PyResult<Vec<Object>> {
     let parameters = items::<f64>(parameters)?;
     same_lengths(kinds.len(), &[position.len(), color.len()])?;
     if kinds.len() > MOST_OBJECTS {
-        return Err(PyValueError::new_err(format!(
-            "there may be {MOST_OBJECTS} objects, not {}",
-            kinds.len()
-        )));
+        return Err(PyValueError::new_err(format!("there may be {MOST_OBJECTS} objects, not {}", kinds.len())));
     }
     let mut objects = with_capacity(kinds.len(), "the objects").map_err(out_of_memory)?;
     let mut rest = parameters.as_slice();
@@ -66,17 +55,9 @@ pub fn objects(columns: PyObjects<'_>) -> PyResult<Vec<Object>> {
         let unknown = || PyValueError::new_err(format!("unknown kind of shape {kind}"));
         let kind = ShapeDesc::KINDS.get(usize::from(kind)).ok_or_else(unknown)?;
         let own = rest.split_off(..kind.parameters).ok_or_else(different_lengths)?;
-        objects.push(Object {
-            position: position[i],
-            color: color[i],
-            shape: (kind.describe)(own),
-        });
+        objects.push(Object { position: position[i], color: color[i], shape: (kind.describe)(own) });
     }
-    if rest.is_empty() {
-        Ok(objects)
-    } else {
-        Err(different_lengths())
-    }
+    if rest.is_empty() { Ok(objects) } else { Err(different_lengths()) }
 }
 
 /// Returns the lights.
@@ -109,9 +90,7 @@ fn carrier(index: i64, objects: usize) -> PyResult<Option<usize>> {
     match usize::try_from(index) {
         Ok(index) if index < objects => Ok(Some(index)),
         Err(_) => Ok(None),
-        Ok(_) => Err(PyValueError::new_err(format!(
-            "there is no object {index} to carry a light"
-        ))),
+        Ok(_) => Err(PyValueError::new_err(format!("there is no object {index} to carry a light"))),
     }
 }
 
@@ -124,12 +103,7 @@ pub fn settings((samples, background, direct_light, eye_falloff): PySettings) ->
     if samples == 0 {
         return Err(PyValueError::new_err("samples must be at least 1"));
     }
-    Ok(Settings {
-        samples,
-        background,
-        direct_light,
-        eye_falloff,
-    })
+    Ok(Settings { samples, background, direct_light, eye_falloff })
 }
 
 /// Returns a window of a picture, whose width and height are given.
@@ -157,11 +131,7 @@ fn items<T: bytemuck::AnyBitPattern>(bytes: &[u8]) -> PyResult<Vec<T>> {
 }
 
 fn same_lengths(rows: usize, columns: &[usize]) -> PyResult<()> {
-    if columns.iter().all(|length| *length == rows) {
-        Ok(())
-    } else {
-        Err(different_lengths())
-    }
+    if columns.iter().all(|length| *length == rows) { Ok(()) } else { Err(different_lengths()) }
 }
 
 fn different_lengths() -> PyErr {

@@ -30,9 +30,8 @@ pub(crate) struct Part<'a> {
 
 impl<'a> Part<'a> {
     pub(crate) fn new(items: &'a mut [Item]) -> Part<'a> {
-        let extent = items.iter().fold(Aabb::EMPTY, |extent, item| {
-            extent.with(item.bounds.center, item.bounds.radius)
-        });
+        let extent =
+            items.iter().fold(Aabb::EMPTY, |extent, item| extent.with(item.bounds.center, item.bounds.radius));
         Part { items, extent }
     }
 
@@ -120,9 +119,7 @@ fn eight_parts(part: Part<'_>) -> Vec<Part<'_>> {
 /// The surface area heuristic, in bins (I. Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies",
 /// 2007): the cost of a cut is the sum over its parts of surface times count.
 fn cut(items: &mut [Item]) -> usize {
-    let centers = items
-        .iter()
-        .fold(Aabb::EMPTY, |extent, item| extent.with(item.bounds.center, 0.0));
+    let centers = items.iter().fold(Aabb::EMPTY, |extent, item| extent.with(item.bounds.center, 0.0));
     let size = sub(centers.high, centers.low);
     let axis = (0..3).fold(0, |a, b| if size[b] > size[a] { b } else { a });
     let per_size = BINS as f64 / size[axis];

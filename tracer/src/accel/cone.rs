@@ -67,11 +67,7 @@ impl Cone {
             apex: to_f32(apex),
             axis: if narrow { to_f32(axis) } else { [0.0; 3] },
             cos: if narrow { cos as f32 } else { 0.0 },
-            sin: if narrow {
-                (1.0 - cos * cos).max(0.0).sqrt() as f32
-            } else {
-                0.0
-            },
+            sin: if narrow { (1.0 - cos * cos).max(0.0).sqrt() as f32 } else { 0.0 },
             range: range as f32 * (1.0 + CONSERVATIVE),
             slack: length(apex) as f32 * CONSERVATIVE,
         }
@@ -86,11 +82,7 @@ impl Cone {
         let [ax, ay, az] = self.axis;
         let largest = ax * x + ay * y + az + right * ax.abs() + up * ay.abs();
         // Infinity times 0, for a wide cone, means no limit.
-        if depth < f32::INFINITY {
-            depth * largest * (1.0 + CONSERVATIVE)
-        } else {
-            depth
-        }
+        if depth < f32::INFINITY { depth * largest * (1.0 + CONSERVATIVE) } else { depth }
     }
 
     /// Return where each child of a node begins along the axis, and, one byte per child, which ones the cone
@@ -104,11 +96,7 @@ impl Cone {
         let mut met = [0_u8; WIDTH];
         let [ax, ay, az] = self.axis;
         for i in 0..WIDTH {
-            let (x, y, z) = (
-                node.x[i] - self.apex[0],
-                node.y[i] - self.apex[1],
-                node.z[i] - self.apex[2],
-            );
+            let (x, y, z) = (node.x[i] - self.apex[0], node.y[i] - self.apex[1], node.z[i] - self.apex[2]);
             let d = x * ax + y * ay + z * az;
             let (px, py, pz) = (x - d * ax, y - d * ay, z - d * az);
             let pp = px * px + py * py + pz * pz;

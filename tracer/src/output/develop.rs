@@ -91,11 +91,7 @@ impl Developer {
             BitDepth::Eight => Lookup::Eight(Eight::new(&steps)),
             BitDepth::Sixteen => Lookup::Sixteen(Sixteen::new(&steps, |x| curve::srgb_of(tone.apply(x * factor)))),
         };
-        Developer {
-            scale: libm::exp2(whole) as f32,
-            lookup,
-            bits,
-        }
+        Developer { scale: libm::exp2(whole) as f32, lookup, bits }
     }
 
     /// Returns the depth of the channels.
@@ -118,11 +114,7 @@ impl Developer {
     /// If the length of `out` does not fit `radiance`.
     #[inline(always)]
     pub fn develop(&self, radiance: &[f32], out: &mut [u8]) {
-        assert_eq!(
-            out.len() * 3,
-            radiance.len() * self.bytes_per_pixel(),
-            "bytes for the values to develop"
-        );
+        assert_eq!(out.len() * 3, radiance.len() * self.bytes_per_pixel(), "bytes for the values to develop");
         match &self.lookup {
             Lookup::Eight(table) => {
                 for (value, &x) in out.iter_mut().zip(radiance) {

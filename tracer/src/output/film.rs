@@ -169,10 +169,7 @@ impl<'a> Film<'a> {
                     tile.put(normal.as_chunks_mut().0, &to_world.normals(&surface.normal, faces));
                 }
                 (Pass::Position, Some(Values::Floats(position)), Some(surface)) => {
-                    tile.put(
-                        position.as_chunks_mut().0,
-                        &to_world.positions(&surface.position, faces),
-                    );
+                    tile.put(position.as_chunks_mut().0, &to_world.positions(&surface.position, faces));
                 }
                 (Pass::Albedo, Some(Values::Floats(albedo)), _) => {
                     tile.put(albedo.as_chunks_mut().0, &to_world.albedos(faces));

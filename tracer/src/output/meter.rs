@@ -30,10 +30,7 @@ pub fn meter(radiance: &[f32]) -> Result<MeterReading, OutOfMemory> {
     // Infinite radiance counts as the largest f32, so that the exposure is finite.
     let mut lit = collect(lit.map(|y| y.min(f64::from(f32::MAX))), "the exposure meter")?;
     let percentile = (!lit.is_empty()).then(|| quantile(&mut lit, QUANTILE));
-    Ok(MeterReading {
-        percentile,
-        stops: percentile.map_or(0.0, |p95| libm::log2(TARGET / p95)),
-    })
+    Ok(MeterReading { percentile, stops: percentile.map_or(0.0, |p95| libm::log2(TARGET / p95)) })
 }
 
 /// Y = 0.2126 R + 0.7152 G + 0.0722 B (Rec. 709).
@@ -68,10 +65,7 @@ mod tests {
 
     #[test]
     fn a_black_picture_needs_no_exposure() {
-        let black = MeterReading {
-            percentile: None,
-            stops: 0.0,
-        };
+        let black = MeterReading { percentile: None, stops: 0.0 };
         assert_eq!(meter(&[0.0; 30]), black);
         assert_eq!(meter(&[]), black);
     }

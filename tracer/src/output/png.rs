@@ -138,13 +138,7 @@ impl<W: Write> PngWriter<W> {
         settings.set_filter(png::Filter::Paeth);
         let encoder = settings.write_header()?.into_stream_writer_with_size(CHUNK)?;
         let row_bytes = header.width as usize * header.color.channels() * header.bits.bytes();
-        let mut writer = PngWriter {
-            sink,
-            encoded,
-            encoder,
-            row_bytes,
-            rows_left: header.height,
-        };
+        let mut writer = PngWriter { sink, encoded, encoder, row_bytes, rows_left: header.height };
         writer.pass_on()?;
         Ok(writer)
     }
@@ -177,12 +171,7 @@ impl<W: Write> PngWriter<W> {
     ///
     /// If rows are missing, or the sink fails.
     pub fn finish(self) -> io::Result<W> {
-        let PngWriter {
-            mut sink,
-            encoded,
-            encoder,
-            ..
-        } = self;
+        let PngWriter { mut sink, encoded, encoder, .. } = self;
         encoder.finish()?;
         encoded.with(|waiting| sink.write_all(waiting))?;
         sink.flush()?;
@@ -239,11 +228,7 @@ pub fn decode(file: &[u8], most: usize) -> Result<Decoded, DecodingError> {
         width: info.width,
         height: info.height,
         channels: info.color_type.samples(),
-        bits: if info.bit_depth == png::BitDepth::Sixteen {
-            16
-        } else {
-            8
-        },
+        bits: if info.bit_depth == png::BitDepth::Sixteen { 16 } else { 8 },
         pixels,
     })
 }
@@ -254,13 +239,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn srgb(width: u32, height: u32, bits: BitDepth) -> Header<'static> {
-        Header {
-            width,
-            height,
-            color: Color::Srgb,
-            bits,
-            texts: &[],
-        }
+        Header { width, height, color: Color::Srgb, bits, texts: &[] }
     }
 
     fn encoded(width: u32, height: u32, bits: BitDepth, pixels: &[u8]) -> Vec<u8> {
@@ -282,9 +261,7 @@ mod tests {
 
     /// Bytes in which nothing repeats.
     fn noise(count: usize) -> Vec<u8> {
-        (0..count as u64)
-            .map(|i| (i.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 56) as u8)
-            .collect()
+        (0..count as u64).map(|i| (i.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 56) as u8).collect()
     }
 
     /// A disk with room for a number of bytes.
@@ -295,11 +272,7 @@ mod tests {
         fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
             let fits = bytes.len().min(self.0);
             self.0 -= fits;
-            if fits == 0 {
-                Err(io::ErrorKind::StorageFull.into())
-            } else {
-                Ok(fits)
-            }
+            if fits == 0 { Err(io::ErrorKind::StorageFull.into()) } else { Ok(fits) }
         }
 
         fn flush(&mut self) -> io::Result<()> {

@@ -56,9 +56,7 @@ impl Lighting {
         radiance: &mut [Lanes; 3],
     ) -> u64 {
         let object = face >> FACE_BITS;
-        let Material {
-            albedo, range_scale, ..
-        } = scene.materials[object as usize];
+        let Material { albedo, range_scale, .. } = scene.materials[object as usize];
         let bounds = self.points.bounds();
         let mut rays = 0;
         for light in &scene.lights {

@@ -73,11 +73,7 @@ impl Side {
 
 impl Contact {
     pub(crate) fn new(height: f64, local: Vector) -> Contact {
-        Contact {
-            side: Side::of(height),
-            height,
-            local,
-        }
+        Contact { side: Side::of(height), height, local }
     }
 
     /// Whether the point is within a distance of the surface.

@@ -51,10 +51,7 @@ impl Description for CuboidDesc {
     type Shape = Cuboid;
 
     fn new(parameters: &[f64]) -> CuboidDesc {
-        CuboidDesc {
-            size: [parameters[0], parameters[1], parameters[2]],
-            rotation: parameters[3],
-        }
+        CuboidDesc { size: [parameters[0], parameters[1], parameters[2]], rotation: parameters[3] }
     }
 
     fn size(&self) -> f64 {
@@ -71,11 +68,7 @@ impl Description for CuboidDesc {
         let half = scale(self.half(space), range_scale);
         let eye = self.contact(space, position, space.eye);
         let close = eye.is_within(FAR_FROM_ROUNDING * (l1_norm(center) + length(half)));
-        let eye = if close {
-            eye.local
-        } else {
-            rotate(&axes, scale(center, -1.0))
-        };
+        let eye = if close { eye.local } else { rotate(&axes, scale(center, -1.0)) };
         Cuboid::new(center, axes, half, eye)
     }
 }
@@ -95,12 +88,7 @@ impl Cuboid {
     }
 
     pub(crate) fn new(center: Vector, axes: [Vector; 3], half: Vector, eye: Vector) -> Cuboid {
-        Cuboid {
-            center,
-            axes,
-            half,
-            eye,
-        }
+        Cuboid { center, axes, half, eye }
     }
 
     /// The radius of the bounding sphere.
@@ -116,11 +104,7 @@ impl Cuboid {
 
     /// The side of a point that is not close to the surface.
     fn side(&self, point: Vector) -> Side {
-        if self.inside(rotate(&self.axes, sub(point, self.center))) {
-            Side::Inside
-        } else {
-            Side::Outside
-        }
+        if self.inside(rotate(&self.axes, sub(point, self.center))) { Side::Inside } else { Side::Outside }
     }
 
     /// Whether the eye sees the outside; an eye on the surface sees the inside.
@@ -145,11 +129,7 @@ impl Cuboid {
         let outward = scale(self.axes[axis], side);
         // The eye is known more exactly than the centre if that is far away along the face.
         let offset = self.half[axis] - side * self.eye[axis];
-        PlaneEquation {
-            normal: outward,
-            offset,
-        }
-        .facing_the_eye()
+        PlaneEquation { normal: outward, offset }.facing_the_eye()
     }
 
     /// The depth of the middle ray from which float32 continues: where the bounding sphere begins, or 0 if the box
@@ -158,11 +138,7 @@ impl Cuboid {
     fn start(&self, middle: Vector) -> f32 {
         let size = length(middle);
         let begin = dot(self.center, middle) / size - self.bounding_radius();
-        if begin > self.bounding_radius() {
-            (begin / size) as f32
-        } else {
-            0.0
-        }
+        if begin > self.bounding_radius() { (begin / size) as f32 } else { 0.0 }
     }
 
     /// Darken the points outside, for a light that is inside, or on a face and the points are before it.
@@ -255,11 +231,7 @@ impl Primitive for Cuboid {
             }
         }
         let met = if self.inside(self.eye) { leave } else { enter };
-        if enter.0 <= leave.0 && met.0 > 0.0 {
-            met
-        } else {
-            (f64::INFINITY, 0.0)
-        }
+        if enter.0 <= leave.0 && met.0 > 0.0 { met } else { (f64::INFINITY, 0.0) }
     }
 
     #[inline(always)]
@@ -283,21 +255,14 @@ impl Primitive for Cuboid {
     /// |(L x P)_i| > h_j |e_k| + h_k |e_j|
     #[inline(always)]
     fn occlude(&self, contact: Option<&Contact>, shadow: &mut Shadow<'_>) {
-        let light = contact.map_or_else(
-            || rotate(&self.axes, sub(shadow.light, self.center)),
-            |contact| contact.local,
-        );
+        let light =
+            contact.map_or_else(|| rotate(&self.axes, sub(shadow.light, self.center)), |contact| contact.local);
         let reference = rotate(&self.axes, sub(shadow.points.reference, self.center));
         // The size of the box along a face adds no rounding across it.
         let away = l1_norm(self.center);
         let rounding = self.half.map(|half| shadow.rounding_at_points(away + half));
-        let at_light = self.half.map(|half| {
-            if contact.is_some() {
-                0.0
-            } else {
-                shadow.rounding_at_light(away + half)
-            }
-        });
+        let at_light =
+            self.half.map(|half| if contact.is_some() { 0.0 } else { shadow.rounding_at_light(away + half) });
         // The light is beyond, or on, at most one of each pair of faces: a hidden point is before it.
         let (mut sign, mut limit) = ([0.0_f32; 3], [f32::INFINITY; 3]);
         let mut inside = true;
@@ -363,10 +328,7 @@ impl Primitive for Cuboid {
     }
 
     fn bounds(&self) -> Option<BoundingSphere> {
-        Some(BoundingSphere {
-            center: self.center,
-            radius: self.bounding_radius(),
-        })
+        Some(BoundingSphere { center: self.center, radius: self.bounding_radius() })
     }
 
     fn outline(&self) -> Outline {

@@ -27,21 +27,12 @@ impl Rectangle {
     /// The rays through its corners.
     fn corners(&self) -> [Vector; 4] {
         let ([left, bottom], [right, top]) = (self.low, self.high);
-        [
-            [left, bottom, 1.0],
-            [right, bottom, 1.0],
-            [left, top, 1.0],
-            [right, top, 1.0],
-        ]
+        [[left, bottom, 1.0], [right, bottom, 1.0], [left, top, 1.0], [right, top, 1.0]]
     }
 
     /// The ray through its middle.
     fn middle(&self) -> Vector {
-        [
-            (self.low[0] + self.high[0]) / 2.0,
-            (self.low[1] + self.high[1]) / 2.0,
-            1.0,
-        ]
+        [(self.low[0] + self.high[0]) / 2.0, (self.low[1] + self.high[1]) / 2.0, 1.0]
     }
 
     /// The smallest value of n . v.
@@ -134,11 +125,7 @@ impl CircularCone {
             let across = cross(self.axis, v);
             dot(self.axis, v) > 0.0 && dot(across, across) <= self.sine * self.sine * dot(v, v)
         };
-        if rectangle.corners().into_iter().all(inside) {
-            Overlap::Full
-        } else {
-            Overlap::Partial
-        }
+        if rectangle.corners().into_iter().all(inside) { Overlap::Full } else { Overlap::Partial }
     }
 }
 
@@ -154,9 +141,7 @@ impl HalfSpace {
     pub(crate) fn outline(normal: Vector, offset: f64) -> Outline {
         let away = offset.signum();
         if USUAL.contains(&offset.abs()) {
-            Outline::HalfSpace(HalfSpace {
-                normal: scale(normal, away),
-            })
+            Outline::HalfSpace(HalfSpace { normal: scale(normal, away) })
         } else {
             Outline::Unknown
         }
@@ -218,10 +203,7 @@ impl BoxCone {
         let v = rotate(&self.axes, v);
         let (mut enter, mut leave) = (0.0, f64::INFINITY);
         for i in 0..3 {
-            let (a, b) = (
-                (-self.half[i] - self.eye[i]) / v[i],
-                (self.half[i] - self.eye[i]) / v[i],
-            );
+            let (a, b) = ((-self.half[i] - self.eye[i]) / v[i], (self.half[i] - self.eye[i]) / v[i]);
             let (near, far) = if a < b { (a, b) } else { (b, a) };
             // Also false where one is NaN, for a ray in a face.
             if !(near <= leave && far >= enter) {
@@ -255,11 +237,7 @@ fn outline_planes(corners: &[Vector; 8]) -> Vec<Vector> {
             }
             let normal = cross(corners[first], corners[second]);
             let side = |i: usize| {
-                if i == first || i == second {
-                    0.0
-                } else {
-                    dot(normal, corners[i])
-                }
+                if i == first || i == second { 0.0 } else { dot(normal, corners[i]) }
             };
             let (mut low, mut high) = (0.0_f64, 0.0_f64);
             for i in 0..8 {

@@ -38,9 +38,7 @@ impl Description for PlaneDesc {
     type Shape = Plane;
 
     fn new(parameters: &[f64]) -> PlaneDesc {
-        PlaneDesc {
-            normal: [parameters[0], parameters[1], parameters[2]],
-        }
+        PlaneDesc { normal: [parameters[0], parameters[1], parameters[2]] }
     }
 
     fn size(&self) -> f64 {
@@ -74,10 +72,7 @@ impl Plane {
     }
 
     pub(crate) fn new(normal: Vector, offset: f64, magnitude: f64) -> Plane {
-        Plane {
-            equation: PlaneEquation { normal, offset },
-            magnitude,
-        }
+        Plane { equation: PlaneEquation { normal, offset }, magnitude }
     }
 }
 
@@ -93,11 +88,7 @@ impl Primitive for Plane {
             let along = middle + (nx * rays.dx[lane] + ny * rays.dy[lane]);
             let t = offset / along;
             let parallel = along * along < (PARALLEL * PARALLEL) * rays.vv[lane];
-            close += offer(
-                (&mut hits.t[lane], &mut hits.face[lane]),
-                if parallel { 0.0 } else { t },
-                face,
-            );
+            close += offer((&mut hits.t[lane], &mut hits.face[lane]), if parallel { 0.0 } else { t }, face);
         }
         hits.close += close;
     }
@@ -154,11 +145,7 @@ impl Primitive for Plane {
 
     #[inline(always)]
     fn height(&self, _face: u32, light: &Contact) -> f64 {
-        if self.equation.offset > 0.0 {
-            -light.height
-        } else {
-            light.height
-        }
+        if self.equation.offset > 0.0 { -light.height } else { light.height }
     }
 
     fn magnitude(&self) -> f64 {

@@ -24,10 +24,7 @@ impl PlaneEquation {
     #[inline(always)]
     pub(crate) fn facing_the_eye(&self) -> PlaneEquation {
         let sign = if self.offset > 0.0 { -1.0 } else { 1.0 };
-        PlaneEquation {
-            normal: self.normal.map(|component| sign * component),
-            offset: sign * self.offset,
-        }
+        PlaneEquation { normal: self.normal.map(|component| sign * component), offset: sign * self.offset }
     }
 
     /// Place points on the plane, and return their reference: the point at depth `t` of the middle ray.

@@ -27,13 +27,7 @@ pub(crate) struct Points {
 
 impl Points {
     pub(crate) fn new() -> Points {
-        Points {
-            count: 0,
-            reference: [0.0; 3],
-            offset: [[0.0; LANES]; 3],
-            normal: [[0.0; LANES]; 3],
-            error: 0.0,
-        }
+        Points { count: 0, reference: [0.0; 3], offset: [[0.0; LANES]; 3], normal: [[0.0; LANES]; 3], error: 0.0 }
     }
 
     /// Begin points on a shape of a magnitude.
@@ -74,10 +68,7 @@ impl Points {
             middle[axis] = (f64::from(low) + f64::from(high)) / 2.0;
             half[axis] = (f64::from(high) - f64::from(low)) / 2.0;
         }
-        BoundingSphere {
-            center: add(self.reference, middle),
-            radius: length(half),
-        }
+        BoundingSphere { center: add(self.reference, middle), radius: length(half) }
     }
 }
 
@@ -104,11 +95,7 @@ fn extremes(values: &[f32]) -> [f32; 2] {
 #[cold]
 #[inline(never)]
 fn known_extremes(values: &[f32]) -> [f32; 2] {
-    values
-        .iter()
-        .fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], &x| {
-            [low.min(x), high.max(x)]
-        })
+    values.iter().fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], &x| [low.min(x), high.max(x)])
 }
 
 /// The bits of a float as an integer in the order of floats, NaN below or above all others, and back.
@@ -124,10 +111,7 @@ mod tests {
     #[test]
     fn extremes_are_those_of_the_values_that_are_numbers() {
         assert_eq!(extremes(&[1.5, -2.0, 0.0, -0.5, 1e-40]), [-2.0, 1.5]);
-        assert_eq!(
-            extremes(&[-3.0, -1e-40, f32::NEG_INFINITY]),
-            [f32::NEG_INFINITY, -1e-40]
-        );
+        assert_eq!(extremes(&[-3.0, -1e-40, f32::NEG_INFINITY]), [f32::NEG_INFINITY, -1e-40]);
         assert_eq!(extremes(&[3.0, f32::NAN, 2.0, -f32::NAN]), [2.0, 3.0]);
     }
 }

@@ -115,11 +115,7 @@ impl Sphere {
     #[inline(always)]
     fn side(&self, point: Vector) -> Side {
         let c = sub(self.center, point);
-        if dot(c, c) > self.radius * self.radius {
-            Side::Outside
-        } else {
-            Side::Inside
-        }
+        if dot(c, c) > self.radius * self.radius { Side::Outside } else { Side::Inside }
     }
 
     /// Whether the eye sees the outside; an eye on the surface sees the inside.
@@ -391,18 +387,10 @@ impl Primitive for Sphere {
             let p = points.offset.each_ref().map(|axis| axis[lane]);
             let (q, w) = (q_of(p), points.toward(to_light, lane));
             let sum = [q_r[0] + q[0], q_r[1] + q[1], q_r[2] + q[2]];
-            let power = if close {
-                power_r - per_radius * product(p, sum)
-            } else {
-                product(q, q) - 1.0
-            };
+            let power = if close { power_r - per_radius * product(p, sum) } else { product(q, q) - 1.0 };
             let slack = 2.0 * points.slack(lane) * per_radius + rounding;
             let along = product(q, w);
-            let crosses = if flat {
-                along * along >= power * shadow.squared[lane]
-            } else {
-                crosses(lane, p)
-            };
+            let crosses = if flat { along * along >= power * shadow.squared[lane] } else { crosses(lane, p) };
             let between = is_between(crosses, along, w);
             let (above, below) = (power > slack, power < -slack);
             let hidden = (inside & above) | (on & above & between) | (!inside & !on & (below | between));
@@ -426,10 +414,7 @@ impl Primitive for Sphere {
     }
 
     fn bounds(&self) -> Option<BoundingSphere> {
-        Some(BoundingSphere {
-            center: self.center,
-            radius: self.radius,
-        })
+        Some(BoundingSphere { center: self.center, radius: self.radius })
     }
 
     fn outline(&self) -> Outline {
@@ -470,12 +455,8 @@ impl RaySetup {
         let last = first + BATCH - 1;
         let top = self.moment(0.0, rays.dy[first])[0];
         let bottom = self.moment(0.0, rays.dy[last])[0];
-        let corners = [
-            rays.vv[first],
-            rays.vv[first + SIDE as usize - 1],
-            rays.vv[last],
-            rays.vv[last + 1 - SIDE as usize],
-        ];
+        let corners =
+            [rays.vv[first], rays.vv[first + SIDE as usize - 1], rays.vv[last], rays.vv[last + 1 - SIDE as usize]];
         let longest = corners.into_iter().fold(0.0, f32::max) * 1.001;
         let beyond = |m: f32| m * m > longest;
         !((top > 0.0) == (bottom > 0.0) && beyond(top) && beyond(bottom))
@@ -485,11 +466,7 @@ impl RaySetup {
     #[inline(always)]
     fn moment(&self, dx: f32, dy: f32) -> [f32; 3] {
         let [x, y, z] = self.center;
-        [
-            self.moment[0] - z * dy,
-            self.moment[1] + z * dx,
-            self.moment[2] + (x * dy - y * dx),
-        ]
+        [self.moment[0] - z * dy, self.moment[1] + z * dx, self.moment[2] + (x * dy - y * dx)]
     }
 
     /// b of a ray relative to the middle one.

@@ -26,11 +26,7 @@ pub(crate) const FACE_BITS: u32 = 3;
 
 impl HitBuffer {
     pub(crate) fn new() -> HitBuffer {
-        HitBuffer {
-            t: [f32::INFINITY; LANES],
-            face: [NO_FACE; LANES],
-            close: 0,
-        }
+        HitBuffer { t: [f32::INFINITY; LANES], face: [NO_FACE; LANES], close: 0 }
     }
 
     /// Reset to misses. Rays outside the picture get depth 0, so that they cannot hit anything.

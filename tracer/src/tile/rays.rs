@@ -82,11 +82,7 @@ impl Rays {
             1.0,
         ];
         self.half_size = (f64::from(inside.0) * half_width, f64::from(inside.1) * half_height);
-        let pattern = Pattern {
-            inside,
-            half_pixel: view.half_pixel,
-            within,
-        };
+        let pattern = Pattern { inside, half_pixel: view.half_pixel, within };
         if self.pattern != pattern {
             self.pattern = pattern;
             self.spread();

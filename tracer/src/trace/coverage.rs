@@ -143,11 +143,7 @@ impl Search {
     /// Test the rays of a tile.
     #[inline(always)]
     fn count_tile(&mut self, shape: &Shape, corner: (u32, u32)) -> u64 {
-        let tile = Tile {
-            view: self.view,
-            corner,
-            window: self.window,
-        };
+        let tile = Tile { view: self.view, corner, window: self.window };
         self.rays.generate(self.view, corner, CENTRE);
         self.hits.clear(&self.rays);
         shape.intersect(0, &self.rays, &mut self.hits);

@@ -41,10 +41,7 @@ pub(crate) struct DepthResolver {
 
 impl DepthResolver {
     pub(crate) fn new() -> DepthResolver {
-        DepthResolver {
-            alone: HitBuffer::new(),
-            candidates: Vec::new(),
-        }
+        DepthResolver { alone: HitBuffer::new(), candidates: Vec::new() }
     }
 
     /// Correct the faces of the hits.
@@ -60,8 +57,7 @@ impl DepthResolver {
         for &object in &scene.unbounded {
             self.take(scene, rays, hits, object);
         }
-        self.candidates
-            .sort_unstable_by_key(|candidate| (candidate.lane, candidate.face));
+        self.candidates.sort_unstable_by_key(|candidate| (candidate.lane, candidate.face));
         // A single close ray is usually where two surfaces cross.
         let tolerance = if hits.close == 1 { CROSSING * rays.pixel() } else { 0.0 };
         for candidates in self.candidates.chunk_by(|a, b| a.lane == b.lane) {
@@ -105,13 +101,9 @@ fn first_of_the_nearest(candidates: &[Candidate], tolerance: f64) -> Option<Cand
         return None;
     }
     let before = nearest.depth * (1.0 + COINCIDENT) + nearest.slack;
-    let mut in_one_place = all
-        .clone()
-        .filter(|candidate| candidate.depth - candidate.slack <= before);
+    let mut in_one_place = all.clone().filter(|candidate| candidate.depth - candidate.slack <= before);
     let first = in_one_place.next()?;
-    let crossing = all
-        .clone()
-        .all(|candidate| candidate.depth - nearest.depth < tolerance * nearest.depth);
+    let crossing = all.clone().all(|candidate| candidate.depth - nearest.depth < tolerance * nearest.depth);
     if crossing && in_one_place.next().is_none() {
         return all.min_by(|a, b| a.t.total_cmp(&b.t));
     }

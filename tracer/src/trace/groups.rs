@@ -35,10 +35,7 @@ const IN_ORDER: [u8; LANES] = {
 
 impl Groups {
     pub(crate) fn new() -> Groups {
-        Groups {
-            list: Vec::new(),
-            order: [0; LANES],
-        }
+        Groups { list: Vec::new(), order: [0; LANES] }
     }
 
     /// The requested lanes of a group, in order.
@@ -55,12 +52,7 @@ impl Groups {
         let whole = tile.is_whole();
         if is_uniform(&hits.face) && whole {
             self.order = IN_ORDER;
-            self.list.push(Group {
-                face: hits.face[0],
-                t: hits.closest(),
-                first: 0,
-                end: LANES,
-            });
+            self.list.push(Group { face: hits.face[0], t: hits.closest(), first: 0, end: LANES });
             return;
         }
         let mut group_of = [0_u8; LANES];
@@ -119,12 +111,7 @@ impl Groups {
 
 impl Group {
     fn new(face: u32) -> Group {
-        Group {
-            face,
-            t: f32::INFINITY,
-            first: 0,
-            end: 0,
-        }
+        Group { face, t: f32::INFINITY, first: 0, end: 0 }
     }
 }
 

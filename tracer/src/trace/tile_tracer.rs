@@ -80,12 +80,7 @@ impl TileTracer {
             with_passes: request != PassRequest::Radiance,
             hits: HitBuffer::new(),
             rays: Rays::new(),
-            surface: with_surface.then(|| {
-                Box::new(Surface {
-                    position: [[0.0; LANES]; 3],
-                    normal: [ZERO; 3],
-                })
-            }),
+            surface: with_surface.then(|| Box::new(Surface { position: [[0.0; LANES]; 3], normal: [ZERO; 3] })),
             traced: 0,
             groups: Groups::new(),
             resolver: DepthResolver::new(),
@@ -152,18 +147,13 @@ impl TileTracer {
         self.rays.generate(tile.view, tile.corner, within);
         self.stack.steps_per_object = steps_of(LANES);
         // Planes are in no tree: each tile tests all of them.
-        if !self
-            .stack
-            .meter
-            .take((1 + scene.unbounded.len() as u64) * steps_of(LANES))
-        {
+        if !self.stack.meter.take((1 + scene.unbounded.len() as u64) * steps_of(LANES)) {
             self.groups.list.clear();
             return;
         }
         nearest_hits(scene, &self.rays, &mut self.hits, &mut self.stack);
         if self.hits.close > 0 {
-            self.resolver
-                .resolve(scene, &self.rays, &mut self.hits, &mut self.stack);
+            self.resolver.resolve(scene, &self.rays, &mut self.hits, &mut self.stack);
         }
         self.groups.collect(&self.hits, tile);
     }
@@ -221,12 +211,7 @@ impl TileTracer {
         // Each light visits the points and all planes; traversals of the tree count their own steps.
         let steps = steps_of(lanes.len());
         let per_light = steps * (1 + scene.unbounded.len() as u64);
-        if lit
-            && !self
-                .stack
-                .meter
-                .take(per_light.saturating_mul(scene.lights.len() as u64))
-        {
+        if lit && !self.stack.meter.take(per_light.saturating_mul(scene.lights.len() as u64)) {
             return;
         }
         self.stack.steps_per_object = steps;
@@ -248,14 +233,10 @@ impl TileTracer {
         // it: with a mutable reference to the stack the loops do not vectorize, and take five times as long.
         std::mem::swap(&mut self.stack, &mut self.lighting.stack);
         if whole {
-            self.traced += self
-                .lighting
-                .add(scene, settings, face, flat.as_ref(), &mut self.radiance);
+            self.traced += self.lighting.add(scene, settings, face, flat.as_ref(), &mut self.radiance);
         } else {
             gather(&self.radiance, lanes, &mut self.group_radiance);
-            self.traced += self
-                .lighting
-                .add(scene, settings, face, flat.as_ref(), &mut self.group_radiance);
+            self.traced += self.lighting.add(scene, settings, face, flat.as_ref(), &mut self.group_radiance);
             for (to, from) in self.radiance.iter_mut().zip(&self.group_radiance) {
                 scatter(to, lanes, |i| from[i]);
             }

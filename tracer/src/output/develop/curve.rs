@@ -48,8 +48,7 @@ impl FromStr for ToneCurve {
 
     fn from_str(name: &str) -> Result<ToneCurve, UnknownName> {
         let spec = CURVES.iter().find(|spec| spec.1 == name);
-        spec.map(|spec| spec.0)
-            .ok_or_else(|| UnknownName::new("tone curve", name))
+        spec.map(|spec| spec.0).ok_or_else(|| UnknownName::new("tone curve", name))
     }
 }
 
@@ -69,20 +68,12 @@ impl ToneCurve {
 ///
 /// linear = v / 12.92 up to v = 0.04045, else ((v + 0.055) / 1.055)^2.4 (IEC 61966-2-1).
 pub(super) fn linear_of(v: f64) -> f64 {
-    if v <= 0.04045 {
-        v / 12.92
-    } else {
-        libm::pow((v + 0.055) / 1.055, 2.4)
-    }
+    if v <= 0.04045 { v / 12.92 } else { libm::pow((v + 0.055) / 1.055, 2.4) }
 }
 
 /// Return the sRGB value of a linear value, which may be beyond white: the inverse of `linear_of`.
 pub(super) fn srgb_of(linear: f64) -> f64 {
-    if linear <= 0.04045 / 12.92 {
-        linear * 12.92
-    } else {
-        1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055
-    }
+    if linear <= 0.04045 / 12.92 { linear * 12.92 } else { 1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055 }
 }
 
 #[cfg(test)]

@@ -20,10 +20,7 @@ struct Span {
 impl Span {
     fn of(steps: &[f32]) -> Span {
         let below_the_first = steps[1].to_bits() - 1;
-        Span {
-            black: f32::from_bits(below_the_first >> LOW << LOW),
-            white: steps[steps.len() - 1],
-        }
+        Span { black: f32::from_bits(below_the_first >> LOW << LOW), white: steps[steps.len() - 1] }
     }
 
     /// Clamps x to the span, NaN to black, with two comparisons of one instruction each.
@@ -70,9 +67,7 @@ impl Eight {
         let mut entries = Box::new([0; Eight::BUCKETS]);
         for (entry, start) in entries.iter_mut().zip(span.buckets()) {
             let before = steps[1..].partition_point(|step| step.to_bits() < start) as u32;
-            let next = steps
-                .get(before as usize + 1)
-                .map_or(u32::MAX, |step| step.to_bits() - start);
+            let next = steps.get(before as usize + 1).map_or(u32::MAX, |step| step.to_bits() - start);
             *entry = (before << LOW) + (1u32 << LOW).saturating_sub(next);
         }
         Eight { span, entries }
