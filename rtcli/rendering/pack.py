@@ -7,8 +7,8 @@ from array import array
 from rtcli.scene.model import Camera as SceneCamera
 from rtcli.scene.model import CarriedLight, Object, Scene
 from rtcli.scene.vectors import cross, unit
-from rtcli.tracer._native import LIGHT_KINDS, SHAPE_PARAMETERS
-from rtcli.tracer.world import NO_CARRIER, CameraFrame, Lights, Settings, Shapes, Vector, World
+from rtcli.tracer._native import LIGHT_PARAMETERS, SHAPE_PARAMETERS
+from rtcli.tracer.world import NO_CARRIER, CameraFrame, Lights, Settings, Shapes, World
 
 
 def pack(scene: Scene) -> World:
@@ -55,16 +55,16 @@ def _shapes(objects: tuple[Object, ...]) -> Shapes:
 def _lights(scene: Scene) -> Lights:
     lights = Lights(array("B"), array("d"), array("d"), array("d"), array("q"))
     for light in scene.lights:
-        _add_light(lights, light, light.position, NO_CARRIER)
+        _add_light(lights, light, light.parameters, NO_CARRIER)
     for index, shape in enumerate(scene.objects):
         if shape.light is not None:
             _add_light(lights, shape.light, shape.position, index)
     return lights
 
 
-def _add_light(lights: Lights, light: CarriedLight, position: Vector, carrier: int) -> None:
-    lights.kind.append(LIGHT_KINDS.index("point"))
-    lights.position.extend(position)
+def _add_light(lights: Lights, light: CarriedLight, parameters: tuple[float, ...], carrier: int) -> None:
+    lights.kind.append(list(LIGHT_PARAMETERS).index(light.kind))
+    lights.parameters.extend(parameters)
     lights.color.extend(light.color)
     lights.intensity.append(light.intensity)
     lights.carrier.append(carrier)
