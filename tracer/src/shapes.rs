@@ -56,7 +56,7 @@ macro_rules! define_shapes {
 
         /// The descriptions of all kinds.
         pub mod descriptions {
-            $(pub use super::$module::$desc;)*
+            $(pub use crate::shapes::$module::$desc;)*
         }
 
         /// An object in camera space.
