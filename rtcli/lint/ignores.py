@@ -18,15 +18,14 @@ from rtcli.scene.diagnostics.problems import MAX_PROBLEMS, Problem, nearest, quo
 from rtcli.scene.diagnostics.rules import WARNING, Rule
 from rtcli.scene.reading.parse import JSON_SUFFIX
 from rtcli.scene.reading.source import Document, Source, SourceSpan
-
-_Parser = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+from rtcli.scene.reading.yaml_reader import YamlParser
 
 # A file without this text has no such comment, and is not scanned.
 _MARK = "rtcli:"
 _COMMENT = re.compile(r"(?:^|(?<=[\r\n \t]))#[ \t]*rtcli:[ \t]*ignore\b:?(?P<codes>[^\r\n#]*)")
 _CODE = re.compile(r"[^\s,]+")
-_LINE_END = re.compile(r"\r\n|\r|\n|\Z")
-_COMMENT_LINES = re.compile(r"(?:[ \t]*#[^\r\n]*(?:\r\n|\r|\n))*")
+# The rest of a line, and the lines below it that are comments.
+_REST_AND_COMMENTS = re.compile(r"[^\r\n]*(?:\r\n|\r|\n|\Z)(?:[ \t]*#[^\r\n]*(?:\r\n|\r|\n))*")
 
 
 def warning_of(code: str) -> Rule:
@@ -103,7 +102,7 @@ def _comments(text: str, found: list[re.Match[str]]) -> Iterator[tuple[re.Match[
     waiting = iter(found)
     comment = next(waiting, None)
     begun = False
-    for token in yaml.scan(text, Loader=_Parser):
+    for token in yaml.scan(text, Loader=YamlParser):
         while comment is not None and comment.start() < token.start_mark.index:
             yield comment, not begun
             comment = next(waiting, None)
@@ -142,8 +141,6 @@ def _is_alone(text: str, offset: int) -> bool:
 
 def _below(text: str, offset: int) -> int:
     """Return the start of the next line that is not a comment."""
-    end = _LINE_END.search(text, offset)
-    assert end is not None
-    lines = _COMMENT_LINES.match(text, end.end())
+    lines = _REST_AND_COMMENTS.match(text, offset)
     assert lines is not None
     return lines.end()
