@@ -141,10 +141,9 @@ def render_job(task: BatchTask) -> Outcome:
         scene = _validated(task.job, task.raw, watch)
         with watch.stage("pack"):
             world = pack(scene)
-        request = RenderRequest(task.job.settings.passes, threads=1)
-        job = prepare(scene, world, request)
+        job = prepare(scene, world, RenderRequest(task.job.settings.passes, threads=1))
         check_fits(task.job.key + task.job.settings.suffix, job.window[2:], task.job.settings.bits)
-        outputs, files = _render(task, job, request, seconds)
+        outputs, files = _render(task, job, seconds)
     except (ValueError, OSError) as error:
         return failure(task.job, input, error, seconds)
     return Outcome(
@@ -182,7 +181,7 @@ def _validated(job: Job, raw: bytes, watch: Stopwatch) -> Scene:
 
 
 def _render(
-    task: BatchTask, job: RenderJob, request: RenderRequest, seconds: dict[str, float]
+    task: BatchTask, job: RenderJob, seconds: dict[str, float]
 ) -> tuple[tuple[BatchOutput, ...], dict[str, bytes]]:
     """Write the files of a film; return their descriptions and, without a folder, their bytes by path."""
     paths = task.job.outputs
@@ -193,7 +192,7 @@ def _render(
         opened = stack.enter_context(open_outputs(list(paths.values()), Path(folder), scratch))
         files = dict(zip(paths, opened, strict=True))
         targets = {part: (paths[part], file) for part, file in files.items()}
-        stats = write_film(job, request, FilmOutputs(targets, task.job.settings.bits))
+        stats = write_film(job, FilmOutputs(targets, task.job.settings.bits))
         seconds.update(stats.seconds)
         outputs = tuple(_output(part, paths[part], file) for part, file in files.items())
         if task.folder is not None:

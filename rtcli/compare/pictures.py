@@ -14,7 +14,7 @@ import numpy as np
 
 from rtcli.compare.bounds import Bounds
 from rtcli.compare.flip import has_flip, mean_flip
-from rtcli.image.layers import ALPHA, PICTURE_LAYER, Array, Kind, Layers
+from rtcli.image.layers import ALPHA, PICTURE_LAYER, Array, Kind, Layers, in_order
 from rtcli.tracer.passes import RADIANCE
 
 # Rows are compared in bands of about this many values, which fit into a processor's cache.
@@ -346,7 +346,7 @@ def compare(first: Layers, second: Layers, bounds: Bounds) -> Comparison:
             f"the data windows start at {first.origin} and at {second.origin}: their pixels do not show the same"
         )
     first, second = made_alike(first, second)
-    names = Layers(first.kind, {**second.arrays, **first.arrays}).names()
+    names = in_order([*first.arrays, *second.arrays])
     if bounds.wants_flip and not set(names) & {PICTURE_LAYER, RADIANCE}:
         raise ValueError("FLIP is for pictures and radiance, and there is neither")
     mismatches = tuple(mismatch for name in names if (mismatch := _mismatch(name, first, second)))

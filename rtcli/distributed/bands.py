@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from itertools import islice
 from secrets import token_hex
 from threading import local
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, NamedTuple
 
 from rtcli.tracer.engines import Tracer, default_threads, tracer_of
 from rtcli.tracer.passes import new_arrays
@@ -45,14 +45,6 @@ class Band(NamedTuple):
     rays: int
 
 
-@runtime_checkable
-class Sharing(Protocol):
-    """An executor that can send a value that many tasks need only once."""
-
-    def share(self, value: Any) -> Any:
-        """Return an argument for `submit` that stands for a value."""
-
-
 class BandedTracer:
     """A tracer whose bands are traced elsewhere, with the same results as any engine.
 
@@ -63,12 +55,13 @@ class BandedTracer:
     engine
         The engine of the workers, with one thread each.
     executor
-        Runs functions with pickled arguments; if it is `Sharing`, it sends the world once.
+        Runs functions with pickled arguments. If it has a method `share`, as a cluster's has, it sends the world
+        only once.
     """
 
     def __init__(self, world: World, engine: str, executor: Executor) -> None:
         self._local_task = BandTask(token_hex(16), world, engine)
-        self._task = executor.share(self._local_task) if isinstance(executor, Sharing) else self._local_task
+        self._task = getattr(executor, "share", lambda task: task)(self._local_task)
         self._executor = executor
 
     def film(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
@@ -43,5 +44,10 @@ class Layers:
     origin: tuple[int, int] = (0, 0)
 
     def names(self) -> list[str]:
-        """Return the names, the picture or the radiance first and the others in alphabetical order."""
-        return sorted(self.arrays, key=lambda name: (name not in (PICTURE_LAYER, RADIANCE), name))
+        """Return the names in order."""
+        return in_order(self.arrays)
+
+
+def in_order(names: Iterable[str]) -> list[str]:
+    """Return names of layers, each once: the picture or the radiance first, the others in alphabetical order."""
+    return sorted(set(names), key=lambda name: (name not in (PICTURE_LAYER, RADIANCE), name))

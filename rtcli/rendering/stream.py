@@ -8,7 +8,7 @@ from rtcli.distributed.bands import BandedTracer
 from rtcli.image.display import DisplayTransform
 from rtcli.image.formats import format_of
 from rtcli.image.write import png_texts
-from rtcli.rendering.job import RenderJob, RenderRequest
+from rtcli.rendering.job import RenderJob
 from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.tracer._native import PngEncoder
 from rtcli.tracer.engines import stops_of
@@ -22,13 +22,13 @@ if TYPE_CHECKING:  # loads NumPy, which a PNG of the native engine does without
     from rtcli.rendering.film import Film
 
 
-def expose_film(job: RenderJob, request: RenderRequest, progress: Progress | None = None) -> Film:
+def expose_film(job: RenderJob, progress: Progress | None = None) -> Film:
     """Return the film of a job, exposed; `progress` is called with pixels done and in all."""
     from rtcli.rendering.film import Film
 
     image = job.scene.image
     tracer = job.tracer
-    arrays, rays = tracer.film(job.window, request.passes, progress)
+    arrays, rays = tracer.film(job.window, job.request.passes, progress)
     exposure, metered = stops_of(tracer, image.exposure)
     return Film(**arrays, exposure=exposure, tone=image.tone, rays=rays + metered, job=job)
 
@@ -55,18 +55,16 @@ class FilmOutputs(NamedTuple):
     bits: int = 8
 
 
-def write_film(
-    job: RenderJob, request: RenderRequest, target: FilmOutputs, progress: Progress | None = None
-) -> RenderStats:
-    """Trace, develop and write a job with the passes of a request.
+def write_film(job: RenderJob, target: FilmOutputs, progress: Progress | None = None) -> RenderStats:
+    """Trace, develop and write a job.
 
     The native tracer, or an executor, streams a PNG without passes band by band, so that memory does not grow with
     the picture.
     """
     name, file = target.files[RADIANCE]
-    can_stream = format_of(name).is_streamed and (job.executor is not None or job.engine == "native")
-    if request.passes or not can_stream:
-        return _by_film(job, request, target, progress)
+    can_stream = format_of(name).is_streamed and (job.executor is not None or job.request.engine == "native")
+    if job.request.passes or not can_stream:
+        return _by_film(job, target, progress)
     stream = _stream if job.executor is None else _stream_bands
     return stream(job, file, target.bits, progress)
 
@@ -74,7 +72,7 @@ def write_film(
 def _stream(job: RenderJob, file: BinaryIO, bits: int, progress: Progress | None) -> RenderStats:
     watch = _stopwatch()
     with watch.stage("trace"):
-        tracer = NativeTracer(job.world, job.threads)
+        tracer = NativeTracer(job.world, job.request.thread_count)
         exposure, metered = stops_of(tracer, job.scene.image.exposure)
     look = DisplayTransform(exposure, job.scene.image.tone, bits)
     rays, seconds = tracer.picture(job.window, look, png_texts(job.summary(exposure)), file.write, progress)
@@ -86,7 +84,7 @@ def _stream(job: RenderJob, file: BinaryIO, bits: int, progress: Progress | None
 def _stream_bands(job: RenderJob, file: BinaryIO, bits: int, progress: Progress | None) -> RenderStats:
     watch = _stopwatch()
     with watch.stage("trace"):
-        tracer = BandedTracer(job.world, job.engine, cast("Executor", job.executor))
+        tracer = BandedTracer(job.world, job.request.engine, cast("Executor", job.executor))
         exposure, rays = stops_of(tracer, job.scene.image.exposure)
         look = DisplayTransform(exposure, job.scene.image.tone, bits)
         encoder = PngEncoder(job.window.width, job.window.height, look, png_texts(job.summary(exposure)))
@@ -98,13 +96,11 @@ def _stream_bands(job: RenderJob, file: BinaryIO, bits: int, progress: Progress 
     return RenderStats(rays, watch.seconds)
 
 
-def _by_film(
-    job: RenderJob, request: RenderRequest, target: FilmOutputs, progress: Progress | None
-) -> RenderStats:
+def _by_film(job: RenderJob, target: FilmOutputs, progress: Progress | None) -> RenderStats:
     watch = _stopwatch()
     with watch.stage("trace"):
-        film = expose_film(job, request, progress)
-        if request.passes:
+        film = expose_film(job, progress)
+        if job.request.passes:
             film.metadata  # noqa: B018 - traces the coverage
     # An encoder of an extra opens the file by its name, and develops nothing.
     by_name = format_of(target.files[RADIANCE][0]).extra is not None

@@ -839,26 +839,24 @@ class Scenery:
             pass
         return [int(count) for count in covered.sum(axis=0)]
 
-    def trace_ray(self, ray: Ray, depth: int = 0) -> tuple[Light, int]:
+    def trace_ray(self, ray: Ray) -> tuple[Light, int]:
         """Return the light that reaches the rays' offset (t = 0), and the number of rays traced for it.
 
         The nearest object decides: nothing hit gives the background; an object that carries a light is seen
-        shining; any other surface is lit by the light sources, one level deeper. Beyond `max_depth` all is black.
+        shining; any other surface is lit by the light sources, or black if `max_depth` is 0.
         """
-        if depth > self.settings.max_depth:
-            return Light(np.zeros_like(ray.direction), np.ones(1)), 0
         hit = self.nearest_hit(ray)
-        light, shadow_rays = self._light_from(ray, hit, depth)
+        light, shadow_rays = self._light_from(ray, hit)
         return light, len(hit.t) + shadow_rays
 
-    def _light_from(self, ray: Ray, hit: Hit, depth: int = 0) -> tuple[Light, int]:
+    def _light_from(self, ray: Ray, hit: Hit) -> tuple[Light, int]:
         """Return the light from what the rays hit, and the number of shadow rays."""
         radiance = np.repeat(column(self.settings.background), len(hit.t), axis=1)
         surfaces = np.flatnonzero(hit.index != NOTHING)
         shining = self.shining[hit.index[surfaces]]
         self._add_shining(radiance, surfaces[shining], ray, hit)
         lit = surfaces[~shining]
-        radiance[:, lit], shadow_rays = self._direct_light(ray.take(lit), hit.take(lit), depth + 1)
+        radiance[:, lit], shadow_rays = self._direct_light(ray.take(lit), hit.take(lit))
         return Light(radiance, np.ones(1)), shadow_rays
 
     def nearest_hit(self, ray: Ray) -> Hit:
@@ -905,13 +903,13 @@ class Scenery:
             if source is not None:
                 radiance[:, rays[hit.index[rays] == i]] = seen_directly(source, ray)
 
-    def _direct_light(self, ray: Ray, hit: Hit, depth: int) -> tuple[Array, int]:
+    def _direct_light(self, ray: Ray, hit: Hit) -> tuple[Array, int]:
         """Return the radiance from surfaces to the rays' offset, and the number of shadow rays (section 3.4).
 
         radiance = sum over lights of albedo / pi * L_i * cos(theta) (sections 2.3.1 and 2.3.2)
         """
         radiance = np.zeros_like(hit.normal)
-        if depth > self.settings.max_depth:
+        if self.settings.max_depth == 0:
             return radiance, 0
         shadow_rays = 0
         for source in self.light_sources:

@@ -81,7 +81,7 @@ def progress_of(engine, resolution):
     told = []
     ball = scene([sphere([0, 0, -5])], camera={"resolution": resolution, "fov": 40})
     request = RenderRequest(threads=2, engine=engine)
-    expose_film(prepare(ball, pack(ball), request), request, lambda done, total: told.append((done, total)))
+    expose_film(prepare(ball, pack(ball), request), lambda done, total: told.append((done, total)))
     return told
 
 
@@ -147,7 +147,7 @@ def written(described, name, passes, engine, executor=None):
     request = RenderRequest(passes, engine)
     job = replace(prepare(described, pack(described), request), executor=executor)
     files = {part: (str(path), io.BytesIO()) for part, path in parts_of(name, request.passes).items()}
-    work = write_film(job, request, FilmOutputs(files))
+    work = write_film(job, FilmOutputs(files))
     return {part: file.getvalue() for part, (_, file) in files.items()}, work
 
 

@@ -6,6 +6,7 @@ import contextlib
 import io
 import json
 import sys
+import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -173,7 +174,7 @@ def _preview(options: RenderOptions) -> int:
     preview = Preview()
     scene, world, request = _load(options, (), Stopwatch())
     with options.executor() as executor, progress("rendering", options.quiet) as on_progress:
-        film = expose_film(prepare(scene, world, request, executor), request, on_progress)
+        film = expose_film(prepare(scene, world, request, executor), on_progress)
     preview.show(film)
     return 0
 
@@ -188,7 +189,8 @@ def _check(options: RenderOptions, check_options: CheckOptions) -> int:
     passes, bits = options.passes or check.golden.passes, check.golden.bits
     if path is not None:
         return render(options, PictureOutput(path, passes, bits), check)
-    with check.temporary_path() as temporary:
+    with tempfile.TemporaryDirectory(prefix="rtcli-") as folder:
+        temporary = str(Path(folder) / f"rendering{Path(check.name).suffix}")
         return render(options, PictureOutput(temporary, passes, bits, is_kept=False), check)
 
 
@@ -211,7 +213,7 @@ def render(options: RenderOptions, output: PictureOutput, check: GoldenCheck | N
     ):
         job = prepare(scene, world, request, executor)
         with watch.stages_together() as spent, progress("rendering", options.quiet) as on_progress:
-            stats = write_film(job, request, FilmOutputs(files, output.bits), on_progress)
+            stats = write_film(job, FilmOutputs(files, output.bits), on_progress)
             spent.update(stats.seconds)
         stats_file.write(_stats_json(stats, request, watch))
     if output.is_kept and not options.quiet:
