@@ -14,7 +14,7 @@ export PROPTEST_RNG_SEED ?= 1
 NATIVE := tracer/Cargo.toml tracer/Cargo.lock tracer/python/Cargo.toml \
 	$(wildcard tracer/src/*.rs tracer/src/*/*.rs tracer/src/*/*/*.rs tracer/python/src/*.rs)
 
-.PHONY: demo test integration dev soak check lint format docs bench clean help
+.PHONY: demo test integration dev soak check lint format docs site bench clean help
 
 help:            ## show this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
@@ -54,14 +54,18 @@ format: $(VENV)/tools.stamp ## format the code
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-docs: $(VENV)/dev.stamp ## regenerate schema, README tables and help texts, gallery
+docs: $(VENV)/dev.stamp ## regenerate schema, tables and help texts in pages, tutorial, gallery
 	$(BIN)/python tools/refresh.py
+
+site: $(VENV)/tools.stamp ## build the documentation to site/index.html; a warning is an error
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going --nitpicky --quiet --fresh-env docs site
+	@echo "The first page is $(abspath site/index.html)"
 
 bench: $(VENV)/run.stamp ## compare the speed with that of others: see benchmarks/README.md
 	$(BIN)/python benchmarks/run.py $(BENCH)
 
 clean:           ## remove what was made
-	rm -rf $(VENV) out build dist tracer/target rtcli/tracer/_native.abi3.so rtcli/tracer/_native.pyd
+	rm -rf $(VENV) out site build dist tracer/target rtcli/tracer/_native.abi3.so rtcli/tracer/_native.pyd
 
 # Said here, because pip says it at length.
 define need_cargo

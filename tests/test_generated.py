@@ -1,5 +1,7 @@
 """The output of `make docs` is up to date."""
 
+import itertools
+
 import numpy as np
 import pytest
 import refresh
@@ -13,23 +15,51 @@ from rtcli.tracer.passes import PASSES
 GALLERY = refresh.gallery_scenes()
 
 
-def test_readme_is_fresh():
-    assert refresh.README.read_text(encoding="utf-8") == refresh.readme_text(), "run: make docs"
+PAGES = [pytest.param(page, id=page.relative_to(refresh.ROOT).as_posix()) for page in refresh.PAGES]
 
 
-@pytest.mark.parametrize("part", refresh.readme_parts())
-def test_readme_holds_each_generated_part(part):
-    assert f"<!-- begin {part} -->" in refresh.README.read_text(encoding="utf-8")
+@pytest.mark.parametrize("page", PAGES)
+def test_page_is_fresh(page):
+    assert page.read_text(encoding="utf-8") == refresh.fresh_text(page), "run: make docs"
 
 
-def test_page_on_diagnostics_is_fresh():
-    assert refresh.DIAGNOSTICS.read_text(encoding="utf-8") == refresh.diagnostics_text(), "run: make docs"
+@pytest.mark.parametrize("page", PAGES)
+def test_page_holds_each_of_its_generated_parts_once(page):
+    text = page.read_text(encoding="utf-8")
+    parts = refresh.PAGES[page]()
+    assert parts
+    assert {part: text.count(f"<!-- begin {part} -->\n") for part in parts} == dict.fromkeys(parts, 1)
 
 
-def test_page_on_the_story_of_a_pixel_is_fresh():
-    text = refresh.EXPLAIN.read_text(encoding="utf-8")
-    assert text == refresh.explain_text(), "run: make docs"
+def test_readme_fits_a_few_screens():
+    lines = refresh.README.read_text(encoding="utf-8").splitlines()
+    assert len(lines) <= 160
+    assert len(refresh.SPEED_ROWS) <= 8
+
+
+def test_story_of_a_pixel_is_that_of_the_page():
+    text = (refresh.DOCS / "explain.md").read_text(encoding="utf-8")
     assert f"$ rtcli explain scenes/first.yaml --pixel {refresh.PIXEL}\nPixel {refresh.PIXEL} of" in text
+
+
+def test_tutorial_leads_to_the_cornell_room_in_eight_steps():
+    steps = refresh.tutorial_steps()
+    assert [step.name for step in steps] == [f"step-{number}.yaml" for number in range(1, 9)]
+    assert rtcli.load_scene(steps[-1]) == rtcli.load_scene(refresh.SCENES / "cornell.yaml")
+
+
+def test_each_step_of_the_tutorial_keeps_the_objects_of_the_one_before():
+    scenes = [rtcli.load_scene(step) for step in refresh.tutorial_steps()]
+    for before, after in itertools.pairwise(scenes):
+        assert before != after
+        assert {thing.name for thing in before.objects} <= {thing.name for thing in after.objects}
+
+
+def test_pictures_of_the_tutorial_are_what_is_rendered(tmp_path):
+    refresh.save_tutorial(tmp_path)
+    fresh = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    assert fresh == {path.name: path.read_bytes() for path in refresh.TUTORIAL.glob("*.png")}, "run: make docs"
+    assert len(set(fresh.values())) == 8
 
 
 def test_picture_of_the_imports_is_fresh():
@@ -44,11 +74,11 @@ def test_picture_of_the_imports_has_a_box_for_each_module_of_the_layers():
 
 @pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.code)
 def test_page_on_diagnostics_lists_each_rule_once(rule):
-    text = refresh.DIAGNOSTICS.read_text(encoding="utf-8")
+    text = (refresh.DOCS / "diagnostics.md").read_text(encoding="utf-8")
     assert text.count(f"\n| `{rule.code}` | {rule.name} | ") == 1
 
 
-def test_every_command_is_in_the_readme():
+def test_every_command_is_in_the_reference():
     assert sorted(refresh.COMMANDS) == sorted(refresh.main.list_commands(None))
 
 

@@ -96,7 +96,7 @@ def test_source_distribution_can_be_built_and_tested(tmp_path):
         *("pyproject.toml", "Makefile", "README.md", "CHANGELOG.md", "LICENSE", "rtcli/__init__.py"),
         *("tracer/Cargo.toml", "tracer/Cargo.lock", "tracer/src/lib.rs", "tracer/python/src/lib.rs"),
         *("scenes/first.yaml", "schemas/scene.schema.json", "tools/refresh.py", "tests/test_package.py"),
-        "docs/tracer.md",
+        *("docs/tracer.md", "docs/conf.py", "docs/tutorial/step-8.yaml"),
     }
     assert needed - names == set()
     stray = re.compile(r"(^|/)(target|__pycache__|out|failed|\.venv|\.git)/|\.(so|pyd|pyc)$")

@@ -5,12 +5,15 @@
 
 from __future__ import annotations
 
+import difflib
 import json
 import re
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from click import Context
 from click.testing import CliRunner
 from import_picture import import_picture
 
@@ -20,67 +23,72 @@ from rtcli.scene.diagnostics.rules import RULES
 from rtcli.scene.schema import scene_schema, schema_text
 
 ROOT = Path(__file__).resolve().parent.parent
+DOCS = ROOT / "docs"
 README = ROOT / "README.md"
 SCHEMA = ROOT / "schemas" / "scene.schema.json"
 SCENES = ROOT / "scenes"
-WRONG = ROOT / "docs" / "wrong.yaml"
-DIAGNOSTICS = ROOT / "docs" / "diagnostics.md"
-EXPLAIN = ROOT / "docs" / "explain.md"
-GALLERY = ROOT / "docs" / "gallery"
-PASSES = ROOT / "docs" / "passes"
-ARCHITECTURE = ROOT / "docs" / "architecture.svg"
+WRONG = DOCS / "wrong.yaml"
+GALLERY = DOCS / "gallery"
+PASSES = DOCS / "passes"
+TUTORIAL = DOCS / "tutorial"
+ARCHITECTURE = DOCS / "architecture.svg"
 BENCHMARKS = ROOT / "benchmarks"
+if str(BENCHMARKS) not in sys.path:  # a folder of scripts, no package
+    sys.path.append(str(BENCHMARKS))
 
 COMMANDS = ("render", "batch", "validate", "explain", "compare", "new", "schema")
-GALLERY_COLUMNS = 3
 
 _PART = re.compile(r"(<!-- begin (?P<name>[\w ]+) -->\n).*?(<!-- end (?P=name) -->)", re.DOTALL)
 
 
-def readme_text() -> str:
-    """Return the README with up-to-date generated parts."""
-    return _with_parts(README, readme_parts())
-
-
-def diagnostics_text() -> str:
-    """Return the page on diagnostics with up-to-date generated parts."""
-    return _with_parts(DIAGNOSTICS, diagnostics_parts())
-
-
-def explain_text() -> str:
-    """Return the page on the story of a pixel with an up-to-date generated part."""
-    return _with_parts(EXPLAIN, {"explain": story_of_a_pixel()})
-
-
-def _with_parts(page: Path, parts: dict[str, str]) -> str:
+def fresh_text(page: Path) -> str:
+    """Return the text of a page with up-to-date generated parts."""
+    parts = PAGES[page]()
     text = page.read_text(encoding="utf-8")
     return _PART.sub(lambda match: f"{match[1]}{parts[match['name']]}\n{match[3]}", text)
 
 
 def readme_parts() -> dict[str, str]:
     """Return the generated parts of the README by name."""
-    parts = {f"help {name}": help_block(name) for name in COMMANDS}
-    return {
-        **parts,
-        "help": help_block(),
-        "scene": first_scene(),
-        "mistakes": mistakes(),
-        "gallery": gallery_table(),
-        "reference": scene_reference(),
-        "speed": speed(),
-    }
+    return {"scene": first_scene(), "mistake": mistake(), "commands": command_table(), "speed": speed_table()}
 
 
 # --- Speed -----------------------------------------------------------------------------------------------
 
+# Rows of the README's table: a work, and the contest and contestant that timed it.
+SPEED_ROWS = (
+    ("4 objects, 1920x1080", "hd", "rtcli"),
+    ("4 objects, 3840x2160", "4k", "rtcli"),
+    ("1,000 spheres, 1920x1080", "crowd-1000", "rtcli, YAML"),
+    ("10,000 spheres", "crowd-10000", "rtcli, YAML"),
+    ("100,000 spheres", "crowd-100000", "rtcli, YAML"),
+    ("100,000 spheres, the scene as JSON", "crowd-100000", "rtcli, JSON"),
+)
 
-def speed() -> str:
-    """Return the figures of the committed run of the benchmarks as a table."""
-    if str(BENCHMARKS) not in sys.path:  # a folder of scripts, not a package
-        sys.path.append(str(BENCHMARKS))
+
+def benchmark_results() -> dict[str, Any]:
+    """Return the committed run of the benchmarks."""
+    results: dict[str, Any] = json.loads((BENCHMARKS / "results.json").read_text(encoding="utf-8"))
+    return results
+
+
+def speed_table() -> str:
+    """Return the times of rtcli and of two other programs as a table, in milliseconds."""
+    from report import median
+
+    contests = benchmark_results()["contests"]
+    lines = ["| milliseconds | rtcli | POV-Ray | Mitsuba 3 |", "| --- | ---: | ---: | ---: |"]
+    for work, contest, contestant in SPEED_ROWS:
+        times = (median(contests, contest, name) for name in (contestant, "POV-Ray", "Mitsuba"))
+        lines.append(f"| {work} | {' | '.join(f'{1000 * seconds:,.0f}' for seconds in times)} |")
+    return "\n".join(lines)
+
+
+def bars() -> str:
+    """Return the bars of the benchmarks, and whether the committed run reached them, as a table."""
     from report import markdown
 
-    return markdown(json.loads((BENCHMARKS / "results.json").read_text(encoding="utf-8"))).rstrip()
+    return markdown(benchmark_results()).rstrip()
 
 
 # --- Help ------------------------------------------------------------------------------------------------
@@ -90,6 +98,22 @@ def help_block(*command: str) -> str:
     """Return the `--help` of a command as a Markdown block, 80 columns wide."""
     result = CliRunner().invoke(main, [*command, "--help"], prog_name="rtcli", terminal_width=80)
     return f"```text\n{result.output.rstrip()}\n```"
+
+
+def command_parts() -> dict[str, str]:
+    """Return the help of each command by the name of its part."""
+    return {"help": help_block(), **{f"help {name}": help_block(name) for name in COMMANDS}}
+
+
+def command_table() -> str:
+    """Return each command and what it does, in a line."""
+    lines = ["| command | |", "| --- | --- |"]
+    for name in COMMANDS:
+        command = main.get_command(Context(main), name)
+        assert command is not None
+        link = f"[`rtcli {name}`](docs/reference/commands.md#rtcli-{name})"
+        lines.append(f"| {link} | {_text(command.get_short_help_str(100))} |")
+    return "\n".join(lines)
 
 
 # --- Gallery ---------------------------------------------------------------------------------------------
@@ -119,35 +143,91 @@ def caption_of(scene: Path) -> str:
     return scene.read_text(encoding="utf-8").splitlines()[1].removeprefix("# ")
 
 
-def gallery_table() -> str:
-    """Return the gallery as a table of pictures with the names and captions of their scenes."""
-    cells = [
-        f'<td width="33%" valign="top"><a href="scenes/{scene.name}">'
-        f'<img src="docs/gallery/{scene.stem}.png" alt="{scene.stem}"></a><br>'
-        f"<b>{scene.stem}</b>: {caption_of(scene)}</td>"
+def gallery_pictures() -> str:
+    """Return the pictures of the gallery, linked to their scenes, with names and captions."""
+    figures = (
+        f"[![{scene.stem}](gallery/{scene.stem}.png)](../scenes/{scene.name})<br>"
+        f"**{scene.stem}**: {caption_of(scene)}"
         for scene in gallery_scenes()
-    ]
-    rows = [cells[start : start + GALLERY_COLUMNS] for start in range(0, len(cells), GALLERY_COLUMNS)]
-    return "\n".join(["<table>", *("<tr>\n" + "\n".join(row) + "\n</tr>" for row in rows), "</table>"])
+    )
+    return "\n\n".join(figures)
+
+
+def first_text() -> str:
+    """Return the text of the first scene, without the comments for the editor and the gallery."""
+    lines = (SCENES / "first.yaml").read_text(encoding="utf-8").strip().splitlines()
+    return "\n".join(lines[2:])
 
 
 def first_scene() -> str:
     """Return the text of the first scene beside its picture."""
-    lines = (SCENES / "first.yaml").read_text(encoding="utf-8").strip().splitlines()
-    scene = "\n".join(lines[2:])  # without the comments for the editor and the gallery
     return (
-        f'<table><tr><td valign="top">\n\n```yaml\n{scene}\n```\n\n</td><td valign="top">\n\n'
+        '<table><tr><td valign="top">\n\n<!-- file first.yaml -->\n'
+        f'```yaml\n{first_text()}\n```\n\n</td><td valign="top">\n\n'
         '<img src="docs/gallery/first.png" width="480" alt="a red ball on a sandy floor under a blue sky">\n\n'
         "</td></tr></table>"
     )
 
 
-def mistakes() -> str:
-    """Return a scene full of mistakes and its report."""
-    result = CliRunner().invoke(main, ["validate", "-"], input=WRONG.read_bytes())
-    report = result.stdout.replace("<stdin>", WRONG.name).rstrip()
-    text = WRONG.read_text(encoding="utf-8").rstrip()
-    return f"```yaml\n{text}\n```\n\n```console\n$ rtcli validate {WRONG.name}\n{report}\n```"
+# --- Reports ---------------------------------------------------------------------------------------------
+
+
+def report_on(scene: str, name: str, *before: str) -> str:
+    """Return a block of commands that ends with the report on an invalid scene."""
+    result = CliRunner().invoke(main, ["validate", "-"], input=scene)
+    commands = "\n".join(f"$ {command}" for command in (*before, f"rtcli validate {name}"))
+    report = result.stdout.replace("<stdin>", name).rstrip()
+    return f"<!-- exit code 1 -->\n```console\n{commands}\n{report}\n```"
+
+
+def mistake() -> str:
+    """Return the report on the first scene with its ball's color misspelt."""
+    scene = first_text().replace("tomato", "tomatoe")
+    return report_on(scene, "typo.yaml", "sed s/tomato/tomatoe/ first.yaml > typo.yaml")
+
+
+def start_parts() -> dict[str, str]:
+    """Return the generated part of the page Start: a scene full of mistakes and its report."""
+    text = WRONG.read_text(encoding="utf-8")
+    scene = f"<!-- file {WRONG.name} -->\n```yaml\n{text.rstrip()}\n```"
+    return {"mistakes": f"{scene}\n\n{report_on(text, WRONG.name)}"}
+
+
+# --- Tutorial --------------------------------------------------------------------------------------------
+
+
+def tutorial_steps() -> list[Path]:
+    """Return the scenes of the tutorial in order."""
+    return sorted(TUTORIAL.glob("step-*.yaml"))
+
+
+def tutorial_parts() -> dict[str, str]:
+    """Return the generated parts of the tutorial by name: the report on an empty scene, and each step."""
+    steps = tutorial_steps()
+    texts = ["", *(step.read_text(encoding="utf-8") for step in steps)]
+    parts = {"empty scene": report_on("", "room.yaml", "touch room.yaml")}
+    for step, before, after in zip(steps, texts, texts[1:], strict=False):
+        parts[step.stem.replace("-", " ")] = tutorial_step(step, before, after)
+    return parts
+
+
+def tutorial_step(step: Path, before: str, after: str) -> str:
+    """Return the changes of a step, its picture, and the whole file, folded away."""
+    picture = f"![{step.stem.replace('-', ' ')}]({step.stem}.png)"
+    whole = f"<!-- file room.yaml -->\n```yaml\n{after.rstrip()}\n```"
+    if not before:
+        return f"{whole}\n\n{picture}"
+    _, _, _, *lines = difflib.unified_diff(before.splitlines(), after.splitlines(), n=2, lineterm="")
+    changes = [" ..." if line.startswith("@@") else line for line in lines]
+    diff = "```diff\n" + "\n".join(changes) + "\n```"
+    return f"{diff}\n\n{picture}\n\n<details><summary>The whole file</summary>\n\n{whole}\n\n</details>"
+
+
+def save_tutorial(folder: Path) -> None:
+    """Render small pictures of the steps of the tutorial."""
+    for step in tutorial_steps():
+        target = str(folder / f"{step.stem}.png")
+        CliRunner().invoke(main, ["render", str(step), "-o", target, "--size", "320x240", "--quiet"])
 
 
 # --- The story of a pixel --------------------------------------------------------------------------------
@@ -186,7 +266,7 @@ def diagnostics_parts() -> dict[str, str]:
 
 def rules_table(prefix: str) -> str:
     """Return the rules whose codes start with a prefix as a Markdown table."""
-    lines = ["| code | name | what is wrong | what to do |", "| --- | --- | --- | --- |"]
+    lines = ["| code | name | problem | remedy |", "| --- | --- | --- | --- |"]
     for rule in RULES:
         if rule.code.startswith(prefix):
             remedy = _text(rule.remedy) or "the message says what is allowed"
@@ -218,7 +298,7 @@ def scene_reference() -> str:
 
 def _section(title: str, definition: dict[str, Any]) -> str:
     required = definition.get("required", [])
-    lines = [f"**{title}**", "", "| key | value | default | meaning |", "| --- | --- | --- | --- |"]
+    lines = [f"### {title}", "", "| key | value | default | meaning |", "| --- | --- | --- | --- |"]
     rank = {key: (key != "type", key not in required) for key in definition["properties"]}
     for key, field in sorted(definition["properties"].items(), key=lambda item: rank[item[0]]):
         default = "*required*" if key in required else _default(field)
@@ -271,14 +351,28 @@ def _bounds(field: dict[str, Any]) -> str:
 # --- Everything ------------------------------------------------------------------------------------------
 
 
+# Each page with generated parts, and what makes them, by name.
+PAGES: dict[Path, Callable[[], dict[str, str]]] = {
+    README: readme_parts,
+    DOCS / "start.md": start_parts,
+    DOCS / "tutorial" / "index.md": tutorial_parts,
+    DOCS / "gallery.md": lambda: {"gallery": gallery_pictures()},
+    DOCS / "diagnostics.md": diagnostics_parts,
+    DOCS / "explain.md": lambda: {"explain": story_of_a_pixel()},
+    DOCS / "reference" / "commands.md": command_parts,
+    DOCS / "reference" / "scene.md": lambda: {"reference": scene_reference()},
+    DOCS / "explanation" / "speed.md": lambda: {"bars": bars()},
+}
+
+
 def refresh() -> None:
     """Regenerate everything."""
     SCHEMA.write_text(schema_text(), encoding="utf-8")
-    README.write_text(readme_text(), encoding="utf-8")
-    DIAGNOSTICS.write_text(diagnostics_text(), encoding="utf-8")
-    EXPLAIN.write_text(explain_text(), encoding="utf-8")
+    for page in PAGES:
+        page.write_text(fresh_text(page), encoding="utf-8")
     ARCHITECTURE.write_text(import_picture(), encoding="utf-8")
     save_passes(PASSES)
+    save_tutorial(TUTORIAL)
     for stale in set(GALLERY.glob("*.png")) - {picture_of(scene) for scene in gallery_scenes()}:
         stale.unlink()
     for scene in gallery_scenes():

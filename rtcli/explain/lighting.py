@@ -15,12 +15,12 @@ from rtcli.explain.records import (
     SHINING,
     SURFACE,
     TURNED_AWAY,
-    Blocking,
     HitStep,
     LightShare,
     LightsStep,
     Number,
     ObjectName,
+    Occlusion,
     Step,
 )
 from rtcli.explain.shapes import SHAPES
@@ -162,7 +162,7 @@ def _share(place: SurfacePoint, i: int) -> LightShare:
     cosine = float(way.cosine[0])
     same_side = bool(scenery.same_side(source, place.ray)[place.index])
     faces = cosine > 0
-    blockers = _blockers(place, source, way) if faces and same_side else ()
+    blockers = _occlusions(place, source, way) if faces and same_side else ()
     surface = SHAPES[place.names[place.index].type].surface
     verdict, outcome = _verdict(faces, same_side, blockers, surface)
     irradiance = irradiance_of(source, way, np.flatnonzero([verdict == LIT]))
@@ -187,7 +187,7 @@ def _share(place: SurfacePoint, i: int) -> LightShare:
     )
 
 
-def _verdict(faces: bool, same_side: bool, blockers: Sequence[Blocking], surface: str) -> tuple[str, str]:
+def _verdict(faces: bool, same_side: bool, blockers: Sequence[Occlusion], surface: str) -> tuple[str, str]:
     """Return the verdict on a light, and the same in words."""
     if not same_side:
         return OTHER_SIDE, f"on the other side of the {surface} than the eye"
@@ -199,11 +199,11 @@ def _verdict(faces: bool, same_side: bool, blockers: Sequence[Blocking], surface
     return BLOCKED, f"blocked by {between} from the light"
 
 
-def _blockers(place: SurfacePoint, source: LightSource, way: WayToLight) -> tuple[Blocking, ...]:
+def _occlusions(place: SurfacePoint, source: LightSource, way: WayToLight) -> tuple[Occlusion, ...]:
     found = (
-        Blocking(place.names[blocker.index], float(blocker.t[0]))
-        for blocker in place.scenery.blockers(source, way, place.hit.index)
-        if blocker.between[0]
+        Occlusion(place.names[occluder.index], float(occluder.t[0]))
+        for occluder in place.scenery.occluders(source, way, place.hit.index)
+        if occluder.between[0]
     )
     return tuple(sorted(found, key=lambda blocking: blocking.distance))
 

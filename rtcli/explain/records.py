@@ -152,7 +152,7 @@ class HitStep(Step):
 
 
 @dataclass(frozen=True)
-class Blocking:
+class Occlusion:
     """An object between a light and a surface point, and its distance from the light."""
 
     object: ObjectName
@@ -191,7 +191,7 @@ class LightShare:
     verdict: str
     faces: bool
     same_side: bool
-    blockers: tuple[Blocking, ...]
+    blockers: tuple[Occlusion, ...]
     radiance: Triple
     numbers: tuple[Number, ...]
     outcome: str

@@ -12,6 +12,7 @@ import json
 import os
 import re
 import struct
+import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from mmap import ACCESS_READ, mmap
 from pathlib import Path
@@ -159,8 +160,6 @@ def write_npz(arrays: Arrays, metadata: Mapping[str, Any], file: BinaryIO) -> No
 
     NumPy's own function would write another byte for the system on Windows.
     """
-    import zipfile
-
     import numpy as np
 
     with zipfile.ZipFile(file, "w", zipfile.ZIP_STORED) as archive:

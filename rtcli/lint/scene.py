@@ -158,7 +158,8 @@ def _lights(scene: SceneIndex) -> Iterator[LintWarning]:
         yield LintWarning(rules.NO_LIGHT, ("lights",), "no light shines: only the background is seen", HEAD)
     for light in scene.lights:
         # A carrier that reaches out of the solid is seen shining there.
-        inner = Ball.of(light.position, 0.0) if light.body is None else scene.solids[light.body]
+        carrier = None if light.body is None else scene.solids.get(light.body)
+        inner = carrier or Ball.of(light.position, 0.0)
         around = scene.enclosures.around(inner)
         if around is not None:
             message = f"the light is inside {scene.named(around)}, which does not carry it and lets none out"
@@ -266,7 +267,7 @@ def burnt_spots(scene: SceneIndex, exposure: float) -> Iterator[BurntSpot]:
 def _burnt_by(scene: SceneIndex, number: int, light: _Light, exposure: float) -> BurntSpot | None:
     """Return the point that a light burns out on the object that it makes the brightest, or None.
 
-    radiance = albedo / pi * I / (4 pi h^2), h the distance to the surface (design, section 2; document, 3.3).
+    radiance = albedo / pi * I / (4 pi h^2), h the distance to the surface (document, section 3.3).
     """
     brightest, burning, distance = 0.0, -1, 0.0
     for index, (item, shape) in enumerate(zip(scene.objects, scene.shapes, strict=True)):

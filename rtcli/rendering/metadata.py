@@ -39,12 +39,12 @@ def fingerprint(scene: Scene, world: World) -> str:
     for vector in ((frame.fov,), frame.position, frame.right, frame.up, frame.forward):
         digest.update(_little(array("d", vector)))
     shapes, lights = world.shapes, world.lights
-    first, fourth = array("d"), array("d")
+    three, others = array("d"), array("d")
     for row in shapes.parameter_rows():
-        # Three numbers of each object, a single one three times, and the fourth or 0: files keep their hashes.
-        first.extend((row * 3)[:3])
-        fourth.append(row[3] if len(row) > 3 else 0.0)
-    for numbers in (shapes.kind, shapes.position, first, fourth, shapes.color):
+        # Three numbers of each object, a single one three times, and the others or 0: files keep their hashes.
+        three.extend((row * 3)[:3])
+        others.extend(row[3:] or (0.0,))
+    for numbers in (shapes.kind, shapes.position, three, others, shapes.color):
         digest.update(_little(numbers))
     for numbers in (lights.position, lights.color, lights.intensity, lights.carrier):
         digest.update(_little(numbers))

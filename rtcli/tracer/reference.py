@@ -703,7 +703,7 @@ def irradiance_of(source: LightSource, way: WayToLight, lit: Indices) -> Array:
 
 
 @dataclass(frozen=True)
-class Blocker:
+class Occluder:
     """An object on N shadow rays.
 
     Parameters
@@ -958,11 +958,11 @@ class Scenery:
     def _blocked(self, source: LightSource, way: WayToLight, receiver: Indices) -> Mask:
         """Return whether an object stands between the light and each point: (N,)."""
         blocked = np.zeros(len(way.distance), dtype=bool)
-        for blocker in self.blockers(source, way, receiver):
-            blocked |= blocker.between
+        for occluder in self.occluders(source, way, receiver):
+            blocked |= occluder.between
         return blocked
 
-    def blockers(self, source: LightSource, way: WayToLight, receiver: Indices) -> Iterator[Blocker]:
+    def occluders(self, source: LightSource, way: WayToLight, receiver: Indices) -> Iterator[Occluder]:
         """Yield each object that may stand between the light and points on the objects `receiver` (N,).
 
         Neither the object that the point lies on nor the one that carries the light counts.
@@ -979,7 +979,7 @@ class Scenery:
                 if close.size:
                     known = self._rounding_at(receiver[close], way.eye, way.sight[:, close])
                     between[close] = ~shape.touched_by(part.take(close), t[close], known)
-                yield Blocker(i, t + (way.distance - part.distance), between)
+                yield Occluder(i, t + (way.distance - part.distance), between)
 
 
 # --- Passes: ground truth at pixel centres -----------------------------------------------------------------

@@ -93,8 +93,8 @@ def opened(server, folder):
 # --- Mistakes --------------------------------------------------------------------------------------------
 
 
-def test_first_line_is_that_of_the_readme_and_of_each_scene():
-    assert FIRST_LINE in (ROOT / "README.md").read_text(encoding="utf-8")
+def test_first_line_is_that_of_the_page_on_scenes_and_of_each_scene():
+    assert FIRST_LINE in (ROOT / "docs" / "reference" / "scene.md").read_text(encoding="utf-8")
     assert [file.name for file in SCENES if not file.read_text(encoding="utf-8").startswith(FIRST_LINE)] == []
 
 

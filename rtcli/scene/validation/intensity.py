@@ -32,7 +32,7 @@ def fitting_intensity(data: Any, loc: Loc) -> float:
     Notes
     -----
     A surface of albedo 1 that faces the light at the distance r has the radiance L = 1/pi * I / (4 pi r^2)
-    (design, section 2; document, 3.3), so I = 4 pi^2 r^2 L.
+    (document, section 3.3), so I = 4 pi^2 r^2 L.
     """
     intensity = 4 * math.pi**2 * _RADIANCE * min(_typical_distance(data, loc), 1e100) ** 2
     return float(f"{intensity:.1e}")

@@ -313,3 +313,15 @@ impl<'a> CameraToWorld<'a> {
         albedos
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_is_in_the_order_of_the_passes() {
+        for (index, spec) in PASSES.iter().enumerate() {
+            assert_eq!(spec.0 as usize, index);
+        }
+    }
+}
