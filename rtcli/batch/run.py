@@ -271,8 +271,8 @@ class Batch:
     workers_write: bool = True
 
 
-def execute(batch: Batch) -> Generator[Outcome]:
-    """Render the jobs of a plan, record them, and yield their outcomes; close the generator to end early.
+def execute(batch: Batch) -> Generator[tuple[Job, Outcome]]:
+    """Render the jobs of a plan, record them, and yield each with its outcome; close the generator to end early.
 
     However it ends, the workers are closed, no temporary file is left, and the manifest records what was done.
 
@@ -291,7 +291,7 @@ def execute(batch: Batch) -> Generator[Outcome]:
                     _record(batch, *item)
                 batch.manifest.save_if_due(scratch)
                 if item is not None:
-                    yield item[1]
+                    yield item
         except BaseException:
             batch.workers.close()
             with contextlib.suppress(OSError):  # what is not recorded is rendered again
@@ -318,22 +318,21 @@ def _tasks(batch: Batch, scratch: Path, unread: deque[tuple[Job, Outcome]]) -> I
         try:
             yield BatchTask(step.job, _read(step.job), *folders)
         except OSError as error:
-            unread.append((step.job, failure(step.job, None, error, {})))
+            unread.append((step.job, failure(None, error, {})))
 
 
 def _outcome(batch: Batch, result: Result, scratch: Path) -> Outcome:
     """Return the outcome of a task, once the files that it returned are written."""
-    job: Job = result.task.job
     outcome: Outcome = result.value
     if result.error is not None:
-        return failure(job, sha256(result.task.raw), result.error, {})
+        return failure(sha256(result.task.raw), result.error, {})
     if outcome.files:
         try:
             with open_outputs(list(outcome.files), batch.folder, scratch) as files:
                 for file, data in zip(files, outcome.files.values(), strict=True):
                     file.write(data)
         except OSError as error:
-            return failure(job, outcome.input, error, outcome.seconds)
+            return failure(outcome.input, error, outcome.seconds)
     return outcome
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -123,7 +122,7 @@ def compare_layers(a: Array, b: Array, tolerance: float = 0.0, kind: Kind = "arr
         if np.array_equal(first, second):
             tally.values += first.size
         else:
-            tally.add(rows.start, _Band(first, second, _difference(first, second, kind)))
+            tally.add(rows.start, first, second, _difference(first, second, kind))
     return tally.result(a.shape, kind)
 
 
@@ -179,14 +178,6 @@ def _difference(a: Array, b: Array, kind: Kind) -> Array:
     return difference
 
 
-class _Band(NamedTuple):
-    """Rows of two layers, and their difference, (rows, W, C) each."""
-
-    first: Array
-    second: Array
-    difference: Array
-
-
 @dataclass
 class _Tally:
     """The sums over bands for a `LayerDifference`."""
@@ -207,26 +198,22 @@ class _Tally:
         sizes = np.abs(values.astype(np.float64))
         self.peak = max(self.peak, float(sizes.max(initial=0.0, where=np.isfinite(sizes))))
 
-    def add(self, top: int, band: _Band) -> None:
-        """Add the differences of a band whose first row is `top`."""
-        finite = np.isfinite(band.difference)
-        finite_differences = band.difference[finite]
+    def add(self, top: int, first: Array, second: Array, difference: Array) -> None:
+        """Add the difference of a band, (rows, W, C) as its layers, whose first row is `top`."""
+        finite_differences = difference[np.isfinite(difference)]
         with np.errstate(over="ignore"):
             self.squares.append(float(np.sum(finite_differences**2)))
         self.values += finite_differences.size
-        pixels = band.difference.max(axis=-1, initial=0.0)
+        pixels = difference.max(axis=-1, initial=0.0)
         largest_finite = pixels.max(initial=0.0, where=np.isfinite(pixels))
         self.largest_finite = max(self.largest_finite, float(largest_finite))
         self.differing += int(np.count_nonzero(pixels > self.tolerance))
         self.infinite += int(np.count_nonzero(np.isinf(pixels)))
-        self._find_largest(top, band, pixels)
-
-    def _find_largest(self, top: int, band: _Band, pixels: Array) -> None:
         row, column = map(int, np.unravel_index(pixels.argmax(), pixels.shape))
         if pixels[row, column] > self.largest:
             self.largest = float(pixels[row, column])
             self.place = (column, top + row)
-            self.pair = (band.first[row, column], band.second[row, column])
+            self.pair = (first[row, column], second[row, column])
 
     def result(self, shape: tuple[int, ...], kind: Kind) -> LayerDifference:
         """Return the difference of the layers, whose bands have all been added."""

@@ -141,21 +141,14 @@ def cover(task: BandTask, window: Window) -> list[int] | None:
     return _tracer(task).coverage(window)
 
 
-class _LastTracer(local):
-    """The tracer of the last picture, because preparing a world takes longer than many bands.
-
-    Each thread has its own, since the reference tracer can only do one thing at a time.
-    """
-
-    key = ""
-    tracer: Tracer
-
-
-_last = _LastTracer()
+# The key and the tracer of the last picture, since preparing a world takes longer than many bands. Each thread has
+# its own, since the reference tracer can only do one thing at a time.
+_last = local()
 
 
 def _tracer(task: BandTask) -> Tracer:
-    if _last.key != task.key:
+    if getattr(_last, "key", None) != task.key:
         _last.tracer = tracer_of(task.world, task.engine, threads=1)
         _last.key = task.key
-    return _last.tracer
+    tracer: Tracer = _last.tracer
+    return tracer

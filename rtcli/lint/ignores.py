@@ -81,9 +81,8 @@ def ignores_of(document: Document, everywhere: Collection[Rule] = ()) -> Ignores
     source = document.source
     if _MARK not in source.text or source.name.lower().endswith(JSON_SUFFIX):
         return ignores
-    found = list(_COMMENT.finditer(source.text))
     below = -1  # the end of the block of comment lines around the previous comment
-    for comment, is_first in _comments(source.text, found):
+    for comment, is_first in _comments(source.text):
         named = set(_named(source, comment, ignores.problems))
         if not _is_alone(source.text, comment.start()):
             line = source.span(comment.start()).line
@@ -97,9 +96,9 @@ def ignores_of(document: Document, everywhere: Collection[Rule] = ()) -> Ignores
     return ignores
 
 
-def _comments(text: str, found: list[re.Match[str]]) -> Iterator[tuple[re.Match[str], bool]]:
-    """Yield the matches that are comments, not parts of a text, and whether each precedes all keys and values."""
-    waiting = iter(found)
+def _comments(text: str) -> Iterator[tuple[re.Match[str], bool]]:
+    """Yield the comments to rtcli, those that are not part of a text, and whether each precedes all values."""
+    waiting = _COMMENT.finditer(text)
     comment = next(waiting, None)
     begun = False
     for token in yaml.scan(text, Loader=YamlParser):

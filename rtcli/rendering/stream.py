@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple, TypeAlias, cast
 
 from rtcli.distributed.bands import BandedTracer
 from rtcli.image.display import DisplayTransform
@@ -40,33 +40,22 @@ class RenderStats(NamedTuple):
     seconds: dict[str, float]
 
 
-class FilmOutputs(NamedTuple):
-    """The files of a film.
-
-    Parameters
-    ----------
-    files
-        By part (see `rtcli.image.formats.parts_of`): the name, whose suffix is the format, and the open file.
-    bits
-        Bits a channel of a PNG.
-    """
-
-    files: dict[str, tuple[str, BinaryIO]]
-    bits: int = 8
+# The open files of a film by part (`rtcli.image.formats.parts_of`), each with the name that decides its format.
+Files: TypeAlias = dict[str, tuple[str, BinaryIO]]
 
 
-def write_film(job: RenderJob, target: FilmOutputs, progress: Progress | None = None) -> RenderStats:
-    """Trace, develop and write a job.
+def write_film(job: RenderJob, files: Files, bits: int = 8, progress: Progress | None = None) -> RenderStats:
+    """Trace, develop and write a job; `bits` are those of a channel of a PNG.
 
     The native tracer, or an executor, streams a PNG without passes band by band, so that memory does not grow with
     the picture.
     """
-    name, file = target.files[RADIANCE]
+    name, file = files[RADIANCE]
     can_stream = format_of(name).is_streamed and (job.executor is not None or job.request.engine == "native")
     if job.request.passes or not can_stream:
-        return _by_film(job, target, progress)
+        return _by_film(job, files, bits, progress)
     stream = _stream if job.executor is None else _stream_bands
-    return stream(job, file, target.bits, progress)
+    return stream(job, file, bits, progress)
 
 
 def _stream(job: RenderJob, file: BinaryIO, bits: int, progress: Progress | None) -> RenderStats:
@@ -96,17 +85,17 @@ def _stream_bands(job: RenderJob, file: BinaryIO, bits: int, progress: Progress 
     return RenderStats(rays, watch.seconds)
 
 
-def _by_film(job: RenderJob, target: FilmOutputs, progress: Progress | None) -> RenderStats:
+def _by_film(job: RenderJob, files: Files, bits: int, progress: Progress | None) -> RenderStats:
     watch = _stopwatch()
     with watch.stage("trace"):
         film = expose_film(job, progress)
         if job.request.passes:
             film.metadata  # noqa: B018 - traces the coverage
     # An encoder of an extra opens the file by its name, and develops nothing.
-    by_name = format_of(target.files[RADIANCE][0]).extra is not None
+    by_name = format_of(files[RADIANCE][0]).extra is not None
     with watch.stage("write" if by_name else "develop"):
-        timed = {part: (name, _TimedFile(file, watch)) for part, (name, file) in target.files.items()}
-        film.write(cast("dict[str, tuple[str, BinaryIO]]", timed), target.bits)
+        timed = {part: (name, _TimedFile(file, watch)) for part, (name, file) in files.items()}
+        film.write(cast("Files", timed), bits)
     return RenderStats(film.rays, watch.seconds)
 
 

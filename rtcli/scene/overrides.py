@@ -92,9 +92,7 @@ def set_value(document: Document, path: str, value: Any, option: str) -> Documen
     EditError
         If the path is malformed or leads nowhere.
     """
-    steps, end = _split(document, path)
-    if end < len(path):
-        raise EditError(f"{quoted(path)} is not a path: it has a value")
+    steps, _ = _split(document, path)
     return _set(document, steps, value, Source(option, option), SourceSpan(0, len(option)))
 
 

@@ -223,14 +223,13 @@ def _render(options: BatchOptions, batch: Batch) -> bool:
     """Render the scenes of a batch and report the result; return whether all succeeded."""
     start = time.monotonic()
     report = _Report()
-    jobs = {step.job.key: step.job for step in batch.plan.steps}
     with (
         contextlib.closing(execute(batch)) as outcomes,
         progress("rendering", options.quiet, "scenes") as on_progress,
     ):
-        for outcome in outcomes:
-            report.add(jobs[outcome.key], outcome)
-            on_progress(report.rendered + report.failed, len(jobs))
+        for job, outcome in outcomes:
+            report.add(job, outcome)
+            on_progress(report.rendered + report.failed, len(batch.plan.steps))
             if report.failed and options.fail_fast:
                 break
     _report_problems(report.problems, report.hidden)

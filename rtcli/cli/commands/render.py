@@ -29,7 +29,7 @@ from rtcli.image.write import FORMATS, METADATA
 from rtcli.rendering.job import RenderRequest, prepare
 from rtcli.rendering.pack import pack
 from rtcli.rendering.stopwatch import Stopwatch
-from rtcli.rendering.stream import FilmOutputs, RenderStats, expose_film, write_film
+from rtcli.rendering.stream import RenderStats, expose_film, write_film
 from rtcli.scene.diagnostics.problems import printable
 from rtcli.scene.model import Scene
 from rtcli.scene.overrides import Overrides
@@ -213,7 +213,7 @@ def render(options: RenderOptions, output: PictureOutput, check: GoldenCheck | N
     ):
         job = prepare(scene, world, request, executor)
         with watch.stages_together() as spent, progress("rendering", options.quiet) as on_progress:
-            stats = write_film(job, FilmOutputs(files, output.bits), on_progress)
+            stats = write_film(job, files, output.bits, on_progress)
             spent.update(stats.seconds)
         stats_file.write(_stats_json(stats, request, watch))
     if output.is_kept and not options.quiet:
