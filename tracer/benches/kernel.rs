@@ -74,10 +74,7 @@ fn developing(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("develop/still life");
     group.throughput(Throughput::Elements(PIXELS as u64));
     let mut radiance = vec![0.0; 3 * PIXELS];
-    trace(
-        &Tracer::new(still_life(), Level::best()).expect("there is memory"),
-        &mut radiance,
-    );
+    trace(&Tracer::new(still_life(), Level::best()).expect("there is memory"), &mut radiance);
     for bits in [BitDepth::Eight, BitDepth::Sixteen] {
         let developer = Developer::new(0.0, ToneCurve::Clip, bits);
         let mut pixels = vec![0; PIXELS * bits.bytes_per_pixel()];
@@ -102,12 +99,7 @@ fn streaming(criterion: &mut Criterion) {
     }
 }
 
-const WINDOW: Window = Window {
-    x: 0,
-    y: 0,
-    width: WIDTH,
-    height: HEIGHT,
-};
+const WINDOW: Window = Window { x: 0, y: 0, width: WIDTH, height: HEIGHT };
 
 fn trace(tracer: &Tracer, radiance: &mut [f32]) -> u64 {
     let film = Film::of_radiance(radiance);
@@ -123,30 +115,13 @@ fn still_life() -> World {
     World {
         camera: camera([0.0, 8.0, 26.0], [0.0, 2.5, 0.0], 30.0),
         objects: vec![
-            object(
-                [0.0, 0.0, 0.0],
-                [0.8, 0.75, 0.7],
-                ShapeDesc::Plane(PlaneDesc {
-                    normal: [0.0, 1.0, 0.0],
-                }),
-            ),
-            object(
-                [-4.0, 3.0, 0.0],
-                [0.9, 0.25, 0.15],
-                ShapeDesc::Sphere(SphereDesc { radius: 3.0 }),
-            ),
-            object(
-                [1.0, 1.5, 5.0],
-                [0.2, 0.45, 0.9],
-                ShapeDesc::Sphere(SphereDesc { radius: 1.5 }),
-            ),
+            object([0.0, 0.0, 0.0], [0.8, 0.75, 0.7], ShapeDesc::Plane(PlaneDesc { normal: [0.0, 1.0, 0.0] })),
+            object([-4.0, 3.0, 0.0], [0.9, 0.25, 0.15], ShapeDesc::Sphere(SphereDesc { radius: 3.0 })),
+            object([1.0, 1.5, 5.0], [0.2, 0.45, 0.9], ShapeDesc::Sphere(SphereDesc { radius: 1.5 })),
             object(
                 [4.5, 3.0, -2.0],
                 [0.3, 0.8, 0.35],
-                ShapeDesc::Cuboid(CuboidDesc {
-                    size: [4.0, 6.0, 4.0],
-                    rotation: 30.0,
-                }),
+                ShapeDesc::Cuboid(CuboidDesc { size: [4.0, 6.0, 4.0], rotation: 30.0 }),
             ),
         ],
         lights: vec![light([-8.0, 14.0, 10.0], 12000.0)],
@@ -162,11 +137,7 @@ fn crowd(count: usize) -> World {
     let objects = (0..count)
         .map(|_| {
             let place = CROWD_BOX.map(|(low, high)| random.between(low + radius, high - radius));
-            object(
-                place,
-                [random.between(0.2, 0.9), 0.5, 0.5],
-                ShapeDesc::Sphere(SphereDesc { radius }),
-            )
+            object(place, [random.between(0.2, 0.9), 0.5, 0.5], ShapeDesc::Sphere(SphereDesc { radius }))
         })
         .collect();
     let fov = 2.0 * f64::atan2(CROWD_BOX[1].1, -CROWD_BOX[2].1).to_degrees();
@@ -179,12 +150,7 @@ fn crowd(count: usize) -> World {
 }
 
 fn settings() -> Settings {
-    Settings {
-        samples: 1,
-        background: [0.0; 3],
-        lit: true,
-        eye_falloff: false,
-    }
+    Settings { samples: 1, background: [0.0; 3], direct_light: true, eye_falloff: false }
 }
 
 fn object(position: Vector, color: Vector, shape: ShapeDesc) -> Object {
@@ -192,13 +158,7 @@ fn object(position: Vector, color: Vector, shape: ShapeDesc) -> Object {
 }
 
 fn light(position: Vector, intensity: f64) -> LightDesc {
-    LightDesc {
-        kind: LightKind::Point,
-        position,
-        color: [1.0; 3],
-        intensity,
-        carrier: None,
-    }
+    LightDesc { kind: LightKind::Point, position, color: [1.0; 3], intensity, carrier: None }
 }
 
 /// A camera with y up that looks at a place straight ahead of it, above or below.

@@ -1,8 +1,8 @@
-//! A tree of balls around the spheres and boxes of a scene, and the cones that walk it.
+//! A bounding volume hierarchy of spheres over the finite shapes of a scene, and the cones that traverse it.
 //!
 //! Nodes have up to eight children, which are tested together; a child is a node or a single object. Bounds and
-//! tests are float32 and generous by more than their rounding, so that what the kernel can hit is never left out:
-//! the tree decides how fast a picture is, not what is in it.
+//! tests are float32, and conservative by more than their rounding: the tree affects how fast a picture is, never
+//! its content.
 
 use crate::accel::build::{Item, Part, TREE, build};
 use crate::accel::cone::Cone;
@@ -40,12 +40,7 @@ impl Bvh {
     #[inline(always)]
     pub(crate) fn traverse<'a>(&'a self, cone: &'a Cone, stack: &'a mut Stack) -> Traversal<'a> {
         stack.waiting.clear();
-        Traversal {
-            nodes: &self.nodes,
-            cone,
-            next: if self.nodes.is_empty() { DONE } else { 0 },
-            stack,
-        }
+        Traversal { nodes: &self.nodes, cone, next: if self.nodes.is_empty() { DONE } else { 0 }, stack }
     }
 }
 
@@ -79,7 +74,7 @@ impl Traversal<'_> {
     /// The next object, unless all that is left begins beyond a distance along the cone's axis.
     #[inline(always)]
     pub(crate) fn next(&mut self, limit: f32) -> Option<u32> {
-        let limit = limit.min(self.cone.reach);
+        let limit = limit.min(self.cone.range);
         // Counted here and metered at once: the meter is checked for objects only.
         let mut opened = 0;
         loop {

@@ -2,14 +2,14 @@
 
 use crate::vector::{Vector, sub};
 
-/// A sphere that holds objects or points.
+/// A sphere around objects or points.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BoundingSphere {
     pub(crate) center: Vector,
     pub(crate) radius: f64,
 }
 
-/// An axis-aligned box around balls.
+/// An axis-aligned bounding box of spheres.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Aabb {
     pub(crate) low: Vector,
@@ -17,17 +17,11 @@ pub(crate) struct Aabb {
 }
 
 impl Aabb {
-    pub(crate) const EMPTY: Aabb = Aabb {
-        low: [f64::INFINITY; 3],
-        high: [f64::NEG_INFINITY; 3],
-    };
+    pub(crate) const EMPTY: Aabb = Aabb { low: [f64::INFINITY; 3], high: [f64::NEG_INFINITY; 3] };
 
     #[inline(always)]
     pub(crate) fn with(self, center: Vector, radius: f64) -> Aabb {
-        self.joined(&Aabb {
-            low: center.map(|c| c - radius),
-            high: center.map(|c| c + radius),
-        })
+        self.joined(&Aabb { low: center.map(|c| c - radius), high: center.map(|c| c + radius) })
     }
 
     #[inline(always)]
@@ -40,7 +34,7 @@ impl Aabb {
         }
     }
 
-    /// Half its surface; 0 of nothing.
+    /// Half the surface area; 0 if empty.
     pub(crate) fn area(&self) -> f64 {
         let [x, y, z] = sub(self.high, self.low);
         if x >= 0.0 { x * y + y * z + z * x } else { 0.0 }

@@ -1,12 +1,12 @@
-//! Bounds on work, in steps that are counted and not timed: whether they suffice
-//! depends on the world alone, not on the machine, its SIMD level or the number of threads.
+//! Bounds on work, in counted steps instead of seconds: whether they suffice depends on the world alone, not on
+//! the machine, its SIMD level or the number of threads.
 //!
-//! A step is a node of the tree that is visited, or a test of a shape against 16 rays: about 10 ns.
+//! A step is a visit to a node of the tree, or a test of a shape against 16 rays: about 10 ns.
 
 use crate::tile::STEP;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-/// How much work may be done; shared between threads, and by several works in turn.
+/// A limit on work, shared between threads and between consecutive works.
 #[derive(Debug)]
 pub struct WorkBudget {
     limit: u64,
@@ -16,26 +16,21 @@ pub struct WorkBudget {
 impl WorkBudget {
     /// Make a budget of a number of steps.
     pub fn new(steps: u64) -> WorkBudget {
-        WorkBudget {
-            limit: steps,
-            spent: AtomicU64::new(0),
-        }
+        WorkBudget { limit: steps, spent: AtomicU64::new(0) }
     }
 
-    /// Without a bound.
+    /// Return a budget without a limit.
     pub fn unlimited() -> WorkBudget {
         WorkBudget::new(u64::MAX)
     }
 
-    /// The steps that were done: of work that ended, always the same; of work that did not, more than the limit.
+    /// The steps done: always the same for completed work, and more than the limit otherwise.
     pub fn spent(&self) -> u64 {
         self.spent.load(Relaxed)
     }
 
-    /// Whether there was more to do than there may be.
-    ///
-    /// Each part of a work counts the same steps whoever does it, and their sum only grows: so it does not depend
-    /// on their order whether it ever passes the limit.
+    /// Whether the work exceeds the limit. The steps of each part are fixed and their sum only grows, so their
+    /// order does not matter.
     pub fn is_exceeded(&self) -> bool {
         self.spent() > self.limit
     }
@@ -47,7 +42,7 @@ impl WorkBudget {
         WorkMeter { allowed, left: allowed }
     }
 
-    /// Count what a part of the work took, or more than there was left for it.
+    /// Count the steps of a part of the work.
     pub(crate) fn spend(&self, meter: WorkMeter) {
         self.spent.fetch_add(meter.allowed.abs_diff(meter.left), Relaxed);
     }
@@ -57,7 +52,7 @@ impl WorkBudget {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WorkMeter {
     allowed: i64,
-    /// Below 0 once more was asked for than there may be.
+    /// Below 0 once the limit is exceeded.
     left: i64,
 }
 
@@ -68,14 +63,14 @@ impl Default for WorkMeter {
 }
 
 impl WorkMeter {
-    /// Count steps that are to be done now, and return whether they may.
+    /// Count steps about to be done, and return whether they are allowed.
     #[inline(always)]
     pub(crate) fn take(&mut self, steps: u64) -> bool {
         self.left = self.left.saturating_sub_unsigned(steps);
         !self.ran_out()
     }
 
-    /// Whether steps were asked for that may not be done: the result of the work is not to be used.
+    /// Whether the limit is exceeded: the result of the work is unusable.
     #[inline(always)]
     pub(crate) fn ran_out(&self) -> bool {
         self.left < 0

@@ -21,22 +21,6 @@ pub struct Camera {
     pub forward: Vector,
 }
 
-#[cfg(test)]
-impl Camera {
-    /// Return a camera at the origin that looks along -z.
-    pub(crate) fn along_z(width: u32, height: u32, fov: f64) -> Camera {
-        Camera {
-            width,
-            height,
-            fov,
-            position: [0.0; 3],
-            right: [1.0, 0.0, 0.0],
-            up: [0.0, 1.0, 0.0],
-            forward: [0.0, 0.0, -1.0],
-        }
-    }
-}
-
 /// A rectangle of pixels of the whole picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Window {

@@ -1,8 +1,8 @@
 //! Camera space: relative to the eye, in the camera's axes, in a unit that suits the scene.
 //!
-//! With x to the right, y up and z along the view, the ray through a point of the image plane is v = (x, y, 1), not
-//! normalised: its parameter t is the depth z. Subtracting the eye in float64 keeps a scene far from the origin as
-//! accurate as one around it; the unit, a power of two, keeps lengths within float32.
+//! With x to the right, y up and z along the view, the ray through a point of the image plane is v = (x, y, 1),
+//! not normalised: its parameter t is the depth z. Subtracting the eye in float64 keeps a scene far from the
+//! origin as accurate as one around it; the unit, a power of two, keeps lengths within float32.
 
 use crate::camera::Camera;
 use crate::vector::{Vector, largest, rotate, sub};
@@ -28,11 +28,7 @@ pub(crate) struct CameraSpace {
 
 impl CameraSpace {
     pub(crate) fn new(camera: &Camera, unit: f64) -> CameraSpace {
-        let mut space = CameraSpace {
-            eye: [0.0; 3],
-            axes: [camera.right, camera.up, camera.forward],
-            unit,
-        };
+        let mut space = CameraSpace { eye: [0.0; 3], axes: [camera.right, camera.up, camera.forward], unit };
         space.eye = space.scaled(camera.position);
         space
     }
@@ -58,16 +54,12 @@ impl CameraSpace {
         self.direction(sub(scaled, self.eye))
     }
 
-    /// Return the factor that moves a scaled point toward the eye until it is within the range of float32: 1 unless it
-    /// is farther than anything that matters. An object of some size, scaled too, that shrinks by the same factor
-    /// looks the same from near the eye.
+    /// Return the factor that moves a scaled point toward the eye until it is within the range of float32: 1
+    /// unless it is farther than anything that matters. An object of some size, scaled too, that shrinks by the
+    /// same factor looks the same from near the eye.
     pub(crate) fn range_scale(&self, scaled: Vector, size: f64) -> f64 {
         let distance = largest(sub(scaled, self.eye));
-        if size < distance / 2.0 {
-            range_scale_at(distance)
-        } else {
-            1.0
-        }
+        if size < distance / 2.0 { range_scale_at(distance) } else { 1.0 }
     }
 }
 

@@ -1,17 +1,18 @@
 //! The native tracer of rtcli: spheres, planes, boxes and point lights, in float32 SIMD on all cores.
 //!
-//! Every ray passes through one of a few points, the eye or a light. What depends on that point alone is computed
-//! once in float64, and what is left for float32 is small: see `tile` for the rays and `shapes` for their hits.
+//! Every ray passes through the eye or a light. Whatever depends on that point alone is computed once in float64,
+//! so float32 only carries small differences: see `tile` for the rays and `shapes` for their hits.
 //!
 //! | module | contents, each using only those above it |
 //! |---|---|
 //! | `vector`, `bounds`, [`memory`], [`names`], [`simd`] | arithmetic, checked allocation, names, SIMD levels |
-//! | [`world`] | the input: camera, objects, lights, settings |
+//! | `camera`, `camera_space` | the camera, and the transformation from the world to its space |
 //! | `tile`: `rays`, `hits` | 16 x 16 pixels of a picture, their rays, and the nearest hit of each |
 //! | `budget`, `monitor` | bounded work, progress, cancellation |
-//! | `shapes`: `sphere`, `plane`, `cuboid` | intersection, shading points, occlusion and bounds of each shape |
-//! | `accel`: `cone`, `node`, `build` | the tree over the objects |
-//! | `scene`: `construct` | the world in the camera's space |
+//! | `shapes`: `sphere`, `plane`, `cuboid` | parameters, intersection, occlusion and bounds of each shape |
+//! | [`world`] | the input: camera, objects, lights, settings |
+//! | `accel`: `cone`, `node`, `build` | the bounding volume hierarchy over the objects |
+//! | `scene`: `unit` | the world in camera space |
 //! | `shading`: `lighting`, `shadows` | the light that objects send to the eye |
 //! | `sampling` | the offsets of a pixel's samples |
 //! | `trace`: `tile_tracer`, `groups`, `depth_resolver`, `coverage` | one tile, from rays to radiance |

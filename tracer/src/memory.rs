@@ -1,14 +1,15 @@
-//! Memory that may be refused: what grows with a scene or a picture is asked for, and a refusal is an error.
+//! Fallible allocation of everything that grows with a scene or a picture.
 //!
-//! Where the operating system limits a process (`ulimit -v`, a control group), an allocation may fail. Rust's
-//! collections abort the process then; those of this module return [`OutOfMemory`]. Small and fixed amounts are
-//! not asked for one by one: [`spare`] makes sure that there is room for them, before and after the large ones.
+//! If the operating system limits a process (`ulimit -v`, a control group), an allocation may fail. Rust's
+//! collections then abort the process; the functions of this module return [`OutOfMemory`]. Small and fixed
+//! amounts are not checked one by one: [`spare`] checks that there is room for them, before and after the large
+//! ones.
 
 use std::error::Error;
 use std::fmt;
 use std::io;
 
-/// What the small allocations of a rendering take together, and more.
+/// More than the small allocations of a rendering take together.
 const SPARE: usize = 4 << 20;
 
 /// There is not enough memory for something.
@@ -26,9 +27,8 @@ impl fmt::Display for OutOfMemory {
 impl Error for OutOfMemory {}
 
 impl From<OutOfMemory> for io::Error {
-    fn from(error: OutOfMemory) -> io::Error {
-        // A kind alone: a message would be another allocation.
-        let _ = error;
+    fn from(_: OutOfMemory) -> io::Error {
+        // No message: it would be another allocation.
         io::ErrorKind::OutOfMemory.into()
     }
 }
@@ -76,7 +76,7 @@ pub fn filled<T: Clone>(count: usize, item: T, what: &'static str) -> Result<Vec
     Ok(list)
 }
 
-/// Makes a list so long, with equal items where there are none yet.
+/// Resizes a list, filling up with equal items.
 ///
 /// # Errors
 ///
@@ -99,17 +99,17 @@ pub fn push<T>(list: &mut Vec<T>, item: T, what: &'static str) -> Result<(), Out
     Ok(())
 }
 
-/// Makes sure that there is room for small things, which end the process if they are refused.
+/// Checks that there is room for small allocations, whose failure would end the process.
 ///
 /// # Errors
 ///
 /// If there is not.
 pub fn spare() -> Result<(), OutOfMemory> {
-    // Freed at once: untouched memory costs next to nothing.
+    // Freed at once: untouched memory costs almost nothing.
     with_capacity::<u8>(SPARE, "the work").map(drop)
 }
 
-/// A file in memory that grows as it is written, or refuses.
+/// A file in memory whose writes fail when memory runs out.
 #[derive(Debug, Default)]
 pub struct Growing(pub Vec<u8>);
 
@@ -137,10 +137,7 @@ mod tests {
     fn what_there_is_no_room_for_is_refused_by_its_name() {
         let refused = with_capacity::<f64>(ENDLESS, "the objects").unwrap_err();
         assert_eq!(refused.to_string(), "not enough memory for the objects");
-        assert_eq!(
-            filled(ENDLESS, 1_u8, "it").unwrap_err().to_string(),
-            "not enough memory for it"
-        );
+        assert_eq!(filled(ENDLESS, 1_u8, "it").unwrap_err().to_string(), "not enough memory for it");
         assert!(reserve(&mut vec![1], ENDLESS, "it").is_err());
         assert!(collect(std::iter::repeat_n(1_u64, ENDLESS), "it").is_err());
     }
@@ -161,9 +158,6 @@ mod tests {
         file.write_all(b"abc").unwrap();
         file.write_all(b"de").unwrap();
         assert_eq!(file.0, b"abcde");
-        assert_eq!(
-            io::Error::from(OutOfMemory { what: "it" }).kind(),
-            io::ErrorKind::OutOfMemory
-        );
+        assert_eq!(io::Error::from(OutOfMemory { what: "it" }).kind(), io::ErrorKind::OutOfMemory);
     }
 }

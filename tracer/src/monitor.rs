@@ -1,4 +1,4 @@
-//! The progress of work, and the reasons to give it up.
+//! Progress and cancellation of work.
 
 use crate::budget::WorkBudget;
 use crate::memory::OutOfMemory;
@@ -16,18 +16,14 @@ pub struct Monitor {
 }
 
 impl Monitor {
-    /// Monitor work that has not begun, of any amount.
+    /// Monitor work without a budget.
     pub fn new() -> Monitor {
         Monitor::within(Arc::new(WorkBudget::unlimited()))
     }
 
-    /// Monitor work that has not begun, and is given up when it exceeds a budget.
+    /// Monitor work that ends when it exceeds a budget.
     pub fn within(budget: Arc<WorkBudget>) -> Monitor {
-        Monitor {
-            done: AtomicU64::new(0),
-            cancelled: Arc::default(),
-            budget,
-        }
+        Monitor { done: AtomicU64::new(0), cancelled: Arc::default(), budget }
     }
 
     /// The pixels that are done.
@@ -40,12 +36,12 @@ impl Monitor {
         self.done.fetch_add(pixels, Relaxed);
     }
 
-    /// Ask for the work to be given up: it ends within a tile.
+    /// Cancel the work: it ends within a tile.
     pub fn cancel(&self) {
         self.cancelled.store(true, Relaxed);
     }
 
-    /// A monitor of work that does not count, given up together with what counts.
+    /// A monitor with a progress of its own, cancelled together with this one.
     pub(crate) fn aside(&self) -> Monitor {
         Monitor {
             done: AtomicU64::new(0),
@@ -54,17 +50,17 @@ impl Monitor {
         }
     }
 
-    /// Whether it has been asked for.
+    /// Whether the work was cancelled.
     pub fn cancelled(&self) -> bool {
         self.cancelled.load(Relaxed)
     }
 
-    /// What the work counts its steps in.
+    /// The budget that the work counts its steps in.
     pub(crate) fn budget(&self) -> &WorkBudget {
         &self.budget
     }
 
-    /// Whether to end, for whatever reason.
+    /// Whether the work was cancelled or exceeds its budget.
     pub(crate) fn stopped(&self) -> bool {
         self.cancelled() || self.budget.is_exceeded()
     }
@@ -86,12 +82,12 @@ impl Default for Monitor {
     }
 }
 
-/// Why work was given up.
+/// Why work ended early.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stopped {
     /// The caller asked for it.
     Cancelled,
-    /// There was more to do than its budget allows.
+    /// The work exceeds its budget.
     BudgetExceeded,
     /// There is not enough memory.
     OutOfMemory(OutOfMemory),

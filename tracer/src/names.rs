@@ -1,9 +1,9 @@
-//! Names that users give to one of several kinds.
+//! Names of kinds that users give.
 
 use std::error::Error;
 use std::fmt;
 
-/// A name that none of the kinds has.
+/// A name that no kind has.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnknownName {
     kind: &'static str,
@@ -12,10 +12,7 @@ pub struct UnknownName {
 
 impl UnknownName {
     pub(crate) fn new(kind: &'static str, name: &str) -> UnknownName {
-        UnknownName {
-            kind,
-            name: name.to_owned(),
-        }
+        UnknownName { kind, name: name.to_owned() }
     }
 }
 

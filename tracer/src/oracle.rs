@@ -20,22 +20,27 @@ use proptest::prelude::*;
 
 const EYE: Vector = [0.0; 3];
 
-/// A shape in the camera's space.
+impl Camera {
+    /// Return a camera at the origin that looks along -z.
+    pub(crate) fn along_z(width: u32, height: u32, fov: f64) -> Camera {
+        Camera {
+            width,
+            height,
+            fov,
+            position: [0.0; 3],
+            right: [1.0, 0.0, 0.0],
+            up: [0.0, 1.0, 0.0],
+            forward: [0.0, 0.0, -1.0],
+        }
+    }
+}
+
+/// A shape in camera space.
 #[derive(Clone, Debug)]
 pub(crate) enum OracleShape {
-    Sphere {
-        center: Vector,
-        radius: f64,
-    },
-    Plane {
-        normal: Vector,
-        offset: f64,
-    },
-    Box {
-        center: Vector,
-        axes: [Vector; 3],
-        half: Vector,
-    },
+    Sphere { center: Vector, radius: f64 },
+    Plane { normal: Vector, offset: f64 },
+    Box { center: Vector, axes: [Vector; 3], half: Vector },
 }
 
 impl OracleShape {
@@ -128,11 +133,7 @@ impl OracleShape {
             OracleShape::Box { center, axes, half } => {
                 let beyond: Vector = std::array::from_fn(|i| dot(axes[i], sub(point, center)).abs() - half[i]);
                 let deepest = beyond.into_iter().fold(f64::NEG_INFINITY, f64::max);
-                if deepest < 0.0 {
-                    -deepest
-                } else {
-                    length(beyond.map(|b| b.max(0.0)))
-                }
+                if deepest < 0.0 { -deepest } else { length(beyond.map(|b| b.max(0.0))) }
             }
         }
     }
@@ -186,23 +187,19 @@ pub(crate) fn any_direction() -> impl Strategy<Value = Vector> {
 
 /// Axes at right angles to each other.
 pub(crate) fn any_axes() -> impl Strategy<Value = [Vector; 3]> {
-    (any_direction(), any_direction())
-        .prop_filter("not parallel", |(a, b)| dot(*a, *b).abs() < 0.9)
-        .prop_map(|(a, b)| {
+    (any_direction(), any_direction()).prop_filter("not parallel", |(a, b)| dot(*a, *b).abs() < 0.9).prop_map(
+        |(a, b)| {
             let b = sub(b, scale(a, dot(a, b)));
             let b = scale(b, 1.0 / length(b));
             [a, b, crate::vector::cross(a, b)]
-        })
+        },
+    )
 }
 
 /// A tile of a picture, taken with anything between a telescope and a fisheye.
 pub(crate) fn any_tile() -> impl Strategy<Value = (View, (u32, u32))> {
     (any_size(-8.0..-2.0), 0_u32..10, 0_u32..10).prop_map(|(half_pixel, column, row)| {
-        let view = View {
-            width: 160,
-            height: 160,
-            half_pixel: (half_pixel, half_pixel),
-        };
+        let view = View { width: 160, height: 160, half_pixel: (half_pixel, half_pixel) };
         (view, (column * SIDE, row * SIDE))
     })
 }
@@ -322,26 +319,15 @@ pub(crate) fn irradiance_left(occluder: &OracleShape, light: Vector, points: &Po
         squared[lane] = x * x + y * y + z * z;
     }
     let contact = occluder.contact(light);
-    let shadow = &mut Shadow {
-        points,
-        light,
-        squared: &squared,
-        irradiance: &mut left,
-        bounds: points.bounds(),
-    };
-    occluder
-        .to_kernel()
-        .occlude((contact.side == Side::On).then_some(&contact), shadow);
+    let shadow = &mut Shadow { points, light, squared: &squared, irradiance: &mut left, bounds: points.bounds() };
+    occluder.to_kernel().occlude((contact.side == Side::On).then_some(&contact), shadow);
     left
 }
 
 /// Check that the same is left at all points of a light of 1.
 pub(crate) fn assert_all_lit(occluder: &OracleShape, light: Vector, points: &Points, expected: f32) {
     let left = irradiance_left(occluder, light, points);
-    assert!(
-        left[..points.count].iter().all(|&left| left == expected),
-        "{occluder:?} {light:?}"
-    );
+    assert!(left[..points.count].iter().all(|&left| left == expected), "{occluder:?} {light:?}");
 }
 
 /// Check which points a shape hides from a light, allowing for its surface to be off by what rounding takes from
@@ -407,15 +393,7 @@ fn any_camera() -> impl Strategy<Value = Camera> {
             let [right, up, _] = axes;
             let forward = crate::vector::cross(up, right);
             let position = add(scale(forward, -8.0), add(aside, scale(toward, 0.5)));
-            Camera {
-                width,
-                height,
-                fov,
-                position,
-                right,
-                up,
-                forward,
-            }
+            Camera { width, height, fov, position, right, up, forward }
         },
     )
 }
@@ -437,9 +415,7 @@ fn any_light(objects: Vec<Object>) -> impl Strategy<Value = LightDesc> {
         move |(position, color, intensity, index)| {
             // As many are free as are carried.
             let number = index.index(2 * objects.len() + 1);
-            let carrier = objects
-                .get(number)
-                .filter(|object| !matches!(object.shape, ShapeDesc::Plane(_)));
+            let carrier = objects.get(number).filter(|object| !matches!(object.shape, ShapeDesc::Plane(_)));
             LightDesc {
                 kind: LightKind::Point,
                 position: carrier.map_or(position, |object| object.position),
@@ -453,10 +429,10 @@ fn any_light(objects: Vec<Object>) -> impl Strategy<Value = LightDesc> {
 
 fn any_settings() -> impl Strategy<Value = Settings> {
     (1_u32..5, any_color(), prop::bool::weighted(0.9), any::<bool>()).prop_map(
-        |(samples, background, lit, eye_falloff)| Settings {
+        |(samples, background, direct_light, eye_falloff)| Settings {
             samples,
             background,
-            lit,
+            direct_light,
             eye_falloff,
         },
     )

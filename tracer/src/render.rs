@@ -1,6 +1,6 @@
 //! Whole pictures, on all cores: into arrays, or to a file while they are traced.
 
-use crate::memory::{OutOfMemory, filled, resize, spare, with_capacity};
+use crate::memory::{OutOfMemory, collect, filled, resize, spare};
 use crate::monitor::{Monitor, Stopped};
 use crate::output::develop::Developer;
 use crate::output::film::{CameraToWorld, Film};
@@ -16,14 +16,15 @@ use rayon::prelude::*;
 use std::error::Error;
 use std::fmt;
 use std::io;
+use std::mem::{swap, take};
 use std::time::{Duration, Instant};
 
 /// Why a picture was not written.
 #[derive(Debug)]
 pub enum PictureError {
-    /// It was given up.
+    /// The rendering ended early.
     Stopped(Stopped),
-    /// It could not be written.
+    /// The sink failed.
     Io(io::Error),
 }
 
@@ -56,7 +57,7 @@ impl From<io::Error> for PictureError {
     }
 }
 
-/// What it took to write a picture. The times are those of all threads together.
+/// The rays of a picture, and the times of all threads together.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RenderStats {
     /// Primary and shadow rays.
@@ -69,20 +70,20 @@ pub struct RenderStats {
     pub write: Duration,
 }
 
-/// Bytes of developed pixels that may wait to be written.
+/// The most bytes of developed pixels waiting to be written.
 const MOST_WAITING: usize = 64 << 20;
 
 /// Objects whose coverage one thread counts at a time.
 const OBJECTS: usize = 16;
 
-/// What there may be not enough memory for.
+/// Named in the error if memory runs out.
 const BANDS: &str = "the bands of the picture";
 const COVERAGE: &str = "counting what objects cover";
 
 /// Bytes of a pixel of three 16-bit values.
 const MOST_BYTES: usize = 6;
 
-/// A world made ready for tracing.
+/// A world ready for tracing.
 #[derive(Debug)]
 pub struct Tracer {
     world: World,
@@ -91,26 +92,21 @@ pub struct Tracer {
 }
 
 impl Tracer {
-    /// Make a world ready: move it to the eye, and build a tree over its objects.
+    /// Transform a world to camera space, and build a tree over its objects.
     ///
     /// # Errors
     ///
-    /// If there is not enough memory for it.
+    /// If memory runs out.
     pub fn new(world: World, level: Level) -> Result<Tracer, OutOfMemory> {
         spare()?;
-        Ok(Tracer {
-            scene: Scene::new(&world)?,
-            world,
-            level,
-        })
+        Ok(Tracer { scene: Scene::new(&world)?, world, level })
     }
 
-    /// Trace the pixels of a window, with the threads of the rayon pool this is called in; return how many rays
-    /// that took.
+    /// Trace the pixels of a window with the threads of the current rayon pool; return the number of rays.
     ///
     /// # Errors
     ///
-    /// If the monitor was asked to give up, its budget is exceeded, or there is not enough memory.
+    /// If the work is cancelled, exceeds its budget, or runs out of memory.
     ///
     /// # Panics
     ///
@@ -120,24 +116,16 @@ impl Tracer {
         self.film_of(self.job(monitor), window, film)
     }
 
-    /// Meter the whole picture at `grid` x `grid` points, and return how many rays that took; see `meter`.
+    /// Meter the whole picture at `grid` x `grid` points; return the reading and the number of rays.
     ///
     /// # Errors
     ///
-    /// If the monitor was asked to give up, its budget is exceeded, or there is not enough memory.
+    /// If the work is cancelled, exceeds its budget, or runs out of memory.
     pub fn exposure(&self, grid: u32, monitor: &Monitor) -> Result<(MeterReading, u64), Stopped> {
         let mut radiance = filled(3 * grid as usize * grid as usize, 0.0, "the exposure meter")?;
         let film = Film::of_radiance(&mut radiance);
-        let settings = Settings {
-            samples: 1,
-            ..self.world.settings.clone()
-        };
-        let window = Window {
-            x: 0,
-            y: 0,
-            width: grid,
-            height: grid,
-        };
+        let settings = Settings { samples: 1, ..self.world.settings.clone() };
+        let window = Window { x: 0, y: 0, width: grid, height: grid };
         let job = TileJob {
             view: View::in_grid(&self.world.camera, grid),
             settings: &settings,
@@ -147,53 +135,42 @@ impl Tracer {
         Ok((meter(&radiance)?, rays))
     }
 
-    /// How many pixels of a window each object would cover at their centres if it were alone: occluded
-    /// pixels count. Uses the threads of the rayon pool this is called in.
+    /// Count the pixel centres of a window that each object would cover if it were alone, with the threads of the
+    /// current rayon pool.
     ///
     /// # Errors
     ///
-    /// If the monitor was asked to give up, its budget is exceeded, or there is not enough memory.
+    /// If the work is cancelled, exceeds its budget, or runs out of memory.
     pub fn coverage(&self, window: Window, monitor: &Monitor) -> Result<Vec<u64>, Stopped> {
         let view = View::new(&self.world.camera);
         let mut covered = filled(self.scene.shapes.len(), 0, COVERAGE)?;
         spare()?;
-        covered
-            .par_chunks_mut(OBJECTS)
-            .zip(self.scene.shapes.par_chunks(OBJECTS))
-            .for_each(|(covered, shapes)| {
-                self.level.run(Coverage {
-                    shapes,
-                    view,
-                    window,
-                    monitor,
-                    covered,
-                });
-            });
+        covered.par_chunks_mut(OBJECTS).zip(self.scene.shapes.par_chunks(OBJECTS)).for_each(
+            |(covered, shapes)| {
+                self.level.run(Coverage { shapes, view, window, monitor, covered });
+            },
+        );
         monitor.check()?;
         Ok(covered)
     }
 
     /// The job of the whole picture.
     fn job<'a>(&'a self, monitor: &'a Monitor) -> TileJob<'a> {
-        TileJob {
-            view: View::new(&self.world.camera),
-            settings: &self.world.settings,
-            monitor,
-        }
+        TileJob { view: View::new(&self.world.camera), settings: &self.world.settings, monitor }
     }
 
     fn film_of(&self, job: TileJob<'_>, window: Window, film: Film<'_>) -> Result<u64, Stopped> {
         let width = window.width as usize;
         let request = film.request();
         let new_tracer = || TileTracer::new(request);
-        let mut bands = with_capacity(count_bands(window), BANDS)?;
-        spare()?;
         let mut rest = film;
-        for window in bands_of(window) {
-            let (film, below) = rest.split(width * window.height as usize);
-            bands.push((window, film));
+        let split = |window: Window| {
+            let (film, below) = take(&mut rest).split(width * window.height as usize);
             rest = below;
-        }
+            (window, film)
+        };
+        let bands = collect(bands_of(window).map(split), BANDS)?;
+        spare()?;
         let to_world = CameraToWorld::new(&self.scene, &self.world.camera);
         let rays = bands
             .into_par_iter()
@@ -214,23 +191,16 @@ impl Tracer {
         sink: impl TileSink,
     ) -> RenderStats {
         let mut stats = RenderStats::default();
-        self.level.run(Band {
-            scene: &self.scene,
-            job,
-            window,
-            tracer,
-            stats: &mut stats,
-            sink,
-        });
+        self.level.run(Band { scene: &self.scene, job, window, tracer, stats: &mut stats, sink });
         stats
     }
 
-    /// Trace, develop and write the pixels of a window as a PNG file with some `texts` in front, with the threads
-    /// of the rayon pool this is called in: while some rows are traced and developed, those before are written.
+    /// Trace and develop the pixels of a window with the threads of the current rayon pool, and write them as a
+    /// PNG file that begins with `texts`: each batch of rows is written while the next one is traced.
     ///
     /// # Errors
     ///
-    /// If the monitor was asked to give up, its budget is exceeded, there is not enough memory, or `sink` fails.
+    /// If the work is cancelled, exceeds its budget, or runs out of memory, or if `sink` fails.
     ///
     /// # Panics
     ///
@@ -254,8 +224,8 @@ impl Tracer {
         let mut stats = RenderStats::default();
         let row = window.width as usize * developer.bytes_per_pixel();
         let most = (MOST_WAITING / (row * SIDE as usize)).max(1);
-        let bands = with_bands(window)?;
-        // Two buffers in turn: new memory would be a page fault for each 4 KiB.
+        let bands = collect(bands_of(window), BANDS)?;
+        // Two alternating buffers: new memory would cost a page fault for each 4 KiB.
         let (mut pixels, mut written) = (Vec::new(), Vec::new());
         for batch in bands.chunks(most.min(4 * rayon::current_num_threads())) {
             let rows: u32 = batch.iter().map(|band| band.height).sum();
@@ -268,16 +238,16 @@ impl Tracer {
             stats.add(traced);
             stats.write += result?;
             monitor.check()?;
-            std::mem::swap(&mut pixels, &mut written);
+            swap(&mut pixels, &mut written);
         }
         stats.write += timed(|| {
             writer.write_rows(&written)?;
-            writer.finish()
+            writer.finish().map(drop)
         })?;
         Ok(stats)
     }
 
-    /// Trace and develop some bands that follow each other.
+    /// Trace and develop consecutive bands.
     fn develop(
         &self,
         bands: &[Window],
@@ -286,14 +256,14 @@ impl Tracer {
         monitor: &Monitor,
     ) -> RenderStats {
         let job = self.job(monitor);
-        let mut parts = Vec::new();
         let mut rest = pixels;
-        for &window in bands {
+        let split = |&window: &Window| {
             let bytes = window.width as usize * window.height as usize * developer.bytes_per_pixel();
-            let (part, below) = rest.split_at_mut(bytes);
-            parts.push((window, part));
+            let (part, below) = take(&mut rest).split_at_mut(bytes);
             rest = below;
-        }
+            (window, part)
+        };
+        let parts: Vec<_> = bands.iter().map(split).collect();
         parts
             .into_par_iter()
             .map_init(
@@ -322,33 +292,19 @@ fn timed(work: impl FnOnce() -> io::Result<()>) -> io::Result<Duration> {
     Ok(start.elapsed())
 }
 
-fn with_bands(window: Window) -> Result<Vec<Window>, OutOfMemory> {
-    let mut bands = with_capacity(count_bands(window), BANDS)?;
-    bands.extend(bands_of(window));
-    Ok(bands)
-}
-
-fn count_bands(window: Window) -> usize {
-    bands_of(window).count()
-}
-
-/// The rows of a window tile by tile: the work that one thread does at a time.
+/// The rows of tiles of a window: the unit of work of a thread.
 fn bands_of(window: Window) -> impl Iterator<Item = Window> {
     let bottom = window.y + window.height;
     let first = window.y - window.y % SIDE;
     (first..bottom).step_by(SIDE as usize).map(move |top| {
         let y = top.max(window.y);
-        Window {
-            y,
-            height: (top + SIDE).min(bottom) - y,
-            ..window
-        }
+        Window { y, height: (top + SIDE).min(bottom) - y, ..window }
     })
 }
 
-/// Where the pixels of a band go.
+/// The destination of the pixels of a band.
 trait TileSink {
-    /// To be marked `#[inline(always)]`: it is compiled for each SIMD level.
+    /// Take a tile. Mark it `#[inline(always)]`: it is compiled for each SIMD level.
     fn take(&mut self, traced: &TileTracer, tile: Tile);
 }
 
@@ -370,17 +326,13 @@ struct Band<'a, T> {
     sink: T,
 }
 
-/// Every eighth tile is timed: reading the clock takes as long as a tenth of a tile.
+/// Every eighth tile is timed: reading the clock takes a tenth of the time of a tile.
 const TIMED: u32 = 8;
 
 impl<T: TileSink> Kernel for Band<'_, T> {
     #[inline(always)]
     fn run(mut self) {
-        let TileJob {
-            view,
-            settings,
-            monitor,
-        } = self.job;
+        let TileJob { view, settings, monitor } = self.job;
         let start = Instant::now();
         let (mut tiles, mut timed) = (0, Duration::ZERO);
         for tile in Tile::all(view, self.window) {
@@ -388,8 +340,7 @@ impl<T: TileSink> Kernel for Band<'_, T> {
                 return;
             }
             let mut meter = monitor.budget().meter();
-            self.tracer
-                .trace(self.scene, settings, tile, &mut meter, || monitor.cancelled());
+            self.tracer.trace(self.scene, settings, tile, &mut meter, || monitor.cancelled());
             monitor.budget().spend(meter);
             if tiles % TIMED == 0 {
                 let traced = Instant::now();
@@ -410,7 +361,7 @@ impl<T: TileSink> Kernel for Band<'_, T> {
     }
 }
 
-/// Into arrays.
+/// Writes to arrays.
 struct FilmSink<'a> {
     film: Film<'a>,
     to_world: CameraToWorld<'a>,
@@ -423,7 +374,7 @@ impl TileSink for FilmSink<'_> {
     }
 }
 
-/// Into the values of an image file.
+/// Develops to the values of an image file.
 struct PixelSink<'a> {
     developer: &'a Developer,
     pixels: &'a mut [u8],

@@ -1,16 +1,15 @@
-//! Where in a pixel its rays go.
+//! The sample positions in a pixel.
 
-/// 1/phi of the golden ratio phi: its multiples fall between each other more evenly than those of any other
-/// number.
+/// 1/phi, phi the golden ratio: the fractional parts of its multiples are spaced more evenly than any other
+/// number's.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
-/// The places of a pixel's samples, each in 0..1 from its left and top edge; a single one goes through
-/// the centre.
+/// Return the offsets of a pixel's samples from its left and top edge, each 0..1; a single sample is the centre.
 ///
 /// (x_i, y_i) = (i + 1/2, rank_i + 1/2) / n, where rank_i counts the numbers frac(1/2 + k / phi), k < n, that are
 /// below the i-th: a golden lattice (a rank-1 lattice, S. Dammertz and A. Keller, "Image Synthesis by Rank-1
-/// Lattices", 2008) whose rows are made as even as its columns. So an upright or level edge is placed to 1/n of a
-/// pixel; four samples are the rotated grid.
+/// Lattices", 2008) with its rows spaced as evenly as its columns. So a vertical or horizontal edge is resolved to
+/// 1/n of a pixel; four samples form the rotated grid.
 pub fn sample_offsets(count: u32) -> Vec<(f64, f64)> {
     let height = |i: u32| {
         let value = 0.5 + f64::from(i) * GOLDEN;
@@ -33,10 +32,7 @@ mod tests {
     #[test]
     fn one_sample_goes_through_the_centre_and_four_are_the_rotated_grid() {
         assert_eq!(sample_offsets(1), [(0.5, 0.5)]);
-        assert_eq!(
-            sample_offsets(4),
-            [(0.125, 0.625), (0.375, 0.125), (0.625, 0.875), (0.875, 0.375)]
-        );
+        assert_eq!(sample_offsets(4), [(0.125, 0.625), (0.375, 0.125), (0.625, 0.875), (0.875, 0.375)]);
     }
 
     #[test]

@@ -15,24 +15,22 @@ use std::iter;
 
 mod unit;
 
-/// A point light in the camera's space.
+/// A point light in camera space.
 #[derive(Clone, Debug)]
 pub(crate) struct Light {
-    /// Where it stands.
     pub(crate) position: Vector,
-    /// By what factor it was moved nearer to the eye.
+    /// The factor by which it was moved toward the eye; see `CameraSpace::range_scale`.
     pub(crate) range_scale: f64,
-    /// intensity * color / (4 pi), in units of this space: over r^2 it is the light L_i that arrives.
+    /// intensity * color / (4 pi), in units of camera space: L_i = power / r^2.
     pub(crate) power: Vector,
-    /// The object that carries it and casts no shadow in it, or `NO_OBJECT`.
+    /// The object that carries it, which casts no shadow in its light, or `NO_OBJECT`.
     pub(crate) carrier: u32,
-    /// The objects that it is on, or so close to that rounding, in the camera's space, might take it to the other
-    /// side.
+    /// The objects that it is on, or so close to that rounding in camera space might move it to the other side.
     pub(crate) contacts: Vec<(u32, Contact)>,
 }
 
 impl Light {
-    /// How it lies to an object that it is close to.
+    /// Where it is relative to an object that it is close to.
     #[inline(always)]
     pub(crate) fn contact(&self, object: u32) -> Option<&Contact> {
         let close = self.contacts.iter().find(|(number, _)| *number == object);
@@ -43,41 +41,41 @@ impl Light {
 /// No object's number.
 pub(crate) const NO_OBJECT: u32 = u32::MAX;
 
-/// What an object looks like, beside its shape.
+/// The appearance of an object, beside its shape.
 #[derive(Clone, Debug)]
 pub(crate) struct Material {
     /// Albedo, linear RGB.
     pub(crate) albedo: Vector,
-    /// The radiance of an object that carries a light, the same from all its surface.
+    /// The radiance of an object that carries a light, uniform over its surface.
     pub(crate) emitted: Option<[f32; 3]>,
-    /// By what factor it was moved nearer to the eye.
+    /// The factor by which it was moved toward the eye; see `CameraSpace::range_scale`.
     pub(crate) range_scale: f64,
 }
 
-/// A scene made ready for tracing.
+/// A scene ready for tracing.
 #[derive(Debug)]
 pub(crate) struct Scene {
-    /// How many of this space's units make one of the world's: a power of two.
+    /// Units of camera space per unit of the world: a power of two.
     pub(crate) unit: f64,
-    /// The rounding of the world's coordinates, in this space's units.
+    /// The rounding of the eye's coordinates, in units of camera space.
     pub(crate) coordinate_rounding: f64,
     pub(crate) shapes: Vec<Shape>,
     pub(crate) materials: Vec<Material>,
-    /// Whether any object was moved nearer to the eye.
-    pub(crate) has_moved_bodies: bool,
+    /// Whether any object has a range scale other than 1.
+    pub(crate) has_range_scales: bool,
     pub(crate) lights: Vec<Light>,
-    /// The numbers of the infinite shapes, which no tree can hold.
+    /// The infinite shapes, which no tree can hold, by number.
     pub(crate) unbounded: Vec<u32>,
-    /// All other objects.
+    /// The tree over all other shapes.
     pub(crate) bvh: Bvh,
 }
 
 impl Scene {
-    /// Move a world to its eye.
+    /// Transform a world to camera space.
     ///
     /// # Errors
     ///
-    /// If there is not enough memory for it.
+    /// If memory runs out.
     pub(crate) fn new(world: &World) -> Result<Scene, OutOfMemory> {
         let space = CameraSpace::new(&world.camera, suitable_unit(world)?);
         let materials = materials(world, &space)?;
@@ -92,22 +90,19 @@ impl Scene {
         let mut scene = Scene {
             unit: space.unit,
             coordinate_rounding: 2.0 * COORDINATE * largest(space.eye),
-            has_moved_bodies: materials.iter().any(|material| material.range_scale < 1.0),
+            has_range_scales: materials.iter().any(|material| material.range_scale < 1.0),
             materials,
             lights: Vec::new(),
             unbounded,
             bvh: Bvh::new(numbered().filter_map(|(i, shape)| Some((i, shape.bounds()?))))?,
             shapes,
         };
-        scene.lights = collect(
-            world.lights.iter().map(|light| scene.light(&space, world, light)),
-            "the lights",
-        )?;
+        scene.lights = collect(world.lights.iter().map(|light| scene.light(&space, world, light)), "the lights")?;
         Ok(scene)
     }
 
     fn light(&self, space: &CameraSpace, world: &World, light: &LightDesc) -> Light {
-        // A light moved nearer weakens by the square of the factor.
+        // The power of a light that is moved toward the eye shrinks by the square of the factor.
         let scaled = space.scaled(light.position);
         let range_scale = space.range_scale(scaled, 0.0);
         let unit = space.unit * range_scale;
@@ -120,10 +115,7 @@ impl Scene {
             contact.is_within(rounding).then_some((i, contact))
         };
         let mut stack = Stack::default();
-        let around = Cone::around(
-            position,
-            self.coordinate_rounding + 2.0 * COORDINATE * l1_norm(position),
-        );
+        let around = Cone::around(position, self.coordinate_rounding + 2.0 * COORDINATE * l1_norm(position));
         let mut traversal = self.bvh.traverse(&around, &mut stack);
         let candidates = iter::from_fn(|| traversal.next(0.0)).chain(self.unbounded.iter().copied());
         Light {

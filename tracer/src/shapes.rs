@@ -1,5 +1,5 @@
-//! The shapes of a scene. To add one, implement `Description` and `Primitive` in a file of its own, and add a line to
-//! `define_shapes!` below.
+//! The shapes of a scene. To add one, implement `Description` and `Primitive` in a file of its own, and add a line
+//! to `define_shapes!` below.
 
 use crate::bounds::BoundingSphere;
 use crate::camera_space::CameraSpace;
@@ -35,8 +35,8 @@ pub struct ShapeKind {
     pub describe: fn(&[f64]) -> ShapeDesc,
 }
 
-/// Define all that depends on which kinds there are, each given by its name, its module, its shape in camera space and
-/// its description. The first argument is the sign `$`, for the macro that is defined within.
+/// Define all that depends on which kinds there are, each given by its name, its module, its shape in camera space
+/// and its description. The first argument is the sign `$`, for the macro that is defined within.
 macro_rules! define_shapes {
     ($d:tt $($name:literal: $module:ident, $shape:ident, $desc:ident;)*) => {
         /// The parameters of an object's shape.

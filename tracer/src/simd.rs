@@ -1,7 +1,7 @@
-//! Which vector instructions the kernel is compiled for; the machine's are found at run time.
+//! The SIMD levels that the kernel is compiled for, chosen at run time.
 //!
-//! The kernel is plain Rust, compiled once for each level. All of its arithmetic is + - * / and square roots of
-//! single numbers, each rounded as IEEE 754 says, and never fused: so all levels give the same bits.
+//! The kernel is plain Rust, compiled once for each level. Its arithmetic is + - * / and square roots, each
+//! rounded as IEEE 754 says and never fused, so all levels give the same bits.
 
 use std::fmt;
 use std::str::FromStr;
@@ -9,7 +9,7 @@ use std::str::FromStr;
 /// A set of vector instructions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
-    /// What every machine of this kind has: SSE2 on x86-64.
+    /// The instructions that every machine of the architecture has: SSE2 on x86-64.
     Baseline,
     /// 8 lanes.
     #[cfg(target_arch = "x86_64")]
@@ -31,12 +31,7 @@ pub struct UnknownLevel {
 impl fmt::Display for UnknownLevel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let names: Vec<&str> = Level::available().into_iter().map(Level::name).collect();
-        write!(
-            f,
-            "unknown SIMD level {:?}: this machine has {}",
-            self.name,
-            names.join(", ")
-        )
+        write!(f, "unknown SIMD level {:?}: this machine has {}", self.name, names.join(", "))
     }
 }
 
@@ -93,7 +88,7 @@ impl Level {
         }
     }
 
-    /// Do some work with the instructions of this level.
+    /// Run a kernel with the instructions of this level.
     #[inline(always)]
     pub(crate) fn run(self, work: impl Kernel) {
         match self {
@@ -108,14 +103,13 @@ impl Level {
     }
 }
 
-/// Kernel that is compiled for each level: all it calls must be inlined.
+/// Work that is compiled for each level: all functions it calls must be inlined.
 pub(crate) trait Kernel {
-    /// Do it; to be marked `#[inline(always)]`.
+    /// Run it. Mark it `#[inline(always)]`.
     fn run(self);
 }
 
-/// The one place that needs unsafe code: calling a function compiled for instructions that only some machines
-/// have.
+/// The only unsafe code: calls to functions compiled for instructions that only some machines have.
 #[cfg(target_arch = "x86_64")]
 #[allow(unsafe_code)]
 mod x86 {

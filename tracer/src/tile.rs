@@ -1,4 +1,4 @@
-//! Where tiles lie in a picture, and which of their pixels are wanted.
+//! The tiles of a picture, and the pixels of a window in them.
 
 use crate::camera::{Camera, Window};
 use std::f64::consts::PI;
@@ -12,7 +12,7 @@ pub(crate) const SIDE: u32 = 16;
 /// Rays of a tile.
 pub(crate) const LANES: usize = (SIDE * SIDE) as usize;
 
-/// Rays are handled in groups of this many, so that loops over them need no rest.
+/// Rays are padded to multiples of this, so that loops over them have no remainder.
 pub(crate) const STEP: usize = 16;
 
 /// A number for each ray of a tile, row by row.
@@ -31,34 +31,23 @@ impl View {
     /// Square pixels: half_pixel = tan(fov / 2) / height (document, section 2.1)
     pub(crate) fn new(camera: &Camera) -> View {
         let half_pixel = half_tangent(camera.fov) / f64::from(camera.height);
-        View {
-            width: camera.width,
-            height: camera.height,
-            half_pixel: (half_pixel, half_pixel),
-        }
+        View { width: camera.width, height: camera.height, half_pixel: (half_pixel, half_pixel) }
     }
 
-    /// The same rectangle of the image plane in as many columns as rows, whatever its shape.
+    /// The same rectangle of the image plane as a square grid of pixels.
     pub(crate) fn in_grid(camera: &Camera, side: u32) -> View {
         let half_pixel = half_tangent(camera.fov) / f64::from(side);
         let aspect = f64::from(camera.width) / f64::from(camera.height);
-        View {
-            width: side,
-            height: side,
-            half_pixel: (half_pixel * aspect, half_pixel),
-        }
+        View { width: side, height: side, half_pixel: (half_pixel * aspect, half_pixel) }
     }
 }
 
-/// tan(fov / 2), of a field of view in degrees: not that of the platform, which differs in its last bits.
+/// tan(fov / 2), fov in degrees; the tangent of the platform's library differs in its last bits.
 fn half_tangent(fov: f64) -> f64 {
     libm::tan(fov * (PI / 180.0) / 2.0)
 }
 
-/// Returns the focal length in pixels of a picture with a vertical field of view, in degrees, and a number of
-/// rows.
-///
-/// f = height / (2 tan(fov / 2))
+/// Return the focal length in pixels, f = height / (2 tan(fov / 2)), of a vertical field of view in degrees.
 pub fn focal_length(fov: f64, height: u32) -> f64 {
     f64::from(height) / (2.0 * half_tangent(fov))
 }
@@ -69,42 +58,38 @@ pub(crate) struct Tile {
     pub(crate) view: View,
     /// Its first column and row: multiples of `SIDE`.
     pub(crate) corner: (u32, u32),
-    /// The pixels that are wanted, of this tile and others.
+    /// The requested pixels of this tile and others.
     pub(crate) window: Window,
 }
 
-/// Wanted pixels of one row of a tile.
+/// Requested pixels of one row of a tile.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Span {
-    /// The first pixel's number in the window.
+    /// The index of the first pixel in the window.
     pub(crate) pixel: usize,
-    /// The first pixel's lane in the tile.
+    /// The lane of the first pixel in the tile.
     pub(crate) lane: usize,
     pub(crate) count: usize,
 }
 
 impl Tile {
-    /// The tiles that a window meets, row by row.
+    /// The tiles that a window overlaps, row by row.
     pub(crate) fn all(view: View, window: Window) -> impl Iterator<Item = Tile> {
         let first = |start: u32| start - start % SIDE;
         let rows = (first(window.y)..window.y + window.height).step_by(SIDE as usize);
         rows.flat_map(move |row| {
             let columns = (first(window.x)..window.x + window.width).step_by(SIDE as usize);
-            columns.map(move |column| Tile {
-                view,
-                corner: (column, row),
-                window,
-            })
+            columns.map(move |column| Tile { view, corner: (column, row), window })
         })
     }
 
-    /// Whether all pixels of the tile are wanted.
+    /// Whether all pixels of the tile are requested.
     #[inline(always)]
     pub(crate) fn is_whole(&self) -> bool {
         self.wants(0) && self.wants(LANES - 1)
     }
 
-    /// Whether the pixel of a lane is wanted.
+    /// Whether the pixel of a lane is requested.
     #[inline(always)]
     pub(crate) fn wants(&self, lane: usize) -> bool {
         let x = self.corner.0 + lane as u32 % SIDE;
@@ -114,13 +99,13 @@ impl Tile {
         x.wrapping_sub(window.x) < window.width && y.wrapping_sub(window.y) < window.height
     }
 
-    /// Write the wanted pixels of a tile into an array of the window.
+    /// Copy the requested pixels of a tile into an array of the window.
     #[inline(always)]
     pub(crate) fn put<T: Copy>(&self, array: &mut [T], tile: &[T; LANES]) {
         for Span { pixel, lane, count } in self.spans() {
             let to = &mut array[pixel..pixel + count];
             let from = &tile[lane..lane + count];
-            // Most rows are whole, and copied without a call.
+            // Most rows are whole, and need no call to `memcpy`.
             match (<&mut [T; STEP]>::try_from(&mut *to), <&[T; STEP]>::try_from(from)) {
                 (Ok(to), Ok(from)) => *to = *from,
                 _ => to.copy_from_slice(from),
@@ -128,7 +113,7 @@ impl Tile {
         }
     }
 
-    /// The wanted pixels, row by row.
+    /// The requested pixels, row by row.
     pub(crate) fn spans(&self) -> impl Iterator<Item = Span> + use<> {
         let Tile { corner, window, .. } = *self;
         let left = corner.0.max(window.x);

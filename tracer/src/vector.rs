@@ -1,4 +1,4 @@
-//! Three numbers in float64: the little vector algebra that prepares constants for the float32 kernel.
+//! Vector algebra in float64, for the constants of the float32 kernel.
 
 /// Three numbers: a point, a direction, or linear RGB.
 pub type Vector = [f64; 3];
@@ -12,11 +12,7 @@ pub(crate) fn dot(a: Vector, b: Vector) -> f64 {
 /// Vector product.
 #[inline(always)]
 pub(crate) fn cross(a: Vector, b: Vector) -> Vector {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// a - b
@@ -43,21 +39,21 @@ pub(crate) fn length(a: Vector) -> f64 {
     dot(a, a).sqrt()
 }
 
-/// A vector of any length but 0 as a unit vector.
+/// The unit vector of a vector of any length but 0.
 pub(crate) fn normalized(a: Vector) -> Vector {
     let largest = largest(a);
-    let scaled = a.map(|component| component / largest); // so that no square overflows or vanishes
+    let scaled = a.map(|component| component / largest); // so that no square overflows or underflows
     let size = length(scaled);
     scaled.map(|component| component / size)
 }
 
-/// At least the length of a vector, and at most twice; without a root.
+/// The sum of the absolute components: between the length of the vector and twice that, without a root.
 #[inline(always)]
 pub(crate) fn l1_norm(vector: Vector) -> f64 {
     vector[0].abs() + vector[1].abs() + vector[2].abs()
 }
 
-/// The largest component, whatever its sign.
+/// The largest absolute component.
 #[inline(always)]
 pub(crate) fn largest(vector: Vector) -> f64 {
     vector.iter().fold(0.0, |a: f64, b| a.max(b.abs()))

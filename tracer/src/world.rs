@@ -1,4 +1,4 @@
-//! What the tracer is given: a scene as plain numbers, in the order of the file.
+//! The tracer's input: a scene as plain numbers, in the order of the file.
 
 pub use crate::camera::{Camera, Window};
 pub use crate::shapes::cuboid::CuboidDesc;
@@ -14,11 +14,11 @@ pub struct Object {
     pub position: Vector,
     /// Albedo, linear RGB, 0..1.
     pub color: Vector,
-    /// What it is.
+    /// The shape and its parameters.
     pub shape: ShapeDesc,
 }
 
-/// How a light shines.
+/// A kind of light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LightKind {
     /// From one point, in all directions alike.
@@ -33,15 +33,15 @@ impl LightKind {
 /// A light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightDesc {
-    /// How it shines.
+    /// The kind of light.
     pub kind: LightKind,
-    /// Where it stands, world space.
+    /// World space.
     pub position: Vector,
     /// Linear RGB, each 0 or more.
     pub color: Vector,
     /// Emitted power: L_i = intensity * color / (4 pi r^2).
     pub intensity: f64,
-    /// The object that carries it, if any: its index.
+    /// The index of the object that carries it, if any.
     pub carrier: Option<usize>,
 }
 
@@ -52,16 +52,17 @@ pub struct Settings {
     pub samples: u32,
     /// Linear RGB radiance of rays that hit nothing.
     pub background: Vector,
-    /// Whether objects are lit (`max_depth` of 1 or more), or only those that carry a light are seen.
-    pub lit: bool,
+    /// Whether lights illuminate objects (`max_depth` of 1 or more); otherwise only objects that carry a light are
+    /// seen.
+    pub direct_light: bool,
     /// Whether radiance is also divided by 4 pi t^2, t from the surface to the eye.
     pub eye_falloff: bool,
 }
 
-/// All that the tracer needs to know.
+/// The whole input.
 #[derive(Clone, Debug, PartialEq)]
 pub struct World {
-    /// Where the picture is taken from.
+    /// The camera.
     pub camera: Camera,
     /// Objects, in the order of the file.
     pub objects: Vec<Object>,

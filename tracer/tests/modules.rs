@@ -26,9 +26,7 @@ fn sources(folder: &Path, prefix: &str, found: &mut BTreeMap<String, String>) {
 /// The module of a path such as `shapes::points::Points`: the longest part of it that is one.
 fn module_of<'a>(path: &'a str, known: &BTreeMap<String, String>) -> Option<&'a str> {
     let ends = path.match_indices("::").map(|(end, _)| end).chain([path.len()]);
-    ends.map(|end| &path[..end])
-        .filter(|part| known.contains_key(*part))
-        .last()
+    ends.map(|end| &path[..end]).filter(|part| known.contains_key(*part)).last()
 }
 
 fn uses(folder: &Path) -> Uses {
@@ -40,13 +38,10 @@ fn uses(folder: &Path) -> Uses {
         let code: Vec<&str> = code.collect();
         let by_super = code.iter().any(|line| line.contains("super::"));
         assert!(!by_super, "{name} names a module by `super`");
-        let used = code
-            .iter()
-            .flat_map(|line| line.split("crate::").skip(1))
-            .filter_map(|rest| {
-                let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_' && c != ':');
-                module_of(&rest[..end.unwrap_or(rest.len())], &known)
-            });
+        let used = code.iter().flat_map(|line| line.split("crate::").skip(1)).filter_map(|rest| {
+            let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_' && c != ':');
+            module_of(&rest[..end.unwrap_or(rest.len())], &known)
+        });
         let others = used.filter(|used| used != name).map(str::to_owned).collect();
         (name.clone(), others)
     };

@@ -60,11 +60,7 @@ impl<'py> PyFilm<'py> {
             };
             film = film.with(*pass, values);
         }
-        if film.holds(window) {
-            Ok(film)
-        } else {
-            Err(PyValueError::new_err("the arrays do not fit the window"))
-        }
+        if film.holds(window) { Ok(film) } else { Err(PyValueError::new_err("the arrays do not fit the window")) }
     }
 }
 

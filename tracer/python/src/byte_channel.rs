@@ -1,4 +1,4 @@
-//! Bytes on their way from the pool to the calling thread, and the news that the work has ended.
+//! Bytes on their way from the pool to the calling thread, and a signal that the work has ended.
 
 use std::io::{self, Write};
 use std::mem;
@@ -7,10 +7,10 @@ use std::time::Duration;
 
 use rtcli_tracer::memory::reserve;
 
-/// Who writes waits once this many bytes wait to be taken: so memory stays bounded when the target is slow.
+/// Writers block while this many bytes are waiting, so that memory stays bounded when the target is slow.
 const FULL: usize = 8 << 20;
 
-/// From this many bytes on they are worth a wake-up.
+/// The number of waiting bytes that wakes the calling thread.
 const WORTH_TAKING: usize = 1 << 20;
 
 #[derive(Default)]
@@ -20,36 +20,33 @@ struct State {
     closed: bool,
 }
 
-/// What the pool leaves for the calling thread.
+/// Passes bytes from the pool to the calling thread.
 #[derive(Default)]
 pub struct ByteChannel {
     state: Mutex<State>,
     changed: Condvar,
 }
 
-/// What the calling thread finds.
+/// The bytes and state that the calling thread receives.
 pub struct Received {
-    /// What was written since it last looked.
+    /// The bytes written since the last call.
     pub bytes: Vec<u8>,
     /// Whether the work has ended: nothing follows.
     pub ended: bool,
 }
 
 impl ByteChannel {
-    /// Waits until there is something worth taking, or the work has ended, but no longer than `at_most`.
+    /// Waits until enough bytes are waiting or the work has ended, at most for `at_most`.
     pub fn wait(&self, at_most: Duration) -> Received {
         let nothing = |state: &mut State| !state.ended && state.bytes.len() < WORTH_TAKING;
         let waited = self.changed.wait_timeout_while(self.lock(), at_most, nothing);
         let mut state = waited.unwrap_or_else(PoisonError::into_inner).0;
-        let received = Received {
-            bytes: mem::take(&mut state.bytes),
-            ended: state.ended,
-        };
+        let received = Received { bytes: mem::take(&mut state.bytes), ended: state.ended };
         self.changed.notify_all();
         received
     }
 
-    /// Refuses all further bytes, and waits until the work has ended.
+    /// Rejects further bytes, and waits until the work has ended.
     pub fn close(&self) {
         let mut state = self.lock();
         state.closed = true;
@@ -64,7 +61,7 @@ impl ByteChannel {
     }
 
     fn lock(&self) -> MutexGuard<'_, State> {
-        // Whoever panicked while it held the lock left nothing half done.
+        // A panic while the lock is held leaves the state consistent.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -1,9 +1,8 @@
-//! From radiance to an image, for films of any engine.
+//! Developing and metering radiance from any engine.
 
 use std::borrow::Cow;
-use std::io::{self, Write};
+use std::io;
 use std::mem;
-use std::sync::{Arc, Mutex, PoisonError};
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -22,10 +21,10 @@ pub type PyDisplay<'a> = (f64, &'a str, u8);
 
 const CHANNELS: usize = 3;
 
-/// Pixels of a picture's side: no scene asks for more.
+/// The largest side of a picture, pixels.
 const LONGEST_SIDE: u32 = 65_535;
 
-/// Returns what develops radiance to this look.
+/// Returns a developer of these settings.
 ///
 /// # Errors
 ///
@@ -70,7 +69,7 @@ pub fn develop<'py>(py: Python<'py>, radiance: &[u8], look: PyDisplay<'_>) -> Py
 ///
 /// # Errors
 ///
-/// `MemoryError` if no memory holds it.
+/// `MemoryError` if memory runs out.
 pub fn developed<'py>(
     py: Python<'py>,
     developer: &Developer,
@@ -83,7 +82,7 @@ pub fn developed<'py>(
     })
 }
 
-/// Returns the stops that expose a picture well, and what they were found from; see `meter`.
+/// Returns the stops that expose a picture well, and the percentile they follow from.
 #[pyfunction]
 #[pyo3(signature = (radiance, /))]
 pub fn meter(py: Python<'_>, radiance: &[u8]) -> PyResult<(f64, Option<f64>)> {
@@ -98,8 +97,7 @@ pub fn meter(py: Python<'_>, radiance: &[u8]) -> PyResult<(f64, Option<f64>)> {
 pub struct PngEncoder {
     developer: Developer,
     /// None once the picture is finished.
-    writer: Option<PngWriter<Spool>>,
-    spool: Spool,
+    writer: Option<PngWriter<Growing>>,
     width: usize,
     rows_left: usize,
 }
@@ -111,18 +109,10 @@ impl PngEncoder {
     fn new(width: u32, height: u32, look: PyDisplay<'_>, texts: Vec<(String, String)>) -> PyResult<Self> {
         has_pixels(width, height)?;
         let developer = developer(look)?;
-        let spool = Spool::default();
-        let header = Header {
-            width,
-            height,
-            color: Color::Srgb,
-            bits: developer.bits(),
-            texts: &texts,
-        };
+        let header = Header { width, height, color: Color::Srgb, bits: developer.bits(), texts: &texts };
         Ok(PngEncoder {
-            writer: Some(PngWriter::new(spool.clone(), header).map_err(io_error)?),
+            writer: Some(PngWriter::new(Growing::default(), header).map_err(io_error)?),
             developer,
-            spool,
             width: width as usize,
             rows_left: height as usize,
         })
@@ -136,49 +126,44 @@ impl PngEncoder {
         let rows = radiance.len() / row;
         if !radiance.len().is_multiple_of(row) || rows > self.rows_left {
             let left = self.rows_left;
-            let message = format!(
-                "{} pixels are not up to {left} rows of {}",
-                radiance.len() / CHANNELS,
-                self.width
-            );
+            let message =
+                format!("{} pixels are not up to {left} rows of {}", radiance.len() / CHANNELS, self.width);
             return Err(PyValueError::new_err(message));
         }
         self.rows_left -= rows;
-        py.detach(|| self.encode(&radiance)).map_err(io_error)?;
-        bytes_of(py, &self.spool.take())
+        bytes_of(py, &py.detach(|| self.encode(&radiance)).map_err(io_error)?)
     }
 
-    /// Ends the picture, of which all rows were pushed; returns the rest of the file.
+    /// Ends the picture once all rows were pushed; returns the rest of the file.
     fn finish<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         if self.rows_left > 0 {
             let message = format!("{} rows are missing", self.rows_left);
             return Err(PyValueError::new_err(message));
         }
-        if let Some(writer) = self.writer.take() {
-            writer.finish().map_err(io_error)?;
-        }
-        bytes_of(py, &self.spool.take())
+        let rest = self.writer.take().map(PngWriter::finish).transpose().map_err(io_error)?;
+        bytes_of(py, &rest.unwrap_or_default().0)
     }
 }
 
 impl PngEncoder {
-    fn encode(&mut self, radiance: &[f32]) -> io::Result<()> {
+    fn encode(&mut self, radiance: &[f32]) -> io::Result<Vec<u8>> {
         spare()?;
         let bytes = radiance.len() / CHANNELS * self.developer.bytes_per_pixel();
         let mut rows = filled(bytes, 0, "rows of the picture")?;
         self.developer.develop(radiance, &mut rows);
-        match &mut self.writer {
-            Some(writer) => writer.write_rows(&rows),
-            None => Ok(()),
-        }
+        let Some(writer) = &mut self.writer else {
+            return Ok(Vec::new());
+        };
+        writer.write_rows(&rows)?;
+        Ok(mem::take(writer.sink()).0)
     }
 }
 
-/// Refuses a picture without pixels, or with more than a side may have.
+/// Checks the size of a picture.
 ///
 /// # Errors
 ///
-/// `ValueError` then.
+/// `ValueError` if a side is 0 or longer than `LONGEST_SIDE`.
 pub fn has_pixels(width: u32, height: u32) -> PyResult<()> {
     if width == 0 || height == 0 {
         return Err(PyValueError::new_err("a picture has at least one pixel"));
@@ -190,27 +175,7 @@ pub fn has_pixels(width: u32, height: u32) -> PyResult<()> {
     Ok(())
 }
 
-/// What the encoder wrote and Python did not take yet.
-#[derive(Clone, Default)]
-struct Spool(Arc<Mutex<Growing>>);
-
-impl Spool {
-    fn take(&self) -> Vec<u8> {
-        mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner).0)
-    }
-}
-
-impl Write for Spool {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).write(bytes)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
-}
-
-/// Returns bytes as interleaved RGB; copied only if they lie where floats may not.
+/// Returns bytes as interleaved RGB, copied only if they are not aligned.
 fn pixels(bytes: &[u8]) -> PyResult<Cow<'_, [f32]>> {
     if !bytes.len().is_multiple_of(CHANNELS * size_of::<f32>()) {
         let message = format!("{} bytes are no whole number of RGB pixels in float32", bytes.len());
@@ -222,11 +187,11 @@ fn pixels(bytes: &[u8]) -> PyResult<Cow<'_, [f32]>> {
     }
 }
 
-/// Copies bytes, which lie anywhere, to where items may lie.
+/// Copies bytes of any alignment to a list of items.
 ///
 /// # Errors
 ///
-/// `MemoryError` if no memory holds them.
+/// `MemoryError` if memory runs out.
 pub fn copied<T: bytemuck::AnyBitPattern>(bytes: &[u8], what: &'static str) -> PyResult<Vec<T>> {
     let items = bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned);
     collect(items, what).map_err(out_of_memory)

@@ -1,4 +1,4 @@
-//! Errors of the core, as Python has them.
+//! The core's errors as Python exceptions.
 
 use std::io;
 
@@ -16,12 +16,12 @@ create_exception!(
     "There was more to do than a `WorkBudget` allows."
 );
 
-/// `MemoryError`, which says what for.
+/// `MemoryError`, with the purpose of the memory.
 pub fn out_of_memory(error: OutOfMemory) -> PyErr {
     PyMemoryError::new_err(error.to_string())
 }
 
-/// Only who listens cancels a rendering, and then raises an error of its own.
+/// The exception of work that ended early. Only the listener cancels work, and then raises an error of its own.
 pub fn stopped(stopped: Stopped) -> PyErr {
     match stopped {
         Stopped::Cancelled => PyRuntimeError::new_err(stopped.to_string()),
@@ -30,7 +30,7 @@ pub fn stopped(stopped: Stopped) -> PyErr {
     }
 }
 
-/// Why a picture was not written.
+/// The exception of a picture that was not written.
 pub fn unwritten(error: PictureError) -> PyErr {
     match error {
         PictureError::Stopped(reason) => stopped(reason),
@@ -38,7 +38,7 @@ pub fn unwritten(error: PictureError) -> PyErr {
     }
 }
 
-/// `MemoryError` if that is the reason, else `OSError`.
+/// `MemoryError` if memory ran out, else `OSError`.
 pub fn io_error(error: io::Error) -> PyErr {
     match error.kind() {
         io::ErrorKind::OutOfMemory => PyMemoryError::new_err("not enough memory for a file"),
@@ -46,7 +46,7 @@ pub fn io_error(error: io::Error) -> PyErr {
     }
 }
 
-/// `OSError` of threads that the system refuses.
+/// `OSError` if threads cannot be started.
 pub fn no_threads(count: usize, error: &dyn std::error::Error) -> PyErr {
     PyOSError::new_err(format!("cannot start {count} threads: {error}"))
 }

@@ -1,4 +1,4 @@
-//! Work in a pool of threads, while the calling thread listens to Python.
+//! Work in a thread pool while the calling thread listens to Python.
 
 use std::hint::black_box;
 use std::num::NonZero;
@@ -14,14 +14,14 @@ use rtcli_tracer::WorkBudget;
 use crate::byte_channel::ByteChannel;
 use crate::errors::no_threads;
 
-/// How often the calling thread looks up: an interrupt is heeded this soon.
+/// The interval at which the calling thread checks for signals.
 const PAUSE: Duration = Duration::from_millis(20);
 
-/// The memory of a thread, its stack included, and the memory to be left then.
+/// The memory of a thread with its stack, and the memory to leave free.
 const THREAD_BYTES: usize = 3 << 20;
 const SPARE_BYTES: usize = 4 << 20;
 
-/// What Python's own calls may take of the calling thread's stack.
+/// The stack that Python's calls may use in the calling thread.
 const STACK_BYTES: usize = 256 << 10;
 
 /// Reports the progress and the bytes of a rendering to Python.
@@ -33,36 +33,29 @@ pub struct Listener<'a, 'py> {
     write: Option<&'a Bound<'py, PyAny>>,
     pixels: u64,
     reported: u64,
-    /// How much may be done; None for any amount.
+    /// None for unlimited work.
     budget: Option<Arc<WorkBudget>>,
 }
 
 impl<'a, 'py> Listener<'a, 'py> {
-    /// Returns a listener to work that has not begun.
+    /// Returns a listener without a budget.
     pub fn new(
         py: Python<'py>,
         pixels: u64,
         progress: Option<&'a Bound<'py, PyAny>>,
         write: Option<&'a Bound<'py, PyAny>>,
     ) -> Self {
-        Listener {
-            py,
-            progress,
-            write,
-            pixels,
-            reported: 0,
-            budget: None,
-        }
+        Listener { py, progress, write, pixels, reported: 0, budget: None }
     }
 
-    /// Bounds the work, which then ends as soon as it exceeds the budget.
+    /// Sets a budget: the work ends as soon as it exceeds it.
     pub fn within(self, budget: Option<Arc<WorkBudget>>) -> Self {
         Listener { budget, ..self }
     }
 
     /// Runs work in a pool of threads and returns its result.
     ///
-    /// The calling thread gives signals, progress and bytes to Python. What Python raises there ends the work.
+    /// The calling thread passes signals, progress and bytes to Python. An exception raised there ends the work.
     pub fn run_interruptibly<T: Send>(
         &mut self,
         threads: usize,
@@ -74,7 +67,7 @@ impl<'a, 'py> Listener<'a, 'py> {
         let mut result = None;
         pool.in_place_scope(|scope| {
             scope.spawn(|_| {
-                // Also when the work panics, which the scope then passes on.
+                // Dropped even if the work panics, which the scope propagates.
                 let _end = EndOnDrop(&channel);
                 result = Some(work(&monitor, &channel));
             });
@@ -133,30 +126,27 @@ fn pool(py: Python<'_>, threads: usize) -> PyResult<rayon::ThreadPool> {
     if threads < 1 {
         return Err(PyValueError::new_err("threads must be at least 1"));
     }
-    // More would only wait for each other, and tens of thousands cannot be started.
+    // More threads would only compete, and tens of thousands cannot be started.
     let most = 4 * std::thread::available_parallelism().map_or(1, NonZero::get);
     let threads = threads.min(most);
     room_for_threads(py, threads)?;
     let built = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = built.map_err(|error| no_threads(threads, &error))?;
-    // All have begun, and taken what they need for themselves, before the work asks for large amounts.
+    // All threads start, and allocate their own memory, before the work allocates large amounts.
     py.detach(|| pool.broadcast(|_| ()));
     Ok(pool)
 }
 
-/// Makes sure that there is room for threads: one that begins without a signal stack ends the process.
-///
-/// Python's `mmap` takes new pages, as they do; what an allocator gives may lie among what it has already.
+/// Checks that there is room for threads: a thread that cannot allocate its signal stack ends the process.
+/// Python's `mmap` needs new pages, as they do; an allocator might reuse memory.
 fn room_for_threads(py: Python<'_>, threads: usize) -> PyResult<()> {
     grow_stack();
-    let pages = py
-        .import("mmap")?
-        .call_method1("mmap", (-1, SPARE_BYTES + threads * THREAD_BYTES));
+    let pages = py.import("mmap")?.call_method1("mmap", (-1, SPARE_BYTES + threads * THREAD_BYTES));
     let pages = pages.map_err(|_| PyMemoryError::new_err("not enough memory for threads"))?;
     pages.call_method0("close").map(drop)
 }
 
-/// Has the calling thread's stack reach as far as it ever will: the system ends a process whose stack cannot grow.
+/// Grows the calling thread's stack to its final size: the system ends a process whose stack cannot grow.
 #[inline(never)]
 fn grow_stack() {
     black_box([1_u8; STACK_BYTES]);

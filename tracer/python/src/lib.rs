@@ -1,15 +1,15 @@
 //! `rtcli.tracer._native`: the tracer as a Python module.
 //!
-//! - `tracer`: the class `Tracer`, a world that is rendered to a film or to a picture
-//! - `world`: what Python packs, as the tracer's `World`
-//! - `arrays`: the arrays of a film, which Python owns
-//! - `attend`: work in a pool of threads, while the calling thread listens to Python
-//! - `errors`: errors of the core, as Python has them
-//! - `channel`: bytes on their way from the pool to the calling thread
-//! - `look`: from radiance to an image, for films of any engine
-//! - `png`: PNG files of numbers that are developed already, or are no color at all
+//! - `tracer`: the class `Tracer`, which renders a world to a film or a picture
+//! - `world`: the conversion of packed columns to a `World`
+//! - `arrays`: the arrays of a film, which NumPy owns
+//! - `interruptible`: work in a thread pool while the calling thread listens to Python
+//! - `byte_channel`: bytes on their way from the pool to the calling thread
+//! - `display`: developing and metering radiance from any engine
+//! - `png`: PNG files of values that are already developed, or are no colors
+//! - `errors`: the core's errors as Python exceptions
 //!
-//! `rtcli/tracer/_native.pyi` says what Python sees.
+//! `rtcli/tracer/_native.pyi` documents the interface that Python sees.
 
 #![forbid(unsafe_code)]
 

@@ -1,4 +1,4 @@
-//! PNG files of numbers that are developed already, or are no color at all.
+//! PNG files of values that are already developed, or are no colors.
 
 use std::borrow::Cow;
 use std::io;
@@ -14,10 +14,10 @@ use crate::display::{bit_depth, has_pixels};
 use crate::errors::out_of_memory;
 use crate::interruptible::bytes_of;
 
-/// The largest picture that is read: 65,535 x 16,384 pixels of RGB in 16 bits.
+/// The largest picture to decode: 65,535 x 16,384 pixels of 16-bit RGB.
 const MOST_BYTES: usize = 6 << 30;
 
-/// Encodes numbers of 8 bits, or of 16 in native byte order, as a PNG.
+/// Encodes 8-bit values, or 16-bit values in native byte order, as a PNG.
 #[pyfunction]
 #[pyo3(signature = (pixels, size, channels, bits, texts, /))]
 pub fn encode_png<'py>(
@@ -30,13 +30,7 @@ pub fn encode_png<'py>(
 ) -> PyResult<Bound<'py, PyBytes>> {
     let (width, height) = size;
     has_pixels(width, height)?;
-    let header = Header {
-        width,
-        height,
-        color: color(channels)?,
-        bits: bit_depth(bits)?,
-        texts: &texts,
-    };
+    let header = Header { width, height, color: color(channels)?, bits: bit_depth(bits)?, texts: &texts };
     let file = py.detach(|| {
         spare()?;
         let mut file = Growing::default();
@@ -48,7 +42,7 @@ pub fn encode_png<'py>(
     bytes_of(py, &file.map_err(|error| of_a_picture(error.kind(), &error))?)
 }
 
-/// Decodes a PNG; returns width, height, channels, bits, and the numbers of 8 bits, or of 16 in native byte order.
+/// Decodes a PNG; returns width, height, channels, bits, and the values, 16 bits in native byte order.
 #[pyfunction]
 #[pyo3(signature = (file, /))]
 pub fn decode_png<'py>(py: Python<'py>, file: &[u8]) -> PyResult<(u32, u32, usize, u8, Bound<'py, PyBytes>)> {
@@ -63,7 +57,7 @@ pub fn decode_png<'py>(py: Python<'py>, file: &[u8]) -> PyResult<(u32, u32, usiz
     Ok((decoded.width, decoded.height, decoded.channels, decoded.bits, pixels))
 }
 
-/// `MemoryError` if that is the reason, else `ValueError`: the picture is wrong.
+/// `MemoryError` if memory ran out, else `ValueError`: the picture is wrong.
 fn of_a_picture(kind: io::ErrorKind, error: &dyn std::error::Error) -> PyErr {
     match kind {
         io::ErrorKind::OutOfMemory => PyMemoryError::new_err("not enough memory for the picture"),
@@ -75,9 +69,7 @@ fn color(channels: u8) -> PyResult<Color> {
     match channels {
         1 => Ok(Color::Grey),
         3 => Ok(Color::Triple),
-        _ => Err(PyValueError::new_err(format!(
-            "channels must be 1 or 3, got {channels}"
-        ))),
+        _ => Err(PyValueError::new_err(format!("channels must be 1 or 3, got {channels}"))),
     }
 }
 

@@ -1,4 +1,4 @@
-//! The class `Tracer`: a world that is rendered to a film or to a picture.
+//! The class `Tracer`, which renders a world to a film or a picture.
 
 use std::collections::HashMap;
 use std::env;
@@ -18,18 +18,18 @@ use crate::arrays::{PyFilm, pixels};
 use crate::display::{PyDisplay, developed, developer, has_pixels};
 use crate::errors::{out_of_memory, stopped, unwritten};
 use crate::interruptible::Listener;
-use crate::world::{self, PyCamera, PyLights, PyObjects, PySettings, PyWindow, Size};
+use crate::world::{self, PyCamera, PyLights, PyObjects, PySettings, PyWindow};
 
 /// Forces a SIMD level.
 const SIMD: &str = "RTCLI_SIMD";
 
-/// The SIMD level that the tracer uses here.
+/// The SIMD level that the tracer uses on this machine.
 #[pyfunction]
 pub fn simd_level() -> PyResult<&'static str> {
     Ok(level()?.name())
 }
 
-/// The places in each pixel of its samples, from its left and top edge.
+/// The offsets of a pixel's samples from its left and top edge.
 #[pyfunction]
 #[pyo3(signature = (count, /))]
 pub fn sample_offsets(count: u32) -> Vec<(f64, f64)> {
@@ -47,7 +47,7 @@ fn level() -> PyResult<Level> {
     }
 }
 
-/// How much work may be done, in steps that are counted and not timed.
+/// A limit on work, in counted steps.
 #[pyclass(frozen, module = "rtcli.tracer._native")]
 pub struct WorkBudget {
     core: Arc<rtcli_tracer::WorkBudget>,
@@ -58,9 +58,7 @@ impl WorkBudget {
     #[new]
     #[pyo3(signature = (steps, /))]
     fn new(steps: u64) -> Self {
-        WorkBudget {
-            core: Arc::new(rtcli_tracer::WorkBudget::new(steps)),
-        }
+        WorkBudget { core: Arc::new(rtcli_tracer::WorkBudget::new(steps)) }
     }
 
     /// The steps that were done so far.
@@ -70,11 +68,12 @@ impl WorkBudget {
     }
 }
 
-/// A world that is rendered to a film or to a picture.
+/// Renders a world to a film or a picture.
 #[pyclass(frozen, module = "rtcli.tracer._native")]
 pub struct Tracer {
     core: rtcli_tracer::Tracer,
-    size: Size,
+    /// Width and height of the whole picture.
+    size: (u32, u32),
     threads: usize,
 }
 
@@ -100,7 +99,7 @@ impl Tracer {
         };
         let mut listener = Listener::new(py, 0, None, None);
         Ok(Tracer {
-            size: Size::from(&world.camera),
+            size: (world.camera.width, world.camera.height),
             threads,
             core: listener
                 .run_interruptibly(threads, |_, _| rtcli_tracer::Tracer::new(world, level))?
@@ -108,7 +107,7 @@ impl Tracer {
         })
     }
 
-    /// Renders a window into arrays, of which `radiance` is one; returns the number of rays.
+    /// Renders a window into arrays, one of them `radiance`; returns the number of rays.
     #[pyo3(signature = (window, arrays, progress, /))]
     fn film<'py>(
         &self,
@@ -145,9 +144,8 @@ impl Tracer {
         developed(py, &developer, &radiance)
     }
 
-    /// Renders a window to a PNG, of which `write` is given piece by piece.
-    ///
-    /// Returns the number of rays, and the seconds that the threads spent in tracing, developing and encoding.
+    /// Renders a window to a PNG, passed to `write` in pieces; returns the number of rays, and the seconds that
+    /// all threads spent tracing, developing and encoding.
     #[pyo3(signature = (window, look, texts, write, progress, /))]
     fn picture<'py>(
         &self,
@@ -163,12 +161,12 @@ impl Tracer {
         let mut listener = Listener::new(py, pixels(window), progress.as_ref(), Some(&write));
         let work =
             |monitor: &Monitor, channel: &_| self.core.write_png(window, &developer, &texts, channel, monitor);
-        let effort = listener.run_interruptibly(self.threads, work)?.map_err(unwritten)?;
-        let [trace, develop, write] = [effort.trace, effort.develop, effort.write].map(|time| time.as_secs_f64());
-        Ok((effort.rays, trace, develop, write))
+        let stats = listener.run_interruptibly(self.threads, work)?.map_err(unwritten)?;
+        let [trace, develop, write] = [stats.trace, stats.develop, stats.write].map(|time| time.as_secs_f64());
+        Ok((stats.rays, trace, develop, write))
     }
 
-    /// Returns how many pixels of a window each object would cover if it were alone, within a budget.
+    /// Counts the pixels of a window that each object would cover if it were alone, within a budget.
     #[pyo3(signature = (window, budget=None, /))]
     fn coverage(&self, py: Python<'_>, window: PyWindow, budget: Option<&WorkBudget>) -> PyResult<Vec<u64>> {
         let window = world::window(window, self.size)?;
@@ -177,8 +175,8 @@ impl Tracer {
         listener.run_interruptibly(self.threads, work)?.map_err(stopped)
     }
 
-    /// Meters the whole picture at `grid` x `grid` points, within a budget; returns stops, percentile, and how
-    /// many rays that took.
+    /// Meters the whole picture at `grid` x `grid` points, within a budget; returns stops, percentile and number
+    /// of rays.
     #[pyo3(signature = (grid, budget=None, /))]
     fn exposure(
         &self,

@@ -1,4 +1,4 @@
-//! What Python packs, as the tracer's `World`: see `rtcli/tracer/world.py` for the meaning of each number.
+//! The conversion of packed columns to a `World`; `rtcli/tracer/world.py` describes each number.
 
 use crate::display::{copied, has_pixels};
 use crate::errors::out_of_memory;
@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use rtcli_tracer::memory::with_capacity;
 use rtcli_tracer::world::{Camera, LightDesc, LightKind, Object, Settings, ShapeDesc, Vector, Window};
 
-/// Objects whose faces can be numbered in 32 bits.
+/// The most objects whose faces can be numbered in 32 bits.
 const MOST_OBJECTS: usize = 1 << 28;
 
 /// Width, height, fov, position, right, up, forward.
@@ -19,27 +19,11 @@ pub type PyObjects<'a> = (&'a [u8], &'a [u8], &'a [u8], &'a [u8]);
 /// Kind (u8), position, color, intensity (f64), carrier (i64), in native byte order.
 pub type PyLights<'a> = (&'a [u8], &'a [u8], &'a [u8], &'a [u8], &'a [u8]);
 
-/// Samples, background, whether objects are lit, whether light weakens on its way to the eye.
+/// Samples, background, whether there is direct light, eye falloff.
 pub type PySettings = (u32, Vector, bool, bool);
 
 /// Left, top, width, height.
 pub type PyWindow = (u32, u32, u32, u32);
-
-/// The whole picture, pixels.
-#[derive(Clone, Copy)]
-pub struct Size {
-    width: u32,
-    height: u32,
-}
-
-impl From<&Camera> for Size {
-    fn from(camera: &Camera) -> Size {
-        Size {
-            width: camera.width,
-            height: camera.height,
-        }
-    }
-}
 
 /// Returns the camera.
 ///
@@ -49,15 +33,7 @@ impl From<&Camera> for Size {
 pub fn camera(camera: PyCamera) -> PyResult<Camera> {
     let (width, height, fov, position, right, up, forward) = camera;
     has_pixels(width, height)?;
-    Ok(Camera {
-        width,
-        height,
-        fov,
-        position,
-        right,
-        up,
-        forward,
-    })
+    Ok(Camera { width, height, fov, position, right, up, forward })
 }
 
 /// Returns the objects.
@@ -67,14 +43,11 @@ pub fn camera(camera: PyCamera) -> PyResult<Camera> {
 /// `ValueError` for an unknown kind, columns of different lengths, or more objects than can be numbered.
 pub fn objects(columns: PyObjects<'_>) -> PyResult<Vec<Object>> {
     let (kinds, position, parameters, color) = columns;
-    let (position, color) = (vectors(position)?, vectors(color)?);
-    let parameters = numbers(parameters)?;
+    let (position, color) = (items::<Vector>(position)?, items::<Vector>(color)?);
+    let parameters = items::<f64>(parameters)?;
     same_lengths(kinds.len(), &[position.len(), color.len()])?;
     if kinds.len() > MOST_OBJECTS {
-        return Err(PyValueError::new_err(format!(
-            "there may be {MOST_OBJECTS} objects, not {}",
-            kinds.len()
-        )));
+        return Err(PyValueError::new_err(format!("there may be {MOST_OBJECTS} objects, not {}", kinds.len())));
     }
     let mut objects = with_capacity(kinds.len(), "the objects").map_err(out_of_memory)?;
     let mut rest = parameters.as_slice();
@@ -82,17 +55,9 @@ pub fn objects(columns: PyObjects<'_>) -> PyResult<Vec<Object>> {
         let unknown = || PyValueError::new_err(format!("unknown kind of shape {kind}"));
         let kind = ShapeDesc::KINDS.get(usize::from(kind)).ok_or_else(unknown)?;
         let own = rest.split_off(..kind.parameters).ok_or_else(different_lengths)?;
-        objects.push(Object {
-            position: position[i],
-            color: color[i],
-            shape: (kind.describe)(own),
-        });
+        objects.push(Object { position: position[i], color: color[i], shape: (kind.describe)(own) });
     }
-    if rest.is_empty() {
-        Ok(objects)
-    } else {
-        Err(different_lengths())
-    }
+    if rest.is_empty() { Ok(objects) } else { Err(different_lengths()) }
 }
 
 /// Returns the lights.
@@ -102,8 +67,8 @@ pub fn objects(columns: PyObjects<'_>) -> PyResult<Vec<Object>> {
 /// `ValueError` for an unknown kind, columns of different lengths, or a carrier that is none of the objects.
 pub fn lights(columns: PyLights<'_>, objects: usize) -> PyResult<Vec<LightDesc>> {
     let (kinds, position, color, intensity, carriers) = columns;
-    let (position, color) = (vectors(position)?, vectors(color)?);
-    let (intensity, carriers) = (numbers(intensity)?, indices(carriers)?);
+    let (position, color) = (items::<Vector>(position)?, items::<Vector>(color)?);
+    let (intensity, carriers) = (items::<f64>(intensity)?, items::<i64>(carriers)?);
     let lengths = [position.len(), color.len(), intensity.len(), carriers.len()];
     same_lengths(kinds.len(), &lengths)?;
     let mut lights = with_capacity(kinds.len(), "the lights").map_err(out_of_memory)?;
@@ -125,9 +90,7 @@ fn carrier(index: i64, objects: usize) -> PyResult<Option<usize>> {
     match usize::try_from(index) {
         Ok(index) if index < objects => Ok(Some(index)),
         Err(_) => Ok(None),
-        Ok(_) => Err(PyValueError::new_err(format!(
-            "there is no object {index} to carry a light"
-        ))),
+        Ok(_) => Err(PyValueError::new_err(format!("there is no object {index} to carry a light"))),
     }
 }
 
@@ -136,44 +99,27 @@ fn carrier(index: i64, objects: usize) -> PyResult<Option<usize>> {
 /// # Errors
 ///
 /// `ValueError` for a picture without samples.
-pub fn settings((samples, background, lit, eye_falloff): PySettings) -> PyResult<Settings> {
+pub fn settings((samples, background, direct_light, eye_falloff): PySettings) -> PyResult<Settings> {
     if samples == 0 {
         return Err(PyValueError::new_err("samples must be at least 1"));
     }
-    Ok(Settings {
-        samples,
-        background,
-        lit,
-        eye_falloff,
-    })
+    Ok(Settings { samples, background, direct_light, eye_falloff })
 }
 
-/// Returns a window of a picture.
+/// Returns a window of a picture, whose width and height are given.
 ///
 /// # Errors
 ///
-/// `ValueError` if it is empty or reaches out of the picture.
-pub fn window((x, y, width, height): PyWindow, whole: Size) -> PyResult<Window> {
+/// `ValueError` if it is empty or not inside the picture.
+pub fn window((x, y, width, height): PyWindow, whole: (u32, u32)) -> PyResult<Window> {
     let inside = |start: u32, length: u32, whole: u32| {
         length > 0 && start.checked_add(length).is_some_and(|end| end <= whole)
     };
-    if inside(x, width, whole.width) && inside(y, height, whole.height) {
+    if inside(x, width, whole.0) && inside(y, height, whole.1) {
         Ok(Window { x, y, width, height })
     } else {
         Err(PyValueError::new_err("the window is not inside the picture"))
     }
-}
-
-fn vectors(bytes: &[u8]) -> PyResult<Vec<Vector>> {
-    items(bytes)
-}
-
-fn numbers(bytes: &[u8]) -> PyResult<Vec<f64>> {
-    items(bytes)
-}
-
-fn indices(bytes: &[u8]) -> PyResult<Vec<i64>> {
-    items(bytes)
 }
 
 fn items<T: bytemuck::AnyBitPattern>(bytes: &[u8]) -> PyResult<Vec<T>> {
@@ -185,11 +131,7 @@ fn items<T: bytemuck::AnyBitPattern>(bytes: &[u8]) -> PyResult<Vec<T>> {
 }
 
 fn same_lengths(rows: usize, columns: &[usize]) -> PyResult<()> {
-    if columns.iter().all(|length| *length == rows) {
-        Ok(())
-    } else {
-        Err(different_lengths())
-    }
+    if columns.iter().all(|length| *length == rows) { Ok(()) } else { Err(different_lengths()) }
 }
 
 fn different_lengths() -> PyErr {

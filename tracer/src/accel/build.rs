@@ -6,13 +6,13 @@ use crate::memory::{OutOfMemory, push, reserve};
 use crate::vector::{add, length, scale, sub, to_f32};
 use rayon::prelude::*;
 
-/// What there may be not enough memory for.
+/// Named in the error if memory runs out.
 pub(crate) const TREE: &str = "the tree over the objects";
 
 /// Candidate places for a cut along an axis.
 const BINS: usize = 16;
 
-/// Above this many objects the parts of a tree are built by several threads.
+/// Subtrees over more objects than this are built by several threads.
 const WORTH_A_THREAD: usize = 4096;
 
 /// An object on its way into the tree.
@@ -22,7 +22,7 @@ pub(crate) struct Item {
     pub(crate) object: u32,
 }
 
-/// Items that share a child, and their extent.
+/// The items of one child, and their bounding box.
 pub(crate) struct Part<'a> {
     items: &'a mut [Item],
     extent: Aabb,
@@ -30,13 +30,12 @@ pub(crate) struct Part<'a> {
 
 impl<'a> Part<'a> {
     pub(crate) fn new(items: &'a mut [Item]) -> Part<'a> {
-        let extent = items.iter().fold(Aabb::EMPTY, |extent, item| {
-            extent.with(item.bounds.center, item.bounds.radius)
-        });
+        let extent =
+            items.iter().fold(Aabb::EMPTY, |extent, item| extent.with(item.bounds.center, item.bounds.radius));
         Part { items, extent }
     }
 
-    /// The ball around the items: around the middle of their extent, as large as they need.
+    /// The bounding sphere of the items around the middle of their bounding box.
     fn bounds(&self) -> BoundingSphere {
         if let [item] = &*self.items {
             return item.bounds;
@@ -120,9 +119,7 @@ fn eight_parts(part: Part<'_>) -> Vec<Part<'_>> {
 /// The surface area heuristic, in bins (I. Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies",
 /// 2007): the cost of a cut is the sum over its parts of surface times count.
 fn cut(items: &mut [Item]) -> usize {
-    let centers = items
-        .iter()
-        .fold(Aabb::EMPTY, |extent, item| extent.with(item.bounds.center, 0.0));
+    let centers = items.iter().fold(Aabb::EMPTY, |extent, item| extent.with(item.bounds.center, 0.0));
     let size = sub(centers.high, centers.low);
     let axis = (0..3).fold(0, |a, b| if size[b] > size[a] { b } else { a });
     let per_size = BINS as f64 / size[axis];
@@ -145,7 +142,7 @@ fn cut(items: &mut [Item]) -> usize {
         }
     }
     if middle == 0 || middle == items.len() {
-        // All in one bin: any halves will do.
+        // All are in one bin: any halves will do.
         return items.len() / 2;
     }
     middle

@@ -14,7 +14,7 @@ pub(crate) struct Cone {
     cos: f32,
     sin: f32,
     /// The length of the cone along its axis.
-    pub(crate) reach: f32,
+    pub(crate) range: f32,
     /// The rounding of the apex and the points.
     slack: f32,
 }
@@ -22,11 +22,11 @@ pub(crate) struct Cone {
 impl Cone {
     /// The cone around the rays of a tile.
     pub(crate) fn of_tile(rays: &Rays) -> Cone {
-        let (middle, reach) = (rays.middle, rays.reach);
+        let (middle, half_size) = (rays.middle, rays.half_size);
         let axis = scale(middle, 1.0 / length(middle));
         let cos = CORNERS
             .map(|(i, j)| {
-                let corner = [middle[0] + i * reach.0, middle[1] + j * reach.1, 1.0];
+                let corner = [middle[0] + i * half_size.0, middle[1] + j * half_size.1, 1.0];
                 dot(axis, corner) / length(corner)
             })
             .into_iter()
@@ -34,87 +34,75 @@ impl Cone {
         Cone::new([0.0; 3], axis, cos, f64::INFINITY)
     }
 
-    /// The cone from an apex around a ball of points, up to its far end.
-    ///
-    /// `farthest` is their largest distance from their reference: float32 rounds them by a share of it.
-    pub(crate) fn from_apex(apex: Vector, ball: BoundingSphere, farthest: f64) -> Cone {
-        let toward = sub(ball.center, apex);
+    /// The cone from an apex around a bounding sphere of points, up to its far end. `farthest` is the largest
+    /// distance of the points from their reference: their float32 rounding is a share of it.
+    pub(crate) fn from_apex(apex: Vector, bounds: BoundingSphere, farthest: f64) -> Cone {
+        let toward = sub(bounds.center, apex);
         let distance = length(toward);
-        // sin = radius / distance; an apex in the ball sees it all around.
-        let sin = ball.radius / distance;
+        // sin = radius / distance; an apex inside needs all directions.
+        let sin = bounds.radius / distance;
         let cos = if sin < 1.0 { (1.0 - sin * sin).sqrt() } else { -1.0 };
-        let reach = distance + ball.radius;
-        let mut cone = Cone::new(apex, scale(toward, 1.0 / distance), cos, reach);
+        let range = distance + bounds.radius;
+        let mut cone = Cone::new(apex, scale(toward, 1.0 / distance), cos, range);
         cone.slack += farthest as f32 * CONSERVATIVE;
         cone
     }
 
-    /// A cone of no length: it meets what its apex is in, or close to.
+    /// A cone of no length: it intersects the bounds that its apex is in or close to.
     pub(crate) fn around(apex: Vector, slack: f64) -> Cone {
         Cone {
             apex: to_f32(apex),
             axis: [0.0; 3],
             cos: 1.0,
             sin: 0.0,
-            reach: 0.0,
+            range: 0.0,
             slack: length(apex) as f32 * CONSERVATIVE + slack as f32,
         }
     }
 
-    fn new(apex: Vector, axis: Vector, cos: f64, reach: f64) -> Cone {
-        // A wide cone is taken for all directions: it is not worth a test that holds for obtuse angles.
+    fn new(apex: Vector, axis: Vector, cos: f64, range: f64) -> Cone {
+        // A wide cone becomes all directions: obtuse angles are too rare to deserve a test of their own.
         let narrow = cos > 0.1;
         Cone {
             apex: to_f32(apex),
             axis: if narrow { to_f32(axis) } else { [0.0; 3] },
             cos: if narrow { cos as f32 } else { 0.0 },
-            sin: if narrow {
-                (1.0 - cos * cos).max(0.0).sqrt() as f32
-            } else {
-                0.0
-            },
-            reach: reach as f32 * (1.0 + CONSERVATIVE),
+            sin: if narrow { (1.0 - cos * cos).max(0.0).sqrt() as f32 } else { 0.0 },
+            range: range as f32 * (1.0 + CONSERVATIVE),
             slack: length(apex) as f32 * CONSERVATIVE,
         }
     }
 
-    /// How far along the axis lies what the rays of a tile meet at a depth, at most.
+    /// Return the largest distance along the axis of a hit of a tile's rays at a depth.
     #[inline(always)]
     pub(crate) fn along_axis(&self, rays: &Rays, depth: f32) -> f32 {
         let [x, y, _] = to_f32(rays.middle);
-        let (right, up) = (rays.reach.0 as f32, rays.reach.1 as f32);
+        let (right, up) = (rays.half_size.0 as f32, rays.half_size.1 as f32);
         // v . axis is largest at a corner.
         let [ax, ay, az] = self.axis;
         let largest = ax * x + ay * y + az + right * ax.abs() + up * ay.abs();
-        // Infinite times 0, of a wide cone: no limit.
-        if depth < f32::INFINITY {
-            depth * largest * (1.0 + CONSERVATIVE)
-        } else {
-            depth
-        }
+        // Infinity times 0, for a wide cone, means no limit.
+        if depth < f32::INFINITY { depth * largest * (1.0 + CONSERVATIVE) } else { depth }
     }
 
-    /// How far along the axis each child of a node begins, and, byte by byte, which of them the cone meets.
+    /// Return where each child of a node begins along the axis, and, one byte per child, which ones the cone
+    /// intersects.
     ///
-    /// A ball at distance d along the axis and p from it is met if p cos <= R + d sin: its centre is no farther
-    /// than R from the cone's surface. Squared, for roots are slow.
+    /// A sphere at distance d along the axis and p from it is hit if p cos <= R + d sin: its centre is within R of
+    /// the cone's surface. Both sides are squared, since roots are slow.
     #[inline(always)]
     pub(crate) fn intersect(&self, node: &Node, limit: f32) -> ([f32; WIDTH], u64) {
         let mut near = [0.0; WIDTH];
         let mut met = [0_u8; WIDTH];
         let [ax, ay, az] = self.axis;
         for i in 0..WIDTH {
-            let (x, y, z) = (
-                node.x[i] - self.apex[0],
-                node.y[i] - self.apex[1],
-                node.z[i] - self.apex[2],
-            );
+            let (x, y, z) = (node.x[i] - self.apex[0], node.y[i] - self.apex[1], node.z[i] - self.apex[2]);
             let d = x * ax + y * ay + z * az;
             let (px, py, pz) = (x - d * ax, y - d * ay, z - d * az);
             let pp = px * px + py * py + pz * pz;
             let radius = node.radius[i] + (self.slack + CONSERVATIVE * (x.abs() + y.abs() + z.abs()));
             let room = radius + d * self.sin;
-            // No child begins behind the apex; so its bits can be compared as an integer's.
+            // Never negative, so that its bits compare as an integer.
             near[i] = if d > radius { d - radius } else { 0.0 };
             let hit =
                 (room >= 0.0) & (pp * (self.cos * self.cos) <= room * room) & (d >= -radius) & (near[i] <= limit);

@@ -30,7 +30,7 @@ impl Node {
         }
     }
 
-    /// The node in a list where its tree begins later.
+    /// Return the node with the numbers of its children shifted.
     pub(crate) fn moved(mut self, shift: u32) -> Node {
         for child in &mut self.child {
             if *child & LEAF == 0 {

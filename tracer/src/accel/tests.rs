@@ -22,12 +22,7 @@ fn any_scene() -> impl Strategy<Value = ((crate::tile::View, (u32, u32)), Vec<Or
 }
 
 fn tree_of(shapes: &[OracleShape]) -> Bvh {
-    Bvh::new(
-        (0..)
-            .zip(shapes)
-            .filter_map(|(i, shape)| Some((i, shape.to_kernel().bounds()?))),
-    )
-    .unwrap()
+    Bvh::new((0..).zip(shapes).filter_map(|(i, shape)| Some((i, shape.to_kernel().bounds()?)))).unwrap()
 }
 
 /// What a walk finds, in order, with the same limit all the way.
@@ -45,10 +40,7 @@ fn assert_once_each(found: &[u32], count: usize) {
 
 /// A cone that holds everything.
 fn everywhere() -> Cone {
-    let ball = BoundingSphere {
-        center: [0.0; 3],
-        radius: 1e30,
-    };
+    let ball = BoundingSphere { center: [0.0; 3], radius: 1e30 };
     Cone::from_apex([0.0; 3], ball, 0.0)
 }
 
@@ -113,23 +105,14 @@ fn an_empty_tree_holds_nothing() {
 
 #[test]
 fn planes_are_not_in_the_tree() {
-    let wall = OracleShape::Plane {
-        normal: [0.0, 1.0, 0.0],
-        offset: 1.0,
-    };
-    let ball = OracleShape::Sphere {
-        center: [0.0, 0.0, 3.0],
-        radius: 1.0,
-    };
+    let wall = OracleShape::Plane { normal: [0.0, 1.0, 0.0], offset: 1.0 };
+    let ball = OracleShape::Sphere { center: [0.0, 0.0, 3.0], radius: 1.0 };
     assert_eq!(found(&tree_of(&[wall, ball]), &everywhere(), f32::INFINITY), [1]);
 }
 
 #[test]
 fn a_thousand_objects_may_be_in_one_place() {
-    let ball = OracleShape::Sphere {
-        center: [1.0, 2.0, 3.0],
-        radius: 0.5,
-    };
+    let ball = OracleShape::Sphere { center: [1.0, 2.0, 3.0], radius: 0.5 };
     let tree = tree_of(&vec![ball; 1000]);
     assert_once_each(&found(&tree, &everywhere(), f32::INFINITY), 1000);
 }
@@ -137,10 +120,7 @@ fn a_thousand_objects_may_be_in_one_place() {
 /// Each cut takes off only the few largest: the worst that can happen to the depth of the tree.
 #[test]
 fn objects_may_crowd_toward_a_point() {
-    let place = |i: i32| OracleShape::Sphere {
-        center: [0.0, 0.0, 2_f64.powi(-i)],
-        radius: 2_f64.powi(-i - 3),
-    };
+    let place = |i: i32| OracleShape::Sphere { center: [0.0, 0.0, 2_f64.powi(-i)], radius: 2_f64.powi(-i - 3) };
     let tree = tree_of(&(0..1000).map(place).collect::<Vec<_>>());
     assert_once_each(&found(&tree, &everywhere(), f32::INFINITY), 1000);
 }
@@ -163,26 +143,15 @@ fn a_large_tree_is_the_same_on_any_number_of_threads() {
     let tree = built(1);
     assert_once_each(&found(&tree, &everywhere(), f32::INFINITY), shapes.len());
     for threads in [2, 3, 7] {
-        assert_eq!(
-            format!("{:?}", built(threads)),
-            format!("{tree:?}"),
-            "on {threads} threads"
-        );
+        assert_eq!(format!("{:?}", built(threads)), format!("{tree:?}"), "on {threads} threads");
     }
 }
 
 #[test]
 fn objects_in_a_row_come_from_near_to_far_up_to_the_limit() {
-    let ball = |i: i32| OracleShape::Sphere {
-        center: [0.0, 0.0, f64::from(1 + (i * 37) % 100)],
-        radius: 0.25,
-    };
+    let ball = |i: i32| OracleShape::Sphere { center: [0.0, 0.0, f64::from(1 + (i * 37) % 100)], radius: 0.25 };
     let shapes: Vec<OracleShape> = (0..100).map(ball).collect();
-    let view = crate::tile::View {
-        width: 16,
-        height: 16,
-        half_pixel: (0.001, 0.001),
-    };
+    let view = crate::tile::View { width: 16, height: 16, half_pixel: (0.001, 0.001) };
     let cone = Cone::of_tile(&rays_of(view, (0, 0)));
     let places = |limit: f32| -> Vec<f64> {
         let found = found(&tree_of(&shapes), &cone, limit);

@@ -2,9 +2,9 @@
 //!
 //! value = round(max * sRGB(tone(2^exposure * radiance)))
 //!
-//! The rounding is decided on the linear side: a [`Developer`] finds once, for its exposure and tone curve, the
-//! smallest f32 radiance of every value of the image, and developing is a search among these steps. So it is
-//! exact, and as fast for one curve as for another.
+//! Rounding happens in linear light: a [`Developer`] finds once, for its exposure and tone curve, the smallest f32
+//! radiance of every value of the image, and developing is a search among these steps. So it is exact, and equally
+//! fast for all curves.
 //!
 //! Nanoseconds per channel, one thread on 2 cores of an AMD EPYC (Zen 5), noise and smooth pictures alike:
 //!
@@ -13,7 +13,7 @@
 //! | 8    | 0.8      | 0.43 | 0.37    |
 //! | 16   | 1.7      | 1.0  | 1.4     |
 //!
-//! In 16 bits AVX2, whose look-ups LLVM makes of single loads, beats AVX-512 with its gathers.
+//! With 16 bits AVX2, which LLVM gives single loads, beats AVX-512 with its gathers.
 
 mod curve;
 mod lookup;
@@ -56,7 +56,7 @@ impl BitDepth {
     }
 }
 
-/// Past this many stops either way every f32 but 0 is white, or every finite one black: 2^-149 is the smallest,
+/// Beyond this many stops every f32 but 0 is white, or every finite one black: 2^-149 is the smallest,
 /// 2^128 is beyond the largest, and all curves rise from black to white between 2^-21 and 2^16.
 const MOST_STOPS: f64 = 200.0;
 
@@ -74,9 +74,7 @@ enum Lookup {
 }
 
 impl Developer {
-    /// Makes the tables, which takes some 50 µs for 8 bits and 5 ms for 16.
-    ///
-    /// `exposure` is in stops: each doubles the light.
+    /// Makes the tables, which takes about 50 µs for 8 bits and 5 ms for 16. `exposure` is in stops.
     ///
     /// # Panics
     ///
@@ -93,19 +91,15 @@ impl Developer {
             BitDepth::Eight => Lookup::Eight(Eight::new(&steps)),
             BitDepth::Sixteen => Lookup::Sixteen(Sixteen::new(&steps, |x| curve::srgb_of(tone.apply(x * factor)))),
         };
-        Developer {
-            scale: libm::exp2(whole) as f32,
-            lookup,
-            bits,
-        }
+        Developer { scale: libm::exp2(whole) as f32, lookup, bits }
     }
 
-    /// Returns the depth of its channels.
+    /// Returns the depth of the channels.
     pub const fn bits(&self) -> BitDepth {
         self.bits
     }
 
-    /// Returns the bytes of a pixel that it writes.
+    /// Returns the bytes of a developed pixel.
     pub const fn bytes_per_pixel(&self) -> usize {
         self.bits.bytes_per_pixel()
     }
@@ -117,14 +111,10 @@ impl Developer {
     ///
     /// # Panics
     ///
-    /// If `out` has not the right length for `radiance`.
+    /// If the length of `out` does not fit `radiance`.
     #[inline(always)]
     pub fn develop(&self, radiance: &[f32], out: &mut [u8]) {
-        assert_eq!(
-            out.len() * 3,
-            radiance.len() * self.bytes_per_pixel(),
-            "bytes for the values to develop"
-        );
+        assert_eq!(out.len() * 3, radiance.len() * self.bytes_per_pixel(), "bytes for the values to develop");
         match &self.lookup {
             Lookup::Eight(table) => {
                 for (value, &x) in out.iter_mut().zip(radiance) {

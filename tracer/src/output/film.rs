@@ -149,7 +149,7 @@ impl<'a> Film<'a> {
         (first, rest)
     }
 
-    /// Take the wanted pixels of a tile. The film is that of the tile's window.
+    /// Record the requested pixels of a tile of the film's window.
     #[inline(always)]
     pub(crate) fn take(&mut self, traced: &TileTracer, tile: Tile, to_world: CameraToWorld<'_>) {
         let (t, faces) = (&traced.hits.t, &traced.hits.face);
@@ -169,10 +169,7 @@ impl<'a> Film<'a> {
                     tile.put(normal.as_chunks_mut().0, &to_world.normals(&surface.normal, faces));
                 }
                 (Pass::Position, Some(Values::Floats(position)), Some(surface)) => {
-                    tile.put(
-                        position.as_chunks_mut().0,
-                        &to_world.positions(&surface.position, faces),
-                    );
+                    tile.put(position.as_chunks_mut().0, &to_world.positions(&surface.position, faces));
                 }
                 (Pass::Albedo, Some(Values::Floats(albedo)), _) => {
                     tile.put(albedo.as_chunks_mut().0, &to_world.albedos(faces));
@@ -212,11 +209,11 @@ fn length(length: f32, unit: f64) -> f32 {
     if length < f32::INFINITY { in_world } else { length }
 }
 
-/// The way back from the camera's space to the world, for whole tiles: loops that are compiled for vectors.
+/// The transformation from camera space to the world, for whole tiles: loops that vectorize.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CameraToWorld<'a> {
     scene: &'a Scene,
-    /// What one of the camera's units is in the world: a power of two.
+    /// The size of the unit of camera space in the world: a power of two.
     unit: f64,
     eye: Vector,
     /// The rotation to the world's axes, row by row.
@@ -269,11 +266,11 @@ impl<'a> CameraToWorld<'a> {
         positions
     }
 
-    /// What one of the camera's units is in the world, ray by ray: more where a body was moved nearer.
+    /// The size of the unit of camera space in the world, ray by ray; larger for objects with a range scale.
     #[inline(always)]
     fn units(&self, faces: &[u32; LANES]) -> [f64; LANES] {
         let mut units = [self.unit; LANES];
-        if self.scene.has_moved_bodies {
+        if self.scene.has_range_scales {
             for (unit, &face) in units.iter_mut().zip(faces) {
                 let material = self.scene.materials.get((face >> FACE_BITS) as usize);
                 *unit /= material.map_or(1.0, |material| material.range_scale);

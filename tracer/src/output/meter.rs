@@ -2,19 +2,18 @@
 
 use crate::memory::{OutOfMemory, collect};
 
-/// Nineteen of twenty lit points stay below this share of white; the rest, lights mostly, may burn out.
+/// The 95th percentile of luminance becomes this share of white; brighter points, mostly lights, may clip.
 const TARGET: f64 = 0.8;
 const QUANTILE: f64 = 0.95;
 
-/// The light is metered at this many times as many points, the middles of a grid that spans the whole picture: at
-/// the same places of the view whatever the resolution. A picture that is a little wider moves each of them a
-/// little.
+/// The side of the square grid of points that are metered. It spans the whole picture, so the points do not depend
+/// on the resolution, and move only a little if the picture gets a little wider.
 pub const GRID: u32 = 256;
 
-/// What the meter found.
+/// The result of metering.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeterReading {
-    /// The 95th percentile of the luminance of all points that are not black; None if all are.
+    /// The 95th percentile of the luminance of the points that are not black; None if all are black.
     pub percentile: Option<f64>,
     /// The stops that expose the picture well, 0 if it is all black: 2^EV * P95 = 0.8.
     pub stops: f64,
@@ -28,13 +27,10 @@ pub struct MeterReading {
 pub fn meter(radiance: &[f32]) -> Result<MeterReading, OutOfMemory> {
     let (points, _) = radiance.as_chunks();
     let lit = points.iter().map(luminance).filter(|&y| y > 0.0);
-    // Infinite light counts as the most that an f32 holds, so that the exposure is finite.
+    // Infinite radiance counts as the largest f32, so that the exposure is finite.
     let mut lit = collect(lit.map(|y| y.min(f64::from(f32::MAX))), "the exposure meter")?;
     let percentile = (!lit.is_empty()).then(|| quantile(&mut lit, QUANTILE));
-    Ok(MeterReading {
-        percentile,
-        stops: percentile.map_or(0.0, |p95| libm::log2(TARGET / p95)),
-    })
+    Ok(MeterReading { percentile, stops: percentile.map_or(0.0, |p95| libm::log2(TARGET / p95)) })
 }
 
 /// Y = 0.2126 R + 0.7152 G + 0.0722 B (Rec. 709).
@@ -69,10 +65,7 @@ mod tests {
 
     #[test]
     fn a_black_picture_needs_no_exposure() {
-        let black = MeterReading {
-            percentile: None,
-            stops: 0.0,
-        };
+        let black = MeterReading { percentile: None, stops: 0.0 };
         assert_eq!(meter(&[0.0; 30]), black);
         assert_eq!(meter(&[]), black);
     }

@@ -39,29 +39,29 @@ pub use png::DecodingError;
 /// The size of an IDAT chunk: encoded data goes to the sink in such pieces.
 const CHUNK: usize = 1 << 15;
 
-/// What stands in front of a picture's pixels.
+/// The data before the pixels.
 #[derive(Clone, Copy, Debug)]
 pub struct Header<'a> {
     /// Columns.
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// What a pixel holds.
+    /// The meaning of the channels.
     pub color: Color,
-    /// Of each channel.
+    /// The depth of each channel.
     pub bits: BitDepth,
     /// Keywords in Latin-1 and their texts in ASCII.
     pub texts: &'a [(String, String)],
 }
 
-/// What a pixel holds.
+/// The meaning of the channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Color {
-    /// One number that is no color.
+    /// One value that is no color.
     Grey,
-    /// Numbers that are no color.
+    /// Three values that are no color.
     Triple,
-    /// Red, green and blue: the file says of itself that it is sRGB.
+    /// Red, green and blue: the file declares sRGB.
     Srgb,
 }
 
@@ -76,8 +76,8 @@ impl Color {
 
 /// Writes a picture of 8 or 16 bits a channel as a PNG.
 ///
-/// It holds three rows and a chunk of encoded data, whatever the height. A file without its last row is
-/// not ended: it has no IEND chunk, so that no reader takes it for whole.
+/// It buffers three rows and a chunk of encoded data. An incomplete file has no IEND chunk, so that no reader
+/// takes it for a complete one.
 pub struct PngWriter<W: Write> {
     sink: W,
     encoded: Encoded,
@@ -86,11 +86,11 @@ pub struct PngWriter<W: Write> {
     rows_left: u32,
 }
 
-/// What the encoder has written and the sink has not got yet.
+/// Encoded bytes on their way to the sink.
 ///
-/// The encoder must not write to the sink itself: it would panic at some of the sink's errors
-/// (`fdeflate::Compressor::finish` unwraps them), keep others to itself (`StreamWriter::finish` ends the file in
-/// destructors), and take no sink that is borrowed.
+/// The encoder must not write to the sink itself: it would panic on some of the sink's errors
+/// (`fdeflate::Compressor::finish` unwraps them), swallow others (`StreamWriter::finish` ends the file in
+/// destructors), and could not borrow the sink.
 #[derive(Clone, Default)]
 struct Encoded(Arc<Mutex<Vec<u8>>>);
 
@@ -112,11 +112,11 @@ impl Write for Encoded {
 }
 
 impl<W: Write> PngWriter<W> {
-    /// Begins a picture: writes what stands in front of its pixels, rows of its channels one after the other.
+    /// Begins a picture by writing the data before its pixels.
     ///
     /// # Errors
     ///
-    /// If the picture has no pixels, or the sink refuses.
+    /// If the picture has no pixels, or the sink fails.
     pub fn new(sink: W, header: Header<'_>) -> io::Result<Self> {
         let encoded = Encoded::default();
         let mut settings = png::Encoder::new(encoded.clone(), header.width, header.height);
@@ -138,13 +138,7 @@ impl<W: Write> PngWriter<W> {
         settings.set_filter(png::Filter::Paeth);
         let encoder = settings.write_header()?.into_stream_writer_with_size(CHUNK)?;
         let row_bytes = header.width as usize * header.color.channels() * header.bits.bytes();
-        let mut writer = PngWriter {
-            sink,
-            encoded,
-            encoder,
-            row_bytes,
-            rows_left: header.height,
-        };
+        let mut writer = PngWriter { sink, encoded, encoder, row_bytes, rows_left: header.height };
         writer.pass_on()?;
         Ok(writer)
     }
@@ -153,7 +147,7 @@ impl<W: Write> PngWriter<W> {
     ///
     /// # Errors
     ///
-    /// If these are no whole rows, or more than the picture has left, or the sink refuses.
+    /// If these are not whole rows, or more than are missing, or the sink fails.
     pub fn write_rows(&mut self, rows: &[u8]) -> io::Result<()> {
         let count = rows.len() / self.row_bytes;
         if !rows.len().is_multiple_of(self.row_bytes) || count > self.rows_left as usize {
@@ -171,21 +165,22 @@ impl<W: Write> PngWriter<W> {
         Ok(())
     }
 
-    /// Ends the file.
+    /// Ends the file and returns the sink.
     ///
     /// # Errors
     ///
-    /// If rows are missing, or the sink refuses.
-    pub fn finish(self) -> io::Result<()> {
-        let PngWriter {
-            mut sink,
-            encoded,
-            encoder,
-            ..
-        } = self;
+    /// If rows are missing, or the sink fails.
+    pub fn finish(self) -> io::Result<W> {
+        let PngWriter { mut sink, encoded, encoder, .. } = self;
         encoder.finish()?;
         encoded.with(|waiting| sink.write_all(waiting))?;
-        sink.flush()
+        sink.flush()?;
+        Ok(sink)
+    }
+
+    /// Returns the sink.
+    pub fn sink(&mut self) -> &mut W {
+        &mut self.sink
     }
 
     /// Hands encoded data to the sink.
@@ -199,7 +194,7 @@ impl<W: Write> PngWriter<W> {
     }
 }
 
-/// A picture as a PNG holds it.
+/// The contents of a PNG.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Decoded {
     /// Columns.
@@ -218,7 +213,7 @@ pub struct Decoded {
 ///
 /// # Errors
 ///
-/// If it is none, or is broken, or its pixels take more than `most` bytes, or more than there are.
+/// If it is not a PNG, is broken, or its pixels take more than `most` bytes or more memory than there is.
 pub fn decode(file: &[u8], most: usize) -> Result<Decoded, DecodingError> {
     let limits = png::Limits { bytes: most };
     let mut decoder = png::Decoder::new_with_limits(io::Cursor::new(file), limits);
@@ -233,11 +228,7 @@ pub fn decode(file: &[u8], most: usize) -> Result<Decoded, DecodingError> {
         width: info.width,
         height: info.height,
         channels: info.color_type.samples(),
-        bits: if info.bit_depth == png::BitDepth::Sixteen {
-            16
-        } else {
-            8
-        },
+        bits: if info.bit_depth == png::BitDepth::Sixteen { 16 } else { 8 },
         pixels,
     })
 }
@@ -248,13 +239,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn srgb(width: u32, height: u32, bits: BitDepth) -> Header<'static> {
-        Header {
-            width,
-            height,
-            color: Color::Srgb,
-            bits,
-            texts: &[],
-        }
+        Header { width, height, color: Color::Srgb, bits, texts: &[] }
     }
 
     fn encoded(width: u32, height: u32, bits: BitDepth, pixels: &[u8]) -> Vec<u8> {
@@ -276,23 +261,18 @@ mod tests {
 
     /// Bytes in which nothing repeats.
     fn noise(count: usize) -> Vec<u8> {
-        (0..count as u64)
-            .map(|i| (i.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 56) as u8)
-            .collect()
+        (0..count as u64).map(|i| (i.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 56) as u8).collect()
     }
 
     /// A disk with room for a number of bytes.
+    #[derive(Debug)]
     struct Disk(usize);
 
     impl Write for Disk {
         fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
             let fits = bytes.len().min(self.0);
             self.0 -= fits;
-            if fits == 0 {
-                Err(io::ErrorKind::StorageFull.into())
-            } else {
-                Ok(fits)
-            }
+            if fits == 0 { Err(io::ErrorKind::StorageFull.into()) } else { Ok(fits) }
         }
 
         fn flush(&mut self) -> io::Result<()> {

@@ -51,12 +51,7 @@ impl Arrays {
 }
 
 fn whole(world: &World) -> Window {
-    Window {
-        x: 0,
-        y: 0,
-        width: world.camera.width,
-        height: world.camera.height,
-    }
+    Window { x: 0, y: 0, width: world.camera.width, height: world.camera.height }
 }
 
 fn filmed(tracer: &Tracer, window: Window) -> Arrays {
@@ -87,19 +82,13 @@ fn best(world: &World) -> Tracer {
 }
 
 fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .unwrap()
-        .install(work)
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(work)
 }
 
 fn written(tracer: &Tracer, window: Window, bits: BitDepth) -> Vec<u8> {
     let mut file = Vec::new();
     let developer = Developer::new(0.0, ToneCurve::Clip, bits);
-    tracer
-        .write_png(window, &developer, &[], &mut file, &Monitor::new())
-        .unwrap();
+    tracer.write_png(window, &developer, &[], &mut file, &Monitor::new()).unwrap();
     file
 }
 
@@ -252,31 +241,16 @@ fn world(width: u32, height: u32, objects: Vec<Object>, lights: Vec<LightDesc>) 
         camera: Camera::along_z(width, height, 50.0),
         objects,
         lights,
-        settings: Settings {
-            samples: 1,
-            background: [0.0; 3],
-            lit: true,
-            eye_falloff: false,
-        },
+        settings: Settings { samples: 1, background: [0.0; 3], direct_light: true, eye_falloff: false },
     }
 }
 
 fn grey(position: [f64; 3], shape: ShapeDesc) -> Object {
-    Object {
-        position,
-        color: [0.8, 0.5, 0.2],
-        shape,
-    }
+    Object { position, color: [0.8, 0.5, 0.2], shape }
 }
 
 fn light(position: [f64; 3], intensity: f64) -> LightDesc {
-    LightDesc {
-        kind: LightKind::Point,
-        position,
-        color: [1.0; 3],
-        intensity,
-        carrier: None,
-    }
+    LightDesc { kind: LightKind::Point, position, color: [1.0; 3], intensity, carrier: None }
 }
 
 /// The point on the image plane at distance 1, of a pixel of a picture.
@@ -308,10 +282,7 @@ fn assert_lit(world: &World, point_and_normal: impl Fn([f64; 3]) -> Option<([f64
             let albedo = world.objects[0].color[channel];
             let expected = albedo / PI * light.intensity / (4.0 * PI * r * r) * cosine.max(0.0);
             let found = f64::from(arrays.radiance[3 * pixel + channel]);
-            assert!(
-                (found - expected).abs() <= 1e-5 * expected,
-                "pixel {pixel}: {found}, not {expected}"
-            );
+            assert!((found - expected).abs() <= 1e-5 * expected, "pixel {pixel}: {found}, not {expected}");
         }
     }
     assert!(seen > 100);
@@ -320,12 +291,7 @@ fn assert_lit(world: &World, point_and_normal: impl Fn([f64; 3]) -> Option<([f64
 #[test]
 fn a_plane_under_a_light_has_the_radiance_of_the_formula() {
     for distance in [1.0, 1e-4, 1e5] {
-        let ground = grey(
-            [5.0, -distance, 3.0],
-            ShapeDesc::Plane(PlaneDesc {
-                normal: [0.0, 7.0, 0.0],
-            }),
-        );
+        let ground = grey([5.0, -distance, 3.0], ShapeDesc::Plane(PlaneDesc { normal: [0.0, 7.0, 0.0] }));
         let above = light([0.3 * distance, 2.0 * distance, -4.0 * distance], 100.0);
         assert_lit(&world(61, 43, vec![ground], vec![above]), |v| {
             let t = -distance / v[1];
@@ -339,12 +305,7 @@ fn a_plane_under_a_light_has_the_radiance_of_the_formula() {
 #[test]
 fn a_light_as_far_as_the_sun_lights_a_scene_of_millimetres() {
     for distance in [1e3, 1e11, 1.5e14] {
-        let ground = grey(
-            [0.0, -1.0, 0.0],
-            ShapeDesc::Plane(PlaneDesc {
-                normal: [0.0, 1.0, 0.0],
-            }),
-        );
+        let ground = grey([0.0, -1.0, 0.0], ShapeDesc::Plane(PlaneDesc { normal: [0.0, 1.0, 0.0] }));
         let sun = light([0.0, distance, 0.0], distance * distance);
         assert_lit(&world(61, 43, vec![ground], vec![sun]), |v| {
             let point = [-v[0] / v[1], -1.0, 1.0 / v[1]];
@@ -377,10 +338,7 @@ fn nothing_gives_the_background() {
     empty.settings.samples = 3;
     let arrays = filmed(&best(&empty), whole(&empty));
     for pixel in arrays.radiance.chunks_exact(3) {
-        assert!(
-            pixel.iter().zip([0.1, 0.2, 0.3]).all(|(x, y)| (x - y).abs() < 1e-7),
-            "{pixel:?}"
-        );
+        assert!(pixel.iter().zip([0.1, 0.2, 0.3]).all(|(x, y)| (x - y).abs() < 1e-7), "{pixel:?}");
     }
     assert_eq!(arrays.rays, 1200);
 }
@@ -392,22 +350,15 @@ fn no_number_is_too_large_or_too_small() {
         let objects = vec![
             grey([0.0, -a, 0.0], ShapeDesc::Plane(PlaneDesc { normal: [a, b, 0.0] })),
             grey([b, 0.0, -3.0 * a], ShapeDesc::Sphere(SphereDesc { radius: a })),
-            grey(
-                [0.0, b, -3.0 * b],
-                ShapeDesc::Cuboid(CuboidDesc {
-                    size: [b, a, b],
-                    rotation: a,
-                }),
-            ),
+            grey([0.0, b, -3.0 * b], ShapeDesc::Cuboid(CuboidDesc { size: [b, a, b], rotation: a })),
             grey([0.0, 0.0, -a], ShapeDesc::Sphere(SphereDesc { radius: b })),
         ];
         let lights = vec![light([a, b, 0.0], a), light([0.0; 3], b)];
         let mut scene = world(20, 20, objects, lights);
         scene.settings.eye_falloff = a > b;
         let arrays = filmed(&best(&scene), whole(&scene));
-        for (name, (array, _)) in ["radiance", "depth", "distance", "normal", "position"]
-            .iter()
-            .zip(arrays.floats())
+        for (name, (array, _)) in
+            ["radiance", "depth", "distance", "normal", "position"].iter().zip(arrays.floats())
         {
             assert!(array.iter().all(|x| !x.is_nan()), "{name} of {a:e} and {b:e}");
         }
@@ -445,18 +396,9 @@ impl<F: FnMut() + Send> io::Write for Watcher<'_, F> {
 
 #[test]
 fn in_the_end_all_pixels_are_done_and_never_more() {
-    let scene = world(
-        333,
-        777,
-        vec![grey([0.0, 0.0, -3.0], ShapeDesc::Sphere(SphereDesc { radius: 1.0 }))],
-        vec![],
-    );
-    let window = Window {
-        x: 5,
-        y: 9,
-        width: 300,
-        height: 700,
-    };
+    let scene =
+        world(333, 777, vec![grey([0.0, 0.0, -3.0], ShapeDesc::Sphere(SphereDesc { radius: 1.0 }))], vec![]);
+    let window = Window { x: 5, y: 9, width: 300, height: 700 };
     let monitor = Monitor::new();
     let mut last = 0;
     let mut look = || {
@@ -465,9 +407,7 @@ fn in_the_end_all_pixels_are_done_and_never_more() {
         last = done;
     };
     let developer = Developer::new(0.0, ToneCurve::Clip, BitDepth::Eight);
-    best(&scene)
-        .write_png(window, &developer, &[], Watcher { look: &mut look }, &monitor)
-        .unwrap();
+    best(&scene).write_png(window, &developer, &[], Watcher { look: &mut look }, &monitor).unwrap();
     assert_eq!(monitor.done(), 210_000);
     let monitor = Monitor::new();
     let mut radiance = vec![0.0; 630_000];
@@ -484,12 +424,7 @@ fn what_is_cancelled_before_it_begins_is_not_done() {
     let developer = Developer::new(0.0, ToneCurve::Clip, BitDepth::Eight);
     let result = best(&scene).write_png(whole(&scene), &developer, &[], io::sink(), &monitor);
     assert!(matches!(result, Err(PictureError::Stopped(Stopped::Cancelled))));
-    let small = Window {
-        x: 0,
-        y: 0,
-        width: 50,
-        height: 50,
-    };
+    let small = Window { x: 0, y: 0, width: 50, height: 50 };
     let mut radiance = vec![0.0; 7500];
     let film = Film::of_radiance(&mut radiance);
     assert_eq!(best(&scene).film(small, film, &monitor), Err(Stopped::Cancelled));
@@ -510,10 +445,7 @@ fn what_is_cancelled_while_it_is_done_ends_soon() {
         }
         monitor.cancel();
         let start = Instant::now();
-        assert!(matches!(
-            work.join().unwrap(),
-            Err(PictureError::Stopped(Stopped::Cancelled))
-        ));
+        assert!(matches!(work.join().unwrap(), Err(PictureError::Stopped(Stopped::Cancelled))));
         assert!(start.elapsed() < Duration::from_secs(2), "{:?}", start.elapsed());
     });
     assert!(monitor.done() < 16_000_000);
@@ -534,9 +466,7 @@ fn a_sink_that_fails_is_an_error() {
     let scene = world(100, 100, vec![], vec![]);
     let developer = Developer::new(0.0, ToneCurve::Clip, BitDepth::Eight);
     let result = best(&scene).write_png(whole(&scene), &developer, &[], Full, &Monitor::new());
-    let Err(PictureError::Io(error)) = result else {
-        panic!("{result:?}")
-    };
+    let Err(PictureError::Io(error)) = result else { panic!("{result:?}") };
     assert_eq!(error.kind(), io::ErrorKind::StorageFull);
 }
 
@@ -588,9 +518,7 @@ fn many_planes(planes: u32, lights: u32) -> World {
         .map(|i| Object {
             position: [0.0, -1.0 - f64::from(i), 0.0],
             color: [0.5; 3],
-            shape: ShapeDesc::Plane(PlaneDesc {
-                normal: [0.0, 1.0, 0.0],
-            }),
+            shape: ShapeDesc::Plane(PlaneDesc { normal: [0.0, 1.0, 0.0] }),
         })
         .collect();
     world.lights = (0..lights)
@@ -620,10 +548,7 @@ fn a_picture_ends_soon_after_its_budget() {
     assert_eq!(result, Err(Stopped::BudgetExceeded));
     assert!(spent < 2500, "{spent}");
     let budget = Arc::new(WorkBudget::new(1000));
-    assert_eq!(
-        best(&world).exposure(128, &Monitor::within(Arc::clone(&budget))),
-        Err(Stopped::BudgetExceeded)
-    );
+    assert_eq!(best(&world).exposure(128, &Monitor::within(Arc::clone(&budget))), Err(Stopped::BudgetExceeded));
     assert!(budget.is_exceeded());
 }
 

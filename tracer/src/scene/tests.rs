@@ -6,10 +6,7 @@ use proptest::prelude::*;
 
 /// All numbers of a scene.
 fn numbers_of(scene: &Scene) -> String {
-    format!(
-        "{:?} {:?} {:?} {:?}",
-        scene.shapes, scene.materials, scene.lights, scene.bvh
-    )
+    format!("{:?} {:?} {:?} {:?}", scene.shapes, scene.materials, scene.lights, scene.bvh)
 }
 
 /// The same world with all lengths times a factor, and as much light.
@@ -69,32 +66,19 @@ fn rounded(mut world: World) -> World {
 fn one_object(shape: ShapeDesc, position: Vector) -> World {
     World {
         camera: Camera::along_z(16, 16, 60.0),
-        objects: vec![Object {
-            position,
-            color: [0.5; 3],
-            shape,
-        }],
+        objects: vec![Object { position, color: [0.5; 3], shape }],
         lights: vec![],
-        settings: Settings {
-            samples: 1,
-            background: [0.0; 3],
-            lit: true,
-            eye_falloff: false,
-        },
+        settings: Settings { samples: 1, background: [0.0; 3], direct_light: true, eye_falloff: false },
     }
 }
 
 #[test]
 fn the_unit_brings_the_scene_to_about_one() {
     for size in [1e-300, 1e-30, 1e-6, 1.0, 1e6, 1e30, 1e300] {
-        let scene = Scene::new(&one_object(
-            ShapeDesc::Sphere(SphereDesc { radius: size / 10.0 }),
-            [0.0, 0.0, -size],
-        ))
-        .unwrap();
-        let Shape::Sphere(sphere) = &scene.shapes[0] else {
-            panic!("a sphere")
-        };
+        let scene =
+            Scene::new(&one_object(ShapeDesc::Sphere(SphereDesc { radius: size / 10.0 }), [0.0, 0.0, -size]))
+                .unwrap();
+        let Shape::Sphere(sphere) = &scene.shapes[0] else { panic!("a sphere") };
         assert!((0.5..4.0).contains(&sphere.center[2]), "{size}: {:?}", sphere.center);
         let ratio = sphere.center[2] / sphere.radius;
         assert!((ratio - 10.0).abs() < 1e-12, "{size}: {ratio}");

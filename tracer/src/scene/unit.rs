@@ -4,21 +4,22 @@ use crate::memory::{OutOfMemory, collect, reserve};
 use crate::vector::Vector;
 use crate::world::{Object, World};
 
-/// What there may be not enough memory for.
+/// Named in the error if memory runs out.
 pub(crate) const OBJECTS: &str = "the objects";
 
-/// The farthest thing is kept within this power of two: its square stays within float32.
+/// The farthest object or light stays within this power of two, so that its square stays within float32.
 const LARGEST_EXPONENT: i32 = 58;
 
-/// What is farther than this power of two times the typical distance does not count for the unit; see
+/// Whatever is farther than this power of two times the typical distance does not affect the unit; see
 /// `CameraSpace::range_scale`.
 const FARTHEST_EXPONENT: i32 = 80;
 
-/// Nor what of a light's distance is more than this power of two times that of all objects: its light is parallel.
+/// The distance of a light counts at most this power of two times the largest distance of an object: its light is
+/// parallel anyway.
 const AS_GOOD_AS_PARALLEL: i32 = 30;
 
-/// A power of two that brings the typical distance from the eye, or the size of what is larger, to about 1, or
-/// below if something is very far away.
+/// Return a power of two that scales the median of the objects' and lights' distances from the eye, or their sizes
+/// if larger, to about 1, or below if something is very far away.
 pub(crate) fn suitable_unit(world: &World) -> Result<f64, OutOfMemory> {
     let eye = world.camera.position;
     let exponent = |place: Vector, size: f64| {

@@ -1,4 +1,4 @@
-//! The light that reaches points, and that they reflect to the eye.
+//! The light that points reflect to the eye.
 
 use crate::accel::Stack;
 use crate::scene::{Light, Material, Scene};
@@ -13,8 +13,8 @@ use crate::vector::{Vector, l1_norm, scale, sub, to_f32};
 use crate::world::Settings;
 use std::f64::consts::PI;
 
-/// What rounding makes of the height of a light in the plane of a face is less than this share of distances.
-const NO_HEIGHT: f64 = 4e-15;
+/// The height of a light in the plane of a face rounds to less than this share of distances.
+const HEIGHT_ROUNDING: f64 = 4e-15;
 
 /// Points on a face and the light that reaches them.
 #[derive(Debug)]
@@ -37,15 +37,15 @@ impl Lighting {
         }
     }
 
-    /// Add what the points, placed on an object, send back of the light that reaches them; return how many shadow
-    /// rays that took. `flat` is the plane of their face, unless they lie on a sphere.
+    /// Add the light that the placed points reflect, and return the number of shadow rays. `flat` is the plane of
+    /// their face, None on a sphere.
     ///
     /// radiance = sum over lights of albedo / pi L_i cos(theta), L_i = power / r^2 (document, sections 2.3.1,
     /// 2.3.2)
     ///
-    /// A surface is lit from the eye's side only. All shapes are convex, so where eye and light are on the same
-    /// side of an object and cos(theta) > 0, the object cannot stand in its own light: it is left out, and no
-    /// epsilon is needed.
+    /// Only lights on the eye's side illuminate a surface. All shapes are convex, so an object cannot shadow
+    /// itself where eye and light are on the same side and cos(theta) > 0: it is skipped, and no epsilon is
+    /// needed.
     #[inline(always)]
     pub(crate) fn add(
         &mut self,
@@ -56,9 +56,7 @@ impl Lighting {
         radiance: &mut [Lanes; 3],
     ) -> u64 {
         let object = face >> FACE_BITS;
-        let Material {
-            albedo, range_scale, ..
-        } = scene.materials[object as usize];
+        let Material { albedo, range_scale, .. } = scene.materials[object as usize];
         let bounds = self.points.bounds();
         let mut rays = 0;
         for light in &scene.lights {
@@ -75,7 +73,7 @@ impl Lighting {
                 bounds,
             };
             shadows::cast(&mut shadow, light, scene, object, &mut self.stack);
-            // A body that was moved nearer gets no more light than where it is.
+            // An object that was moved toward the eye gets no more light than at its real distance.
             let dimmed = (range_scale / light.range_scale).min(1.0);
             let mut share = share(light, scale(albedo, dimmed * dimmed));
             if settings.eye_falloff {
@@ -92,7 +90,7 @@ impl Lighting {
         rays
     }
 
-    /// Find the light that reaches the points from a light unless something is between, and how many face it.
+    /// Compute the unoccluded irradiance of a light at the points, and return the number of points that face it.
     #[inline(always)]
     fn irradiate(&mut self, light: &Light, scene: &Scene, face: u32, flat: Option<&PlaneEquation>) -> u64 {
         let object = face >> FACE_BITS;
@@ -106,10 +104,10 @@ impl Lighting {
                 Some(contact) => (shape.height(face, contact), 0.0),
                 None => (
                     plane.height(light.position),
-                    NO_HEIGHT * (l1_norm(light.position) + plane.offset.abs()),
+                    HEIGHT_ROUNDING * (l1_norm(light.position) + plane.offset.abs()),
                 ),
             };
-            // A light in the plane of a face does not light it, wherever rounding puts it.
+            // A light in the plane of a face, within rounding, does not illuminate it.
             if height <= rounding {
                 return 0;
             }
@@ -121,7 +119,7 @@ impl Lighting {
         u64::from(self.irradiance[..self.points.count].iter().map(facing).sum::<u32>())
     }
 
-    /// cos(theta) / r^2 = height / r^3: the light is equally high above all points of a flat face.
+    /// cos(theta) / r^2 = height / r^3: the height of the light is the same at all points of a flat face.
     #[inline(always)]
     fn irradiate_flat(&mut self, to_light: [f32; 3], height: f32) {
         for lane in 0..self.points.padded() {
@@ -141,7 +139,7 @@ impl Lighting {
             let n = &self.points.normal;
             let along = n[0][lane] * w[0] + n[1][lane] * w[1] + n[2][lane] * w[2];
             self.squared[lane] = squared;
-            // Also 0 where it is NaN, at a light on the surface.
+            // Also 0 if NaN, for a light on the surface.
             let irradiance = per_cube(along, squared);
             self.irradiance[lane] = if irradiance > 0.0 { irradiance } else { 0.0 };
         }
@@ -161,8 +159,8 @@ impl Lighting {
     }
 }
 
-/// value / r^3, with r^2 given. The cube itself would leave float32 where a light is as far away as the sun from a
-/// scene of a few millimetres.
+/// value / r^3, from r^2. The cube itself would overflow float32 for a light at the sun's distance from a scene of
+/// millimetres.
 #[inline(always)]
 fn per_cube(value: f32, squared: f32) -> f32 {
     let inverse = 1.0 / squared;
@@ -174,8 +172,8 @@ fn share(light: &Light, albedo: Vector) -> Vector {
     std::array::from_fn(|i| light.power[i] * (albedo[i] / PI))
 }
 
-/// Return a power of two near a light's power if that is far from 1: it keeps radiance within float32 on its way
-/// to the eye.
+/// Return a power of two near a light's power if that is far from 1: it keeps intermediate radiance within
+/// float32.
 fn gain(share: Vector) -> f32 {
     let largest = share.into_iter().fold(0.0, f64::max);
     let exponent = libm::ilogb(largest);
@@ -186,7 +184,7 @@ fn gain(share: Vector) -> f32 {
     }
 }
 
-/// Round to float32, larger values to its largest.
+/// Round to float32, clamping to its largest value.
 fn bounded(value: f64) -> f32 {
     value.min(f64::from(f32::MAX)) as f32
 }

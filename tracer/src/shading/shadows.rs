@@ -1,4 +1,4 @@
-//! The objects that shadow the points of a face from one light.
+//! Shadows of other objects on the points of a face.
 
 use crate::accel::Stack;
 use crate::accel::cone::Cone;
@@ -9,7 +9,8 @@ use crate::vector::{l1_norm, sub};
 
 /// Darken the points from which another object hides the light.
 ///
-/// Neither `receiver`, on which they lie, counts, nor the body of the light: see `Lighting::add`.
+/// The object that the points lie on, `receiver`, and the one that carries the light cast no shadow: see
+/// `Lighting::add`.
 #[inline(always)]
 pub(crate) fn cast(shadow: &mut Shadow<'_>, light: &Light, scene: &Scene, receiver: u32, stack: &mut Stack) {
     for &i in &scene.unbounded {

@@ -1,4 +1,4 @@
-//! A box turned about +y (document, section 2.2.3); `Box` is another thing in Rust.
+//! A box rotated about +y (document, section 2.2.3); `Box` is taken in Rust.
 
 use crate::bounds::BoundingSphere;
 use crate::camera_space::{CameraSpace, FAR_FROM_ROUNDING};
@@ -15,7 +15,7 @@ use crate::tile::rays::Rays;
 use crate::vector::{Vector, add, cross, dot, l1_norm, largest, length, rotate, scale, sub, to_f32};
 use std::f64::consts::PI;
 
-/// Axes, and along each the limit before which points are, with its sign.
+/// Axes, and a sign and a limit along each: a point p is before the faces where sign p < limit.
 type Before = ([[f32; 3]; 3], [f32; 3], [f32; 3]);
 
 #[derive(Clone, Debug)]
@@ -25,11 +25,11 @@ pub(crate) struct Cuboid {
     axes: [Vector; 3],
     /// Half its size along them.
     half: Vector,
-    /// The eye as the box sees it, from its centre along its axes; exactly on a face if it is on one.
+    /// The eye relative to the centre, along the axes; exactly on a face if it is on one.
     eye: Vector,
 }
 
-/// A box around its position, turned about +y.
+/// A box around its position, rotated about +y.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CuboidDesc {
     /// Width (x), height (y), depth (z).
@@ -51,10 +51,7 @@ impl Description for CuboidDesc {
     type Shape = Cuboid;
 
     fn new(parameters: &[f64]) -> CuboidDesc {
-        CuboidDesc {
-            size: [parameters[0], parameters[1], parameters[2]],
-            rotation: parameters[3],
-        }
+        CuboidDesc { size: [parameters[0], parameters[1], parameters[2]], rotation: parameters[3] }
     }
 
     fn size(&self) -> f64 {
@@ -71,11 +68,7 @@ impl Description for CuboidDesc {
         let half = scale(self.half(space), range_scale);
         let eye = self.contact(space, position, space.eye);
         let close = eye.is_within(FAR_FROM_ROUNDING * (l1_norm(center) + length(half)));
-        let eye = if close {
-            eye.local
-        } else {
-            rotate(&axes, scale(center, -1.0))
-        };
+        let eye = if close { eye.local } else { rotate(&axes, scale(center, -1.0)) };
         Cuboid::new(center, axes, half, eye)
     }
 }
@@ -95,40 +88,31 @@ impl Cuboid {
     }
 
     pub(crate) fn new(center: Vector, axes: [Vector; 3], half: Vector, eye: Vector) -> Cuboid {
-        Cuboid {
-            center,
-            axes,
-            half,
-            eye,
-        }
+        Cuboid { center, axes, half, eye }
     }
 
-    /// The radius of the ball around it.
+    /// The radius of the bounding sphere.
     fn bounding_radius(&self) -> f64 {
         length(self.half)
     }
 
-    /// Whether a place in the axes of the box is inside, or on its surface.
+    /// Whether a point in the axes of the box is inside or on its surface.
     #[inline(always)]
     fn inside(&self, local: Vector) -> bool {
         (0..3).all(|i| local[i].abs() <= self.half[i])
     }
 
-    /// On which side a place is that is not close to the surface.
-    fn side(&self, place: Vector) -> Side {
-        if self.inside(rotate(&self.axes, sub(place, self.center))) {
-            Side::Inside
-        } else {
-            Side::Outside
-        }
+    /// The side of a point that is not close to the surface.
+    fn side(&self, point: Vector) -> Side {
+        if self.inside(rotate(&self.axes, sub(point, self.center))) { Side::Inside } else { Side::Outside }
     }
 
-    /// Whether the eye sees the outside; from the surface it sees the inside.
+    /// Whether the eye sees the outside; an eye on the surface sees the inside.
     fn eye_is_outside(&self) -> bool {
         !self.inside(self.eye)
     }
 
-    /// The axis of a face, and 1 or -1 for the side.
+    /// The axis of a face, and its sign.
     #[inline(always)]
     fn side_of(&self, face: u32) -> (usize, f64) {
         let number = face % (1 << FACE_BITS);
@@ -145,27 +129,19 @@ impl Cuboid {
         let outward = scale(self.axes[axis], side);
         // The eye is known more exactly than the centre if that is far away along the face.
         let offset = self.half[axis] - side * self.eye[axis];
-        PlaneEquation {
-            normal: outward,
-            offset,
-        }
-        .facing_the_eye()
+        PlaneEquation { normal: outward, offset }.facing_the_eye()
     }
 
-    /// The depth of the middle ray from which float32 may go on: where the ball around the box begins, or the eye
-    /// if the box is not far from it in its own size.
+    /// The depth of the middle ray from which float32 continues: where the bounding sphere begins, or 0 if the box
+    /// is close relative to its size.
     #[inline(always)]
     fn start(&self, middle: Vector) -> f32 {
         let size = length(middle);
         let begin = dot(self.center, middle) / size - self.bounding_radius();
-        if begin > self.bounding_radius() {
-            (begin / size) as f32
-        } else {
-            0.0
-        }
+        if begin > self.bounding_radius() { (begin / size) as f32 } else { 0.0 }
     }
 
-    /// Darken the points outside, for a light inside, or on faces that the points are before.
+    /// Darken the points outside, for a light that is inside, or on a face and the points are before it.
     #[inline(always)]
     fn occlude_from_inside(&self, reference: Vector, rounding: Vector, before: Before, shadow: &mut Shadow<'_>) {
         let (axes, sign, limit) = before;
@@ -190,14 +166,14 @@ impl Cuboid {
 }
 
 impl Primitive for Cuboid {
-    /// Meet the three slabs: the box is where a ray is in all of them.
+    /// Intersect the three slabs: a ray is in the box where it is in all of them.
     ///
-    /// With v = middle + delta, o what the middle ray's point at depth `start` is for the box, and the parameter
+    /// With v = middle + delta, o the middle ray's point at depth `start` relative to the box, and the parameter
     /// start + tau, a slab of half width h along the axis a is entered and left at
     ///
     /// tau = (-+h - o - start (a . delta)) / (a . v)
     ///
-    /// The face that is offered has twice the number of its axis added to `face`, and 1 if the ray runs along it.
+    /// A face is numbered `face`, plus twice its axis, plus 1 if the ray runs along the axis.
     #[inline(always)]
     fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
         let inside = self.inside(self.eye);
@@ -220,7 +196,7 @@ impl Primitive for Cuboid {
                 let inverse = 1.0 / along;
                 let shift = start * across;
                 let (a, b) = (low[i] - shift, high[i] - shift);
-                // A ray parallel to two faces is between them, or on one of them, for its whole way or not at all.
+                // A ray parallel to two faces is between them for its whole length or not at all.
                 let parallel = along == 0.0;
                 let a = if parallel { beyond(a > 0.0) } else { a * inverse };
                 let b = if parallel { -beyond(b < 0.0) } else { b * inverse };
@@ -240,7 +216,6 @@ impl Primitive for Cuboid {
         hits.close += close;
     }
 
-    /// Where a ray first meets the box ahead of the eye, in float64, infinite where it does not; and |n.v| there.
     fn depth(&self, v: Vector) -> (f64, f64) {
         let along = rotate(&self.axes, v);
         let (mut enter, mut leave) = ((f64::NEG_INFINITY, 0.0), (f64::INFINITY, 0.0));
@@ -256,11 +231,7 @@ impl Primitive for Cuboid {
             }
         }
         let met = if self.inside(self.eye) { leave } else { enter };
-        if enter.0 <= leave.0 && met.0 > 0.0 {
-            met
-        } else {
-            (f64::INFINITY, 0.0)
-        }
+        if enter.0 <= leave.0 && met.0 > 0.0 { met } else { (f64::INFINITY, 0.0) }
     }
 
     #[inline(always)]
@@ -284,22 +255,15 @@ impl Primitive for Cuboid {
     /// |(L x P)_i| > h_j |e_k| + h_k |e_j|
     #[inline(always)]
     fn occlude(&self, contact: Option<&Contact>, shadow: &mut Shadow<'_>) {
-        let light = contact.map_or_else(
-            || rotate(&self.axes, sub(shadow.light, self.center)),
-            |contact| contact.local,
-        );
+        let light =
+            contact.map_or_else(|| rotate(&self.axes, sub(shadow.light, self.center)), |contact| contact.local);
         let reference = rotate(&self.axes, sub(shadow.points.reference, self.center));
-        // However large the box is along a face, rounding takes nothing across it.
+        // The size of the box along a face adds no rounding across it.
         let away = l1_norm(self.center);
         let rounding = self.half.map(|half| shadow.rounding_at_points(away + half));
-        let at_light = self.half.map(|half| {
-            if contact.is_some() {
-                0.0
-            } else {
-                shadow.rounding_at_light(away + half)
-            }
-        });
-        // Of each pair of faces the light is beyond at most one, or on it: there the point has to be before it.
+        let at_light =
+            self.half.map(|half| if contact.is_some() { 0.0 } else { shadow.rounding_at_light(away + half) });
+        // The light is beyond, or on, at most one of each pair of faces: a hidden point is before it.
         let (mut sign, mut limit) = ([0.0_f32; 3], [f32::INFINITY; 3]);
         let mut inside = true;
         for i in 0..3 {
@@ -310,7 +274,7 @@ impl Primitive for Cuboid {
                 inside = false;
             }
         }
-        // On a face it is hidden from points outside that are before the face.
+        // A light on a face is hidden from points outside that are before the face.
         if inside || contact.is_some_and(|contact| contact.side == Side::On) {
             let before = (self.axes.map(to_f32), sign, limit);
             self.occlude_from_inside(reference, rounding, before, shadow);
@@ -364,10 +328,7 @@ impl Primitive for Cuboid {
     }
 
     fn bounds(&self) -> Option<BoundingSphere> {
-        Some(BoundingSphere {
-            center: self.center,
-            radius: self.bounding_radius(),
-        })
+        Some(BoundingSphere { center: self.center, radius: self.bounding_radius() })
     }
 
     fn outline(&self) -> Outline {
@@ -375,8 +336,7 @@ impl Primitive for Cuboid {
     }
 }
 
-/// The axes of a box turned about +y, counter-clockwise seen from above: the rows of R_y (document, section
-/// 2.2.3).
+/// The axes of a box rotated about +y: the rows of R_y (document, section 2.2.3).
 fn box_axes(degrees: f64) -> [Vector; 3] {
     let (sine, cosine) = sine_and_cosine(degrees);
     [[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]]
@@ -396,7 +356,7 @@ fn sine_and_cosine(degrees: f64) -> (f64, f64) {
     }
 }
 
-/// Where a slab begins for a ray parallel to it.
+/// Where a ray parallel to a slab enters it.
 #[inline(always)]
 fn beyond(outside: bool) -> f32 {
     if outside { f32::INFINITY } else { f32::NEG_INFINITY }

@@ -1,4 +1,4 @@
-//! The cones of directions in which the eye sees convex shapes.
+//! The cones of directions in which convex shapes appear to the eye.
 //!
 //! Rays through the corners of a rectangle of the image plane bound all rays between them: if all four are in a
 //! convex cone, all others are. Rectangles end at the edges of pixels and rays go through their centres: half a
@@ -10,7 +10,7 @@ use crate::vector::{Vector, add, cross, dot, length, rotate, scale, sub};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Overlap {
     None,
-    /// Perhaps nothing or all: the rays have to be tested.
+    /// Unknown: test the rays.
     Partial,
     Full,
 }
@@ -27,21 +27,12 @@ impl Rectangle {
     /// The rays through its corners.
     fn corners(&self) -> [Vector; 4] {
         let ([left, bottom], [right, top]) = (self.low, self.high);
-        [
-            [left, bottom, 1.0],
-            [right, bottom, 1.0],
-            [left, top, 1.0],
-            [right, top, 1.0],
-        ]
+        [[left, bottom, 1.0], [right, bottom, 1.0], [left, top, 1.0], [right, top, 1.0]]
     }
 
     /// The ray through its middle.
     fn middle(&self) -> Vector {
-        [
-            (self.low[0] + self.high[0]) / 2.0,
-            (self.low[1] + self.high[1]) / 2.0,
-            1.0,
-        ]
+        [(self.low[0] + self.high[0]) / 2.0, (self.low[1] + self.high[1]) / 2.0, 1.0]
     }
 
     /// The smallest value of n . v.
@@ -63,21 +54,21 @@ impl Rectangle {
     }
 }
 
-/// The cone of directions in which a shape is seen.
+/// The cone of directions in which a shape appears.
 pub(crate) enum Outline {
     /// The eye is well inside.
     Everywhere,
     Circular(CircularCone),
     Polyhedral(BoxCone),
     HalfSpace(HalfSpace),
-    /// The eye is on the surface, within rounding, or a size is beyond what the kernel is sure to meet.
+    /// The eye is on the surface, within rounding, or a length is not `USUAL`.
     Unknown,
 }
 
-/// A point this near to a surface, as a share of the size, may be inside or outside.
+/// An eye this close to a surface, as a share of the size, may be inside or outside.
 const NEAR: f64 = 1e-6;
 
-/// Lengths of the scene between which the kernel overflows nowhere.
+/// Lengths for which the kernel cannot overflow.
 const USUAL: std::ops::Range<f64> = 1e-12..1e12;
 
 impl Outline {
@@ -92,7 +83,7 @@ impl Outline {
     }
 }
 
-/// A sphere is seen within an angle around its centre, whose sine is radius over distance.
+/// A sphere appears within an angle around its centre, whose sine is radius over distance.
 pub(crate) struct CircularCone {
     /// The unit vector to the centre.
     axis: Vector,
@@ -134,29 +125,23 @@ impl CircularCone {
             let across = cross(self.axis, v);
             dot(self.axis, v) > 0.0 && dot(across, across) <= self.sine * self.sine * dot(v, v)
         };
-        if rectangle.corners().into_iter().all(inside) {
-            Overlap::Full
-        } else {
-            Overlap::Partial
-        }
+        if rectangle.corners().into_iter().all(inside) { Overlap::Full } else { Overlap::Partial }
     }
 }
 
-/// A plane is seen where n . v > 0, the normal pointing away from the eye.
+/// A plane appears where n . v > 0, the normal pointing away from the eye.
 pub(crate) struct HalfSpace {
     normal: Vector,
 }
 
-/// The kernel takes rays for parallel to a plane below half of this sine of the angle between them.
+/// The kernel treats rays as parallel to a plane if the sine of the angle between them is below half of this.
 const NOT_PARALLEL: f64 = 2e-6;
 
 impl HalfSpace {
     pub(crate) fn outline(normal: Vector, offset: f64) -> Outline {
         let away = offset.signum();
         if USUAL.contains(&offset.abs()) {
-            Outline::HalfSpace(HalfSpace {
-                normal: scale(normal, away),
-            })
+            Outline::HalfSpace(HalfSpace { normal: scale(normal, away) })
         } else {
             Outline::Unknown
         }
@@ -173,11 +158,11 @@ impl HalfSpace {
     }
 }
 
-/// A box is seen between planes through the eye and those of its edges that make its outline.
+/// A box appears between the planes through the eye and the edges of its outline.
 pub(crate) struct BoxCone {
-    /// Normals of these planes, towards the box.
+    /// The normals of these planes, toward the box.
     sides: Vec<Vector>,
-    /// The eye from its centre, along its axes.
+    /// The eye relative to the centre, along the axes.
     eye: Vector,
     axes: [Vector; 3],
     half: Vector,
@@ -187,7 +172,7 @@ impl BoxCone {
     pub(crate) fn outline(center: Vector, axes: [Vector; 3], half: Vector) -> Outline {
         let eye = rotate(&axes, scale(center, -1.0));
         let usual = half.iter().all(|h| USUAL.contains(h)) && length(center) < USUAL.end;
-        // How far the eye is beyond the face that it is beyond the most, in half sizes.
+        // The largest coordinate of the eye, in half sizes.
         let beyond = (0..3).fold(f64::NEG_INFINITY, |most, i| most.max(eye[i].abs() / half[i]));
         if usual && beyond < 1.0 - NEAR {
             return Outline::Everywhere;
@@ -213,17 +198,14 @@ impl BoxCone {
         }
     }
 
-    /// Whether a ray is between all pairs of faces at once, before the eye.
+    /// Whether a ray is between all pairs of faces at once, ahead of the eye.
     fn is_met(&self, v: Vector) -> bool {
         let v = rotate(&self.axes, v);
         let (mut enter, mut leave) = (0.0, f64::INFINITY);
         for i in 0..3 {
-            let (a, b) = (
-                (-self.half[i] - self.eye[i]) / v[i],
-                (self.half[i] - self.eye[i]) / v[i],
-            );
+            let (a, b) = ((-self.half[i] - self.eye[i]) / v[i], (self.half[i] - self.eye[i]) / v[i]);
             let (near, far) = if a < b { (a, b) } else { (b, a) };
-            // Also where one is NaN, of a ray in a face.
+            // Also false where one is NaN, for a ray in a face.
             if !(near <= leave && far >= enter) {
                 return false;
             }
@@ -234,7 +216,7 @@ impl BoxCone {
     }
 }
 
-/// The corners of a box; those of an edge differ by one bit of their numbers.
+/// The corners of a box; the numbers of an edge's ends differ by one bit.
 fn corners(center: Vector, axes: [Vector; 3], half: Vector) -> [Vector; 8] {
     std::array::from_fn(|number| {
         (0..3).fold(center, |corner, i| {
@@ -255,11 +237,7 @@ fn outline_planes(corners: &[Vector; 8]) -> Vec<Vector> {
             }
             let normal = cross(corners[first], corners[second]);
             let side = |i: usize| {
-                if i == first || i == second {
-                    0.0
-                } else {
-                    dot(normal, corners[i])
-                }
+                if i == first || i == second { 0.0 } else { dot(normal, corners[i]) }
             };
             let (mut low, mut high) = (0.0_f64, 0.0_f64);
             for i in 0..8 {

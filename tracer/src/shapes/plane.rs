@@ -20,8 +20,8 @@ const PARALLEL: f32 = 1e-6;
 #[derive(Clone, Debug)]
 pub(crate) struct Plane {
     equation: PlaneEquation,
-    /// What rounding of the offset depends on: how far from the eye the point is that it was given by, as far as that
-    /// is along the normal; the sum of |n_i p_i|.
+    /// The sum of |n_i p_i|, p the point that defines the plane, relative to the eye: rounding of the offset grows
+    /// with it.
     magnitude: f64,
 }
 
@@ -38,9 +38,7 @@ impl Description for PlaneDesc {
     type Shape = Plane;
 
     fn new(parameters: &[f64]) -> PlaneDesc {
-        PlaneDesc {
-            normal: [parameters[0], parameters[1], parameters[2]],
-        }
+        PlaneDesc { normal: [parameters[0], parameters[1], parameters[2]] }
     }
 
     fn size(&self) -> f64 {
@@ -70,14 +68,11 @@ impl Plane {
         let height = dot(normal, sub(point, through));
         let on = height.abs() <= rounding_across(normal, point, through, (0.0, 0.0));
         let height = if on { 0.0 } else { height };
-        Contact::new(height, [height, 0.0, 0.0])
+        Contact::new(height, [0.0; 3])
     }
 
     pub(crate) fn new(normal: Vector, offset: f64, magnitude: f64) -> Plane {
-        Plane {
-            equation: PlaneEquation { normal, offset },
-            magnitude,
-        }
+        Plane { equation: PlaneEquation { normal, offset }, magnitude }
     }
 }
 
@@ -93,11 +88,7 @@ impl Primitive for Plane {
             let along = middle + (nx * rays.dx[lane] + ny * rays.dy[lane]);
             let t = offset / along;
             let parallel = along * along < (PARALLEL * PARALLEL) * rays.vv[lane];
-            close += offer(
-                (&mut hits.t[lane], &mut hits.face[lane]),
-                if parallel { 0.0 } else { t },
-                face,
-            );
+            close += offer((&mut hits.t[lane], &mut hits.face[lane]), if parallel { 0.0 } else { t }, face);
         }
         hits.close += close;
     }
@@ -122,17 +113,17 @@ impl Primitive for Plane {
         Some(plane)
     }
 
-    /// Darken the points that have the plane between them and the light.
+    /// Darken the points on the other side of the plane.
     #[inline(always)]
     fn occlude(&self, contact: Option<&Contact>, shadow: &mut Shadow<'_>) {
-        let light = contact.map_or_else(|| self.equation.height(shadow.light), |contact| contact.local[0]);
+        let light = contact.map_or_else(|| self.equation.height(shadow.light), |contact| contact.height);
         // A light on the plane, such as one on the ceiling, shines to both sides.
         if light == 0.0 {
             return;
         }
         let toward = scale(self.equation.normal, light.signum());
-        let ball = light.signum() * self.equation.height(shadow.bounds.center);
-        if ball > shadow.bounds.radius {
+        let bounds = light.signum() * self.equation.height(shadow.bounds.center);
+        if bounds > shadow.bounds.radius {
             return;
         }
         let height = light.signum() * self.equation.height(shadow.points.reference);
@@ -146,7 +137,7 @@ impl Primitive for Plane {
         }
     }
 
-    /// The height above the plane tells.
+    /// The height above the plane decides.
     #[inline(always)]
     fn is_lit_from(&self, _contact: Option<&Contact>, _light: Vector) -> bool {
         true
@@ -154,11 +145,7 @@ impl Primitive for Plane {
 
     #[inline(always)]
     fn height(&self, _face: u32, light: &Contact) -> f64 {
-        if self.equation.offset > 0.0 {
-            -light.local[0]
-        } else {
-            light.local[0]
-        }
+        if self.equation.offset > 0.0 { -light.height } else { light.height }
     }
 
     fn magnitude(&self) -> f64 {

@@ -14,23 +14,20 @@ pub(crate) struct PlaneEquation {
 }
 
 impl PlaneEquation {
-    /// On which side of the plane a place lies, and how far: positive where the normal points.
+    /// The signed distance of a point: positive where the normal points.
     #[inline(always)]
-    pub(crate) fn height(&self, place: Vector) -> f64 {
-        dot(self.normal, place) - self.offset
+    pub(crate) fn height(&self, point: Vector) -> f64 {
+        dot(self.normal, point) - self.offset
     }
 
     /// The same plane, with its normal on the eye's side.
     #[inline(always)]
     pub(crate) fn facing_the_eye(&self) -> PlaneEquation {
         let sign = if self.offset > 0.0 { -1.0 } else { 1.0 };
-        PlaneEquation {
-            normal: self.normal.map(|component| sign * component),
-            offset: sign * self.offset,
-        }
+        PlaneEquation { normal: self.normal.map(|component| sign * component), offset: sign * self.offset }
     }
 
-    /// Place points on the plane, and return what they are relative to: the point at depth `t` of the middle ray.
+    /// Place points on the plane, and return their reference: the point at depth `t` of the middle ray.
     ///
     /// With v = middle + delta and the parameter t + tau:
     ///

@@ -13,43 +13,37 @@ const TOUCHING: f32 = 4e-6;
 /// Where rays of a tile meet one flat face, or one sphere.
 #[derive(Clone, Debug)]
 pub(crate) struct Points {
-    /// How many.
+    /// The number of points.
     pub(crate) count: usize,
-    /// What they are relative to.
+    /// The point that the offsets are relative to.
     pub(crate) reference: Vector,
     /// The points minus the reference.
     pub(crate) offset: [Lanes; 3],
     /// Unit normals that face the eye; of spheres only.
     pub(crate) normal: [Lanes; 3],
-    /// The rounding of their positions beside the share of their offsets.
-    pub(crate) blur: f32,
+    /// The position error that does not depend on the offset.
+    pub(crate) error: f32,
 }
 
 impl Points {
     pub(crate) fn new() -> Points {
-        Points {
-            count: 0,
-            reference: [0.0; 3],
-            offset: [[0.0; LANES]; 3],
-            normal: [[0.0; LANES]; 3],
-            blur: 0.0,
-        }
+        Points { count: 0, reference: [0.0; 3], offset: [[0.0; LANES]; 3], normal: [[0.0; LANES]; 3], error: 0.0 }
     }
 
-    /// Make room for points on a shape of a magnitude.
+    /// Begin points on a shape of a magnitude.
     #[inline(always)]
     pub(crate) fn start(&mut self, count: usize, magnitude: f64) {
         self.count = count;
-        self.blur = (ROUNDING * magnitude) as f32;
+        self.error = (ROUNDING * magnitude) as f32;
     }
 
-    /// The count rounded up to whole steps.
+    /// The count rounded up to a multiple of `STEP`.
     #[inline(always)]
     pub(crate) fn padded(&self) -> usize {
         self.count.next_multiple_of(STEP).min(LANES)
     }
 
-    /// From a point to a place, given as it is from the reference.
+    /// Return the vector from a point to another, given relative to the reference.
     #[inline(always)]
     pub(crate) fn toward(&self, place: [f32; 3], i: usize) -> [f32; 3] {
         std::array::from_fn(|axis| place[axis] - self.offset[axis][i])
@@ -61,7 +55,7 @@ impl Points {
     #[inline(always)]
     pub(crate) fn slack(&self, i: usize) -> f32 {
         let [x, y, z] = &self.offset;
-        TOUCHING * (x[i].abs() + y[i].abs() + z[i].abs()) + self.blur
+        TOUCHING * (x[i].abs() + y[i].abs() + z[i].abs()) + self.error
     }
 
     /// A sphere that holds all points.
@@ -74,10 +68,7 @@ impl Points {
             middle[axis] = (f64::from(low) + f64::from(high)) / 2.0;
             half[axis] = (f64::from(high) - f64::from(low)) / 2.0;
         }
-        BoundingSphere {
-            center: add(self.reference, middle),
-            radius: length(half),
-        }
+        BoundingSphere { center: add(self.reference, middle), radius: length(half) }
     }
 }
 
@@ -104,11 +95,7 @@ fn extremes(values: &[f32]) -> [f32; 2] {
 #[cold]
 #[inline(never)]
 fn known_extremes(values: &[f32]) -> [f32; 2] {
-    values
-        .iter()
-        .fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], &x| {
-            [low.min(x), high.max(x)]
-        })
+    values.iter().fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], &x| [low.min(x), high.max(x)])
 }
 
 /// The bits of a float as an integer in the order of floats, NaN below or above all others, and back.
@@ -124,10 +111,7 @@ mod tests {
     #[test]
     fn extremes_are_those_of_the_values_that_are_numbers() {
         assert_eq!(extremes(&[1.5, -2.0, 0.0, -0.5, 1e-40]), [-2.0, 1.5]);
-        assert_eq!(
-            extremes(&[-3.0, -1e-40, f32::NEG_INFINITY]),
-            [f32::NEG_INFINITY, -1e-40]
-        );
+        assert_eq!(extremes(&[-3.0, -1e-40, f32::NEG_INFINITY]), [f32::NEG_INFINITY, -1e-40]);
         assert_eq!(extremes(&[3.0, f32::NAN, 2.0, -f32::NAN]), [2.0, 3.0]);
     }
 }

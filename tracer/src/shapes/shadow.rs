@@ -5,16 +5,16 @@ use crate::shapes::points::{Points, ROUNDING};
 use crate::tile::Lanes;
 use crate::vector::{Vector, l1_norm};
 
-/// Points, a light, and the light that it brings to them.
+/// Points, and the irradiance from one light at each.
 pub(crate) struct Shadow<'a> {
     pub(crate) points: &'a Points,
-    /// Where the light stands.
+    /// The position of the light.
     pub(crate) light: Vector,
     /// The squared distance of each to the light.
     pub(crate) squared: &'a Lanes,
     /// cos(theta) / r^2, and 0 where the light is hidden.
     pub(crate) irradiance: &'a mut Lanes,
-    /// A sphere around the points.
+    /// A bounding sphere of the points.
     pub(crate) bounds: BoundingSphere,
 }
 
@@ -25,7 +25,7 @@ impl Shadow<'_> {
         self.irradiance[lane] = if hidden { 0.0 } else { irradiance };
     }
 
-    /// Whether no light is left.
+    /// Whether all points are dark.
     #[inline(always)]
     pub(crate) fn is_dark(&self) -> bool {
         let mut bits = 0;
@@ -35,14 +35,13 @@ impl Shadow<'_> {
         bits == 0
     }
 
-    /// What float64 may have taken from the places of the points and of an object of some size: what is closer
-    /// touches.
+    /// The float64 rounding of the distance between the points and an object of some size: within it they touch.
     #[inline(always)]
     pub(crate) fn rounding_at_points(&self, size: f64) -> f64 {
         ROUNDING * (l1_norm(self.points.reference) + size)
     }
 
-    /// What float64 may have taken from the places of the light and of an object of some size.
+    /// The same for the distance between the light and an object.
     #[inline(always)]
     pub(crate) fn rounding_at_light(&self, size: f64) -> f64 {
         ROUNDING * (l1_norm(self.light) + size)

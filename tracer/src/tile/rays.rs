@@ -1,22 +1,21 @@
 //! The rays of a tile: 16 x 16 pixels of the image plane, at a fixed place of the whole picture.
 //!
-//! Everything seen in a tile is computed relative to the ray through its middle, whose constants are found in
-//! float64. So float32 carries only what differs within the tile, and a small object far away is as round as a
-//! large one nearby. Tiles belong to the picture and not to the order of work: no pixel depends on how the picture
-//! is divided among threads, or on a crop.
+//! Everything in a tile is computed relative to its middle ray, whose constants are float64. So float32 only
+//! carries differences within the tile, and a small object far away is as round as a large one nearby. The grid of
+//! tiles is fixed to the picture: no pixel depends on the division among threads, or on a crop.
 
 use crate::tile::{LANES, Lanes, SIDE, STEP, View};
 use crate::vector::{Vector, to_f32};
 
-/// Rays v = (x, y, 1) of a tile: those through one place in each pixel, or some of them.
+/// Rays v = (x, y, 1) of a tile, through the same point of each pixel, or some of them.
 #[derive(Clone, Debug)]
 pub(crate) struct Rays {
-    /// How many.
+    /// The number of rays.
     pub(crate) count: usize,
-    /// The ray through the middle of the tile, or of its part that is inside the picture.
+    /// The ray through the middle of the part of the tile that is inside the picture.
     pub(crate) middle: Vector,
-    /// Half the width and the height of that part on the image plane.
-    pub(crate) reach: (f64, f64),
+    /// Half the width and half the height of that part on the image plane.
+    pub(crate) half_size: (f64, f64),
     /// x minus that of the middle.
     pub(crate) dx: Lanes,
     /// y minus that of the middle.
@@ -25,23 +24,23 @@ pub(crate) struct Rays {
     pub(crate) y: Lanes,
     /// v . v
     pub(crate) vv: Lanes,
-    /// What dx and dy were made for.
+    /// The pattern that dx and dy hold.
     pattern: Pattern,
 }
 
-/// Where the rays of a tile go, wherever it is in the picture.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The parameters of a tile's rays that do not depend on its position.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Pattern {
     /// Columns and rows that are inside the picture.
     inside: (u32, u32),
     /// Half the width and half the height of a pixel on the image plane.
     half_pixel: (f64, f64),
-    /// The place in each pixel.
+    /// The sample's offset in each pixel.
     within: (f64, f64),
 }
 
 impl Pattern {
-    /// How far a lane's ray is from the middle one, on the image plane.
+    /// The offset of a lane's ray from the middle one, on the image plane.
     #[inline(always)]
     fn offset(self, lane: usize) -> (f64, f64) {
         let (i, j) = (lane as u32 % SIDE, lane as u32 / SIDE);
@@ -52,26 +51,21 @@ impl Pattern {
 }
 
 impl Rays {
-    /// Room for rays.
     pub(crate) fn new() -> Rays {
         Rays {
             count: 0,
             middle: [0.0, 0.0, 1.0],
-            reach: (0.0, 0.0),
+            half_size: (0.0, 0.0),
             dx: [0.0; LANES],
             dy: [0.0; LANES],
             x: [0.0; LANES],
             y: [0.0; LANES],
             vv: [0.0; LANES],
-            pattern: Pattern {
-                inside: (0, 0),
-                half_pixel: (0.0, 0.0),
-                within: (0.0, 0.0),
-            },
+            pattern: Pattern::default(),
         }
     }
 
-    /// Become the rays through a place `within` each pixel of the tile whose first column and row are `corner`.
+    /// Generate the rays at an offset `within` each pixel of the tile whose first column and row are `corner`.
     ///
     /// With half a pixel's width and height, tan(fov / 2) / height (document, section 2.1, as corrected):
     ///
@@ -87,12 +81,8 @@ impl Rays {
             (f64::from(view.height) - f64::from(2 * corner.1 + inside.1)) * half_height,
             1.0,
         ];
-        self.reach = (f64::from(inside.0) * half_width, f64::from(inside.1) * half_height);
-        let pattern = Pattern {
-            inside,
-            half_pixel: view.half_pixel,
-            within,
-        };
+        self.half_size = (f64::from(inside.0) * half_width, f64::from(inside.1) * half_height);
+        let pattern = Pattern { inside, half_pixel: view.half_pixel, within };
         if self.pattern != pattern {
             self.pattern = pattern;
             self.spread();
@@ -100,9 +90,9 @@ impl Rays {
         self.complete();
     }
 
-    /// Find dx and dy.
+    /// Compute dx and dy.
     fn spread(&mut self) {
-        // A copy, which no write to dx can change.
+        // A copy, which writes to dx cannot alias.
         let pattern = self.pattern;
         for lane in 0..LANES {
             let (dx, dy) = pattern.offset(lane);
@@ -128,11 +118,11 @@ impl Rays {
         (lane as u32 % SIDE) < columns && lane as u32 / SIDE < rows
     }
 
-    /// Become some of the rays of a tile; the last step is filled up with the first of them.
+    /// Select some of the rays of a tile; padding repeats the first.
     #[inline(always)]
     pub(crate) fn pick(&mut self, tile: &Rays, lanes: &[u8]) {
         self.count = lanes.len().min(LANES);
-        (self.middle, self.reach) = (tile.middle, tile.reach);
+        (self.middle, self.half_size) = (tile.middle, tile.half_size);
         for i in 0..self.padded() {
             let lane = usize::from(lanes[if i < self.count { i } else { 0 }]);
             self.dx[i] = tile.dx[lane];
@@ -141,7 +131,7 @@ impl Rays {
         self.complete();
     }
 
-    /// Find the rest from middle, dx and dy.
+    /// Compute x, y and v . v from the middle ray, dx and dy.
     #[inline(always)]
     fn complete(&mut self) {
         let [x, y, _] = to_f32(self.middle);
@@ -152,7 +142,7 @@ impl Rays {
         }
     }
 
-    /// The count rounded up to whole steps.
+    /// The count rounded up to a multiple of `STEP`.
     #[inline(always)]
     pub(crate) fn padded(&self) -> usize {
         self.count.next_multiple_of(STEP).min(LANES)

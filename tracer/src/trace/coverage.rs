@@ -1,7 +1,7 @@
-//! How many pixels each object would cover if it were alone.
+//! The number of pixels that each object would cover if it were alone.
 //!
-//! The search divides the picture into ever smaller squares of tiles and tests only the tiles on an object's
-//! outline ray by ray: the work grows with the outline and not with the area.
+//! The search subdivides the picture into squares of tiles and tests only the tiles on an object's outline ray by
+//! ray: the work grows with the length of the outline, not with the area.
 
 use crate::budget::{WorkMeter, steps_of};
 use crate::monitor::Monitor;
@@ -14,10 +14,10 @@ use crate::tile::rays::Rays;
 use crate::tile::{LANES, SIDE, Tile, View};
 use crate::world::Window;
 
-/// The steps of one tile's test: to generate the rays, to test them, and to count.
+/// The steps of testing one tile: generating the rays, testing and counting.
 const TILE_STEPS: u64 = 2 * steps_of(LANES);
 
-/// The place in a pixel where it is decided what it shows.
+/// The offset of a pixel's centre.
 const CENTRE: (f64, f64) = (0.5, 0.5);
 
 /// Counts the pixels that some shapes cover.
@@ -26,7 +26,7 @@ pub(crate) struct Coverage<'a> {
     pub(crate) view: View,
     pub(crate) window: Window,
     pub(crate) monitor: &'a Monitor,
-    /// Of each shape.
+    /// The result for each shape.
     pub(crate) covered: &'a mut [u64],
 }
 
@@ -57,11 +57,11 @@ struct Search {
     window: Window,
     rays: Rays,
     hits: HitBuffer,
-    /// The squares that are yet to be looked at.
+    /// The squares left to visit.
     waiting: Vec<Square>,
 }
 
-/// A square of tiles, a power of two of them in each row.
+/// A square of tiles, a power of two in each row.
 #[derive(Clone, Copy)]
 struct Square {
     /// Its first column and row, pixels.
@@ -82,7 +82,7 @@ impl Search {
             if !meter.take(1) || cancelled() {
                 return 0;
             }
-            let Some(part) = self.wanted(square) else { continue };
+            let Some(part) = self.clip(square) else { continue };
             match outline.in_rectangle(&self.rectangle(part)) {
                 Overlap::None => {}
                 Overlap::Full => covered += u64::from(part.width) * u64::from(part.height),
@@ -104,7 +104,7 @@ impl Search {
         covered
     }
 
-    /// A square around the window.
+    /// The smallest square around the window.
     fn all(&self) -> Square {
         let Window { x, y, width, height } = self.window;
         let corner = (x - x % SIDE, y - y % SIDE);
@@ -114,7 +114,7 @@ impl Search {
     }
 
     /// The part of a square that is in the window.
-    fn wanted(&self, square: Square) -> Option<Window> {
+    fn clip(&self, square: Square) -> Option<Window> {
         let Window { x, y, width, height } = self.window;
         let (left, top) = (square.corner.0.max(x), square.corner.1.max(y));
         let right = (square.corner.0 + square.side).min(x + width);
@@ -127,7 +127,7 @@ impl Search {
         })
     }
 
-    /// What some pixels are on the image plane (document, section 2.1).
+    /// The rectangle of some pixels on the image plane (document, section 2.1).
     fn rectangle(&self, part: Window) -> Rectangle {
         let (half_width, half_height) = self.view.half_pixel;
         let (width, height) = (f64::from(self.view.width), f64::from(self.view.height));
@@ -143,11 +143,7 @@ impl Search {
     /// Test the rays of a tile.
     #[inline(always)]
     fn count_tile(&mut self, shape: &Shape, corner: (u32, u32)) -> u64 {
-        let tile = Tile {
-            view: self.view,
-            corner,
-            window: self.window,
-        };
+        let tile = Tile { view: self.view, corner, window: self.window };
         self.rays.generate(self.view, corner, CENTRE);
         self.hits.clear(&self.rays);
         shape.intersect(0, &self.rays, &mut self.hits);

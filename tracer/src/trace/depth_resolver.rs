@@ -1,8 +1,8 @@
-//! The visible one of several faces whose depths float32 cannot distinguish.
+//! The nearest of several faces whose depths float32 cannot distinguish.
 //!
-//! An eye far away sees surfaces whose depths differ by less than float32 holds, and two boxes may share a face.
-//! Where depths are that close they are found again in float64, ray by ray; of faces in one place the first
-//! object's is seen.
+//! For a distant eye the depths of surfaces may differ by less than float32 resolves, and two boxes may share a
+//! face. Depths that close are computed again in float64, ray by ray; the first object's face wins among
+//! coincident ones.
 
 use crate::accel::Stack;
 use crate::accel::cone::Cone;
@@ -13,10 +13,10 @@ use crate::tile::LANES;
 use crate::tile::hits::{CLOSE, FACE_BITS, HitBuffer};
 use crate::tile::rays::Rays;
 
-/// Faces that a ray meets within this share of the depth from each other are in one place.
+/// Faces whose depths differ by less than this share are coincident.
 const COINCIDENT: f64 = 1.0 / (1_u64 << 41) as f64;
 
-/// Where two surfaces cross within this share of a pixel, float32 decides which of them is seen.
+/// Where two surfaces cross within this share of a pixel, float32 decides which is visible.
 const CROSSING: f64 = 2e-5;
 
 /// A face that may be the nearest one of a lane.
@@ -27,27 +27,24 @@ struct Candidate {
     /// The depth in float32.
     t: f32,
     depth: f64,
-    /// What rounding may have done to the depth.
+    /// The rounding of the depth.
     slack: f64,
 }
 
-/// The room to work in.
+/// Working memory.
 #[derive(Debug)]
 pub(crate) struct DepthResolver {
-    /// What one object alone would show.
+    /// The hits of one object alone.
     alone: HitBuffer,
     candidates: Vec<Candidate>,
 }
 
 impl DepthResolver {
     pub(crate) fn new() -> DepthResolver {
-        DepthResolver {
-            alone: HitBuffer::new(),
-            candidates: Vec::new(),
-        }
+        DepthResolver { alone: HitBuffer::new(), candidates: Vec::new() }
     }
 
-    /// Put right which faces are the hits.
+    /// Correct the faces of the hits.
     #[inline(never)]
     pub(crate) fn resolve(&mut self, scene: &Scene, rays: &Rays, hits: &mut HitBuffer, stack: &mut Stack) {
         self.candidates.clear();
@@ -60,20 +57,19 @@ impl DepthResolver {
         for &object in &scene.unbounded {
             self.take(scene, rays, hits, object);
         }
-        self.candidates
-            .sort_unstable_by_key(|candidate| (candidate.lane, candidate.face));
-        // A single close ray is most often where two surfaces cross.
-        let blur = if hits.close == 1 { CROSSING * rays.pixel() } else { 0.0 };
+        self.candidates.sort_unstable_by_key(|candidate| (candidate.lane, candidate.face));
+        // A single close ray is usually where two surfaces cross.
+        let tolerance = if hits.close == 1 { CROSSING * rays.pixel() } else { 0.0 };
         for candidates in self.candidates.chunk_by(|a, b| a.lane == b.lane) {
-            if let Some(seen) = first_of_the_nearest(candidates, blur) {
+            if let Some(seen) = first_of_the_nearest(candidates, tolerance) {
                 let lane = usize::from(seen.lane);
-                // Its own depth, which no other object has a part in.
+                // The float32 depth of this object alone.
                 (hits.face[lane], hits.t[lane]) = (seen.face, seen.t);
             }
         }
     }
 
-    /// Take an object for a candidate wherever it is as near as what was found.
+    /// Add an object as a candidate wherever it is close to the nearest hit.
     fn take(&mut self, scene: &Scene, rays: &Rays, hits: &HitBuffer, object: u32) {
         let shape = &scene.shapes[object as usize];
         let alone = &mut self.alone;
@@ -96,24 +92,18 @@ impl DepthResolver {
     }
 }
 
-/// The first object's among the nearest candidates, if there are several.
-///
-/// Among candidates in one place, the first object's is visible. Elsewhere, if all are within the share `blur` of
-/// the depth from each other, their order in float32 is as good as any.
-fn first_of_the_nearest(candidates: &[Candidate], blur: f64) -> Option<Candidate> {
+/// Return the visible one of several candidates: the first object's among coincident ones. If none coincide and
+/// all depths differ by less than the share `tolerance`, their order in float32 decides.
+fn first_of_the_nearest(candidates: &[Candidate], tolerance: f64) -> Option<Candidate> {
     let all = candidates.iter().copied();
     let nearest = all.clone().min_by(|a, b| a.depth.total_cmp(&b.depth))?;
     if candidates.len() == 1 || !nearest.depth.is_finite() {
         return None;
     }
     let before = nearest.depth * (1.0 + COINCIDENT) + nearest.slack;
-    let mut in_one_place = all
-        .clone()
-        .filter(|candidate| candidate.depth - candidate.slack <= before);
+    let mut in_one_place = all.clone().filter(|candidate| candidate.depth - candidate.slack <= before);
     let first = in_one_place.next()?;
-    let crossing = all
-        .clone()
-        .all(|candidate| candidate.depth - nearest.depth < blur * nearest.depth);
+    let crossing = all.clone().all(|candidate| candidate.depth - nearest.depth < tolerance * nearest.depth);
     if crossing && in_one_place.next().is_none() {
         return all.min_by(|a, b| a.t.total_cmp(&b.t));
     }

@@ -1,16 +1,16 @@
-//! The rays of a tile, sorted by the face they meet.
+//! The rays of a tile, sorted by the face they hit.
 
 use crate::tile::hits::HitBuffer;
 use crate::tile::{LANES, Tile};
 
-/// Rays that meet the same face.
+/// Rays that hit the same face.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Group {
     /// The face, or `NO_FACE`.
     pub(crate) face: u32,
-    /// The smallest depth; of all rays of the tile, wanted or not, so that it does not depend on a crop.
+    /// The smallest depth of all the tile's rays, requested or not, so that it does not depend on a crop.
     pub(crate) t: f32,
-    /// Where its lanes begin in the order, and end.
+    /// The range of its lanes in `Groups::order`.
     first: usize,
     end: usize,
 }
@@ -35,32 +35,24 @@ const IN_ORDER: [u8; LANES] = {
 
 impl Groups {
     pub(crate) fn new() -> Groups {
-        Groups {
-            list: Vec::new(),
-            order: [0; LANES],
-        }
+        Groups { list: Vec::new(), order: [0; LANES] }
     }
 
-    /// The lanes of a group, in order: those that are wanted.
+    /// The requested lanes of a group, in order.
     #[inline(always)]
     pub(crate) fn lanes(&self, group: usize) -> &[u8] {
         let Group { first, end, .. } = self.list[group];
         &self.order[first..end]
     }
 
-    /// Sort the lanes of a tile.
+    /// Group the requested lanes of a tile.
     #[inline(always)]
     pub(crate) fn collect(&mut self, hits: &HitBuffer, tile: Tile) {
         self.list.clear();
         let whole = tile.is_whole();
         if is_uniform(&hits.face) && whole {
             self.order = IN_ORDER;
-            self.list.push(Group {
-                face: hits.face[0],
-                t: hits.closest(),
-                first: 0,
-                end: LANES,
-            });
+            self.list.push(Group { face: hits.face[0], t: hits.closest(), first: 0, end: LANES });
             return;
         }
         let mut group_of = [0_u8; LANES];
@@ -68,13 +60,13 @@ impl Groups {
         self.sort(&group_of, |lane| whole || tile.wants(lane));
     }
 
-    /// Put the wanted lanes in the order of their groups.
+    /// Sort the requested lanes by group.
     #[inline(always)]
     fn sort(&mut self, group_of: &[u8; LANES], wants: impl Fn(usize) -> bool) {
         for lane in 0..LANES {
             self.list[usize::from(group_of[lane])].end += usize::from(wants(lane));
         }
-        // From counts to ranges, then each lane to its place.
+        // Counting sort: counts become ranges, which the lanes then fill.
         let mut first = 0;
         for group in &mut self.list {
             let count = group.end;
@@ -90,25 +82,25 @@ impl Groups {
         }
     }
 
-    /// Find the group of each lane, in a table of twice as many places as there can be faces.
+    /// Find the group of each lane, with a hash table of twice as many slots as there can be faces.
     #[inline(always)]
     fn find(&mut self, hits: &HitBuffer, group_of: &mut [u8; LANES]) {
-        const PLACES: usize = 2 * LANES;
-        let mut table = [0_u16; PLACES]; // group + 1
+        const SLOTS: usize = 2 * LANES;
+        let mut table = [0_u16; SLOTS]; // group + 1
         let mut last = 0;
         for lane in 0..LANES {
             let (face, t) = (hits.face[lane], hits.t[lane]);
             if lane == 0 || self.list[last].face != face {
                 // Fibonacci hashing (D. Knuth, "The Art of Computer Programming", volume 3, section 6.4).
-                let mut place = (face.wrapping_mul(0x9e37_79b1) >> 23) as usize % PLACES;
-                while table[place] != 0 && self.list[usize::from(table[place]) - 1].face != face {
-                    place = (place + 1) % PLACES;
+                let mut slot = (face.wrapping_mul(0x9e37_79b1) >> 23) as usize % SLOTS;
+                while table[slot] != 0 && self.list[usize::from(table[slot]) - 1].face != face {
+                    slot = (slot + 1) % SLOTS;
                 }
-                if table[place] == 0 {
+                if table[slot] == 0 {
                     self.list.push(Group::new(face));
-                    table[place] = self.list.len() as u16;
+                    table[slot] = self.list.len() as u16;
                 }
-                last = usize::from(table[place]) - 1;
+                last = usize::from(table[slot]) - 1;
             }
             group_of[lane] = last as u8;
             let group = &mut self.list[last];
@@ -119,12 +111,7 @@ impl Groups {
 
 impl Group {
     fn new(face: u32) -> Group {
-        Group {
-            face,
-            t: f32::INFINITY,
-            first: 0,
-            end: 0,
-        }
+        Group { face, t: f32::INFINITY, first: 0, end: 0 }
     }
 }
 

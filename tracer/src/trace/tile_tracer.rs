@@ -17,48 +17,46 @@ use crate::trace::groups::{Group, Groups};
 use crate::vector::to_f32;
 use crate::world::Settings;
 
-/// The result of one tile, and the room to work in.
+/// The result of one tile, and working memory.
 #[derive(Debug)]
 pub(crate) struct TileTracer {
-    /// Linear radiance of red, green and blue, row by row, of the last sample.
+    /// The radiance of the last sample: red, green and blue.
     radiance: [Lanes; 3],
-    /// The sum of each pixel's samples if there are several: in float64, where it loses nothing that the mean
-    /// shows and does not overflow.
+    /// The sum of each pixel's samples if there are several: in float64, so that it neither overflows nor loses
+    /// digits of the mean.
     total: Option<Box<[[f64; LANES]; 3]>>,
-    /// Where in each pixel they go.
+    /// The offset of each sample in a pixel.
     offsets: Vec<(f64, f64)>,
-    /// Whether the last rays go through the pixel centres, so that `nearest`, `rays` and `surface` are ground
-    /// truth.
+    /// Whether the last rays go through the pixel centres, so that `hits`, `rays` and `surface` are ground truth.
     with_passes: bool,
     /// The hits at the pixel centres, if passes are requested.
     pub(crate) hits: HitBuffer,
     /// The rays through the pixel centres.
     pub(crate) rays: Rays,
-    /// Where the rays through the pixel centres end and with which normal, in the camera's space; only if wanted.
+    /// The points and normals at the pixel centres, in camera space, if requested.
     pub(crate) surface: Option<Box<Surface>>,
-    /// How many rays were traced for the wanted pixels, primary and shadow rays.
+    /// The number of primary and shadow rays traced for the requested pixels.
     pub(crate) traced: u64,
     groups: Groups,
-    /// Orders faces that are close to each other.
     resolver: DepthResolver,
-    /// The rays, and their radiance, of a group that is not the whole tile.
+    /// The rays of a group smaller than the tile, and their radiance.
     group_rays: Rays,
     group_radiance: [Lanes; 3],
     lighting: Lighting,
     stack: Stack,
 }
 
-/// The data of a tile that passes need, at the pixel centres; each includes those before it.
+/// The data at the pixel centres that passes need; each level includes those before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum PassRequest {
     Radiance,
     /// Faces and depths.
     Hits,
-    /// Points and normals too, which take time to find.
+    /// Points and normals too, which take longer.
     Surface,
 }
 
-/// The place in a pixel where ground truth is taken.
+/// The offset of a pixel's centre, where ground truth is taken.
 const CENTRE: (f64, f64) = (0.5, 0.5);
 
 /// Ground truth at the pixel centres of a tile.
@@ -82,12 +80,7 @@ impl TileTracer {
             with_passes: request != PassRequest::Radiance,
             hits: HitBuffer::new(),
             rays: Rays::new(),
-            surface: with_surface.then(|| {
-                Box::new(Surface {
-                    position: [[0.0; LANES]; 3],
-                    normal: [ZERO; 3],
-                })
-            }),
+            surface: with_surface.then(|| Box::new(Surface { position: [[0.0; LANES]; 3], normal: [ZERO; 3] })),
             traced: 0,
             groups: Groups::new(),
             resolver: DepthResolver::new(),
@@ -139,7 +132,7 @@ impl TileTracer {
                 add(total, &self.radiance);
             }
         }
-        // A single sample goes through the centre: what it met is the ground truth.
+        // A single sample goes through the centre: its hits are the ground truth.
         if self.with_passes && self.offsets.len() > 1 {
             self.find_hits(scene, tile, CENTRE);
             for group in 0..self.groups.list.len() {
@@ -148,24 +141,19 @@ impl TileTracer {
         }
     }
 
-    /// Find what the rays through a place `within` each pixel meet first, and group them by it.
+    /// Find the nearest hits of the rays at an offset `within` each pixel, and group them by face.
     #[inline(always)]
     fn find_hits(&mut self, scene: &Scene, tile: Tile, within: (f64, f64)) {
         self.rays.generate(tile.view, tile.corner, within);
         self.stack.steps_per_object = steps_of(LANES);
-        // Planes are in no tree: all of them are tested.
-        if !self
-            .stack
-            .meter
-            .take((1 + scene.unbounded.len() as u64) * steps_of(LANES))
-        {
+        // Planes are in no tree: each tile tests all of them.
+        if !self.stack.meter.take((1 + scene.unbounded.len() as u64) * steps_of(LANES)) {
             self.groups.list.clear();
             return;
         }
         nearest_hits(scene, &self.rays, &mut self.hits, &mut self.stack);
         if self.hits.close > 0 {
-            self.resolver
-                .resolve(scene, &self.rays, &mut self.hits, &mut self.stack);
+            self.resolver.resolve(scene, &self.rays, &mut self.hits, &mut self.stack);
         }
         self.groups.collect(&self.hits, tile);
     }
@@ -178,14 +166,14 @@ impl TileTracer {
         for i in 0..count {
             for channel in 0..3 {
                 rgb[3 * i + channel] = match &self.total {
-                    None => shown(self.radiance[channel][lane + i]),
+                    None => clamped(self.radiance[channel][lane + i]),
                     Some(total) => (total[channel][lane + i] / self.offsets.len() as f64) as f32,
                 };
             }
         }
     }
 
-    /// Keep where a group of rays through the pixel centres ends, if that is wanted.
+    /// Record the points and normals of a group of rays through the pixel centres, if requested.
     #[inline(always)]
     fn record_surface(&mut self, scene: &Scene, group: usize) {
         let Group { face, t, .. } = self.groups.list[group];
@@ -197,7 +185,7 @@ impl TileTracer {
         let shape = &scene.shapes[(face >> FACE_BITS) as usize];
         let depth = (f64::from(t), || self.rays.exact(self.hits.lane(face, t)));
         let flat = shape.place(face, &self.group_rays, depth, &mut self.lighting.points);
-        surface.take(lanes, &self.lighting.points, flat.as_ref());
+        surface.record(lanes, &self.lighting.points, flat.as_ref());
     }
 
     /// Add the radiance of one group of rays, which hit the same face.
@@ -215,20 +203,15 @@ impl TileTracer {
         if let Some(radiance) = material.emitted {
             fill(&mut self.radiance, lanes, radiance);
         }
-        let lit = settings.lit && material.emitted.is_none();
+        let lit = settings.direct_light && material.emitted.is_none();
         let surface = self.surface.as_mut().filter(|_| self.offsets.len() == 1);
         if lanes.is_empty() || !(lit || surface.is_some()) {
             return;
         }
-        // For each light the points are looked at, and all planes; the walks through the tree count themselves.
+        // Each light visits the points and all planes; traversals of the tree count their own steps.
         let steps = steps_of(lanes.len());
         let per_light = steps * (1 + scene.unbounded.len() as u64);
-        if lit
-            && !self
-                .stack
-                .meter
-                .take(per_light.saturating_mul(scene.lights.len() as u64))
-        {
+        if lit && !self.stack.meter.take(per_light.saturating_mul(scene.lights.len() as u64)) {
             return;
         }
         self.stack.steps_per_object = steps;
@@ -241,24 +224,19 @@ impl TileTracer {
         let depth = (f64::from(t), || self.rays.exact(self.hits.lane(face, t)));
         let flat = shape.place(face, rays, depth, &mut self.lighting.points);
         if let Some(surface) = surface {
-            surface.take(lanes, &self.lighting.points, flat.as_ref());
+            surface.record(lanes, &self.lighting.points, flat.as_ref());
         }
         if !lit {
             return;
         }
-        // The lighting walks the tree with the same stack, which holds the meter. It is lent as a part of the
-        // lighting: with a reference of its own to write to, the compiler makes no vectors of the loops, at five
-        // times the time.
+        // The lighting traverses the tree with the same stack, which holds the meter. The stack is swapped into
+        // it: with a mutable reference to the stack the loops do not vectorize, and take five times as long.
         std::mem::swap(&mut self.stack, &mut self.lighting.stack);
         if whole {
-            self.traced += self
-                .lighting
-                .add(scene, settings, face, flat.as_ref(), &mut self.radiance);
+            self.traced += self.lighting.add(scene, settings, face, flat.as_ref(), &mut self.radiance);
         } else {
             gather(&self.radiance, lanes, &mut self.group_radiance);
-            self.traced += self
-                .lighting
-                .add(scene, settings, face, flat.as_ref(), &mut self.group_radiance);
+            self.traced += self.lighting.add(scene, settings, face, flat.as_ref(), &mut self.group_radiance);
             for (to, from) in self.radiance.iter_mut().zip(&self.group_radiance) {
                 scatter(to, lanes, |i| from[i]);
             }
@@ -268,9 +246,9 @@ impl TileTracer {
 }
 
 impl Surface {
-    /// Keep the points of a group, which lie on a plane if they are on something flat.
+    /// Record the points of a group, with the plane they lie on if their face is flat.
     #[inline(always)]
-    fn take(&mut self, lanes: &[u8], points: &Points, flat: Option<&PlaneEquation>) {
+    fn record(&mut self, lanes: &[u8], points: &Points, flat: Option<&PlaneEquation>) {
         for axis in 0..3 {
             let (reference, offset) = (points.reference[axis], &points.offset[axis]);
             scatter(&mut self.position[axis], lanes, |i| reference + f64::from(offset[i]));
@@ -282,11 +260,11 @@ impl Surface {
     }
 }
 
-/// Write what belongs to the lanes of a group.
+/// Write one value to each lane of a group.
 #[inline(always)]
 fn scatter<T>(to: &mut [T; LANES], lanes: &[u8], value: impl Fn(usize) -> T) {
     if lanes.len() == LANES {
-        // All lanes in turn: a loop for vectors.
+        // In order, so that the loop vectorizes.
         for (i, to) in to.iter_mut().enumerate() {
             *to = value(i);
         }
@@ -297,7 +275,7 @@ fn scatter<T>(to: &mut [T; LANES], lanes: &[u8], value: impl Fn(usize) -> T) {
     }
 }
 
-/// What the rays of a tile meet first.
+/// Find the nearest hits of the rays of a tile.
 #[inline(always)]
 fn nearest_hits(scene: &Scene, rays: &Rays, hits: &mut HitBuffer, stack: &mut Stack) {
     hits.clear(rays);
@@ -313,9 +291,9 @@ fn nearest_hits(scene: &Scene, rays: &Rays, hits: &mut HitBuffer, stack: &mut St
     }
 }
 
-/// What a picture can show of radiance: NaN, of 0 * inf, counts as 0, and infinity as the most that there is.
+/// Clamp radiance to what a picture can show: NaN, from 0 * inf, becomes 0, and infinity the largest float32.
 #[inline(always)]
-fn shown(radiance: f32) -> f32 {
+fn clamped(radiance: f32) -> f32 {
     let radiance = if radiance > 0.0 { radiance } else { 0.0 };
     if radiance < f32::MAX { radiance } else { f32::MAX }
 }
@@ -325,7 +303,7 @@ fn shown(radiance: f32) -> f32 {
 fn add(total: &mut [[f64; LANES]; 3], radiance: &[Lanes; 3]) {
     for (total, radiance) in total.iter_mut().zip(radiance) {
         for (total, &radiance) in total.iter_mut().zip(radiance) {
-            *total += f64::from(shown(radiance));
+            *total += f64::from(clamped(radiance));
         }
     }
 }

@@ -1,18 +1,18 @@
-//! Tone curves and the sRGB transfer function, there and back, in f64.
+//! Tone curves, the sRGB transfer function, and their inverses, in f64.
 //!
-//! The numbers of these functions decide pixels, so they have to be the same on every machine. They use `+ - * /`
+//! These functions decide pixels, so their results must be the same on every machine. They use `+ - * /`
 //! and `sqrt`, which IEEE 754 rounds exactly, and `pow` of the `libm` crate: FreeBSD's `e_pow.c` in Rust, built of
 //! the same operations and of table look-ups, without fused multiply-add or anything of the platform's C library,
-//! and within 0.7 units in the last place. An f32, which is what is developed, has 29 bits less.
+//! and within 0.7 units in the last place. The developed values are f32, with 29 bits less.
 
 use crate::names::UnknownName;
 use std::str::FromStr;
 
-/// How radiance beyond white is brought into the range of a picture. To add one: add it to `ToneCurve` and
+/// How radiance beyond white is compressed into the range of a picture. To add a curve, add it to `ToneCurve` and
 /// `CURVES`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ToneCurve {
-    /// Y = x: what is brighter than white is white.
+    /// Y = x, clipped at white.
     Clip,
     /// Y = x / (1 + x) (E. Reinhard et al., "Photographic Tone Reproduction", 2002, equation 3, per channel).
     Reinhard,
@@ -29,7 +29,7 @@ const CURVES: [CurveSpec; 3] = [
     CurveSpec(ToneCurve::Aces, "aces", aces, inverse_aces),
 ];
 
-/// Past this light the ACES curve is white long since, and its square would overflow in the end.
+/// The ACES curve is white well before this, and larger squares might overflow.
 const ACES_WHITE: f64 = 1e6;
 
 fn aces(x: f64) -> f64 {
@@ -48,8 +48,7 @@ impl FromStr for ToneCurve {
 
     fn from_str(name: &str) -> Result<ToneCurve, UnknownName> {
         let spec = CURVES.iter().find(|spec| spec.1 == name);
-        spec.map(|spec| spec.0)
-            .ok_or_else(|| UnknownName::new("tone curve", name))
+        spec.map(|spec| spec.0).ok_or_else(|| UnknownName::new("tone curve", name))
     }
 }
 
@@ -69,20 +68,12 @@ impl ToneCurve {
 ///
 /// linear = v / 12.92 up to v = 0.04045, else ((v + 0.055) / 1.055)^2.4 (IEC 61966-2-1).
 pub(super) fn linear_of(v: f64) -> f64 {
-    if v <= 0.04045 {
-        v / 12.92
-    } else {
-        libm::pow((v + 0.055) / 1.055, 2.4)
-    }
+    if v <= 0.04045 { v / 12.92 } else { libm::pow((v + 0.055) / 1.055, 2.4) }
 }
 
 /// Return the sRGB value of a linear value, which may be beyond white: the inverse of `linear_of`.
 pub(super) fn srgb_of(linear: f64) -> f64 {
-    if linear <= 0.04045 / 12.92 {
-        linear * 12.92
-    } else {
-        1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055
-    }
+    if linear <= 0.04045 / 12.92 { linear * 12.92 } else { 1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055 }
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
-//! From an f32 to a step: the look-ups behind [`Developer`](super::Developer).
+//! The look-up tables of [`Developer`](super::Developer), from an f32 to a step.
 //!
-//! Both are given the *steps*: `steps[k]`, k = 1 to the white of the picture, is the smallest f32 whose developed
+//! Both take the *steps*: `steps[k]`, k = 1 to the white of the picture, is the smallest f32 whose developed
 //! value is k or more, so the developed value of x is the number of steps up to x. The bits of a positive float,
 //! read as an integer, grow with it; their upper 16 name a *bucket*, 128 of which make an octave. A bucket is at
 //! most 1/128 of its start wide.
@@ -9,9 +9,9 @@
 const LOW: u32 = 16;
 const LOW_MASK: u32 = (1 << LOW) - 1;
 
-/// The part of the number line where steps are; all below is black, all above white.
+/// The interval that holds all steps; values below it are black, above it white.
 struct Span {
-    /// The start of the bucket in front of, or around, the first step: a value that is still black.
+    /// The start of the bucket before or around the first step: a value that is still black.
     black: f32,
     /// The last step.
     white: f32,
@@ -20,20 +20,17 @@ struct Span {
 impl Span {
     fn of(steps: &[f32]) -> Span {
         let below_the_first = steps[1].to_bits() - 1;
-        Span {
-            black: f32::from_bits(below_the_first >> LOW << LOW),
-            white: steps[steps.len() - 1],
-        }
+        Span { black: f32::from_bits(below_the_first >> LOW << LOW), white: steps[steps.len() - 1] }
     }
 
-    /// Returns x brought into the span, and black for NaN. Written as two comparisons: each is one instruction.
+    /// Clamps x to the span, NaN to black, with two comparisons of one instruction each.
     #[inline(always)]
     fn clamp(&self, x: f32) -> f32 {
         let x = if x > self.black { x } else { self.black };
         if x < self.white { x } else { self.white }
     }
 
-    /// Returns how far x's bits are from the start of the first bucket.
+    /// Returns the offset of x's bits from the start of the first bucket.
     #[inline(always)]
     fn offset(&self, x: f32) -> u32 {
         x.to_bits().wrapping_sub(self.black.to_bits())
@@ -61,8 +58,8 @@ pub(super) struct Eight {
 }
 
 impl Eight {
-    /// Reinhard's curve, the longest, has its steps on 21 octaves. A power of two, for a mask in the place of a
-    /// bounds check.
+    /// Reinhard's curve, the longest, has its steps on 21 octaves. A power of two, for a mask instead
+    /// of a bounds check.
     const BUCKETS: usize = 1 << 12;
 
     pub(super) fn new(steps: &[f32]) -> Eight {
@@ -70,9 +67,7 @@ impl Eight {
         let mut entries = Box::new([0; Eight::BUCKETS]);
         for (entry, start) in entries.iter_mut().zip(span.buckets()) {
             let before = steps[1..].partition_point(|step| step.to_bits() < start) as u32;
-            let next = steps
-                .get(before as usize + 1)
-                .map_or(u32::MAX, |step| step.to_bits() - start);
+            let next = steps.get(before as usize + 1).map_or(u32::MAX, |step| step.to_bits() - start);
             *entry = (before << LOW) + (1u32 << LOW).saturating_sub(next);
         }
         Eight { span, entries }

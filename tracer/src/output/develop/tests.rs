@@ -63,9 +63,7 @@ impl Natural {
 
     fn at_least(&self, other: &Natural) -> bool {
         let digits = self.0.len().cmp(&other.0.len());
-        digits
-            .then_with(|| self.0.iter().rev().cmp(other.0.iter().rev()))
-            .is_ge()
+        digits.then_with(|| self.0.iter().rev().cmp(other.0.iter().rev())).is_ge()
     }
 }
 
@@ -89,8 +87,7 @@ fn reaches(radiance: f32, factor: f64, tone: ToneCurve, bits: BitDepth, k: u32) 
         ToneCurve::Reinhard => (a.clone(), a.plus(&b)),
         ToneCurve::Aces => (
             a.times(&a.scaled(251).plus(&b.scaled(3))),
-            a.times(&a.scaled(243).plus(&b.scaled(59)))
-                .plus(&b.squared().scaled(14)),
+            a.times(&a.scaled(243).plus(&b.scaled(59))).plus(&b.squared().scaled(14)),
         ),
     };
     // v = (2 k - 1) / (2 max); v / 12.92, or ((v + 0.055) / 1.055)^(12/5)
@@ -101,9 +98,7 @@ fn reaches(radiance: f32, factor: f64, tone: ToneCurve, bits: BitDepth, k: u32) 
     let fifth = |n: &Natural| n.squared().squared().times(n);
     let twelfth = |n: u64| Natural::of(n).squared().times(&Natural::of(n)).squared().squared();
     let (above, below) = (v * 1000 + 55 * twice_white, 1055 * twice_white);
-    fifth(&y)
-        .times(&twelfth(below))
-        .at_least(&fifth(&z).times(&twelfth(above)))
+    fifth(&y).times(&twelfth(below)).at_least(&fifth(&z).times(&twelfth(above)))
 }
 
 /// Returns the exact value of any radiance.

@@ -11,11 +11,7 @@ fn any_place_on(shape: &OracleShape, direction: Vector, shares: Vector, fixed: [
         OracleShape::Sphere { center, radius } => add(center, scale(direction, radius)),
         OracleShape::Plane { .. } => unreachable!(),
         OracleShape::Box { center, axes, half } => {
-            let fixed = if fixed.contains(&true) {
-                fixed
-            } else {
-                [false, true, false]
-            };
+            let fixed = if fixed.contains(&true) { fixed } else { [false, true, false] };
             let along = |i: usize| half[i] * if fixed[i] { shares[i].signum() } else { shares[i] };
             (0..3).fold(center, |place, i| add(place, scale(axes[i], along(i))))
         }

@@ -9,11 +9,7 @@ use proptest::prelude::*;
 const STRAIGHT: [Vector; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 fn brick(center: Vector, half: Vector) -> OracleShape {
-    OracleShape::Box {
-        center,
-        axes: STRAIGHT,
-        half,
-    }
+    OracleShape::Box { center, axes: STRAIGHT, half }
 }
 
 /// A tile and a box whose outline it is likely to see; or the eye is inside.
@@ -21,18 +17,12 @@ fn tile_and_box(distances: std::ops::Range<f64>) -> impl Strategy<Value = ((View
     any_tile()
         .prop_flat_map(move |tile| (Just(tile), shape_before(tile, distances.clone())))
         .prop_filter("a box", |(_, shape)| matches!(shape, OracleShape::Box { .. }))
-        .prop_filter("the eye is not on it", |(_, shape)| {
-            shape.distance([0.0; 3]) > 1e-5 * shape.size()
-        })
+        .prop_filter("the eye is not on it", |(_, shape)| shape.distance([0.0; 3]) > 1e-5 * shape.size())
 }
 
 /// The tile in the middle of a picture whose middle ray runs along z.
 fn straight(half_pixel: f64) -> (View, (u32, u32)) {
-    let view = View {
-        width: 16,
-        height: 16,
-        half_pixel: (half_pixel, half_pixel),
-    };
+    let view = View { width: 16, height: 16, half_pixel: (half_pixel, half_pixel) };
     (view, (0, 0))
 }
 
@@ -123,11 +113,7 @@ fn each_face_has_a_number_and_a_normal_that_faces_the_eye() {
     for (center, number, normal) in outside {
         // Rays toward the box, which lies anywhere around the eye: its axes are turned instead of the camera.
         let forward = scale(center, 1.0 / 3.0);
-        let side = if forward[1] == 0.0 {
-            [0.0, 1.0, 0.0]
-        } else {
-            [1.0, 0.0, 0.0]
-        };
+        let side = if forward[1] == 0.0 { [0.0, 1.0, 0.0] } else { [1.0, 0.0, 0.0] };
         let camera = [cross(side, forward), side, forward];
         let axes = STRAIGHT.map(|axis| rotate(&camera, axis));
         let cuboid = Cuboid::new(rotate(&camera, center), axes, [1.0; 3], scale(center, -1.0));
@@ -158,20 +144,14 @@ fn from_inside_each_face_looks_inward() {
 fn a_box_behind_the_eye_is_not_seen() {
     let (view, corner) = straight(1e-2);
     let mut hits = HitBuffer::new();
-    brick([0.0, 0.0, -3.0], [1.0; 3])
-        .to_kernel()
-        .intersect(FACE, &rays_of(view, corner), &mut hits);
+    brick([0.0, 0.0, -3.0], [1.0; 3]).to_kernel().intersect(FACE, &rays_of(view, corner), &mut hits);
     assert!(hits.face.iter().all(|&face| face == NO_FACE));
 }
 
 /// A ray exactly along two pairs of faces has 0 in its direction there.
 #[test]
 fn a_ray_along_the_faces_is_between_them_or_not() {
-    let view = View {
-        width: 15,
-        height: 15,
-        half_pixel: (0.25, 0.25),
-    };
+    let view = View { width: 15, height: 15, half_pixel: (0.25, 0.25) };
     let middle = 7 * SIDE as usize + 7;
     assert_eq!(exact_ray(view, (0, 0), middle), [0.0, 0.0, 1.0]);
     for (aside, expected) in [(0.0, 4.0), (0.99, 4.0), (1.01, f32::INFINITY)] {
@@ -187,11 +167,7 @@ fn a_ray_along_the_faces_is_between_them_or_not() {
 #[test]
 fn far_away_and_through_a_telescope_the_edges_of_a_box_are_as_straight_as_nearby() {
     let turn = [[0.6, 0.0, 0.8], [0.0, 1.0, 0.0], [-0.8, 0.0, 0.6]];
-    let far = OracleShape::Box {
-        center: [0.0, 0.0, 1e5],
-        axes: turn,
-        half: [0.7; 3],
-    };
+    let far = OracleShape::Box { center: [0.0, 0.0, 1e5], axes: turn, half: [0.7; 3] };
     let (view, corner) = straight(1.2e-5 / 16.0);
     let mut hits = HitBuffer::new();
     far.to_kernel().intersect(FACE, &rays_of(view, corner), &mut hits);
@@ -204,11 +180,7 @@ fn far_away_and_through_a_telescope_the_edges_of_a_box_are_as_straight_as_nearby
 /// Points on the top of a unit box on the ground, whose top is in the plane y = 0.
 fn points_on_top() -> Points {
     let axes = [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]];
-    let top = OracleShape::Box {
-        center: [0.0, 0.0, 3.0],
-        axes,
-        half: [1.0; 3],
-    };
+    let top = OracleShape::Box { center: [0.0, 0.0, 3.0], axes, half: [1.0; 3] };
     let (_, points, _) = placed(&top, straight(0.01)).pop().unwrap();
     points
 }
@@ -267,14 +239,8 @@ fn other_angles_are_those_of_the_mathematics_library() {
     for tenth in -7200..7200 {
         let degrees = f64::from(tenth) / 10.0;
         let (sine, cosine) = sine_and_cosine(degrees);
-        assert!(
-            (sine - degrees.to_radians().sin()).abs() < 1e-14,
-            "sin of {degrees} degrees"
-        );
-        assert!(
-            (cosine - degrees.to_radians().cos()).abs() < 1e-14,
-            "cos of {degrees} degrees"
-        );
+        assert!((sine - degrees.to_radians().sin()).abs() < 1e-14, "sin of {degrees} degrees");
+        assert!((cosine - degrees.to_radians().cos()).abs() < 1e-14, "cos of {degrees} degrees");
     }
 }
 

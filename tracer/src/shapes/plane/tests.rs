@@ -79,11 +79,7 @@ proptest! {
 
 #[test]
 fn rays_that_almost_run_along_a_plane_miss_it() {
-    let view = View {
-        width: SIDE,
-        height: SIDE,
-        half_pixel: (0.9e-6, 0.9e-6),
-    };
+    let view = View { width: SIDE, height: SIDE, half_pixel: (0.9e-6, 0.9e-6) };
     let mut hits = HitBuffer::new();
     Plane::new([0.0, 1.0, 0.0], -1.0, 1.0).intersect(FACE, &rays_of(view, (0, 0)), &mut hits);
     for (lane, &face) in hits.face.iter().enumerate() {
@@ -94,11 +90,7 @@ fn rays_that_almost_run_along_a_plane_miss_it() {
 
 #[test]
 fn a_plane_through_the_eye_is_not_seen() {
-    let view = View {
-        width: SIDE,
-        height: SIDE,
-        half_pixel: (0.1, 0.1),
-    };
+    let view = View { width: SIDE, height: SIDE, half_pixel: (0.1, 0.1) };
     let mut hits = HitBuffer::new();
     Plane::new([0.0, 1.0, 0.0], 0.0, 0.0).intersect(FACE, &rays_of(view, (0, 0)), &mut hits);
     assert!(hits.face.iter().all(|&face| face == NO_FACE));
@@ -106,19 +98,9 @@ fn a_plane_through_the_eye_is_not_seen() {
 
 #[test]
 fn two_planes_in_the_same_place_do_not_hide_each_other() {
-    let wall = OracleShape::Plane {
-        normal: [0.0, 0.6, -0.8],
-        offset: -7.0,
-    };
-    let turned_over = OracleShape::Plane {
-        normal: [0.0, -0.6, 0.8],
-        offset: 7.0,
-    };
-    let view = View {
-        width: SIDE,
-        height: SIDE,
-        half_pixel: (0.01, 0.01),
-    };
+    let wall = OracleShape::Plane { normal: [0.0, 0.6, -0.8], offset: -7.0 };
+    let turned_over = OracleShape::Plane { normal: [0.0, -0.6, 0.8], offset: 7.0 };
+    let view = View { width: SIDE, height: SIDE, half_pixel: (0.01, 0.01) };
     for (_, points, _) in placed(&wall, (view, (0, 0))) {
         for light in [[1.0, 0.0, 0.0], [50.0, 0.0, 5.0], [0.0, -2.0, 7.0]] {
             for wall in [&wall, &turned_over] {

@@ -10,12 +10,7 @@ use proptest::prelude::*;
 use std::sync::Arc;
 
 fn whole(world: &World) -> Window {
-    Window {
-        x: 0,
-        y: 0,
-        width: world.camera.width,
-        height: world.camera.height,
-    }
+    Window { x: 0, y: 0, width: world.camera.width, height: world.camera.height }
 }
 
 fn search(world: &World, window: Window) -> Search {
@@ -48,29 +43,14 @@ fn both_ways(world: &World, window: Window) -> (Vec<u64>, Vec<u64>, u64) {
 fn world_of(shapes: &[(Vector, ShapeDesc)]) -> World {
     World {
         camera: Camera::along_z(1000, 800, 60.0),
-        objects: shapes
-            .iter()
-            .map(|&(position, shape)| Object {
-                position,
-                color: [0.5; 3],
-                shape,
-            })
-            .collect(),
+        objects: shapes.iter().map(|&(position, shape)| Object { position, color: [0.5; 3], shape }).collect(),
         lights: Vec::new(),
-        settings: Settings {
-            samples: 1,
-            background: [0.0; 3],
-            lit: true,
-            eye_falloff: false,
-        },
+        settings: Settings { samples: 1, background: [0.0; 3], direct_light: true, eye_falloff: false },
     }
 }
 
 fn boxed(x: f64, y: f64, z: f64, rotation: f64) -> ShapeDesc {
-    ShapeDesc::Cuboid(CuboidDesc {
-        size: [x, y, z],
-        rotation,
-    })
+    ShapeDesc::Cuboid(CuboidDesc { size: [x, y, z], rotation })
 }
 
 proptest! {
@@ -106,30 +86,10 @@ fn the_search_finds_all_of_long_flat_and_large_shapes() {
         ([0.0, 0.0, -3.0], ShapeDesc::Sphere(SphereDesc { radius: 3.0 })), // with the camera on it
         ([0.0, 2.0, -3.0], ShapeDesc::Sphere(SphereDesc { radius: 2.9 })),
         ([0.0, 0.0, 9.0], ShapeDesc::Sphere(SphereDesc { radius: 3.0 })),
-        (
-            [0.0, -1.0, 0.0],
-            ShapeDesc::Plane(PlaneDesc {
-                normal: [0.1, 1.0, 0.0],
-            }),
-        ),
-        (
-            [0.0, 0.0, 0.0],
-            ShapeDesc::Plane(PlaneDesc {
-                normal: [0.1, 1.0, 0.0],
-            }),
-        ), // through the camera
-        (
-            [0.0, 0.0, 5.0],
-            ShapeDesc::Plane(PlaneDesc {
-                normal: [0.0, 0.0, 1.0],
-            }),
-        ),
-        (
-            [0.0, 0.0, -5.0],
-            ShapeDesc::Plane(PlaneDesc {
-                normal: [0.0, 0.0, 1.0],
-            }),
-        ),
+        ([0.0, -1.0, 0.0], ShapeDesc::Plane(PlaneDesc { normal: [0.1, 1.0, 0.0] })),
+        ([0.0, 0.0, 0.0], ShapeDesc::Plane(PlaneDesc { normal: [0.1, 1.0, 0.0] })), // through the camera
+        ([0.0, 0.0, 5.0], ShapeDesc::Plane(PlaneDesc { normal: [0.0, 0.0, 1.0] })),
+        ([0.0, 0.0, -5.0], ShapeDesc::Plane(PlaneDesc { normal: [0.0, 0.0, 1.0] })),
     ]);
     let (all, found, _) = both_ways(&world, whole(&world));
     assert_eq!(all, found);

@@ -5,24 +5,11 @@ use proptest::prelude::*;
 
 /// A tile in the corner of a picture, with a window.
 fn place(window: Window) -> Tile {
-    let view = View {
-        width: 100,
-        height: 100,
-        half_pixel: (0.01, 0.01),
-    };
-    Tile {
-        view,
-        corner: (SIDE, SIDE),
-        window,
-    }
+    let view = View { width: 100, height: 100, half_pixel: (0.01, 0.01) };
+    Tile { view, corner: (SIDE, SIDE), window }
 }
 
-const WHOLE: Window = Window {
-    x: 0,
-    y: 0,
-    width: 100,
-    height: 100,
-};
+const WHOLE: Window = Window { x: 0, y: 0, width: 100, height: 100 };
 
 fn any_window() -> impl Strategy<Value = Window> {
     prop_oneof![
@@ -41,13 +28,11 @@ fn any_hits() -> impl Strategy<Value = HitBuffer> {
     let faces = prop_oneof![1_u32..4, 4_u32..256, Just(1 << 29)];
     faces
         .prop_flat_map(|faces| {
-            let face = any::<u32>().prop_map(move |face| {
-                if face.is_multiple_of(17) {
-                    u32::MAX
-                } else {
-                    face % faces * 8
-                }
-            });
+            let face = any::<u32>().prop_map(
+                move |face| {
+                    if face.is_multiple_of(17) { u32::MAX } else { face % faces * 8 }
+                },
+            );
             prop::collection::vec((face, 0.1_f32..100.0), LANES)
         })
         .prop_map(|hits| {
@@ -111,9 +96,7 @@ fn all_rays_may_miss() {
 /// As many as fit keep the same place in the table of faces.
 #[test]
 fn faces_may_collide_in_the_table() {
-    let inverse = (0..31).fold(1_u32, |x, _| {
-        x.wrapping_mul(2_u32.wrapping_sub(0x9e37_79b1_u32.wrapping_mul(x)))
-    });
+    let inverse = (0..31).fold(1_u32, |x, _| x.wrapping_mul(2_u32.wrapping_sub(0x9e37_79b1_u32.wrapping_mul(x))));
     assert_eq!(inverse.wrapping_mul(0x9e37_79b1), 1);
     let mut hits = HitBuffer::new();
     for lane in 0..LANES {
