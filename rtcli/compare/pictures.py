@@ -114,7 +114,7 @@ def compare_layers(a: Array, b: Array, tolerance: float = 0.0, kind: Kind = "arr
     if not comparable(a, b, kind):
         raise ValueError(f"layers of the shapes {a.shape} and {b.shape} cannot be compared")
     exact = kind == "arrays" and any(layer.dtype.kind in "biu" for layer in (a, b))
-    tally = _Tally(0.0 if exact else tolerance)
+    tally = _Tally(0.0 if exact else tolerance, _WHITE if kind == "picture" else 0.0)
     for rows, first, second in _bands(a, b, kind):
         if kind == "arrays":
             tally.raise_peak(first)
@@ -183,7 +183,7 @@ class _Tally:
     """The sums over bands for a `LayerDifference`."""
 
     tolerance: float
-    peak: float = 0.0
+    peak: float
     values: int = 0  # with a finite difference
     differing: int = 0
     infinite: int = 0
@@ -227,9 +227,7 @@ class _Tally:
             largest=self.largest,
             largest_finite=self.largest_finite,
             rmse=rmse,
-            psnr=math.nan
-            if self.infinite and rmse == 0
-            else _psnr(_WHITE if kind == "picture" else self.peak, rmse),
+            psnr=math.nan if self.infinite and rmse == 0 else _psnr(self.peak, rmse),
             infinite=self.infinite,
             place=self.place,
             values=(first, second) if self.pair else None,

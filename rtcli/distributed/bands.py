@@ -10,13 +10,11 @@ from threading import local
 from typing import TYPE_CHECKING, NamedTuple
 
 from rtcli.tracer.engines import Tracer, default_threads, tracer_of
-from rtcli.tracer.passes import new_arrays
+from rtcli.tracer.passes import Arrays, new_arrays
 from rtcli.tracer.world import MeterReading, Progress, Window, World
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor, Future  # slow to import, and rarely needed
-
-    from rtcli.tracer.passes import Arrays
 
 # The rows of a tile of the native tracer; bands do not cut tiles.
 _TILE_ROWS = 16

@@ -43,10 +43,6 @@ class Layers:
     arrays: dict[str, Array]
     origin: tuple[int, int] = (0, 0)
 
-    def names(self) -> list[str]:
-        """Return the names in order."""
-        return in_order(self.arrays)
-
 
 def in_order(names: Iterable[str]) -> list[str]:
     """Return names of layers, each once: the picture or the radiance first, the others in alphabetical order."""

@@ -6,7 +6,6 @@ line; one on a line of its own elsewhere, for the next line that is no comment.
 
 from __future__ import annotations
 
-import dataclasses
 import re
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
@@ -128,8 +127,7 @@ def _named(source: Source, comment: re.Match[str], problems: list[Problem]) -> I
 
 def _add(problems: list[Problem], source: Source, message: str, span: tuple[int, int]) -> None:
     if len(problems) <= MAX_PROBLEMS:
-        problem = source.problem(rules.UNKNOWN_IGNORE, message, SourceSpan(*span))
-        problems.append(dataclasses.replace(problem, severity=WARNING))
+        problems.append(source.problem(rules.UNKNOWN_IGNORE, message, SourceSpan(*span)))
 
 
 def _is_alone(text: str, offset: int) -> bool:

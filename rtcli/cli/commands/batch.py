@@ -80,13 +80,11 @@ class BatchOptions:
             raise click.UsageError("--shared is for --dask: the workers of this machine share DIR anyway")
         with usage_errors():
             check_fits(f"results{self.settings.suffix}", (1, 1), self.settings.bits)
-        option = self.settings.overrides.option
-        with edit_errors(option):
-            for expression in self.settings.overrides.edits:
-                check_expression(expression, option)
-        with edit_errors("--vary"):
-            for expression in (edit for variation in self.vary for edit in variation.edits):
-                check_expression(expression, "--vary")
+        varied = [edit for variation in self.vary for edit in variation.edits]
+        for option, edits in ((self.settings.overrides.option, self.settings.overrides.edits), ("--vary", varied)):
+            with edit_errors(option):
+                for edit in edits:
+                    check_expression(edit, option)
 
     def find_jobs(self) -> list[Job]:
         """Return the jobs of the batch.

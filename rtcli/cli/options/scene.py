@@ -8,12 +8,12 @@ from typing import Any
 
 import click
 
-from rtcli.cli.console import display_name, read_bytes
+from rtcli.cli.console import display_name, read_input
 from rtcli.cli.options.types import ExposureType, PassesType, SetType, SizeType, environment_variable, option_group
 from rtcli.image.display import DEPTHS
 from rtcli.scene.model import MAX_SAMPLES
 from rtcli.scene.overrides import EditError, Overrides
-from rtcli.scene.reading.parse import READ_BYTES, parse_bytes
+from rtcli.scene.reading.parse import parse_bytes
 from rtcli.scene.reading.source import Document
 from rtcli.tracer.passes import PASSES
 
@@ -80,7 +80,7 @@ def read_scene(scene: str, overrides: Overrides) -> Document:
     rtcli.SceneError
         If the text is not well-formed.
     """
-    document = parse_bytes(read_bytes(scene, READ_BYTES), display_name(scene))
+    document = parse_bytes(read_input(scene), display_name(scene))
     with edit_errors(overrides.option):
         return overrides.apply(document)
 
