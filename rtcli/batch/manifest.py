@@ -142,11 +142,8 @@ class Manifest:
             if lines is None:  # written by another program
                 lines = {key: json.dumps(entry) for key, entry in self._parse(raw).items()}
             self._lines = lines
-        for key, line in self._changes.items():
-            if line is None:
-                self._lines.pop(key, None)
-            else:
-                self._lines[key] = line
+        changed = {**self._lines, **self._changes}
+        self._lines = {key: line for key, line in changed.items() if line is not None}
 
     def _parse(self, raw: bytes) -> Mapping[str, Entry]:
         try:

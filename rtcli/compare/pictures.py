@@ -338,11 +338,12 @@ def compare(first: Layers, second: Layers, bounds: Bounds) -> Comparison:
     unfit = {mismatch.name for mismatch in mismatches}
     shared = [name for name in names if name not in unfit]
     pairs = {name: (first.arrays[name], second.arrays[name]) for name in shared}
+    looked_at = {name: pair for name, pair in pairs.items() if bounds.wants_flip and has_flip(name, *pair)}
     return Comparison(
         kind=first.kind,
         bounds=bounds,
         layers={name: compare_layers(a, b, bounds.tolerance, first.kind) for name, (a, b) in pairs.items()},
-        flips=_flips(pairs, first.kind, bounds),
+        flips={name: mean_flip(a, b, first.kind) for name, (a, b) in looked_at.items()},
         mismatches=mismatches,
     )
 
@@ -375,10 +376,3 @@ def _mismatch(name: str, first: Layers, second: Layers) -> Mismatch | None:
     if a is not None and b is not None and comparable(a, b, first.kind):
         return None
     return Mismatch(name, a if a is None else a.shape, b if b is None else b.shape)
-
-
-def _flips(pairs: dict[str, tuple[Array, Array]], kind: Kind, bounds: Bounds) -> dict[str, float]:
-    if not bounds.wants_flip:
-        return {}
-    seen = {name: pair for name, pair in pairs.items() if has_flip(name, *pair)}
-    return {name: mean_flip(a, b, kind) for name, (a, b) in seen.items()}

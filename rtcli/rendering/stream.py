@@ -52,14 +52,16 @@ def write_film(job: RenderJob, files: Files, bits: int = 8, progress: Progress |
     """
     name, file = files[RADIANCE]
     can_stream = format_of(name).is_streamed and (job.executor is not None or job.request.engine == "native")
+    watch = Stopwatch(seconds={"trace": 0.0, "develop": 0.0, "write": 0.0})
     if job.request.passes or not can_stream:
-        return _by_film(job, files, bits, progress)
-    stream = _stream if job.executor is None else _stream_bands
-    return stream(job, file, bits, progress)
+        rays = _by_film(job, files, bits, progress, watch)
+    else:
+        stream = _stream if job.executor is None else _stream_bands
+        rays = stream(job, file, bits, progress, watch)
+    return RenderStats(rays, watch.seconds)
 
 
-def _stream(job: RenderJob, file: BinaryIO, bits: int, progress: Progress | None) -> RenderStats:
-    watch = _stopwatch()
+def _stream(job: RenderJob, file: BinaryIO, bits: int, progress: Progress | None, watch: Stopwatch) -> int:
     with watch.stage("trace"):
         tracer = NativeTracer(job.world, job.request.thread_count)
         exposure, metered = stops_of(tracer, job.scene.image.exposure)
@@ -67,11 +69,10 @@ def _stream(job: RenderJob, file: BinaryIO, bits: int, progress: Progress | None
     rays, seconds = tracer.picture(job.window, look, png_texts(job.summary(exposure)), file.write, progress)
     for stage, spent in seconds.items():
         watch.seconds[stage] += spent
-    return RenderStats(rays + metered, watch.seconds)
+    return rays + metered
 
 
-def _stream_bands(job: RenderJob, file: BinaryIO, bits: int, progress: Progress | None) -> RenderStats:
-    watch = _stopwatch()
+def _stream_bands(job: RenderJob, file: BinaryIO, bits: int, progress: Progress | None, watch: Stopwatch) -> int:
     with watch.stage("trace"):
         tracer = BandedTracer(job.world, job.request.engine, cast("Executor", job.executor))
         exposure, rays = stops_of(tracer, job.scene.image.exposure)
@@ -82,11 +83,10 @@ def _stream_bands(job: RenderJob, file: BinaryIO, bits: int, progress: Progress 
             with watch.stage("write"):
                 file.write(encoder.push(band.arrays[RADIANCE].tobytes()))
     file.write(encoder.finish())
-    return RenderStats(rays, watch.seconds)
+    return rays
 
 
-def _by_film(job: RenderJob, files: Files, bits: int, progress: Progress | None) -> RenderStats:
-    watch = _stopwatch()
+def _by_film(job: RenderJob, files: Files, bits: int, progress: Progress | None, watch: Stopwatch) -> int:
     with watch.stage("trace"):
         film = expose_film(job, progress)
         if job.request.passes:
@@ -96,11 +96,7 @@ def _by_film(job: RenderJob, files: Files, bits: int, progress: Progress | None)
     with watch.stage("write" if by_name else "develop"):
         timed = {part: (name, _TimedFile(file, watch)) for part, (name, file) in files.items()}
         film.write(cast("Files", timed), bits)
-    return RenderStats(film.rays, watch.seconds)
-
-
-def _stopwatch() -> Stopwatch:
-    return Stopwatch(seconds={"trace": 0.0, "develop": 0.0, "write": 0.0})
+    return film.rays
 
 
 class _TimedFile:

@@ -31,8 +31,6 @@ from rtcli.image.animation import ANIMATIONS
 from rtcli.image.formats import check_fits
 from rtcli.image.write import FORMATS
 from rtcli.rendering.metadata import SOFTWARE
-from rtcli.reports import concise
-from rtcli.reports.file_report import FileReport
 from rtcli.scene.diagnostics.problems import counted, printable
 from rtcli.scene.overrides import check_expression
 from rtcli.tracer.engines import default_threads
@@ -267,10 +265,9 @@ class _Report:
 def _problem_lines(job: Job, outcome: Outcome) -> Iterator[str]:
     """Yield a line for each problem of a scene; each line names the scene."""
     for problem in outcome.problems:
-        [line] = concise.report([FileReport(job.scene, (problem,))])
         # A problem in the text of an option names the option, not the scene.
         result = "" if problem.path == job.scene else f"{printable(job.key)}: "
-        yield result + line.rstrip("\n")
+        yield result + printable(str(problem))
     if outcome.message:
         yield f"{printable(job.scene)}: error: {printable(outcome.message)}"
 
