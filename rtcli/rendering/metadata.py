@@ -46,8 +46,10 @@ def fingerprint(scene: Scene, world: World) -> str:
         others.extend(row[3:] or (0.0,))
     for numbers in (shapes.kind, shapes.position, three, others, shapes.color):
         digest.update(_little(numbers))
-    for numbers in (lights.position, lights.color, lights.intensity, lights.carrier):
+    for numbers in (lights.parameters, lights.color, lights.intensity, lights.carrier):
         digest.update(_little(numbers))
+    if any(lights.kind):  # files keep their hashes if there are only point lights
+        digest.update(_little(lights.kind))
     names = (item.name for item in scene.objects)
     digest.update("".join("-" if name is None else f"{len(name)}:{name}" for name in names).encode())
     rest = scene.render.model_dump(), scene.image.model_dump()

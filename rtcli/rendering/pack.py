@@ -7,7 +7,7 @@ from array import array
 from rtcli.scene.model import Camera as SceneCamera
 from rtcli.scene.model import Object, Scene
 from rtcli.scene.vectors import cross, unit
-from rtcli.tracer._native import LIGHT_KINDS, SHAPE_PARAMETERS
+from rtcli.tracer._native import LIGHT_PARAMETERS, SHAPE_PARAMETERS
 from rtcli.tracer.world import NO_CARRIER, CameraFrame, Lights, Settings, Shapes, World
 
 
@@ -54,11 +54,12 @@ def _shapes(objects: tuple[Object, ...]) -> Shapes:
 
 def _lights(scene: Scene) -> Lights:
     lights = Lights(array("B"), array("d"), array("d"), array("d"), array("q"))
-    placed = [(light, light.position, NO_CARRIER) for light in scene.lights]
+    kinds = list(LIGHT_PARAMETERS)
+    placed = [(light, light.parameters, NO_CARRIER) for light in scene.lights]
     carried = [(shape.light, shape.position, index) for index, shape in enumerate(scene.objects) if shape.light]
-    for light, position, carrier in [*placed, *carried]:
-        lights.kind.append(LIGHT_KINDS.index("point"))
-        lights.position.extend(position)
+    for light, parameters, carrier in [*placed, *carried]:
+        lights.kind.append(kinds.index(light.kind))
+        lights.parameters.extend(parameters)
         lights.color.extend(light.color)
         lights.intensity.append(light.intensity)
         lights.carrier.append(carrier)

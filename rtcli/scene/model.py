@@ -165,6 +165,8 @@ class CarriedLight(_Model):
     """Emitted power; the light at distance r is intensity * color / (4 pi r^2)."""
     color: LightColor = Field(default=WHITE, examples=[[1, 0.9, 0.7], "orange", "#ffd9a0"])
     """[r, g, b], linear, each 0 or more; or a CSS name or #rrggbb."""
+    # As the tracers call it; no key of a file.
+    kind: ClassVar[str] = "point"
 
 
 class PointLight(CarriedLight):
@@ -172,6 +174,11 @@ class PointLight(CarriedLight):
 
     position: Vector = Field(examples=[[0, 15, -150]])
     """Where it stands: x, y, z."""
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """The numbers that distinguish this light from others, beside its color and intensity."""
+        return self.position
 
 
 class _Shape(_Model):

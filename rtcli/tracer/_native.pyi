@@ -22,11 +22,9 @@ _Progress: TypeAlias = Callable[[int, int], None]
 
 __version__: str
 
-# The number of parameters of each kind of shape, in the order of their tags.
+# The number of parameters of each kind of shape and of light, in the order of their tags.
 SHAPE_PARAMETERS: dict[str, int]
-
-# The kinds of lights, in the order of their tags.
-LIGHT_KINDS: tuple[str, ...]
+LIGHT_PARAMETERS: dict[str, int]
 
 # The exposure is metered at this many times as many points, a grid that spans the whole picture.
 METER_GRID: int
@@ -62,7 +60,7 @@ class Tracer:
     objects
         The columns of `Shapes`: kind (uint8), position, parameters, color (float64).
     lights
-        The columns of `Lights`: kind (uint8), position, color, intensity (float64), carrier (int64).
+        The columns of `Lights`: kind (uint8), parameters, color, intensity (float64), carrier (int64).
     settings
         Samples, background, whether objects are lit (`max_depth` of 1 or more), eye_falloff.
     threads

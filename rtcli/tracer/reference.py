@@ -22,7 +22,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from rtcli.tracer._native import LIGHT_KINDS, METER_GRID, SHAPE_PARAMETERS, meter
+from rtcli.tracer._native import LIGHT_PARAMETERS, METER_GRID, SHAPE_PARAMETERS, meter
 from rtcli.tracer.passes import RADIANCE, Arrays, new_arrays
 from rtcli.tracer.sampling import sample_offsets
 from rtcli.tracer.tiles import AbandonedError, over_tiles, rows_and_columns
@@ -999,13 +999,14 @@ LIGHT_SOURCES: dict[str, Callable[..., LightSource]] = {"point": PointLight}
 def build_scenery(world: World) -> Scenery:
     """Return the document's objects for a world of plain arrays."""
     shapes, lights = world.shapes, world.lights
-    rows = zip(lights.kind, _rows(lights.color), lights.intensity, _rows(lights.position), strict=True)
-    sources = [LIGHT_SOURCES[LIGHT_KINDS[kind]](*numbers) for kind, *numbers in rows]
+    source_classes = [LIGHT_SOURCES[kind] for kind in LIGHT_PARAMETERS]
+    rows = zip(lights.kind, _rows(lights.color), lights.intensity, lights.parameter_rows(), strict=True)
+    sources = [source_classes[kind](*numbers) for kind, *numbers in rows]
     carried = dict(zip(lights.carrier, sources, strict=True))
-    kinds = tuple(SHAPE_PARAMETERS)
+    object_classes = [OBJECTS[kind] for kind in SHAPE_PARAMETERS]
     columns = shapes.kind, _rows(shapes.color), _rows(shapes.position), shapes.parameter_rows()
     objects = [
-        OBJECTS[kinds[kind]](*numbers, carried.get(i))
+        object_classes[kind](*numbers, carried.get(i))
         for i, (kind, *numbers) in enumerate(zip(*columns, strict=True))
     ]
     return Scenery(SimpleCamera(world.camera), objects, sources, world.settings)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import NamedTuple, TypeAlias
 
-from rtcli.tracer._native import SHAPE_PARAMETERS
+from rtcli.tracer._native import LIGHT_PARAMETERS, SHAPE_PARAMETERS
 
 Vector: TypeAlias = tuple[float, float, float]
 
@@ -100,8 +100,7 @@ class Shapes:
 
     def parameter_rows(self) -> Iterator[tuple[float, ...]]:
         """Yield the parameters of each object."""
-        counts, numbers = tuple(SHAPE_PARAMETERS.values()), iter(self.parameters)
-        return (tuple(islice(numbers, counts[kind])) for kind in self.kind)
+        return _parameter_rows(SHAPE_PARAMETERS, self)
 
 
 @dataclass(frozen=True)
@@ -111,9 +110,9 @@ class Lights:
     Parameters
     ----------
     kind
-        (M,) uint8: indices into `LIGHT_KINDS` of the compiled module.
-    position
-        (M * 3,) float64.
+        (M,) uint8: indices into `LIGHT_PARAMETERS` of the compiled module.
+    parameters
+        (P,) float64: the parameters of the first light, then those of the second, and so on. Point: position (3).
     color
         (M * 3,) float64: linear, 0 or more.
     intensity
@@ -123,10 +122,19 @@ class Lights:
     """
 
     kind: array[int]
-    position: array[float]
+    parameters: array[float]
     color: array[float]
     intensity: array[float]
     carrier: array[int]
+
+    def parameter_rows(self) -> Iterator[tuple[float, ...]]:
+        """Yield the parameters of each light."""
+        return _parameter_rows(LIGHT_PARAMETERS, self)
+
+
+def _parameter_rows(kinds: dict[str, int], rows: Shapes | Lights) -> Iterator[tuple[float, ...]]:
+    counts, numbers = tuple(kinds.values()), iter(rows.parameters)
+    return (tuple(islice(numbers, counts[kind])) for kind in rows.kind)
 
 
 @dataclass(frozen=True)

@@ -267,12 +267,13 @@ def test_film_that_no_memory_holds_is_a_memory_error():
 
 def test_each_stage_knows_the_same_kinds():
     assert set(_native.SHAPE_PARAMETERS) == set(SHAPES) == set(OBJECTS)
-    assert set(_native.LIGHT_KINDS) == set(LIGHT_SOURCES)
+    assert set(_native.LIGHT_PARAMETERS) == set(LIGHT_SOURCES)
 
 
 def test_each_shape_has_the_number_of_parameters_that_the_tracer_takes():
     counts = {shape.type: len(shape.parameters) for shape in ROOM.objects}
     assert counts == _native.SHAPE_PARAMETERS
+    assert {light.kind: len(light.parameters) for light in ROOM.lights} == _native.LIGHT_PARAMETERS
 
 
 # --- Mistakes of a caller ------------------------------------------------------------------------------------
@@ -300,8 +301,8 @@ def with_item(values, index, item):
     [
         ((with_item(CAMERA, 0, 0), NO_OBJECTS, NO_LIGHTS, SETTINGS), "at least one pixel"),
         ((CAMERA, NO_OBJECTS, NO_LIGHTS, with_item(SETTINGS, 0, 0)), "samples"),
-        ((CAMERA, with_item(ONE_OBJECT, 0, b"\3"), NO_LIGHTS, SETTINGS), "unknown kind of shape 3"),
-        ((CAMERA, NO_OBJECTS, with_item(ONE_LIGHT, 0, b"\1"), SETTINGS), "unknown kind of light 1"),
+        ((CAMERA, with_item(ONE_OBJECT, 0, b"\3"), NO_LIGHTS, SETTINGS), "unknown kind 3"),
+        ((CAMERA, NO_OBJECTS, with_item(ONE_LIGHT, 0, b"\1"), SETTINGS), "unknown kind 1"),
         *(
             (
                 (CAMERA, (bytes([kind]), floats(3), floats(wrong), floats(3)), NO_LIGHTS, SETTINGS),

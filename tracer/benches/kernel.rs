@@ -6,8 +6,8 @@
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use rtcli_tracer::develop::{BitDepth, Developer, ToneCurve};
 use rtcli_tracer::world::{
-    Camera, CuboidDesc, LightDesc, LightKind, Object, PlaneDesc, Settings, ShapeDesc, SphereDesc, Vector, Window,
-    World,
+    Camera, CuboidDesc, LightDesc, LightSource, Object, PlaneDesc, Settings, ShapeDesc, SphereDesc, Vector,
+    Window, World,
 };
 use rtcli_tracer::{Film, Level, Monitor, Tracer};
 use std::time::Duration;
@@ -158,7 +158,7 @@ fn object(position: Vector, color: Vector, shape: ShapeDesc) -> Object {
 }
 
 fn light(position: Vector, intensity: f64) -> LightDesc {
-    LightDesc { kind: LightKind::Point, position, color: [1.0; 3], intensity, carrier: None }
+    LightDesc { source: LightSource::Point { position }, color: [1.0; 3], intensity, carrier: None }
 }
 
 /// A camera with y up that looks at a place straight ahead of it, above or below.

@@ -14,7 +14,7 @@ use crate::tile::rays::Rays;
 use crate::tile::{LANES, Lanes, SIDE, View};
 use crate::vector::{Vector, add, dot, length, scale, sub, to_f32};
 use crate::world::{
-    Camera, CuboidDesc, LightDesc, LightKind, Object, PlaneDesc, Settings, ShapeDesc, SphereDesc, World,
+    Camera, CuboidDesc, LightDesc, LightSource, Object, PlaneDesc, Settings, ShapeDesc, SphereDesc, World,
 };
 use proptest::prelude::*;
 
@@ -417,8 +417,7 @@ fn any_light(objects: Vec<Object>) -> impl Strategy<Value = LightDesc> {
             let number = index.index(2 * objects.len() + 1);
             let carrier = objects.get(number).filter(|object| !matches!(object.shape, ShapeDesc::Plane(_)));
             LightDesc {
-                kind: LightKind::Point,
-                position: carrier.map_or(position, |object| object.position),
+                source: LightSource::Point { position: carrier.map_or(position, |object| object.position) },
                 color,
                 intensity,
                 carrier: carrier.map(|_| number),

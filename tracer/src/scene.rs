@@ -103,7 +103,7 @@ impl Scene {
 
     fn light(&self, space: &CameraSpace, world: &World, light: &LightDesc) -> Light {
         // The power of a light that is moved toward the eye shrinks by the square of the factor.
-        let scaled = space.scaled(light.position);
+        let scaled = space.scaled(light.source.position());
         let range_scale = space.range_scale(scaled, 0.0);
         let unit = space.unit * range_scale;
         let intensity = light.intensity * unit * unit / (4.0 * PI);
@@ -146,7 +146,7 @@ fn materials(world: &World, space: &CameraSpace) -> Result<Vec<Material>, OutOfM
 /// L = intensity color / (4 pi r^2), r from the light to the eye (document, section 3.4).
 fn seen_directly(light: &LightDesc, eye: Vector) -> [f32; 3] {
     let largest = f64::from(f32::MAX);
-    let r = length(sub(light.position, eye));
+    let r = length(sub(light.source.position(), eye));
     let arriving = light.intensity / (4.0 * PI * r * r);
     // 0 / 0: a light without power at the eye.
     let arriving = if arriving.is_nan() { 0.0 } else { arriving.min(largest) };

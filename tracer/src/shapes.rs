@@ -25,14 +25,14 @@ pub(crate) mod primitive;
 pub(crate) mod shadow;
 pub(crate) mod sphere;
 
-/// A kind of shape.
-pub struct ShapeKind {
+/// A kind of shape or light, which `T` describes.
+pub struct Kind<T> {
     /// Its name in a scene file.
     pub name: &'static str,
     /// The number of its parameters.
     pub parameters: usize,
-    /// Describe a shape by as many parameters; panics if there are fewer.
-    pub describe: fn(&[f64]) -> ShapeDesc,
+    /// Return the description with these parameters; panics if there are fewer.
+    pub describe: fn(&[f64]) -> T,
 }
 
 /// Define all that depends on which kinds there are, each given by its name, its module, its shape in camera space
@@ -47,11 +47,16 @@ macro_rules! define_shapes {
 
         impl ShapeDesc {
             /// The kinds, in the order of their tags.
-            pub const KINDS: &[ShapeKind] = &[$(ShapeKind {
+            pub const KINDS: &[Kind<ShapeDesc>] = &[$(Kind {
                 name: $name,
                 parameters: <$module::$desc as Description>::PARAMETERS,
                 describe: |parameters| ShapeDesc::$shape(Description::new(parameters)),
             },)*];
+        }
+
+        /// The descriptions of all kinds.
+        pub mod descriptions {
+            $(pub use super::$module::$desc;)*
         }
 
         /// An object in camera space.

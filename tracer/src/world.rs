@@ -1,10 +1,8 @@
 //! The tracer's input: a scene as plain numbers, in the order of the file.
 
 pub use crate::camera::{Camera, Window};
-pub use crate::shapes::cuboid::CuboidDesc;
-pub use crate::shapes::plane::PlaneDesc;
-pub use crate::shapes::sphere::SphereDesc;
-pub use crate::shapes::{ShapeDesc, ShapeKind};
+pub use crate::shapes::descriptions::*;
+pub use crate::shapes::{Kind, ShapeDesc};
 pub use crate::vector::Vector;
 
 /// An object of the scene.
@@ -18,25 +16,36 @@ pub struct Object {
     pub shape: ShapeDesc,
 }
 
-/// A kind of light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LightKind {
-    /// From one point, in all directions alike.
-    Point,
+/// The source of a light and its parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightSource {
+    /// A point that emits equally in all directions.
+    Point {
+        /// World space.
+        position: Vector,
+    },
 }
 
-impl LightKind {
-    /// The name of each kind, in the order of their tags.
-    pub const ALL: [(&str, LightKind); 1] = [("point", LightKind::Point)];
+impl LightSource {
+    /// The kinds, in the order of their tags.
+    pub const KINDS: &[Kind<LightSource>] = &[Kind {
+        name: "point",
+        parameters: 3,
+        describe: |p| LightSource::Point { position: [p[0], p[1], p[2]] },
+    }];
+
+    /// The place that all its light comes from, world space.
+    pub fn position(&self) -> Vector {
+        let LightSource::Point { position } = *self;
+        position
+    }
 }
 
 /// A light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightDesc {
-    /// The kind of light.
-    pub kind: LightKind,
-    /// World space.
-    pub position: Vector,
+    /// The source and its parameters.
+    pub source: LightSource,
     /// Linear RGB, each 0 or more.
     pub color: Vector,
     /// Emitted power: L_i = intensity * color / (4 pi r^2).

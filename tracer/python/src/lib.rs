@@ -26,8 +26,8 @@ mod world;
 #[pyo3::pymodule]
 mod _native {
     use pyo3::prelude::*;
-    use pyo3::types::{PyDict, PyTuple};
-    use rtcli_tracer::world::{LightKind, ShapeDesc};
+    use pyo3::types::IntoPyDict;
+    use rtcli_tracer::world::{LightSource, ShapeDesc};
 
     #[pymodule_export]
     use crate::display::{PngEncoder, develop, focal_length, meter};
@@ -40,13 +40,10 @@ mod _native {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
-        let shapes = PyDict::new(module.py());
-        for kind in ShapeDesc::KINDS {
-            shapes.set_item(kind.name, kind.parameters)?;
-        }
-        module.add("SHAPE_PARAMETERS", shapes)?;
-        let lights = LightKind::ALL.map(|(name, _)| name);
-        module.add("LIGHT_KINDS", PyTuple::new(module.py(), lights)?)?;
+        let shapes = ShapeDesc::KINDS.iter().map(|kind| (kind.name, kind.parameters));
+        module.add("SHAPE_PARAMETERS", shapes.into_py_dict(module.py())?)?;
+        let lights = LightSource::KINDS.iter().map(|kind| (kind.name, kind.parameters));
+        module.add("LIGHT_PARAMETERS", lights.into_py_dict(module.py())?)?;
         module.add("METER_GRID", rtcli_tracer::meter::GRID)?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }

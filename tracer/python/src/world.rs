@@ -5,7 +5,7 @@ use crate::errors::out_of_memory;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rtcli_tracer::memory::with_capacity;
-use rtcli_tracer::world::{Camera, LightDesc, LightKind, Object, Settings, ShapeDesc, Vector, Window};
+use rtcli_tracer::world::{Camera, Kind, LightDesc, LightSource, Object, Settings, ShapeDesc, Vector, Window};
 
 /// The most objects whose faces can be numbered in 32 bits.
 const MOST_OBJECTS: usize = 1 << 28;
@@ -16,7 +16,7 @@ pub type PyCamera = (u32, u32, f64, Vector, Vector, Vector, Vector);
 /// Kind (u8), position, parameters, color (f64), in native byte order.
 pub type PyObjects<'a> = (&'a [u8], &'a [u8], &'a [u8], &'a [u8]);
 
-/// Kind (u8), position, color, intensity (f64), carrier (i64), in native byte order.
+/// Kind (u8), parameters, color, intensity (f64), carrier (i64), in native byte order.
 pub type PyLights<'a> = (&'a [u8], &'a [u8], &'a [u8], &'a [u8], &'a [u8]);
 
 /// Samples, background, whether there is direct light, eye falloff.
@@ -44,20 +44,34 @@ pub fn camera(camera: PyCamera) -> PyResult<Camera> {
 pub fn objects(columns: PyObjects<'_>) -> PyResult<Vec<Object>> {
     let (kinds, position, parameters, color) = columns;
     let (position, color) = (items::<Vector>(position)?, items::<Vector>(color)?);
-    let parameters = items::<f64>(parameters)?;
     same_lengths(kinds.len(), &[position.len(), color.len()])?;
     if kinds.len() > MOST_OBJECTS {
         return Err(PyValueError::new_err(format!("there may be {MOST_OBJECTS} objects, not {}", kinds.len())));
     }
     let mut objects = with_capacity(kinds.len(), "the objects").map_err(out_of_memory)?;
+    describe(ShapeDesc::KINDS, kinds, parameters, |i, shape| {
+        objects.push(Object { position: position[i], color: color[i], shape });
+        Ok(())
+    })?;
+    Ok(objects)
+}
+
+/// Gives each row of a kind and its parameters to `add`, with its index.
+fn describe<T>(
+    kinds: &[Kind<T>],
+    tags: &[u8],
+    parameters: &[u8],
+    mut add: impl FnMut(usize, T) -> PyResult<()>,
+) -> PyResult<()> {
+    let parameters = items::<f64>(parameters)?;
     let mut rest = parameters.as_slice();
-    for (i, &kind) in kinds.iter().enumerate() {
-        let unknown = || PyValueError::new_err(format!("unknown kind of shape {kind}"));
-        let kind = ShapeDesc::KINDS.get(usize::from(kind)).ok_or_else(unknown)?;
+    for (i, &tag) in tags.iter().enumerate() {
+        let unknown = || PyValueError::new_err(format!("unknown kind {tag}"));
+        let kind = kinds.get(usize::from(tag)).ok_or_else(unknown)?;
         let own = rest.split_off(..kind.parameters).ok_or_else(different_lengths)?;
-        objects.push(Object { position: position[i], color: color[i], shape: (kind.describe)(own) });
+        add(i, (kind.describe)(own))?;
     }
-    if rest.is_empty() { Ok(objects) } else { Err(different_lengths()) }
+    if rest.is_empty() { Ok(()) } else { Err(different_lengths()) }
 }
 
 /// Returns the lights.
@@ -66,23 +80,16 @@ pub fn objects(columns: PyObjects<'_>) -> PyResult<Vec<Object>> {
 ///
 /// `ValueError` for an unknown kind, columns of different lengths, or a carrier that is none of the objects.
 pub fn lights(columns: PyLights<'_>, objects: usize) -> PyResult<Vec<LightDesc>> {
-    let (kinds, position, color, intensity, carriers) = columns;
-    let (position, color) = (items::<Vector>(position)?, items::<Vector>(color)?);
-    let (intensity, carriers) = (items::<f64>(intensity)?, items::<i64>(carriers)?);
-    let lengths = [position.len(), color.len(), intensity.len(), carriers.len()];
-    same_lengths(kinds.len(), &lengths)?;
+    let (kinds, parameters, color, intensity, carriers) = columns;
+    let (color, intensity) = (items::<Vector>(color)?, items::<f64>(intensity)?);
+    let carriers = items::<i64>(carriers)?;
+    same_lengths(kinds.len(), &[color.len(), intensity.len(), carriers.len()])?;
     let mut lights = with_capacity(kinds.len(), "the lights").map_err(out_of_memory)?;
-    for (i, &kind) in kinds.iter().enumerate() {
-        let unknown = || PyValueError::new_err(format!("unknown kind of light {kind}"));
-        let (_, kind) = LightKind::ALL.get(usize::from(kind)).ok_or_else(unknown)?;
-        lights.push(LightDesc {
-            kind: *kind,
-            position: position[i],
-            color: color[i],
-            intensity: intensity[i],
-            carrier: carrier(carriers[i], objects)?,
-        });
-    }
+    describe(LightSource::KINDS, kinds, parameters, |i, source| {
+        let carrier = carrier(carriers[i], objects)?;
+        lights.push(LightDesc { source, color: color[i], intensity: intensity[i], carrier });
+        Ok(())
+    })?;
     Ok(lights)
 }
 

@@ -3,7 +3,7 @@ use crate::WorkBudget;
 use crate::oracle::any_world;
 use crate::output::develop::{BitDepth, ToneCurve};
 use crate::output::film::{Pass, Values};
-use crate::world::{Camera, CuboidDesc, LightDesc, LightKind, Object, PlaneDesc, ShapeDesc, SphereDesc};
+use crate::world::{Camera, CuboidDesc, LightDesc, LightSource, Object, PlaneDesc, ShapeDesc, SphereDesc};
 use proptest::prelude::*;
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -250,7 +250,7 @@ fn grey(position: [f64; 3], shape: ShapeDesc) -> Object {
 }
 
 fn light(position: [f64; 3], intensity: f64) -> LightDesc {
-    LightDesc { kind: LightKind::Point, position, color: [1.0; 3], intensity, carrier: None }
+    LightDesc { source: LightSource::Point { position }, color: [1.0; 3], intensity, carrier: None }
 }
 
 /// The point on the image plane at distance 1, of a pixel of a picture.
@@ -275,7 +275,7 @@ fn assert_lit(world: &World, point_and_normal: impl Fn([f64; 3]) -> Option<([f64
             continue;
         };
         seen += 1;
-        let way = crate::vector::sub(light.position, point);
+        let way = crate::vector::sub(light.source.position(), point);
         let r = crate::vector::length(way);
         let cosine = crate::vector::dot(normal, way) / r;
         for channel in 0..3 {
@@ -523,8 +523,7 @@ fn many_planes(planes: u32, lights: u32) -> World {
         .collect();
     world.lights = (0..lights)
         .map(|i| LightDesc {
-            kind: LightKind::Point,
-            position: [f64::from(i), 5.0, -3.0],
+            source: LightSource::Point { position: [f64::from(i), 5.0, -3.0] },
             color: [1.0; 3],
             intensity: 1.0,
             carrier: None,

@@ -1,7 +1,7 @@
 use super::*;
 use crate::oracle::any_world;
 use crate::world::Settings;
-use crate::world::{Camera, CuboidDesc, LightKind, ShapeDesc, SphereDesc};
+use crate::world::{Camera, CuboidDesc, LightSource, ShapeDesc, SphereDesc};
 use proptest::prelude::*;
 
 /// All numbers of a scene.
@@ -23,7 +23,7 @@ fn scaled(world: &World, factor: f64) -> World {
         }
     }
     for light in &mut world.lights {
-        light.position = times(light.position);
+        light.source = LightSource::Point { position: times(light.source.position()) };
         light.intensity *= factor * factor;
     }
     world
@@ -49,7 +49,9 @@ proptest! {
         let there = |place: Vector| std::array::from_fn(|i| place[i] + f64::from(way[i]));
         moved.camera.position = there(world.camera.position);
         moved.objects.iter_mut().for_each(|object| object.position = there(object.position));
-        moved.lights.iter_mut().for_each(|light| light.position = there(light.position));
+        for light in &mut moved.lights {
+            light.source = LightSource::Point { position: there(light.source.position()) };
+        }
         prop_assert_eq!(numbers_of(&Scene::new(&moved).unwrap()), numbers_of(&Scene::new(&world).unwrap()));
     }
 }
@@ -59,7 +61,10 @@ fn rounded(mut world: World) -> World {
     let near = |place: &mut Vector| place.iter_mut().for_each(|x| *x = (*x * 1024.0).round() / 1024.0);
     near(&mut world.camera.position);
     world.objects.iter_mut().for_each(|object| near(&mut object.position));
-    world.lights.iter_mut().for_each(|light| near(&mut light.position));
+    for light in &mut world.lights {
+        let LightSource::Point { position } = &mut light.source;
+        near(position);
+    }
     world
 }
 
@@ -89,8 +94,7 @@ fn the_unit_brings_the_scene_to_about_one() {
 fn an_object_that_carries_a_light_shines_with_the_light_that_reaches_the_eye() {
     let mut world = one_object(ShapeDesc::Sphere(SphereDesc { radius: 1.0 }), [0.0, 0.0, -5.0]);
     world.lights.push(LightDesc {
-        kind: LightKind::Point,
-        position: [0.0, 3.0, -4.0],
+        source: LightSource::Point { position: [0.0, 3.0, -4.0] },
         color: [1.0, 0.5, 0.0],
         intensity: 100.0 * PI,
         carrier: Some(0),
