@@ -162,8 +162,7 @@ class Manifest:
 
     def _damaged(self, why: str) -> ManifestError:
         return ManifestError(
-            self._path,
-            f"is damaged ({why}): put back a copy, or remove it, and all scenes will be rendered again",
+            self._path, f"is damaged ({why}): put back a copy, or remove it, and all scenes will be rendered again"
         )
 
     def _stamp(self) -> tuple[int, int, int] | None:

@@ -113,9 +113,7 @@ class Probe:
         intensity = array("d", bytes(8 * len(world.lights.intensity)))
         intensity[spot.light] = world.lights.intensity[spot.light]
         lit = replace(
-            world,
-            shapes=replace(world.shapes, color=color),
-            lights=replace(world.lights, intensity=intensity),
+            world, shapes=replace(world.shapes, color=color), lights=replace(world.lights, intensity=intensity)
         )
         look = DisplayTransform(exposure - math.log2(BURNT), "clip", 16)
         levels = NativeTracer(lit, threads=1).levels(window, look, self._budget)

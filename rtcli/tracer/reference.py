@@ -752,11 +752,7 @@ class Scenery:
         self.solid = np.array([shape.is_solid for shape in objects], dtype=bool)
 
     def render_img_to_rgb_array(
-        self,
-        window: Window,
-        threads: int = 1,
-        progress: Progress | None = None,
-        passes: tuple[str, ...] = (),
+        self, window: Window, threads: int = 1, progress: Progress | None = None, passes: tuple[str, ...] = ()
     ) -> tuple[Arrays, int]:
         """Trace every sample of every pixel of a window of the picture.
 

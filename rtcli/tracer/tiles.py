@@ -38,11 +38,7 @@ class AbandonedError(Exception):
 
 
 def over_tiles(
-    work: Callable[[Window], _Result],
-    window: Window,
-    threads: int,
-    progress: Progress | None,
-    abandoned: Event,
+    work: Callable[[Window], _Result], window: Window, threads: int, progress: Progress | None, abandoned: Event
 ) -> Iterator[_Result]:
     """Yield the result of each tile in order, computed by threads; only a few tiles wait at any time.
 

@@ -25,7 +25,7 @@ from rtcli.cli.console import STDIO, is_terminal, print_lines, report_line
 from rtcli.cli.exit_codes import INVALID, usage_errors
 from rtcli.cli.options.cluster import connected_cluster, dask_timeout_option
 from rtcli.cli.options.scene import edit_errors, film_options, pop_overrides, scene_options
-from rtcli.cli.options.types import FormatType, VariationType
+from rtcli.cli.options.types import VariationType, parse_format
 from rtcli.cli.progress import progress
 from rtcli.image.animation import ANIMATIONS
 from rtcli.image.formats import check_fits
@@ -109,7 +109,8 @@ class BatchOptions:
 @click.option(
     "--format",
     "suffix",
-    type=FormatType(),
+    type=parse_format,
+    metavar="SUFFIX",
     default=".png",
     show_default=True,
     help=f"Of the results: {', '.join(FORMATS)}.",

@@ -20,7 +20,7 @@ from rtcli.cli.exit_codes import usage_errors
 from rtcli.cli.options.cluster import connected_cluster, dask_timeout_option
 from rtcli.cli.options.golden import CheckOptions, check_options, pop_check
 from rtcli.cli.options.scene import film_options, pop_overrides, read_scene, scene_options
-from rtcli.cli.options.types import CropType
+from rtcli.cli.options.types import parse_crop
 from rtcli.cli.paths import OutputPath, refuse_collisions, refuse_folder
 from rtcli.cli.progress import progress
 from rtcli.image.display import DEPTHS
@@ -127,7 +127,9 @@ class PictureOutput:
     help="The tracer; reference is slow, and there to compare with.",
 )
 @click.option("--threads", type=click.IntRange(1), metavar="N", show_default="all", help="Processor cores to use.")
-@click.option("--crop", type=CropType(), help="Render only this part: left, top, width, height in pixels.")
+@click.option(
+    "--crop", type=parse_crop, metavar="X,Y,W,H", help="Render only this part: left, top, width, height in pixels."
+)
 @click.option(
     "--dask",
     metavar="ADDRESS|local",
