@@ -51,4 +51,4 @@ def render(
     """
     names = (passes,) if isinstance(passes, str) else tuple(passes)
     request = RenderRequest(names, engine, threads, None if crop is None else Window(*crop))
-    return expose_film(prepare(scene, pack(scene), request), request)
+    return expose_film(prepare(scene, pack(scene), request))

@@ -78,7 +78,7 @@ def _animate(animation: Animation, manifest: Manifest, folder: Path, scratch: Pa
     same = (file for file in recorded if file["path"] == animation.path and file.get("frames") == frames)
     if any(target.is_file() and is_unchanged(target, file) for file in same):
         return AnimationResult(animation.path)
-    from rtcli.image.shown import shown_levels  # loads NumPy
+    from rtcli.image.read import shown_levels  # loads NumPy
 
     pictures = (shown_levels(str(folder / job.outputs[RADIANCE])) for job in animation.jobs)
     try:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import glob
+import itertools
 import os
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -200,9 +201,8 @@ def _glob_matches(pattern: str, folder: str) -> Iterator[tuple[str, str]]:
     matches = sorted(glob.glob(pattern, recursive=True)) if glob.has_magic(pattern) else []  # noqa: PTH207
     if not matches:
         raise FileNotFoundError(errno.ENOENT, "there is no such file or folder", pattern)
-    parts = PurePath(pattern).parts
-    first_wildcard = next(index for index, part in enumerate(parts) if glob.has_magic(part))
-    root, results = str(Path(*parts[:first_wildcard])), os.path.realpath(folder)
+    root = str(Path(*itertools.takewhile(lambda part: not glob.has_magic(part), PurePath(pattern).parts)))
+    results = os.path.realpath(folder)
     for match in map(Path, matches):
         if Path(os.path.realpath(match)).is_relative_to(results):
             continue

@@ -142,11 +142,8 @@ class Manifest:
             if lines is None:  # written by another program
                 lines = {key: json.dumps(entry) for key, entry in self._parse(raw).items()}
             self._lines = lines
-        for key, line in self._changes.items():
-            if line is None:
-                self._lines.pop(key, None)
-            else:
-                self._lines[key] = line
+        changed = {**self._lines, **self._changes}
+        self._lines = {key: line for key, line in changed.items() if line is not None}
 
     def _parse(self, raw: bytes) -> Mapping[str, Entry]:
         try:
@@ -165,8 +162,7 @@ class Manifest:
 
     def _damaged(self, why: str) -> ManifestError:
         return ManifestError(
-            self._path,
-            f"is damaged ({why}): put back a copy, or remove it, and all scenes will be rendered again",
+            self._path, f"is damaged ({why}): put back a copy, or remove it, and all scenes will be rendered again"
         )
 
     def _stamp(self) -> tuple[int, int, int] | None:

@@ -20,7 +20,7 @@ from rtcli.batch.pool import Result, Workers, results
 from rtcli.batch.worker import DONE, BatchTask, Outcome, content_of, failure, open_outputs, render_job
 from rtcli.rendering.metadata import SOFTWARE
 from rtcli.scene.diagnostics.problems import quoted
-from rtcli.scene.reading.parse import READ_BYTES
+from rtcli.scene.reading.parse import read_file
 
 # The number of jobs that threads compare at a time while a plan is made.
 _CHUNK = 512
@@ -105,7 +105,7 @@ def _compare(manifest: Manifest, job: Job, folder: Path) -> tuple[str, Entry | N
     if reason := _difference(entry, job):
         return reason, None
     try:
-        raw = _read(job)
+        raw = read_file(job.scene)
     except OSError:
         return "the scene cannot be read", None  # rendering it reports the error
     input = sha256(raw)
@@ -152,11 +152,6 @@ def _former(entry: Entry) -> list[str]:
 def _extra_paths(entry: Entry) -> set[str]:
     """Return the paths of an entry's former outputs and animations."""
     return {*_former(entry), *(animation["path"] for animation in files_of(entry, "animations"))}
-
-
-def _read(job: Job) -> bytes:
-    with Path(job.scene).open("rb") as file:
-        return file.read(READ_BYTES)
 
 
 # --- Stale outputs ---------------------------------------------------------------------------------------
@@ -271,8 +266,8 @@ class Batch:
     workers_write: bool = True
 
 
-def execute(batch: Batch) -> Generator[Outcome]:
-    """Render the jobs of a plan, record them, and yield their outcomes; close the generator to end early.
+def execute(batch: Batch) -> Generator[tuple[Job, Outcome]]:
+    """Render the jobs of a plan, record them, and yield each with its outcome; close the generator to end early.
 
     However it ends, the workers are closed, no temporary file is left, and the manifest records what was done.
 
@@ -291,7 +286,7 @@ def execute(batch: Batch) -> Generator[Outcome]:
                     _record(batch, *item)
                 batch.manifest.save_if_due(scratch)
                 if item is not None:
-                    yield item[1]
+                    yield item
         except BaseException:
             batch.workers.close()
             with contextlib.suppress(OSError):  # what is not recorded is rendered again
@@ -316,24 +311,23 @@ def _tasks(batch: Batch, scratch: Path, unread: deque[tuple[Job, Outcome]]) -> I
     folders = (str(batch.folder.absolute()), str(scratch.absolute())) if batch.workers_write else (None, None)
     for step in batch.plan.steps:
         try:
-            yield BatchTask(step.job, _read(step.job), *folders)
+            yield BatchTask(step.job, read_file(step.job.scene), *folders)
         except OSError as error:
-            unread.append((step.job, failure(step.job, None, error, {})))
+            unread.append((step.job, failure(None, error, {})))
 
 
 def _outcome(batch: Batch, result: Result, scratch: Path) -> Outcome:
     """Return the outcome of a task, once the files that it returned are written."""
-    job: Job = result.task.job
     outcome: Outcome = result.value
     if result.error is not None:
-        return failure(job, sha256(result.task.raw), result.error, {})
+        return failure(sha256(result.task.raw), result.error, {})
     if outcome.files:
         try:
             with open_outputs(list(outcome.files), batch.folder, scratch) as files:
                 for file, data in zip(files, outcome.files.values(), strict=True):
                     file.write(data)
         except OSError as error:
-            return failure(job, outcome.input, error, outcome.seconds)
+            return failure(outcome.input, error, outcome.seconds)
     return outcome
 
 

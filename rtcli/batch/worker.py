@@ -18,7 +18,7 @@ from rtcli.rendering.job import RenderJob, RenderRequest, prepare
 from rtcli.rendering.metadata import SOFTWARE, fingerprint
 from rtcli.rendering.pack import pack
 from rtcli.rendering.stopwatch import Stopwatch
-from rtcli.rendering.stream import FilmOutputs, write_film
+from rtcli.rendering.stream import write_film
 from rtcli.scene.diagnostics.problems import Problem, SceneError
 from rtcli.scene.model import Scene
 from rtcli.scene.reading.parse import parse_bytes
@@ -67,8 +67,6 @@ class Outcome:
 
     Parameters
     ----------
-    key
-        The key of the job.
     input
         The hash of the scene file's bytes; None if it could not be read.
     content
@@ -87,7 +85,6 @@ class Outcome:
         The bytes of each output by its path, if the worker did not write them.
     """
 
-    key: str
     input: str | None = None
     content: str | None = None
     outputs: tuple[BatchOutput, ...] = ()
@@ -141,25 +138,17 @@ def render_job(task: BatchTask) -> Outcome:
         scene = _validated(task.job, task.raw, watch)
         with watch.stage("pack"):
             world = pack(scene)
-        request = RenderRequest(task.job.settings.passes, threads=1)
-        job = prepare(scene, world, request)
+        job = prepare(scene, world, RenderRequest(task.job.settings.passes, threads=1))
         check_fits(task.job.key + task.job.settings.suffix, job.window[2:], task.job.settings.bits)
-        outputs, files = _render(task, job, request, seconds)
+        outputs, files = _render(task, job, seconds)
     except (ValueError, OSError) as error:
-        return failure(task.job, input, error, seconds)
-    return Outcome(
-        task.job.key,
-        input,
-        fingerprint(scene, world),
-        outputs,
-        seconds,
-        (job.window.width, job.window.height),
-        files=files,
-    )
+        return failure(input, error, seconds)
+    size = job.window.width, job.window.height
+    return Outcome(input, fingerprint(scene, world), outputs, seconds, size, files=files)
 
 
-def failure(job: Job, input: str | None, error: BaseException, seconds: dict[str, float]) -> Outcome:
-    """Return the outcome of a job that failed with an error."""
+def failure(input: str | None, error: BaseException, seconds: dict[str, float]) -> Outcome:
+    """Return the outcome of a job that failed with an error; the parameters are those of `Outcome`."""
     problems: tuple[Problem, ...] = ()
     if isinstance(error, SceneError):
         problems = error.problems[:MAX_KEPT]
@@ -171,7 +160,7 @@ def failure(job: Job, input: str | None, error: BaseException, seconds: dict[str
         message = f"{error.filename}: {error.strerror or error}"
     else:
         message = str(error) or type(error).__name__
-    return Outcome(job.key, input, problems=problems, message=message, seconds=seconds)
+    return Outcome(input, problems=problems, message=message, seconds=seconds)
 
 
 def _validated(job: Job, raw: bytes, watch: Stopwatch) -> Scene:
@@ -182,7 +171,7 @@ def _validated(job: Job, raw: bytes, watch: Stopwatch) -> Scene:
 
 
 def _render(
-    task: BatchTask, job: RenderJob, request: RenderRequest, seconds: dict[str, float]
+    task: BatchTask, job: RenderJob, seconds: dict[str, float]
 ) -> tuple[tuple[BatchOutput, ...], dict[str, bytes]]:
     """Write the files of a film; return their descriptions and, without a folder, their bytes by path."""
     paths = task.job.outputs
@@ -193,7 +182,7 @@ def _render(
         opened = stack.enter_context(open_outputs(list(paths.values()), Path(folder), scratch))
         files = dict(zip(paths, opened, strict=True))
         targets = {part: (paths[part], file) for part, file in files.items()}
-        stats = write_film(job, request, FilmOutputs(targets, task.job.settings.bits))
+        stats = write_film(job, targets, task.job.settings.bits)
         seconds.update(stats.seconds)
         outputs = tuple(_output(part, paths[part], file) for part, file in files.items())
         if task.folder is not None:

@@ -14,6 +14,7 @@ from typing import Any, BinaryIO, TextIO
 import click
 
 from rtcli.atomic import atomic_write
+from rtcli.scene.reading.parse import READ_BYTES, read_file
 
 # The file name that means standard input or output.
 STDIO = "-"
@@ -88,14 +89,13 @@ def display_name(path: str) -> str:
     return "<stdin>" if path == STDIO else path
 
 
-def read_bytes(path: str, limit: int) -> bytes:
-    """Read a file or standard input up to a limit in bytes, since a device such as /dev/zero has no end."""
+def read_input(path: str) -> bytes:
+    """Read a scene from a file or standard input; see `rtcli.scene.reading.parse.read_file`."""
     if path != STDIO:
-        with Path(path).open("rb") as file:
-            return file.read(limit)
+        return read_file(path)
     if sys.stdin is None:  # closed, as by `rtcli ... <&-`
         raise OSError(errno.EBADF, "is closed", "standard input")
-    return sys.stdin.buffer.read(limit)
+    return sys.stdin.buffer.read(READ_BYTES)
 
 
 def is_terminal(stream: TextIO | None) -> bool:

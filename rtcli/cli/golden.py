@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
-import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -35,12 +33,6 @@ class GoldenCheck:
     def outputs(self, passes: Iterable[str]) -> list[OutputPath]:
         """Return the difference pictures of a rendering with these passes."""
         return [] if self.differences is None else self.differences.plan(self.golden.layer_names(passes))
-
-    @contextlib.contextmanager
-    def temporary_path(self) -> Iterator[str]:
-        """Yield a path for a rendering in the golden file's format, and delete it afterwards."""
-        with tempfile.TemporaryDirectory(prefix="rtcli-") as folder:
-            yield str(Path(folder) / f"rendering{Path(self.name).suffix}")
 
     def size_mismatch(self, window: Window) -> Comparison | None:
         """Return the comparison with a rendering of another size; None if there is anything to draw or compare."""

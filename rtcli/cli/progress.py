@@ -59,17 +59,14 @@ class _Rate:
         passed = time.monotonic() - self._start
         return f"{self.done / passed:.1f} {self._noun}/s" if self.done and passed else None
 
-    def percentage(self, total: int) -> int:
-        """Return the percentage done, rounded to tenths for pixels, since no count stands beside it."""
-        return self.done * 10 // total * 10 if self._noun is None else self.done * 100 // total
-
-    def details(self, total: int) -> str:
-        """Return the counts, the rate and the remaining time in parentheses; nothing for pixels."""
+    def progress(self, total: int) -> str:
+        """Return the percentage done, the counts, the rate and the remaining time; only tenths for pixels."""
         if self._noun is None:
-            return ""
+            return f"{self.done * 10 // total * 10} %"
         remaining = (total - self.done) * (time.monotonic() - self._start) / max(1, self.done)
         counts = f"{self.done:,} of {total:,} {self._noun}"
-        return f" ({counts}, {self.text() or 'started'}, {duration(remaining)} left)"
+        percentage = self.done * 100 // total
+        return f"{percentage} % ({counts}, {self.text() or 'started'}, {duration(remaining)} left)"
 
 
 def duration(seconds: float) -> str:
@@ -88,6 +85,6 @@ def _report_tenths(label: str, rate: _Rate) -> Callable[[int, int], None]:
         rate.done = done
         if tenths > last_tenth:
             last_tenth = tenths
-            report_line(f"{label}: {rate.percentage(total)} %{rate.details(total)}")
+            report_line(f"{label}: {rate.progress(total)}")
 
     return advance

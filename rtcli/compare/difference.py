@@ -18,7 +18,7 @@ from rtcli.compare.pictures import (
     overlap,
     pixel_differences,
 )
-from rtcli.image.layers import Array, Kind, Layers
+from rtcli.image.layers import Array, Kind, Layers, in_order
 from rtcli.image.read import memory_bytes
 from rtcli.tracer import _native
 
@@ -50,7 +50,7 @@ def drawings(compared: Compared) -> Iterator[tuple[str, bytes | str]]:
         The name of each layer, and its difference picture as a PNG or why there is none.
     """
     first, second = made_alike(compared.first, compared.second)
-    for name in Layers(first.kind, {**second.arrays, **first.arrays}).names():
+    for name in in_order([*first.arrays, *second.arrays]):
         yield name, _drawn(first.arrays.get(name), second.arrays.get(name), compared.comparison, name)
 
 

@@ -43,17 +43,13 @@ def mean_flip(a: Array, b: Array, kind: Kind) -> float:
     """
     flip = require_extra("flip_evaluator", "flip", "FLIP")
     if kind == "picture":
-        return _mean(flip.evaluate(_srgb(a), _srgb(b), "LDR", applyMagma=False))
+        return float(flip.evaluate(_srgb(a), _srgb(b), "LDR", applyMagma=False)[1])
     if not (np.isfinite(a).all() and np.isfinite(b).all()):
         return math.nan
     reference, test = _in_range(a, b)
     if not reference.any():
         return 0.0
-    return _mean(flip.evaluate(reference, test, "HDR", applyMagma=False))
-
-
-def _mean(evaluated: tuple[Array, float, dict[str, float]]) -> float:
-    return float(evaluated[1])
+    return float(flip.evaluate(reference, test, "HDR", applyMagma=False)[1])
 
 
 def _srgb(pixels: Array) -> Array:

@@ -13,7 +13,7 @@ from rtcli.compare.bounds import Bounds
 from rtcli.compare.difference import Compared
 from rtcli.compare.pictures import Comparison, Mismatch, compare
 from rtcli.image.formats import parts_of
-from rtcli.image.layers import PICTURE_LAYER, UNNAMED_LAYER, Layers
+from rtcli.image.layers import PICTURE_LAYER, UNNAMED_LAYER, Layers, in_order
 from rtcli.image.read import kind_of, read_layers
 from rtcli.image.write import METADATA
 from rtcli.scene.diagnostics.problems import printable
@@ -54,8 +54,7 @@ class Golden:
         """Return the layers of it or of a rendering with these passes, in order."""
         layers = [name for part in self.parts.values() for name in part.arrays]
         rendered = PICTURE_LAYER if self.parts[RADIANCE].kind == "picture" else RADIANCE
-        every = dict.fromkeys([*layers, rendered, *passes])
-        return Layers("arrays", {name: np.empty(0) for name in every}).names()
+        return in_order([*layers, rendered, *passes])
 
     def compared_with(self, files: Mapping[str, Path]) -> list[Compared]:
         """Compare files of the same format with it, part by part.
@@ -67,14 +66,13 @@ class Golden:
         OSError
             If a file cannot be read.
         """
-        return [self._compared(part, str(files[part])) for part in self.parts]
-
-    def _compared(self, part: str, path: str) -> Compared:
-        bounds = self.bounds
-        if part != RADIANCE:  # FLIP is for what people look at
-            bounds = replace(bounds, flip=False, max_flip=None)
-        first, second = self.parts[part], _layers_of(part, path)
-        return Compared(first, second, compare(first, second, bounds))
+        without_flip = replace(self.bounds, flip=False, max_flip=None)
+        compared = []
+        for part, first in self.parts.items():
+            second = _layers_of(part, str(files[part]))
+            bounds = self.bounds if part == RADIANCE else without_flip  # FLIP is for what people look at
+            compared.append(Compared(first, second, compare(first, second, bounds)))
+        return compared
 
     def unlike_size(self, window: Window) -> Comparison | None:
         """Return the result of comparing with a rendering of these pixels if its size differs, else None."""

@@ -8,13 +8,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
 
 import numpy as np
 
 from rtcli.compare.bounds import Bounds
 from rtcli.compare.flip import has_flip, mean_flip
-from rtcli.image.layers import ALPHA, PICTURE_LAYER, Array, Kind, Layers
+from rtcli.image.layers import ALPHA, PICTURE_LAYER, Array, Kind, Layers, in_order
 from rtcli.tracer.passes import RADIANCE
 
 # Rows are compared in bands of about this many values, which fit into a processor's cache.
@@ -115,7 +114,7 @@ def compare_layers(a: Array, b: Array, tolerance: float = 0.0, kind: Kind = "arr
     if not comparable(a, b, kind):
         raise ValueError(f"layers of the shapes {a.shape} and {b.shape} cannot be compared")
     exact = kind == "arrays" and any(layer.dtype.kind in "biu" for layer in (a, b))
-    tally = _Tally(0.0 if exact else tolerance)
+    tally = _Tally(0.0 if exact else tolerance, _WHITE if kind == "picture" else 0.0)
     for rows, first, second in _bands(a, b, kind):
         if kind == "arrays":
             tally.raise_peak(first)
@@ -123,7 +122,7 @@ def compare_layers(a: Array, b: Array, tolerance: float = 0.0, kind: Kind = "arr
         if np.array_equal(first, second):
             tally.values += first.size
         else:
-            tally.add(rows.start, _Band(first, second, _difference(first, second, kind)))
+            tally.add(rows.start, first, second, _difference(first, second, kind))
     return tally.result(a.shape, kind)
 
 
@@ -179,20 +178,12 @@ def _difference(a: Array, b: Array, kind: Kind) -> Array:
     return difference
 
 
-class _Band(NamedTuple):
-    """Rows of two layers, and their difference, (rows, W, C) each."""
-
-    first: Array
-    second: Array
-    difference: Array
-
-
 @dataclass
 class _Tally:
     """The sums over bands for a `LayerDifference`."""
 
     tolerance: float
-    peak: float = 0.0
+    peak: float
     values: int = 0  # with a finite difference
     differing: int = 0
     infinite: int = 0
@@ -207,26 +198,22 @@ class _Tally:
         sizes = np.abs(values.astype(np.float64))
         self.peak = max(self.peak, float(sizes.max(initial=0.0, where=np.isfinite(sizes))))
 
-    def add(self, top: int, band: _Band) -> None:
-        """Add the differences of a band whose first row is `top`."""
-        finite = np.isfinite(band.difference)
-        finite_differences = band.difference[finite]
+    def add(self, top: int, first: Array, second: Array, difference: Array) -> None:
+        """Add the difference of a band, (rows, W, C) as its layers, whose first row is `top`."""
+        finite_differences = difference[np.isfinite(difference)]
         with np.errstate(over="ignore"):
             self.squares.append(float(np.sum(finite_differences**2)))
         self.values += finite_differences.size
-        pixels = band.difference.max(axis=-1, initial=0.0)
+        pixels = difference.max(axis=-1, initial=0.0)
         largest_finite = pixels.max(initial=0.0, where=np.isfinite(pixels))
         self.largest_finite = max(self.largest_finite, float(largest_finite))
         self.differing += int(np.count_nonzero(pixels > self.tolerance))
         self.infinite += int(np.count_nonzero(np.isinf(pixels)))
-        self._find_largest(top, band, pixels)
-
-    def _find_largest(self, top: int, band: _Band, pixels: Array) -> None:
         row, column = map(int, np.unravel_index(pixels.argmax(), pixels.shape))
         if pixels[row, column] > self.largest:
             self.largest = float(pixels[row, column])
             self.place = (column, top + row)
-            self.pair = (band.first[row, column], band.second[row, column])
+            self.pair = (first[row, column], second[row, column])
 
     def result(self, shape: tuple[int, ...], kind: Kind) -> LayerDifference:
         """Return the difference of the layers, whose bands have all been added."""
@@ -240,9 +227,7 @@ class _Tally:
             largest=self.largest,
             largest_finite=self.largest_finite,
             rmse=rmse,
-            psnr=math.nan
-            if self.infinite and rmse == 0
-            else _psnr(_WHITE if kind == "picture" else self.peak, rmse),
+            psnr=math.nan if self.infinite and rmse == 0 else _psnr(self.peak, rmse),
             infinite=self.infinite,
             place=self.place,
             values=(first, second) if self.pair else None,
@@ -346,18 +331,19 @@ def compare(first: Layers, second: Layers, bounds: Bounds) -> Comparison:
             f"the data windows start at {first.origin} and at {second.origin}: their pixels do not show the same"
         )
     first, second = made_alike(first, second)
-    names = Layers(first.kind, {**second.arrays, **first.arrays}).names()
+    names = in_order([*first.arrays, *second.arrays])
     if bounds.wants_flip and not set(names) & {PICTURE_LAYER, RADIANCE}:
         raise ValueError("FLIP is for pictures and radiance, and there is neither")
     mismatches = tuple(mismatch for name in names if (mismatch := _mismatch(name, first, second)))
     unfit = {mismatch.name for mismatch in mismatches}
     shared = [name for name in names if name not in unfit]
     pairs = {name: (first.arrays[name], second.arrays[name]) for name in shared}
+    looked_at = {name: pair for name, pair in pairs.items() if bounds.wants_flip and has_flip(name, *pair)}
     return Comparison(
         kind=first.kind,
         bounds=bounds,
         layers={name: compare_layers(a, b, bounds.tolerance, first.kind) for name, (a, b) in pairs.items()},
-        flips=_flips(pairs, first.kind, bounds),
+        flips={name: mean_flip(a, b, first.kind) for name, (a, b) in looked_at.items()},
         mismatches=mismatches,
     )
 
@@ -390,10 +376,3 @@ def _mismatch(name: str, first: Layers, second: Layers) -> Mismatch | None:
     if a is not None and b is not None and comparable(a, b, first.kind):
         return None
     return Mismatch(name, a if a is None else a.shape, b if b is None else b.shape)
-
-
-def _flips(pairs: dict[str, tuple[Array, Array]], kind: Kind, bounds: Bounds) -> dict[str, float]:
-    if not bounds.wants_flip:
-        return {}
-    seen = {name: pair for name, pair in pairs.items() if has_flip(name, *pair)}
-    return {name: mean_flip(a, b, kind) for name, (a, b) in seen.items()}

@@ -7,16 +7,14 @@ from collections.abc import Iterator
 from itertools import islice
 from secrets import token_hex
 from threading import local
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, NamedTuple
 
 from rtcli.tracer.engines import Tracer, default_threads, tracer_of
-from rtcli.tracer.passes import new_arrays
+from rtcli.tracer.passes import Arrays, new_arrays
 from rtcli.tracer.world import MeterReading, Progress, Window, World
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor, Future  # slow to import, and rarely needed
-
-    from rtcli.tracer.passes import Arrays
 
 # The rows of a tile of the native tracer; bands do not cut tiles.
 _TILE_ROWS = 16
@@ -45,14 +43,6 @@ class Band(NamedTuple):
     rays: int
 
 
-@runtime_checkable
-class Sharing(Protocol):
-    """An executor that can send a value that many tasks need only once."""
-
-    def share(self, value: Any) -> Any:
-        """Return an argument for `submit` that stands for a value."""
-
-
 class BandedTracer:
     """A tracer whose bands are traced elsewhere, with the same results as any engine.
 
@@ -63,12 +53,13 @@ class BandedTracer:
     engine
         The engine of the workers, with one thread each.
     executor
-        Runs functions with pickled arguments; if it is `Sharing`, it sends the world once.
+        Runs functions with pickled arguments. If it has a method `share`, as a cluster's has, it sends the world
+        only once.
     """
 
     def __init__(self, world: World, engine: str, executor: Executor) -> None:
         self._local_task = BandTask(token_hex(16), world, engine)
-        self._task = executor.share(self._local_task) if isinstance(executor, Sharing) else self._local_task
+        self._task = getattr(executor, "share", lambda task: task)(self._local_task)
         self._executor = executor
 
     def film(
@@ -148,21 +139,14 @@ def cover(task: BandTask, window: Window) -> list[int] | None:
     return _tracer(task).coverage(window)
 
 
-class _LastTracer(local):
-    """The tracer of the last picture, because preparing a world takes longer than many bands.
-
-    Each thread has its own, since the reference tracer can only do one thing at a time.
-    """
-
-    key = ""
-    tracer: Tracer
-
-
-_last = _LastTracer()
+# The key and the tracer of the last picture, since preparing a world takes longer than many bands. Each thread has
+# its own, since the reference tracer can only do one thing at a time.
+_last = local()
 
 
 def _tracer(task: BandTask) -> Tracer:
-    if _last.key != task.key:
+    if getattr(_last, "key", None) != task.key:
         _last.tracer = tracer_of(task.world, task.engine, threads=1)
         _last.key = task.key
-    return _last.tracer
+    tracer: Tracer = _last.tracer
+    return tracer

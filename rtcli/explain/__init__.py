@@ -81,7 +81,7 @@ class _Pixel:
         self.offsets = list(sample_offsets(scene.render.samples))
         self.rays = rays_through(self.tracer.scenery.camera, self.window, self.offsets)
         self.hits = self.tracer.scenery.nearest_hit(self.rays)
-        self.light = self.tracer.scenery.trace_ray(self.rays)[0].rgb
+        self.light = self.tracer.scenery.trace_ray(self.rays, self.hits)[0].rgb
 
     def explanation(self, chosen: int, progress: Progress | None) -> Explanation:
         """Return the explanation with the story of one sample, counted from 0."""

@@ -82,7 +82,8 @@ class PixelSamples:
 
     def _radiance(self, x: float, y: float) -> Array:
         """Return the radiance of each sample, moved to the right by x and down by y: (3, N)."""
-        return np.broadcast_to(self.scenery.trace_ray(self._rays(x, y))[0].rgb, (3, len(self.offsets)))
+        ray = self._rays(x, y)
+        return self.scenery.trace_ray(ray, self.scenery.nearest_hit(ray))[0].rgb
 
     def _head_on(self) -> Array:
         """Return the radiance if nothing blocked any light and all surfaces faced all lights: (3,)."""

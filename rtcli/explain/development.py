@@ -112,10 +112,7 @@ class Developed:
         return Step(
             "sRGB and 8 bits",
             _SECTION,
-            (
-                "v = 12.92 y for y <= 0.0031308, else 1.055 y^(1/2.4) - 0.055",
-                "value = round(255 v)",
-            ),
+            ("v = 12.92 y for y <= 0.0031308, else 1.055 y^(1/2.4) - 0.055", "value = round(255 v)"),
             (
                 Number("v", encoded, "sRGB, 0..1"),
                 Number("v_255", _each(lambda v: 255 * v, encoded)),

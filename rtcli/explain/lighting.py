@@ -93,15 +93,8 @@ class SurfacePoint:
 def hit_step(place: SurfacePoint) -> HitStep:
     """Return the step for what the ray hits: the point, the normal, the albedo."""
     if place.kind == BACKGROUND:
-        return HitStep(
-            "What is seen",
-            "3.4",
-            (),
-            (),
-            "The ray meets nothing: the background is seen.",
-            kind=BACKGROUND,
-            object=None,
-        )
+        outcome = "The ray meets nothing: the background is seen."
+        return HitStep("What is seen", "3.4", (), (), outcome, kind=BACKGROUND, object=None)
     name, shape = place.names[place.index], place.scenery.objects[place.index]
     notes = SHAPES[name.type]
     seen = f"The eye sees {name.label} {notes.sides[shape.side(place.ray.offset)]}."
@@ -225,9 +218,8 @@ def radiance_step(place: SurfacePoint, radiance: Array, shares: Sequence[LightSh
     """
     total = Number("radiance", triple(radiance), "linear RGB")
     if place.kind == BACKGROUND:
-        return Step(
-            "The radiance", "3.4", ("radiance = background",), (total,), "The background's, as the scene has it."
-        )
+        outcome = "The background's, as the scene has it."
+        return Step("The radiance", "3.4", ("radiance = background",), (total,), outcome)
     if place.source is not None:
         r = float(length(place.source.position - place.ray.offset)[0])
         seen = Number("L_i", triple(seen_directly(place.source, place.ray)), "what arrives at the eye")

@@ -51,7 +51,7 @@ def write_animation(pictures: Iterable[Picture], suffix: str, file: BinaryIO) ->
         If there is no picture, or the pictures differ in size or are too large for the format.
     """
     animation = ANIMATIONS[suffix]
-    images = _images(_checked(pictures, animation.max_side), animation.palette)
+    images = _images(pictures, animation)
     first = next(images, None)
     if first is None:
         raise ValueError("an animation needs a picture")
@@ -59,24 +59,20 @@ def write_animation(pictures: Iterable[Picture], suffix: str, file: BinaryIO) ->
     first.save(file, animation.name, save_all=True, append_images=images, **timing, **animation.options)
 
 
-def _checked(pictures: Iterable[Picture], most: int) -> Iterator[Picture]:
-    """Yield the pictures; raise ValueError if they differ in size, or a side is too long."""
+def _images(pictures: Iterable[Picture], animation: AnimationFormat) -> Iterator[Image.Image]:
+    """Yield the pictures for Pillow; raise ValueError if they differ in size, or a side is too long."""
+    from PIL import Image
+
     first: Picture | None = None
     for picture in pictures:
         first = picture if first is None else first
         if picture.shape != first.shape:
             raise ValueError(f"pictures of an animation are of one size, not {_size(first)} and {_size(picture)}")
-        if max(picture.shape) > most:
-            raise ValueError(f"such an animation has at most {most:,} pixels a side, not {_size(picture)}")
-        yield picture
-
-
-def _images(pictures: Iterable[Picture], palette: bool) -> Iterator[Image.Image]:
-    from PIL import Image
-
-    for picture in pictures:
+        if max(picture.shape) > animation.max_side:
+            most = f"{animation.max_side:,} pixels a side"
+            raise ValueError(f"such an animation has at most {most}, not {_size(picture)}")
         image = Image.fromarray(picture)
-        yield image.quantize(256) if palette else image
+        yield image.quantize(256) if animation.palette else image
 
 
 def _size(picture: Picture) -> str:

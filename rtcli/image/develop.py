@@ -17,16 +17,13 @@ from rtcli.tracer import _native
 _BAND = 1 << 20
 
 
-def bands(height: int, width: int) -> Iterator[slice]:
-    """Yield the rows of a picture, a band at a time."""
-    rows = max(1, _BAND // max(1, width * 3))
-    for top in range(0, height, rows):
-        yield slice(top, min(top + rows, height))
-
-
-def band_bytes(radiance: npt.NDArray[np.floating], rows: slice) -> bytes:
-    """Return rows of radiance as the core takes them: interleaved float32."""
-    return radiance[rows].astype(np.float32, copy=False).tobytes()
+def bands(radiance: npt.NDArray[np.floating]) -> Iterator[tuple[slice, bytes]]:
+    """Yield rows of radiance (H, W, 3), a band at a time, as the core takes them: interleaved float32."""
+    height, width, _ = radiance.shape
+    step = max(1, _BAND // max(1, width * 3))
+    for top in range(0, height, step):
+        rows = slice(top, min(top + step, height))
+        yield rows, radiance[rows].astype(np.float32, copy=False).tobytes()
 
 
 def develop(
@@ -50,8 +47,6 @@ def develop(
     """
     dtype, developed = (np.uint8, np.uint8) if look.bits == 8 else (np.uint16, np.dtype(">u2"))
     pixels = np.empty(radiance.shape, dtype=dtype)
-    height, width, _ = radiance.shape
-    for rows in bands(height, width):
-        band = np.frombuffer(_native.develop(band_bytes(radiance, rows), look), dtype=developed)
-        pixels[rows] = band.reshape(-1, width, 3)
+    for rows, band in bands(radiance):
+        pixels[rows] = np.frombuffer(_native.develop(band, look), dtype=developed).reshape(pixels[rows].shape)
     return pixels

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
@@ -42,6 +43,7 @@ class Layers:
     arrays: dict[str, Array]
     origin: tuple[int, int] = (0, 0)
 
-    def names(self) -> list[str]:
-        """Return the names, the picture or the radiance first and the others in alphabetical order."""
-        return sorted(self.arrays, key=lambda name: (name not in (PICTURE_LAYER, RADIANCE), name))
+
+def in_order(names: Iterable[str]) -> list[str]:
+    """Return names of layers, each once: the picture or the radiance first, the others in alphabetical order."""
+    return sorted(set(names), key=lambda name: (name not in (PICTURE_LAYER, RADIANCE), name))

@@ -20,9 +20,11 @@ from types import ModuleType
 from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from rtcli.atomic import refuse_non_file
 from rtcli.extras import MissingExtraError, require_extra
+from rtcli.image.develop import develop
 from rtcli.image.display import DisplayTransform
 from rtcli.image.formats import format_of
 from rtcli.image.layers import PICTURE_LAYER, UNNAMED_LAYER, Array, Kind, Layers
@@ -125,6 +127,26 @@ def read_radiance(path: str) -> tuple[Array, DisplayTransform]:
         if radiance is None or radiance.ndim != 3 or radiance.shape[2] != 3:
             raise _UnfitError("holds no radiance: an array of this name, of rows, columns and 3 channels")
         return radiance, _look(metadata, radiance)
+
+
+def shown_levels(path: str) -> npt.NDArray[np.uint8]:
+    """Return a file's picture in sRGB, (H, W, C) uint8; radiance is developed as its film was.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read, or its package is not installed.
+    ValueError
+        If no format has its suffix.
+    """
+    if kind_of(path) == "arrays":
+        return develop(*read_radiance(path)).astype("uint8", copy=False)
+    return eight_bits(read_layers(path).arrays[PICTURE_LAYER])
+
+
+def eight_bits(levels: Array) -> npt.NDArray[np.uint8]:
+    """Return levels of 8 or 16 bits as levels of 8 bits."""
+    return levels if levels.dtype == "uint8" else (levels >> 8).astype("uint8")
 
 
 def _look(metadata: str, radiance: Array) -> DisplayTransform:

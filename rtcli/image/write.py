@@ -78,12 +78,12 @@ def png_pieces(
     radiance: npt.NDArray[np.floating], look: DisplayTransform, texts: list[tuple[str, str]]
 ) -> Iterator[bytes]:
     """Yield the bytes of a PNG of (H, W, 3) linear radiance, piece by piece; it says that it is sRGB."""
-    from rtcli.image.develop import band_bytes, bands  # with NumPy
+    from rtcli.image.develop import bands  # with NumPy
 
     height, width, _ = radiance.shape
     encoder = PngEncoder(width, height, look, texts)
-    for rows in bands(height, width):
-        yield encoder.push(band_bytes(radiance, rows))
+    for _, band in bands(radiance):
+        yield encoder.push(band)
     yield encoder.finish()
 
 

@@ -55,8 +55,13 @@ def check(raw: bytes, name: str, ignore: Collection[Rule] = ()) -> CheckResult:
     placed = itertools.chain(ignores.problems, _placed(document, _warnings(scene, ignores, left_out)))
     wanted = (problem for problem in placed if problem.rule not in ignores.on_line(problem.line))
     found = list(itertools.islice(wanted, MAX_PROBLEMS + 1))
-    problems = tuple(_listed(found, document))
-    return CheckResult(problems, tuple(rule for rule in rules.RULES if rule in left_out - ignores.everywhere))
+    problems = sorted(found[:MAX_PROBLEMS], key=lambda problem: order_in_file(problem, document))
+    if len(found) > MAX_PROBLEMS:
+        message = f"only the first {MAX_PROBLEMS:,} warnings are listed"
+        problems.append(document.problem(rules.MORE_WARNINGS, (), message, at=HEAD))
+    return CheckResult(
+        tuple(problems), tuple(rule for rule in rules.RULES if rule in left_out - ignores.everywhere)
+    )
 
 
 def _placed(document: Document, warnings: Iterator[LintWarning]) -> Iterator[Problem]:
@@ -104,10 +109,3 @@ def _burnt_out(probe: Probe, index: SceneIndex, exposure: float) -> Iterator[Lin
             return
         if burnt:
             yield spot.warning
-
-
-def _listed(problems: list[Problem], document: Document) -> Iterator[Problem]:
-    yield from sorted(problems[:MAX_PROBLEMS], key=lambda problem: order_in_file(problem, document))
-    if len(problems) > MAX_PROBLEMS:
-        message = f"only the first {MAX_PROBLEMS:,} warnings are listed"
-        yield document.problem(rules.MORE_WARNINGS, (), message, at=HEAD)

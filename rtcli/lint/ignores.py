@@ -6,7 +6,6 @@ line; one on a line of its own elsewhere, for the next line that is no comment.
 
 from __future__ import annotations
 
-import dataclasses
 import re
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
@@ -18,15 +17,14 @@ from rtcli.scene.diagnostics.problems import MAX_PROBLEMS, Problem, nearest, quo
 from rtcli.scene.diagnostics.rules import WARNING, Rule
 from rtcli.scene.reading.parse import JSON_SUFFIX
 from rtcli.scene.reading.source import Document, Source, SourceSpan
-
-_Parser = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+from rtcli.scene.reading.yaml_reader import YamlParser
 
 # A file without this text has no such comment, and is not scanned.
 _MARK = "rtcli:"
 _COMMENT = re.compile(r"(?:^|(?<=[\r\n \t]))#[ \t]*rtcli:[ \t]*ignore\b:?(?P<codes>[^\r\n#]*)")
 _CODE = re.compile(r"[^\s,]+")
-_LINE_END = re.compile(r"\r\n|\r|\n|\Z")
-_COMMENT_LINES = re.compile(r"(?:[ \t]*#[^\r\n]*(?:\r\n|\r|\n))*")
+# The rest of a line, and the lines below it that are comments.
+_REST_AND_COMMENTS = re.compile(r"[^\r\n]*(?:\r\n|\r|\n|\Z)(?:[ \t]*#[^\r\n]*(?:\r\n|\r|\n))*")
 
 
 def warning_of(code: str) -> Rule:
@@ -82,9 +80,8 @@ def ignores_of(document: Document, everywhere: Collection[Rule] = ()) -> Ignores
     source = document.source
     if _MARK not in source.text or source.name.lower().endswith(JSON_SUFFIX):
         return ignores
-    found = list(_COMMENT.finditer(source.text))
     below = -1  # the end of the block of comment lines around the previous comment
-    for comment, is_first in _comments(source.text, found):
+    for comment, is_first in _comments(source.text):
         named = set(_named(source, comment, ignores.problems))
         if not _is_alone(source.text, comment.start()):
             line = source.span(comment.start()).line
@@ -98,12 +95,12 @@ def ignores_of(document: Document, everywhere: Collection[Rule] = ()) -> Ignores
     return ignores
 
 
-def _comments(text: str, found: list[re.Match[str]]) -> Iterator[tuple[re.Match[str], bool]]:
-    """Yield the matches that are comments, not parts of a text, and whether each precedes all keys and values."""
-    waiting = iter(found)
+def _comments(text: str) -> Iterator[tuple[re.Match[str], bool]]:
+    """Yield the comments to rtcli, those that are not part of a text, and whether each precedes all values."""
+    waiting = _COMMENT.finditer(text)
     comment = next(waiting, None)
     begun = False
-    for token in yaml.scan(text, Loader=_Parser):
+    for token in yaml.scan(text, Loader=YamlParser):
         while comment is not None and comment.start() < token.start_mark.index:
             yield comment, not begun
             comment = next(waiting, None)
@@ -130,8 +127,7 @@ def _named(source: Source, comment: re.Match[str], problems: list[Problem]) -> I
 
 def _add(problems: list[Problem], source: Source, message: str, span: tuple[int, int]) -> None:
     if len(problems) <= MAX_PROBLEMS:
-        problem = source.problem(rules.UNKNOWN_IGNORE, message, SourceSpan(*span))
-        problems.append(dataclasses.replace(problem, severity=WARNING))
+        problems.append(source.problem(rules.UNKNOWN_IGNORE, message, SourceSpan(*span)))
 
 
 def _is_alone(text: str, offset: int) -> bool:
@@ -142,8 +138,6 @@ def _is_alone(text: str, offset: int) -> bool:
 
 def _below(text: str, offset: int) -> int:
     """Return the start of the next line that is not a comment."""
-    end = _LINE_END.search(text, offset)
-    assert end is not None
-    lines = _COMMENT_LINES.match(text, end.end())
+    lines = _REST_AND_COMMENTS.match(text, offset)
     assert lines is not None
     return lines.end()

@@ -98,29 +98,25 @@ class Probe:
             return None
         count = len(self._world.shapes.color)
         color = array("d", bytes(8 * count))
-        without = self._burnt(spot, color, window, exposure)
         place = slice(3 * spot.body, 3 * spot.body + 3)
-        color[place] = self._world.shapes.color[place]
-        burnt = self._burnt(spot, color, window, exposure)
-        if without is None or burnt is None:
+        try:
+            without = self._burnt(spot, color, window, exposure)
+            color[place] = self._world.shapes.color[place]
+            burnt = self._burnt(spot, color, window, exposure)
+        except BudgetExceededError:
             return None
         return any(with_it and not alone for with_it, alone in zip(burnt, without, strict=True))
 
-    def _burnt(self, spot: BurntSpot, color: array[float], window: Window, exposure: float) -> list[bool] | None:
-        """Return for each channel of some pixels whether it is burnt out, or None if that is too much work."""
+    def _burnt(self, spot: BurntSpot, color: array[float], window: Window, exposure: float) -> list[bool]:
+        """Return for each channel of some pixels whether it is burnt out."""
         world = self._world
         intensity = array("d", bytes(8 * len(world.lights.intensity)))
         intensity[spot.light] = world.lights.intensity[spot.light]
         lit = replace(
-            world,
-            shapes=replace(world.shapes, color=color),
-            lights=replace(world.lights, intensity=intensity),
+            world, shapes=replace(world.shapes, color=color), lights=replace(world.lights, intensity=intensity)
         )
         look = DisplayTransform(exposure - math.log2(BURNT), "clip", 16)
-        try:
-            levels = NativeTracer(lit, threads=1).levels(window, look, self._budget)
-        except BudgetExceededError:
-            return None
+        levels = NativeTracer(lit, threads=1).levels(window, look, self._budget)
         return [high == low == 255 for high, low in zip(levels[::2], levels[1::2], strict=True)]
 
 

@@ -274,7 +274,7 @@ def _burnt_by(scene: SceneIndex, number: int, light: _Light, exposure: float) ->
         if index in scene.carriers:  # it shines, and is not lit
             continue
         h = shape.lit_distance(light.position, scene.eye)
-        radiance = _radiance(max(item.color) * light.strength, h)
+        radiance = max(item.color) * light.strength / (4 * math.pi**2) / h / h if h > 0 else 0.0
         if radiance > brightest:
             brightest, burning, distance = radiance, index, h
     exposed = brightest * 2.0 ** min(exposure, 1000) * _falloff(scene, light)
@@ -286,12 +286,6 @@ def _burnt_by(scene: SceneIndex, number: int, light: _Light, exposure: float) ->
     )
     warning = LintWarning(rules.BURNT_OUT, light.loc, message, HEAD)
     return BurntSpot(number, burning, scene.shapes[burning].nearest_point(light.position), warning)
-
-
-def _radiance(strength: float, distance: float) -> float:
-    if distance == 0 or strength == 0:
-        return 0.0
-    return strength / (4 * math.pi**2) / distance / distance
 
 
 def _falloff(scene: SceneIndex, light: _Light) -> float:

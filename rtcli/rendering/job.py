@@ -87,51 +87,44 @@ class RenderJob:
         The scene with all overrides.
     world
         The same as arrays.
+    request
+        The passes, the engine and the threads.
     window
         The pixels of the picture that the film holds.
-    engine
-        A name of `rtcli.tracer.engines.ENGINES`.
-    threads
-        The number of processor cores.
     executor
         Traces bands elsewhere; None for this process.
     """
 
     scene: Scene
     world: World
+    request: RenderRequest
     window: Window
-    engine: str
-    threads: int
     executor: Executor | None = None
 
     @cached_property
     def tracer(self) -> Tracer:
         """The engine, prepared once."""
         if self.executor is None:
-            return tracer_of(self.world, self.engine, self.threads)
-        return BandedTracer(self.world, self.engine, self.executor)
+            return tracer_of(self.world, self.request.engine, self.request.thread_count)
+        return BandedTracer(self.world, self.request.engine, self.executor)
 
-    def settings(self, exposure: float) -> dict[str, Any]:
-        """Return all settings that affect the picture; `exposure` in stops, metered or given."""
-        scene, window = self.scene, self.window
-        return {
-            "engine": self.engine,
+    def summary(self, exposure: float) -> dict[str, Any]:
+        """Return the metadata of every file: the software, the scene's fingerprint, the settings.
+
+        The settings are all those that affect the picture; `exposure` in stops, metered or given.
+        """
+        scene = self.scene
+        settings = {
+            "engine": self.request.engine,
             "resolution": list(scene.camera.resolution),
-            "crop": list(window),
+            "crop": list(self.window),
             "samples": scene.render.samples,
             "max_depth": scene.render.max_depth,
             "eye_falloff": scene.render.eye_falloff,
             "exposure": exposure,
             "tone": scene.image.tone,
         }
-
-    def summary(self, exposure: float) -> dict[str, Any]:
-        """Return the metadata of every file: the software, the scene's fingerprint, the settings."""
-        return {
-            "software": SOFTWARE,
-            "scene": fingerprint(self.scene, self.world),
-            "settings": self.settings(exposure),
-        }
+        return {"software": SOFTWARE, "scene": fingerprint(scene, self.world), "settings": settings}
 
 
 def prepare(scene: Scene, world: World, request: RenderRequest, executor: Executor | None = None) -> RenderJob:
@@ -142,4 +135,4 @@ def prepare(scene: Scene, world: World, request: RenderRequest, executor: Execut
     ValueError
         If the crop is empty or not inside the picture.
     """
-    return RenderJob(scene, world, request.window(world.camera), request.engine, request.thread_count, executor)
+    return RenderJob(scene, world, request, request.window(world.camera), executor)

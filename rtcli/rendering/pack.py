@@ -5,7 +5,7 @@ from __future__ import annotations
 from array import array
 
 from rtcli.scene.model import Camera as SceneCamera
-from rtcli.scene.model import CarriedLight, Object, Scene
+from rtcli.scene.model import Object, Scene
 from rtcli.scene.vectors import cross, unit
 from rtcli.tracer._native import LIGHT_PARAMETERS, SHAPE_PARAMETERS
 from rtcli.tracer.world import NO_CARRIER, CameraFrame, Lights, Settings, Shapes, World
@@ -54,17 +54,13 @@ def _shapes(objects: tuple[Object, ...]) -> Shapes:
 
 def _lights(scene: Scene) -> Lights:
     lights = Lights(array("B"), array("d"), array("d"), array("d"), array("q"))
-    for light in scene.lights:
-        _add_light(lights, light, light.parameters, NO_CARRIER)
-    for index, shape in enumerate(scene.objects):
-        if shape.light is not None:
-            _add_light(lights, shape.light, shape.position, index)
+    kinds = list(LIGHT_PARAMETERS)
+    placed = [(light, light.parameters, NO_CARRIER) for light in scene.lights]
+    carried = [(shape.light, shape.position, index) for index, shape in enumerate(scene.objects) if shape.light]
+    for light, parameters, carrier in [*placed, *carried]:
+        lights.kind.append(kinds.index(light.kind))
+        lights.parameters.extend(parameters)
+        lights.color.extend(light.color)
+        lights.intensity.append(light.intensity)
+        lights.carrier.append(carrier)
     return lights
-
-
-def _add_light(lights: Lights, light: CarriedLight, parameters: tuple[float, ...], carrier: int) -> None:
-    lights.kind.append(list(LIGHT_PARAMETERS).index(light.kind))
-    lights.parameters.extend(parameters)
-    lights.color.extend(light.color)
-    lights.intensity.append(light.intensity)
-    lights.carrier.append(carrier)

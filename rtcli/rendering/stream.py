@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple, TypeAlias, cast
 
 from rtcli.distributed.bands import BandedTracer
 from rtcli.image.display import DisplayTransform
 from rtcli.image.formats import format_of
 from rtcli.image.write import png_texts
-from rtcli.rendering.job import RenderJob, RenderRequest
+from rtcli.rendering.job import RenderJob
 from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.tracer._native import PngEncoder
 from rtcli.tracer.engines import stops_of
@@ -22,13 +22,13 @@ if TYPE_CHECKING:  # loads NumPy, which a PNG of the native engine does without
     from rtcli.rendering.film import Film
 
 
-def expose_film(job: RenderJob, request: RenderRequest, progress: Progress | None = None) -> Film:
+def expose_film(job: RenderJob, progress: Progress | None = None) -> Film:
     """Return the film of a job, exposed; `progress` is called with pixels done and in all."""
     from rtcli.rendering.film import Film
 
     image = job.scene.image
     tracer = job.tracer
-    arrays, rays = tracer.film(job.window, request.passes, progress)
+    arrays, rays = tracer.film(job.window, job.request.passes, progress)
     exposure, metered = stops_of(tracer, image.exposure)
     return Film(**arrays, exposure=exposure, tone=image.tone, rays=rays + metered, job=job)
 
@@ -40,53 +40,41 @@ class RenderStats(NamedTuple):
     seconds: dict[str, float]
 
 
-class FilmOutputs(NamedTuple):
-    """The files of a film.
-
-    Parameters
-    ----------
-    files
-        By part (see `rtcli.image.formats.parts_of`): the name, whose suffix is the format, and the open file.
-    bits
-        Bits a channel of a PNG.
-    """
-
-    files: dict[str, tuple[str, BinaryIO]]
-    bits: int = 8
+# The open files of a film by part (`rtcli.image.formats.parts_of`), each with the name that decides its format.
+Files: TypeAlias = dict[str, tuple[str, BinaryIO]]
 
 
-def write_film(
-    job: RenderJob, request: RenderRequest, target: FilmOutputs, progress: Progress | None = None
-) -> RenderStats:
-    """Trace, develop and write a job with the passes of a request.
+def write_film(job: RenderJob, files: Files, bits: int = 8, progress: Progress | None = None) -> RenderStats:
+    """Trace, develop and write a job; `bits` are those of a channel of a PNG.
 
     The native tracer, or an executor, streams a PNG without passes band by band, so that memory does not grow with
     the picture.
     """
-    name, file = target.files[RADIANCE]
-    can_stream = format_of(name).is_streamed and (job.executor is not None or job.engine == "native")
-    if request.passes or not can_stream:
-        return _by_film(job, request, target, progress)
-    stream = _stream if job.executor is None else _stream_bands
-    return stream(job, file, target.bits, progress)
+    name, file = files[RADIANCE]
+    can_stream = format_of(name).is_streamed and (job.executor is not None or job.request.engine == "native")
+    watch = Stopwatch(seconds={"trace": 0.0, "develop": 0.0, "write": 0.0})
+    if job.request.passes or not can_stream:
+        rays = _by_film(job, files, bits, progress, watch)
+    else:
+        stream = _stream if job.executor is None else _stream_bands
+        rays = stream(job, file, bits, progress, watch)
+    return RenderStats(rays, watch.seconds)
 
 
-def _stream(job: RenderJob, file: BinaryIO, bits: int, progress: Progress | None) -> RenderStats:
-    watch = _stopwatch()
+def _stream(job: RenderJob, file: BinaryIO, bits: int, progress: Progress | None, watch: Stopwatch) -> int:
     with watch.stage("trace"):
-        tracer = NativeTracer(job.world, job.threads)
+        tracer = NativeTracer(job.world, job.request.thread_count)
         exposure, metered = stops_of(tracer, job.scene.image.exposure)
     look = DisplayTransform(exposure, job.scene.image.tone, bits)
     rays, seconds = tracer.picture(job.window, look, png_texts(job.summary(exposure)), file.write, progress)
     for stage, spent in seconds.items():
         watch.seconds[stage] += spent
-    return RenderStats(rays + metered, watch.seconds)
+    return rays + metered
 
 
-def _stream_bands(job: RenderJob, file: BinaryIO, bits: int, progress: Progress | None) -> RenderStats:
-    watch = _stopwatch()
+def _stream_bands(job: RenderJob, file: BinaryIO, bits: int, progress: Progress | None, watch: Stopwatch) -> int:
     with watch.stage("trace"):
-        tracer = BandedTracer(job.world, job.engine, cast("Executor", job.executor))
+        tracer = BandedTracer(job.world, job.request.engine, cast("Executor", job.executor))
         exposure, rays = stops_of(tracer, job.scene.image.exposure)
         look = DisplayTransform(exposure, job.scene.image.tone, bits)
         encoder = PngEncoder(job.window.width, job.window.height, look, png_texts(job.summary(exposure)))
@@ -95,27 +83,20 @@ def _stream_bands(job: RenderJob, file: BinaryIO, bits: int, progress: Progress 
             with watch.stage("write"):
                 file.write(encoder.push(band.arrays[RADIANCE].tobytes()))
     file.write(encoder.finish())
-    return RenderStats(rays, watch.seconds)
+    return rays
 
 
-def _by_film(
-    job: RenderJob, request: RenderRequest, target: FilmOutputs, progress: Progress | None
-) -> RenderStats:
-    watch = _stopwatch()
+def _by_film(job: RenderJob, files: Files, bits: int, progress: Progress | None, watch: Stopwatch) -> int:
     with watch.stage("trace"):
-        film = expose_film(job, request, progress)
-        if request.passes:
+        film = expose_film(job, progress)
+        if job.request.passes:
             film.metadata  # noqa: B018 - traces the coverage
     # An encoder of an extra opens the file by its name, and develops nothing.
-    by_name = format_of(target.files[RADIANCE][0]).extra is not None
+    by_name = format_of(files[RADIANCE][0]).extra is not None
     with watch.stage("write" if by_name else "develop"):
-        timed = {part: (name, _TimedFile(file, watch)) for part, (name, file) in target.files.items()}
-        film.write(cast("dict[str, tuple[str, BinaryIO]]", timed), target.bits)
-    return RenderStats(film.rays, watch.seconds)
-
-
-def _stopwatch() -> Stopwatch:
-    return Stopwatch(seconds={"trace": 0.0, "develop": 0.0, "write": 0.0})
+        timed = {part: (name, _TimedFile(file, watch)) for part, (name, file) in files.items()}
+        film.write(cast("Files", timed), bits)
+    return film.rays
 
 
 class _TimedFile:

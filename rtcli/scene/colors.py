@@ -7,7 +7,6 @@ import re
 HEX_PATTERN = "^#[0-9a-fA-F]{6}$"
 # Five steps lead from 1 down to 0.38, the smallest root; five more double the correct digits up to float64's.
 _NEWTON_STEPS = 12
-_HEX = re.compile(r"#[0-9a-fA-F]{6}\Z")
 
 
 def linear_from_srgb(value: float) -> float:
@@ -40,7 +39,7 @@ def color_from_text(text: str) -> tuple[float, float, float] | None:
     # Only ASCII, since the kelvin sign lowercases to k.
     number = CSS_NAMES.get(text.lower()) if text.isascii() else None
     if number is None:
-        if not _HEX.match(text):
+        if not re.fullmatch(HEX_PATTERN, text):
             return None
         number = int(text[1:], 16)
     red, green, blue = (linear_from_srgb((number >> shift & 0xFF) / 255) for shift in (16, 8, 0))

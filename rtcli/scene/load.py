@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from os import PathLike
-from pathlib import Path
 
 from rtcli.scene.model import Scene
-from rtcli.scene.reading.parse import READ_BYTES, parse_bytes
+from rtcli.scene.reading.parse import parse_bytes, read_file
 from rtcli.scene.validation.validate import validate
 
 
@@ -30,5 +29,4 @@ def load_scene(path: str | PathLike[str]) -> Scene:
     OSError
         If the file cannot be read.
     """
-    with Path(path).open("rb") as file:
-        return validate(parse_bytes(file.read(READ_BYTES), str(path)))
+    return validate(parse_bytes(read_file(path), str(path)))

@@ -13,6 +13,7 @@ from collections.abc import Iterable
 from typing import Annotated, Any, ClassVar, Literal, TypeAlias, get_args
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -44,12 +45,22 @@ NotNegative = Annotated[Number, Field(ge=0)]
 Integer = Annotated[int, Field(strict=True)]
 # `rtcli.scene.vectors.Vector` with the checks of a scene file.
 Vector: TypeAlias = tuple[Number, Number, Number]
-# A vector other than 0. The models report a zero in better words than the schema.
-Direction: TypeAlias = Annotated[Vector, Field(json_schema_extra={"not": {"const": [0, 0, 0]}})]
 
 WHITE = (1.0, 1.0, 1.0)
 BLACK = (0.0, 0.0, 0.0)
 ZERO = (0.0, 0.0, 0.0)
+
+
+def _not_zero(vector: Vector) -> Vector:
+    if vector == ZERO:
+        raise PydanticCustomError("zero_length", "must not be [0, 0, 0]")
+    return vector
+
+
+# A vector other than 0. The models report a zero in better words than the schema.
+Direction: TypeAlias = Annotated[
+    Vector, AfterValidator(_not_zero), Field(json_schema_extra={"not": {"const": [0, 0, 0]}})
+]
 
 
 def _given(value: Any) -> Any:
@@ -125,8 +136,6 @@ class Camera(_Model):
     @field_validator("up")
     @classmethod
     def _up_is_up(cls, up: Vector, info: ValidationInfo) -> Vector:
-        if up == ZERO:
-            raise PydanticCustomError("zero_length", "must not be [0, 0, 0]")
         if info.data.keys() >= {"position", "look_at"}:
             view = _view(info.data["position"], info.data["look_at"])
             if _sine(view, up) <= _MIN_SINE:
@@ -192,13 +201,6 @@ class Plane(_Shape):
     """The direction that stands on the plane, of any length but 0."""
     # Lets every shape be asked for its light. Not a key of a scene file.
     light: ClassVar[None] = None
-
-    @field_validator("normal")
-    @classmethod
-    def _normal_points(cls, normal: Vector) -> Vector:
-        if normal == ZERO:
-            raise PydanticCustomError("zero_length", "must not be [0, 0, 0]")
-        return normal
 
     @property
     def parameters(self) -> tuple[float, ...]:
@@ -318,8 +320,7 @@ class Scene(_Model):
     @classmethod
     def _names_are_unique(cls, objects: Any, validate: ValidatorFunctionWrapHandler) -> Any:
         """Report names used twice together with all other errors of the objects."""
-        repeated = itertools.islice(_repeated_names(objects), MAX_PROBLEMS + 1)
-        problems = [_repeated_name(*found) for found in repeated]
+        problems = list(itertools.islice(_repeated_names(objects), MAX_PROBLEMS + 1))
         if not problems:
             return validate(objects)
         try:
@@ -333,19 +334,16 @@ class Scene(_Model):
 _PIECE = 1_000
 
 
-def _repeated_names(objects: Any) -> Iterable[tuple[int, str, int]]:
-    """Yield (index, name, index of its first use) for each object whose name was used before."""
+def _repeated_names(objects: Any) -> Iterable[InitErrorDetails]:
+    """Yield an error for each object whose name was used before."""
     first: dict[str, int] = {}
     for index, item in enumerate(objects if isinstance(objects, (list, tuple)) else ()):
         name = item.get("name") if isinstance(item, dict) else getattr(item, "name", None)
         if isinstance(name, str) and first.setdefault(name, index) != index:
-            yield index, name, first[name]
-
-
-def _repeated_name(index: int, name: str, first: int) -> InitErrorDetails:
-    error = PydanticCustomError("name_taken", "is taken by objects[{first}] already", {"first": first})
-    # Pydantic's own errors have the tag of the union's member in place of "object".
-    return InitErrorDetails(type=error, loc=(index, "object", "name"), input=name)
+            context = {"first": first[name]}
+            error = PydanticCustomError("name_taken", "is taken by objects[{first}] already", context)
+            # Pydantic's own errors have the tag of the union's member in place of "object".
+            yield InitErrorDetails(type=error, loc=(index, "object", "name"), input=name)
 
 
 def _line_errors(error: ValidationError, start: int = 0) -> list[InitErrorDetails]:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from rtcli.scene.diagnostics.problems import Problem, SceneError, nearest, printable, quoted
+from rtcli.scene.diagnostics.problems import SceneError, nearest, printable, quoted
 from rtcli.scene.paths import PathError, PathStep, split, unquoted_name
 from rtcli.scene.reading.source import Document, Edit, Loc, Source, SourceSpan, dotted
 from rtcli.scene.reading.yaml_reader import read_exact
@@ -92,9 +92,7 @@ def set_value(document: Document, path: str, value: Any, option: str) -> Documen
     EditError
         If the path is malformed or leads nowhere.
     """
-    steps, end = _split(document, path)
-    if end < len(path):
-        raise EditError(f"{quoted(path)} is not a path: it has a value")
+    steps, _ = _split(document, path)
     return _set(document, steps, value, Source(option, option), SourceSpan(0, len(option)))
 
 
@@ -116,18 +114,15 @@ def set_expression(document: Document, expression: str, option: str = "--set") -
     try:
         # Pad the value to its offset in the expression, so that columns count from the start of the expression.
         read = read_exact(Source(name, " " * start + expression[start:]))
+        if read.problems:
+            raise SceneError(read.problems)
     except SceneError as error:
-        raise _not_a_value(error.problems[0]) from error
-    if read.problems:
-        raise _not_a_value(read.problems[0])
+        problem = error.problems[0]
+        raise EditError(f"{printable(problem.path)}: {problem.message}") from error
     span = read.root_span
     if read.data is None or span is None:
         span = SourceSpan(start, len(expression))
     return _set(document, steps, read.data, Source(name, expression), span)
-
-
-def _not_a_value(problem: Problem) -> EditError:
-    return EditError(f"{printable(problem.path)}: {problem.message}")
 
 
 def _split(document: Document, expression: str) -> tuple[tuple[PathStep, ...], int]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
 from typing import NamedTuple
 
 from rtcli.scene.diagnostics.problems import SceneError, quoted
@@ -53,11 +52,12 @@ def split(expression: str) -> tuple[tuple[PathStep, ...], int]:
     PathError
         If it does not start with a path.
     """
-    steps: list[PathStep] = []
-    end = 0
-    for step, step_end in _steps(expression):
-        steps.append(step)
-        end = step_end
+    steps, end = list[PathStep](), 0
+    while match := _STEP.match(expression, end):
+        start = match.start() + expression.startswith(".", match.start())
+        is_quoted = match["double"] is not None or match["single"] is not None
+        steps.append(PathStep(_key(match), is_quoted, expression[start:]))
+        end = match.end()
     if end == 0 or expression[end : end + 1] not in ("", "="):
         path = expression.partition("=")[0]
         if expression[end : end + 1] == "." or end == 0:
@@ -78,16 +78,6 @@ def keys_of(path: str) -> tuple[str | int, ...]:
         If it is not a path.
     """
     return tuple(step.key for step in split(path)[0])
-
-
-def _steps(text: str) -> Iterator[tuple[PathStep, int]]:
-    """Yield the steps at the start of a text, each with the offset of its end."""
-    match = _STEP.match(text)
-    while match:
-        start = match.start() + text.startswith(".", match.start())
-        is_quoted = match["double"] is not None or match["single"] is not None
-        yield PathStep(_key(match), is_quoted, text[start:]), match.end()
-        match = _STEP.match(text, match.end())
 
 
 def _key(match: re.Match[str]) -> str | int:

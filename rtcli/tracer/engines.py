@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import Literal, Protocol
 
 from rtcli.tracer.native import NativeTracer
+from rtcli.tracer.passes import Arrays
 from rtcli.tracer.world import MeterReading, Progress, Window, World
-
-if TYPE_CHECKING:
-    from rtcli.tracer.passes import Arrays
 
 ENGINES = ("native", "reference")
 

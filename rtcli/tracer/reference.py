@@ -12,23 +12,21 @@ that point before anything else, which keeps scenes far from the origin as accur
 from __future__ import annotations
 
 import math
+import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from threading import Event
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from rtcli.tracer._native import LIGHT_PARAMETERS, METER_GRID, SHAPE_PARAMETERS, meter
-from rtcli.tracer.passes import RADIANCE, new_arrays
+from rtcli.tracer.passes import RADIANCE, Arrays, new_arrays
 from rtcli.tracer.sampling import sample_offsets
-from rtcli.tracer.tiles import AbandonedError, over_tiles, rows_and_columns, tiles
+from rtcli.tracer.tiles import AbandonedError, over_tiles, rows_and_columns
 from rtcli.tracer.world import CameraFrame, MeterReading, Progress, Settings, Window, World
-
-if TYPE_CHECKING:
-    from rtcli.tracer.passes import Arrays
 
 Array: TypeAlias = npt.NDArray[np.float64]
 Mask: TypeAlias = npt.NDArray[np.bool_]
@@ -245,10 +243,16 @@ class Object(ABC):
         The other numbers of the shape, as many as its kind has.
     source_object
         The light that this object carries, if any: then it is seen shining.
+
+    Attributes
+    ----------
+    size
+        The sum of half the object's lengths along its axes; 0 without a size.
     """
 
     # Whether the surface has an inside.
     is_solid = True
+    size = 0.0
 
     def __init__(
         self,
@@ -287,11 +291,6 @@ class Object(ABC):
 
         The points are at `sight` (3, N) from the eye. The largest of the heights (K, N) is that above the object.
         """
-
-    @property
-    @abstractmethod
-    def size(self) -> float:
-        """The sum of half the object's lengths along its axes; 0 without a size."""
 
     def reach(self, point: Array) -> float:
         """Return the distance from a point (3, 1) to the far end of the object, or more."""
@@ -396,6 +395,7 @@ class Sphere(Object):
 
     def _set_parameters(self, parameters: Sequence[float]) -> None:
         (self.radius,) = parameters
+        self.size = self.radius
 
     def intersection_parameter(self, ray: Ray) -> Array:
         """Return the smaller of t_1 and t_2 that is > 0 (section 2.2.1)."""
@@ -434,11 +434,6 @@ class Sphere(Object):
     def heights(self, eye: Array, sight: Array) -> Array:
         """Return |P - C| - R: (1, N)."""
         return (length(sight - (self.position - eye)) - self.radius)[None]
-
-    @property
-    def size(self) -> float:
-        """The radius."""
-        return self.radius
 
     def _power(self, point: Array) -> float:
         """Return |c|^2 - R^2, c from a point to the centre, without cancellation: > 0 outside, 0 on the sphere."""
@@ -479,11 +474,6 @@ class Plane(Object):
         """Return |(p - p_0) . n|, (1, N): a plane has no inside."""
         return np.abs(dot(sight, self.direction) - dot(self.position - eye, self.direction))[None]
 
-    @property
-    def size(self) -> float:
-        """0: a plane has no size."""
-        return 0.0
-
     def reach(self, point: Array) -> float:
         """Return the distance from a point (3, 1) to the plane."""
         return abs(self._distance(point))
@@ -508,6 +498,7 @@ class Box(Object):
     def _set_parameters(self, parameters: Sequence[float]) -> None:
         *size, rotation = parameters
         self.half = column(size) / 2
+        self.size = min(float(self.half.sum()), sys.float_info.max)
         self.sine, self.cosine = _sine_and_cosine(rotation)
         # Slightly large, so that rounding never rejects a ray through a corner.
         self.bounding_radius = math.hypot(*self.half.ravel()) * (1 + 1e-9)
@@ -558,11 +549,6 @@ class Box(Object):
         return np.array(
             [[rounding_across(axis, point, self.position, (half, self.size))] for axis, half in halves]
         )
-
-    @property
-    def size(self) -> float:
-        """w/2 + h/2 + d/2, or the largest number if that is too large for float64."""
-        return min(float(self.half.sum()), float(np.finfo(np.float64).max))
 
     def _local(self, point: Array) -> Array:
         """Return a point (3, 1) in box space, with the exact coordinate of a face if it is in the face's plane."""
@@ -766,11 +752,7 @@ class Scenery:
         self.solid = np.array([shape.is_solid for shape in objects], dtype=bool)
 
     def render_img_to_rgb_array(
-        self,
-        window: Window,
-        threads: int = 1,
-        progress: Progress | None = None,
-        passes: tuple[str, ...] = (),
+        self, window: Window, threads: int = 1, progress: Progress | None = None, passes: tuple[str, ...] = ()
     ) -> tuple[Arrays, int]:
         """Trace every sample of every pixel of a window of the picture.
 
@@ -814,7 +796,7 @@ class Scenery:
         total, rays, offsets = np.zeros((3, tile.width * tile.height)), 0, sample_offsets(self.settings.samples)
         for within in offsets:
             ray, hit = self._look(tile, within)
-            light, shadow_rays = self._light_from(ray, hit)
+            light, shadow_rays = self.trace_ray(ray, hit)
             total += light.rgb
             rays += len(hit.t) + shadow_rays
         return mean_of_samples(total, len(offsets)), rays, (ray, hit) if offsets == [CENTRE] else None
@@ -825,40 +807,29 @@ class Scenery:
 
     def coverage(self, window: Window, threads: int = 1) -> list[int]:
         """Return the number of pixel centres of a window that each object covers, including hidden ones."""
-        rows = {tile: row for row, tile in enumerate(tiles(window))}
-        covered = np.zeros((len(rows), len(self.objects)), dtype=np.int64)
 
-        def count_tile(tile: Window) -> int:
+        def count_tile(tile: Window) -> Indices:
             ray = self.camera.generate_primary_rays(tile)
-            for i, shape in self._objects_in_turn():
-                covered[rows[tile], i] = np.count_nonzero(np.isfinite(shape.intersection_parameter(ray)))
-            return 0
+            met = (shape.intersection_parameter(ray) for _, shape in self._objects_in_turn())
+            return np.array([np.count_nonzero(np.isfinite(t)) for t in met], dtype=np.intp)
 
         self._abandoned = Event()
-        for _ in over_tiles(count_tile, window, threads, None, self._abandoned):
-            pass
-        return [int(count) for count in covered.sum(axis=0)]
+        nothing = np.zeros(len(self.objects), dtype=np.intp)
+        counts: list[int] = sum(over_tiles(count_tile, window, threads, None, self._abandoned), nothing).tolist()
+        return counts
 
-    def trace_ray(self, ray: Ray, depth: int = 0) -> tuple[Light, int]:
-        """Return the light that reaches the rays' offset (t = 0), and the number of rays traced for it.
+    def trace_ray(self, ray: Ray, hit: Hit) -> tuple[Light, int]:
+        """Return the light that reaches the rays' offset (t = 0) from their hits, and the number of shadow rays.
 
         The nearest object decides: nothing hit gives the background; an object that carries a light is seen
-        shining; any other surface is lit by the light sources, one level deeper. Beyond `max_depth` all is black.
+        shining; any other surface is lit by the light sources, or black if `max_depth` is 0.
         """
-        if depth > self.settings.max_depth:
-            return Light(np.zeros_like(ray.direction), np.ones(1)), 0
-        hit = self.nearest_hit(ray)
-        light, shadow_rays = self._light_from(ray, hit, depth)
-        return light, len(hit.t) + shadow_rays
-
-    def _light_from(self, ray: Ray, hit: Hit, depth: int = 0) -> tuple[Light, int]:
-        """Return the light from what the rays hit, and the number of shadow rays."""
         radiance = np.repeat(column(self.settings.background), len(hit.t), axis=1)
         surfaces = np.flatnonzero(hit.index != NOTHING)
         shining = self.shining[hit.index[surfaces]]
         self._add_shining(radiance, surfaces[shining], ray, hit)
         lit = surfaces[~shining]
-        radiance[:, lit], shadow_rays = self._direct_light(ray.take(lit), hit.take(lit), depth + 1)
+        radiance[:, lit], shadow_rays = self._direct_light(ray.take(lit), hit.take(lit))
         return Light(radiance, np.ones(1)), shadow_rays
 
     def nearest_hit(self, ray: Ray) -> Hit:
@@ -905,13 +876,13 @@ class Scenery:
             if source is not None:
                 radiance[:, rays[hit.index[rays] == i]] = seen_directly(source, ray)
 
-    def _direct_light(self, ray: Ray, hit: Hit, depth: int) -> tuple[Array, int]:
+    def _direct_light(self, ray: Ray, hit: Hit) -> tuple[Array, int]:
         """Return the radiance from surfaces to the rays' offset, and the number of shadow rays (section 3.4).
 
         radiance = sum over lights of albedo / pi * L_i * cos(theta) (sections 2.3.1 and 2.3.2)
         """
         radiance = np.zeros_like(hit.normal)
-        if depth > self.settings.max_depth:
+        if self.settings.max_depth == 0:
             return radiance, 0
         shadow_rays = 0
         for source in self.light_sources:

@@ -7,10 +7,13 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from itertools import chain
 from threading import Event
+from typing import TypeVar
 
 import numpy as np
 
 from rtcli.tracer.world import Progress, Window
+
+_Result = TypeVar("_Result")
 
 # 128 x 128 rays: large enough that NumPy's overhead is small, small enough that the arrays stay in the cache.
 TILE = 128
@@ -35,12 +38,8 @@ class AbandonedError(Exception):
 
 
 def over_tiles(
-    work: Callable[[Window], int],
-    window: Window,
-    threads: int,
-    progress: Progress | None,
-    abandoned: Event,
-) -> Iterator[int]:
+    work: Callable[[Window], _Result], window: Window, threads: int, progress: Progress | None, abandoned: Event
+) -> Iterator[_Result]:
     """Yield the result of each tile in order, computed by threads; only a few tiles wait at any time.
 
     NumPy lets other threads run while it computes. Each pixel belongs to one tile and depends on nothing else,
@@ -61,7 +60,7 @@ def over_tiles(
     """
     failures: list[BaseException] = []
 
-    def guarded(tile: Window) -> int:
+    def guarded(tile: Window) -> _Result:
         try:
             # Misses and infinities are ordinary numbers here: they compare as they should.
             with np.errstate(all="ignore"):
@@ -72,7 +71,7 @@ def over_tiles(
             raise
 
     total, done = window.width * window.height, 0
-    waiting: deque[tuple[Window, Future[int]]] = deque()
+    waiting: deque[tuple[Window, Future[_Result]]] = deque()
     pool = ThreadPoolExecutor(max_workers=threads)
     try:
         for tile in chain(tiles(window), [None]):

@@ -5,6 +5,7 @@ import json
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from itertools import islice
 from pathlib import Path
 
 import pytest
@@ -42,7 +43,7 @@ def render(workers_write=True, **settings):
     made = make_plan(manifest, jobs_of(**settings), OUT)
     with ThreadPoolExecutor(2) as threads:
         batch = Batch(made, manifest, OUT, Workers(threads, 2), workers_write)
-        return {outcome.key: outcome for outcome in execute(batch)}
+        return {job.key: outcome for job, outcome in execute(batch)}
 
 
 def edit_manifest(change):
@@ -260,7 +261,7 @@ def test_end_before_the_end_leaves_a_manifest_of_what_was_done(folder):
     with ThreadPoolExecutor(1) as threads:
         batch = Batch(make_plan(manifest, jobs_of(), OUT), manifest, OUT, Workers(threads, 1))
         outcomes = execute(batch)
-        done = {next(outcomes).key for _ in range(2)}
+        done = {job.key for job, _ in islice(outcomes, 2)}
         outcomes.close()
     assert set(entries(OUT)) == done
     assert private_files(OUT) == [".rtcli/lock"]
@@ -289,7 +290,8 @@ def swept(*expressions, **place):
     manifest = Manifest(OUT)
     made = make_plan(manifest, find_jobs(["scenes"], BatchSettings(), "out", variations), OUT)
     with ThreadPoolExecutor(2) as threads:
-        assert all(o.status == "done" for o in execute(Batch(made, manifest, OUT, Workers(threads, 2), **place)))
+        batch = Batch(made, manifest, OUT, Workers(threads, 2), **place)
+        assert all(outcome.status == "done" for _, outcome in execute(batch))
     return {step.job.key: step.reason for step in made.steps}
 
 

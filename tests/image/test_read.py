@@ -19,6 +19,7 @@ import rtcli
 from rtcli.extras import MissingExtraError
 from rtcli.image import read
 from rtcli.image.display import DisplayTransform
+from rtcli.image.layers import in_order
 from rtcli.image.read import kind_of, read_layers, read_radiance
 from rtcli.scene.model import Scene
 from rtcli.tracer import _native
@@ -191,7 +192,7 @@ def test_archive_is_read_array_by_array_but_for_its_metadata():
     np.savez("a.npz", radiance=RADIANCE, object_id=IDS, metadata=np.array('{"version": 1}'))
     layers = read_layers("a.npz")
     assert layers.kind == "arrays"
-    assert layers.names() == ["radiance", "object_id"]
+    assert in_order(layers.arrays) == ["radiance", "object_id"]
     np.testing.assert_array_equal(layers.arrays["radiance"], RADIANCE)
     np.testing.assert_array_equal(layers.arrays["object_id"], IDS)
 
@@ -204,7 +205,7 @@ def test_compressed_archive_is_read():
 def test_array_is_the_layer_of_values():
     np.save("a.npy", DEPTH)
     layers = read_layers("a.npy")
-    assert (layers.kind, layers.names()) == ("arrays", ["values"])
+    assert (layers.kind, in_order(layers.arrays)) == ("arrays", ["values"])
     np.testing.assert_array_equal(layers.arrays["values"], DEPTH)
 
 
@@ -287,7 +288,7 @@ def test_exr_is_read_to_the_layers_of_a_film(openexr):
     save_exr(openexr, "a.exr", film_channels())
     layers = read_layers("a.exr")
     assert layers.kind == "arrays"
-    assert layers.names() == ["radiance", "depth", "normal", "object_id"]
+    assert in_order(layers.arrays) == ["radiance", "depth", "normal", "object_id"]
     np.testing.assert_array_equal(layers.arrays["radiance"], RADIANCE)
     np.testing.assert_array_equal(layers.arrays["normal"], RADIANCE[..., ::-1])
     np.testing.assert_array_equal(layers.arrays["depth"], DEPTH)
@@ -307,7 +308,7 @@ def test_exr_with_alpha_keeps_it_in_a_layer_of_its_own(openexr):
 
 def test_name_of_a_layer_of_exr_may_have_dots(openexr):
     save_exr(openexr, "a.exr", {f"left.normal.{name}": DEPTH for name in "XYZ"})
-    assert read_layers("a.exr").names() == ["left.normal"]
+    assert in_order(read_layers("a.exr").arrays) == ["left.normal"]
 
 
 def test_exr_of_half_floats_is_read(openexr):

@@ -6,7 +6,7 @@ import worlds
 from PIL import Image
 
 import rtcli
-from rtcli.image.shown import shown_levels
+from rtcli.image.read import shown_levels
 
 SCENE = worlds.scene(
     [worlds.plane([0, -1, 0], [0, 1, 0]), worlds.sphere([0, 0, -5], 1.0)],

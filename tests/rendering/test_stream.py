@@ -16,7 +16,7 @@ import rtcli
 from rtcli.image.formats import parts_of
 from rtcli.rendering.job import RenderRequest, prepare
 from rtcli.rendering.pack import pack
-from rtcli.rendering.stream import FilmOutputs, expose_film, write_film
+from rtcli.rendering.stream import expose_film, write_film
 from rtcli.tracer.engines import ENGINES
 from rtcli.tracer.reference import SimpleCamera
 
@@ -81,7 +81,7 @@ def progress_of(engine, resolution):
     told = []
     ball = scene([sphere([0, 0, -5])], camera={"resolution": resolution, "fov": 40})
     request = RenderRequest(threads=2, engine=engine)
-    expose_film(prepare(ball, pack(ball), request), request, lambda done, total: told.append((done, total)))
+    expose_film(prepare(ball, pack(ball), request), lambda done, total: told.append((done, total)))
     return told
 
 
@@ -147,7 +147,7 @@ def written(described, name, passes, engine, executor=None):
     request = RenderRequest(passes, engine)
     job = replace(prepare(described, pack(described), request), executor=executor)
     files = {part: (str(path), io.BytesIO()) for part, path in parts_of(name, request.passes).items()}
-    work = write_film(job, request, FilmOutputs(files))
+    work = write_film(job, files)
     return {part: file.getvalue() for part, (_, file) in files.items()}, work
 
 

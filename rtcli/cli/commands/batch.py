@@ -25,14 +25,12 @@ from rtcli.cli.console import STDIO, is_terminal, print_lines, report_line
 from rtcli.cli.exit_codes import INVALID, usage_errors
 from rtcli.cli.options.cluster import connected_cluster, dask_timeout_option
 from rtcli.cli.options.scene import edit_errors, film_options, pop_overrides, scene_options
-from rtcli.cli.options.types import FormatType, VariationType
+from rtcli.cli.options.types import VariationType, parse_format
 from rtcli.cli.progress import progress
 from rtcli.image.animation import ANIMATIONS
 from rtcli.image.formats import check_fits
 from rtcli.image.write import FORMATS
 from rtcli.rendering.metadata import SOFTWARE
-from rtcli.reports import concise
-from rtcli.reports.file_report import FileReport
 from rtcli.scene.diagnostics.problems import counted, printable
 from rtcli.scene.overrides import check_expression
 from rtcli.tracer.engines import default_threads
@@ -80,13 +78,11 @@ class BatchOptions:
             raise click.UsageError("--shared is for --dask: the workers of this machine share DIR anyway")
         with usage_errors():
             check_fits(f"results{self.settings.suffix}", (1, 1), self.settings.bits)
-        option = self.settings.overrides.option
-        with edit_errors(option):
-            for expression in self.settings.overrides.edits:
-                check_expression(expression, option)
-        with edit_errors("--vary"):
-            for expression in (edit for variation in self.vary for edit in variation.edits):
-                check_expression(expression, "--vary")
+        varied = [edit for variation in self.vary for edit in variation.edits]
+        for option, edits in ((self.settings.overrides.option, self.settings.overrides.edits), ("--vary", varied)):
+            with edit_errors(option):
+                for edit in edits:
+                    check_expression(edit, option)
 
     def find_jobs(self) -> list[Job]:
         """Return the jobs of the batch.
@@ -113,7 +109,8 @@ class BatchOptions:
 @click.option(
     "--format",
     "suffix",
-    type=FormatType(),
+    type=parse_format,
+    metavar="SUFFIX",
     default=".png",
     show_default=True,
     help=f"Of the results: {', '.join(FORMATS)}.",
@@ -223,14 +220,13 @@ def _render(options: BatchOptions, batch: Batch) -> bool:
     """Render the scenes of a batch and report the result; return whether all succeeded."""
     start = time.monotonic()
     report = _Report()
-    jobs = {step.job.key: step.job for step in batch.plan.steps}
     with (
         contextlib.closing(execute(batch)) as outcomes,
         progress("rendering", options.quiet, "scenes") as on_progress,
     ):
-        for outcome in outcomes:
-            report.add(jobs[outcome.key], outcome)
-            on_progress(report.rendered + report.failed, len(jobs))
+        for job, outcome in outcomes:
+            report.add(job, outcome)
+            on_progress(report.rendered + report.failed, len(batch.plan.steps))
             if report.failed and options.fail_fast:
                 break
     _report_problems(report.problems, report.hidden)
@@ -270,10 +266,9 @@ class _Report:
 def _problem_lines(job: Job, outcome: Outcome) -> Iterator[str]:
     """Yield a line for each problem of a scene; each line names the scene."""
     for problem in outcome.problems:
-        [line] = concise.report([FileReport(job.scene, (problem,))])
         # A problem in the text of an option names the option, not the scene.
         result = "" if problem.path == job.scene else f"{printable(job.key)}: "
-        yield result + line.rstrip("\n")
+        yield result + printable(str(problem))
     if outcome.message:
         yield f"{printable(job.scene)}: error: {printable(outcome.message)}"
 

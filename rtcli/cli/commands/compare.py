@@ -13,7 +13,7 @@ from rtcli.cli.options.bounds import bound_options, pop_bounds
 from rtcli.cli.paths import OutputPath, refuse_collisions, refuse_folder
 from rtcli.compare.difference import Compared
 from rtcli.compare.pictures import compare
-from rtcli.image.layers import Layers
+from rtcli.image.layers import in_order
 from rtcli.image.read import kind_of, read_layers
 from rtcli.reports import comparison
 
@@ -46,7 +46,7 @@ def command(first: str, second: str, output: str | None, as_json: bool, quiet: b
     differences = None if output is None else DifferencePictures(output, "-o")
     layers, other = (read_layers(name) for name in names)
     if differences is not None:
-        outputs = differences.plan(Layers(layers.kind, {**other.arrays, **layers.arrays}).names())
+        outputs = differences.plan(in_order([*layers.arrays, *other.arrays]))
         refuse_collisions([OutputPath("what is compared", name) for name in names], outputs)
         differences.check_writable()
     with usage_errors():

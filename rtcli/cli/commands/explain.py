@@ -10,7 +10,7 @@ import click
 from rtcli.cli.console import display_name, is_terminal, print_lines, wants_color
 from rtcli.cli.exit_codes import usage_errors
 from rtcli.cli.options.scene import pop_overrides, read_scene, scene_options
-from rtcli.cli.options.types import PixelType
+from rtcli.cli.options.types import parse_pixel
 from rtcli.cli.progress import progress
 from rtcli.explain import check_place, explain
 from rtcli.rendering.job import RenderRequest
@@ -21,7 +21,11 @@ from rtcli.scene.validation.validate import validate
 @click.command("explain")
 @click.argument("scene")
 @click.option(
-    "--pixel", type=PixelType(), required=True, help="Which one: its column and row, from 0 at the left and top."
+    "--pixel",
+    type=parse_pixel,
+    metavar="X,Y",
+    required=True,
+    help="Which one: its column and row, from 0 at the left and top.",
 )
 @click.option(
     "--sample",

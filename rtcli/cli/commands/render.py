@@ -6,6 +6,7 @@ import contextlib
 import io
 import json
 import sys
+import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +20,7 @@ from rtcli.cli.exit_codes import usage_errors
 from rtcli.cli.options.cluster import connected_cluster, dask_timeout_option
 from rtcli.cli.options.golden import CheckOptions, check_options, pop_check
 from rtcli.cli.options.scene import film_options, pop_overrides, read_scene, scene_options
-from rtcli.cli.options.types import CropType
+from rtcli.cli.options.types import parse_crop
 from rtcli.cli.paths import OutputPath, refuse_collisions, refuse_folder
 from rtcli.cli.progress import progress
 from rtcli.image.display import DEPTHS
@@ -28,7 +29,7 @@ from rtcli.image.write import FORMATS, METADATA
 from rtcli.rendering.job import RenderRequest, prepare
 from rtcli.rendering.pack import pack
 from rtcli.rendering.stopwatch import Stopwatch
-from rtcli.rendering.stream import FilmOutputs, RenderStats, expose_film, write_film
+from rtcli.rendering.stream import RenderStats, expose_film, write_film
 from rtcli.scene.diagnostics.problems import printable
 from rtcli.scene.model import Scene
 from rtcli.scene.overrides import Overrides
@@ -126,7 +127,9 @@ class PictureOutput:
     help="The tracer; reference is slow, and there to compare with.",
 )
 @click.option("--threads", type=click.IntRange(1), metavar="N", show_default="all", help="Processor cores to use.")
-@click.option("--crop", type=CropType(), help="Render only this part: left, top, width, height in pixels.")
+@click.option(
+    "--crop", type=parse_crop, metavar="X,Y,W,H", help="Render only this part: left, top, width, height in pixels."
+)
 @click.option(
     "--dask",
     metavar="ADDRESS|local",
@@ -173,7 +176,7 @@ def _preview(options: RenderOptions) -> int:
     preview = Preview()
     scene, world, request = _load(options, (), Stopwatch())
     with options.executor() as executor, progress("rendering", options.quiet) as on_progress:
-        film = expose_film(prepare(scene, world, request, executor), request, on_progress)
+        film = expose_film(prepare(scene, world, request, executor), on_progress)
     preview.show(film)
     return 0
 
@@ -188,7 +191,8 @@ def _check(options: RenderOptions, check_options: CheckOptions) -> int:
     passes, bits = options.passes or check.golden.passes, check.golden.bits
     if path is not None:
         return render(options, PictureOutput(path, passes, bits), check)
-    with check.temporary_path() as temporary:
+    with tempfile.TemporaryDirectory(prefix="rtcli-") as folder:
+        temporary = str(Path(folder) / f"rendering{Path(check.name).suffix}")
         return render(options, PictureOutput(temporary, passes, bits, is_kept=False), check)
 
 
@@ -211,7 +215,7 @@ def render(options: RenderOptions, output: PictureOutput, check: GoldenCheck | N
     ):
         job = prepare(scene, world, request, executor)
         with watch.stages_together() as spent, progress("rendering", options.quiet) as on_progress:
-            stats = write_film(job, request, FilmOutputs(files, output.bits), on_progress)
+            stats = write_film(job, files, output.bits, on_progress)
             spent.update(stats.seconds)
         stats_file.write(_stats_json(stats, request, watch))
     if output.is_kept and not options.quiet:

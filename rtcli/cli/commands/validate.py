@@ -12,7 +12,7 @@ from pathlib import Path
 import click
 
 from rtcli import __version__
-from rtcli.cli.console import STDIO, display_name, read_bytes, report_line, wants_color
+from rtcli.cli.console import STDIO, display_name, read_input, report_line, wants_color
 from rtcli.cli.exit_codes import FILE, INVALID, lack_of_memory, os_error_text, release_frames
 from rtcli.lint.check import CheckResult, check
 from rtcli.lint.ignores import warning_of
@@ -21,7 +21,6 @@ from rtcli.reports.file_report import FileReport, Tally
 from rtcli.scene.diagnostics.problems import counted, printable
 from rtcli.scene.diagnostics.rules import ERROR, Rule
 from rtcli.scene.find import scene_files_below
-from rtcli.scene.reading.parse import READ_BYTES
 
 _REPORTS: dict[str, Callable[[Iterable[FileReport]], Iterator[str]]] = {
     "text": lambda checks: text.report(checks, wants_color(sys.stdout)),
@@ -96,7 +95,7 @@ def _scene_files(paths: Iterable[str]) -> Iterator[str]:
 def _check_file(path: str, strict: bool, ignore: frozenset[Rule]) -> FileReport:
     name = display_name(path)
     try:
-        result = check(read_bytes(path, READ_BYTES), name, ignore)
+        result = check(read_input(path), name, ignore)
     except OSError as error:
         report_line(f"Error: {os_error_text(error)}")
         return FileReport(name, unreadable=error.strerror or str(error))

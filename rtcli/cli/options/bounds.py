@@ -6,13 +6,13 @@ from typing import Any
 
 import click
 
-from rtcli.cli.options.types import BoundType, PixelBoundType, option_group
+from rtcli.cli.options.types import option_group, parse_bound, parse_pixel_bound
 from rtcli.compare.bounds import Bounds
 
 bound_options = option_group(
     click.option(
         "--tolerance",
-        type=BoundType(),
+        type=parse_bound,
         metavar="T",
         default="0",
         show_default=True,
@@ -21,7 +21,7 @@ bound_options = option_group(
     ),
     click.option(
         "--max-pixels",
-        type=PixelBoundType(),
+        type=parse_pixel_bound,
         metavar="N|P%",
         default="0",
         show_default=True,
@@ -33,7 +33,7 @@ bound_options = option_group(
         help="Tell the mean FLIP of pictures and radiance too, from 0 for what looks alike to 1. Needs the extra "
         "rtcli[flip].",
     ),
-    click.option("--max-flip", type=BoundType(), metavar="F", help="The mean FLIP may be no more than that."),
+    click.option("--max-flip", type=parse_bound, metavar="F", help="The mean FLIP may be no more than that."),
 )
 
 

@@ -8,18 +8,18 @@ from typing import Any
 
 import click
 
-from rtcli.cli.console import display_name, read_bytes
-from rtcli.cli.options.types import ExposureType, PassesType, SetType, SizeType, environment_variable, option_group
+from rtcli.cli.console import display_name, read_input
+from rtcli.cli.options import types
 from rtcli.image.display import DEPTHS
 from rtcli.scene.model import MAX_SAMPLES
 from rtcli.scene.overrides import EditError, Overrides
-from rtcli.scene.reading.parse import READ_BYTES, parse_bytes
+from rtcli.scene.reading.parse import parse_bytes
 from rtcli.scene.reading.source import Document
 from rtcli.tracer.passes import PASSES
 
-scene_options = option_group(
+scene_options = types.option_group(
     click.option(
-        "--size", type=SizeType(), metavar="WxH", help="Width and height in pixels, instead of the scene's."
+        "--size", type=types.parse_size, metavar="WxH", help="Width and height in pixels, instead of the scene's."
     ),
     click.option(
         "--samples",
@@ -29,13 +29,13 @@ scene_options = option_group(
     ),
     click.option(
         "--exposure",
-        type=ExposureType(),
+        type=types.parse_exposure,
         metavar="EV|auto",
         help="Stops, +1 is twice as bright; instead of the scene's.",
     ),
     click.option(
         "--set",
-        type=SetType(),
+        type=types.SetType(),
         multiple=True,
         help="Change a value of the scene, such as camera.fov=30 or objects.ball.position[0]=1. Quote a name that "
         'has a dot, bracket or = in it: objects."Cube.001".color=red. Repeatable; as a variable one per line.',
@@ -43,10 +43,11 @@ scene_options = option_group(
 )
 
 
-film_options = option_group(
+film_options = types.option_group(
     click.option(
         "--passes",
-        type=PassesType(),
+        type=types.parse_passes,
+        metavar="A,B",
         default=(),
         help=f"Ground truth at pixel centres: {', '.join(PASSES)}, or all. In the file for .exr and .npz; for "
         "others beside it, as NAME.depth.png and so on with NAME.json.",
@@ -63,7 +64,7 @@ film_options = option_group(
 
 def pop_overrides(options: dict[str, Any]) -> Overrides:
     """Remove the overrides from the options of a command, and return them."""
-    variable = environment_variable(click.get_current_context(silent=True), "set")
+    variable = types.environment_variable(click.get_current_context(silent=True), "set")
     size, samples, exposure, edits = (options.pop(name) for name in ("size", "samples", "exposure", "set"))
     return Overrides(size, samples, exposure, edits, variable or Overrides.option)
 
@@ -80,7 +81,7 @@ def read_scene(scene: str, overrides: Overrides) -> Document:
     rtcli.SceneError
         If the text is not well-formed.
     """
-    document = parse_bytes(read_bytes(scene, READ_BYTES), display_name(scene))
+    document = parse_bytes(read_input(scene), display_name(scene))
     with edit_errors(overrides.option):
         return overrides.apply(document)
 

@@ -1,4 +1,4 @@
-"""Types of option values beyond words and numbers."""
+"""Values of options beyond words and numbers; click names the option in the error."""
 
 from __future__ import annotations
 
@@ -32,62 +32,42 @@ def option_group(*options: Callable[[_Command], _Command]) -> Callable[[_Command
     return decorate
 
 
-class SizeType(click.ParamType[tuple[int, int]]):
-    """`640x480`."""
-
-    name = "WxH"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
-        """Return width and height."""
-        match = re.fullmatch(r"([0-9]{1,9})[xX]([0-9]{1,9})", str(value))
-        sides = (int(match[1]), int(match[2])) if match else (0, 0)
-        if not all(1 <= side <= MAX_SIDE for side in sides):
-            self.fail(f"{value!r} is not a size such as 640x480, each side 1 to {MAX_SIDE:,}", param, ctx)
-        return sides
+def parse_size(text: str) -> tuple[int, int]:
+    """Return the width and height of `640x480`."""
+    match = re.fullmatch(r"([0-9]{1,9})[xX]([0-9]{1,9})", text)
+    sides = (int(match[1]), int(match[2])) if match else (0, 0)
+    if not all(1 <= side <= MAX_SIDE for side in sides):
+        raise click.BadParameter(f"{text!r} is not a size such as 640x480, each side 1 to {MAX_SIDE:,}")
+    return sides
 
 
-class CropType(click.ParamType[Window]):
-    """`100,50,64,64`."""
-
-    name = "X,Y,W,H"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Window:
-        """Return the window; whether it lies inside the picture is checked with the scene."""
-        match = re.fullmatch(r"([0-9]{1,9}),([0-9]{1,9}),([0-9]{1,9}),([0-9]{1,9})", str(value))
-        if not match:
-            self.fail(f"{value!r} is not left,top,width,height in pixels, such as 100,50,64,64", param, ctx)
-        return Window(*map(int, match.groups()))
+def parse_crop(text: str) -> Window:
+    """Return the window `100,50,64,64`; whether it lies inside the picture is checked with the scene."""
+    match = re.fullmatch(r"([0-9]{1,9}),([0-9]{1,9}),([0-9]{1,9}),([0-9]{1,9})", text)
+    if not match:
+        raise click.BadParameter(f"{text!r} is not left,top,width,height in pixels, such as 100,50,64,64")
+    return Window(*map(int, match.groups()))
 
 
-class PixelType(click.ParamType[tuple[int, int]]):
-    """`320,240`."""
-
-    name = "X,Y"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
-        """Return column and row; whether they lie in the picture is checked with the scene."""
-        match = re.fullmatch(r"([0-9]{1,9}),([0-9]{1,9})", str(value))
-        if not match:
-            self.fail(f"{value!r} is not column,row of a pixel, such as 320,240", param, ctx)
-        return int(match[1]), int(match[2])
+def parse_pixel(text: str) -> tuple[int, int]:
+    """Return the column and row of `320,240`; whether they lie in the picture is checked with the scene."""
+    match = re.fullmatch(r"([0-9]{1,9}),([0-9]{1,9})", text)
+    if not match:
+        raise click.BadParameter(f"{text!r} is not column,row of a pixel, such as 320,240")
+    return int(match[1]), int(match[2])
 
 
-class ExposureType(click.ParamType[float | str]):
-    """A number of stops, or `auto`."""
-
-    name = "EV|auto"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | str:
-        """Return stops, or `auto`."""
-        if value == "auto":
-            return "auto"
-        try:
-            stops = float(value)
-        except ValueError:
-            stops = math.nan
-        if not math.isfinite(stops):
-            self.fail(f"{value!r} is not a number of stops such as -1.5, or auto", param, ctx)
-        return stops
+def parse_exposure(text: str) -> float | str:
+    """Return a number of stops, or `auto`."""
+    if text == "auto":
+        return "auto"
+    try:
+        stops = float(text)
+    except ValueError:
+        stops = math.nan
+    if not math.isfinite(stops):
+        raise click.BadParameter(f"{text!r} is not a number of stops such as -1.5, or auto")
+    return stops
 
 
 def environment_variable(ctx: click.Context | None, name: str) -> str | None:
@@ -148,62 +128,42 @@ class VariationType(_OnePerLine[Variation]):
             self.fail(str(error) + self.note(param, ctx), param, ctx)
 
 
-class PassesType(click.ParamType[tuple[str, ...]]):
-    """`depth,normal`, or `all`."""
-
-    name = "a,b"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, ...]:
-        """Return the passes without repetition, in the order of the film."""
-        if isinstance(value, tuple):
-            return value
-        names = [name.strip() for name in str(value).split(",")]
-        unknown = [name for name in names if name not in (*PASSES, "all")]
-        if unknown:
-            self.fail(
-                f"{unknown[0]!r} is not a pass: there are {', '.join(PASSES)}, or all of them: all", param, ctx
-            )
-        return tuple(name for name in PASSES if name in names or "all" in names)
+def parse_passes(text: str | tuple[()]) -> tuple[str, ...]:
+    """Return the passes of `depth,normal`, or of `all`, without repetition, in the order of the film."""
+    if isinstance(text, tuple):  # the default
+        return text
+    names = [name.strip() for name in text.split(",")]
+    unknown = [name for name in names if name not in (*PASSES, "all")]
+    if unknown:
+        raise click.BadParameter(
+            f"{unknown[0]!r} is not a pass: there are {', '.join(PASSES)}, or all of them: all"
+        )
+    return tuple(name for name in PASSES if name in names or "all" in names)
 
 
-class FormatType(click.ParamType[str]):
-    """`.png`, or `png`."""
-
-    name = "SUFFIX"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Return the suffix in lower case, with its dot."""
-        suffix = "." + str(value).lower().removeprefix(".")
-        if suffix not in FORMATS:
-            self.fail(f"{value!r} is not a format: there are {', '.join(FORMATS)}", param, ctx)
-        return suffix
+def parse_format(text: str) -> str:
+    """Return the suffix `.png` or `png` in lower case, with its dot."""
+    suffix = "." + text.lower().removeprefix(".")
+    if suffix not in FORMATS:
+        raise click.BadParameter(f"{text!r} is not a format: there are {', '.join(FORMATS)}")
+    return suffix
 
 
-class BoundType(click.ParamType[float]):
-    """A finite number, 0 or more."""
-
-    name = "NUMBER"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """Return the number."""
-        number = float(click.FLOAT.convert(value, param, ctx))
-        if not 0 <= number < math.inf:
-            self.fail(f"{value!r} is not a finite number of 0 or more", param, ctx)
-        return number
+def parse_bound(text: str) -> float:
+    """Return a finite number, 0 or more."""
+    number = float(click.FLOAT(text))
+    if not 0 <= number < math.inf:
+        raise click.BadParameter(f"{text!r} is not a finite number of 0 or more")
+    return number
 
 
-class PixelBoundType(click.ParamType[PixelBound]):
-    """`12` pixels, or `0.1%` of all."""
-
-    name = "N|P%"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> PixelBound:
-        """Return the number or share of pixels that may differ."""
-        match = re.fullmatch(r"([0-9]{1,18})|([0-9]{1,3})(?:\.([0-9]{1,18}))? ?%", str(value))
-        count, percent, decimals = match.groups("") if match else ("", "", "")
-        if count:
-            return PixelBound(int(count))
-        whole = 100 * 10 ** len(decimals)
-        if not percent or int(percent + decimals) > whole:
-            self.fail(f"{value!r} is not a number of pixels such as 12, or a share such as 0.1%", param, ctx)
-        return PixelBound(int(percent + decimals), whole)
+def parse_pixel_bound(text: str) -> PixelBound:
+    """Return the pixels that may differ: the number `12`, or the share `0.1%`."""
+    match = re.fullmatch(r"([0-9]{1,18})|([0-9]{1,3})(?:\.([0-9]{1,18}))? ?%", text)
+    count, percent, decimals = match.groups("") if match else ("", "", "")
+    if count:
+        return PixelBound(int(count))
+    whole = 100 * 10 ** len(decimals)
+    if not percent or int(percent + decimals) > whole:
+        raise click.BadParameter(f"{text!r} is not a number of pixels such as 12, or a share such as 0.1%")
+    return PixelBound(int(percent + decimals), whole)

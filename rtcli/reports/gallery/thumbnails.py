@@ -13,8 +13,7 @@ from PIL import Image
 from rtcli.image.formats import format_of
 from rtcli.image.layers import Array
 from rtcli.image.pass_picture import pass_picture
-from rtcli.image.read import kind_of, read_layers
-from rtcli.image.shown import eight_bits, shown_levels
+from rtcli.image.read import eight_bits, kind_of, read_layers, shown_levels
 from rtcli.tracer.passes import PASSES
 
 # The longest sides in pixels.

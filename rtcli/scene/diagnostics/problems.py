@@ -14,6 +14,9 @@ MAX_PROBLEMS = 1_000
 # Messages quote up to this many characters of a key or value, so that they stay on one line.
 _MAX_QUOTED = 60
 
+# The attributes of a problem that reports hold, in this order.
+_KEYS = ("path", "line", "column", "end_line", "end_column", "severity", "code", "message", "help", "pointer")
+
 
 @dataclass(frozen=True)
 class Excerpt:
@@ -122,18 +125,7 @@ class Problem:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the problem as plain data, as `rtcli validate --format json` writes it."""
-        return {
-            "path": self.path,
-            "line": self.line,
-            "column": self.column,
-            "end_line": self.end_line,
-            "end_column": self.end_column,
-            "severity": self.severity,
-            "code": self.code,
-            "message": self.message,
-            "help": self.help,
-            "pointer": self.pointer,
-        }
+        return {key: getattr(self, key) for key in _KEYS}
 
     def __str__(self) -> str:
         """Return the problem as one line, in the format of compiler messages that editors parse."""

@@ -2,17 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 
 from rtcli.scene.diagnostics.problems import nearest
 from rtcli.scene.diagnostics.synonyms import WORDS_FOR_KEYS, WORDS_FOR_SHAPES
-
-_KEYS_OF_WORD: dict[str, list[str]] = {}
-for _key, _words in WORDS_FOR_KEYS.items():
-    for _word in _words.split():
-        _KEYS_OF_WORD.setdefault(_word, []).append(_key)
-
-_SHAPE_OF_WORD = {word: shape for shape, words in WORDS_FOR_SHAPES.items() for word in words.split()}
 
 # Words for a single number, where the key that they stand for holds a list: their values do not fit it.
 _SINGLE_SIDES = frozenset({"width", "height", "depth", "length", "side", "edge"})
@@ -34,17 +27,17 @@ def suggested_key(key: str, known: Collection[str], missing: Collection[str] = (
         The required keys that it lacks.
     """
     word = _plain(key)
-    words = _KEYS_OF_WORD.get(word, ())
-    meant = [name for name in known if _plain(name) == word] + [name for name in words if name in known]
+    named = _named(word, WORDS_FOR_KEYS)
+    meant = [name for name in known if _plain(name) == word] + [name for name in named if name in known]
     if not meant:
-        return None if words else nearest(key, known)  # the word is for keys of another mapping
+        return None if named else nearest(key, known)  # the word is for keys of another mapping
     return next((name for name in meant if name in missing), meant[0])
 
 
 def suggested_type(word: str, known: Collection[str]) -> str | None:
     """Return the type of object that an unknown one probably means, or None."""
-    meant = _SHAPE_OF_WORD.get(_plain(word))
-    return meant if meant in known else nearest(word, known)
+    meant = [shape for shape in _named(_plain(word), WORDS_FOR_SHAPES) if shape in known]
+    return meant[0] if meant else nearest(word, known)
 
 
 def is_value_of_another_kind(key: str, meant: str) -> bool:
@@ -52,6 +45,11 @@ def is_value_of_another_kind(key: str, meant: str) -> bool:
     if meant == "look_at":
         return _plain(key) == "direction"  # not a point
     return meant in ("size", "resolution") and _plain(key) in _SINGLE_SIDES
+
+
+def _named(word: str, words: Mapping[str, str]) -> list[str]:
+    """Return the keys or shapes that other programs call by a word."""
+    return [name for name, others in words.items() if word in others.split()]
 
 
 def _plain(word: str) -> str:

@@ -9,6 +9,8 @@ from __future__ import annotations
 import codecs
 import re
 from collections.abc import Callable
+from os import PathLike
+from pathlib import Path
 
 from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import Problem, SceneError
@@ -21,6 +23,12 @@ SCENE_SUFFIXES = (*YAML_SUFFIXES, JSON_SUFFIX)
 
 # Reading this many bytes is enough to know that a file is too large.
 READ_BYTES = limits.MAX_BYTES + 1
+
+
+def read_file(path: str | PathLike[str]) -> bytes:
+    """Read a scene file, or enough of it to know that it is too large: a device such as /dev/zero has no end."""
+    with Path(path).open("rb") as file:
+        return file.read(READ_BYTES)
 
 
 def parse_bytes(raw: bytes, name: str) -> Document:

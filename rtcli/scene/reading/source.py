@@ -60,7 +60,7 @@ class Source:
     def problem(self, rule: Rule, message: str, span: SourceSpan, help: str = "", loc: Loc = ()) -> Problem:
         """Return a problem of the text itself at a span, which is in or around the value at `loc`."""
         shown = self.span(span.start, span.end)
-        return Problem(rule, shown, message, help or rule.remedy, pointer(loc), dotted(loc))
+        return Problem(rule, shown, message, help or rule.remedy, pointer(loc), dotted(loc), rule.severity)
 
 
 class SourceSpan:

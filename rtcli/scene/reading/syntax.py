@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from rtcli.scene.diagnostics.problems import printable
+from rtcli.scene.reading.source import SourceSpan
 
 
 class _Advice(NamedTuple):
@@ -18,15 +19,6 @@ class _Advice(NamedTuple):
     help: str
     context: str = ""
     applies: Callable[[str, int], bool] = lambda text, offset: True
-
-
-class SyntaxProblem(NamedTuple):
-    """A syntax error: its message, the remedy, and its offsets in the text."""
-
-    message: str
-    help: str
-    start: int
-    end: int
 
 
 # The first entry that applies is used. `{line}` is the line in which the list, mapping or text opens.
@@ -97,11 +89,11 @@ _ADVICE = (
 )
 
 
-def yaml_syntax_problem(error: yaml.MarkedYAMLError, text: str) -> SyntaxProblem:
-    """Return the problem for a syntax error that libyaml found in a text."""
+def yaml_syntax_problem(error: yaml.MarkedYAMLError, text: str) -> tuple[str, str, SourceSpan]:
+    """Return the message for a syntax error that libyaml found in a text, the remedy, and the place."""
     mark: Any = error.problem_mark or error.context_mark
     start = min(mark.index, len(text)) if mark else 0
-    end = start + (start < len(text) and text[start] not in "\r\n")
+    span = SourceSpan(start, start + (start < len(text) and text[start] not in "\r\n"))
     opening: Any = error.context_mark or mark
     line = opening.line + 1 if opening else 1
     problem, context = error.problem or "", error.context or ""
@@ -109,5 +101,5 @@ def yaml_syntax_problem(error: yaml.MarkedYAMLError, text: str) -> SyntaxProblem
         is_match = problem.startswith(advice.problem) and context.startswith(advice.context)
         if is_match and advice.applies(text, start):
             character = f"`{printable(text[start : start + 1])}`"
-            return SyntaxProblem(advice.message.format(line=line, character=character), advice.help, start, end)
-    return SyntaxProblem(", ".join(printable(part) for part in (problem, context) if part), "", start, end)
+            return advice.message.format(line=line, character=character), advice.help, span
+    return ", ".join(printable(part) for part in (problem, context) if part), "", span

@@ -26,7 +26,7 @@ from rtcli.scene.reading.syntax import yaml_syntax_problem
 _Event: TypeAlias = Any
 
 # libyaml's parser is ten times as fast as PyYAML's own, which reads the same.
-_Parser = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+YamlParser = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 # YAML 1.2.2, section 10.3.2: the core schema's plain scalars.
 _NULL = frozenset({"", "~", "null", "Null", "NULL"})
@@ -86,7 +86,7 @@ class _FastReader:
     """Builds data from events, recursing to a bounded depth."""
 
     def __init__(self, text: str) -> None:
-        self._events: Iterator[_Event] = iter(_Parser(text).get_event, None)
+        self._events: Iterator[_Event] = iter(YamlParser(text).get_event, None)
         self._anchors: dict[str, tuple[Any, int]] = {}
         # Each value follows one of these characters, which bounds the number of values; aliases add to it.
         self._max_nodes = 1 + sum(map(text.count, ",:-[{?"))
@@ -237,7 +237,7 @@ class _ExactReader(Reader):
 
     def document(self) -> Document:
         """Return the document, with the problems that the reader could continue past."""
-        self.events: Iterator[_Event] = iter(_Parser(self.text).get_event, None)
+        self.events: Iterator[_Event] = iter(YamlParser(self.text).get_event, None)
         next(self.events)  # the stream starts
         data, span = None, SourceSpan(0, 0)
         if type(next(self.events)) is yaml.DocumentStartEvent:
@@ -393,9 +393,9 @@ class _ExactReader(Reader):
 
     def syntax_error(self, error: yaml.MarkedYAMLError) -> SceneError:
         """Return the error for a text that is not YAML."""
-        message, help, start, end = yaml_syntax_problem(error, self.text)
-        self.steps = [*self._location_of(error, start)]
-        return self.fatal(rules.YAML_SYNTAX, f"not valid YAML: {message}", SourceSpan(start, end), help)
+        message, help, span = yaml_syntax_problem(error, self.text)
+        self.steps = [*self._location_of(error, span.start)]
+        return self.fatal(rules.YAML_SYNTAX, f"not valid YAML: {message}", span, help)
 
     def _location_of(self, error: yaml.MarkedYAMLError, offset: int) -> Loc:
         """Return the location of a syntax error.

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from pydantic import BaseModel
@@ -76,51 +76,39 @@ class MistakenType:
     is_missing: bool = False
 
 
-@dataclass
 class Recovery:
-    """A scene's data with mistaken keys and types replaced, and the mistakes.
+    """A scene's data with mistaken keys and types replaced by their likeliest corrections, and the mistakes.
+
+    Mistakes beyond the first `MAX_PROBLEMS` stay, since they are not listed.
 
     Parameters
     ----------
     data
-        The data, which shares everything that is not replaced with the document.
+        The scene's data, which stays unchanged.
+
+    Attributes
+    ----------
+    data
+        The corrected data, which shares everything that is not replaced with the scene's.
     mistakes
         The replaced keys and types: each is a problem of its own.
-    renamed
-        For the location of a mapping in `data`, its replaced keys and their names in the file.
     """
 
-    data: _Mapping
-    mistakes: list[MistakenKey | MistakenType] = field(default_factory=list)
-    renamed: dict[Loc, dict[str, str]] = field(default_factory=dict)
+    def __init__(self, data: _Mapping) -> None:
+        self.mistakes: list[MistakenKey | MistakenType] = []
+        # For the location of a mapping in `data`, its replaced keys and their names in the file.
+        self._names_in_file: dict[Loc, dict[str, str]] = {}
+        # The unknown keys and types that may still be looked up, since each search takes some time.
+        self._left = MAX_PROBLEMS
+        self.data = self._scene(data)
 
     def in_file(self, loc: Loc) -> Loc:
         """Return the location in the file of a location in `data`."""
         return tuple(
-            self.renamed[loc[:depth]].get(str(step), step) if loc[:depth] in self.renamed else step
-            for depth, step in enumerate(loc)
+            self._names_in_file.get(loc[:depth], {}).get(str(step), step) for depth, step in enumerate(loc)
         )
 
-
-def recover(data: _Mapping) -> Recovery:
-    """Return a scene's data with mistaken keys and types replaced by their likeliest corrections.
-
-    Mistakes beyond the first `MAX_PROBLEMS` stay, since they are not listed.
-    """
-    recovery = Recovery(data)
-    recovery.data = _Recovering(recovery).scene(data)
-    return recovery
-
-
-class _Recovering:
-    """Walks through a scene and replaces mistakes in copies; mappings without a mistake are shared."""
-
-    def __init__(self, recovery: Recovery) -> None:
-        self._recovery = recovery
-        # The unknown keys and types that may still be looked up, since each search takes some time.
-        self._left = MAX_PROBLEMS
-
-    def scene(self, data: _Mapping) -> _Mapping:
+    def _scene(self, data: _Mapping) -> _Mapping:
         scene = dict(self._with_keys((), data, model.Scene))
         if isinstance(scene.get("camera"), dict):
             scene["camera"] = self._with_keys(("camera",), scene["camera"], model.Camera)
@@ -130,7 +118,7 @@ class _Recovering:
                     replaced((key, index), item) if isinstance(item, dict) else item
                     for index, item in enumerate(scene[key])
                 ]
-        return scene if self._recovery.mistakes else data
+        return scene if self.mistakes else data
 
     def _light(self, loc: Loc, item: _Mapping) -> _Mapping:
         return self._with_keys(loc, item, model.PointLight)
@@ -163,12 +151,11 @@ class _Recovering:
             if meant in free:
                 free.remove(meant)
                 renamed[key] = meant
-                self._recovery.mistakes.append(MistakenKey((*self._recovery.in_file(loc), key), meant, around))
+                self.mistakes.append(MistakenKey((*self.in_file(loc), key), meant, around))
         return self._renamed(loc, mapping, renamed) if renamed else mapping
 
     def _renamed(self, loc: Loc, mapping: _Mapping, renamed: dict[str, str]) -> _Mapping:
-        written = self._recovery.renamed.setdefault(loc, {})
-        written.update({meant: key for key, meant in renamed.items()})
+        self._names_in_file.setdefault(loc, {}).update({meant: key for key, meant in renamed.items()})
         return {
             renamed.get(key, key): UNREADABLE
             if key in renamed and is_value_of_another_kind(key, renamed[key])
@@ -197,7 +184,7 @@ class _Recovering:
         nearest = found if is_known else self._unknown_type((*loc, key), found, item)
         if key != "type":
             around = model.SHAPES[nearest] if nearest else None
-            self._recovery.mistakes.append(MistakenKey((*loc, key), "type", around))
+            self.mistakes.append(MistakenKey((*loc, key), "type", around))
             item = self._renamed(loc, item, {key: "type"})
         return {**item, "type": nearest} if nearest else self._of_any_type(loc, item)
 
@@ -206,7 +193,7 @@ class _Recovering:
         nearest = self._type_by_keys(item)
         if nearest is None:
             return item
-        self._recovery.mistakes.append(MistakenType(loc, None, checked_as=nearest, is_missing=True))
+        self.mistakes.append(MistakenType(loc, None, checked_as=nearest, is_missing=True))
         return {**item, "type": nearest}
 
     def _key_of_type(self, item: _Mapping) -> str | None:
@@ -218,7 +205,7 @@ class _Recovering:
         """Return the likeliest type for an unknown one, from its word or else from the object's keys."""
         meant = suggested_type(found, model.SHAPES) if isinstance(found, str) else None
         by_keys = None if meant else self._type_by_keys(item)
-        self._recovery.mistakes.append(MistakenType(loc, found, meant, by_keys))
+        self.mistakes.append(MistakenType(loc, found, meant, by_keys))
         return meant or by_keys
 
     def _of_any_type(self, loc: Loc, item: _Mapping) -> _Mapping:

@@ -22,7 +22,7 @@ from rtcli.scene.reading.limits import UNREADABLE
 from rtcli.scene.reading.source import HEAD, KEY, VALUE, Document, Loc
 from rtcli.scene.reading.yaml_reader import plain_scalar
 from rtcli.scene.validation.meanings import location, meaning, model_around, name_of, request_for
-from rtcli.scene.validation.recovery import MistakenKey, MistakenType, Recovery, recover
+from rtcli.scene.validation.recovery import MistakenKey, MistakenType, Recovery
 from rtcli.scene.validation.written import shown
 
 
@@ -55,7 +55,7 @@ def _not_a_mapping(document: Document) -> Problem:
 
 def _scene_error(document: Document, error: ValidationError) -> SceneError:
     """Return the error with all problems of a document that the models refuse."""
-    recovery = recover(document.data)
+    recovery = Recovery(document.data)
     errors = error.errors(include_url=False) if recovery.data is document.data else _errors(recovery.data)
     problems = [_mistake(document, mistake) for mistake in recovery.mistakes]
     problems += [

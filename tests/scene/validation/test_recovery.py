@@ -8,7 +8,7 @@ from rtcli.scene import model
 from rtcli.scene.diagnostics.problems import MAX_PROBLEMS, SceneError
 from rtcli.scene.reading.parse import parse
 from rtcli.scene.reading.source import pointer
-from rtcli.scene.validation.recovery import recover
+from rtcli.scene.validation.recovery import Recovery
 from rtcli.scene.validation.validate import validate
 
 SCENE = {
@@ -189,7 +189,7 @@ def test_recovery_leaves_the_data_unchanged():
         "{camra: {size: [4, 3], fov: 1}, objects: [{kind: cube, centre: [0, 0, 0], size: [1, 1, 1], color: red}]}"
     )
     data = parse(text, "scene.yaml").data
-    recovery = recover(data)
+    recovery = Recovery(data)
     assert data == parse(text, "scene.yaml").data
     assert recovery.data == {
         "camera": {"resolution": [4, 3], "fov": 1},
@@ -201,7 +201,7 @@ def test_recovery_leaves_the_data_unchanged():
 
 def test_scene_without_such_mistakes_is_not_copied():
     data = {**SCENE, "render": {"spam": 1}}
-    assert recover(data).data is data
+    assert Recovery(data).data is data
 
 
 @pytest.mark.parametrize("item", ["{kind: cube, centre: 3}", "{type: x, Xposition: 3}", "{type: sphere}", "{}"])
