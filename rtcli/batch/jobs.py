@@ -17,6 +17,7 @@ from rtcli.image.formats import parts_of
 from rtcli.scene.diagnostics.problems import quoted
 from rtcli.scene.find import looks_like_scene, scene_files_below
 from rtcli.scene.overrides import Overrides, set_expression
+from rtcli.scene.reading.parse import READ_BYTES
 from rtcli.scene.reading.source import Document
 
 # In the folder of the results: the manifest, and a folder for the lock and the temporary files.
@@ -95,6 +96,17 @@ class Job:
         """
         parts = parts_of(self.key + self.settings.suffix, self.settings.passes)
         return {part: path.as_posix() for part, path in parts.items()}
+
+    def read(self) -> bytes:
+        """Return the bytes of the scene file, up to the limit that the parser refuses.
+
+        Raises
+        ------
+        OSError
+            If it cannot be read.
+        """
+        with Path(self.scene).open("rb") as file:
+            return file.read(READ_BYTES)
 
     def changed(self, document: Document) -> Document:
         """Return the scene with the overrides and the variation.

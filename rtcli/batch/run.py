@@ -20,7 +20,6 @@ from rtcli.batch.pool import Result, Workers, results
 from rtcli.batch.worker import DONE, BatchTask, Outcome, content_of, failure, open_outputs, render_job
 from rtcli.rendering.metadata import SOFTWARE
 from rtcli.scene.diagnostics.problems import quoted
-from rtcli.scene.reading.parse import READ_BYTES
 
 # The number of jobs that threads compare at a time while a plan is made.
 _CHUNK = 512
@@ -105,7 +104,7 @@ def _compare(manifest: Manifest, job: Job, folder: Path) -> tuple[str, Entry | N
     if reason := _difference(entry, job):
         return reason, None
     try:
-        raw = _read(job)
+        raw = job.read()
     except OSError:
         return "the scene cannot be read", None  # rendering it reports the error
     input = sha256(raw)
@@ -152,11 +151,6 @@ def _former(entry: Entry) -> list[str]:
 def _extra_paths(entry: Entry) -> set[str]:
     """Return the paths of an entry's former outputs and animations."""
     return {*_former(entry), *(animation["path"] for animation in files_of(entry, "animations"))}
-
-
-def _read(job: Job) -> bytes:
-    with Path(job.scene).open("rb") as file:
-        return file.read(READ_BYTES)
 
 
 # --- Stale outputs ---------------------------------------------------------------------------------------
@@ -316,7 +310,7 @@ def _tasks(batch: Batch, scratch: Path, unread: deque[tuple[Job, Outcome]]) -> I
     folders = (str(batch.folder.absolute()), str(scratch.absolute())) if batch.workers_write else (None, None)
     for step in batch.plan.steps:
         try:
-            yield BatchTask(step.job, _read(step.job), *folders)
+            yield BatchTask(step.job, step.job.read(), *folders)
         except OSError as error:
             unread.append((step.job, failure(step.job, None, error, {})))
 

@@ -134,25 +134,28 @@ def render_job(task: BatchTask) -> Outcome:
 
     Errors in the scene or with a file become part of the outcome; other errors are raised.
     """
-    input = sha256(task.raw)
     watch = Stopwatch()
-    seconds = watch.seconds
     try:
-        scene = _validated(task.job, task.raw, watch)
-        with watch.stage("pack"):
-            world = pack(scene)
-        request = RenderRequest(task.job.settings.passes, threads=1)
-        job = prepare(scene, world, request)
-        check_fits(task.job.key + task.job.settings.suffix, job.window[2:], task.job.settings.bits)
-        outputs, files = _render(task, job, request, seconds)
+        return rendered(task, watch)
     except (ValueError, OSError) as error:
-        return failure(task.job, input, error, seconds)
+        return failure(task.job, sha256(task.raw), error, watch.seconds)
+
+
+def rendered(task: BatchTask, watch: Stopwatch) -> Outcome:
+    """Do what `render_job` does, but raise ValueError for an invalid scene, and OSError for a file."""
+    scene = _validated(task.job, task.raw, watch)
+    with watch.stage("pack"):
+        world = pack(scene)
+    request = RenderRequest(task.job.settings.passes, threads=1)
+    job = prepare(scene, world, request)
+    check_fits(task.job.key + task.job.settings.suffix, job.window[2:], task.job.settings.bits)
+    outputs, files = _render(task, job, request, watch.seconds)
     return Outcome(
         task.job.key,
-        input,
+        sha256(task.raw),
         fingerprint(scene, world),
         outputs,
-        seconds,
+        watch.seconds,
         (job.window.width, job.window.height),
         files=files,
     )
