@@ -52,7 +52,7 @@ def golden(run, scenes):
 
 @pytest.fixture
 def one_of_each(run, golden, scenes):
-    """A scene that is equal, one that differs, one without a golden file, one that is invalid; and an extra file."""
+    """Scenes that are equal, different, without a golden file and invalid, and a golden file without a scene."""
     write_scene(scenes[1], 2)
     write_scene(Path("scenes/new.yaml"))
     write_scene(Path("scenes/wrong.yaml"), -1)
