@@ -27,7 +27,8 @@ def layer_png(name: str, values: Array, path: Path) -> bytes | None:
         Its file, which says how radiance is developed.
     """
     try:
-        levels = _levels(name, values, path)
+        with np.errstate(all="ignore"):  # for values that are not finite
+            levels = _levels(name, values, path)
     except (OSError, ValueError, TypeError, IndexError):  # another program may have written the file
         return None
     if levels is None or not levels.size:
