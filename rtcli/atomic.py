@@ -7,8 +7,9 @@ import errno
 import io
 import os
 import secrets
+import shutil
 import stat
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -54,6 +55,14 @@ def atomic_write_all(
             for file in files:
                 with file.errors_name_target():
                     step(file)
+
+
+def atomic_copy_all(targets: Mapping[Path, Path]) -> None:
+    """Copy files to targets, which appear under their names only once all are complete; see `atomic_write_all`."""
+    with atomic_write_all(list(targets.values())) as files:
+        for source, file in zip(targets, files, strict=True):
+            with source.open("rb") as opened:
+                shutil.copyfileobj(opened, file)
 
 
 def check_writable(target: Path) -> None:

@@ -131,20 +131,23 @@ def render_job(task: BatchTask) -> Outcome:
 
     Errors in the scene or with a file become part of the outcome; other errors are raised.
     """
-    input = sha256(task.raw)
     watch = Stopwatch()
-    seconds = watch.seconds
     try:
-        scene = _validated(task.job, task.raw, watch)
-        with watch.stage("pack"):
-            world = pack(scene)
-        job = prepare(scene, world, RenderRequest(task.job.settings.passes, threads=1))
-        check_fits(task.job.key + task.job.settings.suffix, job.window[2:], task.job.settings.bits)
-        outputs, files = _render(task, job, seconds)
+        return rendered(task, watch)
     except (ValueError, OSError) as error:
-        return failure(input, error, seconds)
+        return failure(sha256(task.raw), error, watch.seconds)
+
+
+def rendered(task: BatchTask, watch: Stopwatch) -> Outcome:
+    """Do what `render_job` does, but raise ValueError for an invalid scene, and OSError for a file."""
+    scene = _validated(task.job, task.raw, watch)
+    with watch.stage("pack"):
+        world = pack(scene)
+    job = prepare(scene, world, RenderRequest(task.job.settings.passes, threads=1))
+    check_fits(task.job.key + task.job.settings.suffix, job.window[2:], task.job.settings.bits)
+    outputs, files = _render(task, job, watch.seconds)
     size = job.window.width, job.window.height
-    return Outcome(input, fingerprint(scene, world), outputs, seconds, size, files=files)
+    return Outcome(sha256(task.raw), fingerprint(scene, world), outputs, watch.seconds, size, files=files)
 
 
 def failure(input: str | None, error: BaseException, seconds: dict[str, float]) -> Outcome:

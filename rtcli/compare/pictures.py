@@ -302,6 +302,13 @@ class Comparison:
         """Return whether a layer is equal within the bounds."""
         return self.has_few_differing_pixels(name) and self.has_low_flip(name)
 
+    def failing(self) -> list[str]:
+        """Return the layers that are not equal within the bounds."""
+        return [
+            *(mismatch.name for mismatch in self.mismatches),
+            *(name for name in self.layers if not self.passes(name)),
+        ]
+
     @property
     def equal(self) -> bool:
         """Whether both sides are equal within the bounds."""

@@ -5,12 +5,15 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from rtcli.compare.pictures import Comparison, LayerDifference, Mismatch
 from rtcli.reports.terminal import cells, padded, painter
 from rtcli.scene.diagnostics.problems import counted, printable, quoted, shortened
 from rtcli.scene.diagnostics.rules import ERROR
+
+if TYPE_CHECKING:  # loads NumPy, which reports about scenes do without
+    from rtcli.compare.folder import GoldenResult
+    from rtcli.compare.pictures import Comparison, LayerDifference, Mismatch
 
 _CHANNELS_SHOWN = 4
 
@@ -41,7 +44,7 @@ def verdict(comparison: Comparison, names: tuple[str, str], color: bool = False)
     paint = painter(color)
     if comparison.equal:
         yield f"{paint('good', 'equal')}{_within_bounds(comparison)}"
-    for reason in _reasons(comparison, names):
+    for reason in reasons(comparison, names):
         yield f"{paint(ERROR, 'different')}: {reason}"
 
 
@@ -96,8 +99,8 @@ def _channels(values: tuple[float, ...], digits: int) -> str:
     return ", ".join([*shown, "..."] if len(values) > _CHANNELS_SHOWN else shown)
 
 
-def _reasons(comparison: Comparison, names: tuple[str, str]) -> Iterator[str]:
-    """Yield each reason why the sides are different."""
+def reasons(comparison: Comparison, names: tuple[str, str]) -> Iterator[str]:
+    """Yield each reason why the sides are different; the parameters are those of `text`."""
     for mismatch in comparison.mismatches:
         yield _mismatch(comparison, mismatch, names)
     for name, layer in comparison.layers.items():
@@ -106,6 +109,16 @@ def _reasons(comparison: Comparison, names: tuple[str, str]) -> Iterator[str]:
             yield f"{prefix}{_pixels(comparison, layer)}"
         if not comparison.has_low_flip(name):
             yield f"{prefix}{_flip(comparison.flips[name], comparison.bounds.max_flip)}"
+
+
+def golden_reasons(result: GoldenResult) -> Iterator[str]:
+    """Yield each reason why a golden file and its scene do not agree."""
+    if result.comparison is not None:
+        yield from reasons(result.comparison, (result.golden, "the rendering"))
+    for problem in result.problems:
+        yield printable(str(problem))
+    if result.message:
+        yield printable(result.message)
 
 
 def _within_bounds(comparison: Comparison) -> str:
@@ -170,11 +183,18 @@ def as_json(comparison: Comparison, names: tuple[str, str]) -> str:
         "identical": comparison.identical,
         "first": names[0],
         "second": names[1],
+        **as_dict(comparison),
+    }
+    return json.dumps(report, indent=2, allow_nan=False) + "\n"
+
+
+def as_dict(comparison: Comparison) -> dict[str, Any]:
+    """Return the kind, layers and mismatches of a comparison, ready for JSON."""
+    return {
         "kind": comparison.kind,
         "layers": [_layer(comparison, name) for name in comparison.layers],
         "mismatches": [vars(mismatch) for mismatch in comparison.mismatches],
     }
-    return json.dumps(report, indent=2, allow_nan=False) + "\n"
 
 
 def _layer(comparison: Comparison, name: str) -> dict[str, Any]:

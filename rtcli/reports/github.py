@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from pathlib import PurePath
 
+from rtcli.compare.folder import GoldenResult
+from rtcli.reports.comparison import golden_reasons
 from rtcli.reports.file_report import FileReport
 from rtcli.scene.diagnostics.problems import Problem, printable
 
@@ -20,6 +22,19 @@ def report(files: Iterable[FileReport]) -> Iterator[str]:
             yield f"::error file={_path(file.path)}::{_data(printable(file.unreadable))}\n"
         for problem in file.problems:
             yield _command(problem)
+
+
+def golden_report(results: Iterable[GoldenResult]) -> Iterator[str]:
+    """Yield a command per golden file that is not equal, at its scene; problems of a scene are at their lines."""
+    for result in results:
+        if result.is_good:
+            continue
+        yield from map(_command, result.problems)
+        if not result.problems or result.message:
+            path = _path(result.scene or result.golden)
+            title = _property(f"{result.status}: {result.golden}")
+            reasons = _data("\n".join(golden_reasons(result)))
+            yield f"::error file={path},title={title}::{reasons}\n"
 
 
 def _command(problem: Problem) -> str:
@@ -35,7 +50,11 @@ def _command(problem: Problem) -> str:
 
 def _path(path: str) -> str:
     """Return a path as a property, as GitHub names files: with / on all systems, and without a leading ./."""
-    return _data(printable(PurePath(path).as_posix())).replace(":", "%3A").replace(",", "%2C")
+    return _property(PurePath(path).as_posix())
+
+
+def _property(text: str) -> str:
+    return _data(printable(text)).replace(":", "%3A").replace(",", "%2C")
 
 
 def _data(text: str) -> str:

@@ -6,9 +6,11 @@ errors. Non-ASCII characters are escaped, so that the encoding of standard outpu
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from xml.etree import ElementTree
 
+from rtcli.compare.folder import UNREADABLE, GoldenResult
+from rtcli.reports.comparison import golden_reasons
 from rtcli.reports.file_report import FileReport, Tally
 from rtcli.scene.diagnostics.problems import Problem, counted, printable
 
@@ -17,12 +19,24 @@ def report(files: Iterable[FileReport]) -> Iterator[str]:
     """Yield one document."""
     tally = Tally()
     cases = list(map(_case, tally.count(files)))
-    counts = {"tests": len(cases), "failures": tally.invalid, "errors": tally.unreadable, "skipped": 0}
-    attributes = {"name": "rtcli validate", **{name: str(count) for name, count in counts.items()}}
+    yield _document("rtcli validate", cases, tally.invalid, tally.unreadable)
+
+
+def golden_report(results: Sequence[GoldenResult]) -> Iterator[str]:
+    """Yield one document about golden files: a test case each, which fails unless it is equal."""
+    errors = sum(result.status == UNREADABLE for result in results)
+    failures = sum(not result.is_good for result in results) - errors
+    yield _document("rtcli batch --check", list(map(_golden_case, results)), failures, errors)
+
+
+def _document(name: str, cases: Sequence[ElementTree.Element], failures: int, errors: int) -> str:
+    counts = {"tests": len(cases), "failures": failures, "errors": errors, "skipped": 0}
+    attributes = {"name": name, **{key: str(count) for key, count in counts.items()}}
     suites = ElementTree.Element("testsuites")
     ElementTree.SubElement(suites, "testsuite", attributes).extend(cases)
     ElementTree.indent(suites)
-    yield ElementTree.tostring(suites, encoding="us-ascii", xml_declaration=True).decode("ascii") + "\n"
+    encoded: bytes = ElementTree.tostring(suites, encoding="us-ascii", xml_declaration=True)
+    return encoded.decode("ascii") + "\n"
 
 
 def _case(file: FileReport) -> ElementTree.Element:
@@ -34,6 +48,19 @@ def _case(file: FileReport) -> ElementTree.Element:
         ElementTree.SubElement(case, "failure", attributes).text = _lines(file.errors)
     if file.warnings:
         ElementTree.SubElement(case, "system-out").text = _lines(file.warnings)
+    return case
+
+
+def _golden_case(result: GoldenResult) -> ElementTree.Element:
+    case = ElementTree.Element("testcase", classname="rtcli.check", name=printable(result.golden))
+    reasons = list(golden_reasons(result))
+    lines = "\n" + "".join(f"{reason}\n" for reason in reasons)
+    if result.is_updated:
+        ElementTree.SubElement(case, "system-out").text = f"\nupdated{lines}"
+    elif not result.is_good:
+        tag = "error" if result.status == UNREADABLE else "failure"
+        attributes = {"message": f"{result.status}: {reasons[0]}", "type": result.status}
+        ElementTree.SubElement(case, tag, attributes).text = lines
     return case
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 
+from rtcli.compare.folder import DIFFERENT, EQUAL, MISSING, STATUSES, GoldenResult, status_counts
+from rtcli.reports.comparison import golden_reasons
 from rtcli.reports.file_report import FileReport, Tally
 from rtcli.reports.terminal import Paint, cells, painter
 from rtcli.scene.diagnostics.problems import Excerpt, Problem, counted, printable
@@ -27,6 +29,31 @@ def report(files: Iterable[FileReport], color: bool = False) -> Iterator[str]:
         found = [paint(severity, counted(count, severity)) for severity, count in counts.items() if count]
         scenes = f" in {tally.with_problems:,} of {tally.scenes:,} scenes" if tally.scenes > 1 else ""
         yield f"{' and '.join(found)}{scenes}\n"
+
+
+def golden_lines(results: Iterable[GoldenResult], color: bool = False) -> Iterator[str]:
+    """Yield a line for each reason why a golden file and its scene do not agree, or did not before an update."""
+    paint = painter(color)
+    for result in results:
+        label = paint("good", "updated") if result.is_updated else paint(ERROR, result.status)
+        # The problems of a scene name it themselves.
+        name = "" if result.problems else f"{printable(result.golden)}: "
+        yield from (f"{label}: {name}{reason}" for reason in golden_reasons(result))
+
+
+def counts_text(counts: Mapping[str, int]) -> list[str]:
+    """Return the counts of `status_counts` as text, without those that are 0 except `equal`."""
+    names = (*STATUSES, "updated")
+    return [f"{counts.get(name, 0):,} {name}" for name in names if counts.get(name) or name == EQUAL]
+
+
+def golden_summary(results: Iterable[GoldenResult], not_done: int, updates: bool) -> Iterator[str]:
+    """Yield the counts of each status, and how to accept the renderings that differ if that was not requested."""
+    counts = status_counts(results)
+    rest = [f"{not_done:,} not done"] if not_done else []
+    yield ", ".join([*counts_text(counts), *rest])
+    if not updates and (counts[DIFFERENT] or counts[MISSING]):
+        yield "to accept the renderings as golden files, look at them and repeat the command with --update"
 
 
 def problem_text(problem: Problem, color: bool = False) -> str:

@@ -54,3 +54,16 @@ def actionlint(actionlint_program):
         return result.returncode, result.stdout + result.stderr
 
     return lint
+
+
+@pytest.fixture
+def shellcheck():
+    """Check a script for bash and return exit code and report."""
+    if not (found := program("shellcheck")):
+        pytest.skip("shellcheck is not installed: the scripts are not checked")
+
+    def lint(script):
+        result = subprocess.run([found, "--shell=bash", "-"], input=script, capture_output=True, text=True)
+        return result.returncode, result.stdout + result.stderr
+
+    return lint

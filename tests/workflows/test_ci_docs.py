@@ -29,7 +29,7 @@ def first_cells(heading):
     return [row.split("|")[1].strip() for row in table[1].splitlines()]
 
 
-@pytest.mark.parametrize("block", WORKFLOWS, ids=["annotations", "code scanning"])
+@pytest.mark.parametrize("block", WORKFLOWS, ids=["annotations", "code scanning", "golden pictures"])
 def test_workflows_are_valid(actionlint, tmp_path, block):
     workflow = tmp_path / "scenes.yml"
     workflow.write_text(block, encoding="utf-8")
@@ -107,3 +107,10 @@ def test_program_reads_the_report(tmp_path):
     assert run().stdout == f"{wrong}:1 breaks E204: must be less than 180, got 200\n"
     scenes.rename(tmp_path / "elsewhere")
     assert (run().returncode, run().stdout) == (FILE, "")
+
+
+def test_inputs_of_the_action_are_described():
+    action = yaml.safe_load((ROOT / "action.yml").read_text(encoding="utf-8"))
+    assert [cell.strip("`") for cell in first_cells("input")] == list(action["inputs"])
+    (job,) = yaml.safe_load(WORKFLOWS[2])["jobs"].values()
+    assert job["steps"][-1]["with"].keys() <= action["inputs"].keys()

@@ -8,14 +8,17 @@ import numpy as np
 import pytest
 
 from rtcli.cli.exit_codes import DIFFERENT, FILE, INTERNAL
+from rtcli.cli.options.golden import FORMATS
 from rtcli.compare.bounds import Bounds
+from rtcli.compare.folder import STATUSES, GoldenResult
 from rtcli.compare.pictures import compare
 from rtcli.image.layers import Layers
 from rtcli.reports.comparison import as_json, text
+from rtcli.reports.json import golden_report
+from rtcli.reports.text import golden_lines, golden_summary
 
 ROOT = Path(__file__).resolve().parents[2]
 TEXT = (ROOT / "docs" / "golden.md").read_text(encoding="utf-8")
-CI = (ROOT / ".github" / "workflows" / "ci.yml").read_text(encoding="utf-8")
 
 
 def first_cells(heading):
@@ -26,9 +29,13 @@ def first_cells(heading):
 
 @pytest.fixture(scope="module")
 def comparison():
-    pixels = np.zeros((240, 320, 3), np.uint8)
+    return compare_twelve_pixels(240, 320)
+
+
+def compare_twelve_pixels(height, width):
+    pixels = np.zeros((height, width, 3), np.uint8)
     other = pixels.copy()
-    other[100, 10:22] = 1
+    other[height // 2, 10:22] = 1
     return compare(*(Layers("picture", {"picture": each}) for each in (pixels, other)), Bounds())
 
 
@@ -51,7 +58,20 @@ def test_columns_and_verdict_are_those_of_a_report(comparison):
     assert verdict in TEXT
 
 
-def test_workflow_uses_the_same_versions_of_actions_as_our_own():
-    used = set(re.findall(r"uses: (\S+)", TEXT))
-    assert used
-    assert used <= set(re.findall(r"uses: (\S+)", CI))
+def test_report_of_a_folder_is_as_shown():
+    comparison = compare_twelve_pixels(48, 64)
+    results = [
+        GoldenResult("golden/room.png", "scenes/room.yaml", "different", comparison=comparison),
+        GoldenResult("golden/day/new.png", "scenes/day/new.yaml", "missing", "no golden file"),
+        GoldenResult("golden/old.png", "", "obsolete", "no scene renders to it"),
+        *[GoldenResult("golden/equal.png", "scenes/equal.yaml", "equal")] * 8,
+    ]
+    shown = re.search(r"^```text\n(different: .*?)```$", TEXT, re.DOTALL | re.MULTILINE)[1].splitlines()
+    assert shown == [*golden_lines(results), next(golden_summary(results, not_done=0, updates=False))]
+
+
+def test_statuses_formats_and_fields_of_a_folder_are_complete():
+    assert first_cells("status") == [list(STATUSES)]
+    assert sorted(*first_cells("format")) == sorted(FORMATS)
+    (report,) = golden_report([GoldenResult("golden/a.png", "a.yaml", "equal")])
+    assert first_cells("field") == [list(json.loads(report)[0])]

@@ -24,6 +24,7 @@ from rtcli.batch.worker import DONE, Outcome
 from rtcli.cli.console import STDIO, is_terminal, print_lines, report_line
 from rtcli.cli.exit_codes import INVALID, usage_errors
 from rtcli.cli.options.cluster import connected_cluster, dask_timeout_option
+from rtcli.cli.options.golden import FolderCheckOptions, folder_check_options, pop_folder_check
 from rtcli.cli.options.scene import edit_errors, film_options, pop_overrides, scene_options
 from rtcli.cli.options.types import VariationType, parse_format
 from rtcli.cli.progress import progress
@@ -103,9 +104,7 @@ class BatchOptions:
 
 @click.command("batch")
 @click.argument("paths", metavar="PATH...", nargs=-1, required=True)
-@click.option(
-    "-o", "--output", metavar="DIR", required=True, help="The folder of the results, with manifest.json."
-)
+@click.option("-o", "--output", metavar="DIR", help="The folder of the results, with manifest.json.")
 @click.option(
     "--format",
     "suffix",
@@ -139,7 +138,14 @@ class BatchOptions:
 )
 @click.option("--gif", is_flag=True, help="Put the sweep of one value together as DIR/SCENE.gif too.")
 @click.option("--webp", is_flag=True, help="The same as DIR/SCENE.webp, without loss.")
-@click.option("--report", is_flag=True, help="Write DIR/index.html: all results of the folder to look through.")
+@click.option(
+    "--report",
+    metavar="[FILE]",
+    is_flag=False,
+    flag_value="",
+    help="Write DIR/index.html: all results of the folder to look through. With --check: write FILE, a page with "
+    "each golden picture that differs beside the new one and their difference.",
+)
 @click.option(
     "--dask",
     metavar="ADDRESS|local",
@@ -148,13 +154,15 @@ class BatchOptions:
 )
 @dask_timeout_option
 @click.option("--shared", is_flag=True, help="With --dask: DIR is the same for all workers, and they write to it.")
+@folder_check_options
 @click.option(
     "-q",
     "--quiet",
     is_flag=True,
     help="No progress and no summary: only what goes wrong, and what --prune removes.",
 )
-def command(**options: Any) -> int:
+@click.pass_context
+def command(context: click.Context, /, **options: Any) -> int:
     """Render many scenes to a folder, only those that are needed.
 
     PATH is a scene file, a folder (the scene files in it and below; their structure is kept) or a glob, which
@@ -163,12 +171,29 @@ def command(**options: Any) -> int:
     A result stays as it is if its scene, the settings and rtcli's version are the same and its files are as they
     were written. A batch may be interrupted or killed at any moment: the next one goes on from there.
 
-    Exits with 0 if all went well, 1 if a scene failed, 3 if a path leads to nothing or DIR cannot be written.
+    Exits with 0 if all went well, 1 if a scene failed or --check finds a difference, 3 if a path leads to nothing
+    or DIR cannot be written.
     """
+    check = pop_folder_check(options, context)
+    if options["output"] is None:
+        raise click.UsageError(
+            "Missing option '-o': give a folder for the results, or --check golden files in one"
+        )
     overrides = pop_overrides(options)
     settings = BatchSettings(options.pop("suffix"), options.pop("passes"), options.pop("bits"), overrides)
     animations = tuple(suffix for suffix in ANIMATIONS if options.pop(suffix.removeprefix(".")))
-    return run(BatchOptions(settings=settings, animations=animations, **options))
+    parsed = BatchOptions(settings=settings, animations=animations, **options)
+    return run(parsed) if check is None else _check(parsed, check)
+
+
+def _check(options: BatchOptions, check: FolderCheckOptions) -> int:
+    """Compare the scenes with their golden files, and return the exit code."""
+    from rtcli.cli.golden_folder import check_folder  # loads NumPy and Pillow
+
+    options.check()
+    jobs = options.find_jobs()
+    with _workers(options, len(jobs)) as workers:
+        return check_folder(check, jobs, workers)
 
 
 def run(options: BatchOptions) -> int:

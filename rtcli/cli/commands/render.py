@@ -188,7 +188,9 @@ def _check(options: RenderOptions, check_options: CheckOptions) -> int:
     check, path = golden_check(check_options, options.passes), options.output
     if path is not None and Path(path).suffix.lower() != Path(check.name).suffix.lower():
         raise click.UsageError(f"OUT is to be a file of the format of {check.name!r}, which it is compared with")
-    passes, bits = options.passes or check.golden.passes, check.golden.bits
+    passes, bits = options.passes, options.bits
+    if check.golden is not None:
+        passes, bits = passes or check.golden.passes, check.golden.bits
     if path is not None:
         return render(options, PictureOutput(path, passes, bits), check)
     with tempfile.TemporaryDirectory(prefix="rtcli-") as folder:
@@ -242,8 +244,8 @@ def _check_paths(options: RenderOptions, output: PictureOutput, check: GoldenChe
         if not options.quiet:
             outputs.append(OutputPath("the report", STDIO))
     refuse_collisions(inputs, outputs)
-    if check is not None and check.differences is not None:
-        check.differences.check_writable()
+    if check is not None:
+        check.check_writable()
 
 
 def _load(options: RenderOptions, passes: tuple[str, ...], watch: Stopwatch) -> tuple[Scene, World, RenderRequest]:

@@ -1,7 +1,8 @@
-"""The options of `rtcli render` that compare the rendering with a golden file."""
+"""The options that compare renderings with golden files, of `rtcli render` and of `rtcli batch`."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import click
@@ -11,6 +12,12 @@ from rtcli.cli.options.bounds import bound_options, pop_bounds
 from rtcli.cli.options.types import option_group
 from rtcli.compare.bounds import Bounds
 
+_update_option = click.option(
+    "--update",
+    is_flag=True,
+    help="With --check: write golden files that differ or are missing, listing each.",
+)
+
 check_options = option_group(
     click.option(
         "--check",
@@ -19,6 +26,7 @@ check_options = option_group(
         "are those of the file, and so are passes if none are named. Passes that are named are compared too: for "
         ".exr and .npz with those in the file, for others with those beside it, as --passes writes them.",
     ),
+    _update_option,
     bound_options,
     click.option(
         "--diff", metavar="DIFF.png", help="With --check: a picture of the differences, if there are any."
@@ -26,15 +34,16 @@ check_options = option_group(
 )
 
 # All but --check itself, which they require.
-_REQUIRE_CHECK = ("tolerance", "max_pixels", "flip", "max_flip", "diff")
+_REQUIRE_CHECK = ("update", "tolerance", "max_pixels", "flip", "max_flip", "diff")
 
 
 class CheckOptions(NamedTuple):
-    """The golden file, the path of the difference picture if requested, and the bounds of equality."""
+    """The golden file, the path of the difference picture if requested, the bounds, and whether to update."""
 
     golden: str
     difference: str | None
     bounds: Bounds
+    update: bool
 
 
 def pop_check(options: dict[str, Any], context: click.Context) -> CheckOptions | None:
@@ -46,10 +55,121 @@ def pop_check(options: dict[str, Any], context: click.Context) -> CheckOptions |
         If an option that requires --check is on the command line without it.
     """
     golden, difference, bounds = options.pop("check"), options.pop("diff"), pop_bounds(options)
+    update = options.pop("update")
     if golden is not None:
-        return CheckOptions(golden, difference, bounds)
-    stray = [name for name in _REQUIRE_CHECK if context.get_parameter_source(name) is ParameterSource.COMMANDLINE]
-    if stray:
-        names = " and ".join(f"--{name.replace('_', '-')}" for name in stray)
-        raise click.UsageError(f"{names} without --check GOLDEN: there is nothing to compare with")
+        return CheckOptions(golden, difference, bounds, update)
+    _refuse_stray(_REQUIRE_CHECK, context, "without --check GOLDEN: there is nothing to compare with")
     return None
+
+
+def _refuse_stray(names: Sequence[str], context: click.Context, why: str) -> None:
+    """Raise click.UsageError if some options are on the command line."""
+    stray = [name for name in names if context.get_parameter_source(name) is ParameterSource.COMMANDLINE]
+    if stray:
+        options = " and ".join(f"--{name.replace('_', '-')}" for name in stray)
+        raise click.UsageError(f"{options} {why}")
+
+
+# --- A folder of golden files ----------------------------------------------------------------------------
+
+FORMATS = ("text", "junit", "github", "json")
+
+folder_check_options = option_group(
+    click.option(
+        "--check",
+        metavar="GOLDEN_DIR",
+        help="Instead of -o: compare each scene with the golden file that -o GOLDEN_DIR would write; exit with 1 "
+        "if one differs, is missing, or has no scene. Without --format, the format is that of the golden file.",
+    ),
+    _update_option,
+    bound_options,
+    click.option(
+        "--diff", metavar="DIFF_DIR", help="With --check: write pictures of the differences to this folder."
+    ),
+    click.option(
+        "--check-format",
+        type=click.Choice(FORMATS),
+        default=FORMATS[0],
+        show_default=True,
+        help="With --check: the report on standard output, for people, CI servers, GitHub or programs.",
+    ),
+)
+
+_REQUIRE_FOLDER_CHECK = (*_REQUIRE_CHECK, "check_format")
+_NOT_WITH_CHECK = ("output", "force", "dry_run", "prune", "gif", "webp", "dask", "dask_timeout", "shared")
+
+
+class FolderCheckOptions(NamedTuple):
+    """The options of a check against a folder of golden files.
+
+    Parameters
+    ----------
+    golden
+        The folder.
+    difference
+        The folder of the difference pictures, if requested.
+    bounds
+        The bounds of equality.
+    update
+        Whether to write the golden files that differ or are missing.
+    style
+        The format of the report on standard output.
+    page
+        The path of the page, if requested.
+    finds_suffix
+        Whether the golden files decide the format.
+    fail_fast
+        Whether to stop at the first failure.
+    quiet
+        Whether to show no progress, and as text only what is not equal.
+    """
+
+    golden: str
+    difference: str | None
+    bounds: Bounds
+    update: bool
+    style: str
+    page: str | None
+    finds_suffix: bool
+    fail_fast: bool
+    quiet: bool
+
+
+def pop_folder_check(options: dict[str, Any], context: click.Context) -> FolderCheckOptions | None:
+    """Remove these options from those of a command, and return them; None without --check.
+
+    `report` becomes a flag, for the page in the folder of the results, and `output` GOLDEN_DIR.
+
+    Raises
+    ------
+    click.UsageError
+        If an option on the command line requires --check, or excludes it.
+    """
+    golden, difference, bounds = options.pop("check"), options.pop("diff"), pop_bounds(options)
+    update, style, page = options.pop("update"), options.pop("check_format"), options["report"]
+    if golden is None:
+        _refuse_stray(
+            _REQUIRE_FOLDER_CHECK, context, "without --check GOLDEN_DIR: there is nothing to compare with"
+        )
+        options["report"] = _wants_page(page, context)
+        return None
+    _refuse_stray(_NOT_WITH_CHECK, context, "with --check: give one of them")
+    if page is not None and not page.lower().endswith((".html", ".htm")):
+        raise click.UsageError(
+            "--report needs a name that ends in .html: with --check there is no -o to put it in"
+        )
+    options.update(report=False, output=golden)
+    is_default = context.get_parameter_source("suffix") is ParameterSource.DEFAULT
+    flags = (is_default, options["fail_fast"], options["quiet"])
+    return FolderCheckOptions(golden, difference, bounds, update, style, page, *flags)
+
+
+def _wants_page(value: str | None, context: click.Context) -> bool:
+    """Return whether --report is given; without --check it takes no value, but for that of its variable."""
+    if context.get_parameter_source("report") is ParameterSource.ENVIRONMENT:
+        return click.BOOL.convert(value, None, context)
+    if value:
+        raise click.UsageError(
+            f"--report {value} without --check: the page of -o DIR is DIR/index.html. Put --report at the end"
+        )
+    return value is not None

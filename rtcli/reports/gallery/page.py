@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import base64
-import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from html import escape
-from importlib.resources import files
 from pathlib import Path
 from string import Template
 from typing import Any
@@ -15,6 +12,7 @@ from urllib.parse import quote
 
 from rtcli.reports.gallery.records import Record, records_of
 from rtcli.reports.gallery.thumbnails import pass_thumbnails, thumbnail
+from rtcli.reports.page import BASE_STYLE, asset, policy
 from rtcli.scene.diagnostics.problems import counted, printable
 
 
@@ -33,10 +31,10 @@ def gallery_page(manifest: Mapping[str, Any], folder: Path) -> str:
         The folder of the results, which the manifest's paths are relative to.
     """
     records = records_of(manifest, folder)
-    style, script = _asset("page.css"), _asset("page.js")
+    style, script = BASE_STYLE + asset(__package__, "page.css"), asset(__package__, "page.js")
     done = sum(record.done for record in records)
-    return Template(_asset("page.html")).substitute(
-        policy=escape(_policy(style, script)),
+    return Template(asset(__package__, "page.html")).substitute(
+        policy=escape(policy(style, script)),
         software=escape(printable(str(manifest.get("software", "rtcli")))),
         title=f"Batch of {counted(len(records), 'scene')}",
         summary=escape(_summary(records, done)),
@@ -49,25 +47,6 @@ def gallery_page(manifest: Mapping[str, Any], folder: Path) -> str:
         data=_data(records),
         style=style,
         script=script,
-    )
-
-
-def _asset(name: str) -> str:
-    return files(__package__).joinpath(name).read_text(encoding="utf-8")
-
-
-def _policy(style: str, script: str) -> str:
-    """Return the content security policy (https://www.w3.org/TR/CSP3/).
-
-    It allows this script, this style, and pictures in the page and beside it. A page opened as a file has no
-    origin, so 'self' may match nothing there.
-    """
-    hashes = (base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in (style, script))
-    style_hash, script_hash = hashes
-    return (
-        f"default-src 'none'; img-src 'self' file: data:; style-src 'sha256-{style_hash}'; "
-        f"script-src 'sha256-{script_hash}'; base-uri 'none'; form-action 'none'; "
-        "require-trusted-types-for 'script'; trusted-types 'none'"
     )
 
 

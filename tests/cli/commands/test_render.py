@@ -915,3 +915,74 @@ def test_developing_and_writing_are_timed_apart_for_every_format(run, scene, opt
     seconds = json.loads(run("render", scene, *options, "--stats", "-").stdout)["seconds"]
     assert seconds["develop"] > 0
     assert seconds["write"] > 0
+
+
+# --- Update ----------------------------------------------------------------------------------------------
+
+
+def test_update_replaces_a_golden_file_that_differs_and_says_so(run, scene, folder):
+    run("render", scene, "-o", "golden.png", "--bits", "16")
+    changed = ["render", scene, "--set", "camera.fov=50"]
+    result = run(*changed, "--check", "golden.png", "--update")
+    assert result.exit_code == 0
+    assert "different: " in result.stdout
+    assert result.stderr.splitlines()[-1] == "updated golden.png, which was different"
+    run(*changed, "-o", "new.png", "--bits", "16")
+    assert (folder / "golden.png").read_bytes() == (folder / "new.png").read_bytes()
+
+
+def test_update_leaves_a_golden_file_that_is_equal(run, scene, folder):
+    run("render", scene, "-o", "golden.png", "--exposure", "0.001")
+    before = (folder / "golden.png").read_bytes()
+    result = run("render", scene, "--check", "golden.png", "--update", "--tolerance", "1")
+    assert result.exit_code == 0
+    assert "updated" not in result.stderr
+    assert (folder / "golden.png").read_bytes() == before
+
+
+@pytest.mark.parametrize("name", ["golden.png", "golden.npz"])
+def test_update_writes_a_missing_golden_file_with_its_passes(run, scene, folder, name):
+    result = run("render", scene, "--check", name, "--update", "--passes", "depth", "-o", f"new{name[-4:]}", "-q")
+    assert result.exit_code == 0
+    assert result.stderr == f"updated {name}, which was missing\n"
+    written = {path.name for path in folder.glob("golden*")}
+    assert written == (
+        {"golden.npz"} if name == "golden.npz" else {"golden.png", "golden.depth.png", "golden.json"}
+    )
+    for golden in written:
+        assert (folder / golden).read_bytes() == (folder / golden.replace("golden", "new")).read_bytes()
+
+
+def test_update_writes_a_pass_that_is_missing(run, scene, folder):
+    run("render", scene, "-o", "golden.png")
+    check = ["render", scene, "--check", "golden.png", "--passes", "depth"]
+    assert run(*check).exit_code == 3
+    assert run(*check, "--update").exit_code == 0
+    assert run(*check).exit_code == 0
+
+
+def test_update_takes_another_size(run, scene, folder):
+    run("render", scene, "-o", "golden.png")
+    assert run("render", scene, "--check", "golden.png", "--size", "8x5", "--update").exit_code == 0
+    assert PillowImage.open(folder / "golden.png").size == (8, 5)
+
+
+@pytest.mark.parametrize("code", [1, 2, 3])
+def test_failed_update_changes_nothing(run, scene, folder, code):
+    run("render", scene, "-o", "golden.png")
+    (folder / "golden.json").write_text((folder / "scene.yaml").read_text())
+    (folder / "broken.png").write_bytes(b"no picture")
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    golden, options = {
+        1: ("golden.png", [scene, "--set", "camera.fov=200"]),
+        2: ("golden.png", ["golden.json", "--passes", "depth"]),  # the metadata would replace the scene
+        3: ("broken.png", [scene]),
+    }[code]
+    assert run("render", *options, "--check", golden, "--update").exit_code == code
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+
+
+def test_update_without_check_is_wrong_usage(run, scene):
+    result = run("render", scene, "-o", "out.png", "--update")
+    assert result.exit_code == 2
+    assert "--update without --check GOLDEN" in result.stderr

@@ -1,0 +1,108 @@
+"""A folder of golden pictures: the result of checking each file, and the files that belong to no scene."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING, NamedTuple, NoReturn
+
+from rtcli.image.write import FORMATS
+from rtcli.scene.diagnostics.problems import Problem
+from rtcli.tracer.passes import PASSES
+
+if TYPE_CHECKING:  # loads NumPy, which reports about scenes do without
+    from rtcli.compare.pictures import Comparison
+
+# Obsolete golden files belong to no scene. A scene that failed is invalid, or could not be rendered. A result is
+# unreadable if the scene or the golden file cannot be read, or a file cannot be written.
+EQUAL, DIFFERENT, MISSING, OBSOLETE = "equal", "different", "missing", "obsolete"
+FAILED, UNREADABLE = "failed", "unreadable"
+STATUSES = (EQUAL, DIFFERENT, MISSING, OBSOLETE, FAILED, UNREADABLE)
+
+
+class LayerPictures(NamedTuple):
+    """The pictures of a layer as PNG files: golden, new, and their difference; None where there is none."""
+
+    layer: str
+    golden: Path | None
+    new: Path | None
+    difference: Path | None
+
+
+@dataclass(frozen=True)
+class GoldenResult:
+    """The result of checking a golden file.
+
+    Parameters
+    ----------
+    golden
+        The path of the golden file.
+    scene
+        The path of the scene file; empty for an obsolete golden file.
+    status
+        One of `STATUSES`.
+    message
+        The reason, unless `comparison` or `problems` state it.
+    comparison
+        The comparison of golden file and rendering, if they differ.
+    problems
+        The problems of an invalid scene.
+    is_updated
+        Whether the rendering replaced the golden file.
+    pictures
+        The layers that differ, if their pictures are requested.
+    """
+
+    golden: str
+    scene: str
+    status: str
+    message: str = ""
+    comparison: Comparison | None = None
+    problems: tuple[Problem, ...] = ()
+    is_updated: bool = False
+    pictures: tuple[LayerPictures, ...] = ()
+
+    @property
+    def is_good(self) -> bool:
+        """Whether the golden file and the scene agree now."""
+        return self.status == EQUAL or self.is_updated
+
+
+def status_counts(results: Iterable[GoldenResult]) -> Counter[str]:
+    """Return the number of results of each status, of which those that were updated are `updated` only."""
+    return Counter("updated" if result.is_updated else result.status for result in results)
+
+
+def golden_files(folder: Path) -> set[str]:
+    """Return the pictures and arrays in a folder and below it, as paths with slashes, without hidden folders.
+
+    Raises
+    ------
+    OSError
+        If a folder cannot be read.
+    """
+    found = set[str]()
+    for parent, folders, names in os.walk(folder, onerror=_raise):
+        folders[:] = [name for name in folders if not name.startswith(".")]
+        paths = (Path(parent, name) for name in names if not name.startswith("."))
+        found.update(path.relative_to(folder).as_posix() for path in paths if path.suffix.lower() in FORMATS)
+    return found
+
+
+def _raise(error: OSError) -> NoReturn:
+    raise error
+
+
+def obsolete_files(files: Iterable[str], keys: set[str]) -> list[str]:
+    """Return the golden files that are neither the picture nor a pass of a result with one of these keys."""
+    return sorted(path for path in files if keys.isdisjoint(_possible_keys(path)))
+
+
+def _possible_keys(path: str) -> Iterator[str]:
+    whole = PurePosixPath(path).with_suffix("")
+    yield str(whole)
+    if whole.suffix.removeprefix(".") in PASSES:
+        yield str(whole.with_suffix(""))

@@ -1,0 +1,31 @@
+"""The parts that HTML pages share: each is one file that needs no network and runs no script but its own."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+from importlib.resources import files
+
+
+def asset(package: str, name: str) -> str:
+    """Return the text of a file in a package."""
+    return files(package).joinpath(name).read_text(encoding="utf-8")
+
+
+# Colors, light and dark, and the basic elements; the first part of the style of each page.
+BASE_STYLE = asset(__package__, "page.css")
+
+
+def policy(style: str, script: str) -> str:
+    """Return the content security policy (https://www.w3.org/TR/CSP3/).
+
+    It allows this script, this style, and pictures in the page and beside it. A page opened as a file has no
+    origin, so 'self' may match nothing there.
+    """
+    hashes = (base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in (style, script))
+    style_hash, script_hash = hashes
+    return (
+        f"default-src 'none'; img-src 'self' file: data:; style-src 'sha256-{style_hash}'; "
+        f"script-src 'sha256-{script_hash}'; base-uri 'none'; form-action 'none'; "
+        "require-trusted-types-for 'script'; trusted-types 'none'"
+    )
