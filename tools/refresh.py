@@ -284,8 +284,8 @@ SECTIONS = {
     "Box": "A box in `objects`",
     "Plane": "A plane in `objects`",
     "CarriedLight": "`light` of a sphere or box",
-    "Render": "`render`",
-    "Image": "`image`",
+    "RenderSettings": "`render`",
+    "ImageSettings": "`image`",
 }
 
 
