@@ -3,8 +3,8 @@
 The models are frozen and take exactly the documented keys. Lengths share one unit of the author's choice, angles
 are degrees, colors linear RGB. `rtcli.scene.schema` turns this module into the JSON Schema that editors use.
 
-The constructors that type checkers see accept what validation accepts: any iterable of numbers for a vector, a name
-for a color, a mapping for a part.
+The constructors that type checkers see accept what validation accepts: any iterable of numbers for a vector, a
+name for a color, a mapping for a part.
 """
 
 from __future__ import annotations
@@ -316,7 +316,7 @@ class Box(_Body):
 
     if TYPE_CHECKING:
 
-        def __init__(
+        def __init__(  # noqa: PLR0913 - one for each key of a box
             self,
             *,
             type: Literal["box"] = ...,

@@ -7,7 +7,7 @@ from typing import Any
 
 
 def plain(value: Any) -> Any:
-    """Return a value with mappings, sequences, and NumPy's arrays and numbers replaced by dicts, lists and numbers.
+    """Return a value with mappings and sequences as dicts and lists, NumPy's arrays and numbers as Python's.
 
     Everything else, such as a model, stays as it is.
     """

@@ -22,9 +22,10 @@ from rtcli.scene.model import Albedo, LightColor, Scene, keys_in_order
 from rtcli.scene.reading.parse import JSON_SUFFIX, SCENE_SUFFIXES
 
 # Texts that need no quotes, even in brackets. Programs that read YAML 1.1 take more words for truth values.
-_PLAIN_TEXT = re.compile(
-    r"(?!(?:true|false|null|yes|no|on|off|y|n)\Z)[^\W\d_](?:[\w -]*\w)?\Z", re.IGNORECASE
-)
+_PLAIN_TEXT = re.compile(r"(?!(?:true|false|null|yes|no|on|off|y|n)\Z)[^\W\d_](?:[\w -]*\w)?\Z", re.IGNORECASE)
+
+# The types of the fields that hold a color.
+_COLORS: tuple[Any, ...] = (Albedo, LightColor)
 
 
 def save(scene: Scene, path: str | PathLike[str]) -> None:
@@ -46,7 +47,7 @@ def as_data(part: BaseModel) -> dict[str, Any]:
         # Compared as text, which tells -0.0 from 0.0.
         if key != "type" and not field.is_required() and repr(value) == repr(field.default):
             continue
-        is_color = field.annotation in (Albedo, LightColor)
+        is_color = any(field.annotation is color for color in _COLORS)
         data[key] = (text_of_color(value) or list(value)) if is_color else _plain(value)
     return data
 
@@ -111,7 +112,7 @@ def _number(value: float) -> str:
     digits, exponent = f"{Decimal(repr(value)).normalize():e}".split("e")
     # YAML 1.1 takes a number for text if its exponent has no sign, or its digits no point.
     scientific = f"{digits if '.' in digits else digits + '.0'}e{int(exponent):+d}"
-    return plain if "e" not in plain and len(plain) <= len(scientific) + 1 else scientific
+    return plain if "e" not in plain and len(plain) <= len(scientific) else scientific
 
 
 def _quoted(text: str) -> str:

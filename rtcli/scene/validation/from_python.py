@@ -17,6 +17,7 @@ from rtcli.scene.diagnostics.problems import Problem, SceneError, Span, quoted
 from rtcli.scene.plain import plain
 from rtcli.scene.reading.source import Document, Loc, Source, dotted, pointer
 from rtcli.scene.validation.validate import validate
+from rtcli.scene.validation.written import shown
 
 # Where each part stands in a scene; more special classes come first.
 _PLACES: dict[type[BaseModel], Loc] = {
@@ -56,7 +57,7 @@ def constructor_error(part: type[BaseModel], values: dict[str, Any]) -> SceneErr
     document = Document(Source(name, ""), _scene_around(known, values))
     problems = []
     if "type" in known.model_fields and values.get("type", known.__name__.lower()) != known.__name__.lower():
-        message = f"must be {quoted(known.__name__.lower())} for a {name}, got {values['type']!r}"
+        message = f"must be {quoted(known.__name__.lower())}, got {shown(values['type'], None)}"
         problems.append(document.problem(rules.NOT_A_CHOICE, (*place, "type"), message))
     try:
         validate(document)

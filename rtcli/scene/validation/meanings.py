@@ -40,9 +40,9 @@ def model_around(loc: Loc) -> type[BaseModel]:
 
 def name_of(around: type[BaseModel]) -> str:
     """Return how messages name the mapping of a model."""
-    sections = {section: key for key, section in _SECTIONS.items()}
-    others = {model.Scene: "a scene", model.PointLight: "a light", model.CarriedLight: "a carried light"}
-    return {**sections, **others}.get(around, f"a {around.__name__.lower()}")
+    names: dict[type[BaseModel], str] = {section: key for key, section in _SECTIONS.items()}
+    names |= {model.Scene: "a scene", model.PointLight: "a light", model.CarriedLight: "a carried light"}
+    return names.get(around, f"a {around.__name__.lower()}")
 
 
 def meaning(loc: Loc, data: Any) -> str:

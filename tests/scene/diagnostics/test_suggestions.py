@@ -6,7 +6,14 @@ from rtcli.scene import model
 from rtcli.scene.diagnostics.suggestions import suggested_key, suggested_type
 from rtcli.scene.diagnostics.synonyms import WORDS_FOR_SHAPES
 
-MODELS = [model.Scene, model.Camera, model.PointLight, model.CarriedLight, model.RenderSettings, model.ImageSettings]
+MODELS = [
+    model.Scene,
+    model.Camera,
+    model.PointLight,
+    model.CarriedLight,
+    model.RenderSettings,
+    model.ImageSettings,
+]
 MODELS += model.SHAPES.values()
 
 
