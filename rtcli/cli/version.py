@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 from pathlib import Path
 
 from rtcli import __version__
@@ -14,6 +13,8 @@ def version() -> str:
     """Return the version; in a checkout also the commit, with `-dirty` if files differ from it."""
     if not ((_ROOT / ".git").exists() and (_ROOT / "pyproject.toml").exists()):
         return __version__
+    import subprocess  # takes longer to import than most commands need
+
     describe = ["git", "-C", str(_ROOT), "describe", "--always", "--dirty", "--exclude=*", "--abbrev=9"]
     try:
         result = subprocess.run(describe, capture_output=True, text=True, check=True, timeout=10)

@@ -25,9 +25,8 @@ class _GalleryScene(click.ParamType[str]):
         known = gallery()
         if value not in known:
             hint = did_you_mean(nearest(value, known))
-            self.fail(
-                f"{quoted(value)} is not in the gallery{hint}\nrtcli new --list lists its scenes", param, ctx
-            )
+            message = f"{quoted(value)} is not in the gallery{hint}\nrtcli new --list lists its scenes"
+            self.fail(message, param, ctx)
         return value
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
