@@ -3,6 +3,7 @@
 import ast
 import inspect
 import pickle
+import re
 from pathlib import Path
 
 import numpy as np
@@ -270,3 +271,20 @@ def test_signatures_for_type_checkers_have_the_keys_of_the_models():
         for fields in [getattr(model, name).model_fields]
     }
     assert signatures == expected
+
+
+@pytest.mark.parametrize(("name", "values"), MODELS.items())
+def test_signatures_in_the_reference_have_the_keys_and_defaults_of_the_models(name, values):
+    reference = (Path(__file__).resolve().parents[2] / "docs" / "reference" / "python.md").read_text(
+        encoding="utf-8"
+    )
+    (shown,) = re.findall(rf"^\.\. autoclass:: rtcli\.{name}\(\*, (.*)\)$", reference, re.MULTILINE)
+    signature = ast.parse(f"def f(*, {shown}): pass").body[0].args
+    defaults = {
+        argument.arg: eval(ast.unparse(default), vars(rtcli.scene.model))
+        for argument, default in zip(signature.kwonlyargs, signature.kw_defaults, strict=True)
+        if default is not None
+    }
+    part = getattr(rtcli, name)(**values)
+    assert {argument.arg for argument in signature.kwonlyargs} == set(type(part).model_fields)
+    assert part.replace(**defaults) == getattr(rtcli, name)(**values)
