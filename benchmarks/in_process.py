@@ -27,7 +27,7 @@ BAR = 0.3
 
 def contestants(scene: rtcli.Scene) -> dict[str, Callable[[], object]]:
     """Return the functions to time by name: the tracer alone, a scene again, and a scene for the first time."""
-    tracer, window = NativeTracer(pack(scene), default_threads()), Window(0, 0, SIDE, SIDE)
+    tracer, window = NativeTracer(pack(scene), default_threads()), Window(0, 0, *scene.camera.resolution)
     return {
         "tracer": lambda: tracer.film(window),
         "again": lambda: rtcli.render(scene),
