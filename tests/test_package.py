@@ -35,6 +35,7 @@ def test_version_is_that_of_the_package_and_the_crate():
     manifest = (ROOT / "tracer" / "python" / "Cargo.toml").read_text()
     assert f'\nversion = "{rtcli.__version__}"\n' in manifest
     assert metadata.version("rtcli") == rtcli.__version__
+    assert f"\nversion: {rtcli.__version__}\n" in (ROOT / "CITATION.cff").read_text()
 
 
 @pytest.fixture(scope="module")
@@ -99,7 +100,15 @@ def test_source_distribution_can_be_built_and_tested(tmp_path):
     with tarfile.open(path) as archive:
         names = {name.partition("/")[2] for name in archive.getnames()}
     needed = {
-        *("pyproject.toml", "Makefile", "README.md", "CHANGELOG.md", "LICENSE", "rtcli/__init__.py"),
+        *(
+            "pyproject.toml",
+            "Makefile",
+            "README.md",
+            "CHANGELOG.md",
+            "CITATION.cff",
+            "LICENSE",
+            "rtcli/__init__.py",
+        ),
         *("tracer/Cargo.toml", "tracer/Cargo.lock", "tracer/src/lib.rs", "tracer/python/src/lib.rs"),
         "tracer/python/build.rs",
         *("scenes/first.yaml", "schemas/scene.schema.json", "tools/refresh.py", "tests/test_package.py"),
