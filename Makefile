@@ -65,7 +65,7 @@ bench: $(VENV)/run.stamp ## compare the speed with that of others: see benchmark
 	$(BIN)/python benchmarks/run.py $(BENCH)
 
 clean:           ## remove what was made
-	rm -rf $(VENV) out site build dist tracer/target rtcli/tracer/_native.abi3.so rtcli/tracer/_native.pyd
+	rm -rf $(VENV) out site build dist tracer/target rtcli/gallery rtcli/tracer/_native.abi3.so rtcli/tracer/_native.pyd
 
 # Said here, because pip says it at length.
 define need_cargo

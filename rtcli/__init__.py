@@ -21,28 +21,55 @@ if TYPE_CHECKING:
     from rtcli.api import render
     from rtcli.rendering.film import Film
     from rtcli.scene.diagnostics.problems import Problem, SceneError
-    from rtcli.scene.load import load_scene
-    from rtcli.scene.model import Scene
+    from rtcli.scene.load import load_scene, parse_scene
+    from rtcli.scene.model import (
+        Box,
+        Camera,
+        CarriedLight,
+        ImageSettings,
+        Plane,
+        PointLight,
+        RenderSettings,
+        Scene,
+        Sphere,
+    )
     from rtcli.tracer._native import __version__
 
-__all__ = ["Film", "Problem", "Scene", "SceneError", "__version__", "load_scene", "render"]
+__all__ = [
+    "Box",
+    "Camera",
+    "CarriedLight",
+    "Film",
+    "ImageSettings",
+    "Plane",
+    "PointLight",
+    "Problem",
+    "RenderSettings",
+    "Scene",
+    "SceneError",
+    "Sphere",
+    "__version__",
+    "load_scene",
+    "parse_scene",
+    "render",
+]
 
 # Imported on first use: `rtcli validate` must not load NumPy, and `import rtcli` must load nothing.
 _MODULES = {
     "Film": "rtcli.rendering.film",
     "Problem": "rtcli.scene.diagnostics.problems",
-    "Scene": "rtcli.scene.model",
     "SceneError": "rtcli.scene.diagnostics.problems",
     "__version__": "rtcli.tracer._native",
     "load_scene": "rtcli.scene.load",
+    "parse_scene": "rtcli.scene.load",
     "render": "rtcli.api",
 }
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _MODULES:
+    if name not in __all__:
         raise AttributeError(f"module 'rtcli' has no attribute {name!r}")
-    return getattr(import_module(_MODULES[name]), name)
+    return getattr(import_module(_MODULES.get(name, "rtcli.scene.model")), name)
 
 
 def __dir__() -> list[str]:

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import TYPE_CHECKING
+import os
+import weakref
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rtcli.rendering.job import RenderRequest, prepare
 from rtcli.rendering.pack import pack
 from rtcli.rendering.stream import expose_film
 from rtcli.scene.model import Scene
-from rtcli.tracer.world import Window
+from rtcli.scene.validation.from_python import scene_from_data
+from rtcli.tracer.engines import Tracer
+from rtcli.tracer.world import Window, World
 
 if TYPE_CHECKING:  # loads NumPy, which `import rtcli` does without
     from rtcli.rendering.film import Film
 
 
 def render(
-    scene: Scene,
+    scene: Scene | Mapping[str, Any],
     passes: str | Iterable[str] = (),
     engine: str = "native",
     threads: int | None = None,
@@ -27,7 +31,8 @@ def render(
     Parameters
     ----------
     scene
-        From `rtcli.load_scene`.
+        A scene, or a mapping with the keys of a scene file. What the tracer prepares for a `Scene` is kept as long
+        as the scene, so rendering it again takes less time.
     passes
         The names of arrays that the film holds beside radiance, such as `depth`; see `rtcli.tracer.passes.Passes`.
         They are taken at pixel centres, whatever the number of samples.
@@ -45,10 +50,38 @@ def render(
 
     Raises
     ------
+    rtcli.SceneError
+        If a mapping is not a valid scene; `.problems` lists every problem.
     ValueError
         For an unknown pass or engine, less than one thread, a crop that is not inside the picture, or a variable
         RTCLI_SIMD that names no SIMD level of this machine.
     """
     names = (passes,) if isinstance(passes, str) else tuple(passes)
     request = RenderRequest(names, engine, threads, None if crop is None else Window(*crop))
-    return expose_film(prepare(scene, pack(scene), request))
+    if not isinstance(scene, Scene):
+        scene = scene_from_data(scene)
+    world, tracers = _prepared(scene)
+    key = (request.engine, request.thread_count, os.environ.get("RTCLI_SIMD"))
+    job = prepare(scene, world, request, tracer=tracers.get(key))
+    tracers[key] = job.tracer
+    return expose_film(job)
+
+
+class _Prepared(NamedTuple):
+    """A scene as arrays, and the tracers prepared for it, by engine, threads and SIMD level."""
+
+    world: World
+    tracers: dict[tuple[str, int, str | None], Tracer]
+
+
+# By the `id` of a scene, whose hash would take all of its numbers.
+_PREPARED: dict[int, _Prepared] = {}
+
+
+def _prepared(scene: Scene) -> _Prepared:
+    """Return what is prepared for a scene; it is dropped with the scene."""
+    found = _PREPARED.get(id(scene))
+    if found is None:
+        found = _PREPARED[id(scene)] = _Prepared(pack(scene), {})
+        weakref.finalize(scene, _PREPARED.pop, id(scene), None).atexit = False
+    return found

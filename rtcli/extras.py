@@ -5,6 +5,14 @@ from __future__ import annotations
 from importlib import import_module
 from types import ModuleType
 
+# By the name of each extra, a module of its package, and the feature that needs it.
+EXTRAS = {
+    "exr": ("OpenEXR", "reading and writing EXR"),
+    "flip": ("flip_evaluator", "comparing pictures by FLIP"),
+    "preview": ("textual_image", "pictures in the terminal"),
+    "dask": ("distributed", "work on a Dask cluster"),
+}
+
 
 class MissingExtraError(OSError):
     """An optional package is not installed, or cannot be loaded."""

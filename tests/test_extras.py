@@ -1,12 +1,22 @@
 """Optional packages."""
 
 import math
+import re
 import sys
+from pathlib import Path
 
 import pytest
 
 from rtcli.cli.exit_codes import os_error_text
-from rtcli.extras import MissingExtraError, require_extra
+from rtcli.extras import EXTRAS, MissingExtraError, require_extra
+
+
+def test_each_extra_of_the_package_is_listed():
+    text = (Path(__file__).resolve().parents[1] / "pyproject.toml").read_text(encoding="utf-8")
+    section = text.partition("[project.optional-dependencies]\n")[2].partition("\n[")[0]
+    extras = re.findall(r'^(\w+) = \["([\w-]+)', section, re.MULTILINE)
+    expected = {(name, package) for name, package in extras if name not in ("docs", "oracle")}
+    assert {(extra, module.replace("_", "-")) for extra, (module, _) in EXTRAS.items()} == expected
 
 
 def test_installed_module_is_imported():

@@ -35,6 +35,7 @@ def test_version_is_that_of_the_package_and_the_crate():
     manifest = (ROOT / "tracer" / "python" / "Cargo.toml").read_text()
     assert f'\nversion = "{rtcli.__version__}"\n' in manifest
     assert metadata.version("rtcli") == rtcli.__version__
+    assert f"\nversion: {rtcli.__version__}\n" in (ROOT / "CITATION.cff").read_text()
 
 
 @pytest.fixture(scope="module")
@@ -61,9 +62,12 @@ def test_wheel_holds_the_package_and_nothing_else(wheel):
     sources = {
         path.relative_to(ROOT).as_posix()
         for path in (ROOT / "rtcli").rglob("*")
+        if path.parent != ROOT / "rtcli" / "gallery"  # which an editable installation copies there
         if path.suffix in (".py", ".pyi", ".typed", ".yaml", ".html", ".css", ".js")
     }
-    assert {name for name in names if not name.startswith(info)} == {*sources, "rtcli/py.typed", compiled}
+    gallery = {f"rtcli/gallery/{path.name}" for path in (ROOT / "scenes").iterdir()}
+    expected = {*sources, "rtcli/py.typed", compiled, *gallery}
+    assert {name for name in names if not name.startswith(info)} == expected
     assert {f"{info}METADATA", f"{info}entry_points.txt", f"{info}licenses/LICENSE"} <= names
 
 
@@ -79,6 +83,9 @@ def test_wheel_installs_into_a_bare_environment_and_renders(wheel, tmp_path):
 
     run("pip", "install", "--quiet", "--disable-pip-version-check", str(wheel))
     assert run("rtcli", "--version") == f"rtcli {rtcli.__version__}\n"
+    assert "\ncornell " in run("rtcli", "new", "--list")
+    run("rtcli", "new", "--from", "cornell", "my.yaml")
+    assert rtcli.load_scene(tmp_path / "my.yaml") == rtcli.load_scene(ROOT / "scenes" / "cornell.yaml")
     run("rtcli", "render", str(SCENE), "-o", "out.png", "--size", "160x120")
     rtcli.render(rtcli.load_scene(SCENE), crop=(0, 0, 1, 1)).save(tmp_path / "pixel.png")
     run("rtcli", "render", str(SCENE), "-o", "crop.png", "--crop", "0,0,1,1")
@@ -93,8 +100,17 @@ def test_source_distribution_can_be_built_and_tested(tmp_path):
     with tarfile.open(path) as archive:
         names = {name.partition("/")[2] for name in archive.getnames()}
     needed = {
-        *("pyproject.toml", "Makefile", "README.md", "CHANGELOG.md", "LICENSE", "rtcli/__init__.py"),
+        *(
+            "pyproject.toml",
+            "Makefile",
+            "README.md",
+            "CHANGELOG.md",
+            "CITATION.cff",
+            "LICENSE",
+            "rtcli/__init__.py",
+        ),
         *("tracer/Cargo.toml", "tracer/Cargo.lock", "tracer/src/lib.rs", "tracer/python/src/lib.rs"),
+        "tracer/python/build.rs",
         *("scenes/first.yaml", "schemas/scene.schema.json", "tools/refresh.py", "tests/test_package.py"),
         *("docs/tracer.md", "docs/conf.py", "docs/tutorial/step-8.yaml"),
     }

@@ -20,6 +20,7 @@ from import_picture import import_picture
 import rtcli
 from rtcli.cli import main
 from rtcli.scene.diagnostics.rules import RULES
+from rtcli.scene.gallery import caption, gallery
 from rtcli.scene.schema import scene_schema, schema_text
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -36,7 +37,7 @@ BENCHMARKS = ROOT / "benchmarks"
 if str(BENCHMARKS) not in sys.path:  # a folder of scripts, no package
     sys.path.append(str(BENCHMARKS))
 
-COMMANDS = ("render", "batch", "validate", "explain", "compare", "new", "schema")
+COMMANDS = ("render", "batch", "validate", "explain", "compare", "new", "schema", "doctor")
 
 _PART = re.compile(r"(<!-- begin (?P<name>[\w ]+) -->\n).*?(<!-- end (?P=name) -->)", re.DOTALL)
 
@@ -120,10 +121,8 @@ def command_table() -> str:
 
 
 def gallery_scenes() -> list[Path]:
-    """Return the scene files of the gallery, starting with the first scene and the Cornell boxes."""
-    first = ["first", "cornell", "cornell-falloff"]
-    order = {name: rank for rank, name in enumerate(first)}
-    return sorted(SCENES.glob("*.yaml"), key=lambda path: (order.get(path.stem, len(first)), path.stem))
+    """Return the scene files of the gallery in order."""
+    return [SCENES / f"{name}.yaml" for name in gallery()]
 
 
 def picture_of(scene: Path) -> Path:
@@ -138,16 +137,11 @@ def save_passes(folder: Path) -> None:
     CliRunner().invoke(main, ["render", str(SCENES / "still-life.yaml"), "-o", target, *options])
 
 
-def caption_of(scene: Path) -> str:
-    """Return a scene's caption: the comment in its second line."""
-    return scene.read_text(encoding="utf-8").splitlines()[1].removeprefix("# ")
-
-
 def gallery_pictures() -> str:
     """Return the pictures of the gallery, linked to their scenes, with names and captions."""
     figures = (
         f"[![{scene.stem}](gallery/{scene.stem}.png)](../scenes/{scene.name})<br>"
-        f"**{scene.stem}**: {caption_of(scene)}"
+        f"**{scene.stem}**: {caption(scene)}"
         for scene in gallery_scenes()
     )
     return "\n\n".join(figures)
@@ -284,8 +278,8 @@ SECTIONS = {
     "Box": "A box in `objects`",
     "Plane": "A plane in `objects`",
     "CarriedLight": "`light` of a sphere or box",
-    "Render": "`render`",
-    "Image": "`image`",
+    "RenderSettings": "`render`",
+    "ImageSettings": "`image`",
 }
 
 

@@ -10,11 +10,17 @@ from typing import Any, NoReturn
 
 import click
 
-from rtcli import __version__
 from rtcli.cli.console import report_line, wants_color
 from rtcli.cli.exit_codes import FILE, INTERNAL, INVALID, lack_of_memory, os_error_text, release_frames
+from rtcli.cli.version import version
 from rtcli.scene.diagnostics.problems import SceneError
 from rtcli.signals import Interrupted, exit_by_signal, interruptible
+
+_FIRST_COMMANDS = [
+    ("rtcli new my.yaml", "Write a scene to start from"),
+    ("rtcli render my.yaml -o my.png", "Render it to a picture"),
+    ("rtcli validate my.yaml", "Report every problem of the scene"),
+]
 
 
 class Program(click.Group):
@@ -22,7 +28,7 @@ class Program(click.Group):
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the commands in the order a newcomer meets them."""
-        return ["render", "batch", "validate", "explain", "compare", "new", "schema"]
+        return ["render", "batch", "validate", "explain", "compare", "new", "schema", "doctor"]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Return the `command` of the module `rtcli.cli.commands.NAME`."""
@@ -30,6 +36,12 @@ class Program(click.Group):
             return None
         command: click.Command = importlib.import_module(f"rtcli.cli.commands.{cmd_name}").command
         return command
+
+    def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write what rtcli does, and the commands to start with."""
+        super().format_help_text(ctx, formatter)
+        with formatter.section("Start with"):
+            formatter.write_dl(_FIRST_COMMANDS)
 
     def main(self, *args: Any, **extra: Any) -> NoReturn:
         """Run the program and exit with one of the documented codes."""
@@ -96,11 +108,25 @@ def _drop_unwritten_output() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
+def _print_version(ctx: click.Context, param: click.Parameter, value: bool) -> None:
+    if value:
+        click.echo(f"rtcli {version()}")
+        ctx.exit()
+
+
 @click.group(
     cls=Program,
     context_settings={"auto_envvar_prefix": "RTCLI", "help_option_names": ["-h", "--help"]},
     epilog="Each option can be given as a variable as well: RTCLI_RENDER_SAMPLES=4 is --samples 4.",
 )
-@click.version_option(__version__, message="rtcli %(version)s", allow_from_autoenv=False)
+@click.option(
+    "--version",
+    is_flag=True,
+    expose_value=False,
+    is_eager=True,
+    allow_from_autoenv=False,
+    callback=_print_version,
+    help="Show the version and exit.",
+)
 def main() -> None:
     """Render scenes of spheres, planes, boxes and point lights, written as YAML, to pictures."""

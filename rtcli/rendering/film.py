@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 import os
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from os import PathLike
-from typing import Any, BinaryIO, Literal
+from typing import TYPE_CHECKING, Any, BinaryIO, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -21,10 +23,16 @@ from rtcli.rendering.job import RenderJob
 from rtcli.rendering.metadata import SOFTWARE, camera_matrices, object_table, visibility
 from rtcli.tracer.passes import PASSES, RADIANCE, Passes
 
+if TYPE_CHECKING:
+    from PIL.Image import Image as PILImage
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class Film(Passes):
     """A rendered picture. The passes are keyword arguments and attributes too; see `rtcli.tracer.passes.Passes`.
+
+    A film is a mapping as well: `film["depth"]` is `film.depth`, and `dict(film)` holds all its arrays by name.
+    Jupyter shows it as the developed picture.
 
     Parameters
     ----------
@@ -55,9 +63,62 @@ class Film(Passes):
         if not math.isfinite(self.exposure):
             raise ValueError(f"the exposure must be a finite number of stops, got {self.exposure}")
 
+    def __repr__(self) -> str:
+        """Return one line: the size, the arrays, and how the picture is developed."""
+        height, width = self.radiance.shape[:2]
+        return f"<Film {width}x{height}: {', '.join(self)}; exposure {self.exposure:g}, tone {self.tone}>"
+
+    def __getitem__(self, name: str) -> npt.NDArray[Any]:
+        """Return the radiance, or a pass, by name.
+
+        Raises
+        ------
+        KeyError
+            If the film does not hold it; the message lists what it holds.
+        """
+        if name not in self.keys():
+            has = f"this film has {', '.join(self)}"
+            advice = f': request it with rtcli.render(scene, passes="{name}")' if name in PASSES else ""
+            raise KeyError(f"no {name!r}: {has}{advice}")
+        array: npt.NDArray[Any] = getattr(self, name)
+        return array
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names of the arrays."""
+        return iter(self.keys())
+
+    def keys(self) -> tuple[str, ...]:
+        """Return the names of the arrays: radiance, and the passes."""
+        return (RADIANCE, *self.passes)
+
     def develop(self, bits: Literal[8, 16] = 8) -> npt.NDArray[np.uint8] | npt.NDArray[np.uint16]:
         """Return the picture as (H, W, 3) sRGB, uint8 or, with 16 bits, uint16."""
         return develop(self.radiance, DisplayTransform(self.exposure, self.tone, bits))
+
+    def to_pil(self, bits: Literal[8] = 8) -> PILImage:
+        """Return the developed picture as a `PIL.Image.Image`, RGB.
+
+        Parameters
+        ----------
+        bits
+            8. Pillow has no RGB of 16 bits; `develop` and `save` do.
+
+        Raises
+        ------
+        ValueError
+            For other bits.
+        """
+        from PIL import Image
+
+        if bits != 8:
+            raise ValueError(f"Pillow has RGB of 8 bits only, got {bits}: use film.develop(16) or film.save")
+        return Image.fromarray(self.develop())
+
+    def _repr_png_(self) -> bytes:
+        """Return the developed picture as a PNG, which Jupyter shows."""
+        png = io.BytesIO()
+        self.write({RADIANCE: ("film.png", png)})
+        return png.getvalue()
 
     @property
     def passes(self) -> tuple[str, ...]:
@@ -124,7 +185,7 @@ class Film(Passes):
 
     def write(self, files: dict[str, tuple[str, BinaryIO]], bits: int = 8) -> None:
         """Write the film to open files by part, each with its name; see `rtcli.image.formats.parts_of`."""
-        arrays = {name: getattr(self, name) for name in (RADIANCE, *self.passes)}
+        arrays = {name: self[name] for name in self}
         look = DisplayTransform(self.exposure, self.tone, bits)
         record = FilmRecord(arrays, look, self.summary, lambda: self.metadata)
         format = format_of(files[RADIANCE][0])

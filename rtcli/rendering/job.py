@@ -93,6 +93,8 @@ class RenderJob:
         The pixels of the picture that the film holds.
     executor
         Traces bands elsewhere; None for this process.
+    prepared
+        The engine, if it is prepared already.
     """
 
     scene: Scene
@@ -100,10 +102,13 @@ class RenderJob:
     request: RenderRequest
     window: Window
     executor: Executor | None = None
+    prepared: Tracer | None = None
 
     @cached_property
     def tracer(self) -> Tracer:
         """The engine, prepared once."""
+        if self.prepared is not None:
+            return self.prepared
         if self.executor is None:
             return tracer_of(self.world, self.request.engine, self.request.thread_count)
         return BandedTracer(self.world, self.request.engine, self.executor)
@@ -127,12 +132,18 @@ class RenderJob:
         return {"software": SOFTWARE, "scene": fingerprint(scene, self.world), "settings": settings}
 
 
-def prepare(scene: Scene, world: World, request: RenderRequest, executor: Executor | None = None) -> RenderJob:
-    """Return the job of a scene and its `pack`, for an executor or for this process.
+def prepare(
+    scene: Scene,
+    world: World,
+    request: RenderRequest,
+    executor: Executor | None = None,
+    tracer: Tracer | None = None,
+) -> RenderJob:
+    """Return the job of a scene and its packed `World`, for an executor or an engine that is prepared already.
 
     Raises
     ------
     ValueError
         If the crop is empty or not inside the picture.
     """
-    return RenderJob(scene, world, request, request.window(world.camera), executor)
+    return RenderJob(scene, world, request, request.window(world.camera), executor, tracer)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 
 HEX_PATTERN = "^#[0-9a-fA-F]{6}$"
 # Five steps lead from 1 down to 0.38, the smallest root; five more double the correct digits up to float64's.
@@ -44,6 +45,17 @@ def color_from_text(text: str) -> tuple[float, float, float] | None:
         number = int(text[1:], 16)
     red, green, blue = (linear_from_srgb((number >> shift & 0xFF) / 255) for shift in (16, 8, 0))
     return red, green, blue
+
+
+def text_of_color(color: tuple[float, float, float]) -> str | None:
+    """Return the CSS name or `#rrggbb` of exactly this linear color, or None if it has neither."""
+    number = 0
+    for component in color:
+        level = _levels().get(repr(component))
+        if level is None:
+            return None
+        number = number << 8 | level
+    return _NAMES.get(number, f"#{number:06x}")
 
 
 # CSS Color Module Level 4 (W3C), section 6.1: the named colors.
@@ -197,3 +209,12 @@ CSS_NAMES: dict[str, int] = {
     "yellow": 0xFFFF00,
     "yellowgreen": 0x9ACD32,
 }
+
+# Of names for the same color, such as `gray` and `grey`, the first.
+_NAMES = {number: name for name, number in reversed(CSS_NAMES.items())}
+
+
+@cache
+def _levels() -> dict[str, int]:
+    """Return the sRGB levels by the text of the linear component, which tells -0.0 from 0.0."""
+    return {repr(linear_from_srgb(level / 255)): level for level in range(256)}

@@ -1,4 +1,4 @@
-"""From a scene file to a validated scene."""
+"""From the text of a scene file to a validated scene."""
 
 from __future__ import annotations
 
@@ -30,3 +30,25 @@ def load_scene(path: str | PathLike[str]) -> Scene:
         If the file cannot be read.
     """
     return validate(parse_bytes(read_file(path), str(path)))
+
+
+def parse_scene(text: str) -> Scene:
+    """Read and validate a scene from text.
+
+    Parameters
+    ----------
+    text
+        The text of a scene file: JSON, or YAML.
+
+    Returns
+    -------
+    rtcli.Scene
+        The scene, frozen.
+
+    Raises
+    ------
+    rtcli.SceneError
+        If it is not a valid scene; `.problems` lists every problem with its position.
+    """
+    # Half of a surrogate pair is reported like any other byte that is not UTF-8.
+    return validate(parse_bytes(text.encode("utf-8", "surrogatepass"), "<text>"))

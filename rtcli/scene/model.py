@@ -2,6 +2,9 @@
 
 The models are frozen and take exactly the documented keys. Lengths share one unit of the author's choice, angles
 are degrees, colors linear RGB. `rtcli.scene.schema` turns this module into the JSON Schema that editors use.
+
+The constructors that type checkers see accept what validation accepts: any iterable of numbers for a vector, a
+name for a color, a mapping for a part.
 """
 
 from __future__ import annotations
@@ -9,8 +12,9 @@ from __future__ import annotations
 import itertools
 import math
 import sys
-from collections.abc import Iterable
-from typing import Annotated, Any, ClassVar, Literal, TypeAlias, get_args
+from collections.abc import Iterable, Mapping
+from os import PathLike
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias, get_args
 
 from pydantic import (
     AfterValidator,
@@ -25,11 +29,12 @@ from pydantic import (
     field_validator,
 )
 from pydantic_core import InitErrorDetails, PydanticCustomError
-from typing_extensions import TypeAliasType
+from typing_extensions import Self, TypeAliasType
 
 from rtcli.curves import ToneName
 from rtcli.scene.colors import color_from_text
 from rtcli.scene.diagnostics.problems import MAX_PROBLEMS
+from rtcli.scene.plain import plain
 from rtcli.scene.vectors import cross, direction, unit
 
 MAX_SIDE = 65_535
@@ -108,8 +113,42 @@ Exposure = Annotated[
 ]
 
 
+# What the constructors accept for a vector, a color, and a part of a scene.
+Numbers: TypeAlias = Iterable[float]
+ColorLike: TypeAlias = str | Iterable[float]
+Keys: TypeAlias = Mapping[str, Any]
+
+
 class _Model(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+    def __init__(self, /, **values: Any) -> None:
+        given = {key: plain(value) for key, value in values.items() if value is not None}
+        try:
+            super().__init__(**given)
+        except ValidationError:
+            # Above this module, but needed only for a mistake.
+            from rtcli.scene.validation.from_python import constructor_error
+
+            raise constructor_error(type(self), given) from None
+
+    # Pydantic then builds nested models without calling their constructors, which is many times as fast.
+    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a copy with other values for some keys, validated like a new object.
+
+        Parameters
+        ----------
+        **changes
+            The keys to change, as the class takes them. None restores a default.
+
+        Raises
+        ------
+        rtcli.SceneError
+            If the result is not valid.
+        """
+        return type(self)(**{**dict(self), **changes})
 
 
 class Camera(_Model):
@@ -125,6 +164,18 @@ class Camera(_Model):
     """The point in the middle of the picture. Default: position + [0, 0, -1], a view along -z."""
     up: Direction = Field(default=(0.0, 1.0, 0.0), examples=[[0, 1, 0]], validate_default=True)
     """The direction that is up in the picture, of any length but 0, not along the view."""
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            resolution: Iterable[int],
+            fov: float,
+            position: Numbers = ...,
+            look_at: Numbers | None = None,
+            up: Numbers = ...,
+        ) -> None: ...
 
     @field_validator("look_at")
     @classmethod
@@ -168,12 +219,20 @@ class CarriedLight(_Model):
     # As the tracers call it; no key of a file.
     kind: ClassVar[str] = "point"
 
+    if TYPE_CHECKING:
+
+        def __init__(self, *, intensity: float, color: ColorLike = ...) -> None: ...
+
 
 class PointLight(CarriedLight):
     """A light of no size, that shines in all directions alike."""
 
     position: Vector = Field(examples=[[0, 15, -150]])
     """Where it stands: x, y, z."""
+
+    if TYPE_CHECKING:
+
+        def __init__(self, *, intensity: float, position: Numbers, color: ColorLike = ...) -> None: ...
 
     @property
     def parameters(self) -> tuple[float, ...]:
@@ -193,7 +252,7 @@ class _Shape(_Model):
 class Plane(_Shape):
     """An infinite plane, visible and lit from both sides."""
 
-    type: Literal["plane"]
+    type: Literal["plane"] = "plane"
     """The kind of shape."""
     position: Vector = Field(examples=[[0, -20, 0]])
     """Any point on the plane."""
@@ -201,6 +260,18 @@ class Plane(_Shape):
     """The direction that stands on the plane, of any length but 0."""
     # Lets every shape be asked for its light. Not a key of a scene file.
     light: ClassVar[None] = None
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            type: Literal["plane"] = ...,
+            color: ColorLike,
+            position: Numbers,
+            normal: Numbers,
+            name: str | None = None,
+        ) -> None: ...
 
     @property
     def parameters(self) -> tuple[float, ...]:
@@ -218,10 +289,23 @@ class _Body(_Shape):
 class Sphere(_Body):
     """A sphere."""
 
-    type: Literal["sphere"]
+    type: Literal["sphere"] = "sphere"
     """The kind of shape."""
     radius: Positive = Field(examples=[2.5])
     """The radius, greater than 0."""
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            type: Literal["sphere"] = ...,
+            color: ColorLike,
+            position: Numbers,
+            radius: float,
+            name: str | None = None,
+            light: CarriedLight | Keys | None = None,
+        ) -> None: ...
 
     @property
     def parameters(self) -> tuple[float, ...]:
@@ -232,12 +316,26 @@ class Sphere(_Body):
 class Box(_Body):
     """A box, turned about the vertical axis."""
 
-    type: Literal["box"]
+    type: Literal["box"] = "box"
     """The kind of shape."""
     size: tuple[Positive, Positive, Positive] = Field(examples=[[12.5, 40, 12.5]])
     """Width (x), height (y) and depth (z), each greater than 0."""
     rotation: Number = Field(default=0.0, examples=[45])
     """Degrees about the vertical axis (+y), counter-clockwise seen from above."""
+
+    if TYPE_CHECKING:
+
+        def __init__(  # noqa: PLR0913 - one for each key of a box
+            self,
+            *,
+            type: Literal["box"] = ...,
+            color: ColorLike,
+            position: Numbers,
+            size: Numbers,
+            name: str | None = None,
+            light: CarriedLight | Keys | None = None,
+            rotation: float = ...,
+        ) -> None: ...
 
     @property
     def parameters(self) -> tuple[float, ...]:
@@ -250,7 +348,7 @@ Object: TypeAlias = Annotated[Sphere | Plane | Box, Field(discriminator="type")]
 SHAPES: dict[str, type[_Shape]] = {shape.__name__.lower(): shape for shape in get_args(get_args(Object)[0])}
 
 
-class Render(_Model):
+class RenderSettings(_Model):
     """How light is computed."""
 
     samples: Annotated[Integer, Field(ge=1, le=MAX_SAMPLES)] = 1
@@ -262,14 +360,29 @@ class Render(_Model):
     eye_falloff: Annotated[bool, Field(strict=True)] = False
     """Also divide by 4 pi t^2, t the way from surface to eye. Real light does not; some course texts do."""
 
+    if TYPE_CHECKING:
 
-class Image(_Model):
+        def __init__(
+            self,
+            *,
+            samples: int = ...,
+            background: ColorLike = ...,
+            max_depth: int = ...,
+            eye_falloff: bool = ...,
+        ) -> None: ...
+
+
+class ImageSettings(_Model):
     """How radiance becomes an image."""
 
     exposure: Exposure = 0.0
     """In stops: each adds a factor of 2; or auto."""
     tone: ToneName = "clip"
     """The tone curve: clip cuts at white; reinhard and aces roll bright light off."""
+
+    if TYPE_CHECKING:
+
+        def __init__(self, *, exposure: float | Literal["auto"] = ..., tone: ToneName = ...) -> None: ...
 
 
 class Scene(_Model):
@@ -285,10 +398,52 @@ class Scene(_Model):
         default=(), examples=[[{"type": "sphere", "position": [0, 0, -5], "radius": 1, "color": "tomato"}]]
     )
     """Spheres, planes and boxes."""
-    render: Render = Render()
+    render: RenderSettings = RenderSettings()
     """How light is computed: samples, background, depth, falloff."""
-    image: Image = Image()
+    image: ImageSettings = ImageSettings()
     """How radiance becomes an image: exposure and tone curve."""
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            camera: Camera | Keys,
+            version: Literal[1] = ...,
+            lights: Iterable[PointLight | Keys] = ...,
+            objects: Iterable[Sphere | Plane | Box | Keys] = ...,
+            render: RenderSettings | Keys = ...,
+            image: ImageSettings | Keys = ...,
+        ) -> None: ...
+
+    def to_yaml(self) -> str:
+        """Return the scene as the text of a scene file, which reads back equal.
+
+        Keys stand in the order of the scene format, and those with default values are left out. A color that has
+        a CSS name or `#rrggbb` is written as that.
+        """
+        from rtcli.scene.write import yaml_text  # above this module
+
+        return yaml_text(self)
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the scene to a file, completely or not at all.
+
+        Parameters
+        ----------
+        path
+            The suffix decides the format: `.yaml` or `.yml`, or `.json`.
+
+        Raises
+        ------
+        ValueError
+            If no format of scenes has the suffix.
+        OSError
+            If the file cannot be written.
+        """
+        from rtcli.scene.write import save
+
+        save(self, path)
 
     @field_validator("version", mode="before")
     @classmethod
@@ -344,6 +499,12 @@ def _repeated_names(objects: Any) -> Iterable[InitErrorDetails]:
             error = PydanticCustomError("name_taken", "is taken by objects[{first}] already", context)
             # Pydantic's own errors have the tag of the union's member in place of "object".
             yield InitErrorDetails(type=error, loc=(index, "object", "name"), input=name)
+
+
+def keys_in_order(model: type[BaseModel]) -> list[str]:
+    """Return the keys of a model in the order of the reference: the type, what is required, what is optional."""
+    fields = model.model_fields
+    return sorted(fields, key=lambda key: (key != "type", not fields[key].is_required()))
 
 
 def _line_errors(error: ValidationError, start: int = 0) -> list[InitErrorDetails]:

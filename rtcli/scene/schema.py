@@ -77,11 +77,13 @@ def scene_schema() -> dict[str, Any]:
             {"type": "string", "pattern": f"^({'|'.join(names_in_any_case)})$"},
         ],
     }
-    definitions["Image"]["properties"]["exposure"]["anyOf"][0]["errorMessage"] = _NO_EXPOSURE
+    definitions["ImageSettings"]["properties"]["exposure"]["anyOf"][0]["errorMessage"] = _NO_EXPOSURE
     for shape in SHAPES.values():
         definition = definitions[shape.__name__]
-        # Put the type first, so that editors write it first.
+        # A file must name the type, which a class of Python implies; first, so that editors write it first.
         definition["properties"] = {"type": None, **definition["properties"]}
+        del definition["properties"]["type"]["default"]
+        definition["required"].append("type")
     return {"$schema": "http://json-schema.org/draft-07/schema#", **body, "title": "rtcli scene"}
 
 

@@ -12,6 +12,7 @@ from xml.etree import ElementTree
 
 import agreement
 import batch
+import in_process
 import numpy as np
 import passes
 import peers
@@ -324,3 +325,13 @@ def test_small_scene_of_the_benchmark_is_valid(tmp_path):
 @pytest.mark.parametrize("reader", read_scene.READERS)
 def test_reader_of_the_benchmark_reads(reader):
     assert read_scene.READERS[reader]("camera: {fov: 40}")
+
+
+# --- In one process ------------------------------------------------------------------------------------------
+
+
+def test_rendering_in_one_process_is_timed_beside_the_tracer_alone():
+    scene = rtcli.load_scene(in_process.SCENES / "first.yaml")
+    times = in_process.medians(scene.replace(camera=scene.camera.replace(resolution=(4, 3))), rounds=2)
+    assert list(times) == ["tracer", "again", "new"]
+    assert min(times.values()) > 0

@@ -19,7 +19,7 @@ from rtcli.lint.check import check
 
 needs_posix = pytest.mark.skipif(os.name == "nt", reason="POSIX only: signals and terminals")
 
-COMMANDS = ["render", "batch", "validate", "explain", "compare", "new", "schema"]
+COMMANDS = ["render", "batch", "validate", "explain", "compare", "new", "schema", "doctor"]
 
 
 def names_in(folder):
@@ -31,7 +31,39 @@ def names_in(folder):
 
 def test_version_is_printed(run):
     result = run("--version")
-    assert (result.exit_code, result.stdout) == (0, f"rtcli {rtcli.__version__}\n")
+    assert result.exit_code == 0
+    assert re.fullmatch(rf"rtcli {re.escape(rtcli.__version__)}( \([0-9a-f]{{9,}}(-dirty)?\))?\n", result.stdout)
+
+
+@pytest.fixture
+def checkout(tmp_path, monkeypatch):
+    """A repository with a commit, from which the version is read."""
+    root = tmp_path / "checkout"
+    root.mkdir()
+    (root / "pyproject.toml").touch()
+    identity = ["-c", "user.name=a", "-c", "user.email=a@example.org"]
+    for command in (["init", "-q"], ["add", "."], [*identity, "commit", "-qm", "first"]):
+        subprocess.run(["git", *command], cwd=root, check=True)
+    monkeypatch.setattr("rtcli.cli.version._ROOT", root)
+    return root
+
+
+def test_version_of_a_development_build_has_the_commit(run, checkout):
+    head = subprocess.run(["git", "rev-parse", "HEAD"], cwd=checkout, capture_output=True, text=True, check=True)
+    assert run("--version").stdout == f"rtcli {rtcli.__version__} ({head.stdout[:9]})\n"
+    (checkout / "pyproject.toml").write_text("changed")
+    assert run("--version").stdout == f"rtcli {rtcli.__version__} ({head.stdout[:9]}-dirty)\n"
+
+
+@pytest.mark.parametrize("missing", [".git", "pyproject.toml"])
+def test_version_of_a_release_is_the_version_alone(run, checkout, missing):
+    (checkout / missing).rename(checkout / "gone")
+    assert run("--version").stdout == f"rtcli {rtcli.__version__}\n"
+
+
+def test_version_without_git_is_the_version_alone(run, checkout, monkeypatch):
+    monkeypatch.setenv("PATH", "")
+    assert run("--version").stdout == f"rtcli {rtcli.__version__}\n"
 
 
 @pytest.mark.parametrize("option", ["--help", "-h"])
@@ -53,6 +85,16 @@ def test_no_command_prints_help_as_wrong_usage(run):
     assert result.exit_code == 2
     assert result.stdout == ""
     assert "Usage: rtcli" in result.stderr
+
+
+def test_commands_to_start_with_stand_before_the_list_and_work(run, folder):
+    text = run().stderr
+    first = re.findall(r"^  (rtcli (?:\S+ )*\S+)  ", text.partition("Start with:")[2], re.MULTILINE)
+    assert [command.split()[1] for command in first] == ["new", "render", "validate"]
+    assert text.index("Start with:") < text.index("Commands:")
+    for command in first:
+        assert run(*command.split()[1:]).exit_code == 0
+    assert names_in(folder) == ["my.png", "my.yaml"]
 
 
 @pytest.mark.parametrize("arguments", [["paint"], ["--paint"], ["render", "--paint"], ["rende"]])

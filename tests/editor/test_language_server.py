@@ -11,7 +11,7 @@ import pytest
 from language_server import LanguageServer
 
 from rtcli.scene.diagnostics.problems import SceneError
-from rtcli.scene.model import Box, Camera, CarriedLight, Image, Plane, Render, Scene, Sphere
+from rtcli.scene.model import Box, Camera, CarriedLight, ImageSettings, Plane, RenderSettings, Scene, Sphere
 from rtcli.scene.reading.parse import parse_bytes
 from rtcli.scene.schema import schema_text
 from rtcli.scene.validation.validate import validate
@@ -202,8 +202,8 @@ def offered(server, place):
         ("|\n", Scene, set()),
         ("camera:\n  |\n", Camera, set()),
         ("camera:\n  fov: 40\n  |\n", Camera, {"fov"}),
-        (CAMERA + "render:\n  |\n", Render, set()),
-        (CAMERA + "image:\n  |\n", Image, set()),
+        (CAMERA + "render:\n  |\n", RenderSettings, set()),
+        (CAMERA + "image:\n  |\n", ImageSettings, set()),
         (CAMERA + "objects:\n  - type: sphere\n    |\n", Sphere, {"type"}),
         (CAMERA + "objects:\n  - type: plane\n    |\n", Plane, {"type"}),
         (CAMERA + "objects:\n  - type: box\n    size: [1, 1, 1]\n    |\n", Box, {"type", "size"}),

@@ -15,7 +15,7 @@ from rtcli.lint import scene as lint
 from rtcli.lint.check import check
 from rtcli.lint.probe import Probe
 from rtcli.scene.diagnostics import rules
-from rtcli.scene.model import Image, Scene
+from rtcli.scene.model import ImageSettings, Scene
 
 FILES = sorted((Path(__file__).parents[1] / "data" / "lint").glob("*.yaml"))
 
@@ -472,7 +472,7 @@ def test_probe_of_a_tangle_ends_within_its_budget(monkeypatch):
     probe = Probe(tangle(), 1_000_000)
     assert probe.exposure() is None
     assert 1_000_000 < probe._budget.spent < 1_000_100  # the last steps that were asked for are counted
-    auto = tangle().model_copy(update={"image": Image(exposure="auto")})
+    auto = tangle().model_copy(update={"image": ImageSettings(exposure="auto")})
     assert Probe(auto, 1_000_000).exposure() is None
 
 

@@ -84,3 +84,53 @@ def test_arrays_have_the_types_and_shapes_of_the_contract(render, name, dtype, s
 def test_exposure_that_is_not_finite_is_refused(exposure):
     with pytest.raises(ValueError, match="finite number of stops"):
         Film(radiance=np.zeros((1, 1, 3), np.float32), exposure=exposure)
+
+
+# --- The film as a value ---------------------------------------------------------------------------------
+
+
+def test_repr_is_one_line_with_size_arrays_and_exposure():
+    assert repr(FILM) == "<Film 5x4: radiance; exposure -1, tone clip>"
+    film = Film(radiance=FILM.radiance, depth=FILM.radiance[..., 0], exposure=0.5, tone="aces")
+    assert repr(film) == "<Film 5x4: radiance, depth; exposure 0.5, tone aces>"
+
+
+def test_film_is_a_mapping_of_its_arrays():
+    film = Film(radiance=FILM.radiance, depth=FILM.radiance[..., 0])
+    assert film["radiance"] is film.radiance
+    assert film["depth"] is film.depth
+    assert list(film) == list(film.keys()) == list(dict(film)) == ["radiance", "depth"]
+    assert "depth" in film
+    assert "normal" not in film
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("normal", "no 'normal': this film has radiance: request it with rtcli.render(scene, passes=\"normal\")"),
+        ("dept", "no 'dept': this film has radiance"),
+        ("exposure", "no 'exposure': this film has radiance"),
+        (0, "no 0: this film has radiance"),
+    ],
+)
+def test_array_that_is_not_there_is_a_key_error_that_lists_those_that_are(name, message):
+    with pytest.raises(KeyError) as caught:
+        FILM[name]
+    assert caught.value.args == (message,)
+
+
+def test_picture_of_pillow_is_the_developed_one():
+    image = FILM.to_pil()
+    assert (image.mode, image.size) == ("RGB", (5, 4))
+    np.testing.assert_array_equal(np.asarray(image), FILM.develop())
+
+
+def test_picture_of_pillow_with_16_bits_is_refused():
+    with pytest.raises(ValueError, match=r"use film.develop\(16\) or film.save"):
+        FILM.to_pil(bits=16)
+
+
+def test_jupyter_shows_the_picture_that_save_writes(tmp_path):
+    film = Film(radiance=FILM.radiance, depth=FILM.radiance[..., 0])
+    film.save(tmp_path / "out.png")
+    assert film._repr_png_() == (tmp_path / "out.png").read_bytes()

@@ -513,7 +513,7 @@ def test_scene_and_its_parts_are_frozen(part):
 def test_scene_is_built_from_python_by_the_same_rules():
     scene = Scene(camera=Camera(resolution=(640, 480), fov=40))
     assert scene == read(CAMERA)
-    with pytest.raises(ValidationError):
+    with pytest.raises(SceneError):
         Camera(resolution=(640, 480), fov=180)
 
 

@@ -149,8 +149,8 @@ def test_defaults_equal_those_of_the_models():
         if "default" in value:
             found[name, key] = value["default"]
     expected = {("Camera", key): getattr(scene.camera, key) for key in ("position", "up")}
-    expected |= {("Render", key): value for key, value in scene.render}
-    expected |= {("Image", key): value for key, value in scene.image}
+    expected |= {("RenderSettings", key): value for key, value in scene.render}
+    expected |= {("ImageSettings", key): value for key, value in scene.image}
     # An empty list is not a default here, since an editor that completes `objects` would write it.
     expected |= {("scene", "version"): 1}
     expected |= {("CarriedLight", "color"): (1, 1, 1), ("PointLight", "color"): (1, 1, 1), ("Box", "rotation"): 0}

@@ -8,26 +8,72 @@ from importlib import resources
 from pathlib import Path
 
 import click
+from click.shell_completion import CompletionItem
 
 from rtcli.cli.console import STDIO, report_line, write_bytes
-from rtcli.scene.diagnostics.problems import printable
+from rtcli.scene.diagnostics.problems import did_you_mean, nearest, printable, quoted
+from rtcli.scene.gallery import caption, gallery, text_to_start_from
 from rtcli.scene.reading.parse import YAML_SUFFIXES
 
 
+class _GalleryScene(click.ParamType[str]):
+    """The name of a scene of the gallery."""
+
+    name = "name"
+
+    def convert(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        known = gallery()
+        if value not in known:
+            hint = did_you_mean(nearest(value, known))
+            message = f"{quoted(value)} is not in the gallery{hint}\nrtcli new --list lists its scenes"
+            self.fail(message, param, ctx)
+        return value
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        return [
+            CompletionItem(name, help=caption(scene))
+            for name, scene in gallery().items()
+            if name.startswith(incomplete)
+        ]
+
+
 @click.command("new")
-@click.argument("file")
+@click.argument("file", required=False)
+@click.option("--from", "source", type=_GalleryScene(), metavar="NAME", help="Write this scene of the gallery.")
+@click.option("--list", "lists", is_flag=True, help="List the scenes of the gallery.")
 @click.option("--force", is_flag=True, help="Replace FILE if it is there already.")
-def command(file: str, force: bool) -> None:
+def command(file: str | None, source: str | None, lists: bool, force: bool) -> None:
     """Write a small commented scene to start from.
 
     It goes to FILE, or to standard output for -.
     """
+    if lists:
+        if file is not None or source is not None or force:
+            raise click.UsageError("--list writes no file: leave out FILE, --from and --force")
+        _list_gallery()
+    elif file is None:
+        raise click.UsageError("Missing argument 'FILE': type for example: rtcli new my.yaml")
+    else:
+        _write(file, source, force)
+
+
+def _list_gallery() -> None:
+    scenes = gallery()
+    width = max(map(len, scenes))
+    for name, scene in scenes.items():
+        click.echo(f"{name:{width}}  {caption(scene)}")
+
+
+def _write(file: str, source: str | None, force: bool) -> None:
     if file != STDIO and not file.lower().endswith(YAML_SUFFIXES):
         raise click.UsageError(f"{file!r}: the name of a scene in YAML must end in .yaml or .yml")
-    starter = (resources.files("rtcli.scene") / "starter.yaml").read_bytes()
+    if source is None:
+        text = (resources.files("rtcli.scene") / "starter.yaml").read_text(encoding="utf-8")
+    else:
+        text = text_to_start_from(gallery()[source])
     if file != STDIO and not force and Path(file).exists():
         raise FileExistsError(errno.EEXIST, "is there already: use --force to replace it", file)
-    write_bytes(starter, file)
+    write_bytes(text.encode(), file)
     if file != STDIO:
         scene = f"./{file}" if file.startswith("-") else file
         render = shlex.join(["rtcli", "render", scene, "-o", str(Path(file).with_suffix(".png"))])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import shlex
 import sys
 import tempfile
 from collections.abc import Iterator
@@ -109,7 +110,7 @@ class PictureOutput:
 
 
 @click.command("render")
-@click.argument("scene")
+@click.argument("scene", required=False, metavar="SCENE")
 @click.option(
     "-o",
     "--output",
@@ -156,6 +157,11 @@ def command(context: click.Context, /, **options: Any) -> int:
 
     SCENE is a .yaml, .yml or .json file, or - for YAML or JSON on standard input.
     """
+    if options["scene"] is None:
+        raise click.UsageError(
+            "Missing argument 'SCENE': type for example: rtcli render my.yaml -o my.png\n"
+            "To write a first scene: rtcli new my.yaml"
+        )
     check = pop_check(options, context)
     parsed = RenderOptions(overrides=pop_overrides(options), **options)
     if check is not None:
@@ -163,7 +169,12 @@ def command(context: click.Context, /, **options: Any) -> int:
     if parsed.output is not None:
         return render(parsed, PictureOutput(parsed.output, parsed.passes, parsed.bits))
     if not is_terminal(sys.stdout):
-        raise click.UsageError("Missing option '-o': say where the picture goes, or what to --check it with")
+        picture = "picture.png" if parsed.scene == STDIO else str(Path(parsed.scene).with_suffix(".png"))
+        example = shlex.join(["rtcli", "render", parsed.scene, "-o", picture])
+        raise click.UsageError(
+            f"Missing option '-o': type for example: {printable(example)}\n"
+            "To compare with a golden picture: --check GOLDEN.png"
+        )
     if parsed.passes or parsed.stats is not None or parsed.bits != DEPTHS[0]:
         raise click.UsageError("--passes, --stats and --bits need a file for the picture: -o OUT")
     return _preview(parsed)

@@ -46,9 +46,11 @@ class Span:
     Parameters
     ----------
     path
-        The file's name, `<stdin>`, or the option that set the value (`--set camera.fov=200`).
+        The file's name, `<stdin>`, or the option that set the value (`--set camera.fov=200`); the class, such as
+        `rtcli.Sphere`, or `<dict>` for a value that came from Python.
     line, column
-        The position of its first character, counted from 1; columns count characters, not bytes.
+        The position of its first character, counted from 1; columns count characters, not bytes. 0 if there is no
+        text.
     end_line, end_column
         The position after its last character.
     excerpt
@@ -130,7 +132,7 @@ class Problem:
     def __str__(self) -> str:
         """Return the problem as one line, in the format of compiler messages that editors parse."""
         where = f"{printable(self.where)}: " if self.where else ""
-        position = f"{printable(self.path)}:{self.line}:{self.column}"
+        position = printable(self.path) + (f":{self.line}:{self.column}" if self.line else "")
         return f"{position}: {self.severity}: {where}{self.message} [{self.code}]"
 
 

@@ -17,8 +17,8 @@ from rtcli.scene.validation.intensity import fitting_intensity
 
 _SECTIONS: dict[str, type[BaseModel]] = {
     "camera": model.Camera,
-    "render": model.Render,
-    "image": model.Image,
+    "render": model.RenderSettings,
+    "image": model.ImageSettings,
     "lights": model.PointLight,
 }
 
@@ -40,9 +40,9 @@ def model_around(loc: Loc) -> type[BaseModel]:
 
 def name_of(around: type[BaseModel]) -> str:
     """Return how messages name the mapping of a model."""
-    return {model.Scene: "a scene", model.PointLight: "a light", model.CarriedLight: "a carried light"}.get(
-        around, around.__name__.lower() if around in _SECTIONS.values() else f"a {around.__name__.lower()}"
-    )
+    names: dict[type[BaseModel], str] = {section: key for key, section in _SECTIONS.items()}
+    names |= {model.Scene: "a scene", model.PointLight: "a light", model.CarriedLight: "a carried light"}
+    return names.get(around, f"a {around.__name__.lower()}")
 
 
 def meaning(loc: Loc, data: Any) -> str:

@@ -204,9 +204,7 @@ def _unknown_key(key: str, around: type[BaseModel] | None, meant: str | None, ow
     message = f"unknown key {quoted(key)}{did_you_mean(meant) or owner}"
     help = ""
     if around is not None:
-        known = around.model_fields
-        ordered = sorted(known, key=lambda name: (name != "type", not known[name].is_required()))
-        help = f"the keys of {name_of(around)} are {_names(ordered)}"
+        help = f"the keys of {name_of(around)} are {_names(model.keys_in_order(around))}"
     return _Finding(rules.UNKNOWN_KEY, message, help, at=KEY)
 
 
@@ -326,6 +324,7 @@ _FINDINGS: dict[str, _Find] = {
     "string_too_long": lambda refused: _Finding(rules.TOO_LONG, f"has more than {model.MAX_NAME:,} characters"),
     "string_too_short": lambda refused: _Finding(rules.EMPTY_TEXT, "must not be empty"),
     "string_type": _text,
+    "string_unicode": lambda refused: _Finding(rules.CHARACTER, "has half of a surrogate pair"),
     "too_long": lambda refused: _wrong_length(refused.loc, refused.value),
     "tuple_type": _not_a_list,
     "union_tag_invalid": _invalid_type,

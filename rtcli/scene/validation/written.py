@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from pydantic import BaseModel
+
 from rtcli.scene.diagnostics.problems import quoted, shortened
 from rtcli.scene.reading.json_reader import WORDS
 from rtcli.scene.reading.yaml_reader import plain_scalar
@@ -24,6 +26,8 @@ def shown(value: Any, written: str | None) -> str:
         return "no value"
     if isinstance(value, dict):
         return "a mapping"
+    if isinstance(value, BaseModel):
+        return f"a {type(value).__name__}"
     if isinstance(value, (list, tuple)):
         return f"a list of {len(value)}"
     if isinstance(value, str):

@@ -14,7 +14,7 @@ from PIL import Image as PillowImage
 import rtcli
 from rtcli.compare.difference import NEITHER, ONLY_FIRST, ONLY_SECOND
 from rtcli.image.write import FORMATS
-from rtcli.scene.model import Image, Render
+from rtcli.scene.model import ImageSettings, RenderSettings
 from rtcli.tracer._native import simd_level
 from rtcli.tracer.engines import default_threads
 from rtcli.tracer.passes import PASSES
@@ -127,7 +127,10 @@ def test_picture_is_what_the_film_of_its_engine_saves(run, scene, engine, option
     assert result.exit_code == 0
     samples, exposure = 3 if "--samples" in options else 1, "auto" if "auto" in options else 0.0
     same = rtcli.load_scene(scene).model_copy(
-        update={"render": Render(samples=samples, background=(0.1, 0.2, 0.3)), "image": Image(exposure=exposure)}
+        update={
+            "render": RenderSettings(samples=samples, background=(0.1, 0.2, 0.3)),
+            "image": ImageSettings(exposure=exposure),
+        }
     )
     crop = (10, 5, 20, 12) if "--crop" in options else None
     rtcli.render(same, engine=engine, crop=crop).save("film.png", bits=bits)
@@ -353,6 +356,23 @@ def test_wrong_usage_exits_with_2_and_names_what_is_wrong(run, scene, folder, op
 @pytest.mark.parametrize("arguments", [["render"], ["render", "scene.yaml"], ["render", "-o", "out.png"]])
 def test_missing_argument_is_wrong_usage(run, scene, folder, arguments):
     assert "Missing" in refused(run(*arguments), folder, 2)
+
+
+def test_no_argument_says_what_to_type(run, folder):
+    told = refused(run("render"), folder, 2)
+    assert "type for example: rtcli render my.yaml -o my.png\nTo write a first scene: rtcli new my.yaml\n" in told
+
+
+@pytest.mark.parametrize(
+    ("name", "command"),
+    [
+        ("scene.yaml", "rtcli render scene.yaml -o scene.png"),
+        ("my scene.yaml", "rtcli render 'my scene.yaml' -o 'my scene.png'"),
+        ("-", "rtcli render - -o picture.png"),
+    ],
+)
+def test_picture_without_a_name_off_a_terminal_says_what_to_type(run, folder, name, command):
+    assert f"Missing option '-o': type for example: {command}\n" in refused(run("render", name), folder, 2)
 
 
 def test_wrong_variable_of_the_environment_is_wrong_usage(run, scene, folder):

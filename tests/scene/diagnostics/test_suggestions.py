@@ -6,7 +6,14 @@ from rtcli.scene import model
 from rtcli.scene.diagnostics.suggestions import suggested_key, suggested_type
 from rtcli.scene.diagnostics.synonyms import WORDS_FOR_SHAPES
 
-MODELS = [model.Scene, model.Camera, model.PointLight, model.CarriedLight, model.Render, model.Image]
+MODELS = [
+    model.Scene,
+    model.Camera,
+    model.PointLight,
+    model.CarriedLight,
+    model.RenderSettings,
+    model.ImageSettings,
+]
 MODELS += model.SHAPES.values()
 
 
@@ -46,11 +53,11 @@ MODELS += model.SHAPES.values()
         (model.Box, "orientation", "rotation"),
         (model.Box, "dimensions", "size"),
         (model.Box, "base_color", "color"),
-        (model.Render, "spp", "samples"),
-        (model.Render, "bounces", "max_depth"),
-        (model.Render, "sky", "background"),
-        (model.Image, "tonemapping", "tone"),
-        (model.Image, "ev", "exposure"),
+        (model.RenderSettings, "spp", "samples"),
+        (model.RenderSettings, "bounces", "max_depth"),
+        (model.RenderSettings, "sky", "background"),
+        (model.ImageSettings, "tonemapping", "tone"),
+        (model.ImageSettings, "ev", "exposure"),
     ],
 )
 def test_word_of_another_renderer_means_a_key(around, word, meant):
