@@ -174,8 +174,8 @@ def command(context: click.Context, /, **options: Any) -> int:
     A result stays as it is if its scene, the settings and rtcli's version are the same and its files are as they
     were written. A batch may be interrupted or killed at any moment: the next one goes on from there.
 
-    Exits with 0 if all went well, 1 if a scene failed or --check finds a difference, 3 if a path leads to nothing or
-    DIR cannot be written.
+    Exits with 0 if all went well, 1 if a scene failed or --check finds a difference, 3 if a path leads to nothing
+    or DIR cannot be written.
     """
     check = pop_folder_check(options, context)
     if options["output"] is None:
