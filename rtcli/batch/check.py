@@ -128,6 +128,7 @@ def check_jobs(
             if room < 0 or not result.pictures:
                 shutil.rmtree(item.task.scratch, ignore_errors=True)
                 result = replace(result, pictures=())
+            shutil.rmtree(item.task.scratch / _NEW, ignore_errors=True)
             yield result
         yield from unread
     finally:

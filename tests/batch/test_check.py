@@ -64,6 +64,7 @@ def test_pictures_to_show_are_kept_until_they_are_too_many(folder, scratch, monk
     pictures = [path for result in results for shown in result.pictures for path in shown[1:]]
     assert [len(result.pictures) for result in results] == [0, 1, 1, 1]
     assert all(path.is_file() for path in pictures)
+    assert {path.parent.name for path in scratch.rglob("*.*")} == {"shown", "differences"}
     one = sum(path.stat().st_size for path in pictures[:3])
     monkeypatch.setattr(check, "_MAX_SHOWN_BYTES", int(2.5 * one))
     results = checked(scratch, shows=True)
