@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import click
 
@@ -18,8 +18,7 @@ from rtcli.compare.pictures import Comparison, joined
 from rtcli.tracer.world import Window
 
 
-@dataclass(frozen=True)
-class GoldenCheck:
+class GoldenCheck(NamedTuple):
     """A golden picture to compare a rendering with: its file's name, its contents, and the pictures to draw."""
 
     name: str

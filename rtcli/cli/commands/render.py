@@ -10,7 +10,7 @@ import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
 import click
 
@@ -75,8 +75,7 @@ class RenderOptions:
             yield cluster.executor
 
 
-@dataclass(frozen=True)
-class PictureOutput:
+class PictureOutput(NamedTuple):
     """The files of a film: the picture and the passes beside it; they are only compared if they are not kept."""
 
     path: str
