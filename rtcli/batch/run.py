@@ -32,8 +32,7 @@ _SAVE_TIMEOUT = 1.0
 # --- The plan --------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class BatchStep:
+class BatchStep(NamedTuple):
     """A job to render, with the reason."""
 
     job: Job
@@ -255,8 +254,7 @@ def _without(entry: Entry, deleted: set[str]) -> Entry:
 # --- The run ---------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Batch:
+class Batch(NamedTuple):
     """A plan, and what it takes to carry it out; the workers write the files themselves, or return their bytes."""
 
     plan: Plan

@@ -30,8 +30,7 @@ DONE, FAILED = "done", "failed"
 MAX_KEPT = 20
 
 
-@dataclass(frozen=True)
-class BatchTask:
+class BatchTask(NamedTuple):
     """A job with everything that a worker needs, ready to be sent to another process or machine.
 
     Parameters

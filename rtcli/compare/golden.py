@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import errno
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,8 +22,7 @@ from rtcli.tracer.passes import PASSES, RADIANCE
 from rtcli.tracer.world import Window
 
 
-@dataclass(frozen=True)
-class Golden:
+class Golden(NamedTuple):
     """A golden picture.
 
     Parameters

@@ -41,10 +41,6 @@ class ClusterError(OSError):
     """A cluster that cannot do the work."""
 
 
-class OtherVersionError(Exception):
-    """The worker that the message names has another version of rtcli."""
-
-
 @contextlib.contextmanager
 def dask_cluster(address: str, timeout: float = 60) -> Iterator[Cluster]:
     """Connect to a Dask cluster.
@@ -163,8 +159,6 @@ class _DaskExecutor(Executor):
             value = await remote
         except (asyncio.CancelledError, futures.CancelledError):  # not cancelled here if the future is pending
             failure = BrokenExecutor(_CONNECTION_LOST)
-        except OtherVersionError as error:
-            failure = ClusterError(str(error))
         except self._killed:
             failure = OSError(
                 "the cluster gave up: the work was lost with each of the workers that had it, for want of memory "
@@ -275,12 +269,12 @@ def run_checked(ours: str, function: Callable[..., Any], /, *arguments: Any, **k
 
     Raises
     ------
-    OtherVersionError
+    ClusterError
         If it has another version.
     """
     if version() != ours:
         worker = require_extra("distributed", "dask", _PURPOSE).get_worker().address
-        raise OtherVersionError(_other_version(worker, version(), ours))
+        raise ClusterError(_other_version(worker, version(), ours))
     return function(*arguments, **keywords)
 
 

@@ -26,8 +26,6 @@ from rtcli.tracer.reference import NOTHING, Array, Ray, ReferenceTracer, mean_of
 from rtcli.tracer.sampling import sample_offsets
 from rtcli.tracer.world import Progress, Window
 
-__all__ = ["Explanation", "check_place", "explain"]
-
 
 def explain(scene: Scene, x: int, y: int, sample: int = 1, progress: Progress | None = None) -> Explanation:
     """Explain how a pixel gets its value.

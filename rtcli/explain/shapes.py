@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from rtcli.explain.records import Number
@@ -20,8 +19,7 @@ class RayTerms(NamedTuple):
     reason: str
 
 
-@dataclass(frozen=True)
-class ShapeNotes:
+class ShapeNotes(NamedTuple):
     """What explanations say about a shape.
 
     Parameters

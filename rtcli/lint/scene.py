@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 from typing import NamedTuple
 
 from rtcli.lint.enclosures import Enclosures
@@ -61,8 +61,7 @@ class BurntSpot(NamedTuple):
     warning: LintWarning
 
 
-@dataclass(frozen=True)
-class _Light:
+class _Light(NamedTuple):
     """A light: its place in the file, its position, and the index of the object that carries it, if any."""
 
     loc: Loc
@@ -77,11 +76,8 @@ class _Light:
 
 
 def lint(scene: SceneIndex) -> Iterator[LintWarning]:
-    """Yield the warnings that follow from the numbers of a scene, without a picture of it."""
-    yield from _lights(scene)
-    yield from _camera(scene)
-    yield from _views(scene)
-    yield from _pairs(scene)
+    """Return the warnings that follow from the numbers of a scene, without a picture of it."""
+    return chain(_lights(scene), _camera(scene), _views(scene), _pairs(scene))
 
 
 class SceneIndex:

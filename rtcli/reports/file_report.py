@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from rtcli.scene.diagnostics.problems import Problem
 from rtcli.scene.diagnostics.rules import ERROR
 
 
-@dataclass(frozen=True)
-class FileReport:
+class FileReport(NamedTuple):
     """A file that was checked.
 
     Parameters

@@ -11,7 +11,7 @@ import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
 import click
 
@@ -76,8 +76,7 @@ class RenderOptions:
             yield cluster.executor
 
 
-@dataclass(frozen=True)
-class PictureOutput:
+class PictureOutput(NamedTuple):
     """The files of a film: the picture and the passes beside it; they are only compared if they are not kept."""
 
     path: str

@@ -132,5 +132,5 @@ def _details(record: Record, settings: int) -> dict[str, Any]:
             for part in record.parts
         ],
         "passes": [{"part": name, "url": url, "path": None} for name, url in passes.items()],
-        "problems": [vars(problem) for problem in record.problems],
+        "problems": [problem._asdict() for problem in record.problems],
     }

@@ -10,9 +10,8 @@ import json
 import math
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 from urllib.parse import quote
 
 from rtcli.scene.diagnostics.problems import printable
@@ -22,8 +21,7 @@ from rtcli.tracer.passes import RADIANCE
 _BROWSER_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp")
 
 
-@dataclass(frozen=True)
-class Part:
+class Part(NamedTuple):
     """A file of a result.
 
     Parameters
@@ -52,8 +50,7 @@ class Part:
         return self.path is not None and self.path.suffix.lower() in _BROWSER_SUFFIXES
 
 
-@dataclass(frozen=True)
-class ShownProblem:
+class ShownProblem(NamedTuple):
     """A problem of a scene, as text to show; unknown parts are empty.
 
     Parameters
@@ -77,8 +74,7 @@ class ShownProblem:
     code: str
 
 
-@dataclass(frozen=True)
-class Record:
+class Record(NamedTuple):
     """A scene of the manifest. All text is safe to show once it is escaped for HTML.
 
     Parameters

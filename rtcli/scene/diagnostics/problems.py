@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 from rtcli.scene.diagnostics.rules import ERROR, Rule
 
@@ -18,8 +18,7 @@ _MAX_QUOTED = 60
 _KEYS = ("path", "line", "column", "end_line", "end_column", "severity", "code", "message", "help", "pointer")
 
 
-@dataclass(frozen=True)
-class Excerpt:
+class Excerpt(NamedTuple):
     """The line of the text in which a span starts, or the part around the span if the line is very long.
 
     Parameters

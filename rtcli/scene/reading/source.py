@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from rtcli.scene.diagnostics.problems import Excerpt, Problem, Span, printable
 from rtcli.scene.diagnostics.rules import Rule
@@ -124,8 +124,7 @@ class ContainerSpan(SourceSpan):
         return child.find(loc[1:]) if child else (self, not loc)
 
 
-@dataclass(frozen=True)
-class Edit:
+class Edit(NamedTuple):
     """A value that a command-line option put into the scene at `loc`, and its span in the option."""
 
     loc: Loc

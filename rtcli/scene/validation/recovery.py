@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection
-from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from pydantic import BaseModel
 
@@ -32,8 +31,7 @@ _TELLING = {
 }
 
 
-@dataclass(frozen=True)
-class MistakenKey:
+class MistakenKey(NamedTuple):
     """An unknown key of a mapping that lacks the key it probably means.
 
     Parameters
@@ -51,8 +49,7 @@ class MistakenKey:
     around: _Model | None
 
 
-@dataclass(frozen=True)
-class MistakenType:
+class MistakenType(NamedTuple):
     """An object whose type is unknown or missing.
 
     Parameters
