@@ -13,15 +13,17 @@ pub struct WorkBudget {
     spent: AtomicU64,
 }
 
+impl Default for WorkBudget {
+    /// Return a budget without a limit.
+    fn default() -> WorkBudget {
+        WorkBudget::new(u64::MAX)
+    }
+}
+
 impl WorkBudget {
     /// Make a budget of a number of steps.
     pub fn new(steps: u64) -> WorkBudget {
         WorkBudget { limit: steps, spent: AtomicU64::new(0) }
-    }
-
-    /// Return a budget without a limit.
-    pub fn unlimited() -> WorkBudget {
-        WorkBudget::new(u64::MAX)
     }
 
     /// The steps done: always the same for completed work, and more than the limit otherwise.
@@ -58,7 +60,7 @@ pub(crate) struct WorkMeter {
 
 impl Default for WorkMeter {
     fn default() -> WorkMeter {
-        WorkBudget::unlimited().meter()
+        WorkBudget::default().meter()
     }
 }
 
@@ -125,7 +127,7 @@ mod tests {
 
     #[test]
     fn no_work_exceeds_a_budget_without_bound() {
-        let budget = WorkBudget::unlimited();
+        let budget = WorkBudget::default();
         let mut meter = budget.meter();
         assert!(meter.take(1 << 62));
         budget.spend(meter);

@@ -4,10 +4,8 @@ use crate::shapes::Shape;
 use crate::shapes::contact::{Contact, Side};
 use crate::shapes::cuboid::Cuboid;
 use crate::shapes::plane::Plane;
-use crate::shapes::plane_equation::PlaneEquation;
-use crate::shapes::points::Points;
+use crate::shapes::points::{PlaneEquation, Points, ShadowRays};
 use crate::shapes::primitive::Primitive;
-use crate::shapes::shadow::Shadow;
 use crate::shapes::sphere::Sphere;
 use crate::tile::hits::{FACE_BITS, HitBuffer, NO_FACE};
 use crate::tile::rays::Rays;
@@ -319,7 +317,8 @@ pub(crate) fn irradiance_left(occluder: &OracleShape, light: Vector, points: &Po
         squared[lane] = x * x + y * y + z * z;
     }
     let contact = occluder.contact(light);
-    let shadow = &mut Shadow { points, light, squared: &squared, irradiance: &mut left, bounds: points.bounds() };
+    let shadow =
+        &mut ShadowRays { points, light, squared: &squared, irradiance: &mut left, bounds: points.bounds() };
     occluder.to_kernel().occlude((contact.side == Side::On).then_some(&contact), shadow);
     left
 }

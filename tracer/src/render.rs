@@ -13,49 +13,9 @@ use crate::trace::coverage::Coverage;
 use crate::trace::tile_tracer::{PassRequest, TileTracer};
 use crate::world::{Settings, Window, World};
 use rayon::prelude::*;
-use std::error::Error;
-use std::fmt;
 use std::io;
 use std::mem::{swap, take};
 use std::time::{Duration, Instant};
-
-/// Why a picture was not written.
-#[derive(Debug)]
-pub enum PictureError {
-    /// The rendering ended early.
-    Stopped(Stopped),
-    /// The sink failed.
-    Io(io::Error),
-}
-
-impl fmt::Display for PictureError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            PictureError::Stopped(stopped) => stopped.fmt(f),
-            PictureError::Io(error) => error.fmt(f),
-        }
-    }
-}
-
-impl Error for PictureError {}
-
-impl From<Stopped> for PictureError {
-    fn from(stopped: Stopped) -> PictureError {
-        PictureError::Stopped(stopped)
-    }
-}
-
-impl From<OutOfMemory> for PictureError {
-    fn from(error: OutOfMemory) -> PictureError {
-        PictureError::Stopped(error.into())
-    }
-}
-
-impl From<io::Error> for PictureError {
-    fn from(error: io::Error) -> PictureError {
-        PictureError::Io(error)
-    }
-}
 
 /// The rays of a picture, and the times of all threads together.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -212,7 +172,7 @@ impl Tracer {
         texts: &[(String, String)],
         sink: impl io::Write + Send,
         monitor: &Monitor,
-    ) -> Result<RenderStats, PictureError> {
+    ) -> Result<RenderStats, Stopped> {
         let header = Header {
             width: window.width,
             height: window.height,
@@ -339,9 +299,9 @@ impl<T: TileSink> Kernel for Band<'_, T> {
             if monitor.stopped() {
                 return;
             }
-            let mut meter = monitor.budget().meter();
+            let mut meter = monitor.budget.meter();
             self.tracer.trace(self.scene, settings, tile, &mut meter, || monitor.cancelled());
-            monitor.budget().spend(meter);
+            monitor.budget.spend(meter);
             if tiles % TIMED == 0 {
                 let traced = Instant::now();
                 self.sink.take(self.tracer, tile);

@@ -4,25 +4,19 @@
 use crate::bounds::BoundingSphere;
 use crate::camera_space::CameraSpace;
 use crate::shapes::contact::Contact;
-use crate::shapes::description::Description;
 use crate::shapes::outline::Outline;
-use crate::shapes::plane_equation::PlaneEquation;
-use crate::shapes::points::Points;
-use crate::shapes::primitive::Primitive;
-use crate::shapes::shadow::Shadow;
+use crate::shapes::points::{PlaneEquation, Points, ShadowRays};
+use crate::shapes::primitive::{Description, Primitive};
 use crate::tile::hits::HitBuffer;
 use crate::tile::rays::Rays;
 use crate::vector::Vector;
 
 pub(crate) mod contact;
 pub(crate) mod cuboid;
-pub(crate) mod description;
 pub(crate) mod outline;
 pub(crate) mod plane;
-pub(crate) mod plane_equation;
 pub(crate) mod points;
 pub(crate) mod primitive;
-pub(crate) mod shadow;
 pub(crate) mod sphere;
 
 /// A kind of shape.
@@ -125,7 +119,7 @@ impl Primitive for Shape {
     }
 
     #[inline(always)]
-    fn occlude(&self, contact: Option<&Contact>, shadow: &mut Shadow<'_>) {
+    fn occlude(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>) {
         dispatch!(Shape, self, shape => shape.occlude(contact, shadow));
     }
 

@@ -1,7 +1,6 @@
 //! The arrays of a rendered picture, and how a tile fills its part of them. To add a pass: add it to `Pass` and
 //! `PASSES`, and compute it in `Film::take`.
 
-use crate::names::UnknownName;
 use crate::scene::Scene;
 use crate::tile::Tile;
 use crate::tile::hits::{FACE_BITS, NO_FACE};
@@ -9,7 +8,6 @@ use crate::tile::{LANES, Lanes};
 use crate::trace::tile_tracer::{PassRequest, TileTracer};
 use crate::vector::{add, dot, rotate, scale, to_f32};
 use crate::world::{Camera, Vector, Window};
-use std::str::FromStr;
 
 /// What a film records of each pixel. Passes other than radiance are taken at pixel centres, whatever the number
 /// of samples.
@@ -53,16 +51,12 @@ const PASSES: [PassSpec; 7] = [
     PassSpec(Pass::ObjectId, "object_id", 1, ValueType::Integer, PassRequest::Hits),
 ];
 
-impl FromStr for Pass {
-    type Err = UnknownName;
-
-    fn from_str(name: &str) -> Result<Pass, UnknownName> {
-        let spec = PASSES.iter().find(|spec| spec.1 == name);
-        spec.map(|spec| spec.0).ok_or_else(|| UnknownName::new("pass", name))
-    }
-}
-
 impl Pass {
+    /// Return the pass of a name.
+    pub fn named(name: &str) -> Option<Pass> {
+        PASSES.iter().find(|spec| spec.1 == name).map(|spec| spec.0)
+    }
+
     /// The type of its values.
     pub fn value_type(self) -> ValueType {
         PASSES[self as usize].3

@@ -3,10 +3,8 @@
 use crate::accel::Stack;
 use crate::scene::{Light, Material, Scene};
 use crate::shading::shadows;
-use crate::shapes::plane_equation::PlaneEquation;
-use crate::shapes::points::Points;
+use crate::shapes::points::{PlaneEquation, Points, ShadowRays};
 use crate::shapes::primitive::Primitive;
-use crate::shapes::shadow::Shadow;
 use crate::tile::hits::FACE_BITS;
 use crate::tile::{LANES, Lanes};
 use crate::vector::{Vector, l1_norm, scale, sub, to_f32};
@@ -65,7 +63,7 @@ impl Lighting {
                 continue;
             }
             rays += facing;
-            let mut shadow = Shadow {
+            let mut shadow = ShadowRays {
                 points: &self.points,
                 light: light.position,
                 squared: &self.squared,

@@ -3,8 +3,8 @@
 use crate::accel::Stack;
 use crate::accel::cone::Cone;
 use crate::scene::{Light, Scene};
+use crate::shapes::points::ShadowRays;
 use crate::shapes::primitive::Primitive;
-use crate::shapes::shadow::Shadow;
 use crate::vector::{l1_norm, sub};
 
 /// Darken the points from which another object hides the light.
@@ -12,7 +12,7 @@ use crate::vector::{l1_norm, sub};
 /// The object that the points lie on, `receiver`, and the one that carries the light cast no shadow: see
 /// `Lighting::add`.
 #[inline(always)]
-pub(crate) fn cast(shadow: &mut Shadow<'_>, light: &Light, scene: &Scene, receiver: u32, stack: &mut Stack) {
+pub(crate) fn cast(shadow: &mut ShadowRays<'_>, light: &Light, scene: &Scene, receiver: u32, stack: &mut Stack) {
     for &i in &scene.unbounded {
         if i != receiver {
             scene.shapes[i as usize].occlude(light.contact(i), shadow);

@@ -3,12 +3,9 @@
 use crate::bounds::BoundingSphere;
 use crate::camera_space::{CameraSpace, FAR_FROM_ROUNDING};
 use crate::shapes::contact::{Contact, Side, rounding_across};
-use crate::shapes::description::Description;
 use crate::shapes::outline::{BoxCone, Outline};
-use crate::shapes::plane_equation::PlaneEquation;
-use crate::shapes::points::Points;
-use crate::shapes::primitive::Primitive;
-use crate::shapes::shadow::Shadow;
+use crate::shapes::points::{PlaneEquation, Points, ShadowRays};
+use crate::shapes::primitive::{Description, Primitive};
 use crate::tile::LANES;
 use crate::tile::hits::{FACE_BITS, HitBuffer, offer};
 use crate::tile::rays::Rays;
@@ -143,7 +140,13 @@ impl Cuboid {
 
     /// Darken the points outside, for a light that is inside, or on a face and the points are before it.
     #[inline(always)]
-    fn occlude_from_inside(&self, reference: Vector, rounding: Vector, before: Before, shadow: &mut Shadow<'_>) {
+    fn occlude_from_inside(
+        &self,
+        reference: Vector,
+        rounding: Vector,
+        before: Before,
+        shadow: &mut ShadowRays<'_>,
+    ) {
         let (axes, sign, limit) = before;
         let low: [f32; 3] = std::array::from_fn(|i| (-self.half[i] - reference[i] - rounding[i]) as f32);
         let high: [f32; 3] = std::array::from_fn(|i| (self.half[i] - reference[i] + rounding[i]) as f32);
@@ -254,7 +257,7 @@ impl Primitive for Cuboid {
     ///
     /// |(L x P)_i| > h_j |e_k| + h_k |e_j|
     #[inline(always)]
-    fn occlude(&self, contact: Option<&Contact>, shadow: &mut Shadow<'_>) {
+    fn occlude(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>) {
         let light =
             contact.map_or_else(|| rotate(&self.axes, sub(shadow.light, self.center)), |contact| contact.local);
         let reference = rotate(&self.axes, sub(shadow.points.reference, self.center));

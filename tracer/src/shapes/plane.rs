@@ -3,12 +3,9 @@
 use crate::bounds::BoundingSphere;
 use crate::camera_space::{CameraSpace, range_scale_at};
 use crate::shapes::contact::{Contact, rounding_across, spread};
-use crate::shapes::description::Description;
 use crate::shapes::outline::{HalfSpace, Outline};
-use crate::shapes::plane_equation::PlaneEquation;
-use crate::shapes::points::Points;
-use crate::shapes::primitive::Primitive;
-use crate::shapes::shadow::Shadow;
+use crate::shapes::points::{PlaneEquation, Points, ShadowRays};
+use crate::shapes::primitive::{Description, Primitive};
 use crate::tile::LANES;
 use crate::tile::hits::{HitBuffer, offer};
 use crate::tile::rays::Rays;
@@ -115,7 +112,7 @@ impl Primitive for Plane {
 
     /// Darken the points on the other side of the plane.
     #[inline(always)]
-    fn occlude(&self, contact: Option<&Contact>, shadow: &mut Shadow<'_>) {
+    fn occlude(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>) {
         let light = contact.map_or_else(|| self.equation.height(shadow.light), |contact| contact.height);
         // A light on the plane, such as one on the ceiling, shines to both sides.
         if light == 0.0 {

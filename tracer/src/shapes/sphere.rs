@@ -13,12 +13,9 @@
 use crate::bounds::BoundingSphere;
 use crate::camera_space::CameraSpace;
 use crate::shapes::contact::{Contact, Side, rounding};
-use crate::shapes::description::Description;
 use crate::shapes::outline::{CircularCone, Outline};
-use crate::shapes::plane_equation::PlaneEquation;
-use crate::shapes::points::Points;
-use crate::shapes::primitive::Primitive;
-use crate::shapes::shadow::Shadow;
+use crate::shapes::points::{PlaneEquation, Points, ShadowRays};
+use crate::shapes::primitive::{Description, Primitive};
 use crate::tile::hits::{HitBuffer, offer};
 use crate::tile::rays::Rays;
 use crate::tile::{LANES, SIDE};
@@ -335,7 +332,7 @@ impl Primitive for Sphere {
     /// and where the sphere is almost flat, (q.w)^2 >= (q.q - R^2) w.w excludes lines that pass above its horizon.
     /// The far side hides a light on the sphere from points outside.
     #[inline(always)]
-    fn occlude(&self, contact: Option<&Contact>, shadow: &mut Shadow<'_>) {
+    fn occlude(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>) {
         let light = shadow.light;
         let from_light = sub(self.center, light);
         let side = contact.map_or_else(|| self.side(light), |contact| contact.side);

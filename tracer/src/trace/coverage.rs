@@ -44,9 +44,9 @@ impl Kernel for Coverage<'_> {
             if self.monitor.stopped() {
                 return;
             }
-            let mut meter = self.monitor.budget().meter();
+            let mut meter = self.monitor.budget.meter();
             *covered = search.count(shape, &mut meter, || self.monitor.cancelled());
-            self.monitor.budget().spend(meter);
+            self.monitor.budget.spend(meter);
         }
     }
 }
