@@ -155,9 +155,9 @@ impl<'a> Film<'a> {
                         traced.mean_radiance(span.lane, &mut radiance[pixels]);
                     }
                 }
-                (Pass::Depth, Some(Values::Floats(depth)), _) => tile.put(depth, &to_world.depths(t, faces)),
+                (Pass::Depth, Some(Values::Floats(depth)), _) => tile.put(depth, &to_world.lengths(t, faces)),
                 (Pass::Distance, Some(Values::Floats(distance)), _) => {
-                    tile.put(distance, &to_world.distances(t, &traced.rays.vv, faces));
+                    tile.put(distance, &to_world.lengths(&distances(t, &traced.rays.vv), faces));
                 }
                 (Pass::Normal, Some(Values::Floats(normal)), Some(surface)) => {
                     tile.put(normal.as_chunks_mut().0, &to_world.normals(&surface.normal, faces));
@@ -196,11 +196,14 @@ fn bounded(value: f64) -> f32 {
     value.clamp(-largest, largest) as f32
 }
 
-/// A length in the world, which stays finite if it is.
+/// distance = t |v|
 #[inline(always)]
-fn length(length: f32, unit: f64) -> f32 {
-    let in_world = bounded(f64::from(length) * unit);
-    if length < f32::INFINITY { in_world } else { length }
+fn distances(t: &Lanes, vv: &Lanes) -> Lanes {
+    let mut distances = [0.0; LANES];
+    for lane in 0..LANES {
+        distances[lane] = t[lane] * vv[lane].sqrt();
+    }
+    distances
 }
 
 /// The transformation from camera space to the world, for whole tiles: loops that vectorize.
@@ -225,29 +228,19 @@ impl<'a> CameraToWorld<'a> {
         }
     }
 
-    /// depth = t
+    /// Lengths in the world, which stay finite if they are.
     #[inline(always)]
-    fn depths(&self, t: &Lanes, faces: &[u32; LANES]) -> Lanes {
+    fn lengths(&self, lengths: &Lanes, faces: &[u32; LANES]) -> Lanes {
         let units = self.units(faces);
-        let mut depths = [0.0; LANES];
+        let mut in_world = [0.0; LANES];
         for lane in 0..LANES {
-            depths[lane] = length(t[lane], units[lane]);
+            let scaled = bounded(f64::from(lengths[lane]) * units[lane]);
+            in_world[lane] = if lengths[lane] < f32::INFINITY { scaled } else { lengths[lane] };
         }
-        depths
+        in_world
     }
 
-    /// distance = t |v|
-    #[inline(always)]
-    fn distances(&self, t: &Lanes, vv: &Lanes, faces: &[u32; LANES]) -> Lanes {
-        let units = self.units(faces);
-        let mut distances = [0.0; LANES];
-        for lane in 0..LANES {
-            distances[lane] = length(t[lane] * vv[lane].sqrt(), units[lane]);
-        }
-        distances
-    }
-
-    /// Places, from what they are relative to the eye; 0 where nothing is met.
+    /// Positions, from those relative to the eye; 0 where rays miss.
     #[inline(always)]
     fn positions(&self, [x, y, z]: &[[f64; LANES]; 3], faces: &[u32; LANES]) -> Triples {
         let units = self.units(faces);

@@ -25,7 +25,7 @@ pub(crate) fn cast(shadow: &mut ShadowRays<'_>, light: &Light, scene: &Scene, re
     let cone = Cone::from_apex(light.position, shadow.bounds, farthest);
     let mut traversal = scene.bvh.traverse(&cone, stack);
     while let Some(i) = traversal.next(f32::INFINITY) {
-        if i == receiver || i == light.carrier {
+        if i == receiver || Some(i) == light.carrier {
             continue;
         }
         scene.shapes[i as usize].occlude(light.contact(i), shadow);

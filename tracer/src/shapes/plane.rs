@@ -3,7 +3,7 @@
 use crate::bounds::BoundingSphere;
 use crate::camera_space::{CameraSpace, range_scale_at};
 use crate::shapes::contact::{Contact, rounding_across, spread};
-use crate::shapes::outline::{HalfSpace, Outline};
+use crate::shapes::outline::Outline;
 use crate::shapes::points::{PlaneEquation, Points, ShadowRays};
 use crate::shapes::primitive::{Description, Primitive};
 use crate::tile::LANES;
@@ -154,7 +154,7 @@ impl Primitive for Plane {
     }
 
     fn outline(&self) -> Outline {
-        HalfSpace::outline(self.equation.normal, self.equation.offset)
+        Outline::of_plane(self.equation.normal, self.equation.offset)
     }
 }
 
