@@ -8,7 +8,7 @@ use crate::accel::build::{Item, Part, TREE, build};
 use crate::accel::cone::Cone;
 use crate::accel::node::{LEAF, Node, WIDTH};
 use crate::bounds::BoundingSphere;
-use crate::budget::WorkMeter;
+use crate::budget::WorkCounter;
 use crate::memory::{OutOfMemory, collect};
 
 pub(crate) mod build;
@@ -51,7 +51,7 @@ pub(crate) struct Stack {
     /// number.
     waiting: Vec<u64>,
     /// Counts the steps of all walks; once they run out, walks end at once.
-    pub(crate) meter: WorkMeter,
+    pub(crate) work: WorkCounter,
     /// The steps that an object takes which is walked to.
     pub(crate) steps_per_object: u64,
 }
@@ -75,12 +75,12 @@ impl Traversal<'_> {
     #[inline(always)]
     pub(crate) fn next(&mut self, limit: f32) -> Option<u32> {
         let limit = limit.min(self.cone.range);
-        // Counted here and metered at once: the meter is checked for objects only.
+        // Counted here and added at once: the limit is checked for objects only.
         let mut opened = 0;
         loop {
             let next = self.next;
             if next == DONE {
-                self.stack.meter.take(opened);
+                self.stack.work.take(opened);
                 return None;
             }
             let number = next as u32;
@@ -88,7 +88,7 @@ impl Traversal<'_> {
                 self.next = self.stack.waiting.pop().unwrap_or(DONE);
             } else if number & LEAF != 0 {
                 self.next = self.stack.waiting.pop().unwrap_or(DONE);
-                let may = self.stack.meter.take(opened + self.stack.steps_per_object);
+                let may = self.stack.work.take(opened + self.stack.steps_per_object);
                 return may.then_some(number & !LEAF);
             } else {
                 opened += 1;

@@ -4,7 +4,7 @@ use crate::shapes::Shape;
 use crate::shapes::contact::{Contact, Side};
 use crate::shapes::cuboid::Cuboid;
 use crate::shapes::plane::Plane;
-use crate::shapes::points::{PlaneEquation, Points, ShadowRays};
+use crate::shapes::points::{Points, ShadowRays};
 use crate::shapes::primitive::Primitive;
 use crate::shapes::sphere::Sphere;
 use crate::tile::hits::{FACE_BITS, HitBuffer, NO_FACE};
@@ -279,11 +279,8 @@ pub(crate) fn check_intersection(
 /// The first face number in tests.
 pub(crate) const FACE: u32 = 5 << FACE_BITS;
 
-/// The points at which rays of a tile meet the faces of a shape: for each face its lanes, points, and plane.
-pub(crate) fn placed(
-    shape: &OracleShape,
-    (view, corner): (View, (u32, u32)),
-) -> Vec<(Vec<u8>, Points, Option<PlaneEquation>)> {
+/// The points at which rays of a tile meet the faces of a shape: for each face its lanes and points.
+pub(crate) fn surface_points(shape: &OracleShape, (view, corner): (View, (u32, u32))) -> Vec<(Vec<u8>, Points)> {
     let rays = rays_of(view, corner);
     let shape = shape.to_kernel();
     let mut hits = HitBuffer::new();
@@ -301,8 +298,8 @@ pub(crate) fn placed(
             some.pick(&rays, &lanes);
             let mut points = Points::new();
             let first = || exact_ray(view, corner, hits.lane(face, t));
-            let plane = shape.place(face, &some, (f64::from(t), first), &mut points);
-            (lanes, points, plane)
+            shape.compute_points(face, &some, (f64::from(t), first), &mut points);
+            (lanes, points)
         })
         .collect()
 }

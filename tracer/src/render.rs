@@ -299,9 +299,9 @@ impl<T: TileSink> Kernel for Band<'_, T> {
             if monitor.stopped() {
                 return;
             }
-            let mut meter = monitor.budget.meter();
-            self.tracer.trace(self.scene, settings, tile, &mut meter, || monitor.cancelled());
-            monitor.budget.spend(meter);
+            self.tracer.stack.work = monitor.budget.counter();
+            self.tracer.trace(self.scene, settings, tile, || monitor.cancelled());
+            monitor.budget.spend(self.tracer.stack.work);
             if tiles % TIMED == 0 {
                 let traced = Instant::now();
                 self.sink.take(self.tracer, tile);

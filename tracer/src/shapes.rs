@@ -5,7 +5,7 @@ use crate::bounds::BoundingSphere;
 use crate::camera_space::CameraSpace;
 use crate::shapes::contact::Contact;
 use crate::shapes::outline::Outline;
-use crate::shapes::points::{PlaneEquation, Points, ShadowRays};
+use crate::shapes::points::{Points, ShadowRays};
 use crate::shapes::primitive::{Description, Primitive};
 use crate::tile::hits::HitBuffer;
 use crate::tile::rays::Rays;
@@ -107,15 +107,9 @@ impl Primitive for Shape {
     }
 
     #[inline(always)]
-    fn place(
-        &self,
-        face: u32,
-        rays: &Rays,
-        depth: (f64, impl Fn() -> Vector),
-        points: &mut Points,
-    ) -> Option<PlaneEquation> {
+    fn compute_points(&self, face: u32, rays: &Rays, depth: (f64, impl Fn() -> Vector), points: &mut Points) {
         points.start(rays.count, self.magnitude_across(face));
-        dispatch!(Shape, self, shape => shape.place(face, rays, depth, points))
+        dispatch!(Shape, self, shape => shape.compute_points(face, rays, depth, points));
     }
 
     #[inline(always)]

@@ -22,8 +22,8 @@ const AS_GOOD_AS_PARALLEL: i32 = 30;
 /// if larger, to about 1, or below if something is very far away.
 pub(crate) fn suitable_unit(world: &World) -> Result<f64, OutOfMemory> {
     let eye = world.camera.position;
-    let exponent = |place: Vector, size: f64| {
-        let away = |largest: f64, i: usize| largest.max((place[i] / 2.0 - eye[i] / 2.0).abs());
+    let exponent = |position: Vector, size: f64| {
+        let away = |largest: f64, i: usize| largest.max((position[i] / 2.0 - eye[i] / 2.0).abs());
         let distance = (0..3).fold(size / 2.0, away);
         (distance > 0.0).then(|| libm::ilogb(distance))
     };

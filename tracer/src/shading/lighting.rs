@@ -3,7 +3,7 @@
 use crate::accel::Stack;
 use crate::scene::{Light, Material, Scene};
 use crate::shading::shadows;
-use crate::shapes::points::{PlaneEquation, Points, ShadowRays};
+use crate::shapes::points::{Points, ShadowRays};
 use crate::shapes::primitive::Primitive;
 use crate::tile::hits::FACE_BITS;
 use crate::tile::{LANES, Lanes};
@@ -11,7 +11,7 @@ use crate::vector::{Vector, l1_norm, scale, sub, to_f32};
 use crate::world::Settings;
 use std::f64::consts::PI;
 
-/// The height of a light in the plane of a face rounds to less than this share of distances.
+/// Bound on the rounding error of a light's height above a face's plane, relative to distances.
 const HEIGHT_ROUNDING: f64 = 4e-15;
 
 /// Points on a face and the light that reaches them.
@@ -35,8 +35,7 @@ impl Lighting {
         }
     }
 
-    /// Add the light that the placed points reflect, and return the number of shadow rays. `flat` is the plane of
-    /// their face, None on a sphere.
+    /// Add the light that the points reflect to the eye, and return the number of shadow rays.
     ///
     /// radiance = sum over lights of albedo / pi L_i cos(theta), L_i = power / r^2 (document, sections 2.3.1,
     /// 2.3.2)
@@ -45,12 +44,11 @@ impl Lighting {
     /// itself where eye and light are on the same side and cos(theta) > 0: it is skipped, and no epsilon is
     /// needed.
     #[inline(always)]
-    pub(crate) fn add(
+    pub(crate) fn accumulate_direct(
         &mut self,
         scene: &Scene,
         settings: &Settings,
         face: u32,
-        flat: Option<&PlaneEquation>,
         radiance: &mut [Lanes; 3],
     ) -> u64 {
         let object = face >> FACE_BITS;
@@ -58,7 +56,7 @@ impl Lighting {
         let bounds = self.points.bounds();
         let mut rays = 0;
         for light in &scene.lights {
-            let facing = self.irradiate(light, scene, face, flat);
+            let facing = self.irradiate(light, scene, face);
             if facing == 0 {
                 continue;
             }
@@ -70,18 +68,20 @@ impl Lighting {
                 irradiance: &mut self.irradiance,
                 bounds,
             };
-            shadows::cast(&mut shadow, light, scene, object, &mut self.stack);
+            shadows::darken_occluded(&mut shadow, light, scene, object, &mut self.stack);
             // An object that was moved toward the eye gets no more light than at its real distance.
             let dimmed = (range_scale / light.range_scale).min(1.0);
-            let mut share = share(light, scale(albedo, dimmed * dimmed));
+            let albedo = scale(albedo, dimmed * dimmed);
+            // albedo / pi times the light's power
+            let mut weight: Vector = std::array::from_fn(|i| light.power[i] * (albedo[i] / PI));
             if settings.eye_falloff {
-                let gain = gain(share);
-                share = scale(share, 1.0 / f64::from(gain));
-                self.apply_eye_falloff(scene.unit * range_scale, gain);
+                let magnitude = magnitude(weight);
+                weight = scale(weight, 1.0 / f64::from(magnitude));
+                self.apply_eye_falloff(scene.unit * range_scale, magnitude);
             }
-            for (channel, share) in radiance.iter_mut().zip(share.map(bounded)) {
+            for (channel, weight) in radiance.iter_mut().zip(weight.map(bounded)) {
                 for lane in 0..self.points.padded() {
-                    channel[lane] += share * self.irradiance[lane];
+                    channel[lane] += weight * self.irradiance[lane];
                 }
             }
         }
@@ -90,14 +90,14 @@ impl Lighting {
 
     /// Compute the unoccluded irradiance of a light at the points, and return the number of points that face it.
     #[inline(always)]
-    fn irradiate(&mut self, light: &Light, scene: &Scene, face: u32, flat: Option<&PlaneEquation>) -> u64 {
+    fn irradiate(&mut self, light: &Light, scene: &Scene, face: u32) -> u64 {
         let object = face >> FACE_BITS;
         let (shape, contact) = (&scene.shapes[object as usize], light.contact(object));
         if !shape.is_lit_from(contact, light.position) {
             return 0;
         }
         let to_light = to_f32(sub(light.position, self.points.reference));
-        if let Some(plane) = flat {
+        if let Some(plane) = self.points.plane {
             let (height, rounding) = match contact {
                 Some(contact) => (shape.height(face, contact), 0.0),
                 None => (
@@ -144,15 +144,15 @@ impl Lighting {
     }
 
     /// Divide by 4 pi t^2 (document, section 3.4), t the distance to the eye in the world's units; multiply by
-    /// `gain`.
+    /// `magnitude`.
     #[inline(always)]
-    fn apply_eye_falloff(&mut self, unit: f64, gain: f32) {
+    fn apply_eye_falloff(&mut self, unit: f64, magnitude: f32) {
         let eye = to_f32(self.points.reference.map(|component| -component));
         let (unit, per_sphere) = (bounded(unit), (0.25 / PI) as f32);
         for lane in 0..self.points.padded() {
             let p = self.points.toward(eye, lane);
             let factor = unit / (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt();
-            self.irradiance[lane] = self.irradiance[lane] * gain * factor * factor * per_sphere;
+            self.irradiance[lane] = self.irradiance[lane] * magnitude * factor * factor * per_sphere;
         }
     }
 }
@@ -165,15 +165,10 @@ fn per_cube(value: f32, squared: f32) -> f32 {
     value * inverse * inverse.sqrt()
 }
 
-/// albedo / pi times the light's power.
-fn share(light: &Light, albedo: Vector) -> Vector {
-    std::array::from_fn(|i| light.power[i] * (albedo[i] / PI))
-}
-
-/// Return a power of two near a light's power if that is far from 1: it keeps intermediate radiance within
-/// float32.
-fn gain(share: Vector) -> f32 {
-    let largest = share.into_iter().fold(0.0, f64::max);
+/// Return a power of two near the largest weight if that is far from 1: factoring it out keeps intermediate
+/// radiance within float32.
+fn magnitude(weight: Vector) -> f32 {
+    let largest = weight.into_iter().fold(0.0, f64::max);
     let exponent = libm::ilogb(largest);
     if largest > 0.0 && !(-40..=40).contains(&exponent) {
         libm::scalbnf(1.0, exponent.clamp(-120, 120))

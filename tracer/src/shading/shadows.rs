@@ -10,9 +10,15 @@ use crate::vector::{l1_norm, sub};
 /// Darken the points from which another object hides the light.
 ///
 /// The object that the points lie on, `receiver`, and the one that carries the light cast no shadow: see
-/// `Lighting::add`.
+/// `Lighting::accumulate_direct`.
 #[inline(always)]
-pub(crate) fn cast(shadow: &mut ShadowRays<'_>, light: &Light, scene: &Scene, receiver: u32, stack: &mut Stack) {
+pub(crate) fn darken_occluded(
+    shadow: &mut ShadowRays<'_>,
+    light: &Light,
+    scene: &Scene,
+    receiver: u32,
+    stack: &mut Stack,
+) {
     for &i in &scene.unbounded {
         if i != receiver {
             scene.shapes[i as usize].occlude(light.contact(i), shadow);

@@ -238,16 +238,8 @@ impl Primitive for Cuboid {
     }
 
     #[inline(always)]
-    fn place(
-        &self,
-        face: u32,
-        rays: &Rays,
-        (t, _nearest): (f64, impl Fn() -> Vector),
-        points: &mut Points,
-    ) -> Option<PlaneEquation> {
-        let plane = self.face(face);
-        points.reference = plane.place(t, rays, points);
-        Some(plane)
+    fn compute_points(&self, face: u32, rays: &Rays, (t, _): (f64, impl Fn() -> Vector), points: &mut Points) {
+        self.face(face).compute_points(t, rays, points);
     }
 
     /// Darken the points from which the box hides the light.

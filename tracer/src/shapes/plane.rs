@@ -98,16 +98,8 @@ impl Primitive for Plane {
     }
 
     #[inline(always)]
-    fn place(
-        &self,
-        _face: u32,
-        rays: &Rays,
-        (t, _nearest): (f64, impl Fn() -> Vector),
-        points: &mut Points,
-    ) -> Option<PlaneEquation> {
-        let plane = self.equation.facing_the_eye();
-        points.reference = plane.place(t, rays, points);
-        Some(plane)
+    fn compute_points(&self, _face: u32, rays: &Rays, (t, _): (f64, impl Fn() -> Vector), points: &mut Points) {
+        self.equation.facing_the_eye().compute_points(t, rays, points);
     }
 
     /// Darken the points on the other side of the plane.

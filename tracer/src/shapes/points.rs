@@ -20,6 +20,8 @@ pub(crate) struct Points {
     pub(crate) reference: Vector,
     /// The points minus the reference.
     pub(crate) offset: [Lanes; 3],
+    /// The plane of a flat face, with its normal on the eye's side; None on a sphere.
+    pub(crate) plane: Option<PlaneEquation>,
     /// Unit normals that face the eye; of spheres only.
     pub(crate) normal: [Lanes; 3],
     /// The position error that does not depend on the offset.
@@ -28,13 +30,20 @@ pub(crate) struct Points {
 
 impl Points {
     pub(crate) fn new() -> Points {
-        Points { count: 0, reference: [0.0; 3], offset: [[0.0; LANES]; 3], normal: [[0.0; LANES]; 3], error: 0.0 }
+        Points {
+            count: 0,
+            reference: [0.0; 3],
+            offset: [[0.0; LANES]; 3],
+            plane: None,
+            normal: [[0.0; LANES]; 3],
+            error: 0.0,
+        }
     }
 
     /// Begin points on a shape of a magnitude.
     #[inline(always)]
     pub(crate) fn start(&mut self, count: usize, magnitude: f64) {
-        self.count = count;
+        (self.count, self.plane) = (count, None);
         self.error = (ROUNDING * magnitude) as f32;
     }
 
@@ -46,11 +55,11 @@ impl Points {
 
     /// Return the vector from a point to another, given relative to the reference.
     #[inline(always)]
-    pub(crate) fn toward(&self, place: [f32; 3], i: usize) -> [f32; 3] {
-        std::array::from_fn(|axis| place[axis] - self.offset[axis][i])
+    pub(crate) fn toward(&self, point: [f32; 3], i: usize) -> [f32; 3] {
+        std::array::from_fn(|axis| point[axis] - self.offset[axis][i])
     }
 
-    /// What rounding may have taken from the place of a point: what is closer touches.
+    /// Bound on the rounding error of a point's position: what is closer touches it.
     ///
     /// It depends on nothing but the point, as all that decides a pixel.
     #[inline(always)]
@@ -128,13 +137,13 @@ impl PlaneEquation {
         PlaneEquation { normal: self.normal.map(|component| sign * component), offset: sign * self.offset }
     }
 
-    /// Place points on the plane, and return their reference: the point at depth `t` of the middle ray.
+    /// Compute the points of rays on the plane, relative to the point at depth `t` of the middle ray.
     ///
     /// With v = middle + delta and the parameter t + tau:
     ///
     /// tau = (offset - t (n . v)) / (n . v),  P - reference = t delta + tau v
     #[inline(always)]
-    pub(crate) fn place(&self, t: f64, rays: &Rays, points: &mut Points) -> Vector {
+    pub(crate) fn compute_points(self, t: f64, rays: &Rays, points: &mut Points) {
         let along_middle = dot(self.normal, rays.middle);
         let rest = (self.offset - t * along_middle) as f32;
         let [nx, ny, _] = to_f32(self.normal);
@@ -148,7 +157,7 @@ impl PlaneEquation {
             points.offset[1][lane] = t * dy + tau * rays.y[lane];
             points.offset[2][lane] = tau;
         }
-        reference
+        (points.reference, points.plane) = (reference, Some(self));
     }
 }
 

@@ -4,7 +4,7 @@ use crate::bounds::BoundingSphere;
 use crate::camera_space::CameraSpace;
 use crate::shapes::contact::Contact;
 use crate::shapes::outline::Outline;
-use crate::shapes::points::{PlaneEquation, Points, ShadowRays};
+use crate::shapes::points::{Points, ShadowRays};
 use crate::tile::hits::HitBuffer;
 use crate::tile::rays::Rays;
 use crate::vector::Vector;
@@ -48,15 +48,9 @@ pub(crate) trait Primitive {
     /// and |n.v| there.
     fn depth(&self, v: Vector) -> (f64, f64);
 
-    /// Place points where rays hit a face, and return its plane if it is flat. `depth` is the smallest depth, and
-    /// a function that returns its ray.
-    fn place(
-        &self,
-        face: u32,
-        rays: &Rays,
-        depth: (f64, impl Fn() -> Vector),
-        points: &mut Points,
-    ) -> Option<PlaneEquation>;
+    /// Compute the points where rays hit a face. `depth` is the smallest depth, and a function that returns its
+    /// ray.
+    fn compute_points(&self, face: u32, rays: &Rays, depth: (f64, impl Fn() -> Vector), points: &mut Points);
 
     /// Darken the points from which the shape hides the light. `contact` is given if the light is close to the
     /// surface.

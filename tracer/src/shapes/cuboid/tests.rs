@@ -35,8 +35,8 @@ proptest! {
 
     #[test]
     fn points_lie_on_the_box_and_on_their_rays((tile, shape) in tile_and_box(-1.0..5.0)) {
-        for (lanes, points, plane) in placed(&shape, tile) {
-            let plane = plane.unwrap();
+        for (lanes, points) in surface_points(&shape, tile) {
+            let plane = points.plane.unwrap();
             prop_assert!(plane.height([0.0; 3]) >= 0.0);
             for (i, &lane) in lanes.iter().enumerate() {
                 let point = point_of(&points, i);
@@ -65,7 +65,7 @@ proptest! {
         distances in (any_size(-1.5..1.5), any_size(-1.5..1.5), any_size(-2.0..1.0)),
         light_inside in prop::bool::weighted(0.1),
     ) {
-        for (_, points, _) in placed(&receiver, tile) {
+        for (_, points) in surface_points(&receiver, tile) {
             // In the size of what the tile sees.
             let size = points.bounds().radius;
             let half = half.map(|half| half * distances.2 * size);
@@ -181,7 +181,7 @@ fn far_away_and_through_a_telescope_the_edges_of_a_box_are_as_straight_as_nearby
 fn points_on_top() -> Points {
     let axes = [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]];
     let top = OracleShape::Box { center: [0.0, 0.0, 3.0], axes, half: [1.0; 3] };
-    let (_, points, _) = placed(&top, straight(0.01)).pop().unwrap();
+    let (_, points) = surface_points(&top, straight(0.01)).pop().unwrap();
     points
 }
 

@@ -29,13 +29,13 @@ fn both_ways(world: &World, window: Window) -> (Vec<u64>, Vec<u64>, u64) {
     let scene = Scene::new(world).unwrap();
     let tiles: Vec<Tile> = Tile::all(search.view, window).collect();
     let budget = WorkBudget::default();
-    let mut meter = budget.meter();
+    let mut work = budget.counter();
     let (mut all, mut found) = (Vec::new(), Vec::new());
     for shape in &scene.shapes {
         all.push(tiles.iter().map(|tile| search.count_tile(shape, tile.corner)).sum());
-        found.push(search.count(shape, &mut meter, || false));
+        found.push(search.count(shape, &mut work, || false));
     }
-    budget.spend(meter);
+    budget.spend(work);
     (all, found, budget.spent())
 }
 
