@@ -47,16 +47,16 @@ impl Bvh {
 /// The state kept between traversals.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Stack {
-    /// What waits to be visited: the distance along the cone's axis where it begins, as bits, and below it its
-    /// number.
+    /// The nodes and objects left to visit: in the upper bits, those of the distance along the cone's axis where
+    /// each begins; in the lower bits, its number.
     waiting: Vec<u64>,
-    /// Counts the steps of all walks; once they run out, walks end at once.
+    /// Counts the steps of all traversals, which end at once when the limit is exceeded.
     pub(crate) work: WorkCounter,
-    /// The steps that an object takes which is walked to.
+    /// The steps that each object takes.
     pub(crate) steps_per_object: u64,
 }
 
-/// Comes after all that waits.
+/// Marks the end: greater than every entry.
 const DONE: u64 = u64::MAX;
 
 /// A traversal of the tree, roughly from near to far.
@@ -64,14 +64,14 @@ const DONE: u64 = u64::MAX;
 pub(crate) struct Traversal<'a> {
     nodes: &'a [Node],
     cone: &'a Cone,
-    /// What comes next, or `DONE`.
+    /// The entry to visit next, or `DONE`.
     next: u64,
-    /// What comes then, the nearest last.
+    /// The entries to visit after it, the nearest last.
     stack: &'a mut Stack,
 }
 
 impl Traversal<'_> {
-    /// The next object, unless all that is left begins beyond a distance along the cone's axis.
+    /// The next object, unless all others begin beyond a distance along the cone's axis.
     #[inline(always)]
     pub(crate) fn next(&mut self, limit: f32) -> Option<u32> {
         let limit = limit.min(self.cone.range);

@@ -48,11 +48,7 @@ impl Monitor {
         self.cancelled.load(Relaxed)
     }
 
-    /// Whether the work was cancelled or exceeds its budget.
-    pub(crate) fn stopped(&self) -> bool {
-        self.cancelled() || self.budget.is_exceeded()
-    }
-
+    /// Return an error if the work was cancelled or exceeds its budget.
     pub(crate) fn check(&self) -> Result<(), Stopped> {
         if self.cancelled() {
             Err(Stopped::Cancelled)

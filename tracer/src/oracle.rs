@@ -48,7 +48,7 @@ impl OracleShape {
             OracleShape::Sphere { center, radius } => Shape::Sphere(Sphere::new(center, radius, None)),
             OracleShape::Plane { normal, offset } => Shape::Plane(Plane::new(normal, offset, offset.abs())),
             OracleShape::Box { center, axes, half } => {
-                Shape::Cuboid(Cuboid::new(center, axes, half, self.contact(EYE).local))
+                Shape::Cuboid(Cuboid { center, axes, half, eye: self.contact(EYE).local })
             }
         }
     }

@@ -95,52 +95,32 @@ impl ShapeDesc {
     }
 }
 
-impl Primitive for Shape {
-    #[inline(always)]
-    fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
-        dispatch!(Shape, self, shape => shape.intersect(face, rays, hits));
-    }
+/// Forward methods of `Primitive` to the shape in a `Shape`.
+macro_rules! forward {
+    ($(fn $method:ident(&$self:ident $(, $name:ident: $type:ty)*) $(-> $result:ty)?;)*) => {
+        $(#[inline(always)]
+        fn $method(&$self $(, $name: $type)*) $(-> $result)? {
+            dispatch!(Shape, $self, shape => shape.$method($($name),*))
+        })*
+    };
+}
 
-    #[inline(always)]
-    fn depth(&self, v: Vector) -> (f64, f64) {
-        dispatch!(Shape, self, shape => shape.depth(v))
+impl Primitive for Shape {
+    forward! {
+        fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer);
+        fn depth(&self, v: Vector) -> (f64, f64);
+        fn occlude(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>);
+        fn is_lit_from(&self, contact: Option<&Contact>, light: Vector) -> bool;
+        fn height(&self, face: u32, light: &Contact) -> f64;
+        fn magnitude(&self) -> f64;
+        fn magnitude_across(&self, face: u32) -> f64;
+        fn bounds(&self) -> Option<BoundingSphere>;
+        fn outline(&self) -> Outline;
     }
 
     #[inline(always)]
     fn compute_points(&self, face: u32, rays: &Rays, depth: (f64, impl Fn() -> Vector), points: &mut Points) {
         points.start(rays.count, self.magnitude_across(face));
         dispatch!(Shape, self, shape => shape.compute_points(face, rays, depth, points));
-    }
-
-    #[inline(always)]
-    fn occlude(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>) {
-        dispatch!(Shape, self, shape => shape.occlude(contact, shadow));
-    }
-
-    #[inline(always)]
-    fn is_lit_from(&self, contact: Option<&Contact>, light: Vector) -> bool {
-        dispatch!(Shape, self, shape => shape.is_lit_from(contact, light))
-    }
-
-    #[inline(always)]
-    fn height(&self, face: u32, light: &Contact) -> f64 {
-        dispatch!(Shape, self, shape => shape.height(face, light))
-    }
-
-    fn magnitude(&self) -> f64 {
-        dispatch!(Shape, self, shape => shape.magnitude())
-    }
-
-    #[inline(always)]
-    fn magnitude_across(&self, face: u32) -> f64 {
-        dispatch!(Shape, self, shape => shape.magnitude_across(face))
-    }
-
-    fn bounds(&self) -> Option<BoundingSphere> {
-        dispatch!(Shape, self, shape => shape.bounds())
-    }
-
-    fn outline(&self) -> Outline {
-        dispatch!(Shape, self, shape => shape.outline())
     }
 }

@@ -8,11 +8,6 @@ use pyo3::prelude::*;
 use rtcli_tracer::world::Window;
 use rtcli_tracer::{Film, Pass, ValueType, Values};
 
-/// Returns how many pixels a window has.
-pub fn pixels(window: Window) -> u64 {
-    u64::from(window.width) * u64::from(window.height)
-}
-
 /// The arrays of a film, borrowed from Python.
 pub struct PyFilm<'py> {
     arrays: Vec<(Pass, PyArray<'py>)>,

@@ -13,7 +13,7 @@ use rtcli_tracer::meter::MeterReading;
 use rtcli_tracer::world::World;
 use rtcli_tracer::{Film, Level};
 
-use crate::arrays::{PyFilm, pixels};
+use crate::arrays::PyFilm;
 use crate::display::{PyDisplay, developed, developer, has_pixels};
 use crate::errors::out_of_memory;
 use crate::interruptible::Listener;
@@ -117,7 +117,7 @@ impl Tracer {
         let window = world::window(window, self.size)?;
         let mut arrays = PyFilm::new(arrays)?;
         let film = arrays.film(window)?;
-        let listener = Listener::new(py, pixels(window), progress.as_ref(), None);
+        let listener = Listener::new(py, window.pixels() as u64, progress.as_ref(), None);
         let work = |monitor: &Monitor, _: &_| self.core.film(window, film, monitor);
         listener.run_interruptibly(self.threads, work)
     }
@@ -133,7 +133,7 @@ impl Tracer {
     ) -> PyResult<Bound<'py, PyByteArray>> {
         let window = world::window(window, self.size)?;
         let developer = developer(look)?;
-        let radiance = filled(3 * pixels(window) as usize, 0.0, "the radiance");
+        let radiance = filled(3 * window.pixels(), 0.0, "the radiance");
         let mut radiance = radiance.map_err(out_of_memory)?;
         let film = Film::of_radiance(&mut radiance);
         let listener = Listener::new(py, 0, None, None).within(core(budget));
@@ -156,7 +156,7 @@ impl Tracer {
     ) -> PyResult<(u64, f64, f64, f64)> {
         let window = world::window(window, self.size)?;
         let developer = developer(look)?;
-        let listener = Listener::new(py, pixels(window), progress.as_ref(), Some(&write));
+        let listener = Listener::new(py, window.pixels() as u64, progress.as_ref(), Some(&write));
         let work =
             |monitor: &Monitor, channel: &_| self.core.write_png(window, &developer, &texts, channel, monitor);
         let stats = listener.run_interruptibly(self.threads, work)?;

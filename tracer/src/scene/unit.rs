@@ -10,7 +10,7 @@ pub(crate) const OBJECTS: &str = "the objects";
 /// The farthest object or light stays within this power of two, so that its square stays within float32.
 const LARGEST_EXPONENT: i32 = 58;
 
-/// Whatever is farther than this power of two times the typical distance does not affect the unit; see
+/// Objects and lights farther than this power of two times the typical distance do not affect the unit; see
 /// `CameraSpace::range_scale`.
 const FARTHEST_EXPONENT: i32 = 80;
 

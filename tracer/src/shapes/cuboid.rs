@@ -17,13 +17,13 @@ type Before = ([[f32; 3]; 3], [f32; 3], [f32; 3]);
 
 #[derive(Clone, Debug)]
 pub(crate) struct Cuboid {
-    center: Vector,
+    pub(crate) center: Vector,
     /// Its axes, unit vectors.
-    axes: [Vector; 3],
+    pub(crate) axes: [Vector; 3],
     /// Half its size along them.
-    half: Vector,
+    pub(crate) half: Vector,
     /// The eye relative to the centre, along the axes; exactly on a face if it is on one.
-    eye: Vector,
+    pub(crate) eye: Vector,
 }
 
 /// A box around its position, rotated about +y.
@@ -66,7 +66,7 @@ impl Description for CuboidDesc {
         let eye = self.contact(space, position, space.eye);
         let close = eye.is_within(FAR_FROM_ROUNDING * (l1_norm(center) + length(half)));
         let eye = if close { eye.local } else { rotate(&axes, scale(center, -1.0)) };
-        Cuboid::new(center, axes, half, eye)
+        Cuboid { center, axes, half, eye }
     }
 }
 
@@ -84,16 +84,12 @@ impl Cuboid {
         Contact::new(beyond, local)
     }
 
-    pub(crate) fn new(center: Vector, axes: [Vector; 3], half: Vector, eye: Vector) -> Cuboid {
-        Cuboid { center, axes, half, eye }
-    }
-
     /// The radius of the bounding sphere.
     fn bounding_radius(&self) -> f64 {
         length(self.half)
     }
 
-    /// Whether a point in the axes of the box is inside or on its surface.
+    /// Whether a point in the axes of the box is inside or on its surface. An eye on the surface sees the inside.
     #[inline(always)]
     fn inside(&self, local: Vector) -> bool {
         (0..3).all(|i| local[i].abs() <= self.half[i])
@@ -102,11 +98,6 @@ impl Cuboid {
     /// The side of a point that is not close to the surface.
     fn side(&self, point: Vector) -> Side {
         if self.inside(rotate(&self.axes, sub(point, self.center))) { Side::Inside } else { Side::Outside }
-    }
-
-    /// Whether the eye sees the outside; an eye on the surface sees the inside.
-    fn eye_is_outside(&self) -> bool {
-        !self.inside(self.eye)
     }
 
     /// The axis of a face, and its sign.
@@ -303,7 +294,7 @@ impl Primitive for Cuboid {
     #[inline(always)]
     fn is_lit_from(&self, contact: Option<&Contact>, light: Vector) -> bool {
         let side = contact.map_or_else(|| self.side(light), |contact| contact.side);
-        side.sees_from(self.eye_is_outside())
+        side.sees_from(!self.inside(self.eye))
     }
 
     #[inline(always)]

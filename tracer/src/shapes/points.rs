@@ -59,7 +59,7 @@ impl Points {
         std::array::from_fn(|axis| point[axis] - self.offset[axis][i])
     }
 
-    /// Bound on the rounding error of a point's position: what is closer touches it.
+    /// Bound on the rounding error of a point's position: anything closer touches it.
     ///
     /// It depends on nothing but the point, as all that decides a pixel.
     #[inline(always)]

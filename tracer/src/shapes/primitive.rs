@@ -1,4 +1,4 @@
-//! What every shape implements: its description in a scene, and its operations in camera space.
+//! The traits of every shape: its description in a scene, and its operations in camera space.
 
 use crate::bounds::BoundingSphere;
 use crate::camera_space::CameraSpace;
@@ -39,7 +39,7 @@ pub(crate) trait Description {
 
 /// A convex shape in camera space.
 ///
-/// Mark what works on lanes `#[inline(always)]`: it is compiled for each SIMD level.
+/// Mark methods that work on lanes `#[inline(always)]`: they are compiled for each SIMD level.
 pub(crate) trait Primitive {
     /// Offer the hits of rays, with the face numbers from `face` on.
     fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer);

@@ -6,8 +6,8 @@
 //! D = v.v - m.m,  s = sqrt(D),  b = c.v,  k = c.c - 1
 //!
 //! give the roots (b -+ s) / v.v, of which k / (b + s) is the near one without cancellation. Close to the sphere
-//! m is about 1 however far away it is, so nothing cancels in D: the moment of the tile's middle ray comes from
-//! float64 and float32 only adds what differs within the tile (after E. Haines et al., "Precision Improvements
+//! m is about 1 whatever its distance, so nothing cancels in D: the moment of the tile's middle ray comes from
+//! float64 and float32 only adds differences within the tile (after E. Haines et al., "Precision Improvements
 //! for Ray/Sphere Intersection", Ray Tracing Gems, 2019).
 
 use crate::bounds::BoundingSphere;
@@ -144,7 +144,7 @@ impl Sphere {
     /// with v = middle + delta and the parameter t + tau, P - reference = t delta + tau v. `nearest` returns the
     /// ray of the nearest point.
     ///
-    /// Returning the reference, rather than writing it to `points`, keeps tracing 4 % faster.
+    /// Returning the reference, rather than writing it to `points`, makes tracing 4 % faster.
     #[inline(always)]
     fn points_on(&self, t: f64, nearest: impl Fn() -> Vector, rays: &Rays, points: &mut Points) -> Vector {
         if self.is_flat_within(t, rays) {
@@ -425,7 +425,8 @@ fn product(a: [f32; 3], b: [f32; 3]) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// The power of a point with respect to a sphere, (|c| - R) (|c| + R), c from the point to the centre: positive outside.
+/// The power of a point with respect to a sphere, (|c| - R) (|c| + R), c from the point to the centre: positive
+/// outside.
 #[inline(always)]
 fn power_of_point(c: Vector, radius: f64) -> f64 {
     let distance = length(c);

@@ -30,15 +30,10 @@ pub(crate) struct Coverage<'a> {
 impl Kernel for Coverage<'_> {
     #[inline(always)]
     fn run(self) {
-        let mut search = Search {
-            view: self.view,
-            window: self.window,
-            rays: Rays::new(),
-            hits: HitBuffer::new(),
-            waiting: Vec::new(),
-        };
+        let mut search =
+            Search { view: self.view, window: self.window, rays: Rays::new(), hits: HitBuffer::new() };
         for (shape, covered) in self.shapes.iter().zip(self.covered) {
-            if self.monitor.stopped() {
+            if self.monitor.check().is_err() {
                 return;
             }
             let mut work = self.monitor.budget.counter();
@@ -54,8 +49,6 @@ struct Search {
     window: Window,
     rays: Rays,
     hits: HitBuffer,
-    /// The squares left to visit.
-    waiting: Vec<Square>,
 }
 
 /// A square of tiles, a power of two in each row.
@@ -73,16 +66,15 @@ impl Search {
     fn count(&mut self, shape: &Shape, work: &mut WorkCounter, cancelled: impl Fn() -> bool) -> u64 {
         let outline = shape.outline();
         let mut covered = 0;
-        self.waiting.clear();
-        self.waiting.push(self.all());
-        while let Some(square) = self.waiting.pop() {
+        let mut waiting = vec![self.all()];
+        while let Some(square) = waiting.pop() {
             if !work.take(1) || cancelled() {
                 return 0;
             }
             let Some(part) = self.clip(square) else { continue };
             match outline.in_rectangle(&self.rectangle(part)) {
                 Overlap::None => {}
-                Overlap::Full => covered += u64::from(part.width) * u64::from(part.height),
+                Overlap::Full => covered += part.pixels() as u64,
                 Overlap::Partial if square.side == SIDE => {
                     if !work.take(TILE_STEPS) {
                         return 0;
@@ -93,7 +85,7 @@ impl Search {
                     let (x, y) = square.corner;
                     let side = square.side / 2;
                     for corner in [(x, y), (x + side, y), (x, y + side), (x + side, y + side)] {
-                        self.waiting.push(Square { corner, side });
+                        waiting.push(Square { corner, side });
                     }
                 }
             }

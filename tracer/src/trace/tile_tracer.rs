@@ -5,7 +5,7 @@ use crate::accel::cone::Cone;
 use crate::budget::steps_of;
 use crate::sampling::sample_offsets;
 use crate::scene::Scene;
-use crate::shading::lighting::Lighting;
+use crate::shading::Lighting;
 use crate::shapes::points::Points;
 use crate::shapes::primitive::Primitive;
 use crate::tile::hits::{FACE_BITS, HitBuffer, NO_FACE};
@@ -42,8 +42,14 @@ pub(crate) struct TileTracer {
     group_rays: Rays,
     group_radiance: [Lanes; 3],
     lighting: Lighting,
-    /// It counts the work.
+    /// Counts the work of the tile.
     pub(crate) stack: Stack,
+}
+
+/// The destination of traced tiles.
+pub(crate) trait TileSink {
+    /// Take a tile. Mark it `#[inline(always)]`: it is compiled for each SIMD level.
+    fn take(&mut self, traced: &TileTracer, tile: Tile);
 }
 
 /// The data at the pixel centres that passes need; each level includes those before it.

@@ -116,7 +116,7 @@ fn each_face_has_a_number_and_a_normal_that_faces_the_eye() {
         let side = if forward[1] == 0.0 { [0.0, 1.0, 0.0] } else { [1.0, 0.0, 0.0] };
         let camera = [cross(side, forward), side, forward];
         let axes = STRAIGHT.map(|axis| rotate(&camera, axis));
-        let cuboid = Cuboid::new(rotate(&camera, center), axes, [1.0; 3], scale(center, -1.0));
+        let cuboid = Cuboid { center: rotate(&camera, center), axes, half: [1.0; 3], eye: scale(center, -1.0) };
         let (view, corner) = straight(1e-4);
         let mut hits = HitBuffer::new();
         cuboid.intersect(FACE, &rays_of(view, corner), &mut hits);
@@ -130,7 +130,7 @@ fn each_face_has_a_number_and_a_normal_that_faces_the_eye() {
 
 #[test]
 fn from_inside_each_face_looks_inward() {
-    let cuboid = Cuboid::new([0.0; 3], STRAIGHT, [1.0, 2.0, 3.0], [0.0; 3]);
+    let cuboid = Cuboid { center: [0.0; 3], axes: STRAIGHT, half: [1.0, 2.0, 3.0], eye: [0.0; 3] };
     let (view, corner) = straight(1e-4);
     let mut hits = HitBuffer::new();
     cuboid.intersect(FACE, &rays_of(view, corner), &mut hits);
