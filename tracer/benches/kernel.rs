@@ -93,7 +93,7 @@ fn streaming(criterion: &mut Criterion) {
         let developer = Developer::new(0.0, ToneCurve::Clip, bits);
         group.bench_function(format!("{} bits", 8 * bits.bytes_per_pixel() / 3), |bencher| {
             bencher.iter(|| {
-                on_one_thread(|| tracer.write_png(WINDOW, &developer, &[], std::io::sink(), &Monitor::new()))
+                on_one_thread(|| tracer.write_png(WINDOW, &developer, &[], std::io::sink(), &Monitor::default()))
             });
         });
     }
@@ -103,7 +103,7 @@ const WINDOW: Window = Window { x: 0, y: 0, width: WIDTH, height: HEIGHT };
 
 fn trace(tracer: &Tracer, radiance: &mut [f32]) -> u64 {
     let film = Film::of_radiance(radiance);
-    on_one_thread(|| tracer.film(WINDOW, film, &Monitor::new()).expect("nobody cancels"))
+    on_one_thread(|| tracer.film(WINDOW, film, &Monitor::default()).expect("nobody cancels"))
 }
 
 fn on_one_thread<T: Send>(work: impl FnOnce() -> T + Send) -> T {

@@ -8,7 +8,7 @@ use crate::accel::build::{Item, Part, TREE, build};
 use crate::accel::cone::Cone;
 use crate::accel::node::{LEAF, Node, WIDTH};
 use crate::bounds::BoundingSphere;
-use crate::budget::WorkMeter;
+use crate::budget::WorkCounter;
 use crate::memory::{OutOfMemory, collect};
 
 pub(crate) mod build;
@@ -47,16 +47,16 @@ impl Bvh {
 /// The state kept between traversals.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Stack {
-    /// What waits to be visited: the distance along the cone's axis where it begins, as bits, and below it its
-    /// number.
+    /// The nodes and objects left to visit: in the upper bits, those of the distance along the cone's axis where
+    /// each begins; in the lower bits, its number.
     waiting: Vec<u64>,
-    /// Counts the steps of all walks; once they run out, walks end at once.
-    pub(crate) meter: WorkMeter,
-    /// The steps that an object takes which is walked to.
+    /// Counts the steps of all traversals, which end at once when the limit is exceeded.
+    pub(crate) work: WorkCounter,
+    /// The steps that each object takes.
     pub(crate) steps_per_object: u64,
 }
 
-/// Comes after all that waits.
+/// Marks the end: greater than every entry.
 const DONE: u64 = u64::MAX;
 
 /// A traversal of the tree, roughly from near to far.
@@ -64,23 +64,23 @@ const DONE: u64 = u64::MAX;
 pub(crate) struct Traversal<'a> {
     nodes: &'a [Node],
     cone: &'a Cone,
-    /// What comes next, or `DONE`.
+    /// The entry to visit next, or `DONE`.
     next: u64,
-    /// What comes then, the nearest last.
+    /// The entries to visit after it, the nearest last.
     stack: &'a mut Stack,
 }
 
 impl Traversal<'_> {
-    /// The next object, unless all that is left begins beyond a distance along the cone's axis.
+    /// The next object, unless all others begin beyond a distance along the cone's axis.
     #[inline(always)]
     pub(crate) fn next(&mut self, limit: f32) -> Option<u32> {
         let limit = limit.min(self.cone.range);
-        // Counted here and metered at once: the meter is checked for objects only.
+        // Counted here and added at once: the limit is checked for objects only.
         let mut opened = 0;
         loop {
             let next = self.next;
             if next == DONE {
-                self.stack.meter.take(opened);
+                self.stack.work.take(opened);
                 return None;
             }
             let number = next as u32;
@@ -88,7 +88,7 @@ impl Traversal<'_> {
                 self.next = self.stack.waiting.pop().unwrap_or(DONE);
             } else if number & LEAF != 0 {
                 self.next = self.stack.waiting.pop().unwrap_or(DONE);
-                let may = self.stack.meter.take(opened + self.stack.steps_per_object);
+                let may = self.stack.work.take(opened + self.stack.steps_per_object);
                 return may.then_some(number & !LEAF);
             } else {
                 opened += 1;

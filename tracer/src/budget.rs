@@ -13,15 +13,17 @@ pub struct WorkBudget {
     spent: AtomicU64,
 }
 
+impl Default for WorkBudget {
+    /// Return a budget without a limit.
+    fn default() -> WorkBudget {
+        WorkBudget::new(u64::MAX)
+    }
+}
+
 impl WorkBudget {
     /// Make a budget of a number of steps.
     pub fn new(steps: u64) -> WorkBudget {
         WorkBudget { limit: steps, spent: AtomicU64::new(0) }
-    }
-
-    /// Return a budget without a limit.
-    pub fn unlimited() -> WorkBudget {
-        WorkBudget::new(u64::MAX)
     }
 
     /// The steps done: always the same for completed work, and more than the limit otherwise.
@@ -35,34 +37,34 @@ impl WorkBudget {
         self.spent() > self.limit
     }
 
-    /// A meter for a part of the work.
-    pub(crate) fn meter(&self) -> WorkMeter {
+    /// A counter for a part of the work.
+    pub(crate) fn counter(&self) -> WorkCounter {
         let left = self.limit.saturating_sub(self.spent());
         let allowed = i64::try_from(left).unwrap_or(i64::MAX);
-        WorkMeter { allowed, left: allowed }
+        WorkCounter { allowed, left: allowed }
     }
 
     /// Count the steps of a part of the work.
-    pub(crate) fn spend(&self, meter: WorkMeter) {
-        self.spent.fetch_add(meter.allowed.abs_diff(meter.left), Relaxed);
+    pub(crate) fn spend(&self, counter: WorkCounter) {
+        self.spent.fetch_add(counter.allowed.abs_diff(counter.left), Relaxed);
     }
 }
 
 /// Counts the steps of a part of the work, by one thread.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct WorkMeter {
+pub(crate) struct WorkCounter {
     allowed: i64,
     /// Below 0 once the limit is exceeded.
     left: i64,
 }
 
-impl Default for WorkMeter {
-    fn default() -> WorkMeter {
-        WorkBudget::unlimited().meter()
+impl Default for WorkCounter {
+    fn default() -> WorkCounter {
+        WorkBudget::default().counter()
     }
 }
 
-impl WorkMeter {
+impl WorkCounter {
     /// Count steps about to be done, and return whether they are allowed.
     #[inline(always)]
     pub(crate) fn take(&mut self, steps: u64) -> bool {
@@ -93,9 +95,9 @@ mod tests {
     #[test]
     fn what_fits_is_done_and_counted() {
         let budget = WorkBudget::new(10);
-        let mut meter = budget.meter();
-        assert!(meter.take(4) && meter.take(6));
-        budget.spend(meter);
+        let mut counter = budget.counter();
+        assert!(counter.take(4) && counter.take(6));
+        budget.spend(counter);
         assert_eq!(budget.spent(), 10);
         assert!(!budget.is_exceeded());
     }
@@ -103,19 +105,19 @@ mod tests {
     #[test]
     fn one_step_too_many_exceeds_the_budget() {
         let budget = WorkBudget::new(10);
-        let mut meter = budget.meter();
-        assert!(meter.take(10));
-        assert!(!meter.take(1));
-        assert!(meter.ran_out());
-        budget.spend(meter);
+        let mut counter = budget.counter();
+        assert!(counter.take(10));
+        assert!(!counter.take(1));
+        assert!(counter.ran_out());
+        budget.spend(counter);
         assert!(budget.is_exceeded());
-        assert!(!budget.meter().take(1));
+        assert!(!budget.counter().take(1));
     }
 
     #[test]
     fn parts_that_fit_alone_exceed_it_together() {
         let budget = WorkBudget::new(10);
-        let (mut first, mut second) = (budget.meter(), budget.meter());
+        let (mut first, mut second) = (budget.counter(), budget.counter());
         assert!(first.take(6) && second.take(6));
         budget.spend(first);
         assert!(!budget.is_exceeded());
@@ -125,10 +127,10 @@ mod tests {
 
     #[test]
     fn no_work_exceeds_a_budget_without_bound() {
-        let budget = WorkBudget::unlimited();
-        let mut meter = budget.meter();
-        assert!(meter.take(1 << 62));
-        budget.spend(meter);
+        let budget = WorkBudget::default();
+        let mut counter = budget.counter();
+        assert!(counter.take(1 << 62));
+        budget.spend(counter);
         assert!(!budget.is_exceeded());
     }
 }

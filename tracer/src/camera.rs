@@ -33,3 +33,10 @@ pub struct Window {
     /// Rows, 1 or more.
     pub height: u32,
 }
+
+impl Window {
+    /// Return the number of its pixels.
+    pub fn pixels(self) -> usize {
+        self.width as usize * self.height as usize
+    }
+}

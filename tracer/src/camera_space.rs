@@ -63,7 +63,7 @@ impl CameraSpace {
     }
 }
 
-/// Return the factor that moves what is at a distance from the eye into range; 1 of what is in range.
+/// Return the factor that moves a point at a distance from the eye into range, 1 if it is in range.
 pub(crate) fn range_scale_at(distance: f64) -> f64 {
     (MAX_RANGE / distance).min(1.0)
 }

@@ -1,11 +1,11 @@
 //! The native tracer of rtcli: spheres, planes, boxes and point lights, in float32 SIMD on all cores.
 //!
-//! Every ray passes through the eye or a light. Whatever depends on that point alone is computed once in float64,
+//! Every ray passes through the eye or a light. All that depends on that point alone is computed once in float64,
 //! so float32 only carries small differences: see `tile` for the rays and `shapes` for their hits.
 //!
 //! | module | contents, each using only those above it |
 //! |---|---|
-//! | `vector`, `bounds`, [`memory`], [`names`], [`simd`] | arithmetic, checked allocation, names, SIMD levels |
+//! | `vector`, `bounds`, [`memory`], [`simd`] | arithmetic, checked allocation, SIMD levels |
 //! | `camera`, `camera_space` | the camera, and the transformation from the world to its space |
 //! | `tile`: `rays`, `hits` | 16 x 16 pixels of a picture, their rays, and the nearest hit of each |
 //! | `budget`, `monitor` | bounded work, progress, cancellation |
@@ -13,13 +13,13 @@
 //! | [`world`] | the input: camera, objects, lights, settings |
 //! | `accel`: `cone`, `node`, `build` | the bounding volume hierarchy over the objects |
 //! | `scene`: `unit` | the world in camera space |
-//! | `shading`: `lighting`, `shadows` | the light that objects send to the eye |
+//! | `shading` | the light that objects send to the eye |
 //! | `sampling` | the offsets of a pixel's samples |
 //! | `trace`: `tile_tracer`, `groups`, `depth_resolver`, `coverage` | one tile, from rays to radiance |
 //! | [`output`]: `film`, `develop`, `meter`, `png` | from tiles to arrays and files |
 //! | [`render`] | whole pictures, on all cores |
 
-// Loops over lanes index several arrays at once, which is what the compiler turns into vectors.
+// Loops over lanes index several arrays at once, which the compiler turns into vectors.
 #![allow(clippy::needless_range_loop)]
 
 mod accel;
@@ -29,7 +29,6 @@ mod camera;
 mod camera_space;
 pub mod memory;
 mod monitor;
-pub mod names;
 #[cfg(test)]
 mod oracle;
 pub mod output;

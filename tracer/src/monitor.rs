@@ -4,26 +4,23 @@ use crate::budget::WorkBudget;
 use crate::memory::OutOfMemory;
 use std::error::Error;
 use std::fmt;
+use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 
-/// Progress, cancellation and budget of some work, shared between threads.
-#[derive(Debug)]
+/// Progress, cancellation and budget of some work, shared between threads; unlimited by default.
+#[derive(Debug, Default)]
 pub struct Monitor {
     done: AtomicU64,
     cancelled: Arc<AtomicBool>,
-    budget: Arc<WorkBudget>,
+    /// The budget that the work counts its steps in.
+    pub(crate) budget: Arc<WorkBudget>,
 }
 
 impl Monitor {
-    /// Monitor work without a budget.
-    pub fn new() -> Monitor {
-        Monitor::within(Arc::new(WorkBudget::unlimited()))
-    }
-
     /// Monitor work that ends when it exceeds a budget.
     pub fn within(budget: Arc<WorkBudget>) -> Monitor {
-        Monitor { done: AtomicU64::new(0), cancelled: Arc::default(), budget }
+        Monitor { budget, ..Monitor::default() }
     }
 
     /// The pixels that are done.
@@ -43,11 +40,7 @@ impl Monitor {
 
     /// A monitor with a progress of its own, cancelled together with this one.
     pub(crate) fn aside(&self) -> Monitor {
-        Monitor {
-            done: AtomicU64::new(0),
-            cancelled: Arc::clone(&self.cancelled),
-            budget: Arc::clone(&self.budget),
-        }
+        Monitor { cancelled: Arc::clone(&self.cancelled), ..Monitor::within(Arc::clone(&self.budget)) }
     }
 
     /// Whether the work was cancelled.
@@ -55,16 +48,7 @@ impl Monitor {
         self.cancelled.load(Relaxed)
     }
 
-    /// The budget that the work counts its steps in.
-    pub(crate) fn budget(&self) -> &WorkBudget {
-        &self.budget
-    }
-
-    /// Whether the work was cancelled or exceeds its budget.
-    pub(crate) fn stopped(&self) -> bool {
-        self.cancelled() || self.budget.is_exceeded()
-    }
-
+    /// Return an error if the work was cancelled or exceeds its budget.
     pub(crate) fn check(&self) -> Result<(), Stopped> {
         if self.cancelled() {
             Err(Stopped::Cancelled)
@@ -76,14 +60,8 @@ impl Monitor {
     }
 }
 
-impl Default for Monitor {
-    fn default() -> Monitor {
-        Monitor::new()
-    }
-}
-
 /// Why work ended early.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Debug)]
 pub enum Stopped {
     /// The caller asked for it.
     Cancelled,
@@ -91,6 +69,8 @@ pub enum Stopped {
     BudgetExceeded,
     /// There is not enough memory.
     OutOfMemory(OutOfMemory),
+    /// The sink of a picture failed.
+    Io(io::Error),
 }
 
 impl fmt::Display for Stopped {
@@ -99,6 +79,7 @@ impl fmt::Display for Stopped {
             Stopped::Cancelled => f.write_str("the rendering was given up"),
             Stopped::BudgetExceeded => f.write_str("there is more to do than the budget allows"),
             Stopped::OutOfMemory(error) => error.fmt(f),
+            Stopped::Io(error) => error.fmt(f),
         }
     }
 }
@@ -108,5 +89,11 @@ impl Error for Stopped {}
 impl From<OutOfMemory> for Stopped {
     fn from(error: OutOfMemory) -> Stopped {
         Stopped::OutOfMemory(error)
+    }
+}
+
+impl From<io::Error> for Stopped {
+    fn from(error: io::Error) -> Stopped {
+        Stopped::Io(error)
     }
 }

@@ -4,10 +4,8 @@ use crate::shapes::Shape;
 use crate::shapes::contact::{Contact, Side};
 use crate::shapes::cuboid::Cuboid;
 use crate::shapes::plane::Plane;
-use crate::shapes::plane_equation::PlaneEquation;
-use crate::shapes::points::Points;
+use crate::shapes::points::{Points, ShadowRays};
 use crate::shapes::primitive::Primitive;
-use crate::shapes::shadow::Shadow;
 use crate::shapes::sphere::Sphere;
 use crate::tile::hits::{FACE_BITS, HitBuffer, NO_FACE};
 use crate::tile::rays::Rays;
@@ -50,7 +48,7 @@ impl OracleShape {
             OracleShape::Sphere { center, radius } => Shape::Sphere(Sphere::new(center, radius, None)),
             OracleShape::Plane { normal, offset } => Shape::Plane(Plane::new(normal, offset, offset.abs())),
             OracleShape::Box { center, axes, half } => {
-                Shape::Cuboid(Cuboid::new(center, axes, half, self.contact(EYE).local))
+                Shape::Cuboid(Cuboid { center, axes, half, eye: self.contact(EYE).local })
             }
         }
     }
@@ -281,11 +279,8 @@ pub(crate) fn check_intersection(
 /// The first face number in tests.
 pub(crate) const FACE: u32 = 5 << FACE_BITS;
 
-/// The points at which rays of a tile meet the faces of a shape: for each face its lanes, points, and plane.
-pub(crate) fn placed(
-    shape: &OracleShape,
-    (view, corner): (View, (u32, u32)),
-) -> Vec<(Vec<u8>, Points, Option<PlaneEquation>)> {
+/// The points at which rays of a tile meet the faces of a shape: for each face its lanes and points.
+pub(crate) fn surface_points(shape: &OracleShape, (view, corner): (View, (u32, u32))) -> Vec<(Vec<u8>, Points)> {
     let rays = rays_of(view, corner);
     let shape = shape.to_kernel();
     let mut hits = HitBuffer::new();
@@ -303,8 +298,8 @@ pub(crate) fn placed(
             some.pick(&rays, &lanes);
             let mut points = Points::new();
             let first = || exact_ray(view, corner, hits.lane(face, t));
-            let plane = shape.place(face, &some, (f64::from(t), first), &mut points);
-            (lanes, points, plane)
+            shape.compute_points(face, &some, (f64::from(t), first), &mut points);
+            (lanes, points)
         })
         .collect()
 }
@@ -319,7 +314,8 @@ pub(crate) fn irradiance_left(occluder: &OracleShape, light: Vector, points: &Po
         squared[lane] = x * x + y * y + z * z;
     }
     let contact = occluder.contact(light);
-    let shadow = &mut Shadow { points, light, squared: &squared, irradiance: &mut left, bounds: points.bounds() };
+    let shadow =
+        &mut ShadowRays { points, light, squared: &squared, irradiance: &mut left, bounds: points.bounds() };
     occluder.to_kernel().occlude((contact.side == Side::On).then_some(&contact), shadow);
     left
 }

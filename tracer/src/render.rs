@@ -3,59 +3,19 @@
 use crate::memory::{OutOfMemory, collect, filled, resize, spare};
 use crate::monitor::{Monitor, Stopped};
 use crate::output::develop::Developer;
-use crate::output::film::{CameraToWorld, Film};
+use crate::output::film::{CameraToWorld, Film, FilmSink};
 use crate::output::meter::{MeterReading, meter};
 use crate::output::png::{Color, Header, PngWriter};
 use crate::scene::Scene;
 use crate::simd::{Kernel, Level};
 use crate::tile::{LANES, SIDE, Tile, View};
 use crate::trace::coverage::Coverage;
-use crate::trace::tile_tracer::{PassRequest, TileTracer};
+use crate::trace::tile_tracer::{PassRequest, TileSink, TileTracer};
 use crate::world::{Settings, Window, World};
 use rayon::prelude::*;
-use std::error::Error;
-use std::fmt;
 use std::io;
-use std::mem::{swap, take};
+use std::mem::swap;
 use std::time::{Duration, Instant};
-
-/// Why a picture was not written.
-#[derive(Debug)]
-pub enum PictureError {
-    /// The rendering ended early.
-    Stopped(Stopped),
-    /// The sink failed.
-    Io(io::Error),
-}
-
-impl fmt::Display for PictureError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            PictureError::Stopped(stopped) => stopped.fmt(f),
-            PictureError::Io(error) => error.fmt(f),
-        }
-    }
-}
-
-impl Error for PictureError {}
-
-impl From<Stopped> for PictureError {
-    fn from(stopped: Stopped) -> PictureError {
-        PictureError::Stopped(stopped)
-    }
-}
-
-impl From<OutOfMemory> for PictureError {
-    fn from(error: OutOfMemory) -> PictureError {
-        PictureError::Stopped(error.into())
-    }
-}
-
-impl From<io::Error> for PictureError {
-    fn from(error: io::Error) -> PictureError {
-        PictureError::Io(error)
-    }
-}
 
 /// The rays of a picture, and the times of all threads together.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -159,17 +119,11 @@ impl Tracer {
         TileJob { view: View::new(&self.world.camera), settings: &self.world.settings, monitor }
     }
 
-    fn film_of(&self, job: TileJob<'_>, window: Window, film: Film<'_>) -> Result<u64, Stopped> {
-        let width = window.width as usize;
+    fn film_of(&self, job: TileJob<'_>, window: Window, mut film: Film<'_>) -> Result<u64, Stopped> {
         let request = film.request();
         let new_tracer = || TileTracer::new(request);
-        let mut rest = film;
-        let split = |window: Window| {
-            let (film, below) = take(&mut rest).split(width * window.height as usize);
-            rest = below;
-            (window, film)
-        };
-        let bands = collect(bands_of(window).map(split), BANDS)?;
+        let with_film = |band: Window| (band, film.split_off(band.pixels()));
+        let bands = collect(bands_of(window).map(with_film), BANDS)?;
         spare()?;
         let to_world = CameraToWorld::new(&self.scene, &self.world.camera);
         let rays = bands
@@ -212,7 +166,7 @@ impl Tracer {
         texts: &[(String, String)],
         sink: impl io::Write + Send,
         monitor: &Monitor,
-    ) -> Result<RenderStats, PictureError> {
+    ) -> Result<RenderStats, Stopped> {
         let header = Header {
             width: window.width,
             height: window.height,
@@ -235,7 +189,7 @@ impl Tracer {
                 || self.develop(batch, developer, &mut pixels, monitor),
                 || timed(|| writer.write_rows(&written)),
             );
-            stats.add(traced);
+            stats = stats.plus(traced);
             stats.write += result?;
             monitor.check()?;
             swap(&mut pixels, &mut written);
@@ -252,37 +206,33 @@ impl Tracer {
         &self,
         bands: &[Window],
         developer: &Developer,
-        pixels: &mut [u8],
+        mut pixels: &mut [u8],
         monitor: &Monitor,
     ) -> RenderStats {
         let job = self.job(monitor);
-        let mut rest = pixels;
-        let split = |&window: &Window| {
-            let bytes = window.width as usize * window.height as usize * developer.bytes_per_pixel();
-            let (part, below) = take(&mut rest).split_at_mut(bytes);
-            rest = below;
-            (window, part)
+        let part = |&band: &Window| {
+            let bytes = band.pixels() * developer.bytes_per_pixel();
+            (band, pixels.split_off_mut(..bytes).expect("the pixels of all bands"))
         };
-        let parts: Vec<_> = bands.iter().map(split).collect();
+        let parts: Vec<_> = bands.iter().map(part).collect();
         parts
             .into_par_iter()
             .map_init(
                 || TileTracer::new(PassRequest::Radiance),
                 |tracer, (window, pixels)| self.trace(job, window, tracer, PixelSink { developer, pixels }),
             )
-            .reduce(RenderStats::default, |mut a, b| {
-                a.add(b);
-                a
-            })
+            .reduce(RenderStats::default, RenderStats::plus)
     }
 }
 
 impl RenderStats {
-    fn add(&mut self, other: RenderStats) {
-        self.rays += other.rays;
-        self.trace += other.trace;
-        self.develop += other.develop;
-        self.write += other.write;
+    fn plus(self, other: RenderStats) -> RenderStats {
+        RenderStats {
+            rays: self.rays + other.rays,
+            trace: self.trace + other.trace,
+            develop: self.develop + other.develop,
+            write: self.write + other.write,
+        }
     }
 }
 
@@ -300,12 +250,6 @@ fn bands_of(window: Window) -> impl Iterator<Item = Window> {
         let y = top.max(window.y);
         Window { y, height: (top + SIDE).min(bottom) - y, ..window }
     })
-}
-
-/// The destination of the pixels of a band.
-trait TileSink {
-    /// Take a tile. Mark it `#[inline(always)]`: it is compiled for each SIMD level.
-    fn take(&mut self, traced: &TileTracer, tile: Tile);
 }
 
 /// The view, settings and monitor of all tiles of a picture.
@@ -336,12 +280,12 @@ impl<T: TileSink> Kernel for Band<'_, T> {
         let start = Instant::now();
         let (mut tiles, mut timed) = (0, Duration::ZERO);
         for tile in Tile::all(view, self.window) {
-            if monitor.stopped() {
+            if monitor.check().is_err() {
                 return;
             }
-            let mut meter = monitor.budget().meter();
-            self.tracer.trace(self.scene, settings, tile, &mut meter, || monitor.cancelled());
-            monitor.budget().spend(meter);
+            self.tracer.stack.work = monitor.budget.counter();
+            self.tracer.trace(self.scene, settings, tile, || monitor.cancelled());
+            monitor.budget.spend(self.tracer.stack.work);
             if tiles % TIMED == 0 {
                 let traced = Instant::now();
                 self.sink.take(self.tracer, tile);
@@ -358,19 +302,6 @@ impl<T: TileSink> Kernel for Band<'_, T> {
         let develop = timed.mul_f64(f64::from(tiles) / f64::from(tiles.div_ceil(TIMED).max(1)));
         self.stats.develop = develop.min(elapsed);
         self.stats.trace = elapsed - self.stats.develop;
-    }
-}
-
-/// Writes to arrays.
-struct FilmSink<'a> {
-    film: Film<'a>,
-    to_world: CameraToWorld<'a>,
-}
-
-impl TileSink for FilmSink<'_> {
-    #[inline(always)]
-    fn take(&mut self, traced: &TileTracer, tile: Tile) {
-        self.film.take(traced, tile, self.to_world);
     }
 }
 

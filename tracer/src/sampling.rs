@@ -17,7 +17,7 @@ pub fn sample_offsets(count: u32) -> Vec<(f64, f64)> {
     };
     let mut by_height: Vec<u32> = (0..count).collect();
     by_height.sort_by(|&a, &b| height(a).total_cmp(&height(b)));
-    let middle = |place: u32| (f64::from(place) + 0.5) / f64::from(count);
+    let middle = |index: u32| (f64::from(index) + 0.5) / f64::from(count);
     let mut offsets = vec![(0.0, 0.0); count as usize];
     for (rank, &i) in (0..).zip(&by_height) {
         offsets[i as usize] = (middle(i), middle(rank));

@@ -23,8 +23,8 @@ pub(crate) struct Light {
     pub(crate) range_scale: f64,
     /// intensity * color / (4 pi), in units of camera space: L_i = power / r^2.
     pub(crate) power: Vector,
-    /// The object that carries it, which casts no shadow in its light, or `NO_OBJECT`.
-    pub(crate) carrier: u32,
+    /// The object that carries it, which casts no shadow in its light.
+    pub(crate) carrier: Option<u32>,
     /// The objects that it is on, or so close to that rounding in camera space might move it to the other side.
     pub(crate) contacts: Vec<(u32, Contact)>,
 }
@@ -37,9 +37,6 @@ impl Light {
         close.map(|(_, contact)| contact)
     }
 }
-
-/// No object's number.
-pub(crate) const NO_OBJECT: u32 = u32::MAX;
 
 /// The appearance of an object, beside its shape.
 #[derive(Clone, Debug)]
@@ -122,7 +119,7 @@ impl Scene {
             position,
             range_scale,
             power: scale(light.color, intensity.min(f64::MAX)),
-            carrier: light.carrier.map_or(NO_OBJECT, |carrier| carrier as u32),
+            carrier: light.carrier.map(|carrier| carrier as u32),
             contacts: candidates.filter_map(close).collect(),
         }
     }

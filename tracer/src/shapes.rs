@@ -4,25 +4,19 @@
 use crate::bounds::BoundingSphere;
 use crate::camera_space::CameraSpace;
 use crate::shapes::contact::Contact;
-use crate::shapes::description::Description;
 use crate::shapes::outline::Outline;
-use crate::shapes::plane_equation::PlaneEquation;
-use crate::shapes::points::Points;
-use crate::shapes::primitive::Primitive;
-use crate::shapes::shadow::Shadow;
+use crate::shapes::points::{Points, ShadowRays};
+use crate::shapes::primitive::{Description, Primitive};
 use crate::tile::hits::HitBuffer;
 use crate::tile::rays::Rays;
 use crate::vector::Vector;
 
 pub(crate) mod contact;
 pub(crate) mod cuboid;
-pub(crate) mod description;
 pub(crate) mod outline;
 pub(crate) mod plane;
-pub(crate) mod plane_equation;
 pub(crate) mod points;
 pub(crate) mod primitive;
-pub(crate) mod shadow;
 pub(crate) mod sphere;
 
 /// A kind of shape or light, which `T` describes.
@@ -106,58 +100,32 @@ impl ShapeDesc {
     }
 }
 
+/// Forward methods of `Primitive` to the shape in a `Shape`.
+macro_rules! forward {
+    ($(fn $method:ident(&$self:ident $(, $name:ident: $type:ty)*) $(-> $result:ty)?;)*) => {
+        $(#[inline(always)]
+        fn $method(&$self $(, $name: $type)*) $(-> $result)? {
+            dispatch!(Shape, $self, shape => shape.$method($($name),*))
+        })*
+    };
+}
+
 impl Primitive for Shape {
-    #[inline(always)]
-    fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
-        dispatch!(Shape, self, shape => shape.intersect(face, rays, hits));
+    forward! {
+        fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer);
+        fn depth(&self, v: Vector) -> (f64, f64);
+        fn occlude(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>);
+        fn is_lit_from(&self, contact: Option<&Contact>, light: Vector) -> bool;
+        fn height(&self, face: u32, light: &Contact) -> f64;
+        fn magnitude(&self) -> f64;
+        fn magnitude_across(&self, face: u32) -> f64;
+        fn bounds(&self) -> Option<BoundingSphere>;
+        fn outline(&self) -> Outline;
     }
 
     #[inline(always)]
-    fn depth(&self, v: Vector) -> (f64, f64) {
-        dispatch!(Shape, self, shape => shape.depth(v))
-    }
-
-    #[inline(always)]
-    fn place(
-        &self,
-        face: u32,
-        rays: &Rays,
-        depth: (f64, impl Fn() -> Vector),
-        points: &mut Points,
-    ) -> Option<PlaneEquation> {
+    fn compute_points(&self, face: u32, rays: &Rays, depth: (f64, impl Fn() -> Vector), points: &mut Points) {
         points.start(rays.count, self.magnitude_across(face));
-        dispatch!(Shape, self, shape => shape.place(face, rays, depth, points))
-    }
-
-    #[inline(always)]
-    fn occlude(&self, contact: Option<&Contact>, shadow: &mut Shadow<'_>) {
-        dispatch!(Shape, self, shape => shape.occlude(contact, shadow));
-    }
-
-    #[inline(always)]
-    fn is_lit_from(&self, contact: Option<&Contact>, light: Vector) -> bool {
-        dispatch!(Shape, self, shape => shape.is_lit_from(contact, light))
-    }
-
-    #[inline(always)]
-    fn height(&self, face: u32, light: &Contact) -> f64 {
-        dispatch!(Shape, self, shape => shape.height(face, light))
-    }
-
-    fn magnitude(&self) -> f64 {
-        dispatch!(Shape, self, shape => shape.magnitude())
-    }
-
-    #[inline(always)]
-    fn magnitude_across(&self, face: u32) -> f64 {
-        dispatch!(Shape, self, shape => shape.magnitude_across(face))
-    }
-
-    fn bounds(&self) -> Option<BoundingSphere> {
-        dispatch!(Shape, self, shape => shape.bounds())
-    }
-
-    fn outline(&self) -> Outline {
-        dispatch!(Shape, self, shape => shape.outline())
+        dispatch!(Shape, self, shape => shape.compute_points(face, rays, depth, points));
     }
 }

@@ -3,9 +3,6 @@
 //! The kernel is plain Rust, compiled once for each level. Its arithmetic is + - * / and square roots, each
 //! rounded as IEEE 754 says and never fused, so all levels give the same bits.
 
-use std::fmt;
-use std::str::FromStr;
-
 /// A set of vector instructions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
@@ -20,32 +17,6 @@ pub enum Level {
     /// 4 lanes, which every arm64 machine has.
     #[cfg(target_arch = "aarch64")]
     Neon,
-}
-
-/// A level that this machine does not have.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct UnknownLevel {
-    name: String,
-}
-
-impl fmt::Display for UnknownLevel {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let names: Vec<&str> = Level::available().into_iter().map(Level::name).collect();
-        write!(f, "unknown SIMD level {:?}: this machine has {}", self.name, names.join(", "))
-    }
-}
-
-impl std::error::Error for UnknownLevel {}
-
-impl FromStr for Level {
-    type Err = UnknownLevel;
-
-    /// Return the level of a name if this machine has it.
-    fn from_str(name: &str) -> Result<Level, UnknownLevel> {
-        let mut levels = Level::available().into_iter();
-        let named = levels.find(|level| level.name() == name);
-        named.ok_or_else(|| UnknownLevel { name: name.to_owned() })
-    }
 }
 
 impl Level {
@@ -73,6 +44,11 @@ impl Level {
     /// The best level of this machine.
     pub fn best() -> Level {
         Level::available().pop().unwrap_or(Level::Baseline)
+    }
+
+    /// Return the level of a name if this machine has it.
+    pub fn named(name: &str) -> Option<Level> {
+        Level::available().into_iter().find(|level| level.name() == name)
     }
 
     /// `baseline`, `avx2`, `avx512` or `neon`.

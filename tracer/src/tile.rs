@@ -15,6 +15,9 @@ pub(crate) const LANES: usize = (SIDE * SIDE) as usize;
 /// Rays are padded to multiples of this, so that loops over them have no remainder.
 pub(crate) const STEP: usize = 16;
 
+/// The offset of a pixel's centre, where ground truth is taken.
+pub(crate) const CENTRE: (f64, f64) = (0.5, 0.5);
+
 /// A number for each ray of a tile, row by row.
 pub(crate) type Lanes = [f32; LANES];
 

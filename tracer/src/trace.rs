@@ -1,4 +1,4 @@
-//! What the rays of a tile see.
+//! The tracing of a tile, from rays to hits and radiance.
 
 pub(crate) mod coverage;
 pub(crate) mod depth_resolver;

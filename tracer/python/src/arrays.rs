@@ -5,14 +5,8 @@ use std::collections::HashMap;
 use numpy::{Element, PyArrayDyn, PyArrayMethods, PyReadwriteArrayDyn};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use rtcli_tracer::names::UnknownName;
 use rtcli_tracer::world::Window;
 use rtcli_tracer::{Film, Pass, ValueType, Values};
-
-/// Returns how many pixels a window has.
-pub fn pixels(window: Window) -> u64 {
-    u64::from(window.width) * u64::from(window.height)
-}
 
 /// The arrays of a film, borrowed from Python.
 pub struct PyFilm<'py> {
@@ -33,8 +27,8 @@ impl<'py> PyFilm<'py> {
     /// writable.
     pub fn new(arrays: HashMap<String, Bound<'py, PyAny>>) -> PyResult<Self> {
         let borrow = |(name, array): (String, Bound<'py, PyAny>)| {
-            let unknown = |error: UnknownName| PyValueError::new_err(error.to_string());
-            let pass: Pass = name.parse().map_err(unknown)?;
+            let unknown = || PyValueError::new_err(format!("unknown pass {name:?}"));
+            let pass = Pass::named(&name).ok_or_else(unknown)?;
             let array = match pass.value_type() {
                 ValueType::Float => PyArray::Floats(borrowed(&array)?),
                 ValueType::Integer => PyArray::Integers(borrowed(&array)?),

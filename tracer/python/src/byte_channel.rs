@@ -27,23 +27,15 @@ pub struct ByteChannel {
     changed: Condvar,
 }
 
-/// The bytes and state that the calling thread receives.
-pub struct Received {
-    /// The bytes written since the last call.
-    pub bytes: Vec<u8>,
-    /// Whether the work has ended: nothing follows.
-    pub ended: bool,
-}
-
 impl ByteChannel {
-    /// Waits until enough bytes are waiting or the work has ended, at most for `at_most`.
-    pub fn wait(&self, at_most: Duration) -> Received {
+    /// Waits until enough bytes are waiting or the work has ended, at most for `at_most`; returns the bytes written
+    /// since the last call, and whether the work has ended.
+    pub fn wait(&self, at_most: Duration) -> (Vec<u8>, bool) {
         let nothing = |state: &mut State| !state.ended && state.bytes.len() < WORTH_TAKING;
         let waited = self.changed.wait_timeout_while(self.lock(), at_most, nothing);
         let mut state = waited.unwrap_or_else(PoisonError::into_inner).0;
-        let received = Received { bytes: mem::take(&mut state.bytes), ended: state.ended };
         self.changed.notify_all();
-        received
+        (mem::take(&mut state.bytes), state.ended)
     }
 
     /// Rejects further bytes, and waits until the work has ended.

@@ -10,7 +10,6 @@ use pyo3::types::{PyByteArray, PyBytes};
 use rtcli_tracer::develop::{BitDepth, Developer, ToneCurve};
 use rtcli_tracer::memory::{Growing, collect, filled, spare};
 use rtcli_tracer::meter::MeterReading;
-use rtcli_tracer::names::UnknownName;
 use rtcli_tracer::png::{Color, Header, PngWriter};
 
 use crate::errors::{io_error, out_of_memory};
@@ -33,8 +32,8 @@ pub fn developer((exposure, tone, bits): PyDisplay<'_>) -> PyResult<Developer> {
     if exposure.is_nan() {
         return Err(PyValueError::new_err("the exposure is not a number"));
     }
-    let tone: Result<ToneCurve, UnknownName> = tone.parse();
-    let tone = tone.map_err(|error| PyValueError::new_err(error.to_string()))?;
+    let unknown = || PyValueError::new_err(format!("unknown tone curve {tone:?}"));
+    let tone = ToneCurve::named(tone).ok_or_else(unknown)?;
     Ok(Developer::new(exposure, tone, bit_depth(bits)?))
 }
 

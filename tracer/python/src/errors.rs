@@ -3,11 +3,10 @@
 use std::io;
 
 use pyo3::create_exception;
-use pyo3::exceptions::{PyMemoryError, PyOSError, PyRuntimeError};
+use pyo3::exceptions::{PyMemoryError, PyRuntimeError};
 use pyo3::prelude::*;
 use rtcli_tracer::Stopped;
 use rtcli_tracer::memory::OutOfMemory;
-use rtcli_tracer::render::PictureError;
 
 create_exception!(
     rtcli.tracer._native,
@@ -27,14 +26,7 @@ pub fn stopped(stopped: Stopped) -> PyErr {
         Stopped::Cancelled => PyRuntimeError::new_err(stopped.to_string()),
         Stopped::BudgetExceeded => BudgetExceededError::new_err(stopped.to_string()),
         Stopped::OutOfMemory(error) => out_of_memory(error),
-    }
-}
-
-/// The exception of a picture that was not written.
-pub fn unwritten(error: PictureError) -> PyErr {
-    match error {
-        PictureError::Stopped(reason) => stopped(reason),
-        PictureError::Io(error) => io_error(error),
+        Stopped::Io(error) => io_error(error),
     }
 }
 
@@ -44,9 +36,4 @@ pub fn io_error(error: io::Error) -> PyErr {
         io::ErrorKind::OutOfMemory => PyMemoryError::new_err("not enough memory for a file"),
         _ => error.into(),
     }
-}
-
-/// `OSError` if threads cannot be started.
-pub fn no_threads(count: usize, error: &dyn std::error::Error) -> PyErr {
-    PyOSError::new_err(format!("cannot start {count} threads: {error}"))
 }

@@ -5,14 +5,13 @@ use std::num::NonZero;
 use std::sync::Arc;
 use std::time::Duration;
 
-use pyo3::exceptions::{PyMemoryError, PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyMemoryError, PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use rtcli_tracer::Monitor;
-use rtcli_tracer::WorkBudget;
+use rtcli_tracer::{Monitor, Stopped, WorkBudget};
 
 use crate::byte_channel::ByteChannel;
-use crate::errors::no_threads;
+use crate::errors::stopped;
 
 /// The interval at which the calling thread checks for signals.
 const PAUSE: Duration = Duration::from_millis(20);
@@ -32,7 +31,6 @@ pub struct Listener<'a, 'py> {
     /// Called with bytes.
     write: Option<&'a Bound<'py, PyAny>>,
     pixels: u64,
-    reported: u64,
     /// None for unlimited work.
     budget: Option<Arc<WorkBudget>>,
 }
@@ -45,7 +43,7 @@ impl<'a, 'py> Listener<'a, 'py> {
         progress: Option<&'a Bound<'py, PyAny>>,
         write: Option<&'a Bound<'py, PyAny>>,
     ) -> Self {
-        Listener { py, progress, write, pixels, reported: 0, budget: None }
+        Listener { py, progress, write, pixels, budget: None }
     }
 
     /// Sets a budget: the work ends as soon as it exceeds it.
@@ -56,12 +54,12 @@ impl<'a, 'py> Listener<'a, 'py> {
     /// Runs work in a pool of threads and returns its result.
     ///
     /// The calling thread passes signals, progress and bytes to Python. An exception raised there ends the work.
-    pub fn run_interruptibly<T: Send>(
-        &mut self,
+    pub fn run_interruptibly<T: Send, E: Into<Stopped> + Send>(
+        &self,
         threads: usize,
-        work: impl FnOnce(&Monitor, &ByteChannel) -> T + Send,
+        work: impl FnOnce(&Monitor, &ByteChannel) -> Result<T, E> + Send,
     ) -> PyResult<T> {
-        let monitor = self.budget.clone().map_or_else(Monitor::new, Monitor::within);
+        let monitor = self.budget.clone().map_or_else(Monitor::default, Monitor::within);
         let channel = ByteChannel::default();
         let pool = pool(self.py, threads)?;
         let mut result = None;
@@ -76,29 +74,27 @@ impl<'a, 'py> Listener<'a, 'py> {
                 self.py.detach(|| channel.close());
             })
         })?;
-        result.ok_or_else(|| PyRuntimeError::new_err("the work ended without a result"))
+        let result = result.ok_or_else(|| PyRuntimeError::new_err("the work ended without a result"))?;
+        result.map_err(|error| stopped(error.into()))
     }
 
-    fn listen(&mut self, monitor: &Monitor, channel: &ByteChannel) -> PyResult<()> {
+    fn listen(&self, monitor: &Monitor, channel: &ByteChannel) -> PyResult<()> {
+        let mut reported = 0;
         loop {
-            let received = self.py.detach(|| channel.wait(PAUSE));
+            let (bytes, ended) = self.py.detach(|| channel.wait(PAUSE));
             self.py.check_signals()?;
-            if let (Some(write), false) = (self.write, received.bytes.is_empty()) {
-                write.call1((bytes_of(self.py, &received.bytes)?,))?;
+            if let (Some(write), false) = (self.write, bytes.is_empty()) {
+                write.call1((bytes_of(self.py, &bytes)?,))?;
             }
-            self.report(monitor.done())?;
-            if received.ended {
+            let done = monitor.done();
+            if let (Some(progress), true) = (self.progress, done > reported) {
+                progress.call1((done.min(self.pixels), self.pixels))?;
+                reported = done;
+            }
+            if ended {
                 return Ok(());
             }
         }
-    }
-
-    fn report(&mut self, done: u64) -> PyResult<()> {
-        if let (Some(progress), true) = (self.progress, done > self.reported) {
-            progress.call1((done.min(self.pixels), self.pixels))?;
-            self.reported = done;
-        }
-        Ok(())
     }
 }
 
@@ -131,7 +127,8 @@ fn pool(py: Python<'_>, threads: usize) -> PyResult<rayon::ThreadPool> {
     let threads = threads.min(most);
     room_for_threads(py, threads)?;
     let built = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = built.map_err(|error| no_threads(threads, &error))?;
+    let failed = |error| PyOSError::new_err(format!("cannot start {threads} threads: {error}"));
+    let pool = built.map_err(failed)?;
     // All threads start, and allocate their own memory, before the work allocates large amounts.
     py.detach(|| pool.broadcast(|_| ()));
     Ok(pool)

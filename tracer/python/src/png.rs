@@ -52,9 +52,8 @@ pub fn decode_png<'py>(py: Python<'py>, file: &[u8]) -> PyResult<(u32, u32, usiz
         png::DecodingError::IoError(io) => of_a_picture(io.kind(), io),
         _ => PyValueError::new_err(error.to_string()),
     })?;
-    let bits = bit_depth(decoded.bits)?;
-    let pixels = bytes_of(py, &swapped(&decoded.pixels, bits).map_err(out_of_memory)?)?;
-    Ok((decoded.width, decoded.height, decoded.channels, decoded.bits, pixels))
+    let pixels = bytes_of(py, &swapped(&decoded.pixels, decoded.bits).map_err(out_of_memory)?)?;
+    Ok((decoded.width, decoded.height, decoded.channels, decoded.bits as u8, pixels))
 }
 
 /// `MemoryError` if memory ran out, else `ValueError`: the picture is wrong.

@@ -10,13 +10,12 @@ use pyo3::types::PyByteArray;
 use rtcli_tracer::Monitor;
 use rtcli_tracer::memory::filled;
 use rtcli_tracer::meter::MeterReading;
-use rtcli_tracer::simd::UnknownLevel;
 use rtcli_tracer::world::World;
 use rtcli_tracer::{Film, Level};
 
-use crate::arrays::{PyFilm, pixels};
+use crate::arrays::PyFilm;
 use crate::display::{PyDisplay, developed, developer, has_pixels};
-use crate::errors::{out_of_memory, stopped, unwritten};
+use crate::errors::out_of_memory;
 use crate::interruptible::Listener;
 use crate::world::{self, PyCamera, PyLights, PyObjects, PySettings, PyWindow};
 
@@ -37,14 +36,15 @@ pub fn sample_offsets(count: u32) -> Vec<(f64, f64)> {
 }
 
 fn level() -> PyResult<Level> {
-    match env::var_os(SIMD) {
-        None => Ok(Level::best()),
-        Some(name) if name.is_empty() => Ok(Level::best()),
-        Some(name) => name
-            .to_string_lossy()
-            .parse()
-            .map_err(|error: UnknownLevel| PyValueError::new_err(format!("{SIMD}: {error}"))),
+    let name = env::var_os(SIMD).unwrap_or_default();
+    if name.is_empty() {
+        return Ok(Level::best());
     }
+    let name = name.to_string_lossy();
+    Level::named(&name).ok_or_else(|| {
+        let names = Level::available().into_iter().map(Level::name).collect::<Vec<_>>().join(", ");
+        PyValueError::new_err(format!("{SIMD}: unknown SIMD level {name:?}: this machine has {names}"))
+    })
 }
 
 /// A limit on work, in counted steps.
@@ -97,13 +97,11 @@ impl Tracer {
             objects,
             settings: world::settings(settings)?,
         };
-        let mut listener = Listener::new(py, 0, None, None);
+        let listener = Listener::new(py, 0, None, None);
         Ok(Tracer {
             size: (world.camera.width, world.camera.height),
             threads,
-            core: listener
-                .run_interruptibly(threads, |_, _| rtcli_tracer::Tracer::new(world, level))?
-                .map_err(out_of_memory)?,
+            core: listener.run_interruptibly(threads, |_, _| rtcli_tracer::Tracer::new(world, level))?,
         })
     }
 
@@ -119,9 +117,9 @@ impl Tracer {
         let window = world::window(window, self.size)?;
         let mut arrays = PyFilm::new(arrays)?;
         let film = arrays.film(window)?;
-        let mut listener = Listener::new(py, pixels(window), progress.as_ref(), None);
+        let listener = Listener::new(py, window.pixels() as u64, progress.as_ref(), None);
         let work = |monitor: &Monitor, _: &_| self.core.film(window, film, monitor);
-        listener.run_interruptibly(self.threads, work)?.map_err(stopped)
+        listener.run_interruptibly(self.threads, work)
     }
 
     /// Renders a window and develops it, within a budget.
@@ -135,12 +133,12 @@ impl Tracer {
     ) -> PyResult<Bound<'py, PyByteArray>> {
         let window = world::window(window, self.size)?;
         let developer = developer(look)?;
-        let radiance = filled(3 * pixels(window) as usize, 0.0, "the radiance");
+        let radiance = filled(3 * window.pixels(), 0.0, "the radiance");
         let mut radiance = radiance.map_err(out_of_memory)?;
         let film = Film::of_radiance(&mut radiance);
-        let mut listener = Listener::new(py, 0, None, None).within(core(budget));
+        let listener = Listener::new(py, 0, None, None).within(core(budget));
         let work = |monitor: &Monitor, _: &_| self.core.film(window, film, monitor);
-        listener.run_interruptibly(self.threads, work)?.map_err(stopped)?;
+        listener.run_interruptibly(self.threads, work)?;
         developed(py, &developer, &radiance)
     }
 
@@ -158,10 +156,10 @@ impl Tracer {
     ) -> PyResult<(u64, f64, f64, f64)> {
         let window = world::window(window, self.size)?;
         let developer = developer(look)?;
-        let mut listener = Listener::new(py, pixels(window), progress.as_ref(), Some(&write));
+        let listener = Listener::new(py, window.pixels() as u64, progress.as_ref(), Some(&write));
         let work =
             |monitor: &Monitor, channel: &_| self.core.write_png(window, &developer, &texts, channel, monitor);
-        let stats = listener.run_interruptibly(self.threads, work)?.map_err(unwritten)?;
+        let stats = listener.run_interruptibly(self.threads, work)?;
         let [trace, develop, write] = [stats.trace, stats.develop, stats.write].map(|time| time.as_secs_f64());
         Ok((stats.rays, trace, develop, write))
     }
@@ -170,9 +168,9 @@ impl Tracer {
     #[pyo3(signature = (window, budget=None, /))]
     fn coverage(&self, py: Python<'_>, window: PyWindow, budget: Option<&WorkBudget>) -> PyResult<Vec<u64>> {
         let window = world::window(window, self.size)?;
-        let mut listener = Listener::new(py, 0, None, None).within(core(budget));
+        let listener = Listener::new(py, 0, None, None).within(core(budget));
         let work = |monitor: &Monitor, _: &_| self.core.coverage(window, monitor);
-        listener.run_interruptibly(self.threads, work)?.map_err(stopped)
+        listener.run_interruptibly(self.threads, work)
     }
 
     /// Meters the whole picture at `grid` x `grid` points, within a budget; returns stops, percentile and number
@@ -185,10 +183,9 @@ impl Tracer {
         budget: Option<&WorkBudget>,
     ) -> PyResult<(f64, Option<f64>, u64)> {
         has_pixels(grid, grid)?;
-        let mut listener = Listener::new(py, 0, None, None).within(core(budget));
+        let listener = Listener::new(py, 0, None, None).within(core(budget));
         let work = |monitor: &Monitor, _: &_| self.core.exposure(grid, monitor);
-        let (MeterReading { stops, percentile }, rays) =
-            listener.run_interruptibly(self.threads, work)?.map_err(stopped)?;
+        let (MeterReading { stops, percentile }, rays) = listener.run_interruptibly(self.threads, work)?;
         Ok((stops, percentile, rays))
     }
 }

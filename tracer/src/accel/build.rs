@@ -2,14 +2,14 @@
 
 use crate::accel::node::{CONSERVATIVE, LEAF, Node, WIDTH};
 use crate::bounds::{Aabb, BoundingSphere};
-use crate::memory::{OutOfMemory, push, reserve};
+use crate::memory::{OutOfMemory, reserve};
 use crate::vector::{add, length, scale, sub, to_f32};
 use rayon::prelude::*;
 
 /// Named in the error if memory runs out.
 pub(crate) const TREE: &str = "the tree over the objects";
 
-/// Candidate places for a cut along an axis.
+/// Candidate positions of a cut along an axis.
 const BINS: usize = 16;
 
 /// Subtrees over more objects than this are built by several threads.
@@ -50,13 +50,14 @@ impl<'a> Part<'a> {
 
 /// Append the nodes of a tree over items, the root first.
 pub(crate) fn build(part: Part<'_>, nodes: &mut Vec<Node>) -> Result<(), OutOfMemory> {
-    let place = nodes.len();
-    push(nodes, Node::empty(), TREE)?;
+    let number = nodes.len();
+    reserve(nodes, 1, TREE)?;
+    nodes.push(Node::empty());
     let large = part.items.len() > WORTH_A_THREAD;
     let parts = eight_parts(part);
     for (i, part) in parts.iter().enumerate() {
         let bounds = part.bounds();
-        let node = &mut nodes[place];
+        let node = &mut nodes[number];
         [node.x[i], node.y[i], node.z[i]] = to_f32(bounds.center);
         node.radius[i] =
             (bounds.radius + length(bounds.center) * f64::from(CONSERVATIVE)) as f32 * (1.0 + CONSERVATIVE);
@@ -78,7 +79,7 @@ pub(crate) fn build(part: Part<'_>, nodes: &mut Vec<Node>) -> Result<(), OutOfMe
         for (i, subtree) in subtrees?.into_iter().enumerate() {
             let begin = nodes.len() as u32;
             if !subtree.is_empty() {
-                nodes[place].child[i] = begin;
+                nodes[number].child[i] = begin;
             }
             reserve(nodes, subtree.len(), TREE)?;
             nodes.extend(subtree.into_iter().map(|node| node.moved(begin)));
@@ -87,7 +88,7 @@ pub(crate) fn build(part: Part<'_>, nodes: &mut Vec<Node>) -> Result<(), OutOfMe
     }
     for (i, part) in parts.into_iter().enumerate() {
         if part.items.len() > 1 {
-            nodes[place].child[i] = nodes.len() as u32;
+            nodes[number].child[i] = nodes.len() as u32;
             build(part, nodes)?;
         }
     }
@@ -124,8 +125,8 @@ fn cut(items: &mut [Item]) -> usize {
     let axis = (0..3).fold(0, |a, b| if size[b] > size[a] { b } else { a });
     let per_size = BINS as f64 / size[axis];
     let bin = |item: &Item| {
-        let place = (item.bounds.center[axis] - centers.low[axis]) * per_size;
-        (place as usize).min(BINS - 1)
+        let along = (item.bounds.center[axis] - centers.low[axis]) * per_size;
+        (along as usize).min(BINS - 1)
     };
     let mut bins = [(0_usize, Aabb::EMPTY); BINS];
     for item in items.iter() {

@@ -24,7 +24,7 @@ impl Cone {
     pub(crate) fn of_tile(rays: &Rays) -> Cone {
         let (middle, half_size) = (rays.middle, rays.half_size);
         let axis = scale(middle, 1.0 / length(middle));
-        let cos = CORNERS
+        let cos = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)]
             .map(|(i, j)| {
                 let corner = [middle[0] + i * half_size.0, middle[1] + j * half_size.1, 1.0];
                 dot(axis, corner) / length(corner)
@@ -50,14 +50,9 @@ impl Cone {
 
     /// A cone of no length: it intersects the bounds that its apex is in or close to.
     pub(crate) fn around(apex: Vector, slack: f64) -> Cone {
-        Cone {
-            apex: to_f32(apex),
-            axis: [0.0; 3],
-            cos: 1.0,
-            sin: 0.0,
-            range: 0.0,
-            slack: length(apex) as f32 * CONSERVATIVE + slack as f32,
-        }
+        let mut cone = Cone::new(apex, [0.0; 3], 1.0, 0.0);
+        cone.slack += slack as f32;
+        cone
     }
 
     fn new(apex: Vector, axis: Vector, cos: f64, range: f64) -> Cone {
@@ -111,5 +106,3 @@ impl Cone {
         (near, u64::from_le_bytes(met))
     }
 }
-
-const CORNERS: [(f64, f64); 4] = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)];

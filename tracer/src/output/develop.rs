@@ -28,18 +28,15 @@ use lookup::{Eight, Sixteen};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BitDepth {
     /// 0 to 255.
-    Eight,
+    Eight = 8,
     /// 0 to 65,535.
-    Sixteen,
+    Sixteen = 16,
 }
 
 impl BitDepth {
     /// Returns the bytes of a channel.
     pub const fn bytes(self) -> usize {
-        match self {
-            BitDepth::Eight => 1,
-            BitDepth::Sixteen => 2,
-        }
+        self as usize / 8
     }
 
     /// Returns the bytes of an RGB pixel.
@@ -49,10 +46,7 @@ impl BitDepth {
 
     /// Returns the value of white.
     const fn white(self) -> u32 {
-        match self {
-            BitDepth::Eight => 0xFF,
-            BitDepth::Sixteen => 0xFFFF,
-        }
+        (1 << self as u32) - 1
     }
 }
 

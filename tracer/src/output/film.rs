@@ -1,17 +1,15 @@
 //! The arrays of a rendered picture, and how a tile fills its part of them. To add a pass: add it to `Pass` and
-//! `PASSES`, and compute it in `Film::take`.
+//! `PASSES`, and compute it in `FilmSink::take`.
 
-use crate::names::UnknownName;
 use crate::scene::Scene;
 use crate::tile::Tile;
 use crate::tile::hits::{FACE_BITS, NO_FACE};
 use crate::tile::{LANES, Lanes};
-use crate::trace::tile_tracer::{PassRequest, TileTracer};
+use crate::trace::tile_tracer::{PassRequest, TileSink, TileTracer};
 use crate::vector::{add, dot, rotate, scale, to_f32};
 use crate::world::{Camera, Vector, Window};
-use std::str::FromStr;
 
-/// What a film records of each pixel. Passes other than radiance are taken at pixel centres, whatever the number
+/// A value that a film records of each pixel. Passes other than radiance are taken at pixel centres, whatever the number
 /// of samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pass {
@@ -31,7 +29,7 @@ pub enum Pass {
     ObjectId,
 }
 
-/// Name, channels, the type of their values, and what has to be traced for it.
+/// Name, channels, the type of their values, and the data that tracing has to provide.
 struct PassSpec(Pass, &'static str, usize, ValueType, PassRequest);
 
 /// The type of the values of a pass.
@@ -53,16 +51,12 @@ const PASSES: [PassSpec; 7] = [
     PassSpec(Pass::ObjectId, "object_id", 1, ValueType::Integer, PassRequest::Hits),
 ];
 
-impl FromStr for Pass {
-    type Err = UnknownName;
-
-    fn from_str(name: &str) -> Result<Pass, UnknownName> {
-        let spec = PASSES.iter().find(|spec| spec.1 == name);
-        spec.map(|spec| spec.0).ok_or_else(|| UnknownName::new("pass", name))
-    }
-}
-
 impl Pass {
+    /// Return the pass of a name.
+    pub fn named(name: &str) -> Option<Pass> {
+        PASSES.iter().find(|spec| spec.1 == name).map(|spec| spec.0)
+    }
+
     /// The type of its values.
     pub fn value_type(self) -> ValueType {
         PASSES[self as usize].3
@@ -86,17 +80,11 @@ impl<'a> Values<'a> {
         }
     }
 
-    fn split(self, at: usize) -> (Values<'a>, Values<'a>) {
-        match self {
-            Values::Floats(values) => {
-                let (first, rest) = values.split_at_mut(at);
-                (Values::Floats(first), Values::Floats(rest))
-            }
-            Values::Integers(values) => {
-                let (first, rest) = values.split_at_mut(at);
-                (Values::Integers(first), Values::Integers(rest))
-            }
-        }
+    fn split_off(&mut self, count: usize) -> Option<Values<'a>> {
+        Some(match self {
+            Values::Floats(values) => Values::Floats(values.split_off_mut(..count)?),
+            Values::Integers(values) => Values::Integers(values.split_off_mut(..count)?),
+        })
     }
 }
 
@@ -126,44 +114,50 @@ impl<'a> Film<'a> {
 
     /// Whether radiance is recorded, and each array has the type and the length that the pixels of a window need.
     pub fn holds(&self, window: Window) -> bool {
-        let pixels = window.width as usize * window.height as usize;
         let fits = |&PassSpec(pass, _, channels, value_type, _): &PassSpec| match &self.values[pass as usize] {
             None => pass != Pass::Radiance,
             Some(values) => {
-                values.len() == channels * pixels
+                values.len() == channels * window.pixels()
                     && matches!(values, Values::Integers(_)) == (value_type == ValueType::Integer)
             }
         };
         PASSES.iter().all(fits)
     }
 
-    /// The part of the first pixels, and the rest.
-    pub(crate) fn split(self, pixels: usize) -> (Film<'a>, Film<'a>) {
-        let (mut first, mut rest) = (Film::default(), Film::default());
-        for (values, PassSpec(pass, _, channels, ..)) in self.values.into_iter().zip(&PASSES) {
-            if let Some((part, below)) = values.map(|values| values.split(channels * pixels)) {
-                first.values[*pass as usize] = Some(part);
-                rest.values[*pass as usize] = Some(below);
-            }
+    /// Take the first pixels out of the film.
+    pub(crate) fn split_off(&mut self, pixels: usize) -> Film<'a> {
+        let mut first = Film::default();
+        for ((part, values), PassSpec(_, _, channels, ..)) in
+            first.values.iter_mut().zip(&mut self.values).zip(&PASSES)
+        {
+            *part = values.as_mut().and_then(|values| values.split_off(channels * pixels));
         }
-        (first, rest)
+        first
     }
+}
 
-    /// Record the requested pixels of a tile of the film's window.
+/// Records the requested pixels of tiles of the film's window.
+pub(crate) struct FilmSink<'a> {
+    pub(crate) film: Film<'a>,
+    pub(crate) to_world: CameraToWorld<'a>,
+}
+
+impl TileSink for FilmSink<'_> {
     #[inline(always)]
-    pub(crate) fn take(&mut self, traced: &TileTracer, tile: Tile, to_world: CameraToWorld<'_>) {
+    fn take(&mut self, traced: &TileTracer, tile: Tile) {
+        let FilmSink { film, to_world } = self;
         let (t, faces) = (&traced.hits.t, &traced.hits.face);
         for PassSpec(pass, ..) in &PASSES {
-            match (pass, &mut self.values[*pass as usize], &traced.surface) {
+            match (pass, &mut film.values[*pass as usize], &traced.surface) {
                 (Pass::Radiance, Some(Values::Floats(radiance)), _) => {
                     for span in tile.spans() {
                         let pixels = 3 * span.pixel..3 * (span.pixel + span.count);
                         traced.mean_radiance(span.lane, &mut radiance[pixels]);
                     }
                 }
-                (Pass::Depth, Some(Values::Floats(depth)), _) => tile.put(depth, &to_world.depths(t, faces)),
+                (Pass::Depth, Some(Values::Floats(depth)), _) => tile.put(depth, &to_world.lengths(t, faces)),
                 (Pass::Distance, Some(Values::Floats(distance)), _) => {
-                    tile.put(distance, &to_world.distances(t, &traced.rays.vv, faces));
+                    tile.put(distance, &to_world.lengths(&distances(t, &traced.rays.vv), faces));
                 }
                 (Pass::Normal, Some(Values::Floats(normal)), Some(surface)) => {
                     tile.put(normal.as_chunks_mut().0, &to_world.normals(&surface.normal, faces));
@@ -184,7 +178,7 @@ impl<'a> Film<'a> {
 /// Three numbers for each ray of a tile.
 type Triples = [[f32; 3]; LANES];
 
-/// The number of each object plus 1; 0 where nothing is met.
+/// The number of each object plus 1; 0 where the ray misses.
 #[inline(always)]
 fn object_ids(faces: &[u32; LANES]) -> [u32; LANES] {
     let mut ids = [0; LANES];
@@ -202,11 +196,14 @@ fn bounded(value: f64) -> f32 {
     value.clamp(-largest, largest) as f32
 }
 
-/// A length in the world, which stays finite if it is.
+/// distance = t |v|
 #[inline(always)]
-fn length(length: f32, unit: f64) -> f32 {
-    let in_world = bounded(f64::from(length) * unit);
-    if length < f32::INFINITY { in_world } else { length }
+fn distances(t: &Lanes, vv: &Lanes) -> Lanes {
+    let mut distances = [0.0; LANES];
+    for lane in 0..LANES {
+        distances[lane] = t[lane] * vv[lane].sqrt();
+    }
+    distances
 }
 
 /// The transformation from camera space to the world, for whole tiles: loops that vectorize.
@@ -231,29 +228,19 @@ impl<'a> CameraToWorld<'a> {
         }
     }
 
-    /// depth = t
+    /// Lengths in the world, which stay finite if they are.
     #[inline(always)]
-    fn depths(&self, t: &Lanes, faces: &[u32; LANES]) -> Lanes {
+    fn lengths(&self, lengths: &Lanes, faces: &[u32; LANES]) -> Lanes {
         let units = self.units(faces);
-        let mut depths = [0.0; LANES];
+        let mut in_world = [0.0; LANES];
         for lane in 0..LANES {
-            depths[lane] = length(t[lane], units[lane]);
+            let scaled = bounded(f64::from(lengths[lane]) * units[lane]);
+            in_world[lane] = if lengths[lane] < f32::INFINITY { scaled } else { lengths[lane] };
         }
-        depths
+        in_world
     }
 
-    /// distance = t |v|
-    #[inline(always)]
-    fn distances(&self, t: &Lanes, vv: &Lanes, faces: &[u32; LANES]) -> Lanes {
-        let units = self.units(faces);
-        let mut distances = [0.0; LANES];
-        for lane in 0..LANES {
-            distances[lane] = length(t[lane] * vv[lane].sqrt(), units[lane]);
-        }
-        distances
-    }
-
-    /// Places, from what they are relative to the eye; 0 where nothing is met.
+    /// Positions, from those relative to the eye; 0 where rays miss.
     #[inline(always)]
     fn positions(&self, [x, y, z]: &[[f64; LANES]; 3], faces: &[u32; LANES]) -> Triples {
         let units = self.units(faces);
@@ -279,7 +266,7 @@ impl<'a> CameraToWorld<'a> {
         units
     }
 
-    /// Unit vectors, whose length is known to float32 only, with that of float64; 0 where nothing is met.
+    /// Unit vectors, normalized in float64, whose length was exact to float32 only; 0 where rays miss.
     ///
     /// 1 / |n| = (3 - n.n) / 2, up to the square of how far n.n is from 1
     #[inline(always)]

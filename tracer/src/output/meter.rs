@@ -41,9 +41,9 @@ fn luminance(&[r, g, b]: &[f32; 3]) -> f64 {
 /// Returns a quantile, with linear interpolation between its neighbours in order: NumPy's default (R. Hyndman and
 /// Y. Fan, "Sample Quantiles in Statistical Packages", 1996, definition 7), and in NumPy's order of operations.
 fn quantile(values: &mut [f64], share: f64) -> f64 {
-    let place = (values.len() - 1) as f64 * share;
-    let weight = place.fract();
-    let (_, &mut below, rest) = values.select_nth_unstable_by(place as usize, f64::total_cmp);
+    let position = (values.len() - 1) as f64 * share;
+    let weight = position.fract();
+    let (_, &mut below, rest) = values.select_nth_unstable_by(position as usize, f64::total_cmp);
     let above = rest.iter().copied().fold(f64::INFINITY, f64::min);
     if rest.is_empty() {
         below

@@ -203,8 +203,8 @@ pub struct Decoded {
     pub height: u32,
     /// 1 to 4: grey, grey and alpha, RGB, RGB and alpha.
     pub channels: usize,
-    /// 8 or 16.
-    pub bits: u8,
+    /// The depth of each channel.
+    pub bits: BitDepth,
     /// Interleaved channels row by row; 16 bits have the high byte first.
     pub pixels: Vec<u8>,
 }
@@ -228,7 +228,7 @@ pub fn decode(file: &[u8], most: usize) -> Result<Decoded, DecodingError> {
         width: info.width,
         height: info.height,
         channels: info.color_type.samples(),
-        bits: if info.bit_depth == png::BitDepth::Sixteen { 16 } else { 8 },
+        bits: if info.bit_depth == png::BitDepth::Sixteen { BitDepth::Sixteen } else { BitDepth::Eight },
         pixels,
     })
 }

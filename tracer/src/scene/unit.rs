@@ -10,7 +10,7 @@ pub(crate) const OBJECTS: &str = "the objects";
 /// The farthest object or light stays within this power of two, so that its square stays within float32.
 const LARGEST_EXPONENT: i32 = 58;
 
-/// Whatever is farther than this power of two times the typical distance does not affect the unit; see
+/// Objects and lights farther than this power of two times the typical distance do not affect the unit; see
 /// `CameraSpace::range_scale`.
 const FARTHEST_EXPONENT: i32 = 80;
 
@@ -22,8 +22,8 @@ const AS_GOOD_AS_PARALLEL: i32 = 30;
 /// if larger, to about 1, or below if something is very far away.
 pub(crate) fn suitable_unit(world: &World) -> Result<f64, OutOfMemory> {
     let eye = world.camera.position;
-    let exponent = |place: Vector, size: f64| {
-        let away = |largest: f64, i: usize| largest.max((place[i] / 2.0 - eye[i] / 2.0).abs());
+    let exponent = |position: Vector, size: f64| {
+        let away = |largest: f64, i: usize| largest.max((position[i] / 2.0 - eye[i] / 2.0).abs());
         let distance = (0..3).fold(size / 2.0, away);
         (distance > 0.0).then(|| libm::ilogb(distance))
     };

@@ -59,21 +59,18 @@ impl Side {
     pub(crate) fn sees_from(self, eye_is_outside: bool) -> bool {
         self == Side::On || (self == Side::Outside) == eye_is_outside
     }
+}
 
-    fn of(height: f64) -> Side {
-        if height > 0.0 {
+impl Contact {
+    pub(crate) fn new(height: f64, local: Vector) -> Contact {
+        let side = if height > 0.0 {
             Side::Outside
         } else if height < 0.0 {
             Side::Inside
         } else {
             Side::On
-        }
-    }
-}
-
-impl Contact {
-    pub(crate) fn new(height: f64, local: Vector) -> Contact {
-        Contact { side: Side::of(height), height, local }
+        };
+        Contact { side, height, local }
     }
 
     /// Whether the point is within a distance of the surface.

@@ -3,12 +3,9 @@
 use crate::bounds::BoundingSphere;
 use crate::camera_space::{CameraSpace, FAR_FROM_ROUNDING};
 use crate::shapes::contact::{Contact, Side, rounding_across};
-use crate::shapes::description::Description;
 use crate::shapes::outline::{BoxCone, Outline};
-use crate::shapes::plane_equation::PlaneEquation;
-use crate::shapes::points::Points;
-use crate::shapes::primitive::Primitive;
-use crate::shapes::shadow::Shadow;
+use crate::shapes::points::{PlaneEquation, Points, ShadowRays};
+use crate::shapes::primitive::{Description, Primitive};
 use crate::tile::LANES;
 use crate::tile::hits::{FACE_BITS, HitBuffer, offer};
 use crate::tile::rays::Rays;
@@ -20,13 +17,13 @@ type Before = ([[f32; 3]; 3], [f32; 3], [f32; 3]);
 
 #[derive(Clone, Debug)]
 pub(crate) struct Cuboid {
-    center: Vector,
+    pub(crate) center: Vector,
     /// Its axes, unit vectors.
-    axes: [Vector; 3],
+    pub(crate) axes: [Vector; 3],
     /// Half its size along them.
-    half: Vector,
+    pub(crate) half: Vector,
     /// The eye relative to the centre, along the axes; exactly on a face if it is on one.
-    eye: Vector,
+    pub(crate) eye: Vector,
 }
 
 /// A box around its position, rotated about +y.
@@ -69,7 +66,7 @@ impl Description for CuboidDesc {
         let eye = self.contact(space, position, space.eye);
         let close = eye.is_within(FAR_FROM_ROUNDING * (l1_norm(center) + length(half)));
         let eye = if close { eye.local } else { rotate(&axes, scale(center, -1.0)) };
-        Cuboid::new(center, axes, half, eye)
+        Cuboid { center, axes, half, eye }
     }
 }
 
@@ -87,16 +84,12 @@ impl Cuboid {
         Contact::new(beyond, local)
     }
 
-    pub(crate) fn new(center: Vector, axes: [Vector; 3], half: Vector, eye: Vector) -> Cuboid {
-        Cuboid { center, axes, half, eye }
-    }
-
     /// The radius of the bounding sphere.
     fn bounding_radius(&self) -> f64 {
         length(self.half)
     }
 
-    /// Whether a point in the axes of the box is inside or on its surface.
+    /// Whether a point in the axes of the box is inside or on its surface. An eye on the surface sees the inside.
     #[inline(always)]
     fn inside(&self, local: Vector) -> bool {
         (0..3).all(|i| local[i].abs() <= self.half[i])
@@ -105,11 +98,6 @@ impl Cuboid {
     /// The side of a point that is not close to the surface.
     fn side(&self, point: Vector) -> Side {
         if self.inside(rotate(&self.axes, sub(point, self.center))) { Side::Inside } else { Side::Outside }
-    }
-
-    /// Whether the eye sees the outside; an eye on the surface sees the inside.
-    fn eye_is_outside(&self) -> bool {
-        !self.inside(self.eye)
     }
 
     /// The axis of a face, and its sign.
@@ -143,7 +131,13 @@ impl Cuboid {
 
     /// Darken the points outside, for a light that is inside, or on a face and the points are before it.
     #[inline(always)]
-    fn occlude_from_inside(&self, reference: Vector, rounding: Vector, before: Before, shadow: &mut Shadow<'_>) {
+    fn occlude_from_inside(
+        &self,
+        reference: Vector,
+        rounding: Vector,
+        before: Before,
+        shadow: &mut ShadowRays<'_>,
+    ) {
         let (axes, sign, limit) = before;
         let low: [f32; 3] = std::array::from_fn(|i| (-self.half[i] - reference[i] - rounding[i]) as f32);
         let high: [f32; 3] = std::array::from_fn(|i| (self.half[i] - reference[i] + rounding[i]) as f32);
@@ -235,16 +229,8 @@ impl Primitive for Cuboid {
     }
 
     #[inline(always)]
-    fn place(
-        &self,
-        face: u32,
-        rays: &Rays,
-        (t, _nearest): (f64, impl Fn() -> Vector),
-        points: &mut Points,
-    ) -> Option<PlaneEquation> {
-        let plane = self.face(face);
-        points.reference = plane.place(t, rays, points);
-        Some(plane)
+    fn compute_points(&self, face: u32, rays: &Rays, (t, _): (f64, impl Fn() -> Vector), points: &mut Points) {
+        self.face(face).compute_points(t, rays, points);
     }
 
     /// Darken the points from which the box hides the light.
@@ -254,7 +240,7 @@ impl Primitive for Cuboid {
     ///
     /// |(L x P)_i| > h_j |e_k| + h_k |e_j|
     #[inline(always)]
-    fn occlude(&self, contact: Option<&Contact>, shadow: &mut Shadow<'_>) {
+    fn occlude(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>) {
         let light =
             contact.map_or_else(|| rotate(&self.axes, sub(shadow.light, self.center)), |contact| contact.local);
         let reference = rotate(&self.axes, sub(shadow.points.reference, self.center));
@@ -308,7 +294,7 @@ impl Primitive for Cuboid {
     #[inline(always)]
     fn is_lit_from(&self, contact: Option<&Contact>, light: Vector) -> bool {
         let side = contact.map_or_else(|| self.side(light), |contact| contact.side);
-        side.sees_from(self.eye_is_outside())
+        side.sees_from(!self.inside(self.eye))
     }
 
     #[inline(always)]

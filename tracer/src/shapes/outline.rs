@@ -60,7 +60,8 @@ pub(crate) enum Outline {
     Everywhere,
     Circular(CircularCone),
     Polyhedral(BoxCone),
-    HalfSpace(HalfSpace),
+    /// A plane appears where n . v > 0, the normal n pointing away from the eye.
+    HalfSpace(Vector),
     /// The eye is on the surface, within rounding, or a length is not `USUAL`.
     Unknown,
 }
@@ -72,12 +73,22 @@ const NEAR: f64 = 1e-6;
 const USUAL: std::ops::Range<f64> = 1e-12..1e12;
 
 impl Outline {
+    /// The outline of a plane.
+    pub(crate) fn of_plane(normal: Vector, offset: f64) -> Outline {
+        let usual = USUAL.contains(&offset.abs());
+        if usual { Outline::HalfSpace(scale(normal, offset.signum())) } else { Outline::Unknown }
+    }
+
     pub(crate) fn in_rectangle(&self, rectangle: &Rectangle) -> Overlap {
         match self {
             Outline::Everywhere => Overlap::Full,
             Outline::Circular(cone) => cone.in_rectangle(rectangle),
             Outline::Polyhedral(cone) => cone.in_rectangle(rectangle),
-            Outline::HalfSpace(space) => space.in_rectangle(rectangle),
+            Outline::HalfSpace(normal) if rectangle.is_beyond(*normal) => Overlap::None,
+            Outline::HalfSpace(normal) if rectangle.least(*normal) > NOT_PARALLEL * rectangle.longest() => {
+                Overlap::Full
+            }
+            Outline::HalfSpace(_) => Overlap::Partial,
             Outline::Unknown => Overlap::Partial,
         }
     }
@@ -129,34 +140,8 @@ impl CircularCone {
     }
 }
 
-/// A plane appears where n . v > 0, the normal pointing away from the eye.
-pub(crate) struct HalfSpace {
-    normal: Vector,
-}
-
 /// The kernel treats rays as parallel to a plane if the sine of the angle between them is below half of this.
 const NOT_PARALLEL: f64 = 2e-6;
-
-impl HalfSpace {
-    pub(crate) fn outline(normal: Vector, offset: f64) -> Outline {
-        let away = offset.signum();
-        if USUAL.contains(&offset.abs()) {
-            Outline::HalfSpace(HalfSpace { normal: scale(normal, away) })
-        } else {
-            Outline::Unknown
-        }
-    }
-
-    fn in_rectangle(&self, rectangle: &Rectangle) -> Overlap {
-        if rectangle.is_beyond(self.normal) {
-            Overlap::None
-        } else if rectangle.least(self.normal) > NOT_PARALLEL * rectangle.longest() {
-            Overlap::Full
-        } else {
-            Overlap::Partial
-        }
-    }
-}
 
 /// A box appears between the planes through the eye and the edges of its outline.
 pub(crate) struct BoxCone {

@@ -3,12 +3,9 @@
 use crate::bounds::BoundingSphere;
 use crate::camera_space::{CameraSpace, range_scale_at};
 use crate::shapes::contact::{Contact, rounding_across, spread};
-use crate::shapes::description::Description;
-use crate::shapes::outline::{HalfSpace, Outline};
-use crate::shapes::plane_equation::PlaneEquation;
-use crate::shapes::points::Points;
-use crate::shapes::primitive::Primitive;
-use crate::shapes::shadow::Shadow;
+use crate::shapes::outline::Outline;
+use crate::shapes::points::{PlaneEquation, Points, ShadowRays};
+use crate::shapes::primitive::{Description, Primitive};
 use crate::tile::LANES;
 use crate::tile::hits::{HitBuffer, offer};
 use crate::tile::rays::Rays;
@@ -101,21 +98,13 @@ impl Primitive for Plane {
     }
 
     #[inline(always)]
-    fn place(
-        &self,
-        _face: u32,
-        rays: &Rays,
-        (t, _nearest): (f64, impl Fn() -> Vector),
-        points: &mut Points,
-    ) -> Option<PlaneEquation> {
-        let plane = self.equation.facing_the_eye();
-        points.reference = plane.place(t, rays, points);
-        Some(plane)
+    fn compute_points(&self, _face: u32, rays: &Rays, (t, _): (f64, impl Fn() -> Vector), points: &mut Points) {
+        self.equation.facing_the_eye().compute_points(t, rays, points);
     }
 
     /// Darken the points on the other side of the plane.
     #[inline(always)]
-    fn occlude(&self, contact: Option<&Contact>, shadow: &mut Shadow<'_>) {
+    fn occlude(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>) {
         let light = contact.map_or_else(|| self.equation.height(shadow.light), |contact| contact.height);
         // A light on the plane, such as one on the ceiling, shines to both sides.
         if light == 0.0 {
@@ -157,7 +146,7 @@ impl Primitive for Plane {
     }
 
     fn outline(&self) -> Outline {
-        HalfSpace::outline(self.equation.normal, self.equation.offset)
+        Outline::of_plane(self.equation.normal, self.equation.offset)
     }
 }
 

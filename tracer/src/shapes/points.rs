@@ -1,8 +1,9 @@
-//! The points of a tile that lie on one face, as the lights see them.
+//! The points of a tile that lie on one face, the plane of a flat face, and the shadow rays from the points.
 
 use crate::bounds::BoundingSphere;
+use crate::tile::rays::Rays;
 use crate::tile::{LANES, Lanes, STEP};
-use crate::vector::{Vector, add, length};
+use crate::vector::{Vector, add, dot, l1_norm, length, scale, to_f32};
 
 /// Rounding in float64 is less than this share of the distances from the eye.
 pub(crate) const ROUNDING: f64 = 1e-13;
@@ -19,6 +20,8 @@ pub(crate) struct Points {
     pub(crate) reference: Vector,
     /// The points minus the reference.
     pub(crate) offset: [Lanes; 3],
+    /// The plane of a flat face, with its normal on the eye's side; None on a sphere.
+    pub(crate) plane: Option<PlaneEquation>,
     /// Unit normals that face the eye; of spheres only.
     pub(crate) normal: [Lanes; 3],
     /// The position error that does not depend on the offset.
@@ -27,13 +30,20 @@ pub(crate) struct Points {
 
 impl Points {
     pub(crate) fn new() -> Points {
-        Points { count: 0, reference: [0.0; 3], offset: [[0.0; LANES]; 3], normal: [[0.0; LANES]; 3], error: 0.0 }
+        Points {
+            count: 0,
+            reference: [0.0; 3],
+            offset: [[0.0; LANES]; 3],
+            plane: None,
+            normal: [[0.0; LANES]; 3],
+            error: 0.0,
+        }
     }
 
     /// Begin points on a shape of a magnitude.
     #[inline(always)]
     pub(crate) fn start(&mut self, count: usize, magnitude: f64) {
-        self.count = count;
+        (self.count, self.plane) = (count, None);
         self.error = (ROUNDING * magnitude) as f32;
     }
 
@@ -45,11 +55,11 @@ impl Points {
 
     /// Return the vector from a point to another, given relative to the reference.
     #[inline(always)]
-    pub(crate) fn toward(&self, place: [f32; 3], i: usize) -> [f32; 3] {
-        std::array::from_fn(|axis| place[axis] - self.offset[axis][i])
+    pub(crate) fn toward(&self, point: [f32; 3], i: usize) -> [f32; 3] {
+        std::array::from_fn(|axis| point[axis] - self.offset[axis][i])
     }
 
-    /// What rounding may have taken from the place of a point: what is closer touches.
+    /// Bound on the rounding error of a point's position: anything closer touches it.
     ///
     /// It depends on nothing but the point, as all that decides a pixel.
     #[inline(always)]
@@ -102,6 +112,96 @@ fn known_extremes(values: &[f32]) -> [f32; 2] {
 #[inline(always)]
 fn ordered(bits: i32) -> i32 {
     bits ^ ((bits >> 31) as u32 >> 1) as i32
+}
+
+/// The points P with n . P = offset.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PlaneEquation {
+    /// Unit normal.
+    pub(crate) normal: Vector,
+    /// The distance from the eye: positive where the normal points away from the eye.
+    pub(crate) offset: f64,
+}
+
+impl PlaneEquation {
+    /// The signed distance of a point: positive where the normal points.
+    #[inline(always)]
+    pub(crate) fn height(&self, point: Vector) -> f64 {
+        dot(self.normal, point) - self.offset
+    }
+
+    /// The same plane, with its normal on the eye's side.
+    #[inline(always)]
+    pub(crate) fn facing_the_eye(&self) -> PlaneEquation {
+        let sign = if self.offset > 0.0 { -1.0 } else { 1.0 };
+        PlaneEquation { normal: self.normal.map(|component| sign * component), offset: sign * self.offset }
+    }
+
+    /// Compute the points of rays on the plane, relative to the point at depth `t` of the middle ray.
+    ///
+    /// With v = middle + delta and the parameter t + tau:
+    ///
+    /// tau = (offset - t (n . v)) / (n . v),  P - reference = t delta + tau v
+    #[inline(always)]
+    pub(crate) fn compute_points(self, t: f64, rays: &Rays, points: &mut Points) {
+        let along_middle = dot(self.normal, rays.middle);
+        let rest = (self.offset - t * along_middle) as f32;
+        let [nx, ny, _] = to_f32(self.normal);
+        let reference = scale(rays.middle, t);
+        let (middle, t) = (along_middle as f32, t as f32);
+        for lane in 0..points.padded() {
+            let (dx, dy) = (rays.dx[lane], rays.dy[lane]);
+            let across = nx * dx + ny * dy;
+            let tau = (rest - t * across) / (middle + across);
+            points.offset[0][lane] = t * dx + tau * rays.x[lane];
+            points.offset[1][lane] = t * dy + tau * rays.y[lane];
+            points.offset[2][lane] = tau;
+        }
+        (points.reference, points.plane) = (reference, Some(self));
+    }
+}
+
+/// Points, and the irradiance from one light at each.
+pub(crate) struct ShadowRays<'a> {
+    pub(crate) points: &'a Points,
+    /// The position of the light.
+    pub(crate) light: Vector,
+    /// The squared distance of each to the light.
+    pub(crate) squared: &'a Lanes,
+    /// cos(theta) / r^2, and 0 where the light is hidden.
+    pub(crate) irradiance: &'a mut Lanes,
+    /// A bounding sphere of the points.
+    pub(crate) bounds: BoundingSphere,
+}
+
+impl ShadowRays<'_> {
+    #[inline(always)]
+    pub(crate) fn darken(&mut self, lane: usize, hidden: bool) {
+        let irradiance = self.irradiance[lane];
+        self.irradiance[lane] = if hidden { 0.0 } else { irradiance };
+    }
+
+    /// Whether all points are dark.
+    #[inline(always)]
+    pub(crate) fn is_dark(&self) -> bool {
+        let mut bits = 0;
+        for irradiance in &self.irradiance[..self.points.padded()] {
+            bits |= irradiance.to_bits();
+        }
+        bits == 0
+    }
+
+    /// The float64 rounding of the distance between the points and an object of some size: within it they touch.
+    #[inline(always)]
+    pub(crate) fn rounding_at_points(&self, size: f64) -> f64 {
+        ROUNDING * (l1_norm(self.points.reference) + size)
+    }
+
+    /// The same for the distance between the light and an object.
+    #[inline(always)]
+    pub(crate) fn rounding_at_light(&self, size: f64) -> f64 {
+        ROUNDING * (l1_norm(self.light) + size)
+    }
 }
 
 #[cfg(test)]

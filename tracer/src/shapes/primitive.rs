@@ -1,18 +1,45 @@
-//! The operations that the tracer needs of every shape.
+//! The traits of every shape: its description in a scene, and its operations in camera space.
 
 use crate::bounds::BoundingSphere;
+use crate::camera_space::CameraSpace;
 use crate::shapes::contact::Contact;
 use crate::shapes::outline::Outline;
-use crate::shapes::plane_equation::PlaneEquation;
-use crate::shapes::points::Points;
-use crate::shapes::shadow::Shadow;
+use crate::shapes::points::{Points, ShadowRays};
 use crate::tile::hits::HitBuffer;
 use crate::tile::rays::Rays;
 use crate::vector::Vector;
 
+/// The parameters of a shape.
+///
+/// Its position is the centre, or a point of a plane, as `CameraSpace::scaled` gives it; so are other points.
+pub(crate) trait Description {
+    /// The number of parameters.
+    const PARAMETERS: usize;
+
+    /// The shape in camera space.
+    type Shape: Primitive;
+
+    /// Describe a shape by as many parameters.
+    fn new(parameters: &[f64]) -> Self;
+
+    /// Return the radius or the longest side in world space, 0 for a plane.
+    fn size(&self) -> f64;
+
+    /// Return where a point is relative to the surface.
+    fn contact(&self, space: &CameraSpace, position: Vector, point: Vector) -> Contact;
+
+    /// Return the factor by which the shape is moved toward the eye and shrunk; see `CameraSpace::range_scale`.
+    fn range_scale(&self, space: &CameraSpace, position: Vector) -> f64 {
+        space.range_scale(position, space.length(self.size()))
+    }
+
+    /// Transform the shape to camera space.
+    fn transform(&self, space: &CameraSpace, position: Vector, range_scale: f64) -> Self::Shape;
+}
+
 /// A convex shape in camera space.
 ///
-/// Mark what works on lanes `#[inline(always)]`: it is compiled for each SIMD level.
+/// Mark methods that work on lanes `#[inline(always)]`: they are compiled for each SIMD level.
 pub(crate) trait Primitive {
     /// Offer the hits of rays, with the face numbers from `face` on.
     fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer);
@@ -21,19 +48,13 @@ pub(crate) trait Primitive {
     /// and |n.v| there.
     fn depth(&self, v: Vector) -> (f64, f64);
 
-    /// Place points where rays hit a face, and return its plane if it is flat. `depth` is the smallest depth, and
-    /// a function that returns its ray.
-    fn place(
-        &self,
-        face: u32,
-        rays: &Rays,
-        depth: (f64, impl Fn() -> Vector),
-        points: &mut Points,
-    ) -> Option<PlaneEquation>;
+    /// Compute the points where rays hit a face. `depth` is the smallest depth, and a function that returns its
+    /// ray.
+    fn compute_points(&self, face: u32, rays: &Rays, depth: (f64, impl Fn() -> Vector), points: &mut Points);
 
     /// Darken the points from which the shape hides the light. `contact` is given if the light is close to the
     /// surface.
-    fn occlude(&self, contact: Option<&Contact>, shadow: &mut Shadow<'_>);
+    fn occlude(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>);
 
     /// Return whether a light is on the side of the surface that the eye sees.
     fn is_lit_from(&self, contact: Option<&Contact>, light: Vector) -> bool;

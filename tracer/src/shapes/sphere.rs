@@ -6,31 +6,28 @@
 //! D = v.v - m.m,  s = sqrt(D),  b = c.v,  k = c.c - 1
 //!
 //! give the roots (b -+ s) / v.v, of which k / (b + s) is the near one without cancellation. Close to the sphere
-//! m is about 1 however far away it is, so nothing cancels in D: the moment of the tile's middle ray comes from
-//! float64 and float32 only adds what differs within the tile (after E. Haines et al., "Precision Improvements
+//! m is about 1 whatever its distance, so nothing cancels in D: the moment of the tile's middle ray comes from
+//! float64 and float32 only adds differences within the tile (after E. Haines et al., "Precision Improvements
 //! for Ray/Sphere Intersection", Ray Tracing Gems, 2019).
 
 use crate::bounds::BoundingSphere;
 use crate::camera_space::CameraSpace;
 use crate::shapes::contact::{Contact, Side, rounding};
-use crate::shapes::description::Description;
 use crate::shapes::outline::{CircularCone, Outline};
-use crate::shapes::plane_equation::PlaneEquation;
-use crate::shapes::points::Points;
-use crate::shapes::primitive::Primitive;
-use crate::shapes::shadow::Shadow;
+use crate::shapes::points::{Points, ShadowRays};
+use crate::shapes::primitive::{Description, Primitive};
 use crate::tile::hits::{HitBuffer, offer};
 use crate::tile::rays::Rays;
 use crate::tile::{LANES, SIDE};
 use crate::vector::{Vector, cross, dot, l1_norm, length, scale, sub, to_f32};
 
-/// Rays that are tested together for whether any of them hits the sphere: whole rows.
-const BATCH: usize = 64;
+/// Rays of whole rows, tested together for whether any of them hits the sphere.
+const RAYS_PER_TEST: usize = 64;
 
 /// A patch smaller than this share of the radius is almost flat.
 const FLAT: f64 = 1.0 / 256.0;
 
-/// The rounding of the depth of points placed by `place_near`, as a share of it.
+/// The rounding of the depth of points that `points_nearby` computes, as a share of it.
 const NEAR_ROUNDING: f64 = 1e-6;
 
 /// The height above a sphere loses less to rounding in camera space than to float32 if it is more than this share
@@ -45,7 +42,7 @@ pub(crate) struct Sphere {
     pub(crate) center: Vector,
     pub(crate) radius: f64,
     /// The eye's power with respect to the sphere: positive outside, 0 on it.
-    power: f64,
+    power_of_eye: f64,
 }
 
 /// The constants of a sphere for the rays of a tile, in units of its radius.
@@ -55,7 +52,7 @@ struct RaySetup {
     moment: [f32; 3],
     along: f32,
     /// k, in units of the scene over units of the radius.
-    power: f32,
+    power_of_eye: f32,
     radius: f32,
     /// Whether the eye is inside, or close.
     near: bool,
@@ -104,11 +101,11 @@ impl Sphere {
 
     /// Make a sphere; `eye` is given if it is close to the surface.
     pub(crate) fn new(center: Vector, radius: f64, eye: Option<&Contact>) -> Sphere {
-        let power = match eye {
+        let power_of_eye = match eye {
             Some(eye) => eye.height * (eye.height + 2.0 * radius),
-            None => power(center, radius),
+            None => power_of_point(center, radius),
         };
-        Sphere { center, radius, power }
+        Sphere { center, radius, power_of_eye }
     }
 
     /// The side of a point that is not close to the surface.
@@ -121,24 +118,24 @@ impl Sphere {
     /// Whether the eye sees the outside; an eye on the surface sees the inside.
     #[inline(always)]
     fn eye_is_outside(&self) -> bool {
-        self.power > 0.0
+        self.power_of_eye > 0.0
     }
 
     #[inline(always)]
     fn ray_setup(&self, middle: Vector) -> RaySetup {
         let center = scale(self.center, 1.0 / self.radius);
-        let power = self.power / self.radius;
+        let power_of_eye = self.power_of_eye / self.radius;
         RaySetup {
             center: to_f32(center),
             moment: to_f32(cross(center, middle)),
             along: dot(center, middle) as f32,
-            power: power as f32,
+            power_of_eye: power_of_eye as f32,
             radius: self.radius as f32,
-            near: power < NEAR * self.radius,
+            near: power_of_eye < NEAR * self.radius,
         }
     }
 
-    /// Place points on the sphere, with normals that face the eye, and return their reference point.
+    /// Compute points on the sphere, with normals that face the eye, and return their reference point.
     ///
     /// n = -(v x m + s v) / v.v at the near root, (v x m - s v) / v.v at the far one, seen from inside
     ///
@@ -147,11 +144,11 @@ impl Sphere {
     /// with v = middle + delta and the parameter t + tau, P - reference = t delta + tau v. `nearest` returns the
     /// ray of the nearest point.
     ///
-    /// Returning the reference, rather than writing it to `points`, keeps tracing 4 % faster.
+    /// Returning the reference, rather than writing it to `points`, makes tracing 4 % faster.
     #[inline(always)]
-    fn place_on(&self, t: f64, nearest: impl Fn() -> Vector, rays: &Rays, points: &mut Points) -> Vector {
+    fn points_on(&self, t: f64, nearest: impl Fn() -> Vector, rays: &Rays, points: &mut Points) -> Vector {
         if self.is_flat_within(t, rays) {
-            return self.place_patch(nearest(), rays, points);
+            return self.points_on_patch(nearest(), rays, points);
         }
         let setup = self.ray_setup(rays.middle);
         let turn = if self.eye_is_outside() { 1.0 } else { -1.0 };
@@ -172,7 +169,7 @@ impl Sphere {
             }
         }
         if setup.near && self.eye_is_outside() {
-            self.place_near(&setup, t, rays, points);
+            self.points_nearby(&setup, t, rays, points);
             points.error += (t * NEAR_ROUNDING) as f32;
             return scale(rays.middle, t);
         }
@@ -184,17 +181,17 @@ impl Sphere {
     #[inline(always)]
     fn is_flat_within(&self, t: f64, rays: &Rays) -> bool {
         let patch = t * (rays.half_size.0 + rays.half_size.1);
-        let below = !self.eye_is_outside() && -self.power < FLAT * self.radius * self.radius;
+        let below = !self.eye_is_outside() && -self.power_of_eye < FLAT * self.radius * self.radius;
         patch < FLAT * self.radius || below
     }
 
-    /// Place points relative to the hit of a ray v_0, at depth t_0 with the outward normal n_0.
+    /// Compute points relative to the hit of a ray v_0, at depth t_0 with the outward normal n_0.
     ///
     /// With e = t_0 (v - v_0) / R and the depth t_0 + R tau, |n_0 + e + tau v| = 1 gives
     ///
     /// tau = -k / (h -+ sqrt(h^2 - k v.v)),  h = (n_0 + e).v,  k = (2 n_0 + e).e
     #[inline(always)]
-    fn place_patch(&self, v_0: Vector, rays: &Rays, points: &mut Points) -> Vector {
+    fn points_on_patch(&self, v_0: Vector, rays: &Rays, points: &mut Points) -> Vector {
         let (depth, _) = self.depth(v_0);
         let t_0 = if depth.is_finite() {
             depth
@@ -235,13 +232,13 @@ impl Sphere {
     }
 
     #[inline(always)]
-    fn place_near(&self, setup: &RaySetup, t: f64, rays: &Rays, points: &mut Points) {
+    fn points_nearby(&self, setup: &RaySetup, t: f64, rays: &Rays, points: &mut Points) {
         let t = t as f32;
         for lane in 0..points.padded() {
             let (dx, dy) = (rays.dx[lane], rays.dy[lane]);
             let d = setup.discriminant(dx, dy, rays.vv[lane]);
             let s = if d > 0.0 { d.sqrt() } else { 0.0 };
-            let tau = setup.power / (setup.along(dx, dy) + s) - t;
+            let tau = setup.power_of_eye / (setup.along(dx, dy) + s) - t;
             points.offset[0][lane] = t * dx + tau * rays.x[lane];
             points.offset[1][lane] = t * dy + tau * rays.y[lane];
             points.offset[2][lane] = tau;
@@ -256,15 +253,16 @@ impl Primitive for Sphere {
         let setup = self.ray_setup(rays.middle);
         let outside = self.eye_is_outside();
         let mut close = 0;
-        for batch in 0..LANES / BATCH {
-            if !setup.crosses_rows(rays, batch * BATCH) {
+        for test in 0..LANES / RAYS_PER_TEST {
+            if !setup.crosses_rows(rays, test * RAYS_PER_TEST) {
                 continue;
             }
             // Arrays of known length: a loop with bounds checks would not vectorize.
-            let [dx, dy, vv] = [&rays.dx, &rays.dy, &rays.vv].map(|lanes| &lanes.as_chunks::<BATCH>().0[batch]);
-            let mut discriminant = [0.0_f32; BATCH];
+            let [dx, dy, vv] =
+                [&rays.dx, &rays.dy, &rays.vv].map(|lanes| &lanes.as_chunks::<RAYS_PER_TEST>().0[test]);
+            let mut discriminant = [0.0_f32; RAYS_PER_TEST];
             let mut met = 0_u32;
-            for i in 0..BATCH {
+            for i in 0..RAYS_PER_TEST {
                 let d = setup.discriminant(dx[i], dy[i], vv[i]);
                 discriminant[i] = d;
                 met |= u32::from(d >= 0.0);
@@ -272,18 +270,18 @@ impl Primitive for Sphere {
             if met == 0 {
                 continue;
             }
-            let best = &mut hits.t.as_chunks_mut::<BATCH>().0[batch];
-            let faces = &mut hits.face.as_chunks_mut::<BATCH>().0[batch];
-            for i in 0..BATCH {
+            let best = &mut hits.t.as_chunks_mut::<RAYS_PER_TEST>().0[test];
+            let faces = &mut hits.face.as_chunks_mut::<RAYS_PER_TEST>().0[test];
+            for i in 0..RAYS_PER_TEST {
                 let b = setup.along(dx[i], dy[i]);
                 let s = discriminant[i].sqrt();
                 // The root is NaN for a ray that misses, and negative for a sphere behind the eye.
                 let t = if outside {
-                    setup.power / (b + s)
+                    setup.power_of_eye / (b + s)
                 } else if b >= 0.0 {
                     (b + s) * setup.radius / vv[i]
                 } else {
-                    setup.power / (b - s)
+                    setup.power_of_eye / (b - s)
                 };
                 let behind = outside & (b <= 0.0);
                 close += offer((&mut best[i], &mut faces[i]), if behind { 0.0 } else { t }, face);
@@ -301,26 +299,25 @@ impl Primitive for Sphere {
         let g = sub(self.center, scale(d, b));
         let s = (self.radius * self.radius - dot(g, g)).sqrt();
         let t = if self.eye_is_outside() {
-            self.power / (b + s)
+            self.power_of_eye / (b + s)
         } else if b >= 0.0 {
             b + s
         } else {
-            self.power / (b - s)
+            self.power_of_eye / (b - s)
         };
         let depth = if t > 0.0 { t / size } else { f64::INFINITY };
         (depth, s / self.radius * size)
     }
 
     #[inline(always)]
-    fn place(
+    fn compute_points(
         &self,
         _face: u32,
         rays: &Rays,
         (t, nearest): (f64, impl Fn() -> Vector),
         points: &mut Points,
-    ) -> Option<PlaneEquation> {
-        points.reference = self.place_on(t, nearest, rays, points);
-        None
+    ) {
+        points.reference = self.points_on(t, nearest, rays, points);
     }
 
     /// Darken the points from which the sphere hides the light.
@@ -335,7 +332,7 @@ impl Primitive for Sphere {
     /// and where the sphere is almost flat, (q.w)^2 >= (q.q - R^2) w.w excludes lines that pass above its horizon.
     /// The far side hides a light on the sphere from points outside.
     #[inline(always)]
-    fn occlude(&self, contact: Option<&Contact>, shadow: &mut Shadow<'_>) {
+    fn occlude(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>) {
         let light = shadow.light;
         let from_light = sub(self.center, light);
         let side = contact.map_or_else(|| self.side(light), |contact| contact.side);
@@ -380,7 +377,7 @@ impl Primitive for Sphere {
             }
             return;
         }
-        let power_r = (power(from_reference, self.radius) / (self.radius * self.radius)) as f32;
+        let power_r = (power_of_point(from_reference, self.radius) / (self.radius * self.radius)) as f32;
         // Rounding changes a q.q close to 1 by less than 1e-6.
         let rounding = if close { rounding } else { rounding + 1e-6 };
         for lane in 0..points.padded() {
@@ -428,9 +425,10 @@ fn product(a: [f32; 3], b: [f32; 3]) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// (|c| - R) (|c| + R), c from a point to the centre: positive outside.
+/// The power of a point with respect to a sphere, (|c| - R) (|c| + R), c from the point to the centre: positive
+/// outside.
 #[inline(always)]
-fn power(c: Vector, radius: f64) -> f64 {
+fn power_of_point(c: Vector, radius: f64) -> f64 {
     let distance = length(c);
     (distance - radius) * (distance + radius)
 }
@@ -442,17 +440,17 @@ impl RaySetup {
     fn discriminant(&self, dx: f32, dy: f32, vv: f32) -> f32 {
         if self.near {
             let b = self.along(dx, dy);
-            b * b - self.power / self.radius * vv
+            b * b - self.power_of_eye / self.radius * vv
         } else {
             let m = self.moment(dx, dy);
             vv - (m[0] * m[0] + m[1] * m[1] + m[2] * m[2])
         }
     }
 
-    /// Whether a batch of whole rows may hit the sphere: m_x, constant along a row, has to be below |v|.
+    /// Whether rays of whole rows may hit the sphere: m_x, constant along a row, has to be below |v|.
     #[inline(always)]
     fn crosses_rows(&self, rays: &Rays, first: usize) -> bool {
-        let last = first + BATCH - 1;
+        let last = first + RAYS_PER_TEST - 1;
         let top = self.moment(0.0, rays.dy[first])[0];
         let bottom = self.moment(0.0, rays.dy[last])[0];
         let corners =

@@ -1,4 +1,4 @@
-//! The rays of a tile: 16 x 16 pixels of the image plane, at a fixed place of the whole picture.
+//! The rays of a tile: 16 x 16 pixels of the image plane, at a fixed position in the whole picture.
 //!
 //! Everything in a tile is computed relative to its middle ray, whose constants are float64. So float32 only
 //! carries differences within the tile, and a small object far away is as round as a large one nearby. The grid of

@@ -3,7 +3,7 @@
 //! The search subdivides the picture into squares of tiles and tests only the tiles on an object's outline ray by
 //! ray: the work grows with the length of the outline, not with the area.
 
-use crate::budget::{WorkMeter, steps_of};
+use crate::budget::{WorkCounter, steps_of};
 use crate::monitor::Monitor;
 use crate::shapes::Shape;
 use crate::shapes::outline::{Overlap, Rectangle};
@@ -11,14 +11,11 @@ use crate::shapes::primitive::Primitive;
 use crate::simd::Kernel;
 use crate::tile::hits::{HitBuffer, NO_FACE};
 use crate::tile::rays::Rays;
-use crate::tile::{LANES, SIDE, Tile, View};
+use crate::tile::{CENTRE, LANES, SIDE, Tile, View};
 use crate::world::Window;
 
 /// The steps of testing one tile: generating the rays, testing and counting.
 const TILE_STEPS: u64 = 2 * steps_of(LANES);
-
-/// The offset of a pixel's centre.
-const CENTRE: (f64, f64) = (0.5, 0.5);
 
 /// Counts the pixels that some shapes cover.
 pub(crate) struct Coverage<'a> {
@@ -33,20 +30,15 @@ pub(crate) struct Coverage<'a> {
 impl Kernel for Coverage<'_> {
     #[inline(always)]
     fn run(self) {
-        let mut search = Search {
-            view: self.view,
-            window: self.window,
-            rays: Rays::new(),
-            hits: HitBuffer::new(),
-            waiting: Vec::new(),
-        };
+        let mut search =
+            Search { view: self.view, window: self.window, rays: Rays::new(), hits: HitBuffer::new() };
         for (shape, covered) in self.shapes.iter().zip(self.covered) {
-            if self.monitor.stopped() {
+            if self.monitor.check().is_err() {
                 return;
             }
-            let mut meter = self.monitor.budget().meter();
-            *covered = search.count(shape, &mut meter, || self.monitor.cancelled());
-            self.monitor.budget().spend(meter);
+            let mut work = self.monitor.budget.counter();
+            *covered = search.count(shape, &mut work, || self.monitor.cancelled());
+            self.monitor.budget.spend(work);
         }
     }
 }
@@ -57,8 +49,6 @@ struct Search {
     window: Window,
     rays: Rays,
     hits: HitBuffer,
-    /// The squares left to visit.
-    waiting: Vec<Square>,
 }
 
 /// A square of tiles, a power of two in each row.
@@ -73,21 +63,20 @@ struct Square {
 impl Search {
     /// Count the pixels of a shape.
     #[inline(always)]
-    fn count(&mut self, shape: &Shape, meter: &mut WorkMeter, cancelled: impl Fn() -> bool) -> u64 {
+    fn count(&mut self, shape: &Shape, work: &mut WorkCounter, cancelled: impl Fn() -> bool) -> u64 {
         let outline = shape.outline();
         let mut covered = 0;
-        self.waiting.clear();
-        self.waiting.push(self.all());
-        while let Some(square) = self.waiting.pop() {
-            if !meter.take(1) || cancelled() {
+        let mut waiting = vec![self.all()];
+        while let Some(square) = waiting.pop() {
+            if !work.take(1) || cancelled() {
                 return 0;
             }
             let Some(part) = self.clip(square) else { continue };
             match outline.in_rectangle(&self.rectangle(part)) {
                 Overlap::None => {}
-                Overlap::Full => covered += u64::from(part.width) * u64::from(part.height),
+                Overlap::Full => covered += part.pixels() as u64,
                 Overlap::Partial if square.side == SIDE => {
-                    if !meter.take(TILE_STEPS) {
+                    if !work.take(TILE_STEPS) {
                         return 0;
                     }
                     covered += self.count_tile(shape, square.corner);
@@ -96,7 +85,7 @@ impl Search {
                     let (x, y) = square.corner;
                     let side = square.side / 2;
                     for corner in [(x, y), (x + side, y), (x, y + side), (x + side, y + side)] {
-                        self.waiting.push(Square { corner, side });
+                        waiting.push(Square { corner, side });
                     }
                 }
             }

@@ -22,17 +22,6 @@ pub(crate) struct Groups {
     order: [u8; LANES],
 }
 
-/// All lanes.
-const IN_ORDER: [u8; LANES] = {
-    let mut order = [0; LANES];
-    let mut lane = 0;
-    while lane < LANES {
-        order[lane] = lane as u8;
-        lane += 1;
-    }
-    order
-};
-
 impl Groups {
     pub(crate) fn new() -> Groups {
         Groups { list: Vec::new(), order: [0; LANES] }
@@ -51,7 +40,7 @@ impl Groups {
         self.list.clear();
         let whole = tile.is_whole();
         if is_uniform(&hits.face) && whole {
-            self.order = IN_ORDER;
+            self.order = std::array::from_fn(|lane| lane as u8);
             self.list.push(Group { face: hits.face[0], t: hits.closest(), first: 0, end: LANES });
             return;
         }
@@ -97,7 +86,7 @@ impl Groups {
                     slot = (slot + 1) % SLOTS;
                 }
                 if table[slot] == 0 {
-                    self.list.push(Group::new(face));
+                    self.list.push(Group { face, t: f32::INFINITY, first: 0, end: 0 });
                     table[slot] = self.list.len() as u16;
                 }
                 last = usize::from(table[slot]) - 1;
@@ -106,12 +95,6 @@ impl Groups {
             let group = &mut self.list[last];
             group.t = if t < group.t { t } else { group.t };
         }
-    }
-}
-
-impl Group {
-    fn new(face: u32) -> Group {
-        Group { face, t: f32::INFINITY, first: 0, end: 0 }
     }
 }
 

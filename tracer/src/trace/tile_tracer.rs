@@ -2,16 +2,15 @@
 
 use crate::accel::Stack;
 use crate::accel::cone::Cone;
-use crate::budget::{WorkMeter, steps_of};
+use crate::budget::steps_of;
 use crate::sampling::sample_offsets;
 use crate::scene::Scene;
-use crate::shading::lighting::Lighting;
-use crate::shapes::plane_equation::PlaneEquation;
+use crate::shading::Lighting;
 use crate::shapes::points::Points;
 use crate::shapes::primitive::Primitive;
 use crate::tile::hits::{FACE_BITS, HitBuffer, NO_FACE};
 use crate::tile::rays::Rays;
-use crate::tile::{LANES, Lanes, Tile};
+use crate::tile::{CENTRE, LANES, Lanes, Tile};
 use crate::trace::depth_resolver::DepthResolver;
 use crate::trace::groups::{Group, Groups};
 use crate::vector::to_f32;
@@ -43,7 +42,14 @@ pub(crate) struct TileTracer {
     group_rays: Rays,
     group_radiance: [Lanes; 3],
     lighting: Lighting,
-    stack: Stack,
+    /// Counts the work of the tile.
+    pub(crate) stack: Stack,
+}
+
+/// The destination of traced tiles.
+pub(crate) trait TileSink {
+    /// Take a tile. Mark it `#[inline(always)]`: it is compiled for each SIMD level.
+    fn take(&mut self, traced: &TileTracer, tile: Tile);
 }
 
 /// The data at the pixel centres that passes need; each level includes those before it.
@@ -55,9 +61,6 @@ pub(crate) enum PassRequest {
     /// Points and normals too, which take longer.
     Surface,
 }
-
-/// The offset of a pixel's centre, where ground truth is taken.
-const CENTRE: (f64, f64) = (0.5, 0.5);
 
 /// Ground truth at the pixel centres of a tile.
 #[derive(Debug)]
@@ -91,23 +94,9 @@ impl TileTracer {
         }
     }
 
-    /// Trace all samples of the tile, unless `cancelled` returns true or the meter runs out.
+    /// Trace all samples of the tile, unless `cancelled` returns true or the work of `stack` exceeds its limit.
     #[inline(always)]
-    pub(crate) fn trace(
-        &mut self,
-        scene: &Scene,
-        settings: &Settings,
-        tile: Tile,
-        meter: &mut WorkMeter,
-        cancelled: impl Fn() -> bool,
-    ) {
-        self.stack.meter = *meter;
-        self.trace_samples(scene, settings, tile, cancelled);
-        *meter = self.stack.meter;
-    }
-
-    #[inline(always)]
-    fn trace_samples(&mut self, scene: &Scene, settings: &Settings, tile: Tile, cancelled: impl Fn() -> bool) {
+    pub(crate) fn trace(&mut self, scene: &Scene, settings: &Settings, tile: Tile, cancelled: impl Fn() -> bool) {
         self.traced = 0;
         if self.offsets.len() != settings.samples as usize {
             self.offsets = sample_offsets(settings.samples);
@@ -124,7 +113,7 @@ impl TileTracer {
             self.find_hits(scene, tile, self.offsets[sample]);
             for group in 0..self.groups.list.len() {
                 self.shade(scene, settings, group);
-                if self.stack.meter.ran_out() {
+                if self.stack.work.ran_out() {
                     return;
                 }
             }
@@ -147,7 +136,7 @@ impl TileTracer {
         self.rays.generate(tile.view, tile.corner, within);
         self.stack.steps_per_object = steps_of(LANES);
         // Planes are in no tree: each tile tests all of them.
-        if !self.stack.meter.take((1 + scene.unbounded.len() as u64) * steps_of(LANES)) {
+        if !self.stack.work.take((1 + scene.unbounded.len() as u64) * steps_of(LANES)) {
             self.groups.list.clear();
             return;
         }
@@ -166,7 +155,7 @@ impl TileTracer {
         for i in 0..count {
             for channel in 0..3 {
                 rgb[3 * i + channel] = match &self.total {
-                    None => clamped(self.radiance[channel][lane + i]),
+                    None => clamp_to_finite(self.radiance[channel][lane + i]),
                     Some(total) => (total[channel][lane + i] / self.offsets.len() as f64) as f32,
                 };
             }
@@ -184,8 +173,8 @@ impl TileTracer {
         self.group_rays.pick(&self.rays, lanes);
         let shape = &scene.shapes[(face >> FACE_BITS) as usize];
         let depth = (f64::from(t), || self.rays.exact(self.hits.lane(face, t)));
-        let flat = shape.place(face, &self.group_rays, depth, &mut self.lighting.points);
-        surface.record(lanes, &self.lighting.points, flat.as_ref());
+        shape.compute_points(face, &self.group_rays, depth, &mut self.lighting.points);
+        surface.record(lanes, &self.lighting.points);
     }
 
     /// Add the radiance of one group of rays, which hit the same face.
@@ -211,7 +200,7 @@ impl TileTracer {
         // Each light visits the points and all planes; traversals of the tree count their own steps.
         let steps = steps_of(lanes.len());
         let per_light = steps * (1 + scene.unbounded.len() as u64);
-        if lit && !self.stack.meter.take(per_light.saturating_mul(scene.lights.len() as u64)) {
+        if lit && !self.stack.work.take(per_light.saturating_mul(scene.lights.len() as u64)) {
             return;
         }
         self.stack.steps_per_object = steps;
@@ -222,21 +211,21 @@ impl TileTracer {
         let rays = if whole { &self.rays } else { &self.group_rays };
         let shape = &scene.shapes[object as usize];
         let depth = (f64::from(t), || self.rays.exact(self.hits.lane(face, t)));
-        let flat = shape.place(face, rays, depth, &mut self.lighting.points);
+        shape.compute_points(face, rays, depth, &mut self.lighting.points);
         if let Some(surface) = surface {
-            surface.record(lanes, &self.lighting.points, flat.as_ref());
+            surface.record(lanes, &self.lighting.points);
         }
         if !lit {
             return;
         }
-        // The lighting traverses the tree with the same stack, which holds the meter. The stack is swapped into
-        // it: with a mutable reference to the stack the loops do not vectorize, and take five times as long.
+        // Swapped in rather than passed as `&mut`: a second mutable reference stops the compiler from vectorizing
+        // (5x slower).
         std::mem::swap(&mut self.stack, &mut self.lighting.stack);
         if whole {
-            self.traced += self.lighting.add(scene, settings, face, flat.as_ref(), &mut self.radiance);
+            self.traced += self.lighting.accumulate_direct(scene, settings, face, &mut self.radiance);
         } else {
             gather(&self.radiance, lanes, &mut self.group_radiance);
-            self.traced += self.lighting.add(scene, settings, face, flat.as_ref(), &mut self.group_radiance);
+            self.traced += self.lighting.accumulate_direct(scene, settings, face, &mut self.group_radiance);
             for (to, from) in self.radiance.iter_mut().zip(&self.group_radiance) {
                 scatter(to, lanes, |i| from[i]);
             }
@@ -246,13 +235,13 @@ impl TileTracer {
 }
 
 impl Surface {
-    /// Record the points of a group, with the plane they lie on if their face is flat.
+    /// Record the points of a group.
     #[inline(always)]
-    fn record(&mut self, lanes: &[u8], points: &Points, flat: Option<&PlaneEquation>) {
+    fn record(&mut self, lanes: &[u8], points: &Points) {
         for axis in 0..3 {
             let (reference, offset) = (points.reference[axis], &points.offset[axis]);
             scatter(&mut self.position[axis], lanes, |i| reference + f64::from(offset[i]));
-            match flat {
+            match points.plane {
                 Some(plane) => scatter(&mut self.normal[axis], lanes, |_| plane.normal[axis] as f32),
                 None => scatter(&mut self.normal[axis], lanes, |i| points.normal[axis][i]),
             }
@@ -291,9 +280,9 @@ fn nearest_hits(scene: &Scene, rays: &Rays, hits: &mut HitBuffer, stack: &mut St
     }
 }
 
-/// Clamp radiance to what a picture can show: NaN, from 0 * inf, becomes 0, and infinity the largest float32.
+/// Clamp radiance to finite values: NaN, from 0 * inf, becomes 0, and infinity the largest float32.
 #[inline(always)]
-fn clamped(radiance: f32) -> f32 {
+fn clamp_to_finite(radiance: f32) -> f32 {
     let radiance = if radiance > 0.0 { radiance } else { 0.0 };
     if radiance < f32::MAX { radiance } else { f32::MAX }
 }
@@ -303,7 +292,7 @@ fn clamped(radiance: f32) -> f32 {
 fn add(total: &mut [[f64; LANES]; 3], radiance: &[Lanes; 3]) {
     for (total, radiance) in total.iter_mut().zip(radiance) {
         for (total, &radiance) in total.iter_mut().zip(radiance) {
-            *total += f64::from(clamped(radiance));
+            *total += f64::from(clamp_to_finite(radiance));
         }
     }
 }

@@ -35,8 +35,8 @@ proptest! {
 
     #[test]
     fn points_lie_on_the_box_and_on_their_rays((tile, shape) in tile_and_box(-1.0..5.0)) {
-        for (lanes, points, plane) in placed(&shape, tile) {
-            let plane = plane.unwrap();
+        for (lanes, points) in surface_points(&shape, tile) {
+            let plane = points.plane.unwrap();
             prop_assert!(plane.height([0.0; 3]) >= 0.0);
             for (i, &lane) in lanes.iter().enumerate() {
                 let point = point_of(&points, i);
@@ -65,7 +65,7 @@ proptest! {
         distances in (any_size(-1.5..1.5), any_size(-1.5..1.5), any_size(-2.0..1.0)),
         light_inside in prop::bool::weighted(0.1),
     ) {
-        for (_, points, _) in placed(&receiver, tile) {
+        for (_, points) in surface_points(&receiver, tile) {
             // In the size of what the tile sees.
             let size = points.bounds().radius;
             let half = half.map(|half| half * distances.2 * size);
@@ -116,7 +116,7 @@ fn each_face_has_a_number_and_a_normal_that_faces_the_eye() {
         let side = if forward[1] == 0.0 { [0.0, 1.0, 0.0] } else { [1.0, 0.0, 0.0] };
         let camera = [cross(side, forward), side, forward];
         let axes = STRAIGHT.map(|axis| rotate(&camera, axis));
-        let cuboid = Cuboid::new(rotate(&camera, center), axes, [1.0; 3], scale(center, -1.0));
+        let cuboid = Cuboid { center: rotate(&camera, center), axes, half: [1.0; 3], eye: scale(center, -1.0) };
         let (view, corner) = straight(1e-4);
         let mut hits = HitBuffer::new();
         cuboid.intersect(FACE, &rays_of(view, corner), &mut hits);
@@ -130,7 +130,7 @@ fn each_face_has_a_number_and_a_normal_that_faces_the_eye() {
 
 #[test]
 fn from_inside_each_face_looks_inward() {
-    let cuboid = Cuboid::new([0.0; 3], STRAIGHT, [1.0, 2.0, 3.0], [0.0; 3]);
+    let cuboid = Cuboid { center: [0.0; 3], axes: STRAIGHT, half: [1.0, 2.0, 3.0], eye: [0.0; 3] };
     let (view, corner) = straight(1e-4);
     let mut hits = HitBuffer::new();
     cuboid.intersect(FACE, &rays_of(view, corner), &mut hits);
@@ -181,7 +181,7 @@ fn far_away_and_through_a_telescope_the_edges_of_a_box_are_as_straight_as_nearby
 fn points_on_top() -> Points {
     let axes = [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]];
     let top = OracleShape::Box { center: [0.0, 0.0, 3.0], axes, half: [1.0; 3] };
-    let (_, points, _) = placed(&top, straight(0.01)).pop().unwrap();
+    let (_, points) = surface_points(&top, straight(0.01)).pop().unwrap();
     points
 }
 

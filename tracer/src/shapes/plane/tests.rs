@@ -30,8 +30,8 @@ proptest! {
     #[test]
     fn points_lie_on_the_plane_and_on_their_rays(tile in any_tile(), wall in any_plane()) {
         let OracleShape::Plane { normal, .. } = wall else { unreachable!() };
-        for (lanes, points, plane) in placed(&wall, tile) {
-            let plane = plane.unwrap();
+        for (lanes, points) in surface_points(&wall, tile) {
+            let plane = points.plane.unwrap();
             prop_assert!(plane.height([0.0; 3]) > 0.0);
             prop_assert!(length(cross(plane.normal, normal)) < 1e-15);
             for (i, &lane) in lanes.iter().enumerate() {
@@ -55,7 +55,7 @@ proptest! {
         normal in any_direction(),
         (away, aside) in (any_size(-1.5..1.5), -2.0..2.0),
     ) {
-        for (_, points, _) in placed(&receiver, tile) {
+        for (_, points) in surface_points(&receiver, tile) {
             let ball = points.bounds();
             let light = add(ball.center, scale(light, away * ball.radius));
             let offset = dot(normal, ball.center) + aside * ball.radius;
@@ -70,7 +70,7 @@ proptest! {
         let light = rotate(&axes, [1.0, height, 2.0]);
         let room = OracleShape::Sphere { center: [0.0, 0.0, 5.0], radius: 2.0 };
         let view = View { width: 16, height: 16, half_pixel: (0.01, 0.01) };
-        for (_, points, _) in placed(&room, (view, (0, 0))) {
+        for (_, points) in surface_points(&room, (view, (0, 0))) {
             let left = irradiance_left(&ceiling, light, &points);
             prop_assert!(left[..points.count].iter().all(|&left| left == 1.0));
         }
@@ -101,7 +101,7 @@ fn two_planes_in_the_same_place_do_not_hide_each_other() {
     let wall = OracleShape::Plane { normal: [0.0, 0.6, -0.8], offset: -7.0 };
     let turned_over = OracleShape::Plane { normal: [0.0, -0.6, 0.8], offset: 7.0 };
     let view = View { width: SIDE, height: SIDE, half_pixel: (0.01, 0.01) };
-    for (_, points, _) in placed(&wall, (view, (0, 0))) {
+    for (_, points) in surface_points(&wall, (view, (0, 0))) {
         for light in [[1.0, 0.0, 0.0], [50.0, 0.0, 5.0], [0.0, -2.0, 7.0]] {
             for wall in [&wall, &turned_over] {
                 let left = irradiance_left(wall, light, &points);

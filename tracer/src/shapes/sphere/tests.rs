@@ -40,8 +40,8 @@ proptest! {
 
     #[test]
     fn points_lie_on_the_sphere_and_on_their_rays((tile, center, radius) in tile_and_sphere(-4.0..5.0)) {
-        for (lanes, points, plane) in placed(&ball(center, radius), tile) {
-            prop_assert!(plane.is_none());
+        for (lanes, points) in surface_points(&ball(center, radius), tile) {
+            prop_assert!(points.plane.is_none());
             for (i, &lane) in lanes.iter().enumerate() {
                 let point = point_of(&points, i);
                 let v = exact_ray(tile.0, tile.1, lane.into());
@@ -61,7 +61,7 @@ proptest! {
     #[test]
     fn normals_are_those_of_the_points_and_face_the_eye((tile, center, radius) in tile_and_sphere(-4.0..5.0)) {
         let turn = if length(center) > radius { 1.0 } else { -1.0 };
-        for (lanes, points, _) in placed(&ball(center, radius), tile) {
+        for (lanes, points) in surface_points(&ball(center, radius), tile) {
             for i in 0..lanes.len() {
                 let normal = points.normal.each_ref().map(|axis| f64::from(axis[i]));
                 let outward = sub(point_of(&points, i), center);
@@ -82,7 +82,7 @@ proptest! {
         distances in (any_size(-1.5..1.5), any_size(-1.5..1.5), any_size(-2.0..1.0)),
         light_inside in prop::bool::weighted(0.1),
     ) {
-        for (_, points, _) in placed(&receiver, tile) {
+        for (_, points) in surface_points(&receiver, tile) {
             // In the size of what the tile sees.
             let size = points.bounds().radius;
             let radius = distances.2 * size;
@@ -151,7 +151,7 @@ fn far_away_and_through_a_telescope_a_sphere_is_as_round_as_nearby() {
 
 /// Points on the ground, which is a sphere of radius 1 around the origin, seen from above.
 fn points_on_the_ground() -> Points {
-    let (_, points, _) = placed(&ball([0.0, 0.0, 3.0], 1.0), straight(0.01)).pop().unwrap();
+    let (_, points) = surface_points(&ball([0.0, 0.0, 3.0], 1.0), straight(0.01)).pop().unwrap();
     points
 }
 
