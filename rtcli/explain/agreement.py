@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from rtcli.explain.records import AT_A_BORDER, DISAGREE, EQUAL, ROUNDED
-from rtcli.tracer.reference import CENTRE, NOTHING, Array, Ray, Scenery, SimpleCamera, way_to_light
+from rtcli.tracer.reference import CENTRE, NOTHING, Array, Ray, Scenery, SimpleCamera, path_to_light
 from rtcli.tracer.world import Window
 
 # The error of float32, as shares of the radiance and of the light that would arrive head-on: where light grazes a
@@ -93,6 +93,6 @@ class PixelSamples:
         ray, hit = ray.take(seen), hit.take(seen)
         total = np.zeros((3, len(self.offsets)))
         for source in self.scenery.light_sources if seen.size else ():
-            arriving = source.light_at(way_to_light(source, ray, hit).distance).rgb
+            arriving = source.light_at(path_to_light(source, ray, hit).distance).rgb
             total[:, seen] += self.scenery.reflected(arriving, hit)
         return np.asarray(total.mean(axis=1))

@@ -31,13 +31,13 @@ from rtcli.tracer.reference import (
     Array,
     Hit,
     LightSource,
+    PathToLight,
     Ray,
     Scenery,
-    WayToLight,
     irradiance_of,
     length,
+    path_to_light,
     seen_directly,
-    way_to_light,
 )
 from rtcli.tracer.world import NO_CARRIER, World
 
@@ -151,7 +151,7 @@ def _no_lights(place: SurfacePoint) -> str:
 
 def _share(place: SurfacePoint, i: int) -> LightShare:
     scenery, source = place.scenery, place.scenery.light_sources[i]
-    way = way_to_light(source, place.ray, place.hit)
+    way = path_to_light(source, place.ray, place.hit)
     cosine = float(way.cosine[0])
     same_side = bool(scenery.same_side(source, place.ray)[place.index])
     faces = cosine > 0
@@ -192,7 +192,7 @@ def _verdict(faces: bool, same_side: bool, blockers: Sequence[Occlusion], surfac
     return BLOCKED, f"blocked by {between} from the light"
 
 
-def _occlusions(place: SurfacePoint, source: LightSource, way: WayToLight) -> tuple[Occlusion, ...]:
+def _occlusions(place: SurfacePoint, source: LightSource, way: PathToLight) -> tuple[Occlusion, ...]:
     found = (
         Occlusion(place.names[occluder.index], float(occluder.t[0]))
         for occluder in place.scenery.occluders(source, way, place.hit.index)

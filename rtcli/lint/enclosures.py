@@ -69,7 +69,7 @@ class Enclosures:
 
 
 def _bounds_hold(outer: Solid, inner: Solid) -> bool:
-    """Return whether the bounding box of a solid holds that of another, which takes no roots."""
+    """Return whether the bounding box of a solid contains that of another, without square roots."""
     (ox, oy, oz), (ix, iy, iz) = outer.bounds, inner.bounds
     (cx, cy, cz), (px, py, pz) = outer.centre, inner.centre
     return abs(px - cx) + ix <= ox and abs(py - cy) + iy <= oy and abs(pz - cz) + iz <= oz

@@ -25,14 +25,14 @@ from rtcli.scene.vectors import Vector
 
 # A surface counts as burnt out if it is this many times as bright as white.
 BURNT = 50.0
-# The most distances between lights and objects that each of some rules computes: at most a second's work.
+# The limit of distances between lights and objects that one rule computes: at most a second of work.
 _MAX_DISTANCES = 200_000
 # The share of a room's size by which an object that stands in it may reach out.
 _REACH = 1e-6
 
 
 class LintWarning(NamedTuple):
-    """A warning: its rule, its place in the file, its message, and the part of that place to mark."""
+    """A warning: its rule, its place in the file, its message, and the part of that place to underline."""
 
     rule: Rule
     loc: Loc

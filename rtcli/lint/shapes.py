@@ -16,7 +16,7 @@ from rtcli.lint.view import BEHIND, BESIDE, View, moved
 from rtcli.scene.model import Box, Object
 from rtcli.scene.vectors import Vector, cross, direction, dot, unit
 
-# A point closer to a surface than this share of the coordinates and sizes, some units in their last place, counts
+# A point closer to a surface than this share of the coordinates and sizes, a few ulps, counts
 # as on it. It is twice the tracer's share, because the tracer takes it of a smaller sum.
 _ROUNDING = 2.0**-48
 # Solids closer than this share of their size touch.

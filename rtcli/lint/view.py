@@ -22,13 +22,13 @@ class _Side(NamedTuple):
         A unit vector towards the view.
     place
         `BEHIND` if what is beyond the plane is behind the camera, else `BESIDE`.
-    lights
-        How far the light farthest from the view is on the view's side of the plane.
+    lowest_light
+        The smallest signed distance of a light from the plane, positive towards the view.
     """
 
     normal: Vector
     place: str
-    lights: float
+    lowest_light: float
 
 
 class View:
@@ -90,7 +90,7 @@ class View:
             most = dot(to_centre, side.normal) + reach(side.normal)
             if most <= 0:
                 place = place or side.place
-                if side.lights >= most:
+                if side.lowest_light >= most:
                     return place
         return None
 

@@ -47,7 +47,7 @@ COINCIDENT = 2.0**-41
 CLOSE = 1e-6
 
 # A light farther than the first multiple of an object's reach is moved to the second for the shadow test.
-FAR, NOT_SO_FAR = 2.0**28, 2.0**22
+MAX_LIGHT_RATIO, NEARER_LIGHT_RATIO = 2.0**28, 2.0**22
 
 # A shadow ray that meets an object within this share of its length before its end may only touch it there.
 NEAR_THE_END = 1e-3
@@ -303,11 +303,11 @@ class Object(ABC):
         """
         reach = spread + self.reach(point)
         distance = float(length(light - point)[0])
-        if reach == 0 or distance <= FAR * reach:
+        if reach == 0 or distance <= MAX_LIGHT_RATIO * reach:
             return light
-        return point + (light - point) * (NOT_SO_FAR * reach / distance)
+        return point + (light - point) * (NEARER_LIGHT_RATIO * reach / distance)
 
-    def touched_by(self, way: WayToLight, t: Array, slack: Array) -> Mask:
+    def touched_by(self, way: PathToLight, t: Array, slack: Array) -> Mask:
         """Return which shadow rays, met at t, only touch the surface where their points lie on it: (N,).
 
         The points are known to within `slack`. If a ray enters the object instead, the middle between its point
@@ -630,7 +630,7 @@ class Hit:
 
 
 @dataclass(frozen=True)
-class WayToLight:
+class PathToLight:
     """The paths from N surface points to a light.
 
     Parameters
@@ -658,30 +658,30 @@ class WayToLight:
         nearest = self.sight[:, [dot(self.sight, self.sight).argmin()]]
         return self.eye + nearest, float(length(self.sight - nearest).max())
 
-    def toward(self, position: Array) -> WayToLight:
+    def toward(self, position: Array) -> PathToLight:
         """Return the paths from the same points to another position (3, 1), with the same cosines."""
         to_light = (position - self.eye) - self.sight
         distance = length(to_light)
-        return WayToLight(self.eye, self.sight, distance, to_light / distance, self.cosine)
+        return PathToLight(self.eye, self.sight, distance, to_light / distance, self.cosine)
 
-    def take(self, points: Indices) -> WayToLight:
+    def take(self, points: Indices) -> PathToLight:
         """Return the paths from some of the points."""
-        return WayToLight(
+        return PathToLight(
             self.eye, self.sight[:, points], self.distance[points], self.wi[:, points], self.cosine[points]
         )
 
 
-def way_to_light(source: LightSource, ray: Ray, hit: Hit) -> WayToLight:
+def path_to_light(source: LightSource, ray: Ray, hit: Hit) -> PathToLight:
     """Return the paths from the points that rays hit to a light (section 2.3.1)."""
     # From the surface to the light by way of the eye: both parts are small even far from the origin.
     sight = hit.t * ray.direction
     to_light = (source.position - ray.offset) - sight
     distance = length(to_light)
     wi = to_light / distance
-    return WayToLight(ray.offset, sight, distance, wi, dot(hit.normal, wi))
+    return PathToLight(ray.offset, sight, distance, wi, dot(hit.normal, wi))
 
 
-def irradiance_of(source: LightSource, way: WayToLight, lit: Indices) -> Array:
+def irradiance_of(source: LightSource, way: PathToLight, lit: Indices) -> Array:
     """Return L_i * cos(theta) at the points that a light reaches, 0 at the others: (3, N)."""
     irradiance = np.zeros_like(way.wi)
     irradiance[:, lit] = source.light_at(way.distance[lit]).rgb * way.cosine[lit]
@@ -782,7 +782,7 @@ class Scenery:
             arrays[RADIANCE][place] = _as_rows(mean, tile)
             if passes:
                 # A single sample went through the centres; of several samples, perhaps none did.
-                ray, hit = centres or self._look(tile, CENTRE)
+                ray, hit = centres or self._trace_primary(tile, CENTRE)
                 for name in passes:
                     values = _to_film(PASS_VALUES[name](self, ray, hit), arrays[name].dtype)
                     arrays[name][place] = _as_rows(values, tile)
@@ -795,13 +795,13 @@ class Scenery:
         """Return a tile's radiance, the number of rays, and the rays and hits if they go through its centres."""
         total, rays, offsets = np.zeros((3, tile.width * tile.height)), 0, sample_offsets(self.settings.samples)
         for within in offsets:
-            ray, hit = self._look(tile, within)
+            ray, hit = self._trace_primary(tile, within)
             light, shadow_rays = self.trace_ray(ray, hit)
             total += light.rgb
             rays += len(hit.t) + shadow_rays
         return mean_of_samples(total, len(offsets)), rays, (ray, hit) if offsets == [CENTRE] else None
 
-    def _look(self, tile: Window, within: tuple[float, float]) -> tuple[Ray, Hit]:
+    def _trace_primary(self, tile: Window, within: tuple[float, float]) -> tuple[Ray, Hit]:
         ray = self.camera.generate_primary_rays(tile, within)
         return ray, self.nearest_hit(ray)
 
@@ -810,7 +810,7 @@ class Scenery:
 
         def count_tile(tile: Window) -> Indices:
             ray = self.camera.generate_primary_rays(tile)
-            met = (shape.intersection_parameter(ray) for _, shape in self._objects_in_turn())
+            met = (shape.intersection_parameter(ray) for _, shape in self._objects_until_abandoned())
             return np.array([np.count_nonzero(np.isfinite(t)) for t in met], dtype=np.intp)
 
         self._abandoned = Event()
@@ -836,7 +836,7 @@ class Scenery:
         """Return the nearest hit of each ray; where surfaces coincide, that of the first object."""
         count = ray.direction.shape[1]
         nearest, index = np.full(count, np.inf), np.full(count, NOTHING, dtype=np.intp)
-        for i, shape in self._objects_in_turn():
+        for i, shape in self._objects_until_abandoned():
             t = shape.intersection_parameter(ray)
             closer = t < nearest * (1 - COINCIDENT)
             # Coinciding surfaces are no farther apart than rounding, measured perpendicular to them.
@@ -862,7 +862,7 @@ class Scenery:
             rounding[points] = self.objects[i].rounding_at(eye, sight[:, points])
         return rounding
 
-    def _objects_in_turn(self) -> Iterator[tuple[int, Object]]:
+    def _objects_until_abandoned(self) -> Iterator[tuple[int, Object]]:
         """Yield each index and object, or raise `AbandonedError` once the picture is no longer wanted."""
         for indexed in enumerate(self.objects):
             if self._abandoned.is_set():
@@ -905,7 +905,7 @@ class Scenery:
         same side of an object and cos(theta) > 0, the object cannot stand in its own light: it is left out of
         its own shadow test, and no epsilon is needed.
         """
-        way = way_to_light(source, ray, hit)
+        way = path_to_light(source, ray, hit)
         facing = np.flatnonzero((way.cosine > 0) & self.same_side(source, ray)[hit.index])
         blocked = self._blocked(source, way.take(facing), hit.index[facing])
         lit = facing[~blocked]
@@ -928,21 +928,21 @@ class Scenery:
             self._sides[key] = np.array([shape.side(apex) for shape in self.objects], dtype=np.int8)
         return self._sides[key]
 
-    def _blocked(self, source: LightSource, way: WayToLight, receiver: Indices) -> Mask:
+    def _blocked(self, source: LightSource, way: PathToLight, receiver: Indices) -> Mask:
         """Return whether an object stands between the light and each point: (N,)."""
         blocked = np.zeros(len(way.distance), dtype=bool)
         for occluder in self.occluders(source, way, receiver):
             blocked |= occluder.between
         return blocked
 
-    def occluders(self, source: LightSource, way: WayToLight, receiver: Indices) -> Iterator[Occluder]:
+    def occluders(self, source: LightSource, way: PathToLight, receiver: Indices) -> Iterator[Occluder]:
         """Yield each object that may stand between the light and points on the objects `receiver` (N,).
 
         Neither the object that the point lies on nor the one that carries the light counts.
         """
         # Shadow rays are traced from the light to the surface, so that they pass through one point as well.
         point, spread = way.extent()
-        for i, shape in self._objects_in_turn():
+        for i, shape in self._objects_until_abandoned():
             if shape.source_object is not source:
                 start = shape.stand_in(source.position, point, spread)
                 part = way if start is source.position else way.toward(start)

@@ -54,7 +54,7 @@ def meaning(loc: Loc, data: Any) -> str:
     return field.description + (f" Such as {example}" if example else "")
 
 
-def request_for(loc: Loc, data: Any) -> str:
+def advice_to_add(loc: Loc, data: Any) -> str:
     """Return the advice to add the missing key at a location of the data; empty if the models have no example."""
     key, field = _field(loc)
     example = _example(key, field, loc, data) if field is not None else ""

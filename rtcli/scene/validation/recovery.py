@@ -26,7 +26,7 @@ _ANY_TYPE = "sphere"
 _ANY_OBJECT = {"type": _ANY_TYPE, "position": [0, 0, 0], "radius": 1, "color": "white"}
 # The keys that only one type of object has.
 _SHAPES_WITH = Counter(key for shape in model.SHAPES.values() for key in shape.model_fields)
-_TELLING = {
+_SHAPE_BY_UNIQUE_KEY = {
     key: type for type, shape in model.SHAPES.items() for key in shape.model_fields if _SHAPES_WITH[key] == 1
 }
 
@@ -214,9 +214,9 @@ class Recovery:
 
     def _type_by_keys(self, item: _Mapping) -> str | None:
         """Return the type that has one of the object's keys, or a key that one of them means; or None."""
-        exact = next((_TELLING[key] for key in item if key in _TELLING), None)
+        exact = next((_SHAPE_BY_UNIQUE_KEY[key] for key in item if key in _SHAPE_BY_UNIQUE_KEY), None)
         if exact is not None:
             return exact
         common = model.SHAPES[_ANY_TYPE].model_fields.keys()
-        meant = (self._suggested(key, {*_TELLING, *common}) for key in item if key not in common)
-        return next((_TELLING[key] for key in meant if key in _TELLING), None)
+        meant = (self._suggested(key, {*_SHAPE_BY_UNIQUE_KEY, *common}) for key in item if key not in common)
+        return next((_SHAPE_BY_UNIQUE_KEY[key] for key in meant if key in _SHAPE_BY_UNIQUE_KEY), None)

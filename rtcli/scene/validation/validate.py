@@ -21,7 +21,7 @@ from rtcli.scene.diagnostics.suggestions import suggested_key
 from rtcli.scene.reading.limits import UNREADABLE
 from rtcli.scene.reading.source import HEAD, KEY, VALUE, Document, Loc
 from rtcli.scene.reading.yaml_reader import plain_scalar
-from rtcli.scene.validation.meanings import location, meaning, model_around, name_of, request_for
+from rtcli.scene.validation.meanings import advice_to_add, location, meaning, model_around, name_of
 from rtcli.scene.validation.recovery import MistakenKey, MistakenType, Recovery
 from rtcli.scene.validation.written import shown
 
@@ -59,7 +59,7 @@ def _scene_error(document: Document, error: ValidationError) -> SceneError:
     errors = error.errors(include_url=False) if recovery.data is document.data else _errors(recovery.data)
     problems = [_mistake(document, mistake) for mistake in recovery.mistakes]
     problems += [
-        _problem(_Refused(document, recovery, error))
+        _problem(_RejectedValue(document, recovery, error))
         for error in errors[:MAX_PROBLEMS]
         if error["input"] is not UNREADABLE
     ]
@@ -100,7 +100,7 @@ class _Finding(NamedTuple):
     at: str = VALUE
 
 
-class _Refused(NamedTuple):
+class _RejectedValue(NamedTuple):
     """A value that the models refuse, with pydantic's error."""
 
     document: Document
@@ -142,23 +142,23 @@ def _mistake(document: Document, mistake: MistakenKey | MistakenType) -> Problem
     return document.problem(finding.rule, mistake.loc, finding.message, help=finding.help, at=finding.at)
 
 
-def _problem(refused: _Refused) -> Problem:
-    finding = _FINDINGS[refused.error["type"]](refused)
-    loc = refused.recovery.in_file(refused.loc if finding.loc is None else finding.loc)
+def _problem(rejected: _RejectedValue) -> Problem:
+    finding = _FINDINGS[rejected.error["type"]](rejected)
+    loc = rejected.recovery.in_file(rejected.loc if finding.loc is None else finding.loc)
     help = finding.help
     if not help and finding.at == VALUE:
-        help = meaning(refused.error["loc"], refused.recovery.data)
-    return refused.document.problem(finding.rule, loc, finding.message, help=help, at=finding.at)
+        help = meaning(rejected.error["loc"], rejected.recovery.data)
+    return rejected.document.problem(finding.rule, loc, finding.message, help=help, at=finding.at)
 
 
 # --- Keys and structure -------------------------------------------------------------------------------------
 
 
-def _missing(refused: _Refused) -> _Finding:
-    *around, key = refused.loc
+def _missing(rejected: _RejectedValue) -> _Finding:
+    *around, key = rejected.loc
     if isinstance(key, int):  # how pydantic reports a vector that is too short
-        return _wrong_length(tuple(around), refused.value)
-    help = request_for(refused.error["loc"], refused.recovery.data)
+        return _wrong_length(tuple(around), rejected.value)
+    help = advice_to_add(rejected.error["loc"], rejected.recovery.data)
     return _Finding(rules.MISSING_KEY, f"missing key {quoted(key)}", help, tuple(around), HEAD)
 
 
@@ -167,8 +167,8 @@ def _missing_type() -> _Finding:
     return _Finding(rules.MISSING_KEY, "missing key `type`", help, at=HEAD)
 
 
-def _invalid_type(refused: _Refused) -> _Finding:
-    return _unknown_type(refused.document, MistakenType((*refused.loc, "type"), refused.value["type"]))
+def _invalid_type(rejected: _RejectedValue) -> _Finding:
+    return _unknown_type(rejected.document, MistakenType((*rejected.loc, "type"), rejected.value["type"]))
 
 
 def _unknown_type(document: Document, mistake: MistakenType) -> _Finding:
@@ -182,8 +182,8 @@ def _unknown_type(document: Document, mistake: MistakenType) -> _Finding:
     return _Finding(rules.UNKNOWN_TYPE, message, help, mistake.loc)
 
 
-def _unexpected_key(refused: _Refused) -> _Finding:
-    loc = refused.error["loc"]
+def _unexpected_key(rejected: _RejectedValue) -> _Finding:
+    loc = rejected.error["loc"]
     around = model_around(loc)
     key = str(loc[-1])
     meant = suggested_key(key, around.model_fields)
@@ -224,80 +224,80 @@ def _wrong_length(loc: Loc, found: Sized) -> _Finding:
 
 _TOO_LARGE = "must be finite: this number is too large"
 
-_Find: TypeAlias = Callable[[_Refused], _Finding]
+_Find: TypeAlias = Callable[[_RejectedValue], _Finding]
 
 
 def _must(rule: Rule, words: str) -> _Find:
-    return lambda refused: _Finding(rule, f"must be {words}, {refused.got}")
+    return lambda rejected: _Finding(rule, f"must be {words}, {rejected.got}")
 
 
 def _message_of_model(rule: Rule) -> _Find:
-    return lambda refused: _Finding(rule, refused.error["msg"], rule.remedy)
+    return lambda rejected: _Finding(rule, rejected.error["msg"], rule.remedy)
 
 
-def _number(refused: _Refused) -> _Finding:
-    value = refused.value
+def _number(rejected: _RejectedValue) -> _Finding:
+    value = rejected.value
     if isinstance(value, int) and not isinstance(value, bool):
         return _Finding(rules.NOT_FINITE, _TOO_LARGE)
-    return _Finding(rules.NOT_A_NUMBER, f"must be a number, {refused.got}")
+    return _Finding(rules.NOT_A_NUMBER, f"must be a number, {rejected.got}")
 
 
-def _integer(refused: _Refused) -> _Finding:
-    value = refused.value
+def _integer(rejected: _RejectedValue) -> _Finding:
+    value = rejected.value
     if isinstance(value, float) and math.isinf(value):  # an integer with too many digits for the readers
         return _Finding(rules.NOT_FINITE, _TOO_LARGE)
-    return _Finding(rules.NOT_AN_INTEGER, f"must be an integer, {refused.got}")
+    return _Finding(rules.NOT_AN_INTEGER, f"must be an integer, {rejected.got}")
 
 
 def _bound(words: str, key: str) -> _Find:
-    return lambda refused: _Finding(
-        rules.OUT_OF_RANGE, f"must be {words} {refused.error['ctx'][key]:g}, got {refused.shown}"
+    return lambda rejected: _Finding(
+        rules.OUT_OF_RANGE, f"must be {words} {rejected.error['ctx'][key]:g}, got {rejected.shown}"
     )
 
 
-def _finite(refused: _Refused) -> _Finding:
-    is_too_large = isinstance(refused.value, int)
-    return _Finding(rules.NOT_FINITE, _TOO_LARGE if is_too_large else f"must be finite, got {refused.shown}")
+def _finite(rejected: _RejectedValue) -> _Finding:
+    is_too_large = isinstance(rejected.value, int)
+    return _Finding(rules.NOT_FINITE, _TOO_LARGE if is_too_large else f"must be finite, got {rejected.shown}")
 
 
-def _color_kind(refused: _Refused) -> _Finding:
-    if refused.value is None:
+def _color_kind(rejected: _RejectedValue) -> _Finding:
+    if rejected.value is None:
         help = "`#` starts a comment, so put #rrggbb in quotes; or give [r, g, b] or a CSS name"
         return _Finding(rules.NO_VALUE, "has no value", help)
-    return _Finding(rules.NOT_A_COLOR, f"must be a color, got {refused.shown}", rules.NOT_A_COLOR.remedy)
+    return _Finding(rules.NOT_A_COLOR, f"must be a color, got {rejected.shown}", rules.NOT_A_COLOR.remedy)
 
 
-def _text(refused: _Refused) -> _Finding:
-    help = "put it in quotes" if isinstance(refused.value, (bool, int, float)) else ""
-    return _Finding(rules.NOT_TEXT, f"must be text, got {refused.shown}", help)
+def _text(rejected: _RejectedValue) -> _Finding:
+    help = "put it in quotes" if isinstance(rejected.value, (bool, int, float)) else ""
+    return _Finding(rules.NOT_TEXT, f"must be text, got {rejected.shown}", help)
 
 
-def _choice(refused: _Refused) -> _Finding:
-    choices = refused.error["ctx"]["expected"].replace("'", "`")
-    value = refused.value
+def _choice(rejected: _RejectedValue) -> _Finding:
+    choices = rejected.error["ctx"]["expected"].replace("'", "`")
+    value = rejected.value
     close = nearest(value, choices.split("`")[1::2]) if isinstance(value, str) else None
-    return _Finding(rules.NOT_A_CHOICE, f"must be {choices}, {refused.got}{did_you_mean(close)}")
+    return _Finding(rules.NOT_A_CHOICE, f"must be {choices}, {rejected.got}{did_you_mean(close)}")
 
 
-def _color_name(refused: _Refused) -> _Finding:
-    hint = did_you_mean(nearest(refused.error["ctx"]["name"], CSS_NAMES))
-    return _Finding(rules.UNKNOWN_COLOR, f"{refused.shown} is not a color{hint}", rules.UNKNOWN_COLOR.remedy)
+def _color_name(rejected: _RejectedValue) -> _Finding:
+    hint = did_you_mean(nearest(rejected.error["ctx"]["name"], CSS_NAMES))
+    return _Finding(rules.UNKNOWN_COLOR, f"{rejected.shown} is not a color{hint}", rules.UNKNOWN_COLOR.remedy)
 
 
-def _not_a_list(refused: _Refused) -> _Finding:
-    loc = refused.loc
+def _not_a_list(rejected: _RejectedValue) -> _Finding:
+    loc = rejected.loc
     of_numbers = "" if loc in (("objects",), ("lights",)) else f" of {_length(loc)} numbers"
-    return _Finding(rules.NOT_A_LIST, f"must be a list{of_numbers}, got {refused.shown}")
+    return _Finding(rules.NOT_A_LIST, f"must be a list{of_numbers}, got {rejected.shown}")
 
 
-def _exposure(refused: _Refused) -> _Finding:
-    value = refused.value
+def _exposure(rejected: _RejectedValue) -> _Finding:
+    value = rejected.value
     hint = did_you_mean("auto" if isinstance(value, str) and value.lower() == "auto" else None)
-    return _Finding(rules.NOT_A_NUMBER, f"must be a number of stops, or auto, {refused.got}{hint}")
+    return _Finding(rules.NOT_A_NUMBER, f"must be a number of stops, or auto, {rejected.got}{hint}")
 
 
-def _name_taken(refused: _Refused) -> _Finding:
-    return _Finding(rules.NAME_TAKEN, f"name {refused.shown} {refused.error['msg']}", rules.NAME_TAKEN.remedy)
+def _name_taken(rejected: _RejectedValue) -> _Finding:
+    return _Finding(rules.NAME_TAKEN, f"name {rejected.shown} {rejected.error['msg']}", rules.NAME_TAKEN.remedy)
 
 
 _FINDINGS: dict[str, _Find] = {
@@ -321,14 +321,14 @@ _FINDINGS: dict[str, _Find] = {
     "name_taken": _name_taken,
     "no_direction": _message_of_model(rules.NO_DIRECTION),
     "no_value": _message_of_model(rules.NO_VALUE),
-    "string_too_long": lambda refused: _Finding(rules.TOO_LONG, f"has more than {model.MAX_NAME:,} characters"),
-    "string_too_short": lambda refused: _Finding(rules.EMPTY_TEXT, "must not be empty"),
+    "string_too_long": lambda rejected: _Finding(rules.TOO_LONG, f"has more than {model.MAX_NAME:,} characters"),
+    "string_too_short": lambda rejected: _Finding(rules.EMPTY_TEXT, "must not be empty"),
     "string_type": _text,
-    "string_unicode": lambda refused: _Finding(rules.CHARACTER, "has half of a surrogate pair"),
-    "too_long": lambda refused: _wrong_length(refused.loc, refused.value),
+    "string_unicode": lambda rejected: _Finding(rules.CHARACTER, "has half of a surrogate pair"),
+    "too_long": lambda rejected: _wrong_length(rejected.loc, rejected.value),
     "tuple_type": _not_a_list,
     "union_tag_invalid": _invalid_type,
-    "union_tag_not_found": lambda refused: _missing_type(),
+    "union_tag_not_found": lambda rejected: _missing_type(),
     "up_along_view": _message_of_model(rules.UP_ALONG_VIEW),
     "zero_length": _message_of_model(rules.ZERO_LENGTH),
 }
