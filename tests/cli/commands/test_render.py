@@ -964,7 +964,8 @@ def test_update_writes_a_pass_that_is_missing(run, scene, folder):
 def test_update_takes_another_size(run, scene, folder):
     run("render", scene, "-o", "golden.png")
     assert run("render", scene, "--check", "golden.png", "--size", "8x5", "--update").exit_code == 0
-    assert PillowImage.open(folder / "golden.png").size == (8, 5)
+    with PillowImage.open(folder / "golden.png") as picture:
+        assert picture.size == (8, 5)
 
 
 @pytest.mark.parametrize("code", [1, 2, 3])
