@@ -153,6 +153,12 @@ def test_scene_of_defaults_is_its_camera():
     assert text == "camera:\n  resolution: [640, 480]\n  fov: 40\n"
 
 
+def test_negative_zero_is_no_default_and_no_part_of_a_named_color():
+    plane = rtcli.Plane(position=(0, 0, 0), normal=(0, 1, 0), color=(1, -0.0, 0))
+    scene = rtcli.Scene(camera={**CAMERA, "position": (-0.0, 0, 0)}, objects=[plane], image={"exposure": -0.0})
+    assert repr(rtcli.parse_scene(scene.to_yaml())) == repr(scene)
+
+
 def test_keys_are_in_the_order_of_the_reference():
     reference = (ROOT / "docs" / "reference" / "scene.md").read_text(encoding="utf-8")
     section = reference.partition("### A sphere in `objects`")[2].partition("###")[0]

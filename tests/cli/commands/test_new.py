@@ -144,8 +144,8 @@ def test_shell_completes_the_names_of_the_gallery(run):
 
 def test_gallery_outside_a_checkout_is_that_of_the_package(tmp_path, monkeypatch):
     (tmp_path / "site" / "gallery").mkdir(parents=True)
-    for name in ("first", "cornell", "cornell-falloff", "b", "a"):
+    for name in ("first", "cornell", "cornell-falloff", *"gbfaedc"):
         (tmp_path / "site" / "gallery" / f"{name}.yaml").write_text(f"# schema\n# The scene {name}.\n")
     monkeypatch.setattr("rtcli.scene.gallery.resources.files", lambda package: tmp_path / "site")
-    assert list(gallery()) == ["first", "cornell", "cornell-falloff", "a", "b"]
+    assert list(gallery()) == ["first", "cornell", "cornell-falloff", *"abcdefg"]
     assert caption(gallery()["a"]) == "The scene a."
