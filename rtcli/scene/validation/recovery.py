@@ -6,7 +6,6 @@ optional key would be checked against its default; and an object of unknown type
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Collection
 from typing import Any, NamedTuple, TypeAlias
 
@@ -24,11 +23,10 @@ _Model: TypeAlias = type[BaseModel]
 # Stands in for an object whose type cannot be guessed: the object's own values replace these before the check.
 _ANY_TYPE = "sphere"
 _ANY_OBJECT = {"type": _ANY_TYPE, "position": [0, 0, 0], "radius": 1, "color": "white"}
-# The keys that only one type of object has.
-_SHAPES_WITH = Counter(key for shape in model.SHAPES.values() for key in shape.model_fields)
-_SHAPE_BY_UNIQUE_KEY = {
-    key: type for type, shape in model.SHAPES.items() for key in shape.model_fields if _SHAPES_WITH[key] == 1
-}
+# The keys that all types of object have.
+_COMMON_KEYS = frozenset.intersection(*(frozenset(shape.model_fields) for shape in model.SHAPES.values()))
+# The keys that only some types have.
+_TYPE_KEYS = {key for shape in model.SHAPES.values() for key in shape.model_fields} - _COMMON_KEYS
 
 
 class MistakenKey(NamedTuple):
@@ -213,10 +211,19 @@ class Recovery:
         return {**_ANY_OBJECT, **kept, "type": _ANY_TYPE}
 
     def _type_by_keys(self, item: _Mapping) -> str | None:
-        """Return the type that has one of the object's keys, or a key that one of them means; or None."""
-        exact = next((_SHAPE_BY_UNIQUE_KEY[key] for key in item if key in _SHAPE_BY_UNIQUE_KEY), None)
-        if exact is not None:
-            return exact
-        common = model.SHAPES[_ANY_TYPE].model_fields.keys()
-        meant = (self._suggested(key, {*_SHAPE_BY_UNIQUE_KEY, *common}) for key in item if key not in common)
-        return next((_SHAPE_BY_UNIQUE_KEY[key] for key in meant if key in _SHAPE_BY_UNIQUE_KEY), None)
+        """Return the type that the object's keys fit best, or those that they mean; None if several fit alike."""
+        known = [key for key in item if key in _TYPE_KEYS]
+        if not known:
+            meant = (self._suggested(key, _TYPE_KEYS | _COMMON_KEYS) for key in item if key not in _COMMON_KEYS)
+            known = [key for key in meant if key in _TYPE_KEYS]
+        fits = {type: _fit(shape, known) for type, shape in model.SHAPES.items()}
+        best = max(fits, key=lambda type: fits[type])
+        return best if [*fits.values()].count(fits[best]) == 1 else None
+
+
+def _fit(shape: _Model, known: list[str]) -> tuple[int, int, int]:
+    """Return how well a type fits keys: how many it has, how few it lacks, and how early the first it has is."""
+    fields = shape.model_fields
+    has = [index for index, key in enumerate(known) if key in fields]
+    lacks = sum(fields[key].is_required() for key in fields.keys() & _TYPE_KEYS - set(known))
+    return len(has), -lacks, -min(has, default=0)
