@@ -1,6 +1,6 @@
 """The shapes of a scene as the warnings see them: one class per shape, and the table of them all.
 
-Every shape is a `Shape`. One that has an inside is a `Solid` as well, and all solids are convex.
+Every shape is a `Shape`. A bounded one is a `Solid` as well, and all solids are convex.
 """
 
 from __future__ import annotations
