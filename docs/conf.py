@@ -58,6 +58,7 @@ ELSEWHERE = {
     "contributing": "CONTRIBUTING.md",
     "explanation/native-tracer": "tracer/README.md",
     "explanation/benchmarks": "benchmarks/README.md",
+    "security": "SECURITY.md",
 }
 
 # Where the repository can be browsed, such as https://github.com/OWNER/NAME/blob/COMMIT. Without it, links to its

@@ -24,9 +24,9 @@ _METER_EQUATION = "2^EV * P95 = 0.8, where 95 % of all points with Y > 0 have Y 
 _LUMINANCE = "Y = 0.2126 R + 0.7152 G + 0.0722 B"
 
 
-def developed(radiance: npt.NDArray[np.floating], look: DisplayTransform) -> tuple[int, int, int]:
+def developed(radiance: npt.NDArray[np.floating], transform: DisplayTransform) -> tuple[int, int, int]:
     """Return red, green and blue, 0..255, of a pixel's radiance (3,) float32, as a picture holds them."""
-    red, green, blue = develop(radiance.reshape(1, 1, 3), look)[0, 0]
+    red, green, blue = develop(radiance.reshape(1, 1, 3), transform)[0, 0]
     return int(red), int(green), int(blue)
 
 

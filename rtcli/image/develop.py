@@ -27,7 +27,7 @@ def bands(radiance: npt.NDArray[np.floating]) -> Iterator[tuple[slice, bytes]]:
 
 
 def develop(
-    radiance: npt.NDArray[np.floating], look: DisplayTransform
+    radiance: npt.NDArray[np.floating], transform: DisplayTransform
 ) -> npt.NDArray[np.uint8] | npt.NDArray[np.uint16]:
     """Return radiance as sRGB.
 
@@ -37,7 +37,7 @@ def develop(
     ----------
     radiance
         (H, W, 3) float32, linear, 0 or more.
-    look
+    transform
         Exposure, tone curve and depth.
 
     Returns
@@ -45,8 +45,8 @@ def develop(
     (H, W, 3) uint8 or uint16
         With 8 or 16 bits.
     """
-    dtype, developed = (np.uint8, np.uint8) if look.bits == 8 else (np.uint16, np.dtype(">u2"))
+    dtype, developed = (np.uint8, np.uint8) if transform.bits == 8 else (np.uint16, np.dtype(">u2"))
     pixels = np.empty(radiance.shape, dtype=dtype)
     for rows, band in bands(radiance):
-        pixels[rows] = np.frombuffer(_native.develop(band, look), dtype=developed).reshape(pixels[rows].shape)
+        pixels[rows] = np.frombuffer(_native.develop(band, transform), dtype=developed).reshape(pixels[rows].shape)
     return pixels

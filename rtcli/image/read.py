@@ -126,7 +126,7 @@ def read_radiance(path: str) -> tuple[Array, DisplayTransform]:
         radiance, metadata = form.film(file, path)
         if radiance is None or radiance.ndim != 3 or radiance.shape[2] != 3:
             raise _UnfitError("holds no radiance: an array of this name, of rows, columns and 3 channels")
-        return radiance, _look(metadata, radiance)
+        return radiance, _display_transform(metadata, radiance)
 
 
 def shown_levels(path: str) -> npt.NDArray[np.uint8]:
@@ -149,8 +149,8 @@ def eight_bits(levels: Array) -> npt.NDArray[np.uint8]:
     return levels if levels.dtype == "uint8" else (levels >> 8).astype("uint8")
 
 
-def _look(metadata: str, radiance: Array) -> DisplayTransform:
-    """Return the look in the metadata of a film, a JSON object; a metered one if there is no metadata."""
+def _display_transform(metadata: str, radiance: Array) -> DisplayTransform:
+    """Return the display transform in a film's metadata, a JSON object; a metered one without metadata."""
     if not metadata:
         return DisplayTransform(_native.meter(radiance.astype(np.float32).tobytes())[0])
     settings = json.loads(metadata)["settings"]

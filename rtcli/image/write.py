@@ -44,7 +44,7 @@ class FilmRecord(NamedTuple):
     ----------
     arrays
         Radiance, (H, W, 3) float32, and the passes by name; see `rtcli.tracer.passes`.
-    look
+    transform
         How radiance becomes a picture.
     summary
         The metadata of a picture.
@@ -53,7 +53,7 @@ class FilmRecord(NamedTuple):
     """
 
     arrays: Arrays
-    look: DisplayTransform
+    transform: DisplayTransform
     summary: Mapping[str, Any]
     metadata: Callable[[], Mapping[str, Any]]
 
@@ -75,20 +75,20 @@ def png_texts(metadata: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 
 def png_pieces(
-    radiance: npt.NDArray[np.floating], look: DisplayTransform, texts: list[tuple[str, str]]
+    radiance: npt.NDArray[np.floating], transform: DisplayTransform, texts: list[tuple[str, str]]
 ) -> Iterator[bytes]:
     """Yield the bytes of a PNG of (H, W, 3) linear radiance, piece by piece; it says that it is sRGB."""
     from rtcli.image.develop import bands  # with NumPy
 
     height, width, _ = radiance.shape
-    encoder = PngEncoder(width, height, look, texts)
+    encoder = PngEncoder(width, height, transform, texts)
     for _, band in bands(radiance):
         yield encoder.push(band)
     yield encoder.finish()
 
 
 def _write_png(film: FilmRecord, file: BinaryIO) -> None:
-    for piece in png_pieces(film.arrays[RADIANCE], film.look, png_texts(film.summary)):
+    for piece in png_pieces(film.arrays[RADIANCE], film.transform, png_texts(film.summary)):
         file.write(piece)
 
 
@@ -115,8 +115,8 @@ WEBP_OPTIONS: Mapping[str, Any] = {"lossless": True, "quality": 50}
 _NO_MEMORY = re.compile(r"encoding error [12]\b")
 
 
-def _pillow(format: str, **options: Any) -> Encoder:
-    """Return an encoder of one of Pillow's formats.
+def _pillow(format: str, nests_tags: bool = True, **options: Any) -> Encoder:
+    """Return an encoder of one of Pillow's formats; `nests_tags` if it has room for a folder of further tags.
 
     It raises MemoryError if there is not enough memory for the encoder, and OSError if it cannot be loaded.
     """
@@ -126,11 +126,11 @@ def _pillow(format: str, **options: Any) -> Encoder:
 
         from rtcli.image.develop import develop
 
-        pixels = develop(film.arrays[RADIANCE], film.look)
+        pixels = develop(film.arrays[RADIANCE], film.transform)
         exif = Image.Exif()
         exif[_SOFTWARE] = film.summary["software"]
         exif[_DESCRIPTION] = compact(film.summary)
-        if format != "TIFF":  # it has no room for a folder of further tags
+        if nests_tags:
             exif.get_ifd(_EXIF)[_COLOR_SPACE] = 1
         encoded = io.BytesIO()
         try:
@@ -291,6 +291,8 @@ class Format(NamedTuple):
         Whether it is written band by band while it is traced.
     extra
         The package it needs, for `require_extra`, which opens the file by its name.
+    shows_in_browser
+        Whether browsers can show it.
     """
 
     name: str
@@ -302,14 +304,15 @@ class Format(NamedTuple):
     depths: tuple[int, ...] = (8,)
     is_streamed: bool = False
     extra: tuple[str, str, str] | None = None
+    shows_in_browser: bool = False
 
 
 # JPEG is the one that loses something: little, at this quality and with all of its color.
-_JPEG = Format("JPEG", _pillow("JPEG", quality=95, subsampling=0), max_side=65_500)
-_TIFF = Format("TIFF", _pillow("TIFF", compression="tiff_adobe_deflate"))
+_JPEG = Format("JPEG", _pillow("JPEG", quality=95, subsampling=0), max_side=65_500, shows_in_browser=True)
+_TIFF = Format("TIFF", _pillow("TIFF", nests_tags=False, compression="tiff_adobe_deflate"))
 
 FORMATS = {
-    ".png": Format("PNG", _write_png, depths=DEPTHS, is_streamed=True),
+    ".png": Format("PNG", _write_png, depths=DEPTHS, is_streamed=True, shows_in_browser=True),
     ".exr": Format(
         "EXR", lambda film, file: write_exr(film.arrays, film.metadata(), file), holds_all=True, extra=_OPENEXR
     ),
@@ -322,7 +325,7 @@ FORMATS = {
     ),
     ".jpg": _JPEG,
     ".jpeg": _JPEG,
-    ".webp": Format("WEBP", _pillow("WEBP", **WEBP_OPTIONS), max_side=16_383),
+    ".webp": Format("WEBP", _pillow("WEBP", **WEBP_OPTIONS), max_side=16_383, shows_in_browser=True),
     ".tif": _TIFF,
     ".tiff": _TIFF,
 }

@@ -115,8 +115,8 @@ class Probe:
         lit = replace(
             world, shapes=replace(world.shapes, color=color), lights=replace(world.lights, intensity=intensity)
         )
-        look = DisplayTransform(exposure - math.log2(BURNT), "clip", 16)
-        levels = NativeTracer(lit, threads=1).levels(window, look, self._budget)
+        transform = DisplayTransform(exposure - math.log2(BURNT), "clip", 16)
+        levels = NativeTracer(lit, threads=1).levels(window, transform, self._budget)
         return [high == low == 255 for high, low in zip(levels[::2], levels[1::2], strict=True)]
 
 

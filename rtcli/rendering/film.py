@@ -186,8 +186,8 @@ class Film(Passes):
     def write(self, files: dict[str, tuple[str, BinaryIO]], bits: int = 8) -> None:
         """Write the film to open files by part, each with its name; see `rtcli.image.formats.parts_of`."""
         arrays = {name: self[name] for name in self}
-        look = DisplayTransform(self.exposure, self.tone, bits)
-        record = FilmRecord(arrays, look, self.summary, lambda: self.metadata)
+        transform = DisplayTransform(self.exposure, self.tone, bits)
+        record = FilmRecord(arrays, transform, self.summary, lambda: self.metadata)
         format = format_of(files[RADIANCE][0])
         beside: dict[str, Any] = {}
         for part, (_, file) in files.items():

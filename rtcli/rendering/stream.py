@@ -65,8 +65,8 @@ def _stream(job: RenderJob, file: BinaryIO, bits: int, progress: Progress | None
     with watch.stage("trace"):
         tracer = NativeTracer(job.world, job.request.thread_count)
         exposure, metered = stops_of(tracer, job.scene.image.exposure)
-    look = DisplayTransform(exposure, job.scene.image.tone, bits)
-    rays, seconds = tracer.picture(job.window, look, png_texts(job.summary(exposure)), file.write, progress)
+    transform = DisplayTransform(exposure, job.scene.image.tone, bits)
+    rays, seconds = tracer.picture(job.window, transform, png_texts(job.summary(exposure)), file.write, progress)
     for stage, spent in seconds.items():
         watch.seconds[stage] += spent
     return rays + metered
@@ -76,8 +76,8 @@ def _stream_bands(job: RenderJob, file: BinaryIO, bits: int, progress: Progress 
     with watch.stage("trace"):
         tracer = BandedTracer(job.world, job.request.engine, cast("Executor", job.executor))
         exposure, rays = stops_of(tracer, job.scene.image.exposure)
-        look = DisplayTransform(exposure, job.scene.image.tone, bits)
-        encoder = PngEncoder(job.window.width, job.window.height, look, png_texts(job.summary(exposure)))
+        transform = DisplayTransform(exposure, job.scene.image.tone, bits)
+        encoder = PngEncoder(job.window.width, job.window.height, transform, png_texts(job.summary(exposure)))
         for band in tracer.bands(job.window, progress=progress):
             rays += band.rays
             with watch.stage("write"):

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from rtcli.tracer.world import Vector, Window
 
 # Stops, tone curve (a name of `rtcli.curves.TONE_CURVES`), bits a channel (8 or 16).
-_Look: TypeAlias = tuple[float, str, int]
+_DisplayTransform: TypeAlias = tuple[float, str, int]
 # Keywords and what is told under them, for the text chunks of a PNG.
 _Texts: TypeAlias = list[tuple[str, str]]
 _Arrays: TypeAlias = dict[str, npt.NDArray[Any]]
@@ -89,7 +89,9 @@ class Tracer:
             If an array has another size or an unknown name, or `radiance` is missing.
         """
 
-    def levels(self, window: Window, look: _Look, budget: WorkBudget | None = None, /) -> bytearray:
+    def levels(
+        self, window: Window, transform: _DisplayTransform, budget: WorkBudget | None = None, /
+    ) -> bytearray:
         """Render a window and develop it: red, green and blue of each pixel, 16 bits with the high byte first.
 
         Raises
@@ -101,7 +103,7 @@ class Tracer:
     def picture(
         self,
         window: Window,
-        look: _Look,
+        transform: _DisplayTransform,
         texts: _Texts,
         write: Callable[[bytes], Any],
         progress: _Progress | None,
@@ -141,13 +143,13 @@ class PngEncoder:
     ----------
     width, height
         The picture, pixels.
-    look
+    transform
         Stops, tone curve, bits a channel.
     texts
         What the file tells beside its pixels.
     """
 
-    def __new__(cls, width: int, height: int, look: _Look, texts: _Texts, /) -> PngEncoder: ...
+    def __new__(cls, width: int, height: int, transform: _DisplayTransform, texts: _Texts, /) -> PngEncoder: ...
     def push(self, radiance: bytes, /) -> bytes:
         """Add whole rows; return what the file holds next."""
 
@@ -166,7 +168,7 @@ def simd_level() -> str:
 def sample_offsets(count: int, /) -> list[tuple[float, float]]:
     """Return the places of a pixel's samples; see `rtcli.tracer.sampling`."""
 
-def develop(radiance: bytes, look: _Look, /) -> bytearray:
+def develop(radiance: bytes, transform: _DisplayTransform, /) -> bytearray:
     """Return radiance, interleaved float32 RGB, as sRGB: 8 bits a channel, or 16 with the high byte first."""
 
 def encode_png(pixels: bytes, size: tuple[int, int], channels: int, bits: int, texts: _Texts, /) -> bytes:

@@ -46,7 +46,9 @@ class NativeTracer:
         arrays = new_arrays(passes, window)
         return arrays, self._tracer.film(window, arrays, progress)
 
-    def levels(self, window: Window, look: tuple[float, str, int], budget: WorkBudget | None = None) -> bytearray:
+    def levels(
+        self, window: Window, transform: tuple[float, str, int], budget: WorkBudget | None = None
+    ) -> bytearray:
         """Return the developed picture, a small one: red, green and blue of each pixel, row by row.
 
         Raises
@@ -54,7 +56,7 @@ class NativeTracer:
         rtcli.tracer._native.BudgetExceededError
             If it is more work than the budget allows.
         """
-        return self._tracer.levels(window, look, budget)
+        return self._tracer.levels(window, transform, budget)
 
     def coverage(self, window: Window) -> list[int] | None:
         """Return of each object how many pixel centres of a window it covers, what others hide included.
@@ -82,7 +84,7 @@ class NativeTracer:
     def picture(
         self,
         window: Window,
-        look: tuple[float, str, int],
+        transform: tuple[float, str, int],
         texts: list[tuple[str, str]],
         write: Callable[[bytes], Any],
         progress: Progress | None = None,
@@ -91,7 +93,7 @@ class NativeTracer:
 
         `texts` are keywords, and what the file tells under them.
         """
-        rays, trace, develop, encode = self._tracer.picture(window, look, texts, write, progress)
+        rays, trace, develop, encode = self._tracer.picture(window, transform, texts, write, progress)
         return rays, {"trace": trace, "develop": develop, "write": encode}
 
 

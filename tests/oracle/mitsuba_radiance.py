@@ -1,7 +1,7 @@
-"""The oracle: the radiance of the scenes beside this script, computed by Mitsuba 3.
+"""The oracle: the radiance of the scenes in `tests/data/oracle`, computed by Mitsuba 3.
 
     pip install mitsuba                        # beside rtcli, in the same environment
-    python tests/oracle/mitsuba_radiance.py    # writes radiance/NAME.npz for each scenes/NAME.yaml
+    python tests/oracle/mitsuba_radiance.py    # writes radiance/*.npz in tests/data/oracle
 
 `test_mitsuba.py` compares rtcli's pictures with these arrays, so Mitsuba is needed only to make them anew, when a
 scene is added or changed. Of rtcli the script takes nothing but the checked scene: it makes the rays itself and
@@ -34,9 +34,9 @@ from rtcli.scene.model import Box, Camera, CarriedLight, Object, Plane, Scene, S
 
 Array = npt.NDArray[np.float64]
 
-HERE = Path(__file__).parent
-SCENES = HERE / "scenes"
-RADIANCE = HERE / "radiance"
+DATA = Path(__file__).parent.parent / "data" / "oracle"
+SCENES = DATA / "scenes"
+RADIANCE = DATA / "radiance"
 
 # Half the side of the square that stands for a plane. Mitsuba's rounding on a rectangle grows with its size: here
 # it stays below 0.03 % of the radiance, at 1000 it reaches 0.3 %. Only what is seen within about a pixel of a

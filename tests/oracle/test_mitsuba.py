@@ -18,8 +18,9 @@ from rtcli.tracer.engines import ENGINES
 
 HERE = Path(__file__).parent
 SCRIPT = HERE / "mitsuba_radiance.py"
-SCENES = {path.stem: path for path in sorted((HERE / "scenes").glob("*.yaml"))}
-REFERENCES = {path.stem: path for path in sorted((HERE / "radiance").glob("*.npz"))}
+DATA = HERE.parent / "data" / "oracle"
+SCENES = {path.stem: path for path in sorted((DATA / "scenes").glob("*.yaml"))}
+REFERENCES = {path.stem: path for path in sorted((DATA / "radiance").glob("*.npz"))}
 FAILED = HERE.parent / "failed"
 
 # Two float32 renderers differ by rounding, most where light grazes. A wrong formula differs by more than 0.2 %.

@@ -5,7 +5,7 @@
 //!
 //! | module | contents, each using only those above it |
 //! |---|---|
-//! | `vector`, `bounds`, [`memory`], [`simd`] | arithmetic, checked allocation, SIMD levels |
+//! | `vector`, `bounds`, [`memory`], [`names`], [`simd`] | arithmetic, checked allocation, names, SIMD levels |
 //! | `camera`, `camera_space` | the camera, and the transformation from the world to its space |
 //! | `tile`: `rays`, `hits` | 16 x 16 pixels of a picture, their rays, and the nearest hit of each |
 //! | `budget`, `monitor` | bounded work, progress, cancellation |
@@ -29,6 +29,7 @@ mod camera;
 mod camera_space;
 pub mod memory;
 mod monitor;
+pub mod names;
 #[cfg(test)]
 mod oracle;
 pub mod output;

@@ -3,6 +3,9 @@
 //! The kernel is plain Rust, compiled once for each level. Its arithmetic is + - * / and square roots, each
 //! rounded as IEEE 754 says and never fused, so all levels give the same bits.
 
+use crate::names::UnknownName;
+use std::str::FromStr;
+
 /// A set of vector instructions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
@@ -17,6 +20,15 @@ pub enum Level {
     /// 4 lanes, which every arm64 machine has.
     #[cfg(target_arch = "aarch64")]
     Neon,
+}
+
+impl FromStr for Level {
+    type Err = UnknownName;
+
+    /// Return the level of a name if this machine has it.
+    fn from_str(name: &str) -> Result<Level, UnknownName> {
+        Level::available().into_iter().find(|level| level.name() == name).ok_or(UnknownName)
+    }
 }
 
 impl Level {
@@ -44,11 +56,6 @@ impl Level {
     /// The best level of this machine.
     pub fn best() -> Level {
         Level::available().pop().unwrap_or(Level::Baseline)
-    }
-
-    /// Return the level of a name if this machine has it.
-    pub fn named(name: &str) -> Option<Level> {
-        Level::available().into_iter().find(|level| level.name() == name)
     }
 
     /// `baseline`, `avx2`, `avx512` or `neon`.

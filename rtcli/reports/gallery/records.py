@@ -14,11 +14,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 from urllib.parse import quote
 
+from rtcli.image.write import FORMATS
 from rtcli.scene.diagnostics.problems import printable
 from rtcli.tracer.passes import RADIANCE
-
-# The picture formats that browsers show; TIFF is not among them.
-_BROWSER_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp")
 
 
 class Part(NamedTuple):
@@ -47,7 +45,8 @@ class Part(NamedTuple):
     @property
     def is_picture(self) -> bool:
         """Whether a browser can show it."""
-        return self.path is not None and self.path.suffix.lower() in _BROWSER_SUFFIXES
+        format = None if self.path is None else FORMATS.get(self.path.suffix.lower())
+        return format is not None and format.shows_in_browser
 
 
 class ShownProblem(NamedTuple):

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use numpy::{Element, PyArrayDyn, PyArrayMethods, PyReadwriteArrayDyn};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use rtcli_tracer::names::UnknownName;
 use rtcli_tracer::world::Window;
 use rtcli_tracer::{Film, Pass, ValueType, Values};
 
@@ -27,8 +28,8 @@ impl<'py> PyFilm<'py> {
     /// writable.
     pub fn new(arrays: HashMap<String, Bound<'py, PyAny>>) -> PyResult<Self> {
         let borrow = |(name, array): (String, Bound<'py, PyAny>)| {
-            let unknown = || PyValueError::new_err(format!("unknown pass {name:?}"));
-            let pass = Pass::named(&name).ok_or_else(unknown)?;
+            let unknown = |UnknownName| PyValueError::new_err(format!("unknown pass {name:?}"));
+            let pass = name.parse::<Pass>().map_err(unknown)?;
             let array = match pass.value_type() {
                 ValueType::Float => PyArray::Floats(borrowed(&array)?),
                 ValueType::Integer => PyArray::Integers(borrowed(&array)?),

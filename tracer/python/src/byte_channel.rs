@@ -28,7 +28,7 @@ pub struct ByteChannel {
 }
 
 impl ByteChannel {
-    /// Waits until enough bytes are waiting or the work has ended, at most for `at_most`; returns the bytes written
+    /// Waits until enough bytes are there or the work has ended, at most for `at_most`; returns the bytes written
     /// since the last call, and whether the work has ended.
     pub fn wait(&self, at_most: Duration) -> (Vec<u8>, bool) {
         let nothing = |state: &mut State| !state.ended && state.bytes.len() < WORTH_TAKING;

@@ -10,6 +10,7 @@ use pyo3::types::{PyByteArray, PyBytes};
 use rtcli_tracer::develop::{BitDepth, Developer, ToneCurve};
 use rtcli_tracer::memory::{Growing, collect, filled, spare};
 use rtcli_tracer::meter::MeterReading;
+use rtcli_tracer::names::UnknownName;
 use rtcli_tracer::png::{Color, Header, PngWriter};
 
 use crate::errors::{io_error, out_of_memory};
@@ -32,8 +33,8 @@ pub fn developer((exposure, tone, bits): PyDisplay<'_>) -> PyResult<Developer> {
     if exposure.is_nan() {
         return Err(PyValueError::new_err("the exposure is not a number"));
     }
-    let unknown = || PyValueError::new_err(format!("unknown tone curve {tone:?}"));
-    let tone = ToneCurve::named(tone).ok_or_else(unknown)?;
+    let unknown = |UnknownName| PyValueError::new_err(format!("unknown tone curve {tone:?}"));
+    let tone = tone.parse::<ToneCurve>().map_err(unknown)?;
     Ok(Developer::new(exposure, tone, bit_depth(bits)?))
 }
 
@@ -59,9 +60,13 @@ pub fn focal_length(fov: f64, height: u32) -> f64 {
 
 /// Develops radiance, interleaved float32 RGB, to 8 bits a channel, or to 16 with the high byte first.
 #[pyfunction]
-#[pyo3(signature = (radiance, look, /))]
-pub fn develop<'py>(py: Python<'py>, radiance: &[u8], look: PyDisplay<'_>) -> PyResult<Bound<'py, PyByteArray>> {
-    developed(py, &developer(look)?, &pixels(radiance)?)
+#[pyo3(signature = (radiance, transform, /))]
+pub fn develop<'py>(
+    py: Python<'py>,
+    radiance: &[u8],
+    transform: PyDisplay<'_>,
+) -> PyResult<Bound<'py, PyByteArray>> {
+    developed(py, &developer(transform)?, &pixels(radiance)?)
 }
 
 /// Returns developed radiance, interleaved RGB.
@@ -104,10 +109,10 @@ pub struct PngEncoder {
 #[pymethods]
 impl PngEncoder {
     #[new]
-    #[pyo3(signature = (width, height, look, texts, /))]
-    fn new(width: u32, height: u32, look: PyDisplay<'_>, texts: Vec<(String, String)>) -> PyResult<Self> {
+    #[pyo3(signature = (width, height, transform, texts, /))]
+    fn new(width: u32, height: u32, transform: PyDisplay<'_>, texts: Vec<(String, String)>) -> PyResult<Self> {
         has_pixels(width, height)?;
-        let developer = developer(look)?;
+        let developer = developer(transform)?;
         let header = Header { width, height, color: Color::Srgb, bits: developer.bits(), texts: &texts };
         Ok(PngEncoder {
             writer: Some(PngWriter::new(Growing::default(), header).map_err(io_error)?),

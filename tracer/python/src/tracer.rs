@@ -10,6 +10,7 @@ use pyo3::types::PyByteArray;
 use rtcli_tracer::Monitor;
 use rtcli_tracer::memory::filled;
 use rtcli_tracer::meter::MeterReading;
+use rtcli_tracer::names::UnknownName;
 use rtcli_tracer::world::World;
 use rtcli_tracer::{Film, Level};
 
@@ -41,7 +42,7 @@ fn level() -> PyResult<Level> {
         return Ok(Level::best());
     }
     let name = name.to_string_lossy();
-    Level::named(&name).ok_or_else(|| {
+    name.parse().map_err(|UnknownName| {
         let names = Level::available().into_iter().map(Level::name).collect::<Vec<_>>().join(", ");
         PyValueError::new_err(format!("{SIMD}: unknown SIMD level {name:?}: this machine has {names}"))
     })
@@ -123,16 +124,16 @@ impl Tracer {
     }
 
     /// Renders a window and develops it, within a budget.
-    #[pyo3(signature = (window, look, budget=None, /))]
+    #[pyo3(signature = (window, transform, budget=None, /))]
     fn levels<'py>(
         &self,
         py: Python<'py>,
         window: PyWindow,
-        look: PyDisplay<'py>,
+        transform: PyDisplay<'py>,
         budget: Option<&WorkBudget>,
     ) -> PyResult<Bound<'py, PyByteArray>> {
         let window = world::window(window, self.size)?;
-        let developer = developer(look)?;
+        let developer = developer(transform)?;
         let radiance = filled(3 * window.pixels(), 0.0, "the radiance");
         let mut radiance = radiance.map_err(out_of_memory)?;
         let film = Film::of_radiance(&mut radiance);
@@ -144,18 +145,18 @@ impl Tracer {
 
     /// Renders a window to a PNG, passed to `write` in pieces; returns the number of rays, and the seconds that
     /// all threads spent tracing, developing and encoding.
-    #[pyo3(signature = (window, look, texts, write, progress, /))]
+    #[pyo3(signature = (window, transform, texts, write, progress, /))]
     fn picture<'py>(
         &self,
         py: Python<'py>,
         window: PyWindow,
-        look: PyDisplay<'py>,
+        transform: PyDisplay<'py>,
         texts: Vec<(String, String)>,
         write: Bound<'py, PyAny>,
         progress: Option<Bound<'py, PyAny>>,
     ) -> PyResult<(u64, f64, f64, f64)> {
         let window = world::window(window, self.size)?;
-        let developer = developer(look)?;
+        let developer = developer(transform)?;
         let listener = Listener::new(py, window.pixels() as u64, progress.as_ref(), Some(&write));
         let work =
             |monitor: &Monitor, channel: &_| self.core.write_png(window, &developer, &texts, channel, monitor);

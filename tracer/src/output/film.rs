@@ -1,6 +1,7 @@
 //! The arrays of a rendered picture, and how a tile fills its part of them. To add a pass: add it to `Pass` and
 //! `PASSES`, and compute it in `FilmSink::take`.
 
+use crate::names::UnknownName;
 use crate::scene::Scene;
 use crate::tile::Tile;
 use crate::tile::hits::{FACE_BITS, NO_FACE};
@@ -8,9 +9,10 @@ use crate::tile::{LANES, Lanes};
 use crate::trace::tile_tracer::{PassRequest, TileSink, TileTracer};
 use crate::vector::{add, dot, rotate, scale, to_f32};
 use crate::world::{Camera, Vector, Window};
+use std::str::FromStr;
 
-/// A value that a film records of each pixel. Passes other than radiance are taken at pixel centres, whatever the number
-/// of samples.
+/// A value that a film records of each pixel. Passes other than radiance are taken at pixel centres, whatever the
+/// number of samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pass {
     /// Linear RGB: the mean of the pixel's samples.
@@ -51,12 +53,15 @@ const PASSES: [PassSpec; 7] = [
     PassSpec(Pass::ObjectId, "object_id", 1, ValueType::Integer, PassRequest::Hits),
 ];
 
-impl Pass {
-    /// Return the pass of a name.
-    pub fn named(name: &str) -> Option<Pass> {
-        PASSES.iter().find(|spec| spec.1 == name).map(|spec| spec.0)
-    }
+impl FromStr for Pass {
+    type Err = UnknownName;
 
+    fn from_str(name: &str) -> Result<Pass, UnknownName> {
+        PASSES.iter().find(|spec| spec.1 == name).map(|spec| spec.0).ok_or(UnknownName)
+    }
+}
+
+impl Pass {
     /// The type of its values.
     pub fn value_type(self) -> ValueType {
         PASSES[self as usize].3
@@ -290,7 +295,7 @@ impl<'a> CameraToWorld<'a> {
                 last = face;
                 // A miss has no material.
                 let material = self.scene.materials.get((face >> FACE_BITS) as usize);
-                color = material.map_or([0.0; 3], |look| to_f32(look.albedo));
+                color = material.map_or([0.0; 3], |material| to_f32(material.albedo));
             }
             *albedo = color;
         }
