@@ -109,7 +109,7 @@ def _compare(manifest: Manifest, job: Job, folder: Path) -> tuple[str, Entry | N
         return "the scene cannot be read", None  # rendering it reports the error
     input = sha256(raw)
     if entry.get("input") != input and entry.get("content") != content_of(job, raw):
-        return "the scene is another", None
+        return "the scene changed", None
     return _damage(entry, folder), None if entry.get("input") == input else {**entry, "input": input}
 
 
@@ -131,7 +131,7 @@ def _damage(entry: Entry, folder: Path) -> str:
     for output in files_of(entry, "outputs"):
         try:
             if not is_unchanged(folder / output["path"], output):
-                return f"{output['path']} is not as it was written"
+                return f"{output['path']} was modified after it was rendered"
         except OSError:
             return f"{output['path']} is missing"
     return ""

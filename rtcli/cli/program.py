@@ -117,7 +117,7 @@ def _print_version(ctx: click.Context, param: click.Parameter, value: bool) -> N
 @click.group(
     cls=Program,
     context_settings={"auto_envvar_prefix": "RTCLI", "help_option_names": ["-h", "--help"]},
-    epilog="Each option can be given as a variable as well: RTCLI_RENDER_SAMPLES=4 is --samples 4.",
+    epilog="A variable can set any option: RTCLI_RENDER_SAMPLES=4 stands for render --samples 4.",
 )
 @click.option(
     "--version",
@@ -129,4 +129,4 @@ def _print_version(ctx: click.Context, param: click.Parameter, value: bool) -> N
     help="Show the version and exit.",
 )
 def main() -> None:
-    """Render scenes of spheres, planes, boxes and point lights, written as YAML, to pictures."""
+    """Turn YAML scenes of spheres, planes, boxes and point lights into pictures."""

@@ -88,7 +88,7 @@ def test_time_of_a_file_does_not_matter(scenes):
 
 def test_scene_that_is_another_is_rendered(scenes):
     write_scene(scenes[1], 0.9)
-    assert reasons() == {"001": "the scene is another"}
+    assert reasons() == {"001": "the scene changed"}
 
 
 def test_scene_that_is_written_otherwise_is_current_and_soon_without_a_look(scenes):
@@ -134,8 +134,8 @@ def test_file_that_is_gone_or_altered_is_rendered_again(scenes):
     (OUT / "002.png").write_bytes(b"")
     assert reasons() == {
         "000": "000.png is missing",
-        "001": "001.png is not as it was written",
-        "002": "002.png is not as it was written",
+        "001": "001.png was modified after it was rendered",
+        "002": "002.png was modified after it was rendered",
     }
     render()
     assert results_in(OUT) == before
@@ -333,7 +333,7 @@ def test_scene_of_a_sweep_that_changes_where_it_is_varied_is_current(folder):
     path.write_text(path.read_text().replace("fov: 40", "fov: 50"))
     assert swept("camera.fov=20,30") == {}
     path.write_text(path.read_text().replace("tomato", "gold"))
-    assert set(swept("camera.fov=20,30").values()) == {"the scene is another"}
+    assert set(swept("camera.fov=20,30").values()) == {"the scene changed"}
 
 
 # --- What is gone ----------------------------------------------------------------------------------------

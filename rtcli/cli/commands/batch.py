@@ -69,7 +69,7 @@ class BatchOptions:
             raise click.UsageError("a path is empty: is a variable not set?")
         if STDIO in (*self.paths, self.output):
             raise click.UsageError(
-                "standard input and output are no places for many scenes: give files and folders"
+                "standard input and output cannot be used with batch: give files and folders"
             )
         if self.animations and len(self.vary) != 1:
             raise click.UsageError("--gif and --webp show a sweep of one value: give --vary once")
@@ -104,7 +104,7 @@ class BatchOptions:
 
 @click.command("batch")
 @click.argument("paths", metavar="PATH...", nargs=-1, required=True)
-@click.option("-o", "--output", metavar="DIR", help="The folder of the results, with manifest.json.")
+@click.option("-o", "--output", metavar="DIR", help="Write the results and manifest.json to this folder.")
 @click.option(
     "--format",
     "suffix",
@@ -112,67 +112,75 @@ class BatchOptions:
     metavar="SUFFIX",
     default=".png",
     show_default=True,
-    help=f"Of the results: {', '.join(FORMATS)}.",
+    help=f"Set the format of the results: {', '.join(FORMATS)}.",
 )
 @scene_options
 @film_options
 @click.option(
-    "--jobs", type=click.IntRange(1), metavar="N", show_default="the processor cores", help="Scenes at a time."
+    "--jobs",
+    type=click.IntRange(1),
+    metavar="N",
+    show_default="the processor cores",
+    help="Render N scenes at a time.",
 )
-@click.option("--fail-fast", is_flag=True, help="Stop at the first scene that fails, instead of going on.")
-@click.option("--force", is_flag=True, help="Render all, what is current too.")
-@click.option("--dry-run", is_flag=True, help="Only tell what would be done, and why.")
+@click.option("--fail-fast", is_flag=True, help="Stop at the first scene that fails.")
+@click.option("--force", is_flag=True, help="Re-render everything.")
+@click.option("--dry-run", is_flag=True, help="Only list what would be rendered or deleted, and why.")
 @click.option(
     "--prune",
     is_flag=True,
-    help="Remove results of scenes that are gone, and of other settings, after saying which; those of scenes that "
-    "are there but not among PATH stay.",
+    help="Delete results whose scene no longer exists, and those of other settings, listing each. Results of "
+    "existing scenes outside PATH stay.",
 )
 @click.option(
     "--vary",
     type=VariationType(),
     multiple=True,
-    help="Render each scene with several values, START:STOP:STEP or A,B,C: camera.fov=20:60:5. Repeat it for all "
-    "combinations; as a variable one per line. The results stand in a folder of the scene's name, and their own "
-    "names tell the values.",
+    help="Render each scene with several values, START:STOP:STEP or A,B,C: camera.fov=20:60:5. Repeatable, for "
+    "all combinations; one per line in a variable. Results go into a folder named after the scene, and are named "
+    "after the values.",
 )
-@click.option("--gif", is_flag=True, help="Put the sweep of one value together as DIR/SCENE.gif too.")
-@click.option("--webp", is_flag=True, help="The same as DIR/SCENE.webp, without loss.")
+@click.option("--gif", is_flag=True, help="Also write the sweep of one value as an animation, DIR/SCENE.gif.")
+@click.option("--webp", is_flag=True, help="Also write it as DIR/SCENE.webp, lossless.")
 @click.option(
     "--report",
     metavar="[FILE]",
     is_flag=False,
     flag_value="",
-    help="Write DIR/index.html: all results of the folder to look through. With --check: write FILE, a page with "
-    "each golden picture that differs beside the new one and their difference.",
+    help="Write DIR/index.html, a page of all results in the folder. With --check: write FILE, a page that shows "
+    "each golden picture that differs, the new one and their difference.",
 )
 @click.option(
     "--dask",
     metavar="ADDRESS|local",
-    help="Work on a Dask cluster: the address of its scheduler, or local for one of this machine's cores. Needs "
-    "rtcli[dask].",
+    help="Render on a Dask cluster, given the address of its scheduler, or local for one on this machine. "
+    "Requires rtcli[dask].",
 )
 @dask_timeout_option
-@click.option("--shared", is_flag=True, help="With --dask: DIR is the same for all workers, and they write to it.")
+@click.option(
+    "--shared",
+    is_flag=True,
+    help="With --dask: let the workers write to DIR, which must be the same folder for all.",
+)
 @folder_check_options
 @click.option(
     "-q",
     "--quiet",
     is_flag=True,
-    help="No progress and no summary: only what goes wrong, and what --prune removes.",
+    help="Print only errors and what --prune deletes.",
 )
 @click.pass_context
 def command(context: click.Context, /, **options: Any) -> int:
-    """Render many scenes to a folder, only those that are needed.
+    """Render scenes into a folder, skipping results that are up to date.
 
-    PATH is a scene file, a folder (the scene files in it and below; their structure is kept) or a glob, which
-    rtcli expands itself if it is quoted: 'scenes/**/*.yaml'.
+    PATH is a scene file, a folder (with its subfolders, whose structure is kept) or a glob, which rtcli expands
+    itself if quoted: 'scenes/**/*.yaml'.
 
-    A result stays as it is if its scene, the settings and rtcli's version are the same and its files are as they
-    were written. A batch may be interrupted or killed at any moment: the next one goes on from there.
+    A result is up to date if its scene, the settings and rtcli's version are the same, and its files are
+    unchanged. A batch may be interrupted or killed at any moment; the next one continues from there.
 
-    Exits with 0 if all went well, 1 if a scene failed or --check finds a difference, 3 if a path leads to nothing
-    or DIR cannot be written.
+    Exits with 0 on success, 1 if a scene fails or --check finds a difference, 3 if a path does not exist or DIR
+    cannot be written.
     """
     check = pop_folder_check(options, context)
     if options["output"] is None:

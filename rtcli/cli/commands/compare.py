@@ -26,13 +26,11 @@ from rtcli.reports import comparison
     "-o",
     "--output",
     metavar="DIFF.png",
-    help="Write a picture of the differences: black where there is none, else from red to white. Those of further "
-    "layers go to DIFF.NAME.png.",
+    help="Write a picture of the differences: black where there are none, else from red to white. Further layers "
+    "go to DIFF.NAME.png.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Report one JSON object.")
-@click.option(
-    "-q", "--quiet", is_flag=True, help="No report, only why the files differ, if they do, on standard error."
-)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@click.option("-q", "--quiet", is_flag=True, help="Print only why the files differ, to standard error.")
 def command(first: str, second: str, output: str | None, as_json: bool, quiet: bool, **options: Any) -> int:
     """Compare two pictures, or two files of arrays.
 

@@ -25,7 +25,7 @@ from rtcli.scene.validation.validate import validate
     type=parse_pixel,
     metavar="X,Y",
     required=True,
-    help="Which one: its column and row, from 0 at the left and top.",
+    help="Explain the pixel in column X and row Y, from 0 at the left and top.",
 )
 @click.option(
     "--sample",
@@ -33,18 +33,18 @@ from rtcli.scene.validation.validate import validate
     metavar="N",
     default=1,
     show_default=True,
-    help="Which of the pixel's samples is told step by step.",
+    help="Explain the pixel's N-th sample in full.",
 )
 @scene_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(scene: str, pixel: tuple[int, int], sample: int, as_json: bool, **options: Any) -> None:
-    """Tell how a pixel comes to its value, step by step.
+    """Explain how a pixel gets its value, step by step.
 
     SCENE is a .yaml, .yml or .json file, or - for YAML or JSON on standard input.
 
-    The story goes to standard output: the primary ray, where it meets each object or why it does not, what is
-    seen, each light and what blocks it, radiance, exposure, tone curve, sRGB. Each step has its equations, its
-    numbers and the section of docs/tracer.md. It is the reference engine's: its value is what that renders.
+    The explanation goes to standard output: the primary ray, where it hits or misses each object, the nearest hit,
+    each light and what blocks it, radiance, exposure, tone curve, sRGB. Each step shows its equations, its numbers
+    and its section in docs/tracer.md. The numbers are the reference engine's.
     """
     name, model = display_name(scene), validate(read_scene(scene, pop_overrides(options)))
     with usage_errors():

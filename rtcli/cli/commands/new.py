@@ -41,7 +41,7 @@ class _GalleryScene(click.ParamType[str]):
 @click.argument("file", required=False)
 @click.option("--from", "source", type=_GalleryScene(), metavar="NAME", help="Write this scene of the gallery.")
 @click.option("--list", "lists", is_flag=True, help="List the scenes of the gallery.")
-@click.option("--force", is_flag=True, help="Replace FILE if it is there already.")
+@click.option("--force", is_flag=True, help="Replace an existing FILE.")
 def command(file: str | None, source: str | None, lists: bool, force: bool) -> None:
     """Write a small commented scene to start from.
 

@@ -87,7 +87,7 @@ class PictureOutput(NamedTuple):
     def check(self) -> None:
         """Raise click.UsageError for what cannot be right whatever the scene says."""
         if self.path == STDIO and is_terminal(sys.stdout):
-            raise click.UsageError("a picture is not for a terminal: give a file, or pipe it on")
+            raise click.UsageError("refusing to write binary data to a terminal; use -o FILE or a pipe")
         if self.path == STDIO and self.passes:
             raise click.UsageError("--passes needs a file: only the picture goes to standard output")
         refuse_folder(self.path, "-o")
@@ -114,8 +114,8 @@ class PictureOutput(NamedTuple):
     "-o",
     "--output",
     metavar="OUT",
-    help=f"The picture: {', '.join(FORMATS)}, by the suffix; - for a PNG on standard output. Without "
-    "it the picture is shown in the terminal. .exr needs the extra rtcli[exr], the terminal rtcli[preview].",
+    help=f"Write the picture to this file ({', '.join(FORMATS)}), or a PNG to standard output with -. Without "
+    "-o, show it in the terminal. .exr requires rtcli[exr], the terminal rtcli[preview].",
 )
 @scene_options
 @film_options
@@ -124,31 +124,33 @@ class PictureOutput(NamedTuple):
     type=click.Choice(ENGINES),
     default=ENGINES[0],
     show_default=True,
-    help="The tracer; reference is slow, and there to compare with.",
+    help="Choose the tracer; reference is slow, for reading and comparing.",
 )
-@click.option("--threads", type=click.IntRange(1), metavar="N", show_default="all", help="Processor cores to use.")
+@click.option("--threads", type=click.IntRange(1), metavar="N", show_default="all", help="Use N processor cores.")
 @click.option(
-    "--crop", type=parse_crop, metavar="X,Y,W,H", help="Render only this part: left, top, width, height in pixels."
+    "--crop",
+    type=parse_crop,
+    metavar="X,Y,W,H",
+    help="Render only this rectangle: left, top, width, height in pixels.",
 )
 @click.option(
     "--dask",
     metavar="ADDRESS|local",
-    help="Trace bands of the picture on a Dask cluster: the address of its scheduler, or local for one of this "
-    "machine's cores. Needs rtcli[dask].",
+    help="Trace bands of the picture on a Dask cluster, given the address of its scheduler, or local for one on "
+    "this machine. Requires rtcli[dask].",
 )
 @dask_timeout_option
 @check_options
 @click.option(
     "--stats",
     metavar="FILE",
-    help="Write seconds per stage and other figures as JSON; - for standard output. The native engine works at "
-    "trace, develop and write together: their time is shared out as the threads spent it.",
+    help="Write the seconds per stage and other figures as JSON; - for standard output.",
 )
 @click.option(
     "-q",
     "--quiet",
     is_flag=True,
-    help="No progress, no closing line, no report; only errors and why a check fails.",
+    help="Print only errors and why a check fails.",
 )
 @click.pass_context
 def command(context: click.Context, /, **options: Any) -> int:
@@ -197,7 +199,7 @@ def _check(options: RenderOptions, check_options: CheckOptions) -> int:
 
     check, path = golden_check(check_options, options.passes), options.output
     if path is not None and Path(path).suffix.lower() != Path(check.name).suffix.lower():
-        raise click.UsageError(f"OUT is to be a file of the format of {check.name!r}, which it is compared with")
+        raise click.UsageError(f"OUT must have the same format as the golden file {check.name!r}")
     passes, bits = options.passes, options.bits
     if check.golden is not None:
         passes, bits = passes or check.golden.passes, check.golden.bits

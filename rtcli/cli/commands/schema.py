@@ -9,7 +9,13 @@ from rtcli.scene.schema import schema_text
 
 
 @click.command("schema")
-@click.option("-o", "--output", metavar="FILE", default=STDIO, help="Write it there, not to standard output.")
+@click.option(
+    "-o",
+    "--output",
+    metavar="FILE",
+    default=STDIO,
+    help="Write the schema to this file instead of standard output.",
+)
 def command(output: str) -> None:
     """Print the JSON Schema of scene files.
 

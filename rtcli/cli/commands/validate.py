@@ -49,8 +49,8 @@ def _ignored_rules(context: click.Context, option: click.Parameter, values: tupl
     type=click.Choice(list(_REPORTS)),
     default="text",
     show_default=True,
-    help="text: for people, with the lines of the file; concise: a line each; json: a list of objects; github: "
-    "annotations of a GitHub workflow; sarif, junit: for code scanners and CI servers.",
+    help="Set the form of the report. text: for people, with source lines; concise: one line each; json: a list "
+    "of objects; github: workflow annotations; sarif, junit: for code scanners and CI servers.",
 )
 @click.option("--strict", is_flag=True, help="Treat warnings as errors.")
 @click.option(
@@ -58,17 +58,17 @@ def _ignored_rules(context: click.Context, option: click.Parameter, values: tupl
     metavar="CODE",
     multiple=True,
     callback=_ignored_rules,
-    help="Do not report this warning, such as W004. Repeatable; takes several codes separated by commas, too.",
+    help="Do not report this warning, such as W004. Repeatable; also takes codes separated by commas.",
 )
 def command(paths: tuple[str, ...], style: str, strict: bool, ignore: frozenset[Rule]) -> int:
-    """Check scene files, and say all that is wrong with them.
+    """Validate scene files and report every problem.
 
     PATH is a scene file, a folder (all .yaml, .yml and .json files in it and below, without hidden folders and the
     metadata that rtcli writes), or - for YAML or JSON on standard input. The report goes to standard output.
 
-    Errors make a scene invalid; warnings tell what is probably not intended, such as an object that nobody sees.
-    The comment # rtcli: ignore W004 in a file turns a warning off: for its line or the next, or for the whole file
-    at the top of it.
+    Errors make a scene invalid; warnings point out what is probably unintended, such as an object outside the
+    view. The comment # rtcli: ignore W004 turns a warning off for its line or the next, or, at the top of a file,
+    for the whole file.
 
     Exits with 0 if all scenes are valid, 1 if one is not, 3 if one cannot be read.
     """

@@ -16,8 +16,8 @@ bound_options = option_group(
         metavar="T",
         default="0",
         show_default=True,
-        help="A pixel differs if a channel differs by more: in levels of 0..255 for pictures, in their own units "
-        "for arrays. Of integers any difference counts.",
+        help="Ignore differences of a channel up to T: in levels of 0..255 for pictures, in their own units for "
+        "arrays. Integers must be equal.",
     ),
     click.option(
         "--max-pixels",
@@ -25,15 +25,15 @@ bound_options = option_group(
         metavar="N|P%",
         default="0",
         show_default=True,
-        help="So many pixels may differ: a number, or a share such as 0.1%.",
+        help="Allow up to N pixels, or P % of them, to differ.",
     ),
     click.option(
         "--flip",
         is_flag=True,
-        help="Tell the mean FLIP of pictures and radiance too, from 0 for what looks alike to 1. Needs the extra "
+        help="Report the mean FLIP of pictures and radiance as well: 0 if they look alike, 1 at most. Requires "
         "rtcli[flip].",
     ),
-    click.option("--max-flip", type=parse_bound, metavar="F", help="The mean FLIP may be no more than that."),
+    click.option("--max-flip", type=parse_bound, metavar="F", help="Allow a mean FLIP of up to F."),
 )
 
 

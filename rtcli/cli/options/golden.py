@@ -22,15 +22,13 @@ check_options = option_group(
     click.option(
         "--check",
         metavar="GOLDEN",
-        help="Compare with this file, and exit with 1 if the rendering differs. OUT may be left out then; bits "
-        "are those of the file, and so are passes if none are named. Passes that are named are compared too: for "
-        ".exr and .npz with those in the file, for others with those beside it, as --passes writes them.",
+        help="Compare the rendering with this file, and exit with 1 if it differs; -o is then optional. The bits "
+        "are the file's, and so are the passes of .exr and .npz files unless --passes names some. Named passes "
+        "are compared too, with those in the file or beside it.",
     ),
     _update_option,
     bound_options,
-    click.option(
-        "--diff", metavar="DIFF.png", help="With --check: a picture of the differences, if there are any."
-    ),
+    click.option("--diff", metavar="DIFF.png", help="With --check: write a picture of the differences, if any."),
 )
 
 # All but --check itself, which they require.

@@ -18,27 +18,25 @@ from rtcli.scene.reading.source import Document
 from rtcli.tracer.passes import PASSES
 
 scene_options = types.option_group(
-    click.option(
-        "--size", type=types.parse_size, metavar="WxH", help="Width and height in pixels, instead of the scene's."
-    ),
+    click.option("--size", type=types.parse_size, metavar="WxH", help="Set the width and height in pixels."),
     click.option(
         "--samples",
         type=click.IntRange(1, MAX_SAMPLES),
         metavar="N",
-        help="Rays per pixel, instead of the scene's.",
+        help="Set the number of rays per pixel.",
     ),
     click.option(
         "--exposure",
         type=types.parse_exposure,
         metavar="EV|auto",
-        help="Stops, +1 is twice as bright; instead of the scene's.",
+        help="Set the exposure in stops; +1 is twice as bright.",
     ),
     click.option(
         "--set",
         type=types.SetType(),
         multiple=True,
         help="Change a value of the scene, such as camera.fov=30 or objects.ball.position[0]=1. Quote a name that "
-        'has a dot, bracket or = in it: objects."Cube.001".color=red. Repeatable; as a variable one per line.',
+        'contains a dot, bracket or =: objects."Cube.001".color=red. Repeatable; one per line in a variable.',
     ),
 )
 
@@ -49,15 +47,15 @@ film_options = types.option_group(
         type=types.parse_passes,
         metavar="A,B",
         default=(),
-        help=f"Ground truth at pixel centres: {', '.join(PASSES)}, or all. In the file for .exr and .npz; for "
-        "others beside it, as NAME.depth.png and so on with NAME.json.",
+        help=f"Also write ground truth at pixel centres: {', '.join(PASSES)}, or all. Goes into .exr and .npz "
+        "files, and beside others: NAME.depth.png and so on, with NAME.json.",
     ),
     click.option(
         "--bits",
         type=click.Choice(DEPTHS),
         default=DEPTHS[0],
         show_default=True,
-        help="Of each color channel of a .png file.",
+        help="Set the bits of each color channel of a .png file.",
     ),
 )
 

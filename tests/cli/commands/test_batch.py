@@ -109,7 +109,7 @@ def test_dry_run_tells_what_and_why_and_does_nothing(run, scenes, folder):
     write_scene(scenes[1], 2)
     result = run("batch", "scenes", "-o", "out", "--dry-run", "--prune")
     assert result.stdout.splitlines() == [
-        "render 001: the scene is another",
+        "render 001: the scene changed",
         "remove 000.png",
         "1 scene to render, 1 current",
     ]
