@@ -68,9 +68,7 @@ class BatchOptions:
         if "" in (*self.paths, self.output):
             raise click.UsageError("a path is empty: is a variable not set?")
         if STDIO in (*self.paths, self.output):
-            raise click.UsageError(
-                "standard input and output cannot be used with batch: give files and folders"
-            )
+            raise click.UsageError("standard input and output cannot be used with batch: give files and folders")
         if self.animations and len(self.vary) != 1:
             raise click.UsageError("--gif and --webp show a sweep of one value: give --vary once")
         if self.dask is not None and self.jobs is not None:
@@ -102,7 +100,7 @@ class BatchOptions:
         return jobs
 
 
-@click.command("batch")
+@click.command("batch", short_help="Render scenes into a folder, skipping what is up to date.")
 @click.argument("paths", metavar="PATH...", nargs=-1, required=True)
 @click.option("-o", "--output", metavar="DIR", help="Write the results and manifest.json to this folder.")
 @click.option(
