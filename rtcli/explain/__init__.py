@@ -134,15 +134,15 @@ class _Pixel:
         only = np.array([chosen])
         ray, hit = self.rays.take(only), self.hits.take(only)
         scenery = self.tracer.scenery
-        place = SurfacePoint(self.tracer.world, scenery, self.names, ray, hit)
-        lights = lights_step(place)
+        point = SurfacePoint(self.tracer.world, scenery, self.names, ray, hit)
+        lights = lights_step(point)
         return Story(
             sample=chosen + 1,
             ray=self._ray_step(ray, self.offsets[chosen]),
             intersections=intersect_all(scenery, self.names, ray, hit),
-            hit=hit_step(place),
+            hit=hit_step(point),
             lights=lights,
-            radiance=radiance_step(place, self.light[:, chosen], lights.lights),
+            radiance=radiance_step(point, self.light[:, chosen], lights.lights),
         )
 
     def _ray_step(self, ray: Ray, within: tuple[float, float]) -> Step:

@@ -90,28 +90,28 @@ class SurfacePoint:
 # --- What is hit -----------------------------------------------------------------------------------------
 
 
-def hit_step(place: SurfacePoint) -> HitStep:
+def hit_step(point: SurfacePoint) -> HitStep:
     """Return the step for what the ray hits: the point, the normal, the albedo."""
-    if place.kind == BACKGROUND:
+    if point.kind == BACKGROUND:
         outcome = "The ray meets nothing: the background is seen."
         return HitStep("What is seen", "3.4", (), (), outcome, kind=BACKGROUND, object=None)
-    name, shape = place.names[place.index], place.scenery.objects[place.index]
+    name, shape = point.names[point.index], point.scenery.objects[point.index]
     notes = SHAPES[name.type]
-    seen = f"The eye sees {name.label} {notes.sides[shape.side(place.ray.offset)]}."
+    seen = f"The eye sees {name.label} {notes.sides[shape.side(point.ray.offset)]}."
     return HitStep(
         "What is seen",
         notes.section,
         ("P = o + t d", notes.normal),
         (
-            Number("t", float(place.hit.t[0]), "the distance from the eye"),
-            Number("P", triple(place.ray.at(place.hit.t)), "the point"),
-            *notes.hit_numbers(shape, place.ray),
-            Number("n", triple(place.hit.normal), "the normal, facing the eye"),
+            Number("t", float(point.hit.t[0]), "the distance from the eye"),
+            Number("P", triple(point.ray.at(point.hit.t)), "the point"),
+            *notes.hit_numbers(shape, point.ray),
+            Number("n", triple(point.hit.normal), "the normal, facing the eye"),
             Number("rho", triple(shape.color), "the albedo"),
         ),
-        seen if place.source is None else f"{seen} It carries a light, and is seen shining.",
+        seen if point.source is None else f"{seen} It carries a light, and is seen shining.",
         note="Chosen: surfaces have two sides, and the normal faces the eye.",
-        kind=place.kind,
+        kind=point.kind,
         object=name,
     )
 
@@ -119,11 +119,11 @@ def hit_step(place: SurfacePoint) -> HitStep:
 # --- The lights ------------------------------------------------------------------------------------------
 
 
-def lights_step(place: SurfacePoint) -> LightsStep:
+def lights_step(point: SurfacePoint) -> LightsStep:
     """Return the step for all lights at the surface point; without any where none matters."""
-    shares = tuple(_share(place, i) for i in range(len(place.scenery.light_sources))) if place.is_lit else ()
+    shares = tuple(_share(point, i) for i in range(len(point.scenery.light_sources))) if point.is_lit else ()
     if not shares:
-        return LightsStep("Each light at the point", "2.3, 3.4", (), (), _no_lights(place), lights=())
+        return LightsStep("Each light at the point", "2.3, 3.4", (), (), _no_lights(point), lights=())
     lit = sum(share.verdict == LIT for share in shares)
     return LightsStep(
         "Each light at the point",
@@ -141,26 +141,26 @@ def lights_step(place: SurfacePoint) -> LightsStep:
     )
 
 
-def _no_lights(place: SurfacePoint) -> str:
-    if place.kind == BACKGROUND:
+def _no_lights(point: SurfacePoint) -> str:
+    if point.kind == BACKGROUND:
         return "No light is asked: nothing is hit."
-    if place.kind == SHINING:
+    if point.kind == SHINING:
         return "No light is asked: the object shines by itself."
-    return "There are no lights." if place.is_lit else "No light is asked: max_depth is 0."
+    return "There are no lights." if point.is_lit else "No light is asked: max_depth is 0."
 
 
-def _share(place: SurfacePoint, i: int) -> LightShare:
-    scenery, source = place.scenery, place.scenery.light_sources[i]
-    way = path_to_light(source, place.ray, place.hit)
+def _share(point: SurfacePoint, i: int) -> LightShare:
+    scenery, source = point.scenery, point.scenery.light_sources[i]
+    way = path_to_light(source, point.ray, point.hit)
     cosine = float(way.cosine[0])
-    same_side = bool(scenery.same_side(source, place.ray)[place.index])
+    same_side = bool(scenery.same_side(source, point.ray)[point.index])
     faces = cosine > 0
-    blockers = _occlusions(place, source, way) if faces and same_side else ()
-    surface = SHAPES[place.names[place.index].type].surface
+    blockers = _occlusions(point, source, way) if faces and same_side else ()
+    surface = SHAPES[point.names[point.index].type].surface
     verdict, outcome = _verdict(faces, same_side, blockers, surface)
     irradiance = irradiance_of(source, way, np.flatnonzero([verdict == LIT]))
-    carrier = place.world.lights.carrier[i]
-    name = None if carrier == NO_CARRIER else place.names[carrier]
+    carrier = point.world.lights.carrier[i]
+    name = None if carrier == NO_CARRIER else point.names[carrier]
     return LightShare(
         label=f"lights[{i}]" if name is None else name.label,
         body=name,
@@ -168,7 +168,7 @@ def _share(place: SurfacePoint, i: int) -> LightShare:
         faces=faces,
         same_side=same_side,
         blockers=blockers,
-        radiance=triple(scenery.reflected(irradiance, place.hit)),
+        radiance=triple(scenery.reflected(irradiance, point.hit)),
         numbers=(
             Number("position", triple(source.position), "where the light stands"),
             Number("r", float(way.distance[0]), "its distance"),
@@ -192,10 +192,10 @@ def _verdict(faces: bool, same_side: bool, blockers: Sequence[Occlusion], surfac
     return BLOCKED, f"blocked by {between} from the light"
 
 
-def _occlusions(place: SurfacePoint, source: LightSource, way: PathToLight) -> tuple[Occlusion, ...]:
+def _occlusions(point: SurfacePoint, source: LightSource, way: PathToLight) -> tuple[Occlusion, ...]:
     found = (
-        Occlusion(place.names[occluder.index], float(occluder.t[0]))
-        for occluder in place.scenery.occluders(source, way, place.hit.index)
+        Occlusion(point.names[occluder.index], float(occluder.t[0]))
+        for occluder in point.scenery.occluders(source, way, point.hit.index)
         if occluder.between[0]
     )
     return tuple(sorted(found, key=lambda blocking: blocking.distance))
@@ -204,12 +204,12 @@ def _occlusions(place: SurfacePoint, source: LightSource, way: PathToLight) -> t
 # --- The radiance ----------------------------------------------------------------------------------------
 
 
-def radiance_step(place: SurfacePoint, radiance: Array, shares: Sequence[LightShare]) -> Step:
+def radiance_step(point: SurfacePoint, radiance: Array, shares: Sequence[LightShare]) -> Step:
     """Return the step for a sample's radiance.
 
     Parameters
     ----------
-    place
+    point
         The point where the ray ends.
     radiance
         (3,): the sample's radiance from the tracer.
@@ -217,12 +217,12 @@ def radiance_step(place: SurfacePoint, radiance: Array, shares: Sequence[LightSh
         The shares of the lights.
     """
     total = Number("radiance", triple(radiance), "linear RGB")
-    if place.kind == BACKGROUND:
+    if point.kind == BACKGROUND:
         outcome = "The background's, as the scene has it."
         return Step("The radiance", "3.4", ("radiance = background",), (total,), outcome)
-    if place.source is not None:
-        r = float(length(place.source.position - place.ray.offset)[0])
-        seen = Number("L_i", triple(seen_directly(place.source, place.ray)), "what arrives at the eye")
+    if point.source is not None:
+        r = float(length(point.source.position - point.ray.offset)[0])
+        seen = Number("L_i", triple(seen_directly(point.source, point.ray)), "what arrives at the eye")
         return Step(
             "The radiance",
             "3.4",
@@ -230,12 +230,12 @@ def radiance_step(place: SurfacePoint, radiance: Array, shares: Sequence[LightSh
             (Number("r", r, "from the object's position to the eye"), seen, total),
             "Seen directly, a light is as bright as what of it arrives at the eye.",
         )
-    return _surface_radiance(place, total, shares)
+    return _surface_radiance(point, total, shares)
 
 
-def _surface_radiance(place: SurfacePoint, total: Number, shares: Sequence[LightShare]) -> Step:
-    settings, t = place.scenery.settings, place.hit.t
-    if not place.is_lit:
+def _surface_radiance(point: SurfacePoint, total: Number, shares: Sequence[LightShare]) -> Step:
+    settings, t = point.scenery.settings, point.hit.t
+    if not point.is_lit:
         message = "max_depth is 0: only objects that carry a light are seen."
         return Step("The radiance", "3.4", ("radiance = 0",), (total,), message)
     step = "radiance = the sum of the shares"
