@@ -26,10 +26,11 @@ demo: $(VENV)/run.stamp ## render the Cornell scene to out/cornell.png
 
 test: $(VENV)/dev.stamp ## run the tests of Rust and Python: some minutes
 	$(CARGO) test $(CRATE) --workspace --locked --quiet
-	$(BIN)/python -m pytest -n auto --dist loadgroup -m "not integration"
+	$(BIN)/python -m pytest -n auto -m "not integration"
 
+# By file, since the tests of one share a build, a cluster, a browser or a server.
 integration: $(VENV)/oracle.stamp ## run the tests with other people's programs, and those that take long
-	$(BIN)/python -m pytest -n auto --dist loadgroup -m integration
+	$(BIN)/python -m pytest -n auto --dist loadfile -m integration
 
 # The release stamps go, so that whatever tests or measures for good compiles a release again.
 dev: $(VENV)/tools.stamp ## recompile the native tracer in seconds, for working on it

@@ -20,10 +20,6 @@ SCENE = ROOT / "scenes" / "first.yaml"
 BIN = Path(sys.executable).parent
 
 
-# In one process, since builds share a folder.
-pytestmark = pytest.mark.xdist_group("build")
-
-
 def maturin(*arguments):
     command = [str(BIN / "maturin"), *arguments]
     # A separate build, which must not touch the module that the tests use.

@@ -20,8 +20,7 @@ from rtcli.tracer._native import __version__
 from rtcli.tracer.engines import tracer_of
 from rtcli.tracer.world import Window, World
 
-# In one process, to share a cluster.
-pytestmark = [pytest.mark.integration, pytest.mark.xdist_group("cluster")]
+pytestmark = pytest.mark.integration
 
 ROOM = scene(
     [plane([0, -1, 0], [0, 1, 0]), *(sphere([x, 0, -6 - x], 0.4) for x in range(-3, 4))],

@@ -15,8 +15,7 @@ from pages import PAGES, README, ROOT
 DOCS = ROOT / "docs"
 FAIL = ["--fail-on-warning", "--keep-going", "--nitpicky", "--quiet", "--fresh-env"]
 
-# In one process: its tests share a build.
-pytestmark = [pytest.mark.integration, pytest.mark.xdist_group("site")]
+pytestmark = pytest.mark.integration
 
 
 class Page(HTMLParser):

@@ -23,8 +23,7 @@ VERSION = "1.25.0"
 # Without the schema store, a list of schemas that the server would download.
 SETTINGS = {"yaml": {"schemaStore": {"enable": False}}}
 
-# In one process: they share one server.
-pytestmark = [pytest.mark.integration, pytest.mark.xdist_group("language server")]
+pytestmark = pytest.mark.integration
 
 
 @pytest.fixture(scope="session")

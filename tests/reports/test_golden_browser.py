@@ -9,8 +9,7 @@ from click.testing import CliRunner
 
 from rtcli.cli import main
 
-# In one process: they share one browser.
-pytestmark = [pytest.mark.integration, pytest.mark.xdist_group("browser")]
+pytestmark = pytest.mark.integration
 
 KEYS = {"Home": "\ue011", "End": "\ue010", "Left": "\ue012", "Right": "\ue014", "Tab": "\ue004"}
 
