@@ -199,7 +199,7 @@ def test_progress_on_a_terminal_is_one_bar_with_rate_and_time_left(folder):
     import pty
 
     ours, theirs = pty.openpty()
-    # It takes more than a second: no remaining time is shown before.
+    # It takes seconds, since no remaining time is shown in the first.
     command = [
         sys.executable,
         "-m",
@@ -211,7 +211,7 @@ def test_progress_on_a_terminal_is_one_bar_with_rate_and_time_left(folder):
         "--size",
         "640x480",
         "--samples",
-        "128",
+        "512",
     ]
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=theirs, cwd=Path.cwd())
     os.close(theirs)
