@@ -211,7 +211,9 @@ def test_progress_on_a_terminal_is_one_bar_with_rate_and_time_left(folder):
         "--size",
         "640x480",
         "--samples",
-        "512",
+        "1024",
+        "--jobs",
+        "2",
     ]
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=theirs, cwd=Path.cwd())
     os.close(theirs)
