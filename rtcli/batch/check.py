@@ -98,7 +98,7 @@ class CheckTask:
 
 
 def with_found_suffixes(jobs: Iterable[Job], files: set[str]) -> list[Job]:
-    """Return jobs, each with the suffix of its golden file if that has another than the settings."""
+    """Return jobs, each with the suffix of its golden file if it differs from that of the settings."""
     return [_with_found_suffix(job, files) for job in jobs]
 
 

@@ -31,6 +31,14 @@ def print_lines(lines: Iterable[str], err: bool = False) -> None:
         click.echo(line, err=err, color=True)
 
 
+def print_report(pieces: Iterable[str], style: str) -> None:
+    """Print the pieces of a report in a style to standard output; each report decides on its own colors."""
+    if style == "github" and isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(encoding="utf-8")  # the encoding that GitHub reads, on Windows too
+    for piece in pieces:
+        click.echo(piece, nl=False, color=True)
+
+
 class _StandardOutput(io.RawIOBase):
     """The raw stream of standard output; its errors name it."""
 

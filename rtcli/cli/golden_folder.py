@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import io
 import os
 import sys
 import tempfile
@@ -15,7 +14,7 @@ import click
 from rtcli.batch.check import CheckRequest, check_jobs, with_found_suffixes
 from rtcli.batch.jobs import Job
 from rtcli.batch.pool import Workers
-from rtcli.cli.console import open_target, print_lines, report_line, wants_color
+from rtcli.cli.console import open_target, print_lines, print_report, report_line, wants_color
 from rtcli.cli.exit_codes import DIFFERENT, FILE
 from rtcli.cli.options.golden import FolderCheckOptions
 from rtcli.cli.paths import OutputPath, refuse_collisions
@@ -101,10 +100,7 @@ def _checked(
 def _report(results: Sequence[GoldenResult], options: FolderCheckOptions, not_done: int) -> None:
     """Print the report to standard output; if it is quiet text, only what is not equal, to standard error."""
     if options.style in _REPORTS:
-        if options.style == "github" and isinstance(sys.stdout, io.TextIOWrapper):
-            sys.stdout.reconfigure(encoding="utf-8")  # the encoding that GitHub reads, on Windows too
-        for piece in _REPORTS[options.style](results):
-            click.echo(piece, nl=False)
+        print_report(_REPORTS[options.style](results), options.style)
     elif options.quiet:
         print_lines(text.golden_lines(results, wants_color(sys.stderr)), err=True)
     else:

@@ -72,7 +72,7 @@ class GoldenResult:
 
 
 def status_counts(results: Iterable[GoldenResult]) -> Counter[str]:
-    """Return the number of results of each status, of which those that were updated are `updated` only."""
+    """Return the number of results of each status, counting updated results only as `updated`."""
     return Counter("updated" if result.is_updated else result.status for result in results)
 
 

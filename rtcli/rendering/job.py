@@ -79,7 +79,7 @@ class RenderRequest:
 
 @dataclass(frozen=True)
 class RenderJob:
-    """A scene to trace, and how; threads and executor change nothing but the time.
+    """A scene to trace, and how; threads and executor affect only the running time.
 
     Parameters
     ----------

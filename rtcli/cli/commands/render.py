@@ -77,7 +77,7 @@ class RenderOptions:
 
 
 class PictureOutput(NamedTuple):
-    """The files of a film: the picture and the passes beside it; they are only compared if they are not kept."""
+    """The files of a film: the picture and the passes beside it; temporary if they are only compared."""
 
     path: str
     passes: tuple[str, ...]

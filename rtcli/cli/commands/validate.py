@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import io
 import itertools
 import sys
 from collections.abc import Callable, Iterable, Iterator
@@ -12,7 +11,7 @@ from pathlib import Path
 import click
 
 from rtcli import __version__
-from rtcli.cli.console import STDIO, display_name, read_input, report_line, wants_color
+from rtcli.cli.console import STDIO, display_name, print_report, read_input, report_line, wants_color
 from rtcli.cli.exit_codes import FILE, INVALID, lack_of_memory, os_error_text, release_frames
 from rtcli.lint.check import CheckResult, check
 from rtcli.lint.ignores import warning_of
@@ -72,12 +71,9 @@ def command(paths: tuple[str, ...], style: str, strict: bool, ignore: frozenset[
 
     Exits with 0 if all scenes are valid, 1 if one is not, 3 if one cannot be read.
     """
-    if style == "github" and isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(encoding="utf-8")  # the encoding that GitHub reads, on Windows too
     tally = Tally()
     checks = tally.count(_check_file(path, strict, ignore) for path in _scene_files(paths))
-    for piece in _REPORTS[style](checks):
-        click.echo(piece, nl=False, color=True)  # each report decides on its own colors
+    print_report(_REPORTS[style](checks), style)
     if not tally.invalid and not tally.unreadable:
         valid = f"{counted(tally.scenes, 'scene')} {'is' if tally.scenes == 1 else 'are'} valid"
         report_line(valid if tally.scenes else "no scenes found")
