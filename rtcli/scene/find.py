@@ -13,6 +13,9 @@ from rtcli.scene.reading.parse import JSON_SUFFIX, SCENE_SUFFIXES
 # The first bytes of JSON files that rtcli writes: metadata beside pictures, and manifests of batches.
 _OUTPUT_START = re.compile(rb'\s*\{\s*"(software": "rtcli |manifest": [0-9])')
 _START_BYTES = 64
+# Folders of installed packages, whose YAML and JSON files are no scenes.
+_PACKAGES = "node_modules"
+_VIRTUAL_ENVIRONMENT = "pyvenv.cfg"
 
 
 class FoundFiles(NamedTuple):
@@ -25,7 +28,8 @@ class FoundFiles(NamedTuple):
 def scene_files_below(folder: str, exclude: str | None = None) -> FoundFiles:
     """Return the scene files in a folder and the folders below it, by suffix, each list sorted.
 
-    It skips hidden folders, the folder `exclude`, and the .json files that rtcli writes: metadata and manifests.
+    It skips hidden folders, installed packages (virtual environments, node_modules), the folder `exclude`, and the
+    .json files that rtcli writes: metadata and manifests.
     """
     unreadable: list[str] = []
     scenes: list[str] = []
@@ -34,7 +38,12 @@ def scene_files_below(folder: str, exclude: str | None = None) -> FoundFiles:
         folders[:] = [
             name
             for name in folders
-            if not name.startswith(".") and os.path.realpath(Path(parent, name)) != excluded
+            if not (
+                name.startswith(".")
+                or name == _PACKAGES
+                or Path(parent, name, _VIRTUAL_ENVIRONMENT).exists()
+                or os.path.realpath(Path(parent, name)) == excluded
+            )
         ]
         scenes += [str(path) for name in files if looks_like_scene(path := Path(parent, name))]
     return FoundFiles(sorted(scenes), sorted(unreadable))

@@ -15,6 +15,14 @@ def test_files_are_sorted_and_an_excluded_folder_is_skipped(tmp_path):
     assert found.unreadable == []
 
 
+def test_installed_packages_are_skipped(tmp_path):
+    for name in ("env/pyvenv.cfg", "env/lib/a.json", "web/node_modules/b.json", "env2/c.yaml"):
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("{}")
+    assert scene_files_below(str(tmp_path)).scenes == [str(tmp_path / "env2/c.yaml")]
+
+
 def test_missing_folder_is_unreadable(tmp_path):
     assert scene_files_below(str(tmp_path / "none")).unreadable == [str(tmp_path / "none")]
 
