@@ -333,5 +333,5 @@ def test_reader_of_the_benchmark_reads(reader):
 def test_rendering_in_one_process_is_timed_beside_the_tracer_alone():
     scene = rtcli.load_scene(in_process.SCENES / "first.yaml")
     times = in_process.medians(scene.replace(camera=scene.camera.replace(resolution=(4, 3))), rounds=2)
-    assert list(times) == ["tracer", "again", "new"]
+    assert list(times) == ["traced", "again", "prepared", "new"]
     assert min(times.values()) > 0
