@@ -12,8 +12,8 @@ from rtcli.scene.diagnostics.problems import counted, printable, quoted, shorten
 from rtcli.scene.diagnostics.rules import ERROR
 
 if TYPE_CHECKING:  # loads NumPy, which reports about scenes do without
+    from rtcli.compare.comparison import Comparison, LayerDifference, Mismatch
     from rtcli.compare.folder import GoldenResult
-    from rtcli.compare.pictures import Comparison, LayerDifference, Mismatch
 
 _CHANNELS_SHOWN = 4
 
@@ -27,7 +27,7 @@ def text(comparison: Comparison, names: tuple[str, str], color: bool = False) ->
     Parameters
     ----------
     comparison
-        The result of `rtcli.compare.pictures.compare`.
+        The result of `rtcli.compare.comparison.compare`.
     names
         The names of the two sides.
     color

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rtcli.compare import pictures as module
+from rtcli.compare import comparison as module
 from rtcli.compare.bounds import Bounds, PixelBound
-from rtcli.compare.pictures import Mismatch, compare, compare_layers, pixel_differences
+from rtcli.compare.comparison import Mismatch, compare, compare_layers, pixel_differences
 from rtcli.image.layers import Layers
 
 RNG = np.random.default_rng(5)
