@@ -126,10 +126,10 @@ def difference_paths(path: str, names: Iterable[str]) -> dict[str, str]:
     for name in names:
         safe = re.sub(r"[^\w-]", "_", name, flags=re.ASCII)[:_LONGEST]
         given = PurePath(path)
-        place = str(given.with_suffix(f".{safe}{given.suffix}")) if paths else path
+        candidate = str(given.with_suffix(f".{safe}{given.suffix}")) if paths else path
         count = 2
-        while place in paths.values():
-            place = str(given.with_suffix(f".{safe}-{count}{given.suffix}"))
+        while candidate in paths.values():
+            candidate = str(given.with_suffix(f".{safe}-{count}{given.suffix}"))
             count += 1
-        paths[name] = place
+        paths[name] = candidate
     return paths

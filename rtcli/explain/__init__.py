@@ -52,13 +52,13 @@ def explain(scene: Scene, x: int, y: int, sample: int = 1, progress: Progress | 
     ValueError
         If the pixel is not in the picture, or there is no such sample.
     """
-    check_place(scene, x, y, sample)
+    check_pixel(scene, x, y, sample)
     # Misses and infinities are ordinary numbers to the tracer.
     with np.errstate(all="ignore"):
         return _Pixel(scene, (x, y)).explanation(sample - 1, progress)
 
 
-def check_place(scene: Scene, x: int, y: int, sample: int = 1) -> None:
+def check_pixel(scene: Scene, x: int, y: int, sample: int = 1) -> None:
     """Raise ValueError if the pixel is not in the picture, or there is no such sample."""
     width, height = scene.camera.resolution
     if not (0 <= x < width and 0 <= y < height):

@@ -32,7 +32,7 @@ _REACH = 1e-6
 
 
 class LintWarning(NamedTuple):
-    """A warning: its rule, its place in the file, its message, and the part of that place to underline."""
+    """A warning: its rule, its location in the file, its message, and the part of that location to underline."""
 
     rule: Rule
     loc: Loc
@@ -62,7 +62,7 @@ class BurntSpot(NamedTuple):
 
 
 class _Light(NamedTuple):
-    """A light: its place in the file, its position, and the index of the object that carries it, if any."""
+    """A light: its location in the file, its position, and the index of the object that carries it, if any."""
 
     loc: Loc
     position: Vector
@@ -209,9 +209,9 @@ def _views(scene: SceneIndex) -> Iterator[LintWarning]:
             left -= 1
             if left < 0:
                 continue
-        place = shape.misses(view)
-        if place is not None:
-            rule, words = found[place]
+        region = shape.misses(view)
+        if region is not None:
+            rule, words = found[region]
             yield LintWarning(rule, ("objects", index), f"the {item.type} {words}", HEAD)
     if left < 0:
         scene.left_out |= {rule for rule, _ in found.values()}

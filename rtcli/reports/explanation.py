@@ -107,9 +107,9 @@ class _Text:
             (development.tone, ()),
             (development.srgb, ()),
         ]
-        for place, (step, details) in enumerate(steps, start=1):
+        for number, (step, details) in enumerate(steps, start=1):
             yield ""
-            yield from self._step(place, step, details)
+            yield from self._step(number, step, details)
         yield ""
         yield from self._native(explanation)
 
@@ -127,8 +127,8 @@ class _Text:
                 "(--sample tells another); step 6 takes all together."
             )
 
-    def _step(self, place: int, step: Step, details: Iterable[str]) -> Iterator[str]:
-        yield self._heading(f"{place}. {step.title}", f"docs/tracer.md, {step.section}")
+    def _step(self, number: int, step: Step, details: Iterable[str]) -> Iterator[str]:
+        yield self._heading(f"{number}. {step.title}", f"docs/tracer.md, {step.section}")
         yield from _indented(self.paint("help", equation) for equation in step.equations)
         yield from _indented(self.paint("weak", line) for line in lines_of(step.note.split(), _WIDTH - _MARGIN))
         yield from _indented(map(_row, step.numbers))
@@ -144,7 +144,7 @@ class _Text:
     # --- Objects
 
     def _objects(self, objects: Sequence[Intersection]) -> Iterator[str]:
-        hits = sorted((item for item in objects if item.t is not None), key=_place_on_ray)
+        hits = sorted((item for item in objects if item.t is not None), key=_order_on_ray)
         misses = [item for item in objects if item.t is None]
         is_long = len(objects) > _MOST_OBJECTS
         shown = hits[:_MOST_OBJECTS] if is_long else [*hits, *misses]
@@ -203,7 +203,7 @@ def _gives(explanation: Explanation) -> str:
     return f"{_NATIVE} gives {red} {green} {blue}"
 
 
-def _place_on_ray(item: Intersection) -> tuple[bool, float]:
+def _order_on_ray(item: Intersection) -> tuple[bool, float]:
     return item.verdict != NEAREST, math.inf if item.t is None else item.t
 
 

@@ -19,7 +19,7 @@ _STEP = re.compile(
 
 
 class KeyPathError(ValueError):
-    """A text that is not a key path, with the steps before the error, and an empty step for a missing key or name."""
+    """A text that is not a key path, with the steps before the error, and an empty one if a key is missing."""
 
     def __init__(self, message: str, steps: tuple[KeyPathStep, ...]) -> None:
         super().__init__(message)

@@ -181,9 +181,9 @@ def _resolve(node: Any, steps: Sequence[KeyPathStep], loc: Loc) -> str | int:
         return key
     if isinstance(node, list):
         return _index_of_name(node, steps, loc)
-    kind = "a list" if isinstance(key, int) else "a mapping"
+    needed = "a list" if isinstance(key, int) else "a mapping"
     missing = " in the file, which leaves it out" if node == {} else ""
-    raise EditError(f"{here} is not {kind}{missing}: set the whole of it")
+    raise EditError(f"{here} is not {needed}{missing}: set the whole of it")
 
 
 def _index_of_name(items: list[Any], steps: Sequence[KeyPathStep], loc: Loc) -> int:

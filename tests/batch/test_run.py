@@ -89,13 +89,13 @@ def test_end_before_the_end_does_not_wait_for_another_run(folder, monkeypatch):
 # --- Sweeps ----------------------------------------------------------------------------------------------
 
 
-def swept(*expressions, **place):
+def swept(*expressions, **options):
     """Render sweeps of the scenes; return the reason for each result."""
     variations = [parse_variation(expression) for expression in expressions]
     manifest = Manifest(OUT)
     made = make_plan(manifest, find_jobs(["scenes"], BatchSettings(), "out", variations), OUT)
     with ThreadPoolExecutor(2) as threads:
-        batch = Batch(made, manifest, OUT, Workers(threads, 2), **place)
+        batch = Batch(made, manifest, OUT, Workers(threads, 2), **options)
         assert all(outcome.status == "done" for _, outcome in execute(batch))
     return {step.job.key: step.reason for step in made.steps}
 

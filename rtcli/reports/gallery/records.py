@@ -172,9 +172,9 @@ def _problem(problem: Any) -> ShownProblem:
     if not isinstance(problem, dict):
         return ShownProblem(_text(problem), "", "", "", "")
     position = (problem.get("file", problem.get("path")), problem.get("line"), problem.get("column"))
-    place = ":".join(_text(value) for value in position if value is not None)
+    location = ":".join(_text(value) for value in position if value is not None)
     message, pointer, help, code = (_text(problem.get(name)) for name in ("message", "pointer", "help", "code"))
-    return ShownProblem(message, pointer, place, help, code)
+    return ShownProblem(message, pointer, location, help, code)
 
 
 # --- Files -----------------------------------------------------------------------------------------------
