@@ -244,7 +244,8 @@ class _ExactReader(Reader):
             data, span = self._value(next(self.events), 0)
             next(self.events)  # the document ends
             event = next(self.events)
-            if type(event) is yaml.DocumentStartEvent:
+            event_type = type(event)
+            if event_type is yaml.DocumentStartEvent:
                 start = event.start_mark.index
                 second = SourceSpan(start, start + 3 * self.text.startswith("---", start))
                 self.report(rules.SECOND_DOCUMENT, "expected one document, but a second one starts here", second)
