@@ -88,7 +88,10 @@ class _Pixel:
         radiance = mean_of_samples(np.add.accumulate(self.light, axis=1)[:, -1], len(self.offsets))
         exposure, percentile = self._exposure(progress)
         value = developed(radiance, DisplayTransform(exposure, image.tone))
-        samples = tuple(self._sample(i) for i in range(len(self.offsets)))
+        samples = tuple(
+            Sample(offset, None if index == NOTHING else self.names[index], triple(light))
+            for offset, index, light in zip(self.offsets, self.hits.index, self.light.T, strict=True)
+        )
         return Explanation(
             resolution=self.scene.camera.resolution,
             pixel=self.pixel,
@@ -125,10 +128,6 @@ class _Pixel:
             return given, None
         metered = self.tracer.exposure(progress)
         return metered.stops, metered.percentile
-
-    def _sample(self, i: int) -> Sample:
-        index = int(self.hits.index[i])
-        return Sample(self.offsets[i], None if index == NOTHING else self.names[index], triple(self.light[:, i]))
 
     def _story(self, chosen: int) -> Story:
         only = np.array([chosen])

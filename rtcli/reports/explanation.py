@@ -128,7 +128,9 @@ class _Text:
             )
 
     def _step(self, number: int, step: Step, details: Iterable[str]) -> Iterator[str]:
-        yield self._heading(f"{number}. {step.title}", f"docs/tracer.md, {step.section}")
+        title, section = f"{number}. {step.title}", f"docs/tracer.md, {step.section}"
+        gap = " " * (_WIDTH - cells(title) - cells(section))
+        yield f"{self.paint('frame', title)}{gap}{self.paint('weak', section)}"
         yield from _indented(self.paint("help", equation) for equation in step.equations)
         yield from _indented(self.paint("weak", line) for line in lines_of(step.note.split(), _WIDTH - _MARGIN))
         yield from _indented(map(_row, step.numbers))
@@ -136,10 +138,6 @@ class _Text:
         first, *more = lines_of(step.outcome.split(), _WIDTH - len(_SO))
         yield self.paint("good", _SO) + self.paint("strong", first)
         yield from (" " * len(_SO) + self.paint("strong", line) for line in more)
-
-    def _heading(self, title: str, section: str) -> str:
-        gap = " " * (_WIDTH - cells(title) - cells(section))
-        return f"{self.paint('frame', title)}{gap}{self.paint('weak', section)}"
 
     # --- Objects
 
@@ -157,7 +155,7 @@ class _Text:
     def _object(self, item: Intersection, width: int) -> Iterator[str]:
         t = "missed" if item.t is None else f"t = {shown(item.t)}"
         yield from self._item(item.object.label, f"{padded(item.object.label, width)}  {t:<15}", item.outcome)
-        terms = (f"{_symbol(number)} = {_values(number.value)}" for number in item.numbers)
+        terms = (f"{_symbol(term)} = {' to '.join(map(shown, _components(term.value)))}" for term in item.numbers)
         yield from _indented(lines_of(terms, _WIDTH - 2 * _MARGIN, gap="   "), 2)
 
     # --- Lights
@@ -239,10 +237,6 @@ def _columns(value: Value) -> str:
     """Return components in columns, aligned by their first digits."""
     signed = (shown(x) if x < 0 else f" {shown(x)}" for x in _components(value))
     return " ".join(f"{x:<{_NUMBER - 1}}" for x in signed)
-
-
-def _values(value: Value) -> str:
-    return " to ".join(map(shown, _components(value)))
 
 
 def _components(value: Value) -> tuple[float, ...]:
