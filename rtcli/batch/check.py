@@ -13,10 +13,10 @@ from rtcli.batch.jobs import Job
 from rtcli.batch.pool import Workers, results
 from rtcli.batch.worker import BatchTask, failure, rendered
 from rtcli.compare.bounds import Bounds
+from rtcli.compare.comparison import joined
 from rtcli.compare.difference import Compared, difference_paths, drawings
 from rtcli.compare.folder import DIFFERENT, EQUAL, FAILED, MISSING, UNREADABLE, GoldenResult, LayerPictures
 from rtcli.compare.golden import Golden, read_golden
-from rtcli.compare.pictures import joined
 from rtcli.compare.shown import layer_png
 from rtcli.image.layers import Layers, in_order
 from rtcli.image.write import FORMATS

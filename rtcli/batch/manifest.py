@@ -42,6 +42,22 @@ def files_of(entry: Entry, name: str) -> list[dict[str, Any]]:
     return [item for item in items if isinstance(item, dict) and isinstance(item.get("path"), str)]
 
 
+def output_paths(entry: Entry) -> set[str]:
+    """Return the paths of an entry's outputs."""
+    return {output["path"] for output in files_of(entry, "outputs")}
+
+
+def former_paths(entry: Entry) -> list[str]:
+    """Return the paths of the outputs that an entry had with other settings."""
+    former = entry.get("former")
+    return [path for path in former if isinstance(path, str)] if isinstance(former, list) else []
+
+
+def extra_paths(entry: Entry) -> set[str]:
+    """Return the paths of an entry's former outputs and animations."""
+    return {*former_paths(entry), *(animation["path"] for animation in files_of(entry, "animations"))}
+
+
 class Manifest:
     """The manifest of a folder of results.
 

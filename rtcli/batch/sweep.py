@@ -10,7 +10,7 @@ from itertools import product
 from typing import NamedTuple
 
 from rtcli.scene.diagnostics.problems import quoted
-from rtcli.scene.paths import PathError, keys_of, split
+from rtcli.scene.key_paths import KeyPathError, keys_of, split
 
 # More variations than this are a mistyped step, and would fill any disk.
 MOST_VARIATIONS = 1_000_000
@@ -61,7 +61,7 @@ def parse_variation(expression: str) -> Variation:
         raise _not_a_variation(expression)
     try:
         end = split(expression)[1]
-    except PathError:  # reported once the scene is known: an object's name may need quotes
+    except KeyPathError:  # reported once the scene is known: an object's name may need quotes
         end = expression.index("=")
     path, text = expression[:end], expression[end + 1 :]
     if not text.strip():
@@ -167,7 +167,7 @@ def _keys_of(path: str) -> tuple[str | int, ...]:
     """Return the keys of a path, which are the same however it is written."""
     try:
         return keys_of(path)
-    except PathError:
+    except KeyPathError:
         return (path,)  # invalid, which applying it reports
 
 

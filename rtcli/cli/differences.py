@@ -11,8 +11,8 @@ import click
 from rtcli.atomic import check_writable
 from rtcli.cli.console import STDIO, print_lines, report_line, wants_color, write_bytes
 from rtcli.cli.paths import OutputPath
+from rtcli.compare.comparison import Comparison
 from rtcli.compare.difference import Compared, difference_paths, drawings
-from rtcli.compare.pictures import Comparison
 from rtcli.reports.comparison import text, verdict
 from rtcli.scene.diagnostics.problems import printable, quoted
 

@@ -14,8 +14,8 @@ from rtcli.cli.differences import DifferencePictures, report
 from rtcli.cli.exit_codes import DIFFERENT, usage_errors
 from rtcli.cli.options.golden import CheckOptions
 from rtcli.cli.paths import OutputPath, refuse_folder
+from rtcli.compare.comparison import Comparison, joined
 from rtcli.compare.golden import Golden, read_golden
-from rtcli.compare.pictures import Comparison, joined
 from rtcli.image.formats import parts_of
 from rtcli.image.write import METADATA
 from rtcli.scene.diagnostics.problems import printable

@@ -32,7 +32,7 @@ class Bounds:
     Parameters
     ----------
     tolerance
-        A pixel differs if a channel differs by more; see `rtcli.compare.pictures.compare_layers`.
+        A pixel differs if a channel differs by more; see `rtcli.compare.comparison.compare_layers`.
     max_pixels
         The number of pixels of a layer that may differ.
     flip

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rtcli.compare.pictures import (
+from rtcli.compare.comparison import (
     Comparison,
     LayerDifference,
     comparable,
@@ -82,9 +82,9 @@ def difference_png(a: Array, b: Array, difference: LayerDifference, kind: Kind) 
     Parameters
     ----------
     a, b
-        The layers, as for `rtcli.compare.pictures.compare_layers` but of any sizes; at least one pixel.
+        The layers, as for `rtcli.compare.comparison.compare_layers` but of any sizes; at least one pixel.
     difference
-        Its result for them, or for their `rtcli.compare.pictures.overlap`.
+        Its result for them, or for their `rtcli.compare.comparison.overlap`.
     kind
         The kind of layers.
 
@@ -126,10 +126,10 @@ def difference_paths(path: str, names: Iterable[str]) -> dict[str, str]:
     for name in names:
         safe = re.sub(r"[^\w-]", "_", name, flags=re.ASCII)[:_LONGEST]
         given = PurePath(path)
-        place = str(given.with_suffix(f".{safe}{given.suffix}")) if paths else path
+        candidate = str(given.with_suffix(f".{safe}{given.suffix}")) if paths else path
         count = 2
-        while place in paths.values():
-            place = str(given.with_suffix(f".{safe}-{count}{given.suffix}"))
+        while candidate in paths.values():
+            candidate = str(given.with_suffix(f".{safe}-{count}{given.suffix}"))
             count += 1
-        paths[name] = place
+        paths[name] = candidate
     return paths

@@ -14,7 +14,7 @@ from rtcli.scene.diagnostics.problems import Problem
 from rtcli.tracer.passes import PASSES
 
 if TYPE_CHECKING:  # loads NumPy, which reports about scenes do without
-    from rtcli.compare.pictures import Comparison
+    from rtcli.compare.comparison import Comparison
 
 # Obsolete golden files belong to no scene. A scene that failed is invalid, or could not be rendered. A result is
 # unreadable if the scene or the golden file cannot be read, or a file cannot be written.

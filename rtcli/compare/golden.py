@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from rtcli.compare.bounds import Bounds
+from rtcli.compare.comparison import Comparison, Mismatch, compare
 from rtcli.compare.difference import Compared
-from rtcli.compare.pictures import Comparison, Mismatch, compare
 from rtcli.image.formats import parts_of
 from rtcli.image.layers import PICTURE_LAYER, UNNAMED_LAYER, Layers, in_order
 from rtcli.image.read import kind_of, read_layers

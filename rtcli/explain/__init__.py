@@ -52,13 +52,13 @@ def explain(scene: Scene, x: int, y: int, sample: int = 1, progress: Progress | 
     ValueError
         If the pixel is not in the picture, or there is no such sample.
     """
-    check_place(scene, x, y, sample)
+    check_pixel(scene, x, y, sample)
     # Misses and infinities are ordinary numbers to the tracer.
     with np.errstate(all="ignore"):
         return _Pixel(scene, (x, y)).explanation(sample - 1, progress)
 
 
-def check_place(scene: Scene, x: int, y: int, sample: int = 1) -> None:
+def check_pixel(scene: Scene, x: int, y: int, sample: int = 1) -> None:
     """Raise ValueError if the pixel is not in the picture, or there is no such sample."""
     width, height = scene.camera.resolution
     if not (0 <= x < width and 0 <= y < height):
@@ -88,7 +88,10 @@ class _Pixel:
         radiance = mean_of_samples(np.add.accumulate(self.light, axis=1)[:, -1], len(self.offsets))
         exposure, percentile = self._exposure(progress)
         value = developed(radiance, DisplayTransform(exposure, image.tone))
-        samples = tuple(self._sample(i) for i in range(len(self.offsets)))
+        samples = tuple(
+            Sample(offset, None if index == NOTHING else self.names[index], triple(light))
+            for offset, index, light in zip(self.offsets, self.hits.index, self.light.T, strict=True)
+        )
         return Explanation(
             resolution=self.scene.camera.resolution,
             pixel=self.pixel,
@@ -125,10 +128,6 @@ class _Pixel:
             return given, None
         metered = self.tracer.exposure(progress)
         return metered.stops, metered.percentile
-
-    def _sample(self, i: int) -> Sample:
-        index = int(self.hits.index[i])
-        return Sample(self.offsets[i], None if index == NOTHING else self.names[index], triple(self.light[:, i]))
 
     def _story(self, chosen: int) -> Story:
         only = np.array([chosen])

@@ -19,9 +19,9 @@ _BESIDE = 1e-3
 _AROUND = [(x, y) for x in (-_BESIDE, 0.0, _BESIDE) for y in (-_BESIDE, 0.0, _BESIDE)]
 
 
-def rays_through(camera: SimpleCamera, window: Window, places: Iterable[tuple[float, float]]) -> Ray:
-    """Return the rays through some places of a pixel, given from its left and top edge."""
-    rays = [camera.generate_primary_rays(window, place) for place in places]
+def rays_through(camera: SimpleCamera, window: Window, offsets: Iterable[tuple[float, float]]) -> Ray:
+    """Return the rays at some offsets from a pixel's left and top edge."""
+    rays = [camera.generate_primary_rays(window, offset) for offset in offsets]
     return Ray(rays[0].offset, np.hstack([ray.direction for ray in rays]))
 
 
@@ -65,16 +65,16 @@ class PixelSamples:
         rounding = _ROUNDING * np.maximum(reference, native) + _GRAZING * self._head_on()
         if (np.abs(native - reference) <= rounding).all():
             return ROUNDED
-        beside = np.stack([self._radiance(x, y) for x, y in _AROUND])  # (places, 3, samples)
+        beside = np.stack([self._radiance(x, y) for x, y in _AROUND])  # (offsets, 3, samples)
         low, high = beside.min(axis=0).mean(axis=1), beside.max(axis=0).mean(axis=1)
         if ((native >= low - rounding) & (native <= high + rounding)).all():
             return AT_A_BORDER
         return DISAGREE
 
-    def _objects_at(self, *places: tuple[float, float]) -> set[int]:
-        """Return the indices of the objects at places right of and below the pixel's centre, or `NOTHING`."""
+    def _objects_at(self, *offsets: tuple[float, float]) -> set[int]:
+        """Return the indices of the objects at offsets right of and below the pixel's centre, or `NOTHING`."""
         u, v = CENTRE
-        ray = rays_through(self.scenery.camera, self.window, [(u + x, v + y) for x, y in places])
+        ray = rays_through(self.scenery.camera, self.window, [(u + x, v + y) for x, y in offsets])
         return set(self.scenery.nearest_hit(ray).index.tolist())
 
     def _rays(self, x: float, y: float) -> Ray:

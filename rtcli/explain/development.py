@@ -85,21 +85,16 @@ class Developed:
         )
         equation = "x = 2^EV * radiance"
         if self.scene.image.exposure == "auto":
+            points = f"{METER_GRID}x{METER_GRID} points of the picture"
+            percentile = Number("P95", math.nan, "no point is lit")
+            outcome = f"The exposure is auto: 0 stops, as all {points} are black."
+            if self.percentile is not None:
+                percentile = Number("P95", self.percentile, "luminance")
+                outcome = f"The exposure is auto: {number(self.exposure)} stops, metered at {points}."
             equations = (_METER_EQUATION, _LUMINANCE, equation)
-            return Step("The exposure", _SECTION, equations, (self._percentile(), *stops), self._metered())
+            return Step("The exposure", _SECTION, equations, (percentile, *stops), outcome)
         outcome = "The scene gives the exposure; each stop doubles the light."
         return Step("The exposure", _SECTION, (equation,), stops, outcome)
-
-    def _percentile(self) -> Number:
-        if self.percentile is None:
-            return Number("P95", math.nan, "no point is lit")
-        return Number("P95", self.percentile, "luminance")
-
-    def _metered(self) -> str:
-        points = f"{METER_GRID}x{METER_GRID} points of the picture"
-        if self.percentile is None:
-            return f"The exposure is auto: 0 stops, as all {points} are black."
-        return f"The exposure is auto: {number(self.exposure)} stops, metered at {points}."
 
     def _tone(self, toned: Triple) -> Step:
         tone = self.scene.image.tone

@@ -170,12 +170,12 @@ _BITS = 24
 def id_colors(count: int) -> npt.NDArray[np.uint8]:
     """Return the colors of the ids below `count`: (count, 3) uint8, all different up to 2^24, and 0 black.
 
-    The id times a golden step, modulo 2^24, is a place on the Morton curve through all colors: its bits are, from
+    The id times a golden step, modulo 2^24, is a Morton code of all colors: its bits are, from
     the highest on, those of red, green and blue in turn. Ids that follow each other have colors far apart.
     """
-    places = np.arange(count, dtype=np.uint64) * np.uint64(_STEP) % np.uint64(1 << _BITS)
+    codes = np.arange(count, dtype=np.uint64) * np.uint64(_STEP) % np.uint64(1 << _BITS)
     colors = np.zeros((count, 3), dtype=np.uint8)
     for bit in range(_BITS):
-        highest_first = (places >> np.uint64(_BITS - 1 - bit)) & np.uint64(1)
+        highest_first = (codes >> np.uint64(_BITS - 1 - bit)) & np.uint64(1)
         colors[:, bit % 3] |= (highest_first << np.uint64(7 - bit // 3)).astype(np.uint8)
     return colors

@@ -353,7 +353,7 @@ def _layer(name: str, values: Any) -> Array:
 # --- EXR -------------------------------------------------------------------------------------------------
 
 # The order of the channels of a layer; others follow in alphabetical order.
-_CHANNEL_ORDER = {name: place for place, name in enumerate("RGBAXYZ")}
+_CHANNEL_ORDER = {name: rank for rank, name in enumerate("RGBAXYZ")}
 
 
 def _exr(file: BinaryIO, path: str) -> Layers:

@@ -209,11 +209,11 @@ def write_exr(arrays: Arrays, metadata: Mapping[str, Any], file: BinaryIO) -> No
     channels = {}
     for name, array in arrays.items():
         planes = array.reshape(*array.shape[:2], -1)
-        kind = np.uint32 if planes.dtype.kind == "u" else np.float32
+        dtype = np.uint32 if planes.dtype.kind == "u" else np.float32
         for i, channel in enumerate(SPECS[name].channels):
             # Radiance is the layer without a name, which every viewer shows.
             layer = "" if name == RADIANCE else f"{name}."
-            channels[layer + channel] = planes[:, :, i].astype(kind, order="C")
+            channels[layer + channel] = planes[:, :, i].astype(dtype, order="C")
     header = {
         "compression": openexr.ZIP_COMPRESSION,
         "type": openexr.scanlineimage,
@@ -268,7 +268,7 @@ def _exr_chunks(content: mmap) -> tuple[int, ...]:
 
 
 class Format(NamedTuple):
-    """A kind of file.
+    """A file format.
 
     Parameters
     ----------

@@ -65,7 +65,7 @@ def check(raw: bytes, name: str, ignore: Collection[Rule] = ()) -> CheckResult:
 
 
 def _placed(document: Document, warnings: Iterator[LintWarning]) -> Iterator[Problem]:
-    """Yield warnings at their places; one about an omitted key is at the start of the mapping around it."""
+    """Yield warnings at their locations; one about an omitted key is at the start of the mapping around it."""
     for warning in warnings:
         loc = document.nearest(warning.loc)
         at = warning.at if loc == warning.loc else HEAD
@@ -92,11 +92,11 @@ def _picture(scene: Scene, index: SceneIndex, ignores: Ignores) -> Iterator[Lint
     if seen is None:
         index.left_out |= _OF_PICTURE
         return
-    place = ("image", "exposure")
+    exposure = ("image", "exposure")
     if seen.is_black and index.shining:  # a scene without a light has its own warning
-        yield LintWarning(rules.BLACK_PICTURE, place, "the whole picture comes out black")
+        yield LintWarning(rules.BLACK_PICTURE, exposure, "the whole picture comes out black")
     if seen.is_white:
-        yield LintWarning(rules.WHITE_PICTURE, place, "the whole picture comes out white")
+        yield LintWarning(rules.WHITE_PICTURE, exposure, "the whole picture comes out white")
     else:
         yield from _burnt_out(probe, index, seen.exposure)
 

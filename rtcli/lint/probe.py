@@ -98,10 +98,10 @@ class Probe:
             return None
         count = len(self._world.shapes.color)
         color = array("d", bytes(8 * count))
-        place = slice(3 * spot.body, 3 * spot.body + 3)
+        channels = slice(3 * spot.body, 3 * spot.body + 3)
         try:
             without = self._burnt(spot, color, window, exposure)
-            color[place] = self._world.shapes.color[place]
+            color[channels] = self._world.shapes.color[channels]
             burnt = self._burnt(spot, color, window, exposure)
         except BudgetExceededError:
             return None

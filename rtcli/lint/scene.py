@@ -19,7 +19,7 @@ from rtcli.lint.view import BEHIND, BESIDE, View
 from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import quoted
 from rtcli.scene.diagnostics.rules import Rule
-from rtcli.scene.model import CarriedLight, Object, Scene
+from rtcli.scene.model import CarriedLight, Scene
 from rtcli.scene.reading.source import HEAD, VALUE, Loc
 from rtcli.scene.vectors import Vector
 
@@ -32,7 +32,7 @@ _REACH = 1e-6
 
 
 class LintWarning(NamedTuple):
-    """A warning: its rule, its place in the file, its message, and the part of that place to underline."""
+    """A warning: its rule, its location in the file, its message, and the part of that location to underline."""
 
     rule: Rule
     loc: Loc
@@ -62,7 +62,7 @@ class BurntSpot(NamedTuple):
 
 
 class _Light(NamedTuple):
-    """A light: its place in the file, its position, and the index of the object that carries it, if any."""
+    """A light: its location in the file, its position, and the index of the object that carries it, if any."""
 
     loc: Loc
     position: Vector
@@ -107,7 +107,12 @@ class SceneIndex:
         self.eye = scene.camera.position
         self.shapes = [shape_of(item) for item in scene.objects]
         self.solids = {i: solid for i, shape in enumerate(self.shapes) if (solid := shape.solid)}
-        self.lights = list(_lights_of(scene))
+        self.lights = [_Light(("lights", i), light.position, light, None) for i, light in enumerate(scene.lights)]
+        self.lights += [
+            _Light(("objects", i, "light"), item.position, item.light, i)
+            for i, item in enumerate(scene.objects)
+            if item.light is not None
+        ]
         self.left_out: set[Rule] = set()
 
     @cached_property
@@ -136,14 +141,6 @@ class SceneIndex:
         """Return how messages name an object: by its index, and by its name if it has one."""
         name = self.objects[index].name
         return f"objects[{index}]" + (f" ({quoted(name)})" if name else "")
-
-
-def _lights_of(scene: Scene) -> Iterator[_Light]:
-    for index, light in enumerate(scene.lights):
-        yield _Light(("lights", index), light.position, light, None)
-    for index, item in enumerate(scene.objects):
-        if item.light is not None:
-            yield _Light(("objects", index, "light"), item.position, item.light, index)
 
 
 # --- Lights and camera -----------------------------------------------------------------------------------
@@ -209,9 +206,9 @@ def _views(scene: SceneIndex) -> Iterator[LintWarning]:
             left -= 1
             if left < 0:
                 continue
-        place = shape.misses(view)
-        if place is not None:
-            rule, words = found[place]
+        region = shape.misses(view)
+        if region is not None:
+            rule, words = found[region]
             yield LintWarning(rule, ("objects", index), f"the {item.type} {words}", HEAD)
     if left < 0:
         scene.left_out |= {rule for rule, _ in found.values()}
@@ -223,7 +220,8 @@ def _views(scene: SceneIndex) -> Iterator[LintWarning]:
 def _pairs(scene: SceneIndex) -> Iterator[LintWarning]:
     first: dict[tuple[object, ...], int] = {}
     for index, item in enumerate(scene.objects):
-        twin, solid = first.setdefault(_all_but_name(item), index), scene.solids.get(index)
+        all_but_name = tuple(value for key, value in item.__dict__.items() if key != "name")
+        twin, solid = first.setdefault(all_but_name, index), scene.solids.get(index)
         if twin != index:
             message = f"the {item.type} equals {scene.named(twin)}"
             yield LintWarning(rules.EQUAL_OBJECTS, ("objects", index), message, HEAD)
@@ -235,10 +233,6 @@ def _pairs(scene: SceneIndex) -> Iterator[LintWarning]:
                 yield LintWarning(rules.HIDDEN_INSIDE, ("objects", index), message, HEAD)
     if scene.enclosures.gave_up:
         scene.left_out.add(rules.HIDDEN_INSIDE)
-
-
-def _all_but_name(item: Object) -> tuple[object, ...]:
-    return tuple(value for key, value in item.__dict__.items() if key != "name")
 
 
 # --- Light and surfaces ----------------------------------------------------------------------------------

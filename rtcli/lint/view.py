@@ -9,7 +9,7 @@ from typing import NamedTuple
 from rtcli.scene.model import Camera
 from rtcli.scene.vectors import Vector, cross, direction, dot, scaled, unit
 
-# Where an object is that the camera does not see: wholly behind it, or wholly outside the picture.
+# The regions out of the camera's sight: wholly behind it, or wholly outside the picture.
 BEHIND, BESIDE = "behind", "beside"
 
 
@@ -20,14 +20,14 @@ class _Side(NamedTuple):
     ----------
     normal
         A unit vector towards the view.
-    place
+    region
         `BEHIND` if what is beyond the plane is behind the camera, else `BESIDE`.
     lowest_light
         The smallest signed distance of a light from the plane, positive towards the view.
     """
 
     normal: Vector
-    place: str
+    region: str
     lowest_light: float
 
 
@@ -66,8 +66,8 @@ class View:
         for axis, slope in ((right, wide), (scaled(right, -1), wide), (up, tall), (scaled(up, -1), tall)):
             self._sides.append(self._side(unit(moved(axis, self.forward, slope)), BESIDE))
 
-    def _side(self, normal: Vector, place: str) -> _Side:
-        return _Side(normal, place, min((dot(normal, light) for light in self.lights), default=math.inf))
+    def _side(self, normal: Vector, region: str) -> _Side:
+        return _Side(normal, region, min((dot(normal, light) for light in self.lights), default=math.inf))
 
     def misses(self, centre: Vector, reach: Callable[[Vector], float]) -> str | None:
         """Return `BEHIND` or `BESIDE` if a solid is surely out of view and casts no shadow into it; or None.
@@ -85,13 +85,13 @@ class View:
         side of the view, with normal n, if n.Q <= 0 and n.(Q - L) <= 0 for the Q with the largest n.Q.
         """
         to_centre = direction(self.eye, centre)
-        place = None
+        region = None
         for side in self._sides:
             most = dot(to_centre, side.normal) + reach(side.normal)
             if most <= 0:
-                place = place or side.place
+                region = region or side.region
                 if side.lowest_light >= most:
-                    return place
+                    return region
         return None
 
 

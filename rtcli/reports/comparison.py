@@ -12,8 +12,8 @@ from rtcli.scene.diagnostics.problems import counted, printable, quoted, shorten
 from rtcli.scene.diagnostics.rules import ERROR
 
 if TYPE_CHECKING:  # loads NumPy, which reports about scenes do without
+    from rtcli.compare.comparison import Comparison, LayerDifference, Mismatch
     from rtcli.compare.folder import GoldenResult
-    from rtcli.compare.pictures import Comparison, LayerDifference, Mismatch
 
 _CHANNELS_SHOWN = 4
 
@@ -27,7 +27,7 @@ def text(comparison: Comparison, names: tuple[str, str], color: bool = False) ->
     Parameters
     ----------
     comparison
-        The result of `rtcli.compare.pictures.compare`.
+        The result of `rtcli.compare.comparison.compare`.
     names
         The names of the two sides.
     color
@@ -81,8 +81,8 @@ def _prefix(comparison: Comparison, name: str) -> str:
 
 
 def _remarks(prefix: str, layer: LayerDifference) -> Iterator[str]:
-    if layer.place is not None and layer.values is not None:
-        x, y = layer.place
+    if layer.largest_at is not None and layer.values is not None:
+        x, y = layer.largest_at
         first, second = (_channels(values, 6) for values in layer.values)
         if first == second:  # to 6 digits
             first, second = (_channels(values, 17) for values in layer.values)
@@ -199,10 +199,10 @@ def as_dict(comparison: Comparison) -> dict[str, Any]:
 
 def _layer(comparison: Comparison, name: str) -> dict[str, Any]:
     layer = comparison.layers[name]
-    place = None
-    if layer.place is not None and layer.values is not None:
+    largest_at = None
+    if layer.largest_at is not None and layer.values is not None:
         first, second = ([_finite(value) for value in values] for values in layer.values)
-        place = {"x": layer.place[0], "y": layer.place[1], "first": first, "second": second}
+        largest_at = {"x": layer.largest_at[0], "y": layer.largest_at[1], "first": first, "second": second}
     return {
         "name": name,
         "equal": comparison.passes(name),
@@ -215,7 +215,7 @@ def _layer(comparison: Comparison, name: str) -> dict[str, Any]:
         "differing_share": layer.share,
         "infinite_pixels": layer.infinite,
         "largest": _finite(layer.largest),
-        "largest_at": place,
+        "largest_at": largest_at,
         "rmse": _finite(layer.rmse),
         "psnr": _finite(layer.psnr),
         "flip": _finite(comparison.flips.get(name)),

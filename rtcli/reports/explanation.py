@@ -107,9 +107,9 @@ class _Text:
             (development.tone, ()),
             (development.srgb, ()),
         ]
-        for place, (step, details) in enumerate(steps, start=1):
+        for number, (step, details) in enumerate(steps, start=1):
             yield ""
-            yield from self._step(place, step, details)
+            yield from self._step(number, step, details)
         yield ""
         yield from self._native(explanation)
 
@@ -127,8 +127,10 @@ class _Text:
                 "(--sample tells another); step 6 takes all together."
             )
 
-    def _step(self, place: int, step: Step, details: Iterable[str]) -> Iterator[str]:
-        yield self._heading(f"{place}. {step.title}", f"docs/tracer.md, {step.section}")
+    def _step(self, number: int, step: Step, details: Iterable[str]) -> Iterator[str]:
+        title, section = f"{number}. {step.title}", f"docs/tracer.md, {step.section}"
+        gap = " " * (_WIDTH - cells(title) - cells(section))
+        yield f"{self.paint('frame', title)}{gap}{self.paint('weak', section)}"
         yield from _indented(self.paint("help", equation) for equation in step.equations)
         yield from _indented(self.paint("weak", line) for line in lines_of(step.note.split(), _WIDTH - _MARGIN))
         yield from _indented(map(_row, step.numbers))
@@ -137,14 +139,10 @@ class _Text:
         yield self.paint("good", _SO) + self.paint("strong", first)
         yield from (" " * len(_SO) + self.paint("strong", line) for line in more)
 
-    def _heading(self, title: str, section: str) -> str:
-        gap = " " * (_WIDTH - cells(title) - cells(section))
-        return f"{self.paint('frame', title)}{gap}{self.paint('weak', section)}"
-
     # --- Objects
 
     def _objects(self, objects: Sequence[Intersection]) -> Iterator[str]:
-        hits = sorted((item for item in objects if item.t is not None), key=_place_on_ray)
+        hits = sorted((item for item in objects if item.t is not None), key=_order_on_ray)
         misses = [item for item in objects if item.t is None]
         is_long = len(objects) > _MOST_OBJECTS
         shown = hits[:_MOST_OBJECTS] if is_long else [*hits, *misses]
@@ -157,7 +155,7 @@ class _Text:
     def _object(self, item: Intersection, width: int) -> Iterator[str]:
         t = "missed" if item.t is None else f"t = {shown(item.t)}"
         yield from self._item(item.object.label, f"{padded(item.object.label, width)}  {t:<15}", item.outcome)
-        terms = (f"{_symbol(number)} = {_values(number.value)}" for number in item.numbers)
+        terms = (f"{_symbol(term)} = {' to '.join(map(shown, _components(term.value)))}" for term in item.numbers)
         yield from _indented(lines_of(terms, _WIDTH - 2 * _MARGIN, gap="   "), 2)
 
     # --- Lights
@@ -203,7 +201,7 @@ def _gives(explanation: Explanation) -> str:
     return f"{_NATIVE} gives {red} {green} {blue}"
 
 
-def _place_on_ray(item: Intersection) -> tuple[bool, float]:
+def _order_on_ray(item: Intersection) -> tuple[bool, float]:
     return item.verdict != NEAREST, math.inf if item.t is None else item.t
 
 
@@ -239,10 +237,6 @@ def _columns(value: Value) -> str:
     """Return components in columns, aligned by their first digits."""
     signed = (shown(x) if x < 0 else f" {shown(x)}" for x in _components(value))
     return " ".join(f"{x:<{_NUMBER - 1}}" for x in signed)
-
-
-def _values(value: Value) -> str:
-    return " to ".join(map(shown, _components(value)))
 
 
 def _components(value: Value) -> tuple[float, ...]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator
-from typing import Any
 
 from rtcli.compare.folder import GoldenResult
 from rtcli.reports.comparison import as_dict, golden_reasons
@@ -19,16 +18,16 @@ def report(files: Iterable[FileReport]) -> Iterator[str]:
 
 def golden_report(results: Iterable[GoldenResult]) -> Iterator[str]:
     """Yield the list of golden files."""
-    yield json.dumps(list(map(_golden, results)), indent=2, allow_nan=False) + "\n"
-
-
-def _golden(result: GoldenResult) -> dict[str, Any]:
-    return {
-        "golden": result.golden,
-        "scene": result.scene or None,
-        "status": result.status,
-        "updated": result.is_updated,
-        "reasons": list(golden_reasons(result)),
-        "comparison": None if result.comparison is None else as_dict(result.comparison),
-        "problems": [problem.as_dict() for problem in result.problems],
-    }
+    rows = [
+        {
+            "golden": result.golden,
+            "scene": result.scene or None,
+            "status": result.status,
+            "updated": result.is_updated,
+            "reasons": list(golden_reasons(result)),
+            "comparison": None if result.comparison is None else as_dict(result.comparison),
+            "problems": [problem.as_dict() for problem in result.problems],
+        }
+        for result in results
+    ]
+    yield json.dumps(rows, indent=2, allow_nan=False) + "\n"

@@ -1,22 +1,37 @@
-"""The parts that HTML pages share: each is one file that needs no network and runs no script but its own."""
+"""The frame that HTML pages share: each is one file that needs no network and runs no script but its own."""
 
 from __future__ import annotations
 
 import base64
 import hashlib
+from html import escape
 from importlib.resources import files
+from string import Template
 
 
-def asset(package: str, name: str) -> str:
+def html_page(package: str, title: str, software: str, summary: str, **values: str) -> str:
+    """Return the page of a package: its `page.html` in the frame, with its `page.css` and `page.js`.
+
+    The values replace the names in its `page.html`, and are HTML; the other texts are escaped.
+    """
+    style, script = _asset(__package__, "page.css") + _asset(package, "page.css"), _asset(package, "page.js")
+    return Template(_asset(__package__, "page.html")).substitute(
+        policy=escape(_policy(style, script)),
+        software=escape(software),
+        title=escape(title),
+        style=style,
+        summary=escape(summary),
+        body=Template(_asset(package, "page.html")).substitute(values),
+        script=script,
+    )
+
+
+def _asset(package: str, name: str) -> str:
     """Return the text of a file in a package."""
     return files(package).joinpath(name).read_text(encoding="utf-8")
 
 
-# Colors, light and dark, and the basic elements; the first part of the style of each page.
-BASE_STYLE = asset(__package__, "page.css")
-
-
-def policy(style: str, script: str) -> str:
+def _policy(style: str, script: str) -> str:
     """Return the content security policy (https://www.w3.org/TR/CSP3/).
 
     It allows this script, this style, and pictures in the page and beside it. A page opened as a file has no

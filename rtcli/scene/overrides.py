@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from rtcli.scene.diagnostics.problems import SceneError, nearest, printable, quoted
-from rtcli.scene.paths import PathError, PathStep, split, unquoted_name
+from rtcli.scene.key_paths import KeyPathError, KeyPathStep, split, unquoted_name
 from rtcli.scene.reading.source import Document, Edit, Loc, Source, SourceSpan, dotted
 from rtcli.scene.reading.yaml_reader import read_exact
 
@@ -125,7 +125,7 @@ def set_expression(document: Document, expression: str, option: str = "--set") -
     return _set(document, steps, read.data, Source(name, expression), span)
 
 
-def _split(document: Document, expression: str) -> tuple[tuple[PathStep, ...], int]:
+def _split(document: Document, expression: str) -> tuple[tuple[KeyPathStep, ...], int]:
     """Return the steps of `KEY=VALUE`, and the offset of its equals sign.
 
     Raises
@@ -135,7 +135,7 @@ def _split(document: Document, expression: str) -> tuple[tuple[PathStep, ...], i
     """
     try:
         return split(expression)
-    except PathError as error:
+    except KeyPathError as error:
         try:
             _set(document, error.steps, None, document.source, SourceSpan(0, 0))
         except _QuotesMissingError:
@@ -145,14 +145,16 @@ def _split(document: Document, expression: str) -> tuple[tuple[PathStep, ...], i
         raise EditError(str(error)) from error
 
 
-def _set(document: Document, steps: Sequence[PathStep], value: Any, source: Source, span: SourceSpan) -> Document:
+def _set(
+    document: Document, steps: Sequence[KeyPathStep], value: Any, source: Source, span: SourceSpan
+) -> Document:
     if not isinstance(document.data, dict):
         return document  # which validation will refuse
     data, loc = _replaced(document.data, steps, value, ())
     return replace(document, data=data, edits=(*document.edits, Edit(loc, source, span)))
 
 
-def _replaced(node: Any, steps: Sequence[PathStep], value: Any, loc: Loc) -> tuple[Any, Loc]:
+def _replaced(node: Any, steps: Sequence[KeyPathStep], value: Any, loc: Loc) -> tuple[Any, Loc]:
     """Return a copy of the node at `loc` with the value at `steps`, and the value's location.
 
     The copy shares everything else with the node.
@@ -167,7 +169,7 @@ def _replaced(node: Any, steps: Sequence[PathStep], value: Any, loc: Loc) -> tup
     return copy, value_loc
 
 
-def _resolve(node: Any, steps: Sequence[PathStep], loc: Loc) -> str | int:
+def _resolve(node: Any, steps: Sequence[KeyPathStep], loc: Loc) -> str | int:
     """Return the key or index in the node at `loc` that the first step means."""
     here = quoted(dotted(loc)) if loc else "the scene"
     key = steps[0].key
@@ -179,12 +181,12 @@ def _resolve(node: Any, steps: Sequence[PathStep], loc: Loc) -> str | int:
         return key
     if isinstance(node, list):
         return _index_of_name(node, steps, loc)
-    kind = "a list" if isinstance(key, int) else "a mapping"
+    needed = "a list" if isinstance(key, int) else "a mapping"
     missing = " in the file, which leaves it out" if node == {} else ""
-    raise EditError(f"{here} is not {kind}{missing}: set the whole of it")
+    raise EditError(f"{here} is not {needed}{missing}: set the whole of it")
 
 
-def _index_of_name(items: list[Any], steps: Sequence[PathStep], loc: Loc) -> int:
+def _index_of_name(items: list[Any], steps: Sequence[KeyPathStep], loc: Loc) -> int:
     """Return the index of the item that the first step names, in the list at `loc`."""
     names = [item.get("name") if isinstance(item, dict) else None for item in items]
     known = [name for name in names if isinstance(name, str)]

@@ -100,7 +100,7 @@ def _flow(value: Any) -> str:
     if isinstance(value, list):
         return "[" + ", ".join(map(_flow, value)) + "]"
     if isinstance(value, str):
-        return value if _PLAIN_TEXT.match(value) else _quoted(value)
+        return value if _PLAIN_TEXT.match(value) else '"' + "".join(map(_escaped, value)) + '"'
     return _number(value) if isinstance(value, float) else json.dumps(value)
 
 
@@ -115,12 +115,8 @@ def _number(value: float) -> str:
     return plain if "e" not in plain and len(plain) <= len(scientific) else scientific
 
 
-def _quoted(text: str) -> str:
-    """Return a text in double quotes, with escapes for whatever does not print."""
-    return '"' + "".join(map(_escaped, text)) + '"'
-
-
 def _escaped(character: str) -> str:
+    """Return a character as it stands between double quotes, with an escape if it does not print."""
     if character in '"\\':
         return "\\" + character
     if character.isprintable():

@@ -166,7 +166,7 @@ def simd_level() -> str:
     """
 
 def sample_offsets(count: int, /) -> list[tuple[float, float]]:
-    """Return the places of a pixel's samples; see `rtcli.tracer.sampling`."""
+    """Return the offsets of a pixel's samples; see `rtcli.tracer.sampling`."""
 
 def develop(radiance: bytes, transform: _DisplayTransform, /) -> bytearray:
     """Return radiance, interleaved float32 RGB, as sRGB: 8 bits a channel, or 16 with the high byte first."""

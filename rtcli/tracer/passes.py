@@ -28,7 +28,7 @@ class PassSpec(NamedTuple):
     channels
         The names of the channels in OpenEXR files. One channel makes an array (H, W), several (H, W, C).
     quantity
-        The kind of values, which decides how they are encoded as levels of a picture.
+        The kind of its values, which decides how they are encoded as levels of a picture.
     dtype
         The NumPy type of a value.
     """

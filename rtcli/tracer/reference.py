@@ -777,15 +777,15 @@ class Scenery:
         arrays = new_arrays(passes, window)
 
         def render_tile(tile: Window) -> int:
-            place = rows_and_columns(tile, window)
+            pixels = rows_and_columns(tile, window)
             mean, rays, centres = self._trace_tile(tile)
-            arrays[RADIANCE][place] = _as_rows(mean, tile)
+            arrays[RADIANCE][pixels] = _as_rows(mean, tile)
             if passes:
                 # A single sample went through the centres; of several samples, perhaps none did.
                 ray, hit = centres or self._trace_primary(tile, CENTRE)
                 for name in passes:
                     values = _to_film(PASS_VALUES[name](self, ray, hit), arrays[name].dtype)
-                    arrays[name][place] = _as_rows(values, tile)
+                    arrays[name][pixels] = _as_rows(values, tile)
             return rays
 
         self._abandoned = Event()

@@ -14,8 +14,10 @@ from rtcli.batch.animate import animate, animations_of
 from rtcli.batch.folder import scratch_folder
 from rtcli.batch.jobs import BatchSettings, find_jobs
 from rtcli.batch.manifest import Manifest
+from rtcli.batch.plan import make_plan
 from rtcli.batch.pool import Workers
-from rtcli.batch.run import Batch, execute, find_stale_outputs, make_plan, prune
+from rtcli.batch.prune import find_stale_outputs, prune
+from rtcli.batch.run import Batch, execute
 from rtcli.batch.sweep import parse_variation
 
 OUT = Path("out")

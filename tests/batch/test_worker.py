@@ -21,8 +21,8 @@ def job_of(path="a.yaml", **settings):
     return job
 
 
-def render(job, **place):
-    return render_job(BatchTask(job, Path(job.scene).read_bytes(), **place))
+def render(job, **folders):
+    return render_job(BatchTask(job, Path(job.scene).read_bytes(), **folders))
 
 
 @pytest.fixture
@@ -139,14 +139,14 @@ def test_file_that_cannot_be_written_fails_with_its_name(scene, folder):
 
 
 def test_temporary_files_stand_in_the_folder_that_is_given(scene, folder, monkeypatch):
-    places = [folder / "scratch", folder / "out"]
-    places[0].mkdir()
+    folders = [folder / "scratch", folder / "out"]
+    folders[0].mkdir()
     seen = []
-    monkeypatch.setattr("rtcli.batch.worker.write_film", lambda *_: seen.append(counts(places)))
+    monkeypatch.setattr("rtcli.batch.worker.write_film", lambda *_: seen.append(counts(folders)))
     with pytest.raises(AttributeError):  # its replacement returns None
-        render(job_of(passes=ALL), folder=str(places[1]), scratch=str(places[0]))
+        render(job_of(passes=ALL), folder=str(folders[1]), scratch=str(folders[0]))
     assert seen == [[4, 0]]
-    assert counts(places) == [0, 0]
+    assert counts(folders) == [0, 0]
 
 
 def counts(folders):

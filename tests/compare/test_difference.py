@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
+from rtcli.compare import comparison as module
 from rtcli.compare import difference as drawing
-from rtcli.compare import pictures as module
+from rtcli.compare.comparison import compare_layers, overlap
 from rtcli.compare.difference import NEITHER, ONLY_FIRST, ONLY_SECOND, difference_paths, difference_png
-from rtcli.compare.pictures import compare_layers, overlap
 from rtcli.tracer import _native
 
 BLACK, DARK_RED, ORANGE, WHITE = (0, 0, 0), (96, 0, 0), (255, 140, 0), (255, 255, 255)

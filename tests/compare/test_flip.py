@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from rtcli.compare.bounds import Bounds
+from rtcli.compare.comparison import compare
 from rtcli.compare.flip import has_flip, mean_flip
-from rtcli.compare.pictures import compare
 from rtcli.image.layers import Layers
 
 flip_evaluator = pytest.importorskip("flip_evaluator", reason="the extra flip is not installed")

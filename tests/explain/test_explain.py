@@ -591,8 +591,8 @@ def test_numbers_have_names_that_programs_can_use():
 
 def test_ten_thousand_objects_take_seconds():
     rng = random.Random(1)
-    places = [[rng.uniform(-20, 20), rng.uniform(-20, 20), rng.uniform(-60, -20)] for _ in range(9_998)]
-    balls = [sphere(place, 0.3) if i % 2 else box(place, [0.3, 0.4, 0.5]) for i, place in enumerate(places)]
+    centres = [[rng.uniform(-20, 20), rng.uniform(-20, 20), rng.uniform(-60, -20)] for _ in range(9_998)]
+    balls = [sphere(centre, 0.3) if i % 2 else box(centre, [0.3, 0.4, 0.5]) for i, centre in enumerate(centres)]
     lights = [light([0, 0, 0]), light([9, 9, 0])]
     start = time.perf_counter()
     explanation = straight([sphere([0, 0, -70], 5), plane([0, -25, 0], [0, 1, 0]), *balls], lights)

@@ -21,11 +21,11 @@ def png(radiance, bits=8):
 def chunks(file):
     """Yield the name and the content of each chunk of a PNG."""
     assert file[:8] == b"\x89PNG\r\n\x1a\n"
-    place = 8
-    while place < len(file):
-        (length,) = struct.unpack_from(">I", file, place)
-        yield file[place + 4 : place + 8], file[place + 8 : place + 8 + length]
-        place += 12 + length
+    offset = 8
+    while offset < len(file):
+        (length,) = struct.unpack_from(">I", file, offset)
+        yield file[offset + 4 : offset + 8], file[offset + 8 : offset + 8 + length]
+        offset += 12 + length
 
 
 def samples(file, bits):

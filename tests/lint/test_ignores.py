@@ -10,7 +10,7 @@ from rtcli.scene.reading.parse import parse_bytes
 
 
 def ignores(text, name="scene.yaml"):
-    """Return the codes that are ignored everywhere, those of each line, and the messages with their places."""
+    """Return the codes that are ignored everywhere, those of each line, and the messages with their positions."""
     found = ignores_of(parse_bytes(text.encode(), name))
     lines = {line: {rule.code for rule in named} for line, named in found.lines.items() if named}
     problems = [(problem.line, problem.column, problem.message) for problem in found.problems]

@@ -101,11 +101,11 @@ def burnt_scenes(draw):
     rng = random.Random(draw(st.integers(0, 2**32)))
     data["camera"]["resolution"] = [48, 48]
     for shape in data["objects"]:
-        place = shape["position"]
+        position = shape["position"]
         reach = shape.get("radius", 0.0) + rng.uniform(0.01, 0.3)
-        way = [c - p for c, p in zip(data["camera"]["position"], place, strict=True)]
+        way = [c - p for c, p in zip(data["camera"]["position"], position, strict=True)]
         away = [reach * x / math.hypot(*way) + rng.uniform(-0.1, 0.1) for x in way]
-        near = [p + w for p, w in zip(place, away, strict=True)]
+        near = [p + w for p, w in zip(position, away, strict=True)]
         data["lights"].append(worlds.light(near, 10 ** rng.uniform(0, 4), color=[1, 0.5, rng.random()]))
     data["render"]["samples"] = draw(st.sampled_from([1, 4]))
     return data
@@ -242,12 +242,12 @@ ON_SURFACE = [
 ]
 
 
-@pytest.mark.parametrize(("shape", "place"), ON_SURFACE)
-def test_light_on_a_surface_is_not_enclosed(shape, place):
+@pytest.mark.parametrize(("shape", "position"), ON_SURFACE)
+def test_light_on_a_surface_is_not_enclosed(shape, position):
     camera = {"resolution": [32, 24], "fov": 40, "position": [shape["position"][0], 0, 5]}
-    found = rules_of([shape], [worlds.light(place), worlds.light([0, 9, 9])], camera=camera)
+    found = rules_of([shape], [worlds.light(position), worlds.light([0, 9, 9])], camera=camera)
     assert rules.ENCLOSED_LIGHT not in found
-    inside = [0.001 * c + 0.999 * p for c, p in zip(shape["position"], place, strict=True)]
+    inside = [0.001 * c + 0.999 * p for c, p in zip(shape["position"], position, strict=True)]
     found = rules_of([shape], [worlds.light(inside), worlds.light([0, 9, 9])], camera=camera)
     assert rules.ENCLOSED_LIGHT in found
 
@@ -262,12 +262,12 @@ def test_bulb_that_looks_out_of_what_is_around_it_is_not_enclosed(z, enclosed):
         assert (worlds.render(data).radiance.max() > 0) != enclosed
 
 
-@pytest.mark.parametrize(("shape", "place"), ON_SURFACE)
-def test_camera_on_a_surface_is_not_inside_and_may_see_what_is(shape, place):
+@pytest.mark.parametrize(("shape", "position"), ON_SURFACE)
+def test_camera_on_a_surface_is_not_inside_and_may_see_what_is(shape, position):
     camera = {
         "resolution": [32, 24],
         "fov": 40,
-        "position": place,
+        "position": position,
         "look_at": shape["position"],
         "up": [0.2, 1, 0.3],
     }
@@ -275,7 +275,7 @@ def test_camera_on_a_surface_is_not_inside_and_may_see_what_is(shape, place):
     found = rules_of([shape, inner], [worlds.light(shape["position"])], camera=camera)
     assert found & {rules.CAMERA_INSIDE, rules.HIDDEN_INSIDE} == set()
     assert rules.CAMERA_INSIDE not in rules_of([shape], camera=camera)
-    inside = [0.001 * c + 0.999 * p for c, p in zip(shape["position"], place, strict=True)]
+    inside = [0.001 * c + 0.999 * p for c, p in zip(shape["position"], position, strict=True)]
     assert rules.CAMERA_INSIDE in rules_of([shape], camera={**camera, "position": inside})
 
 
@@ -325,8 +325,8 @@ def test_plane_behind_the_camera_is_warned_of_unless_a_light_is_behind_it_or_on_
 )
 def test_plane_through_the_eye_is_warned_of_unless_it_may_throw_a_shadow_on_what_is_seen(way, lights, warned):
     eye = [0.1, 0.7, 0.3]
-    place = [e + w for e, w in zip(eye, way, strict=True)]
-    camera = {"resolution": [32, 24], "fov": 40, "position": eye, "look_at": place}
+    look_at = [e + w for e, w in zip(eye, way, strict=True)]
+    camera = {"resolution": [32, 24], "fov": 40, "position": eye, "look_at": look_at}
     found = rules_of([worlds.plane([7, 0.7, -2], [0, 1, 0])], list(map(worlds.light, lights)), camera=camera)
     assert (rules.OUT_OF_VIEW in found) == warned
 

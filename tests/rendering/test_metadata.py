@@ -50,8 +50,8 @@ def projected(matrices, convention, points):
 def test_matrices_project_each_position_to_its_own_pixel(engine, convention, crop):
     film = render(ROOM, passes=PASSES, engine=engine, crop=crop)
     rows, columns = np.nonzero(film.object_id)
-    places, inside = projected(film.metadata["camera"], convention, film.position[rows, columns])
-    np.testing.assert_allclose(places, np.stack([columns, rows], axis=1), atol=2e-3)
+    pixels, inside = projected(film.metadata["camera"], convention, film.position[rows, columns])
+    np.testing.assert_allclose(pixels, np.stack([columns, rows], axis=1), atol=2e-3)
     z = inside[:, 2] * (1 if convention == "opencv" else -1)
     np.testing.assert_allclose(z, film.depth[rows, columns], rtol=1e-5)
 
@@ -170,10 +170,10 @@ def print_of(data):
 def changed(*path_and_value):
     *path, key, value = path_and_value
     data = json.loads(json.dumps(ROOM))
-    place = data
+    node = data
     for step in path:
-        place = place.setdefault(step, {}) if isinstance(step, str) else place[step]
-    place[key] = value
+        node = node.setdefault(step, {}) if isinstance(step, str) else node[step]
+    node[key] = value
     return data
 
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from rtcli.compare.bounds import Bounds, PixelBound
-from rtcli.compare.pictures import Comparison, compare
+from rtcli.compare.comparison import Comparison, compare
 from rtcli.image.layers import Layers
 from rtcli.reports.comparison import as_json, text
 from rtcli.reports.terminal import cells

@@ -11,8 +11,8 @@ import pytest
 from junitparser import JUnitXml
 
 from rtcli.compare.bounds import Bounds
+from rtcli.compare.comparison import compare
 from rtcli.compare.folder import GoldenResult, LayerPictures
-from rtcli.compare.pictures import compare
 from rtcli.image.layers import Layers
 from rtcli.reports import github, junit, text
 from rtcli.reports import json as json_report

@@ -165,10 +165,10 @@ def test_log_with_a_mistake_is_refused(validate, path, value):
     validate(log)
     broken = copy.deepcopy(log)
     *way, last = path
-    place = broken
+    node = broken
     for step in way:
-        place = place[step]
-    place[last] = value
+        node = node[step]
+    node[last] = value
     with pytest.raises(jsonschema.ValidationError):
         validate(broken)
 

@@ -155,9 +155,9 @@ def test_defaults_equal_those_of_the_models():
     expected |= {("scene", "version"): 1}
     expected |= {("CarriedLight", "color"): (1, 1, 1), ("PointLight", "color"): (1, 1, 1), ("Box", "rotation"): 0}
     sections = {("scene", "render"): scene.render, ("scene", "image"): scene.image}
-    for place, section in sections.items():
-        assert found.pop(place) == json.loads(section.model_dump_json())
-    assert found == {place: json.loads(json.dumps(value)) for place, value in expected.items()}
+    for loc, section in sections.items():
+        assert found.pop(loc) == json.loads(section.model_dump_json())
+    assert found == {loc: json.loads(json.dumps(value)) for loc, value in expected.items()}
 
 
 # --- As check-jsonschema sees it, by which a project checks its files in CI --------------------------------

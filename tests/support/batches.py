@@ -3,8 +3,17 @@
 from __future__ import annotations
 
 import json
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
+
+from rtcli.batch.jobs import BatchSettings, find_jobs
+from rtcli.batch.manifest import Manifest
+from rtcli.batch.plan import make_plan
+from rtcli.batch.pool import Workers
+from rtcli.batch.run import Batch, execute
+
+OUT = Path("out")
 
 
 def write_scene(path: Path, radius: float = 1.0, more: str = "") -> Path:
@@ -49,3 +58,38 @@ def lasting(folder: Path) -> dict[str, dict[str, Any]]:
         key: {name: value for name, value in entry.items() if name != "seconds"}
         for key, entry in entries(folder).items()
     }
+
+
+# --- Batches of the folder `scenes`, with the results in `out` ----------------------------------------------
+
+
+def jobs_of(**settings):
+    """Return the jobs of the scenes in `scenes`."""
+    return find_jobs(["scenes"], BatchSettings(**settings), "out")
+
+
+def plan(force=False, **settings):
+    """Return the plan of a batch of the scenes in `scenes`."""
+    return make_plan(Manifest(OUT), jobs_of(**settings), OUT, force)
+
+
+def reasons(**settings):
+    """Return the reason to render each scene."""
+    return {step.job.key: step.reason for step in plan(**settings).steps}
+
+
+def render(workers_write=True, **settings):
+    """Run a batch in threads; return the outcome of each scene."""
+    manifest = Manifest(OUT)
+    made = make_plan(manifest, jobs_of(**settings), OUT)
+    with ThreadPoolExecutor(2) as threads:
+        batch = Batch(made, manifest, OUT, Workers(threads, 2), workers_write)
+        return {job.key: outcome for job, outcome in execute(batch)}
+
+
+def edit_manifest(change):
+    """Edit the manifest, as anyone may."""
+    path = OUT / "manifest.json"
+    data = json.loads(path.read_text())
+    change(data["scenes"])
+    path.write_text(json.dumps(data))

@@ -59,9 +59,9 @@ def mutated_scenes(draw):
     """Return the valid scene with one to four values replaced, removed, repeated or renamed."""
     scene = copy.deepcopy(VALID)
     for _ in range(draw(st.integers(1, 4))):
-        places = list(containers(scene))
-        assume(places)
-        node = draw(st.sampled_from(places))
+        nodes = list(containers(scene))
+        assume(nodes)
+        node = draw(st.sampled_from(nodes))
         step = draw(st.sampled_from(list(node) if isinstance(node, dict) else range(len(node))))
         change = draw(st.sampled_from(["replace", "remove", "repeat", "add"]))
         if change == "replace":

@@ -10,8 +10,8 @@ import pytest
 from rtcli.cli.exit_codes import DIFFERENT, FILE, INTERNAL
 from rtcli.cli.options.golden import FORMATS
 from rtcli.compare.bounds import Bounds
+from rtcli.compare.comparison import compare
 from rtcli.compare.folder import STATUSES, GoldenResult
-from rtcli.compare.pictures import compare
 from rtcli.image.layers import Layers
 from rtcli.reports.comparison import as_json, text
 from rtcli.reports.json import golden_report

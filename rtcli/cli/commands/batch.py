@@ -17,8 +17,10 @@ from rtcli.batch.animate import Animation, animate, animations_of
 from rtcli.batch.folder import scratch_folder
 from rtcli.batch.jobs import BatchSettings, Job, find_jobs
 from rtcli.batch.manifest import Manifest
+from rtcli.batch.plan import Plan, make_plan
 from rtcli.batch.pool import LocalWorkers, Workers
-from rtcli.batch.run import Batch, Plan, StaleOutputs, execute, find_stale_outputs, make_plan, prune
+from rtcli.batch.prune import StaleOutputs, find_stale_outputs, prune
+from rtcli.batch.run import Batch, execute
 from rtcli.batch.sweep import Variation
 from rtcli.batch.worker import DONE, Outcome
 from rtcli.cli.console import STDIO, is_terminal, print_lines, report_line

@@ -11,8 +11,8 @@ from rtcli.cli.differences import DifferencePictures, report
 from rtcli.cli.exit_codes import DIFFERENT, usage_errors
 from rtcli.cli.options.bounds import bound_options, pop_bounds
 from rtcli.cli.paths import OutputPath, refuse_collisions, refuse_folder
+from rtcli.compare.comparison import compare
 from rtcli.compare.difference import Compared
-from rtcli.compare.pictures import compare
 from rtcli.image.layers import in_order
 from rtcli.image.read import kind_of, read_layers
 from rtcli.reports import comparison

@@ -12,7 +12,7 @@ from rtcli.cli.exit_codes import usage_errors
 from rtcli.cli.options.scene import pop_overrides, read_scene, scene_options
 from rtcli.cli.options.types import parse_pixel
 from rtcli.cli.progress import progress
-from rtcli.explain import check_place, explain
+from rtcli.explain import check_pixel, explain
 from rtcli.rendering.job import RenderRequest
 from rtcli.reports import explanation
 from rtcli.scene.validation.validate import validate
@@ -48,7 +48,7 @@ def command(scene: str, pixel: tuple[int, int], sample: int, as_json: bool, **op
     """
     name, model = display_name(scene), validate(read_scene(scene, pop_overrides(options)))
     with usage_errors():
-        check_place(model, *pixel, sample)
+        check_pixel(model, *pixel, sample)
         RenderRequest().simd()
     # Metering traces the whole picture, which takes long for thousands of objects: show progress on a terminal.
     is_watched = model.image.exposure == "auto" and is_terminal(sys.stderr)

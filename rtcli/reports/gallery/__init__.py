@@ -1,7 +1,7 @@
 """The report of a batch: one HTML page of its pictures that needs no other file and no network.
 
-`page` fills `page.html` with the style `page.css`, the script `page.js`, the `records` of the manifest and the
-`thumbnails` of the pictures.
+`page` fills `page.html` with the `records` of the manifest and the `thumbnails` of the pictures, and
+`rtcli.reports.page` puts it into the frame of all pages, with the style `page.css` and the script `page.js`.
 """
 
 from rtcli.reports.gallery.page import gallery_page

@@ -6,13 +6,12 @@ import json
 from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
-from string import Template
 from typing import Any
 from urllib.parse import quote
 
 from rtcli.reports.gallery.records import Record, records_of
 from rtcli.reports.gallery.thumbnails import pass_thumbnails, thumbnail
-from rtcli.reports.page import BASE_STYLE, asset, policy
+from rtcli.reports.page import html_page
 from rtcli.scene.diagnostics.problems import counted, printable
 
 
@@ -31,13 +30,12 @@ def gallery_page(manifest: Mapping[str, Any], folder: Path) -> str:
         The folder of the results, which the manifest's paths are relative to.
     """
     records = records_of(manifest, folder)
-    style, script = BASE_STYLE + asset(__package__, "page.css"), asset(__package__, "page.js")
     done = sum(record.done for record in records)
-    return Template(asset(__package__, "page.html")).substitute(
-        policy=escape(policy(style, script)),
-        software=escape(printable(str(manifest.get("software", "rtcli")))),
+    return html_page(
+        __package__,
         title=f"Batch of {counted(len(records), 'scene')}",
-        summary=escape(_summary(records, done)),
+        software=printable(str(manifest.get("software", "rtcli"))),
+        summary=_summary(records, done),
         all=f"{len(records):,}",
         done=f"{done:,}",
         failed=f"{len(records) - done:,}",
@@ -45,8 +43,6 @@ def gallery_page(manifest: Mapping[str, Any], folder: Path) -> str:
         none="hidden" if records else "",
         cards="\n".join(map(_card, records)),
         data=_data(records),
-        style=style,
-        script=script,
     )
 
 

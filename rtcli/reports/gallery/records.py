@@ -154,17 +154,13 @@ def _record(key: str, entry: Mapping[str, Any], root: Path) -> Record:
         hashes=tuple((title, _text(value)) for title, value in hashes if value is not None),
         software=_text(entry.get("software")),
         settings=_pairs(entry.get("settings")),
-        seconds=_seconds(entry.get("seconds")),
+        seconds=tuple(
+            (printable(stage), float(value))
+            for stage, value in _mapping(entry.get("seconds")).items()
+            if isinstance(value, (int, float)) and 0 <= value < math.inf
+        ),
         parts=tuple(sorted(parts, key=lambda part: part.name != RADIANCE)),
         problems=tuple(map(_problem, _list(entry.get("problems")))),
-    )
-
-
-def _seconds(stages: Any) -> tuple[tuple[str, float], ...]:
-    return tuple(
-        (printable(stage), float(value))
-        for stage, value in _mapping(stages).items()
-        if isinstance(value, (int, float)) and 0 <= value < math.inf
     )
 
 
@@ -172,9 +168,9 @@ def _problem(problem: Any) -> ShownProblem:
     if not isinstance(problem, dict):
         return ShownProblem(_text(problem), "", "", "", "")
     position = (problem.get("file", problem.get("path")), problem.get("line"), problem.get("column"))
-    place = ":".join(_text(value) for value in position if value is not None)
+    location = ":".join(_text(value) for value in position if value is not None)
     message, pointer, help, code = (_text(problem.get(name)) for name in ("message", "pointer", "help", "code"))
-    return ShownProblem(message, pointer, place, help, code)
+    return ShownProblem(message, pointer, location, help, code)
 
 
 # --- Files -----------------------------------------------------------------------------------------------

@@ -6,12 +6,11 @@ import base64
 from collections.abc import Iterator, Sequence
 from html import escape
 from pathlib import Path
-from string import Template
 
 from rtcli.compare.folder import EQUAL, GoldenResult, LayerPictures, status_counts
 from rtcli.rendering.metadata import SOFTWARE
 from rtcli.reports.comparison import golden_reasons
-from rtcli.reports.page import BASE_STYLE, asset, policy
+from rtcli.reports.page import html_page
 from rtcli.reports.text import counts_text
 from rtcli.scene.diagnostics.problems import printable
 
@@ -23,17 +22,15 @@ def golden_page(results: Sequence[GoldenResult]) -> Iterator[str]:
 
     It needs no other file and no network. The pictures are read one at a time.
     """
-    style, script = BASE_STYLE + asset(__package__, "page.css"), asset(__package__, "page.js")
     shown = [result for result in results if result.status != EQUAL]
-    page = Template(asset(__package__, "page.html")).substitute(
-        policy=escape(policy(style, script)),
-        software=escape(printable(SOFTWARE)),
-        summary=escape(" · ".join(counts_text(status_counts(results)))),
+    page = html_page(
+        __package__,
+        title="Golden pictures",
+        software=printable(SOFTWARE),
+        summary=" · ".join(counts_text(status_counts(results))),
         tools="" if any(result.pictures for result in shown) else "hidden",
         none="hidden" if shown else "",
         results="$results",
-        style=style,
-        script=script,
     )
     before, _, after = page.partition("$results")
     yield before

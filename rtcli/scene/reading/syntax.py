@@ -90,7 +90,7 @@ _ADVICE = (
 
 
 def yaml_syntax_problem(error: yaml.MarkedYAMLError, text: str) -> tuple[str, str, SourceSpan]:
-    """Return the message for a syntax error that libyaml found in a text, the remedy, and the place."""
+    """Return the message for a syntax error that libyaml found in a text, the remedy, and the position."""
     mark: Any = error.problem_mark or error.context_mark
     start = min(mark.index, len(text)) if mark else 0
     span = SourceSpan(start, start + (start < len(text) and text[start] not in "\r\n"))

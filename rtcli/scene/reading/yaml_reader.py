@@ -103,8 +103,8 @@ class _FastReader:
         self._skip(yaml.StreamEndEvent)
         return data
 
-    def _skip(self, kind: type[yaml.Event]) -> None:
-        if type(next(self._events)) is not kind:
+    def _skip(self, event_type: type[yaml.Event]) -> None:
+        if type(next(self._events)) is not event_type:
             raise _GiveUpError
 
     def _add_nodes(self, count: int) -> None:
@@ -118,15 +118,15 @@ class _FastReader:
             return self._anchored(event, depth)
         if event.tag is not None:
             raise _GiveUpError
-        kind = type(event)
-        if kind is yaml.ScalarEvent:
+        event_type = type(event)
+        if event_type is yaml.ScalarEvent:
             text = event.value
             if len(text) > limits.MAX_CHARACTERS:
                 raise _GiveUpError
             return plain_scalar(text) if event.implicit[0] else text
         if depth >= limits.MAX_DEPTH:
             raise _GiveUpError
-        return (self._mapping if kind is yaml.MappingStartEvent else self._list)(depth + 1)
+        return (self._mapping if event_type is yaml.MappingStartEvent else self._list)(depth + 1)
 
     def _anchored(self, event: _Event, depth: int) -> Any:
         name, event.anchor = event.anchor, None
@@ -244,8 +244,8 @@ class _ExactReader(Reader):
             data, span = self._value(next(self.events), 0)
             next(self.events)  # the document ends
             event = next(self.events)
-            kind = type(event)
-            if kind is yaml.DocumentStartEvent:
+            event_type = type(event)
+            if event_type is yaml.DocumentStartEvent:
                 start = event.start_mark.index
                 second = SourceSpan(start, start + 3 * self.text.startswith("---", start))
                 self.report(rules.SECOND_DOCUMENT, "expected one document, but a second one starts here", second)
@@ -253,10 +253,10 @@ class _ExactReader(Reader):
 
     def _value(self, event: _Event, depth: int) -> tuple[Any, SourceSpan]:
         """Return the value that starts with an event, and its span."""
-        kind = type(event)
-        if kind is yaml.ScalarEvent:
+        event_type = type(event)
+        if event_type is yaml.ScalarEvent:
             return self._scalar(event)
-        if kind is yaml.AliasEvent:
+        if event_type is yaml.AliasEvent:
             return self._alias(event)
         return self._container(event, depth)
 
@@ -311,16 +311,16 @@ class _ExactReader(Reader):
         items: list[Any] = []
         spans, steps = span.values, self.steps
         for event in self.events:
-            kind = type(event)
-            if kind is yaml.SequenceEndEvent:
+            event_type = type(event)
+            if event_type is yaml.SequenceEndEvent:
                 _set_end(event, span)
                 return items
             steps[-1] = len(items)
-            value, child = self._scalar(event) if kind is yaml.ScalarEvent else self._value(event, depth)
+            value, child = self._scalar(event) if event_type is yaml.ScalarEvent else self._value(event, depth)
             steps[-1] = None
             spans[len(items)] = child
             items.append(value)
-            if kind is not yaml.AliasEvent:  # which has the span of its anchor
+            if event_type is not yaml.AliasEvent:  # which has the span of its anchor
                 span.end = child.end
         raise AssertionError("the parser ends each list that it starts")
 
@@ -350,9 +350,9 @@ class _ExactReader(Reader):
     def _key(self, event: _Event, mapping: ContainerSpan) -> tuple[SourceSpan, bool]:
         """Return the span of a key, and whether it is new to the mapping."""
         if type(event) is not yaml.ScalarEvent:
-            kind = "an alias" if type(event) is yaml.AliasEvent else "a list or a mapping"
+            found = "an alias" if type(event) is yaml.AliasEvent else "a list or a mapping"
             span = SourceSpan(event.start_mark.index, event.end_mark.index)
-            raise self.fatal(rules.KEY_NOT_TEXT, f"a key must be text, not {kind}", span)
+            raise self.fatal(rules.KEY_NOT_TEXT, f"a key must be text, not {found}", span)
         span = self._span_of_scalar(event)
         if event.anchor is not None:
             self.anchors[event.anchor] = (event.value, span, 1)

@@ -19,8 +19,8 @@ from rtcli.scene.reading.source import Document, Loc, Source, dotted, pointer
 from rtcli.scene.validation.validate import validate
 from rtcli.scene.validation.written import shown
 
-# Where each part stands in a scene; more special classes come first.
-_PLACES: dict[type[BaseModel], Loc] = {
+# The location of each part in a scene; more special classes come first.
+_LOCATIONS: dict[type[BaseModel], Loc] = {
     model.Scene: (),
     model.Camera: ("camera",),
     model.PointLight: ("lights", 0),
@@ -52,26 +52,26 @@ def scene_from_data(data: Mapping[str, Any]) -> model.Scene:
 
 def constructor_error(part: type[BaseModel], values: dict[str, Any]) -> SceneError:
     """Return the error with all problems of the arguments of a model's constructor, which the model refuses."""
-    known, place = next(item for item in _PLACES.items() if issubclass(part, item[0]))
+    known, loc = next(item for item in _LOCATIONS.items() if issubclass(part, item[0]))
     name = f"rtcli.{known.__name__}"
     document = Document(Source(name, ""), _scene_around(known, values))
     problems = []
     if "type" in known.model_fields and values.get("type", known.__name__.lower()) != known.__name__.lower():
         message = f"must be {quoted(known.__name__.lower())}, got {shown(values['type'], None)}"
-        problems.append(document.problem(rules.NOT_A_CHOICE, (*place, "type"), message))
+        problems.append(document.problem(rules.NOT_A_CHOICE, (*loc, "type"), message))
     try:
         validate(document)
     except SceneError as error:
         problems += error.problems
-    return SceneError(_of_part(problem, name, place) for problem in problems)
+    return SceneError(_of_part(problem, name, loc) for problem in problems)
 
 
 def _scene_around(part: type[BaseModel], values: dict[str, Any]) -> dict[str, Any]:
     """Return the data of a scene that is valid if a part of it with these values is."""
-    place = _PLACES[part]
+    loc = _LOCATIONS[part]
     if part in model.SHAPES.values():
         values = {**values, "type": part.__name__.lower()}
-    match place:
+    match loc:
         case ():
             return values
         case (str(key),):
@@ -82,11 +82,11 @@ def _scene_around(part: type[BaseModel], values: dict[str, Any]) -> dict[str, An
             return {"camera": _CAMERA, "objects": [{**_CARRIER, "light": values}]}
 
 
-def _of_part(problem: Problem, name: str, place: Loc) -> Problem:
+def _of_part(problem: Problem, name: str, loc: Loc) -> Problem:
     """Return a problem of a scene as one of a part of it, without a position in a text."""
     return replace(
         problem,
         span=Span(name, 0, 0, 0, 0),
-        pointer=problem.pointer.removeprefix(pointer(place)),
-        where=problem.where.removeprefix(dotted(place)).removeprefix("."),
+        pointer=problem.pointer.removeprefix(pointer(loc)),
+        where=problem.where.removeprefix(dotted(loc)).removeprefix("."),
     )

@@ -119,13 +119,13 @@ class Recovery:
         return self._with_keys(loc, item, model.PointLight)
 
     def _object(self, loc: Loc, item: _Mapping) -> _Mapping:
-        kind = item.get("type")
-        if not isinstance(kind, str) or kind not in model.SHAPES:
+        shape = item.get("type")
+        if not isinstance(shape, str) or shape not in model.SHAPES:
             item = self._typed(loc, item)
-            kind = item.get("type")
-            if kind not in model.SHAPES:
+            shape = item.get("type")
+            if shape not in model.SHAPES:
                 return item
-        item = self._with_keys(loc, item, model.SHAPES[kind])
+        item = self._with_keys(loc, item, model.SHAPES[shape])
         if isinstance(item.get("light"), dict):
             light = self._with_keys((*loc, "light"), item["light"], model.CarriedLight)
             item = item if light is item["light"] else {**item, "light": light}

@@ -20,7 +20,7 @@ def shown(value: Any, written: str | None) -> str:
     value
         Plain data.
     written
-        The text at its place, which is the value or contains it; None if there is no text.
+        The text in its span, which is the value or contains it; None if there is no text.
     """
     if value is None:
         return "no value"

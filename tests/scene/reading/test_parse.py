@@ -158,8 +158,8 @@ def test_windows_line_ends_are_read():
     ],
 )
 def test_invalid_utf_8_is_reported_at_its_byte(raw, line, column):
-    [(*place, message)] = problems_of(raw)
-    assert place == [line, column]
+    [(*position, message)] = problems_of(raw)
+    assert position == [line, column]
     assert message.startswith(f"byte 0x{raw[raw.rfind(b' ') + 1]:02x} is not UTF-8")
 
 
@@ -195,8 +195,8 @@ def test_markers_of_one_document_are_fine(text):
     ],
 )
 def test_syntax_error_is_reported_at_its_position(text, line, column):
-    [(*place, message)] = problems_of(text)
-    assert place == [line, column]
+    [(*position, message)] = problems_of(text)
+    assert position == [line, column]
     assert message.startswith("not valid YAML: ")
 
 
@@ -204,7 +204,7 @@ def test_syntax_error_is_reported_at_its_position(text, line, column):
 
 
 @pytest.mark.parametrize(
-    ("text", "places"),
+    ("text", "positions"),
     [
         ("a: 1\na: 2", [(2, 1)]),
         ("a: 1\nb: 2\na: 3\na: 4", [(3, 1), (4, 1)]),
@@ -214,9 +214,9 @@ def test_syntax_error_is_reported_at_its_position(text, line, column):
         ("a: {x: 1}\na: {y: 1, y: 2}", [(2, 1), (2, 11)]),
     ],
 )
-def test_duplicate_key_is_reported_where_it_is_repeated(text, places):
+def test_duplicate_key_is_reported_where_it_is_repeated(text, positions):
     found = problems_of(text)
-    assert [(line, column) for line, column, _ in found] == places
+    assert [(line, column) for line, column, _ in found] == positions
     assert all("duplicate key" in message for _, _, message in found)
 
 
@@ -385,7 +385,7 @@ def test_nesting_up_to_the_limit_is_read():
 
 # --- Places ----------------------------------------------------------------------------------------------
 
-PLACES = """\
+SPANS = """\
 camera:
   resolution: [640, 480]
 lights: []
@@ -417,7 +417,7 @@ objects:
     ],
 )
 def test_span_of_a_value_starts_at_its_first_character(loc, line, column):
-    span = parse(PLACES, "scene.yaml").span(loc)
+    span = parse(SPANS, "scene.yaml").span(loc)
     assert (span.path, span.line, span.column) == ("scene.yaml", line, column)
 
 
@@ -426,13 +426,13 @@ def test_span_of_a_value_starts_at_its_first_character(loc, line, column):
     [(("camera",), 1, 1), (("camera", "resolution"), 2, 3), (("objects", 0, "color"), 8, 5), (("none",), 1, 1)],
 )
 def test_span_of_a_key_starts_at_its_first_character(loc, line, column):
-    place = parse(PLACES, "scene.yaml").span(loc, KEY)
-    assert (place.line, place.column) == (line, column)
+    span = parse(SPANS, "scene.yaml").span(loc, KEY)
+    assert (span.line, span.column) == (line, column)
 
 
 def test_json_values_have_spans():
-    place = parse('{\n\t"a": [1,\n  22]}', "scene.json").span(("a", 1))
-    assert (place.line, place.column) == (3, 3)
+    span = parse('{\n\t"a": [1,\n  22]}', "scene.json").span(("a", 1))
+    assert (span.line, span.column) == (3, 3)
 
 
 @pytest.mark.parametrize(
@@ -548,8 +548,8 @@ def test_line_separators_that_editors_do_not_count_are_not_counted(separator):
     ],
 )
 def test_json_syntax_error_is_reported_at_its_position(text, line, column):
-    [(*place, message)] = problems_of(text, "scene.json")
-    assert place == [line, column]
+    [(*position, message)] = problems_of(text, "scene.json")
+    assert position == [line, column]
     assert message.startswith("not valid JSON: ")
 
 
@@ -790,8 +790,8 @@ def test_garbage_collector_is_paused_while_parsing_and_then_restored(monkeypatch
 
 def test_merged_key_keeps_its_span():
     document = parse("base: &base\n  kind: 1\nother:\n  <<: *base\n", "scene.yaml")
-    place = document.span(("other", "kind"), KEY)
-    assert (place.line, place.column) == (2, 3)
+    span = document.span(("other", "kind"), KEY)
+    assert (span.line, span.column) == (2, 3)
 
 
 @pytest.mark.parametrize("line_end", [b"\n", b"\r", b"\r\n"])

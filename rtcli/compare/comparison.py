@@ -50,7 +50,7 @@ class LayerDifference:
         differences beside.
     infinite
         Pixels with an infinite difference.
-    place
+    largest_at
         Column and row of the first pixel with the largest difference, from 0 at the upper left; None if all are 0.
     values
         The channels of that pixel in the first and in the second layer; None if all differences are 0.
@@ -64,7 +64,7 @@ class LayerDifference:
     rmse: float
     psnr: float
     infinite: int
-    place: tuple[int, int] | None
+    largest_at: tuple[int, int] | None
     values: tuple[tuple[float, ...], tuple[float, ...]] | None
 
     @property
@@ -189,7 +189,7 @@ class _Tally:
     infinite: int = 0
     largest: float = 0.0
     largest_finite: float = 0.0
-    place: tuple[int, int] | None = None
+    largest_at: tuple[int, int] | None = None
     pair: tuple[Array, Array] | None = None
     squares: list[float] = field(default_factory=list)
 
@@ -212,7 +212,7 @@ class _Tally:
         row, column = map(int, np.unravel_index(pixels.argmax(), pixels.shape))
         if pixels[row, column] > self.largest:
             self.largest = float(pixels[row, column])
-            self.place = (column, top + row)
+            self.largest_at = (column, top + row)
             self.pair = (first[row, column], second[row, column])
 
     def result(self, shape: tuple[int, ...], kind: Kind) -> LayerDifference:
@@ -229,7 +229,7 @@ class _Tally:
             rmse=rmse,
             psnr=math.nan if self.infinite and rmse == 0 else _psnr(self.peak, rmse),
             infinite=self.infinite,
-            place=self.place,
+            largest_at=self.largest_at,
             values=(first, second) if self.pair else None,
         )
 

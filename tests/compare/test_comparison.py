@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rtcli.compare import pictures as module
+from rtcli.compare import comparison as module
 from rtcli.compare.bounds import Bounds, PixelBound
-from rtcli.compare.pictures import Mismatch, compare, compare_layers, pixel_differences
+from rtcli.compare.comparison import Mismatch, compare, compare_layers, pixel_differences
 from rtcli.image.layers import Layers
 
 RNG = np.random.default_rng(5)
@@ -64,9 +64,9 @@ def levels(pixels):
     return np.concatenate([colors, alpha], axis=-1)
 
 
-def changed(layer, place, value):
+def changed(layer, index, value):
     other = layer.copy()
-    other[place] = value
+    other[index] = value
     return other
 
 
@@ -92,10 +92,10 @@ def test_position_is_that_of_the_first_largest_difference(pair):
     found = compare_layers(*pair)
     by_pixel = differences(*pair).max(axis=-1)
     if found.largest == 0:
-        assert found.place is found.values is None
+        assert found.largest_at is found.values is None
         return
     row, column = np.unravel_index(by_pixel.argmax(), by_pixel.shape)
-    assert found.place == (column, row)
+    assert found.largest_at == (column, row)
     for layer, values in zip(pair, found.values, strict=True):
         np.testing.assert_array_equal(values, layer[row, column].astype(float).reshape(-1))
 
@@ -121,7 +121,7 @@ def test_rmse_and_psnr_are_those_of_the_formulas(pair):
 def test_order_does_not_matter_but_to_the_peak(pair):
     there, back = compare_layers(*pair), compare_layers(*reversed(pair))
     assert (there.largest, there.rmse, there.differing) == (back.largest, back.rmse, back.differing)
-    assert there.place == back.place
+    assert there.largest_at == back.largest_at
 
 
 @given(pair=pairs())
@@ -129,7 +129,7 @@ def test_layer_equals_itself(pair):
     for layer in pair:
         found = compare_layers(layer, layer.copy())
         assert (found.largest, found.rmse, found.psnr, found.differing) == (0, 0, math.inf, 0)
-        assert found.place is None
+        assert found.largest_at is None
 
 
 @given(pair=pairs(("float64",)), tolerances=st.tuples(st.floats(0, 300), st.floats(0, 300)).map(sorted))
@@ -151,7 +151,7 @@ def test_bands_do_not_show(pair, values):
         patch.setattr(module, "_BAND", values)
         parts = compare_layers(*pair)
     assert parts.rmse == pytest.approx(whole.rmse, rel=1e-12)
-    assert (parts.largest, parts.place, parts.differing) == (whole.largest, whole.place, whole.differing)
+    assert (parts.largest, parts.largest_at, parts.differing) == (whole.largest, whole.largest_at, whole.differing)
 
 
 def test_rmse_is_over_bands_that_are_equal_too(monkeypatch):
@@ -175,7 +175,7 @@ def test_infinity_or_nan_equals_itself_and_is_infinitely_far_from_all_else(odd):
     assert (found.largest, found.largest_finite, found.infinite, found.differing) == (math.inf, 0, 1, 1)
     assert found.rmse == 0
     assert math.isnan(found.psnr)  # not the PSNR of equal layers
-    assert found.place == (3, 2)
+    assert found.largest_at == (3, 2)
 
 
 def test_infinities_of_unlike_signs_differ():
@@ -188,7 +188,7 @@ def test_any_difference_of_integers_counts(dtype):
     ids = np.array([[0, 1], [1, 0]], dtype)
     found = compare_layers(ids, changed(ids, (0, 1), 0), tolerance=1000)
     assert (found.differing, found.tolerance) == (1, 0)
-    assert found.place == (1, 0)
+    assert found.largest_at == (1, 0)
 
 
 def test_integers_that_are_one_float_differ():
@@ -264,7 +264,7 @@ def test_picture_without_alpha_is_an_opaque_one():
     opaque = np.concatenate([PICTURE, np.full((6, 8, 1), 255, np.uint8)], axis=-1)
     assert compare_layers(PICTURE, opaque, kind="picture").largest == 0
     found = compare_layers(PICTURE, changed(opaque, (1, 2, 3), 250), kind="picture")
-    assert (found.largest, found.place) == (5, (2, 1))
+    assert (found.largest, found.largest_at) == (5, (2, 1))
     assert found.values == ((*PICTURE[1, 2], 255), (*PICTURE[1, 2], 250))
 
 

@@ -1,4 +1,4 @@
-"""Paths into a scene, as `--set` takes them and messages show them: `camera.fov`, `objects."Cube.001".radius`."""
+"""Key paths into a scene, as `--set` takes and messages show them: `camera.fov`, `objects."Cube.001".radius`."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ _STEP = re.compile(
 )
 
 
-class PathError(ValueError):
-    """A text that is not a path, with the steps before the error; then an empty one for a missing key or name."""
+class KeyPathError(ValueError):
+    """A text that is not a key path, with the steps before the error, and an empty one if a key is missing."""
 
-    def __init__(self, message: str, steps: tuple[PathStep, ...]) -> None:
+    def __init__(self, message: str, steps: tuple[KeyPathStep, ...]) -> None:
         super().__init__(message)
         self.steps = steps
 
 
-class PathStep(NamedTuple):
-    """One step of a path.
+class KeyPathStep(NamedTuple):
+    """One step of a key path.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class PathStep(NamedTuple):
     is_quoted
         Whether it is in quotes, and so cannot mean anything else.
     rest
-        The text of the path from the start of this step.
+        The text of the key path from the start of this step.
     """
 
     key: str | int
@@ -44,38 +44,38 @@ class PathStep(NamedTuple):
     rest: str = ""
 
 
-def split(expression: str) -> tuple[tuple[PathStep, ...], int]:
+def split(expression: str) -> tuple[tuple[KeyPathStep, ...], int]:
     """Return the steps of `KEY=VALUE`, and the offset of its equals sign, or its end if there is none.
 
     Raises
     ------
-    PathError
-        If it does not start with a path.
+    KeyPathError
+        If it does not start with a key path.
     """
-    steps, end = list[PathStep](), 0
+    steps, end = list[KeyPathStep](), 0
     while match := _STEP.match(expression, end):
         start = match.start() + expression.startswith(".", match.start())
         is_quoted = match["double"] is not None or match["single"] is not None
-        steps.append(PathStep(_key(match), is_quoted, expression[start:]))
+        steps.append(KeyPathStep(_key(match), is_quoted, expression[start:]))
         end = match.end()
     if end == 0 or expression[end : end + 1] not in ("", "="):
         path = expression.partition("=")[0]
         if expression[end : end + 1] == "." or end == 0:
-            steps.append(PathStep("", rest=expression[end:].removeprefix(".")))
+            steps.append(KeyPathStep("", rest=expression[end:].removeprefix(".")))
         message = (
             f'{quoted(path)} is not a path such as `camera.fov`, `objects[2].radius` or `objects."a.b".radius`'
         )
-        raise PathError(message, tuple(steps))
+        raise KeyPathError(message, tuple(steps))
     return tuple(steps), end
 
 
 def keys_of(path: str) -> tuple[str | int, ...]:
-    """Return the keys and indices of a path, without quotes.
+    """Return the keys and indices of a key path, without quotes.
 
     Raises
     ------
-    PathError
-        If it is not a path.
+    KeyPathError
+        If it is not a key path.
     """
     return tuple(step.key for step in split(path)[0])
 
@@ -97,12 +97,12 @@ def _unescaped(text: str) -> str:
     try:
         return str(read_exact(Source("", text)).data)
     except SceneError as error:
-        raise PathError(
+        raise KeyPathError(
             f"{quoted(text)} is not a text in double quotes: {error.problems[0].message}", ()
         ) from error
 
 
-def unquoted_name(names: list[str], step: PathStep) -> str | None:
+def unquoted_name(names: list[str], step: KeyPathStep) -> str | None:
     """Return the longest name that a path contains at this step without the quotes it needs, or None."""
     if step.is_quoted or isinstance(step.key, int):
         return None
