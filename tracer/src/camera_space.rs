@@ -54,9 +54,9 @@ impl CameraSpace {
         self.direction(sub(scaled, self.eye))
     }
 
-    /// Return the factor that moves a scaled point toward the eye until it is within the range of float32: 1
-    /// unless it is farther than anything that matters. An object of some size, scaled too, that shrinks by the
-    /// same factor looks the same from near the eye.
+    /// Return the factor by which an object at a scaled point is moved toward the eye, so that its distance fits
+    /// float32; 1 for all but extreme distances. `size` is scaled too. The object shrinks by the same factor, so
+    /// that it looks the same from the eye.
     pub(crate) fn range_scale(&self, scaled: Vector, size: f64) -> f64 {
         let distance = largest(sub(scaled, self.eye));
         if size < distance / 2.0 { range_scale_at(distance) } else { 1.0 }

@@ -33,7 +33,7 @@ impl From<OutOfMemory> for io::Error {
     }
 }
 
-/// Makes room in a list for more items.
+/// Make room in a list for more items.
 ///
 /// # Errors
 ///
@@ -42,7 +42,7 @@ pub fn reserve<T>(list: &mut Vec<T>, more: usize, what: &'static str) -> Result<
     list.try_reserve(more).map_err(|_| OutOfMemory { what })
 }
 
-/// Returns an empty list with room for a number of items.
+/// Return an empty list with room for a number of items.
 ///
 /// # Errors
 ///
@@ -53,7 +53,7 @@ pub fn with_capacity<T>(count: usize, what: &'static str) -> Result<Vec<T>, OutO
     Ok(list)
 }
 
-/// Returns a list of the items of an iterator, which must not exceed its upper size hint.
+/// Return a list of the items of an iterator, which must not exceed its upper size hint.
 ///
 /// # Errors
 ///
@@ -65,7 +65,7 @@ pub fn collect<T>(items: impl Iterator<Item = T>, what: &'static str) -> Result<
     Ok(list)
 }
 
-/// Returns a list of equal items.
+/// Return a list of equal items.
 ///
 /// # Errors
 ///
@@ -76,7 +76,7 @@ pub fn filled<T: Clone>(count: usize, item: T, what: &'static str) -> Result<Vec
     Ok(list)
 }
 
-/// Resizes a list, filling up with equal items.
+/// Resize a list, filling up with equal items.
 ///
 /// # Errors
 ///
@@ -88,7 +88,7 @@ pub fn resize<T: Clone>(list: &mut Vec<T>, count: usize, item: T, what: &'static
     Ok(())
 }
 
-/// Checks that there is room for small allocations, whose failure would end the process.
+/// Check that there is room for small allocations, whose failure would end the process.
 ///
 /// # Errors
 ///

@@ -1,4 +1,4 @@
-//! What the tests of the kernel measure it against: shapes that are met in float64, by formulas of their own.
+//! The oracle of the kernel's tests: shapes intersected in float64, by independent formulas.
 
 use crate::shapes::Shape;
 use crate::shapes::contact::{Contact, Side};
@@ -42,7 +42,7 @@ pub(crate) enum OracleShape {
 }
 
 impl OracleShape {
-    /// What the kernel makes of it.
+    /// The same shape for the kernel.
     pub(crate) fn to_kernel(&self) -> Shape {
         match *self {
             OracleShape::Sphere { center, radius } => Shape::Sphere(Sphere::new(center, radius, None)),
@@ -53,7 +53,7 @@ impl OracleShape {
         }
     }
 
-    /// How a place lies to it.
+    /// Return where a point is relative to the surface.
     pub(crate) fn contact(&self, place: Vector) -> Contact {
         match *self {
             OracleShape::Sphere { center, radius } => Sphere::contact(place, center, radius),
@@ -73,7 +73,7 @@ impl OracleShape {
         shape
     }
 
-    /// How large it is.
+    /// The radius, half the diagonal of a box, or 0 for a plane.
     pub(crate) fn size(&self) -> f64 {
         match *self {
             OracleShape::Sphere { radius, .. } => radius,
@@ -90,7 +90,7 @@ impl OracleShape {
         }
     }
 
-    /// The parameters between which a line is in the shape; for a wall those at which it crosses the wall.
+    /// The parameters at which a line enters and leaves the shape; equal for a plane.
     pub(crate) fn span(&self, origin: Vector, direction: Vector) -> Option<(f64, f64)> {
         match *self {
             OracleShape::Sphere { center, radius } => sphere_span(sub(center, origin), radius, direction),
@@ -117,7 +117,7 @@ impl OracleShape {
         [near, far].into_iter().find(|&t| t > 0.0)
     }
 
-    /// Whether its surface crosses the way from one point to another.
+    /// Whether the surface crosses the segment between two points.
     pub(crate) fn stands_between(&self, a: Vector, b: Vector) -> bool {
         let crossing = self.span(a, sub(b, a));
         crossing.is_some_and(|(near, far)| [near, far].into_iter().any(|t| 0.0 < t && t < 1.0))
@@ -164,7 +164,7 @@ pub(crate) fn rays_of(view: View, corner: (u32, u32)) -> Rays {
     rays
 }
 
-/// Where a lane's point lies.
+/// The point of a lane, relative to the eye.
 pub(crate) fn point_of(points: &Points, lane: usize) -> Vector {
     let offset = points.offset.each_ref().map(|axis| f64::from(axis[lane]));
     add(points.reference, offset)
@@ -194,7 +194,7 @@ pub(crate) fn any_axes() -> impl Strategy<Value = [Vector; 3]> {
     )
 }
 
-/// A tile of a picture, taken with anything between a telescope and a fisheye.
+/// A tile of a picture, at any focal length from telescope to fisheye.
 pub(crate) fn any_tile() -> impl Strategy<Value = (View, (u32, u32))> {
     (any_size(-8.0..-2.0), 0_u32..10, 0_u32..10).prop_map(|(half_pixel, column, row)| {
         let view = View { width: 160, height: 160, half_pixel: (half_pixel, half_pixel) };
@@ -207,9 +207,9 @@ pub(crate) fn middle_of((view, corner): (View, (u32, u32))) -> Vector {
     rays_of(view, corner).middle
 }
 
-/// A sphere or a box whose outline a tile is likely to see, or which holds the eye.
+/// A sphere or a box whose outline is likely to cross a tile, or around the eye.
 ///
-/// `distances` are the powers of ten of its distance from the eye in its own size.
+/// `distances` are powers of ten: its distance from the eye, relative to its size.
 pub(crate) fn shape_before(
     tile: (View, (u32, u32)),
     distances: std::ops::Range<f64>,
@@ -238,7 +238,7 @@ pub(crate) fn shape_before(
     )
 }
 
-/// A wall before or behind the eye.
+/// A plane in front of or behind the eye.
 pub(crate) fn any_plane() -> impl Strategy<Value = OracleShape> {
     (any_direction(), any_size(-6.0..6.0), any::<bool>()).prop_map(|(normal, offset, behind)| OracleShape::Plane {
         normal,
@@ -246,8 +246,8 @@ pub(crate) fn any_plane() -> impl Strategy<Value = OracleShape> {
     })
 }
 
-/// Check what the kernel says of the rays of a tile against the shape, allowing for its surface to be off by
-/// `error`.
+/// Check the kernel's hits of the rays of a tile against the shape, allowing an error of `error` in the position
+/// of its surface.
 pub(crate) fn check_intersection(
     shape: &OracleShape,
     (view, corner): (View, (u32, u32)),
@@ -266,10 +266,10 @@ pub(crate) fn check_intersection(
                 let rounding = 2e-6 * t;
                 prop_assert!(
                     hit && a.min(b) - rounding <= t && t <= a.max(b) + rounding,
-                    "lane {lane} of {v:?} meets it at {t}, not between {a} and {b}"
+                    "lane {lane} of {v:?} hits it at {t}, not between {a} and {b}"
                 );
             }
-            [None, None] => prop_assert!(!hit, "lane {lane} of {v:?} meets it at {t}"),
+            [None, None] => prop_assert!(!hit, "lane {lane} of {v:?} hits it at {t}"),
             _ => (),
         }
     }
@@ -279,7 +279,7 @@ pub(crate) fn check_intersection(
 /// The first face number in tests.
 pub(crate) const FACE: u32 = 5 << FACE_BITS;
 
-/// The points at which rays of a tile meet the faces of a shape: for each face its lanes and points.
+/// The points where rays of a tile hit the faces of a shape: the lanes and points of each face.
 pub(crate) fn surface_points(shape: &OracleShape, (view, corner): (View, (u32, u32))) -> Vec<(Vec<u8>, Points)> {
     let rays = rays_of(view, corner);
     let shape = shape.to_kernel();
@@ -304,7 +304,7 @@ pub(crate) fn surface_points(shape: &OracleShape, (view, corner): (View, (u32, u
         .collect()
 }
 
-/// Return the irradiance at points that had 1 each, behind an occluder.
+/// Return the irradiance that an occluder leaves of 1 at each point.
 pub(crate) fn irradiance_left(occluder: &OracleShape, light: Vector, points: &Points) -> Lanes {
     let mut left = [1.0; LANES];
     let mut squared = [0.0; LANES];
@@ -320,14 +320,14 @@ pub(crate) fn irradiance_left(occluder: &OracleShape, light: Vector, points: &Po
     left
 }
 
-/// Check that the same is left at all points of a light of 1.
+/// Check the irradiance that an occluder leaves of 1 at all points.
 pub(crate) fn assert_all_lit(occluder: &OracleShape, light: Vector, points: &Points, expected: f32) {
     let left = irradiance_left(occluder, light, points);
     assert!(left[..points.count].iter().all(|&left| left == expected), "{occluder:?} {light:?}");
 }
 
-/// Check which points a shape hides from a light, allowing for its surface to be off by what rounding takes from
-/// the lengths that come in. Whether points or lights that close to the surface are in the shape is left open.
+/// Check the points that a shape hides from a light, allowing its surface an error in proportion to the lengths
+/// involved. Points and lights within that error of the surface are not checked.
 pub(crate) fn check_occlusion(
     occluder: &OracleShape,
     light: Vector,
@@ -357,7 +357,7 @@ pub(crate) fn check_occlusion(
     Ok(())
 }
 
-/// A small world with all that a world can have, seen from anywhere.
+/// A small world of all kinds of objects and lights, from any viewpoint.
 pub(crate) fn any_world() -> impl Strategy<Value = World> {
     let objects = prop::collection::vec(any_object(), 0..8);
     (any_camera(), objects, any_settings()).prop_flat_map(|(camera, objects, settings)| {

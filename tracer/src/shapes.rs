@@ -29,8 +29,8 @@ pub struct Kind<T> {
     pub describe: fn(&[f64]) -> T,
 }
 
-/// Define all that depends on which kinds there are, each given by its name, its module, its shape in camera space
-/// and its description. The first argument is the sign `$`, for the macro that is defined within.
+/// Define everything that lists the kinds of shapes. A line gives a kind's name, its module, its type in camera
+/// space and its description. The first argument is the token `$`, which the inner macro needs.
 macro_rules! define_shapes {
     ($d:tt $($name:literal: $module:ident, $shape:ident, $desc:ident;)*) => {
         /// The parameters of an object's shape.

@@ -20,7 +20,7 @@ enum PyArray<'py> {
 }
 
 impl<'py> PyFilm<'py> {
-    /// Borrows arrays.
+    /// Borrow arrays.
     ///
     /// # Errors
     ///
@@ -40,7 +40,7 @@ impl<'py> PyFilm<'py> {
         Ok(PyFilm { arrays: arrays? })
     }
 
-    /// Returns the film of a window over these arrays.
+    /// Return the film of a window over these arrays.
     ///
     /// # Errors
     ///

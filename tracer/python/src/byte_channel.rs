@@ -28,7 +28,7 @@ pub struct ByteChannel {
 }
 
 impl ByteChannel {
-    /// Waits until enough bytes are there or the work has ended, at most for `at_most`; returns the bytes written
+    /// Wait until enough bytes are there or the work has ended, at most for `at_most`; return the bytes written
     /// since the last call, and whether the work has ended.
     pub fn wait(&self, at_most: Duration) -> (Vec<u8>, bool) {
         let nothing = |state: &mut State| !state.ended && state.bytes.len() < WORTH_TAKING;
@@ -38,7 +38,7 @@ impl ByteChannel {
         (mem::take(&mut state.bytes), state.ended)
     }
 
-    /// Rejects further bytes, and waits until the work has ended.
+    /// Reject further bytes, and wait until the work has ended.
     pub fn close(&self) {
         let mut state = self.lock();
         state.closed = true;
@@ -46,7 +46,7 @@ impl ByteChannel {
         drop(self.changed.wait_while(state, |state| !state.ended));
     }
 
-    /// Signals that the work has ended.
+    /// Signal that the work has ended.
     pub fn end(&self) {
         self.lock().ended = true;
         self.changed.notify_all();

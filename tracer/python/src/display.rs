@@ -24,7 +24,7 @@ const CHANNELS: usize = 3;
 /// The largest side of a picture, pixels.
 const LONGEST_SIDE: u32 = 65_535;
 
-/// Returns a developer of these settings.
+/// Return a developer of these settings.
 ///
 /// # Errors
 ///
@@ -38,7 +38,7 @@ pub fn developer((exposure, tone, bits): PyDisplay<'_>) -> PyResult<Developer> {
     Ok(Developer::new(exposure, tone, bit_depth(bits)?))
 }
 
-/// Returns the depth of channels with a number of bits.
+/// Return the depth of channels with a number of bits.
 ///
 /// # Errors
 ///
@@ -51,14 +51,14 @@ pub fn bit_depth(bits: u8) -> PyResult<BitDepth> {
     }
 }
 
-/// Returns the focal length in pixels of a camera's vertical field of view, in degrees, and its picture's height.
+/// Return the focal length in pixels of a camera's vertical field of view, in degrees, and its picture's height.
 #[pyfunction]
 #[pyo3(signature = (fov, height, /))]
 pub fn focal_length(fov: f64, height: u32) -> f64 {
     rtcli_tracer::focal_length(fov, height)
 }
 
-/// Develops radiance, interleaved float32 RGB, to 8 bits a channel, or to 16 with the high byte first.
+/// Develop radiance, interleaved float32 RGB, to 8 bits a channel, or to 16 with the high byte first.
 #[pyfunction]
 #[pyo3(signature = (radiance, transform, /))]
 pub fn develop<'py>(
@@ -69,7 +69,7 @@ pub fn develop<'py>(
     developed(py, &developer(transform)?, &pixels(radiance)?)
 }
 
-/// Returns developed radiance, interleaved RGB.
+/// Return developed radiance, interleaved RGB.
 ///
 /// # Errors
 ///
@@ -86,7 +86,7 @@ pub fn developed<'py>(
     })
 }
 
-/// Returns the stops that expose a picture well, and the percentile they follow from.
+/// Return the stops that expose a picture well, and the percentile they follow from.
 #[pyfunction]
 #[pyo3(signature = (radiance, /))]
 pub fn meter(py: Python<'_>, radiance: &[u8]) -> PyResult<(f64, Option<f64>)> {
@@ -122,7 +122,7 @@ impl PngEncoder {
         })
     }
 
-    /// Develops and encodes the next rows; returns what the file holds next.
+    /// Develop and encode the next rows; return the next bytes of the file.
     #[pyo3(signature = (radiance, /))]
     fn push<'py>(&mut self, py: Python<'py>, radiance: &[u8]) -> PyResult<Bound<'py, PyBytes>> {
         let radiance = pixels(radiance)?;
@@ -138,7 +138,7 @@ impl PngEncoder {
         bytes_of(py, &py.detach(|| self.encode(&radiance)).map_err(io_error)?)
     }
 
-    /// Ends the picture once all rows were pushed; returns the rest of the file.
+    /// End the picture after its last row; return the rest of the file.
     fn finish<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         if self.rows_left > 0 {
             let message = format!("{} rows are missing", self.rows_left);
@@ -163,7 +163,7 @@ impl PngEncoder {
     }
 }
 
-/// Checks the size of a picture.
+/// Check the size of a picture.
 ///
 /// # Errors
 ///
@@ -179,7 +179,7 @@ pub fn has_pixels(width: u32, height: u32) -> PyResult<()> {
     Ok(())
 }
 
-/// Returns bytes as interleaved RGB, copied only if they are not aligned.
+/// Return bytes as interleaved RGB, copied only if they are not aligned.
 fn pixels(bytes: &[u8]) -> PyResult<Cow<'_, [f32]>> {
     if !bytes.len().is_multiple_of(CHANNELS * size_of::<f32>()) {
         let message = format!("{} bytes are no whole number of RGB pixels in float32", bytes.len());
@@ -191,7 +191,7 @@ fn pixels(bytes: &[u8]) -> PyResult<Cow<'_, [f32]>> {
     }
 }
 
-/// Copies bytes of any alignment to a list of items.
+/// Copy bytes of any alignment to a list of items.
 ///
 /// # Errors
 ///

@@ -36,7 +36,7 @@ pub struct Listener<'a, 'py> {
 }
 
 impl<'a, 'py> Listener<'a, 'py> {
-    /// Returns a listener without a budget.
+    /// Return a listener without a budget.
     pub fn new(
         py: Python<'py>,
         pixels: u64,
@@ -46,12 +46,12 @@ impl<'a, 'py> Listener<'a, 'py> {
         Listener { py, progress, write, pixels, budget: None }
     }
 
-    /// Sets a budget: the work ends as soon as it exceeds it.
+    /// Set a budget: the work ends as soon as it exceeds it.
     pub fn within(self, budget: Option<Arc<WorkBudget>>) -> Self {
         Listener { budget, ..self }
     }
 
-    /// Runs work in a pool of threads and returns its result.
+    /// Run work in a pool of threads and return its result.
     ///
     /// The calling thread passes signals, progress and bytes to Python. An exception raised there ends the work.
     pub fn run_interruptibly<T: Send, E: Into<Stopped> + Send>(
@@ -106,7 +106,7 @@ impl Drop for EndOnDrop<'_> {
     }
 }
 
-/// Copies bytes to Python.
+/// Copy bytes to Python.
 ///
 /// # Errors
 ///
@@ -134,7 +134,7 @@ fn pool(py: Python<'_>, threads: usize) -> PyResult<rayon::ThreadPool> {
     Ok(pool)
 }
 
-/// Checks that there is room for threads: a thread that cannot allocate its signal stack ends the process.
+/// Check that there is room for threads: a thread that cannot allocate its signal stack ends the process.
 /// Python's `mmap` needs new pages, as they do; an allocator might reuse memory.
 fn room_for_threads(py: Python<'_>, threads: usize) -> PyResult<()> {
     grow_stack();
@@ -143,7 +143,7 @@ fn room_for_threads(py: Python<'_>, threads: usize) -> PyResult<()> {
     pages.call_method0("close").map(drop)
 }
 
-/// Grows the calling thread's stack to its final size: the system ends a process whose stack cannot grow.
+/// Grow the calling thread's stack to its final size: the system ends a process whose stack cannot grow.
 #[inline(never)]
 fn grow_stack() {
     black_box([1_u8; STACK_BYTES]);

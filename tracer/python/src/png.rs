@@ -17,7 +17,7 @@ use crate::interruptible::bytes_of;
 /// The largest picture to decode: 65,535 x 16,384 pixels of 16-bit RGB.
 const MOST_BYTES: usize = 6 << 30;
 
-/// Encodes 8-bit values, or 16-bit values in native byte order, as a PNG.
+/// Encode 8-bit values, or 16-bit values in native byte order, as a PNG.
 #[pyfunction]
 #[pyo3(signature = (pixels, size, channels, bits, texts, /))]
 pub fn encode_png<'py>(
@@ -42,7 +42,7 @@ pub fn encode_png<'py>(
     bytes_of(py, &file.map_err(|error| of_a_picture(error.kind(), &error))?)
 }
 
-/// Decodes a PNG; returns width, height, channels, bits, and the values, 16 bits in native byte order.
+/// Decode a PNG; return width, height, channels, bits, and the values, 16 bits in native byte order.
 #[pyfunction]
 #[pyo3(signature = (file, /))]
 pub fn decode_png<'py>(py: Python<'py>, file: &[u8]) -> PyResult<(u32, u32, usize, u8, Bound<'py, PyBytes>)> {

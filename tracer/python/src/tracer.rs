@@ -20,7 +20,7 @@ use crate::errors::out_of_memory;
 use crate::interruptible::Listener;
 use crate::world::{self, PyCamera, PyLights, PyObjects, PySettings, PyWindow};
 
-/// Forces a SIMD level.
+/// The environment variable that forces a SIMD level.
 const SIMD: &str = "RTCLI_SIMD";
 
 /// The SIMD level that the tracer uses on this machine.
@@ -106,7 +106,7 @@ impl Tracer {
         })
     }
 
-    /// Renders a window into arrays, one of them `radiance`; returns the number of rays.
+    /// Render a window into arrays, one of them `radiance`; return the number of rays.
     #[pyo3(signature = (window, arrays, progress, /))]
     fn film<'py>(
         &self,
@@ -123,7 +123,7 @@ impl Tracer {
         listener.run_interruptibly(self.threads, work)
     }
 
-    /// Renders a window and develops it, within a budget.
+    /// Render a window and develop it, within a budget.
     #[pyo3(signature = (window, transform, budget=None, /))]
     fn levels<'py>(
         &self,
@@ -143,7 +143,7 @@ impl Tracer {
         developed(py, &developer, &radiance)
     }
 
-    /// Renders a window to a PNG, passed to `write` in pieces; returns the number of rays, and the seconds that
+    /// Render a window to a PNG, passed to `write` in pieces; return the number of rays, and the seconds that
     /// all threads spent tracing, developing and encoding.
     #[pyo3(signature = (window, transform, texts, write, progress, /))]
     fn picture<'py>(
@@ -165,7 +165,7 @@ impl Tracer {
         Ok((stats.rays, trace, develop, write))
     }
 
-    /// Counts the pixels of a window that each object would cover if it were alone, within a budget.
+    /// Count the pixels of a window that each object would cover if it were alone, within a budget.
     #[pyo3(signature = (window, budget=None, /))]
     fn coverage(&self, py: Python<'_>, window: PyWindow, budget: Option<&WorkBudget>) -> PyResult<Vec<u64>> {
         let window = world::window(window, self.size)?;
@@ -174,7 +174,7 @@ impl Tracer {
         listener.run_interruptibly(self.threads, work)
     }
 
-    /// Meters the whole picture at `grid` x `grid` points, within a budget; returns stops, percentile and number
+    /// Meter the whole picture at `grid` x `grid` points, within a budget; return stops, percentile and number
     /// of rays.
     #[pyo3(signature = (grid, budget=None, /))]
     fn exposure(

@@ -25,7 +25,7 @@ pub type PySettings = (u32, Vector, bool, bool);
 /// Left, top, width, height.
 pub type PyWindow = (u32, u32, u32, u32);
 
-/// Returns the camera.
+/// Return the camera.
 ///
 /// # Errors
 ///
@@ -36,7 +36,7 @@ pub fn camera(camera: PyCamera) -> PyResult<Camera> {
     Ok(Camera { width, height, fov, position, right, up, forward })
 }
 
-/// Returns the objects.
+/// Return the objects.
 ///
 /// # Errors
 ///
@@ -56,7 +56,7 @@ pub fn objects(columns: PyObjects<'_>) -> PyResult<Vec<Object>> {
     Ok(objects)
 }
 
-/// Gives each row of a kind and its parameters to `add`, with its index.
+/// Pass each row of a kind and its parameters to `add`, with its index.
 fn describe<T>(
     kinds: &[Kind<T>],
     tags: &[u8],
@@ -74,7 +74,7 @@ fn describe<T>(
     if rest.is_empty() { Ok(()) } else { Err(different_lengths()) }
 }
 
-/// Returns the lights.
+/// Return the lights.
 ///
 /// # Errors
 ///
@@ -101,7 +101,7 @@ fn carrier(index: i64, objects: usize) -> PyResult<Option<usize>> {
     }
 }
 
-/// Returns the settings.
+/// Return the settings.
 ///
 /// # Errors
 ///
@@ -113,7 +113,7 @@ pub fn settings((samples, background, direct_light, eye_falloff): PySettings) ->
     Ok(Settings { samples, background, direct_light, eye_falloff })
 }
 
-/// Returns a window of a picture, whose width and height are given.
+/// Return a window of a picture, whose width and height are given.
 ///
 /// # Errors
 ///

@@ -34,17 +34,17 @@ pub enum BitDepth {
 }
 
 impl BitDepth {
-    /// Returns the bytes of a channel.
+    /// Return the bytes of a channel.
     pub const fn bytes(self) -> usize {
         self as usize / 8
     }
 
-    /// Returns the bytes of an RGB pixel.
+    /// Return the bytes of an RGB pixel.
     pub const fn bytes_per_pixel(self) -> usize {
         3 * self.bytes()
     }
 
-    /// Returns the value of white.
+    /// Return the value of white.
     const fn white(self) -> u32 {
         (1 << self as u32) - 1
     }
@@ -68,14 +68,14 @@ enum Lookup {
 }
 
 impl Developer {
-    /// Makes the tables, which takes about 50 µs for 8 bits and 5 ms for 16. `exposure` is in stops.
+    /// Make the tables, in about 50 µs for 8 bits and 5 ms for 16. `exposure` is in stops.
     ///
     /// # Panics
     ///
     /// If the exposure is not a number.
     pub fn new(exposure: f64, tone: ToneCurve, bits: BitDepth) -> Developer {
         assert!(!exposure.is_nan(), "the exposure is not a number");
-        // 2^exposure = 2^whole * 2^rest. What is left of the radiance to the tables then lies between 2^-94 and
+        // 2^exposure = 2^whole * 2^rest. The radiance that reaches the tables then lies between 2^-94 and
         // 2^91 for any exposure, clear of the subnormal numbers, where a bucket would hold many steps.
         let exposure = exposure.clamp(-MOST_STOPS, MOST_STOPS);
         let whole = exposure.round().clamp(-126.0, 127.0);
@@ -88,17 +88,17 @@ impl Developer {
         Developer { scale: libm::exp2(whole) as f32, lookup, bits }
     }
 
-    /// Returns the depth of the channels.
+    /// Return the depth of the channels.
     pub const fn bits(&self) -> BitDepth {
         self.bits
     }
 
-    /// Returns the bytes of a developed pixel.
+    /// Return the bytes of a developed pixel.
     pub const fn bytes_per_pixel(&self) -> usize {
         self.bits.bytes_per_pixel()
     }
 
-    /// Develops interleaved linear RGB into interleaved 8-bit or big-endian 16-bit sRGB.
+    /// Develop interleaved linear RGB into interleaved 8-bit or big-endian 16-bit sRGB.
     ///
     /// Negative radiance and NaN become 0. Always inlined, so that it is compiled for the instructions of its
     /// caller.
@@ -124,7 +124,7 @@ impl Developer {
     }
 }
 
-/// Returns, for every value k > 0 of the image, the smallest f32 x with
+/// Return, for every value k > 0 of the image, the smallest f32 x with
 ///
 /// tone(factor * x) >= linear((k - 1/2) / max),
 ///

@@ -19,7 +19,7 @@ pub struct MeterReading {
     pub stops: f64,
 }
 
-/// Returns the exposure for the `radiance` of points, interleaved linear RGB.
+/// Return the exposure for the `radiance` of points, interleaved linear RGB.
 ///
 /// # Errors
 ///
@@ -38,7 +38,7 @@ fn luminance(&[r, g, b]: &[f32; 3]) -> f64 {
     f64::from(r) * 0.2126 + f64::from(g) * 0.7152 + f64::from(b) * 0.0722
 }
 
-/// Returns a quantile, with linear interpolation between its neighbours in order: NumPy's default (R. Hyndman and
+/// Return a quantile, with linear interpolation between its neighbours in order: NumPy's default (R. Hyndman and
 /// Y. Fan, "Sample Quantiles in Statistical Packages", 1996, definition 7), and in NumPy's order of operations.
 fn quantile(values: &mut [f64], share: f64) -> f64 {
     let position = (values.len() - 1) as f64 * share;

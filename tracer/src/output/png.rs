@@ -112,7 +112,7 @@ impl Write for Encoded {
 }
 
 impl<W: Write> PngWriter<W> {
-    /// Begins a picture by writing the data before its pixels.
+    /// Begin a picture by writing the data before its pixels.
     ///
     /// # Errors
     ///
@@ -143,7 +143,7 @@ impl<W: Write> PngWriter<W> {
         Ok(writer)
     }
 
-    /// Writes the next rows, from the top: interleaved channels, 8 bits or big-endian 16 bits.
+    /// Write the next rows, from the top: interleaved channels, 8 bits or big-endian 16 bits.
     ///
     /// # Errors
     ///
@@ -165,7 +165,7 @@ impl<W: Write> PngWriter<W> {
         Ok(())
     }
 
-    /// Ends the file and returns the sink.
+    /// End the file and return the sink.
     ///
     /// # Errors
     ///
@@ -178,12 +178,12 @@ impl<W: Write> PngWriter<W> {
         Ok(sink)
     }
 
-    /// Returns the sink.
+    /// Return the sink.
     pub fn sink(&mut self) -> &mut W {
         &mut self.sink
     }
 
-    /// Hands encoded data to the sink.
+    /// Hand encoded data to the sink.
     fn pass_on(&mut self) -> io::Result<()> {
         let sink = &mut self.sink;
         self.encoded.with(|waiting| {
@@ -209,7 +209,7 @@ pub struct Decoded {
     pub pixels: Vec<u8>,
 }
 
-/// Reads a PNG of any kind; palettes, small depths and transparent colors are expanded.
+/// Read a PNG of any kind; palettes, small depths and transparent colors are expanded.
 ///
 /// # Errors
 ///

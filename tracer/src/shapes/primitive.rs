@@ -19,7 +19,7 @@ pub(crate) trait Description {
     /// The shape in camera space.
     type Shape: Primitive;
 
-    /// Describe a shape by as many parameters.
+    /// Make a description from the first `PARAMETERS` parameters.
     fn new(parameters: &[f64]) -> Self;
 
     /// Return the radius or the longest side in world space, 0 for a plane.

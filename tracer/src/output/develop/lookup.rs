@@ -23,20 +23,20 @@ impl Span {
         Span { black: f32::from_bits(below_the_first >> LOW << LOW), white: steps[steps.len() - 1] }
     }
 
-    /// Clamps x to the span, NaN to black, with two comparisons of one instruction each.
+    /// Clamp x to the span, NaN to black, with two comparisons of one instruction each.
     #[inline(always)]
     fn clamp(&self, x: f32) -> f32 {
         let x = if x > self.black { x } else { self.black };
         if x < self.white { x } else { self.white }
     }
 
-    /// Returns the offset of x's bits from the start of the first bucket.
+    /// Return the offset of x's bits from the start of the first bucket.
     #[inline(always)]
     fn offset(&self, x: f32) -> u32 {
         x.to_bits().wrapping_sub(self.black.to_bits())
     }
 
-    /// Returns the bits of the buckets' starts.
+    /// Return the bits of the buckets' starts.
     fn buckets(&self) -> impl Iterator<Item = u32> {
         (self.black.to_bits()..=self.white.to_bits()).step_by(1 << LOW)
     }

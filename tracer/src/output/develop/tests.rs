@@ -54,7 +54,7 @@ impl Natural {
         self.times(self)
     }
 
-    /// Returns n 2^bits.
+    /// Return n 2^bits.
     fn shifted(&self, bits: u32) -> Natural {
         let mut digits = vec![0; bits as usize / 32];
         digits.extend(&self.scaled(1 << (bits % 32)).0);
@@ -67,14 +67,14 @@ impl Natural {
     }
 }
 
-/// Returns (m, e) with x = m 2^e, for a positive number.
+/// Return (m, e) with x = m 2^e, for a positive number.
 fn parts(x: f64) -> (u64, i32) {
     let (mantissa, exponent) = (x.to_bits() & ((1 << 52) - 1), (x.to_bits() >> 52) as i32);
     assert!(exponent > 0, "{x} is subnormal");
     (mantissa | 1 << 52, exponent - 1075)
 }
 
-/// Returns whether x = radiance * factor is developed to k or more: tone(x) >= linear((k - 1/2) / max).
+/// Return whether x = radiance * factor is developed to k or more: tone(x) >= linear((k - 1/2) / max).
 fn reaches(radiance: f32, factor: f64, tone: ToneCurve, bits: BitDepth, k: u32) -> bool {
     // x = a / b
     let ((m, e), (n, f)) = (parts(f64::from(radiance)), parts(factor));
@@ -101,7 +101,7 @@ fn reaches(radiance: f32, factor: f64, tone: ToneCurve, bits: BitDepth, k: u32) 
     fifth(&y).times(&twelfth(below)).at_least(&fifth(&z).times(&twelfth(above)))
 }
 
-/// Returns the exact value of any radiance.
+/// Return the exact value of any radiance.
 fn exact(radiance: f32, exposure: f64, tone: ToneCurve, bits: BitDepth) -> u32 {
     if radiance.is_nan() || radiance <= 0.0 {
         return 0;
@@ -133,7 +133,7 @@ fn developed(developer: &Developer, radiance: &[f32]) -> Vec<u32> {
     values.map(number).take(radiance.len()).collect()
 }
 
-/// Checks every `stride`th step of a curve.
+/// Check every `stride`th step of a curve.
 fn check_steps(exposure: f64, bits: BitDepth, stride: usize) {
     let factor = libm::exp2(exposure);
     for tone in TONES {
@@ -162,7 +162,7 @@ fn each_of_the_65535_steps_is_the_smallest_f32_that_reaches_its_value() {
     }
 }
 
-/// Checks the look-up on both sides of every step and of every bucket's start.
+/// Check the look-up on both sides of every step and of every bucket's start.
 fn check_lookup(exposure: f64, tone: ToneCurve, bits: BitDepth) {
     let steps = steps(libm::exp2(exposure), tone, bits);
     let buckets = (0..0x7F80u32).map(|bucket| f32::from_bits(bucket << 16));
