@@ -143,6 +143,32 @@ def test_progress_rises_to_the_number_of_pixels(work):
     assert told[-1] == (2000 * 1500, 2000 * 1500)
 
 
+def test_a_rendering_may_start_another_with_as_many_threads():
+    inner = []
+    _run("picture", large(64), lambda done, total: inner.append(picture(threads=2)) if not inner else None)
+    assert inner == [picture(threads=2)]
+
+
+# Renders in a process whose threads are idle, and in one forked from it, which has no threads.
+FORK = """
+import os, sys, rtcli
+scene = rtcli.load_scene(sys.argv[1])
+first = rtcli.render(scene, threads=2).radiance
+child = os.fork()
+if child == 0:
+    os._exit(0 if (rtcli.render(scene, threads=2).radiance == first).all() else 1)
+raise SystemExit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no fork")
+def test_forked_process_renders_too(tmp_path):
+    path = tmp_path / "room.yaml"
+    ROOM.save(path)
+    command = [sys.executable, "-W", "ignore", "-c", FORK, str(path)]
+    assert subprocess.run(command, timeout=60, check=False).returncode == 0
+
+
 class GivenUpError(Exception):
     """An exception that a caller raises to end a rendering."""
 

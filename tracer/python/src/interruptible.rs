@@ -2,12 +2,14 @@
 
 use std::hint::black_box;
 use std::num::NonZero;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
+use std::{mem, process};
 
 use pyo3::exceptions::{PyMemoryError, PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use rtcli_tracer::{Monitor, Stopped, WorkBudget};
 
 use crate::byte_channel::ByteChannel;
@@ -63,7 +65,7 @@ impl<'a, 'py> Listener<'a, 'py> {
         let channel = ByteChannel::default();
         let pool = pool(self.py, threads)?;
         let mut result = None;
-        pool.in_place_scope(|scope| {
+        let listened = pool.in_place_scope(|scope| {
             scope.spawn(|_| {
                 // Dropped even if the work panics, which the scope propagates.
                 let _end = EndOnDrop(&channel);
@@ -73,7 +75,9 @@ impl<'a, 'py> Listener<'a, 'py> {
                 monitor.cancel();
                 self.py.detach(|| channel.close());
             })
-        })?;
+        });
+        keep(pool);
+        listened?;
         let result = result.ok_or_else(|| PyRuntimeError::new_err("the work ended without a result"))?;
         result.map_err(|error| stopped(error.into()))
     }
@@ -118,20 +122,37 @@ pub fn bytes_of<'py>(py: Python<'py>, bytes: &[u8]) -> PyResult<Bound<'py, PyByt
     })
 }
 
-fn pool(py: Python<'_>, threads: usize) -> PyResult<rayon::ThreadPool> {
+/// The pool that was used last, and the process that started its threads: a fork of it has none of them.
+static IDLE: Mutex<Option<(u32, ThreadPool)>> = Mutex::new(None);
+
+/// Return a pool in the sole use of the caller: the idle one if it has as many threads, since starting some takes
+/// as long as tracing a small picture, or else a new one.
+fn pool(py: Python<'_>, threads: usize) -> PyResult<ThreadPool> {
     if threads < 1 {
         return Err(PyValueError::new_err("threads must be at least 1"));
     }
     // More threads would only compete, and tens of thousands cannot be started.
     let most = 4 * std::thread::available_parallelism().map_or(1, NonZero::get);
     let threads = threads.min(most);
+    match IDLE.try_lock().ok().and_then(|mut idle| idle.take()) {
+        Some((process, pool)) if process != process::id() => mem::forget(pool),
+        Some((_, pool)) if pool.current_num_threads() == threads => return Ok(pool),
+        _ => (),
+    }
     room_for_threads(py, threads)?;
-    let built = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let built = ThreadPoolBuilder::new().num_threads(threads).build();
     let failed = |error| PyOSError::new_err(format!("cannot start {threads} threads: {error}"));
     let pool = built.map_err(failed)?;
     // All threads start, and allocate their own memory, before the work allocates large amounts.
     py.detach(|| pool.broadcast(|_| ()));
     Ok(pool)
+}
+
+/// Keep a pool for the next work, in place of another.
+fn keep(pool: ThreadPool) {
+    if let Ok(mut idle) = IDLE.try_lock() {
+        *idle = Some((process::id(), pool));
+    }
 }
 
 /// Check that there is room for threads: a thread that cannot allocate its signal stack ends the process.
