@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from rtcli.atomic import atomic_copy_all
 from rtcli.batch.jobs import Job
@@ -86,25 +87,25 @@ class CheckTask:
         """Return the file of each part of the rendering."""
         return {part: self.scratch / _NEW / path for part, path in self.job.outputs.items()}
 
-    def result(self, status: str, message: str = "") -> GoldenResult:
-        """Return its result."""
-        return GoldenResult(str(self.golden), self.job.scene, status, message)
+    def result(self, status: str, message: str = "", **details: Any) -> GoldenResult:
+        """Return its result; the parameters are those of `GoldenResult`."""
+        return GoldenResult(str(self.golden), self.job.scene, status, message, **details)
 
     def failed(self, error: BaseException) -> GoldenResult:
         """Return its result after an error."""
         outcome = failure(None, error, {})
         status = UNREADABLE if isinstance(error, OSError) else FAILED
-        return replace(self.result(status, outcome.message), problems=outcome.problems)
+        return self.result(status, outcome.message, problems=outcome.problems)
 
 
 def with_found_suffixes(jobs: Iterable[Job], files: set[str]) -> list[Job]:
     """Return jobs, each with the suffix of its golden file if it differs from that of the settings."""
-    return [_with_found_suffix(job, files) for job in jobs]
-
-
-def _with_found_suffix(job: Job, files: set[str]) -> Job:
-    found = [suffix for suffix in (job.settings.suffix, *FORMATS) if job.key + suffix in files]
-    return replace(job, settings=replace(job.settings, suffix=found[0])) if found else job
+    found = []
+    for job in jobs:
+        suffixes = (suffix for suffix in (job.settings.suffix, *FORMATS) if job.key + suffix in files)
+        suffix = next(suffixes, job.settings.suffix)
+        found.append(replace(job, settings=replace(job.settings, suffix=suffix)))
+    return found
 
 
 def check_jobs(
@@ -140,11 +141,11 @@ def _tasks(
 ) -> Iterator[CheckTask]:
     """Yield the tasks, reading scenes as late as possible; append the result of each that cannot be read."""
     for number, job in enumerate(jobs):
-        task = CheckTask(request, job, b"", scratch / str(number))
+        folder = scratch / str(number)
         try:
-            yield replace(task, raw=read_file(job.scene))
+            yield CheckTask(request, job, read_file(job.scene), folder)
         except OSError as error:
-            unread.append(task.failed(error))
+            unread.append(CheckTask(request, job, b"", folder).failed(error))
 
 
 def _kept(task: CheckTask, result: GoldenResult) -> GoldenResult:
@@ -196,17 +197,16 @@ def check_job(task: CheckTask) -> GoldenResult:
 
 def _missing(task: CheckTask, message: str) -> GoldenResult:
     """Return the result without a golden file, with the pictures of the rendering."""
-    result = task.result(MISSING, message)
     if not task.request.shows:
-        return result
+        return task.result(MISSING, message)
     new = task.renderings()
     parts = read_golden(str(new[RADIANCE]), Bounds(), task.job.settings.passes).parts
-    pictures = [
+    pictures = tuple(
         LayerPictures(name, None, _layer_file(task, name, layers, new[part]), None)
         for part, layers in parts.items()
         for name in in_order(layers.arrays)
-    ]
-    return replace(result, pictures=tuple(pictures))
+    )
+    return task.result(MISSING, message, pictures=pictures)
 
 
 def _compared(task: CheckTask, golden: Golden) -> GoldenResult:
@@ -216,11 +216,10 @@ def _compared(task: CheckTask, golden: Golden) -> GoldenResult:
     if comparison.equal:
         shutil.rmtree(task.scratch)
         return task.result(EQUAL)
-    result = replace(task.result(DIFFERENT), comparison=comparison)
-    if task.request.differences is None and not task.request.shows:
-        return result
-    drawn = _drawn(task, compared)
-    return replace(result, pictures=tuple(_pictures(task, golden, compared, drawn)) if task.request.shows else ())
+    shows = task.request.shows
+    drawn = _drawn(task, compared) if shows or task.request.differences is not None else {}
+    pictures = tuple(_pictures(task, golden, compared, drawn)) if shows else ()
+    return task.result(DIFFERENT, comparison=comparison, pictures=pictures)
 
 
 def _drawn(task: CheckTask, compared: Sequence[Compared]) -> dict[str, Path]:
