@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-from collections import deque
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any
 
 from rtcli.atomic import atomic_copy_all
 from rtcli.batch.jobs import Job
-from rtcli.batch.pool import Workers, results
+from rtcli.batch.pool import Result, Workers, results
 from rtcli.batch.worker import BatchTask, failure, rendered
 from rtcli.compare.bounds import Bounds
 from rtcli.compare.comparison import joined
@@ -116,12 +115,9 @@ def check_jobs(
     However it ends, the workers are closed. The pictures to show are in the scratch folder; once there are too
     many, results have none.
     """
-    unread = deque[GoldenResult]()
     room = _MAX_SHOWN_BYTES
     try:
-        for item in results(workers, check_job, _tasks(request, jobs, scratch, unread)):
-            while unread:
-                yield unread.popleft()
+        for item in results(workers, check_job, _tasks(request, jobs, scratch)):
             if item is None:
                 continue
             result = _kept(item.task, item.value if item.error is None else item.task.failed(item.error))
@@ -131,21 +127,19 @@ def check_jobs(
                 result = replace(result, pictures=())
             shutil.rmtree(item.task.scratch / _NEW, ignore_errors=True)
             yield result
-        yield from unread
     finally:
         workers.close()
 
 
-def _tasks(
-    request: CheckRequest, jobs: Sequence[Job], scratch: Path, unread: deque[GoldenResult]
-) -> Iterator[CheckTask]:
-    """Yield the tasks, reading scenes as late as possible; append the result of each that cannot be read."""
+def _tasks(request: CheckRequest, jobs: Sequence[Job], scratch: Path) -> Iterator[CheckTask | Result]:
+    """Yield the tasks, reading scenes as late as possible; for a scene that cannot be read, the result."""
     for number, job in enumerate(jobs):
         folder = scratch / str(number)
         try:
             yield CheckTask(request, job, read_file(job.scene), folder)
         except OSError as error:
-            unread.append(CheckTask(request, job, b"", folder).failed(error))
+            task = CheckTask(request, job, b"", folder)
+            yield Result(task, task.failed(error))
 
 
 def _kept(task: CheckTask, result: GoldenResult) -> GoldenResult:
