@@ -60,11 +60,8 @@ def _distance(item: Any, light: Vector) -> float:
     position = _vector(_at(item, ("position",)))
     if position is None:
         return math.inf
-    return _DISTANCES.get(str(_at(item, ("type",))), _to_centre)(item, position, light)
-
-
-def _to_centre(item: Any, position: Vector, light: Vector) -> float:
-    return math.dist(position, light)
+    distance = _DISTANCES.get(str(_at(item, ("type",))))
+    return math.dist(position, light) if distance is None else distance(item, position, light)
 
 
 def _to_sphere(item: Any, position: Vector, light: Vector) -> float:
