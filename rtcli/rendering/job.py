@@ -8,7 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from rtcli.distributed.bands import BandedTracer
 from rtcli.rendering.metadata import SOFTWARE, fingerprint
+from rtcli.rendering.pack import pack
+from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.scene.model import Scene
+from rtcli.scene.reading.source import Document
+from rtcli.scene.validation.validate import validate
 from rtcli.tracer._native import simd_level
 from rtcli.tracer.engines import ENGINES, Tracer, default_threads, tracer_of
 from rtcli.tracer.passes import PASSES
@@ -130,6 +134,20 @@ class RenderJob:
             "tone": scene.image.tone,
         }
         return {"software": SOFTWARE, "scene": fingerprint(scene, self.world), "settings": settings}
+
+
+def validate_and_pack(document: Document, watch: Stopwatch) -> tuple[Scene, World]:
+    """Return the scene of a document, and the same as arrays; time both stages.
+
+    Raises
+    ------
+    rtcli.SceneError
+        If it is not a valid scene.
+    """
+    with watch.stage("validate"):
+        scene = validate(document)
+    with watch.stage("pack"):
+        return scene, pack(scene)
 
 
 def prepare(

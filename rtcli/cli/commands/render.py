@@ -27,14 +27,12 @@ from rtcli.cli.progress import progress
 from rtcli.image.display import DEPTHS
 from rtcli.image.formats import check_fits, open_parts, parts_of
 from rtcli.image.write import FORMATS, METADATA
-from rtcli.rendering.job import RenderRequest, prepare
-from rtcli.rendering.pack import pack
+from rtcli.rendering.job import RenderRequest, prepare, validate_and_pack
 from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.rendering.stream import RenderStats, expose_film, write_film
 from rtcli.scene.diagnostics.problems import printable
 from rtcli.scene.model import Scene
 from rtcli.scene.overrides import Overrides
-from rtcli.scene.validation.validate import validate
 from rtcli.tracer.engines import ENGINES
 from rtcli.tracer.passes import RADIANCE
 from rtcli.tracer.world import Window, World
@@ -264,11 +262,8 @@ def _load(options: RenderOptions, passes: tuple[str, ...], watch: Stopwatch) -> 
     """Parse, validate and pack the scene, and check that it allows what the options request."""
     with watch.stage("parse"):
         document = read_scene(options.scene, options.overrides)
-    with watch.stage("validate"):
-        scene = validate(document)
-    with watch.stage("pack"):
-        request = RenderRequest(passes, options.engine, options.threads, options.crop)
-        world = pack(scene)
+    scene, world = validate_and_pack(document, watch)
+    request = RenderRequest(passes, options.engine, options.threads, options.crop)
     with usage_errors():
         request.window(world.camera)
         request.simd()
