@@ -14,7 +14,7 @@ from rtcli.atomic import atomic_write_all
 from rtcli.batch.hashes import sha256, sha256_of
 from rtcli.batch.jobs import Job
 from rtcli.image.formats import check_fits
-from rtcli.rendering.job import RenderJob, RenderRequest, prepare, validate_and_pack
+from rtcli.rendering.job import RenderJob, RenderRequest, validate_and_pack
 from rtcli.rendering.metadata import SOFTWARE, fingerprint
 from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.rendering.stream import write_film
@@ -138,7 +138,7 @@ def render_job(task: BatchTask) -> Outcome:
 def rendered(task: BatchTask, watch: Stopwatch) -> Outcome:
     """Do what `render_job` does, but raise ValueError for an invalid scene, and OSError for a file."""
     scene, world = _loaded(task.job, task.raw, watch)
-    job = prepare(scene, world, RenderRequest(task.job.settings.passes, threads=1))
+    job = RenderJob(scene, world, RenderRequest(task.job.settings.passes, threads=1))
     check_fits(task.job.key + task.job.settings.suffix, job.window[2:], task.job.settings.bits)
     outputs, files = _render(task, job, watch.seconds)
     size = job.window.width, job.window.height

@@ -93,8 +93,6 @@ class RenderJob:
         The same as arrays.
     request
         The passes, the engine and the threads.
-    window
-        The pixels of the picture that the film holds.
     executor
         Traces bands elsewhere; None for this process.
     prepared
@@ -104,9 +102,19 @@ class RenderJob:
     scene: Scene
     world: World
     request: RenderRequest
-    window: Window
     executor: Executor | None = None
     prepared: Tracer | None = None
+
+    @cached_property
+    def window(self) -> Window:
+        """The pixels of the picture that the film holds.
+
+        Raises
+        ------
+        ValueError
+            If the crop is empty or not inside the picture.
+        """
+        return self.request.window(self.world.camera)
 
     @cached_property
     def tracer(self) -> Tracer:
@@ -148,20 +156,3 @@ def validate_and_pack(document: Document, watch: Stopwatch) -> tuple[Scene, Worl
         scene = validate(document)
     with watch.stage("pack"):
         return scene, pack(scene)
-
-
-def prepare(
-    scene: Scene,
-    world: World,
-    request: RenderRequest,
-    executor: Executor | None = None,
-    tracer: Tracer | None = None,
-) -> RenderJob:
-    """Return the job of a scene and its packed `World`, for an executor or an engine that is prepared already.
-
-    Raises
-    ------
-    ValueError
-        If the crop is empty or not inside the picture.
-    """
-    return RenderJob(scene, world, request, request.window(world.camera), executor, tracer)

@@ -161,9 +161,9 @@ def test_crowds_have_the_same_volume(count):
 @pytest.mark.parametrize("count", [100, 1000])
 def test_crowd_lies_in_its_box(count):
     for sphere in scenes.crowd(count, 64, 36)["objects"]:
-        for place, (low, high) in zip(sphere["position"], scenes.CROWD_BOX, strict=True):
-            assert low <= place - sphere["radius"] + 1e-4
-            assert place + sphere["radius"] - 1e-4 <= high
+        for coordinate, (low, high) in zip(sphere["position"], scenes.CROWD_BOX, strict=True):
+            assert low <= coordinate - sphere["radius"] + 1e-4
+            assert coordinate + sphere["radius"] - 1e-4 <= high
 
 
 def test_crowd_is_the_same_every_time():

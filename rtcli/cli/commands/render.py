@@ -27,7 +27,7 @@ from rtcli.cli.progress import progress
 from rtcli.image.display import DEPTHS
 from rtcli.image.formats import check_fits, open_parts, parts_of
 from rtcli.image.write import FORMATS, METADATA
-from rtcli.rendering.job import RenderRequest, prepare, validate_and_pack
+from rtcli.rendering.job import RenderJob, RenderRequest, validate_and_pack
 from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.rendering.stream import RenderStats, expose_film, write_film
 from rtcli.scene.diagnostics.problems import printable
@@ -186,7 +186,7 @@ def _preview(options: RenderOptions) -> int:
     preview = Preview()
     scene, world, request = _load(options, (), Stopwatch())
     with options.executor() as executor, progress("rendering", options.quiet) as on_progress:
-        film = expose_film(prepare(scene, world, request, executor), on_progress)
+        film = expose_film(RenderJob(scene, world, request, executor), on_progress)
     preview.show(film)
     return 0
 
@@ -225,7 +225,7 @@ def render(options: RenderOptions, output: PictureOutput, check: GoldenCheck | N
         io.BytesIO() if options.stats is None else open_target(options.stats) as stats_file,
         options.executor() as executor,
     ):
-        job = prepare(scene, world, request, executor)
+        job = RenderJob(scene, world, request, executor)
         with watch.stages_together() as spent, progress("rendering", options.quiet) as on_progress:
             stats = write_film(job, files, output.bits, on_progress)
             spent.update(stats.seconds)
