@@ -15,10 +15,29 @@ Levels = npt.NDArray[np.int16]
 EDGE = 24
 
 
+# The curve from sRGB to linear levels, for renderers that write these.
+SRGB = np.arange(256) / 255
+LINEAR = np.where(SRGB <= 0.04045, SRGB / 12.92, ((SRGB + 0.055) / 1.055) ** 2.4)
+
+
 def levels(path: Path) -> Levels:
-    """Return the levels of a picture: (H, W, 3), 0 to 255."""
+    """Return the levels of a picture, those of a .pfm file rounded: (H, W, 3), 0 to 255."""
+    if path.suffix == ".pfm":
+        return np.rint(255 * _radiance(path).clip(0, 1)).astype(np.int16)
     with Image.open(path) as picture:
         return np.asarray(picture.convert("RGB"), dtype=np.int16)
+
+
+def _radiance(path: Path) -> npt.NDArray[np.float32]:
+    """Return the values of a portable float map, whose rows go from the bottom up: (H, W, 3)."""
+    _, size, _, values = path.read_bytes().split(b"\n", maxsplit=3)
+    width, height = map(int, size.split())
+    return np.frombuffer(values, np.float32).reshape(height, width, 3)[::-1]
+
+
+def linear(reference: Levels) -> Levels:
+    """Return linear levels for those of sRGB."""
+    return np.rint(255 * LINEAR[reference]).astype(np.int16)
 
 
 def mismatch_share(picture: Levels, reference: Levels, tolerance: int) -> float:

@@ -18,6 +18,7 @@ from typing import Any
 # The stages to compare: a whole process, or stages that a program times itself.
 PROCESS = "whole process"
 TRACE = "trace"
+BUILD = "build"
 TRACE_DEVELOP = "trace + develop"
 READ = "read"
 

@@ -1,7 +1,8 @@
 """Find or install the programs to compare rtcli with, and report those that are missing.
 
-POV-Ray comes from the system's package manager, Mitsuba 3 into a virtual environment of its own, and the kernel of
-`brute_force.c` from the C compiler. A program that is not available is `None`, and reported on standard error.
+POV-Ray, Tachyon and Embree come from the system's package manager, Mitsuba 3 goes into a virtual environment of
+its own, and `embree.cpp` and the kernel of `brute_force.c` are compiled. A program that is not available is
+`None`, and reported on standard error.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ LLVM_PATHS = ("/usr/lib/*/libLLVM*.so*", "/usr/lib/llvm-*/lib/libLLVM*.so*", "/u
 
 # Give the kernel every advantage; rtcli itself is built without these flags.
 C_FLAGS = ("-O3", "-march=native", "-ffast-math", "-std=gnu11")
+CPP_FLAGS = ("-O3", "-march=native", "-std=c++17")
 
 PROBE = """
 import drjit, mitsuba
@@ -65,15 +67,20 @@ def leave_out(name: str, reason: str) -> None:
 
 def povray() -> Peer | None:
     """Return POV-Ray; install it if necessary."""
-    if shutil.which("povray") is None:
-        _install_package("povray")
-    program = shutil.which("povray")
-    if program is None:
-        leave_out("POV-Ray", "`povray` is not there, and apt-get could not install it")
+    return _packaged("POV-Ray", "povray", "povray", "--version")
+
+
+def _packaged(name: str, program: str, package: str, version: str) -> Peer | None:
+    """Return a program of the system's packages; `version` makes it print its version."""
+    if shutil.which(program) is None:
+        _install_package(package)
+    path = shutil.which(program)
+    if path is None:
+        leave_out(name, f"`{program}` is not there, and apt-get could not install it")
         return None
-    output = subprocess.run([program, "--version"], capture_output=True, text=True, check=False)
-    version = re.search(r"POV-Ray ([\d.]*\d)", output.stdout + output.stderr)
-    return Peer(program, f"POV-Ray {version[1]}" if version else "POV-Ray")
+    output = subprocess.run([path, version], capture_output=True, text=True, check=False)
+    numbers = re.findall(r"\d[\d.]*\.\d+", output.stdout + output.stderr)
+    return Peer(path, f"{name} {max(numbers, key=len)}" if numbers else name)
 
 
 def _install_package(name: str) -> bool:
@@ -95,6 +102,27 @@ def _install_package(name: str) -> bool:
 def _succeeds(command: list[str]) -> bool:
     environment = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
     return subprocess.run(command, capture_output=True, env=environment, check=False).returncode == 0
+
+
+# --- Tachyon and Embree --------------------------------------------------------------------------------------
+
+
+def tachyon() -> Peer | None:
+    """Return Tachyon; install it if necessary."""
+    return _packaged("Tachyon", "tachyon", "tachyon-bin-nox", "-version")
+
+
+def embree() -> Peer | None:
+    """Return `embree.cpp`, compiled; install Embree if necessary."""
+    compiler, target = shutil.which("c++"), WORK / "embree"
+    if compiler is None:
+        leave_out("Embree", "there is no C++ compiler: `c++`")
+        return None
+    command = [compiler, *CPP_FLAGS, str(HERE / "embree.cpp"), "-o", str(target), "-lembree3", "-pthread"]
+    if not _succeeds(command) and not (_install_package("libembree-dev") and _succeeds(command)):
+        leave_out("Embree", "`embree.cpp` cannot be compiled, and apt-get could not install libembree-dev")
+        return None
+    return Peer(str(target), f"Embree {_first_line(str(target))}")
 
 
 # --- Mitsuba -------------------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from contest import PROCESS, READ, TRACE, TRACE_DEVELOP
+from contest import BUILD, PROCESS, READ, TRACE, TRACE_DEVELOP
 
 Results = dict[str, Any]
 
@@ -55,20 +55,29 @@ def _kernel(other: str) -> Callable[[Results], float]:
     )
 
 
-def _growth(contests: Results) -> float:
-    """Return the longest trace of all crowds, divided by that of the smallest."""
-    traces = [median(contests, "growth", name, TRACE) for name in contests["growth"]["seconds"]]
-    return max(traces) / traces[0]
+def _embree(contest: str, stage: str) -> Callable[[Results], float]:
+    return lambda contests: median(contests, contest, "rtcli", stage) / median(contests, contest, "Embree", stage)
+
+
+def _last(contest: str, stage: str) -> Callable[[Results], float]:
+    """Return the ratio of the last contestant to the first."""
+
+    def ratio(contests: Results) -> float:
+        first, *_, last = contests[contest]["seconds"]
+        return median(contests, contest, last, stage) / median(contests, contest, first, stage)
+
+    return ratio
 
 
 def _batch(contest: str, seconds: float) -> Callable[[Results], float]:
     return lambda contests: median(contests, contest, "rtcli batch") / seconds
 
 
-_LARGEST = "crowd-100000"
+_LARGE, _HUGE = "crowd-100000", "crowd-1000000"
 _STILL_LIFE = "2 spheres, box, plane, light"
 
 BARS = (
+    Bar(f"{_STILL_LIFE}, 1920x1080: whole process", "Tachyon", 0.55, _process("hd", "rtcli", "Tachyon")),
     Bar(f"{_STILL_LIFE}, 1920x1080: whole process", "POV-Ray", 0.25, _process("hd", "rtcli", "POV-Ray")),
     Bar(f"{_STILL_LIFE}, 1920x1080: whole process", "Mitsuba", 0.70, _process("hd", "rtcli", "Mitsuba")),
     Bar(f"{_STILL_LIFE}, 3840x2160: whole process", "POV-Ray", 0.09, _process("4k", "rtcli", "POV-Ray")),
@@ -80,10 +89,20 @@ BARS = (
         1.0,
         _kernel("C, intrinsics"),
     ),
-    Bar("100 to 100,000 spheres of constant volume: trace", "100 spheres", 8.0, _growth),
-    Bar("100,000 spheres, YAML: whole process", "POV-Ray", 0.9, _process(_LARGEST, "rtcli, YAML", "POV-Ray")),
-    Bar("100,000 spheres, JSON: whole process", "POV-Ray", 0.35, _process(_LARGEST, "rtcli, JSON", "POV-Ray")),
-    Bar("start-up, 64x64: whole process", "its imports", 1.3, _process("start-up", "rtcli", "imports")),
+    Bar("100 spheres: trace, one thread", "Embree", 0.08, _embree("embree-100", TRACE)),
+    Bar("10,000 spheres: trace, one thread", "Embree", 0.13, _embree("embree-10000", TRACE)),
+    Bar("100,000 spheres: trace, one thread", "Embree", 0.28, _embree("embree-100000", TRACE)),
+    Bar("1,000,000 spheres: trace, one thread", "Embree", 0.45, _embree("embree-1000000", TRACE)),
+    Bar("1,000,000 spheres: build, two threads", "Embree", 1.1, _embree("embree-1000000-build", BUILD)),
+    Bar("100,000 spheres: trace with 64 samples", "1 sample", 38.0, _last("samples", TRACE)),
+    Bar("270,000 spheres, JSON: whole process", "190,000", 1.5, _last("limits", PROCESS)),
+    Bar("100,000 spheres, YAML: whole process", "Tachyon", 0.6, _process(_LARGE, "rtcli, YAML", "Tachyon")),
+    Bar("100,000 spheres, JSON: whole process", "Tachyon", 0.35, _process(_LARGE, "rtcli, JSON", "Tachyon")),
+    Bar("1,000,000 spheres, JSON: whole process", "Tachyon", 0.55, _process(_HUGE, "rtcli, JSON", "Tachyon")),
+    Bar("100,000 spheres, YAML: whole process", "POV-Ray", 0.9, _process(_LARGE, "rtcli, YAML", "POV-Ray")),
+    Bar("100,000 spheres, JSON: whole process", "POV-Ray", 0.35, _process(_LARGE, "rtcli, JSON", "POV-Ray")),
+    Bar("start-up, 64x64: whole process", "importing click", 1.8, _process("start-up", "rtcli", "imports")),
+    Bar("rtcli --help: whole process", "--version", 1.3, _process("help", "rtcli --help", "rtcli --version")),
 )
 
 # Reading and validating scene files.

@@ -22,8 +22,8 @@ from pathlib import Path
 
 import agreement
 import report
-from contest import PROCESS, TRACE, TRACE_DEVELOP, Contest, Contestant
-from peers import HERE, WORK, Peer, intrinsics_kernel, mitsuba, plain_kernel, povray
+from contest import BUILD, TRACE, TRACE_DEVELOP, Contest, Contestant
+from peers import HERE, WORK, Peer, embree, intrinsics_kernel, mitsuba, plain_kernel, povray, tachyon
 
 import rtcli
 import scenes
@@ -42,16 +42,16 @@ SAMPLE = (480, 270)
 
 ROUNDS = 9
 KERNEL_REPETITIONS = 31
+EMBREE_REPETITIONS = 5
+# From this number of spheres on, peers that take long run only once.
+LARGE = 100_000
+HUGE = 1_000_000
 
-# The imports that every Python program with this scene model needs.
-IMPORTS = "import click, yaml, pydantic; import rtcli.scene.model"
+# What a program on the command line needs to import.
+IMPORTS = "import click"
 
-# The largest difference from the reference engine in 8-bit levels, and the share of pixels off edges that may
-# exceed it.
-TOLERANCE = 1
+# The share of pixels off edges that may differ from the reference engine's by more than the tolerance.
 MAX_MISMATCH_SHARE = 0.001
-# Mitsuba's one sample has a random position in its pixel.
-MITSUBA_TOLERANCE = 8
 
 Write = Callable[[str], object]
 
@@ -60,22 +60,26 @@ Write = Callable[[str], object]
 class Peers:
     """The programs to compare with; None for those that are missing."""
 
-    povray: Peer | None
-    mitsuba: Peer | None
-    intrinsics: Peer | None
-    plain: Peer | None
+    povray: Peer | None = None
+    tachyon: Peer | None = None
+    mitsuba: Peer | None = None
+    embree: Peer | None = None
+    intrinsics: Peer | None = None
+    plain: Peer | None = None
 
     @classmethod
     def find(cls) -> Peers:
         """Return the peers of this machine; install them if necessary."""
         WORK.mkdir(parents=True, exist_ok=True)
-        return cls(povray(), mitsuba(), intrinsics_kernel(), plain_kernel())
+        return cls(povray(), tachyon(), mitsuba(), embree(), intrinsics_kernel(), plain_kernel())
 
     def versions(self) -> dict[str, str]:
         """Return the names and versions of all programs, for people."""
         versions = {"rtcli": f"rtcli {rtcli.__version__}, Python {platform.python_version()}"}
         named = {
             "POV-Ray": self.povray,
+            "Tachyon": self.tachyon,
+            "Embree": self.embree,
             "Mitsuba": self.mitsuba,
             "C, plain": self.plain,
             "C, intrinsics": self.intrinsics,
@@ -115,6 +119,22 @@ def povray_contestant(peer: Peer | None, name: str, scene: scenes.Description) -
         yield Contestant("POV-Ray", (peer.program, *files, f"+W{width}", f"+H{height}", *flags), peer.environment)
 
 
+def tachyon_contestant(peer: Peer | None, name: str, scene: scenes.Description) -> Iterator[Contestant]:
+    """Yield Tachyon, if available; it uses all processor cores by default."""
+    if peer:
+        files = (scene_file(name, scene, ".dat"), "-fullshade", "-format", "PNG", "-o", picture_file("tachyon"))
+        yield Contestant("Tachyon", (peer.program, *files), peer.environment)
+
+
+def embree_contestant(
+    peer: Peer | None, name: str, scene: scenes.Description, threads: int, *output: str
+) -> Iterator[Contestant]:
+    """Yield Embree, if available; it reports the medians of some repetitions in one process."""
+    if peer:
+        numbers = (str(threads), str(EMBREE_REPETITIONS))
+        yield Contestant("Embree", (peer.program, scene_file(name, scene, ".txt"), *numbers, *output))
+
+
 def mitsuba_contestant(peer: Peer | None, name: str, scene: scenes.Description) -> Iterator[Contestant]:
     """Yield Mitsuba, if available; it uses all processor cores by default."""
     if peer:
@@ -145,6 +165,7 @@ def still_life_contest(name: str, size: tuple[int, int], peers: Peers) -> Contes
     mitsubas = tuple(mitsuba_contestant(peers.mitsuba, name, scene))
     contestants = (
         rtcli_contestant("rtcli", scene_file(name, scene, ".yaml")),
+        *tachyon_contestant(peers.tachyon, name, scene),
         *povray_contestant(peers.povray, name, scene),
         *mitsubas,
         *map(uncached, mitsubas),
@@ -164,36 +185,66 @@ def kernel_contest(peers: Peers) -> Contest:
     return Contest("kernel", work, contestants, (TRACE_DEVELOP,), pixels=HD[0] * HD[1])
 
 
-def growth_contest(_: Peers) -> Contest:
-    """Return the contest of rtcli alone with more and more spheres of constant total volume."""
-    contestants = tuple(
-        rtcli_contestant(
-            f"rtcli, {count:,} spheres", scene_file(f"crowd-{count}", scenes.crowd(count, *HD), ".json")
-        )
-        for count in scenes.CROWD_SIZES
+def embree_contest(count: int, threads: int, peers: Peers) -> Contest:
+    """Return the contest with Embree: the tree and the rays of many spheres, without files and pictures."""
+    name, scene = f"embree-{count}", scenes.crowd(count, *HD)
+    json = scene_file(name, scene, ".json")
+    contestants = (
+        rtcli_contestant("rtcli", json, "--threads", str(threads)),
+        *embree_contestant(peers.embree, name, scene, threads),
     )
-    return Contest("growth", f"spheres of constant total volume, {HD[0]}x{HD[1]}", contestants, (TRACE,))
+    work = f"{count:,} spheres, {HD[0]}x{HD[1]}, {threads} thread{'s' * (threads > 1)}"
+    return Contest(name if threads == 1 else f"{name}-build", work, contestants, (BUILD, TRACE))
 
 
 def crowd_contest(count: int, peers: Peers) -> Contest:
     """Return the contest for many spheres: whole processes."""
     name, scene = f"crowd-{count}", scenes.crowd(count, *HD)
-    mitsubas = mitsuba_contestant(peers.mitsuba, name, scene)
+    # It takes half a minute for 100,000 spheres, and ten for a million.
+    mitsubas = mitsuba_contestant(peers.mitsuba if count < HUGE else None, name, scene)
+    slow = (*povray_contestant(peers.povray, name, scene), *mitsubas)
     contestants = (
         rtcli_contestant("rtcli, YAML", scene_file(name, scene, ".yaml")),
         rtcli_contestant("rtcli, JSON", scene_file(name, scene, ".json")),
-        *povray_contestant(peers.povray, name, scene),
-        # It takes half a minute for 100,000 spheres, so run it only once.
-        *(dataclasses.replace(contestant, once=count >= 100_000) for contestant in mitsubas),
+        *tachyon_contestant(peers.tachyon, name, scene),
+        *(dataclasses.replace(contestant, once=count >= LARGE) for contestant in slow),
     )
     return Contest(name, f"{count:,} spheres, {HD[0]}x{HD[1]}", contestants)
 
 
+def limits_contest(_: Peers) -> Contest:
+    """Return the contest of rtcli alone below and above the size at which a careful reader used to take over."""
+    contestants = tuple(
+        rtcli_contestant(
+            f"rtcli, {count:,} spheres", scene_file(f"crowd-{count}", scenes.crowd(count, *HD), ".json")
+        )
+        for count in (190_000, 270_000)
+    )
+    return Contest("limits", f"spheres as JSON, {HD[0]}x{HD[1]}", contestants)
+
+
+def samples_contest(_: Peers) -> Contest:
+    """Return the contest of rtcli alone with one sample per pixel and with many."""
+    scene = scene_file("samples", scenes.crowd(LARGE, *HD), ".json")
+    contestants = tuple(
+        rtcli_contestant(f"rtcli, {samples} sample{'s' * (samples > 1)}", scene, "--samples", str(samples))
+        for samples in (1, 64)
+    )
+    return Contest("samples", f"{LARGE:,} spheres, {HD[0]}x{HD[1]}", contestants, (TRACE,))
+
+
 def start_up_contest(_: Peers) -> Contest:
-    """Return the contest of a tiny picture, which is all start-up, with the imports that rtcli needs."""
+    """Return the contest of a tiny picture, which is all start-up, with the import that the program needs."""
     scene = scene_file("start-up", scenes.still_life(*TINY), ".yaml")
     contestants = (rtcli_contestant("rtcli", scene), Contestant("imports", (PYTHON, "-c", IMPORTS)))
-    return Contest("start-up", f"start-up: {TINY[0]}x{TINY[1]}", contestants, (PROCESS,))
+    return Contest("start-up", f"start-up: {TINY[0]}x{TINY[1]}", contestants)
+
+
+def help_contest(_: Peers) -> Contest:
+    """Return the contest of the help and the version."""
+    options = ("--help", "--version")
+    contestants = tuple(Contestant(f"rtcli {option}", (RTCLI, option)) for option in options)
+    return Contest("help", "start-up: the help", contestants)
 
 
 # All contests, in the order of the table.
@@ -201,47 +252,89 @@ CONTESTS: dict[str, Callable[[Peers], Contest]] = {
     "hd": lambda peers: still_life_contest("hd", HD, peers),
     "4k": lambda peers: still_life_contest("4k", UHD, peers),
     "kernel": kernel_contest,
-    "growth": growth_contest,
+    **{f"embree-{count}": functools.partial(embree_contest, count, 1) for count in (100, 10_000, LARGE, HUGE)},
+    f"embree-{HUGE}-build": functools.partial(embree_contest, HUGE, 2),
+    "samples": samples_contest,
+    "limits": limits_contest,
     **{f"crowd-{count}": functools.partial(crowd_contest, count) for count in scenes.CROWD_SIZES},
     "start-up": start_up_contest,
+    "help": help_contest,
 }
 
 
 # --- Agreement -----------------------------------------------------------------------------------------------
 
 
+@dataclass(frozen=True)
+class Sample:
+    """A contestant, its picture of a small size, and how much that may differ from the reference engine's.
+
+    Parameters
+    ----------
+    contestant
+        Renders the picture.
+    picture
+        The file that it writes.
+    tolerance
+        The largest difference to ignore, in levels.
+    is_linear
+        Whether the picture has linear levels, without the curve of sRGB.
+    """
+
+    contestant: Contestant
+    picture: Path
+    tolerance: int = 1
+    is_linear: bool = False
+
+
 def check_pictures(peers: Peers, write: Write) -> None:
-    """Render the small scene with all contestants, and compare the pictures with the reference engine's.
+    """Render small scenes with all contestants, and compare the pictures with the reference engine's.
 
     Raises
     ------
     SystemExit
         If a picture is wrong: timing it would mean nothing.
     """
-    scene = scenes.still_life(*SAMPLE)
+    _check_scene(scenes.still_life(*SAMPLE), _still_life_samples, peers, write)
+    _check_scene(scenes.crowd(100, *SAMPLE), _crowd_samples, peers, write)
+
+
+def _check_scene(
+    scene: scenes.Description,
+    samples: Callable[[Peers, scenes.Description], Iterator[Sample]],
+    peers: Peers,
+    write: Write,
+) -> None:
     yaml = scene_file("sample", scene, ".yaml")
-    reference = rtcli_contestant("reference", yaml, "--engine", "reference")
-    reference.run()
+    rtcli_contestant("reference", yaml, "--engine", "reference").run()
     expected = agreement.levels(WORK / "rtcli.png")
-    for contestant, picture in _sample_contestants(peers, scene, yaml):
-        contestant.run()
-        tolerance = MITSUBA_TOLERANCE if contestant.name == "Mitsuba" else TOLERANCE
-        share = agreement.mismatch_share(agreement.levels(picture), expected, tolerance)
-        write(f"{contestant.name:<16} {share:8.3%} of pixels off borders are more than {tolerance} of 255 away\n")
+    for sample in (Sample(rtcli_contestant("rtcli", yaml), WORK / "rtcli.png"), *samples(peers, scene)):
+        sample.contestant.run()
+        reference = agreement.linear(expected) if sample.is_linear else expected
+        share = agreement.mismatch_share(agreement.levels(sample.picture), reference, sample.tolerance)
+        name = sample.contestant.name
+        write(f"{name:<16} {share:8.3%} of pixels off borders are more than {sample.tolerance} of 255 away\n")
         if share > MAX_MISMATCH_SHARE:
-            sys.exit(f"{contestant.name} draws another picture than the reference engine: {picture}")
+            sys.exit(f"{name} draws another picture than the reference engine: {sample.picture}")
 
 
-def _sample_contestants(peers: Peers, scene: scenes.Description, yaml: str) -> Iterator[tuple[Contestant, Path]]:
-    yield rtcli_contestant("rtcli", yaml), WORK / "rtcli.png"
+def _still_life_samples(peers: Peers, scene: scenes.Description) -> Iterator[Sample]:
     for contestant in povray_contestant(peers.povray, "sample", scene):
-        yield contestant, WORK / "povray.png"
+        yield Sample(contestant, WORK / "povray.png")
+    for contestant in tachyon_contestant(peers.tachyon, "sample", scene):
+        yield Sample(contestant, WORK / "tachyon.png", tolerance=2, is_linear=True)  # rounds down
     for contestant in mitsuba_contestant(peers.mitsuba, "sample", scene):
-        yield contestant, WORK / "mitsuba.png"
+        yield Sample(contestant, WORK / "mitsuba.png", tolerance=8)  # its one sample lies anywhere in the pixel
     for name, peer in (("C, plain", peers.plain), ("C, intrinsics", peers.intrinsics)):
         if peer:
             picture = WORK / "kernel.ppm"
-            yield Contestant(name, (peer.program, *map(str, SAMPLE), "1", "0", str(picture))), picture
+            yield Sample(Contestant(name, (peer.program, *map(str, SAMPLE), "1", "0", str(picture))), picture)
+
+
+def _crowd_samples(peers: Peers, scene: scenes.Description) -> Iterator[Sample]:
+    picture = WORK / "embree.pfm"
+    for contestant in embree_contestant(peers.embree, "sample", scene, 1, str(picture)):
+        yield Sample(contestant, picture, is_linear=True)
 
 
 # --- The command ---------------------------------------------------------------------------------------------

@@ -1,7 +1,8 @@
 """The scenes of the benchmarks, each described once and translated for each renderer.
 
-A description is the data of a JSON scene file of rtcli. `FORMATS` translates it to scene files for rtcli, POV-Ray
-and Mitsuba, and `c_header` to the constants of `brute_force.c`, so all of them use the same numbers. They support
+A description is the data of a JSON scene file of rtcli. `FORMATS` translates it to scene files for rtcli, POV-Ray,
+Tachyon, Mitsuba and `embree.cpp`, and `c_header` to the constants of `brute_force.c`, so all of them use the same
+numbers. They support
 only the features that the benchmarks use: a camera with y up, free white lights, planes with y up.
 """
 
@@ -18,7 +19,7 @@ Description = dict[str, Any]
 # The box that encloses a crowd; seen from the origin along -z, it just fills the picture.
 CROWD_BOX = ((-16.0, 16.0), (-9.0, 9.0), (-49.0, -31.0))
 CROWD_SHARE_OF_VOLUME = 0.05
-CROWD_SIZES = (100, 1_000, 10_000, 100_000)
+CROWD_SIZES = (100, 1_000, 10_000, 100_000, 1_000_000)
 SEED = 1
 
 # POV-Ray attenuates a light by 2 / (1 + (d / fade_distance)^2). With a fade distance far below all distances, that
@@ -195,6 +196,97 @@ def _pov(vector: Iterable[float]) -> str:
 _POV_SHAPES = {"plane": _pov_plane, "sphere": _pov_sphere, "box": _pov_box}
 
 
+# --- Tachyon -------------------------------------------------------------------------------------------------
+
+
+def to_tachyon(scene: Description) -> str:
+    """Return the scene as a Tachyon scene file. Tachyon is left-handed, so all z are negated."""
+    width, height = scene["camera"]["resolution"]
+    lines = [
+        "BEGIN_SCENE",
+        f"RESOLUTION {width} {height}",
+        _tachyon_camera(scene["camera"]),
+        *(_tachyon_light(light) for light in scene["lights"]),
+        *(_TACHYON_SHAPES[shape["type"]](shape) for shape in scene["objects"]),
+        "END_SCENE",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _tachyon_camera(camera: Description) -> str:
+    """Return the camera; the zoom is the reciprocal of the picture's height at distance 1.
+
+    Tachyon's rays pass half a pixel right of and above the pixel's centre: the camera is turned against that.
+    """
+    right, up, forward = camera_axes(camera)
+    picture_height = 2 * math.tan(math.radians(camera["fov"]) / 2)
+    half_pixel = picture_height / camera["resolution"][1] / 2
+    forward = [f - half_pixel * (r + u) for f, r, u in zip(forward, right, up, strict=True)]
+    return (
+        f"CAMERA\nZOOM {1 / picture_height:.9f}\nASPECTRATIO 1\nANTIALIASING 0\nRAYDEPTH 1\n"
+        f"CENTER {_tachyon(camera['position'])}\nVIEWDIR {_tachyon(forward)}\nUPDIR {_tachyon(up)}\nEND_CAMERA"
+    )
+
+
+def _tachyon_light(light: Description) -> str:
+    """Return a light as bright as in rtcli.
+
+    Tachyon divides it by QUADRATIC r^2, so that is 4 pi^2 / I
+    """
+    falloff = 4 * math.pi**2 / light["intensity"]
+    return (
+        f"LIGHT CENTER {_tachyon(light['position'])} RAD 0.001"
+        f" ATTENUATION CONSTANT 0 LINEAR 0 QUADRATIC {falloff!r} COLOR 1 1 1"
+    )
+
+
+def _tachyon_plane(shape: Description) -> str:
+    return f"PLANE CENTER {_tachyon(shape['position'])} NORMAL 0 1 0 {_tachyon_texture(shape)}"
+
+
+def _tachyon_sphere(shape: Description) -> str:
+    return f"SPHERE CENTER {_tachyon(shape['position'])} RAD {shape['radius']} {_tachyon_texture(shape)}"
+
+
+def _tachyon_box(shape: Description) -> str:
+    """Return the box as twelve triangles: Tachyon's own cannot be rotated."""
+    corner = _box_corners(shape)
+    return "\n".join(
+        f"TRI {' '.join(f'V{i} {_tachyon(corner[index])}' for i, index in enumerate(triangle))}"
+        f" {_tachyon_texture(shape)}"
+        for a, b, c, d in _BOX_FACES
+        for triangle in ((a, b, c), (a, c, d))
+    )
+
+
+# The corners of each face in turn around it; bit 0 of a corner's index is its side along x, bit 1 y, bit 2 z.
+_BOX_FACES = ((0, 2, 6, 4), (1, 3, 7, 5), (0, 1, 5, 4), (2, 3, 7, 6), (0, 1, 3, 2), (4, 5, 7, 6))
+
+
+def _box_corners(shape: Description) -> list[list[float]]:
+    """Return the eight corners; counter-clockwise about +y: x' = x cos + z sin, z' = z cos - x sin."""
+    sine, cosine = math.sin(math.radians(shape["rotation"])), math.cos(math.radians(shape["rotation"]))
+    corners = []
+    for index in range(8):
+        x, y, z = (size * ((index >> axis & 1) - 0.5) for axis, size in enumerate(shape["size"]))
+        turned = (x * cosine + z * sine, y, z * cosine - x * sine)
+        corners.append([a + b for a, b in zip(shape["position"], turned, strict=True)])
+    return corners
+
+
+def _tachyon_texture(shape: Description) -> str:
+    red, green, blue = shape["color"]
+    return f"TEXTURE AMBIENT 0 DIFFUSE 1 SPECULAR 0 OPACITY 1 COLOR {red} {green} {blue} TEXFUNC 0"
+
+
+def _tachyon(vector: Iterable[float]) -> str:
+    x, y, z = vector
+    return f"{x} {y} {-z}"
+
+
+_TACHYON_SHAPES = {"plane": _tachyon_plane, "sphere": _tachyon_sphere, "box": _tachyon_box}
+
+
 # --- Mitsuba -------------------------------------------------------------------------------------------------
 
 
@@ -269,6 +361,20 @@ def _mitsuba(vector: Iterable[float]) -> str:
 
 
 _MITSUBA_SHAPES = {"plane": _mitsuba_plane, "sphere": _mitsuba_sphere, "box": _mitsuba_box}
+
+
+# --- Embree --------------------------------------------------------------------------------------------------
+
+
+def to_embree(scene: Description) -> str:
+    """Return a crowd as numbers for `embree.cpp`: size and fov, the light, then each sphere and its color."""
+    [light] = scene["lights"]
+    rows = [
+        (*scene["camera"]["resolution"], scene["camera"]["fov"]),
+        (*light["position"], light["intensity"]),
+        *((*shape["position"], shape["radius"], *shape["color"]) for shape in scene["objects"]),
+    ]
+    return "".join(f"{' '.join(map(str, row))}\n" for row in rows)
 
 
 # --- The kernel in C -----------------------------------------------------------------------------------------
@@ -355,4 +461,6 @@ FORMATS: dict[str, Callable[[Description], str]] = {
     ".json": to_json,
     ".pov": to_pov,
     ".xml": to_mitsuba,
+    ".dat": to_tachyon,
+    ".txt": to_embree,
 }

@@ -7,7 +7,7 @@ import weakref
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rtcli.rendering.job import RenderRequest, prepare
+from rtcli.rendering.job import RenderJob, RenderRequest
 from rtcli.rendering.pack import pack
 from rtcli.rendering.stream import expose_film
 from rtcli.scene.model import Scene
@@ -62,7 +62,7 @@ def render(
         scene = scene_from_data(scene)
     world, tracers = _prepared(scene)
     key = (request.engine, request.thread_count, os.environ.get("RTCLI_SIMD"))
-    job = prepare(scene, world, request, tracer=tracers.get(key))
+    job = RenderJob(scene, world, request, prepared=tracers.get(key))
     tracers[key] = job.tracer
     return expose_film(job)
 

@@ -21,4 +21,4 @@ def test_no_two_public_classes_share_a_name():
             for name in public_classes(path):
                 homes[name].append(path.relative_to(PACKAGE).as_posix())
     assert len(homes) > 100
-    assert {name: places for name, places in homes.items() if len(places) > 1} == {}
+    assert {name: modules for name, modules in homes.items() if len(modules) > 1} == {}

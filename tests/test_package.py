@@ -70,11 +70,11 @@ def test_wheel_holds_the_package_and_nothing_else(wheel):
 @pytest.mark.integration
 def test_wheel_installs_into_a_bare_environment_and_renders(wheel, tmp_path):
     venv.create(tmp_path / "bare", with_pip=True)
-    place = tmp_path / "bare" / ("Scripts" if os.name == "nt" else "bin")
+    scripts = tmp_path / "bare" / ("Scripts" if os.name == "nt" else "bin")
     bare = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
 
     def run(program, *arguments):
-        command = [str(place / program), *arguments]
+        command = [str(scripts / program), *arguments]
         return subprocess.run(command, cwd=tmp_path, env=bare, check=True, capture_output=True, text=True).stdout
 
     run("pip", "install", "--quiet", "--disable-pip-version-check", str(wheel))

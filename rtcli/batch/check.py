@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import shutil
-from collections import deque
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from rtcli.atomic import atomic_copy_all
 from rtcli.batch.jobs import Job
-from rtcli.batch.pool import Workers, results
+from rtcli.batch.pool import Result, Workers, results
 from rtcli.batch.worker import BatchTask, failure, rendered
 from rtcli.compare.bounds import Bounds
 from rtcli.compare.comparison import joined
@@ -86,25 +86,25 @@ class CheckTask:
         """Return the file of each part of the rendering."""
         return {part: self.scratch / _NEW / path for part, path in self.job.outputs.items()}
 
-    def result(self, status: str, message: str = "") -> GoldenResult:
-        """Return its result."""
-        return GoldenResult(str(self.golden), self.job.scene, status, message)
+    def result(self, status: str, message: str = "", **details: Any) -> GoldenResult:
+        """Return its result; the parameters are those of `GoldenResult`."""
+        return GoldenResult(str(self.golden), self.job.scene, status, message, **details)
 
     def failed(self, error: BaseException) -> GoldenResult:
         """Return its result after an error."""
         outcome = failure(None, error, {})
         status = UNREADABLE if isinstance(error, OSError) else FAILED
-        return replace(self.result(status, outcome.message), problems=outcome.problems)
+        return self.result(status, outcome.message, problems=outcome.problems)
 
 
 def with_found_suffixes(jobs: Iterable[Job], files: set[str]) -> list[Job]:
     """Return jobs, each with the suffix of its golden file if it differs from that of the settings."""
-    return [_with_found_suffix(job, files) for job in jobs]
-
-
-def _with_found_suffix(job: Job, files: set[str]) -> Job:
-    found = [suffix for suffix in (job.settings.suffix, *FORMATS) if job.key + suffix in files]
-    return replace(job, settings=replace(job.settings, suffix=found[0])) if found else job
+    found = []
+    for job in jobs:
+        suffixes = (suffix for suffix in (job.settings.suffix, *FORMATS) if job.key + suffix in files)
+        suffix = next(suffixes, job.settings.suffix)
+        found.append(replace(job, settings=replace(job.settings, suffix=suffix)))
+    return found
 
 
 def check_jobs(
@@ -115,12 +115,9 @@ def check_jobs(
     However it ends, the workers are closed. The pictures to show are in the scratch folder; once there are too
     many, results have none.
     """
-    unread = deque[GoldenResult]()
     room = _MAX_SHOWN_BYTES
     try:
-        for item in results(workers, check_job, _tasks(request, jobs, scratch, unread)):
-            while unread:
-                yield unread.popleft()
+        for item in results(workers, check_job, _tasks(request, jobs, scratch)):
             if item is None:
                 continue
             result = _kept(item.task, item.value if item.error is None else item.task.failed(item.error))
@@ -130,21 +127,19 @@ def check_jobs(
                 result = replace(result, pictures=())
             shutil.rmtree(item.task.scratch / _NEW, ignore_errors=True)
             yield result
-        yield from unread
     finally:
         workers.close()
 
 
-def _tasks(
-    request: CheckRequest, jobs: Sequence[Job], scratch: Path, unread: deque[GoldenResult]
-) -> Iterator[CheckTask]:
-    """Yield the tasks, reading scenes as late as possible; append the result of each that cannot be read."""
+def _tasks(request: CheckRequest, jobs: Sequence[Job], scratch: Path) -> Iterator[CheckTask | Result]:
+    """Yield the tasks, reading scenes as late as possible; for a scene that cannot be read, the result."""
     for number, job in enumerate(jobs):
-        task = CheckTask(request, job, b"", scratch / str(number))
+        folder = scratch / str(number)
         try:
-            yield replace(task, raw=read_file(job.scene))
+            yield CheckTask(request, job, read_file(job.scene), folder)
         except OSError as error:
-            unread.append(task.failed(error))
+            task = CheckTask(request, job, b"", folder)
+            yield Result(task, task.failed(error))
 
 
 def _kept(task: CheckTask, result: GoldenResult) -> GoldenResult:
@@ -196,17 +191,16 @@ def check_job(task: CheckTask) -> GoldenResult:
 
 def _missing(task: CheckTask, message: str) -> GoldenResult:
     """Return the result without a golden file, with the pictures of the rendering."""
-    result = task.result(MISSING, message)
     if not task.request.shows:
-        return result
+        return task.result(MISSING, message)
     new = task.renderings()
     parts = read_golden(str(new[RADIANCE]), Bounds(), task.job.settings.passes).parts
-    pictures = [
+    pictures = tuple(
         LayerPictures(name, None, _layer_file(task, name, layers, new[part]), None)
         for part, layers in parts.items()
         for name in in_order(layers.arrays)
-    ]
-    return replace(result, pictures=tuple(pictures))
+    )
+    return task.result(MISSING, message, pictures=pictures)
 
 
 def _compared(task: CheckTask, golden: Golden) -> GoldenResult:
@@ -216,11 +210,10 @@ def _compared(task: CheckTask, golden: Golden) -> GoldenResult:
     if comparison.equal:
         shutil.rmtree(task.scratch)
         return task.result(EQUAL)
-    result = replace(task.result(DIFFERENT), comparison=comparison)
-    if task.request.differences is None and not task.request.shows:
-        return result
-    drawn = _drawn(task, compared)
-    return replace(result, pictures=tuple(_pictures(task, golden, compared, drawn)) if task.request.shows else ())
+    shows = task.request.shows
+    drawn = _drawn(task, compared) if shows or task.request.differences is not None else {}
+    pictures = tuple(_pictures(task, golden, compared, drawn)) if shows else ()
+    return task.result(DIFFERENT, comparison=comparison, pictures=pictures)
 
 
 def _drawn(task: CheckTask, compared: Sequence[Compared]) -> dict[str, Path]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import gc
-import itertools
 import multiprocessing
 import os
 import threading
@@ -76,7 +75,9 @@ class Result(NamedTuple):
     error: BaseException | None = None
 
 
-def results(workers: Workers, function: Callable[[_T], _R], tasks: Iterable[_T]) -> Iterator[Result | None]:
+def results(
+    workers: Workers, function: Callable[[_T], _R], tasks: Iterable[_T | Result]
+) -> Iterator[Result | None]:
     """Yield the results of tasks in the order of completion, and None now and then while there are none.
 
     A task whose worker dies, or that fails, is tried once more, alone. If it fails again, its error is yielded.
@@ -88,11 +89,12 @@ def results(workers: Workers, function: Callable[[_T], _R], tasks: Iterable[_T])
     function
         The function to call with each task.
     tasks
-        The tasks, taken one by one as slots become free.
+        The tasks, taken one by one as slots become free; a `Result` among them is yielded as it is.
     """
     waiting, pending = iter(tasks), dict[Future[_R], _T]()
     while True:
-        failed = _fill_slots(workers, function, waiting, pending)
+        known, failed = _fill_slots(workers, function, waiting, pending)
+        yield from known
         if not pending and not failed:
             return
         done = _wait(workers, pending, bool(failed))
@@ -108,15 +110,19 @@ def results(workers: Workers, function: Callable[[_T], _R], tasks: Iterable[_T])
 
 
 def _fill_slots(
-    workers: Workers, function: Callable[[_T], _R], waiting: Iterator[_T], pending: dict[Future[_R], _T]
-) -> list[_T]:
-    """Submit tasks while slots are free; return the task that a broken executor refused, if any."""
-    for task in itertools.islice(waiting, workers.slots - len(pending)):
+    workers: Workers, function: Callable[[_T], _R], waiting: Iterator[_T | Result], pending: dict[Future[_R], _T]
+) -> tuple[list[Result], list[_T]]:
+    """Submit tasks while slots are free; return the results among them, and the task that was refused, if any."""
+    known = list[Result]()
+    while len(pending) < workers.slots and (task := next(waiting, None)) is not None:
+        if isinstance(task, Result):
+            known.append(task)
+            continue
         try:
             pending[workers.submit(function, task)] = task
         except BrokenExecutor:
-            return [task]
-    return []
+            return known, [task]
+    return known, []
 
 
 def _wait(workers: Workers, pending: dict[Future[_R], _T], is_broken: bool) -> list[Future[_R]]:

@@ -43,12 +43,11 @@ def find_stale_outputs(
     for key in manifest:
         entry = manifest.entry(key)
         paths = output_paths(entry) | extra_paths(entry)
-        if key in keys:
-            recorded |= paths
-        elif _is_of_another_batch(entry, scenes):
+        if key not in keys and _is_of_another_batch(entry, scenes):
             wanted |= paths
-        else:
-            recorded |= paths
+            continue
+        recorded |= paths
+        if key not in keys:
             stale.append(key)
     unwanted = sorted(path for path in recorded - wanted if os.path.lexists(folder / path))
     for path in unwanted:
@@ -96,14 +95,10 @@ def prune(stale: StaleOutputs, manifest: Manifest, folder: Path) -> None:
     deleted = set(stale.paths)
     for key in list(manifest):
         entry = manifest.entry(key)
-        if not deleted.isdisjoint(extra_paths(entry)):
-            manifest.put(key, _without(entry, deleted))
-
-
-def _without(entry: Entry, deleted: set[str]) -> Entry:
-    """Return an entry without some of its former outputs and animations."""
-    rest = {
-        "former": [path for path in former_paths(entry) if path not in deleted],
-        "animations": [file for file in files_of(entry, "animations") if file["path"] not in deleted],
-    }
-    return {name: value for name, value in {**entry, **rest}.items() if name not in rest or value}
+        if deleted.isdisjoint(extra_paths(entry)):
+            continue
+        rest = {
+            "former": [path for path in former_paths(entry) if path not in deleted],
+            "animations": [file for file in files_of(entry, "animations") if file["path"] not in deleted],
+        }
+        manifest.put(key, {name: value for name, value in {**entry, **rest}.items() if name not in rest or value})

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections import deque
 from collections.abc import Generator, Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -47,12 +46,14 @@ def execute(batch: Batch) -> Generator[tuple[Job, Outcome]]:
             # Start from the present entry, which pruning may have changed.
             batch.manifest.put(key, {**batch.manifest.entry(key), "input": entry["input"]})
         try:
-            for item in _outcomes(batch, scratch):
-                if item is not None:
-                    _record(batch, *item)
+            for result in results(batch.workers, render_job, _tasks(batch, scratch)):
+                if result is None:
+                    batch.manifest.save_if_due(scratch)
+                    continue
+                job, outcome = result.task.job, _outcome(batch, result, scratch)
+                _record(batch, job, outcome)
                 batch.manifest.save_if_due(scratch)
-                if item is not None:
-                    yield item
+                yield job, outcome
         except BaseException:
             batch.workers.close()
             with contextlib.suppress(OSError):  # what is not recorded is rendered again
@@ -62,24 +63,14 @@ def execute(batch: Batch) -> Generator[tuple[Job, Outcome]]:
         batch.manifest.save(scratch)
 
 
-def _outcomes(batch: Batch, scratch: Path) -> Iterator[tuple[Job, Outcome] | None]:
-    """Yield each job with its outcome, and None now and then while there is none."""
-    unread = deque[tuple[Job, Outcome]]()
-    for result in results(batch.workers, render_job, _tasks(batch, scratch, unread)):
-        while unread:
-            yield unread.popleft()
-        yield None if result is None else (result.task.job, _outcome(batch, result, scratch))
-    yield from unread
-
-
-def _tasks(batch: Batch, scratch: Path, unread: deque[tuple[Job, Outcome]]) -> Iterator[BatchTask]:
-    """Yield the tasks, reading scenes as late as possible; append the outcome of each that cannot be read."""
+def _tasks(batch: Batch, scratch: Path) -> Iterator[BatchTask | Result]:
+    """Yield the tasks, reading scenes as late as possible; for a scene that cannot be read, the result."""
     folders = (str(batch.folder.absolute()), str(scratch.absolute())) if batch.workers_write else (None, None)
     for step in batch.plan.steps:
         try:
             yield BatchTask(step.job, read_file(step.job.scene), *folders)
         except OSError as error:
-            unread.append((step.job, failure(None, error, {})))
+            yield Result(BatchTask(step.job, b""), failure(None, error, {}))
 
 
 def _outcome(batch: Batch, result: Result, scratch: Path) -> Outcome:

@@ -14,15 +14,14 @@ from rtcli.atomic import atomic_write_all
 from rtcli.batch.hashes import sha256, sha256_of
 from rtcli.batch.jobs import Job
 from rtcli.image.formats import check_fits
-from rtcli.rendering.job import RenderJob, RenderRequest, prepare
+from rtcli.rendering.job import RenderJob, RenderRequest, validate_and_pack
 from rtcli.rendering.metadata import SOFTWARE, fingerprint
-from rtcli.rendering.pack import pack
 from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.rendering.stream import write_film
 from rtcli.scene.diagnostics.problems import Problem, SceneError
 from rtcli.scene.model import Scene
 from rtcli.scene.reading.parse import parse_bytes
-from rtcli.scene.validation.validate import validate
+from rtcli.tracer.world import World
 
 DONE, FAILED = "done", "failed"
 
@@ -119,8 +118,7 @@ class Outcome:
 def content_of(job: Job, raw: bytes) -> str | None:
     """Return the fingerprint of a job's scene, or None if it is invalid."""
     try:
-        scene = _validated(job, raw, Stopwatch())
-        return fingerprint(scene, pack(scene))
+        return fingerprint(*_loaded(job, raw, Stopwatch()))
     except ValueError:
         return None
 
@@ -139,10 +137,8 @@ def render_job(task: BatchTask) -> Outcome:
 
 def rendered(task: BatchTask, watch: Stopwatch) -> Outcome:
     """Do what `render_job` does, but raise ValueError for an invalid scene, and OSError for a file."""
-    scene = _validated(task.job, task.raw, watch)
-    with watch.stage("pack"):
-        world = pack(scene)
-    job = prepare(scene, world, RenderRequest(task.job.settings.passes, threads=1))
+    scene, world = _loaded(task.job, task.raw, watch)
+    job = RenderJob(scene, world, RenderRequest(task.job.settings.passes, threads=1))
     check_fits(task.job.key + task.job.settings.suffix, job.window[2:], task.job.settings.bits)
     outputs, files = _render(task, job, watch.seconds)
     size = job.window.width, job.window.height
@@ -165,11 +161,10 @@ def failure(input: str | None, error: BaseException, seconds: dict[str, float]) 
     return Outcome(input, problems=problems, message=message, seconds=seconds)
 
 
-def _validated(job: Job, raw: bytes, watch: Stopwatch) -> Scene:
+def _loaded(job: Job, raw: bytes, watch: Stopwatch) -> tuple[Scene, World]:
     with watch.stage("parse"):
         document = job.changed(parse_bytes(raw, job.scene))
-    with watch.stage("validate"):
-        return validate(document)
+    return validate_and_pack(document, watch)
 
 
 def _render(

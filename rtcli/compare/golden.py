@@ -101,19 +101,14 @@ def read_golden(name: str, bounds: Bounds, passes: tuple[str, ...]) -> Golden:
         If a file cannot be read.
     """
     files = parts_of(name, passes)
-    _refuse_missing_passes(files, name)
+    beside = [part for part in files if part not in (RADIANCE, METADATA)]
+    for part in beside:
+        if files[RADIANCE].exists() and not files[part].exists():
+            command = f"-o {printable(name)} --passes {','.join(beside)}"
+            message = f"no such file to compare the pass with: render it with {command}"
+            raise FileNotFoundError(errno.ENOENT, message, str(files[part]))
     parts = {part: _layers_of(part, str(file)) for part, file in files.items() if part != METADATA}
     return Golden(bounds, files, parts)
-
-
-def _refuse_missing_passes(files: dict[str, Path], golden: str) -> None:
-    """Raise FileNotFoundError if the picture exists, but a pass to compare does not."""
-    passes = [part for part in files if part not in (RADIANCE, METADATA)]
-    command = f"-o {printable(golden)} --passes {','.join(passes)}"
-    for name in passes:
-        if files[RADIANCE].exists() and not files[name].exists():
-            message = f"no such file to compare the pass with: render it with {command}"
-            raise FileNotFoundError(errno.ENOENT, message, str(files[name]))
 
 
 def _layers_of(part: str, path: str) -> Layers:

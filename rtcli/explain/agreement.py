@@ -77,17 +77,14 @@ class PixelSamples:
         ray = rays_through(self.scenery.camera, self.window, [(u + x, v + y) for x, y in offsets])
         return set(self.scenery.nearest_hit(ray).index.tolist())
 
-    def _rays(self, x: float, y: float) -> Ray:
-        return rays_through(self.scenery.camera, self.window, [(u + x, v + y) for u, v in self.offsets])
-
     def _radiance(self, x: float, y: float) -> Array:
         """Return the radiance of each sample, moved to the right by x and down by y: (3, N)."""
-        ray = self._rays(x, y)
+        ray = rays_through(self.scenery.camera, self.window, [(u + x, v + y) for u, v in self.offsets])
         return self.scenery.trace_ray(ray, self.scenery.nearest_hit(ray))[0].rgb
 
     def _head_on(self) -> Array:
         """Return the radiance if nothing blocked any light and all surfaces faced all lights: (3,)."""
-        ray = self._rays(0.0, 0.0)
+        ray = rays_through(self.scenery.camera, self.window, self.offsets)
         hit = self.scenery.nearest_hit(ray)
         seen = np.flatnonzero(hit.index != NOTHING)
         ray, hit = ray.take(seen), hit.take(seen)

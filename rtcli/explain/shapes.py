@@ -8,11 +8,19 @@ from typing import Any, NamedTuple
 
 from rtcli.explain.records import Number
 from rtcli.explain.words import number, triple
-from rtcli.tracer.reference import PARALLEL, Array, Box, Plane, Ray, Sphere, length
+from rtcli.tracer.reference import PARALLEL, Box, Plane, Ray, Sphere, length
+
+
+class Miss(NamedTuple):
+    """A reason why rays miss a shape: its code, and its words for one object, a format, and for several."""
+
+    code: str
+    for_one: str
+    for_several: str
 
 
 class RayTerms(NamedTuple):
-    """The terms of one ray and one shape; and if the ray misses it, the code in `MISSES` and the reason."""
+    """The terms of one ray and one shape; and if the ray misses it, the code of the reason and its words."""
 
     numbers: tuple[Number, ...]
     miss: str
@@ -31,7 +39,7 @@ class ShapeNotes(NamedTuple):
     intersect
         Returns the terms of a shape of this kind with a single ray.
     misses
-        The codes of the misses that only this shape can have, each with its reason in words for several objects.
+        The reasons why rays miss it, beside those that all shapes share.
     normal
         The equation for the normal.
     sides
@@ -47,7 +55,7 @@ class ShapeNotes(NamedTuple):
     section: str
     equations: tuple[str, ...]
     intersect: Callable[[Any, Ray], RayTerms]
-    misses: Mapping[str, str]
+    misses: tuple[Miss, ...]
     normal: str
     sides: Mapping[int, str]
     correction: str = ""
@@ -57,15 +65,22 @@ class ShapeNotes(NamedTuple):
 
 _SIDES_OF_SOLID = {1: "from outside", -1: "from inside", 0: "from its surface, inside"}
 
+_BEHIND = Miss("behind", "behind the eye: {names} <= 0", "behind the eye: t <= 0")
+_OUT_OF_RANGE = Miss("out_of_range", "its numbers are beyond those of float64", "numbers beyond those of float64")
+
+
+def _missed(numbers: tuple[Number, ...], miss: Miss, **words: str) -> RayTerms:
+    return RayTerms(numbers, miss.code, miss.for_one.format(**words))
+
 
 def _beyond_or_behind(numbers: tuple[Number, ...], ends: tuple[float, ...], names: str) -> RayTerms:
     """Return the terms of a ray whose line meets the shape at these parameters."""
-    if all(t <= 0 for t in ends):
-        return RayTerms(numbers, "behind", f"behind the eye: {names} <= 0")
-    return RayTerms(numbers, "out_of_range", "its numbers are beyond those of float64")
+    return _missed(numbers, _BEHIND if all(t <= 0 for t in ends) else _OUT_OF_RANGE, names=names)
 
 
 # --- Sphere ------------------------------------------------------------------------------------------------
+
+_PASSED_BY = Miss("passed_by", "the ray passes by: |g| > R, so D < 0", "the ray passes by the sphere: D < 0")
 
 
 def _intersect_sphere(shape: Sphere, ray: Ray) -> RayTerms:
@@ -74,7 +89,7 @@ def _intersect_sphere(shape: Sphere, ray: Ray) -> RayTerms:
     distance = float(length(terms.g)[0])
     common = (Number("b", b), Number("g_length", distance), Number("R", shape.radius), Number("D", discriminant))
     if discriminant < 0:
-        return RayTerms(common, "passed_by", "the ray passes by: |g| > R, so D < 0")
+        return _missed(common, _PASSED_BY)
     return _beyond_or_behind((*common, Number("t_1", t_1), Number("t_2", t_2)), (t_1, t_2), "t_1 and t_2")
 
 
@@ -86,7 +101,7 @@ _SPHERE = ShapeNotes(
     ),
     correction="at spheres the document's o stands for o - C",
     intersect=_intersect_sphere,
-    misses={"passed_by": "the ray passes by the sphere: D < 0"},
+    misses=(_PASSED_BY,),
     normal="n = (P - C) / |P - C|",
     sides=_SIDES_OF_SOLID,
 )
@@ -94,12 +109,14 @@ _SPHERE = ShapeNotes(
 
 # --- Plane -------------------------------------------------------------------------------------------------
 
+_PARALLEL = Miss("parallel", f"parallel: |d . n| < {PARALLEL:g}", "the ray is parallel to the plane")
+
 
 def _intersect_plane(shape: Plane, ray: Ray) -> RayTerms:
     along, t = (float(x[0]) for x in shape.crossing(ray))
     cosine = Number("d_n", along, "cosine of the angle to the normal")
     if abs(along) < PARALLEL:
-        return RayTerms((cosine,), "parallel", f"parallel: |d . n| < {PARALLEL:g}")
+        return _missed((cosine,), _PARALLEL)
     return _beyond_or_behind((cosine, Number("t", t)), (t,), "t")
 
 
@@ -108,7 +125,7 @@ _PLANE = ShapeNotes(
     equations=("plane (2.2.2)    t = (p_0 - o) . n / (d . n), parallel if |d . n| < 1e-6",),
     correction="at planes it leaves out the absolute value",
     intersect=_intersect_plane,
-    misses={"parallel": "the ray is parallel to the plane"},
+    misses=(_PARALLEL,),
     normal="n = the plane's normal",
     sides={1: "from its front", -1: "from its back", 0: "from within it"},
     surface="plane",
@@ -117,31 +134,35 @@ _PLANE = ShapeNotes(
 
 # --- Box ---------------------------------------------------------------------------------------------------
 
+_OUTSIDE_BOUNDING_SPHERE = Miss(
+    "outside_bounding_sphere",
+    "the ray passes the sphere around it: |g| > R",
+    "the ray passes the sphere around the box",
+)
+_OUTSIDE_SLABS = Miss(
+    "outside_slabs",
+    "leaves the {left} slab at {leave}, before it enters the {entered} slab at {enter}",
+    "the ray leaves one slab of the box before it enters another",
+)
+_ALONG_SLAB = _OUTSIDE_SLABS._replace(for_one="the ray runs along the {entered} slab, outside of it")
+
 
 def _intersect_box(shape: Box, ray: Ray) -> RayTerms:
     distance = float(length(shape.from_ray(ray))[0])
     common = (Number("g_length", distance), Number("R", shape.bounding_radius))
     if not shape.meets_bounding_sphere(ray)[0]:
-        return RayTerms(common, "outside_bounding_sphere", "the ray passes the sphere around it: |g| > R")
+        return _missed(common, _OUTSIDE_BOUNDING_SPHERE)
     near, far = (bounds[:, 0] for bounds in shape.slabs(ray))
     slabs = [
         Number(f"{axis}_slab", (float(enter), float(leave)))
         for axis, enter, leave in zip("xyz", near, far, strict=True)
     ]
-    numbers = (*common, *slabs)
-    if near.max() > far.min():
-        return RayTerms(numbers, "outside_slabs", _outside_slabs(near, far))
-    return _beyond_or_behind(numbers, (float(near.max()), float(far.min())), "entry and exit")
-
-
-def _outside_slabs(near: Array, far: Array) -> str:
-    entered, left = "xyz"[near.argmax()], "xyz"[far.argmin()]
-    if math.isinf(near.max()):
-        return f"the ray runs along the {entered} slab, outside of it"
-    return (
-        f"leaves the {left} slab at {number(float(far.min()))}, before it enters the {entered} slab at "
-        f"{number(float(near.max()))}"
-    )
+    numbers, enter, leave = (*common, *slabs), float(near.max()), float(far.min())
+    if enter > leave:
+        miss, entered, left = _ALONG_SLAB if math.isinf(enter) else _OUTSIDE_SLABS, near.argmax(), far.argmin()
+        words = {"entered": "xyz"[entered], "left": "xyz"[left], "enter": number(enter), "leave": number(leave)}
+        return _missed(numbers, miss, **words)
+    return _beyond_or_behind(numbers, (enter, leave), "entry and exit")
 
 
 _BOX = ShapeNotes(
@@ -154,10 +175,7 @@ _BOX = ShapeNotes(
     ),
     correction="at boxes it forgets to turn d",
     intersect=_intersect_box,
-    misses={
-        "outside_bounding_sphere": "the ray passes the sphere around the box",
-        "outside_slabs": "the ray leaves one slab of the box before it enters another",
-    },
+    misses=(_OUTSIDE_BOUNDING_SPHERE, _OUTSIDE_SLABS),
     normal="n = R_y(-a) n', with n' the normal of the side in box space",
     sides=_SIDES_OF_SOLID,
     hit_numbers=lambda shape, ray: (Number("n_box", triple(shape.face(ray)), "the normal in box space"),),
@@ -169,8 +187,9 @@ _BOX = ShapeNotes(
 # By the type in a scene file.
 SHAPES = {"sphere": _SPHERE, "plane": _PLANE, "box": _BOX}
 
-# The codes of all misses, each with its reason in words for several objects.
-MISSES = {code: reason for notes in SHAPES.values() for code, reason in notes.misses.items()} | {
-    "behind": "behind the eye: t <= 0",
-    "out_of_range": "numbers beyond those of float64",
+# All reasons by their codes.
+MISSES = {
+    miss.code: miss
+    for misses in (*(notes.misses for notes in SHAPES.values()), (_BEHIND, _OUT_OF_RANGE))
+    for miss in misses
 }

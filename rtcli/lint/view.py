@@ -6,8 +6,9 @@ import math
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
+from rtcli.rendering.pack import camera_frame
 from rtcli.scene.model import Camera
-from rtcli.scene.vectors import Vector, cross, direction, dot, scaled, unit
+from rtcli.scene.vectors import Vector, direction, dot, scaled, unit
 
 # The regions out of the camera's sight: wholly behind it, or wholly outside the picture.
 BEHIND, BESIDE = "behind", "beside"
@@ -52,22 +53,20 @@ class View:
     """
 
     def __init__(self, camera: Camera, lights: Iterable[Vector]) -> None:
-        self.eye = camera.position
-        self.forward = unit(camera.view)
+        frame = camera_frame(camera)
+        self.eye, self.forward, right, up = frame.position, frame.forward, frame.right, frame.up
         self.lights = [direction(self.eye, light) for light in lights]
-        right = unit(cross(self.forward, unit(camera.up)))
-        up = cross(right, self.forward)
-        width, height = camera.resolution
-        tall = math.tan(math.radians(camera.fov) / 2)
-        wide = tall * width / height
+        tall = math.tan(math.radians(frame.fov) / 2)
+        wide = tall * frame.width / frame.height
         self.corners = [moved(moved(self.forward, right, x), up, y) for x in (-wide, wide) for y in (-tall, tall)]
-        self._sides = [self._side(self.forward, BEHIND)]
+        sides = [(self.forward, BEHIND)]
         # Inside a side are the points with axis.p + slope forward.p >= 0.
         for axis, slope in ((right, wide), (scaled(right, -1), wide), (up, tall), (scaled(up, -1), tall)):
-            self._sides.append(self._side(unit(moved(axis, self.forward, slope)), BESIDE))
-
-    def _side(self, normal: Vector, region: str) -> _Side:
-        return _Side(normal, region, min((dot(normal, light) for light in self.lights), default=math.inf))
+            sides.append((unit(moved(axis, self.forward, slope)), BESIDE))
+        self._sides = [
+            _Side(normal, region, min((dot(normal, light) for light in self.lights), default=math.inf))
+            for normal, region in sides
+        ]
 
     def misses(self, centre: Vector, reach: Callable[[Vector], float]) -> str | None:
         """Return `BEHIND` or `BESIDE` if a solid is surely out of view and casts no shadow into it; or None.

@@ -8,7 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from rtcli.distributed.bands import BandedTracer
 from rtcli.rendering.metadata import SOFTWARE, fingerprint
+from rtcli.rendering.pack import pack
+from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.scene.model import Scene
+from rtcli.scene.reading.source import Document
+from rtcli.scene.validation.validate import validate
 from rtcli.tracer._native import simd_level
 from rtcli.tracer.engines import ENGINES, Tracer, default_threads, tracer_of
 from rtcli.tracer.passes import PASSES
@@ -89,8 +93,6 @@ class RenderJob:
         The same as arrays.
     request
         The passes, the engine and the threads.
-    window
-        The pixels of the picture that the film holds.
     executor
         Traces bands elsewhere; None for this process.
     prepared
@@ -100,9 +102,19 @@ class RenderJob:
     scene: Scene
     world: World
     request: RenderRequest
-    window: Window
     executor: Executor | None = None
     prepared: Tracer | None = None
+
+    @cached_property
+    def window(self) -> Window:
+        """The pixels of the picture that the film holds.
+
+        Raises
+        ------
+        ValueError
+            If the crop is empty or not inside the picture.
+        """
+        return self.request.window(self.world.camera)
 
     @cached_property
     def tracer(self) -> Tracer:
@@ -132,18 +144,15 @@ class RenderJob:
         return {"software": SOFTWARE, "scene": fingerprint(scene, self.world), "settings": settings}
 
 
-def prepare(
-    scene: Scene,
-    world: World,
-    request: RenderRequest,
-    executor: Executor | None = None,
-    tracer: Tracer | None = None,
-) -> RenderJob:
-    """Return the job of a scene and its packed `World`, for an executor or an engine that is prepared already.
+def validate_and_pack(document: Document, watch: Stopwatch) -> tuple[Scene, World]:
+    """Return the scene of a document, and the same as arrays; time both stages.
 
     Raises
     ------
-    ValueError
-        If the crop is empty or not inside the picture.
+    rtcli.SceneError
+        If it is not a valid scene.
     """
-    return RenderJob(scene, world, request, request.window(world.camera), executor, tracer)
+    with watch.stage("validate"):
+        scene = validate(document)
+    with watch.stage("pack"):
+        return scene, pack(scene)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from array import array
 
-from rtcli.scene.model import Camera as SceneCamera
-from rtcli.scene.model import Object, Scene
+from rtcli.scene.model import Camera, Object, Scene
 from rtcli.scene.vectors import cross, unit
 from rtcli.tracer._native import LIGHT_PARAMETERS, SHAPE_PARAMETERS
 from rtcli.tracer.world import NO_CARRIER, CameraFrame, Lights, Settings, Shapes, World
@@ -15,14 +14,14 @@ def pack(scene: Scene) -> World:
     """Return the scene as arrays, objects and lights in the order of the file."""
     render = scene.render
     return World(
-        camera=_camera(scene.camera),
+        camera=camera_frame(scene.camera),
         shapes=_shapes(scene.objects),
         lights=_lights(scene),
         settings=Settings(render.samples, render.background, render.max_depth, render.eye_falloff),
     )
 
 
-def _camera(camera: SceneCamera) -> CameraFrame:
+def camera_frame(camera: Camera) -> CameraFrame:
     """Return the camera's frame.
 
     right = view x up, up' = right x view: the document's camera (section 2.1.1) gives x, y and -z exactly.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple, TypeAlias, cast
 
-from rtcli.distributed.bands import BandedTracer
 from rtcli.image.display import DisplayTransform
 from rtcli.image.formats import format_of
 from rtcli.image.write import png_texts
@@ -17,8 +16,7 @@ from rtcli.tracer.passes import RADIANCE
 from rtcli.tracer.world import Progress
 
 if TYPE_CHECKING:  # loads NumPy, which a PNG of the native engine does without
-    from concurrent.futures import Executor
-
+    from rtcli.distributed.bands import BandedTracer
     from rtcli.rendering.film import Film
 
 
@@ -53,32 +51,26 @@ def write_film(job: RenderJob, files: Files, bits: int = 8, progress: Progress |
     name, file = files[RADIANCE]
     can_stream = format_of(name).is_streamed and (job.executor is not None or job.request.engine == "native")
     watch = Stopwatch(seconds={"trace": 0.0, "develop": 0.0, "write": 0.0})
-    if job.request.passes or not can_stream:
-        rays = _by_film(job, files, bits, progress, watch)
+    if can_stream and not job.request.passes:
+        rays = _stream(job, file, bits, progress, watch)
     else:
-        stream = _stream if job.executor is None else _stream_bands
-        rays = stream(job, file, bits, progress, watch)
+        rays = _by_film(job, files, bits, progress, watch)
     return RenderStats(rays, watch.seconds)
 
 
 def _stream(job: RenderJob, file: BinaryIO, bits: int, progress: Progress | None, watch: Stopwatch) -> int:
     with watch.stage("trace"):
-        tracer = NativeTracer(job.world, job.request.thread_count)
-        exposure, metered = stops_of(tracer, job.scene.image.exposure)
-    transform = DisplayTransform(exposure, job.scene.image.tone, bits)
-    rays, seconds = tracer.picture(job.window, transform, png_texts(job.summary(exposure)), file.write, progress)
-    for stage, spent in seconds.items():
-        watch.seconds[stage] += spent
-    return rays + metered
-
-
-def _stream_bands(job: RenderJob, file: BinaryIO, bits: int, progress: Progress | None, watch: Stopwatch) -> int:
+        tracer, image = job.tracer, job.scene.image
+        exposure, rays = stops_of(tracer, image.exposure)
+    transform, texts = DisplayTransform(exposure, image.tone, bits), png_texts(job.summary(exposure))
+    if isinstance(tracer, NativeTracer):
+        traced, seconds = tracer.picture(job.window, transform, texts, file.write, progress)
+        for stage, spent in seconds.items():
+            watch.seconds[stage] += spent
+        return rays + traced
     with watch.stage("trace"):
-        tracer = BandedTracer(job.world, job.request.engine, cast("Executor", job.executor))
-        exposure, rays = stops_of(tracer, job.scene.image.exposure)
-        transform = DisplayTransform(exposure, job.scene.image.tone, bits)
-        encoder = PngEncoder(job.window.width, job.window.height, transform, png_texts(job.summary(exposure)))
-        for band in tracer.bands(job.window, progress=progress):
+        encoder = PngEncoder(job.window.width, job.window.height, transform, texts)
+        for band in cast("BandedTracer", tracer).bands(job.window, progress=progress):
             rays += band.rays
             with watch.stage("write"):
                 file.write(encoder.push(band.arrays[RADIANCE].tobytes()))

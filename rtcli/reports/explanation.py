@@ -209,7 +209,7 @@ def _counts(behind: int, misses: Iterable[Intersection]) -> Iterator[str]:
     if behind:
         yield f"{behind:>7,} more are hit behind these"
     for verdict, count in Counter(item.verdict for item in misses).most_common():
-        yield f"{count:>7,} missed: {MISSES[verdict]}"
+        yield f"{count:>7,} missed: {MISSES[verdict].for_several}"
 
 
 def _groups(groups: Sequence[Group]) -> Iterator[str]:

@@ -37,8 +37,9 @@ def _policy(style: str, script: str) -> str:
     It allows this script, this style, and pictures in the page and beside it. A page opened as a file has no
     origin, so 'self' may match nothing there.
     """
-    hashes = (base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in (style, script))
-    style_hash, script_hash = hashes
+    style_hash, script_hash = (
+        base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in (style, script)
+    )
     return (
         f"default-src 'none'; img-src 'self' file: data:; style-src 'sha256-{style_hash}'; "
         f"script-src 'sha256-{script_hash}'; base-uri 'none'; form-action 'none'; "

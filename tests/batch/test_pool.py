@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from rtcli.batch.pool import LocalWorkers, WorkerDiedError, Workers, WorkersError, results
+from rtcli.batch.pool import LocalWorkers, Result, WorkerDiedError, Workers, WorkersError, results
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 DIE = "__import__('os')._exit(9)"
@@ -41,6 +41,13 @@ def test_any_executor_does_the_work():
 def test_no_task_is_no_work():
     with ThreadPoolExecutor(1) as threads:
         assert list(results(Workers(threads, 3), eval, [])) == []
+
+
+def test_result_among_the_tasks_is_yielded_as_it_is():
+    known = Result("1/0", 7)
+    with ThreadPoolExecutor(1) as threads:
+        found = list(news(Workers(threads, 1), eval, [known, "1+1", known]))
+    assert found == [known, Result("1+1", 2), known]
 
 
 def test_wait_for_a_long_task_is_told(monkeypatch):

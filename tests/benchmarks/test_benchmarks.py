@@ -21,7 +21,7 @@ import read_scene
 import report
 import run
 import scene_files
-from contest import PROCESS, TRACE, TRACE_DEVELOP, Contest, Contestant, reported_seconds, summary
+from contest import BUILD, PROCESS, TRACE, TRACE_DEVELOP, Contest, Contestant, reported_seconds, summary
 
 import rtcli
 import scenes
@@ -107,6 +107,48 @@ def test_kernel_gets_the_still_life_relative_to_the_eye():
     assert float(constants["BALL_RADIUS"]) == ball["radius"]
 
 
+@described
+def test_tachyon_gets_the_same_spheres_and_light_with_z_negated(scene):
+    text = scenes.to_tachyon(scene)
+    number = r"(-?\d\S*)"
+    spheres = re.findall(
+        rf"SPHERE CENTER {number} {number} {number} RAD {number} .* COLOR {number} {number} {number}", text
+    )
+    expected = [
+        (x, y, -z, shape["radius"], *shape["color"])
+        for shape in scene["objects"]
+        if shape["type"] == "sphere"
+        for x, y, z in [shape["position"]]
+    ]
+    assert [tuple(map(float, sphere)) for sphere in spheres] == expected
+    [light] = scene["lights"]
+    # It divides the light by QUADRATIC r^2; the radiance of a white surface 10 away is I / (4 pi^2 r^2).
+    quadratic = float(re.search(rf"QUADRATIC {number}", text)[1])
+    assert 1 / (quadratic * 10**2) == pytest.approx(light["intensity"] / (4 * math.pi**2 * 10**2))
+
+
+def test_tachyon_gets_a_turned_box_as_triangles_between_its_corners():
+    box = {"type": "box", "position": [1, 2, 3], "size": [2, 4, 6], "rotation": 90, "color": [1, 1, 1]}
+    scene = {**scenes.still_life(64, 36), "objects": [box]}
+    triangles = [line for line in scenes.to_tachyon(scene).splitlines() if line.startswith("TRI ")]
+    corners = {
+        tuple(round(float(number), 9) for number in corner)
+        for line in triangles
+        for corner in re.findall(r"V\d (\S+) (\S+) (\S+)", line)
+    }
+    assert len(triangles) == 12
+    # Turned by a right angle, the depth of 6 lies along x, and the width of 2 along z, which is negated.
+    assert corners == {(x, y, z) for x in (-2, 4) for y in (0, 4) for z in (-4, -2)}
+
+
+def test_embree_gets_the_numbers_of_a_crowd():
+    scene = scenes.crowd(100, 64, 36)
+    size, light, *spheres = [tuple(map(float, line.split())) for line in scenes.to_embree(scene).splitlines()]
+    assert size == (64, 36, scene["camera"]["fov"])
+    assert light == (*scene["lights"][0]["position"], scene["lights"][0]["intensity"])
+    assert spheres == [(*shape["position"], shape["radius"], *shape["color"]) for shape in scene["objects"]]
+
+
 # --- Crowds --------------------------------------------------------------------------------------------------
 
 
@@ -119,9 +161,9 @@ def test_crowds_have_the_same_volume(count):
 @pytest.mark.parametrize("count", [100, 1000])
 def test_crowd_lies_in_its_box(count):
     for sphere in scenes.crowd(count, 64, 36)["objects"]:
-        for place, (low, high) in zip(sphere["position"], scenes.CROWD_BOX, strict=True):
-            assert low <= place - sphere["radius"] + 1e-4
-            assert place + sphere["radius"] - 1e-4 <= high
+        for coordinate, (low, high) in zip(sphere["position"], scenes.CROWD_BOX, strict=True):
+            assert low <= coordinate - sphere["radius"] + 1e-4
+            assert coordinate + sphere["radius"] - 1e-4 <= high
 
 
 def test_crowd_is_the_same_every_time():
@@ -177,7 +219,7 @@ def test_trace_and_develop_are_added_run_by_run():
 # --- Peers that cannot be had --------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("find", [peers.povray, peers.plain_kernel])
+@pytest.mark.parametrize("find", [peers.povray, peers.tachyon, peers.embree, peers.plain_kernel])
 def test_missing_peer_is_skipped_with_a_message(find, monkeypatch, capsys):
     monkeypatch.setenv("PATH", "")
     assert find() is None
@@ -187,7 +229,10 @@ def test_missing_peer_is_skipped_with_a_message(find, monkeypatch, capsys):
 @pytest.mark.parametrize("name", run.CONTESTS)
 def test_contest_is_held_without_peers(name, monkeypatch, tmp_path):
     monkeypatch.setattr(run, "WORK", tmp_path)
-    contest = run.CONTESTS[name](run.Peers(None, None, None, None))
+    monkeypatch.setattr(
+        run.scenes, "crowd", lambda count, *size: SCENES["crowd"]
+    )  # large ones take seconds to write
+    contest = run.CONTESTS[name](run.Peers())
     assert contest.name == name
     assert contest.contestants[0].name.startswith("rtcli")
 
@@ -204,6 +249,14 @@ def test_pictures_are_compared_off_borders():
     picture[5, 5] = 2
     assert agreement.mismatch_share(picture, reference, 1) == pytest.approx(1 / 360)
     assert agreement.mismatch_share(picture, reference, 2) == 0
+
+
+def test_float_map_is_compared_by_its_rounded_linear_levels(tmp_path: Path):
+    path = tmp_path / "two.pfm"
+    bottom_row_first = np.array([[[0, 0.5, 1]], [[2, 0.25, 0]]], np.float32)
+    path.write_bytes(b"PF\n1 2\n-1\n" + bottom_row_first.tobytes())
+    assert agreement.levels(path).tolist() == [[[255, 64, 0]], [[0, 128, 255]]]
+    assert agreement.linear(np.array([0, 188, 255])).tolist() == [0, 128, 255]
 
 
 # --- Tables --------------------------------------------------------------------------------------------------
@@ -234,26 +287,30 @@ RESULTS = {
             "pixels": 2_000_000,
             "seconds": {"C, plain": {TRACE_DEVELOP: _spread(0.01)}},
         },
-        "growth": {
-            "work": "crowds",
+        "samples": {
+            "work": "a crowd",
             "timed": [TRACE],
             "pixels": None,
-            "seconds": {
-                "few": {TRACE: _spread(1.0)},
-                "more": {TRACE: _spread(9.0)},
-                "most": {TRACE: _spread(7.0)},
-            },
+            "seconds": {"one": {TRACE: _spread(1.0)}, "many": {TRACE: _spread(39.0)}},
+        },
+        "embree-100": {
+            "work": "a crowd",
+            "timed": [BUILD, TRACE],
+            "pixels": None,
+            "seconds": {"rtcli": {TRACE: _spread(0.5)}, "Embree": {TRACE: _spread(10.0)}},
         },
     },
 }
 
 
 def test_bars_are_reached_missed_or_not_measured():
-    verdicts = [row[2:] for row in report.bar_rows(RESULTS)]
-    assert verdicts[0] == ("0.25", "0.250", "reached")
-    assert verdicts[1] == ("0.7", "0.833", "missed")
-    assert verdicts[2] == ("0.09", "", "not measured")
-    assert verdicts[6] == ("8", "9.000", "missed")
+    verdicts = {row[:2]: row[2:] for row in report.bar_rows(RESULTS)}
+    still_life = "2 spheres, box, plane, light, 1920x1080: whole process"
+    assert verdicts[still_life, "POV-Ray"] == ("0.25", "0.250", "reached")
+    assert verdicts[still_life, "Mitsuba"] == ("0.7", "0.833", "missed")
+    assert verdicts[still_life, "Tachyon"] == ("0.55", "", "not measured")
+    assert verdicts["100,000 spheres: trace with 64 samples", "1 sample"] == ("38", "39.000", "missed")
+    assert verdicts["100 spheres: trace, one thread", "Embree"] == ("0.08", "0.050", "reached")
 
 
 def test_medians_are_shown_with_their_spread():

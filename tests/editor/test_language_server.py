@@ -125,7 +125,7 @@ NO_COLOR = 'Not a color: give a CSS name such as tomato, "#rrggbb" in quotes, or
 
 
 @pytest.mark.parametrize(
-    ("text", "place", "marked", "message"),
+    ("text", "position", "marked", "message"),
     [
         (CAMERA.replace("fov: 40", "fov: 200"), "2:39", "200", "Value is above the exclusive maximum of 180."),
         (CAMERA.replace("480", "480.5"), "2:28", "480.5", 'Incorrect type. Expected "integer".'),
@@ -157,13 +157,13 @@ NO_COLOR = 'Not a color: give a CSS name such as tomato, "#rrggbb" in quotes, or
         *("key-of-a-sphere", "no-mapping", "color", "color-with-capital", "albedo", "exposure", "up"),
     ],
 )
-def test_mistake_is_reported_once_at_its_position(server, opened, text, place, marked, message):
+def test_mistake_is_reported_once_at_its_position(server, opened, text, position, marked, message):
     uri, *_ = opened(text)
     (found,) = server.diagnostics(uri)
     start, end = found["range"]["start"], found["range"]["end"]
     lines = (FIRST_LINE + text).splitlines()
     assert found["message"] == message
-    assert f"{start['line'] + 1}:{start['character'] + 1}" == place
+    assert f"{start['line'] + 1}:{start['character'] + 1}" == position
     assert lines[start["line"]][start["character"] : end["character"]] == marked
 
 
@@ -188,9 +188,9 @@ def test_wrong_file_has_mistakes_if_a_schema_can_express_them(server, folder):
 # --- Completion ------------------------------------------------------------------------------------------
 
 
-def offered(server, place):
+def offered(server, position):
     """Return the labels of the completions at a position, each of them once."""
-    labels = [item["label"] for item in server.completions(*place)]
+    labels = [item["label"] for item in server.completions(*position)]
     assert len(labels) == len(set(labels))
     return set(labels)
 

@@ -70,9 +70,9 @@ class Frame:
     def of(cls, scene: Scene) -> Frame:
         """Return the frame around a scene's eye in which the median distance of lights and bodies is 1."""
         eye = np.array(scene.camera.position)
-        places = [lamp.light_position for lamp in lamps(scene)]
-        places += [shape.position for shape in scene.objects if not isinstance(shape, Plane)]
-        return cls(eye, float(np.median(np.linalg.norm(np.array(places) - eye, axis=1))))
+        positions = [lamp.light_position for lamp in lamps(scene)]
+        positions += [shape.position for shape in scene.objects if not isinstance(shape, Plane)]
+        return cls(eye, float(np.median(np.linalg.norm(np.array(positions) - eye, axis=1))))
 
     def point(self, position: Iterable[float]) -> Array:
         """Return a point of the scene in Mitsuba's coordinates: (3,)."""

@@ -171,7 +171,7 @@ def test_arrows_move_between_the_cards(page):
     names = page.names
     page.press("/", "Enter")
     assert page.focus == names[0]
-    for key, place in (
+    for key, index in (
         ("Right", 1),
         ("Down", 1 + columns),
         ("Left", columns),
@@ -180,7 +180,7 @@ def test_arrows_move_between_the_cards(page):
         ("End", -1),
     ):
         page.press(key)
-        assert page.focus == names[place], key
+        assert page.focus == names[index], key
     page.press("Down")
     assert page.focus == names[-1]
     page.press("Home")
@@ -253,8 +253,8 @@ def test_details_show_the_picture_and_its_passes(page):
     assert page.run("[...document.querySelectorAll('.strip button')].map(b => b.textContent)") == [
         *("radiance", "depth", "normal", "object_id"),
     ]
-    for place, name in ((2, "depth"), (3, "normal"), (4, "object_id")):
-        page.click(f".strip button:nth-child({place})")
+    for index, name in ((2, "depth"), (3, "normal"), (4, "object_id")):
+        page.click(f".strip button:nth-child({index})")
         assert page.wait(lambda: picture(page)) == [f"gallery/first.{name}.png", 240, 160]
         assert page.run("document.querySelector('.strip [aria-pressed=true]').textContent") == name
 

@@ -57,9 +57,9 @@ def unit(a: Array) -> Array:
 
 
 class Point(NamedTuple):
-    """Places (3, 1) or (3, N), and what is lost of them: a surface so close to one goes through it."""
+    """Positions (3, 1) or (3, N), and what is lost of them: a surface so close to one goes through it."""
 
-    place: Array
+    position: Array
     error: Array | float
     certainty: float = 1.0
 
@@ -125,7 +125,7 @@ class Ball:
 
     def crossings(self, start: Point, way: Array) -> Crossings:
         # |q + t w|^2 = 1 in units of the radius
-        q, w = (start.place - self.center) / self.size, way / self.size
+        q, w = (start.position - self.center) / self.size, way / self.size
         speed, distance = length(w), length(q)
         d = w / speed
         b = dot(q, d)
@@ -138,7 +138,7 @@ class Ball:
         return Crossings(roots / speed, margin, normal, np.abs(dot(normal, d)))
 
     def heights(self, point: Point) -> Array:
-        away = point.place - self.center
+        away = point.position - self.center
         height = (length(away / self.size) - 1) * self.size
         return np.stack([point.snapped(height, np.abs(away).sum(axis=0) + self.size, self.grain)] * 2)
 
@@ -159,8 +159,8 @@ class Wall:
         return Crossings(-self.heights(start) / along, margin, self.normal[:, None], steep)
 
     def heights(self, point: Point) -> Array:
-        away = point.place - self.point
-        across = total(self.normal, away) + total(1, point.place + self.eye)
+        away = point.position - self.point
+        across = total(self.normal, away) + total(1, point.position + self.eye)
         return point.snapped(dot(self.normal, away), np.minimum(total(1, away), across), self.grain)[None]
 
 
@@ -175,21 +175,21 @@ class Brick:
         self.normals = np.stack([sign * axis for sign in (1, -1) for axis in self.axes], axis=1)
 
     def crossings(self, start: Point, way: Array) -> Crossings:
-        place, step = self._along_axes(start.place - self.center), self._along_axes(way)
+        position, step = self._along_axes(start.position - self.center), self._along_axes(way)
         t = -self.heights(start) / np.concatenate([step, -step])
         steep = np.abs(step) / length(way)
         margins = []
         for t_of_side in (t[:3], t[3:]):
             # How far inside the limits of each axis the crossings with the faces of the others are.
-            inside = self.half - np.abs(place + t_of_side[:, None] * step)  # (face, axis, N)
+            inside = self.half - np.abs(position + t_of_side[:, None] * step)  # (face, axis, N)
             margins += [np.minimum(inside[i, i - 1], inside[i, i - 2]) for i in range(3)]
         return Crossings(t, np.stack(margins), self.normals, np.concatenate([steep, steep]))
 
     def heights(self, point: Point) -> Array:
-        away = point.place - self.center
-        place = self._along_axes(away)
-        beyond = np.concatenate([place, -place]) - self.across
-        across = self._across(away) + self.across + total(1, point.place + self.eye)
+        away = point.position - self.center
+        position = self._along_axes(away)
+        beyond = np.concatenate([position, -position]) - self.across
+        across = self._across(away) + self.across + total(1, point.position + self.eye)
         return point.snapped(beyond, np.minimum(total(1, away) + self.size, across), self.grain)
 
     @property
@@ -261,13 +261,13 @@ class Points(NamedTuple):
 
     Parameters
     ----------
-    place, normal
+    position, normal
         (3, N).
     error, blur
-        (N,): what is lost of the places in float64, and what float32 may take from them.
+        (N,): what is lost of the positions in float64, and what float32 may take from them.
     """
 
-    place: Array
+    position: Array
     normal: Array
     error: Array
     blur: Array
@@ -280,19 +280,19 @@ class BruteForce:
         self.camera, settings = data["camera"], data.get("render", {})
         self.eye = vector(self.camera.get("position", (0, 0, 0)))
         self.grain = grain(self.camera)
-        self.bodies = [BODIES[one["type"]](self._place(one), one, self.eye) for one in data["objects"]]
+        self.bodies = [BODIES[one["type"]](self._position(one), one, self.eye) for one in data["objects"]]
         self.colors = np.hstack([vector(one["color"]) for one in data["objects"]] + [np.zeros((3, 1))])
         self.lamps = [self._lamp(one, one, None) for one in data["lights"]]
         self.lamps += [self._lamp(one["light"], one, i) for i, one in enumerate(data["objects"]) if "light" in one]
         self.background = vector(settings.get("background", (0, 0, 0)))
         self.eye_falloff = settings.get("eye_falloff", False)
 
-    def _place(self, one: Data) -> Array:
+    def _position(self, one: Data) -> Array:
         return vector(one["position"]) - self.eye
 
     def _lamp(self, light: Data, one: Data, body: int | None) -> Lamp:
-        place = Point(self._place(one), self.grain + grain(one))
-        return Lamp(place, vector(light.get("color", (1, 1, 1))), float(light["intensity"]), body)
+        position = Point(self._position(one), self.grain + grain(one))
+        return Lamp(position, vector(light.get("color", (1, 1, 1))), float(light["intensity"]), body)
 
     def picture(self) -> Picture:
         """Return what the pixels show."""
@@ -372,7 +372,7 @@ class BruteForce:
         index, distance = picture.object_id - 1, picture.distance
         for lamp in self.lamps:
             if lamp.body is not None:
-                r = length(lamp.point.place)
+                r = length(lamp.point.position)
                 glow = lamp.color * np.minimum(
                     np.nan_to_num(lamp.intensity / (4 * np.pi * r * r), nan=0.0), LARGEST
                 )
@@ -381,29 +381,29 @@ class BruteForce:
         dull = np.flatnonzero((index >= 0) & ~np.isin(index, [lamp.body for lamp in self.lamps]))
         if dull.size:
             way = self._ways()[:, dull]
-            place = way / length(way) * distance[dull]
+            position = way / length(way) * distance[dull]
             weak = 1 / (4 * np.pi * distance[dull] ** 2) if self.eye_falloff else 1.0
             reflected = self.colors[:, index[dull]] / np.pi * weak
             error = self.grain + ROUNDING * distance[dull]
-            blur = self._blur(index[dull], place, distance[dull])
-            points = Points(place, picture.normal[:, dull], error, blur)
+            blur = self._blur(index[dull], position, distance[dull])
+            points = Points(position, picture.normal[:, dull], error, blur)
             for lamp in self.lamps:
                 self._add(lamp, points, reflected, picture, dull)
         return picture
 
-    def _blur(self, index: npt.NDArray[np.intp], place: Array, distance: Array) -> Array:
+    def _blur(self, index: npt.NDArray[np.intp], position: Array, distance: Array) -> Array:
         """Return what float32 may take from points: a share of their way from the nearest of their object."""
         blur = 8 * self.pixel * distance
         for i in np.unique(index):
             own = np.flatnonzero(index == i)
             if isinstance(body := self.bodies[i], Ball):  # relative to its centre, unless it looks flat
                 blur[own] = np.minimum(body.size, 1000 * blur[own])
-            blur[own] += length(place[:, own] - place[:, [own[np.argmin(distance[own])]]])
+            blur[own] += length(position[:, own] - position[:, [own[np.argmin(distance[own])]]])
         return SINGLE * blur
 
     def _add(self, lamp: Lamp, points: Points, reflected: Array, picture: Picture, pixels: Any) -> None:
         """Add what a lamp brings to points: albedo / pi I color / (4 pi r^2) cos(theta)."""
-        way = lamp.point.place - points.place
+        way = lamp.point.position - points.position
         r = length(way)
         height = dot(points.normal, way)
         height = np.where(np.abs(height) <= ROUNDING * np.abs(way).sum(axis=0) + points.error, 0.0, height)
@@ -428,7 +428,7 @@ class BruteForce:
         """Return from which points nothing stands before the lamp, and where that is sure."""
         r = length(way)
         is_open, sure = np.ones(len(r), dtype=bool), np.ones(len(r), dtype=bool)
-        start, end = Point(points.place, points.error), lamp.point
+        start, end = Point(points.position, points.error), lamp.point
         for body in (body for i, body in enumerate(self.bodies) if i != lamp.body):
             close = points.blur + SINGLE * np.minimum(body.size, r)
             sure &= not is_doubtful(body, end)

@@ -38,9 +38,9 @@ def two_workers() -> Iterator[Cluster]:
 @contextlib.contextmanager
 def no_workers(allowed_failures: int = 3) -> Iterator[Cluster]:
     """Start a scheduler alone; it gives up a task after losing more workers than it allows."""
-    place = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard")
+    address = ("--host", "127.0.0.1", "--port", "0", "--no-dashboard")
     settings = {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": str(allowed_failures)}
-    with _program("scheduler", *place, says=r"Scheduler at: +(tcp://\S+)", settings=settings) as scheduler:
+    with _program("scheduler", *address, says=r"Scheduler at: +(tcp://\S+)", settings=settings) as scheduler:
         yield Cluster(scheduler.address, scheduler.process, [])
 
 

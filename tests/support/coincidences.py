@@ -57,16 +57,16 @@ class _Draw:
         if kind < 0.2:
             return {
                 "type": "plane",
-                "position": self.place(),
+                "position": self.position(),
                 "normal": self.rng.choice(NORMALS),
                 "color": self.color(),
             }
         if kind < 0.5:
-            shape = {"type": "sphere", "position": self.place(), "radius": self.size(), "color": self.color()}
+            shape = {"type": "sphere", "position": self.position(), "radius": self.size(), "color": self.color()}
         else:
             shape = {
                 "type": "box",
-                "position": self.place(),
+                "position": self.position(),
                 "size": [self.size() for _ in range(3)],
                 "rotation": self.rng.choice(ROTATIONS),
                 "color": self.color(),
@@ -78,7 +78,7 @@ class _Draw:
     def planet(self) -> Data:
         """Return a ball so large that the objects on it are small."""
         radius = self.unit * 2.0 ** self.rng.choice((10, 17, 17 if any(self.origin) else 24))
-        x, y, z = self.place()
+        x, y, z = self.position()
         return {"type": "sphere", "position": [x, y - radius, z], "radius": radius, "color": self.color()}
 
     def join(self, shape: Data, other: Data) -> None:
@@ -109,26 +109,26 @@ class _Draw:
     def add_something_far(self, lights: list[Data]) -> None:
         """Add a light or a body that is very far from everything else, and bright or large enough to be seen."""
         away = self.unit * self.rng.choice((1e12, 1e20, 1e22, 1e25, 1e38, 1e45, 1e100))
-        place = [away * self.rng.choice((-1, 0, 1, 0.5)) for _ in range(3)]
-        if not any(place):
-            place[1] = away
+        position = [away * self.rng.choice((-1, 0, 1, 0.5)) for _ in range(3)]
+        if not any(position):
+            position[1] = away
         if self.rng.random() < 0.5:
-            lights.append({"position": place, "intensity": 10 * away * away, "color": self.color()})
+            lights.append({"position": position, "intensity": 10 * away * away, "color": self.color()})
         else:
             size = away * self.rng.choice((0.01, 0.1))
-            self.objects.append({"type": "sphere", "position": place, "radius": size, "color": self.color()})
+            self.objects.append({"type": "sphere", "position": position, "radius": size, "color": self.color()})
 
     # --- Eye and lights ----------------------------------------------------------------------------------------
 
     def camera(self) -> Data:
         rng = self.rng
         kind = rng.random()
-        target = self.place() if rng.random() < 0.5 else list(rng.choice(self.objects)["position"])
+        target = self.position() if rng.random() < 0.5 else list(rng.choice(self.objects)["position"])
         if rng.random() < 0.7:
             target = [x + self.unit * rng.uniform(-0.3, 0.3) for x in target]
         fov: float = rng.choice((20, 40, 60, 90, 120))
         if kind < 0.35:
-            eye = self.place(4)
+            eye = self.position(4)
         elif kind < 0.6:
             eye = self.on_surface(rng.choice(self.objects))
         elif kind < 0.7:
@@ -149,18 +149,18 @@ class _Draw:
 
     def light(self) -> Data:
         kind = self.rng.random()
-        place = self.place(4)
+        position = self.position(4)
         if kind < 0.5:
-            place = self.on_surface(self.rng.choice(self.objects))
+            position = self.on_surface(self.rng.choice(self.objects))
         elif kind < 0.6:
-            place = list(self.rng.choice(self.objects)["position"])
+            position = list(self.rng.choice(self.objects)["position"])
         elif kind < 0.65:
-            place = [x + self.unit * self.rng.choice((1e4, -1e6)) for x in place]
-        return {"position": place, "intensity": self.intensity(), "color": self.color()}
+            position = [x + self.unit * self.rng.choice((1e4, -1e6)) for x in position]
+        return {"position": position, "intensity": self.intensity(), "color": self.color()}
 
     # --- Numbers -----------------------------------------------------------------------------------------------
 
-    def place(self, reach: int = 3) -> Vector:
+    def position(self, reach: int = 3) -> Vector:
         return [o + self.unit * self.rng.randint(-2 * reach, 2 * reach) / 2 for o in self.origin]
 
     def on_surface(self, shape: Data) -> Vector:

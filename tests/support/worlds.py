@@ -171,10 +171,10 @@ def crowd(count: int, seed: int, far_off: bool, telescope: bool) -> Data:
     scale = 10 ** rng.uniform(-6, 6)
     middle = [1e5 * scale * x if far_off else 0.0 for x in _point(rng, 1)]
 
-    def place(reach: float) -> list[float]:
+    def random_position(reach: float) -> list[float]:
         return [m + scale * x for m, x in zip(middle, _point(rng, reach), strict=True)]
 
-    target, away = place(2), 2e4 if telescope else rng.uniform(4, 20)
+    target, away = random_position(2), 2e4 if telescope else rng.uniform(4, 20)
     eye = [x + scale * away * d for x, d in zip(target, _direction(rng), strict=True)]
     return {
         "camera": {
@@ -185,23 +185,29 @@ def crowd(count: int, seed: int, far_off: bool, telescope: bool) -> Data:
             "up": _direction(rng),
         },
         "lights": [
-            light(place(8), rng.uniform(10, 300) * scale**2, color=_color(rng)) for _ in range(rng.randint(0, 3))
+            light(random_position(8), rng.uniform(10, 300) * scale**2, color=_color(rng))
+            for _ in range(rng.randint(0, 3))
         ],
-        "objects": [_crowd_object(rng, place, scale * 8 / count ** (1 / 3), i) for i in range(count)],
+        "objects": [_crowd_object(rng, random_position, scale * 8 / count ** (1 / 3), i) for i in range(count)],
         "render": {"background": _color(rng), "eye_falloff": rng.random() < 0.2},
     }
 
 
-def _crowd_object(rng: random.Random, place: Callable[[float], list[float]], size: float, index: int) -> Data:
+def _crowd_object(
+    rng: random.Random, random_position: Callable[[float], list[float]], size: float, index: int
+) -> Data:
     kind = rng.random()
     if kind < 0.5:
         carried = {"light": {"intensity": size**2 * rng.uniform(1, 200)}} if rng.random() < 0.03 else {}
-        return sphere(place(5), size * rng.uniform(0.1, 0.6), _color(rng), **carried)
+        return sphere(random_position(5), size * rng.uniform(0.1, 0.6), _color(rng), **carried)
     if kind < 0.95 or index > 20:  # a few planes: more would hide all else
         return box(
-            place(5), [size * rng.uniform(0.1, 1) for _ in range(3)], _color(rng), rotation=rng.uniform(-360, 360)
+            random_position(5),
+            [size * rng.uniform(0.1, 1) for _ in range(3)],
+            _color(rng),
+            rotation=rng.uniform(-360, 360),
         )
-    return plane(place(6), _direction(rng), _color(rng))
+    return plane(random_position(6), _direction(rng), _color(rng))
 
 
 def _direction(rng: random.Random) -> list[float]:

@@ -25,9 +25,9 @@ def rounding(engine):
     return {"reference": 1e-6, "native": 2e-5}[engine]
 
 
-def irradiance(intensity, place, position, normal):
-    """I / (4 pi r^2) cos(theta) at places (H, W, 3) with one normal, of a light at a position."""
-    way = np.asarray(position) - place
+def irradiance(intensity, points, position, normal):
+    """I / (4 pi r^2) cos(theta) at points (H, W, 3) with one normal, of a light at a position."""
+    way = np.asarray(position) - points
     r = np.linalg.norm(way, axis=-1)
     return intensity / (4 * math.pi * r**3) * (way @ np.asarray(normal))
 
@@ -102,10 +102,10 @@ def test_lamp_on_the_outside_of_a_box_lights_what_is_before_its_face_and_nothing
         passes=["object_id", "position"],
     )
     floor = of_object(film, 1)
-    place = film.position[floor].astype(float)
-    before = (place - lamp) @ (np.asarray(on(lamp_post, [1, 0, 0])) - on(lamp_post, [0, 0, 0]))
+    position = film.position[floor].astype(float)
+    before = (position - lamp) @ (np.asarray(on(lamp_post, [1, 0, 0])) - on(lamp_post, [0, 0, 0]))
     lit, dark = before > 1e-3, before < -1e-3
-    expected = irradiance(100, place[lit], lamp, [0, 1, 0]) / math.pi
+    expected = irradiance(100, position[lit], lamp, [0, 1, 0]) / math.pi
     np.testing.assert_allclose(film.radiance[floor][lit][:, 0], expected, rtol=1e-4)
     assert (film.radiance[floor][dark] == 0).all()
 
@@ -263,8 +263,8 @@ def test_lamp_in_the_ground_of_a_planet_lights_only_what_is_below_ground(render)
     camera = {**SMALL, "fov": 60, "position": eye, "look_at": look_at, "up": [0, 0, 1]}
     lamp = light([-3.5e-6, 0.0009965, 1.5e-6], 1e-9)
     film = render(scene([ground, slope], [lamp], camera=camera), passes=["object_id", "position"])
-    place = film.position[of_object(film, 2)].astype(float)
-    height = np.linalg.norm(place - ground["position"], axis=1) - 0.131072
+    position = film.position[of_object(film, 2)].astype(float)
+    height = np.linalg.norm(position - ground["position"], axis=1) - 0.131072
     above = height > 1e-9
     assert above.sum() > 20
     assert (height[above] < 6e-8).any()
@@ -322,8 +322,8 @@ def test_very_distant_object_has_its_depth_and_its_light(render, away, falloff):
         assert met.sum() > 50
         np.testing.assert_allclose(film.depth[met], away * depth[met], rtol=1e-6)
         np.testing.assert_allclose(film.distance[met], away * (depth * length)[met], rtol=1e-6)
-        place = away * (depth[..., None] * v)[met]
-        np.testing.assert_allclose(film.position[met], place, rtol=1e-6, atol=1e-6 * away)
+        position = away * (depth[..., None] * v)[met]
+        np.testing.assert_allclose(film.position[met], position, rtol=1e-6, atol=1e-6 * away)
         t_squared = (depth * length)[met] ** 2
         expected = cosine[met] / math.pi / t_squared / (t_squared if falloff else 1)
         np.testing.assert_allclose(film.radiance[met][:, 0], expected, rtol=1e-4)
@@ -338,11 +338,11 @@ def test_light_very_far_away_is_a_sun(render, away):
     sun = light(list(away * way), 4 * math.pi**2 * away**2)
     film = render(scene(objects, [sun], camera=camera), passes=["object_id", "position"])
     floor = of_object(film, 1)
-    place = film.position[floor].astype(float)
-    from_ball = np.linalg.norm(np.cross(place - [0, 1, 0], way), axis=1)
-    behind = (np.array([0, 1, 0]) - place) @ way > 0
+    position = film.position[floor].astype(float)
+    from_ball = np.linalg.norm(np.cross(position - [0, 1, 0], way), axis=1)
+    behind = (np.array([0, 1, 0]) - position) @ way > 0
     assert (film.radiance[floor][behind & (from_ball < 0.98)] == 0).all()
-    lit = (from_ball > 1.02) & (np.hypot(place[:, 0] - 2, place[:, 2]) > 1.2)
+    lit = (from_ball > 1.02) & (np.hypot(position[:, 0] - 2, position[:, 2]) > 1.2)
     np.testing.assert_allclose(film.radiance[floor][lit][:, 0], 0.8, rtol=1e-4)
     assert np.count_nonzero(behind & (from_ball < 0.98)) > 3
     tops = film.object_id == 3

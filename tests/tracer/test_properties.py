@@ -24,12 +24,12 @@ PASSES = ("depth", "distance", "normal", "position", "albedo", "object_id")
 def test_scaling_by_a_power_of_two_leaves_the_picture_bit_for_bit(render, data, exponent):
     scale = 2.0**exponent
     scaled = copy.deepcopy(data)
-    for place in (scaled["camera"], *scaled["lights"], *scaled["objects"]):
-        for key in place.keys() & {"position", "look_at", "size"}:
-            place[key] = [scale * component for component in place[key]]
-        if "radius" in place:
-            place["radius"] *= scale
-        for source in (place, place.get("light", {})):
+    for part in (scaled["camera"], *scaled["lights"], *scaled["objects"]):
+        for key in part.keys() & {"position", "look_at", "size"}:
+            part[key] = [scale * component for component in part[key]]
+        if "radius" in part:
+            part["radius"] *= scale
+        for source in (part, part.get("light", {})):
             if "intensity" in source:
                 source["intensity"] *= scale**2
     original, bigger = render(data, passes=PASSES), render(scaled, passes=PASSES)
@@ -44,15 +44,13 @@ def test_scaling_by_a_power_of_two_leaves_the_picture_bit_for_bit(render, data, 
 def test_moving_the_scene_leaves_the_picture_bit_for_bit(render, data):
     # Where the move itself is exact nothing is lost, for objects are taken relative to the eye and the light.
     moved = rounded = copy.deepcopy(data)
-    for place in (rounded["camera"], *rounded["lights"], *rounded["objects"]):
-        for key in place.keys() & {"position", "look_at"}:
-            place[key] = [round(component * 1024) / 1024 for component in place[key]]
+    for part in (rounded["camera"], *rounded["lights"], *rounded["objects"]):
+        for key in part.keys() & {"position", "look_at"}:
+            part[key] = [round(component * 1024) / 1024 for component in part[key]]
     original = render(rounded, passes=PASSES)
-    for place in (moved["camera"], *moved["lights"], *moved["objects"]):
-        for key in place.keys() & {"position", "look_at"}:
-            place[key] = [
-                component + sign * 2.0**40 for component, sign in zip(place[key], (1, -1, 1), strict=True)
-            ]
+    for part in (moved["camera"], *moved["lights"], *moved["objects"]):
+        for key in part.keys() & {"position", "look_at"}:
+            part[key] = [component + sign * 2.0**40 for component, sign in zip(part[key], (1, -1, 1), strict=True)]
     other = render(moved, passes=PASSES)
     np.testing.assert_array_equal(original.radiance, other.radiance)
     np.testing.assert_array_equal(original.distance, other.distance)
@@ -84,11 +82,11 @@ def test_order_of_objects_and_lights_does_not_matter(render, data, rng):
 @given(random_scenes())
 def test_mirrored_scene_gives_the_mirrored_picture(engine, render, data):
     mirrored = copy.deepcopy(data)
-    for place in (mirrored["camera"], *mirrored["lights"], *mirrored["objects"]):
-        for key in place.keys() & {"position", "look_at", "up", "normal"}:
-            place[key][0] *= -1
-        if "rotation" in place:
-            place["rotation"] *= -1
+    for part in (mirrored["camera"], *mirrored["lights"], *mirrored["objects"]):
+        for key in part.keys() & {"position", "look_at", "up", "normal"}:
+            part[key][0] *= -1
+        if "rotation" in part:
+            part["rotation"] *= -1
     original, other = render(data, passes=PASSES), render(mirrored, passes=PASSES)
     # Bit for bit with the reference tracer; the native one measures from the middle of a block of pixels, which
     # has another place in the mirrored picture.
@@ -109,11 +107,11 @@ def test_yaw_of_the_whole_scene_leaves_the_picture(render, data, degrees):
         return [cosine * x + sine * z, y, cosine * z - sine * x]
 
     yawed = copy.deepcopy(data)
-    for place in (yawed["camera"], *yawed["lights"], *yawed["objects"]):
-        for key in place.keys() & {"position", "look_at", "up", "normal"}:
-            place[key] = turned(place[key])
-        if place.get("type") == "box":
-            place["rotation"] += degrees
+    for part in (yawed["camera"], *yawed["lights"], *yawed["objects"]):
+        for key in part.keys() & {"position", "look_at", "up", "normal"}:
+            part[key] = turned(part[key])
+        if part.get("type") == "box":
+            part["rotation"] += degrees
     original, other = render(data, passes=PASSES), render(yawed, passes=PASSES)
     np.testing.assert_array_equal(original.object_id, other.object_id)
     np.testing.assert_allclose(original.distance, other.distance, rtol=1e-4)

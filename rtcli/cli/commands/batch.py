@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import sys
-import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -34,6 +33,7 @@ from rtcli.image.animation import ANIMATIONS
 from rtcli.image.formats import check_fits
 from rtcli.image.write import FORMATS
 from rtcli.rendering.metadata import SOFTWARE
+from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.scene.diagnostics.problems import counted, printable
 from rtcli.scene.overrides import check_expression
 from rtcli.tracer.engines import default_threads
@@ -251,8 +251,7 @@ def _workers(options: BatchOptions, count: int) -> Iterator[Workers]:
 
 def _render(options: BatchOptions, batch: Batch) -> bool:
     """Render the scenes of a batch and report the result; return whether all succeeded."""
-    start = time.monotonic()
-    report = _Report()
+    watch, report = Stopwatch(), _Report()
     with (
         contextlib.closing(execute(batch)) as outcomes,
         progress("rendering", options.quiet, "scenes") as on_progress,
@@ -264,7 +263,7 @@ def _render(options: BatchOptions, batch: Batch) -> bool:
                 break
     _report_problems(report.problems, report.hidden)
     if not options.quiet:
-        report_line(report.summary(batch.plan, time.monotonic() - start))
+        report_line(report.summary(batch.plan, watch.totals()["total"]))
     return not report.failed
 
 

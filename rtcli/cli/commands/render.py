@@ -27,14 +27,12 @@ from rtcli.cli.progress import progress
 from rtcli.image.display import DEPTHS
 from rtcli.image.formats import check_fits, open_parts, parts_of
 from rtcli.image.write import FORMATS, METADATA
-from rtcli.rendering.job import RenderRequest, prepare
-from rtcli.rendering.pack import pack
+from rtcli.rendering.job import RenderJob, RenderRequest, validate_and_pack
 from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.rendering.stream import RenderStats, expose_film, write_film
 from rtcli.scene.diagnostics.problems import printable
 from rtcli.scene.model import Scene
 from rtcli.scene.overrides import Overrides
-from rtcli.scene.validation.validate import validate
 from rtcli.tracer.engines import ENGINES
 from rtcli.tracer.passes import RADIANCE
 from rtcli.tracer.world import Window, World
@@ -188,7 +186,7 @@ def _preview(options: RenderOptions) -> int:
     preview = Preview()
     scene, world, request = _load(options, (), Stopwatch())
     with options.executor() as executor, progress("rendering", options.quiet) as on_progress:
-        film = expose_film(prepare(scene, world, request, executor), on_progress)
+        film = expose_film(RenderJob(scene, world, request, executor), on_progress)
     preview.show(film)
     return 0
 
@@ -227,7 +225,7 @@ def render(options: RenderOptions, output: PictureOutput, check: GoldenCheck | N
         io.BytesIO() if options.stats is None else open_target(options.stats) as stats_file,
         options.executor() as executor,
     ):
-        job = prepare(scene, world, request, executor)
+        job = RenderJob(scene, world, request, executor)
         with watch.stages_together() as spent, progress("rendering", options.quiet) as on_progress:
             stats = write_film(job, files, output.bits, on_progress)
             spent.update(stats.seconds)
@@ -264,11 +262,8 @@ def _load(options: RenderOptions, passes: tuple[str, ...], watch: Stopwatch) -> 
     """Parse, validate and pack the scene, and check that it allows what the options request."""
     with watch.stage("parse"):
         document = read_scene(options.scene, options.overrides)
-    with watch.stage("validate"):
-        scene = validate(document)
-    with watch.stage("pack"):
-        request = RenderRequest(passes, options.engine, options.threads, options.crop)
-        world = pack(scene)
+    scene, world = validate_and_pack(document, watch)
+    request = RenderRequest(passes, options.engine, options.threads, options.crop)
     with usage_errors():
         request.window(world.camera)
         request.simd()

@@ -56,14 +56,27 @@ def _typical_distance(data: Any, loc: Loc) -> float:
 
 
 def _distance(item: Any, light: Vector) -> float:
-    """Return the distance from a light to an object: to its plane, its sphere or its centre, as its keys allow."""
+    """Return the distance from a light to an object; infinity if it cannot be read."""
     position = _vector(_at(item, ("position",)))
-    normal, radius = _vector(_at(item, ("normal",))), _number(_at(item, ("radius",)))
     if position is None:
         return math.inf
-    if normal is not None and any(normal):
-        return abs(dot(unit(normal), direction(light, position)))
-    return abs(math.dist(position, light) - (radius or 0.0))
+    distance = _DISTANCES.get(str(_at(item, ("type",))))
+    return math.dist(position, light) if distance is None else distance(item, position, light)
+
+
+def _to_sphere(item: Any, position: Vector, light: Vector) -> float:
+    return abs(math.dist(position, light) - (_number(_at(item, ("radius",))) or 0.0))
+
+
+def _to_plane(item: Any, position: Vector, light: Vector) -> float:
+    normal = _vector(_at(item, ("normal",)))
+    if normal is None or not any(normal):
+        return math.dist(position, light)
+    return abs(dot(unit(normal), direction(light, position)))
+
+
+# By type, where it is not the distance to the centre.
+_DISTANCES = {"sphere": _to_sphere, "plane": _to_plane}
 
 
 # --- What can be read ------------------------------------------------------------------------------------

@@ -25,8 +25,9 @@ _ANY_TYPE = "sphere"
 _ANY_OBJECT = {"type": _ANY_TYPE, "position": [0, 0, 0], "radius": 1, "color": "white"}
 # The keys that all types of object have.
 _COMMON_KEYS = frozenset.intersection(*(frozenset(shape.model_fields) for shape in model.SHAPES.values()))
-# The keys that only some types have.
-_TYPE_KEYS = {key for shape in model.SHAPES.values() for key in shape.model_fields} - _COMMON_KEYS
+# The keys that any type has, and those that only some have.
+_KEYS = {key for shape in model.SHAPES.values() for key in shape.model_fields}
+_TYPE_KEYS = _KEYS - _COMMON_KEYS
 
 
 class MistakenKey(NamedTuple):
@@ -192,9 +193,8 @@ class Recovery:
         return {**item, "type": nearest}
 
     def _key_of_type(self, item: _Mapping) -> str | None:
-        known = {key for shape in model.SHAPES.values() for key in shape.model_fields}
-        unknown = (key for key in item if key not in known)
-        return next((key for key in unknown if self._suggested(key, known, ("type",)) == "type"), None)
+        unknown = (key for key in item if key not in _KEYS)
+        return next((key for key in unknown if self._suggested(key, _KEYS, ("type",)) == "type"), None)
 
     def _unknown_type(self, loc: Loc, found: Any, item: _Mapping) -> str | None:
         """Return the likeliest type for an unknown one, from its word or else from the object's keys."""
@@ -214,7 +214,7 @@ class Recovery:
         """Return the type that the object's keys fit best, or those that they mean; None if several fit alike."""
         known = [key for key in item if key in _TYPE_KEYS]
         if not known:
-            meant = (self._suggested(key, _TYPE_KEYS | _COMMON_KEYS) for key in item if key not in _COMMON_KEYS)
+            meant = (self._suggested(key, _KEYS) for key in item if key not in _COMMON_KEYS)
             known = [key for key in meant if key in _TYPE_KEYS]
         fits = {type: _fit(shape, known) for type, shape in model.SHAPES.items()}
         best = max(fits, key=lambda type: fits[type])

@@ -271,7 +271,7 @@ def refused(result, folder, code):
 
 
 @pytest.mark.parametrize(
-    ("text", "message", "place"),
+    ("text", "message", "position"),
     [
         (
             "camera: {resolution: [640, 480], fov: 200}",
@@ -282,10 +282,10 @@ def refused(result, folder, code):
         ("}", "error[E004]: not valid YAML: expected a value", "1:1"),
     ],
 )
-def test_invalid_scene_exits_with_1(run, folder, text, message, place):
+def test_invalid_scene_exits_with_1(run, folder, text, message, position):
     (folder / "scene.yaml").write_text(text)
     lines = refused(run("render", "scene.yaml", "-o", "out.png"), folder, 1).splitlines()
-    assert lines[:2] == [message, f" --> scene.yaml:{place}"]
+    assert lines[:2] == [message, f" --> scene.yaml:{position}"]
     assert lines[-1] == "1 error"
 
 
@@ -635,14 +635,14 @@ def test_read_only_folder_exits_with_3_before_the_work(run, scene, folder, suffi
     if suffix == ".exr":
         pytest.importorskip("OpenEXR", exc_type=ImportError)
     (folder / "locked").mkdir(mode=0o555)
-    place = folder / "locked"
-    if os.access(place, os.W_OK):
+    locked = folder / "locked"
+    if os.access(locked, os.W_OK):
         if not READ_ONLY.is_dir():
             pytest.skip("root may write everywhere here")
-        place = READ_ONLY
-    result = run("render", scene, "-o", f"{place}/out{suffix}", *options)
+        locked = READ_ONLY
+    result = run("render", scene, "-o", f"{locked}/out{suffix}", *options)
     assert result.exit_code == 3
-    assert re.fullmatch(rf"Error: {place}/out{re.escape(suffix)}: [A-Z][a-z ]+\n", result.stderr)
+    assert re.fullmatch(rf"Error: {locked}/out{re.escape(suffix)}: [A-Z][a-z ]+\n", result.stderr)
     assert names_in(folder) == ["locked", "scene.yaml"]
     assert names_in(folder / "locked") == []
 
