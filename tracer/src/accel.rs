@@ -9,7 +9,8 @@ use crate::accel::build::{Item, Part, TREE, build};
 use crate::accel::node::{LEAF, Node, WIDTH};
 use crate::bounds::BoundingSphere;
 use crate::budget::WorkCounter;
-use crate::memory::{OutOfMemory, collect};
+use crate::memory::{OutOfMemory, collect, par_collect};
+use rayon::prelude::*;
 
 pub(crate) mod build;
 pub(crate) mod cone;
@@ -35,18 +36,35 @@ pub(crate) struct Bvh {
 }
 
 impl Bvh {
-    /// Build the tree over objects, given by their numbers and bounds.
+    /// Build the tree over the bounded ones of some objects, with the threads of the current rayon pool. Return it, its
+    /// number of leaves, and the objects in the order of the leaves, followed by those without bounds. The number of a
+    /// leaf is its position in that order.
     ///
     /// # Errors
     ///
     /// If there is not enough memory for it.
-    pub(crate) fn new(objects: impl Iterator<Item = (u32, BoundingSphere)>) -> Result<Bvh, OutOfMemory> {
-        let mut items = collect(objects.map(|(object, bounds)| Item { bounds, object }), TREE)?;
+    pub(crate) fn new(
+        bounds: impl IndexedParallelIterator<Item = Option<BoundingSphere>>,
+    ) -> Result<(Bvh, usize, Vec<u32>), OutOfMemory> {
+        let item = |(object, bounds): (usize, Option<BoundingSphere>)| Item::new(object as u32, bounds);
+        let mut items = par_collect(bounds.enumerate().map(item), TREE)?;
+        let unbounded = collect(items.iter().filter(|item| item.is_unbounded()).copied(), TREE)?;
+        items.retain(|item| !item.is_unbounded());
         let mut nodes = Vec::new();
         if !items.is_empty() {
-            build(Part::new(&mut items), &mut nodes)?;
+            build(Part::new(&mut items, 0), &mut nodes)?;
         }
-        Ok(Bvh { nodes })
+        let order = collect(items.iter().chain(&unbounded).map(|item| item.object), TREE)?;
+        Ok((Bvh { nodes }, items.len(), order))
+    }
+
+    /// Give the leaves other numbers, those at their positions in a list.
+    pub(crate) fn renumber(&mut self, numbers: &[u32]) {
+        self.nodes.par_iter_mut().flat_map_iter(|node| &mut node.child).for_each(|child| {
+            if *child & LEAF != 0 {
+                *child = LEAF | numbers[(*child & !LEAF) as usize];
+            }
+        });
     }
 
     /// Whether a tight volume saves more visits than it takes to make one.

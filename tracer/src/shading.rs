@@ -95,7 +95,7 @@ impl Lighting {
     #[inline(always)]
     fn irradiate(&mut self, light: &Light, scene: &Scene, face: u32) -> u64 {
         let object = face >> FACE_BITS;
-        let (shape, contact) = (&scene.shapes[object as usize], light.contact(object));
+        let (shape, contact) = (scene.shapes.get(object), light.contact(object));
         if !shape.is_lit_from(contact, light.position) {
             return 0;
         }
@@ -199,7 +199,7 @@ pub(crate) fn darken_occluded(
 ) {
     for &i in &scene.unbounded {
         if i != receiver {
-            scene.shapes[i as usize].occlude(light.contact(i), shadow);
+            scene.shapes.get(i).occlude(light.contact(i), shadow);
         }
     }
     if shadow.is_dark() {
@@ -227,10 +227,10 @@ fn darken_occluded_within(
 ) {
     let mut traversal = scene.bvh.traverse(volume, stack);
     while let Some(i) = traversal.next(f32::INFINITY) {
-        if i == receiver || Some(i) == light.carrier {
+        if i == receiver || light.carrier.is_some_and(|number| number == scene.numbers[i as usize]) {
             continue;
         }
-        scene.shapes[i as usize].occlude(light.contact(i), shadow);
+        scene.shapes.get(i).occlude(light.contact(i), shadow);
         if shadow.is_dark() {
             return;
         }
