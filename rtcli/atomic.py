@@ -97,7 +97,12 @@ class _AtomicFile:
             raise OSError(errno.EINVAL, "is not a place for files: use - for standard output", str(target))
         self.target = target
         self.final = Path(os.path.realpath(target))
-        _refuse_bad_target(self.final, str(target))
+        # Before any work: renaming over a folder fails late, and over a device such as /dev/null would destroy it.
+        try:
+            refuse_non_file(self.final, str(target), "is a folder: name a file in it")
+        except FileNotFoundError:
+            if not self.final.parent.is_dir():
+                raise FileNotFoundError(errno.ENOENT, "its folder does not exist", str(target)) from None
         self.temporary = (scratch or self.final.parent) / f".rtcli-{secrets.token_hex(8)}.tmp"
         self.raw = os.fsencode(self.temporary)
         self.sync = sync
@@ -149,18 +154,6 @@ class _NamedFile(io.FileIO):
             return super().write(data)
         except OSError as error:
             raise OSError(error.errno, error.strerror, self.name) from error
-
-
-def _refuse_bad_target(path: Path, name: str) -> None:
-    """Raise OSError before any work if a target is a folder or a device, or its folder is missing.
-
-    Renaming over a folder fails late, and renaming over a device such as /dev/null would destroy it.
-    """
-    try:
-        refuse_non_file(path, name, "is a folder: name a file in it")
-    except FileNotFoundError:
-        if not path.parent.is_dir():
-            raise FileNotFoundError(errno.ENOENT, "its folder does not exist", name) from None
 
 
 def refuse_non_file(path: Path, name: str, folder: str = "is a folder") -> None:

@@ -1,19 +1,33 @@
-//! A bounding volume hierarchy of spheres over the finite shapes of a scene, and the cones that traverse it.
+//! A bounding volume hierarchy of spheres over the finite shapes of a scene, and the cones and pyramids that traverse
+//! it.
 //!
 //! Nodes have up to eight children, which are tested together; a child is a node or a single object. Bounds and
 //! tests are float32, and conservative by more than their rounding: the tree affects how fast a picture is, never
 //! its content.
 
 use crate::accel::build::{Item, Part, TREE, build};
-use crate::accel::cone::Cone;
 use crate::accel::node::{LEAF, Node, WIDTH};
 use crate::bounds::BoundingSphere;
 use crate::budget::WorkCounter;
-use crate::memory::{OutOfMemory, collect};
+use crate::memory::{OutOfMemory, collect, par_collect};
+use rayon::prelude::*;
 
 pub(crate) mod build;
 pub(crate) mod cone;
 pub(crate) mod node;
+pub(crate) mod pyramid;
+
+/// A part of space that rays from one point go through.
+pub(crate) trait Volume {
+    /// The length along the axis: what begins beyond is outside.
+    fn range(&self) -> f32;
+
+    /// Return where each child of a node begins along the axis, never below 0, and, one byte per child, which ones
+    /// the volume may intersect before a limit.
+    ///
+    /// Mark it `#[inline(always)]`: it is compiled for each SIMD level.
+    fn intersect(&self, node: &Node, limit: f32) -> ([f32; WIDTH], u64);
+}
 
 /// The tree; empty without objects.
 #[derive(Clone, Debug)]
@@ -22,32 +36,55 @@ pub(crate) struct Bvh {
 }
 
 impl Bvh {
-    /// Build the tree over objects, given by their numbers and bounds.
+    /// Build the tree over the bounded ones of some objects, with the threads of the current rayon pool. Return it, its
+    /// number of leaves, and the objects in the order of the leaves, followed by those without bounds. The number of a
+    /// leaf is its position in that order.
     ///
     /// # Errors
     ///
     /// If there is not enough memory for it.
-    pub(crate) fn new(objects: impl Iterator<Item = (u32, BoundingSphere)>) -> Result<Bvh, OutOfMemory> {
-        let mut items = collect(objects.map(|(object, bounds)| Item { bounds, object }), TREE)?;
+    pub(crate) fn new(
+        bounds: impl IndexedParallelIterator<Item = Option<BoundingSphere>>,
+    ) -> Result<(Bvh, usize, Vec<u32>), OutOfMemory> {
+        let item = |(object, bounds): (usize, Option<BoundingSphere>)| Item::new(object as u32, bounds);
+        let mut items = par_collect(bounds.enumerate().map(item), TREE)?;
+        let unbounded = collect(items.iter().filter(|item| item.is_unbounded()).copied(), TREE)?;
+        items.retain(|item| !item.is_unbounded());
         let mut nodes = Vec::new();
         if !items.is_empty() {
-            build(Part::new(&mut items), &mut nodes)?;
+            build(Part::new(&mut items, 0), &mut nodes)?;
         }
-        Ok(Bvh { nodes })
+        let order = collect(items.iter().chain(&unbounded).map(|item| item.object), TREE)?;
+        Ok((Bvh { nodes }, items.len(), order))
     }
 
-    /// Start a traversal of the objects that a cone may intersect.
+    /// Give the leaves other numbers, those at their positions in a list.
+    pub(crate) fn renumber(&mut self, numbers: &[u32]) {
+        self.nodes.par_iter_mut().flat_map_iter(|node| &mut node.child).for_each(|child| {
+            if *child & LEAF != 0 {
+                *child = LEAF | numbers[(*child & !LEAF) as usize];
+            }
+        });
+    }
+
+    /// Whether a tight volume saves more visits than it takes to make one.
     #[inline(always)]
-    pub(crate) fn traverse<'a>(&'a self, cone: &'a Cone, stack: &'a mut Stack) -> Traversal<'a> {
+    pub(crate) fn is_deep(&self) -> bool {
+        self.nodes.len() > 1
+    }
+
+    /// Start a traversal of the objects that a volume may intersect.
+    #[inline(always)]
+    pub(crate) fn traverse<'a, V: Volume>(&'a self, volume: &'a V, stack: &'a mut Stack) -> Traversal<'a, V> {
         stack.waiting.clear();
-        Traversal { nodes: &self.nodes, cone, next: if self.nodes.is_empty() { DONE } else { 0 }, stack }
+        Traversal { nodes: &self.nodes, volume, next: if self.nodes.is_empty() { DONE } else { 0 }, stack }
     }
 }
 
 /// The state kept between traversals.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Stack {
-    /// The nodes and objects left to visit: in the upper bits, those of the distance along the cone's axis where
+    /// The nodes and objects left to visit: in the upper bits, those of the distance along the volume's axis where
     /// each begins; in the lower bits, its number.
     waiting: Vec<u64>,
     /// Counts the steps of all traversals, which end at once when the limit is exceeded.
@@ -61,20 +98,20 @@ const DONE: u64 = u64::MAX;
 
 /// A traversal of the tree, roughly from near to far.
 #[derive(Debug)]
-pub(crate) struct Traversal<'a> {
+pub(crate) struct Traversal<'a, V> {
     nodes: &'a [Node],
-    cone: &'a Cone,
+    volume: &'a V,
     /// The entry to visit next, or `DONE`.
     next: u64,
     /// The entries to visit after it, the nearest last.
     stack: &'a mut Stack,
 }
 
-impl Traversal<'_> {
-    /// The next object, unless all others begin beyond a distance along the cone's axis.
+impl<V: Volume> Traversal<'_, V> {
+    /// The next object, unless all others begin beyond a distance along the volume's axis.
     #[inline(always)]
     pub(crate) fn next(&mut self, limit: f32) -> Option<u32> {
-        let limit = limit.min(self.cone.range);
+        let limit = limit.min(self.volume.range());
         // Counted here and added at once: the limit is checked for objects only.
         let mut opened = 0;
         loop {
@@ -101,7 +138,7 @@ impl Traversal<'_> {
     #[inline(always)]
     fn open(&mut self, number: u32, limit: f32) {
         let node = &self.nodes[number as usize];
-        let (near, mut met) = self.cone.intersect(node, limit);
+        let (near, mut met) = self.volume.intersect(node, limit);
         let mut found = [0; WIDTH];
         let mut count = 0;
         while met != 0 {

@@ -5,6 +5,7 @@
 //! amounts are not checked one by one: [`spare`] checks that there is room for them, before and after the large
 //! ones.
 
+use rayon::prelude::*;
 use std::error::Error;
 use std::fmt;
 use std::io;
@@ -62,6 +63,20 @@ pub fn collect<T>(items: impl Iterator<Item = T>, what: &'static str) -> Result<
     let (least, most) = items.size_hint();
     let mut list = with_capacity(most.unwrap_or(least), what)?;
     list.extend(items);
+    Ok(list)
+}
+
+/// Return a list of the items of an iterator, which the threads of the current rayon pool compute.
+///
+/// # Errors
+///
+/// If there is no room for them.
+pub(crate) fn par_collect<T: Send>(
+    items: impl IndexedParallelIterator<Item = T>,
+    what: &'static str,
+) -> Result<Vec<T>, OutOfMemory> {
+    let mut list = with_capacity(items.len(), what)?;
+    items.collect_into_vec(&mut list);
     Ok(list)
 }
 

@@ -1,6 +1,6 @@
 //! The oracle of the kernel's tests: shapes intersected in float64, by independent formulas.
 
-use crate::shapes::Shape;
+use crate::shapes::Shapes;
 use crate::shapes::contact::{Contact, Side};
 use crate::shapes::cuboid::Cuboid;
 use crate::shapes::plane::Plane;
@@ -42,15 +42,17 @@ pub(crate) enum OracleShape {
 }
 
 impl OracleShape {
-    /// The same shape for the kernel.
-    pub(crate) fn to_kernel(&self) -> Shape {
+    /// The same shape for the kernel, with the index 0.
+    pub(crate) fn to_kernel(&self) -> Shapes {
+        let mut shapes = Shapes::default();
         match *self {
-            OracleShape::Sphere { center, radius } => Shape::Sphere(Sphere::new(center, radius, None)),
-            OracleShape::Plane { normal, offset } => Shape::Plane(Plane::new(normal, offset, offset.abs())),
+            OracleShape::Sphere { center, radius } => shapes.sphere.push(Sphere::new(center, radius, None)),
+            OracleShape::Plane { normal, offset } => shapes.plane.push(Plane::new(normal, offset, offset.abs())),
             OracleShape::Box { center, axes, half } => {
-                Shape::Cuboid(Cuboid { center, axes, half, eye: self.contact(EYE).local })
+                shapes.cuboid.push(Cuboid { center, axes, half, eye: self.contact(EYE).local });
             }
         }
+        shapes
     }
 
     /// Return where a point is relative to the surface.
@@ -254,7 +256,7 @@ pub(crate) fn check_intersection(
     error: f64,
 ) -> Result<HitBuffer, TestCaseError> {
     let mut hits = HitBuffer::new();
-    shape.to_kernel().intersect(FACE, &rays_of(view, corner), &mut hits);
+    shape.to_kernel().get(0).intersect(FACE, &rays_of(view, corner), &mut hits);
     for lane in 0..LANES {
         let v = exact_ray(view, corner, lane);
         let bounds = [shape.swollen(error).depth(v), shape.swollen(-error).depth(v)];
@@ -282,7 +284,8 @@ pub(crate) const FACE: u32 = 5 << FACE_BITS;
 /// The points where rays of a tile hit the faces of a shape: the lanes and points of each face.
 pub(crate) fn surface_points(shape: &OracleShape, (view, corner): (View, (u32, u32))) -> Vec<(Vec<u8>, Points)> {
     let rays = rays_of(view, corner);
-    let shape = shape.to_kernel();
+    let shapes = shape.to_kernel();
+    let shape = shapes.get(0);
     let mut hits = HitBuffer::new();
     shape.intersect(FACE, &rays, &mut hits);
     let mut faces: Vec<u32> = hits.face.iter().copied().filter(|&face| face != NO_FACE).collect();
@@ -316,7 +319,7 @@ pub(crate) fn irradiance_left(occluder: &OracleShape, light: Vector, points: &Po
     let contact = occluder.contact(light);
     let shadow =
         &mut ShadowRays { points, light, squared: &squared, irradiance: &mut left, bounds: points.bounds() };
-    occluder.to_kernel().occlude((contact.side == Side::On).then_some(&contact), shadow);
+    occluder.to_kernel().get(0).occlude((contact.side == Side::On).then_some(&contact), shadow);
     left
 }
 

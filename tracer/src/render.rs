@@ -105,13 +105,16 @@ impl Tracer {
         let view = View::new(&self.world.camera);
         let mut covered = filled(self.scene.shapes.len(), 0, COVERAGE)?;
         spare()?;
-        covered.par_chunks_mut(OBJECTS).zip(self.scene.shapes.par_chunks(OBJECTS)).for_each(
-            |(covered, shapes)| {
-                self.level.run(Coverage { shapes, view, window, monitor, covered });
-            },
-        );
+        covered.par_chunks_mut(OBJECTS).enumerate().for_each(|(i, covered)| {
+            let first = (i * OBJECTS) as u32;
+            self.level.run(Coverage { shapes: &self.scene.shapes, first, view, window, monitor, covered });
+        });
         monitor.check()?;
-        Ok(covered)
+        let mut in_order = filled(covered.len(), 0, COVERAGE)?;
+        for (&number, covered) in self.scene.numbers.iter().zip(covered) {
+            in_order[number as usize] = covered;
+        }
+        Ok(in_order)
     }
 
     /// The job of the whole picture.

@@ -3,17 +3,21 @@
 use crate::accel::cone::Cone;
 use crate::accel::{Bvh, Stack};
 use crate::camera_space::{CameraSpace, FAR_FROM_ROUNDING};
-use crate::memory::{OutOfMemory, collect};
-use crate::scene::unit::{OBJECTS, suitable_unit};
-use crate::shapes::Shape;
+use crate::memory::{OutOfMemory, collect, filled, par_collect};
+use crate::scene::unit::suitable_unit;
 use crate::shapes::contact::{COORDINATE, Contact};
 use crate::shapes::primitive::Primitive;
+use crate::shapes::{OBJECTS, ShapeDesc, Shapes};
 use crate::vector::{Vector, l1_norm, largest, length, scale, sub};
 use crate::world::{LightDesc, Object, World};
+use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::iter;
 
 mod unit;
+
+/// Named in the error if memory runs out.
+const LIGHTS: &str = "the lights";
 
 /// A point light in camera space.
 #[derive(Clone, Debug)]
@@ -23,7 +27,7 @@ pub(crate) struct Light {
     pub(crate) range_scale: f64,
     /// intensity * color / (4 pi), in units of camera space: L_i = power / r^2.
     pub(crate) power: Vector,
-    /// The object that carries it, which casts no shadow in its light.
+    /// The number in the world of the object that carries it, which casts no shadow in its light.
     pub(crate) carrier: Option<u32>,
     /// The objects that it is on, or so close to that rounding in camera space might move it to the other side.
     pub(crate) contacts: Vec<(u32, Contact)>,
@@ -56,8 +60,12 @@ pub(crate) struct Scene {
     pub(crate) unit: f64,
     /// The rounding of the eye's coordinates, in units of camera space.
     pub(crate) coordinate_rounding: f64,
-    pub(crate) shapes: Vec<Shape>,
+    /// The objects, kind by kind, those of each kind in the order of the tree: neighbours in space are neighbours in
+    /// memory. An object's index here is its number in the kernel.
+    pub(crate) shapes: Shapes,
     pub(crate) materials: Vec<Material>,
+    /// The number of each object in the world.
+    pub(crate) numbers: Vec<u32>,
     /// Whether any object has a range scale other than 1.
     pub(crate) has_range_scales: bool,
     pub(crate) lights: Vec<Light>,
@@ -76,25 +84,29 @@ impl Scene {
     pub(crate) fn new(world: &World) -> Result<Scene, OutOfMemory> {
         let space = CameraSpace::new(&world.camera, suitable_unit(world)?);
         let materials = materials(world, &space)?;
-        let shape = |(object, material): (&Object, &Material)| {
-            let position = space.scaled(object.position);
-            object.shape.transform(&space, position, material.range_scale)
+        let (by_kind, counts) = by_kind(&world.objects)?;
+        let place = |number: u32| {
+            let (object, material) = (&world.objects[number as usize], &materials[number as usize]);
+            (&object.shape, space.scaled(object.position), material.range_scale)
         };
-        let shapes = collect(world.objects.iter().zip(&materials).map(shape), OBJECTS)?;
-        let numbered = || (0..).zip(&shapes);
-        let unbounded = numbered().filter(|(_, shape)| shape.bounds().is_none());
-        let unbounded = collect(unbounded.map(|(i, _)| i), OBJECTS)?;
+        let shapes = Shapes::new(&space, (&by_kind, &counts), place)?;
+        let (mut bvh, leaves, order) =
+            Bvh::new((0..by_kind.len()).into_par_iter().map(|i| shapes.get(i as u32).bounds()))?;
+        let (order, indices) = in_tree_order(&counts, &order)?;
+        bvh.renumber(&indices);
+        let numbers = par_collect(order.par_iter().map(|&i| by_kind[i as usize]), OBJECTS)?;
         let mut scene = Scene {
             unit: space.unit,
             coordinate_rounding: 2.0 * COORDINATE * largest(space.eye),
-            has_range_scales: materials.iter().any(|material| material.range_scale < 1.0),
-            materials,
+            has_range_scales: materials.par_iter().any(|material| material.range_scale < 1.0),
+            materials: par_collect(numbers.par_iter().map(|&i| materials[i as usize].clone()), OBJECTS)?,
             lights: Vec::new(),
-            unbounded,
-            bvh: Bvh::new(numbered().filter_map(|(i, shape)| Some((i, shape.bounds()?))))?,
-            shapes,
+            unbounded: collect(indices[leaves..].iter().copied(), OBJECTS)?,
+            bvh,
+            shapes: shapes.select(&order)?,
+            numbers,
         };
-        scene.lights = collect(world.lights.iter().map(|light| scene.light(&space, world, light)), "the lights")?;
+        scene.lights = collect(world.lights.iter().map(|light| scene.light(&space, world, light)), LIGHTS)?;
         Ok(scene)
     }
 
@@ -106,9 +118,9 @@ impl Scene {
         let intensity = light.intensity * unit * unit / (4.0 * PI);
         let position = scale(space.point(scaled), range_scale);
         let close = |i: u32| {
-            let object = &world.objects[i as usize];
+            let object = &world.objects[self.numbers[i as usize] as usize];
             let contact = object.shape.contact(space, space.scaled(object.position), scaled);
-            let rounding = FAR_FROM_ROUNDING * (l1_norm(position) + self.shapes[i as usize].magnitude());
+            let rounding = FAR_FROM_ROUNDING * (l1_norm(position) + self.shapes.get(i).magnitude());
             contact.is_within(rounding).then_some((i, contact))
         };
         let mut stack = Stack::default();
@@ -125,13 +137,51 @@ impl Scene {
     }
 }
 
+/// Return the numbers of the objects, all of the first kind before the others, and the count of each kind.
+fn by_kind(objects: &[Object]) -> Result<(Vec<u32>, Vec<usize>), OutOfMemory> {
+    let mut counts = vec![0; ShapeDesc::KINDS.len()];
+    for object in objects {
+        counts[object.shape.kind()] += 1;
+    }
+    let mut next = places(&counts);
+    let mut numbers = filled(objects.len(), 0, OBJECTS)?;
+    for (number, object) in (0..).zip(objects) {
+        numbers[next(object.shape.kind())] = number;
+    }
+    Ok((numbers, counts))
+}
+
+/// Sort objects, which are in the order of the tree and numbered kind by kind, by their kinds. Return them, and the new
+/// position of each.
+fn in_tree_order(counts: &[usize], objects: &[u32]) -> Result<(Vec<u32>, Vec<u32>), OutOfMemory> {
+    let ends: Vec<usize> = (1..=counts.len()).map(|kinds| counts[..kinds].iter().sum()).collect();
+    let mut next = places(counts);
+    let mut sorted = filled(objects.len(), 0, OBJECTS)?;
+    let place = |&object: &u32| {
+        let position = next(ends.partition_point(|&end| end <= object as usize));
+        sorted[position] = object;
+        position as u32
+    };
+    let positions = collect(objects.iter().map(place), OBJECTS)?;
+    Ok((sorted, positions))
+}
+
+/// Return a function that returns the next free place of a kind, in a list of all kinds one after the other.
+fn places(counts: &[usize]) -> impl FnMut(usize) -> usize + use<> {
+    let mut next: Vec<usize> = (0..counts.len()).map(|kind| counts[..kind].iter().sum()).collect();
+    move |kind| {
+        next[kind] += 1;
+        next[kind] - 1
+    }
+}
+
 fn materials(world: &World, space: &CameraSpace) -> Result<Vec<Material>, OutOfMemory> {
     let material = |object: &Object| Material {
         albedo: object.color,
         emitted: None,
         range_scale: object.shape.range_scale(space, space.scaled(object.position)),
     };
-    let mut materials = collect(world.objects.iter().map(material), OBJECTS)?;
+    let mut materials = par_collect(world.objects.par_iter().map(material), OBJECTS)?;
     for light in &world.lights {
         if let Some(carrier) = light.carrier {
             materials[carrier].emitted = Some(seen_directly(light, world.camera.position));

@@ -1,7 +1,8 @@
 //! The light that points reflect to the eye, and the shadows of other objects on them.
 
-use crate::accel::Stack;
 use crate::accel::cone::Cone;
+use crate::accel::pyramid::{Footprint, Pyramid};
+use crate::accel::{Stack, Volume};
 use crate::scene::{Light, Material, Scene};
 use crate::shapes::points::{Points, ShadowRays};
 use crate::shapes::primitive::Primitive;
@@ -54,6 +55,8 @@ impl Lighting {
         let object = face >> FACE_BITS;
         let Material { albedo, range_scale, .. } = scene.materials[object as usize];
         let bounds = self.points.bounds();
+        let footprint = self.points.plane.filter(|_| scene.bvh.is_deep());
+        let footprint = footprint.map(|plane| Footprint::new(plane, &self.points));
         let mut rays = 0;
         for light in &scene.lights {
             let facing = self.irradiate(light, scene, face);
@@ -68,7 +71,7 @@ impl Lighting {
                 irradiance: &mut self.irradiance,
                 bounds,
             };
-            darken_occluded(&mut shadow, light, scene, object, &mut self.stack);
+            darken_occluded(&mut shadow, light, scene, (object, footprint.as_ref()), &mut self.stack);
             // An object that was moved toward the eye gets no more light than at its real distance.
             let dimmed = (range_scale / light.range_scale).min(1.0);
             let albedo = scale(albedo, dimmed * dimmed);
@@ -92,7 +95,7 @@ impl Lighting {
     #[inline(always)]
     fn irradiate(&mut self, light: &Light, scene: &Scene, face: u32) -> u64 {
         let object = face >> FACE_BITS;
-        let (shape, contact) = (&scene.shapes[object as usize], light.contact(object));
+        let (shape, contact) = (scene.shapes.get(object), light.contact(object));
         if !shape.is_lit_from(contact, light.position) {
             return 0;
         }
@@ -185,31 +188,49 @@ fn bounded(value: f64) -> f32 {
 /// Darken the points from which another object hides the light.
 ///
 /// The object that the points lie on, `receiver`, and the one that carries the light cast no shadow: see
-/// `Lighting::accumulate_direct`.
+/// `Lighting::accumulate_direct`. A flat face's points are given their footprint.
 #[inline(always)]
 pub(crate) fn darken_occluded(
+    shadow: &mut ShadowRays<'_>,
+    light: &Light,
+    scene: &Scene,
+    (receiver, footprint): (u32, Option<&Footprint>),
+    stack: &mut Stack,
+) {
+    for &i in &scene.unbounded {
+        if i != receiver {
+            scene.shapes.get(i).occlude(light.contact(i), shadow);
+        }
+    }
+    if shadow.is_dark() {
+        return;
+    }
+    if let Some(footprint) = footprint {
+        let pyramid = Pyramid::new(light.position, footprint);
+        darken_occluded_within(&pyramid, shadow, light, scene, receiver, stack);
+    } else {
+        let farthest = l1_norm(sub(shadow.bounds.center, shadow.points.reference)) + shadow.bounds.radius;
+        let cone = Cone::from_apex(light.position, shadow.bounds, farthest);
+        darken_occluded_within(&cone, shadow, light, scene, receiver, stack);
+    }
+}
+
+/// Darken the points behind the objects of the tree that a volume around all their shadow rays intersects.
+#[inline(always)]
+fn darken_occluded_within(
+    volume: &impl Volume,
     shadow: &mut ShadowRays<'_>,
     light: &Light,
     scene: &Scene,
     receiver: u32,
     stack: &mut Stack,
 ) {
-    for &i in &scene.unbounded {
-        if i != receiver {
-            scene.shapes[i as usize].occlude(light.contact(i), shadow);
-        }
-    }
-    if shadow.is_dark() {
-        return;
-    }
-    let farthest = l1_norm(sub(shadow.bounds.center, shadow.points.reference)) + shadow.bounds.radius;
-    let cone = Cone::from_apex(light.position, shadow.bounds, farthest);
-    let mut traversal = scene.bvh.traverse(&cone, stack);
+    let mut traversal = scene.bvh.traverse(volume, stack);
     while let Some(i) = traversal.next(f32::INFINITY) {
-        if i == receiver || Some(i) == light.carrier {
+        if i == receiver || light.carrier.is_some_and(|number| number == scene.numbers[i as usize]) {
             continue;
         }
-        scene.shapes[i as usize].occlude(light.contact(i), shadow);
+        scene.shapes.get(i).occlude(light.contact(i), shadow);
         if shadow.is_dark() {
             return;
         }

@@ -3,6 +3,7 @@
 
 use crate::bounds::BoundingSphere;
 use crate::camera_space::CameraSpace;
+use crate::memory::{OutOfMemory, par_collect};
 use crate::shapes::contact::Contact;
 use crate::shapes::outline::Outline;
 use crate::shapes::points::{Points, ShadowRays};
@@ -10,6 +11,7 @@ use crate::shapes::primitive::{Description, Primitive};
 use crate::tile::hits::HitBuffer;
 use crate::tile::rays::Rays;
 use crate::vector::Vector;
+use rayon::prelude::*;
 
 pub(crate) mod contact;
 pub(crate) mod cuboid;
@@ -18,6 +20,9 @@ pub(crate) mod plane;
 pub(crate) mod points;
 pub(crate) mod primitive;
 pub(crate) mod sphere;
+
+/// Named in the error if memory runs out.
+pub(crate) const OBJECTS: &str = "the objects";
 
 /// A kind of shape or light, which `T` describes.
 pub struct Kind<T> {
@@ -46,6 +51,18 @@ macro_rules! define_shapes {
                 parameters: <$module::$desc as Description>::PARAMETERS,
                 describe: |parameters| ShapeDesc::$shape(Description::new(parameters)),
             },)*];
+
+            /// The index of its kind in `KINDS`.
+            pub(crate) fn kind(&self) -> usize {
+                let mut kind = 0;
+                $(
+                    if let ShapeDesc::$shape(_) = self {
+                        return kind;
+                    }
+                    kind += 1;
+                )*
+                kind
+            }
         }
 
         /// The descriptions of all kinds.
@@ -54,16 +71,79 @@ macro_rules! define_shapes {
         }
 
         /// An object in camera space.
-        #[derive(Clone, Debug)]
-        pub(crate) enum Shape {
-            $($shape($module::$shape),)*
+        #[derive(Clone, Copy, Debug)]
+        pub(crate) enum Shape<'a> {
+            $($shape(&'a $module::$shape),)*
         }
 
-        $(impl From<$module::$shape> for Shape {
-            fn from(shape: $module::$shape) -> Shape {
-                Shape::$shape(shape)
+        /// Objects in camera space, numbered through: first all of the first kind, and so on. Each kind has an array
+        /// of its own, so that neighbours in it are neighbours in memory.
+        #[derive(Debug, Default)]
+        pub(crate) struct Shapes {
+            $(pub(crate) $module: Vec<$module::$shape>,)*
+        }
+
+        impl Shapes {
+            /// Transform objects to camera space, given by their numbers in the order of their kinds, and the count
+            /// of each kind. `place` returns an object's shape, its position as `CameraSpace::scaled` gives it, and
+            /// its range scale.
+            ///
+            /// # Errors
+            ///
+            /// If memory runs out.
+            pub(crate) fn new<'a>(
+                space: &CameraSpace,
+                (mut numbers, counts): (&[u32], &[usize]),
+                place: impl Fn(u32) -> (&'a ShapeDesc, Vector, f64) + Sync,
+            ) -> Result<Shapes, OutOfMemory> {
+                let mut counts = counts.iter();
+                $(
+                    let count = counts.next().copied().unwrap_or(0);
+                    let own = numbers.split_off(..count).expect("the objects of a kind");
+                    let transformed = own.par_iter().map(|&number| {
+                        let (ShapeDesc::$shape(shape), position, range_scale) = place(number) else {
+                            unreachable!("the objects are in the order of their kinds")
+                        };
+                        shape.transform(space, position, range_scale)
+                    });
+                    let $module = par_collect(transformed, OBJECTS)?;
+                )*
+                Ok(Shapes { $($module,)* })
             }
-        })*
+
+            /// Return the shapes at some indices, in the order of their kinds.
+            ///
+            /// # Errors
+            ///
+            /// If memory runs out.
+            pub(crate) fn select(&self, mut indices: &[u32]) -> Result<Shapes, OutOfMemory> {
+                let mut first = 0;
+                $(
+                    let shapes = &self.$module;
+                    let own = indices.split_off(..shapes.len()).expect("the indices of a kind");
+                    let $module = par_collect(own.par_iter().map(|&i| shapes[i as usize - first].clone()), OBJECTS)?;
+                    first += shapes.len();
+                )*
+                debug_assert_eq!(first, self.len());
+                Ok(Shapes { $($module,)* })
+            }
+
+            pub(crate) fn len(&self) -> usize {
+                0 $(+ self.$module.len())*
+            }
+
+            #[inline(always)]
+            pub(crate) fn get(&self, index: u32) -> Shape<'_> {
+                let mut index = index as usize;
+                $(
+                    if let Some(shape) = self.$module.get(index) {
+                        return Shape::$shape(shape);
+                    }
+                    index = index.wrapping_sub(self.$module.len());
+                )*
+                unreachable!("there is no shape {index}")
+            }
+        }
 
         /// Evaluate an expression for the value in a `Shape` or a `ShapeDesc`, whatever its kind.
         macro_rules! dispatch {
@@ -94,10 +174,6 @@ impl ShapeDesc {
     pub(crate) fn range_scale(&self, space: &CameraSpace, position: Vector) -> f64 {
         dispatch!(ShapeDesc, self, shape => shape.range_scale(space, position))
     }
-
-    pub(crate) fn transform(&self, space: &CameraSpace, position: Vector, range_scale: f64) -> Shape {
-        dispatch!(ShapeDesc, self, shape => shape.transform(space, position, range_scale).into())
-    }
 }
 
 /// Forward methods of `Primitive` to the shape in a `Shape`.
@@ -110,7 +186,7 @@ macro_rules! forward {
     };
 }
 
-impl Primitive for Shape {
+impl Primitive for Shape<'_> {
     forward! {
         fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer);
         fn depth(&self, v: Vector) -> (f64, f64);

@@ -1,9 +1,12 @@
 //! Building the tree, by the surface area heuristic.
+//!
+//! Large lists are halved again and again for their cuts, and subtrees are built side by side, at places that depend
+//! on the number of items alone: the tree is the same for any number of threads.
 
 use crate::accel::node::{CONSERVATIVE, LEAF, Node, WIDTH};
-use crate::bounds::{Aabb, BoundingSphere};
+use crate::bounds::BoundingSphere;
 use crate::memory::{OutOfMemory, reserve};
-use crate::vector::{add, length, scale, sub, to_f32};
+use crate::vector::{largest, to_f32};
 use rayon::prelude::*;
 
 /// Named in the error if memory runs out.
@@ -15,40 +18,176 @@ const BINS: usize = 16;
 /// Subtrees over more objects than this are built by several threads.
 const WORTH_A_THREAD: usize = 4096;
 
-/// An object on its way into the tree.
+/// Lists of more items than this are cut by several threads.
+const WORTH_HALVING: usize = 1 << 15;
+
+/// Coordinates beyond this would overflow float32 when squared.
+const MOST_FAR: f64 = 1e18;
+
+/// The bounding sphere of an object on its way into the tree.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Item {
-    pub(crate) bounds: BoundingSphere,
+    center: [f32; 3],
+    /// NaN for an object without bounds.
+    radius: f32,
     pub(crate) object: u32,
 }
 
-/// The items of one child, and their bounding box.
+impl Item {
+    pub(crate) fn new(object: u32, bounds: Option<BoundingSphere>) -> Item {
+        let Some(BoundingSphere { center, radius }) = bounds else {
+            return Item { center: [0.0; 3], radius: f32::NAN, object };
+        };
+        if largest(center) > MOST_FAR {
+            return Item { center: [0.0; 3], radius: f32::INFINITY, object };
+        }
+        Item { center: to_f32(center), radius: radius as f32, object }
+    }
+
+    pub(crate) fn is_unbounded(&self) -> bool {
+        self.radius.is_nan()
+    }
+}
+
+/// An axis-aligned bounding box, with a fourth coordinate so that it fits vector registers.
+#[derive(Clone, Copy, Debug)]
+struct Aabb {
+    low: [f32; 4],
+    high: [f32; 4],
+}
+
+impl Aabb {
+    const EMPTY: Aabb = Aabb { low: [f32::INFINITY; 4], high: [f32::NEG_INFINITY; 4] };
+
+    #[inline(always)]
+    fn around([x, y, z]: [f32; 3], radius: f32) -> Aabb {
+        Aabb { low: [x - radius, y - radius, z - radius, 0.0], high: [x + radius, y + radius, z + radius, 0.0] }
+    }
+
+    #[inline(always)]
+    fn joined(&self, other: &Aabb) -> Aabb {
+        let lower = |a: f32, b: f32| if b < a { b } else { a };
+        let higher = |a: f32, b: f32| if b > a { b } else { a };
+        Aabb {
+            low: std::array::from_fn(|i| lower(self.low[i], other.low[i])),
+            high: std::array::from_fn(|i| higher(self.high[i], other.high[i])),
+        }
+    }
+
+    fn size(&self) -> [f32; 3] {
+        std::array::from_fn(|i| self.high[i] - self.low[i])
+    }
+
+    /// Half the surface area; 0 if empty.
+    fn area(&self) -> f64 {
+        let [x, y, z] = self.size().map(f64::from);
+        if x >= 0.0 { x * y + y * z + z * x } else { 0.0 }
+    }
+}
+
+/// The number of some items, and the bounding boxes of the spheres and of their centres.
+#[derive(Clone, Copy, Debug)]
+struct Extent {
+    count: usize,
+    spheres: Aabb,
+    centers: Aabb,
+}
+
+impl Extent {
+    const EMPTY: Extent = Extent { count: 0, spheres: Aabb::EMPTY, centers: Aabb::EMPTY };
+
+    fn of(items: &[Item]) -> Extent {
+        if items.len() > WORTH_HALVING {
+            let (left, right) = items.split_at(items.len() / 2);
+            let (left, right) = rayon::join(|| Extent::of(left), || Extent::of(right));
+            return left.joined(&right);
+        }
+        items.iter().fold(Extent::EMPTY, Extent::with)
+    }
+
+    #[inline(always)]
+    fn with(self, item: &Item) -> Extent {
+        let sphere = Aabb::around(item.center, item.radius);
+        self.joined(&Extent { count: 1, spheres: sphere, centers: Aabb::around(item.center, 0.0) })
+    }
+
+    #[inline(always)]
+    fn joined(&self, other: &Extent) -> Extent {
+        Extent {
+            count: self.count + other.count,
+            spheres: self.spheres.joined(&other.spheres),
+            centers: self.centers.joined(&other.centers),
+        }
+    }
+
+    fn cost(&self) -> f64 {
+        self.count as f64 * self.spheres.area()
+    }
+}
+
+/// The items of one child, the position of the first among all items, and their extent.
 pub(crate) struct Part<'a> {
     items: &'a mut [Item],
-    extent: Aabb,
+    first: usize,
+    extent: Extent,
 }
 
 impl<'a> Part<'a> {
-    pub(crate) fn new(items: &'a mut [Item]) -> Part<'a> {
-        let extent =
-            items.iter().fold(Aabb::EMPTY, |extent, item| extent.with(item.bounds.center, item.bounds.radius));
-        Part { items, extent }
+    pub(crate) fn new(items: &'a mut [Item], first: usize) -> Part<'a> {
+        Part { extent: Extent::of(items), items, first }
     }
 
     /// The bounding sphere of the items around the middle of their bounding box.
-    fn bounds(&self) -> BoundingSphere {
+    fn bounds(&self) -> ([f32; 3], f32) {
         if let [item] = &*self.items {
-            return item.bounds;
+            return (item.center, item.radius);
         }
-        let center = scale(add(self.extent.low, self.extent.high), 0.5);
-        let radius = self.items.iter().fold(0.0, |radius: f64, item| {
-            radius.max(length(sub(item.bounds.center, center)) + item.bounds.radius)
-        });
-        BoundingSphere { center, radius }
+        let Aabb { low, high } = self.extent.spheres;
+        let middle = |i: usize| {
+            let middle = (low[i] + high[i]) * 0.5;
+            // The box around an infinite sphere has no middle.
+            if middle.is_finite() { middle } else { 0.0 }
+        };
+        let center = [middle(0), middle(1), middle(2)];
+        (center, reach(self.items, center))
+    }
+
+    /// Cut the items in two.
+    fn cut(self) -> [Part<'a>; 2] {
+        let Part { items, first, extent } = self;
+        let bins = Bins::along(&extent.centers);
+        let extents = bins.fill(items);
+        let last = cheapest_cut(&extents);
+        let middle = partition(items, &|item| bins.bin(item) <= last);
+        if middle == 0 || middle == items.len() {
+            // All are in one bin: any halves will do.
+            let middle = items.len() / 2;
+            let (left, right) = items.split_at_mut(middle);
+            return [Part::new(left, first), Part::new(right, first + middle)];
+        }
+        let joined = |extents: &[Extent]| extents.iter().fold(Extent::EMPTY, |all, extent| all.joined(extent));
+        let (left, right) = items.split_at_mut(middle);
+        [
+            Part { items: left, first, extent: joined(&extents[..=last]) },
+            Part { items: right, first: first + middle, extent: joined(&extents[last + 1..]) },
+        ]
     }
 }
 
-/// Append the nodes of a tree over items, the root first.
+/// The largest distance of a point on the items' spheres from a center.
+fn reach(items: &[Item], center: [f32; 3]) -> f32 {
+    if items.len() > WORTH_HALVING {
+        let (left, right) = items.split_at(items.len() / 2);
+        let (left, right) = rayon::join(|| reach(left, center), || reach(right, center));
+        return left.max(right);
+    }
+    items.iter().fold(0.0, |reach: f32, item| {
+        let [x, y, z] = std::array::from_fn(|i| item.center[i] - center[i]);
+        reach.max((x * x + y * y + z * z).sqrt() + item.radius)
+    })
+}
+
+/// Append the nodes of a tree over items, the root first. The number of a leaf is the position of its item.
 pub(crate) fn build(part: Part<'_>, nodes: &mut Vec<Node>) -> Result<(), OutOfMemory> {
     let number = nodes.len();
     reserve(nodes, 1, TREE)?;
@@ -56,13 +195,13 @@ pub(crate) fn build(part: Part<'_>, nodes: &mut Vec<Node>) -> Result<(), OutOfMe
     let large = part.items.len() > WORTH_A_THREAD;
     let parts = eight_parts(part);
     for (i, part) in parts.iter().enumerate() {
-        let bounds = part.bounds();
+        let (center, radius) = part.bounds();
         let node = &mut nodes[number];
-        [node.x[i], node.y[i], node.z[i]] = to_f32(bounds.center);
-        node.radius[i] =
-            (bounds.radius + length(bounds.center) * f64::from(CONSERVATIVE)) as f32 * (1.0 + CONSERVATIVE);
-        if let [item] = &*part.items {
-            node.child[i] = LEAF | item.object;
+        [node.x[i], node.y[i], node.z[i]] = center;
+        let away = (center[0] * center[0] + center[1] * center[1] + center[2] * center[2]).sqrt();
+        node.radius[i] = (radius + away * CONSERVATIVE) * (1.0 + CONSERVATIVE);
+        if part.items.len() == 1 {
+            node.child[i] = LEAF | part.first as u32;
         }
     }
     if large {
@@ -98,72 +237,99 @@ pub(crate) fn build(part: Part<'_>, nodes: &mut Vec<Node>) -> Result<(), OutOfMe
 /// Cut items into at most eight parts, the one with the largest surface first.
 fn eight_parts(part: Part<'_>) -> Vec<Part<'_>> {
     if part.items.len() <= WIDTH {
-        return part.items.chunks_mut(1).map(Part::new).collect();
+        // As far as possible neighbours come in the order of the file.
+        part.items.sort_unstable_by_key(|item| item.object);
+        return part.items.chunks_mut(1).zip(part.first..).map(|(item, first)| Part::new(item, first)).collect();
     }
-    let mut parts = vec![part];
+    let mut parts = Vec::with_capacity(WIDTH);
+    parts.push(part);
     while parts.len() < WIDTH {
         let largest = (0..parts.len())
             .filter(|&i| parts[i].items.len() > 1)
-            .max_by(|&a, &b| parts[a].extent.area().total_cmp(&parts[b].extent.area()));
+            .max_by(|&a, &b| parts[a].extent.spheres.area().total_cmp(&parts[b].extent.spheres.area()));
         let Some(i) = largest else { break };
         let part = parts.swap_remove(i);
-        let middle = cut(part.items);
-        let (left, right) = part.items.split_at_mut(middle);
-        parts.push(Part::new(left));
-        parts.push(Part::new(right));
+        parts.extend(part.cut());
     }
     parts
 }
 
-/// Sort items into two parts and return where the second begins.
+/// Equal intervals along the longest side of the box around the centres.
 ///
 /// The surface area heuristic, in bins (I. Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies",
 /// 2007): the cost of a cut is the sum over its parts of surface times count.
-fn cut(items: &mut [Item]) -> usize {
-    let centers = items.iter().fold(Aabb::EMPTY, |extent, item| extent.with(item.bounds.center, 0.0));
-    let size = sub(centers.high, centers.low);
-    let axis = (0..3).fold(0, |a, b| if size[b] > size[a] { b } else { a });
-    let per_size = BINS as f64 / size[axis];
-    let bin = |item: &Item| {
-        let along = (item.bounds.center[axis] - centers.low[axis]) * per_size;
-        (along as usize).min(BINS - 1)
-    };
-    let mut bins = [(0_usize, Aabb::EMPTY); BINS];
-    for item in items.iter() {
-        let (count, extent) = &mut bins[bin(item)];
-        *count += 1;
-        *extent = extent.with(item.bounds.center, item.bounds.radius);
+struct Bins {
+    axis: usize,
+    low: f32,
+    per_length: f32,
+}
+
+impl Bins {
+    fn along(centers: &Aabb) -> Bins {
+        let size = centers.size();
+        let axis = (0..3).fold(0, |a, b| if size[b] > size[a] { b } else { a });
+        Bins { axis, low: centers.low[axis], per_length: BINS as f32 / size[axis] }
     }
-    let last = cheapest_cut(&bins);
+
+    #[inline(always)]
+    fn bin(&self, item: &Item) -> usize {
+        let along = (item.center[self.axis] - self.low) * self.per_length;
+        (along as usize).min(BINS - 1)
+    }
+
+    /// Return the extent of the items in each bin.
+    fn fill(&self, items: &[Item]) -> [Extent; BINS] {
+        if items.len() > WORTH_HALVING {
+            let (left, right) = items.split_at(items.len() / 2);
+            let (left, right) = rayon::join(|| self.fill(left), || self.fill(right));
+            return std::array::from_fn(|i| left[i].joined(&right[i]));
+        }
+        let mut bins = [Extent::EMPTY; BINS];
+        for item in items {
+            let bin = &mut bins[self.bin(item)];
+            *bin = bin.with(item);
+        }
+        bins
+    }
+}
+
+/// Move the items of the left part to the front, and return their number.
+fn partition(items: &mut [Item], is_left: &(impl Fn(&Item) -> bool + Sync)) -> usize {
+    if items.len() > WORTH_HALVING {
+        let middle = items.len() / 2;
+        let (front, back) = items.split_at_mut(middle);
+        let (front, back) = rayon::join(|| partition(front, is_left), || partition(back, is_left));
+        // The right part of the front changes places with the left part of the back.
+        let count = (middle - front).min(back);
+        let (before, after) = items[front..middle + back].split_at_mut(middle - front);
+        let start = after.len() - count;
+        before[..count].swap_with_slice(&mut after[start..]);
+        return front + back;
+    }
     let mut middle = 0;
     for i in 0..items.len() {
-        if bin(&items[i]) <= last {
-            items.swap(i, middle);
-            middle += 1;
-        }
-    }
-    if middle == 0 || middle == items.len() {
-        // All are in one bin: any halves will do.
-        return items.len() / 2;
+        let item = items[i];
+        // Without a branch, which would be mispredicted half of the time.
+        items[i] = items[middle];
+        items[middle] = item;
+        middle += usize::from(is_left(&item));
     }
     middle
 }
 
 /// The last bin of the left part.
-fn cheapest_cut(bins: &[(usize, Aabb); BINS]) -> usize {
-    let joined = |a: (usize, Aabb), b: &(usize, Aabb)| (a.0 + b.0, a.1.joined(&b.1));
-    let cost = |(count, extent): (usize, Aabb)| count as f64 * extent.area();
+fn cheapest_cut(bins: &[Extent; BINS]) -> usize {
     let mut right_cost = [0.0; BINS];
-    let mut right = (0, Aabb::EMPTY);
+    let mut right = Extent::EMPTY;
     for i in (1..BINS).rev() {
-        right = joined(right, &bins[i]);
-        right_cost[i] = cost(right);
+        right = right.joined(&bins[i]);
+        right_cost[i] = right.cost();
     }
     let (mut best, mut cheapest) = (0, f64::INFINITY);
-    let mut left = (0, Aabb::EMPTY);
+    let mut left = Extent::EMPTY;
     for i in 0..BINS - 1 {
-        left = joined(left, &bins[i]);
-        let total = cost(left) + right_cost[i + 1];
+        left = left.joined(&bins[i]);
+        let total = left.cost() + right_cost[i + 1];
         if total < cheapest {
             (best, cheapest) = (i, total);
         }

@@ -1,5 +1,6 @@
-//! The cones that traverse the tree.
+//! The cones that traverse the tree: for the rays of a tile, and for the points of a sphere.
 
+use crate::accel::Volume;
 use crate::accel::node::{CONSERVATIVE, Node, WIDTH};
 use crate::bounds::BoundingSphere;
 use crate::tile::rays::Rays;
@@ -14,7 +15,7 @@ pub(crate) struct Cone {
     cos: f32,
     sin: f32,
     /// The length of the cone along its axis.
-    pub(crate) range: f32,
+    range: f32,
     /// The rounding of the apex and the points.
     slack: f32,
 }
@@ -79,14 +80,18 @@ impl Cone {
         // Infinity times 0, for a wide cone, means no limit.
         if depth < f32::INFINITY { depth * largest * (1.0 + CONSERVATIVE) } else { depth }
     }
+}
 
-    /// Return where each child of a node begins along the axis, and, one byte per child, which ones the cone
-    /// intersects.
-    ///
+impl Volume for Cone {
+    #[inline(always)]
+    fn range(&self) -> f32 {
+        self.range
+    }
+
     /// A sphere at distance d along the axis and p from it is hit if p cos <= R + d sin: its centre is within R of
     /// the cone's surface. Both sides are squared, since roots are slow.
     #[inline(always)]
-    pub(crate) fn intersect(&self, node: &Node, limit: f32) -> ([f32; WIDTH], u64) {
+    fn intersect(&self, node: &Node, limit: f32) -> ([f32; WIDTH], u64) {
         let mut near = [0.0; WIDTH];
         let mut met = [0_u8; WIDTH];
         let [ax, ay, az] = self.axis;

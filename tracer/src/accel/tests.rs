@@ -1,8 +1,10 @@
 use super::*;
+use crate::accel::cone::Cone;
+use crate::accel::pyramid::{Footprint, Pyramid};
 use crate::oracle::*;
 use crate::shapes::primitive::Primitive;
 use crate::tile::LANES;
-use crate::vector::{add, scale};
+use crate::vector::{Vector, add, length, scale, sub};
 use proptest::prelude::*;
 
 /// Objects of any size around the middle ray of a tile, or all around the eye.
@@ -22,13 +24,15 @@ fn any_scene() -> impl Strategy<Value = ((crate::tile::View, (u32, u32)), Vec<Or
 }
 
 fn tree_of(shapes: &[OracleShape]) -> Bvh {
-    Bvh::new((0..).zip(shapes).filter_map(|(i, shape)| Some((i, shape.to_kernel().bounds()?)))).unwrap()
+    let (mut tree, _, order) = Bvh::new(shapes.par_iter().map(|shape| shape.to_kernel().get(0).bounds())).unwrap();
+    tree.renumber(&order);
+    tree
 }
 
 /// What a walk finds, in order, with the same limit all the way.
-fn found(tree: &Bvh, cone: &Cone, limit: f32) -> Vec<u32> {
+fn found(tree: &Bvh, volume: &impl Volume, limit: f32) -> Vec<u32> {
     let mut stack = Stack::default();
-    let mut traversal = tree.traverse(cone, &mut stack);
+    let mut traversal = tree.traverse(volume, &mut stack);
     std::iter::from_fn(|| traversal.next(limit)).collect()
 }
 
@@ -89,6 +93,33 @@ proptest! {
                 let between = shape.stands_between(light, point);
                 prop_assert!(!between || found.contains(&(i as u32)), "{shape:?} is left out");
             }
+        }
+    }
+
+    #[test]
+    fn no_object_between_a_light_and_the_points_of_a_flat_face_is_left_out(
+        tile in any_tile(),
+        wall in any_plane(),
+        (toward, distance) in (any_direction(), any_size(-6.0..6.0)),
+        spots in prop::collection::vec((0..LANES, 0.0..1.0, any_size(-6.0..0.0), any_direction(), 0.0..1.2), 1..60),
+    ) {
+        let Some((_, points)) = surface_points(&wall, tile).pop() else { return Ok(()) };
+        let plane = points.plane.unwrap();
+        let light = add(points.reference, scale(toward, distance));
+        // On the eye's side.
+        let light = sub(light, scale(plane.normal, (2.0 * plane.height(light)).min(0.0)));
+        let shape = |&(lane, share, size, aside, beside): &(usize, f64, f64, Vector, f64)| {
+            let way = sub(point_of(&points, lane % points.count), light);
+            let radius = size * length(way);
+            let center = add(add(light, scale(way, share)), scale(aside, beside * radius));
+            OracleShape::Sphere { center, radius }
+        };
+        let shapes: Vec<_> = spots.iter().map(shape).collect();
+        let pyramid = Pyramid::new(light, &Footprint::new(plane, &points));
+        let found = found(&tree_of(&shapes), &pyramid, f32::INFINITY);
+        for (i, shape) in shapes.iter().enumerate() {
+            let between = (0..points.count).any(|lane| shape.stands_between(light, point_of(&points, lane)));
+            prop_assert!(!between || found.contains(&(i as u32)), "{shape:?} is left out");
         }
     }
 

@@ -173,7 +173,7 @@ impl TileSink for FilmSink<'_> {
                 (Pass::Albedo, Some(Values::Floats(albedo)), _) => {
                     tile.put(albedo.as_chunks_mut().0, &to_world.albedos(faces));
                 }
-                (Pass::ObjectId, Some(Values::Integers(id)), _) => tile.put(id, &object_ids(faces)),
+                (Pass::ObjectId, Some(Values::Integers(id)), _) => tile.put(id, &to_world.object_ids(faces)),
                 _ => (),
             }
         }
@@ -182,17 +182,6 @@ impl TileSink for FilmSink<'_> {
 
 /// Three numbers for each ray of a tile.
 type Triples = [[f32; 3]; LANES];
-
-/// The number of each object plus 1; 0 where the ray misses.
-#[inline(always)]
-fn object_ids(faces: &[u32; LANES]) -> [u32; LANES] {
-    let mut ids = [0; LANES];
-    for lane in 0..LANES {
-        let face = faces[lane];
-        ids[lane] = if face == NO_FACE { 0 } else { (face >> FACE_BITS) + 1 };
-    }
-    ids
-}
 
 /// Round to float32; finite values stay finite.
 #[inline(always)]
@@ -283,6 +272,13 @@ impl<'a> CameraToWorld<'a> {
             normals[lane] = if faces[lane] == NO_FACE { [0.0; 3] } else { normal };
         }
         normals
+    }
+
+    /// The number of each ray's object in the world plus 1; 0 where the ray misses.
+    #[inline(always)]
+    fn object_ids(&self, faces: &[u32; LANES]) -> [u32; LANES] {
+        let number = |face: u32| self.scene.numbers.get((face >> FACE_BITS) as usize);
+        faces.map(|face| number(face).map_or(0, |number| number + 1))
     }
 
     /// The albedo of each ray's object; 0 where the ray misses.

@@ -83,7 +83,7 @@ fn the_unit_brings_the_scene_to_about_one() {
         let scene =
             Scene::new(&one_object(ShapeDesc::Sphere(SphereDesc { radius: size / 10.0 }), [0.0, 0.0, -size]))
                 .unwrap();
-        let Shape::Sphere(sphere) = &scene.shapes[0] else { panic!("a sphere") };
+        let [sphere] = &scene.shapes.sphere[..] else { panic!("a sphere") };
         assert!((0.5..4.0).contains(&sphere.center[2]), "{size}: {:?}", sphere.center);
         let ratio = sphere.center[2] / sphere.radius;
         assert!((ratio - 10.0).abs() < 1e-12, "{size}: {ratio}");

@@ -1,11 +1,9 @@
 //! The unit of camera space.
 
 use crate::memory::{OutOfMemory, collect, reserve};
+use crate::shapes::OBJECTS;
 use crate::vector::Vector;
 use crate::world::{Object, World};
-
-/// Named in the error if memory runs out.
-pub(crate) const OBJECTS: &str = "the objects";
 
 /// The farthest object or light stays within this power of two, so that its square stays within float32.
 const LARGEST_EXPONENT: i32 = 58;

@@ -68,6 +68,16 @@ impl Points {
         TOUCHING * (x[i].abs() + y[i].abs() + z[i].abs()) + self.error
     }
 
+    /// The smallest and the largest offset along a direction.
+    #[inline(always)]
+    pub(crate) fn extent(&self, [x, y, z]: [f32; 3]) -> [f32; 2] {
+        let mut along = [0.0; LANES];
+        for lane in 0..self.padded() {
+            along[lane] = x * self.offset[0][lane] + y * self.offset[1][lane] + z * self.offset[2][lane];
+        }
+        extremes(&along[..self.padded()])
+    }
+
     /// A sphere that holds all points.
     #[inline(always)]
     pub(crate) fn bounds(&self) -> BoundingSphere {

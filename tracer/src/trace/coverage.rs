@@ -5,9 +5,9 @@
 
 use crate::budget::{WorkCounter, steps_of};
 use crate::monitor::Monitor;
-use crate::shapes::Shape;
 use crate::shapes::outline::{Overlap, Rectangle};
 use crate::shapes::primitive::Primitive;
+use crate::shapes::{Shape, Shapes};
 use crate::simd::Kernel;
 use crate::tile::hits::{HitBuffer, NO_FACE};
 use crate::tile::rays::Rays;
@@ -19,7 +19,9 @@ const TILE_STEPS: u64 = 2 * steps_of(LANES);
 
 /// Counts the pixels that some shapes cover.
 pub(crate) struct Coverage<'a> {
-    pub(crate) shapes: &'a [Shape],
+    pub(crate) shapes: &'a Shapes,
+    /// The index of the first shape.
+    pub(crate) first: u32,
     pub(crate) view: View,
     pub(crate) window: Window,
     pub(crate) monitor: &'a Monitor,
@@ -32,12 +34,12 @@ impl Kernel for Coverage<'_> {
     fn run(self) {
         let mut search =
             Search { view: self.view, window: self.window, rays: Rays::new(), hits: HitBuffer::new() };
-        for (shape, covered) in self.shapes.iter().zip(self.covered) {
+        for (index, covered) in (self.first..).zip(self.covered) {
             if self.monitor.check().is_err() {
                 return;
             }
             let mut work = self.monitor.budget.counter();
-            *covered = search.count(shape, &mut work, || self.monitor.cancelled());
+            *covered = search.count(self.shapes.get(index), &mut work, || self.monitor.cancelled());
             self.monitor.budget.spend(work);
         }
     }
@@ -63,7 +65,7 @@ struct Square {
 impl Search {
     /// Count the pixels of a shape.
     #[inline(always)]
-    fn count(&mut self, shape: &Shape, work: &mut WorkCounter, cancelled: impl Fn() -> bool) -> u64 {
+    fn count(&mut self, shape: Shape<'_>, work: &mut WorkCounter, cancelled: impl Fn() -> bool) -> u64 {
         let outline = shape.outline();
         let mut covered = 0;
         let mut waiting = vec![self.all()];
@@ -131,7 +133,7 @@ impl Search {
 
     /// Test the rays of a tile.
     #[inline(always)]
-    fn count_tile(&mut self, shape: &Shape, corner: (u32, u32)) -> u64 {
+    fn count_tile(&mut self, shape: Shape<'_>, corner: (u32, u32)) -> u64 {
         let tile = Tile { view: self.view, corner, window: self.window };
         self.rays.generate(self.view, corner, CENTRE);
         self.hits.clear(&self.rays);

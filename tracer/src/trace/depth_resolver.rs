@@ -23,6 +23,8 @@ const CROSSING: f64 = 2e-5;
 #[derive(Clone, Copy, Debug)]
 struct Candidate {
     lane: u8,
+    /// The number of its object in the world.
+    number: u32,
     face: u32,
     /// The depth in float32.
     t: f32,
@@ -57,7 +59,7 @@ impl DepthResolver {
         for &object in &scene.unbounded {
             self.take(scene, rays, hits, object);
         }
-        self.candidates.sort_unstable_by_key(|candidate| (candidate.lane, candidate.face));
+        self.candidates.sort_unstable_by_key(|candidate| (candidate.lane, candidate.number));
         // A single close ray is usually where two surfaces cross.
         let tolerance = if hits.close == 1 { CROSSING * rays.pixel() } else { 0.0 };
         for candidates in self.candidates.chunk_by(|a, b| a.lane == b.lane) {
@@ -71,7 +73,7 @@ impl DepthResolver {
 
     /// Add an object as a candidate wherever it is close to the nearest hit.
     fn take(&mut self, scene: &Scene, rays: &Rays, hits: &HitBuffer, object: u32) {
-        let shape = &scene.shapes[object as usize];
+        let shape = scene.shapes.get(object);
         let alone = &mut self.alone;
         alone.clear(rays);
         shape.intersect(object << FACE_BITS, rays, alone);
@@ -81,6 +83,7 @@ impl DepthResolver {
                 let (depth, along) = shape.depth(rays.exact(lane));
                 self.candidates.push(Candidate {
                     lane: lane as u8,
+                    number: scene.numbers[object as usize],
                     face: alone.face[lane],
                     t,
                     depth,

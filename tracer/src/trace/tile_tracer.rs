@@ -171,7 +171,7 @@ impl TileTracer {
             return;
         };
         self.group_rays.pick(&self.rays, lanes);
-        let shape = &scene.shapes[(face >> FACE_BITS) as usize];
+        let shape = scene.shapes.get(face >> FACE_BITS);
         let depth = (f64::from(t), || self.rays.exact(self.hits.lane(face, t)));
         shape.compute_points(face, &self.group_rays, depth, &mut self.lighting.points);
         surface.record(lanes, &self.lighting.points);
@@ -209,7 +209,7 @@ impl TileTracer {
             self.group_rays.pick(&self.rays, lanes);
         }
         let rays = if whole { &self.rays } else { &self.group_rays };
-        let shape = &scene.shapes[object as usize];
+        let shape = scene.shapes.get(object);
         let depth = (f64::from(t), || self.rays.exact(self.hits.lane(face, t)));
         shape.compute_points(face, rays, depth, &mut self.lighting.points);
         if let Some(surface) = surface {
@@ -272,11 +272,11 @@ fn nearest_hits(scene: &Scene, rays: &Rays, hits: &mut HitBuffer, stack: &mut St
     let mut traversal = scene.bvh.traverse(&cone, stack);
     let mut limit = f32::INFINITY;
     while let Some(object) = traversal.next(limit) {
-        scene.shapes[object as usize].intersect(object << FACE_BITS, rays, hits);
+        scene.shapes.get(object).intersect(object << FACE_BITS, rays, hits);
         limit = cone.along_axis(rays, hits.farthest());
     }
     for &object in &scene.unbounded {
-        scene.shapes[object as usize].intersect(object << FACE_BITS, rays, hits);
+        scene.shapes.get(object).intersect(object << FACE_BITS, rays, hits);
     }
 }
 

@@ -144,7 +144,7 @@ fn from_inside_each_face_looks_inward() {
 fn a_box_behind_the_eye_is_not_seen() {
     let (view, corner) = straight(1e-2);
     let mut hits = HitBuffer::new();
-    brick([0.0, 0.0, -3.0], [1.0; 3]).to_kernel().intersect(FACE, &rays_of(view, corner), &mut hits);
+    brick([0.0, 0.0, -3.0], [1.0; 3]).to_kernel().get(0).intersect(FACE, &rays_of(view, corner), &mut hits);
     assert!(hits.face.iter().all(|&face| face == NO_FACE));
 }
 
@@ -158,7 +158,7 @@ fn a_ray_along_the_faces_is_between_them_or_not() {
         for center in [[aside, 0.0, 5.0], [0.0, aside, 5.0], [-aside, aside, 5.0]] {
             let mut hits = HitBuffer::new();
             let rays = rays_of(view, (0, 0));
-            brick(center, [1.0; 3]).to_kernel().intersect(FACE, &rays, &mut hits);
+            brick(center, [1.0; 3]).to_kernel().get(0).intersect(FACE, &rays, &mut hits);
             assert_eq!(hits.t[middle], expected, "{center:?}");
         }
     }
@@ -170,7 +170,7 @@ fn far_away_and_through_a_telescope_the_edges_of_a_box_are_as_straight_as_nearby
     let far = OracleShape::Box { center: [0.0, 0.0, 1e5], axes: turn, half: [0.7; 3] };
     let (view, corner) = straight(1.2e-5 / 16.0);
     let mut hits = HitBuffer::new();
-    far.to_kernel().intersect(FACE, &rays_of(view, corner), &mut hits);
+    far.to_kernel().get(0).intersect(FACE, &rays_of(view, corner), &mut hits);
     for lane in 0..LANES {
         let expected = far.depth(exact_ray(view, corner, lane)).is_some();
         assert_eq!(hits.face[lane] != NO_FACE, expected, "lane {lane}");

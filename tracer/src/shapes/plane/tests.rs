@@ -11,7 +11,7 @@ proptest! {
         let (view, corner) = tile;
         let OracleShape::Plane { normal, offset } = wall else { unreachable!() };
         let mut hits = HitBuffer::new();
-        wall.to_kernel().intersect(FACE, &rays_of(view, corner), &mut hits);
+        wall.to_kernel().get(0).intersect(FACE, &rays_of(view, corner), &mut hits);
         for lane in 0..LANES {
             let v = exact_ray(view, corner, lane);
             let steep = dot(normal, v) / length(v);

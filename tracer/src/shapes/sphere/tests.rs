@@ -24,7 +24,7 @@ fn straight(half_pixel: f64) -> (View, (u32, u32)) {
 
 fn intersect(shape: &OracleShape, tile: (View, (u32, u32))) -> HitBuffer {
     let mut hits = HitBuffer::new();
-    shape.to_kernel().intersect(FACE, &rays_of(tile.0, tile.1), &mut hits);
+    shape.to_kernel().get(0).intersect(FACE, &rays_of(tile.0, tile.1), &mut hits);
     hits
 }
 
@@ -139,7 +139,7 @@ fn far_away_and_through_a_telescope_a_sphere_is_as_round_as_nearby() {
     let telescope = straight(1.2e-5 / 16.0);
     let seen = |shape: &OracleShape| {
         let mut hits = HitBuffer::new();
-        shape.to_kernel().intersect(FACE, &rays_of(telescope.0, telescope.1), &mut hits);
+        shape.to_kernel().get(0).intersect(FACE, &rays_of(telescope.0, telescope.1), &mut hits);
         hits.face
     };
     let sphere = ball([0.0, 0.0, 1e5], 1.0);

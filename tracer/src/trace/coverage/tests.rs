@@ -25,7 +25,9 @@ fn both_ways(world: &World, window: Window) -> (Vec<u64>, Vec<u64>, u64) {
     let budget = WorkBudget::default();
     let mut work = budget.counter();
     let (mut all, mut found) = (Vec::new(), Vec::new());
-    for shape in &scene.shapes {
+    for number in 0..world.objects.len() as u32 {
+        let index = scene.numbers.iter().position(|&other| other == number).unwrap();
+        let shape = scene.shapes.get(index as u32);
         all.push(tiles.iter().map(|tile| search.count_tile(shape, tile.corner)).sum());
         found.push(search.count(shape, &mut work, || false));
     }

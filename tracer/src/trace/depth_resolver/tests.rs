@@ -3,8 +3,14 @@ use super::*;
 /// Candidates of a lane, with the objects' numbers for faces: depths in float64 and in float32, and the slack of
 /// all.
 fn candidates(depths: &[(f64, f32)], slack: f64) -> Vec<Candidate> {
-    let candidate =
-        |(i, &(depth, t)): (usize, &(f64, f32))| Candidate { lane: 7, face: i as u32, t, depth, slack };
+    let candidate = |(i, &(depth, t)): (usize, &(f64, f32))| Candidate {
+        lane: 7,
+        number: i as u32,
+        face: i as u32,
+        t,
+        depth,
+        slack,
+    };
     depths.iter().enumerate().map(candidate).collect()
 }
 
