@@ -38,7 +38,7 @@ mod _native {
     #[pymodule_export]
     use crate::png::{decode_png, encode_png};
     #[pymodule_export]
-    use crate::scene::read_scene;
+    use crate::scene::{by_threes, read_scene};
     #[pymodule_export]
     use crate::tracer::{Tracer, WorkBudget, sample_offsets, simd_level};
 

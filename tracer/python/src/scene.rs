@@ -5,9 +5,12 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyString, PyTuple};
 use rtcli_reader::scene::{Setting, light_kinds, shapes};
 use rtcli_reader::{Format, Lights, Objects, Scene, Section};
+use rtcli_tracer::memory::reserve;
 use rtcli_tracer::world::{Kind, LightSource, ShapeDesc};
 
+use crate::errors::out_of_memory;
 use crate::interruptible::bytes_of;
+use crate::world::for_each_row;
 
 /// The sections, the columns of objects and of lights, and the names of the objects.
 type PyScene<'py> = (Bound<'py, PyDict>, Bound<'py, PyTuple>, Bound<'py, PyTuple>, Bound<'py, PyString>);
@@ -91,4 +94,23 @@ fn tags<T>(kinds: &[u8], names: impl Iterator<Item = &'static str>, known: &[Kin
     let tags: Option<Vec<_>> = names.map(|name| tag(name).map(|tag| tag as u8)).collect();
     let tags = tags.ok_or_else(unknown)?;
     Ok(kinds.iter().map(|&kind| tags[usize::from(kind)]).collect())
+}
+
+/// Returns, of the parameters of objects, three of each, a single one three times; and the others of each, or 0.
+#[pyfunction]
+#[pyo3(signature = (kinds, parameters, /))]
+pub fn by_threes<'py>(
+    py: Python<'py>,
+    kinds: &[u8],
+    parameters: &[u8],
+) -> PyResult<(Bound<'py, PyBytes>, Bound<'py, PyBytes>)> {
+    let (mut threes, mut others): (Vec<f64>, Vec<f64>) = Default::default();
+    reserve(&mut threes, 3 * kinds.len(), "the metadata").map_err(out_of_memory)?;
+    reserve(&mut others, kinds.len(), "the metadata").map_err(out_of_memory)?;
+    for_each_row(ShapeDesc::KINDS, kinds, parameters, |_, _, own| {
+        threes.extend(own.iter().cycle().take(3));
+        others.extend(own.get(3..).filter(|rest| !rest.is_empty()).unwrap_or(&[0.0]));
+        Ok(())
+    })?;
+    Ok((column(py, &threes)?, column(py, &others)?))
 }

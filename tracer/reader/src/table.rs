@@ -3,7 +3,7 @@
 use crate::schema::{Field, Kind, Mapping, Value};
 
 /// The most values of a file.
-pub const MAX_VALUES: usize = 20000000;
+pub const MAX_VALUES: usize = 12000000;
 
 pub static CAMERA: Mapping = Mapping {
     fields: &[
