@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rtcli.cli.console import report_line
-from rtcli.scene.diagnostics.problems import printable
+from rtcli.scene.diagnostics.quoting import printable
 
 if TYPE_CHECKING:
     from rtcli.distributed.dask import Cluster
