@@ -36,7 +36,6 @@ from rtcli.image.write import FORMATS
 from rtcli.rendering.metadata import SOFTWARE
 from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.scene.diagnostics.problems import counted, printable
-from rtcli.scene.edits import check_expression
 from rtcli.tracer.engines import default_threads
 
 # The most problems to show, of all scenes and of one scene, which must not hide the others.
@@ -82,6 +81,10 @@ class BatchOptions:
             check_fits(f"results{self.settings.suffix}", (1, 1), self.settings.bits)
         varied = [edit for variation in self.vary for edit in variation.edits]
         for option, edits in ((self.settings.overrides.option, self.settings.overrides.edits), ("--vary", varied)):
+            if not edits:
+                continue
+            from rtcli.scene.edits import check_expression  # reads YAML, which most batches do without
+
             with edit_errors(option):
                 for edit in edits:
                     check_expression(edit, option)
