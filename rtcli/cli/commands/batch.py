@@ -81,13 +81,8 @@ class BatchOptions:
             check_fits(f"results{self.settings.suffix}", (1, 1), self.settings.bits)
         varied = [edit for variation in self.vary for edit in variation.edits]
         for option, edits in ((self.settings.overrides.option, self.settings.overrides.edits), ("--vary", varied)):
-            if not edits:
-                continue
-            from rtcli.scene.edits import check_expression  # reads YAML, which most batches do without
-
-            with edit_errors(option):
-                for edit in edits:
-                    check_expression(edit, option)
+            if edits:
+                _check_edits(edits, option)
 
     def find_jobs(self) -> list[Job]:
         """Return the jobs of the batch.
@@ -104,6 +99,15 @@ class BatchOptions:
         if not jobs:
             raise click.UsageError(f"no scenes found in {', '.join(map(printable, self.paths))}")
         return jobs
+
+
+def _check_edits(edits: Iterable[str], option: str) -> None:
+    """Raise click.UsageError for an expression that is an edit of no scene."""
+    from rtcli.scene.edits import check_expression  # reads YAML, which most batches do without
+
+    with edit_errors(option):
+        for edit in edits:
+            check_expression(edit, option)
 
 
 @click.command("batch", short_help="Render scenes into a folder, skipping what is up to date.")
