@@ -140,7 +140,7 @@ def _result(task: Any, future: Future[Any]) -> Result:
 
 
 def _retry(workers: Workers, function: Callable[[_T], _R], task: _T) -> Result:
-    """Run a task once more, while no other task runs that could take it down or be taken down by it."""
+    """Retry a task while no other runs, so that neither can crash the other."""
     result = _result(task, workers.submit(function, task))
     if not isinstance(result.error, BrokenExecutor):
         return result

@@ -173,7 +173,7 @@ def _difference(a: Array, b: Array, kind: Kind) -> Array:
         return difference
     same = (a == b) | ((a != a) & (b != b))  # NaN alone is unlike itself
     difference[np.isnan(difference)] = np.inf
-    difference[~same & (difference == 0)] = 1  # integers past 2^53, several of which are one float64
+    difference[~same & (difference == 0)] = 1  # integers above 2^53: several share one float64
     difference[same] = 0
     return difference
 

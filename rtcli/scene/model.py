@@ -258,7 +258,7 @@ class Plane(_Shape):
     """Any point on the plane."""
     normal: Direction = Field(examples=[[0, 1, 0]])
     """The direction that stands on the plane, of any length but 0."""
-    # Lets every shape be asked for its light. Not a key of a scene file.
+    # Gives every shape the attribute. Not a key of a scene file.
     light: ClassVar[None] = None
 
     if TYPE_CHECKING:
