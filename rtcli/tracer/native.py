@@ -59,7 +59,7 @@ class NativeTracer:
         return self._tracer.levels(window, transform, budget)
 
     def coverage(self, window: Window) -> list[int] | None:
-        """Return the number of pixel centres of a window that each object covers, including those hidden by others.
+        """Return the number of pixel centres that each object covers, including those hidden by others.
 
         Returns
         -------

@@ -275,7 +275,7 @@ def test_signatures_for_type_checkers_have_the_keys_of_the_models():
 
 @pytest.mark.parametrize(("name", "values"), MODELS.items())
 def test_signatures_in_the_reference_have_the_keys_and_defaults_of_the_models(name, values):
-    reference = (Path(__file__).resolve().parents[2] / "docs" / "reference" / "python.md").read_text(
+    reference = (Path(__file__).resolve().parents[3] / "docs" / "reference" / "python.md").read_text(
         encoding="utf-8"
     )
     (shown,) = re.findall(rf"^\.\. autoclass:: rtcli\.{name}\(\*, (.*)\)$", reference, re.MULTILINE)
