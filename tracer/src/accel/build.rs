@@ -308,11 +308,9 @@ fn partition(items: &mut [Item], is_left: &(impl Fn(&Item) -> bool + Sync)) -> u
     }
     let mut middle = 0;
     for i in 0..items.len() {
-        let item = items[i];
         // Without a branch, which would be mispredicted half of the time.
-        items[i] = items[middle];
-        items[middle] = item;
-        middle += usize::from(is_left(&item));
+        items.swap(i, middle);
+        middle += usize::from(is_left(&items[middle]));
     }
     middle
 }
