@@ -34,7 +34,7 @@ def expose_film(job: RenderJob, progress: Progress | None = None) -> Film:
 
 
 class RenderStats(NamedTuple):
-    """The rays of a picture, and the seconds that the threads spent in `trace`, `develop` and `write`."""
+    """The rays of a picture, and the seconds that the threads spent in `build`, `trace`, `develop` and `write`."""
 
     rays: int
     seconds: dict[str, float]
@@ -52,7 +52,7 @@ def write_film(job: RenderJob, files: Files, bits: int = 8, progress: Progress |
     """
     name, file = files[RADIANCE]
     can_stream = format_of(name).is_streamed and (job.executor is not None or job.request.engine == "native")
-    watch = Stopwatch(seconds={"trace": 0.0, "develop": 0.0, "write": 0.0})
+    watch = Stopwatch(seconds={"build": 0.0, "trace": 0.0, "develop": 0.0, "write": 0.0})
     if job.request.passes or not can_stream:
         rays = _by_film(job, files, bits, progress, watch)
     else:
@@ -62,8 +62,10 @@ def write_film(job: RenderJob, files: Files, bits: int = 8, progress: Progress |
 
 
 def _stream(job: RenderJob, file: BinaryIO, bits: int, progress: Progress | None, watch: Stopwatch) -> int:
-    with watch.stage("trace"):
+    with watch.stage("build"):
         tracer = NativeTracer(job.world, job.request.thread_count)
+    watch.seconds["build"] *= job.request.thread_count  # all threads build the tree
+    with watch.stage("trace"):
         exposure, metered = stops_of(tracer, job.scene.image.exposure)
     transform = DisplayTransform(exposure, job.scene.image.tone, bits)
     rays, seconds = tracer.picture(job.window, transform, png_texts(job.summary(exposure)), file.write, progress)
@@ -87,6 +89,8 @@ def _stream_bands(job: RenderJob, file: BinaryIO, bits: int, progress: Progress 
 
 
 def _by_film(job: RenderJob, files: Files, bits: int, progress: Progress | None, watch: Stopwatch) -> int:
+    with watch.stage("build"):
+        job.tracer  # noqa: B018 - prepared once
     with watch.stage("trace"):
         film = expose_film(job, progress)
         if job.request.passes:
