@@ -57,7 +57,7 @@ def test_outcome_tells_hashes_times_and_size(scene):
     assert outcome.content == content_of(job, raw)
     assert outcome.content == rtcli.render(rtcli.load_scene(scene_of_size(scene, 20, 10))).summary["scene"]
     assert outcome.resolution == (20, 10)
-    assert list(outcome.seconds) == ["parse", "validate", "pack", "trace", "develop", "write"]
+    assert list(outcome.seconds) == ["parse", "validate", "pack", "build", "trace", "develop", "write"]
     assert all(seconds >= 0 for seconds in outcome.seconds.values())
 
 

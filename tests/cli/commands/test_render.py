@@ -190,7 +190,7 @@ def test_statistics_are_one_json_object(run, scene, folder, target):
     text = result.stdout if target == "-" else (folder / target).read_text()
     stats = json.loads(text)
     assert stats.keys() == {"seconds", "rays", "threads", "engine", "simd", "version"}
-    assert stats["seconds"].keys() == {"parse", "validate", "pack", "trace", "develop", "write", "total"}
+    assert stats["seconds"].keys() == {"parse", "validate", "pack", "build", "trace", "develop", "write", "total"}
     assert all(seconds >= 0 for seconds in stats["seconds"].values())
     assert sum(stats["seconds"].values()) <= 2 * stats["seconds"]["total"] + 1e-5
     assert stats["rays"] >= 40 * 30
