@@ -8,13 +8,14 @@ from importlib import metadata
 
 import click
 
+from rtcli.cli.help import Command
 from rtcli.cli.version import version
 from rtcli.extras import EXTRAS, MissingExtraError, require_extra
 from rtcli.tracer._native import simd_level
 from rtcli.tracer.engines import default_threads
 
 
-@click.command("doctor")
+@click.command("doctor", cls=Command, examples=["rtcli doctor"])
 def command() -> None:
     """Report this installation: version, processor, optional packages."""
     rows = [

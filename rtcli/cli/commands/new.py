@@ -11,6 +11,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from rtcli.cli.console import STDIO, report_line, write_bytes
+from rtcli.cli.help import Command
 from rtcli.scene.diagnostics.problems import did_you_mean, nearest, printable, quoted
 from rtcli.scene.gallery import caption, gallery, text_to_start_from
 from rtcli.scene.reading.parse import YAML_SUFFIXES
@@ -37,16 +38,17 @@ class _GalleryScene(click.ParamType[str]):
         ]
 
 
-@click.command("new")
-@click.argument("file", required=False)
+@click.command(
+    "new",
+    cls=Command,
+    examples=["rtcli new my.yaml", "rtcli new --from cornell room.yaml", "rtcli new --list"],
+)
+@click.argument("file", required=False, help="The file to write, or - for standard output.")
 @click.option("--from", "source", type=_GalleryScene(), metavar="NAME", help="Write this scene of the gallery.")
 @click.option("--list", "lists", is_flag=True, help="List the scenes of the gallery.")
 @click.option("--force", is_flag=True, help="Replace an existing FILE.")
 def command(file: str | None, source: str | None, lists: bool, force: bool) -> None:
-    """Write a small commented scene to start from.
-
-    It goes to FILE, or to standard output for -.
-    """
+    """Write a small commented scene to start from."""
     if lists:
         if file is not None or source is not None or force:
             raise click.UsageError("--list writes no file: leave out FILE, --from and --force")

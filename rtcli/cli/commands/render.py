@@ -18,9 +18,10 @@ import click
 from rtcli import __version__
 from rtcli.cli.console import STDIO, is_terminal, open_target, report_line
 from rtcli.cli.exit_codes import usage_errors
-from rtcli.cli.options.cluster import connected_cluster, dask_timeout_option
+from rtcli.cli.help import Command
+from rtcli.cli.options.cluster import cluster_options, connected_cluster
 from rtcli.cli.options.golden import CheckOptions, check_options, pop_check
-from rtcli.cli.options.scene import film_options, pop_overrides, read_scene, scene_options
+from rtcli.cli.options.scene import SCENE_HELP, film_options, pop_overrides, read_scene, scene_options
 from rtcli.cli.options.types import parse_crop
 from rtcli.cli.paths import OutputPath, refuse_collisions, refuse_folder
 from rtcli.cli.progress import progress
@@ -106,56 +107,44 @@ class PictureOutput(NamedTuple):
                 yield files
 
 
-@click.command("render")
-@click.argument("scene", required=False, metavar="SCENE")
+@click.command(
+    "render",
+    cls=Command,
+    examples=[
+        "rtcli render my.yaml -o my.png",
+        "rtcli render my.yaml -o my.npz --size 320x240 --passes depth,object_id",
+        "rtcli render my.yaml --check golden/my.png",
+    ],
+)
+@click.argument("scene", required=False, metavar="SCENE", help=SCENE_HELP)
 @click.option(
     "-o",
     "--output",
     metavar="OUT",
-    help=f"Write the picture to this file ({', '.join(FORMATS)}), or a PNG to standard output with -. Without "
-    "-o, show it in the terminal. .exr requires rtcli[exr], the terminal rtcli[preview].",
+    help=f"Write this file ({', '.join(FORMATS)}), or a PNG to standard output (-). "
+    "Without -o, show the picture in the terminal.",
 )
 @scene_options
 @film_options
 @click.option(
-    "--engine",
-    type=click.Choice(ENGINES),
-    default=ENGINES[0],
-    show_default=True,
-    help="Choose the tracer; reference is slow, for reading and comparing.",
+    "--crop", type=parse_crop, metavar="X,Y,W,H", help="Render only this rectangle: left, top, width, height."
 )
 @click.option("--threads", type=click.IntRange(1), metavar="N", show_default="all", help="Use N processor cores.")
 @click.option(
-    "--crop",
-    type=parse_crop,
-    metavar="X,Y,W,H",
-    help="Render only this rectangle: left, top, width, height in pixels.",
+    "--engine",
+    type=click.Choice(ENGINES),
+    metavar="ENGINE",
+    default=ENGINES[0],
+    show_default=True,
+    help=f"Trace with {' or '.join(ENGINES)}.",
 )
-@click.option(
-    "--dask",
-    metavar="ADDRESS|local",
-    help="Trace bands of the picture on a Dask cluster, given the address of its scheduler, or local for one on "
-    "this machine. Requires rtcli[dask].",
-)
-@dask_timeout_option
+@click.option("--stats", metavar="FILE", help="Write the time of each stage as JSON; - to print it.")
+@click.option("-q", "--quiet", is_flag=True, help="Print only errors and why a check fails.")
 @check_options
-@click.option(
-    "--stats",
-    metavar="FILE",
-    help="Write the seconds per stage and other figures as JSON; - for standard output.",
-)
-@click.option(
-    "-q",
-    "--quiet",
-    is_flag=True,
-    help="Print only errors and why a check fails.",
-)
+@cluster_options
 @click.pass_context
 def command(context: click.Context, /, **options: Any) -> int:
-    """Render a scene to a picture, or check that it is still the same.
-
-    SCENE is a .yaml, .yml or .json file, or - for YAML or JSON on standard input.
-    """
+    """Render a scene to a picture, or check that it is still the same."""
     if options["scene"] is None:
         raise click.UsageError(
             "Missing argument 'SCENE': type for example: rtcli render my.yaml -o my.png\n"
