@@ -69,15 +69,17 @@ class BatchOptions:
     def check(self) -> None:
         """Raise click.UsageError for what cannot be right whatever the scenes say."""
         if "" in (*self.paths, self.output):
-            raise click.UsageError("a path is empty: is a variable not set?")
+            raise click.UsageError("a path is empty; is a variable unset?")
         if STDIO in (*self.paths, self.output):
-            raise click.UsageError("standard input and output cannot be used with batch: give files and folders")
+            raise click.UsageError("standard input and output cannot be used with batch; name files and folders")
         if self.animations and len(self.vary) != 1:
-            raise click.UsageError("--gif and --webp show a sweep of one value: give --vary once")
+            raise click.UsageError("--gif and --webp need a sweep of one key; use --vary once")
         if self.dask is not None and self.jobs is not None:
-            raise click.UsageError("--jobs is for this machine: with --dask all workers of the cluster work")
+            raise click.UsageError("--jobs cannot be used with --dask, which uses all workers of the cluster")
         if self.shared and self.dask is None:
-            raise click.UsageError("--shared is for --dask: the workers of this machine share DIR anyway")
+            raise click.UsageError(
+                "--shared cannot be used without --dask; the workers of one machine share DIR anyway"
+            )
         with usage_errors():
             check_fits(f"results{self.settings.suffix}", (1, 1), self.settings.bits)
         varied = [edit for variation in self.vary for edit in variation.edits]
@@ -111,11 +113,12 @@ class _BatchCommand(Command):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Parse the command line; `--report scenes` is a flag and a path."""
-        following = [*args[1:], ""]
-        is_alone = (arg == "--report" and not is_page(after) for arg, after in zip(args, following, strict=True))
-        return super().parse_args(
-            ctx, [f"{arg}=" if alone else arg for arg, alone in zip(args, is_alone, strict=True)]
-        )
+        following = [*args, ""][1:]
+        explicit = [
+            "--report=" if arg == "--report" and not is_page(after) else arg
+            for arg, after in zip(args, following, strict=True)
+        ]
+        return super().parse_args(ctx, explicit)
 
 
 @click.command(
@@ -182,9 +185,7 @@ def command(context: click.Context, /, **options: Any) -> int:
     """Render scenes into a folder, skipping results that are up to date."""
     check = pop_folder_check(options, context)
     if options["output"] is None:
-        raise click.UsageError(
-            "Missing option '-o': give a folder for the results, or --check golden files in one"
-        )
+        raise click.UsageError("Missing option '-o': name a folder for the results, or --check a golden folder")
     overrides = pop_overrides(options)
     settings = BatchSettings(options.pop("suffix"), options.pop("passes"), options.pop("bits"), overrides)
     animations = tuple(suffix for suffix in ANIMATIONS if options.pop(suffix.removeprefix(".")))
@@ -307,7 +308,7 @@ def _report_problems(lines: Iterable[str], hidden: int) -> None:
     for line in lines:
         report_line(line)
     if hidden:
-        report_line(f"{counted(hidden, 'more problem')}: the manifest has them")
+        report_line(f"{counted(hidden, 'more problem')}; see the manifest")
 
 
 def _animate(options: BatchOptions, animations: list[Animation], manifest: Manifest, folder: Path) -> bool:

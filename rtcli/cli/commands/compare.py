@@ -44,7 +44,7 @@ def command(first: str, second: str, output: str | None, as_json: bool, quiet: b
     layers, other = (read_layers(name) for name in names)
     if differences is not None:
         outputs = differences.plan(in_order([*layers.arrays, *other.arrays]))
-        refuse_collisions([OutputPath("what is compared", name) for name in names], outputs)
+        refuse_collisions([OutputPath("the compared file", name) for name in names], outputs)
         differences.check_writable()
     with usage_errors():
         result = compare(layers, other, bounds)
@@ -60,15 +60,15 @@ def command(first: str, second: str, output: str | None, as_json: bool, quiet: b
 def _check_usage(names: tuple[str, str], contradicts: bool) -> None:
     """Raise click.UsageError for what cannot be right whatever the files hold."""
     if STDIO in names:
-        raise click.UsageError("standard input cannot be compared: give two files")
+        raise click.UsageError("standard input cannot be compared; name two files")
     if contradicts:
-        raise click.UsageError("--quiet prints nothing, and --json a report: give one of them")
+        raise click.UsageError("--quiet and --json cannot be used together")
     for name in names:
-        refuse_folder(name, "comparing")
+        refuse_folder(name, "rtcli compare")
     with usage_errors():
         kinds = {kind_of(name): name for name in names}
     if len(kinds) > 1:
         raise click.UsageError(
-            f"{kinds['picture']!r} is a picture and {kinds['arrays']!r} holds arrays, which share no unit: "
+            f"{kinds['picture']!r} is a picture and {kinds['arrays']!r} holds arrays, which share no unit; "
             "compare two pictures, or two of .exr, .npz and .npy"
         )

@@ -43,6 +43,8 @@ def _state(extra: str) -> str:
     try:
         require_extra(module, extra, purpose)
     except MissingExtraError as error:
-        return f"missing: {error}"
+        if isinstance(error.__cause__, ModuleNotFoundError):
+            return f"not installed; for {purpose}: pip install 'rtcli[{extra}]'"
+        return f"broken: {error}"
     package = module.replace("_", "-")
     return f"{package} {metadata.version(package)}, for {purpose}"

@@ -63,7 +63,7 @@ class RenderOptions:
 
     def __post_init__(self) -> None:
         if self.dask is not None and self.threads is not None:
-            raise click.UsageError("--threads is for this machine: with --dask each worker has one")
+            raise click.UsageError("--threads cannot be used with --dask: each worker has one thread")
 
     @contextlib.contextmanager
     def executor(self) -> Iterator[Executor | None]:
@@ -88,7 +88,7 @@ class PictureOutput(NamedTuple):
         if self.path == STDIO and is_terminal(sys.stdout):
             raise click.UsageError("refusing to write binary data to a terminal; use -o FILE or a pipe")
         if self.path == STDIO and self.passes:
-            raise click.UsageError("--passes needs a file: only the picture goes to standard output")
+            raise click.UsageError("--passes needs a file; only the picture can go to standard output")
         refuse_folder(self.path, "-o")
 
     def parts(self) -> dict[str, Path]:
@@ -147,7 +147,7 @@ def command(context: click.Context, /, **options: Any) -> int:
     """Render a scene to a picture, or check that it is still the same."""
     if options["scene"] is None:
         raise click.UsageError(
-            "Missing argument 'SCENE': type for example: rtcli render my.yaml -o my.png\n"
+            "Missing argument 'SCENE'. For example: rtcli render my.yaml -o my.png\n"
             "To write a first scene: rtcli new my.yaml"
         )
     check = pop_check(options, context)
@@ -160,11 +160,11 @@ def command(context: click.Context, /, **options: Any) -> int:
         picture = "picture.png" if parsed.scene == STDIO else str(Path(parsed.scene).with_suffix(".png"))
         example = shlex.join(["rtcli", "render", parsed.scene, "-o", picture])
         raise click.UsageError(
-            f"Missing option '-o': type for example: {printable(example)}\n"
+            f"Missing option '-o'. For example: {printable(example)}\n"
             "To compare with a golden picture: --check GOLDEN.png"
         )
     if parsed.passes or parsed.stats is not None or parsed.bits != DEPTHS[0]:
-        raise click.UsageError("--passes, --stats and --bits need a file for the picture: -o OUT")
+        raise click.UsageError("--passes, --stats and --bits need a file: -o OUT")
     return _preview(parsed)
 
 

@@ -50,7 +50,7 @@ def pop_check(options: dict[str, Any], context: click.Context) -> CheckOptions |
     update = options.pop("update")
     if golden is not None:
         return CheckOptions(golden, difference, bounds, update)
-    _refuse_stray(_REQUIRE_CHECK, context, "without --check GOLDEN: there is nothing to compare with")
+    _refuse_stray(_REQUIRE_CHECK, context, "cannot be used without --check GOLDEN")
     return None
 
 
@@ -138,12 +138,10 @@ def pop_folder_check(options: dict[str, Any], context: click.Context) -> FolderC
     golden, difference, bounds = options.pop("check"), options.pop("diff"), pop_bounds(options)
     update, style, page = options.pop("update"), options.pop("check_format"), options["report"]
     if golden is None:
-        _refuse_stray(
-            _REQUIRE_FOLDER_CHECK, context, "without --check GOLDEN_DIR: there is nothing to compare with"
-        )
+        _refuse_stray(_REQUIRE_FOLDER_CHECK, context, "cannot be used without --check GOLDEN_DIR")
         options["report"] = _wants_page(page, context)
         return None
-    _refuse_stray(_NOT_WITH_CHECK, context, "with --check: give one of them")
+    _refuse_stray(_NOT_WITH_CHECK, context, "cannot be used with --check")
     if page is not None and not is_page(page):
         raise click.UsageError("--report needs a file with --check: --report FILE.html")
     options.update(report=False, output=golden)
