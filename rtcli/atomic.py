@@ -94,7 +94,7 @@ class _AtomicFile:
         path = Path(os.path.abspath(target))  # noqa: PTH100 - Path.resolve would follow links
         if path.is_symlink() and path.parts[1] in ("dev", "proc"):
             # /dev/stdout may be a link to a log file, which must not be replaced by one of the files it collects.
-            raise OSError(errno.EINVAL, "is not a place for files: use - for standard output", str(target))
+            raise OSError(errno.EINVAL, "cannot be replaced by a file: use - for standard output", str(target))
         self.target = target
         self.final = Path(os.path.realpath(target))
         _refuse_bad_target(self.final, str(target))
@@ -157,7 +157,7 @@ def _refuse_bad_target(path: Path, name: str) -> None:
     Renaming over a folder fails late, and renaming over a device such as /dev/null would destroy it.
     """
     try:
-        refuse_non_file(path, name, "is a folder: name a file in it")
+        refuse_non_file(path, name, "is a folder: give the path of a file")
     except FileNotFoundError:
         if not path.parent.is_dir():
             raise FileNotFoundError(errno.ENOENT, "its folder does not exist", name) from None
