@@ -19,7 +19,7 @@ from rtcli.tracer._native import __version__
 # The address that means a temporary cluster of this machine's cores.
 LOCAL = "local"
 
-_PURPOSE = "working on a cluster"
+_PURPOSE = "rendering on a Dask cluster"
 _CONNECTION_LOST = "the connection to the scheduler of Dask was lost"
 _CONNECT_TIMEOUT = 10  # seconds
 

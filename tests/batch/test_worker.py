@@ -114,7 +114,7 @@ def test_many_problems_of_a_scene_are_cut(folder):
     write_scene(folder / "a.yaml", more="".join(f"key{number}: 1\n" for number in range(MAX_KEPT + 5)))
     told = render(job_of()).as_entry(job_of())["problems"]
     assert len(told) == MAX_KEPT + 1
-    assert told[-1] == {"message": "5 more problems: see rtcli validate"}
+    assert told[-1] == {"message": "5 more problems: run rtcli validate to see them"}
 
 
 @pytest.mark.parametrize(

@@ -95,7 +95,7 @@ def test_scheduler_that_dies_ends_the_batch_and_the_next_goes_on_from_there(run,
     _, errors = process.communicate(timeout=30)
     assert process.returncode == 3
     assert errors.splitlines()[-1].startswith(
-        b"Error: the connection to the workers was lost: what was done is kept"
+        b"Error: the connection to the workers was lost: finished results are kept"
     )
     assert b"Traceback" not in errors
     assert private_files(OUT) == [".rtcli/lock"]
@@ -192,7 +192,7 @@ def test_missing_extra_is_told_with_how_to_install_it(scene, arguments):
     command = [sys.executable, "-c", program, *arguments, "--dask", "local"]
     result = subprocess.run(command, capture_output=True, text=True, check=False)
     assert result.returncode == 3
-    told = "Error: working on a cluster needs the package distributed: pip install 'rtcli[dask]'\n"
+    told = "Error: rendering on a Dask cluster needs the package distributed: pip install 'rtcli[dask]'\n"
     assert result.stderr == told
     assert not Path("a.png").exists()
     assert not Path("out").exists()
