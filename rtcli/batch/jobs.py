@@ -10,15 +10,17 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path, PurePath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rtcli.atomic import refuse_non_file
 from rtcli.batch.sweep import Combination, Variation, combinations, refuse_too_many
 from rtcli.image.formats import parts_of
 from rtcli.scene.diagnostics.problems import quoted
 from rtcli.scene.find import looks_like_scene, scene_files_below
-from rtcli.scene.overrides import Overrides, set_expression
-from rtcli.scene.reading.source import Document
+from rtcli.scene.overrides import Overrides, SectionEdit, with_expressions
+
+if TYPE_CHECKING:
+    from rtcli.scene.reading.source import Document
 
 # In the folder of the results: the manifest, and a folder for the lock and the temporary files.
 MANIFEST = "manifest.json"
@@ -97,18 +99,24 @@ class Job:
         parts = parts_of(self.key + self.settings.suffix, self.settings.passes)
         return {part: path.as_posix() for part, path in parts.items()}
 
-    def changed(self, document: Document) -> Document:
+    def apply(self, document: Document) -> Document:
         """Return the scene with the overrides and the variation.
 
         Raises
         ------
-        rtcli.scene.overrides.EditError
+        rtcli.scene.edits.EditError
             If an option names no value of this scene.
         """
         document = self.settings.overrides.apply(document)
+        if self.variation.edits:
+            from rtcli.scene.edits import set_expression  # reads YAML, which most scenes do without
         for expression in self.variation.edits:
             document = set_expression(document, expression, "--vary")
         return document
+
+    def section_edits(self) -> list[SectionEdit] | None:
+        """Return the same changes as edits of sections; see `Overrides.section_edits`."""
+        return with_expressions(self.settings.overrides.section_edits(), self.variation.edits)
 
 
 def find_jobs(

@@ -13,7 +13,7 @@ from rtcli.batch.jobs import Job
 from rtcli.batch.manifest import Entry, Manifest, files_of, output_paths
 from rtcli.batch.worker import DONE, content_of
 from rtcli.rendering.metadata import SOFTWARE
-from rtcli.scene.reading.parse import read_file
+from rtcli.scene.files import read_file
 
 # The number of jobs that threads compare at a time.
 _CHUNK = 512

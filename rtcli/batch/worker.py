@@ -14,14 +14,12 @@ from rtcli.atomic import atomic_write_all
 from rtcli.batch.hashes import sha256, sha256_of
 from rtcli.batch.jobs import Job
 from rtcli.image.formats import check_fits
-from rtcli.rendering.job import RenderJob, RenderRequest, validate_and_pack
+from rtcli.rendering.job import RenderJob, RenderRequest
+from rtcli.rendering.load import load
 from rtcli.rendering.metadata import SOFTWARE, fingerprint
 from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.rendering.stream import write_film
 from rtcli.scene.diagnostics.problems import Problem, SceneError
-from rtcli.scene.model import Scene
-from rtcli.scene.reading.parse import parse_bytes
-from rtcli.tracer.world import World
 
 DONE, FAILED = "done", "failed"
 
@@ -118,7 +116,7 @@ class Outcome:
 def content_of(job: Job, raw: bytes) -> str | None:
     """Return the fingerprint of a job's scene, or None if it is invalid."""
     try:
-        return fingerprint(*_loaded(job, raw, Stopwatch()))
+        return fingerprint(load(raw, job.scene, job, Stopwatch()))
     except ValueError:
         return None
 
@@ -137,12 +135,12 @@ def render_job(task: BatchTask) -> Outcome:
 
 def rendered(task: BatchTask, watch: Stopwatch) -> Outcome:
     """Do what `render_job` does, but raise ValueError for an invalid scene, and OSError for a file."""
-    scene, world = _loaded(task.job, task.raw, watch)
-    job = RenderJob(scene, world, RenderRequest(task.job.settings.passes, threads=1))
+    scene = load(task.raw, task.job.scene, task.job, watch)
+    job = RenderJob(scene, RenderRequest(task.job.settings.passes, threads=1))
     check_fits(task.job.key + task.job.settings.suffix, job.window[2:], task.job.settings.bits)
     outputs, files = _render(task, job, watch.seconds)
     size = job.window.width, job.window.height
-    return Outcome(sha256(task.raw), fingerprint(scene, world), outputs, watch.seconds, size, files=files)
+    return Outcome(sha256(task.raw), fingerprint(scene), outputs, watch.seconds, size, files=files)
 
 
 def failure(input: str | None, error: BaseException, seconds: dict[str, float]) -> Outcome:
@@ -159,12 +157,6 @@ def failure(input: str | None, error: BaseException, seconds: dict[str, float]) 
     else:
         message = str(error) or type(error).__name__
     return Outcome(input, problems=problems, message=message, seconds=seconds)
-
-
-def _loaded(job: Job, raw: bytes, watch: Stopwatch) -> tuple[Scene, World]:
-    with watch.stage("parse"):
-        document = job.changed(parse_bytes(raw, job.scene))
-    return validate_and_pack(document, watch)
 
 
 def _render(

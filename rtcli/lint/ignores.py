@@ -15,7 +15,7 @@ import yaml
 from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import MAX_PROBLEMS, Problem, nearest, quoted
 from rtcli.scene.diagnostics.rules import WARNING, Rule
-from rtcli.scene.reading.parse import JSON_SUFFIX
+from rtcli.scene.files import JSON_SUFFIX
 from rtcli.scene.reading.source import Document, Source, SourceSpan
 from rtcli.scene.reading.yaml_reader import YamlParser
 

@@ -8,11 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from rtcli.distributed.bands import BandedTracer
 from rtcli.rendering.metadata import SOFTWARE, fingerprint
-from rtcli.rendering.pack import pack
-from rtcli.rendering.stopwatch import Stopwatch
-from rtcli.scene.model import Scene
-from rtcli.scene.reading.source import Document
-from rtcli.scene.validation.validate import validate
+from rtcli.rendering.pack import PackedScene
 from rtcli.tracer._native import simd_level
 from rtcli.tracer.engines import ENGINES, Tracer, default_threads, tracer_of
 from rtcli.tracer.passes import PASSES
@@ -88,9 +84,7 @@ class RenderJob:
     Parameters
     ----------
     scene
-        The scene with all overrides.
-    world
-        The same as arrays.
+        The scene with all overrides, as arrays.
     request
         The passes, the engine and the threads.
     executor
@@ -99,11 +93,15 @@ class RenderJob:
         The engine, if it is prepared already.
     """
 
-    scene: Scene
-    world: World
+    scene: PackedScene
     request: RenderRequest
     executor: Executor | None = None
     prepared: Tracer | None = None
+
+    @property
+    def world(self) -> World:
+        """What the tracers take."""
+        return self.scene.world
 
     @cached_property
     def window(self) -> Window:
@@ -130,29 +128,15 @@ class RenderJob:
 
         The settings are all those that affect the picture; `exposure` in stops, metered or given.
         """
-        scene = self.scene
+        camera, rest = self.world.camera, self.world.settings
         settings = {
             "engine": self.request.engine,
-            "resolution": list(scene.camera.resolution),
+            "resolution": [camera.width, camera.height],
             "crop": list(self.window),
-            "samples": scene.render.samples,
-            "max_depth": scene.render.max_depth,
-            "eye_falloff": scene.render.eye_falloff,
+            "samples": rest.samples,
+            "max_depth": rest.max_depth,
+            "eye_falloff": rest.eye_falloff,
             "exposure": exposure,
-            "tone": scene.image.tone,
+            "tone": self.scene.tone,
         }
-        return {"software": SOFTWARE, "scene": fingerprint(scene, self.world), "settings": settings}
-
-
-def validate_and_pack(document: Document, watch: Stopwatch) -> tuple[Scene, World]:
-    """Return the scene of a document, and the same as arrays; time both stages.
-
-    Raises
-    ------
-    rtcli.SceneError
-        If it is not a valid scene.
-    """
-    with watch.stage("validate"):
-        scene = validate(document)
-    with watch.stage("pack"):
-        return scene, pack(scene)
+        return {"software": SOFTWARE, "scene": fingerprint(self.scene), "settings": settings}

@@ -1,13 +1,63 @@
-"""A checked scene as plain arrays: the one module that knows both the scene model and the tracer's world."""
+"""A validated scene as plain arrays, which is all that a rendering needs of it."""
 
 from __future__ import annotations
 
 from array import array
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, NamedTuple
 
-from rtcli.scene.model import Camera, Object, Scene
 from rtcli.scene.vectors import cross, unit
 from rtcli.tracer._native import LIGHT_PARAMETERS, SHAPE_PARAMETERS
-from rtcli.tracer.world import NO_CARRIER, CameraFrame, Lights, Settings, Shapes, World
+from rtcli.tracer.world import NO_CARRIER, CameraFrame, Lights, Settings, Shapes, Vector, World
+
+if TYPE_CHECKING:  # loads pydantic, which a scene that is plainly valid does without
+    from rtcli.scene.model import Camera, Object, Scene
+
+
+class PackedScene(NamedTuple):
+    """A scene as numbers and names.
+
+    Parameters
+    ----------
+    world
+        What the tracers take.
+    names
+        The names of the objects in one text: for each `-`, or the length of its name, a colon, and the name.
+    exposure
+        Stops, or `auto`.
+    tone
+        A name of `rtcli.curves.TONE_CURVES`.
+    """
+
+    world: World
+    names: str
+    exposure: float | str
+    tone: str
+
+    def object_names(self) -> list[str | None]:
+        """Return the name of each object, or None."""
+        names: list[str | None] = []
+        start = 0
+        while start < len(self.names):
+            if self.names[start] == "-":
+                names.append(None)
+                start += 1
+                continue
+            colon = self.names.index(":", start)
+            end = colon + 1 + int(self.names[start:colon])
+            names.append(self.names[colon + 1 : end])
+            start = end
+        return names
+
+
+def pack_scene(scene: Scene) -> PackedScene:
+    """Return a scene as numbers and names."""
+    names = _joined(shape.name for shape in scene.objects)
+    return PackedScene(pack(scene), names, scene.image.exposure, scene.image.tone)
+
+
+def _joined(names: Iterable[str | None]) -> str:
+    return "".join("-" if name is None else f"{len(name)}:{name}" for name in names)
 
 
 def pack(scene: Scene) -> World:
@@ -22,18 +72,25 @@ def pack(scene: Scene) -> World:
 
 
 def camera_frame(camera: Camera) -> CameraFrame:
-    """Return the camera's frame.
+    """Return the frame of a scene's camera."""
+    return frame_of(camera.resolution, camera.fov, camera.position, camera.view, camera.up)
+
+
+def frame_of(
+    resolution: tuple[int, int], fov: float, position: Vector, view: Vector, up: Vector
+) -> CameraFrame:
+    """Return the frame of a camera, whose view and up have any length but 0.
 
     right = view x up, up' = right x view: the document's camera (section 2.1.1) gives x, y and -z exactly.
     """
-    forward = unit(camera.view)
-    right = unit(cross(forward, unit(camera.up)))
-    width, height = camera.resolution
+    forward = unit(view)
+    right = unit(cross(forward, unit(up)))
+    width, height = resolution
     return CameraFrame(
         width=width,
         height=height,
-        fov=camera.fov,
-        position=camera.position,
+        fov=fov,
+        position=position,
         right=right,
         up=cross(right, forward),
         forward=forward,

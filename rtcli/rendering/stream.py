@@ -24,11 +24,10 @@ def expose_film(job: RenderJob, progress: Progress | None = None) -> Film:
     """Return the film of a job, exposed; `progress` is called with pixels done and in all."""
     from rtcli.rendering.film import Film
 
-    image = job.scene.image
-    tracer = job.tracer
+    tracer, scene = job.tracer, job.scene
     arrays, rays = tracer.film(job.window, job.request.passes, progress)
-    exposure, metered = stops_of(tracer, image.exposure)
-    return Film(**arrays, exposure=exposure, tone=image.tone, rays=rays + metered, job=job)
+    exposure, metered = stops_of(tracer, scene.exposure)
+    return Film(**arrays, exposure=exposure, tone=scene.tone, rays=rays + metered, job=job)
 
 
 class RenderStats(NamedTuple):
@@ -60,10 +59,10 @@ def write_film(job: RenderJob, files: Files, bits: int = 8, progress: Progress |
 
 def _stream(job: RenderJob, file: BinaryIO, bits: int, progress: Progress | None, watch: Stopwatch) -> int:
     with watch.stage("build"):
-        tracer, image = job.tracer, job.scene.image
+        tracer, scene = job.tracer, job.scene
     with watch.stage("trace"):
-        exposure, rays = stops_of(tracer, image.exposure)
-    transform, texts = DisplayTransform(exposure, image.tone, bits), png_texts(job.summary(exposure))
+        exposure, rays = stops_of(tracer, scene.exposure)
+    transform, texts = DisplayTransform(exposure, scene.tone, bits), png_texts(job.summary(exposure))
     if isinstance(tracer, NativeTracer):
         watch.seconds["build"] *= job.request.thread_count  # all threads build the tree
         traced, seconds = tracer.picture(job.window, transform, texts, file.write, progress)

@@ -10,7 +10,6 @@ name for a color, a mapping for a part.
 from __future__ import annotations
 
 import itertools
-import math
 import sys
 from collections.abc import Iterable, Mapping
 from os import PathLike
@@ -32,17 +31,11 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 from typing_extensions import Self, TypeAliasType
 
 from rtcli.curves import ToneName
+from rtcli.scene.bounds import MAX_NAME, MAX_SAMPLES, MAX_SIDE
 from rtcli.scene.colors import color_from_text
 from rtcli.scene.diagnostics.problems import MAX_PROBLEMS
 from rtcli.scene.plain import plain
-from rtcli.scene.vectors import cross, direction, unit
-
-MAX_SIDE = 65_535
-MAX_SAMPLES = 1_024
-MAX_NAME = 10_000
-
-# `up` counts as lying along the view when the sine of the angle between them is not above this.
-_MIN_SINE = 1e-9
+from rtcli.scene.vectors import are_parallel, view_direction
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[Number, Field(gt=0)]
@@ -188,25 +181,14 @@ class Camera(_Model):
     @classmethod
     def _up_is_up(cls, up: Vector, info: ValidationInfo) -> Vector:
         if info.data.keys() >= {"position", "look_at"}:
-            view = _view(info.data["position"], info.data["look_at"])
-            if _sine(view, up) <= _MIN_SINE:
+            if are_parallel(view_direction(info.data["position"], info.data["look_at"]), up):
                 raise PydanticCustomError("up_along_view", "must not lie along the view: choose another `up`")
         return up
 
     @property
     def view(self) -> Vector:
         """The direction of the view, from the eye through the middle of the picture, of any length."""
-        return _view(self.position, self.look_at)
-
-
-def _view(position: Vector, look_at: Vector | None) -> Vector:
-    return (0.0, 0.0, -1.0) if look_at is None else direction(position, look_at)
-
-
-def _sine(a: Vector, b: Vector) -> float:
-    """Return the sine of the angle between two vectors of any length but 0: |a x b| of the unit vectors."""
-    x, y, z = cross(unit(a), unit(b))
-    return math.sqrt(x * x + y * y + z * z)
+        return view_direction(self.position, self.look_at)
 
 
 class CarriedLight(_Model):

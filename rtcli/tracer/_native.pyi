@@ -156,6 +156,26 @@ class PngEncoder:
     def finish(self) -> bytes:
         """Return the rest of the file, once all rows were added."""
 
+def read_scene(
+    file: bytes, format: str, edits: list[tuple[str, str, str]], /
+) -> tuple[dict[str, dict[str, Any]], tuple[bytes, ...], tuple[bytes, ...], str] | None:
+    """Read a scene file, `json` or `yaml`, with edits of its sections: section, key, and value in YAML.
+
+    Returns
+    -------
+    sections, objects, lights, names
+        The values of each section by key, the columns of `Shapes` and of `Lights`, and the names of the objects as
+        in `rtcli.rendering.pack.PackedScene`. None if the file is not plainly valid, or memory runs out.
+
+    Raises
+    ------
+    ValueError
+        For another format.
+    """
+
+def by_threes(kinds: bytes, parameters: bytes, /) -> tuple[bytes, bytes]:
+    """Return, of the parameters of shapes, three of each, a single one three times; and the others of each, or 0."""
+
 def simd_level() -> str:
     """Return `baseline`, `avx2`, `avx512` or `neon`: the best of this machine, or what RTCLI_SIMD asks for.
 

@@ -10,7 +10,7 @@ from worlds import box, light, plane, random_scenes, render, scene, sphere
 import rtcli
 from rtcli import Scene
 from rtcli.rendering.metadata import fingerprint, visibility
-from rtcli.rendering.pack import pack
+from rtcli.rendering.pack import pack, pack_scene
 from rtcli.tracer._native import WorkBudget
 from rtcli.tracer.engines import ENGINES, tracer_of
 from rtcli.tracer.native import NativeTracer
@@ -164,7 +164,7 @@ def test_metadata_is_json():
 
 def print_of(data):
     checked = data if isinstance(data, Scene) else Scene.model_validate(data)
-    return fingerprint(checked, pack(checked))
+    return fingerprint(pack_scene(checked))
 
 
 def changed(*path_and_value):

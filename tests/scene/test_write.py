@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import rtcli
-from rtcli.scene.model import MAX_NAME, MAX_SAMPLES, MAX_SIDE
+from rtcli.scene.bounds import MAX_NAME, MAX_SAMPLES, MAX_SIDE
 from rtcli.scene.write import json_text
 
 ROOT = Path(__file__).resolve().parents[2]

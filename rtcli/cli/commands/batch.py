@@ -36,7 +36,7 @@ from rtcli.image.formats import check_fits
 from rtcli.rendering.metadata import SOFTWARE
 from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.scene.diagnostics.problems import counted, printable
-from rtcli.scene.overrides import check_expression
+from rtcli.scene.edits import check_expression
 from rtcli.tracer.engines import default_threads
 
 # The most problems to show, of all scenes and of one scene, which must not hide the others.

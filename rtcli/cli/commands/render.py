@@ -16,27 +16,28 @@ from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 import click
 
 from rtcli import __version__
-from rtcli.cli.console import STDIO, is_terminal, open_target, report_line
+from rtcli.cli.console import STDIO, display_name, is_terminal, open_target, read_input, report_line
 from rtcli.cli.exit_codes import usage_errors
 from rtcli.cli.help import Command
 from rtcli.cli.options.cluster import cluster_options, connected_cluster
 from rtcli.cli.options.golden import CheckOptions, check_options, pop_check
-from rtcli.cli.options.scene import SCENE_HELP, film_options, pop_overrides, read_scene, scene_options
+from rtcli.cli.options.scene import SCENE_HELP, edit_errors, film_options, pop_overrides, scene_options
 from rtcli.cli.options.types import parse_crop
 from rtcli.cli.paths import OutputPath, refuse_collisions, refuse_folder
 from rtcli.cli.progress import progress
 from rtcli.image.display import DEPTHS
 from rtcli.image.formats import check_fits, open_parts, parts_of
 from rtcli.image.write import FORMATS, METADATA
-from rtcli.rendering.job import RenderJob, RenderRequest, validate_and_pack
+from rtcli.rendering.job import RenderJob, RenderRequest
+from rtcli.rendering.load import load
+from rtcli.rendering.pack import PackedScene
 from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.rendering.stream import RenderStats, expose_film, write_film
 from rtcli.scene.diagnostics.problems import printable
-from rtcli.scene.model import Scene
 from rtcli.scene.overrides import Overrides
 from rtcli.tracer.engines import ENGINES
 from rtcli.tracer.passes import RADIANCE
-from rtcli.tracer.world import Window, World
+from rtcli.tracer.world import Window
 
 if TYPE_CHECKING:  # these load NumPy and more, which a PNG of the native engine does without
     from concurrent.futures import Executor
@@ -173,9 +174,9 @@ def _preview(options: RenderOptions) -> int:
     from rtcli.cli.preview import Preview  # loads NumPy
 
     preview = Preview()
-    scene, world, request = _load(options, (), Stopwatch())
+    scene, request = _load(options, (), Stopwatch())
     with options.executor() as executor, progress("rendering", options.quiet) as on_progress:
-        film = expose_film(RenderJob(scene, world, request, executor), on_progress)
+        film = expose_film(RenderJob(scene, request, executor), on_progress)
     preview.show(film)
     return 0
 
@@ -201,8 +202,8 @@ def render(options: RenderOptions, output: PictureOutput, check: GoldenCheck | N
     """Take a scene from its text to its files, compare them if there is a check, and return the exit code."""
     _check_paths(options, output, check)
     watch = Stopwatch()
-    scene, world, request = _load(options, output.passes, watch)
-    window = request.window(world.camera)
+    scene, request = _load(options, output.passes, watch)
+    window = request.window(scene.world.camera)
     if output.path != STDIO:
         with usage_errors():
             check_fits(output.path, window[2:], output.bits)
@@ -214,7 +215,7 @@ def render(options: RenderOptions, output: PictureOutput, check: GoldenCheck | N
         io.BytesIO() if options.stats is None else open_target(options.stats) as stats_file,
         options.executor() as executor,
     ):
-        job = RenderJob(scene, world, request, executor)
+        job = RenderJob(scene, request, executor)
         with watch.stages_together() as spent, progress("rendering", options.quiet) as on_progress:
             stats = write_film(job, files, output.bits, on_progress)
             spent.update(stats.seconds)
@@ -247,16 +248,17 @@ def _check_paths(options: RenderOptions, output: PictureOutput, check: GoldenChe
         check.check_writable()
 
 
-def _load(options: RenderOptions, passes: tuple[str, ...], watch: Stopwatch) -> tuple[Scene, World, RenderRequest]:
+def _load(options: RenderOptions, passes: tuple[str, ...], watch: Stopwatch) -> tuple[PackedScene, RenderRequest]:
     """Parse, validate and pack the scene, and check that it allows what the options request."""
     with watch.stage("parse"):
-        document = read_scene(options.scene, options.overrides)
-    scene, world = validate_and_pack(document, watch)
+        raw = read_input(options.scene)
+    with edit_errors(options.overrides.option):
+        scene = load(raw, display_name(options.scene), options.overrides, watch)
     request = RenderRequest(passes, options.engine, options.threads, options.crop)
     with usage_errors():
-        request.window(world.camera)
+        request.window(scene.world.camera)
         request.simd()
-    return scene, world, request
+    return scene, request
 
 
 def _stats_json(stats: RenderStats, request: RenderRequest, watch: Stopwatch) -> bytes:

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from rtcli.cli.console import display_name, read_input
 from rtcli.cli.options import types
 from rtcli.image.display import DEPTHS
-from rtcli.scene.model import MAX_SAMPLES
-from rtcli.scene.overrides import EditError, Overrides
-from rtcli.scene.reading.parse import parse_bytes
-from rtcli.scene.reading.source import Document
+from rtcli.scene.bounds import MAX_SAMPLES
+from rtcli.scene.overrides import Overrides
 from rtcli.tracer.passes import PASSES
+
+if TYPE_CHECKING:
+    from rtcli.scene.reading.source import Document
 
 # The help of the argument SCENE.
 SCENE_HELP = "A .yaml, .yml or .json file, or - for standard input."
@@ -81,6 +82,8 @@ def read_scene(scene: str, overrides: Overrides) -> Document:
     rtcli.SceneError
         If the text is not well-formed.
     """
+    from rtcli.scene.reading.parse import parse_bytes  # pictures of valid scenes do without
+
     document = parse_bytes(read_input(scene), display_name(scene))
     with edit_errors(overrides.option):
         return overrides.apply(document)
@@ -91,6 +94,10 @@ def edit_errors(option: str) -> Iterator[None]:
     """Turn an EditError into a usage error that names the option, or its environment variable."""
     try:
         yield
-    except EditError as error:
+    except ValueError as error:
+        from rtcli.scene.edits import EditError  # reads YAML
+
+        if not isinstance(error, EditError):
+            raise
         note = "" if option.startswith("--") else f" ({option} holds one KEY=VALUE per line)"
         raise click.UsageError(f"cannot set a value: {error}{note}") from error

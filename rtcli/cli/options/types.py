@@ -10,10 +10,9 @@ from typing import Any, TypeVar
 import click
 from click.core import ParameterSource
 
-from rtcli.batch.sweep import Variation, parse_variation
 from rtcli.compare.bounds import PixelBound
 from rtcli.image.write import FORMATS
-from rtcli.scene.model import MAX_SIDE, Scene
+from rtcli.scene.bounds import MAX_SIDE
 from rtcli.tracer.passes import PASSES
 from rtcli.tracer.world import Window
 
@@ -77,11 +76,7 @@ def environment_variable(ctx: click.Context | None, name: str) -> str | None:
     return f"{ctx.auto_envvar_prefix}_{name.upper()}"
 
 
-# The path of another key after a space, which suggests a list of values in one line.
-_SECOND_PATH = re.compile(rf"=.*\s((?:{'|'.join(Scene.model_fields)})[.\[=]\S*)")
-
-
-class _OnePerLine(click.ParamType[_Value]):
+class OnePerLine(click.ParamType[_Value]):
     """A repeatable option whose environment variable holds one value per line, since values contain spaces."""
 
     def split_envvar_value(self, rv: str) -> list[str]:
@@ -96,12 +91,18 @@ class _OnePerLine(click.ParamType[_Value]):
 
     def refuse_two_values(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> None:
         """Fail if a line of a variable seems to hold two values."""
-        second, note = _SECOND_PATH.search(value), self.note(param, ctx)
-        if second and note:
+        note = self.note(param, ctx)
+        if not note:
+            return
+        from rtcli.scene.model import Scene  # loads pydantic
+
+        # The path of another key after a space, which suggests a list of values in one line.
+        second = re.search(rf"=.*\s((?:{'|'.join(Scene.model_fields)})[.\[=]\S*)", value)
+        if second:
             self.fail(f"{second[1]!r} needs a line of its own{note}", param, ctx)
 
 
-class SetType(_OnePerLine[str]):
+class SetType(OnePerLine[str]):
     """`camera.fov=30`."""
 
     name = "KEY=VALUE"
@@ -110,22 +111,6 @@ class SetType(_OnePerLine[str]):
         """Return the expression unchanged; it is parsed with the scene."""
         self.refuse_two_values(str(value), param, ctx)
         return str(value)
-
-
-class VariationType(_OnePerLine[Variation]):
-    """`camera.fov=20:60:5` or `objects.ball.color=red,blue`."""
-
-    name = "KEY=VALUES"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Variation:
-        """Return the path and its values; whether the path exists is checked with the scene."""
-        if isinstance(value, Variation):
-            return value
-        self.refuse_two_values(str(value), param, ctx)
-        try:
-            return parse_variation(str(value))
-        except ValueError as error:
-            self.fail(str(error) + self.note(param, ctx), param, ctx)
 
 
 def parse_passes(text: str | tuple[()]) -> tuple[str, ...]:

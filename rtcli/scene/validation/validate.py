@@ -13,6 +13,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from rtcli.scene import model
+from rtcli.scene.bounds import MAX_NAME
 from rtcli.scene.colors import CSS_NAMES
 from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import MAX_PROBLEMS, Problem, SceneError, did_you_mean, nearest, quoted
@@ -321,7 +322,7 @@ _FINDINGS: dict[str, _Find] = {
     "name_taken": _name_taken,
     "no_direction": _message_of_model(rules.NO_DIRECTION),
     "no_value": _message_of_model(rules.NO_VALUE),
-    "string_too_long": lambda rejected: _Finding(rules.TOO_LONG, f"has more than {model.MAX_NAME:,} characters"),
+    "string_too_long": lambda rejected: _Finding(rules.TOO_LONG, f"has more than {MAX_NAME:,} characters"),
     "string_too_short": lambda rejected: _Finding(rules.EMPTY_TEXT, "must not be empty"),
     "string_type": _text,
     "string_unicode": lambda rejected: _Finding(rules.CHARACTER, "has half of a surrogate pair"),

@@ -49,19 +49,23 @@ pub fn objects(columns: PyObjects<'_>) -> PyResult<Vec<Object>> {
         return Err(PyValueError::new_err(format!("there may be {MOST_OBJECTS} objects, not {}", kinds.len())));
     }
     let mut objects = with_capacity(kinds.len(), "the objects").map_err(out_of_memory)?;
-    describe(ShapeDesc::KINDS, kinds, parameters, |i, shape| {
-        objects.push(Object { position: position[i], color: color[i], shape });
+    for_each_row(ShapeDesc::KINDS, kinds, parameters, |i, kind, own| {
+        objects.push(Object { position: position[i], color: color[i], shape: (kind.describe)(own) });
         Ok(())
     })?;
     Ok(objects)
 }
 
-/// Pass each row of a kind and its parameters to `add`, with its index.
-fn describe<T>(
+/// Pass the index of each row, its kind and its parameters to `add`.
+///
+/// # Errors
+///
+/// `ValueError` for an unknown kind or columns of different lengths, and those of `add`.
+pub fn for_each_row<T>(
     kinds: &[Kind<T>],
     tags: &[u8],
     parameters: &[u8],
-    mut add: impl FnMut(usize, T) -> PyResult<()>,
+    mut add: impl FnMut(usize, &Kind<T>, &[f64]) -> PyResult<()>,
 ) -> PyResult<()> {
     let parameters = items::<f64>(parameters)?;
     let mut rest = parameters.as_slice();
@@ -69,7 +73,7 @@ fn describe<T>(
         let unknown = || PyValueError::new_err(format!("unknown kind {tag}"));
         let kind = kinds.get(usize::from(tag)).ok_or_else(unknown)?;
         let own = rest.split_off(..kind.parameters).ok_or_else(different_lengths)?;
-        add(i, (kind.describe)(own))?;
+        add(i, kind, own)?;
     }
     if rest.is_empty() { Ok(()) } else { Err(different_lengths()) }
 }
@@ -85,8 +89,8 @@ pub fn lights(columns: PyLights<'_>, objects: usize) -> PyResult<Vec<LightDesc>>
     let carriers = items::<i64>(carriers)?;
     same_lengths(kinds.len(), &[color.len(), intensity.len(), carriers.len()])?;
     let mut lights = with_capacity(kinds.len(), "the lights").map_err(out_of_memory)?;
-    describe(LightSource::KINDS, kinds, parameters, |i, source| {
-        let carrier = carrier(carriers[i], objects)?;
+    for_each_row(LightSource::KINDS, kinds, parameters, |i, kind, own| {
+        let (source, carrier) = ((kind.describe)(own), carrier(carriers[i], objects)?);
         lights.push(LightDesc { source, color: color[i], intensity: intensity[i], carrier });
         Ok(())
     })?;
