@@ -53,10 +53,7 @@ def reader_table() -> str:
 
 
 def _limits() -> str:
-    return (
-        "/// The most values of a file.\n"
-        f"pub const MAX_VALUES: usize = {limits.MAX_NODES};\n"
-    )
+    return f"/// The most values of a file.\npub const MAX_VALUES: usize = {limits.MAX_NODES};\n"
 
 
 def _union(shapes: dict[str, Definition]) -> Definition:

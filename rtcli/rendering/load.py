@@ -32,6 +32,7 @@ class Changes(Protocol):
     def apply(self, document: Document) -> Document:
         """Return a changed document."""
 
+
 def load(raw: bytes, name: str, changes: Changes, watch: Stopwatch) -> PackedScene:
     """Return the scene of a file's bytes, with changes, and time its stages.
 
@@ -52,6 +53,7 @@ def load(raw: bytes, name: str, changes: Changes, watch: Stopwatch) -> PackedSce
             pass  # done already
     return packed
 
+
 def _load_by_models(raw: bytes, name: str, changes: Changes, watch: Stopwatch) -> PackedScene:
     from rtcli.scene.reading.parse import parse_bytes
     from rtcli.scene.validation.validate import validate
@@ -62,6 +64,7 @@ def _load_by_models(raw: bytes, name: str, changes: Changes, watch: Stopwatch) -
         scene = validate(document)
     with watch.stage("pack"):
         return pack_scene(scene)
+
 
 def read_packed(raw: bytes, name: str, edits: list[SectionEdit]) -> PackedScene | None:
     """Return the scene of a file's bytes, with edits of its sections; None if it is not plainly valid."""
@@ -83,6 +86,7 @@ def read_packed(raw: bytes, name: str, edits: list[SectionEdit]) -> PackedScene 
     )
     return PackedScene(world, names, image["exposure"], image["tone"])
 
+
 def _format_of(raw: bytes, name: str) -> str:
     """Return the format of a file: by its suffix, or JSON if it starts with a brace."""
     if name.lower().endswith(JSON_SUFFIX):
@@ -90,6 +94,7 @@ def _format_of(raw: bytes, name: str) -> str:
     if name.lower().endswith(YAML_SUFFIXES):
         return "yaml"
     return "json" if _BRACE.match(raw) else "yaml"
+
 
 def _columns(columns: tuple[bytes, ...], types: str) -> list[array[Any]]:
     arrays = []

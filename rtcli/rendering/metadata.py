@@ -41,7 +41,9 @@ def fingerprint(scene: PackedScene) -> str:
     for vector in ((frame.fov,), frame.position, frame.right, frame.up, frame.forward):
         digest.update(_little(array("d", vector)))
     shapes, lights = world.shapes, world.lights
-    three, others = (array("d", column) for column in by_threes(shapes.kind.tobytes(), shapes.parameters.tobytes()))
+    three, others = (
+        array("d", column) for column in by_threes(shapes.kind.tobytes(), shapes.parameters.tobytes())
+    )
     for numbers in (shapes.kind, shapes.position, three, others, shapes.color):
         digest.update(_little(numbers))
     for numbers in (lights.parameters, lights.color, lights.intensity, lights.carrier):

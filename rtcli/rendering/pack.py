@@ -76,9 +76,7 @@ def camera_frame(camera: Camera) -> CameraFrame:
     return frame_of(camera.resolution, camera.fov, camera.position, camera.view, camera.up)
 
 
-def frame_of(
-    resolution: tuple[int, int], fov: float, position: Vector, view: Vector, up: Vector
-) -> CameraFrame:
+def frame_of(resolution: tuple[int, int], fov: float, position: Vector, view: Vector, up: Vector) -> CameraFrame:
     """Return the frame of a camera, whose view and up have any length but 0.
 
     right = view x up, up' = right x view: the document's camera (section 2.1.1) gives x, y and -z exactly.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from os import PathLike
 
-from rtcli.scene.model import Scene
 from rtcli.scene.files import read_file
+from rtcli.scene.model import Scene
 from rtcli.scene.reading.parse import parse_bytes
 from rtcli.scene.validation.validate import validate
 

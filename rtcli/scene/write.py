@@ -18,8 +18,8 @@ from pydantic import BaseModel
 
 from rtcli.atomic import atomic_write
 from rtcli.scene.colors import text_of_color
-from rtcli.scene.model import Albedo, LightColor, Scene, keys_in_order
 from rtcli.scene.files import JSON_SUFFIX, SCENE_SUFFIXES
+from rtcli.scene.model import Albedo, LightColor, Scene, keys_in_order
 
 # Texts that need no quotes, even in brackets. Programs that read YAML 1.1 take more words for truth values.
 _PLAIN_TEXT = re.compile(r"(?!(?:true|false|null|yes|no|on|off|y|n)\Z)[^\W\d_](?:[\w -]*\w)?\Z", re.IGNORECASE)

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rtcli.scene.diagnostics.problems import SceneError
-from rtcli.scene.key_paths import keys_of
 from rtcli.scene.edits import EditError, set_expression, set_value
+from rtcli.scene.key_paths import keys_of
 from rtcli.scene.reading.parse import parse
 from rtcli.scene.reading.source import dotted
 from rtcli.scene.validation.validate import validate

@@ -29,7 +29,8 @@ from rtcli.cli.help import Command, Option
 from rtcli.cli.options.cluster import cluster_option, cluster_options, connected_cluster
 from rtcli.cli.options.golden import FolderCheckOptions, folder_check_options, is_page, pop_folder_check
 from rtcli.cli.options.scene import edit_errors, film_options, pop_overrides, scene_options
-from rtcli.cli.options.types import VariationType, parse_format
+from rtcli.cli.options.types import parse_format
+from rtcli.cli.options.variation import VariationType
 from rtcli.cli.progress import progress
 from rtcli.image.animation import ANIMATIONS
 from rtcli.image.formats import check_fits

@@ -12,8 +12,8 @@ from click.shell_completion import CompletionItem
 from rtcli.cli.console import STDIO, report_line, write_bytes
 from rtcli.cli.help import Command
 from rtcli.scene.diagnostics.problems import did_you_mean, nearest, printable, quoted
-from rtcli.scene.gallery import caption, gallery, text_to_start_from
 from rtcli.scene.files import YAML_SUFFIXES
+from rtcli.scene.gallery import caption, gallery, text_to_start_from
 
 
 class _GalleryScene(click.ParamType[str]):

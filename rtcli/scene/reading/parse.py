@@ -16,6 +16,7 @@ from rtcli.scene.files import JSON_SUFFIX, MAX_BYTES, YAML_SUFFIXES
 from rtcli.scene.reading import json_reader, limits, yaml_reader
 from rtcli.scene.reading.source import Document, Source, SourceSpan
 
+
 def parse_bytes(raw: bytes, name: str) -> Document:
     """Read a scene file's bytes as plain data; see `parse`.
 
