@@ -507,9 +507,9 @@ _RANKS = {"type": 0, "name": 1, "position": 2, "color": 4, "light": 5}
 
 
 def keys_in_order(model: type[BaseModel]) -> list[str]:
-    """Return the keys of a model in the order of the reference: as declared, but objects and lights as people write them.
+    """Return the keys of a model in the order of the reference.
 
-    Those declare keys in several classes, which pydantic puts base first.
+    They are as declared, except those of objects and lights: pydantic puts the keys of a base class first.
     """
     fields = model.model_fields
     return sorted(fields, key=lambda key: _RANKS.get(key, _OWN)) if "color" in fields else list(fields)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
+from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
@@ -83,7 +84,8 @@ def scene_schema() -> dict[str, Any]:
         # A file must name the type, which a class of Python implies.
         del definition["properties"]["type"]["default"]
         definition["required"].append("type")
-    for part in (CarriedLight, PointLight, *SHAPES.values()):
+    parts: list[type[BaseModel]] = [CarriedLight, PointLight, *SHAPES.values()]
+    for part in parts:
         # Editors write the keys in this order.
         properties = definitions[part.__name__]["properties"]
         definitions[part.__name__]["properties"] = {key: properties[key] for key in keys_in_order(part)}
