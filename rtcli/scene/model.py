@@ -483,10 +483,18 @@ def _repeated_names(objects: Any) -> Iterable[InitErrorDetails]:
             yield InitErrorDetails(type=error, loc=(index, "object", "name"), input=name)
 
 
+# The order of the keys of objects and lights: `_OWN` stands for those that only some have, such as `radius`.
+_OWN = 3
+_RANKS = {"type": 0, "name": 1, "position": 2, "color": 4, "light": 5}
+
+
 def keys_in_order(model: type[BaseModel]) -> list[str]:
-    """Return the keys of a model in the order of the reference: the type, what is required, what is optional."""
+    """Return the keys of a model in the order of the reference.
+
+    They are as declared, except those of objects and lights: pydantic puts the keys of a base class first.
+    """
     fields = model.model_fields
-    return sorted(fields, key=lambda key: (key != "type", not fields[key].is_required()))
+    return sorted(fields, key=lambda key: _RANKS.get(key, _OWN)) if "color" in fields else list(fields)
 
 
 def _line_errors(error: ValidationError, start: int = 0) -> list[InitErrorDetails]:
