@@ -154,7 +154,7 @@ impl<W: Write> PngWriter<W> {
             let (row_bytes, left) = (self.row_bytes, self.rows_left);
             return Err(io::Error::new(
                 io::ErrorKind::InvalidInput,
-                format!("{} bytes are not up to {left} rows of {row_bytes} bytes", rows.len()),
+                format!("{} bytes are not at most {left} whole rows of {row_bytes} bytes", rows.len()),
             ));
         }
         for row in rows.chunks_exact(self.row_bytes) {
