@@ -130,8 +130,11 @@ impl PngEncoder {
         let rows = radiance.len() / row;
         if !radiance.len().is_multiple_of(row) || rows > self.rows_left {
             let left = self.rows_left;
-            let message =
-                format!("{} pixels are not at most {left} whole rows of {}", radiance.len() / CHANNELS, self.width);
+            let message = format!(
+                "{} pixels are not at most {left} whole rows of {}",
+                radiance.len() / CHANNELS,
+                self.width
+            );
             return Err(PyValueError::new_err(message));
         }
         self.rows_left -= rows;

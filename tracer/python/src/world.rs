@@ -46,7 +46,10 @@ pub fn objects(columns: PyObjects<'_>) -> PyResult<Vec<Object>> {
     let (position, color) = (items::<Vector>(position)?, items::<Vector>(color)?);
     same_lengths(kinds.len(), &[position.len(), color.len()])?;
     if kinds.len() > MOST_OBJECTS {
-        return Err(PyValueError::new_err(format!("a scene is limited to {MOST_OBJECTS} objects, got {}", kinds.len())));
+        return Err(PyValueError::new_err(format!(
+            "a scene is limited to {MOST_OBJECTS} objects, got {}",
+            kinds.len()
+        )));
     }
     let mut objects = with_capacity(kinds.len(), "the objects").map_err(out_of_memory)?;
     describe(ShapeDesc::KINDS, kinds, parameters, |i, shape| {
