@@ -18,8 +18,8 @@ from rtcli.scene.model import SHAPES, CarriedLight, PointLight, Scene, keys_in_o
 
 # VS Code and the YAML language server show `errorMessage` instead of their own message, which for a value that
 # matches none of several schemas is about the first of them only.
-_NO_COLOR = 'Not a color: give a CSS name such as tomato, "#rrggbb" in quotes, or [r, g, b].'
-_NO_EXPOSURE = "Not an exposure: give a number of stops, or auto."
+_NO_COLOR = 'Not a color: use a CSS name such as tomato, "#rrggbb" in quotes, or [r, g, b].'
+_NO_EXPOSURE = "Not an exposure: use a number of stops or auto."
 
 
 class _SceneFileSchema(GenerateJsonSchema):

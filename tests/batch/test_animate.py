@@ -163,7 +163,7 @@ def test_former_picture_of_a_scene_that_fails_now_is_in_no_animation(scenes):
 
 def test_pictures_of_several_sizes_are_a_reason_for_no_animation(scenes):
     made = make("camera.resolution=[8, 6], [6, 8]")
-    assert made["000.gif"] == "no animation: pictures of an animation are of one size, not 8x6 and 6x8"
+    assert made["000.gif"] == "no animation: the pictures of an animation must have the same size, got 8x6 and 6x8"
     assert not (OUT / "000.gif").exists()
     assert private_files(OUT) == [".rtcli/lock"]
 

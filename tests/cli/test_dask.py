@@ -170,7 +170,7 @@ def test_scheduler_that_dies_leaves_no_picture(spawn, scene, cluster):
     cluster.scheduler.kill()
     _, errors = process.communicate(timeout=30)
     assert process.returncode == 3
-    told = f"Error: the connection to the scheduler of Dask was lost at '{cluster.address}'".encode()
+    told = f"Error: the connection to the Dask scheduler was lost at '{cluster.address}'".encode()
     assert errors.splitlines()[-1] == told
     assert [path.name for path in Path().iterdir()] == [scene]
 
@@ -228,7 +228,7 @@ def test_late_worker_of_another_version_ends_a_batch_and_the_next_goes_on(run, s
             _, errors = process.communicate(timeout=60)
     assert process.returncode == 3
     assert re.fullmatch(
-        r"Error: the worker at tcp://\S+ has rtcli 9\.9\.9, not \S+: install the same on both",
+        r"Error: the worker at tcp://\S+ has rtcli 9\.9\.9, not \S+: install the same version on both",
         errors.decode().splitlines()[-1],
     )
     assert b"Traceback" not in errors

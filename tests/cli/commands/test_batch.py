@@ -322,7 +322,8 @@ def test_pictures_that_make_no_animation_are_told(run, scenes):
     result = run("batch", *arguments)
     assert result.exit_code == 1
     assert (
-        "000.gif: error: no animation: pictures of an animation are of one size, not 8x6 and 6x8" in result.stderr
+        "000.gif: error: no animation: the pictures of an animation must have the same size, got 8x6 and 6x8"
+        in result.stderr
     )
     assert "3 rendered" not in result.stderr
     quiet = run("batch", *arguments, "-q")

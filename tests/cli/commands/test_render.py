@@ -585,8 +585,8 @@ def test_closing_line_tells_how_many_files_there_are(run, scene):
         (["-o", "out.png", "--passes", "depht"], "'depht' is not a pass; choose from depth, distance"),
         (["-o", "out.png", "--passes", ""], "'' is not a pass"),
         (["-o", "-", "--passes", "depth"], "--passes needs a file"),
-        (["-o", "out.tif", "--bits", "16"], "16 bits a channel are for .png"),
-        (["-o", "out.webp", "--size", "16384x1"], "a WEBP has at most 16,383 pixels a side"),
+        (["-o", "out.tif", "--bits", "16"], "only .png files support 16 bits per channel"),
+        (["-o", "out.webp", "--size", "16384x1"], "a WEBP is limited to 16,383 pixels per side"),
         (["-o", "out.png", "--passes", "depth", "--stats", "out.json"], "would replace"),
     ],
 )
@@ -722,7 +722,7 @@ def test_golden_pointer_of_git_lfs_says_what_gets_the_picture(run, scene, folder
     ):
         result = run("render", scene, "--check", golden, *options)
         assert (result.exit_code, result.stdout) == (3, "")
-        assert re.search(rf"{named}: is a pointer of Git LFS, .* `git lfs pull`\n$", result.stderr)
+        assert re.search(rf"{named}: is a Git LFS pointer, .* `git lfs pull`\n$", result.stderr)
         assert "rendering" not in result.stderr
 
 
@@ -878,7 +878,7 @@ def test_golden_pass_that_is_damaged_or_missing_is_told(run, scene, folder):
     depth = folder / "golden.depth.png"
     for content, told in [
         (b"corrupt", "Error: golden.depth.png: is not a PNG picture, or is damaged\n"),
-        ((folder / "golden.png").read_bytes(), "Error: golden.depth.png: does not tell that it is the pass depth"),
+        ((folder / "golden.png").read_bytes(), "Error: golden.depth.png: is not marked as the pass depth"),
         (None, "Error: golden.depth.png: no such file to compare the pass with: render it with -o golden.png "),
     ]:
         depth.unlink() if content is None else depth.write_bytes(content)

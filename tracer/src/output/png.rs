@@ -152,7 +152,7 @@ impl<W: Write> PngWriter<W> {
             let left = self.rows_left;
             return Err(io::Error::new(
                 io::ErrorKind::InvalidInput,
-                format!("{} bytes are not up to {left} rows of {row_bytes} bytes", rows.len()),
+                format!("{} bytes are not at most {left} whole rows of {row_bytes} bytes", rows.len()),
             ));
         }
         let segment_bytes = row_bytes * (SEGMENT / row_bytes).max(1);
