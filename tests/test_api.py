@@ -71,7 +71,7 @@ def test_second_rendering_prepares_nothing_again(monkeypatch):
     def fail(*arguments):
         raise AssertionError
 
-    monkeypatch.setattr("rtcli.api.pack", fail)
+    monkeypatch.setattr("rtcli.api.pack_scene", fail)
     monkeypatch.setattr("rtcli.rendering.job.tracer_of", fail)
     rtcli.render(sight, crop=(0, 0, 4, 4), passes="normal")
 

@@ -1,7 +1,7 @@
 """The table that drives the reader of valid scenes in Rust (`tracer/reader`), generated from the models.
 
-The keys, types, bounds and defaults come from the JSON Schema, the order of the tracers' parameters from the models
-themselves, the colors from `rtcli.scene.colors`, and the limits from `rtcli.scene.reading.limits`.
+The keys, types, bounds and defaults come from the JSON Schema, the order of the tracers' parameters from the
+models, the colors from `rtcli.scene.colors`, and the limits from `rtcli.scene.reading.limits`.
 """
 
 from __future__ import annotations
@@ -27,6 +27,8 @@ use crate::schema::{Field, Kind, Mapping, Value};
 """
 # The definition of a color in the schema, and what its values are.
 _COLORS = ("Albedo", "LightColor")
+# Keys of shapes and lights that are packed in the same way for all kinds.
+_NO_PARAMETERS = ("type", "name", "light", "color")
 
 
 def reader_table() -> str:
@@ -53,7 +55,11 @@ def reader_table() -> str:
 
 
 def _limits() -> str:
-    return f"/// The most values of a file.\npub const MAX_VALUES: usize = {limits.MAX_NODES};\n"
+    return (
+        "/// The most values of a file, and the most that aliases may add.\n"
+        f"pub const MAX_VALUES: usize = {limits.MAX_NODES:_};\n"
+        f"pub const MAX_GROWTH: usize = {limits.MAX_GROWTH:_};\n"
+    )
 
 
 def _union(shapes: dict[str, Definition]) -> Definition:
@@ -199,17 +205,8 @@ def _bounds(field: Definition) -> str:
 
 def _parameters(kind: type[BaseModel], slots: dict[str, int]) -> list[int]:
     """Return the slots of the numbers that the tracers take of a shape or light, found by distinct values."""
-    values: dict[str, Any] = {}
-    number = 0
-    for key, slot in slots.items():
-        field = kind.model_fields.get(key)
-        if field is None or key in ("type", "name", "light", "color"):
-            continue
-        del field
-        values[key] = slot
-        number += 1
-    filled = {key: _filled(kind, key, slot) for key, slot in values.items()}
-    made: Any = kind.model_construct(**filled)
+    own = {key: slot for key, slot in slots.items() if key in kind.model_fields and key not in _NO_PARAMETERS}
+    made: Any = kind.model_construct(**{key: _filled(kind, key, slot) for key, slot in own.items()})
     return [int(value) for value in made.parameters]
 
 

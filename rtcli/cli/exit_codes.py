@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import click
 
-from rtcli.scene.diagnostics.problems import printable
+from rtcli.scene.diagnostics.quoting import printable
 
 # A scene is invalid; a comparison fails; a file cannot be read or written, or memory runs out; rtcli has a bug.
 # 0 is success, and 2 is click's code for wrong usage.

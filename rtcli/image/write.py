@@ -12,9 +12,7 @@ import json
 import os
 import re
 import struct
-import zipfile
 from collections.abc import Callable, Iterator, Mapping
-from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, BinaryIO, NamedTuple, TypeAlias
 
@@ -24,6 +22,8 @@ from rtcli.tracer._native import PngEncoder, encode_png
 from rtcli.tracer.passes import RADIANCE, SPECS
 
 if TYPE_CHECKING:
+    from mmap import mmap
+
     import numpy as np
     import numpy.typing as npt
 
@@ -158,6 +158,8 @@ def write_npz(arrays: Arrays, metadata: Mapping[str, Any], file: BinaryIO) -> No
 
     NumPy's own function would write another byte for the system on Windows.
     """
+    import zipfile  # loads the compressors, which pictures do without
+
     import numpy as np
 
     with zipfile.ZipFile(file, "w", zipfile.ZIP_STORED) as archive:
@@ -235,6 +237,8 @@ def is_whole_exr(path: str) -> bool:
     An attribute of the header is its name and type, each with a zero at its end, its size and its value; a zero
     ends the header. Then come the offsets of the chunks, 64 bits each: a line's number, its size, its bytes.
     """
+    from mmap import ACCESS_READ, mmap
+
     with Path(path).open("rb") as file:
         if not os.fstat(file.fileno()).st_size:  # it cannot be mapped
             return False

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from rtcli.distributed.bands import BandedTracer
 from rtcli.rendering.metadata import SOFTWARE, fingerprint
 from rtcli.rendering.pack import PackedScene
 from rtcli.tracer._native import simd_level
@@ -121,6 +120,8 @@ class RenderJob:
             return self.prepared
         if self.executor is None:
             return tracer_of(self.world, self.request.engine, self.request.thread_count)
+        from rtcli.distributed.bands import BandedTracer  # few runs need it
+
         return BandedTracer(self.world, self.request.engine, self.executor)
 
     def summary(self, exposure: float) -> dict[str, Any]:

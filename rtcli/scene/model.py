@@ -180,9 +180,11 @@ class Camera(_Model):
     @field_validator("up")
     @classmethod
     def _up_is_up(cls, up: Vector, info: ValidationInfo) -> Vector:
-        if info.data.keys() >= {"position", "look_at"}:
-            if are_parallel(view_direction(info.data["position"], info.data["look_at"]), up):
-                raise PydanticCustomError("up_along_view", "must not be parallel to the viewing direction")
+        seen = info.data
+        if seen.keys() >= {"position", "look_at"} and are_parallel(
+            view_direction(seen["position"], seen["look_at"]), up
+        ):
+            raise PydanticCustomError("up_along_view", "must not be parallel to the viewing direction")
         return up
 
     @property

@@ -1,4 +1,4 @@
-"""The changes that options make to a scene before it is validated: `--size 640x480`, `--set objects.ball.radius=2`."""
+"""The changes that options make to a scene before it is validated: `--size 640x480`, `--set camera.fov=30`."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Overrides:
         return document
 
     def section_edits(self) -> list[SectionEdit] | None:
-        """Return the changes as edits of keys of sections, in order; None if one of them changes something else."""
+        """Return the changes as edits of keys of sections, in order; None if one changes something else."""
         edits: list[SectionEdit] = []
         if self.size is not None:
             edits.append(("camera", "resolution", f"[{self.size[0]}, {self.size[1]}]"))

@@ -174,7 +174,7 @@ def read_scene(
     """
 
 def by_threes(kinds: bytes, parameters: bytes, /) -> tuple[bytes, bytes]:
-    """Return, of the parameters of shapes, three of each, a single one three times; and the others of each, or 0."""
+    """Return three of the parameters of each shape, a single one three times; and the others of each, or 0."""
 
 def simd_level() -> str:
     """Return `baseline`, `avx2`, `avx512` or `neon`: the best of this machine, or what RTCLI_SIMD asks for.

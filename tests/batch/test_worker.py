@@ -161,6 +161,6 @@ def test_task_and_outcome_can_be_sent_to_another_process(folder):
 
 
 def test_bug_is_raised(scene, monkeypatch):
-    monkeypatch.setattr("rtcli.rendering.job.pack", lambda scene: 1 / 0)
+    monkeypatch.setattr("rtcli.rendering.load.read_packed", lambda *arguments: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         render(job_of())

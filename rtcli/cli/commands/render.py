@@ -5,9 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import json
-import shlex
 import sys
-import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,7 +31,7 @@ from rtcli.rendering.load import load
 from rtcli.rendering.pack import PackedScene
 from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.rendering.stream import RenderStats, expose_film, write_film
-from rtcli.scene.diagnostics.problems import printable
+from rtcli.scene.diagnostics.quoting import printable
 from rtcli.scene.overrides import Overrides
 from rtcli.tracer.engines import ENGINES
 from rtcli.tracer.passes import RADIANCE
@@ -158,6 +156,8 @@ def command(context: click.Context, /, **options: Any) -> int:
     if parsed.output is not None:
         return render(parsed, PictureOutput(parsed.output, parsed.passes, parsed.bits))
     if not is_terminal(sys.stdout):
+        import shlex  # only for this message
+
         picture = "picture.png" if parsed.scene == STDIO else str(Path(parsed.scene).with_suffix(".png"))
         example = shlex.join(["rtcli", "render", parsed.scene, "-o", picture])
         raise click.UsageError(
@@ -183,6 +183,8 @@ def _preview(options: RenderOptions) -> int:
 
 def _check(options: RenderOptions, check_options: CheckOptions) -> int:
     """Render with the settings and format of the golden file, and compare; return the exit code."""
+    import tempfile
+
     from rtcli.cli.golden import golden_check  # loads NumPy
 
     check, path = golden_check(check_options, options.passes), options.output

@@ -12,7 +12,7 @@ import click
 from rtcli.cli.console import report_line
 from rtcli.cli.help import Option
 from rtcli.cli.options.types import option_group
-from rtcli.scene.diagnostics.problems import printable
+from rtcli.scene.diagnostics.quoting import printable
 
 if TYPE_CHECKING:
     from rtcli.distributed.dask import Cluster

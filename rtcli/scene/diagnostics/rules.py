@@ -54,7 +54,7 @@ NOT_UTF8 = Rule("E001", "not-utf-8", "The file is not UTF-8.", "save the file as
 FILE_TOO_LARGE = Rule(
     "E002",
     "file-too-large",
-    "The file is larger than 64 MiB, which holds half a million objects.",
+    "The file is larger than 128 MiB, which holds a million objects.",
     "split the scene, or remove objects that the camera does not see",
 )
 CHARACTER = Rule(
@@ -74,7 +74,7 @@ TOO_DEEP = Rule(
 TOO_MANY_VALUES = Rule(
     "E008",
     "too-many-values",
-    "The file holds more than 3,000,000 values, counted with all aliases and merge keys expanded.",
+    "The file holds more than 12,000,000 values, or aliases and merge keys add more than 3,000,000.",
     "split the scene; in a small file, look for aliases that multiply each other",
 )
 TOO_LONG = Rule(

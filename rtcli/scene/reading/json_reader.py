@@ -41,8 +41,8 @@ _END = "the end of the file"
 def read_fast(source: Source) -> Document | None:
     """Read JSON without spans, or return None if it needs the exact reader."""
     text = source.text
-    # Each value but the first follows one of these characters, which bounds the number of values.
-    if 1 + sum(map(text.count, ",[{:")) > limits.MAX_NODES or _SURROGATE_ESCAPE.search(text):
+    # Each value but the first follows one of these characters, or the key after one of them.
+    if 1 + sum(map(text.count, ",[{")) > limits.MAX_NODES or _SURROGATE_ESCAPE.search(text):
         return None
     try:
         data = json.loads(text, object_pairs_hook=_mapping_without_duplicates)

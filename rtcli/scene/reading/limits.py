@@ -19,6 +19,7 @@ from rtcli.scene.reading.source import ContainerSpan, Document, Loc, Source, Sou
 
 MAX_DEPTH = 64
 MAX_NODES = 12_000_000  # values, with aliases and merge keys expanded
+MAX_GROWTH = 3_000_000  # values that aliases and merge keys add, since a small file may have many
 MAX_KEYS = 100
 MAX_CHARACTERS = 10_000
 # Python refuses to convert longer digit strings, and no float is that large.
@@ -37,6 +38,7 @@ class Reader:
         self.text = source.text
         self.problems: list[Problem] = []
         self.nodes = 0
+        self.growth = 0
         # The key or index being read in each open mapping or list, outermost first; None between two values.
         self.steps: list[str | int | None] = []
 
@@ -57,11 +59,13 @@ class Reader:
         self.report(rule, message, span, help)
         return SceneError(self.problems)
 
-    def count_nodes(self, count: int, span: SourceSpan) -> None:
-        """Count more values, and raise SceneError past `MAX_NODES`."""
+    def count_nodes(self, count: int, span: SourceSpan, growth: int = 0) -> None:
+        """Count more values, some added by aliases, and raise SceneError past `MAX_NODES` or `MAX_GROWTH`."""
         self.nodes += count
-        if self.nodes > MAX_NODES:
-            message = f"more than {MAX_NODES:,} values with all aliases expanded"
+        self.growth += growth
+        if self.nodes > MAX_NODES or self.growth > MAX_GROWTH:
+            limit = MAX_NODES if self.nodes > MAX_NODES else MAX_GROWTH
+            message = f"more than {limit:,} values with all aliases expanded"
             raise self.fatal(rules.TOO_MANY_VALUES, message, span)
 
     def check_depth(self, depth: int, span: SourceSpan) -> None:

@@ -287,7 +287,7 @@ def test_pipe_that_is_named_is_read(spawn, folder, scene):
 def test_file_without_an_end_is_too_large(run):
     result = run("validate", "/dev/zero", "--format", "concise")
     assert result.exit_code == 1
-    assert result.stdout == "/dev/zero:1:1: error: the file is larger than 64 MiB [E002]\n"
+    assert result.stdout == "/dev/zero:1:1: error: the file is larger than 128 MiB [E002]\n"
 
 
 def test_json_on_standard_input_gets_the_report_of_json(run):

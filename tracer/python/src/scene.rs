@@ -96,7 +96,7 @@ fn tags<T>(kinds: &[u8], names: impl Iterator<Item = &'static str>, known: &[Kin
     Ok(kinds.iter().map(|&kind| tags[usize::from(kind)]).collect())
 }
 
-/// Returns, of the parameters of objects, three of each, a single one three times; and the others of each, or 0.
+/// Return three of the parameters of each shape, a single one three times; and the others of each, or 0.
 #[pyfunction]
 #[pyo3(signature = (kinds, parameters, /))]
 pub fn by_threes<'py>(

@@ -2,8 +2,9 @@
 
 use crate::schema::{Field, Kind, Mapping, Value};
 
-/// The most values of a file.
-pub const MAX_VALUES: usize = 12000000;
+/// The most values of a file, and the most that aliases may add.
+pub const MAX_VALUES: usize = 12_000_000;
+pub const MAX_GROWTH: usize = 3_000_000;
 
 pub static CAMERA: Mapping = Mapping {
     fields: &[

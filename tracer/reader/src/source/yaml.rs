@@ -9,6 +9,7 @@
 
 use crate::number::{Notation, Number, number};
 use crate::source::Source;
+use crate::table::MAX_GROWTH;
 
 /// The most anchors of a text, and the most bytes of a value with an anchor, so that looking up aliases and reading
 /// their values takes little time.
@@ -28,7 +29,9 @@ pub struct Yaml<'a> {
     /// Whether nothing but a hyphen is before the next value in its line: a mapping may start in this line.
     after_hyphen: bool,
     /// The values with an anchor that are read to their ends.
-    anchors: Vec<(&'a [u8], Place)>,
+    anchors: Vec<Anchor<'a>>,
+    /// At least the number of values that aliases have added.
+    growth: usize,
     /// The anchor of the next value, and what to go on with after it.
     next: Properties<'a>,
 }
@@ -40,6 +43,13 @@ struct Place {
     line: usize,
     flow: usize,
     indent: isize,
+}
+
+/// A value with an anchor: the name, where the value starts, and its length.
+struct Anchor<'a> {
+    name: &'a [u8],
+    start: Place,
+    length: usize,
 }
 
 /// What stands before a value.
@@ -74,6 +84,7 @@ impl<'a> Yaml<'a> {
             indent: -1,
             after_hyphen: false,
             anchors: Vec::new(),
+            growth: 0,
             next: Properties::default(),
         };
         yaml.skip_spaces();
@@ -155,10 +166,16 @@ impl<'a> Yaml<'a> {
             Some(b'*') => {
                 let name = self.take_name()?;
                 let place = self.place();
-                let (_, anchored) = self.anchors.iter().find(|(known, _)| *known == name)?;
+                let anchor = self.anchors.iter().find(|anchor| anchor.name == name)?;
+                let start = anchor.start;
+                // A value and the comma after it take two bytes at least.
+                self.growth += 2 + anchor.length / 2;
+                if self.growth > MAX_GROWTH {
+                    return None;
+                }
                 // An alias cannot stand for another one, nor have an anchor.
                 self.next.after_alias = Some(place);
-                self.go_to(*anchored);
+                self.go_to(start);
             }
             _ => {}
         }
@@ -197,13 +214,14 @@ impl<'a> Yaml<'a> {
     }
 
     /// Keeps an anchor whose value ends at an offset.
-    fn add_anchor(&mut self, anchor: (&'a [u8], Place), end: usize) -> Option<()> {
-        if self.anchors.contains(&anchor) {
-            return Some(()); // inside of a value that is read for an alias
+    fn add_anchor(&mut self, (name, start): (&'a [u8], Place), end: usize) -> Option<()> {
+        if let Some(known) = self.anchors.iter().find(|known| known.name == name) {
+            // The same one inside of a value that is read for an alias, or else another one.
+            return (known.start == start).then_some(());
         }
-        let is_new = self.anchors.iter().all(|(known, _)| *known != anchor.0);
-        let is_plain = is_new && self.anchors.len() < MOST_ANCHORS && end - anchor.1.at <= LONGEST_ANCHORED;
-        is_plain.then(|| self.anchors.push(anchor))
+        let length = end - start.at;
+        let is_plain = self.anchors.len() < MOST_ANCHORS && length <= LONGEST_ANCHORED;
+        is_plain.then(|| self.anchors.push(Anchor { name, start, length }))
     }
 
     fn end_text(&mut self) -> Option<()> {
