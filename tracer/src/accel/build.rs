@@ -308,9 +308,11 @@ fn partition(items: &mut [Item], is_left: &(impl Fn(&Item) -> bool + Sync)) -> u
     }
     let mut middle = 0;
     for i in 0..items.len() {
-        // Without a branch, which would be mispredicted half of the time.
+        // Without a branch, which would be mispredicted half of the time; and asked before the swap, whose stores the
+        // next load would wait for.
+        let is_left = is_left(&items[i]);
         items.swap(i, middle);
-        middle += usize::from(is_left(&items[middle]));
+        middle += usize::from(is_left);
     }
     middle
 }
