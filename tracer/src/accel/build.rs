@@ -308,7 +308,8 @@ fn partition(items: &mut [Item], is_left: &(impl Fn(&Item) -> bool + Sync)) -> u
     }
     let mut middle = 0;
     for i in 0..items.len() {
-        // Swapped in any case: a branch would be mispredicted half of the time.
+        // Swapped in any case: a branch would be mispredicted half of the time. Asked before the swap, for whose stores
+        // the next load would wait.
         let goes_left = is_left(&items[i]);
         items.swap(i, middle);
         middle += usize::from(goes_left);
