@@ -94,12 +94,12 @@ class _AtomicFile:
         path = Path(os.path.abspath(target))  # noqa: PTH100 - Path.resolve would follow links
         if path.is_symlink() and path.parts[1] in ("dev", "proc"):
             # /dev/stdout may be a link to a log file, which must not be replaced by one of the files it collects.
-            raise OSError(errno.EINVAL, "is not a place for files: use - for standard output", str(target))
+            raise OSError(errno.EINVAL, "cannot be replaced by a file: use - for standard output", str(target))
         self.target = target
         self.final = Path(os.path.realpath(target))
         # Before any work: renaming over a folder fails late, and over a device such as /dev/null would destroy it.
         try:
-            refuse_non_file(self.final, str(target), "is a folder: name a file in it")
+            refuse_non_file(self.final, str(target), "is a folder: give the path of a file")
         except FileNotFoundError:
             if not self.final.parent.is_dir():
                 raise FileNotFoundError(errno.ENOENT, "its folder does not exist", str(target)) from None

@@ -98,8 +98,9 @@ def bars() -> str:
 
 
 def help_block(*command: str) -> str:
-    """Return the `--help` of a command as a Markdown block, 80 columns wide."""
-    result = CliRunner().invoke(main, [*command, "--help"], prog_name="rtcli", terminal_width=80)
+    """Return the `--help` of a command as a Markdown block, as a terminal of 80 columns shows it."""
+    # Click leaves two columns free.
+    result = CliRunner().invoke(main, [*command, "--help"], prog_name="rtcli", terminal_width=78)
     return f"```text\n{result.output.rstrip()}\n```"
 
 
@@ -295,8 +296,7 @@ def scene_reference() -> str:
 def _section(title: str, definition: dict[str, Any]) -> str:
     required = definition.get("required", [])
     lines = [f"### {title}", "", "| key | value | default | meaning |", "| --- | --- | --- | --- |"]
-    rank = {key: (key != "type", key not in required) for key in definition["properties"]}
-    for key, field in sorted(definition["properties"].items(), key=lambda item: rank[item[0]]):
+    for key, field in definition["properties"].items():
         default = "*required*" if key in required else _default(field)
         lines.append(f"| `{key}` | {_value(field)} | {default} | {_text(field['description'])} |")
     return "\n".join(lines)

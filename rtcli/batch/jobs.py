@@ -151,8 +151,8 @@ def find_jobs(
         other = scenes.setdefault(key, scene)
         if other != scene and os.path.realpath(other) != os.path.realpath(scene):
             raise BatchError(
-                f"the results of {quoted(other)} and {quoted(scene)} would both be {quoted(key)}: rename one, or "
-                "give the folder that holds both"
+                f"{quoted(other)} and {quoted(scene)} would both be rendered to {quoted(key)}: rename one, or "
+                "pass the folder that contains both"
             )
     combined = list(combinations(variations))
     if variations:
@@ -174,13 +174,15 @@ def _check_outputs(jobs: Sequence[Job], folder: str) -> None:
             owner = owners.setdefault(path, quoted(job.scene))
             if owner != quoted(job.scene):
                 raise BatchError(
-                    f"{quoted(job.scene)} would give {quoted(path)}, as does {owner}: rename the scene"
+                    f"{quoted(job.scene)} and {owner} would both write {quoted(path)}: rename the scene"
                 )
     results = os.path.realpath(folder)
     for job in jobs:
         scene = os.path.relpath(os.path.realpath(job.scene), results)
         if PurePath(scene).as_posix() in owners:
-            raise BatchError(f"a result would replace the scene {quoted(job.scene)}: give another folder with -o")
+            raise BatchError(
+                f"a result would replace the scene {quoted(job.scene)}: choose another folder with -o"
+            )
 
 
 def _scenes(paths: Iterable[str], folder: str) -> Iterator[tuple[str, str]]:
@@ -208,7 +210,7 @@ def _glob_matches(pattern: str, folder: str) -> Iterator[tuple[str, str]]:
     # Path.glob accepts no pattern that starts with a slash.
     matches = sorted(glob.glob(pattern, recursive=True)) if glob.has_magic(pattern) else []  # noqa: PTH207
     if not matches:
-        raise FileNotFoundError(errno.ENOENT, "there is no such file or folder", pattern)
+        raise FileNotFoundError(errno.ENOENT, "no such file or folder", pattern)
     root = str(Path(*itertools.takewhile(lambda part: not glob.has_magic(part), PurePath(pattern).parts)))
     results = os.path.realpath(folder)
     for match in map(Path, matches):

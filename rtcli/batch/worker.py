@@ -149,7 +149,7 @@ def failure(input: str | None, error: BaseException, seconds: dict[str, float]) 
     if isinstance(error, SceneError):
         problems = error.problems[:MAX_KEPT]
         more = len(error.problems) - MAX_KEPT
-        message = f"{more:,} more problems: see rtcli validate" if more > 0 else ""
+        message = f"{more:,} more problems: run rtcli validate to see them" if more > 0 else ""
     elif isinstance(error, MemoryError):
         message = "not enough memory: make the picture smaller, or use fewer --jobs"
     elif isinstance(error, OSError) and error.filename is not None:

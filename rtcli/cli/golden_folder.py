@@ -76,7 +76,7 @@ def _check_paths(options: FolderCheckOptions, jobs: Sequence[Job]) -> None:
         if golden.is_relative_to(differences) or differences.is_relative_to(golden):
             raise click.UsageError(
                 f"the difference pictures in {options.difference!r} would mix with the golden files in "
-                f"{options.golden!r}: choose another folder with --diff"
+                f"{options.golden!r}; choose another folder with --diff"
             )
 
 

@@ -105,7 +105,7 @@ def _report_unexpected(error: BaseException) -> int:
         return INTERNAL
     release_frames(error)
     try:
-        report_line(f"Error: {reason}: make the picture or the scene smaller, use --crop, or allow more memory")
+        report_line(f"Error: {reason}; make the picture or the scene smaller, use --crop, or allow more memory")
     except MemoryError:
         os.write(2, b"Error: not enough memory\n")
     return FILE
@@ -145,7 +145,7 @@ def _print_version(ctx: click.Context, param: click.Parameter, value: bool) -> N
 @click.group(
     cls=Program,
     context_settings={"auto_envvar_prefix": "RTCLI", "help_option_names": ["-h", "--help"]},
-    epilog="A variable can set any option: RTCLI_RENDER_SAMPLES=4 stands for render --samples 4.",
+    epilog="An environment variable can set any option: RTCLI_RENDER_SAMPLES=4.",
 )
 @click.option(
     "--version",

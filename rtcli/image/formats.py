@@ -25,7 +25,7 @@ def format_of(name: str) -> Format:
     format = FORMATS.get(PurePath(name).suffix.lower())
     if format is None:
         *others, last = FORMATS
-        raise ValueError(f"cannot tell the format of {name!r}: its name must end in {', '.join(others)} or {last}")
+        raise ValueError(f"unknown format of {name!r}: the name must end in {', '.join(others)} or {last}")
     return format
 
 
@@ -70,6 +70,8 @@ def check_fits(name: str, size: tuple[int, int], bits: int) -> None:
     if bits not in DEPTHS:
         raise ValueError(f"bits must be {' or '.join(map(str, DEPTHS))}, got {bits}")
     if bits not in format.depths:
-        raise ValueError(f"{bits} bits a channel are for .png files, not {name!r}")
+        raise ValueError(f"only .png files support {bits} bits per channel, not {name!r}")
     if max(size) > format.max_side:
-        raise ValueError(f"a {format.name} has at most {format.max_side:,} pixels a side, not {size[0]}x{size[1]}")
+        raise ValueError(
+            f"a {format.name} is limited to {format.max_side:,} pixels per side, got {size[0]}x{size[1]}"
+        )

@@ -140,9 +140,7 @@ def _pillow(format: str, nests_tags: bool = True, **options: Any) -> Encoder:
                 raise MemoryError("not enough memory for the file") from error
             raise
         except KeyError as error:  # Pillow passes over libraries that it cannot load
-            raise OSError(
-                f"the library for {format} is missing, or there is not enough memory to load it"
-            ) from error
+            raise OSError(f"the library for {format} is missing or does not fit into memory") from error
         file.write(encoded.getvalue())
 
     return write
@@ -226,7 +224,7 @@ def write_exr(arrays: Arrays, metadata: Mapping[str, Any], file: BinaryIO) -> No
         openexr.File(header, channels).write(file.name)
     # It does not say that the disk was full.
     if not is_whole_exr(file.name):
-        raise OSError(errno.EIO, "OpenEXR could not write all of it: is the disk full?", file.name)
+        raise OSError(errno.EIO, "OpenEXR could not write the whole file: is the disk full?", file.name)
 
 
 # Bytes before the header's attributes, the magic number and the version; lines of a chunk compressed by ZIP.

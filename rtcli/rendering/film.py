@@ -111,7 +111,7 @@ class Film(Passes):
         from PIL import Image
 
         if bits != 8:
-            raise ValueError(f"Pillow has RGB of 8 bits only, got {bits}: use film.develop(16) or film.save")
+            raise ValueError(f"Pillow supports only 8-bit RGB, got {bits} bits: use film.develop(16) or film.save")
         return Image.fromarray(self.develop())
 
     def _repr_png_(self) -> bytes:

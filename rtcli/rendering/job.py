@@ -34,10 +34,10 @@ class RenderRequest:
 
     def __post_init__(self) -> None:
         if self.engine not in ENGINES:
-            raise ValueError(f"unknown engine {self.engine!r}: known are {', '.join(ENGINES)}")
+            raise ValueError(f"unknown engine {self.engine!r}: choose from {', '.join(ENGINES)}")
         unknown = [name for name in self.passes if name not in PASSES]
         if unknown:
-            raise ValueError(f"unknown passes {', '.join(unknown)}: known are {', '.join(PASSES)}")
+            raise ValueError(f"unknown passes {', '.join(unknown)}: choose from {', '.join(PASSES)}")
         if self.threads is not None and self.threads < 1:
             raise ValueError(f"threads must be at least 1, got {self.threads}")
 

@@ -31,7 +31,7 @@ def expose_film(job: RenderJob, progress: Progress | None = None) -> Film:
 
 
 class RenderStats(NamedTuple):
-    """The rays of a picture, and the seconds that the threads spent in `trace`, `develop` and `write`."""
+    """The rays of a picture, and the seconds that the threads spent in `build`, `trace`, `develop` and `write`."""
 
     rays: int
     seconds: dict[str, float]
@@ -49,7 +49,7 @@ def write_film(job: RenderJob, files: Files, bits: int = 8, progress: Progress |
     """
     name, file = files[RADIANCE]
     can_stream = format_of(name).is_streamed and (job.executor is not None or job.request.engine == "native")
-    watch = Stopwatch(seconds={"trace": 0.0, "develop": 0.0, "write": 0.0})
+    watch = Stopwatch(seconds={"build": 0.0, "trace": 0.0, "develop": 0.0, "write": 0.0})
     if can_stream and not job.request.passes:
         rays = _stream(job, file, bits, progress, watch)
     else:
@@ -58,11 +58,13 @@ def write_film(job: RenderJob, files: Files, bits: int = 8, progress: Progress |
 
 
 def _stream(job: RenderJob, file: BinaryIO, bits: int, progress: Progress | None, watch: Stopwatch) -> int:
-    with watch.stage("trace"):
+    with watch.stage("build"):
         tracer, scene = job.tracer, job.scene
+    with watch.stage("trace"):
         exposure, rays = stops_of(tracer, scene.exposure)
     transform, texts = DisplayTransform(exposure, scene.tone, bits), png_texts(job.summary(exposure))
     if isinstance(tracer, NativeTracer):
+        watch.seconds["build"] *= job.request.thread_count  # all threads build the tree
         traced, seconds = tracer.picture(job.window, transform, texts, file.write, progress)
         for stage, spent in seconds.items():
             watch.seconds[stage] += spent
@@ -78,6 +80,8 @@ def _stream(job: RenderJob, file: BinaryIO, bits: int, progress: Progress | None
 
 
 def _by_film(job: RenderJob, files: Files, bits: int, progress: Progress | None, watch: Stopwatch) -> int:
+    with watch.stage("build"):
+        job.tracer  # noqa: B018 - prepared once
     with watch.stage("trace"):
         film = expose_film(job, progress)
         if job.request.passes:

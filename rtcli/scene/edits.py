@@ -138,8 +138,8 @@ def _resolve(node: Any, steps: Sequence[KeyPathStep], loc: Loc) -> str | int:
     if isinstance(node, list):
         return _index_of_name(node, steps, loc)
     needed = "a list" if isinstance(key, int) else "a mapping"
-    missing = " in the file, which leaves it out" if node == {} else ""
-    raise EditError(f"{here} is not {needed}{missing}: set the whole of it")
+    missing = " because the file omits it" if node == {} else ""
+    raise EditError(f"{here} is not {needed}{missing}: set the whole value")
 
 
 def _index_of_name(items: list[Any], steps: Sequence[KeyPathStep], loc: Loc) -> int:
@@ -155,7 +155,7 @@ def _index_of_name(items: list[Any], steps: Sequence[KeyPathStep], loc: Loc) -> 
             return index
     if longer is not None:
         raise _QuotesMissingError(
-            f"a name with `.`, `[`, `]` or `=` in it needs quotes: did you mean {_item(longer, names, loc)}?"
+            f"a name that contains `.`, `[`, `]` or `=` needs quotes: did you mean {_item(longer, names, loc)}?"
         )
     close = nearest(name, known)
     hint = (

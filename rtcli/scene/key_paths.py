@@ -100,7 +100,7 @@ def _unescaped(text: str) -> str:
         return str(read_exact(Source("", text)).data)
     except SceneError as error:
         raise KeyPathError(
-            f"{quoted(text)} is not a text in double quotes: {error.problems[0].message}", ()
+            f"{quoted(text)} is not a string in double quotes: {error.problems[0].message}", ()
         ) from error
 
 

@@ -93,7 +93,7 @@ Side = Annotated[Integer, Field(ge=1, le=MAX_SIDE)]
 
 def _exposure(value: Any) -> Any:
     if value != "auto" and (isinstance(value, bool) or not isinstance(value, (int, float))):
-        raise PydanticCustomError("exposure_kind", "must be a number of stops, or auto")
+        raise PydanticCustomError("exposure_kind", "must be a number of stops or auto")
     if value != "auto" and not -sys.float_info.max <= value <= sys.float_info.max:
         raise PydanticCustomError("finite_number", "must be finite")
     return value
@@ -145,18 +145,18 @@ class _Model(BaseModel):
 
 
 class Camera(_Model):
-    """A pinhole camera. Without `position` and `look_at` it stands at the origin and looks along -z."""
+    """A pinhole camera. By default it is at the origin and looks along -z."""
 
     resolution: tuple[Side, Side] = Field(examples=[[640, 480], [1920, 1080]])
     """Width and height of the picture in pixels, each 1 to 65,535."""
     fov: Annotated[Positive, Field(lt=180)] = Field(examples=[20, 60])
     """Vertical field of view in degrees, between 0 and 180."""
     position: Vector = Field(default=ZERO, examples=[[0, 2, 8]])
-    """Where the eye is: x, y, z."""
+    """The position of the eye: x, y, z."""
     look_at: Annotated[Vector | None, NotNull] = Field(default=None, examples=[[0, 1, 0]])
-    """The point in the middle of the picture. Default: position + [0, 0, -1], a view along -z."""
+    """The point shown at the centre of the picture. Default: position + [0, 0, -1], a view along -z."""
     up: Direction = Field(default=(0.0, 1.0, 0.0), examples=[[0, 1, 0]], validate_default=True)
-    """The direction that is up in the picture, of any length but 0, not along the view."""
+    """The direction that points up in the picture: not zero, not parallel to the viewing direction."""
 
     if TYPE_CHECKING:
 
@@ -184,7 +184,7 @@ class Camera(_Model):
         if seen.keys() >= {"position", "look_at"} and are_parallel(
             view_direction(seen["position"], seen["look_at"]), up
         ):
-            raise PydanticCustomError("up_along_view", "must not lie along the view: choose another `up`")
+            raise PydanticCustomError("up_along_view", "must not be parallel to the viewing direction")
         return up
 
     @property
@@ -194,7 +194,7 @@ class Camera(_Model):
 
 
 class CarriedLight(_Model):
-    """A point light at the centre of the object that carries it. Its own object casts no shadow in it."""
+    """A point light at the centre of the object that carries it. That object does not block it."""
 
     intensity: NotNegative = Field(examples=[4.0e6])
     """Emitted power; the light at distance r is intensity * color / (4 pi r^2)."""
@@ -209,10 +209,10 @@ class CarriedLight(_Model):
 
 
 class PointLight(CarriedLight):
-    """A light of no size, that shines in all directions alike."""
+    """A light without size that emits equally in all directions."""
 
     position: Vector = Field(examples=[[0, 15, -150]])
-    """Where it stands: x, y, z."""
+    """The position of the light: x, y, z."""
 
     if TYPE_CHECKING:
 
@@ -228,7 +228,7 @@ class _Shape(_Model):
     name: Annotated[str | None, NotNull] = Field(
         default=None, min_length=1, max_length=MAX_NAME, examples=["tall box"]
     )
-    """A name of your choice, unique in the scene; messages, ids and `--set objects.NAME...` use it."""
+    """A name, unique in the scene; messages, ids and `--set objects.NAME...` use it."""
     color: Albedo = Field(examples=[[0.9, 0.9, 0.9], "tomato", "#b3b3b3"])
     """The albedo: [r, g, b], linear, each 0 to 1; or a CSS name or #rrggbb."""
 
@@ -241,8 +241,8 @@ class Plane(_Shape):
     position: Vector = Field(examples=[[0, -20, 0]])
     """Any point on the plane."""
     normal: Direction = Field(examples=[[0, 1, 0]])
-    """The direction that stands on the plane, of any length but 0."""
-    # Lets every shape be asked for its light. Not a key of a scene file.
+    """A direction perpendicular to the plane, not zero."""
+    # Gives every shape the attribute. Not a key of a scene file.
     light: ClassVar[None] = None
 
     if TYPE_CHECKING:
@@ -267,7 +267,7 @@ class _Body(_Shape):
     position: Vector = Field(examples=[[0, 1, 0]])
     """The centre: x, y, z."""
     light: Annotated[CarriedLight | None, NotNull] = Field(default=None, examples=[{"intensity": 1000}])
-    """Makes this object the body of a point light: it is seen shining, and casts no shadow in its own light."""
+    """Turns this object into the body of a point light: it shines and does not block its own light."""
 
 
 class Sphere(_Body):
@@ -298,7 +298,7 @@ class Sphere(_Body):
 
 
 class Box(_Body):
-    """A box, turned about the vertical axis."""
+    """A box, rotated about the vertical axis."""
 
     type: Literal["box"] = "box"
     """The kind of shape."""
@@ -336,13 +336,13 @@ class RenderSettings(_Model):
     """How light is computed."""
 
     samples: Annotated[Integer, Field(ge=1, le=MAX_SAMPLES)] = 1
-    """Rays per pixel, 1 to 1,024, on a fixed pattern; 1 is the pixel's centre, more smooth the edges."""
+    """Rays per pixel, 1 to 1,024, in a fixed pattern: 1 uses the pixel's centre, more smooth the edges."""
     background: LightColor = BLACK
     """The radiance of rays that hit nothing, as a color."""
     max_depth: Annotated[Integer, Field(ge=0)] = 1
     """0: only objects that carry a light are seen; 1 or more: direct light with shadows."""
     eye_falloff: Annotated[bool, Field(strict=True)] = False
-    """Also divide by 4 pi t^2, t the way from surface to eye. Real light does not; some course texts do."""
+    """Also divide by 4 pi t^2, where t is the distance to the eye. Not physical, but some courses teach it."""
 
     if TYPE_CHECKING:
 
@@ -360,9 +360,9 @@ class ImageSettings(_Model):
     """How radiance becomes an image."""
 
     exposure: Exposure = 0.0
-    """In stops: each adds a factor of 2; or auto."""
+    """Exposure in stops, each a factor of 2; or auto."""
     tone: ToneName = "clip"
-    """The tone curve: clip cuts at white; reinhard and aces roll bright light off."""
+    """The tone curve: clip cuts off at white; reinhard and aces compress bright light gradually."""
 
     if TYPE_CHECKING:
 
@@ -370,12 +370,12 @@ class ImageSettings(_Model):
 
 
 class Scene(_Model):
-    """A scene: a camera, lights, objects, and how to make a picture of them."""
+    """A scene: a camera, lights, objects, and settings for the picture."""
 
     version: Literal[1] = 1
-    """The version of this format."""
+    """The version of the scene format."""
     camera: Camera = Field(examples=[{"resolution": [640, 480], "fov": 40}])
-    """Where the picture is taken from, and its size."""
+    """The position and view of the camera, and the size of the picture."""
     lights: tuple[PointLight, ...] = Field(default=(), examples=[[{"position": [0, 5, 0], "intensity": 1000}]])
     """Point lights."""
     objects: tuple[Object, ...] = Field(
@@ -480,15 +480,23 @@ def _repeated_names(objects: Any) -> Iterable[InitErrorDetails]:
         name = item.get("name") if isinstance(item, dict) else getattr(item, "name", None)
         if isinstance(name, str) and first.setdefault(name, index) != index:
             context = {"first": first[name]}
-            error = PydanticCustomError("name_taken", "is taken by objects[{first}] already", context)
+            error = PydanticCustomError("name_taken", "is already taken by objects[{first}]", context)
             # Pydantic's own errors have the tag of the union's member in place of "object".
             yield InitErrorDetails(type=error, loc=(index, "object", "name"), input=name)
 
 
+# The order of the keys of objects and lights: `_OWN` stands for those that only some have, such as `radius`.
+_OWN = 3
+_RANKS = {"type": 0, "name": 1, "position": 2, "color": 4, "light": 5}
+
+
 def keys_in_order(model: type[BaseModel]) -> list[str]:
-    """Return the keys of a model in the order of the reference: the type, what is required, what is optional."""
+    """Return the keys of a model in the order of the reference.
+
+    They are as declared, except those of objects and lights: pydantic puts the keys of a base class first.
+    """
     fields = model.model_fields
-    return sorted(fields, key=lambda key: (key != "type", not fields[key].is_required()))
+    return sorted(fields, key=lambda key: _RANKS.get(key, _OWN)) if "color" in fields else list(fields)
 
 
 def _line_errors(error: ValidationError, start: int = 0) -> list[InitErrorDetails]:

@@ -32,7 +32,7 @@ def save(scene: Scene, path: str | PathLike[str]) -> None:
     """Write a scene to a file; see `Scene.save`."""
     suffix = Path(path).suffix.lower()
     if suffix not in SCENE_SUFFIXES:
-        raise ValueError(f"{os.fspath(path)!r}: the name of a scene must end in {', '.join(SCENE_SUFFIXES)}")
+        raise ValueError(f"{os.fspath(path)!r}: the name of a scene file must end in {', '.join(SCENE_SUFFIXES)}")
     text = json_text(scene) if suffix == JSON_SUFFIX else yaml_text(scene)
     with atomic_write(Path(path)) as file:
         file.write(text.encode())

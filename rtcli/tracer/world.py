@@ -1,6 +1,6 @@
-"""What the tracers are given: a scene as plain numbers, in the order of the file.
+"""The input of the tracers: a scene as plain numbers, in the order of the file.
 
-The records hold the standard library's arrays, so that a tracer which needs no NumPy imports none;
+The records hold the standard library's arrays, so that the native tracer imports no NumPy;
 `numpy.frombuffer` reads them without a copy.
 """
 
@@ -15,7 +15,7 @@ from rtcli.tracer._native import LIGHT_PARAMETERS, SHAPE_PARAMETERS
 
 Vector: TypeAlias = tuple[float, float, float]
 
-# Told (pixels done, pixels in all).
+# Called with (pixels done, pixels in all).
 Progress: TypeAlias = Callable[[int, int], None]
 
 # The `carrier` of a light that no object carries.
@@ -32,16 +32,16 @@ class Window(NamedTuple):
 
 
 class MeterReading(NamedTuple):
-    """What the exposure meter found.
+    """The result of the exposure meter.
 
     Parameters
     ----------
     stops
-        Those that expose the whole picture well, 0 if it is all black.
+        The exposure that suits the whole picture; 0 if it is all black.
     percentile
         The 95th percentile of the luminance of all points that are not black; None if all are.
     rays
-        How many it took.
+        The number of rays traced.
     """
 
     stops: float

@@ -219,7 +219,7 @@ def test_variation_that_is_no_yaml_is_told_by_its_own_option(tree):
 
 def test_more_variations_than_anybody_means_are_refused(tree, monkeypatch):
     monkeypatch.setattr("rtcli.batch.sweep.MOST_VARIATIONS", 7)
-    with pytest.raises(ValueError, match="8 variations are more than 7"):
+    with pytest.raises(ValueError, match="8 variations exceed the limit of 7"):
         swept("camera.fov=20,30")
     assert len(swept("camera.fov=20")) == 4
 

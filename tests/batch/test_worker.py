@@ -59,7 +59,7 @@ def test_outcome_tells_hashes_times_and_size(scene):
     assert outcome.content == content_of(job, raw)
     assert outcome.content == rtcli.render(rtcli.load_scene(scene_of_size(scene, 20, 10))).summary["scene"]
     assert outcome.resolution == (20, 10)
-    assert list(outcome.seconds) == ["parse", "validate", "pack", "trace", "develop", "write"]
+    assert list(outcome.seconds) == ["parse", "validate", "pack", "build", "trace", "develop", "write"]
     assert all(seconds >= 0 for seconds in outcome.seconds.values())
 
 
@@ -116,7 +116,7 @@ def test_many_problems_of_a_scene_are_cut(folder):
     write_scene(folder / "a.yaml", more="".join(f"key{number}: 1\n" for number in range(MAX_KEPT + 5)))
     told = render(job_of()).as_entry(job_of())["problems"]
     assert len(told) == MAX_KEPT + 1
-    assert told[-1] == {"message": "5 more problems: see rtcli validate"}
+    assert told[-1] == {"message": "5 more problems: run rtcli validate to see them"}
 
 
 @pytest.mark.parametrize(

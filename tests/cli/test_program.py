@@ -141,7 +141,7 @@ def test_lack_of_memory_exits_with_3_without_a_traceback(run, scene, monkeypatch
     monkeypatch.setattr("rtcli.cli.commands.render.write_film", fail)
     result = run("render", scene, "-o", "out.png", "-q")
     assert (result.exit_code, result.stdout) == (3, "")
-    assert result.stderr.startswith(f"Error: {told}: make the picture or the scene smaller")
+    assert result.stderr.startswith(f"Error: {told}; make the picture or the scene smaller")
     assert names_in(Path()) == [scene]
 
 

@@ -150,7 +150,7 @@ def test_large_scene_is_no_reason_for_a_warning(workers):
 def test_worker_with_another_version_is_refused(workers, monkeypatch):
     assert __version__ == cluster.version()
     monkeypatch.setattr(cluster, "__version__", "9.9.9")
-    told = pytest.raises(OSError, match=f"has rtcli {__version__}, not 9.9.9: install the same on both")
+    told = pytest.raises(OSError, match=f"has rtcli {__version__}, not 9.9.9: install the same version on both")
     with told, dask_cluster(workers):
         pass
 

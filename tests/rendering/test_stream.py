@@ -25,8 +25,8 @@ ROOM = scene([plane([0, -1, 0], [0, 1, 0]), sphere([0, 0, -5])], [light([2, 3, -
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"engine": "gpu"}, "unknown engine 'gpu': known are native, reference"),
-        ({"passes": ["depth", "dept"]}, "unknown passes dept: known are depth"),
+        ({"engine": "gpu"}, "unknown engine 'gpu': choose from native, reference"),
+        ({"passes": ["depth", "dept"]}, "unknown passes dept: choose from depth"),
         ({"threads": 0}, "threads must be at least 1, got 0"),
         ({"crop": (0, 0, 0, 5)}, "not inside the picture of 32x24 pixels"),
         ({"crop": (30, 0, 3, 1)}, "not inside the picture"),

@@ -455,8 +455,8 @@ def test_radiance_may_lie_anywhere_in_memory(offset):
     [
         (0, 1, "at least one pixel"),
         (1, 0, "at least one pixel"),
-        (65_536, 1, "at most 65535 pixels a side"),
-        (1, 2**32 - 1, "at most 65535 pixels a side"),
+        (65_536, 1, "limited to 65535 pixels per side"),
+        (1, 2**32 - 1, "limited to 65535 pixels per side"),
     ],
 )
 def test_picture_without_pixels_or_with_too_many_is_a_value_error(width, height, message):

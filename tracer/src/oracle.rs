@@ -56,11 +56,11 @@ impl OracleShape {
     }
 
     /// Return where a point is relative to the surface.
-    pub(crate) fn contact(&self, place: Vector) -> Contact {
+    pub(crate) fn contact(&self, point: Vector) -> Contact {
         match *self {
-            OracleShape::Sphere { center, radius } => Sphere::contact(place, center, radius),
-            OracleShape::Plane { normal, offset } => Plane::contact(place, scale(normal, offset), normal),
-            OracleShape::Box { center, axes, half } => Cuboid::contact(place, center, &axes, half),
+            OracleShape::Sphere { center, radius } => Sphere::contact(point, center, radius),
+            OracleShape::Plane { normal, offset } => Plane::contact(point, scale(normal, offset), normal),
+            OracleShape::Box { center, axes, half } => Cuboid::contact(point, center, &axes, half),
         }
     }
 
@@ -216,8 +216,8 @@ pub(crate) fn shape_before(
     tile: (View, (u32, u32)),
     distances: std::ops::Range<f64>,
 ) -> impl Strategy<Value = OracleShape> {
-    let place = (any_size(-6.0..6.0), any_size(distances), any_direction(), 0.0..1.5_f64);
-    (place, any_axes(), [0.1..1.0, 0.1..1.0, 0.1..1.0], 0..3).prop_map(
+    let center = (any_size(-6.0..6.0), any_size(distances), any_direction(), 0.0..1.5_f64);
+    (center, any_axes(), [0.1..1.0, 0.1..1.0, 0.1..1.0], 0..3).prop_map(
         move |((size, distance, aside, share), axes, sides, kind)| {
             let (view, _) = tile;
             let away = size * (1.0 + distance);

@@ -34,7 +34,7 @@ impl LightSource {
         describe: |p| LightSource::Point { position: [p[0], p[1], p[2]] },
     }];
 
-    /// The place that all its light comes from, world space.
+    /// The point that all its light comes from, world space.
     pub fn position(&self) -> Vector {
         let LightSource::Point { position } = *self;
         position

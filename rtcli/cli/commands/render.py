@@ -16,9 +16,10 @@ import click
 from rtcli import __version__
 from rtcli.cli.console import STDIO, display_name, is_terminal, open_target, read_input, report_line
 from rtcli.cli.exit_codes import usage_errors
-from rtcli.cli.options.cluster import connected_cluster, dask_timeout_option
+from rtcli.cli.help import Command
+from rtcli.cli.options.cluster import cluster_options, connected_cluster
 from rtcli.cli.options.golden import CheckOptions, check_options, pop_check
-from rtcli.cli.options.scene import edit_errors, film_options, pop_overrides, scene_options
+from rtcli.cli.options.scene import SCENE_HELP, edit_errors, film_options, pop_overrides, scene_options
 from rtcli.cli.options.types import parse_crop
 from rtcli.cli.paths import OutputPath, refuse_collisions, refuse_folder
 from rtcli.cli.progress import progress
@@ -61,7 +62,7 @@ class RenderOptions:
 
     def __post_init__(self) -> None:
         if self.dask is not None and self.threads is not None:
-            raise click.UsageError("--threads is for this machine: with --dask each worker has one")
+            raise click.UsageError("--threads cannot be used with --dask: each worker has one thread")
 
     @contextlib.contextmanager
     def executor(self) -> Iterator[Executor | None]:
@@ -86,7 +87,7 @@ class PictureOutput(NamedTuple):
         if self.path == STDIO and is_terminal(sys.stdout):
             raise click.UsageError("refusing to write binary data to a terminal; use -o FILE or a pipe")
         if self.path == STDIO and self.passes:
-            raise click.UsageError("--passes needs a file: only the picture goes to standard output")
+            raise click.UsageError("--passes needs a file; only the picture can go to standard output")
         refuse_folder(self.path, "-o")
 
     def parts(self) -> dict[str, Path]:
@@ -105,59 +106,47 @@ class PictureOutput(NamedTuple):
                 yield files
 
 
-@click.command("render")
-@click.argument("scene", required=False, metavar="SCENE")
+@click.command(
+    "render",
+    cls=Command,
+    examples=[
+        "rtcli render my.yaml -o my.png",
+        "rtcli render my.yaml -o my.npz --size 320x240 --passes depth,object_id",
+        "rtcli render my.yaml --check golden/my.png",
+    ],
+)
+@click.argument("scene", required=False, metavar="SCENE", help=SCENE_HELP)
 @click.option(
     "-o",
     "--output",
     metavar="OUT",
-    help=f"Write the picture to this file ({', '.join(FORMATS)}), or a PNG to standard output with -. Without "
-    "-o, show it in the terminal. .exr requires rtcli[exr], the terminal rtcli[preview].",
+    help=f"Write this file ({', '.join(FORMATS)}), or a PNG to standard output (-). "
+    "Without -o, show the picture in the terminal.",
 )
 @scene_options
 @film_options
 @click.option(
-    "--engine",
-    type=click.Choice(ENGINES),
-    default=ENGINES[0],
-    show_default=True,
-    help="Choose the tracer; reference is slow, for reading and comparing.",
+    "--crop", type=parse_crop, metavar="X,Y,W,H", help="Render only this rectangle: left, top, width, height."
 )
 @click.option("--threads", type=click.IntRange(1), metavar="N", show_default="all", help="Use N processor cores.")
 @click.option(
-    "--crop",
-    type=parse_crop,
-    metavar="X,Y,W,H",
-    help="Render only this rectangle: left, top, width, height in pixels.",
+    "--engine",
+    type=click.Choice(ENGINES),
+    metavar="ENGINE",
+    default=ENGINES[0],
+    show_default=True,
+    help=f"Trace with {' or '.join(ENGINES)}.",
 )
-@click.option(
-    "--dask",
-    metavar="ADDRESS|local",
-    help="Trace bands of the picture on a Dask cluster, given the address of its scheduler, or local for one on "
-    "this machine. Requires rtcli[dask].",
-)
-@dask_timeout_option
+@click.option("--stats", metavar="FILE", help="Write the time of each stage as JSON; - to print it.")
+@click.option("-q", "--quiet", is_flag=True, help="Print only errors and why a check fails.")
 @check_options
-@click.option(
-    "--stats",
-    metavar="FILE",
-    help="Write the seconds per stage and other figures as JSON; - for standard output.",
-)
-@click.option(
-    "-q",
-    "--quiet",
-    is_flag=True,
-    help="Print only errors and why a check fails.",
-)
+@cluster_options
 @click.pass_context
 def command(context: click.Context, /, **options: Any) -> int:
-    """Render a scene to a picture, or check that it is still the same.
-
-    SCENE is a .yaml, .yml or .json file, or - for YAML or JSON on standard input.
-    """
+    """Render a scene to a picture, or check that it is still the same."""
     if options["scene"] is None:
         raise click.UsageError(
-            "Missing argument 'SCENE': type for example: rtcli render my.yaml -o my.png\n"
+            "Missing argument 'SCENE'. For example: rtcli render my.yaml -o my.png\n"
             "To write a first scene: rtcli new my.yaml"
         )
     check = pop_check(options, context)
@@ -172,11 +161,11 @@ def command(context: click.Context, /, **options: Any) -> int:
         picture = "picture.png" if parsed.scene == STDIO else str(Path(parsed.scene).with_suffix(".png"))
         example = shlex.join(["rtcli", "render", parsed.scene, "-o", picture])
         raise click.UsageError(
-            f"Missing option '-o': type for example: {printable(example)}\n"
+            f"Missing option '-o'. For example: {printable(example)}\n"
             "To compare with a golden picture: --check GOLDEN.png"
         )
     if parsed.passes or parsed.stats is not None or parsed.bits != DEPTHS[0]:
-        raise click.UsageError("--passes, --stats and --bits need a file for the picture: -o OUT")
+        raise click.UsageError("--passes, --stats and --bits need a file: -o OUT")
     return _preview(parsed)
 
 

@@ -18,6 +18,9 @@ from rtcli.tracer.passes import PASSES
 if TYPE_CHECKING:
     from rtcli.scene.reading.source import Document
 
+# The help of the argument SCENE.
+SCENE_HELP = "A .yaml, .yml or .json file, or - for standard input."
+
 scene_options = types.option_group(
     click.option("--size", type=types.parse_size, metavar="WxH", help="Set the width and height in pixels."),
     click.option(
@@ -27,17 +30,16 @@ scene_options = types.option_group(
         help="Set the number of rays per pixel.",
     ),
     click.option(
+        "--set",
+        type=types.SetType(),
+        multiple=True,
+        help="Change a value, such as camera.fov=30. Repeatable.",
+    ),
+    click.option(
         "--exposure",
         type=types.parse_exposure,
         metavar="EV|auto",
         help="Set the exposure in stops; +1 is twice as bright.",
-    ),
-    click.option(
-        "--set",
-        type=types.SetType(),
-        multiple=True,
-        help="Change a value of the scene, such as camera.fov=30 or objects.ball.position[0]=1. Quote a name that "
-        'contains a dot, bracket or =: objects."Cube.001".color=red. Repeatable; one per line in a variable.',
     ),
 )
 
@@ -48,15 +50,15 @@ film_options = types.option_group(
         type=types.parse_passes,
         metavar="A,B",
         default=(),
-        help=f"Also write ground truth at pixel centres: {', '.join(PASSES)}, or all. Goes into .exr and .npz "
-        "files, and beside others: NAME.depth.png and so on, with NAME.json.",
+        help=f"Also write {', '.join(PASSES)}, or all.",
     ),
     click.option(
         "--bits",
         type=click.Choice(DEPTHS),
+        metavar="|".join(map(str, DEPTHS)),
         default=DEPTHS[0],
         show_default=True,
-        help="Set the bits of each color channel of a .png file.",
+        help="Set the bits per channel of a .png.",
     ),
 )
 

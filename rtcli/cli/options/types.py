@@ -120,9 +120,7 @@ def parse_passes(text: str | tuple[()]) -> tuple[str, ...]:
     names = [name.strip() for name in text.split(",")]
     unknown = [name for name in names if name not in (*PASSES, "all")]
     if unknown:
-        raise click.BadParameter(
-            f"{unknown[0]!r} is not a pass: there are {', '.join(PASSES)}, or all of them: all"
-        )
+        raise click.BadParameter(f"{unknown[0]!r} is not a pass; choose from {', '.join(PASSES)} or all")
     return tuple(name for name in PASSES if name in names or "all" in names)
 
 
@@ -130,7 +128,7 @@ def parse_format(text: str) -> str:
     """Return the suffix `.png` or `png` in lower case, with its dot."""
     suffix = "." + text.lower().removeprefix(".")
     if suffix not in FORMATS:
-        raise click.BadParameter(f"{text!r} is not a format: there are {', '.join(FORMATS)}")
+        raise click.BadParameter(f"{text!r} is not a format; choose from {', '.join(FORMATS)}")
     return suffix
 
 

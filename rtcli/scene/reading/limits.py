@@ -71,12 +71,12 @@ class Reader:
     def check_depth(self, depth: int, span: SourceSpan) -> None:
         """Raise SceneError if a list or mapping is nested too deep."""
         if depth >= MAX_DEPTH:
-            raise self.fatal(rules.TOO_DEEP, f"nested more than {MAX_DEPTH} deep: no scene is", span)
+            raise self.fatal(rules.TOO_DEEP, f"nested more than {MAX_DEPTH} levels deep", span)
 
     def check_length(self, text: str, span: SourceSpan) -> None:
         """Raise SceneError if a key or value is too long."""
         if len(text) > MAX_CHARACTERS:
-            message = f"has {len(text):,} characters, at most {MAX_CHARACTERS:,} are allowed"
+            message = f"has {len(text):,} characters; at most {MAX_CHARACTERS:,} are allowed"
             raise self.fatal(rules.TOO_LONG, message, SourceSpan(span.start, span.start))
 
     def add_key(self, key: str, span: SourceSpan, mapping: ContainerSpan) -> bool:
@@ -84,7 +84,7 @@ class Reader:
         keys = mapping.keys
         if key in keys:
             first = self.source.span(keys[key].start).line
-            message = f"duplicate key {quoted(key)}: it was given in line {first} already"
+            message = f"duplicate key {quoted(key)}: already defined on line {first}"
             self.report(rules.DUPLICATE_KEY, message, span)
             self.problems[-1] = replace(self.problems[-1], pointer=pointer((*self.loc, key)))
             return False

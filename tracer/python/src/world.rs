@@ -46,7 +46,10 @@ pub fn objects(columns: PyObjects<'_>) -> PyResult<Vec<Object>> {
     let (position, color) = (items::<Vector>(position)?, items::<Vector>(color)?);
     same_lengths(kinds.len(), &[position.len(), color.len()])?;
     if kinds.len() > MOST_OBJECTS {
-        return Err(PyValueError::new_err(format!("there may be {MOST_OBJECTS} objects, not {}", kinds.len())));
+        return Err(PyValueError::new_err(format!(
+            "a scene is limited to {MOST_OBJECTS} objects, got {}",
+            kinds.len()
+        )));
     }
     let mut objects = with_capacity(kinds.len(), "the objects").map_err(out_of_memory)?;
     for_each_row(ShapeDesc::KINDS, kinds, parameters, |i, kind, own| {
@@ -101,7 +104,7 @@ fn carrier(index: i64, objects: usize) -> PyResult<Option<usize>> {
     match usize::try_from(index) {
         Ok(index) if index < objects => Ok(Some(index)),
         Err(_) => Ok(None),
-        Ok(_) => Err(PyValueError::new_err(format!("there is no object {index} to carry a light"))),
+        Ok(_) => Err(PyValueError::new_err(format!("a light is carried by object {index}, which does not exist"))),
     }
 }
 
@@ -135,7 +138,7 @@ pub fn window((x, y, width, height): PyWindow, whole: (u32, u32)) -> PyResult<Wi
 
 fn items<T: bytemuck::AnyBitPattern>(bytes: &[u8]) -> PyResult<Vec<T>> {
     if !bytes.len().is_multiple_of(size_of::<T>()) {
-        let message = format!("{} bytes are no whole number of items", bytes.len());
+        let message = format!("{} bytes are not a whole number of items", bytes.len());
         return Err(PyValueError::new_err(message));
     }
     copied(bytes, "the scene")
