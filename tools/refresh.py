@@ -16,6 +16,7 @@ from typing import Any
 from click import Context
 from click.testing import CliRunner
 from import_picture import import_picture
+from reader_table import reader_table
 
 import rtcli
 from rtcli.cli import main
@@ -27,6 +28,7 @@ ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
 README = ROOT / "README.md"
 SCHEMA = ROOT / "schemas" / "scene.schema.json"
+READER_TABLE = ROOT / "tracer" / "reader" / "src" / "table.rs"
 SCENES = ROOT / "scenes"
 WRONG = DOCS / "wrong.yaml"
 GALLERY = DOCS / "gallery"
@@ -362,6 +364,7 @@ PAGES: dict[Path, Callable[[], dict[str, str]]] = {
 def refresh() -> None:
     """Regenerate everything."""
     SCHEMA.write_text(schema_text(), encoding="utf-8")
+    READER_TABLE.write_text(reader_table(), encoding="utf-8")
     for page in PAGES:
         page.write_text(fresh_text(page), encoding="utf-8")
     ARCHITECTURE.write_text(import_picture(), encoding="utf-8")

@@ -43,11 +43,9 @@ class Program(click.Group):
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the commands and their summaries, as click would after importing all of them."""
         width = formatter.width - 6 - max(map(len, SUMMARIES))
-        rows = [
-            (name, click.Command(name, help=text).get_short_help_str(width)) for name, text in SUMMARIES.items()
-        ]
+        commands = [click.Command(name, help=summary) for name, summary in SUMMARIES.items()]
         with formatter.section("Commands"):
-            formatter.write_dl(rows)
+            formatter.write_dl([(str(command.name), command.get_short_help_str(width)) for command in commands])
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Return the `command` of the module `rtcli.cli.commands.NAME`."""

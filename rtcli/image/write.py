@@ -112,7 +112,7 @@ _SOFTWARE, _DESCRIPTION, _EXIF, _COLOR_SPACE = 0x0131, 0x010E, 0x8769, 0xA001
 WEBP_OPTIONS: Mapping[str, Any] = {"lossless": True, "quality": 50}
 
 # VP8_ENC_ERROR_OUT_OF_MEMORY and VP8_ENC_ERROR_BITSTREAM_OUT_OF_MEMORY of libwebp's encode.h, in Pillow's words.
-_NO_MEMORY = re.compile(r"encoding error [12]\b")
+_NO_MEMORY = r"encoding error [12]\b"
 
 
 def _pillow(format: str, nests_tags: bool = True, **options: Any) -> Encoder:
@@ -136,7 +136,7 @@ def _pillow(format: str, nests_tags: bool = True, **options: Any) -> Encoder:
         try:
             Image.fromarray(pixels).save(encoded, format, exif=exif, **options)
         except ValueError as error:
-            if _NO_MEMORY.match(str(error)):
+            if re.match(_NO_MEMORY, str(error)):
                 raise MemoryError("not enough memory for the file") from error
             raise
         except KeyError as error:  # Pillow passes over libraries that it cannot load

@@ -20,17 +20,15 @@ from rtcli.tracer.world import Lights, Settings, Shapes, World
 
 if TYPE_CHECKING:
     from rtcli.scene.reading.source import Document
-_BRACE = re.compile(rb"(\xef\xbb\xbf)?[ \t\r\n]*\{")
 
+    class Changes(Protocol):
+        """The changes to a scene before it is validated."""
 
-class Changes(Protocol):
-    """The changes to a scene before it is validated."""
+        def section_edits(self) -> list[SectionEdit] | None:
+            """Return them as edits of keys of sections; None if one of them changes something else."""
 
-    def section_edits(self) -> list[SectionEdit] | None:
-        """Return them as edits of keys of sections; None if one of them changes something else."""
-
-    def apply(self, document: Document) -> Document:
-        """Return a changed document."""
+        def apply(self, document: Document) -> Document:
+            """Return a changed document."""
 
 
 def load(raw: bytes, name: str, changes: Changes, watch: Stopwatch) -> PackedScene:
@@ -93,7 +91,7 @@ def _format_of(raw: bytes, name: str) -> str:
         return "json"
     if name.lower().endswith(YAML_SUFFIXES):
         return "yaml"
-    return "json" if _BRACE.match(raw) else "yaml"
+    return "json" if re.match(rb"(\xef\xbb\xbf)?[ \t\r\n]*\{", raw) else "yaml"
 
 
 def _columns(columns: tuple[bytes, ...], types: str) -> list[array[Any]]:

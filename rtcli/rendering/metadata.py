@@ -11,7 +11,6 @@ import struct
 import sys
 from array import array
 from collections.abc import Sequence
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from rtcli.rendering.pack import PackedScene
@@ -51,7 +50,7 @@ def fingerprint(scene: PackedScene) -> str:
     if any(lights.kind):  # files keep their hashes if there are only point lights
         digest.update(_little(lights.kind))
     digest.update(scene.names.encode())
-    rest = asdict(world.settings), {"exposure": scene.exposure, "tone": scene.tone}
+    rest = world.settings._asdict(), {"exposure": scene.exposure, "tone": scene.tone}
     digest.update(json.dumps(rest, sort_keys=True).encode())
     return f"sha256:{digest.hexdigest()}"
 

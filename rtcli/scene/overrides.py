@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 # A section such as `camera`, a key in it, and its value as YAML.
 SectionEdit: TypeAlias = tuple[str, str, str]
 
-_SECTION_EDIT = re.compile(r"([a-z_]+)\.([a-z_]+)=(.*)")
-
 
 @dataclass(frozen=True)
 class Overrides:
@@ -77,6 +75,6 @@ def with_expressions(edits: list[SectionEdit] | None, expressions: Iterable[str]
     """Return edits followed by those of `KEY=VALUE` expressions; None if one is no edit of a key of a section."""
     if edits is None:
         return None
-    matches = [_SECTION_EDIT.fullmatch(expression) for expression in expressions]
+    matches = [re.fullmatch(r"([a-z_]+)\.([a-z_]+)=(.*)", expression) for expression in expressions]
     more = [(match[1], match[2], match[3]) for match in matches if match]
     return [*edits, *more] if len(more) == len(matches) else None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 from rtcli.tracer._native import METER_GRID, BudgetExceededError, Tracer, WorkBudget
@@ -98,4 +97,4 @@ class NativeTracer:
 
 
 def _columns(rows: Shapes | Lights) -> tuple[bytes, ...]:
-    return tuple(getattr(rows, field.name).tobytes() for field in fields(rows))
+    return tuple(column.tobytes() for column in rows)

@@ -15,7 +15,7 @@ import math
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from threading import Event
 from typing import Any, NamedTuple, TypeAlias
 
@@ -1035,8 +1035,8 @@ class ReferenceTracer:
         """Return the meter reading of the whole picture; `progress` gets (points done, points in all)."""
         world, grid = self.world, METER_GRID
         # The same rectangle of the image plane, in as many columns as rows whatever its aspect.
-        square = replace(world.camera, width=grid, height=grid)
-        scenery = build_scenery(replace(world, settings=replace(world.settings, samples=1)))
+        square = world.camera._replace(width=grid, height=grid)
+        scenery = build_scenery(world._replace(settings=world.settings._replace(samples=1)))
         scenery.camera = SimpleCamera(square, pixel_aspect=world.camera.width / world.camera.height)
         arrays, rays = scenery.render_img_to_rgb_array(Window(0, 0, grid, grid), self.threads, progress)
         return MeterReading(*meter(arrays[RADIANCE].tobytes()), rays)

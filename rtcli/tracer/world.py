@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from itertools import islice
 from typing import NamedTuple, TypeAlias
 
@@ -50,8 +49,7 @@ class MeterReading(NamedTuple):
     rays: int
 
 
-@dataclass(frozen=True)
-class CameraFrame:
+class CameraFrame(NamedTuple):
     """A pinhole camera.
 
     Parameters
@@ -76,8 +74,7 @@ class CameraFrame:
     forward: Vector
 
 
-@dataclass(frozen=True)
-class Shapes:
+class Shapes(NamedTuple):
     """N objects, one row each.
 
     Parameters
@@ -103,8 +100,7 @@ class Shapes:
         return _parameter_rows(SHAPE_PARAMETERS, self)
 
 
-@dataclass(frozen=True)
-class Lights:
+class Lights(NamedTuple):
     """M lights, one row each, those of objects after the free ones.
 
     Parameters
@@ -137,8 +133,7 @@ def _parameter_rows(kinds: dict[str, int], rows: Shapes | Lights) -> Iterator[tu
     return (tuple(islice(numbers, counts[kind])) for kind in rows.kind)
 
 
-@dataclass(frozen=True)
-class Settings:
+class Settings(NamedTuple):
     """How light is computed: `render` of the scene file.
 
     Parameters
@@ -159,8 +154,7 @@ class Settings:
     eye_falloff: bool
 
 
-@dataclass(frozen=True)
-class World:
+class World(NamedTuple):
     """All that a tracer needs to know."""
 
     camera: CameraFrame

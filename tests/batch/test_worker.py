@@ -2,6 +2,8 @@
 
 import hashlib
 import pickle
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -164,3 +166,21 @@ def test_bug_is_raised(scene, monkeypatch):
     monkeypatch.setattr("rtcli.rendering.load.read_packed", lambda *arguments: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         render(job_of())
+
+
+WORKER = """
+import sys
+from rtcli.batch.jobs import BatchSettings, Job
+from rtcli.batch.worker import BatchTask, content_of, render_job
+from rtcli.scene.overrides import Overrides
+
+job = Job("a", "a.yaml", BatchSettings(overrides=Overrides(samples=4, edits=("camera.fov=30",))))
+raw = b"camera: {resolution: [4, 3], fov: 40}"
+outcome = render_job(BatchTask(job, raw))
+assert outcome.status == "done" and outcome.content == content_of(job, raw)
+print({"numpy", "pydantic", "yaml"} & sys.modules.keys())
+"""
+
+
+def test_worker_takes_neither_models_nor_yaml_for_a_valid_scene():
+    assert subprocess.run([sys.executable, "-c", WORKER], stdout=subprocess.PIPE, text=True).stdout == "set()\n"

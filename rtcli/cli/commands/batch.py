@@ -37,7 +37,6 @@ from rtcli.image.formats import check_fits
 from rtcli.rendering.metadata import SOFTWARE
 from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.scene.diagnostics.problems import counted, printable
-from rtcli.scene.edits import check_expression
 from rtcli.tracer.engines import default_threads
 
 # The most problems to show, of all scenes and of one scene, which must not hide the others.
@@ -85,9 +84,8 @@ class BatchOptions:
             check_fits(f"results{self.settings.suffix}", (1, 1), self.settings.bits)
         varied = [edit for variation in self.vary for edit in variation.edits]
         for option, edits in ((self.settings.overrides.option, self.settings.overrides.edits), ("--vary", varied)):
-            with edit_errors(option):
-                for edit in edits:
-                    check_expression(edit, option)
+            if edits:
+                _check_edits(edits, option)
 
     def find_jobs(self) -> list[Job]:
         """Return the jobs of the batch.
@@ -104,6 +102,15 @@ class BatchOptions:
         if not jobs:
             raise click.UsageError(f"no scenes found in {', '.join(map(printable, self.paths))}")
         return jobs
+
+
+def _check_edits(edits: Iterable[str], option: str) -> None:
+    """Raise click.UsageError for an expression that is an edit of no scene."""
+    from rtcli.scene.edits import check_expression  # reads YAML, which most batches do without
+
+    with edit_errors(option):
+        for edit in edits:
+            check_expression(edit, option)
 
 
 _sweep_option = functools.partial(click.option, cls=Option, heading="Sweeps")

@@ -294,3 +294,6 @@ fn extend<T>(list: &mut Vec<T>, items: impl IntoIterator<Item = T, IntoIter: Exa
     list.extend(items);
     Some(())
 }
+
+#[cfg(test)]
+mod tests;
