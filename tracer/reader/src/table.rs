@@ -40,12 +40,12 @@ pub static IMAGE: Mapping = Mapping {
 
 pub static LIGHT: Mapping = Mapping {
     fields: &[
-        Field { key: "intensity", value: Value::Number(Value::NUMBER.from(0.0)), slot: 0 },
-        Field { key: "color", value: Value::Color(Value::NUMBER.from(0.0)), slot: 1 },
-        Field { key: "position", value: Value::Numbers(3, Value::NUMBER), slot: 4 },
+        Field { key: "position", value: Value::Numbers(3, Value::NUMBER), slot: 0 },
+        Field { key: "intensity", value: Value::Number(Value::NUMBER.from(0.0)), slot: 3 },
+        Field { key: "color", value: Value::Color(Value::NUMBER.from(0.0)), slot: 4 },
     ],
-    required: 0b101,
-    defaults: &[f64::NAN, 1.0, 1.0, 1.0, f64::NAN, f64::NAN, f64::NAN],
+    required: 0b11,
+    defaults: &[f64::NAN, f64::NAN, f64::NAN, f64::NAN, 1.0, 1.0, 1.0],
 };
 
 pub static CARRIED_LIGHT: Mapping = Mapping {
@@ -61,10 +61,10 @@ pub static OBJECT: Mapping = Mapping {
     fields: &[
         Field { key: "type", value: Value::Choice(&["sphere", "plane", "box"]), slot: 0 },
         Field { key: "name", value: Value::Text(1, 10000), slot: 1 },
-        Field { key: "color", value: Value::Color(Value::NUMBER.from(0.0).to(1.0)), slot: 1 },
-        Field { key: "position", value: Value::Numbers(3, Value::NUMBER), slot: 4 },
-        Field { key: "light", value: Value::Mapping(&CARRIED_LIGHT), slot: 7 },
-        Field { key: "radius", value: Value::Number(Value::NUMBER.above(0.0)), slot: 7 },
+        Field { key: "position", value: Value::Numbers(3, Value::NUMBER), slot: 1 },
+        Field { key: "radius", value: Value::Number(Value::NUMBER.above(0.0)), slot: 4 },
+        Field { key: "color", value: Value::Color(Value::NUMBER.from(0.0).to(1.0)), slot: 5 },
+        Field { key: "light", value: Value::Mapping(&CARRIED_LIGHT), slot: 8 },
         Field { key: "normal", value: Value::Direction(3, Value::NUMBER), slot: 8 },
         Field { key: "size", value: Value::Numbers(3, Value::NUMBER.above(0.0)), slot: 11 },
         Field { key: "rotation", value: Value::Number(Value::NUMBER), slot: 14 },
@@ -87,9 +87,9 @@ pub static SCENE: Mapping = Mapping {
 };
 
 pub static SHAPES: &[Kind] = &[
-    Kind { name: "sphere", allowed: 0b111111, required: 0b101101, parameters: &[7] },
-    Kind { name: "plane", allowed: 0b1001111, required: 0b1001101, parameters: &[8, 9, 10] },
-    Kind { name: "box", allowed: 0b110011111, required: 0b10001101, parameters: &[11, 12, 13, 14] },
+    Kind { name: "sphere", allowed: 0b111111, required: 0b11101, parameters: &[4] },
+    Kind { name: "plane", allowed: 0b1010111, required: 0b1010101, parameters: &[8, 9, 10] },
+    Kind { name: "box", allowed: 0b110110111, required: 0b10010101, parameters: &[11, 12, 13, 14] },
 ];
 
 /// The linear value of each level of sRGB.
@@ -505,5 +505,5 @@ pub static COLORS: &[(&str, u32)] = &[
 ];
 
 pub static LIGHTS: &[Kind] = &[
-    Kind { name: "point", allowed: 0b111, required: 0b101, parameters: &[4, 5, 6] },
+    Kind { name: "point", allowed: 0b111, required: 0b11, parameters: &[0, 1, 2] },
 ];
