@@ -75,8 +75,7 @@ def with_expressions(edits: list[SectionEdit] | None, expressions: Iterable[str]
     """Return edits followed by those of `KEY=VALUE` expressions; None if one is no edit of a key of a section."""
     if edits is None:
         return None
-    # Bytes of the command line that are no text become surrogates, which no string in Rust holds.
-    pattern = re.compile("([a-z_]+)\\.([a-z_]+)=([^\n\ud800-\udfff]*)")
-    matches = [pattern.fullmatch(expression) for expression in expressions]
+    # In ASCII, as all plain values of sections are: half of a surrogate pair could not be passed on.
+    matches = [re.fullmatch(r"([a-z_]+)\.([a-z_]+)=([ -~]*)", expression) for expression in expressions]
     more = [(match[1], match[2], match[3]) for match in matches if match]
     return [*edits, *more] if len(more) == len(matches) else None

@@ -369,7 +369,7 @@ def test_picture_of_the_native_engine_takes_neither_numpy_nor_pillow(scene, opti
 # Of rtcli, the parts that a picture takes. Whoever adds one asks first whether every picture needs it.
 PARTS_OF_A_PICTURE = """
     rtcli rtcli.__main__ rtcli.atomic rtcli.cli rtcli.cli.commands rtcli.cli.commands.render rtcli.cli.console
-    rtcli.cli.exit_codes rtcli.cli.memory_limit rtcli.cli.options rtcli.cli.options.bounds
+    rtcli.cli.exit_codes rtcli.cli.help rtcli.cli.memory_limit rtcli.cli.options rtcli.cli.options.bounds
     rtcli.cli.options.cluster
     rtcli.cli.options.golden rtcli.cli.options.scene rtcli.cli.options.types rtcli.cli.paths rtcli.cli.program
     rtcli.cli.progress rtcli.compare rtcli.compare.bounds rtcli.extras rtcli.image rtcli.image.display

@@ -212,7 +212,8 @@ def test_stages_add_up_to_the_total(run, scene):
     seconds = json.loads(result.stdout)["seconds"]
     total = seconds.pop("total")
     assert 0.5 * total < sum(seconds.values()) <= total + 1e-5
-    assert all(seconds.values())
+    # A plainly valid scene is validated and packed as it is parsed.
+    assert {stage for stage, passed in seconds.items() if not passed} <= {"validate", "pack"}
 
 
 def test_statistics_that_cannot_be_written_are_found_out_before_the_work(run, scene, folder):
