@@ -140,7 +140,7 @@ def rendered(task: BatchTask, watch: Stopwatch) -> Outcome:
     check_fits(task.job.key + task.job.settings.suffix, job.window[2:], task.job.settings.bits)
     outputs, files = _render(task, job, watch.seconds)
     size = job.window.width, job.window.height
-    return Outcome(sha256(task.raw), fingerprint(scene), outputs, watch.seconds, size, files=files)
+    return Outcome(sha256(task.raw), job.fingerprint, outputs, watch.seconds, size, files=files)
 
 
 def failure(input: str | None, error: BaseException, seconds: dict[str, float]) -> Outcome:

@@ -124,6 +124,11 @@ class RenderJob:
 
         return BandedTracer(self.world, self.request.engine, self.executor)
 
+    @cached_property
+    def fingerprint(self) -> str:
+        """The fingerprint of the scene."""
+        return fingerprint(self.scene)
+
     def summary(self, exposure: float) -> dict[str, Any]:
         """Return the metadata of every file: the software, the scene's fingerprint, the settings.
 
@@ -140,4 +145,4 @@ class RenderJob:
             "exposure": exposure,
             "tone": self.scene.tone,
         }
-        return {"software": SOFTWARE, "scene": fingerprint(self.scene), "settings": settings}
+        return {"software": SOFTWARE, "scene": self.fingerprint, "settings": settings}

@@ -43,13 +43,8 @@ def load(raw: bytes, name: str, changes: Changes, watch: Stopwatch) -> PackedSce
     """
     with watch.stage("parse"):
         edits = changes.section_edits()
-        packed = None if edits is None else read_packed(raw, name, edits)
-    if packed is None:
-        return _load_by_models(raw, name, changes, watch)
-    for stage in ("validate", "pack"):
-        with watch.stage(stage):
-            pass  # done already
-    return packed
+        packed = None if edits is None else read_packed(raw, name, edits, watch)
+    return _load_by_models(raw, name, changes, watch) if packed is None else packed
 
 
 def _load_by_models(raw: bytes, name: str, changes: Changes, watch: Stopwatch) -> PackedScene:
@@ -64,8 +59,11 @@ def _load_by_models(raw: bytes, name: str, changes: Changes, watch: Stopwatch) -
         return pack_scene(scene)
 
 
-def read_packed(raw: bytes, name: str, edits: list[SectionEdit]) -> PackedScene | None:
-    """Return the scene of a file's bytes, with edits of its sections; None if it is not plainly valid."""
+def read_packed(raw: bytes, name: str, edits: list[SectionEdit], watch: Stopwatch) -> PackedScene | None:
+    """Return the scene of a file's bytes, with edits of its sections; None if it is not plainly valid.
+
+    The compiled reader validates while it parses, so that only the rules on several keys count as validation.
+    """
     if len(raw) > MAX_BYTES:
         return None
     found = read_scene(raw, _format_of(raw, name), edits)
@@ -74,15 +72,17 @@ def read_packed(raw: bytes, name: str, edits: list[SectionEdit]) -> PackedScene 
     sections, objects, lights, names = found
     camera, render, image = sections["camera"], sections["render"], sections["image"]
     position, look_at, up = camera["position"], camera["look_at"], camera["up"]
-    if look_at == position or are_parallel(view := view_direction(position, look_at), up):
-        return None
-    world = World(
-        frame_of(camera["resolution"], camera["fov"], position, view, up),
-        Shapes(*_columns(objects, "Bddd")),
-        Lights(*_columns(lights, "Bdddq")),
-        Settings(render["samples"], render["background"], render["max_depth"], render["eye_falloff"]),
-    )
-    return PackedScene(world, names, image["exposure"], image["tone"])
+    with watch.stage("validate"):
+        if look_at == position or are_parallel(view := view_direction(position, look_at), up):
+            return None
+    with watch.stage("pack"):
+        world = World(
+            frame_of(camera["resolution"], camera["fov"], position, view, up),
+            Shapes(*_columns(objects, "Bddd")),
+            Lights(*_columns(lights, "Bdddq")),
+            Settings(render["samples"], render["background"], render["max_depth"], render["eye_falloff"]),
+        )
+        return PackedScene(world, names, image["exposure"], image["tone"])
 
 
 def _format_of(raw: bytes, name: str) -> str:

@@ -22,7 +22,7 @@ TEXTS = two_ways.texts()
 
 @pytest.mark.parametrize(("name", "text"), TEXTS)
 def test_valid_scene_is_read_straight_to_arrays(name, text):
-    read = read_packed(text.encode(), name, [])
+    read = read_packed(text.encode(), name, [], Stopwatch())
     assert repr(read) == repr(two_ways.by_models(text.encode(), name, Overrides()))
     assert read is not None
 
@@ -30,7 +30,7 @@ def test_valid_scene_is_read_straight_to_arrays(name, text):
 @given(random_scenes(), st.sampled_from([{"default_flow_style": True}, {"default_flow_style": None}, {}]))
 def test_any_valid_scene_is_read_straight_to_arrays(data, style):
     for name, text in [("a.json", json.dumps(data)), ("a.yaml", yaml.safe_dump(data, **style))]:
-        read = read_packed(text.encode(), name, [])
+        read = read_packed(text.encode(), name, [], Stopwatch())
         assert read is not None
         assert repr(read) == repr(two_ways.by_models(text.encode(), name, Overrides()))
 
@@ -50,7 +50,10 @@ def test_mistaken_data_is_read_as_the_models_do_or_not_at_all(data):
 def test_data_one_step_from_a_valid_scene_is_taken_exactly_if_the_models_take_it():
     for data in neighbours():
         raw = json.dumps(data).encode()
-        read, expected = read_packed(raw, "a.json", []), two_ways.by_models(raw, "a.json", Overrides())
+        read, expected = (
+            read_packed(raw, "a.json", [], Stopwatch()),
+            two_ways.by_models(raw, "a.json", Overrides()),
+        )
         # Only a huge integer, or a name with an escape, is valid but not plainly.
         is_plain = b"\\" not in raw and str(10**400).encode() not in raw
         assert repr(read) == repr(expected) if is_plain or read is not None else True
@@ -91,7 +94,7 @@ def test_yaml_in_any_plain_style_is_as_the_models_read_it(text):
     ],
 )
 def test_what_is_not_plainly_valid_is_not_read(text):
-    assert read_packed(text.encode(), "a.yaml", []) is None
+    assert read_packed(text.encode(), "a.yaml", [], Stopwatch()) is None
 
 
 OVERRIDES = st.builds(
@@ -119,7 +122,7 @@ def test_overrides_change_the_arrays_as_they_change_the_scene(file, overrides):
 
 def test_edit_of_a_section_needs_no_models():
     overrides = Overrides((8, 6), 4, 1e-5, ("camera.fov=30", "image.tone=aces", "camera.fov=31"))
-    read = read_packed(CAMERA.encode(), "a.yaml", overrides.section_edits())
+    read = read_packed(CAMERA.encode(), "a.yaml", overrides.section_edits(), Stopwatch())
     assert (read.world.camera.width, read.world.camera.fov, read.world.settings.samples) == (8, 31.0, 4)
     assert (read.exposure, read.tone) == (1e-5, "aces")
 
@@ -139,7 +142,7 @@ def test_values_are_counted_exactly(name, values, is_read):
         f'"lights": [{", ".join([light] * lights)}]',
         *([f'"render": {{{", ".join(settings)}}}'] if rest else []),
     ]
-    assert (read_packed(f"{{{', '.join(parts)}}}".encode(), name, []) is not None) == is_read
+    assert (read_packed(f"{{{', '.join(parts)}}}".encode(), name, [], Stopwatch()) is not None) == is_read
 
 
 def test_names_are_as_in_the_file():
@@ -149,14 +152,14 @@ def test_names_are_as_in_the_file():
         for name in names
     ]
     text = json.dumps({"camera": VALID["camera"], "objects": balls}, ensure_ascii=False)
-    read = read_packed(text.encode(), "a.json", [])
+    read = read_packed(text.encode(), "a.json", [], Stopwatch())
     assert read.object_names() == names
 
 
 def test_fingerprint_is_that_of_the_models():
     for name, text in TEXTS:
         raw = text.encode()
-        read, expected = read_packed(raw, name, []), two_ways.by_models(raw, name, Overrides())
+        read, expected = read_packed(raw, name, [], Stopwatch()), two_ways.by_models(raw, name, Overrides())
         assert fingerprint(read) == fingerprint(expected)
 
 

@@ -13,6 +13,7 @@ from mutations import VALID
 
 from rtcli.rendering.load import read_packed
 from rtcli.rendering.pack import PackedScene, pack_scene
+from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.scene.diagnostics.problems import SceneError
 from rtcli.scene.edits import EditError
 from rtcli.scene.overrides import Overrides
@@ -96,7 +97,7 @@ def difference(raw: bytes, name: str, overrides: Overrides | None = None) -> str
     """Return how the compiled reader differs from the models; empty if it gives up or is right."""
     overrides = overrides or Overrides()
     edits = overrides.section_edits()
-    read = None if edits is None else read_packed(raw, name, edits)
+    read = None if edits is None else read_packed(raw, name, edits, Stopwatch())
     if read is None:
         return ""
     expected = by_models(raw, name, overrides)

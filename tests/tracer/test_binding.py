@@ -347,7 +347,10 @@ def with_item(values, index, item):
             for i in range(5)
             for wrong in (b"", b"\0\0", floats(2), floats(6))
         ),
-        ((CAMERA, ONE_OBJECT, with_item(ONE_LIGHT, 4, array("q", [1]).tobytes()), SETTINGS), "no object 1"),
+        (
+            (CAMERA, ONE_OBJECT, with_item(ONE_LIGHT, 4, array("q", [1]).tobytes()), SETTINGS),
+            "object 1, which does not exist",
+        ),
     ],
 )
 def test_world_that_does_not_fit_together_is_a_value_error(arguments, message):
@@ -438,7 +441,7 @@ def test_impossible_display_transform_is_a_value_error(look):
 
 @pytest.mark.parametrize("call", [lambda radiance: _native.develop(radiance, LOOK), _native.meter])
 def test_radiance_of_no_whole_pixels_is_a_value_error(call):
-    with pytest.raises(ValueError, match="whole number of RGB pixels"):
+    with pytest.raises(ValueError, match="whole number of float32 RGB pixels"):
         call(b"\0" * 16)
 
 

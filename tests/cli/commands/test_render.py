@@ -618,7 +618,7 @@ def test_full_disk_exits_with_3_and_leaves_no_file(spawn, scene, folder, suffix,
     )
     _, told = limited.communicate(timeout=60)
     assert limited.returncode == 3
-    reason = r"File too large|OpenEXR could not write all of it: is the disk full\?"
+    reason = r"File too large|OpenEXR could not write the whole file: is the disk full\?"
     assert re.fullmatch(
         rf"Error: out(\.\w+)?{re.escape(suffix)}: ({reason})\n|Error: out\.(\w+\.)?(png|npy|json): ({reason})\n",
         told.decode(),
@@ -880,7 +880,7 @@ def test_golden_pass_that_is_damaged_or_missing_is_told(run, scene, folder):
     for content, told in [
         (b"corrupt", "Error: golden.depth.png: is not a PNG picture, or is damaged\n"),
         ((folder / "golden.png").read_bytes(), "Error: golden.depth.png: is not marked as the pass depth"),
-        (None, "Error: golden.depth.png: no such file to compare the pass with: render it with -o golden.png "),
+        (None, "Error: golden.depth.png: no such file to compare the pass with: create it with -o golden.png "),
     ]:
         depth.unlink() if content is None else depth.write_bytes(content)
         result = run(*check)
@@ -892,7 +892,7 @@ def test_pass_is_not_checked_as_if_it_were_the_picture(run, scene):
     run("render", scene, "-o", "golden.png", "-q", "--passes", "depth")
     result = run("render", scene, "--check", "golden.depth.png")
     assert result.exit_code == 2
-    assert "'golden.depth.png' is the pass depth of a picture: --check that picture, with --passes depth" in (
+    assert "'golden.depth.png' is the pass depth of a picture: check the picture itself, with --passes depth" in (
         result.stderr
     )
 
