@@ -66,7 +66,9 @@ SPEED_ROWS = (
     ("10,000 spheres", "crowd-10000", "rtcli, YAML"),
     ("100,000 spheres", "crowd-100000", "rtcli, YAML"),
     ("100,000 spheres, the scene as JSON", "crowd-100000", "rtcli, JSON"),
+    ("1,000,000 spheres, the scene as JSON", "crowd-1000000", "rtcli, JSON"),
 )
+SPEED_PEERS = {"Tachyon": "Tachyon", "POV-Ray": "POV-Ray", "Mitsuba": "Mitsuba 3"}
 
 
 def benchmark_results() -> dict[str, Any]:
@@ -76,15 +78,21 @@ def benchmark_results() -> dict[str, Any]:
 
 
 def speed_table() -> str:
-    """Return the times of rtcli and of two other programs as a table, in milliseconds."""
+    """Return the times of rtcli and of other programs as a table, in milliseconds; a dash where one took no part."""
+    contests = benchmark_results()["contests"]
+    lines = [f"| milliseconds | rtcli | {' | '.join(SPEED_PEERS.values())} |", f"| --- |{' ---: |' * 4}"]
+    for work, contest, contestant in SPEED_ROWS:
+        times = [_milliseconds(contests, contest, name) for name in (contestant, *SPEED_PEERS)]
+        lines.append(f"| {work} | {' | '.join(times)} |")
+    return "\n".join(lines)
+
+
+def _milliseconds(contests: dict[str, Any], contest: str, contestant: str) -> str:
     from report import median
 
-    contests = benchmark_results()["contests"]
-    lines = ["| milliseconds | rtcli | POV-Ray | Mitsuba 3 |", "| --- | ---: | ---: | ---: |"]
-    for work, contest, contestant in SPEED_ROWS:
-        times = (median(contests, contest, name) for name in (contestant, "POV-Ray", "Mitsuba"))
-        lines.append(f"| {work} | {' | '.join(f'{1000 * seconds:,.0f}' for seconds in times)} |")
-    return "\n".join(lines)
+    if contestant not in contests.get(contest, {}).get("seconds", {}):
+        return "-"
+    return f"{1000 * median(contests, contest, contestant):,.0f}"
 
 
 def bars() -> str:
