@@ -78,7 +78,7 @@ def benchmark_results() -> dict[str, Any]:
 
 
 def speed_table() -> str:
-    """Return the times of rtcli and of other programs as a table, in milliseconds; a dash where one took no part."""
+    """Return the times of rtcli and of its peers as a table, in milliseconds; a dash if one was not timed."""
     contests = benchmark_results()["contests"]
     lines = [f"| milliseconds | rtcli | {' | '.join(SPEED_PEERS.values())} |", f"| --- |{' ---: |' * 4}"]
     for work, contest, contestant in SPEED_ROWS:
