@@ -9,7 +9,8 @@ import pytest
 
 from rtcli.cli import main
 
-CONTEXT = click.Context(main, info_name="rtcli", terminal_width=78)
+# Made as the program makes it, with the names of the help option: a command keeps those that it sees first.
+CONTEXT = main.make_context("rtcli", [], resilient_parsing=True, terminal_width=78)
 COMMANDS = {name: main.get_command(CONTEXT, name) for name in main.list_commands(CONTEXT)}
 MAX_LINES = {"render": 50, "batch": 50}
 WIDTH = 80
@@ -17,9 +18,10 @@ WIDTH = 80
 
 def help_lines(name):
     """Return the lines of a command's help on a terminal of 80 columns; those of the program for ''."""
-    command = COMMANDS[name] if name else main
-    context = click.Context(command, CONTEXT if name else None, info_name=name or "rtcli", terminal_width=78)
-    return command.get_help(context).splitlines()
+    if not name:
+        return main.get_help(CONTEXT).splitlines()
+    context = click.Context(COMMANDS[name], CONTEXT, info_name=name, terminal_width=78)
+    return COMMANDS[name].get_help(context).splitlines()
 
 
 def section(lines, heading):
