@@ -372,7 +372,8 @@ PAGES: dict[Path, Callable[[], dict[str, str]]] = {
 def refresh() -> None:
     """Regenerate everything."""
     SCHEMA.write_text(schema_text(), encoding="utf-8")
-    READER_TABLE.write_text(reader_table(), encoding="utf-8")
+    if READER_TABLE.read_text(encoding="utf-8") != (table := reader_table()):  # a new file is compiled again
+        READER_TABLE.write_text(table, encoding="utf-8")
     for page in PAGES:
         page.write_text(fresh_text(page), encoding="utf-8")
     ARCHITECTURE.write_text(import_picture(), encoding="utf-8")
