@@ -65,7 +65,6 @@ SPEED_ROWS = (
     ("1,000 spheres, 1920x1080", "crowd-1000", "rtcli, YAML"),
     ("10,000 spheres", "crowd-10000", "rtcli, YAML"),
     ("100,000 spheres", "crowd-100000", "rtcli, YAML"),
-    ("100,000 spheres, the scene as JSON", "crowd-100000", "rtcli, JSON"),
     ("1,000,000 spheres, the scene as JSON", "crowd-1000000", "rtcli, JSON"),
 )
 SPEED_PEERS = {"Tachyon": "Tachyon", "POV-Ray": "POV-Ray", "Mitsuba": "Mitsuba 3"}

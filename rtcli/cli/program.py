@@ -23,7 +23,7 @@ _FIRST_COMMANDS = [
 # The commands in the order a newcomer meets them, each with the summary of its help.
 SUMMARIES = {
     "render": "Render a scene to a picture, or check that it is still the same.",
-    "batch": "Render scenes into a folder, skipping what is up to date.",
+    "batch": "Render scenes into a folder, skipping up-to-date results.",
     "validate": "Validate scene files and report every problem.",
     "explain": "Explain how a pixel gets its value, step by step.",
     "compare": "Compare two pictures, or two files of arrays.",

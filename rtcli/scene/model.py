@@ -336,7 +336,7 @@ class RenderSettings(_Model):
     """How light is computed."""
 
     samples: Annotated[Integer, Field(ge=1, le=MAX_SAMPLES)] = 1
-    """Rays per pixel, 1 to 1,024, in a fixed pattern: 1 uses the pixel's centre, more smooth the edges."""
+    """Rays per pixel, 1 to 1,024, in a fixed pattern: 1 uses the pixel's centre; higher values smooth edges."""
     background: LightColor = BLACK
     """The radiance of rays that hit nothing, as a color."""
     max_depth: Annotated[Integer, Field(ge=0)] = 1

@@ -137,7 +137,7 @@ class _BatchCommand(Command):
         "rtcli batch my.yaml -o sweep --vary camera.fov=20:60:10 --gif",
         "rtcli batch scenes --check golden",
     ],
-    short_help="Render scenes into a folder, skipping what is up to date.",
+    short_help="Render scenes into a folder, skipping up-to-date results.",
 )
 @click.argument(
     "paths",
