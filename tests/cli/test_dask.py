@@ -117,7 +117,7 @@ def test_scheduler_that_is_not_there_costs_nothing(run, scenes):
     before = results_in(OUT)
     result = run("batch", "scenes", "-o", "out", "--prune", "--dask", "tcp://127.0.0.1:9")
     assert result.exit_code == 3
-    assert "no scheduler of Dask answers at 'tcp://127.0.0.1:9'" in result.stderr
+    assert "no Dask scheduler answers at 'tcp://127.0.0.1:9'" in result.stderr
     assert results_in(OUT) == before
 
 
@@ -211,7 +211,7 @@ def test_cluster_without_workers_is_given_up_after_a_while(run, scene, scenes, c
     assert result.exit_code == 3
     waiting, *_, error = result.stderr.splitlines()
     assert waiting == f"the cluster at {cluster.address} has no workers yet; waiting"
-    told = f"the cluster at '{cluster.address}' had no workers for 1 s: start some, or raise --dask-timeout"
+    told = f"the cluster at '{cluster.address}' had no workers for 1 s: start workers, or raise --dask-timeout"
     assert error == f"Error: {told}"
     assert not Path("a.png").exists()
     assert not list(Path().glob("**/*.tmp"))

@@ -74,7 +74,8 @@ TOO_DEEP = Rule(
 TOO_MANY_VALUES = Rule(
     "E008",
     "too-many-values",
-    "The file holds more than 12,000,000 values, or aliases and merge keys add more than 3,000,000.",
+    "The file holds more than 12,000,000 values, or more than 3,000,000 without being plainly valid; "
+    "or aliases add more than 3,000,000.",
     "split the scene; in a small file, look for aliases that multiply each other",
 )
 TOO_LONG = Rule(

@@ -86,7 +86,7 @@ class _ExactReader(Reader):
 
     def _value(self, depth: int) -> tuple[Any, SourceSpan]:
         self.nodes += 1
-        if self.nodes > limits.MAX_NODES:
+        if self.nodes > limits.MAX_EXACT_NODES:
             self.count_nodes(0, SourceSpan(self.at, self.at))
         number = _NUMBER.match(self.text, self.at)
         if number:  # first, since most values are numbers

@@ -19,6 +19,8 @@ from rtcli.scene.reading.source import ContainerSpan, Document, Loc, Source, Sou
 
 MAX_DEPTH = 64
 MAX_NODES = 12_000_000  # values, with aliases and merge keys expanded
+# Values of a file that needs an exact reader, which takes half a kilobyte for each.
+MAX_EXACT_NODES = 3_000_000
 MAX_GROWTH = 3_000_000  # values that aliases and merge keys add, since a small file may have many
 MAX_KEYS = 100
 MAX_CHARACTERS = 10_000
@@ -60,12 +62,12 @@ class Reader:
         return SceneError(self.problems)
 
     def count_nodes(self, count: int, span: SourceSpan, growth: int = 0) -> None:
-        """Count more values, some added by aliases, and raise SceneError past `MAX_NODES` or `MAX_GROWTH`."""
+        """Count more values, some added by aliases, and raise SceneError past the limits."""
         self.nodes += count
         self.growth += growth
-        if self.nodes > MAX_NODES or self.growth > MAX_GROWTH:
-            limit = MAX_NODES if self.nodes > MAX_NODES else MAX_GROWTH
-            message = f"more than {limit:,} values with all aliases expanded"
+        if self.nodes > MAX_EXACT_NODES or self.growth > MAX_GROWTH:
+            limit = MAX_EXACT_NODES if self.nodes > MAX_EXACT_NODES else MAX_GROWTH
+            message = f"more than {limit:,} values with all aliases expanded, in a file that is not plainly valid"
             raise self.fatal(rules.TOO_MANY_VALUES, message, span)
 
     def check_depth(self, depth: int, span: SourceSpan) -> None:

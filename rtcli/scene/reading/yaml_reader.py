@@ -267,7 +267,7 @@ class _ExactReader(Reader):
         span = self._span_of_scalar(event)
         text = event.value
         value = plain_scalar(text) if event.implicit[0] else text
-        if self.nodes > limits.MAX_NODES:
+        if self.nodes > limits.MAX_EXACT_NODES:
             self.count_nodes(0, span)
         if event.anchor is not None:
             self.anchors[event.anchor] = (value, span, 1)
