@@ -26,7 +26,13 @@ from rtcli.cli.console import STDIO, is_terminal, print_lines, report_line
 from rtcli.cli.exit_codes import INVALID, usage_errors
 from rtcli.cli.options.cluster import connected_cluster, dask_timeout_option
 from rtcli.cli.options.golden import FolderCheckOptions, folder_check_options, pop_folder_check
-from rtcli.cli.options.scene import edit_errors, film_options, pop_overrides, scene_options
+from rtcli.cli.options.scene import (
+    edit_errors,
+    film_options,
+    pop_overrides,
+    pop_quantization,
+    scene_options,
+)
 from rtcli.cli.options.types import VariationType, parse_format
 from rtcli.cli.progress import progress
 from rtcli.image.animation import ANIMATIONS
@@ -78,7 +84,8 @@ class BatchOptions:
         if self.shared and self.dask is None:
             raise click.UsageError("--shared is for --dask: the workers of this machine share DIR anyway")
         with usage_errors():
-            check_fits(f"results{self.settings.suffix}", (1, 1), self.settings.bits)
+            settings = self.settings
+            check_fits(f"results{settings.suffix}", (1, 1), settings.quantization, settings.passes)
         varied = [edit for variation in self.vary for edit in variation.edits]
         for option, edits in ((self.settings.overrides.option, self.settings.overrides.edits), ("--vary", varied)):
             with edit_errors(option):
@@ -187,8 +194,9 @@ def command(context: click.Context, /, **options: Any) -> int:
         raise click.UsageError(
             "Missing option '-o': give a folder for the results, or --check golden files in one"
         )
-    overrides = pop_overrides(options)
-    settings = BatchSettings(options.pop("suffix"), options.pop("passes"), options.pop("bits"), overrides)
+    suffix, passes, overrides = options.pop("suffix"), options.pop("passes"), pop_overrides(options)
+    bits, depth_scale = pop_quantization(options)
+    settings = BatchSettings(suffix, passes, bits, overrides, depth_scale)
     animations = tuple(suffix for suffix in ANIMATIONS if options.pop(suffix.removeprefix(".")))
     parsed = BatchOptions(settings=settings, animations=animations, **options)
     return run(parsed) if check is None else _check(parsed, check)

@@ -10,7 +10,7 @@ import click
 
 from rtcli.cli.console import display_name, read_input
 from rtcli.cli.options import types
-from rtcli.image.display import DEPTHS
+from rtcli.image.display import DEPTHS, Quantization
 from rtcli.scene.model import MAX_SAMPLES
 from rtcli.scene.overrides import EditError, Overrides
 from rtcli.scene.reading.parse import parse_bytes
@@ -57,7 +57,19 @@ film_options = types.option_group(
         show_default=True,
         help="Set the bits of each color channel of a .png file.",
     ),
+    click.option(
+        "--depth-scale",
+        type=types.parse_positive,
+        metavar="S",
+        help="Set the length of one level of the passes depth and distance in .png files, in units of the scene: "
+        "one scale for a whole sequence. What is farther gets the level 65,535. Default: what fits the values.",
+    ),
 )
+
+
+def pop_quantization(options: dict[str, Any]) -> Quantization:
+    """Remove the options of quantization from those of a command, and return them."""
+    return Quantization(options.pop("bits"), options.pop("depth_scale"))
 
 
 def pop_overrides(options: dict[str, Any]) -> Overrides:
