@@ -113,7 +113,10 @@ class Probe:
         intensity = array("d", bytes(8 * len(world.lights.intensity)))
         intensity[spot.light] = world.lights.intensity[spot.light]
         lit = replace(
-            world, shapes=replace(world.shapes, color=color), lights=replace(world.lights, intensity=intensity)
+            world,
+            shapes=replace(world.shapes, color=color),
+            lights=replace(world.lights, intensity=intensity),
+            settings=replace(world.settings, ambient=(0.0, 0.0, 0.0)),
         )
         transform = DisplayTransform(exposure - math.log2(BURNT), "clip", 16)
         levels = NativeTracer(lit, threads=1).levels(window, transform, self._budget)

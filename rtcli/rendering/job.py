@@ -136,6 +136,7 @@ class RenderJob:
             "resolution": list(scene.camera.resolution),
             "crop": list(self.window),
             "samples": scene.render.samples,
+            **({"ambient": list(scene.render.ambient)} if any(scene.render.ambient) else {}),
             "max_depth": scene.render.max_depth,
             "eye_falloff": scene.render.eye_falloff,
             "exposure": exposure,

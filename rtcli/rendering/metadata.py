@@ -13,7 +13,7 @@ from array import array
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from rtcli.scene.model import Scene
+from rtcli.scene.model import ImageSettings, RenderSettings, Scene
 from rtcli.tracer._native import __version__, focal_length
 from rtcli.tracer.world import CameraFrame, Vector, Window, World
 
@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 Matrix: TypeAlias = list[list[float]]
 
 SOFTWARE = f"rtcli {__version__}"
+
+# Keys of the settings that fingerprints leave out at their defaults: scenes without them keep their hashes.
+_LATER_KEYS = ("ambient",)
 
 
 # --- The scene -------------------------------------------------------------------------------------------
@@ -52,9 +55,19 @@ def fingerprint(scene: Scene, world: World) -> str:
         digest.update(_little(lights.kind))
     names = (item.name for item in scene.objects)
     digest.update("".join("-" if name is None else f"{len(name)}:{name}" for name in names).encode())
-    rest = scene.render.model_dump(), scene.image.model_dump()
+    rest = _settings(scene.render), _settings(scene.image)
     digest.update(json.dumps(rest, sort_keys=True).encode())
     return f"sha256:{digest.hexdigest()}"
+
+
+def _settings(settings: RenderSettings | ImageSettings) -> dict[str, Any]:
+    """Return the keys of the settings and their values, but for later keys at their defaults."""
+    fields = type(settings).model_fields
+    return {
+        key: value
+        for key, value in settings.model_dump().items()
+        if key not in _LATER_KEYS or value != fields[key].default
+    }
 
 
 def _little(numbers: array[Any]) -> bytes:

@@ -355,6 +355,8 @@ class RenderSettings(_Model):
     """Rays per pixel, 1 to 1,024, on a fixed pattern; 1 is the pixel's centre, more smooth the edges."""
     background: LightColor = BLACK
     """The radiance of rays that hit nothing, as a color."""
+    ambient: LightColor = BLACK
+    """Light from all around that nothing blocks, as a color: adds albedo * ambient to each surface."""
     max_depth: Annotated[Integer, Field(ge=0)] = 1
     """0: only objects that carry a light are seen; 1 or more: direct light with shadows."""
     eye_falloff: Annotated[bool, Field(strict=True)] = False
@@ -367,6 +369,7 @@ class RenderSettings(_Model):
             *,
             samples: int = ...,
             background: ColorLike = ...,
+            ambient: ColorLike = ...,
             max_depth: int = ...,
             eye_falloff: bool = ...,
         ) -> None: ...
@@ -399,7 +402,7 @@ class Scene(_Model):
     )
     """Spheres, planes and boxes."""
     render: RenderSettings = RenderSettings()
-    """How light is computed: samples, background, depth, falloff."""
+    """How light is computed: samples, background, ambient light, depth, falloff."""
     image: ImageSettings = ImageSettings()
     """How radiance becomes an image: exposure and tone curve."""
 

@@ -724,7 +724,7 @@ class Scenery:
     light_sources
         All point lights, those that objects carry included.
     settings
-        Samples, background, `max_depth`, `eye_falloff`.
+        Samples, background, ambient light, `max_depth`, `eye_falloff`.
 
     Attributes
     ----------
@@ -879,11 +879,11 @@ class Scenery:
     def _direct_light(self, ray: Ray, hit: Hit) -> tuple[Array, int]:
         """Return the radiance from surfaces to the rays' offset, and the number of shadow rays (section 3.4).
 
-        radiance = sum over lights of albedo / pi * L_i * cos(theta) (sections 2.3.1 and 2.3.2)
+        radiance = albedo * ambient + sum over lights of albedo / pi * L_i * cos(theta) (sections 2.3.1 to 2.3.3)
         """
-        radiance = np.zeros_like(hit.normal)
         if self.settings.max_depth == 0:
-            return radiance, 0
+            return np.zeros_like(hit.normal), 0
+        radiance = self.ambient(hit)
         shadow_rays = 0
         for source in self.light_sources:
             irradiance, traced = self._irradiance(source, ray, hit)
@@ -893,6 +893,10 @@ class Scenery:
             # On its way from surface to eye as well: radiance / (4 pi t^2) (section 3.4).
             radiance = Light(radiance, np.ones(1)).travel(hit.t).rgb
         return radiance, shadow_rays
+
+    def ambient(self, hit: Hit) -> Array:
+        """Return the reflected ambient light, which nothing blocks: albedo * ambient (section 2.3.3): (3, N)."""
+        return self.colors[:, hit.index] * column(self.settings.ambient)
 
     def reflected(self, irradiance: Array, hit: Hit) -> Array:
         """Return the reflected radiance: albedo / pi * L_i * cos(theta) (section 2.3.1): (3, N)."""

@@ -147,6 +147,8 @@ class Settings:
         Rays per pixel.
     background
         Linear RGB radiance of rays that hit nothing.
+    ambient
+        Linear RGB; a surface reflects albedo * ambient of it wherever objects and lights are.
     max_depth
         0: only objects that carry a light are seen; 1 or more: direct light with shadows.
     eye_falloff
@@ -155,6 +157,7 @@ class Settings:
 
     samples: int
     background: Vector
+    ambient: Vector
     max_depth: int
     eye_falloff: bool
 

@@ -227,8 +227,11 @@ def radiance(scene: Scene) -> npt.NDArray[np.float32]:
     scene
         With one bounce of light and without falloff to the eye, the defaults; Mitsuba knows nothing else.
     """
-    if scene.render.max_depth != 1 or scene.render.eye_falloff:
-        raise ValueError("the oracle knows direct light only: leave max_depth and eye_falloff at their defaults")
+    settings = scene.render
+    if settings.max_depth != 1 or settings.eye_falloff or any(settings.ambient):
+        raise ValueError(
+            "the oracle knows direct light only: leave max_depth, eye_falloff and ambient as they are"
+        )
     frame = Frame.of(scene)
     rays = [mitsuba.RayDifferential3f([0, 0, 0], row) for row in primary_directions(scene.camera).tolist()]
     total = np.zeros((len(rays), 3))

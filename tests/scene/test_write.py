@@ -81,6 +81,7 @@ SCENES = st.builds(
         rtcli.RenderSettings,
         samples=st.integers(1, MAX_SAMPLES),
         background=LIGHT_COLORS,
+        ambient=LIGHT_COLORS,
         max_depth=st.integers(0, 10**30),
         eye_falloff=st.booleans(),
     ),

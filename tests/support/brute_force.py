@@ -285,6 +285,7 @@ class BruteForce:
         self.lamps = [self._lamp(one, one, None) for one in data["lights"]]
         self.lamps += [self._lamp(one["light"], one, i) for i, one in enumerate(data["objects"]) if "light" in one]
         self.background = vector(settings.get("background", (0, 0, 0)))
+        self.ambient = vector(settings.get("ambient", (0, 0, 0)))
         self.eye_falloff = settings.get("eye_falloff", False)
 
     def _position(self, one: Data) -> Array:
@@ -387,6 +388,9 @@ class BruteForce:
             error = self.grain + ROUNDING * distance[dull]
             blur = self._blur(index[dull], position, distance[dull])
             points = Points(position, picture.normal[:, dull], error, blur)
+            ambient = self.colors[:, index[dull]] * weak * self.ambient
+            picture.radiance[:, dull] += ambient
+            picture.tolerance[:, dull] += 1e-5 * ambient
             for lamp in self.lamps:
                 self._add(lamp, points, reflected, picture, dull)
         return picture

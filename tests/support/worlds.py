@@ -129,7 +129,8 @@ def extreme_scenes() -> st.SearchStrategy[Data]:
         optional={"position": _VECTOR},
     )
     settings = st.fixed_dictionaries(
-        {"background": _LIGHT_COLOR, "eye_falloff": st.booleans(), "samples": st.integers(1, 3)}
+        {"background": _LIGHT_COLOR, "eye_falloff": st.booleans(), "samples": st.integers(1, 3)},
+        optional={"ambient": _LIGHT_COLOR},
     )
     return st.fixed_dictionaries(
         {
@@ -189,7 +190,11 @@ def crowd(count: int, seed: int, far_off: bool, telescope: bool) -> Data:
             for _ in range(rng.randint(0, 3))
         ],
         "objects": [_crowd_object(rng, random_position, scale * 8 / count ** (1 / 3), i) for i in range(count)],
-        "render": {"background": _color(rng), "eye_falloff": rng.random() < 0.2},
+        "render": {
+            "background": _color(rng),
+            "eye_falloff": rng.random() < 0.2,
+            "ambient": rng.choice([[0, 0, 0], _color(rng)]),
+        },
     }
 
 

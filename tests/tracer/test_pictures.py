@@ -282,6 +282,58 @@ def test_camera_at_a_light_sees_finite_white(render):
     assert (film.develop() == 255).all()
 
 
+# --- Ambient light ---------------------------------------------------------------------------------------
+
+LAMP_AND_SHADOW = (
+    [
+        plane([0, -2, 0], [0, 1, 0], [0.2, 0.5, 1.0]),
+        sphere([0, 0, -6], 1, [0.9, 0.1, 0.3]),
+        box([2, 0, -7], [1, 1, 1], [0.4, 0.4, 0.1], rotation=30),
+        sphere([-2, 1, -6], 0.5, [1, 1, 1], light={"intensity": 20}),
+    ],
+    [light([3, 4, 0])],
+)
+AMBIENT = [0.25, 0.5, 0.125]
+
+
+def test_ambient_light_shows_the_albedo_of_every_surface(render, rounding):
+    (*dull, _), _ = LAMP_AND_SHADOW
+    film = render(scene(dull, render={"ambient": AMBIENT, "background": [0, 0, 0]}), passes=["albedo"])
+    np.testing.assert_allclose(film.radiance, film.albedo * np.float32(AMBIENT), rtol=rounding)
+
+
+@pytest.mark.parametrize("eye_falloff", [False, True])
+def test_ambient_light_adds_to_that_of_the_lights_and_to_nothing_else(render, rounding, eye_falloff):
+    settings = {"background": "navy", "eye_falloff": eye_falloff}
+    plain = render(scene(*LAMP_AND_SHADOW, render=settings))
+    lit = render(
+        scene(*LAMP_AND_SHADOW, render={**settings, "ambient": AMBIENT}),
+        passes=["albedo", "object_id", "distance"],
+    )
+    added = lit.albedo.astype(float) * AMBIENT
+    if eye_falloff:
+        added /= 4 * math.pi * lit.distance[..., None].astype(float) ** 2
+    added[np.isin(lit.object_id, [0, 4])] = 0
+    assert set(range(5)) == set(np.unique(lit.object_id))
+    np.testing.assert_allclose(lit.radiance, plain.radiance.astype(float) + added, rtol=rounding)
+
+
+@pytest.mark.parametrize(("max_depth", "is_lit"), [(0, False), (1, True), (7, True)])
+def test_ambient_light_is_followed_from_surfaces_as_others_are(render, max_depth, is_lit):
+    film = render(scene([plane([0, 0, -3], [0, 0, 1])], render={"ambient": AMBIENT, "max_depth": max_depth}))
+    assert (film.radiance > 0).all() == is_lit
+    assert (film.radiance == 0).all() != is_lit
+
+
+@pytest.mark.parametrize("eye_falloff", [False, True])
+def test_ambient_light_of_any_size_leaves_no_gaps(render, eye_falloff):
+    for strength in (5e-324, 1e-38, 1e30, 1.7e308):
+        settings = {"ambient": [strength, 0, strength], "eye_falloff": eye_falloff}
+        film = render(scene([sphere([0, 0, -5e6], 1e6)], render=settings))
+        assert np.isfinite(film.radiance).all()
+        assert (film.radiance[..., 1] == 0).all()
+
+
 # --- Settings --------------------------------------------------------------------------------------------
 
 

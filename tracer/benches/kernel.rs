@@ -150,7 +150,7 @@ fn crowd(count: usize) -> World {
 }
 
 fn settings() -> Settings {
-    Settings { samples: 1, background: [0.0; 3], direct_light: true, eye_falloff: false }
+    Settings { samples: 1, background: [0.0; 3], ambient: [0.0; 3], direct_light: true, eye_falloff: false }
 }
 
 fn object(position: Vector, color: Vector, shape: ShapeDesc) -> Object {

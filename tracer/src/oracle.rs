@@ -426,10 +426,11 @@ fn any_light(objects: Vec<Object>) -> impl Strategy<Value = LightDesc> {
 }
 
 fn any_settings() -> impl Strategy<Value = Settings> {
-    (1_u32..5, any_color(), prop::bool::weighted(0.9), any::<bool>()).prop_map(
-        |(samples, background, direct_light, eye_falloff)| Settings {
+    (1_u32..5, any_color(), any_color(), prop::bool::weighted(0.9), any::<bool>()).prop_map(
+        |(samples, background, ambient, direct_light, eye_falloff)| Settings {
             samples,
             background,
+            ambient,
             direct_light,
             eye_falloff,
         },

@@ -241,7 +241,13 @@ fn world(width: u32, height: u32, objects: Vec<Object>, lights: Vec<LightDesc>) 
         camera: Camera::along_z(width, height, 50.0),
         objects,
         lights,
-        settings: Settings { samples: 1, background: [0.0; 3], direct_light: true, eye_falloff: false },
+        settings: Settings {
+            samples: 1,
+            background: [0.0; 3],
+            ambient: [0.0; 3],
+            direct_light: true,
+            eye_falloff: false,
+        },
     }
 }
 
