@@ -42,13 +42,16 @@ def fingerprint(scene: Scene, world: World) -> str:
     for vector in ((frame.fov,), frame.position, frame.right, frame.up, frame.forward):
         digest.update(_little(array("d", vector)))
     shapes, lights = world.shapes, world.lights
-    three, others = array("d"), array("d")
+    three, fourth, others = array("d"), array("d"), array("d")
     for row in shapes.parameter_rows():
-        # Three numbers of each object, a single one three times, and the others or 0: files keep their hashes.
+        # Three numbers of each object, a single one three times, and the fourth or 0: files keep their hashes.
         three.extend((row * 3)[:3])
-        others.extend(row[3:] or (0.0,))
-    for numbers in (shapes.kind, shapes.position, three, others, shapes.color):
+        fourth.extend(row[3:4] or (0.0,))
+        others.extend(row[4:])
+    for numbers in (shapes.kind, shapes.position, three, fourth, shapes.color):
         digest.update(_little(numbers))
+    if any(others):  # files keep their hashes if boxes are turned about the vertical axis only
+        digest.update(_little(others))
     for numbers in (lights.parameters, lights.color, lights.intensity, lights.carrier):
         digest.update(_little(numbers))
     if any(lights.kind):  # files keep their hashes if there are only point lights

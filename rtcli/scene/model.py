@@ -22,13 +22,15 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    GetCoreSchemaHandler,
+    GetPydanticSchema,
     ValidationError,
     ValidationInfo,
     ValidatorFunctionWrapHandler,
     WithJsonSchema,
     field_validator,
 )
-from pydantic_core import InitErrorDetails, PydanticCustomError
+from pydantic_core import InitErrorDetails, PydanticCustomError, PydanticKnownError, core_schema
 from typing_extensions import Self, TypeAliasType
 
 from rtcli.curves import ToneName
@@ -110,6 +112,32 @@ Exposure = Annotated[
     float | Literal["auto"],
     BeforeValidator(_exposure),
     WithJsonSchema({"anyOf": [{"type": "number"}, {"const": "auto"}]}),
+]
+
+
+def _angles(value: Any, vector: ValidatorFunctionWrapHandler) -> Any:
+    if isinstance(value, (list, tuple)):
+        return vector(value)
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise PydanticKnownError("float_type")
+    if not -sys.float_info.max <= value <= sys.float_info.max:
+        raise PydanticKnownError("finite_number")
+    return float(value)
+
+
+def _rotation_schema(_: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+    """Check a list as a vector and anything else as a number: a union would report what both find wrong."""
+    as_it_is = core_schema.plain_serializer_function_ser_schema(lambda value: value)
+    return core_schema.no_info_wrap_validator_function(_angles, handler(Vector), serialization=as_it_is)
+
+
+_NUMBER_SCHEMA = {"type": "number"}
+Rotation = Annotated[
+    float | Vector,
+    GetPydanticSchema(_rotation_schema),
+    WithJsonSchema(
+        {"anyOf": [_NUMBER_SCHEMA, {"type": "array", "items": _NUMBER_SCHEMA, "minItems": 3, "maxItems": 3}]}
+    ),
 ]
 
 
@@ -314,14 +342,14 @@ class Sphere(_Body):
 
 
 class Box(_Body):
-    """A box, turned about the vertical axis."""
+    """A box, turned in any way."""
 
     type: Literal["box"] = "box"
     """The kind of shape."""
     size: tuple[Positive, Positive, Positive] = Field(examples=[[12.5, 40, 12.5]])
     """Width (x), height (y) and depth (z), each greater than 0."""
-    rotation: Number = Field(default=0.0, examples=[45])
-    """Degrees about the vertical axis (+y), counter-clockwise seen from above."""
+    rotation: Rotation = Field(default=0.0, examples=[45, [20, 45, 0]])
+    """Degrees about +y, counter-clockwise seen from above; or [x, y, z]: about x, then y, then z."""
 
     if TYPE_CHECKING:
 
@@ -334,13 +362,19 @@ class Box(_Body):
             size: Numbers,
             name: str | None = None,
             light: CarriedLight | Keys | None = None,
-            rotation: float = ...,
+            rotation: float | Numbers = ...,
         ) -> None: ...
 
     @property
     def parameters(self) -> tuple[float, ...]:
         """The numbers that distinguish this box from others, beside its position."""
-        return (*self.size, self.rotation)
+        x, y, z = self.angles
+        return (*self.size, y, x, z)
+
+    @property
+    def angles(self) -> Vector:
+        """The degrees by which the box is turned about the axes of the scene, first about x, then y, then z."""
+        return self.rotation if isinstance(self.rotation, tuple) else (0.0, self.rotation, 0.0)
 
 
 Object: TypeAlias = Annotated[Sphere | Plane | Box, Field(discriminator="type")]

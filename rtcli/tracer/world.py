@@ -88,7 +88,8 @@ class Shapes:
         (N * 3,) float64: centre, or a point on the plane.
     parameters
         (P,) float64: the parameters of the first object, then those of the second, and so on. Sphere: radius;
-        plane: normal (3, any length); box: full size (3), rotation in degrees about +y.
+        plane: normal (3, any length); box: full size (3), degrees about y, x and z: it is turned about x, then y,
+        then z.
     color
         (N * 3,) float64: albedo, linear, 0..1.
     """

@@ -141,12 +141,15 @@ def outline(shape: Object, frame: Frame) -> dict[str, Any]:
 
 
 def box_to_world(shape: Box, frame: Frame) -> Any:
-    """Return the transform of the cube -1..1 to a box; Mitsuba too turns counter-clockwise about +y."""
+    """Return the transform of the cube -1..1 to a box; Mitsuba too turns counter-clockwise about an axis."""
+    x, y, z = shape.angles
     half_size = np.array(shape.size) / frame.unit / 2
     return (
         mitsuba.ScalarTransform4f()
         .translate(frame.point(shape.position).tolist())
-        .rotate([0, 1, 0], shape.rotation)
+        .rotate([0, 0, 1], z)
+        .rotate([0, 1, 0], y)
+        .rotate([1, 0, 0], x)
         .scale(half_size.tolist())
     )
 

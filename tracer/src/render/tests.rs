@@ -356,7 +356,7 @@ fn no_number_is_too_large_or_too_small() {
         let objects = vec![
             grey([0.0, -a, 0.0], ShapeDesc::Plane(PlaneDesc { normal: [a, b, 0.0] })),
             grey([b, 0.0, -3.0 * a], ShapeDesc::Sphere(SphereDesc { radius: a })),
-            grey([0.0, b, -3.0 * b], ShapeDesc::Cuboid(CuboidDesc { size: [b, a, b], rotation: a })),
+            grey([0.0, b, -3.0 * b], ShapeDesc::Cuboid(CuboidDesc { size: [b, a, b], rotation: [0.0, a, 0.0] })),
             grey([0.0, 0.0, -a], ShapeDesc::Sphere(SphereDesc { radius: b })),
         ];
         let lights = vec![light([a, b, 0.0], a), light([0.0; 3], b)];

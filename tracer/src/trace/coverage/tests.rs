@@ -52,7 +52,7 @@ fn world_of(shapes: &[(Vector, ShapeDesc)]) -> World {
 }
 
 fn boxed(x: f64, y: f64, z: f64, rotation: f64) -> ShapeDesc {
-    ShapeDesc::Cuboid(CuboidDesc { size: [x, y, z], rotation })
+    ShapeDesc::Cuboid(CuboidDesc { size: [x, y, z], rotation: [0.0, rotation, 0.0] })
 }
 
 proptest! {
