@@ -192,8 +192,9 @@ def test_ambient_light_needs_no_other(max_depth, expected):
 
 
 def test_a_lamp_burns_out_nothing_that_ambient_light_does():
+    # The lamp burns out the back of the ball; ambient light the front, which the camera sees.
     data = worlds.scene(
-        [worlds.sphere([0, 0, -6], 1)], [worlds.light([0, 3, -6], 1)], render={"ambient": [1000, 1000, 1000]}
+        [worlds.sphere([0, 0, -6], 1)], [worlds.light([0, 0, -7.2], 1000)], render={"ambient": [1000, 1000, 1000]}
     )
     assert set(warnings_of(data)) == set()
 
