@@ -122,8 +122,10 @@ class _Writer:
             names = {"Camera": "CAMERA", "RenderSettings": "RENDER", "ImageSettings": "IMAGE"}
             return f"Value::Mapping(&{names.get(target, 'CARRIED_LIGHT')})"
         if "anyOf" in field:
-            number, word = field["anyOf"]
-            return f"Value::NumberOr({_text(word['const'])}, {_bounds(number)})"
+            number, other = field["anyOf"]
+            if "items" in other:
+                return f"Value::Angles({_bounds(number)})"
+            return f"Value::NumberOr({_text(other['const'])}, {_bounds(number)})"
         if "enum" in field:
             return f"Value::Choice(&[{', '.join(map(_text, field['enum']))}])"
         if isinstance(field.get("const"), int):
@@ -157,7 +159,7 @@ class _Writer:
             return 3
         if target is not None or (field.get("type") == "array" and "maxItems" not in field):
             return 0
-        return 0 if field.get("type") == "string" and "enum" not in field else int(field.get("maxItems", 1))
+        return 0 if field.get("type") == "string" and "enum" not in field else _length(field) or 1
 
     def _defaults(self, field: Definition) -> Iterator[str]:
         default = field.get("default")
@@ -213,8 +215,13 @@ def _parameters(kind: type[BaseModel], slots: dict[str, int]) -> list[int]:
 def _filled(kind: type[BaseModel], key: str, slot: int) -> Any:
     """Return a value of a key whose numbers are their slots."""
     schema = scene_schema()["$defs"][kind.__name__]["properties"][key]
-    count = schema.get("maxItems")
+    count = _length(schema)
     return float(slot) if count is None else tuple(float(slot + index) for index in range(count))
+
+
+def _length(field: Definition) -> int | None:
+    """Return the length of a list of numbers, or None of a value that is none; a number or a list is one."""
+    return next((each["maxItems"] for each in (field, *field.get("anyOf", ())) if "maxItems" in each), None)
 
 
 def _colors() -> str:

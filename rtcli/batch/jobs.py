@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from rtcli.atomic import refuse_non_file
 from rtcli.batch.sweep import Combination, Variation, combinations, refuse_too_many
+from rtcli.image.display import Quantization
 from rtcli.image.formats import parts_of
 from rtcli.scene.diagnostics.problems import quoted
 from rtcli.scene.find import looks_like_scene, scene_files_below
@@ -45,20 +46,30 @@ class BatchSettings:
         The bits of each channel of a PNG.
     overrides
         The changes to each scene.
+    depth_scale
+        The length of one level of a depth or distance as PNG; None to fit it to the values.
     """
 
     suffix: str = ".png"
     passes: tuple[str, ...] = ()
     bits: int = 8
     overrides: Overrides = field(default_factory=Overrides)
+    depth_scale: float | None = None
+
+    @property
+    def quantization(self) -> Quantization:
+        """How finely the files resolve their values."""
+        return Quantization(self.bits, self.depth_scale)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the settings as the manifest records them."""
-        overrides = self.overrides
+        overrides, depth_scale = self.overrides, self.depth_scale
         return {
             "format": self.suffix,
             "passes": list(self.passes),
             "bits": self.bits,
+            # Manifests without it stay valid.
+            **({} if depth_scale is None else {"depth_scale": depth_scale}),
             "size": None if overrides.size is None else list(overrides.size),
             "samples": overrides.samples,
             "exposure": overrides.exposure,

@@ -136,8 +136,9 @@ def render_job(task: BatchTask) -> Outcome:
 def rendered(task: BatchTask, watch: Stopwatch) -> Outcome:
     """Do what `render_job` does, but raise ValueError for an invalid scene, and OSError for a file."""
     scene = load(task.raw, task.job.scene, task.job, watch)
-    job = RenderJob(scene, RenderRequest(task.job.settings.passes, threads=1))
-    check_fits(task.job.key + task.job.settings.suffix, job.window[2:], task.job.settings.bits)
+    settings = task.job.settings
+    job = RenderJob(scene, RenderRequest(settings.passes, threads=1))
+    check_fits(task.job.key + settings.suffix, job.window[2:], settings.quantization, settings.passes)
     outputs, files = _render(task, job, watch.seconds)
     size = job.window.width, job.window.height
     return Outcome(sha256(task.raw), job.fingerprint, outputs, watch.seconds, size, files=files)
@@ -171,7 +172,7 @@ def _render(
         opened = stack.enter_context(open_outputs(list(paths.values()), Path(folder), scratch))
         files = dict(zip(paths, opened, strict=True))
         targets = {part: (paths[part], file) for part, file in files.items()}
-        stats = write_film(job, targets, task.job.settings.bits)
+        stats = write_film(job, targets, task.job.settings.quantization)
         seconds.update(stats.seconds)
         outputs = tuple(_output(part, paths[part], file) for part, file in files.items())
         if task.folder is not None:

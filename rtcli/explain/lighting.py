@@ -234,31 +234,44 @@ def radiance_step(point: SurfacePoint, radiance: Array, shares: Sequence[LightSh
 
 
 def _surface_radiance(point: SurfacePoint, total: Number, shares: Sequence[LightShare]) -> Step:
-    settings, t = point.scenery.settings, point.hit.t
+    scenery, t = point.scenery, point.hit.t
+    settings = scenery.settings
     if not point.is_lit:
         message = "max_depth is 0: only objects that carry a light are seen."
         return Step("The radiance", "3.4", ("radiance = 0",), (total,), message)
-    step = "radiance = the sum of the shares"
+    ambient, section, terms = triple(scenery.ambient(point.hit)), "2.3.2", "the sum of the shares"
+    sources: tuple[Number, ...] = ()
+    if any(settings.ambient):
+        section, terms = "2.3.3", "rho * ambient + the sum of the shares"
+        sources = (
+            Number("ambient", settings.ambient, "the light from all around"),
+            Number("rho_ambient", ambient, "reflected"),
+        )
+    outcome = _radiance_outcome(shares, any(ambient))
     if not settings.eye_falloff:
-        return Step("The radiance", "2.3.2", (step,), (total,), _radiance_outcome(shares))
+        return Step("The radiance", section, (f"radiance = {terms}",), (*sources, total), outcome)
     # Summed in the order of the lights, as the tracer does.
-    leaving = np.zeros(3)
+    leaving = np.array(ambient)
     for share in shares:
         leaving += share.radiance
     numbers = (
-        Number("leaving", triple(leaving), "the sum of the shares"),
+        *sources,
+        Number("leaving", triple(leaving), terms),
         Number("t", float(t[0]), "the distance to the eye"),
         total,
     )
     return Step(
         "The radiance",
         "3.4",
-        ("leaving = the sum of the shares", "radiance = leaving / (4 pi t^2)"),
+        (f"leaving = {terms}", "radiance = leaving / (4 pi t^2)"),
         numbers,
-        _radiance_outcome(shares) + " With eye_falloff, light also weakens on its way to the eye.",
+        outcome + " With eye_falloff, light also weakens on its way to the eye.",
     )
 
 
-def _radiance_outcome(shares: Sequence[LightShare]) -> str:
+def _radiance_outcome(shares: Sequence[LightShare], has_ambient: bool) -> str:
     lit = [share.label for share in shares if share.verdict == LIT]
+    if has_ambient:
+        seen = f"light from {listed(lit)} and ambient light" if lit else "ambient light only"
+        return f"The eye sees {seen}."
     return f"The eye sees light from {listed(lit)}." if lit else "No light reaches the point: it is black."

@@ -171,14 +171,14 @@ _BOX = ShapeNotes(
     section="2.2.3",
     equations=(
         "box (2.2.3)      missed if |g| > R = |size| / 2, the radius of its bounding sphere",
-        "                 o' = R_y (o - position)      d' = R_y d",
+        "                 o' = R^T (o - position)      d' = R^T d",
         "                 each slab is between t = (-size/2 - o') / d' and t = (size/2 - o') / d'",
         "                 t = the last entry, if it comes before the first exit",
     ),
     correction="for boxes it omits rotating d",
     intersect=_intersect_box,
     misses=(_OUTSIDE_BOUNDING_SPHERE, _OUTSIDE_SLABS),
-    normal="n = R_y(-a) n', with n' the normal of the side in box space",
+    normal="n = R n', with n' the normal of the side in box space",
     sides=_SIDES_OF_SOLID,
     hit_numbers=lambda shape, ray: (Number("n_box", triple(shape.face(ray)), "the normal in box space"),),
 )

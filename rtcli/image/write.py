@@ -50,12 +50,15 @@ class FilmRecord(NamedTuple):
         The metadata of a picture.
     metadata
         Returns the metadata of a file that holds all arrays, which may have to be traced.
+    depth_scale
+        The length of one level of a depth or distance stored as PNG; None to fit it to the values.
     """
 
     arrays: Arrays
     transform: DisplayTransform
     summary: Mapping[str, Any]
     metadata: Callable[[], Mapping[str, Any]]
+    depth_scale: float | None = None
 
 
 Encoder: TypeAlias = Callable[[FilmRecord, BinaryIO], None]
@@ -92,13 +95,13 @@ def _write_png(film: FilmRecord, file: BinaryIO) -> None:
         file.write(piece)
 
 
-def _write_pass_png(name: str, values: Array, summary: Mapping[str, Any], file: BinaryIO) -> dict[str, Any]:
+def _write_pass_png(name: str, film: FilmRecord, file: BinaryIO) -> dict[str, Any]:
     from rtcli.image.pass_picture import pass_picture  # with NumPy
 
-    levels, decode = pass_picture(name, values)
+    levels, decode = pass_picture(name, film.arrays[name], film.depth_scale)
     height, width = levels.shape[:2]
     channels = 1 if levels.ndim == 2 else 3
-    texts = png_texts({**summary, "pass": {"name": name, **decode}})
+    texts = png_texts({**film.summary, "pass": {"name": name, **decode}})
     file.write(encode_png(levels.tobytes(), (width, height), channels, 8 * levels.itemsize, texts))
     return decode
 
@@ -183,8 +186,8 @@ def write_npy(array: Array, file: IO[bytes]) -> None:
     file.write(stored.data)
 
 
-def _write_pass_npy(name: str, values: Array, summary: Mapping[str, Any], file: BinaryIO) -> dict[str, Any]:
-    write_npy(values, file)
+def _write_pass_npy(name: str, film: FilmRecord, file: BinaryIO) -> dict[str, Any]:
+    write_npy(film.arrays[name], file)
     return {}
 
 
@@ -283,8 +286,7 @@ class Format(NamedTuple):
     pass_suffix
         The suffix of the files with the passes beside one that does not.
     write_pass
-        Writes a pass to such a file, given its name and the summary of its film; returns how to get values from
-        levels.
+        Writes a pass, given by its name, to such a file; returns how to get values from levels.
     max_side
         Pixels.
     depths
@@ -301,7 +303,7 @@ class Format(NamedTuple):
     write: Encoder
     holds_all: bool = False
     pass_suffix: str = ".png"
-    write_pass: Callable[[str, Array, Mapping[str, Any], BinaryIO], dict[str, Any]] = _write_pass_png
+    write_pass: Callable[[str, FilmRecord, BinaryIO], dict[str, Any]] = _write_pass_png
     max_side: int = 65_535
     depths: tuple[int, ...] = (8,)
     is_streamed: bool = False

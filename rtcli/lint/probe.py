@@ -111,7 +111,9 @@ class Probe:
         intensity = array("d", bytes(8 * len(world.lights.intensity)))
         intensity[spot.light] = world.lights.intensity[spot.light]
         lit = world._replace(
-            shapes=world.shapes._replace(color=color), lights=world.lights._replace(intensity=intensity)
+            shapes=world.shapes._replace(color=color),
+            lights=world.lights._replace(intensity=intensity),
+            settings=world.settings._replace(ambient=(0.0, 0.0, 0.0)),
         )
         transform = DisplayTransform(exposure - math.log2(BURNT), "clip", 16)
         levels = NativeTracer(lit, threads=1).levels(window, transform, self._budget)

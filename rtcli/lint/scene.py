@@ -120,6 +120,11 @@ class SceneIndex:
         """The lights that shine."""
         return [light for light in self.lights if light.strength > 0]
 
+    @property
+    def has_ambient(self) -> bool:
+        """Whether ambient light shows the surfaces."""
+        return self.render.max_depth > 0 and any(self.render.ambient)
+
     @cached_property
     def carriers(self) -> set[int | None]:
         """The indices of the objects that carry a light."""
@@ -147,7 +152,7 @@ class SceneIndex:
 
 
 def _lights(scene: SceneIndex) -> Iterator[LintWarning]:
-    if not scene.shining:
+    if not scene.shining and not scene.has_ambient:
         yield LintWarning(
             rules.NO_LIGHT, ("lights",), "the scene has no light: only the background is visible", HEAD
         )

@@ -140,6 +140,7 @@ class RenderJob:
             "resolution": [camera.width, camera.height],
             "crop": list(self.window),
             "samples": rest.samples,
+            **({"ambient": list(rest.ambient)} if any(rest.ambient) else {}),
             "max_depth": rest.max_depth,
             "eye_falloff": rest.eye_falloff,
             "exposure": exposure,

@@ -80,7 +80,7 @@ def read_packed(raw: bytes, name: str, edits: list[SectionEdit], watch: Stopwatc
             frame_of(camera["resolution"], camera["fov"], position, view, up),
             Shapes(*_columns(objects, "Bddd")),
             Lights(*_columns(lights, "Bdddq")),
-            Settings(render["samples"], render["background"], render["max_depth"], render["eye_falloff"]),
+            Settings(**render),
         )
         return PackedScene(world, names, image["exposure"], image["tone"])
 

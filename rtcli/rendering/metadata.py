@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from rtcli.rendering.pack import PackedScene
 from rtcli.tracer._native import SHAPE_PARAMETERS, __version__, by_threes, focal_length
-from rtcli.tracer.world import CameraFrame, Vector, Window
+from rtcli.tracer.world import CameraFrame, Settings, Vector, Window
 
 if TYPE_CHECKING:
     import numpy as np
@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 Matrix: TypeAlias = list[list[float]]
 
 SOFTWARE = f"rtcli {__version__}"
+
+# Keys of the settings that fingerprints leave out at their defaults: scenes without them keep their hashes.
+_LATER_KEYS = {"ambient": (0.0, 0.0, 0.0)}
 
 
 # --- The scene -------------------------------------------------------------------------------------------
@@ -40,19 +43,26 @@ def fingerprint(scene: PackedScene) -> str:
     for vector in ((frame.fov,), frame.position, frame.right, frame.up, frame.forward):
         digest.update(_little(array("d", vector)))
     shapes, lights = world.shapes, world.lights
-    three, others = (
+    three, fourth, others = (
         array("d", column) for column in by_threes(shapes.kind.tobytes(), shapes.parameters.tobytes())
     )
-    for numbers in (shapes.kind, shapes.position, three, others, shapes.color):
+    for numbers in (shapes.kind, shapes.position, three, fourth, shapes.color):
         digest.update(_little(numbers))
+    if any(others):  # files keep their hashes if boxes are turned about the vertical axis only
+        digest.update(_little(others))
     for numbers in (lights.parameters, lights.color, lights.intensity, lights.carrier):
         digest.update(_little(numbers))
     if any(lights.kind):  # files keep their hashes if there are only point lights
         digest.update(_little(lights.kind))
     digest.update(scene.names.encode())
-    rest = world.settings._asdict(), {"exposure": scene.exposure, "tone": scene.tone}
+    rest = _settings(world.settings), {"exposure": scene.exposure, "tone": scene.tone}
     digest.update(json.dumps(rest, sort_keys=True).encode())
     return f"sha256:{digest.hexdigest()}"
+
+
+def _settings(settings: Settings) -> dict[str, Any]:
+    """Return the keys of the settings and their values, but for later keys at their defaults."""
+    return {key: value for key, value in settings._asdict().items() if value != _LATER_KEYS.get(key)}
 
 
 def _little(numbers: array[Any]) -> bytes:

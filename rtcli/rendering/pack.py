@@ -67,7 +67,13 @@ def pack(scene: Scene) -> World:
         camera=camera_frame(scene.camera),
         shapes=_shapes(scene.objects),
         lights=_lights(scene),
-        settings=Settings(render.samples, render.background, render.max_depth, render.eye_falloff),
+        settings=Settings(
+            samples=render.samples,
+            background=render.background,
+            ambient=render.ambient,
+            max_depth=render.max_depth,
+            eye_falloff=render.eye_falloff,
+        ),
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple, TypeAlias, cast
 
-from rtcli.image.display import DisplayTransform
+from rtcli.image.display import DEFAULT_QUANTIZATION, DisplayTransform, Quantization
 from rtcli.image.formats import format_of
 from rtcli.image.write import png_texts
 from rtcli.rendering.job import RenderJob
@@ -41,8 +41,13 @@ class RenderStats(NamedTuple):
 Files: TypeAlias = dict[str, tuple[str, BinaryIO]]
 
 
-def write_film(job: RenderJob, files: Files, bits: int = 8, progress: Progress | None = None) -> RenderStats:
-    """Trace, develop and write a job; `bits` are those of a channel of a PNG.
+def write_film(
+    job: RenderJob,
+    files: Files,
+    quantization: Quantization = DEFAULT_QUANTIZATION,
+    progress: Progress | None = None,
+) -> RenderStats:
+    """Trace, develop and write a job.
 
     The native tracer, or an executor, streams a PNG without passes band by band, so that memory does not grow with
     the picture.
@@ -51,9 +56,9 @@ def write_film(job: RenderJob, files: Files, bits: int = 8, progress: Progress |
     can_stream = format_of(name).is_streamed and (job.executor is not None or job.request.engine == "native")
     watch = Stopwatch(seconds={"build": 0.0, "trace": 0.0, "develop": 0.0, "write": 0.0})
     if can_stream and not job.request.passes:
-        rays = _stream(job, file, bits, progress, watch)
+        rays = _stream(job, file, quantization.bits, progress, watch)
     else:
-        rays = _by_film(job, files, bits, progress, watch)
+        rays = _by_film(job, files, quantization, progress, watch)
     return RenderStats(rays, watch.seconds)
 
 
@@ -79,7 +84,9 @@ def _stream(job: RenderJob, file: BinaryIO, bits: int, progress: Progress | None
     return rays
 
 
-def _by_film(job: RenderJob, files: Files, bits: int, progress: Progress | None, watch: Stopwatch) -> int:
+def _by_film(
+    job: RenderJob, files: Files, quantization: Quantization, progress: Progress | None, watch: Stopwatch
+) -> int:
     with watch.stage("build"):
         job.tracer  # noqa: B018 - prepared once
     with watch.stage("trace"):
@@ -90,7 +97,7 @@ def _by_film(job: RenderJob, files: Files, bits: int, progress: Progress | None,
     by_name = format_of(files[RADIANCE][0]).extra is not None
     with watch.stage("write" if by_name else "develop"):
         timed = {part: (name, _TimedFile(file, watch)) for part, (name, file) in files.items()}
-        film.write(cast("Files", timed), bits)
+        film.write(cast("Files", timed), quantization)
     return film.rays
 
 

@@ -53,6 +53,7 @@ _SYMBOLS = {
     "xy": "x, y",
     "p": "px, py",
     "position": "light",
+    "rho_ambient": "rho ambient",
     "x_slab": "x slab",
     "y_slab": "y slab",
     "z_slab": "z slab",

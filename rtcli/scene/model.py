@@ -21,13 +21,15 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    GetCoreSchemaHandler,
+    GetPydanticSchema,
     ValidationError,
     ValidationInfo,
     ValidatorFunctionWrapHandler,
     WithJsonSchema,
     field_validator,
 )
-from pydantic_core import InitErrorDetails, PydanticCustomError
+from pydantic_core import InitErrorDetails, PydanticCustomError, PydanticKnownError, core_schema
 from typing_extensions import Self, TypeAliasType
 
 from rtcli.curves import ToneName
@@ -103,6 +105,32 @@ Exposure = Annotated[
     float | Literal["auto"],
     BeforeValidator(_exposure),
     WithJsonSchema({"anyOf": [{"type": "number"}, {"const": "auto"}]}),
+]
+
+
+def _angles(value: Any, vector: ValidatorFunctionWrapHandler) -> Any:
+    if isinstance(value, (list, tuple)):
+        return vector(value)
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise PydanticKnownError("float_type")
+    if not -sys.float_info.max <= value <= sys.float_info.max:
+        raise PydanticKnownError("finite_number")
+    return float(value)
+
+
+def _rotation_schema(_: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+    """Check a list as a vector and anything else as a number: a union would report what both find wrong."""
+    as_it_is = core_schema.plain_serializer_function_ser_schema(lambda value: value)
+    return core_schema.no_info_wrap_validator_function(_angles, handler(Vector), serialization=as_it_is)
+
+
+_NUMBER_SCHEMA = {"type": "number"}
+Rotation = Annotated[
+    float | Vector,
+    GetPydanticSchema(_rotation_schema),
+    WithJsonSchema(
+        {"anyOf": [_NUMBER_SCHEMA, {"type": "array", "items": _NUMBER_SCHEMA, "minItems": 3, "maxItems": 3}]}
+    ),
 ]
 
 
@@ -298,14 +326,14 @@ class Sphere(_Body):
 
 
 class Box(_Body):
-    """A box, rotated about the vertical axis."""
+    """A box, rotated in any way."""
 
     type: Literal["box"] = "box"
     """The kind of shape."""
     size: tuple[Positive, Positive, Positive] = Field(examples=[[12.5, 40, 12.5]])
     """Width (x), height (y) and depth (z), each greater than 0."""
-    rotation: Number = Field(default=0.0, examples=[45])
-    """Degrees about the vertical axis (+y), counter-clockwise seen from above."""
+    rotation: Rotation = Field(default=0.0, examples=[45, [20, 45, 0]])
+    """Degrees about +y, counter-clockwise seen from above; or [x, y, z]: about x, then y, then z."""
 
     if TYPE_CHECKING:
 
@@ -318,13 +346,19 @@ class Box(_Body):
             size: Numbers,
             name: str | None = None,
             light: CarriedLight | Keys | None = None,
-            rotation: float = ...,
+            rotation: float | Numbers = ...,
         ) -> None: ...
 
     @property
     def parameters(self) -> tuple[float, ...]:
         """The numbers that distinguish this box from others, beside its position."""
-        return (*self.size, self.rotation)
+        x, y, z = self.angles
+        return (*self.size, y, x, z)
+
+    @property
+    def angles(self) -> Vector:
+        """The degrees by which the box is rotated about the axes of the scene, first about x, then y, then z."""
+        return self.rotation if isinstance(self.rotation, tuple) else (0.0, self.rotation, 0.0)
 
 
 Object: TypeAlias = Annotated[Sphere | Plane | Box, Field(discriminator="type")]
@@ -339,6 +373,8 @@ class RenderSettings(_Model):
     """Rays per pixel, 1 to 1,024, in a fixed pattern: 1 uses the pixel's centre; higher values smooth edges."""
     background: LightColor = BLACK
     """The radiance of rays that hit nothing, as a color."""
+    ambient: LightColor = BLACK
+    """Light from all around that nothing blocks, as a color: adds albedo * ambient to each surface."""
     max_depth: Annotated[Integer, Field(ge=0)] = 1
     """0: only objects that carry a light are seen; 1 or more: direct light with shadows."""
     eye_falloff: Annotated[bool, Field(strict=True)] = False
@@ -351,6 +387,7 @@ class RenderSettings(_Model):
             *,
             samples: int = ...,
             background: ColorLike = ...,
+            ambient: ColorLike = ...,
             max_depth: int = ...,
             eye_falloff: bool = ...,
         ) -> None: ...
@@ -383,7 +420,7 @@ class Scene(_Model):
     )
     """Spheres, planes and boxes."""
     render: RenderSettings = RenderSettings()
-    """How light is computed: samples, background, depth, falloff."""
+    """How light is computed: samples, background, ambient light, depth, falloff."""
     image: ImageSettings = ImageSettings()
     """How radiance becomes an image: exposure and tone curve."""
 

@@ -34,7 +34,13 @@ class NativeTracer:
             ),
             _columns(world.shapes),
             _columns(world.lights),
-            (settings.samples, settings.background, settings.max_depth > 0, settings.eye_falloff),
+            (
+                settings.samples,
+                settings.background,
+                settings.ambient,
+                settings.max_depth > 0,
+                settings.eye_falloff,
+            ),
             threads,
         )
 

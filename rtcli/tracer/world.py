@@ -85,7 +85,8 @@ class Shapes(NamedTuple):
         (N * 3,) float64: centre, or a point on the plane.
     parameters
         (P,) float64: the parameters of the first object, then those of the second, and so on. Sphere: radius;
-        plane: normal (3, any length); box: full size (3), rotation in degrees about +y.
+        plane: normal (3, any length); box: full size (3), degrees about y, x and z: it is turned about x, then y,
+        then z.
     color
         (N * 3,) float64: albedo, linear, 0..1.
     """
@@ -142,6 +143,8 @@ class Settings(NamedTuple):
         Rays per pixel.
     background
         Linear RGB radiance of rays that hit nothing.
+    ambient
+        Linear RGB; a surface reflects albedo * ambient of it wherever objects and lights are.
     max_depth
         0: only objects that carry a light are seen; 1 or more: direct light with shadows.
     eye_falloff
@@ -150,6 +153,7 @@ class Settings(NamedTuple):
 
     samples: int
     background: Vector
+    ambient: Vector
     max_depth: int
     eye_falloff: bool
 

@@ -483,9 +483,24 @@ def test_shares_of_the_lights_sum_to_the_radiance(data, eye_falloff, at):
     total = (
         np.sum([share.radiance for share in story.lights.lights], axis=0) if story.lights.lights else np.zeros(3)
     )
+    total = total + numbers(story.radiance).get("rho_ambient", 0)
     if eye_falloff:
         total = total / (4 * math.pi * numbers(story.hit)["t"] ** 2)
     assert numbers(story.radiance)["radiance"] == pytest.approx(total, rel=1e-12)
+
+
+def test_ambient_light_is_a_term_of_the_radiance():
+    step = straight(
+        [sphere([0, 0, -5], color=[0.5, 0.25, 1])], render={"ambient": [0.5, 0.5, 0.25]}
+    ).story.radiance
+    assert numbers(step)["rho_ambient"] == (0.25, 0.125, 0.25)
+    assert step.equations == ("radiance = rho * ambient + the sum of the shares",)
+    assert step.outcome == "The eye sees ambient light only."
+
+
+def test_ambient_light_is_seen_with_that_of_the_lights():
+    step = straight([sphere([0, 0, -5])], [light([0, 0, 0])], render={"ambient": "white"}).story.radiance
+    assert step.outcome == "The eye sees light from lights[0] and ambient light."
 
 
 @given(random_scenes(), PLACES)

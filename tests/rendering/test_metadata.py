@@ -189,6 +189,8 @@ def changed(*path_and_value):
         changed("objects", 1, "name", "bowl"),
         changed("objects", 1, "light", {"intensity": 0}),
         changed("objects", 2, "rotation", 31),
+        changed("objects", 2, "rotation", [1, 30, 0]),
+        changed("objects", 2, "rotation", [0, 30, 1]),
         changed("objects", 2, "color", "red"),
         changed("render", "samples", 2),
         changed("render", "background", [0, 0, 0.1]),

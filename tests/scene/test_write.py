@@ -52,7 +52,7 @@ SHAPE = {"color": ALBEDOS, "position": VECTORS, "name": st.none() | NAMES}
 BODY = {**SHAPE, "light": st.none() | CARRIED}
 OBJECTS = st.one_of(
     st.builds(rtcli.Sphere, **BODY, radius=POSITIVE),
-    st.builds(rtcli.Box, **BODY, size=st.tuples(POSITIVE, POSITIVE, POSITIVE), rotation=NUMBERS),
+    st.builds(rtcli.Box, **BODY, size=st.tuples(POSITIVE, POSITIVE, POSITIVE), rotation=NUMBERS | VECTORS),
     st.builds(rtcli.Plane, **SHAPE, normal=DIRECTIONS),
 )
 
@@ -81,6 +81,7 @@ SCENES = st.builds(
         rtcli.RenderSettings,
         samples=st.integers(1, MAX_SAMPLES),
         background=LIGHT_COLORS,
+        ambient=LIGHT_COLORS,
         max_depth=st.integers(0, 10**30),
         eye_falloff=st.booleans(),
     ),

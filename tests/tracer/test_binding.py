@@ -307,7 +307,7 @@ def test_each_shape_has_the_number_of_parameters_that_the_tracer_takes():
 CAMERA = (4, 3, 40.0, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0))
 NO_OBJECTS = (b"", b"", b"", b"")
 NO_LIGHTS = (b"", b"", b"", b"", b"")
-SETTINGS = (1, (0.0, 0.0, 0.0), True, False)
+SETTINGS = (1, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), True, False)
 
 
 def floats(count):

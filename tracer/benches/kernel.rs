@@ -121,7 +121,7 @@ fn still_life() -> World {
             object(
                 [4.5, 3.0, -2.0],
                 [0.3, 0.8, 0.35],
-                ShapeDesc::Cuboid(CuboidDesc { size: [4.0, 6.0, 4.0], rotation: 30.0 }),
+                ShapeDesc::Cuboid(CuboidDesc { size: [4.0, 6.0, 4.0], rotation: [0.0, 30.0, 0.0] }),
             ),
         ],
         lights: vec![light([-8.0, 14.0, 10.0], 12000.0)],
@@ -150,7 +150,7 @@ fn crowd(count: usize) -> World {
 }
 
 fn settings() -> Settings {
-    Settings { samples: 1, background: [0.0; 3], direct_light: true, eye_falloff: false }
+    Settings { samples: 1, background: [0.0; 3], ambient: [0.0; 3], direct_light: true, eye_falloff: false }
 }
 
 fn object(position: Vector, color: Vector, shape: ShapeDesc) -> Object {

@@ -397,11 +397,17 @@ fn any_camera() -> impl Strategy<Value = Camera> {
     )
 }
 
+/// Degrees about the three axes, often about the vertical one alone.
+fn any_rotation() -> impl Strategy<Value = Vector> {
+    let angle = || -180.0..180.0;
+    prop_oneof![angle().prop_map(|y| [0.0, y, 0.0]), [angle(), angle(), angle()]]
+}
+
 fn any_object() -> impl Strategy<Value = Object> {
     let size = || 0.1..3.0;
     let shape = prop_oneof![
         3 => size().prop_map(|radius| ShapeDesc::Sphere(SphereDesc { radius })),
-        3 => ([size(), size(), size()], -180.0..180.0)
+        3 => ([size(), size(), size()], any_rotation())
             .prop_map(|(size, rotation)| ShapeDesc::Cuboid(CuboidDesc { size, rotation })),
         1 => any_direction().prop_map(|normal| ShapeDesc::Plane(PlaneDesc { normal })),
     ];
@@ -426,10 +432,11 @@ fn any_light(objects: Vec<Object>) -> impl Strategy<Value = LightDesc> {
 }
 
 fn any_settings() -> impl Strategy<Value = Settings> {
-    (1_u32..5, any_color(), prop::bool::weighted(0.9), any::<bool>()).prop_map(
-        |(samples, background, direct_light, eye_falloff)| Settings {
+    (1_u32..5, any_color(), any_color(), prop::bool::weighted(0.9), any::<bool>()).prop_map(
+        |(samples, background, ambient, direct_light, eye_falloff)| Settings {
             samples,
             background,
+            ambient,
             direct_light,
             eye_falloff,
         },

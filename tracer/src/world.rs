@@ -61,6 +61,8 @@ pub struct Settings {
     pub samples: u32,
     /// Linear RGB radiance of rays that hit nothing.
     pub background: Vector,
+    /// Linear RGB of the light that reaches every surface unhindered; it reflects albedo * ambient.
+    pub ambient: Vector,
     /// Whether lights illuminate objects (`max_depth` of 1 or more); otherwise only objects that carry a light are
     /// seen.
     pub direct_light: bool,

@@ -28,7 +28,13 @@ from rtcli.cli.exit_codes import INVALID, usage_errors
 from rtcli.cli.help import Command, Option
 from rtcli.cli.options.cluster import cluster_option, cluster_options, connected_cluster
 from rtcli.cli.options.golden import FolderCheckOptions, folder_check_options, is_page, pop_folder_check
-from rtcli.cli.options.scene import edit_errors, film_options, pop_overrides, scene_options
+from rtcli.cli.options.scene import (
+    edit_errors,
+    film_options,
+    pop_overrides,
+    pop_quantization,
+    scene_options,
+)
 from rtcli.cli.options.types import parse_format
 from rtcli.cli.options.variation import VariationType
 from rtcli.cli.progress import progress
@@ -81,7 +87,8 @@ class BatchOptions:
                 "--shared cannot be used without --dask; the workers of one machine share DIR anyway"
             )
         with usage_errors():
-            check_fits(f"results{self.settings.suffix}", (1, 1), self.settings.bits)
+            settings = self.settings
+            check_fits(f"results{settings.suffix}", (1, 1), settings.quantization, settings.passes)
         varied = [edit for variation in self.vary for edit in variation.edits]
         for option, edits in ((self.settings.overrides.option, self.settings.overrides.edits), ("--vary", varied)):
             if edits:
@@ -135,7 +142,6 @@ class _BatchCommand(Command):
     examples=[
         "rtcli batch scenes -o out",
         "rtcli batch my.yaml -o sweep --vary camera.fov=20:60:10 --gif",
-        "rtcli batch scenes --check golden",
     ],
     short_help="Render scenes into a folder, skipping up-to-date results.",
 )
@@ -194,8 +200,9 @@ def command(context: click.Context, /, **options: Any) -> int:
     check = pop_folder_check(options, context)
     if options["output"] is None:
         raise click.UsageError("Missing option '-o': name a folder for the results, or --check a golden folder")
-    overrides = pop_overrides(options)
-    settings = BatchSettings(options.pop("suffix"), options.pop("passes"), options.pop("bits"), overrides)
+    suffix, passes, overrides = options.pop("suffix"), options.pop("passes"), pop_overrides(options)
+    bits, depth_scale = pop_quantization(options)
+    settings = BatchSettings(suffix, passes, bits, overrides, depth_scale)
     animations = tuple(suffix for suffix in ANIMATIONS if options.pop(suffix.removeprefix(".")))
     parsed = BatchOptions(settings=settings, animations=animations, **options)
     return run(parsed) if check is None else _check(parsed, check)

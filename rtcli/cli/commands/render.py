@@ -19,11 +19,18 @@ from rtcli.cli.exit_codes import usage_errors
 from rtcli.cli.help import Command
 from rtcli.cli.options.cluster import cluster_options, connected_cluster
 from rtcli.cli.options.golden import CheckOptions, check_options, pop_check
-from rtcli.cli.options.scene import SCENE_HELP, edit_errors, film_options, pop_overrides, scene_options
+from rtcli.cli.options.scene import (
+    SCENE_HELP,
+    edit_errors,
+    film_options,
+    pop_overrides,
+    pop_quantization,
+    scene_options,
+)
 from rtcli.cli.options.types import parse_crop
 from rtcli.cli.paths import OutputPath, refuse_collisions, refuse_folder
 from rtcli.cli.progress import progress
-from rtcli.image.display import DEPTHS
+from rtcli.image.display import DEFAULT_QUANTIZATION, Quantization
 from rtcli.image.formats import check_fits, open_parts, parts_of
 from rtcli.image.write import FORMATS, METADATA
 from rtcli.rendering.job import RenderJob, RenderRequest
@@ -50,7 +57,7 @@ class RenderOptions:
     scene: str
     output: str | None
     passes: tuple[str, ...]
-    bits: int
+    quantization: Quantization
     engine: str
     threads: int | None
     crop: Window | None
@@ -79,7 +86,7 @@ class PictureOutput(NamedTuple):
 
     path: str
     passes: tuple[str, ...]
-    bits: int
+    quantization: Quantization
     is_kept: bool = True
 
     def check(self) -> None:
@@ -89,6 +96,11 @@ class PictureOutput(NamedTuple):
         if self.path == STDIO and self.passes:
             raise click.UsageError("--passes needs a file; only the picture can go to standard output")
         refuse_folder(self.path, "-o")
+
+    @property
+    def name(self) -> str:
+        """The name that decides the format."""
+        return "standard output.png" if self.path == STDIO else self.path
 
     def parts(self) -> dict[str, Path]:
         """Return the file of each part of the film; standard output takes a PNG."""
@@ -100,7 +112,7 @@ class PictureOutput(NamedTuple):
         """Open the file of each part, and yield them with the names that decide their formats."""
         if self.path == STDIO:
             with open_target(STDIO) as stream:
-                yield {RADIANCE: ("standard output.png", stream)}
+                yield {RADIANCE: (self.name, stream)}
         else:
             with open_parts(self.parts()) as files:
                 yield files
@@ -150,11 +162,11 @@ def command(context: click.Context, /, **options: Any) -> int:
             "To write a first scene: rtcli new my.yaml"
         )
     check = pop_check(options, context)
-    parsed = RenderOptions(overrides=pop_overrides(options), **options)
+    parsed = RenderOptions(overrides=pop_overrides(options), quantization=pop_quantization(options), **options)
     if check is not None:
         return _check(parsed, check)
     if parsed.output is not None:
-        return render(parsed, PictureOutput(parsed.output, parsed.passes, parsed.bits))
+        return render(parsed, PictureOutput(parsed.output, parsed.passes, parsed.quantization))
     if not is_terminal(sys.stdout):
         import shlex  # only for this message
 
@@ -164,8 +176,8 @@ def command(context: click.Context, /, **options: Any) -> int:
             f"Missing option '-o'. For example: {printable(example)}\n"
             "To compare with a golden picture: --check GOLDEN.png"
         )
-    if parsed.passes or parsed.stats is not None or parsed.bits != DEPTHS[0]:
-        raise click.UsageError("--passes, --stats and --bits need a file: -o OUT")
+    if parsed.passes or parsed.stats is not None or parsed.quantization != DEFAULT_QUANTIZATION:
+        raise click.UsageError("--passes, --stats, --bits and --depth-scale need a file: -o OUT")
     return _preview(parsed)
 
 
@@ -190,14 +202,15 @@ def _check(options: RenderOptions, check_options: CheckOptions) -> int:
     check, path = golden_check(check_options, options.passes), options.output
     if path is not None and Path(path).suffix.lower() != Path(check.name).suffix.lower():
         raise click.UsageError(f"OUT must have the same format as the golden file {check.name!r}")
-    passes, bits = options.passes, options.bits
+    passes, quantization = options.passes, options.quantization
     if check.golden is not None:
-        passes, bits = passes or check.golden.passes, check.golden.bits
+        passes = passes or check.golden.passes
+        quantization = quantization._replace(bits=check.golden.bits)
     if path is not None:
-        return render(options, PictureOutput(path, passes, bits), check)
+        return render(options, PictureOutput(path, passes, quantization), check)
     with tempfile.TemporaryDirectory(prefix="rtcli-") as folder:
         temporary = str(Path(folder) / f"rendering{Path(check.name).suffix}")
-        return render(options, PictureOutput(temporary, passes, bits, is_kept=False), check)
+        return render(options, PictureOutput(temporary, passes, quantization, is_kept=False), check)
 
 
 def render(options: RenderOptions, output: PictureOutput, check: GoldenCheck | None = None) -> int:
@@ -206,9 +219,8 @@ def render(options: RenderOptions, output: PictureOutput, check: GoldenCheck | N
     watch = Stopwatch()
     scene, request = _load(options, output.passes, watch)
     window = request.window(scene.world.camera)
-    if output.path != STDIO:
-        with usage_errors():
-            check_fits(output.path, window[2:], output.bits)
+    with usage_errors():
+        check_fits(output.name, window[2:], output.quantization, output.passes)
     if check is not None and (mismatch := check.size_mismatch(window)) and not output.is_kept:
         return check.report(mismatch, options.quiet)
     # Open everything before the work, so that no time is lost if a file cannot be written.
@@ -219,7 +231,7 @@ def render(options: RenderOptions, output: PictureOutput, check: GoldenCheck | N
     ):
         job = RenderJob(scene, request, executor)
         with watch.stages_together() as spent, progress("rendering", options.quiet) as on_progress:
-            stats = write_film(job, files, output.bits, on_progress)
+            stats = write_film(job, files, output.quantization, on_progress)
             spent.update(stats.seconds)
         stats_file.write(_stats_json(stats, request, watch))
     if output.is_kept and not options.quiet:

@@ -10,7 +10,7 @@ import click
 
 from rtcli.cli.console import display_name, read_input
 from rtcli.cli.options import types
-from rtcli.image.display import DEPTHS
+from rtcli.image.display import DEPTHS, Quantization
 from rtcli.scene.bounds import MAX_SAMPLES
 from rtcli.scene.overrides import Overrides
 from rtcli.tracer.passes import PASSES
@@ -60,7 +60,18 @@ film_options = types.option_group(
         show_default=True,
         help="Set the bits per channel of a .png.",
     ),
+    click.option(
+        "--depth-scale",
+        type=types.parse_positive,
+        metavar="S",
+        help="Set the length of one level of a depth .png.",
+    ),
 )
+
+
+def pop_quantization(options: dict[str, Any]) -> Quantization:
+    """Remove the options of quantization from those of a command, and return them."""
+    return Quantization(options.pop("bits"), options.pop("depth_scale"))
 
 
 def pop_overrides(options: dict[str, Any]) -> Overrides:

@@ -69,6 +69,17 @@ def parse_exposure(text: str) -> float | str:
     return stops
 
 
+def parse_positive(text: str) -> float:
+    """Return a finite number greater than 0."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not 0 < number < math.inf:
+        raise click.BadParameter(f"{text!r} is not a number greater than 0")
+    return number
+
+
 def environment_variable(ctx: click.Context | None, name: str) -> str | None:
     """Return the environment variable that an option takes its value from, or None if it takes it elsewhere."""
     if ctx is None or ctx.get_parameter_source(name) is not ParameterSource.ENVIRONMENT:

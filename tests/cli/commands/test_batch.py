@@ -78,6 +78,15 @@ def test_options_apply_to_all(run, scenes):
     }
 
 
+def test_depth_scale_is_a_setting_of_the_batch(run, scenes):
+    options = ("--passes", "depth", "--depth-scale", "0.25")
+    assert run("batch", "scenes", "-o", "out", *options).exit_code == 0
+    run("render", "scenes/000.yaml", "-o", "single.png", *options)
+    assert Path("out/000.depth.png").read_bytes() == Path("single.depth.png").read_bytes()
+    assert "0 rendered" in run("batch", "scenes", "-o", "out", *options).stderr
+    assert "0 current" in run("batch", "scenes", "-o", "out", "--passes", "depth").stderr
+
+
 def test_sixteen_bits(run, scenes):
     assert run("batch", "scenes", "-o", "out", "--bits", "16").exit_code == 0
     run("render", "scenes/000.yaml", "-o", "single.png", "--bits", "16")

@@ -51,7 +51,7 @@ Pixel 1,1 of small.yaml (3x3)
                     q = b + sign(b) sqrt(D)      t_1 = (|c| - R)(|c| + R) / q      t_2 = q
    plane (2.2.2)    t = (p_0 - o) . n / (d . n), parallel if |d . n| < 1e-6
    box (2.2.3)      missed if |g| > R = |size| / 2, the radius of its bounding sphere
-                    o' = R_y (o - position)      d' = R_y d
+                    o' = R^T (o - position)      d' = R^T d
                     each slab is between t = (-size/2 - o') / d' and t = (size/2 - o') / d'
                     t = the last entry, if it comes before the first exit
    The smallest t > 0 wins: only surfaces in front of the eye are seen. Corrected: for spheres the

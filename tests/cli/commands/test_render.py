@@ -573,6 +573,14 @@ def test_all_passes_have_a_word(run, scene):
         assert set(file.files) == {"radiance", *PASSES, "metadata"}
 
 
+def test_pictures_of_a_sequence_have_one_depth_scale(run, scene):
+    for fov in ("20", "50"):
+        options = ["--set", f"camera.fov={fov}", "--passes", "depth,distance", "--depth-scale", "0.0005"]
+        assert run("render", scene, "-o", f"{fov}.png", *options).exit_code == 0
+        told = json.loads(Path(f"{fov}.json").read_text())["passes"]
+        assert [told[name]["scale"] for name in ("depth", "distance")] == [0.0005, 0.0005]
+
+
 def test_closing_line_tells_how_many_files_there_are(run, scene):
     assert (
         "wrote out.png and 3 beside it (40x30)"
@@ -587,6 +595,12 @@ def test_closing_line_tells_how_many_files_there_are(run, scene):
         (["-o", "out.png", "--passes", ""], "'' is not a pass"),
         (["-o", "-", "--passes", "depth"], "--passes needs a file"),
         (["-o", "out.tif", "--bits", "16"], "only .png files support 16 bits per channel"),
+        (["-o", "out.png", "--depth-scale", "0.1"], "needs one of the passes depth and distance"),
+        (["-o", "-", "--depth-scale", "0.1"], "needs one of the passes depth and distance"),
+        (["-o", "out.npy", "--passes", "depth", "--depth-scale", "0.1"], "'out.npy' stores exact lengths"),
+        (["-o", "out.npz", "--passes", "depth", "--depth-scale", "0.1"], "'out.npz' stores exact lengths"),
+        (["-o", "out.png", "--passes", "depth", "--depth-scale", "0"], "'0' is not a number greater than 0"),
+        (["-o", "out.png", "--passes", "depth", "--depth-scale", "inf"], "'inf' is not a number greater than 0"),
         (["-o", "out.webp", "--size", "16384x1"], "a WEBP is limited to 16,383 pixels per side"),
         (["-o", "out.png", "--passes", "depth", "--stats", "out.json"], "would replace"),
     ],

@@ -96,21 +96,19 @@ fn tags<T>(kinds: &[u8], names: impl Iterator<Item = &'static str>, known: &[Kin
     Ok(kinds.iter().map(|&kind| tags[usize::from(kind)]).collect())
 }
 
-/// Return three of the parameters of each shape, a single one three times; and the others of each, or 0.
+/// Return three of the parameters of each shape, a single one three times; the fourth or 0; and the rest.
 #[pyfunction]
 #[pyo3(signature = (kinds, parameters, /))]
-pub fn by_threes<'py>(
-    py: Python<'py>,
-    kinds: &[u8],
-    parameters: &[u8],
-) -> PyResult<(Bound<'py, PyBytes>, Bound<'py, PyBytes>)> {
-    let (mut threes, mut others): (Vec<f64>, Vec<f64>) = Default::default();
+pub fn by_threes<'py>(py: Python<'py>, kinds: &[u8], parameters: &[u8]) -> PyResult<Bound<'py, PyTuple>> {
+    let (mut threes, mut fourths, mut rest): (Vec<f64>, Vec<f64>, Vec<f64>) = Default::default();
     reserve(&mut threes, 3 * kinds.len(), "the metadata").map_err(out_of_memory)?;
-    reserve(&mut others, kinds.len(), "the metadata").map_err(out_of_memory)?;
+    reserve(&mut fourths, kinds.len(), "the metadata").map_err(out_of_memory)?;
+    reserve(&mut rest, parameters.len() / size_of::<f64>(), "the metadata").map_err(out_of_memory)?;
     for_each_row(ShapeDesc::KINDS, kinds, parameters, |_, _, own| {
         threes.extend(own.iter().cycle().take(3));
-        others.extend(own.get(3..).filter(|rest| !rest.is_empty()).unwrap_or(&[0.0]));
+        fourths.push(own.get(3).copied().unwrap_or_default());
+        rest.extend(own.iter().skip(4));
         Ok(())
     })?;
-    Ok((column(py, &threes)?, column(py, &others)?))
+    PyTuple::new(py, [column(py, &threes)?, column(py, &fourths)?, column(py, &rest)?])
 }

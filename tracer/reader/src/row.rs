@@ -5,7 +5,7 @@ use crate::source::Source;
 use crate::table::{COLORS, LEVELS, MAX_VALUES};
 
 /// The most slots of a mapping.
-pub const SLOTS: usize = 16;
+pub const SLOTS: usize = 20;
 
 /// The values of a mapping.
 #[derive(Clone, Debug)]
@@ -110,11 +110,18 @@ pub fn read_value<'a, S: Source<'a>>(
                 return None;
             }
         }
-        Value::Color(range) => {
-            if source.has_text()? {
-                slots.copy_from_slice(&color(source.text()?)?);
-            } else {
+        Value::Angles(range) => {
+            if source.has_list()? {
                 numbers(source, slots, *range, counter)?;
+            } else {
+                slots.copy_from_slice(&[0.0, number(source, *range)?, 0.0]);
+            }
+        }
+        Value::Color(range) => {
+            if source.has_list()? {
+                numbers(source, slots, *range, counter)?;
+            } else {
+                slots.copy_from_slice(&color(source.text()?)?);
             }
         }
         Value::Choice(words) => {

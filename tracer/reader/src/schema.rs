@@ -44,6 +44,8 @@ pub enum Value {
     Numbers(usize, Range),
     /// The same, but not all 0.
     Direction(usize, Range),
+    /// A list of three numbers, or a number, which is the second of three whose others are 0.
+    Angles(Range),
     /// A list of three numbers, or the text of a color.
     Color(Range),
     /// One of several words, as its index.
@@ -73,7 +75,7 @@ impl Value {
     pub fn slots(&self) -> usize {
         match self {
             Value::Numbers(count, _) | Value::Direction(count, _) => *count,
-            Value::Color(_) => 3,
+            Value::Angles(_) | Value::Color(_) => 3,
             Value::Text(..) | Value::Mapping(_) | Value::List(_) => 0,
             Value::Boolean | Value::Number(_) | Value::NumberOr(..) | Value::Choice(_) => 1,
         }

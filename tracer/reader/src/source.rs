@@ -31,8 +31,8 @@ pub trait Source<'a> {
     /// Reads true or false.
     fn boolean(&mut self) -> Option<bool>;
 
-    /// Whether a text comes next, or else a list.
-    fn has_text(&mut self) -> Option<bool>;
+    /// Whether a list comes next, or else a scalar.
+    fn has_list(&mut self) -> Option<bool>;
 
     /// Whether a number comes next, or else a text.
     fn has_number(&mut self) -> Option<bool>;

@@ -22,11 +22,12 @@ pub static RENDER: Mapping = Mapping {
     fields: &[
         Field { key: "samples", value: Value::Number(Value::INTEGER.from(1.0).to(1024.0)), slot: 0 },
         Field { key: "background", value: Value::Color(Value::NUMBER.from(0.0)), slot: 1 },
-        Field { key: "max_depth", value: Value::Number(Value::INTEGER.from(0.0)), slot: 4 },
-        Field { key: "eye_falloff", value: Value::Boolean, slot: 5 },
+        Field { key: "ambient", value: Value::Color(Value::NUMBER.from(0.0)), slot: 4 },
+        Field { key: "max_depth", value: Value::Number(Value::INTEGER.from(0.0)), slot: 7 },
+        Field { key: "eye_falloff", value: Value::Boolean, slot: 8 },
     ],
     required: 0b0,
-    defaults: &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0],
+    defaults: &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0],
 };
 
 pub static IMAGE: Mapping = Mapping {
@@ -67,10 +68,10 @@ pub static OBJECT: Mapping = Mapping {
         Field { key: "light", value: Value::Mapping(&CARRIED_LIGHT), slot: 8 },
         Field { key: "normal", value: Value::Direction(3, Value::NUMBER), slot: 8 },
         Field { key: "size", value: Value::Numbers(3, Value::NUMBER.above(0.0)), slot: 11 },
-        Field { key: "rotation", value: Value::Number(Value::NUMBER), slot: 14 },
+        Field { key: "rotation", value: Value::Angles(Value::NUMBER), slot: 14 },
     ],
     required: 0b0,
-    defaults: &[f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, 0.0],
+    defaults: &[f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, 0.0, 0.0, 0.0],
 };
 
 pub static SCENE: Mapping = Mapping {
@@ -89,7 +90,7 @@ pub static SCENE: Mapping = Mapping {
 pub static SHAPES: &[Kind] = &[
     Kind { name: "sphere", allowed: 0b111111, required: 0b11101, parameters: &[4] },
     Kind { name: "plane", allowed: 0b1010111, required: 0b1010101, parameters: &[8, 9, 10] },
-    Kind { name: "box", allowed: 0b110110111, required: 0b10010101, parameters: &[11, 12, 13, 14] },
+    Kind { name: "box", allowed: 0b110110111, required: 0b10010101, parameters: &[11, 12, 13, 15, 14, 16] },
 ];
 
 /// The linear value of each level of sRGB.

@@ -73,7 +73,13 @@ fn one_object(shape: ShapeDesc, position: Vector) -> World {
         camera: Camera::along_z(16, 16, 60.0),
         objects: vec![Object { position, color: [0.5; 3], shape }],
         lights: vec![],
-        settings: Settings { samples: 1, background: [0.0; 3], direct_light: true, eye_falloff: false },
+        settings: Settings {
+            samples: 1,
+            background: [0.0; 3],
+            ambient: [0.0; 3],
+            direct_light: true,
+            eye_falloff: false,
+        },
     }
 }
 

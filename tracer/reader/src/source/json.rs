@@ -96,8 +96,8 @@ impl<'a> Source<'a> for Json<'a> {
         Some(value)
     }
 
-    fn has_text(&mut self) -> Option<bool> {
-        Some(self.peek()? == b'"')
+    fn has_list(&mut self) -> Option<bool> {
+        Some(self.peek()? == b'[')
     }
 
     fn has_number(&mut self) -> Option<bool> {

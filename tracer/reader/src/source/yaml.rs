@@ -408,9 +408,9 @@ impl<'a> Source<'a> for Yaml<'a> {
         Some(value)
     }
 
-    fn has_text(&mut self) -> Option<bool> {
+    fn has_list(&mut self) -> Option<bool> {
         self.start()?;
-        Some(!self.at_line_end() && self.peek() != Some(b'['))
+        Some(self.at_line_end() || self.peek() == Some(b'['))
     }
 
     fn has_number(&mut self) -> Option<bool> {

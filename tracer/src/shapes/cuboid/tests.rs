@@ -247,5 +247,13 @@ fn other_angles_are_those_of_the_mathematics_library() {
 #[test]
 fn the_axes_of_a_box_turn_counter_clockwise_seen_from_above() {
     // From above, x points right and -z up: a quarter turn takes x to -z.
-    assert_eq!(box_axes(90.0), [[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]);
+    assert_eq!(box_axes([0.0, 90.0, 0.0]), [[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]);
+}
+
+#[test]
+fn a_box_turns_about_x_then_y_then_z_of_the_world() {
+    // About x, y goes to z and z to -y; about y, z goes to x and x to -z.
+    assert_eq!(box_axes([90.0, 90.0, 0.0]), [[0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]]);
+    // About z, x goes to y and y to -x.
+    assert_eq!(box_axes([0.0, 90.0, 90.0]), [[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
 }
