@@ -52,12 +52,17 @@ def render(
     ------
     rtcli.SceneError
         If a mapping is not a valid scene; `.problems` lists every problem.
+    TypeError
+        If the scene is neither, such as the name of a file.
     ValueError
         For an unknown pass or engine, less than one thread, a crop that is not inside the picture, or a variable
         RTCLI_SIMD that names no SIMD level of this machine.
     """
     names = (passes,) if isinstance(passes, str) else tuple(passes)
     request = RenderRequest(names, engine, threads, None if crop is None else Window(*crop))
+    if not isinstance(scene, (Scene, Mapping)):
+        kind = type(scene).__name__
+        raise TypeError(f"scene must be a rtcli.Scene or a mapping, not {kind}: load files with rtcli.load_scene")
     if not isinstance(scene, Scene):
         scene = scene_from_data(scene)
     packed, tracers = _prepared(scene)

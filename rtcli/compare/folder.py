@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
@@ -84,6 +85,8 @@ def golden_files(folder: Path) -> set[str]:
     OSError
         If a folder cannot be read.
     """
+    if not folder.exists():
+        raise FileNotFoundError(errno.ENOENT, "no such folder: --update creates it", str(folder))
     found = set[str]()
     for parent, folders, names in os.walk(folder, onerror=_raise):
         folders[:] = [name for name in folders if not name.startswith(".")]

@@ -87,6 +87,10 @@ class Film(Passes):
         """Iterate over the names of the arrays."""
         return iter(self.keys())
 
+    def __len__(self) -> int:
+        """Return the number of arrays."""
+        return len(self.keys())
+
     def keys(self) -> tuple[str, ...]:
         """Return the names of the arrays: radiance, and the passes."""
         return (RADIANCE, *self.passes)

@@ -16,7 +16,7 @@ def test_golden_files_are_pictures_and_arrays_at_any_depth(tmp_path):
 
 
 def test_folder_that_does_not_exist_is_an_error(tmp_path):
-    with pytest.raises(FileNotFoundError):
+    with pytest.raises(FileNotFoundError, match="no such folder: --update creates it"):
         golden_files(tmp_path / "none")
 
 
