@@ -535,7 +535,8 @@ class Box(Object):
 
     def side(self, point: Array) -> int:
         """Return 1 outside, -1 inside, 0 on the surface."""
-        return int(np.sign((np.abs(self._local(point)) - self.half).max()))
+        height = float((np.abs(self._local(point)) - self.half).max())
+        return 1 if math.isnan(height) else int(np.sign(height))  # NaN: infinitely far along two axes
 
     def heights(self, eye: Array, sight: Array) -> Array:
         """Return the heights of points above the faces across each axis of the box: (3, N)."""
@@ -586,13 +587,18 @@ class Box(Object):
 
     def _to_box(self, vector: Array) -> Array:
         """Return R^T v: its components along the axes of the box."""
-        return np.stack([dot(column(axis), vector) for axis in self.axes])
+        return np.stack([_weighted(axis, vector) for axis in self.axes])
 
     def _to_world(self, vector: Array) -> Array:
         """Return R v: the sum of its components times the axes of the box."""
-        x, y, z = self.axes
-        world: Array = column(x) * vector[0] + column(y) * vector[1] + column(z) * vector[2]
-        return world
+        return np.stack([_weighted(weights, vector) for weights in zip(*self.axes, strict=True)])
+
+
+def _weighted(weights: Iterable[float], components: Array) -> Array:
+    """Return the sum of components times weights, not all 0; those of weight 0 may be infinite."""
+    terms = [weight * component for weight, component in zip(weights, components, strict=True) if weight]
+    total: Array = sum(terms[1:], start=terms[0])
+    return total
 
 
 def _turned_axes(degrees: Sequence[float]) -> list[tuple[float, ...]]:
