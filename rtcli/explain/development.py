@@ -95,7 +95,7 @@ class Developed:
         """Return the radiance to develop: of the samples that hit something if the picture has alpha."""
         if self.alpha is None:
             return self.radiance
-        return triple(straight(np.float32([[self.radiance]]), np.full((1, 1), self.alpha))[0, 0])
+        return triple(straight(np.array([[self.radiance]], np.float32), np.full((1, 1), self.alpha))[0, 0])
 
     def _exposure(self, exposed: Triple) -> Step:
         factor = exposure_factor(self.exposure)

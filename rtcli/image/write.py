@@ -99,8 +99,9 @@ def _write_png(film: FilmRecord, file: BinaryIO) -> None:
 
 
 def _png_of_levels(levels: Array, texts: list[tuple[str, str]]) -> bytes:
-    height, width, *channels = levels.shape
-    return encode_png(levels.tobytes(), (width, height), *(channels or [1]), 8 * levels.itemsize, texts)
+    height, width = levels.shape[:2]
+    channels = 1 if levels.ndim == 2 else levels.shape[2]
+    return encode_png(levels.tobytes(), (width, height), channels, 8 * levels.itemsize, texts)
 
 
 def _developed(film: FilmRecord) -> Array:
