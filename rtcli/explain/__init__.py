@@ -146,26 +146,17 @@ class _Pixel:
 
     def _ray_step(self, ray: Ray, within: tuple[float, float]) -> Step:
         camera = self.tracer.scenery.camera
-        frame, (px, py) = camera.frame, self.pixel
+        frame = camera.frame
         x, y = camera.on_image_plane(self.window, within)
+        equations, numbers, note = self._lens(within)
         return Step(
             "The primary ray",
             "2.1.2 to 2.1.5",
+            (*equations, "d = (x r + y u + f) / |x r + y u + f|"),
             (
-                "s_x = (px + a_x) / W      x = (2 s_x - 1) (W / H) tan(fov / 2)",
-                "s_y = (py + a_y) / H      y = (1 - 2 s_y) tan(fov / 2)",
-                "d = (x r + y u + f) / |x r + y u + f|",
-            ),
-            (
-                Number("p", (px, py), "the pixel's column and row, from 0"),
+                Number("p", self.pixel, "the pixel's column and row, from 0"),
                 Number("a", within, "the place in it, from its left and top edge"),
-                Number("size", (frame.width, frame.height), "W and H"),
-                Number(
-                    "s",
-                    ((px + within[0]) / frame.width, (py + within[1]) / frame.height),
-                    "the same in the picture, 0..1",
-                ),
-                Number("fov", frame.fov, "degrees, vertical"),
+                *numbers,
                 Number("xy", (float(x[0]), float(y[0])), "x and y on the image plane, at distance 1"),
                 Number("r", frame.right, "the camera's right"),
                 Number("u", frame.up, "its up"),
@@ -174,5 +165,37 @@ class _Pixel:
                 Number("d", triple(ray.direction), "the direction, of length 1"),
             ),
             "The ray is o + t d. It starts at the eye, and t is the distance from it.",
-            note="Corrected: the document maps to -1..1 twice. So fov is the vertical field of view.",
+            note=note,
+        )
+
+    def _lens(self, within: tuple[float, float]) -> tuple[tuple[str, ...], tuple[Number, ...], str]:
+        """Return the equations from the pixel to the image plane, their numbers, and a note."""
+        frame, fov, (px, py) = self.tracer.scenery.camera.frame, self.scene.camera.fov, self.pixel
+        if fov is None:
+            center_x, center_y = frame.principal_point
+            return (
+                ("x = (px + a_x - 1/2 - c_x) / f_x", "y = (c_y + 1/2 - py - a_y) / f_y"),
+                (
+                    Number("focal", frame.focal_lengths, "f_x and f_y, the focal lengths in pixels"),
+                    Number(
+                        "c", (center_x - 0.5, center_y - 0.5), "the principal point, from the first pixel's centre"
+                    ),
+                ),
+                "Beyond the document: the principal point may be anywhere, and pixels need not be square.",
+            )
+        return (
+            (
+                "s_x = (px + a_x) / W      x = (2 s_x - 1) (W / H) tan(fov / 2)",
+                "s_y = (py + a_y) / H      y = (1 - 2 s_y) tan(fov / 2)",
+            ),
+            (
+                Number("size", (frame.width, frame.height), "W and H"),
+                Number(
+                    "s",
+                    ((px + within[0]) / frame.width, (py + within[1]) / frame.height),
+                    "the same in the picture, 0..1",
+                ),
+                Number("fov", fov, "degrees, vertical"),
+            ),
+            "Corrected: the document maps to -1..1 twice. So fov is the vertical field of view.",
         )

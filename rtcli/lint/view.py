@@ -56,12 +56,17 @@ class View:
         frame = camera_frame(camera)
         self.eye, self.forward, right, up = frame.position, frame.forward, frame.right, frame.up
         self.lights = [direction(self.eye, light) for light in lights]
-        tall = math.tan(math.radians(frame.fov) / 2)
-        wide = tall * frame.width / frame.height
-        self.corners = [moved(moved(self.forward, right, x), up, y) for x in (-wide, wide) for y in (-tall, tall)]
+        # The edges of the picture on the image plane at distance 1.
+        (focal_x, focal_y), (principal_x, principal_y) = frame.focal_lengths, frame.principal_point
+        low_x, high_x = -principal_x / focal_x, (frame.width - principal_x) / focal_x
+        low_y, high_y = (principal_y - frame.height) / focal_y, principal_y / focal_y
+        self.corners = [
+            moved(moved(self.forward, right, x), up, y) for x in (low_x, high_x) for y in (low_y, high_y)
+        ]
         sides = [(self.forward, BEHIND)]
         # Inside a side are the points with axis.p + slope forward.p >= 0.
-        for axis, slope in ((right, wide), (scaled(right, -1), wide), (up, tall), (scaled(up, -1), tall)):
+        left, down = scaled(right, -1), scaled(up, -1)
+        for axis, slope in ((right, -low_x), (left, high_x), (up, -low_y), (down, high_y)):
             sides.append((unit(moved(axis, self.forward, slope)), BESIDE))
         self._sides = [
             _Side(normal, region, min((dot(normal, light) for light in self.lights), default=math.inf))

@@ -6,7 +6,7 @@ from array import array
 
 from rtcli.scene.model import Camera, Object, Scene
 from rtcli.scene.vectors import cross, unit
-from rtcli.tracer._native import LIGHT_PARAMETERS, SHAPE_PARAMETERS
+from rtcli.tracer._native import LIGHT_PARAMETERS, SHAPE_PARAMETERS, half_tangent
 from rtcli.tracer.world import NO_CARRIER, CameraFrame, Lights, Settings, Shapes, World
 
 
@@ -26,18 +26,40 @@ def camera_frame(camera: Camera) -> CameraFrame:
 
     right = view x up, up' = right x view: the document's camera (section 2.1.1) gives x, y and -z exactly.
     """
-    forward = unit(camera.view)
-    right = unit(cross(forward, unit(camera.up)))
     width, height = camera.resolution
+    forward = unit(camera.view)
+    right = unit(cross(forward, unit(camera.upward)))
+    half_height, pixel_aspect, principal_point = _lens(camera)
     return CameraFrame(
         width=width,
         height=height,
-        fov=camera.fov,
-        position=camera.position,
+        half_height=half_height,
+        pixel_aspect=pixel_aspect,
+        principal_point=principal_point,
+        position=camera.eye,
         right=right,
         up=cross(right, forward),
         forward=forward,
     )
+
+
+def _lens(camera: Camera) -> tuple[float, float, tuple[float, float]]:
+    """Return half the height of the picture on the image plane, the pixel aspect and the principal point.
+
+    With the size (W, H) of the picture and the focal lengths f in pixels (document, section 2.1)::
+
+        half_height = tan(fov / 2) = tan(fov_x / 2) H / W = H / (2 f_y)
+
+    K counts from the centre of the first pixel: p = c + 1/2.
+    """
+    width, height = camera.resolution
+    if camera.intrinsics is not None:
+        (focal_x, _, center_x), (_, focal_y, center_y), _ = camera.intrinsics
+        return height / (2 * focal_y), focal_y / focal_x, (center_x + 0.5, center_y + 0.5)
+    middle = width / 2, height / 2
+    if camera.fov_x is not None:
+        return half_tangent(camera.fov_x) * height / width, 1.0, middle
+    return half_tangent(camera.fov or 0.0), 1.0, middle
 
 
 def _shapes(objects: tuple[Object, ...]) -> Shapes:

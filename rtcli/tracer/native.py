@@ -27,7 +27,9 @@ class NativeTracer:
             (
                 camera.width,
                 camera.height,
-                camera.fov,
+                camera.half_height,
+                camera.pixel_aspect,
+                camera.principal_point,
                 camera.position,
                 camera.right,
                 camera.up,

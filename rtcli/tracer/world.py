@@ -6,9 +6,10 @@ The records hold the standard library's arrays, so that a tracer which needs no 
 
 from __future__ import annotations
 
+import math
 from array import array
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 from typing import NamedTuple, TypeAlias
 
@@ -58,9 +59,12 @@ class CameraFrame:
     ----------
     width, height
         The whole picture, pixels.
-    fov
-        Vertical field of view in degrees. Each tracer computes tan(fov / 2) itself: that of a platform's C library
-        differs from others in its last bits.
+    half_height
+        Half the height of the picture on the image plane at distance 1: tan(fov / 2).
+    pixel_aspect
+        The width of a pixel over its height.
+    principal_point
+        Where the view crosses the picture, in pixels from its left and top edge. It may be outside.
     position
         The eye, world space.
     right, up, forward
@@ -69,11 +73,31 @@ class CameraFrame:
 
     width: int
     height: int
-    fov: float
+    half_height: float
+    pixel_aspect: float
+    principal_point: tuple[float, float]
     position: Vector
     right: Vector
     up: Vector
     forward: Vector
+
+    @property
+    def focal_lengths(self) -> tuple[float, float]:
+        """The focal lengths in pixels: f_y = height / (2 half_height), f_x = f_y / pixel_aspect."""
+        # The narrowest field of view has a half height of 0.
+        focal = self.height / (2.0 * self.half_height) if self.half_height else math.inf
+        return focal / self.pixel_aspect, focal
+
+    def resized(self, width: int, height: int) -> CameraFrame:
+        """Return the camera with the same rectangle of the image plane in another number of pixels."""
+        x, y = self.principal_point
+        return replace(
+            self,
+            width=width,
+            height=height,
+            pixel_aspect=self.pixel_aspect * (self.width * height) / (self.height * width),
+            principal_point=(x / self.width * width, y / self.height * height),
+        )
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@ use super::*;
 use proptest::prelude::*;
 
 fn view(width: u32, height: u32) -> View {
-    View { width, height, half_pixel: (0.01, 0.01) }
+    View::centered(width, height, 0.01)
 }
 
 /// Check that the tiles of a window cover each of its pixels once, with the lane that belongs to it.
