@@ -75,7 +75,7 @@ class Probe:
         width, height = (max(1, round(side * scale)) for side in (camera.width, camera.height))
         small = replace(
             self._world,
-            camera=camera.resized(width, height),
+            camera=replace(camera, width=width, height=height),
             settings=replace(self._world.settings, samples=1),
         )
         tracer = NativeTracer(small, threads=1)

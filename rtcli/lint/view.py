@@ -56,17 +56,17 @@ class View:
         frame = camera_frame(camera)
         self.eye, self.forward, right, up = frame.position, frame.forward, frame.right, frame.up
         self.lights = [direction(self.eye, light) for light in lights]
-        # The edges of the picture on the image plane at distance 1.
-        (focal_x, focal_y), (principal_x, principal_y) = frame.focal_lengths, frame.principal_point
-        low_x, high_x = -principal_x / focal_x, (frame.width - principal_x) / focal_x
-        low_y, high_y = (principal_y - frame.height) / focal_y, principal_y / focal_y
+        tall, (x, y) = frame.half_height, frame.center
+        wide = tall * frame.pixel_aspect * frame.width / frame.height
         self.corners = [
-            moved(moved(self.forward, right, x), up, y) for x in (low_x, high_x) for y in (low_y, high_y)
+            moved(moved(self.forward, right, across), up, above)
+            for across in (x - wide, x + wide)
+            for above in (y - tall, y + tall)
         ]
         sides = [(self.forward, BEHIND)]
-        # Inside a side are the points with axis.p + slope forward.p >= 0.
         left, down = scaled(right, -1), scaled(up, -1)
-        for axis, slope in ((right, -low_x), (left, high_x), (up, -low_y), (down, high_y)):
+        # Inside a side are the points with axis.p + slope forward.p >= 0.
+        for axis, slope in ((right, wide - x), (left, wide + x), (up, tall - y), (down, tall + y)):
             sides.append((unit(moved(axis, self.forward, slope)), BESIDE))
         self._sides = [
             _Side(normal, region, min((dot(normal, light) for light in self.lights), default=math.inf))

@@ -39,7 +39,7 @@ def fingerprint(scene: Scene, world: World) -> str:
     digest = hashlib.sha256(struct.pack("<2I", frame.width, frame.height))
     fov = scene.camera.fov
     # Files keep their hashes if they give `fov`.
-    lens = (frame.half_height, frame.pixel_aspect, *frame.principal_point) if fov is None else (fov,)
+    lens = (frame.half_height, frame.pixel_aspect, *frame.center) if fov is None else (fov,)
     for vector in (lens, frame.position, frame.right, frame.up, frame.forward):
         digest.update(_little(array("d", vector)))
     shapes, lights = world.shapes, world.lights

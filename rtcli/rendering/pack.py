@@ -29,13 +29,13 @@ def camera_frame(camera: Camera) -> CameraFrame:
     width, height = camera.resolution
     forward = unit(camera.view)
     right = unit(cross(forward, unit(camera.upward)))
-    half_height, pixel_aspect, principal_point = _lens(camera)
+    half_height, pixel_aspect, center = _lens(camera)
     return CameraFrame(
         width=width,
         height=height,
         half_height=half_height,
         pixel_aspect=pixel_aspect,
-        principal_point=principal_point,
+        center=center,
         position=camera.eye,
         right=right,
         up=cross(right, forward),
@@ -44,22 +44,21 @@ def camera_frame(camera: Camera) -> CameraFrame:
 
 
 def _lens(camera: Camera) -> tuple[float, float, tuple[float, float]]:
-    """Return half the height of the picture on the image plane, the pixel aspect and the principal point.
+    """Return half the height of the picture on the image plane, the pixel aspect, and its middle there.
 
     With the size (W, H) of the picture and the focal lengths f in pixels (document, section 2.1)::
 
         half_height = tan(fov / 2) = tan(fov_x / 2) H / W = H / (2 f_y)
-
-    K counts from the centre of the first pixel: p = c + 1/2.
+        x = (W / 2 - 1/2 - c_x) / f_x,  y = (c_y - H / 2 + 1/2) / f_y
     """
     width, height = camera.resolution
     if camera.intrinsics is not None:
         (focal_x, _, center_x), (_, focal_y, center_y), _ = camera.intrinsics
-        return height / (2 * focal_y), focal_y / focal_x, (center_x + 0.5, center_y + 0.5)
-    middle = width / 2, height / 2
+        center = (width / 2 - 0.5 - center_x) / focal_x, (center_y - height / 2 + 0.5) / focal_y
+        return height / (2 * focal_y), focal_y / focal_x, center
     if camera.fov_x is not None:
-        return half_tangent(camera.fov_x) * height / width, 1.0, middle
-    return half_tangent(camera.fov or 0.0), 1.0, middle
+        return half_tangent(camera.fov_x) * height / width, 1.0, (0.0, 0.0)
+    return half_tangent(camera.fov or 0.0), 1.0, (0.0, 0.0)
 
 
 def _shapes(objects: tuple[Object, ...]) -> Shapes:

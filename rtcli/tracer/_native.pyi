@@ -56,7 +56,7 @@ class Tracer:
     Parameters
     ----------
     camera
-        Width, height, half height, pixel aspect, principal point, position, right, up, forward.
+        Width, height, half height, pixel aspect, center, position, right, up, forward.
     objects
         The columns of `Shapes`: kind (uint8), position, parameters, color (float64).
     lights

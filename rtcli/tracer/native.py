@@ -29,7 +29,7 @@ class NativeTracer:
                 camera.height,
                 camera.half_height,
                 camera.pixel_aspect,
-                camera.principal_point,
+                camera.center,
                 camera.position,
                 camera.right,
                 camera.up,

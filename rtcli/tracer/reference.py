@@ -155,25 +155,19 @@ class SimpleCamera:
     def on_image_plane(self, window: Window, within: tuple[float, float] = CENTRE) -> tuple[Array, Array]:
         """Return x and y, (N,) each, where those rays cross the image plane at distance 1 from the eye.
 
-        With the focal lengths f in pixels and the principal point p::
+        With s = (pixel + within) / size (section 2.1.2, as corrected; square pixels, and the center at (0, 0))::
 
-            x = (pixel_x + within_x - p_x) / f_x
-            y = (p_y - pixel_y - within_y) / f_y
+            x = (2 s_x - 1) * pixel_aspect * width / height * tan(fov / 2) + center_x
+            y = (1 - 2 s_y) * tan(fov / 2) + center_y
 
-        If p is the middle of the picture and pixels are square, then with s = (pixel + within) / size (section
-        2.1.2, as corrected)::
-
-            x = (2 s_x - 1) * width / height * tan(fov / 2)
-            y = (1 - 2 s_y) * tan(fov / 2)
-
-        Twice the pixels times half a pixel's size, below, mirror the left half to the right one bit for bit.
+        The sizes are cancelled below, so that the left half mirrors the right one bit for bit.
         """
-        frame, (principal_x, principal_y) = self.frame, self.frame.principal_point
+        frame, (center_x, center_y) = self.frame, self.frame.center
         scale = frame.half_height / frame.height
         pixel_x = np.arange(window.x, window.x + window.width) + within[0]
         pixel_y = np.arange(window.y, window.y + window.height) + within[1]
-        x = np.tile((2 * pixel_x - 2 * principal_x) * (scale * frame.pixel_aspect), window.height)
-        y = np.repeat((2 * principal_y - 2 * pixel_y) * scale, window.width)
+        x = np.tile((2 * pixel_x - frame.width) * (scale * frame.pixel_aspect) + center_x, window.height)
+        y = np.repeat((frame.height - 2 * pixel_y) * scale + center_y, window.width)
         return x, y
 
 
@@ -1037,8 +1031,10 @@ class ReferenceTracer:
     def exposure(self, progress: Progress | None = None) -> MeterReading:
         """Return the meter reading of the whole picture; `progress` gets (points done, points in all)."""
         world, grid = self.world, METER_GRID
-        scenery = build_scenery(replace(world, settings=replace(world.settings, samples=1)))
         # The same rectangle of the image plane, in as many columns as rows whatever its aspect.
-        scenery.camera = SimpleCamera(world.camera.resized(grid, grid))
+        aspect = world.camera.pixel_aspect * world.camera.width / world.camera.height
+        square = replace(world.camera, width=grid, height=grid, pixel_aspect=aspect)
+        scenery = build_scenery(replace(world, settings=replace(world.settings, samples=1)))
+        scenery.camera = SimpleCamera(square)
         arrays, rays = scenery.render_img_to_rgb_array(Window(0, 0, grid, grid), self.threads, progress)
         return MeterReading(*meter(arrays[RADIANCE].tobytes()), rays)

@@ -6,10 +6,9 @@ The records hold the standard library's arrays, so that a tracer which needs no 
 
 from __future__ import annotations
 
-import math
 from array import array
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import islice
 from typing import NamedTuple, TypeAlias
 
@@ -22,6 +21,9 @@ Progress: TypeAlias = Callable[[int, int], None]
 
 # The `carrier` of a light that no object carries.
 NO_CARRIER = -1
+
+# Keeps the focal length of the narrowest field of view finite.
+_SMALLEST = 1e-300
 
 
 class Window(NamedTuple):
@@ -63,8 +65,8 @@ class CameraFrame:
         Half the height of the picture on the image plane at distance 1: tan(fov / 2).
     pixel_aspect
         The width of a pixel over its height.
-    principal_point
-        Where the view crosses the picture, in pixels from its left and top edge. It may be outside.
+    center
+        The middle of the picture on the image plane: (0, 0) unless the principal point is elsewhere.
     position
         The eye, world space.
     right, up, forward
@@ -75,7 +77,7 @@ class CameraFrame:
     height: int
     half_height: float
     pixel_aspect: float
-    principal_point: tuple[float, float]
+    center: tuple[float, float]
     position: Vector
     right: Vector
     up: Vector
@@ -84,20 +86,14 @@ class CameraFrame:
     @property
     def focal_lengths(self) -> tuple[float, float]:
         """The focal lengths in pixels: f_y = height / (2 half_height), f_x = f_y / pixel_aspect."""
-        # The narrowest field of view has a half height of 0.
-        focal = self.height / (2.0 * self.half_height) if self.half_height else math.inf
+        focal = self.height / max(2.0 * self.half_height, _SMALLEST)
         return focal / self.pixel_aspect, focal
 
-    def resized(self, width: int, height: int) -> CameraFrame:
-        """Return the camera with the same rectangle of the image plane in another number of pixels."""
-        x, y = self.principal_point
-        return replace(
-            self,
-            width=width,
-            height=height,
-            pixel_aspect=self.pixel_aspect * (self.width * height) / (self.height * width),
-            principal_point=(x / self.width * width, y / self.height * height),
-        )
+    @property
+    def principal_point(self) -> tuple[float, float]:
+        """Where the view crosses the picture, in pixels from its left and top edge; it may be outside."""
+        (focal_x, focal_y), (x, y) = self.focal_lengths, self.center
+        return self.width / 2 - x * focal_x, self.height / 2 + y * focal_y
 
 
 @dataclass(frozen=True)

@@ -171,7 +171,7 @@ fn camera(position: Vector, look_at: Vector, fov: f64) -> Camera {
         height: HEIGHT,
         half_height: (fov.to_radians() / 2.0).tan(),
         pixel_aspect: 1.0,
-        principal_point: (f64::from(WIDTH) / 2.0, f64::from(HEIGHT) / 2.0),
+        center: (0.0, 0.0),
         position,
         right: [-z.signum(), 0.0, 0.0],
         up: [0.0, -z, y],

@@ -14,8 +14,8 @@ pub struct Camera {
     pub half_height: f64,
     /// The width of a pixel over its height.
     pub pixel_aspect: f64,
-    /// The pixel coordinates of the view, from the picture's left and top edge. It may be outside the picture.
-    pub principal_point: (f64, f64),
+    /// The middle of the picture on the image plane at distance 1: (0, 0) unless the principal point is elsewhere.
+    pub center: (f64, f64),
     /// The eye, world space.
     pub position: Vector,
     /// The image plane's x axis, a unit vector in world space.

@@ -22,8 +22,7 @@ const EYE: Vector = [0.0; 3];
 impl View {
     /// Return a view of square pixels with the principal point in the middle.
     pub(crate) fn centered(width: u32, height: u32, half_pixel: f64) -> View {
-        let principal_point = (f64::from(width) / 2.0, f64::from(height) / 2.0);
-        View { width, height, half_pixel: (half_pixel, half_pixel), principal_point }
+        View { width, height, half_pixel: (half_pixel, half_pixel), center: (0.0, 0.0) }
     }
 }
 
@@ -35,7 +34,7 @@ impl Camera {
             height,
             half_height: half_tangent(fov),
             pixel_aspect: 1.0,
-            principal_point: (f64::from(width) / 2.0, f64::from(height) / 2.0),
+            center: (0.0, 0.0),
             position: [0.0; 3],
             right: [1.0, 0.0, 0.0],
             up: [0.0, 1.0, 0.0],
@@ -164,8 +163,8 @@ pub(crate) fn exact_ray(view: View, corner: (u32, u32), lane: usize) -> Vector {
     let x = f64::from(corner.0 + lane as u32 % SIDE) + 0.5;
     let y = f64::from(corner.1 + lane as u32 / SIDE) + 0.5;
     [
-        (2.0 * x - 2.0 * view.principal_point.0) * view.half_pixel.0,
-        (2.0 * view.principal_point.1 - 2.0 * y) * view.half_pixel.1,
+        (2.0 * x - f64::from(view.width)) * view.half_pixel.0 + view.center.0,
+        (f64::from(view.height) - 2.0 * y) * view.half_pixel.1 + view.center.1,
         1.0,
     ]
 }
@@ -397,8 +396,8 @@ fn any_color() -> impl Strategy<Value = Vector> {
 
 fn any_camera() -> impl Strategy<Value = Camera> {
     let size = (1_u32..70, 1_u32..50);
-    // A principal point in the picture or outside, in units of its size.
-    let lens = (5.0..120.0, 0.5..2.0, (-0.5..1.5, -0.5..1.5));
+    // A principal point in the picture or outside.
+    let lens = (5.0..120.0, 0.5..2.0, (-1.0..1.0, -1.0..1.0));
     (size, lens, any_place(1.0), any_direction(), any_axes()).prop_map(
         |((width, height), (fov, pixel_aspect, (x, y)), aside, toward, axes)| {
             // Mostly outside, looking in.
@@ -406,8 +405,8 @@ fn any_camera() -> impl Strategy<Value = Camera> {
             let forward = crate::vector::cross(up, right);
             let position = add(scale(forward, -8.0), add(aside, scale(toward, 0.5)));
             let half_height = half_tangent(fov);
-            let principal_point = (x * f64::from(width), y * f64::from(height));
-            Camera { width, height, half_height, pixel_aspect, principal_point, position, right, up, forward }
+            let center = (x * half_height, y * half_height);
+            Camera { width, height, half_height, pixel_aspect, center, position, right, up, forward }
         },
     )
 }

@@ -27,8 +27,8 @@ pub(crate) struct View {
     pub(crate) height: u32,
     /// Half the width and half the height of a pixel on the image plane at distance 1.
     pub(crate) half_pixel: (f64, f64),
-    /// The pixel coordinates of the camera's view.
-    pub(crate) principal_point: (f64, f64),
+    /// The middle of the picture on the image plane.
+    pub(crate) center: (f64, f64),
 }
 
 impl View {
@@ -39,21 +39,15 @@ impl View {
             width: camera.width,
             height: camera.height,
             half_pixel: (half_pixel * camera.pixel_aspect, half_pixel),
-            principal_point: camera.principal_point,
+            center: camera.center,
         }
     }
 
     /// The same rectangle of the image plane as a square grid of pixels.
     pub(crate) fn in_grid(camera: &Camera, side: u32) -> View {
-        let (width, height, grid) = (f64::from(camera.width), f64::from(camera.height), f64::from(side));
-        let half_pixel = camera.half_height / grid;
-        let (x, y) = camera.principal_point;
-        View {
-            width: side,
-            height: side,
-            half_pixel: (half_pixel * (camera.pixel_aspect * width / height), half_pixel),
-            principal_point: (x / width * grid, y / height * grid),
-        }
+        let half_pixel = camera.half_height / f64::from(side);
+        let aspect = camera.pixel_aspect * f64::from(camera.width) / f64::from(camera.height);
+        View { width: side, height: side, half_pixel: (half_pixel * aspect, half_pixel), center: camera.center }
     }
 }
 

@@ -514,7 +514,7 @@ proptest! {
 /// Planes over each other and lights above them: none is in the tree.
 fn many_planes(planes: u32, lights: u32) -> World {
     let mut world = large_scene();
-    world.camera = Camera::along_z(16, 16, 50.0);
+    (world.camera.width, world.camera.height) = (16, 16);
     world.objects = (0..planes)
         .map(|i| Object {
             position: [0.0, -1.0 - f64::from(i), 0.0],

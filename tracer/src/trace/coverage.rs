@@ -121,9 +121,10 @@ impl Search {
     /// The rectangle of some pixels on the image plane (document, section 2.1).
     fn rectangle(&self, part: Window) -> Rectangle {
         let (half_width, half_height) = self.view.half_pixel;
-        let (principal_x, principal_y) = self.view.principal_point;
-        let x = |column: u32| (2.0 * f64::from(column) - 2.0 * principal_x) * half_width;
-        let y = |row: u32| (2.0 * principal_y - 2.0 * f64::from(row)) * half_height;
+        let (width, height) = (f64::from(self.view.width), f64::from(self.view.height));
+        let (center_x, center_y) = self.view.center;
+        let x = |column: u32| (2.0 * f64::from(column) - width) * half_width + center_x;
+        let y = |row: u32| (height - 2.0 * f64::from(row)) * half_height + center_y;
         Rectangle {
             low: [x(part.x), y(part.y + part.height)],
             high: [x(part.x + part.width), y(part.y)],
