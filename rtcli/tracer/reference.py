@@ -495,7 +495,8 @@ class Box(Object):
     def _set_parameters(self, parameters: Sequence[float]) -> None:
         *size, rotation = parameters
         self.half = column(size) / 2
-        self.size = min(float(self.half.sum()), sys.float_info.max)
+        # Of Python numbers, whose overflow is silent.
+        self.size = min(sum(self.half.ravel().tolist()), sys.float_info.max)
         self.sine, self.cosine = _sine_and_cosine(rotation)
         # Slightly large, so that rounding never rejects a ray through a corner.
         self.bounding_radius = math.hypot(*self.half.ravel()) * (1 + 1e-9)
