@@ -176,10 +176,8 @@ class _Pixel:
             return (
                 ("x = (px + a_x - 1/2 - c_x) / f_x", "y = (c_y + 1/2 - py - a_y) / f_y"),
                 (
-                    Number("focal", frame.focal_lengths, "f_x and f_y, the focal lengths in pixels"),
-                    Number(
-                        "c", (center_x - 0.5, center_y - 0.5), "the principal point, from the first pixel's centre"
-                    ),
+                    Number("focal", frame.focal_lengths, "the focal lengths in pixels"),
+                    Number("c", (center_x - 0.5, center_y - 0.5), "the principal point, 0 at the first centre"),
                 ),
                 "Beyond the document: the principal point may be anywhere, and pixels need not be square.",
             )
