@@ -8,12 +8,12 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rtcli.rendering.job import RenderJob, RenderRequest
-from rtcli.rendering.pack import pack
+from rtcli.rendering.pack import PackedScene, pack_scene
 from rtcli.rendering.stream import expose_film
 from rtcli.scene.model import Scene
 from rtcli.scene.validation.from_python import scene_from_data
 from rtcli.tracer.engines import Tracer
-from rtcli.tracer.world import Window, World
+from rtcli.tracer.world import Window
 
 if TYPE_CHECKING:  # loads NumPy, which `import rtcli` does without
     from rtcli.rendering.film import Film
@@ -52,17 +52,22 @@ def render(
     ------
     rtcli.SceneError
         If a mapping is not a valid scene; `.problems` lists every problem.
+    TypeError
+        If the scene is neither, such as the name of a file.
     ValueError
         For an unknown pass or engine, less than one thread, a crop that is not inside the picture, or a variable
         RTCLI_SIMD that names no SIMD level of this machine.
     """
     names = (passes,) if isinstance(passes, str) else tuple(passes)
     request = RenderRequest(names, engine, threads, None if crop is None else Window(*crop))
+    if not isinstance(scene, (Scene, Mapping)):
+        kind = type(scene).__name__
+        raise TypeError(f"scene must be a rtcli.Scene or a mapping, not {kind}: load files with rtcli.load_scene")
     if not isinstance(scene, Scene):
         scene = scene_from_data(scene)
-    world, tracers = _prepared(scene)
+    packed, tracers = _prepared(scene)
     key = (request.engine, request.thread_count, os.environ.get("RTCLI_SIMD"))
-    job = RenderJob(scene, world, request, prepared=tracers.get(key))
+    job = RenderJob(packed, request, prepared=tracers.get(key))
     tracers[key] = job.tracer
     return expose_film(job)
 
@@ -70,7 +75,7 @@ def render(
 class _Prepared(NamedTuple):
     """A scene as arrays, and the tracers prepared for it, by engine, threads and SIMD level."""
 
-    world: World
+    scene: PackedScene
     tracers: dict[tuple[str, int, str | None], Tracer]
 
 
@@ -82,6 +87,6 @@ def _prepared(scene: Scene) -> _Prepared:
     """Return what is prepared for a scene; it is dropped with the scene."""
     found = _PREPARED.get(id(scene))
     if found is None:
-        found = _PREPARED[id(scene)] = _Prepared(pack(scene), {})
+        found = _PREPARED[id(scene)] = _Prepared(pack_scene(scene), {})
         weakref.finalize(scene, _PREPARED.pop, id(scene), None).atexit = False
     return found

@@ -6,8 +6,6 @@ import contextlib
 import errno
 import io
 import os
-import secrets
-import shutil
 import stat
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -59,6 +57,8 @@ def atomic_write_all(
 
 def atomic_copy_all(targets: Mapping[Path, Path]) -> None:
     """Copy files to targets, which appear under their names only once all are complete; see `atomic_write_all`."""
+    import shutil  # loads the compressors, which pictures do without
+
     with atomic_write_all(list(targets.values())) as files:
         for source, file in zip(targets, files, strict=True):
             with source.open("rb") as opened:
@@ -94,16 +94,16 @@ class _AtomicFile:
         path = Path(os.path.abspath(target))  # noqa: PTH100 - Path.resolve would follow links
         if path.is_symlink() and path.parts[1] in ("dev", "proc"):
             # /dev/stdout may be a link to a log file, which must not be replaced by one of the files it collects.
-            raise OSError(errno.EINVAL, "is not a place for files: use - for standard output", str(target))
+            raise OSError(errno.EINVAL, "cannot be replaced by a file: use - for standard output", str(target))
         self.target = target
         self.final = Path(os.path.realpath(target))
         # Before any work: renaming over a folder fails late, and over a device such as /dev/null would destroy it.
         try:
-            refuse_non_file(self.final, str(target), "is a folder: name a file in it")
+            refuse_non_file(self.final, str(target), "is a folder: give the path of a file")
         except FileNotFoundError:
             if not self.final.parent.is_dir():
                 raise FileNotFoundError(errno.ENOENT, "its folder does not exist", str(target)) from None
-        self.temporary = (scratch or self.final.parent) / f".rtcli-{secrets.token_hex(8)}.tmp"
+        self.temporary = (scratch or self.final.parent) / f".rtcli-{os.urandom(8).hex()}.tmp"
         self.raw = os.fsencode(self.temporary)
         self.sync = sync
         self.file: BinaryIO | None = None

@@ -26,7 +26,7 @@ def _aces(x: float) -> float:
 
 
 TONE_CURVES = {
-    "clip": ToneCurve("y = min(x, 1)", "what is brighter than white is white", lambda x: min(x, 1.0)),
+    "clip": ToneCurve("y = min(x, 1)", "values above white become white", lambda x: min(x, 1.0)),
     "reinhard": ToneCurve(
         "y = x / (1 + x)", "E. Reinhard et al., 2002, equation 3, per channel", lambda x: x / (1 + x)
     ),

@@ -8,9 +8,9 @@ from types import ModuleType
 # By the name of each extra, a module of its package, and the feature that needs it.
 EXTRAS = {
     "exr": ("OpenEXR", "reading and writing EXR"),
-    "flip": ("flip_evaluator", "comparing pictures by FLIP"),
-    "preview": ("textual_image", "pictures in the terminal"),
-    "dask": ("distributed", "work on a Dask cluster"),
+    "flip": ("flip_evaluator", "comparing pictures with FLIP"),
+    "preview": ("textual_image", "showing pictures in the terminal"),
+    "dask": ("distributed", "rendering on a Dask cluster"),
 }
 
 

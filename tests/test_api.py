@@ -57,6 +57,18 @@ def test_data_is_rendered_like_the_scene_it_describes():
         np.testing.assert_array_equal(film[name], expected[name])
 
 
+@pytest.mark.parametrize("scene", ["my.yaml", None, [1, 2]])
+def test_what_is_neither_scene_nor_mapping_is_a_type_error_that_names_load_scene(scene):
+    with pytest.raises(TypeError, match=r"must be a rtcli\.Scene or a mapping, not \w+: .* rtcli\.load_scene"):
+        rtcli.render(scene)
+
+
+@pytest.mark.parametrize("text", [b"camera: {}", 3, None])
+def test_parsing_what_is_no_text_is_a_type_error(text):
+    with pytest.raises(TypeError, match=f"text must be str, not {type(text).__name__}"):
+        rtcli.parse_scene(text)
+
+
 def test_second_rendering_of_a_scene_is_the_same_as_the_first():
     sight = scene([sphere([0, 0, -5])], [light([0, 3, 0])])
     first = rtcli.render(sight, threads=1)
@@ -71,7 +83,7 @@ def test_second_rendering_prepares_nothing_again(monkeypatch):
     def fail(*arguments):
         raise AssertionError
 
-    monkeypatch.setattr("rtcli.api.pack", fail)
+    monkeypatch.setattr("rtcli.api.pack_scene", fail)
     monkeypatch.setattr("rtcli.rendering.job.tracer_of", fail)
     rtcli.render(sight, crop=(0, 0, 4, 4), passes="normal")
 

@@ -4,11 +4,12 @@ import re
 from pathlib import Path
 
 import pytest
+from pages import CODE_PAGES
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
 GLOSSARY = DOCS / "glossary.md"
-PAGES = [ROOT / "CONTRIBUTING.md", DOCS / "architecture.md", GLOSSARY, *sorted((DOCS / "adr").glob("*.md"))]
+PAGES = [*CODE_PAGES, DOCS / "architecture.md", GLOSSARY, *sorted((DOCS / "adr").glob("*.md"))]
 
 # Folders that are built or installed, and so not in the repository.
 MADE = (".venv/", "out/")
@@ -35,7 +36,8 @@ def paths_in(text):
 def missing(page):
     """Return the paths and links of a page whose targets do not exist."""
     text = page.read_text(encoding="utf-8")
-    lost = [f"`{path}`" for path in paths_in(text) if not (ROOT / path).exists()]
+    roots = (ROOT, page.parent)
+    lost = [f"`{path}`" for path in paths_in(text) if not any((root / path).exists() for root in roots)]
     links = [link for link in LINK.findall(text) if "://" not in link]
     return lost + [f"({link})" for link in links if not (page.parent / link).exists()]
 

@@ -37,6 +37,11 @@ def test_readme_fits_a_few_screens():
     assert len(refresh.SPEED_ROWS) <= 8
 
 
+def test_table_of_the_compiled_reader_is_fresh():
+    text = refresh.READER_TABLE.read_text(encoding="utf-8")
+    assert text == refresh.reader_table(), "run: make docs, and compile again"
+
+
 def test_story_of_a_pixel_is_that_of_the_page():
     text = (refresh.DOCS / "explain.md").read_text(encoding="utf-8")
     assert f"$ rtcli explain scenes/first.yaml --pixel {refresh.PIXEL}\nPixel {refresh.PIXEL} of" in text

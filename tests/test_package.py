@@ -106,6 +106,7 @@ def test_source_distribution_can_be_built_and_tested(tmp_path):
             "rtcli/__init__.py",
         ),
         *("tracer/Cargo.toml", "tracer/Cargo.lock", "tracer/src/lib.rs", "tracer/python/src/lib.rs"),
+        "tracer/reader/src/table.rs",
         "tracer/python/build.rs",
         *("scenes/first.yaml", "schemas/scene.schema.json", "tools/refresh.py", "tests/test_package.py"),
         *("docs/tracer.md", "docs/conf.py", "docs/tutorial/step-8.yaml"),

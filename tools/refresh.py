@@ -16,6 +16,7 @@ from typing import Any
 from click import Context
 from click.testing import CliRunner
 from import_picture import import_picture
+from reader_table import reader_table
 
 import rtcli
 from rtcli.cli import main
@@ -27,6 +28,7 @@ ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
 README = ROOT / "README.md"
 SCHEMA = ROOT / "schemas" / "scene.schema.json"
+READER_TABLE = ROOT / "tracer" / "reader" / "src" / "table.rs"
 SCENES = ROOT / "scenes"
 WRONG = DOCS / "wrong.yaml"
 GALLERY = DOCS / "gallery"
@@ -63,8 +65,9 @@ SPEED_ROWS = (
     ("1,000 spheres, 1920x1080", "crowd-1000", "rtcli, YAML"),
     ("10,000 spheres", "crowd-10000", "rtcli, YAML"),
     ("100,000 spheres", "crowd-100000", "rtcli, YAML"),
-    ("100,000 spheres, the scene as JSON", "crowd-100000", "rtcli, JSON"),
+    ("1,000,000 spheres, the scene as JSON", "crowd-1000000", "rtcli, JSON"),
 )
+SPEED_PEERS = {"Tachyon": "Tachyon", "POV-Ray": "POV-Ray", "Mitsuba": "Mitsuba 3"}
 
 
 def benchmark_results() -> dict[str, Any]:
@@ -74,15 +77,21 @@ def benchmark_results() -> dict[str, Any]:
 
 
 def speed_table() -> str:
-    """Return the times of rtcli and of two other programs as a table, in milliseconds."""
+    """Return the times of rtcli and of its peers as a table, in milliseconds; a dash if one was not timed."""
+    contests = benchmark_results()["contests"]
+    lines = [f"| milliseconds | rtcli | {' | '.join(SPEED_PEERS.values())} |", f"| --- |{' ---: |' * 4}"]
+    for work, contest, contestant in SPEED_ROWS:
+        times = [_milliseconds(contests, contest, name) for name in (contestant, *SPEED_PEERS)]
+        lines.append(f"| {work} | {' | '.join(times)} |")
+    return "\n".join(lines)
+
+
+def _milliseconds(contests: dict[str, Any], contest: str, contestant: str) -> str:
     from report import median
 
-    contests = benchmark_results()["contests"]
-    lines = ["| milliseconds | rtcli | POV-Ray | Mitsuba 3 |", "| --- | ---: | ---: | ---: |"]
-    for work, contest, contestant in SPEED_ROWS:
-        times = (median(contests, contest, name) for name in (contestant, "POV-Ray", "Mitsuba"))
-        lines.append(f"| {work} | {' | '.join(f'{1000 * seconds:,.0f}' for seconds in times)} |")
-    return "\n".join(lines)
+    if contestant not in contests.get(contest, {}).get("seconds", {}):
+        return "-"
+    return f"{1000 * median(contests, contest, contestant):,.0f}"
 
 
 def bars() -> str:
@@ -96,8 +105,9 @@ def bars() -> str:
 
 
 def help_block(*command: str) -> str:
-    """Return the `--help` of a command as a Markdown block, 80 columns wide."""
-    result = CliRunner().invoke(main, [*command, "--help"], prog_name="rtcli", terminal_width=80)
+    """Return the `--help` of a command as a Markdown block, as a terminal of 80 columns shows it."""
+    # Click leaves two columns free.
+    result = CliRunner().invoke(main, [*command, "--help"], prog_name="rtcli", terminal_width=78)
     return f"```text\n{result.output.rstrip()}\n```"
 
 
@@ -294,8 +304,7 @@ def scene_reference() -> str:
 def _section(title: str, definition: dict[str, Any]) -> str:
     required = definition.get("required", [])
     lines = [f"### {title}", "", "| key | value | default | meaning |", "| --- | --- | --- | --- |"]
-    rank = {key: (key != "type", key not in required) for key in definition["properties"]}
-    for key, field in sorted(definition["properties"].items(), key=lambda item: rank[item[0]]):
+    for key, field in definition["properties"].items():
         default = "*required*" if key in required else _default(field)
         lines.append(f"| `{key}` | {_value(field)} | {default} | {_text(field['description'])} |")
     return "\n".join(lines)
@@ -364,6 +373,8 @@ PAGES: dict[Path, Callable[[], dict[str, str]]] = {
 def refresh() -> None:
     """Regenerate everything."""
     SCHEMA.write_text(schema_text(), encoding="utf-8")
+    if READER_TABLE.read_text(encoding="utf-8") != (table := reader_table()):  # a new file is compiled again
+        READER_TABLE.write_text(table, encoding="utf-8")
     for page in PAGES:
         page.write_text(fresh_text(page), encoding="utf-8")
     ARCHITECTURE.write_text(import_picture(), encoding="utf-8")

@@ -70,7 +70,7 @@ def _animate(animation: Animation, manifest: Manifest, folder: Path, scratch: Pa
     entries = [manifest.entry(job.key) for job in animation.jobs]
     hashes = [_picture_hash(job, entry) for job, entry in zip(animation.jobs, entries, strict=True)]
     if None in hashes:
-        why = f"no animation, for {hashes.count(None):,} of its {len(hashes):,} pictures failed"
+        why = f"no animation: {hashes.count(None):,} of {len(hashes):,} pictures failed"
         return AnimationResult(animation.path, problem=why)
     frames = sha256("\n".join([SOFTWARE, *filter(None, hashes)]).encode())
     target = folder / animation.path

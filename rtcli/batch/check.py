@@ -21,7 +21,7 @@ from rtcli.compare.shown import layer_png
 from rtcli.image.layers import Layers, in_order
 from rtcli.image.write import FORMATS
 from rtcli.rendering.stopwatch import Stopwatch
-from rtcli.scene.reading.parse import read_file
+from rtcli.scene.files import read_file
 from rtcli.tracer.passes import RADIANCE
 
 # In a task's scratch folder: its renderings, the difference pictures, and the pictures to show.

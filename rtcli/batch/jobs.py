@@ -10,15 +10,18 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path, PurePath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rtcli.atomic import refuse_non_file
 from rtcli.batch.sweep import Combination, Variation, combinations, refuse_too_many
+from rtcli.image.display import Quantization
 from rtcli.image.formats import parts_of
 from rtcli.scene.diagnostics.problems import quoted
 from rtcli.scene.find import looks_like_scene, scene_files_below
-from rtcli.scene.overrides import Overrides, set_expression
-from rtcli.scene.reading.source import Document
+from rtcli.scene.overrides import Overrides, SectionEdit, with_expressions
+
+if TYPE_CHECKING:
+    from rtcli.scene.reading.source import Document
 
 # In the folder of the results: the manifest, and a folder for the lock and the temporary files.
 MANIFEST = "manifest.json"
@@ -43,20 +46,30 @@ class BatchSettings:
         The bits of each channel of a PNG.
     overrides
         The changes to each scene.
+    depth_scale
+        The length of one level of a depth or distance as PNG; None to fit it to the values.
     """
 
     suffix: str = ".png"
     passes: tuple[str, ...] = ()
     bits: int = 8
     overrides: Overrides = field(default_factory=Overrides)
+    depth_scale: float | None = None
+
+    @property
+    def quantization(self) -> Quantization:
+        """How finely the files resolve their values."""
+        return Quantization(self.bits, self.depth_scale)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the settings as the manifest records them."""
-        overrides = self.overrides
+        overrides, depth_scale = self.overrides, self.depth_scale
         return {
             "format": self.suffix,
             "passes": list(self.passes),
             "bits": self.bits,
+            # Manifests without it stay valid.
+            **({} if depth_scale is None else {"depth_scale": depth_scale}),
             "size": None if overrides.size is None else list(overrides.size),
             "samples": overrides.samples,
             "exposure": overrides.exposure,
@@ -97,18 +110,24 @@ class Job:
         parts = parts_of(self.key + self.settings.suffix, self.settings.passes)
         return {part: path.as_posix() for part, path in parts.items()}
 
-    def changed(self, document: Document) -> Document:
+    def apply(self, document: Document) -> Document:
         """Return the scene with the overrides and the variation.
 
         Raises
         ------
-        rtcli.scene.overrides.EditError
+        rtcli.scene.edits.EditError
             If an option names no value of this scene.
         """
         document = self.settings.overrides.apply(document)
+        if self.variation.edits:
+            from rtcli.scene.edits import set_expression  # reads YAML, which most scenes do without
         for expression in self.variation.edits:
             document = set_expression(document, expression, "--vary")
         return document
+
+    def section_edits(self) -> list[SectionEdit] | None:
+        """Return the same changes as edits of sections; see `Overrides.section_edits`."""
+        return with_expressions(self.settings.overrides.section_edits(), self.variation.edits)
 
 
 def find_jobs(
@@ -143,8 +162,8 @@ def find_jobs(
         other = scenes.setdefault(key, scene)
         if other != scene and os.path.realpath(other) != os.path.realpath(scene):
             raise BatchError(
-                f"the results of {quoted(other)} and {quoted(scene)} would both be {quoted(key)}: rename one, or "
-                "give the folder that holds both"
+                f"{quoted(other)} and {quoted(scene)} would both be rendered to {quoted(key)}: rename one, or "
+                "pass the folder that contains both"
             )
     combined = list(combinations(variations))
     if variations:
@@ -166,13 +185,15 @@ def _check_outputs(jobs: Sequence[Job], folder: str) -> None:
             owner = owners.setdefault(path, quoted(job.scene))
             if owner != quoted(job.scene):
                 raise BatchError(
-                    f"{quoted(job.scene)} would give {quoted(path)}, as does {owner}: rename the scene"
+                    f"{quoted(job.scene)} and {owner} would both write {quoted(path)}: rename the scene"
                 )
     results = os.path.realpath(folder)
     for job in jobs:
         scene = os.path.relpath(os.path.realpath(job.scene), results)
         if PurePath(scene).as_posix() in owners:
-            raise BatchError(f"a result would replace the scene {quoted(job.scene)}: give another folder with -o")
+            raise BatchError(
+                f"a result would replace the scene {quoted(job.scene)}: choose another folder with -o"
+            )
 
 
 def _scenes(paths: Iterable[str], folder: str) -> Iterator[tuple[str, str]]:
@@ -200,7 +221,7 @@ def _glob_matches(pattern: str, folder: str) -> Iterator[tuple[str, str]]:
     # Path.glob accepts no pattern that starts with a slash.
     matches = sorted(glob.glob(pattern, recursive=True)) if glob.has_magic(pattern) else []  # noqa: PTH207
     if not matches:
-        raise FileNotFoundError(errno.ENOENT, "there is no such file or folder", pattern)
+        raise FileNotFoundError(errno.ENOENT, "no such file or folder", pattern)
     root = str(Path(*itertools.takewhile(lambda part: not glob.has_magic(part), PurePath(pattern).parts)))
     results = os.path.realpath(folder)
     for match in map(Path, matches):

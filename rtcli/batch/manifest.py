@@ -102,7 +102,7 @@ class Manifest:
         try:
             return {} if line is None else json.loads(line)
         except (ValueError, RecursionError) as error:
-            raise self._damaged(f"the line of {quoted(key)}: {error}") from error
+            raise self._damaged(f"the entry {quoted(key)}: {error}") from error
 
     def put(self, key: str, entry: Entry) -> None:
         """Set the entry of a result."""
@@ -167,18 +167,18 @@ class Manifest:
         except (ValueError, RecursionError) as error:
             raise self._damaged(str(error)) from error
         if not isinstance(data, dict) or not isinstance(data.get("manifest"), int):
-            raise self._damaged("it has no `manifest` with a number")
+            raise self._damaged("the key `manifest` is missing or not an integer")
         if data["manifest"] != _VERSION:
-            message = f"is manifest {data['manifest']}, of another version of rtcli; this one reads {_VERSION}"
-            raise ManifestError(self._path, f"{message}: give another folder with -o")
+            message = f"has manifest version {data['manifest']}, but this rtcli reads version {_VERSION}"
+            raise ManifestError(self._path, f"{message}: choose another folder with -o")
         scenes = data.get("scenes")
         if not isinstance(scenes, dict) or not all(isinstance(entry, dict) for entry in scenes.values()):
-            raise self._damaged("its `scenes` are no mapping of mappings")
+            raise self._damaged("`scenes` is not a mapping of mappings")
         return scenes
 
     def _damaged(self, why: str) -> ManifestError:
         return ManifestError(
-            self._path, f"is damaged ({why}): put back a copy, or remove it, and all scenes will be rendered again"
+            self._path, f"is damaged ({why}): restore a copy, or delete it to re-render every scene"
         )
 
     def _stamp(self) -> tuple[int, int, int] | None:

@@ -13,7 +13,7 @@ from rtcli.batch.jobs import Job
 from rtcli.batch.manifest import Entry, Manifest, files_of, output_paths
 from rtcli.batch.worker import DONE, content_of
 from rtcli.rendering.metadata import SOFTWARE
-from rtcli.scene.reading.parse import read_file
+from rtcli.scene.files import read_file
 
 # The number of jobs that threads compare at a time.
 _CHUNK = 512
@@ -105,12 +105,12 @@ def _difference(entry: Entry, job: Job) -> str:
     if not entry:
         return "new"
     if entry.get("status") != DONE:
-        return "failed before"
+        return "the last render failed"
     if entry.get("vary", {}) != dict(job.variation.values):
-        return "another variation"
+        return "the varied values changed"
     if entry.get("settings") != job.settings.as_dict() or output_paths(entry) != set(job.outputs.values()):
-        return "other settings"
-    return "" if entry.get("software") == SOFTWARE else "another version of rtcli"
+        return "the settings changed"
+    return "" if entry.get("software") == SOFTWARE else "rendered by another version of rtcli"
 
 
 def _damage(entry: Entry, folder: Path) -> str:

@@ -60,7 +60,9 @@ class Workers:
 
     def restart(self) -> None:
         """Recover after the executor broke, which these workers cannot."""
-        raise WorkersError("the connection to the workers was lost: what was done is kept, start again to go on")
+        raise WorkersError(
+            "the connection to the workers was lost: finished results are kept; run the command again to continue"
+        )
 
     def close(self) -> None:
         """Release the workers; tasks that they still run are lost."""
@@ -140,12 +142,12 @@ def _result(task: Any, future: Future[Any]) -> Result:
 
 
 def _retry(workers: Workers, function: Callable[[_T], _R], task: _T) -> Result:
-    """Run a task once more, while no other task runs that could take it down or be taken down by it."""
+    """Retry a task while no other runs, so that neither can crash the other."""
     result = _result(task, workers.submit(function, task))
     if not isinstance(result.error, BrokenExecutor):
         return result
     workers.restart()
-    message = "the worker process died, twice: killed by a signal, or for want of memory"
+    message = "the worker process died twice: it was killed by a signal or ran out of memory"
     return Result(task, error=WorkerDiedError(message))
 
 
@@ -183,7 +185,7 @@ class LocalWorkers(Workers):
             with contextlib.suppress(BrokenExecutor):
                 self.submit(bool, None).result()  # any task proves that a worker is alive
                 return
-        raise WorkersError("worker processes end as soon as they start")
+        raise WorkersError("worker processes exit as soon as they start")
 
     def close(self) -> None:
         """End the processes, within about `_GRACE_PERIOD` seconds, whatever they run."""

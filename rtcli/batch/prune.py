@@ -52,7 +52,9 @@ def find_stale_outputs(
     unwanted = sorted(path for path in recorded - wanted if os.path.lexists(folder / path))
     for path in unwanted:
         if not _is_result(path, folder, scenes):
-            message = f"names {quoted(path)}, which is no result in this folder: nothing is removed. Correct it"
+            message = (
+                f"lists {quoted(path)}, which is not a result in this folder: remove it there; nothing was deleted"
+            )
             raise ManifestError(folder / MANIFEST, message)
     return StaleOutputs(sorted(stale), unwanted)
 

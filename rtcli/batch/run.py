@@ -15,7 +15,7 @@ from rtcli.batch.manifest import Manifest, extra_paths, output_paths
 from rtcli.batch.plan import Plan
 from rtcli.batch.pool import Result, Workers, results
 from rtcli.batch.worker import BatchTask, Outcome, failure, open_outputs, render_job
-from rtcli.scene.reading.parse import read_file
+from rtcli.scene.files import read_file
 
 # Seconds that an interrupted batch waits for the manifest while another run holds it.
 _SAVE_TIMEOUT = 1.0

@@ -71,26 +71,28 @@ def parse_variation(expression: str) -> Variation:
         start, stop, step = map(Decimal, numbers.groups())
         return Variation(path, _range(start, stop, step, expression))
     if _RANGE_WITHOUT_STEP.fullmatch(text):
-        raise ValueError(f"{quoted(expression)} has no step: give one, such as {path}=20:60:5")
+        raise ValueError(f"{quoted(expression)} has no step: add one, as in {path}=20:60:5")
     values = _split_list(text)
     if not all(values):
         raise ValueError(f"{quoted(expression)} has an empty value")
     if len(set(values)) < len(values):
-        raise ValueError(f"{quoted(expression)} has a value twice")
+        raise ValueError(f"{quoted(expression)} repeats a value")
     return Variation(path, values)
 
 
 def _not_a_variation(expression: str) -> ValueError:
-    return ValueError(f"{quoted(expression)} is not KEY=START:STOP:STEP or KEY=A,B,C, such as camera.fov=20:60:5")
+    return ValueError(
+        f"{quoted(expression)} must have the form KEY=START:STOP:STEP or KEY=A,B,C, such as camera.fov=20:60:5"
+    )
 
 
 def _range(start: Decimal, stop: Decimal, step: Decimal, expression: str) -> tuple[str, ...]:
     # Write all values with the same number of decimals, so that file names align.
     decimals = max(0, *(-int(number.as_tuple().exponent) for number in (start, step)))
     if max(decimals, *(number.adjusted() for number in (start, stop, step))) > _MOST_DIGITS:
-        raise ValueError(f"{quoted(expression)} has numbers of more than {_MOST_DIGITS} digits")
+        raise ValueError(f"{quoted(expression)} has a number with more than {_MOST_DIGITS} digits")
     if step == 0 or (stop - start) * step < 0:
-        raise ValueError(f"{quoted(expression)}: steps of {step} do not lead from {start} to {stop}")
+        raise ValueError(f"{quoted(expression)}: steps of {step} do not go from {start} to {stop}")
     count = int((stop - start) // step) + 1
     refuse_too_many(count)
     return tuple(f"{start + i * step:.{decimals}f}" for i in range(count))
@@ -147,7 +149,7 @@ def combinations(variations: Sequence[Variation]) -> Iterator[Combination]:
     varied = [_keys_of(path) for path in paths]
     for path, keys in zip(paths, varied, strict=True):
         if varied.count(keys) > 1:
-            raise ValueError(f"{quoted(path)} is varied twice: give all its values at once")
+            raise ValueError(f"{quoted(path)} is varied twice: give all its values in one --vary")
     refuse_too_many(math.prod(len(variation.values) for variation in variations))
     by_name: dict[str, Combination] = {}  # some file systems ignore case
     for values in product(*(variation.values for variation in variations)):
@@ -155,11 +157,13 @@ def combinations(variations: Sequence[Variation]) -> Iterator[Combination]:
         name = combination.name
         if len(name) > _LONGEST_NAME:
             raise ValueError(
-                f"the name {quoted(name)} is longer than {_LONGEST_NAME} characters: vary less at a time"
+                f"the name {quoted(name)} is longer than {_LONGEST_NAME} characters: vary fewer values at a time"
             )
         other = by_name.setdefault(name.casefold(), combination)
         if other is not combination:
-            raise ValueError(f"{', '.join(other.edits)} and {', '.join(combination.edits)} would have one name")
+            raise ValueError(
+                f"{', '.join(other.edits)} and {', '.join(combination.edits)} would have the same name"
+            )
         yield combination
 
 
@@ -174,4 +178,4 @@ def _keys_of(path: str) -> tuple[str | int, ...]:
 def refuse_too_many(count: int) -> None:
     """Raise ValueError for more than `MOST_VARIATIONS`."""
     if count > MOST_VARIATIONS:
-        raise ValueError(f"{count:,} variations are more than {MOST_VARIATIONS:,}")
+        raise ValueError(f"{count:,} variations exceed the limit of {MOST_VARIATIONS:,}")

@@ -14,14 +14,12 @@ from rtcli.atomic import atomic_write_all
 from rtcli.batch.hashes import sha256, sha256_of
 from rtcli.batch.jobs import Job
 from rtcli.image.formats import check_fits
-from rtcli.rendering.job import RenderJob, RenderRequest, validate_and_pack
+from rtcli.rendering.job import RenderJob, RenderRequest
+from rtcli.rendering.load import load
 from rtcli.rendering.metadata import SOFTWARE, fingerprint
 from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.rendering.stream import write_film
 from rtcli.scene.diagnostics.problems import Problem, SceneError
-from rtcli.scene.model import Scene
-from rtcli.scene.reading.parse import parse_bytes
-from rtcli.tracer.world import World
 
 DONE, FAILED = "done", "failed"
 
@@ -118,7 +116,7 @@ class Outcome:
 def content_of(job: Job, raw: bytes) -> str | None:
     """Return the fingerprint of a job's scene, or None if it is invalid."""
     try:
-        return fingerprint(*_loaded(job, raw, Stopwatch()))
+        return fingerprint(load(raw, job.scene, job, Stopwatch()))
     except ValueError:
         return None
 
@@ -137,12 +135,13 @@ def render_job(task: BatchTask) -> Outcome:
 
 def rendered(task: BatchTask, watch: Stopwatch) -> Outcome:
     """Do what `render_job` does, but raise ValueError for an invalid scene, and OSError for a file."""
-    scene, world = _loaded(task.job, task.raw, watch)
-    job = RenderJob(scene, world, RenderRequest(task.job.settings.passes, threads=1))
-    check_fits(task.job.key + task.job.settings.suffix, job.window[2:], task.job.settings.bits)
+    scene = load(task.raw, task.job.scene, task.job, watch)
+    settings = task.job.settings
+    job = RenderJob(scene, RenderRequest(settings.passes, threads=1))
+    check_fits(task.job.key + settings.suffix, job.window[2:], settings.quantization, settings.passes)
     outputs, files = _render(task, job, watch.seconds)
     size = job.window.width, job.window.height
-    return Outcome(sha256(task.raw), fingerprint(scene, world), outputs, watch.seconds, size, files=files)
+    return Outcome(sha256(task.raw), job.fingerprint, outputs, watch.seconds, size, files=files)
 
 
 def failure(input: str | None, error: BaseException, seconds: dict[str, float]) -> Outcome:
@@ -151,7 +150,7 @@ def failure(input: str | None, error: BaseException, seconds: dict[str, float]) 
     if isinstance(error, SceneError):
         problems = error.problems[:MAX_KEPT]
         more = len(error.problems) - MAX_KEPT
-        message = f"{more:,} more problems: see rtcli validate" if more > 0 else ""
+        message = f"{more:,} more problems: run rtcli validate to see them" if more > 0 else ""
     elif isinstance(error, MemoryError):
         message = "not enough memory: make the picture smaller, or use fewer --jobs"
     elif isinstance(error, OSError) and error.filename is not None:
@@ -159,12 +158,6 @@ def failure(input: str | None, error: BaseException, seconds: dict[str, float]) 
     else:
         message = str(error) or type(error).__name__
     return Outcome(input, problems=problems, message=message, seconds=seconds)
-
-
-def _loaded(job: Job, raw: bytes, watch: Stopwatch) -> tuple[Scene, World]:
-    with watch.stage("parse"):
-        document = job.changed(parse_bytes(raw, job.scene))
-    return validate_and_pack(document, watch)
 
 
 def _render(
@@ -179,7 +172,7 @@ def _render(
         opened = stack.enter_context(open_outputs(list(paths.values()), Path(folder), scratch))
         files = dict(zip(paths, opened, strict=True))
         targets = {part: (paths[part], file) for part, file in files.items()}
-        stats = write_film(job, targets, task.job.settings.bits)
+        stats = write_film(job, targets, task.job.settings.quantization)
         seconds.update(stats.seconds)
         outputs = tuple(_output(part, paths[part], file) for part, file in files.items())
         if task.folder is not None:

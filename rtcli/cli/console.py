@@ -14,7 +14,7 @@ from typing import Any, BinaryIO, TextIO
 import click
 
 from rtcli.atomic import atomic_write
-from rtcli.scene.reading.parse import READ_BYTES, read_file
+from rtcli.scene.files import READ_BYTES, read_file
 
 # The file name that means standard input or output.
 STDIO = "-"
@@ -98,7 +98,7 @@ def display_name(path: str) -> str:
 
 
 def read_input(path: str) -> bytes:
-    """Read a scene from a file or standard input; see `rtcli.scene.reading.parse.read_file`."""
+    """Read a scene from a file or standard input; see `rtcli.scene.files.read_file`."""
     if path != STDIO:
         return read_file(path)
     if sys.stdin is None:  # closed, as by `rtcli ... <&-`

@@ -36,9 +36,9 @@ class DifferencePictures:
 
     def __init__(self, output: str, option: str) -> None:
         if output == STDIO:
-            raise click.UsageError(f"{option} needs a file: difference pictures are not for standard output")
+            raise click.UsageError(f"{option} needs a file; difference pictures cannot go to standard output")
         if not output.lower().endswith(".png"):
-            raise click.UsageError(f"the difference picture {output!r} is a PNG: its name must end in .png")
+            raise click.UsageError(f"{option} writes a PNG; the name {output!r} must end in .png")
         self._output, self._option = output, option
         self._paths = {"": output}
 
@@ -68,4 +68,4 @@ class DifferencePictures:
         """Report the pictures of an earlier run, when there is no difference any more."""
         for path in self._paths.values():
             if Path(path).exists():
-                report_line(f"{printable(path)} is from an earlier run: now there is no difference to be shown")
+                report_line(f"{printable(path)} is from an earlier run; there is no difference any more")

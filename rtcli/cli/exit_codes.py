@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import click
 
-from rtcli.scene.diagnostics.problems import printable
+from rtcli.scene.diagnostics.quoting import printable
 
 # A scene is invalid; a comparison fails; a file cannot be read or written, or memory runs out; rtcli has a bug.
 # 0 is success, and 2 is click's code for wrong usage.
@@ -23,7 +23,7 @@ def os_error_text(error: OSError) -> str:
 
 # Python's messages where it raises no MemoryError: for threads and for libraries.
 _NO_THREAD = "can't start new thread"
-_NO_LIBRARY = re.compile("failed to map segment|cannot allocate memory", re.IGNORECASE)
+_NO_LIBRARY = "failed to map segment|cannot allocate memory"
 
 
 def lack_of_memory(error: BaseException) -> str | None:
@@ -32,7 +32,7 @@ def lack_of_memory(error: BaseException) -> str | None:
         return str(error) if str(error).startswith("not enough memory") else "not enough memory"
     if isinstance(error, RuntimeError) and _NO_THREAD in str(error):
         return "not enough memory for a thread, or too many of them"
-    if isinstance(error, ImportError) and _NO_LIBRARY.search(str(error)):
+    if isinstance(error, ImportError) and re.search(_NO_LIBRARY, str(error), re.IGNORECASE):
         return "not enough memory to load a library"
     return None
 

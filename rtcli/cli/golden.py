@@ -84,7 +84,7 @@ class GoldenCheck(NamedTuple):
         elif self.differences is not None and not quiet:
             self.differences.report_outdated()
         code = self.report(comparison, quiet)
-        return self._update(files, "was different") if code and self.updates else code
+        return self._update(files, "differed") if code and self.updates else code
 
     def _update(self, files: dict[str, Path], why: str) -> int:
         """Replace the golden files by rendered ones, report it, and return the exit code."""
@@ -110,7 +110,7 @@ def golden_check(options: CheckOptions, passes: tuple[str, ...]) -> GoldenCheck:
     """
     name = options.golden
     if name == STDIO:
-        raise click.UsageError("--check needs the name of a file: standard input cannot be compared with")
+        raise click.UsageError("--check needs a file; standard input cannot be compared")
     refuse_folder(name, "--check")
     differences = None if options.difference is None else DifferencePictures(options.difference, "--diff")
     with usage_errors():

@@ -54,8 +54,9 @@ def check_folder(options: FolderCheckOptions, jobs: Sequence[Job], workers: Work
     ):
         results = _checked(request, jobs, workers, Path(scratch), options)
         not_done = len(jobs) - len(results)
-        left_over = obsolete_files(files, {job.key for job in jobs})
-        results += [GoldenResult(str(folder / path), "", OBSOLETE, "no scene renders to it") for path in left_over]
+        suffixes = {job.key: job.settings.suffix if options.finds_suffix else None for job in jobs}
+        left_over = obsolete_files(files, suffixes).items()
+        results += [GoldenResult(str(folder / path), "", OBSOLETE, reason) for path, reason in left_over]
         results.sort(key=lambda result: result.golden)
         if page is not None:
             page.writelines(piece.encode() for piece in golden_page(results))
@@ -76,7 +77,7 @@ def _check_paths(options: FolderCheckOptions, jobs: Sequence[Job]) -> None:
         if golden.is_relative_to(differences) or differences.is_relative_to(golden):
             raise click.UsageError(
                 f"the difference pictures in {options.difference!r} would mix with the golden files in "
-                f"{options.golden!r}: choose another folder with --diff"
+                f"{options.golden!r}; choose another folder with --diff"
             )
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
-from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec
 from types import ModuleType
 
@@ -42,7 +41,7 @@ def respect_memory_limit() -> None:
         mallopt(_M_ARENA_MAX, 1)
 
 
-class _NumPyGuard(MetaPathFinder):
+class _NumPyGuard:
     """Finds no module, but checks that NumPy fits into memory before it is loaded."""
 
     def find_spec(

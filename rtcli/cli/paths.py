@@ -45,11 +45,11 @@ def refuse_collisions(inputs: Iterable[OutputPath], outputs: Iterable[OutputPath
             continue
         if file.path == STDIO:
             raise click.UsageError(
-                f"{other.content} and {file.content} cannot both go to standard output: "
+                f"{other.content} and {file.content} cannot both go to standard output; "
                 f"name a file with {file.option or other.option}"
             )
         raise click.UsageError(
-            f"{file.content} {file.path!r} would replace {other.content} {other.path!r}: "
+            f"{file.content} {file.path!r} would replace {other.content} {other.path!r}; "
             f"choose another name with {file.option}"
         )
 
@@ -65,4 +65,4 @@ def refuse_folder(path: str, option: str) -> None:
     A folder whose name has a suffix is left to the code that reads or writes it.
     """
     if not Path(path).suffix and (path.endswith(("/", os.sep)) or Path(path).is_dir()):
-        raise click.UsageError(f"{path!r} is a folder: {option} needs the name of a file in it")
+        raise click.UsageError(f"{path!r} is a folder; {option} needs a file")

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from rtcli.rendering.film import Film
 
 _PURPOSE = "showing a picture in the terminal (a file needs -o OUT)"
-_REMEDY = "give the picture a file with -o OUT"
+_REMEDY = "write a file with -o OUT"
 
 
 class Preview:
@@ -32,14 +32,14 @@ class Preview:
         require_extra("textual_image", "preview", _PURPOSE)
         self._console = require_extra("rich.console", "preview", _PURPOSE).Console()
         if 0 in os.get_terminal_size(sys.stdout.fileno()):
-            raise OSError(f"the terminal does not say how large it is: {_REMEDY}")
+            raise OSError(f"the terminal does not report its size; {_REMEDY}")
         if not takes_escapes(sys.stdout) or self._console.no_color or self._console.color_system is None:
-            raise OSError(f"the terminal is to show no colors (NO_COLOR, or TERM is dumb or not set): {_REMEDY}")
+            raise OSError(f"the terminal shows no colors (NO_COLOR is set, or TERM is dumb or unset); {_REMEDY}")
         try:
             "▀".encode(sys.stdout.encoding)
         except UnicodeEncodeError as error:
             encoding = sys.stdout.encoding
-            raise OSError(f"the terminal's encoding, {encoding}, has no half blocks: {_REMEDY}") from error
+            raise OSError(f"the terminal's encoding, {encoding}, has no half blocks; {_REMEDY}") from error
         self._replies = None if is_terminal(sys.stdin) else _open_replies(sys.stdout.fileno())
 
     def show(self, film: Film) -> None:
@@ -65,6 +65,4 @@ def _open_replies(terminal: int) -> int | None:
     try:
         return os.open(os.ttyname(terminal), os.O_RDONLY | os.O_NOCTTY)
     except (OSError, AttributeError) as error:  # Windows has no ttyname
-        raise OSError(
-            f"the terminal cannot be asked what it shows unless it is standard input: {_REMEDY}"
-        ) from error
+        raise OSError(f"the terminal can be queried only through standard input; {_REMEDY}") from error

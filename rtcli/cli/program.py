@@ -12,8 +12,6 @@ import click
 
 from rtcli.cli.console import report_line, wants_color
 from rtcli.cli.exit_codes import FILE, INTERNAL, INVALID, lack_of_memory, os_error_text, release_frames
-from rtcli.cli.version import version
-from rtcli.scene.diagnostics.problems import SceneError
 from rtcli.signals import Interrupted, exit_by_signal, interruptible
 
 _FIRST_COMMANDS = [
@@ -22,17 +20,36 @@ _FIRST_COMMANDS = [
     ("rtcli validate my.yaml", "Report every problem of the scene"),
 ]
 
+# The commands in the order a newcomer meets them, each with the summary of its help.
+SUMMARIES = {
+    "render": "Render a scene to a picture, or check that it is still the same.",
+    "batch": "Render scenes into a folder, skipping up-to-date results.",
+    "validate": "Validate scene files and report every problem.",
+    "explain": "Explain how a pixel gets its value, step by step.",
+    "compare": "Compare two pictures, or two files of arrays.",
+    "new": "Write a small commented scene to start from.",
+    "schema": "Print the JSON Schema of scene files.",
+    "doctor": "Report this installation: version, processor, optional packages.",
+}
+
 
 class Program(click.Group):
-    """A group whose commands are modules, imported on demand: `--help` of one command imports no other."""
+    """A group whose commands are modules, imported on demand: `--help` imports none, and each command no other."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Return the commands in the order a newcomer meets them."""
-        return ["render", "batch", "validate", "explain", "compare", "new", "schema", "doctor"]
+        """Return the commands in the order of their help."""
+        return list(SUMMARIES)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the commands and their summaries, as click would after importing all of them."""
+        width = formatter.width - 6 - max(map(len, SUMMARIES))
+        commands = [click.Command(name, help=summary) for name, summary in SUMMARIES.items()]
+        with formatter.section("Commands"):
+            formatter.write_dl([(str(command.name), command.get_short_help_str(width)) for command in commands])
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Return the `command` of the module `rtcli.cli.commands.NAME`."""
-        if cmd_name not in self.list_commands(ctx):
+        if cmd_name not in SUMMARIES:
             return None
         command: click.Command = importlib.import_module(f"rtcli.cli.commands.{cmd_name}").command
         return command
@@ -64,13 +81,6 @@ def _exit_code(run: Callable[[], Any]) -> int:
     except click.ClickException as error:
         error.show()
         return error.exit_code
-    except SceneError as error:
-        from rtcli.reports import text
-        from rtcli.reports.file_report import FileReport
-
-        for piece in text.report([FileReport("", error.problems)], wants_color(sys.stderr)):
-            click.echo(piece, nl=False, err=True, color=True)
-        return INVALID
     except OSError as error:
         report_line(f"Error: {os_error_text(error)}")
         _drop_unwritten_output()
@@ -83,7 +93,9 @@ def _exit_code(run: Callable[[], Any]) -> int:
 
 
 def _report_unexpected(error: BaseException) -> int:
-    """Report an error that no command expects, and return its exit code."""
+    """Report an invalid scene or an error that no command expects, and return its exit code."""
+    if isinstance(error, ValueError) and (code := _report_scene_error(error)) is not None:
+        return code
     reason = lack_of_memory(error)
     if reason is None:
         import traceback
@@ -93,10 +105,24 @@ def _report_unexpected(error: BaseException) -> int:
         return INTERNAL
     release_frames(error)
     try:
-        report_line(f"Error: {reason}: make the picture or the scene smaller, use --crop, or allow more memory")
+        report_line(f"Error: {reason}; make the picture or the scene smaller, use --crop, or allow more memory")
     except MemoryError:
         os.write(2, b"Error: not enough memory\n")
     return FILE
+
+
+def _report_scene_error(error: ValueError) -> int | None:
+    """Report an invalid scene, and return its exit code; None for another error."""
+    from rtcli.scene.diagnostics.problems import SceneError  # valid scenes do without the table of rules
+
+    if not isinstance(error, SceneError):
+        return None
+    from rtcli.reports import text
+    from rtcli.reports.file_report import FileReport
+
+    for piece in text.report([FileReport("", error.problems)], wants_color(sys.stderr)):
+        click.echo(piece, nl=False, err=True, color=True)
+    return INVALID
 
 
 def _drop_unwritten_output() -> None:
@@ -110,6 +136,8 @@ def _drop_unwritten_output() -> None:
 
 def _print_version(ctx: click.Context, param: click.Parameter, value: bool) -> None:
     if value:
+        from rtcli.cli.version import version
+
         click.echo(f"rtcli {version()}")
         ctx.exit()
 
@@ -117,7 +145,7 @@ def _print_version(ctx: click.Context, param: click.Parameter, value: bool) -> N
 @click.group(
     cls=Program,
     context_settings={"auto_envvar_prefix": "RTCLI", "help_option_names": ["-h", "--help"]},
-    epilog="A variable can set any option: RTCLI_RENDER_SAMPLES=4 stands for render --samples 4.",
+    epilog="An environment variable can set any option: RTCLI_RENDER_SAMPLES=4.",
 )
 @click.option(
     "--version",

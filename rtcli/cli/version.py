@@ -18,6 +18,6 @@ def version() -> str:
     describe = ["git", "-C", str(_ROOT), "describe", "--always", "--dirty", "--exclude=*", "--abbrev=9"]
     try:
         result = subprocess.run(describe, capture_output=True, text=True, check=True, timeout=10)
-    except (OSError, subprocess.SubprocessError):  # no git, or a checkout of somebody else
+    except (OSError, subprocess.SubprocessError):  # no git, or a checkout that another user owns
         return __version__
     return f"{__version__} ({result.stdout.strip()})"

@@ -173,7 +173,7 @@ def _difference(a: Array, b: Array, kind: Kind) -> Array:
         return difference
     same = (a == b) | ((a != a) & (b != b))  # NaN alone is unlike itself
     difference[np.isnan(difference)] = np.inf
-    difference[~same & (difference == 0)] = 1  # integers past 2^53, several of which are one float64
+    difference[~same & (difference == 0)] = 1  # integers above 2^53: several share one float64
     difference[same] = 0
     return difference
 
@@ -332,15 +332,15 @@ def compare(first: Layers, second: Layers, bounds: Bounds) -> Comparison:
         If FLIP is requested and its package is missing.
     """
     if first.kind != second.kind:
-        raise ValueError("a picture and arrays, or a pass as a picture, cannot be compared with each other")
+        raise ValueError("a picture cannot be compared with arrays or with a pass stored as a picture")
     if first.origin != second.origin:
         raise ValueError(
-            f"the data windows start at {first.origin} and at {second.origin}: their pixels do not show the same"
+            f"the data windows start at {first.origin} and {second.origin}, so their pixels do not correspond"
         )
     first, second = made_alike(first, second)
     names = in_order([*first.arrays, *second.arrays])
     if bounds.wants_flip and not set(names) & {PICTURE_LAYER, RADIANCE}:
-        raise ValueError("FLIP is for pictures and radiance, and there is neither")
+        raise ValueError("FLIP needs a picture or radiance, and the files have neither")
     mismatches = tuple(mismatch for name in names if (mismatch := _mismatch(name, first, second)))
     unfit = {mismatch.name for mismatch in mismatches}
     shared = [name for name in names if name not in unfit]

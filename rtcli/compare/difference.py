@@ -57,7 +57,7 @@ def drawings(compared: Compared) -> Iterator[tuple[str, bytes | str]]:
 def _drawn(a: Array | None, b: Array | None, comparison: Comparison, name: str) -> bytes | str:
     """Return the difference picture of a layer, whether its sizes agree or not."""
     if a is None or b is None:
-        return "only one side has it"
+        return "only one file has it"
     if a.size == 0 and b.size == 0:
         return "it has no pixels"
     common = overlap(a, b)
@@ -67,7 +67,7 @@ def _drawn(a: Array | None, b: Array | None, comparison: Comparison, name: str) 
     try:
         return difference_png(a, b, difference, comparison.kind)
     except MemoryError:
-        return "it would not fit into memory"
+        return "it does not fit into memory"
 
 
 def difference_png(a: Array, b: Array, difference: LayerDifference, kind: Kind) -> bytes:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, NamedTuple, NoReturn
@@ -84,6 +85,8 @@ def golden_files(folder: Path) -> set[str]:
     OSError
         If a folder cannot be read.
     """
+    if not folder.exists():
+        raise FileNotFoundError(errno.ENOENT, "no such folder: --update creates it", str(folder))
     found = set[str]()
     for parent, folders, names in os.walk(folder, onerror=_raise):
         folders[:] = [name for name in folders if not name.startswith(".")]
@@ -96,9 +99,26 @@ def _raise(error: OSError) -> NoReturn:
     raise error
 
 
-def obsolete_files(files: Iterable[str], keys: set[str]) -> list[str]:
-    """Return the golden files that are neither the picture nor a pass of a result with one of these keys."""
-    return sorted(path for path in files if keys.isdisjoint(_possible_keys(path)))
+def obsolete_files(files: Iterable[str], suffixes: Mapping[str, str | None]) -> dict[str, str]:
+    """Return the golden files that no check reads, each with the reason.
+
+    Parameters
+    ----------
+    files
+        The paths of golden files.
+    suffixes
+        The suffix of the golden picture by the key of each result; None if pictures in other formats may lie
+        beside it.
+    """
+    found = {}
+    for path in sorted(files):
+        key, suffix = os.path.splitext(path)  # noqa: PTH122 - a path with slashes on every system
+        checked = suffixes.get(key)
+        if suffixes.keys().isdisjoint(_possible_keys(path)):
+            found[path] = "no scene renders to it"
+        elif checked is not None and checked != suffix:
+            found[path] = f"{key}{checked} is checked instead"
+    return found
 
 
 def _possible_keys(path: str) -> Iterator[str]:

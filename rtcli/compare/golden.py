@@ -105,7 +105,7 @@ def read_golden(name: str, bounds: Bounds, passes: tuple[str, ...]) -> Golden:
     for part in beside:
         if files[RADIANCE].exists() and not files[part].exists():
             command = f"-o {printable(name)} --passes {','.join(beside)}"
-            message = f"no such file to compare the pass with: render it with {command}"
+            message = f"no such file to compare the pass with: create it with {command}"
             raise FileNotFoundError(errno.ENOENT, message, str(files[part]))
     parts = {part: _layers_of(part, str(file)) for part, file in files.items() if part != METADATA}
     return Golden(bounds, files, parts)
@@ -118,13 +118,13 @@ def _layers_of(part: str, path: str) -> Layers:
         if layers.kind != kind_of(path):
             (name,) = layers.arrays
             raise ValueError(
-                f"{path!r} is the pass {name} of a picture: --check that picture, with --passes {name} to compare "
-                "the pass beside it too"
+                f"{path!r} is the pass {name} of a picture: check the picture itself, with --passes {name} to "
+                "compare this pass as well"
             )
         return layers
     (name, values), *_ = layers.arrays.items()
     if name in (UNNAMED_LAYER, RADIANCE):  # .npy files name no pass, and take three floats a pixel for radiance
         return Layers("arrays", {part: values})
     if part not in layers.arrays:
-        raise OSError(errno.EINVAL, f"does not tell that it is the pass {part}, as rtcli writes it", path)
+        raise OSError(errno.EINVAL, f"is not marked as the pass {part}, as files from rtcli are", path)
     return layers

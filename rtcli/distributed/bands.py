@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections import deque
 from collections.abc import Iterator
 from itertools import islice
-from secrets import token_hex
 from threading import local
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -58,7 +58,7 @@ class BandedTracer:
     """
 
     def __init__(self, world: World, engine: str, executor: Executor) -> None:
-        self._local_task = BandTask(token_hex(16), world, engine)
+        self._local_task = BandTask(os.urandom(16).hex(), world, engine)
         self._task = getattr(executor, "share", lambda task: task)(self._local_task)
         self._executor = executor
 

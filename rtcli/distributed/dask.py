@@ -19,8 +19,8 @@ from rtcli.tracer._native import __version__
 # The address that means a temporary cluster of this machine's cores.
 LOCAL = "local"
 
-_PURPOSE = "working on a cluster"
-_CONNECTION_LOST = "the connection to the scheduler of Dask was lost"
+_PURPOSE = "rendering on a Dask cluster"
+_CONNECTION_LOST = "the connection to the Dask scheduler was lost"
 _CONNECT_TIMEOUT = 10  # seconds
 
 # Dask warns about larger messages. A scene file has at most 64 MiB, and a world is hardly larger.
@@ -73,7 +73,7 @@ def dask_cluster(address: str, timeout: float = 60) -> Iterator[Cluster]:
             client = stack.enter_context(_connect(distributed, address, min(timeout, _CONNECT_TIMEOUT)))
             no_workers = f"the cluster at {address!r} had no workers for {timeout:g} s"
             executor = _DaskExecutor(
-                client, distributed.KilledWorker, timeout, f"{no_workers}: start some, or raise --dask-timeout"
+                client, distributed.KilledWorker, timeout, f"{no_workers}: start workers, or raise --dask-timeout"
             )
             stack.callback(executor.stop)
         _refuse_other_versions(client)
@@ -161,8 +161,8 @@ class _DaskExecutor(Executor):
             failure = BrokenExecutor(_CONNECTION_LOST)
         except self._killed:
             failure = OSError(
-                "the cluster gave up: the work was lost with each of the workers that had it, for want of memory "
-                "perhaps; their logs tell"
+                "the cluster gave up: every worker that received this task was lost, perhaps for lack of memory; "
+                "see the logs of the workers"
             )
         except Exception as error:
             failure = error
@@ -219,7 +219,7 @@ def _connect(distributed: Any, address: str, timeout: float) -> Iterator[Any]:
         try:
             client = distributed.Client(address, timeout=timeout)
         except (OSError, ValueError) as error:
-            raise OSError(f"no scheduler of Dask answers at {address!r}: {error}") from error
+            raise OSError(f"no Dask scheduler answers at {address!r}: {error}") from error
         yield stack.enter_context(client)
 
 
@@ -253,7 +253,7 @@ def _refuse_other_versions(client: Any) -> None:
 
 
 def _other_version(worker: str, other: str, ours: str) -> str:
-    return f"the worker at {worker} has rtcli {other}, not {ours}: install the same on both"
+    return f"the worker at {worker} has rtcli {other}, not {ours}: install the same version on both"
 
 
 # --- In the workers --------------------------------------------------------------------------------------

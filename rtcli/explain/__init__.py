@@ -154,24 +154,24 @@ class _Pixel:
             "2.1.2 to 2.1.5",
             (*equations, "d = (x r + y u + f) / |x r + y u + f|"),
             (
-                Number("p", self.pixel, "the pixel's column and row, from 0"),
-                Number("a", within, "the place in it, from its left and top edge"),
+                Number("p", self.pixel, "the pixel's column and row, counted from 0"),
+                Number("a", within, "the sample's position in the pixel, 0..1"),
                 *numbers,
                 Number("xy", (float(x[0]), float(y[0])), "x and y on the image plane, at distance 1"),
                 Number("r", frame.right, "the camera's right"),
-                Number("u", frame.up, "its up"),
-                Number("f", frame.forward, "its view"),
+                Number("u", frame.up, "the camera's up"),
+                Number("f", frame.forward, "the camera's viewing direction"),
                 Number("o", triple(ray.offset), "the eye"),
-                Number("d", triple(ray.direction), "the direction, of length 1"),
+                Number("d", triple(ray.direction), "the direction, a unit vector"),
             ),
-            "The ray is o + t d. It starts at the eye, and t is the distance from it.",
+            "The ray is o + t d. It starts at the eye, and t is the distance along it.",
             note=note,
         )
 
     def _lens(self, within: tuple[float, float]) -> tuple[tuple[str, ...], tuple[Number, ...], str]:
         """Return the equations from the pixel to the image plane, their numbers, and a note."""
-        frame, fov, (px, py) = self.tracer.scenery.camera.frame, self.scene.camera.fov, self.pixel
-        if fov is None:
+        frame, (px, py) = self.tracer.scenery.camera.frame, self.pixel
+        if frame.fov is None:
             center_x, center_y = frame.principal_point
             return (
                 ("x = (px + a_x - 1/2 - c_x) / f_x", "y = (c_y + 1/2 - py - a_y) / f_y"),
@@ -187,13 +187,13 @@ class _Pixel:
                 "s_y = (py + a_y) / H      y = (1 - 2 s_y) tan(fov / 2)",
             ),
             (
-                Number("size", (frame.width, frame.height), "W and H"),
+                Number("size", (frame.width, frame.height), "the picture's width and height"),
                 Number(
                     "s",
                     ((px + within[0]) / frame.width, (py + within[1]) / frame.height),
-                    "the same in the picture, 0..1",
+                    "the sample's position in the picture, 0..1",
                 ),
-                Number("fov", fov, "degrees, vertical"),
+                Number("fov", frame.fov, "degrees, vertical"),
             ),
-            "Corrected: the document maps to -1..1 twice. So fov is the vertical field of view.",
+            "Corrected: the document maps to -1..1 twice, so fov is the vertical field of view.",
         )

@@ -20,7 +20,7 @@ from rtcli.tracer._native import METER_GRID
 # The heading in `docs/tracer.md` instead of a section number: the document ends with the radiance.
 _SECTION = "From radiance to the picture"
 
-_METER_EQUATION = "2^EV * P95 = 0.8, where 95 % of all points with Y > 0 have Y < P95"
+_METER_EQUATION = "2^EV * P95 = 0.8, where 95 % of the points with Y > 0 have Y < P95"
 _LUMINANCE = "Y = 0.2126 R + 0.7152 G + 0.0722 B"
 
 
@@ -70,7 +70,7 @@ class Developed:
             ("radiance = (1 / N) * the sum of the samples",),
             (
                 Number("N", len(samples), "samples"),
-                Number("radiance", self.radiance, "their mean, as the film holds it"),
+                Number("radiance", self.radiance, "their mean, as the film stores it"),
             ),
             _mean_outcome(groups),
             groups=groups,
@@ -81,19 +81,19 @@ class Developed:
         stops = (
             Number("EV", self.exposure, "stops"),
             Number("factor", factor),
-            Number("x", exposed, "exposed light"),
+            Number("x", exposed, "exposed radiance"),
         )
         equation = "x = 2^EV * radiance"
         if self.scene.image.exposure == "auto":
             points = f"{METER_GRID}x{METER_GRID} points of the picture"
             percentile = Number("P95", math.nan, "no point is lit")
-            outcome = f"The exposure is auto: 0 stops, as all {points} are black."
+            outcome = f"The exposure is auto: 0 stops, because all {points} are black."
             if self.percentile is not None:
                 percentile = Number("P95", self.percentile, "luminance")
-                outcome = f"The exposure is auto: {number(self.exposure)} stops, metered at {points}."
+                outcome = f"The exposure is auto: {number(self.exposure)} stops, metered from {points}."
             equations = (_METER_EQUATION, _LUMINANCE, equation)
             return Step("The exposure", _SECTION, equations, (percentile, *stops), outcome)
-        outcome = "The scene gives the exposure; each stop doubles the light."
+        outcome = "The scene sets the exposure; each stop doubles the light."
         return Step("The exposure", _SECTION, (equation,), stops, outcome)
 
     def _tone(self, toned: Triple) -> Step:

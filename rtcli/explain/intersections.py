@@ -20,7 +20,7 @@ def intersect_all(scenery: Scenery, names: Sequence[ObjectName], ray: Ray, hit: 
     )
     types = {name.type for name in names}
     shapes = [notes for type, notes in SHAPES.items() if type in types]
-    note = "The smallest t > 0 counts: what lies ahead."
+    note = "The smallest t > 0 wins: only surfaces in front of the eye are seen."
     corrections = [notes.correction for notes in shapes if notes.correction]
     if corrections:
         note += f" Corrected: {'; '.join(corrections)}."
@@ -38,7 +38,7 @@ def intersect_all(scenery: Scenery, names: Sequence[ObjectName], ray: Ray, hit: 
 def _outcome(objects: Sequence[Intersection], seen: ObjectName | None) -> str:
     count = counted(len(objects), "object")
     if seen is None:
-        return f"Of {count} the ray hits none." if objects else "There are no objects."
+        return f"The ray hits none of {count}." if objects else "There are no objects."
     hits = sum(item.t is not None for item in objects)
     return f"The ray hits {hits:,} of {count}. The nearest is {seen.label}."
 
@@ -52,7 +52,7 @@ def _intersection(
     if seen is None or not math.isfinite(t):
         return Intersection(name, terms.miss, None, terms.numbers, terms.reason)
     if name == seen:
-        return Intersection(name, NEAREST, t, terms.numbers, "the nearest: it is seen")
-    where = f"as near as {seen.label}, which comes first in the file"
+        return Intersection(name, NEAREST, t, terms.numbers, "the nearest, so the eye sees it")
+    where = f"as near as {seen.label}, which comes earlier in the file"
     outcome = where if t == nearest else f"hit behind {seen.label}"
     return Intersection(name, FARTHER, t, terms.numbers, outcome)

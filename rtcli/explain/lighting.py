@@ -93,13 +93,13 @@ class SurfacePoint:
 def hit_step(point: SurfacePoint) -> HitStep:
     """Return the step for what the ray hits: the point, the normal, the albedo."""
     if point.kind == BACKGROUND:
-        outcome = "The ray meets nothing: the background is seen."
-        return HitStep("What is seen", "3.4", (), (), outcome, kind=BACKGROUND, object=None)
+        outcome = "The ray hits nothing, so the pixel sees the background."
+        return HitStep("The nearest hit", "3.4", (), (), outcome, kind=BACKGROUND, object=None)
     name, shape = point.names[point.index], point.scenery.objects[point.index]
     notes = SHAPES[name.type]
     seen = f"The eye sees {name.label} {notes.sides[shape.side(point.ray.offset)]}."
     return HitStep(
-        "What is seen",
+        "The nearest hit",
         notes.section,
         ("P = o + t d", notes.normal),
         (
@@ -109,7 +109,7 @@ def hit_step(point: SurfacePoint) -> HitStep:
             Number("n", triple(point.hit.normal), "the normal, facing the eye"),
             Number("rho", triple(shape.color), "the albedo"),
         ),
-        seen if point.source is None else f"{seen} It carries a light, and is seen shining.",
+        seen if point.source is None else f"{seen} It carries a light, so it shines.",
         note="Chosen: surfaces have two sides, and the normal faces the eye.",
         kind=point.kind,
         object=name,
@@ -135,18 +135,18 @@ def lights_step(point: SurfacePoint) -> LightsStep:
         ),
         (),
         f"{lit:,} of {counted(len(shares), 'light')} {'reaches' if lit == 1 else 'reach'} the point.",
-        note="Chosen: only lights on the eye's side of the surface light it. Neither the object that is seen nor "
-        "the one that carries the light can stand between.",
+        note="Chosen: only lights on the eye's side of the surface light it. Neither the object itself nor "
+        "the one that carries the light can block it.",
         lights=shares,
     )
 
 
 def _no_lights(point: SurfacePoint) -> str:
     if point.kind == BACKGROUND:
-        return "No light is asked: nothing is hit."
+        return "The lights do not matter: the ray hits nothing."
     if point.kind == SHINING:
-        return "No light is asked: the object shines by itself."
-    return "There are no lights." if point.is_lit else "No light is asked: max_depth is 0."
+        return "The lights do not matter: the object shines itself."
+    return "There are no lights." if point.is_lit else "The lights do not matter: max_depth is 0."
 
 
 def _share(point: SurfacePoint, i: int) -> LightShare:
@@ -170,10 +170,10 @@ def _share(point: SurfacePoint, i: int) -> LightShare:
         blockers=blockers,
         radiance=triple(scenery.reflected(irradiance, point.hit)),
         numbers=(
-            Number("position", triple(source.position), "where the light stands"),
+            Number("position", triple(source.position), "the light's position"),
             Number("r", float(way.distance[0]), "its distance"),
             Number("l", triple(way.wi), "the direction to it"),
-            Number("L_i", triple(source.light_at(way.distance).rgb), "what arrives there"),
+            Number("L_i", triple(source.light_at(way.distance).rgb), "the light that arrives there"),
             Number("cos_theta", cosine),
         ),
         outcome=outcome,
@@ -183,12 +183,12 @@ def _share(point: SurfacePoint, i: int) -> LightShare:
 def _verdict(faces: bool, same_side: bool, blockers: Sequence[Occlusion], surface: str) -> tuple[str, str]:
     """Return the verdict on a light, and the same in words."""
     if not same_side:
-        return OTHER_SIDE, f"on the other side of the {surface} than the eye"
+        return OTHER_SIDE, f"on the opposite side of the {surface} from the eye"
     if not faces:
-        return TURNED_AWAY, "the surface is turned away from it: cos(theta) <= 0"
+        return TURNED_AWAY, "the surface faces away from it: cos(theta) <= 0"
     if not blockers:
-        return LIT, "nothing stands between: it reaches the point"
-    between = listed([f"{item.object.label} at {number(item.distance)}" for item in blockers])
+        return LIT, "nothing blocks it, so it reaches the point"
+    between = listed([f"{item.object.label} at distance {number(item.distance)}" for item in blockers])
     return BLOCKED, f"blocked by {between} from the light"
 
 
@@ -218,47 +218,60 @@ def radiance_step(point: SurfacePoint, radiance: Array, shares: Sequence[LightSh
     """
     total = Number("radiance", triple(radiance), "linear RGB")
     if point.kind == BACKGROUND:
-        outcome = "The background's, as the scene has it."
+        outcome = "The scene's background."
         return Step("The radiance", "3.4", ("radiance = background",), (total,), outcome)
     if point.source is not None:
         r = float(length(point.source.position - point.ray.offset)[0])
-        seen = Number("L_i", triple(seen_directly(point.source, point.ray)), "what arrives at the eye")
+        seen = Number("L_i", triple(seen_directly(point.source, point.ray)), "the light that arrives at the eye")
         return Step(
             "The radiance",
             "3.4",
             (f"radiance = {_ARRIVING}",),
             (Number("r", r, "from the object's position to the eye"), seen, total),
-            "Seen directly, a light is as bright as what of it arrives at the eye.",
+            "Seen directly, a light is as bright as its light that arrives at the eye.",
         )
     return _surface_radiance(point, total, shares)
 
 
 def _surface_radiance(point: SurfacePoint, total: Number, shares: Sequence[LightShare]) -> Step:
-    settings, t = point.scenery.settings, point.hit.t
+    scenery, t = point.scenery, point.hit.t
+    settings = scenery.settings
     if not point.is_lit:
         message = "max_depth is 0: only objects that carry a light are seen."
         return Step("The radiance", "3.4", ("radiance = 0",), (total,), message)
-    step = "radiance = the sum of the shares"
+    ambient, section, terms = triple(scenery.ambient(point.hit)), "2.3.2", "the sum of the shares"
+    sources: tuple[Number, ...] = ()
+    if any(settings.ambient):
+        section, terms = "2.3.3", "rho * ambient + the sum of the shares"
+        sources = (
+            Number("ambient", settings.ambient, "the light from all around"),
+            Number("rho_ambient", ambient, "reflected"),
+        )
+    outcome = _radiance_outcome(shares, any(ambient))
     if not settings.eye_falloff:
-        return Step("The radiance", "2.3.2", (step,), (total,), _radiance_outcome(shares))
+        return Step("The radiance", section, (f"radiance = {terms}",), (*sources, total), outcome)
     # Summed in the order of the lights, as the tracer does.
-    leaving = np.zeros(3)
+    leaving = np.array(ambient)
     for share in shares:
         leaving += share.radiance
     numbers = (
-        Number("leaving", triple(leaving), "the sum of the shares"),
-        Number("t", float(t[0]), "the way to the eye"),
+        *sources,
+        Number("leaving", triple(leaving), terms),
+        Number("t", float(t[0]), "the distance to the eye"),
         total,
     )
     return Step(
         "The radiance",
         "3.4",
-        ("leaving = the sum of the shares", "radiance = leaving / (4 pi t^2)"),
+        (f"leaving = {terms}", "radiance = leaving / (4 pi t^2)"),
         numbers,
-        _radiance_outcome(shares) + " With eye_falloff the light weakens on its way to the eye as well.",
+        outcome + " With eye_falloff, light also weakens on its way to the eye.",
     )
 
 
-def _radiance_outcome(shares: Sequence[LightShare]) -> str:
+def _radiance_outcome(shares: Sequence[LightShare], has_ambient: bool) -> str:
     lit = [share.label for share in shares if share.verdict == LIT]
-    return f"The light of {listed(lit)} is seen." if lit else "No light reaches the point: it is black."
+    if has_ambient:
+        seen = f"light from {listed(lit)} and ambient light" if lit else "ambient light only"
+        return f"The eye sees {seen}."
+    return f"The eye sees light from {listed(lit)}." if lit else "No light reaches the point: it is black."

@@ -15,7 +15,7 @@ NEAREST, FARTHER = "nearest", "farther"
 LIT, OTHER_SIDE, TURNED_AWAY, BLOCKED = "lit", "other_side", "turned_away", "blocked"
 LIGHT_VERDICTS = {
     LIT: "light the point",
-    OTHER_SIDE: "are on the other side of the surface",
+    OTHER_SIDE: "are on the opposite side of the surface from the eye",
     TURNED_AWAY: "do not face the surface",
     BLOCKED: "are blocked by other objects",
 }
@@ -24,9 +24,9 @@ LIGHT_VERDICTS = {
 # `DISAGREE` there is none.
 EQUAL, ROUNDED, AT_A_BORDER, DISAGREE = "equal", "rounded", "at_a_border", "disagree"
 AGREEMENTS = {
-    EQUAL: "its meter finds another exposure, by what float32 rounds",
-    ROUNDED: "its float32 rounds to the next level",
-    AT_A_BORDER: "the pixel lies at a border, and float32 sees what is beside it, less than a thousandth of a "
+    EQUAL: "its meter finds a different exposure, because of float32 rounding",
+    ROUNDED: "float32 rounds it to a neighboring level",
+    AT_A_BORDER: "the pixel lies on an edge, and float32 sees the other side of it, less than a thousandth of a "
     "pixel away",
 }
 
@@ -118,7 +118,7 @@ class Intersection:
     numbers
         The terms of its equation.
     outcome
-        The result: "the nearest: it is seen", "the ray passes by: |g| > R, so D < 0".
+        The result: "the nearest, so the eye sees it", "the ray misses it: |g| > R, so D < 0".
     """
 
     object: ObjectName

@@ -63,10 +63,12 @@ class ShapeNotes(NamedTuple):
     hit_numbers: Callable[[Any, Ray], tuple[Number, ...]] = lambda shape, ray: ()
 
 
-_SIDES_OF_SOLID = {1: "from outside", -1: "from inside", 0: "from its surface, inside"}
+_SIDES_OF_SOLID = {1: "from outside", -1: "from inside", 0: "from its surface, looking inside"}
 
 _BEHIND = Miss("behind", "behind the eye: {names} <= 0", "behind the eye: t <= 0")
-_OUT_OF_RANGE = Miss("out_of_range", "its numbers are beyond those of float64", "numbers beyond those of float64")
+_OUT_OF_RANGE = Miss(
+    "out_of_range", "its values exceed the range of float64", "values exceed the range of float64"
+)
 
 
 def _missed(numbers: tuple[Number, ...], miss: Miss, **words: str) -> RayTerms:
@@ -80,7 +82,7 @@ def _beyond_or_behind(numbers: tuple[Number, ...], ends: tuple[float, ...], name
 
 # --- Sphere ------------------------------------------------------------------------------------------------
 
-_PASSED_BY = Miss("passed_by", "the ray passes by: |g| > R, so D < 0", "the ray passes by the sphere: D < 0")
+_PASSED_BY = Miss("passed_by", "the ray misses it: |g| > R, so D < 0", "the ray misses the sphere: D < 0")
 
 
 def _intersect_sphere(shape: Sphere, ray: Ray) -> RayTerms:
@@ -99,7 +101,7 @@ _SPHERE = ShapeNotes(
         "sphere (2.2.1)   c = C - o      b = c . d      g = c - b d      D = R^2 - g . g, missed if D < 0",
         "                 q = b + sign(b) sqrt(D)      t_1 = (|c| - R)(|c| + R) / q      t_2 = q",
     ),
-    correction="at spheres the document's o stands for o - C",
+    correction="for spheres the document's o means o - C",
     intersect=_intersect_sphere,
     misses=(_PASSED_BY,),
     normal="n = (P - C) / |P - C|",
@@ -123,11 +125,11 @@ def _intersect_plane(shape: Plane, ray: Ray) -> RayTerms:
 _PLANE = ShapeNotes(
     section="2.2.2",
     equations=("plane (2.2.2)    t = (p_0 - o) . n / (d . n), parallel if |d . n| < 1e-6",),
-    correction="at planes it leaves out the absolute value",
+    correction="for planes it omits the absolute value",
     intersect=_intersect_plane,
     misses=(_PARALLEL,),
     normal="n = the plane's normal",
-    sides={1: "from its front", -1: "from its back", 0: "from within it"},
+    sides={1: "from its front", -1: "from its back", 0: "from within the plane"},
     surface="plane",
 )
 
@@ -136,15 +138,15 @@ _PLANE = ShapeNotes(
 
 _OUTSIDE_BOUNDING_SPHERE = Miss(
     "outside_bounding_sphere",
-    "the ray passes the sphere around it: |g| > R",
-    "the ray passes the sphere around the box",
+    "the ray misses its bounding sphere: |g| > R",
+    "the ray misses the box's bounding sphere",
 )
 _OUTSIDE_SLABS = Miss(
     "outside_slabs",
-    "leaves the {left} slab at {leave}, before it enters the {entered} slab at {enter}",
+    "the ray leaves the {left} slab at {leave}, before it enters the {entered} slab at {enter}",
     "the ray leaves one slab of the box before it enters another",
 )
-_ALONG_SLAB = _OUTSIDE_SLABS._replace(for_one="the ray runs along the {entered} slab, outside of it")
+_ALONG_SLAB = _OUTSIDE_SLABS._replace(for_one="the ray is parallel to the {entered} slab and outside it")
 
 
 def _intersect_box(shape: Box, ray: Ray) -> RayTerms:
@@ -168,15 +170,15 @@ def _intersect_box(shape: Box, ray: Ray) -> RayTerms:
 _BOX = ShapeNotes(
     section="2.2.3",
     equations=(
-        "box (2.2.3)      the sphere around it, R = |size| / 2, is missed if |g| > R",
-        "                 o' = R_y (o - position)      d' = R_y d",
+        "box (2.2.3)      missed if |g| > R = |size| / 2, the radius of its bounding sphere",
+        "                 o' = R^T (o - position)      d' = R^T d",
         "                 each slab is between t = (-size/2 - o') / d' and t = (size/2 - o') / d'",
-        "                 t = the last entry, if that is before the first exit",
+        "                 t = the last entry, if it comes before the first exit",
     ),
-    correction="at boxes it forgets to turn d",
+    correction="for boxes it omits rotating d",
     intersect=_intersect_box,
     misses=(_OUTSIDE_BOUNDING_SPHERE, _OUTSIDE_SLABS),
-    normal="n = R_y(-a) n', with n' the normal of the side in box space",
+    normal="n = R n', with n' the normal of the side in box space",
     sides=_SIDES_OF_SOLID,
     hit_numbers=lambda shape, ray: (Number("n_box", triple(shape.face(ray)), "the normal in box space"),),
 )

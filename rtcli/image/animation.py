@@ -54,7 +54,7 @@ def write_animation(pictures: Iterable[Picture], suffix: str, file: BinaryIO) ->
     images = _images(pictures, animation)
     first = next(images, None)
     if first is None:
-        raise ValueError("an animation needs a picture")
+        raise ValueError("an animation needs at least one picture")
     timing = {"duration": _MILLISECONDS_PER_PICTURE, "loop": 0}
     first.save(file, animation.name, save_all=True, append_images=images, **timing, **animation.options)
 
@@ -67,10 +67,12 @@ def _images(pictures: Iterable[Picture], animation: AnimationFormat) -> Iterator
     for picture in pictures:
         first = picture if first is None else first
         if picture.shape != first.shape:
-            raise ValueError(f"pictures of an animation are of one size, not {_size(first)} and {_size(picture)}")
+            raise ValueError(
+                f"the pictures of an animation must have the same size, got {_size(first)} and {_size(picture)}"
+            )
         if max(picture.shape) > animation.max_side:
-            most = f"{animation.max_side:,} pixels a side"
-            raise ValueError(f"such an animation has at most {most}, not {_size(picture)}")
+            most = f"{animation.max_side:,} pixels per side"
+            raise ValueError(f"the pictures of such an animation are limited to {most}, got {_size(picture)}")
         image = Image.fromarray(picture)
         yield image.quantize(256) if animation.palette else image
 

@@ -1,4 +1,4 @@
-"""How radiance becomes an image: the record that `develop` and the encoders take."""
+"""How values become levels: the records that `develop` and the encoders take."""
 
 from __future__ import annotations
 
@@ -23,3 +23,22 @@ class DisplayTransform(NamedTuple):
     exposure: float = 0.0
     tone: str = "clip"
     bits: int = 8
+
+
+class Quantization(NamedTuple):
+    """How finely the files of a film resolve its values.
+
+    Parameters
+    ----------
+    bits
+        Bits of a channel of a picture, one of `DEPTHS`.
+    depth_scale
+        The length of one level of a depth or distance stored as PNG, in units of the scene; None to fit it to the
+        values.
+    """
+
+    bits: int = 8
+    depth_scale: float | None = None
+
+
+DEFAULT_QUANTIZATION = Quantization()

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import contextlib
+import math
 from collections.abc import Iterator
 from pathlib import Path, PurePath
 from typing import BinaryIO
 
 from rtcli.atomic import atomic_write_all
 from rtcli.extras import require_extra
-from rtcli.image.display import DEPTHS
+from rtcli.image.display import DEPTHS, Quantization
 from rtcli.image.write import FORMATS, METADATA, Format
-from rtcli.tracer.passes import RADIANCE
+from rtcli.tracer.passes import LENGTHS, RADIANCE
 
 
 def format_of(name: str) -> Format:
@@ -25,7 +26,7 @@ def format_of(name: str) -> Format:
     format = FORMATS.get(PurePath(name).suffix.lower())
     if format is None:
         *others, last = FORMATS
-        raise ValueError(f"cannot tell the format of {name!r}: its name must end in {', '.join(others)} or {last}")
+        raise ValueError(f"unknown format of {name!r}: the name must end in {', '.join(others)} or {last}")
     return format
 
 
@@ -64,12 +65,24 @@ def open_parts(parts: dict[str, Path]) -> Iterator[dict[str, tuple[str, BinaryIO
         yield {part: (str(parts[part]), file) for part, file in zip(parts, files, strict=True)}
 
 
-def check_fits(name: str, size: tuple[int, int], bits: int) -> None:
-    """Raise ValueError unless a file's format can hold a picture of a width and height, and bits a channel."""
-    format = format_of(name)
+def check_fits(name: str, size: tuple[int, int], quantization: Quantization, passes: tuple[str, ...]) -> None:
+    """Raise ValueError unless a file's format can hold a picture of a width and height with this quantization.
+
+    A depth scale needs one of the passes that it is for, as a PNG beside the picture.
+    """
+    format, (bits, depth_scale) = format_of(name), quantization
     if bits not in DEPTHS:
         raise ValueError(f"bits must be {' or '.join(map(str, DEPTHS))}, got {bits}")
     if bits not in format.depths:
-        raise ValueError(f"{bits} bits a channel are for .png files, not {name!r}")
+        raise ValueError(f"only .png files support {bits} bits per channel, not {name!r}")
+    if depth_scale is not None:
+        if not 0 < depth_scale < math.inf:
+            raise ValueError(f"the depth scale must be finite and greater than 0, got {depth_scale}")
+        if not set(passes).intersection(LENGTHS):
+            raise ValueError(f"a depth scale needs one of the passes {' and '.join(LENGTHS)}")
+        if format.holds_all or format.pass_suffix != ".png":
+            raise ValueError(f"a depth scale needs passes as .png files; {name!r} stores exact lengths")
     if max(size) > format.max_side:
-        raise ValueError(f"a {format.name} has at most {format.max_side:,} pixels a side, not {size[0]}x{size[1]}")
+        raise ValueError(
+            f"a {format.name} is limited to {format.max_side:,} pixels per side, got {size[0]}x{size[1]}"
+        )

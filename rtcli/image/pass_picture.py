@@ -32,10 +32,13 @@ class PassPicture(NamedTuple):
     decode: dict[str, Any]
 
 
-def pass_picture(name: str, values: npt.NDArray[Any]) -> PassPicture:
-    """Return a pass of `rtcli.tracer.passes.PASSES`, (H, W) or (H, W, 3) as the film holds it, as a picture."""
+def pass_picture(name: str, values: npt.NDArray[Any], depth_scale: float | None = None) -> PassPicture:
+    """Return a pass of `rtcli.tracer.passes.PASSES`, (H, W) or (H, W, 3) as the film holds it, as a picture.
+
+    `depth_scale` is the length of one level of a depth or distance; None to fit it to the values.
+    """
     encoding = _ENCODINGS[SPECS[name].quantity]
-    levels, decode = encoding.levels(values)
+    levels, decode = encoding.levels(values, depth_scale)
     return PassPicture(levels, {"value": encoding.formula, **decode})
 
 
@@ -63,19 +66,22 @@ def pass_values(name: str, levels: npt.NDArray[Any], decode: Mapping[str, Any]) 
 _Levels: TypeAlias = tuple[npt.NDArray[Any], dict[str, Any]]
 
 
-def _length_levels(lengths: npt.NDArray[np.float32]) -> _Levels:
-    """Return length / scale in 16 bits, from 1 on; 0 where nothing is hit."""
+def _length_levels(lengths: npt.NDArray[np.float32], scale: float | None) -> _Levels:
+    """Return length / scale in 16 bits, from 1 on; 0 where nothing is hit. The scale None fits the lengths."""
     hit = np.isfinite(lengths)
     seen = lengths[hit].astype(np.float64)
-    farthest = min(seen.max(), _REACH * np.median(seen)) if seen.size else 0.0
-    scale = float(farthest) / _MAX or 1.0
+    if scale is None:
+        farthest = min(seen.max(), _REACH * np.median(seen)) if seen.size else 0.0
+        scale = float(farthest) / _MAX or 1.0
+    else:
+        farthest = scale * _MAX
     levels = np.zeros(lengths.shape, dtype=np.uint16)
-    levels[hit] = np.clip(np.rint(seen / scale), 1, _MAX)
+    levels[hit] = np.clip(np.rint(np.minimum(seen, farthest) / scale), 1, _MAX)
     clipped = int(np.count_nonzero(seen > farthest))
     return levels, {"scale": scale, "nothing": 0, "clipped_pixels": clipped}
 
 
-def _position_levels(points: npt.NDArray[np.float32]) -> _Levels:
+def _position_levels(points: npt.NDArray[np.float32], _: float | None) -> _Levels:
     """Return (point - low) / scale in 16 bits, each axis from its lowest value at 1 to its highest.
 
     Where nothing is hit all three are 0. A point at the origin counts as nothing: the pass has no other mark.
@@ -100,18 +106,18 @@ def _extent(points: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.float64], n
     return np.maximum(low, middle - reach), np.minimum(high, middle + reach)
 
 
-def _normal_levels(normals: npt.NDArray[np.float32]) -> _Levels:
+def _normal_levels(normals: npt.NDArray[np.float32], _: float | None) -> _Levels:
     """Return 255 (n + 1) / 2 in 8 bits, the usual colors of normals; 128 in each channel where nothing is hit."""
     levels = np.rint((normals + 1) * 127.5).astype(np.uint8)
     return levels, {"nothing": [128, 128, 128]}
 
 
-def _albedo_levels(albedo: npt.NDArray[np.float32]) -> _Levels:
+def _albedo_levels(albedo: npt.NDArray[np.float32], _: float | None) -> _Levels:
     """Return the albedo in 16 bits, linear."""
     return np.rint(albedo * _MAX).astype(np.uint16), {}
 
 
-def _id_levels(object_id: npt.NDArray[np.uint32]) -> _Levels:
+def _id_levels(object_id: npt.NDArray[np.uint32], _: float | None) -> _Levels:
     """Return a color for each id."""
     levels = id_colors(int(object_id.max(initial=0)) + 1)[object_id]
     return levels, {"nothing": [0, 0, 0]}
@@ -125,7 +131,8 @@ class _Encoding(NamedTuple):
     formula
         From levels to values, as files state it.
     levels
-        Takes values, and returns their levels and the numbers in the formula.
+        Takes values and the length of a level or None, which only lengths use; returns levels and the numbers in
+        the formula.
     values
         Takes levels and those numbers, and returns the values; None if levels are not decoded.
     nothing
@@ -133,7 +140,7 @@ class _Encoding(NamedTuple):
     """
 
     formula: str
-    levels: Callable[[npt.NDArray[Any]], _Levels]
+    levels: Callable[[npt.NDArray[Any], float | None], _Levels]
     values: Callable[[npt.NDArray[Any], Mapping[str, Any]], npt.NDArray[np.float64]] | None
     nothing: float = 0
 

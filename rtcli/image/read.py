@@ -121,11 +121,13 @@ def read_radiance(path: str) -> tuple[Array, DisplayTransform]:
     """
     form = _format_of(path)
     if form.film is None:
-        raise ValueError(f"{path!r} holds a picture, not radiance")
+        raise ValueError(f"{path!r} contains a picture, not radiance")
     with _opened(path, form) as file:
         radiance, metadata = form.film(file, path)
         if radiance is None or radiance.ndim != 3 or radiance.shape[2] != 3:
-            raise _UnfitError("holds no radiance: an array of this name, of rows, columns and 3 channels")
+            raise _UnfitError(
+                "contains no radiance: it needs an array of this name with rows, columns and 3 channels"
+            )
         return radiance, _display_transform(metadata, radiance)
 
 
@@ -168,7 +170,7 @@ def _opened(path: str, form: _Format) -> Iterator[BinaryIO]:
     with Path(path).open("rb") as file, _decoding_errors(path, form.name):
         _check_memory(os.fstat(file.fileno()).st_size)
         if file.read(len(_POINTER)) == _POINTER:
-            raise _UnfitError(f"is a pointer of Git LFS, not {form.name}: get the file itself with `git lfs pull`")
+            raise _UnfitError(f"is a Git LFS pointer, not {form.name}: fetch the file with `git lfs pull`")
         file.seek(0)
         yield file
 
@@ -185,7 +187,7 @@ def _decoding_errors(path: str, name: str) -> Iterator[None]:
     except _UnfitError as error:
         raise OSError(errno.EINVAL, str(error), path) from error
     except MemoryError as error:
-        raise OSError(errno.ENOMEM, "is too large for the memory of this machine", path) from error
+        raise OSError(errno.ENOMEM, "does not fit into memory", path) from error
     except Exception as error:  # decoders raise anything over broken data
         if isinstance(error, OSError) and error.errno not in (None, errno.EINVAL):  # from the disk
             raise OSError(error.errno, error.strerror, path) from error
@@ -272,13 +274,13 @@ def _no_pixel_limit() -> Iterator[None]:
 def _refuse_unlike_pictures(image: Any) -> None:
     count = getattr(image, "n_frames", 1)
     if count != 1:
-        raise _UnfitError(f"holds {count} pictures: one is expected")
+        raise _UnfitError(f"contains {count} pictures, expected one")
     if image.mode in ("I", "F"):
-        raise _UnfitError("has 32 bits a channel: pictures have 8 or 16")
+        raise _UnfitError("has 32 bits per channel; pictures have 8 or 16")
     # TIFF 6.0, section 8, BitsPerSample. Pillow drops the lower bytes of colors of 16 bits.
     bits = max(getattr(image, "tag_v2", {}).get(258, (8,)))
     if bits > 8 and not image.mode.startswith("I;16"):
-        raise _UnfitError(f"has {bits} bits a channel, which are not read from a colored TIFF: use PNG")
+        raise _UnfitError(f"has {bits} bits per channel, which rtcli cannot read from a color TIFF: use PNG")
 
 
 def _pillow_pixels(image: Any) -> Array:
@@ -311,9 +313,9 @@ def _npz(file: BinaryIO, path: str) -> Layers:
     with _archive(file) as archive:
         names = [name for name in archive.files if name != METADATA]
         if len(set(names)) < len(names):
-            raise _UnfitError("holds several arrays of one name")
+            raise _UnfitError("contains several arrays with the same name")
         if not names:
-            raise _UnfitError("holds no arrays")
+            raise _UnfitError("contains no arrays")
         return Layers("arrays", {name: _layer(name, archive[name]) for name in names})
 
 
@@ -344,9 +346,9 @@ def _layer(name: str, values: Any) -> Array:
     """
     shown = f"its array {name[:60]!r}"
     if not isinstance(values, np.ndarray) or values.dtype.kind not in "biuf" or values.itemsize > 8:
-        raise _UnfitError(f"{shown} does not hold booleans, integers or floats of up to 8 bytes")
+        raise _UnfitError(f"{shown} does not contain booleans, integers or floats of up to 8 bytes")
     if values.ndim > 3:
-        raise _UnfitError(f"{shown} has {values.ndim} dimensions: layers have 2, or 3 with channels")
+        raise _UnfitError(f"{shown} has {values.ndim} dimensions; a layer has 2, or 3 with channels")
     return np.atleast_2d(values)
 
 
@@ -398,13 +400,13 @@ def _checked_origin(openexr: ModuleType, path: str) -> tuple[int, int]:
     with openexr.File(path, header_only=True) as exr:  # closing it empties its headers
         with contextlib.suppress(ValueError):  # there is no second part
             exr.header(1)
-            raise _UnfitError("holds several parts: one is expected")
+            raise _UnfitError("has several parts, expected one")
         header = dict(exr.header(0))
     if header["type"] in (openexr.deepscanline, openexr.deeptile):
-        raise _UnfitError("holds deep pixels, which cannot be compared")
+        raise _UnfitError("contains deep pixels, which rtcli cannot compare")
     channels = header["channels"]
     if any((channel.xSampling, channel.ySampling) != (1, 1) for channel in channels):
-        raise _UnfitError("has channels of different resolution, which cannot be compared")
+        raise _UnfitError("has channels of different resolutions, which rtcli cannot compare")
     (left, top), (right, bottom) = (map(int, corner) for corner in header["dataWindow"])
     # Up to four bytes a value, twice: the channels as read, and joined.
     _check_memory((right - left + 1) * (bottom - top + 1) * 8 * len(channels))
@@ -424,6 +426,6 @@ _FORMATS = {
     "WEBP": _Format("a WebP picture", "picture", _pillow("WEBP")),
     "TIFF": _Format("a TIFF picture", "picture", _pillow("TIFF")),
     "EXR": _Format("an OpenEXR picture", "arrays", _exr, _exr_film),
-    "NPZ": _Format("an archive of NumPy arrays", "arrays", _npz, _npz_film),
+    "NPZ": _Format("a NumPy archive", "arrays", _npz, _npz_film),
     "NPY": _Format("a NumPy array", "arrays", _npy, _npy_film),
 }

@@ -12,9 +12,7 @@ import json
 import os
 import re
 import struct
-import zipfile
 from collections.abc import Callable, Iterator, Mapping
-from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, BinaryIO, NamedTuple, TypeAlias
 
@@ -24,6 +22,8 @@ from rtcli.tracer._native import PngEncoder, encode_png
 from rtcli.tracer.passes import RADIANCE, SPECS
 
 if TYPE_CHECKING:
+    from mmap import mmap
+
     import numpy as np
     import numpy.typing as npt
 
@@ -50,12 +50,15 @@ class FilmRecord(NamedTuple):
         The metadata of a picture.
     metadata
         Returns the metadata of a file that holds all arrays, which may have to be traced.
+    depth_scale
+        The length of one level of a depth or distance stored as PNG; None to fit it to the values.
     """
 
     arrays: Arrays
     transform: DisplayTransform
     summary: Mapping[str, Any]
     metadata: Callable[[], Mapping[str, Any]]
+    depth_scale: float | None = None
 
 
 Encoder: TypeAlias = Callable[[FilmRecord, BinaryIO], None]
@@ -92,13 +95,13 @@ def _write_png(film: FilmRecord, file: BinaryIO) -> None:
         file.write(piece)
 
 
-def _write_pass_png(name: str, values: Array, summary: Mapping[str, Any], file: BinaryIO) -> dict[str, Any]:
+def _write_pass_png(name: str, film: FilmRecord, file: BinaryIO) -> dict[str, Any]:
     from rtcli.image.pass_picture import pass_picture  # with NumPy
 
-    levels, decode = pass_picture(name, values)
+    levels, decode = pass_picture(name, film.arrays[name], film.depth_scale)
     height, width = levels.shape[:2]
     channels = 1 if levels.ndim == 2 else 3
-    texts = png_texts({**summary, "pass": {"name": name, **decode}})
+    texts = png_texts({**film.summary, "pass": {"name": name, **decode}})
     file.write(encode_png(levels.tobytes(), (width, height), channels, 8 * levels.itemsize, texts))
     return decode
 
@@ -112,7 +115,7 @@ _SOFTWARE, _DESCRIPTION, _EXIF, _COLOR_SPACE = 0x0131, 0x010E, 0x8769, 0xA001
 WEBP_OPTIONS: Mapping[str, Any] = {"lossless": True, "quality": 50}
 
 # VP8_ENC_ERROR_OUT_OF_MEMORY and VP8_ENC_ERROR_BITSTREAM_OUT_OF_MEMORY of libwebp's encode.h, in Pillow's words.
-_NO_MEMORY = re.compile(r"encoding error [12]\b")
+_NO_MEMORY = r"encoding error [12]\b"
 
 
 def _pillow(format: str, nests_tags: bool = True, **options: Any) -> Encoder:
@@ -136,13 +139,11 @@ def _pillow(format: str, nests_tags: bool = True, **options: Any) -> Encoder:
         try:
             Image.fromarray(pixels).save(encoded, format, exif=exif, **options)
         except ValueError as error:
-            if _NO_MEMORY.match(str(error)):
+            if re.match(_NO_MEMORY, str(error)):
                 raise MemoryError("not enough memory for the file") from error
             raise
         except KeyError as error:  # Pillow passes over libraries that it cannot load
-            raise OSError(
-                f"the library for {format} is missing, or there is not enough memory to load it"
-            ) from error
+            raise OSError(f"the library for {format} is missing or does not fit into memory") from error
         file.write(encoded.getvalue())
 
     return write
@@ -160,6 +161,8 @@ def write_npz(arrays: Arrays, metadata: Mapping[str, Any], file: BinaryIO) -> No
 
     NumPy's own function would write another byte for the system on Windows.
     """
+    import zipfile  # loads the compressors, which pictures do without
+
     import numpy as np
 
     with zipfile.ZipFile(file, "w", zipfile.ZIP_STORED) as archive:
@@ -183,8 +186,8 @@ def write_npy(array: Array, file: IO[bytes]) -> None:
     file.write(stored.data)
 
 
-def _write_pass_npy(name: str, values: Array, summary: Mapping[str, Any], file: BinaryIO) -> dict[str, Any]:
-    write_npy(values, file)
+def _write_pass_npy(name: str, film: FilmRecord, file: BinaryIO) -> dict[str, Any]:
+    write_npy(film.arrays[name], file)
     return {}
 
 
@@ -224,7 +227,7 @@ def write_exr(arrays: Arrays, metadata: Mapping[str, Any], file: BinaryIO) -> No
         openexr.File(header, channels).write(file.name)
     # It does not say that the disk was full.
     if not is_whole_exr(file.name):
-        raise OSError(errno.EIO, "OpenEXR could not write all of it: is the disk full?", file.name)
+        raise OSError(errno.EIO, "OpenEXR could not write the whole file: is the disk full?", file.name)
 
 
 # Bytes before the header's attributes, the magic number and the version; lines of a chunk compressed by ZIP.
@@ -237,6 +240,8 @@ def is_whole_exr(path: str) -> bool:
     An attribute of the header is its name and type, each with a zero at its end, its size and its value; a zero
     ends the header. Then come the offsets of the chunks, 64 bits each: a line's number, its size, its bytes.
     """
+    from mmap import ACCESS_READ, mmap
+
     with Path(path).open("rb") as file:
         if not os.fstat(file.fileno()).st_size:  # it cannot be mapped
             return False
@@ -281,8 +286,7 @@ class Format(NamedTuple):
     pass_suffix
         The suffix of the files with the passes beside one that does not.
     write_pass
-        Writes a pass to such a file, given its name and the summary of its film; returns how to get values from
-        levels.
+        Writes a pass, given by its name, to such a file; returns how to get values from levels.
     max_side
         Pixels.
     depths
@@ -299,7 +303,7 @@ class Format(NamedTuple):
     write: Encoder
     holds_all: bool = False
     pass_suffix: str = ".png"
-    write_pass: Callable[[str, Array, Mapping[str, Any], BinaryIO], dict[str, Any]] = _write_pass_png
+    write_pass: Callable[[str, FilmRecord, BinaryIO], dict[str, Any]] = _write_pass_png
     max_side: int = 65_535
     depths: tuple[int, ...] = (8,)
     is_streamed: bool = False

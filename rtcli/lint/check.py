@@ -94,9 +94,9 @@ def _picture(scene: Scene, index: SceneIndex, ignores: Ignores) -> Iterator[Lint
         return
     exposure = ("image", "exposure")
     if seen.is_black and index.shining:  # a scene without a light has its own warning
-        yield LintWarning(rules.BLACK_PICTURE, exposure, "the whole picture comes out black")
+        yield LintWarning(rules.BLACK_PICTURE, exposure, "the whole picture is black")
     if seen.is_white:
-        yield LintWarning(rules.WHITE_PICTURE, exposure, "the whole picture comes out white")
+        yield LintWarning(rules.WHITE_PICTURE, exposure, "the whole picture is white")
     else:
         yield from _burnt_out(probe, index, seen.exposure)
 

@@ -15,7 +15,7 @@ import yaml
 from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import MAX_PROBLEMS, Problem, nearest, quoted
 from rtcli.scene.diagnostics.rules import WARNING, Rule
-from rtcli.scene.reading.parse import JSON_SUFFIX
+from rtcli.scene.files import JSON_SUFFIX
 from rtcli.scene.reading.source import Document, Source, SourceSpan
 from rtcli.scene.reading.yaml_reader import YamlParser
 
@@ -39,7 +39,7 @@ def warning_of(code: str) -> Rule:
     if rule is None:
         raise ValueError(f"there is no rule {quoted(code)}{_hint(code)}")
     if rule.severity != WARNING:
-        raise ValueError(f"{rule.code} is an error, which cannot be ignored: only warnings (W...) can")
+        raise ValueError(f"{rule.code} is an error: only warnings (W...) can be ignored")
     return rule
 
 
@@ -117,7 +117,7 @@ def _named(source: Source, comment: re.Match[str], problems: list[Problem]) -> I
     """Yield the rules that a comment names, and append its problems."""
     codes = list(_CODE.finditer(source.text, *comment.span("codes")))
     if not codes:
-        _add(problems, source, "the comment names no warning", comment.span())
+        _add(problems, source, "the comment lists no warning", comment.span())
     for code in codes:
         try:
             yield warning_of(code[0])

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from array import array
-from dataclasses import replace
 from typing import NamedTuple
 
 from rtcli.image.display import DisplayTransform
@@ -73,10 +72,9 @@ class Probe:
         camera = self._world.camera
         scale = min(1.0, longer / max(camera.width, camera.height))
         width, height = (max(1, round(side * scale)) for side in (camera.width, camera.height))
-        small = replace(
-            self._world,
-            camera=replace(camera, width=width, height=height),
-            settings=replace(self._world.settings, samples=1),
+        small = self._world._replace(
+            camera=camera._replace(width=width, height=height),
+            settings=self._world.settings._replace(samples=1),
         )
         tracer = NativeTracer(small, threads=1)
         image = self._image
@@ -112,8 +110,10 @@ class Probe:
         world = self._world
         intensity = array("d", bytes(8 * len(world.lights.intensity)))
         intensity[spot.light] = world.lights.intensity[spot.light]
-        lit = replace(
-            world, shapes=replace(world.shapes, color=color), lights=replace(world.lights, intensity=intensity)
+        lit = world._replace(
+            shapes=world.shapes._replace(color=color),
+            lights=world.lights._replace(intensity=intensity),
+            settings=world.settings._replace(ambient=(0.0, 0.0, 0.0)),
         )
         transform = DisplayTransform(exposure - math.log2(BURNT), "clip", 16)
         levels = NativeTracer(lit, threads=1).levels(window, transform, self._budget)

@@ -120,6 +120,11 @@ class SceneIndex:
         """The lights that shine."""
         return [light for light in self.lights if light.strength > 0]
 
+    @property
+    def has_ambient(self) -> bool:
+        """Whether ambient light shows the surfaces."""
+        return self.render.max_depth > 0 and any(self.render.ambient)
+
     @cached_property
     def carriers(self) -> set[int | None]:
         """The indices of the objects that carry a light."""
@@ -147,15 +152,19 @@ class SceneIndex:
 
 
 def _lights(scene: SceneIndex) -> Iterator[LintWarning]:
-    if not scene.shining:
-        yield LintWarning(rules.NO_LIGHT, ("lights",), "no light shines: only the background is seen", HEAD)
+    if not scene.shining and not scene.has_ambient:
+        yield LintWarning(
+            rules.NO_LIGHT, ("lights",), "the scene has no light: only the background is visible", HEAD
+        )
     for light in scene.lights:
         # A carrier that reaches out of the solid is seen shining there.
         carrier = None if light.body is None else scene.solids.get(light.body)
         inner = carrier or Ball.of(light.position, 0.0)
         around = scene.enclosures.around(inner)
         if around is not None:
-            message = f"the light is inside {scene.named(around)}, which does not carry it and lets none out"
+            message = (
+                f"the light is inside {scene.named(around)}, which does not carry it and blocks all its light"
+            )
             yield LintWarning(rules.ENCLOSED_LIGHT, light.loc, message, HEAD)
     if scene.enclosures.gave_up:
         scene.left_out.add(rules.ENCLOSED_LIGHT)
@@ -196,8 +205,8 @@ def _views(scene: SceneIndex) -> Iterator[LintWarning]:
     view = View(scene.camera, [light.position for light in scene.shining] if scene.render.max_depth > 0 else [])
     left = max(1, _MAX_DISTANCES // (1 + len(view.lights)))
     found = {
-        BEHIND: (rules.BEHIND_CAMERA, "is wholly behind the camera"),
-        BESIDE: (rules.OUT_OF_VIEW, "is wholly outside the view"),
+        BEHIND: (rules.BEHIND_CAMERA, "is entirely behind the camera"),
+        BESIDE: (rules.OUT_OF_VIEW, "is entirely outside the view"),
     }
     for index, (item, shape) in enumerate(zip(scene.objects, scene.shapes, strict=True)):
         if index in scene.carriers:
@@ -223,13 +232,13 @@ def _pairs(scene: SceneIndex) -> Iterator[LintWarning]:
         all_but_name = tuple(value for key, value in item.__dict__.items() if key != "name")
         twin, solid = first.setdefault(all_but_name, index), scene.solids.get(index)
         if twin != index:
-            message = f"the {item.type} equals {scene.named(twin)}"
+            message = f"the {item.type} is identical to {scene.named(twin)}"
             yield LintWarning(rules.EQUAL_OBJECTS, ("objects", index), message, HEAD)
         # A carrier inside another object has its own warning.
         elif solid is not None and index not in scene.carriers:
             around = scene.enclosures.around(solid)
             if around is not None and around not in scene.carriers:  # in the light of a lamp it casts a shadow
-                message = f"the {item.type} is wholly inside {scene.named(around)}, which hides it"
+                message = f"the {item.type} is entirely inside {scene.named(around)}, which hides it"
                 yield LintWarning(rules.HIDDEN_INSIDE, ("objects", index), message, HEAD)
     if scene.enclosures.gave_up:
         scene.left_out.add(rules.HIDDEN_INSIDE)
@@ -271,7 +280,7 @@ def _burnt_by(scene: SceneIndex, number: int, light: _Light, exposure: float) ->
     if exposed <= BURNT:
         return None
     message = (
-        f"the light is {distance:.3g} from {scene.named(burning)}, which burns out there: more than {BURNT:.0f} "
+        f"the light is {distance:.3g} from {scene.named(burning)}, burnt out there: more than {BURNT:.0f} "
         "times as bright as white"
     )
     warning = LintWarning(rules.BURNT_OUT, light.loc, message, HEAD)

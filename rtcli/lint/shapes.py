@@ -134,20 +134,18 @@ class Ball(Solid):
 
 @dataclass(frozen=True, slots=True)
 class Cuboid(Solid):
-    """A box with its inside: half its size, and cosine and sine of its rotation about +y."""
+    """A box with its inside: half its size, and its axes."""
 
     half: Vector
-    cos: float
-    sin: float
+    axes: tuple[Vector, Vector, Vector]
 
     @classmethod
     def of(cls, box: Box) -> Cuboid:
         """Return the cuboid of a box in a scene."""
-        angle = math.radians(math.fmod(box.rotation, 360))
-        cos, sin = math.cos(angle), math.sin(angle)
-        x, y, z = (side / 2 for side in box.size)
-        bounds = (x * abs(cos) + z * abs(sin), y, x * abs(sin) + z * abs(cos))
-        return cls(box.position, bounds, (x, y, z), cos, sin)
+        width, height, depth = (side / 2 for side in box.size)
+        x, y, z = axes = _turned_axes(box.angles)
+        bounds = [width * abs(x[i]) + height * abs(y[i]) + depth * abs(z[i]) for i in range(3)]
+        return cls(box.position, (bounds[0], bounds[1], bounds[2]), (width, height, depth), axes)
 
     def signed_distance(self, point: Vector) -> float:
         """Return the distance from a point to the surface, negative inside."""
@@ -184,14 +182,26 @@ class Cuboid(Solid):
             yield cx + x, cy + y, cz + z
 
     def _to_box(self, vector: Vector) -> Vector:
-        """Return a vector of world space in box space: R_y v."""
-        x, y, z = vector
-        return (x * self.cos - z * self.sin, y, x * self.sin + z * self.cos)
+        """Return a vector of world space in box space."""
+        x, y, z = self.axes
+        return dot(x, vector), dot(y, vector), dot(z, vector)
 
     def _to_world(self, vector: Vector) -> Vector:
-        """Return a vector of box space in world space: R_y,neg v."""
-        x, y, z = vector
-        return (x * self.cos + z * self.sin, y, z * self.cos - x * self.sin)
+        """Return a vector of box space in world space."""
+        (x, y, z), axes = vector, self.axes
+        moved_along = [x * axes[0][i] + y * axes[1][i] + z * axes[2][i] for i in range(3)]
+        return moved_along[0], moved_along[1], moved_along[2]
+
+
+def _turned_axes(degrees: Vector) -> tuple[Vector, Vector, Vector]:
+    """Return the axes of a box turned about x, then y, then z."""
+    x, y, z = (math.radians(math.fmod(angle, 360)) for angle in degrees)
+    (sx, sy, sz), (cx, cy, cz) = map(math.sin, (x, y, z)), map(math.cos, (x, y, z))
+    return (
+        (cz * cy, sz * cy, -sy),
+        (cz * sy * sx - sz * cx, sz * sy * sx + cz * cx, cy * sx),
+        (cz * sy * cx + sz * sx, sz * sy * cx - cz * sx, cy * cx),
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rtcli.image.develop import develop
-from rtcli.image.display import DisplayTransform
+from rtcli.image.display import DEFAULT_QUANTIZATION, DisplayTransform, Quantization
 from rtcli.image.formats import check_fits, format_of, open_parts, parts_of
 from rtcli.image.write import METADATA, FilmRecord
 from rtcli.rendering.job import RenderJob
@@ -87,6 +87,10 @@ class Film(Passes):
         """Iterate over the names of the arrays."""
         return iter(self.keys())
 
+    def __len__(self) -> int:
+        """Return the number of arrays."""
+        return len(self.keys())
+
     def keys(self) -> tuple[str, ...]:
         """Return the names of the arrays: radiance, and the passes."""
         return (RADIANCE, *self.passes)
@@ -111,7 +115,7 @@ class Film(Passes):
         from PIL import Image
 
         if bits != 8:
-            raise ValueError(f"Pillow has RGB of 8 bits only, got {bits}: use film.develop(16) or film.save")
+            raise ValueError(f"Pillow supports only 8-bit RGB, got {bits} bits: use film.develop(16) or film.save")
         return Image.fromarray(self.develop())
 
     def _repr_png_(self) -> bytes:
@@ -155,7 +159,7 @@ class Film(Passes):
             return {"software": SOFTWARE, "settings": {"exposure": self.exposure, "tone": self.tone}}
         return self.job.summary(self.exposure)
 
-    def save(self, path: str | PathLike[str], bits: Literal[8, 16] = 8) -> None:
+    def save(self, path: str | PathLike[str], bits: Literal[8, 16] = 8, depth_scale: float | None = None) -> None:
         """Write the film to a file, completely or not at all.
 
         `.exr` and `.npz` hold all arrays and the metadata. Other files hold the picture, `.npy` the radiance; the
@@ -168,26 +172,34 @@ class Film(Passes):
             The suffix decides the format: `.png`, `.jpg`, `.webp`, `.tif`, `.exr`, `.npz` or `.npy`.
         bits
             Bits a channel of a PNG: 8 or 16.
+        depth_scale
+            The length of one level of the passes `depth` and `distance` as PNG, in units of the scene: many films
+            then share one scale. What is farther has the level 65,535. By default the scale fits the values.
 
         Raises
         ------
         ValueError
             If no format has the suffix, the format cannot hold a picture of this size, or the bits are neither 8
-            nor 16, or not those of the format.
+            nor 16, or not those of the format; if the depth scale is not a finite number above 0, or no pass is
+            stored with it.
         OSError
             If a file cannot be written, or a package that the format needs is not installed
             (`rtcli.extras.MissingExtraError`).
         """
         parts = parts_of(os.fspath(path), self.passes)
-        check_fits(os.fspath(path), (self.radiance.shape[1], self.radiance.shape[0]), bits)
+        quantization = Quantization(bits, depth_scale)
+        size = self.radiance.shape[1], self.radiance.shape[0]
+        check_fits(os.fspath(path), size, quantization, self.passes)
         with open_parts(parts) as files:
-            self.write(files, bits)
+            self.write(files, quantization)
 
-    def write(self, files: dict[str, tuple[str, BinaryIO]], bits: int = 8) -> None:
+    def write(
+        self, files: dict[str, tuple[str, BinaryIO]], quantization: Quantization = DEFAULT_QUANTIZATION
+    ) -> None:
         """Write the film to open files by part, each with its name; see `rtcli.image.formats.parts_of`."""
         arrays = {name: self[name] for name in self}
-        transform = DisplayTransform(self.exposure, self.tone, bits)
-        record = FilmRecord(arrays, transform, self.summary, lambda: self.metadata)
+        transform = DisplayTransform(self.exposure, self.tone, quantization.bits)
+        record = FilmRecord(arrays, transform, self.summary, lambda: self.metadata, quantization.depth_scale)
         format = format_of(files[RADIANCE][0])
         beside: dict[str, Any] = {}
         for part, (_, file) in files.items():
@@ -196,4 +208,4 @@ class Film(Passes):
             elif part == RADIANCE:
                 format.write(record, file)
             else:
-                beside[part] = format.write_pass(part, arrays[part], self.summary, file)
+                beside[part] = format.write_pass(part, record, file)

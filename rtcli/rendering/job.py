@@ -6,13 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from rtcli.distributed.bands import BandedTracer
 from rtcli.rendering.metadata import SOFTWARE, fingerprint
-from rtcli.rendering.pack import pack
-from rtcli.rendering.stopwatch import Stopwatch
-from rtcli.scene.model import Scene
-from rtcli.scene.reading.source import Document
-from rtcli.scene.validation.validate import validate
+from rtcli.rendering.pack import PackedScene
 from rtcli.tracer._native import simd_level
 from rtcli.tracer.engines import ENGINES, Tracer, default_threads, tracer_of
 from rtcli.tracer.passes import PASSES
@@ -39,10 +34,10 @@ class RenderRequest:
 
     def __post_init__(self) -> None:
         if self.engine not in ENGINES:
-            raise ValueError(f"unknown engine {self.engine!r}: known are {', '.join(ENGINES)}")
+            raise ValueError(f"unknown engine {self.engine!r}: choose from {', '.join(ENGINES)}")
         unknown = [name for name in self.passes if name not in PASSES]
         if unknown:
-            raise ValueError(f"unknown passes {', '.join(unknown)}: known are {', '.join(PASSES)}")
+            raise ValueError(f"unknown passes {', '.join(unknown)}: choose from {', '.join(PASSES)}")
         if self.threads is not None and self.threads < 1:
             raise ValueError(f"threads must be at least 1, got {self.threads}")
 
@@ -88,9 +83,7 @@ class RenderJob:
     Parameters
     ----------
     scene
-        The scene with all overrides.
-    world
-        The same as arrays.
+        The scene with all overrides, as arrays.
     request
         The passes, the engine and the threads.
     executor
@@ -99,11 +92,15 @@ class RenderJob:
         The engine, if it is prepared already.
     """
 
-    scene: Scene
-    world: World
+    scene: PackedScene
     request: RenderRequest
     executor: Executor | None = None
     prepared: Tracer | None = None
+
+    @property
+    def world(self) -> World:
+        """What the tracers take."""
+        return self.scene.world
 
     @cached_property
     def window(self) -> Window:
@@ -123,36 +120,30 @@ class RenderJob:
             return self.prepared
         if self.executor is None:
             return tracer_of(self.world, self.request.engine, self.request.thread_count)
+        from rtcli.distributed.bands import BandedTracer  # few runs need it
+
         return BandedTracer(self.world, self.request.engine, self.executor)
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """The fingerprint of the scene."""
+        return fingerprint(self.scene)
 
     def summary(self, exposure: float) -> dict[str, Any]:
         """Return the metadata of every file: the software, the scene's fingerprint, the settings.
 
         The settings are all those that affect the picture; `exposure` in stops, metered or given.
         """
-        scene = self.scene
+        camera, rest = self.world.camera, self.world.settings
         settings = {
             "engine": self.request.engine,
-            "resolution": list(scene.camera.resolution),
+            "resolution": [camera.width, camera.height],
             "crop": list(self.window),
-            "samples": scene.render.samples,
-            "max_depth": scene.render.max_depth,
-            "eye_falloff": scene.render.eye_falloff,
+            "samples": rest.samples,
+            **({"ambient": list(rest.ambient)} if any(rest.ambient) else {}),
+            "max_depth": rest.max_depth,
+            "eye_falloff": rest.eye_falloff,
             "exposure": exposure,
-            "tone": scene.image.tone,
+            "tone": self.scene.tone,
         }
-        return {"software": SOFTWARE, "scene": fingerprint(scene, self.world), "settings": settings}
-
-
-def validate_and_pack(document: Document, watch: Stopwatch) -> tuple[Scene, World]:
-    """Return the scene of a document, and the same as arrays; time both stages.
-
-    Raises
-    ------
-    rtcli.SceneError
-        If it is not a valid scene.
-    """
-    with watch.stage("validate"):
-        scene = validate(document)
-    with watch.stage("pack"):
-        return scene, pack(scene)
+        return {"software": SOFTWARE, "scene": self.fingerprint, "settings": settings}

@@ -13,10 +13,10 @@ from array import array
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from rtcli.scene.model import Scene
+from rtcli.rendering.pack import PackedScene
 from rtcli.scene.vectors import negative
-from rtcli.tracer._native import __version__
-from rtcli.tracer.world import CameraFrame, Vector, Window, World
+from rtcli.tracer._native import SHAPE_PARAMETERS, __version__, by_threes
+from rtcli.tracer.world import CameraFrame, Settings, Vector, Window
 
 if TYPE_CHECKING:
     import numpy as np
@@ -26,39 +26,46 @@ Matrix: TypeAlias = list[list[float]]
 
 SOFTWARE = f"rtcli {__version__}"
 
+# Keys of the settings that fingerprints leave out at their defaults: scenes without them keep their hashes.
+_LATER_KEYS = {"ambient": (0.0, 0.0, 0.0)}
+
 
 # --- The scene -------------------------------------------------------------------------------------------
 
 
-def fingerprint(scene: Scene, world: World) -> str:
+def fingerprint(scene: PackedScene) -> str:
     """Return the SHA-256 of a scene's validated numbers and names, as `sha256:` and 64 hexadecimal digits.
 
     Comments, order of keys, YAML or JSON make no difference.
     """
+    world = scene.world
     frame = world.camera
     digest = hashlib.sha256(struct.pack("<2I", frame.width, frame.height))
-    fov = scene.camera.fov
     # Files keep their hashes if they give `fov`.
-    lens = (frame.half_height, frame.pixel_aspect, *frame.center) if fov is None else (fov,)
+    lens = (frame.half_height, frame.pixel_aspect, *frame.center) if frame.fov is None else (frame.fov,)
     for vector in (lens, frame.position, frame.right, frame.up, frame.forward):
         digest.update(_little(array("d", vector)))
     shapes, lights = world.shapes, world.lights
-    three, others = array("d"), array("d")
-    for row in shapes.parameter_rows():
-        # Three numbers of each object, a single one three times, and the others or 0: files keep their hashes.
-        three.extend((row * 3)[:3])
-        others.extend(row[3:] or (0.0,))
-    for numbers in (shapes.kind, shapes.position, three, others, shapes.color):
+    three, fourth, others = (
+        array("d", column) for column in by_threes(shapes.kind.tobytes(), shapes.parameters.tobytes())
+    )
+    for numbers in (shapes.kind, shapes.position, three, fourth, shapes.color):
         digest.update(_little(numbers))
+    if any(others):  # files keep their hashes if boxes are turned about the vertical axis only
+        digest.update(_little(others))
     for numbers in (lights.parameters, lights.color, lights.intensity, lights.carrier):
         digest.update(_little(numbers))
     if any(lights.kind):  # files keep their hashes if there are only point lights
         digest.update(_little(lights.kind))
-    names = (item.name for item in scene.objects)
-    digest.update("".join("-" if name is None else f"{len(name)}:{name}" for name in names).encode())
-    rest = scene.render.model_dump(), scene.image.model_dump()
+    digest.update(scene.names.encode())
+    rest = _settings(world.settings), {"exposure": scene.exposure, "tone": scene.tone}
     digest.update(json.dumps(rest, sort_keys=True).encode())
     return f"sha256:{digest.hexdigest()}"
+
+
+def _settings(settings: Settings) -> dict[str, Any]:
+    """Return the keys of the settings and their values, but for later keys at their defaults."""
+    return {key: value for key, value in settings._asdict().items() if value != _LATER_KEYS.get(key)}
 
 
 def _little(numbers: array[Any]) -> bytes:
@@ -120,7 +127,7 @@ def _extrinsics(axes: tuple[Vector, Vector, Vector], eye: Vector) -> dict[str, M
 # --- The objects -----------------------------------------------------------------------------------------
 
 
-def object_table(scene: Scene) -> list[dict[str, Any]]:
+def object_table(scene: PackedScene) -> list[dict[str, Any]]:
     """Return the objects of a scene, in the order of the file.
 
     Returns
@@ -131,10 +138,11 @@ def object_table(scene: Scene) -> list[dict[str, Any]]:
     """
     from rtcli.image.pass_picture import id_colors  # imports NumPy, which a PNG of the native engine does without
 
-    colors = id_colors(len(scene.objects) + 1)
+    kinds, types, names = list(SHAPE_PARAMETERS), scene.world.shapes.kind, scene.object_names()
+    colors = id_colors(len(types) + 1)
     return [
-        {"id": number, "color": f"#{colors[number].tobytes().hex()}", "type": item.type, "name": item.name}
-        for number, item in enumerate(scene.objects, start=1)
+        {"id": number, "color": f"#{colors[number].tobytes().hex()}", "type": kinds[type], "name": name}
+        for number, (type, name) in enumerate(zip(types, names, strict=True), start=1)
     ]
 
 

@@ -1,13 +1,63 @@
-"""A checked scene as plain arrays: the one module that knows both the scene model and the tracer's world."""
+"""A validated scene as plain arrays, which is all that a rendering needs of it."""
 
 from __future__ import annotations
 
 from array import array
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, NamedTuple
 
-from rtcli.scene.model import Camera, Object, Scene
 from rtcli.scene.vectors import cross, unit
 from rtcli.tracer._native import LIGHT_PARAMETERS, SHAPE_PARAMETERS, half_tangent
-from rtcli.tracer.world import NO_CARRIER, CameraFrame, Lights, Settings, Shapes, World
+from rtcli.tracer.world import NO_CARRIER, CameraFrame, Lights, Settings, Shapes, Vector, World
+
+if TYPE_CHECKING:  # loads pydantic, which a scene that is plainly valid does without
+    from rtcli.scene.model import Camera, Object, Scene
+
+
+class PackedScene(NamedTuple):
+    """A scene as numbers and names.
+
+    Parameters
+    ----------
+    world
+        What the tracers take.
+    names
+        The names of the objects in one text: for each `-`, or the length of its name, a colon, and the name.
+    exposure
+        Stops, or `auto`.
+    tone
+        A name of `rtcli.curves.TONE_CURVES`.
+    """
+
+    world: World
+    names: str
+    exposure: float | str
+    tone: str
+
+    def object_names(self) -> list[str | None]:
+        """Return the name of each object, or None."""
+        names: list[str | None] = []
+        start = 0
+        while start < len(self.names):
+            if self.names[start] == "-":
+                names.append(None)
+                start += 1
+                continue
+            colon = self.names.index(":", start)
+            end = colon + 1 + int(self.names[start:colon])
+            names.append(self.names[colon + 1 : end])
+            start = end
+        return names
+
+
+def pack_scene(scene: Scene) -> PackedScene:
+    """Return a scene as numbers and names."""
+    names = _joined(shape.name for shape in scene.objects)
+    return PackedScene(pack(scene), names, scene.image.exposure, scene.image.tone)
+
+
+def _joined(names: Iterable[str | None]) -> str:
+    return "".join("-" if name is None else f"{len(name)}:{name}" for name in names)
 
 
 def pack(scene: Scene) -> World:
@@ -17,34 +67,56 @@ def pack(scene: Scene) -> World:
         camera=camera_frame(scene.camera),
         shapes=_shapes(scene.objects),
         lights=_lights(scene),
-        settings=Settings(render.samples, render.background, render.max_depth, render.eye_falloff),
+        settings=Settings(
+            samples=render.samples,
+            background=render.background,
+            ambient=render.ambient,
+            max_depth=render.max_depth,
+            eye_falloff=render.eye_falloff,
+        ),
     )
+
+
+class Lens(NamedTuple):
+    """The part of a `CameraFrame` that says what the picture spans, whose parameters it has."""
+
+    half_height: float
+    pixel_aspect: float = 1.0
+    center: tuple[float, float] = (0.0, 0.0)
+    fov: float | None = None
+
+
+def lens_of_fov(fov: float) -> Lens:
+    """Return the lens of a vertical field of view, in degrees."""
+    return Lens(half_tangent(fov), fov=fov)
 
 
 def camera_frame(camera: Camera) -> CameraFrame:
-    """Return the camera's frame.
+    """Return the frame of a scene's camera."""
+    return frame_of(camera.resolution, _lens(camera), camera.eye, camera.view, camera.upward)
+
+
+def frame_of(resolution: tuple[int, int], lens: Lens, position: Vector, view: Vector, up: Vector) -> CameraFrame:
+    """Return the frame of a camera, whose view and up have any length but 0.
 
     right = view x up, up' = right x view: the document's camera (section 2.1.1) gives x, y and -z exactly.
     """
-    width, height = camera.resolution
-    forward = unit(camera.view)
-    right = unit(cross(forward, unit(camera.upward)))
-    half_height, pixel_aspect, center = _lens(camera)
+    forward = unit(view)
+    right = unit(cross(forward, unit(up)))
+    width, height = resolution
     return CameraFrame(
         width=width,
         height=height,
-        half_height=half_height,
-        pixel_aspect=pixel_aspect,
-        center=center,
-        position=camera.eye,
+        position=position,
         right=right,
         up=cross(right, forward),
         forward=forward,
+        **lens._asdict(),
     )
 
 
-def _lens(camera: Camera) -> tuple[float, float, tuple[float, float]]:
-    """Return half the height of the picture on the image plane, the pixel aspect, and its middle there.
+def _lens(camera: Camera) -> Lens:
+    """Return the lens of a scene's camera.
 
     With the size (W, H) of the picture and the focal lengths f in pixels (document, section 2.1)::
 
@@ -55,10 +127,10 @@ def _lens(camera: Camera) -> tuple[float, float, tuple[float, float]]:
     if camera.intrinsics is not None:
         (focal_x, _, center_x), (_, focal_y, center_y), _ = camera.intrinsics
         center = (width / 2 - 0.5 - center_x) / focal_x, (center_y - height / 2 + 0.5) / focal_y
-        return height / (2 * focal_y), focal_y / focal_x, center
+        return Lens(height / (2 * focal_y), focal_y / focal_x, center)
     if camera.fov_x is not None:
-        return half_tangent(camera.fov_x) * height / width, 1.0, (0.0, 0.0)
-    return half_tangent(camera.fov or 0.0), 1.0, (0.0, 0.0)
+        return Lens(half_tangent(camera.fov_x) * height / width)
+    return lens_of_fov(camera.fov or 0.0)
 
 
 def _shapes(objects: tuple[Object, ...]) -> Shapes:

@@ -18,10 +18,10 @@ class Stopwatch:
     @contextlib.contextmanager
     def stage(self, name: str) -> Iterator[None]:
         """Add the time of the body to a stage, without the time of the stages in it."""
+        self.seconds.setdefault(name, 0.0)  # stages are listed in the order in which they start
         start, others = time.perf_counter(), sum(self.seconds.values())
         yield
-        passed = time.perf_counter() - start - (sum(self.seconds.values()) - others)
-        self.seconds[name] = self.seconds.get(name, 0.0) + passed
+        self.seconds[name] += time.perf_counter() - start - (sum(self.seconds.values()) - others)
 
     @contextlib.contextmanager
     def stages_together(self) -> Iterator[dict[str, float]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple, TypeAlias, cast
 
-from rtcli.image.display import DisplayTransform
+from rtcli.image.display import DEFAULT_QUANTIZATION, DisplayTransform, Quantization
 from rtcli.image.formats import format_of
 from rtcli.image.write import png_texts
 from rtcli.rendering.job import RenderJob
@@ -24,15 +24,14 @@ def expose_film(job: RenderJob, progress: Progress | None = None) -> Film:
     """Return the film of a job, exposed; `progress` is called with pixels done and in all."""
     from rtcli.rendering.film import Film
 
-    image = job.scene.image
-    tracer = job.tracer
+    tracer, scene = job.tracer, job.scene
     arrays, rays = tracer.film(job.window, job.request.passes, progress)
-    exposure, metered = stops_of(tracer, image.exposure)
-    return Film(**arrays, exposure=exposure, tone=image.tone, rays=rays + metered, job=job)
+    exposure, metered = stops_of(tracer, scene.exposure)
+    return Film(**arrays, exposure=exposure, tone=scene.tone, rays=rays + metered, job=job)
 
 
 class RenderStats(NamedTuple):
-    """The rays of a picture, and the seconds that the threads spent in `trace`, `develop` and `write`."""
+    """The rays of a picture, and the seconds that the threads spent in `build`, `trace`, `develop` and `write`."""
 
     rays: int
     seconds: dict[str, float]
@@ -42,28 +41,35 @@ class RenderStats(NamedTuple):
 Files: TypeAlias = dict[str, tuple[str, BinaryIO]]
 
 
-def write_film(job: RenderJob, files: Files, bits: int = 8, progress: Progress | None = None) -> RenderStats:
-    """Trace, develop and write a job; `bits` are those of a channel of a PNG.
+def write_film(
+    job: RenderJob,
+    files: Files,
+    quantization: Quantization = DEFAULT_QUANTIZATION,
+    progress: Progress | None = None,
+) -> RenderStats:
+    """Trace, develop and write a job.
 
     The native tracer, or an executor, streams a PNG without passes band by band, so that memory does not grow with
     the picture.
     """
     name, file = files[RADIANCE]
     can_stream = format_of(name).is_streamed and (job.executor is not None or job.request.engine == "native")
-    watch = Stopwatch(seconds={"trace": 0.0, "develop": 0.0, "write": 0.0})
+    watch = Stopwatch(seconds={"build": 0.0, "trace": 0.0, "develop": 0.0, "write": 0.0})
     if can_stream and not job.request.passes:
-        rays = _stream(job, file, bits, progress, watch)
+        rays = _stream(job, file, quantization.bits, progress, watch)
     else:
-        rays = _by_film(job, files, bits, progress, watch)
+        rays = _by_film(job, files, quantization, progress, watch)
     return RenderStats(rays, watch.seconds)
 
 
 def _stream(job: RenderJob, file: BinaryIO, bits: int, progress: Progress | None, watch: Stopwatch) -> int:
+    with watch.stage("build"):
+        tracer, scene = job.tracer, job.scene
     with watch.stage("trace"):
-        tracer, image = job.tracer, job.scene.image
-        exposure, rays = stops_of(tracer, image.exposure)
-    transform, texts = DisplayTransform(exposure, image.tone, bits), png_texts(job.summary(exposure))
+        exposure, rays = stops_of(tracer, scene.exposure)
+    transform, texts = DisplayTransform(exposure, scene.tone, bits), png_texts(job.summary(exposure))
     if isinstance(tracer, NativeTracer):
+        watch.seconds["build"] *= job.request.thread_count  # all threads build the tree
         traced, seconds = tracer.picture(job.window, transform, texts, file.write, progress)
         for stage, spent in seconds.items():
             watch.seconds[stage] += spent
@@ -78,7 +84,11 @@ def _stream(job: RenderJob, file: BinaryIO, bits: int, progress: Progress | None
     return rays
 
 
-def _by_film(job: RenderJob, files: Files, bits: int, progress: Progress | None, watch: Stopwatch) -> int:
+def _by_film(
+    job: RenderJob, files: Files, quantization: Quantization, progress: Progress | None, watch: Stopwatch
+) -> int:
+    with watch.stage("build"):
+        job.tracer  # noqa: B018 - prepared once
     with watch.stage("trace"):
         film = expose_film(job, progress)
         if job.request.passes:
@@ -87,7 +97,7 @@ def _by_film(job: RenderJob, files: Files, bits: int, progress: Progress | None,
     by_name = format_of(files[RADIANCE][0]).extra is not None
     with watch.stage("write" if by_name else "develop"):
         timed = {part: (name, _TimedFile(file, watch)) for part, (name, file) in files.items()}
-        film.write(cast("Files", timed), bits)
+        film.write(cast("Files", timed), quantization)
     return film.rays
 
 

@@ -89,7 +89,7 @@ def _remarks(prefix: str, layer: LayerDifference) -> Iterator[str]:
         yield f"{prefix}largest difference at x {x}, y {y}: {first} and {second}"
     if layer.infinite:
         yield (
-            f"{prefix}at {counted(layer.infinite, 'pixel')} only one value is finite, or a number; "
+            f"{prefix}at {counted(layer.infinite, 'pixel')} only one value is infinite or not a number; "
             "RMSE and PSNR leave them out"
         )
 
@@ -140,7 +140,7 @@ def _pixels(comparison: Comparison, layer: LayerDifference) -> str:
 
 def _flip(flip: float, bound: float | None) -> str:
     if math.isnan(flip):
-        return "there is no mean FLIP, for some radiance is not finite"
+        return "the mean FLIP is undefined because some radiance is not finite"
     return f"the mean FLIP of {flip:.4g} is more than {bound:g}"
 
 

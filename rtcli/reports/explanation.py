@@ -55,16 +55,17 @@ _SYMBOLS = {
     "xy": "x, y",
     "p": "px, py",
     "position": "light",
+    "rho_ambient": "rho ambient",
     "x_slab": "x slab",
     "y_slab": "y slab",
     "z_slab": "z slab",
 }
 
-_NATIVE = "The native engine, which renders by default,"
+_NATIVE = "The native engine, the default,"
 
 _FAULT = (
-    "The engines disagree. Neither rounding nor a border explains it, so one of them is wrong:",
-    "this is a fault of rtcli. Please report it, with the scene.",
+    "The engines disagree, and neither rounding nor an edge explains it, so one of them is wrong.",
+    "This is a bug in rtcli. Please report it with the scene.",
 )
 
 
@@ -125,8 +126,8 @@ class _Text:
         yield f"{red} {green} {blue}, {swatch(code, explanation.value, self.color)}"
         if len(explanation.samples) > 1:
             yield (
-                f"Of its {len(explanation.samples):,} samples number {explanation.story.sample} is told in full "
-                "(--sample tells another); step 6 takes all together."
+                f"Shows sample {explanation.story.sample:,} of {len(explanation.samples):,} "
+                "(choose another with --sample); step 6 combines all."
             )
 
     def _step(self, number: int, step: Step, details: Iterable[str]) -> Iterator[str]:
@@ -188,7 +189,7 @@ class _Text:
         if native.agreement == DISAGREE:
             radiance = ", ".join(map(shown, native.radiance))
             seen = "the background" if native.object is None else native.object.label
-            line = f"{_gives(explanation)}, with the radiance {radiance}, and sees {seen} at its centre."
+            line = f"{_gives(explanation)}, with radiance {radiance}, and sees {seen} at the pixel's centre."
             yield from lines_of(line.split(), _WIDTH)
             yield self.paint(ERROR, _FAULT[0])
             yield from _FAULT[1:]
@@ -209,7 +210,7 @@ def _order_on_ray(item: Intersection) -> tuple[bool, float]:
 
 def _counts(behind: int, misses: Iterable[Intersection]) -> Iterator[str]:
     if behind:
-        yield f"{behind:>7,} more are hit behind these"
+        yield f"{behind:>7,} more hit behind these"
     for verdict, count in Counter(item.verdict for item in misses).most_common():
         yield f"{count:>7,} missed: {MISSES[verdict].for_several}"
 

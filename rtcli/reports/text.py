@@ -53,7 +53,7 @@ def golden_summary(results: Iterable[GoldenResult], not_done: int, updates: bool
     rest = [f"{not_done:,} not done"] if not_done else []
     yield ", ".join([*counts_text(counts), *rest])
     if not updates and (counts[DIFFERENT] or counts[MISSING]):
-        yield "to accept the renderings as golden files, look at them and repeat the command with --update"
+        yield "to accept the renderings as golden files, review them and repeat the command with --update"
 
 
 def problem_text(problem: Problem, color: bool = False) -> str:

@@ -8,7 +8,7 @@ import stat
 from pathlib import Path
 from typing import NamedTuple
 
-from rtcli.scene.reading.parse import JSON_SUFFIX, SCENE_SUFFIXES
+from rtcli.scene.files import JSON_SUFFIX, SCENE_SUFFIXES
 
 # The first bytes of JSON files that rtcli writes: metadata beside pictures, and manifests of batches.
 _OUTPUT_START = re.compile(rb'\s*\{\s*"(software": "rtcli |manifest": [0-9])')

@@ -6,9 +6,7 @@ import json
 import re
 from typing import NamedTuple
 
-from rtcli.scene.diagnostics.problems import SceneError, quoted
-from rtcli.scene.reading.source import Source
-from rtcli.scene.reading.yaml_reader import read_exact
+from rtcli.scene.diagnostics.quoting import quoted
 
 # An index, or a key or name: in double quotes, in single quotes, or plain, and after a dot unless it comes first.
 _STEP = re.compile(
@@ -94,11 +92,15 @@ def _unescaped(text: str) -> str:
         return str(json.loads(text, strict=False))
     except ValueError:
         pass
+    from rtcli.scene.diagnostics.problems import SceneError
+    from rtcli.scene.reading.source import Source
+    from rtcli.scene.reading.yaml_reader import read_exact  # few names need it
+
     try:
         return str(read_exact(Source("", text)).data)
     except SceneError as error:
         raise KeyPathError(
-            f"{quoted(text)} is not a text in double quotes: {error.problems[0].message}", ()
+            f"{quoted(text)} is not a string in double quotes: {error.problems[0].message}", ()
         ) from error
 
 

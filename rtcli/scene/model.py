@@ -22,6 +22,8 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    GetCoreSchemaHandler,
+    GetPydanticSchema,
     ModelWrapValidatorHandler,
     ValidationError,
     ValidationInfo,
@@ -30,21 +32,15 @@ from pydantic import (
     field_validator,
     model_validator,
 )
-from pydantic_core import InitErrorDetails, PydanticCustomError
+from pydantic_core import InitErrorDetails, PydanticCustomError, PydanticKnownError, core_schema
 from typing_extensions import Self, TypeAliasType
 
 from rtcli.curves import ToneName
+from rtcli.scene.bounds import MAX_NAME, MAX_SAMPLES, MAX_SIDE
 from rtcli.scene.colors import color_from_text
 from rtcli.scene.diagnostics.problems import MAX_PROBLEMS
 from rtcli.scene.plain import plain
-from rtcli.scene.vectors import cross, direction, dot, negative, unit
-
-MAX_SIDE = 65_535
-MAX_SAMPLES = 1_024
-MAX_NAME = 10_000
-
-# `up` counts as lying along the view when the sine of the angle between them is not above this.
-_MIN_SINE = 1e-9
+from rtcli.scene.vectors import are_parallel, cross, dot, negative, view_direction
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[Number, Field(gt=0)]
@@ -102,7 +98,7 @@ Side = Annotated[Integer, Field(ge=1, le=MAX_SIDE)]
 
 def _exposure(value: Any) -> Any:
     if value != "auto" and (isinstance(value, bool) or not isinstance(value, (int, float))):
-        raise PydanticCustomError("exposure_kind", "must be a number of stops, or auto")
+        raise PydanticCustomError("exposure_kind", "must be a number of stops or auto")
     if value != "auto" and not -sys.float_info.max <= value <= sys.float_info.max:
         raise PydanticCustomError("finite_number", "must be finite")
     return value
@@ -112,6 +108,32 @@ Exposure = Annotated[
     float | Literal["auto"],
     BeforeValidator(_exposure),
     WithJsonSchema({"anyOf": [{"type": "number"}, {"const": "auto"}]}),
+]
+
+
+def _angles(value: Any, vector: ValidatorFunctionWrapHandler) -> Any:
+    if isinstance(value, (list, tuple)):
+        return vector(value)
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise PydanticKnownError("float_type")
+    if not -sys.float_info.max <= value <= sys.float_info.max:
+        raise PydanticKnownError("finite_number")
+    return float(value)
+
+
+def _rotation_schema(_: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+    """Check a list as a vector and anything else as a number: a union would report what both find wrong."""
+    as_it_is = core_schema.plain_serializer_function_ser_schema(lambda value: value)
+    return core_schema.no_info_wrap_validator_function(_angles, handler(Vector), serialization=as_it_is)
+
+
+_NUMBER_SCHEMA = {"type": "number"}
+Rotation = Annotated[
+    float | Vector,
+    GetPydanticSchema(_rotation_schema),
+    WithJsonSchema(
+        {"anyOf": [_NUMBER_SCHEMA, {"type": "array", "items": _NUMBER_SCHEMA, "minItems": 3, "maxItems": 3}]}
+    ),
 ]
 
 
@@ -253,7 +275,7 @@ class Pose(_Model):
 
 
 class Camera(_Model):
-    """A pinhole camera. Without `position` and `look_at` it stands at the origin and looks along -z."""
+    """A pinhole camera. By default it is at the origin and looks along -z."""
 
     model_config = ConfigDict(
         json_schema_extra={
@@ -273,11 +295,11 @@ class Camera(_Model):
     )
     """K in place of `fov`: [[f_x, 0, c_x], [0, f_y, c_y], [0, 0, 1]], in pixels with integers at pixel centres."""
     position: Vector = Field(default=ZERO, examples=[[0, 2, 8]])
-    """Where the eye is: x, y, z."""
+    """The position of the eye: x, y, z."""
     look_at: Annotated[Vector | None, NotNull] = Field(default=None, examples=[[0, 1, 0]])
-    """The point in the middle of the picture. Default: position + [0, 0, -1], a view along -z."""
+    """The point shown at the centre of the picture. Default: position + [0, 0, -1], a view along -z."""
     up: Direction = Field(default=(0.0, 1.0, 0.0), examples=[[0, 1, 0]], validate_default=True)
-    """The direction that is up in the picture, of any length but 0, not along the view."""
+    """The direction that points up in the picture: not zero, not parallel to the viewing direction."""
     opencv: Annotated[Pose | None, NotNull] = Field(
         default=None, examples=[{"camera_to_world": [[1, 0, 0, 0], [0, -1, 0, 2], [0, 0, -1, 8], [0, 0, 0, 1]]}]
     )
@@ -334,10 +356,11 @@ class Camera(_Model):
     @field_validator("up")
     @classmethod
     def _up_is_up(cls, up: Vector, info: ValidationInfo) -> Vector:
-        if info.data.keys() >= {"position", "look_at"}:
-            view = _view(info.data["position"], info.data["look_at"])
-            if _sine(view, up) <= _MIN_SINE:
-                raise PydanticCustomError("up_along_view", "must not lie along the view: choose another `up`")
+        seen = info.data
+        if seen.keys() >= {"position", "look_at"} and are_parallel(
+            view_direction(seen["position"], seen["look_at"]), up
+        ):
+            raise PydanticCustomError("up_along_view", "must not be parallel to the viewing direction")
         return up
 
     @field_validator("opengl")
@@ -364,7 +387,7 @@ class Camera(_Model):
             return _columns(self.opencv.camera_to_world)[2]
         if self.opengl is not None:
             return negative(_columns(self.opengl.camera_to_world)[2])
-        return _view(self.position, self.look_at)
+        return view_direction(self.position, self.look_at)
 
     @property
     def upward(self) -> Vector:
@@ -386,21 +409,11 @@ def _conflicts(data: Mapping[str, Any]) -> Iterator[InitErrorDetails]:
         yield InitErrorDetails(type=error, loc=(key,), input=data[key])
 
 
-def _view(position: Vector, look_at: Vector | None) -> Vector:
-    return (0.0, 0.0, -1.0) if look_at is None else direction(position, look_at)
-
-
-def _sine(a: Vector, b: Vector) -> float:
-    """Return the sine of the angle between two vectors of any length but 0: |a x b| of the unit vectors."""
-    x, y, z = cross(unit(a), unit(b))
-    return math.sqrt(x * x + y * y + z * z)
-
-
 # --- Lights ----------------------------------------------------------------------------------------------
 
 
 class CarriedLight(_Model):
-    """A point light at the centre of the object that carries it. Its own object casts no shadow in it."""
+    """A point light at the centre of the object that carries it. That object does not block it."""
 
     intensity: NotNegative = Field(examples=[4.0e6])
     """Emitted power; the light at distance r is intensity * color / (4 pi r^2)."""
@@ -415,10 +428,10 @@ class CarriedLight(_Model):
 
 
 class PointLight(CarriedLight):
-    """A light of no size, that shines in all directions alike."""
+    """A light without size that emits equally in all directions."""
 
     position: Vector = Field(examples=[[0, 15, -150]])
-    """Where it stands: x, y, z."""
+    """The position of the light: x, y, z."""
 
     if TYPE_CHECKING:
 
@@ -434,7 +447,7 @@ class _Shape(_Model):
     name: Annotated[str | None, NotNull] = Field(
         default=None, min_length=1, max_length=MAX_NAME, examples=["tall box"]
     )
-    """A name of your choice, unique in the scene; messages, ids and `--set objects.NAME...` use it."""
+    """A name, unique in the scene; messages, ids and `--set objects.NAME...` use it."""
     color: Albedo = Field(examples=[[0.9, 0.9, 0.9], "tomato", "#b3b3b3"])
     """The albedo: [r, g, b], linear, each 0 to 1; or a CSS name or #rrggbb."""
 
@@ -447,8 +460,8 @@ class Plane(_Shape):
     position: Vector = Field(examples=[[0, -20, 0]])
     """Any point on the plane."""
     normal: Direction = Field(examples=[[0, 1, 0]])
-    """The direction that stands on the plane, of any length but 0."""
-    # Lets every shape be asked for its light. Not a key of a scene file.
+    """A direction perpendicular to the plane, not zero."""
+    # Gives every shape the attribute. Not a key of a scene file.
     light: ClassVar[None] = None
 
     if TYPE_CHECKING:
@@ -473,7 +486,7 @@ class _Body(_Shape):
     position: Vector = Field(examples=[[0, 1, 0]])
     """The centre: x, y, z."""
     light: Annotated[CarriedLight | None, NotNull] = Field(default=None, examples=[{"intensity": 1000}])
-    """Makes this object the body of a point light: it is seen shining, and casts no shadow in its own light."""
+    """Turns this object into the body of a point light: it shines and does not block its own light."""
 
 
 class Sphere(_Body):
@@ -504,14 +517,14 @@ class Sphere(_Body):
 
 
 class Box(_Body):
-    """A box, turned about the vertical axis."""
+    """A box, rotated in any way."""
 
     type: Literal["box"] = "box"
     """The kind of shape."""
     size: tuple[Positive, Positive, Positive] = Field(examples=[[12.5, 40, 12.5]])
     """Width (x), height (y) and depth (z), each greater than 0."""
-    rotation: Number = Field(default=0.0, examples=[45])
-    """Degrees about the vertical axis (+y), counter-clockwise seen from above."""
+    rotation: Rotation = Field(default=0.0, examples=[45, [20, 45, 0]])
+    """Degrees about +y, counter-clockwise seen from above; or [x, y, z]: about x, then y, then z."""
 
     if TYPE_CHECKING:
 
@@ -524,13 +537,19 @@ class Box(_Body):
             size: Numbers,
             name: str | None = None,
             light: CarriedLight | Keys | None = None,
-            rotation: float = ...,
+            rotation: float | Numbers = ...,
         ) -> None: ...
 
     @property
     def parameters(self) -> tuple[float, ...]:
         """The numbers that distinguish this box from others, beside its position."""
-        return (*self.size, self.rotation)
+        x, y, z = self.angles
+        return (*self.size, y, x, z)
+
+    @property
+    def angles(self) -> Vector:
+        """The degrees by which the box is rotated about the axes of the scene, first about x, then y, then z."""
+        return self.rotation if isinstance(self.rotation, tuple) else (0.0, self.rotation, 0.0)
 
 
 Object: TypeAlias = Annotated[Sphere | Plane | Box, Field(discriminator="type")]
@@ -542,13 +561,15 @@ class RenderSettings(_Model):
     """How light is computed."""
 
     samples: Annotated[Integer, Field(ge=1, le=MAX_SAMPLES)] = 1
-    """Rays per pixel, 1 to 1,024, on a fixed pattern; 1 is the pixel's centre, more smooth the edges."""
+    """Rays per pixel, 1 to 1,024, in a fixed pattern: 1 uses the pixel's centre; higher values smooth edges."""
     background: LightColor = BLACK
     """The radiance of rays that hit nothing, as a color."""
+    ambient: LightColor = BLACK
+    """Light from all around that nothing blocks, as a color: adds albedo * ambient to each surface."""
     max_depth: Annotated[Integer, Field(ge=0)] = 1
     """0: only objects that carry a light are seen; 1 or more: direct light with shadows."""
     eye_falloff: Annotated[bool, Field(strict=True)] = False
-    """Also divide by 4 pi t^2, t the way from surface to eye. Real light does not; some course texts do."""
+    """Also divide by 4 pi t^2, where t is the distance to the eye. Not physical, but some courses teach it."""
 
     if TYPE_CHECKING:
 
@@ -557,6 +578,7 @@ class RenderSettings(_Model):
             *,
             samples: int = ...,
             background: ColorLike = ...,
+            ambient: ColorLike = ...,
             max_depth: int = ...,
             eye_falloff: bool = ...,
         ) -> None: ...
@@ -566,9 +588,9 @@ class ImageSettings(_Model):
     """How radiance becomes an image."""
 
     exposure: Exposure = 0.0
-    """In stops: each adds a factor of 2; or auto."""
+    """Exposure in stops, each a factor of 2; or auto."""
     tone: ToneName = "clip"
-    """The tone curve: clip cuts at white; reinhard and aces roll bright light off."""
+    """The tone curve: clip cuts off at white; reinhard and aces compress bright light gradually."""
 
     if TYPE_CHECKING:
 
@@ -576,12 +598,12 @@ class ImageSettings(_Model):
 
 
 class Scene(_Model):
-    """A scene: a camera, lights, objects, and how to make a picture of them."""
+    """A scene: a camera, lights, objects, and settings for the picture."""
 
     version: Literal[1] = 1
-    """The version of this format."""
+    """The version of the scene format."""
     camera: Camera = Field(examples=[{"resolution": [640, 480], "fov": 40}])
-    """Where the picture is taken from, and its size."""
+    """The position and view of the camera, and the size of the picture."""
     lights: tuple[PointLight, ...] = Field(default=(), examples=[[{"position": [0, 5, 0], "intensity": 1000}]])
     """Point lights."""
     objects: tuple[Object, ...] = Field(
@@ -589,7 +611,7 @@ class Scene(_Model):
     )
     """Spheres, planes and boxes."""
     render: RenderSettings = RenderSettings()
-    """How light is computed: samples, background, depth, falloff."""
+    """How light is computed: samples, background, ambient light, depth, falloff."""
     image: ImageSettings = ImageSettings()
     """How radiance becomes an image: exposure and tone curve."""
 
@@ -686,15 +708,23 @@ def _repeated_names(objects: Any) -> Iterable[InitErrorDetails]:
         name = item.get("name") if isinstance(item, dict) else getattr(item, "name", None)
         if isinstance(name, str) and first.setdefault(name, index) != index:
             context = {"first": first[name]}
-            error = PydanticCustomError("name_taken", "is taken by objects[{first}] already", context)
+            error = PydanticCustomError("name_taken", "is already taken by objects[{first}]", context)
             # Pydantic's own errors have the tag of the union's member in place of "object".
             yield InitErrorDetails(type=error, loc=(index, "object", "name"), input=name)
 
 
+# The order of the keys of objects and lights: `_OWN` stands for those that only some have, such as `radius`.
+_OWN = 3
+_RANKS = {"type": 0, "name": 1, "position": 2, "color": 4, "light": 5}
+
+
 def keys_in_order(model: type[BaseModel]) -> list[str]:
-    """Return the keys of a model in the order of the reference: the type, what is required, what is optional."""
+    """Return the keys of a model in the order of the reference.
+
+    They are as declared, except those of objects and lights: pydantic puts the keys of a base class first.
+    """
     fields = model.model_fields
-    return sorted(fields, key=lambda key: (key != "type", not fields[key].is_required()))
+    return sorted(fields, key=lambda key: _RANKS.get(key, _OWN)) if "color" in fields else list(fields)
 
 
 def _line_errors(error: ValidationError, start: int = 0) -> list[InitErrorDetails]:

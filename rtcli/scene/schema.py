@@ -9,16 +9,17 @@ from __future__ import annotations
 import json
 from typing import Any
 
+from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
 from rtcli.scene.colors import CSS_NAMES, HEX_PATTERN
-from rtcli.scene.model import SHAPES, Scene
+from rtcli.scene.model import SHAPES, CarriedLight, PointLight, Scene, keys_in_order
 
 # VS Code and the YAML language server show `errorMessage` instead of their own message, which for a value that
 # matches none of several schemas is about the first of them only.
-_NO_COLOR = 'Not a color: give a CSS name such as tomato, "#rrggbb" in quotes, or [r, g, b].'
-_NO_EXPOSURE = "Not an exposure: give a number of stops, or auto."
+_NO_COLOR = 'Not a color: use a CSS name such as tomato, "#rrggbb" in quotes, or [r, g, b].'
+_NO_EXPOSURE = "Not an exposure: use a number of stops or auto."
 
 
 class _SceneFileSchema(GenerateJsonSchema):
@@ -81,10 +82,14 @@ def scene_schema() -> dict[str, Any]:
     definitions["ImageSettings"]["properties"]["exposure"]["anyOf"][0]["errorMessage"] = _NO_EXPOSURE
     for shape in SHAPES.values():
         definition = definitions[shape.__name__]
-        # A file must name the type, which a class of Python implies; first, so that editors write it first.
-        definition["properties"] = {"type": None, **definition["properties"]}
+        # A file must name the type, which a class of Python implies.
         del definition["properties"]["type"]["default"]
         definition["required"].append("type")
+    parts: list[type[BaseModel]] = [CarriedLight, PointLight, *SHAPES.values()]
+    for part in parts:
+        # Editors write the keys in this order.
+        properties = definitions[part.__name__]["properties"]
+        definitions[part.__name__]["properties"] = {key: properties[key] for key in keys_in_order(part)}
     return {"$schema": "http://json-schema.org/draft-07/schema#", **body, "title": "rtcli scene"}
 
 

@@ -7,6 +7,9 @@ from typing import TypeAlias
 
 Vector: TypeAlias = tuple[float, float, float]
 
+# Directions count as parallel when the sine of the angle between them is not above this.
+_MIN_SINE = 1e-9
+
 
 def unit(vector: Vector) -> Vector:
     """Return the unit vector: v / |v| (document, section 1.2.1)."""
@@ -29,6 +32,20 @@ def direction(start: Vector, end: Vector) -> Vector:
         # The difference of two finite numbers may overflow; the difference of their halves cannot.
         x, y, z = (there / 2 - here / 2 for here, there in zip(start, end, strict=True))
     return x, y, z
+
+
+def view_direction(position: Vector, look_at: Vector | None) -> Vector:
+    """Return the direction from an eye to the point it looks at, of any length; along -z without one."""
+    return (0.0, 0.0, -1.0) if look_at is None else direction(position, look_at)
+
+
+def are_parallel(a: Vector, b: Vector) -> bool:
+    """Return whether two vectors of any length but 0 point the same way, or opposite ways.
+
+    The sine of the angle between them is |a x b| of the unit vectors.
+    """
+    x, y, z = cross(unit(a), unit(b))
+    return math.sqrt(x * x + y * y + z * z) <= _MIN_SINE
 
 
 def dot(a: Vector, b: Vector) -> float:

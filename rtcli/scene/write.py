@@ -18,8 +18,8 @@ from pydantic import BaseModel
 
 from rtcli.atomic import atomic_write
 from rtcli.scene.colors import text_of_color
+from rtcli.scene.files import JSON_SUFFIX, SCENE_SUFFIXES
 from rtcli.scene.model import Albedo, LightColor, Scene, keys_in_order
-from rtcli.scene.reading.parse import JSON_SUFFIX, SCENE_SUFFIXES
 
 # Texts that need no quotes, even in brackets. Programs that read YAML 1.1 take more words for truth values.
 _PLAIN_TEXT = re.compile(r"(?!(?:true|false|null|yes|no|on|off|y|n)\Z)[^\W\d_](?:[\w -]*\w)?\Z", re.IGNORECASE)
@@ -32,7 +32,7 @@ def save(scene: Scene, path: str | PathLike[str]) -> None:
     """Write a scene to a file; see `Scene.save`."""
     suffix = Path(path).suffix.lower()
     if suffix not in SCENE_SUFFIXES:
-        raise ValueError(f"{os.fspath(path)!r}: the name of a scene must end in {', '.join(SCENE_SUFFIXES)}")
+        raise ValueError(f"{os.fspath(path)!r}: the name of a scene file must end in {', '.join(SCENE_SUFFIXES)}")
     text = json_text(scene) if suffix == JSON_SUFFIX else yaml_text(scene)
     with atomic_write(Path(path)) as file:
         file.write(text.encode())

@@ -62,7 +62,7 @@ class Tracer:
     lights
         The columns of `Lights`: kind (uint8), parameters, color, intensity (float64), carrier (int64).
     settings
-        Samples, background, whether objects are lit (`max_depth` of 1 or more), eye_falloff.
+        Samples, background, ambient light, whether objects are lit (`max_depth` of 1 or more), eye_falloff.
     threads
         How many work, at most four for each processor core.
     """
@@ -72,7 +72,7 @@ class Tracer:
         camera: tuple[int, int, float, float, tuple[float, float], Vector, Vector, Vector, Vector],
         objects: tuple[bytes, ...],
         lights: tuple[bytes, ...],
-        settings: tuple[int, Vector, bool, bool],
+        settings: tuple[int, Vector, Vector, bool, bool],
         threads: int,
         /,
     ) -> Tracer: ...
@@ -155,6 +155,26 @@ class PngEncoder:
 
     def finish(self) -> bytes:
         """Return the rest of the file, once all rows were added."""
+
+def read_scene(
+    file: bytes, format: str, edits: list[tuple[str, str, str]], /
+) -> tuple[dict[str, dict[str, Any]], tuple[bytes, ...], tuple[bytes, ...], str] | None:
+    """Read a scene file, `json` or `yaml`, with edits of its sections: section, key, and value in YAML.
+
+    Returns
+    -------
+    sections, objects, lights, names
+        The values of each section by key, the columns of `Shapes` and of `Lights`, and the names of the objects as
+        in `rtcli.rendering.pack.PackedScene`. None if the file is not plainly valid, or memory runs out.
+
+    Raises
+    ------
+    ValueError
+        For another format.
+    """
+
+def by_threes(kinds: bytes, parameters: bytes, /) -> tuple[bytes, bytes, bytes]:
+    """Return three of the parameters of each shape, a single one three times; the fourth or 0; and the rest."""
 
 def simd_level() -> str:
     """Return `baseline`, `avx2`, `avx512` or `neon`: the best of this machine, or what RTCLI_SIMD asks for.

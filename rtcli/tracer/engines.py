@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import Literal, Protocol
+from typing import Protocol
 
 from rtcli.tracer.native import NativeTracer
 from rtcli.tracer.passes import Arrays
@@ -37,9 +37,9 @@ def tracer_of(world: World, engine: str, threads: int | None = None) -> Tracer:
     return ReferenceTracer(world, threads)
 
 
-def stops_of(tracer: Tracer, exposure: float | Literal["auto"]) -> tuple[float, int]:
+def stops_of(tracer: Tracer, exposure: float | str) -> tuple[float, int]:
     """Return an exposure in stops, metered for `auto`, and the number of rays for that."""
-    if exposure != "auto":
+    if not isinstance(exposure, str):
         return exposure, 0
     metered = tracer.exposure()
     return metered.stops, metered.rays

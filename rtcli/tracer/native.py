@@ -1,9 +1,8 @@
-"""The native tracer: a `World` as the compiled module takes it, and what that gives as arrays."""
+"""The native tracer: pass a `World` to the compiled module, and return arrays."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 from rtcli.tracer._native import METER_GRID, BudgetExceededError, Tracer, WorkBudget
@@ -13,13 +12,13 @@ from rtcli.tracer.world import Lights, MeterReading, Progress, Shapes, Window, W
 if TYPE_CHECKING:
     from rtcli.tracer.passes import Arrays
 
-# Steps of work to find the coverage, about a second's on two cores: 100,000 spheres apart from each other take a
-# sixth.
+# The most steps to find the coverage, about a second on two cores; 100,000 spheres apart from each other take a
+# sixth of them.
 _COVERAGE_STEPS = 120_000_000
 
 
 class NativeTracer:
-    """A world made ready for the compiled tracer, which works with so many threads."""
+    """A world prepared for the compiled tracer, and the number of threads to trace it with."""
 
     def __init__(self, world: World, threads: int) -> None:
         camera, settings = world.camera, world.settings
@@ -37,7 +36,13 @@ class NativeTracer:
             ),
             _columns(world.shapes),
             _columns(world.lights),
-            (settings.samples, settings.background, settings.max_depth > 0, settings.eye_falloff),
+            (
+                settings.samples,
+                settings.background,
+                settings.ambient,
+                settings.max_depth > 0,
+                settings.eye_falloff,
+            ),
             threads,
         )
 
@@ -56,17 +61,17 @@ class NativeTracer:
         Raises
         ------
         rtcli.tracer._native.BudgetExceededError
-            If it is more work than the budget allows.
+            If the budget does not suffice.
         """
         return self._tracer.levels(window, transform, budget)
 
     def coverage(self, window: Window) -> list[int] | None:
-        """Return of each object how many pixel centres of a window it covers, what others hide included.
+        """Return the number of pixel centres that each object covers, including those hidden by others.
 
         Returns
         -------
         list of int or None
-            None if it is too much work, of objects whose outlines are too many and too long.
+            None if counting takes too long: the outlines are too many and too long.
         """
         try:
             return self._tracer.coverage(window, WorkBudget(_COVERAGE_STEPS))
@@ -74,12 +79,12 @@ class NativeTracer:
             return None
 
     def exposure(self, grid: int = METER_GRID, budget: WorkBudget | None = None) -> MeterReading:
-        """Return what the meter finds for the whole picture, with fewer points if a rough result will do.
+        """Meter the whole picture; a smaller grid gives a rough result.
 
         Raises
         ------
         rtcli.tracer._native.BudgetExceededError
-            If it is more work than the budget allows.
+            If the budget does not suffice.
         """
         return MeterReading(*self._tracer.exposure(grid, budget))
 
@@ -93,11 +98,11 @@ class NativeTracer:
     ) -> tuple[int, dict[str, float]]:
         """Write a PNG piece by piece; return the number of rays, and the seconds of all threads in each stage.
 
-        `texts` are keywords, and what the file tells under them.
+        `texts` are the keywords and values to store in the file.
         """
         rays, trace, develop, encode = self._tracer.picture(window, transform, texts, write, progress)
         return rays, {"trace": trace, "develop": develop, "write": encode}
 
 
 def _columns(rows: Shapes | Lights) -> tuple[bytes, ...]:
-    return tuple(getattr(rows, field.name).tobytes() for field in fields(rows))
+    return tuple(column.tobytes() for column in rows)

@@ -76,6 +76,9 @@ SPECS = {RADIANCE: PassSpec(_RGB, "radiance"), **{each.name: each.metadata["spec
 
 PASSES = tuple(name for name in SPECS if name != RADIANCE)
 
+# The passes of lengths.
+LENGTHS = tuple(name for name in PASSES if SPECS[name].quantity == "length")
+
 
 def new_arrays(passes: Iterable[str], window: Window) -> Arrays:
     """Return arrays for the radiance and the passes of a window, by name.

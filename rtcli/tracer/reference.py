@@ -15,7 +15,7 @@ import math
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from threading import Event
 from typing import Any, NamedTuple, TypeAlias
 
@@ -486,18 +486,18 @@ class Plane(Object):
 
 
 class Box(Object):
-    """A box turned about +y (section 2.2.3).
+    """A box, turned in any way (section 2.2.3).
 
-    Its parameters are its width w (x), height h (y), depth d (z), and its rotation in degrees, counter-clockwise
-    seen from above.
+    Its parameters are its width w (x), height h (y), depth d (z), and degrees about y, x and z. It is turned about
+    x, then y, then z, the axes of the world.
     """
 
     def _set_parameters(self, parameters: Sequence[float]) -> None:
-        *size, rotation = parameters
+        *size, y, x, z = parameters
         self.half = column(size) / 2
-        # Of Python numbers, whose overflow is silent.
-        self.size = min(sum(self.half.ravel().tolist()), sys.float_info.max)
-        self.sine, self.cosine = _sine_and_cosine(rotation)
+        width, height, depth = self.half.ravel().tolist()
+        self.size = min(width + height + depth, sys.float_info.max)
+        self.axes = _turned_axes((x, y, z))
         # Slightly large, so that rounding never rejects a ray through a corner.
         self.bounding_radius = math.hypot(*self.half.ravel()) * (1 + 1e-9)
 
@@ -512,7 +512,7 @@ class Box(Object):
         return t
 
     def normal(self, ray: Ray, t: Array) -> Array:
-        """Return the normal of the face that the ray meets, n' = R_y,neg n, turned to the viewer."""
+        """Return the normal of the face that the ray meets, n' = R n, turned to the viewer."""
         return self._to_world(self.face(ray))
 
     def face(self, ray: Ray) -> Array:
@@ -532,7 +532,8 @@ class Box(Object):
 
     def side(self, point: Array) -> int:
         """Return 1 outside, -1 inside, 0 on the surface."""
-        return int(np.sign((np.abs(self._local(point)) - self.half).max()))
+        height = float((np.abs(self._local(point)) - self.half).max())
+        return 1 if math.isnan(height) else int(np.sign(height))  # NaN: infinitely far along two axes
 
     def heights(self, eye: Array, sight: Array) -> Array:
         """Return the heights of points above the faces across each axis of the box: (3, N)."""
@@ -542,8 +543,7 @@ class Box(Object):
 
     def rounding(self, point: Array) -> Array:
         """Return how close to the faces across each axis of the box a point (3, 1) counts as on them: (3, 1)."""
-        axes = ((self.cosine, 0.0, -self.sine), (0.0, 1.0, 0.0), (self.sine, 0.0, self.cosine))
-        halves = zip(axes, self.half.ravel().tolist(), strict=True)
+        halves = zip(self.axes, self.half.ravel().tolist(), strict=True)
         return np.array(
             [[rounding_across(axis, point, self.position, (half, self.size))] for axis, half in halves]
         )
@@ -567,7 +567,7 @@ class Box(Object):
     def slabs(self, ray: Ray) -> tuple[Array, Array]:
         """Return where the rays enter and leave each of the slabs |x| <= w/2, |y| <= h/2, |z| <= d/2: two (3, N).
 
-        G' = R_y (o - position) + t R_y d: section 2.2.3, with the direction rotated too. A ray parallel to a slab
+        G' = R^T (o - position) + t R^T d: section 2.2.3, with the direction rotated too. A ray parallel to a slab
         is in it for all t or for none.
         """
         offset = self._local(ray.offset)
@@ -583,14 +583,31 @@ class Box(Object):
         return near, far
 
     def _to_box(self, vector: Array) -> Array:
-        """Return R_y v."""
-        x, y, z = vector
-        return np.stack([self.cosine * x - self.sine * z, y, self.sine * x + self.cosine * z])
+        """Return R^T v: its components along the axes of the box."""
+        return np.stack([_weighted(axis, vector) for axis in self.axes])
 
     def _to_world(self, vector: Array) -> Array:
-        """Return R_y,neg v."""
-        x, y, z = vector
-        return np.stack([self.cosine * x + self.sine * z, y, self.cosine * z - self.sine * x])
+        """Return R v: the sum of its components times the axes of the box."""
+        return np.stack([_weighted(weights, vector) for weights in zip(*self.axes, strict=True)])
+
+
+def _weighted(weights: Iterable[float], components: Array) -> Array:
+    """Return the sum of components times weights, not all 0; those of weight 0 may be infinite."""
+    terms = [weight * component for weight, component in zip(weights, components, strict=True) if weight]
+    total: Array = sum(terms[1:], start=terms[0])
+    return total
+
+
+def _turned_axes(degrees: Sequence[float]) -> list[tuple[float, ...]]:
+    """Return the axes of a box turned about x, then y, then z: the columns of R = R_z R_y R_x."""
+    axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+    for about, angle in enumerate(degrees):
+        sine, cosine = _sine_and_cosine(angle)
+        # Right-handed: x turns toward y about z, y toward z about x, z toward x about y.
+        i, j = (about + 1) % 3, (about + 2) % 3
+        for axis in axes:
+            axis[i], axis[j] = cosine * axis[i] - sine * axis[j], sine * axis[i] + cosine * axis[j]
+    return [tuple(axis) for axis in axes]
 
 
 def _sine_and_cosine(degrees: float) -> tuple[float, float]:
@@ -722,7 +739,7 @@ class Scenery:
     light_sources
         All point lights, those that objects carry included.
     settings
-        Samples, background, `max_depth`, `eye_falloff`.
+        Samples, background, ambient light, `max_depth`, `eye_falloff`.
 
     Attributes
     ----------
@@ -877,11 +894,11 @@ class Scenery:
     def _direct_light(self, ray: Ray, hit: Hit) -> tuple[Array, int]:
         """Return the radiance from surfaces to the rays' offset, and the number of shadow rays (section 3.4).
 
-        radiance = sum over lights of albedo / pi * L_i * cos(theta) (sections 2.3.1 and 2.3.2)
+        radiance = albedo * ambient + sum over lights of albedo / pi * L_i * cos(theta) (sections 2.3.1 to 2.3.3)
         """
-        radiance = np.zeros_like(hit.normal)
         if self.settings.max_depth == 0:
-            return radiance, 0
+            return np.zeros_like(hit.normal), 0
+        radiance = self.ambient(hit)
         shadow_rays = 0
         for source in self.light_sources:
             irradiance, traced = self._irradiance(source, ray, hit)
@@ -891,6 +908,10 @@ class Scenery:
             # On its way from surface to eye as well: radiance / (4 pi t^2) (section 3.4).
             radiance = Light(radiance, np.ones(1)).travel(hit.t).rgb
         return radiance, shadow_rays
+
+    def ambient(self, hit: Hit) -> Array:
+        """Return the reflected ambient light, which nothing blocks: albedo * ambient (section 2.3.3): (3, N)."""
+        return self.colors[:, hit.index] * column(self.settings.ambient)
 
     def reflected(self, irradiance: Array, hit: Hit) -> Array:
         """Return the reflected radiance: albedo / pi * L_i * cos(theta) (section 2.3.1): (3, N)."""
@@ -1034,8 +1055,8 @@ class ReferenceTracer:
         world, grid = self.world, METER_GRID
         # The same rectangle of the image plane, in as many columns as rows whatever its aspect.
         aspect = world.camera.pixel_aspect * world.camera.width / world.camera.height
-        square = replace(world.camera, width=grid, height=grid, pixel_aspect=aspect)
-        scenery = build_scenery(replace(world, settings=replace(world.settings, samples=1)))
+        square = world.camera._replace(width=grid, height=grid, pixel_aspect=aspect)
+        scenery = build_scenery(world._replace(settings=world.settings._replace(samples=1)))
         scenery.camera = SimpleCamera(square)
         arrays, rays = scenery.render_img_to_rgb_array(Window(0, 0, grid, grid), self.threads, progress)
         return MeterReading(*meter(arrays[RADIANCE].tobytes()), rays)

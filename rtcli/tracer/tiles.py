@@ -34,7 +34,7 @@ def rows_and_columns(tile: Window, window: Window) -> tuple[slice, slice]:
 
 
 class AbandonedError(Exception):
-    """Raised in the threads of a rendering that nobody waits for any more."""
+    """Raised in the threads of a rendering whose result is no longer wanted."""
 
 
 def over_tiles(
@@ -52,11 +52,11 @@ def over_tiles(
     window
         The pixels to cover.
     threads
-        How many tiles are computed at a time.
+        The number of tiles computed at a time.
     progress
-        Is told (pixels done, pixels in all) after each tile.
+        Called with (pixels done, pixels in all) after each tile.
     abandoned
-        Is set when a tile fails, or when the caller goes no further: on an interrupt, for example.
+        Set when a tile fails, or when the caller stops early, on an interrupt for example.
     """
     failures: list[BaseException] = []
 

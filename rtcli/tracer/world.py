@@ -1,6 +1,6 @@
-"""What the tracers are given: a scene as plain numbers, in the order of the file.
+"""The input of the tracers: a scene as plain numbers, in the order of the file.
 
-The records hold the standard library's arrays, so that a tracer which needs no NumPy imports none;
+The records hold the standard library's arrays, so that the native tracer imports no NumPy;
 `numpy.frombuffer` reads them without a copy.
 """
 
@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from itertools import islice
 from typing import NamedTuple, TypeAlias
 
@@ -16,7 +15,7 @@ from rtcli.tracer._native import LIGHT_PARAMETERS, SHAPE_PARAMETERS
 
 Vector: TypeAlias = tuple[float, float, float]
 
-# Told (pixels done, pixels in all).
+# Called with (pixels done, pixels in all).
 Progress: TypeAlias = Callable[[int, int], None]
 
 # The `carrier` of a light that no object carries.
@@ -36,16 +35,16 @@ class Window(NamedTuple):
 
 
 class MeterReading(NamedTuple):
-    """What the exposure meter found.
+    """The result of the exposure meter.
 
     Parameters
     ----------
     stops
-        Those that expose the whole picture well, 0 if it is all black.
+        The exposure that suits the whole picture; 0 if it is all black.
     percentile
         The 95th percentile of the luminance of all points that are not black; None if all are.
     rays
-        How many it took.
+        The number of rays traced.
     """
 
     stops: float
@@ -53,8 +52,7 @@ class MeterReading(NamedTuple):
     rays: int
 
 
-@dataclass(frozen=True)
-class CameraFrame:
+class CameraFrame(NamedTuple):
     """A pinhole camera.
 
     Parameters
@@ -71,6 +69,8 @@ class CameraFrame:
         The eye, world space.
     right, up, forward
         An orthonormal frame: the image plane's axes and the view.
+    fov
+        The vertical field of view in degrees; None if the scene gives something else. Tracers use `half_height`.
     """
 
     width: int
@@ -82,6 +82,7 @@ class CameraFrame:
     right: Vector
     up: Vector
     forward: Vector
+    fov: float | None = None
 
     @property
     def focal_lengths(self) -> tuple[float, float]:
@@ -96,8 +97,7 @@ class CameraFrame:
         return self.width / 2 - x * focal_x, self.height / 2 + y * focal_y
 
 
-@dataclass(frozen=True)
-class Shapes:
+class Shapes(NamedTuple):
     """N objects, one row each.
 
     Parameters
@@ -108,7 +108,8 @@ class Shapes:
         (N * 3,) float64: centre, or a point on the plane.
     parameters
         (P,) float64: the parameters of the first object, then those of the second, and so on. Sphere: radius;
-        plane: normal (3, any length); box: full size (3), rotation in degrees about +y.
+        plane: normal (3, any length); box: full size (3), degrees about y, x and z: it is turned about x, then y,
+        then z.
     color
         (N * 3,) float64: albedo, linear, 0..1.
     """
@@ -123,8 +124,7 @@ class Shapes:
         return _parameter_rows(SHAPE_PARAMETERS, self)
 
 
-@dataclass(frozen=True)
-class Lights:
+class Lights(NamedTuple):
     """M lights, one row each, those of objects after the free ones.
 
     Parameters
@@ -157,8 +157,7 @@ def _parameter_rows(kinds: dict[str, int], rows: Shapes | Lights) -> Iterator[tu
     return (tuple(islice(numbers, counts[kind])) for kind in rows.kind)
 
 
-@dataclass(frozen=True)
-class Settings:
+class Settings(NamedTuple):
     """How light is computed: `render` of the scene file.
 
     Parameters
@@ -167,6 +166,8 @@ class Settings:
         Rays per pixel.
     background
         Linear RGB radiance of rays that hit nothing.
+    ambient
+        Linear RGB; a surface reflects albedo * ambient of it wherever objects and lights are.
     max_depth
         0: only objects that carry a light are seen; 1 or more: direct light with shadows.
     eye_falloff
@@ -175,12 +176,12 @@ class Settings:
 
     samples: int
     background: Vector
+    ambient: Vector
     max_depth: int
     eye_falloff: bool
 
 
-@dataclass(frozen=True)
-class World:
+class World(NamedTuple):
     """All that a tracer needs to know."""
 
     camera: CameraFrame

@@ -146,7 +146,7 @@ def test_animation_that_is_gone_or_altered_is_made_again(scenes, change):
 def test_picture_that_failed_is_a_reason_for_no_animation(scenes):
     make()
     before = results_in(OUT)
-    why = "no animation, for 1 of its 4 pictures failed"
+    why = "no animation: 1 of 4 pictures failed"
     assert make("camera.fov=20,40,60,200") == {"000.gif": why, "001.gif": why}
     assert results_in(OUT)["000.gif"] == before["000.gif"]
 
@@ -156,14 +156,14 @@ def test_former_picture_of_a_scene_that_fails_now_is_in_no_animation(scenes):
     write_scene(scenes[1], -1)
     assert make(suffixes=(".webp",)) == {
         "000.webp": True,
-        "001.webp": "no animation, for 3 of its 3 pictures failed",
+        "001.webp": "no animation: 3 of 3 pictures failed",
     }
     assert not (OUT / "001.webp").exists()
 
 
 def test_pictures_of_several_sizes_are_a_reason_for_no_animation(scenes):
     made = make("camera.resolution=[8, 6], [6, 8]")
-    assert made["000.gif"] == "no animation: pictures of an animation are of one size, not 8x6 and 6x8"
+    assert made["000.gif"] == "no animation: the pictures of an animation must have the same size, got 8x6 and 6x8"
     assert not (OUT / "000.gif").exists()
     assert private_files(OUT) == [".rtcli/lock"]
 

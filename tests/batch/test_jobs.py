@@ -10,7 +10,8 @@ from batches import write_scene
 import rtcli
 from rtcli.batch.jobs import BatchError, BatchSettings, find_jobs
 from rtcli.batch.sweep import parse_variation
-from rtcli.scene.overrides import EditError, Overrides
+from rtcli.scene.edits import EditError
+from rtcli.scene.overrides import Overrides
 from rtcli.scene.reading.parse import parse_bytes
 
 PNG = BatchSettings()
@@ -206,19 +207,19 @@ def test_variation_changes_the_scene_after_the_settings(tree):
     settings = BatchSettings(overrides=Overrides(edits=("camera.fov=70",)))
     [job] = find_jobs(["scenes/a.yaml"], settings, "out", [parse_variation("camera.fov=20")])
     document = parse_bytes(b"camera: {fov: 40}\n", "a.yaml")
-    assert job.changed(document).data == {"camera": {"fov": 20}}
+    assert job.apply(document).data == {"camera": {"fov": 20}}
     assert job.settings.as_dict()["set"] == ["camera.fov=70"]
 
 
 def test_variation_that_is_no_yaml_is_told_by_its_own_option(tree):
     [job] = swept("camera.fov=[1", paths=["scenes/a.yaml"])
     with pytest.raises(EditError, match=r"^--vary camera\.fov=\[1: "):
-        job.changed(parse_bytes(b"camera: {fov: 40}\n", "a.yaml"))
+        job.apply(parse_bytes(b"camera: {fov: 40}\n", "a.yaml"))
 
 
 def test_more_variations_than_anybody_means_are_refused(tree, monkeypatch):
     monkeypatch.setattr("rtcli.batch.sweep.MOST_VARIATIONS", 7)
-    with pytest.raises(ValueError, match="8 variations are more than 7"):
+    with pytest.raises(ValueError, match="8 variations exceed the limit of 7"):
         swept("camera.fov=20,30")
     assert len(swept("camera.fov=20")) == 4
 

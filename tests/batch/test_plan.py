@@ -78,14 +78,14 @@ def test_scene_that_is_written_otherwise_is_current_and_soon_without_a_look(scen
     ids=str,
 )
 def test_other_settings_render_all_once(scenes, settings):
-    assert set(reasons(**settings).values()) == {"other settings"}
+    assert set(reasons(**settings).values()) == {"the settings changed"}
     render(**settings)
     assert reasons(**settings) == {}
 
 
 def test_version_is_that_of_the_results(scenes):
     edit_manifest(lambda found: found["001"].update(software="rtcli 0.0.1"))
-    assert reasons() == {"001": "another version of rtcli"}
+    assert reasons() == {"001": "rendered by another version of rtcli"}
 
 
 def test_file_that_is_gone_or_altered_is_rendered_again(scenes):
@@ -113,7 +113,7 @@ def test_each_file_of_a_result_counts(folder):
 def test_scene_that_failed_is_tried_again(folder):
     write_scene(folder / "scenes" / "a.yaml", -1)
     assert render()["a"].status == "failed"
-    assert reasons() == {"a": "failed before"}
+    assert reasons() == {"a": "the last render failed"}
     write_scene(folder / "scenes" / "a.yaml", 1)
     assert render()["a"].status == "done"
     assert entries(OUT)["a"]["problems"] == []

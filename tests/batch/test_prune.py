@@ -129,7 +129,7 @@ def test_manifest_that_names_what_is_no_result_is_refused(folder, scenes, path, 
     value = [{"path": path}] if field == "outputs" else [path]
     edit_manifest(lambda found: found.update({"gone": {field: value}}))
     scenes[0].unlink()
-    with pytest.raises(ManifestError, match="is no result"):
+    with pytest.raises(ManifestError, match="is not a result"):
         pruned()
     assert (folder / "victim.txt").exists()
     assert (folder / "elsewhere" / "x").exists()
@@ -141,5 +141,5 @@ def test_manifest_that_names_a_scene_is_refused(folder):
     jobs = find_jobs(["out"], BatchSettings(), "out")
     manifest = Manifest(OUT)
     manifest.put("gone", {"outputs": [{"path": "000.yaml"}]})
-    with pytest.raises(ManifestError, match="is no result"):
+    with pytest.raises(ManifestError, match="is not a result"):
         find_stale_outputs(manifest, jobs, OUT)

@@ -127,7 +127,7 @@ def test_same_name_of_another_variation_is_not_current(folder):
     write_scenes(folder / "scenes", 1)
     [key] = swept("objects.ball.color='#ff0000'")
     before = results_in(OUT)
-    assert swept('objects.ball.color="#ff0000"') == {key: "another variation"}
+    assert swept('objects.ball.color="#ff0000"') == {key: "the varied values changed"}
     assert list(results_in(OUT)) == list(before)
     assert swept('objects.ball.color="#ff0000"') == {}
 

@@ -57,21 +57,21 @@ def test_range_is_exact_and_holds_its_stop(start, count, step, decimals):
 @pytest.mark.parametrize(
     ("expression", "message"),
     [
-        ("camera.fov", "is not KEY=START:STOP:STEP or KEY=A,B,C"),
-        ("=1,2", "is not KEY="),
-        ("a=", "is not KEY="),
-        ("a= ", "is not KEY="),
+        ("camera.fov", "must have the form KEY=START:STOP:STEP or KEY=A,B,C"),
+        ("=1,2", "must have the form KEY="),
+        ("a=", "must have the form KEY="),
+        ("a= ", "must have the form KEY="),
         ("a=1,,2", "has an empty value"),
         ("a=1,2,", "has an empty value"),
-        ("a=1,2,1", "has a value twice"),
-        ("a=1:2", "`a=1:2` has no step: give one, such as a=20:60:5"),
-        ("a=1:5:0", "steps of 0 do not lead from 1 to 5"),
-        ("a=1:5:-1", "steps of -1 do not lead from 1 to 5"),
-        ("a=0:1e13:1e13", "has numbers of more than 12 digits"),
-        ("a=0:1:1e-13", "has numbers of more than 12 digits"),
-        ("a=1e-999999999:1:1", "has numbers of more than 12 digits"),
-        ("a=5:1:1", "steps of 1 do not lead from 5 to 1"),
-        ("a=0:1:0.0000001", "10,000,001 variations are more than 1,000,000"),
+        ("a=1,2,1", "repeats a value"),
+        ("a=1:2", "`a=1:2` has no step: add one, as in a=20:60:5"),
+        ("a=1:5:0", "steps of 0 do not go from 1 to 5"),
+        ("a=1:5:-1", "steps of -1 do not go from 1 to 5"),
+        ("a=0:1e13:1e13", "has a number with more than 12 digits"),
+        ("a=0:1:1e-13", "has a number with more than 12 digits"),
+        ("a=1e-999999999:1:1", "has a number with more than 12 digits"),
+        ("a=5:1:1", "steps of 1 do not go from 5 to 1"),
+        ("a=0:1:0.0000001", "10,000,001 variations exceed the limit of 1,000,000"),
     ],
 )
 def test_what_is_no_variation_is_refused(expression, message):
@@ -113,10 +113,10 @@ def test_each_combination_has_a_name_of_its_own(variations):
     ("expressions", "message"),
     [
         (["a=1,2", "a=3,4"], "`a` is varied twice"),
-        (["a=x/y,x:y"], "a=x/y and a=x:y would have one name"),
-        (["a=Red,red"], "a=Red and a=red would have one name"),
+        (["a=x/y,x:y"], "a=x/y and a=x:y would have the same name"),
+        (["a=Red,red"], "a=Red and a=red would have the same name"),
         (["a=" + "x" * 300], "is longer than 200 characters"),
-        (["a=0:2000:1", "b=0:2000:1"], "4,004,001 variations are more than 1,000,000"),
+        (["a=0:2000:1", "b=0:2000:1"], "4,004,001 variations exceed the limit of 1,000,000"),
     ],
 )
 def test_what_cannot_be_told_apart_or_is_too_much_is_refused(expressions, message):

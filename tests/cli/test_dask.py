@@ -95,7 +95,7 @@ def test_scheduler_that_dies_ends_the_batch_and_the_next_goes_on_from_there(run,
     _, errors = process.communicate(timeout=30)
     assert process.returncode == 3
     assert errors.splitlines()[-1].startswith(
-        b"Error: the connection to the workers was lost: what was done is kept"
+        b"Error: the connection to the workers was lost: finished results are kept"
     )
     assert b"Traceback" not in errors
     assert private_files(OUT) == [".rtcli/lock"]
@@ -117,7 +117,7 @@ def test_scheduler_that_is_not_there_costs_nothing(run, scenes):
     before = results_in(OUT)
     result = run("batch", "scenes", "-o", "out", "--prune", "--dask", "tcp://127.0.0.1:9")
     assert result.exit_code == 3
-    assert "no scheduler of Dask answers at 'tcp://127.0.0.1:9'" in result.stderr
+    assert "no Dask scheduler answers at 'tcp://127.0.0.1:9'" in result.stderr
     assert results_in(OUT) == before
 
 
@@ -170,7 +170,7 @@ def test_scheduler_that_dies_leaves_no_picture(spawn, scene, cluster):
     cluster.scheduler.kill()
     _, errors = process.communicate(timeout=30)
     assert process.returncode == 3
-    told = f"Error: the connection to the scheduler of Dask was lost at '{cluster.address}'".encode()
+    told = f"Error: the connection to the Dask scheduler was lost at '{cluster.address}'".encode()
     assert errors.splitlines()[-1] == told
     assert [path.name for path in Path().iterdir()] == [scene]
 
@@ -181,7 +181,7 @@ def test_scheduler_that_dies_leaves_no_picture(spawn, scene, cluster):
 def test_threads_are_of_this_machine(run, scene):
     result = run("render", scene, "-o", "a.png", "--dask", "local", "--threads", "2")
     assert result.exit_code == 2
-    assert "--threads is for this machine" in " ".join(result.stderr.split())
+    assert "--threads cannot be used with --dask" in " ".join(result.stderr.split())
 
 
 @pytest.mark.parametrize(
@@ -192,7 +192,7 @@ def test_missing_extra_is_told_with_how_to_install_it(scene, arguments):
     command = [sys.executable, "-c", program, *arguments, "--dask", "local"]
     result = subprocess.run(command, capture_output=True, text=True, check=False)
     assert result.returncode == 3
-    told = "Error: working on a cluster needs the package distributed: pip install 'rtcli[dask]'\n"
+    told = "Error: rendering on a Dask cluster needs the package distributed: pip install 'rtcli[dask]'\n"
     assert result.stderr == told
     assert not Path("a.png").exists()
     assert not Path("out").exists()
@@ -210,8 +210,8 @@ def test_cluster_without_workers_is_given_up_after_a_while(run, scene, scenes, c
     assert time.monotonic() - start < 20
     assert result.exit_code == 3
     waiting, *_, error = result.stderr.splitlines()
-    assert waiting == f"the cluster at {cluster.address} has no workers: waiting for some"
-    told = f"the cluster at '{cluster.address}' had no workers for 1 s: start some, or raise --dask-timeout"
+    assert waiting == f"the cluster at {cluster.address} has no workers yet; waiting"
+    told = f"the cluster at '{cluster.address}' had no workers for 1 s: start workers, or raise --dask-timeout"
     assert error == f"Error: {told}"
     assert not Path("a.png").exists()
     assert not list(Path().glob("**/*.tmp"))
@@ -228,7 +228,7 @@ def test_late_worker_of_another_version_ends_a_batch_and_the_next_goes_on(run, s
             _, errors = process.communicate(timeout=60)
     assert process.returncode == 3
     assert re.fullmatch(
-        r"Error: the worker at tcp://\S+ has rtcli 9\.9\.9, not \S+: install the same on both",
+        r"Error: the worker at tcp://\S+ has rtcli 9\.9\.9, not \S+: install the same version on both",
         errors.decode().splitlines()[-1],
     )
     assert b"Traceback" not in errors
@@ -243,7 +243,7 @@ def test_timeout_is_a_number_of_seconds(run, scene, seconds):
         assert run(*command, "--dask", "tcp://127.0.0.1:9", "--dask-timeout", seconds).exit_code == 2
 
 
-@pytest.mark.parametrize(("cores", "told"), [(0, "the cluster at tcp://a:1 has no workers: waiting"), (1, "")])
+@pytest.mark.parametrize(("cores", "told"), [(0, "the cluster at tcp://a:1 has no workers yet; waiting"), (1, "")])
 def test_cluster_without_workers_is_told(cores, told, capsys, monkeypatch):
     empty = contextlib.nullcontext(Cluster(None, cores))
     monkeypatch.setattr("rtcli.distributed.dask.dask_cluster", lambda address, timeout: empty)

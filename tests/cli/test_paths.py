@@ -32,7 +32,7 @@ def test_every_name_of_a_file_is_that_file(folder, name, read):
     for link in ("link.png", "folder/link.png"):
         Path(link).symlink_to(folder / "a.png")  # need not exist
     first, second = OutputPath("the one", "a.png", "-a"), OutputPath("the other", name, "-b")
-    with pytest.raises(click.UsageError, match=r"would replace the one 'a\.png': choose another name with -b"):
+    with pytest.raises(click.UsageError, match=r"would replace the one 'a\.png'; choose another name with -b"):
         refuse_collisions([first] if read else [], [second] if read else [first, second])
 
 

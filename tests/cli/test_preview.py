@@ -62,10 +62,10 @@ def test_picture_is_shown_though_standard_input_is_no_terminal(spawn, scene, fol
 @pytest.mark.parametrize(
     ("variables", "reason"),
     [
-        ({"NO_COLOR": "1"}, "the terminal is to show no colors"),
-        ({"TERM": "dumb"}, "the terminal is to show no colors"),
-        ({"TERM": "dumb", "FORCE_COLOR": "1"}, "the terminal is to show no colors"),
-        ({"TERM": None}, "the terminal is to show no colors"),
+        ({"NO_COLOR": "1"}, "the terminal shows no colors"),
+        ({"TERM": "dumb"}, "the terminal shows no colors"),
+        ({"TERM": "dumb", "FORCE_COLOR": "1"}, "the terminal shows no colors"),
+        ({"TERM": None}, "the terminal shows no colors"),
         ({"PYTHONIOENCODING": "ascii"}, "the terminal's encoding, ascii, has no half blocks"),
     ],
 )
@@ -74,7 +74,7 @@ def test_terminal_that_shows_no_pictures_is_told_before_the_work(spawn, scene, v
     code, shown, told = on_a_terminal(spawn, "render", scene, **variables)
     assert (code, shown) == (3, "")
     assert told.startswith(f"Error: {reason}")
-    assert told.endswith("give the picture a file with -o OUT\n")
+    assert told.endswith("write a file with -o OUT\n")
     assert "rendering" not in told
 
 
@@ -82,14 +82,14 @@ def test_terminal_without_a_size_is_told_to_need_a_file(spawn, scene):
     pytest.importorskip("textual_image")
     code, _, told = on_a_terminal(spawn, "render", scene, size=(0, 0))
     assert code == 3
-    assert "does not say how large it is" in told
+    assert "does not report its size" in told
 
 
 @pytest.mark.parametrize("options", [["--passes", "depth"], ["--stats", "s.json"], ["--bits", "16"]], ids=" ".join)
 def test_what_is_for_files_is_not_for_a_terminal(spawn, scene, options):
     code, _, told = on_a_terminal(spawn, "render", scene, *options)
     assert code == 2
-    assert "need a file for the picture" in told
+    assert "need a file: -o OUT" in told
 
 
 def test_missing_extra_is_named_with_what_installs_it(run, scene, monkeypatch):

@@ -15,6 +15,8 @@ import pytest
 from PIL import Image
 
 import rtcli
+from rtcli.cli import main
+from rtcli.cli.program import SUMMARIES
 from rtcli.lint.check import check
 
 needs_posix = pytest.mark.skipif(os.name == "nt", reason="POSIX only: signals and terminals")
@@ -139,7 +141,7 @@ def test_lack_of_memory_exits_with_3_without_a_traceback(run, scene, monkeypatch
     monkeypatch.setattr("rtcli.cli.commands.render.write_film", fail)
     result = run("render", scene, "-o", "out.png", "-q")
     assert (result.exit_code, result.stdout) == (3, "")
-    assert result.stderr.startswith(f"Error: {told}: make the picture or the scene smaller")
+    assert result.stderr.startswith(f"Error: {told}; make the picture or the scene smaller")
     assert names_in(Path()) == [scene]
 
 
@@ -362,6 +364,46 @@ def test_picture_of_the_native_engine_takes_neither_numpy_nor_pillow(scene, opti
         ),
     }
     assert modules & unneeded == set()
+
+
+# Of rtcli, the parts that a picture takes. Whoever adds one asks first whether every picture needs it.
+PARTS_OF_A_PICTURE = """
+    rtcli rtcli.__main__ rtcli.atomic rtcli.cli rtcli.cli.commands rtcli.cli.commands.render rtcli.cli.console
+    rtcli.cli.exit_codes rtcli.cli.help rtcli.cli.memory_limit rtcli.cli.options rtcli.cli.options.bounds
+    rtcli.cli.options.cluster
+    rtcli.cli.options.golden rtcli.cli.options.scene rtcli.cli.options.types rtcli.cli.paths rtcli.cli.program
+    rtcli.cli.progress rtcli.compare rtcli.compare.bounds rtcli.extras rtcli.image rtcli.image.display
+    rtcli.image.formats rtcli.image.write rtcli.rendering rtcli.rendering.job rtcli.rendering.load
+    rtcli.rendering.metadata rtcli.rendering.pack rtcli.rendering.stopwatch rtcli.rendering.stream rtcli.scene
+    rtcli.scene.bounds rtcli.scene.diagnostics rtcli.scene.diagnostics.quoting rtcli.scene.files
+    rtcli.scene.overrides rtcli.scene.vectors rtcli.signals rtcli.tracer rtcli.tracer._native rtcli.tracer.engines
+    rtcli.tracer.native rtcli.tracer.passes rtcli.tracer.world
+"""
+# What the standard library and others have that takes long to import.
+HEAVY = {
+    *("numpy", "PIL", "pydantic", "yaml", "typing_extensions", "concurrent.futures", "importlib.metadata"),
+    *("secrets", "random", "zipfile", "tempfile", "shutil", "shlex", "traceback", "asyncio", "subprocess"),
+}
+
+
+@pytest.mark.parametrize("options", [[], ["--set", "camera.fov=30"], ["--size", "9x9", "--samples", "4"]])
+def test_picture_takes_only_what_it_needs(scene, options):
+    modules = imported_by("render", scene, "-o", "out.png", *options)
+    assert {name for name in modules if name.partition(".")[0] == "rtcli"} == set(PARTS_OF_A_PICTURE.split())
+    assert modules & HEAVY == set()
+
+
+@pytest.mark.parametrize("option", ["--help", "--version"])
+def test_help_and_version_take_no_command(option, tmp_path):
+    modules = imported_by(option)
+    assert not [name for name in modules if name.startswith(("rtcli.cli.commands", "rtcli.scene.model"))]
+    # Click asks `shutil` for the width of the terminal; the version in a checkout asks git.
+    assert modules & HEAVY <= ({"shutil"} if option == "--help" else {"subprocess"})
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_summary_of_a_command_is_that_of_its_help(command):
+    assert SUMMARIES[command] == main.get_command(None, command).get_short_help_str(limit=200)
 
 
 def test_reference_engine_takes_numpy_but_not_pillow(scene):

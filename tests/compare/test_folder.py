@@ -16,7 +16,7 @@ def test_golden_files_are_pictures_and_arrays_at_any_depth(tmp_path):
 
 
 def test_folder_that_does_not_exist_is_an_error(tmp_path):
-    with pytest.raises(FileNotFoundError):
+    with pytest.raises(FileNotFoundError, match="no such folder: --update creates it"):
         golden_files(tmp_path / "none")
 
 
@@ -37,7 +37,13 @@ def test_folder_that_does_not_exist_is_an_error(tmp_path):
     ],
 )
 def test_file_is_obsolete_that_is_neither_picture_nor_pass_of_a_result(path, is_obsolete):
-    assert obsolete_files([path], {"a", "day/b", "day/camera.fov=2.5"}) == ([path] if is_obsolete else [])
+    suffixes = dict.fromkeys(["a", "day/b", "day/camera.fov=2.5"])
+    assert obsolete_files([path], suffixes) == ({path: "no scene renders to it"} if is_obsolete else {})
+
+
+def test_golden_picture_in_another_format_than_the_checked_one_is_obsolete():
+    files = ["a.npz", "a.png", "a.depth.png", "b.exr"]
+    assert obsolete_files(files, {"a": ".png", "b": ".exr"}) == {"a.npz": "a.png is checked instead"}
 
 
 def test_updated_results_count_as_updated_alone():

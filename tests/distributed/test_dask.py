@@ -1,7 +1,6 @@
 """Work on a real Dask cluster: a scheduler and two worker processes on the loopback interface."""
 
 import contextlib
-import copyreg
 import os
 import time
 
@@ -70,7 +69,7 @@ def test_world_is_sent_once_however_many_bands_there_are(monkeypatch):
 
     def counted(world):
         pickled.append(world)
-        return copyreg.__newobj__, (World,), dict(vars(world))
+        return World, tuple(world)
 
     monkeypatch.setattr(World, "__reduce__", counted)
     world = pack(ROOM)
@@ -101,7 +100,7 @@ def test_cluster_without_workers_is_given_up_and_takes_no_more():
     with no_workers() as cluster, dask_cluster(cluster.address, 1.5) as (executor, cores):
         assert cores == 0
         start = time.monotonic()
-        told = pytest.raises(OSError, match=r"had no workers for 1\.5 s: start some, or raise --dask-timeout")
+        told = pytest.raises(OSError, match=r"had no workers for 1\.5 s: start workers, or raise --dask-timeout")
         futures = [executor.submit(len, "abc") for _ in range(3)]
         for future in futures:
             with told:
@@ -150,14 +149,14 @@ def test_large_scene_is_no_reason_for_a_warning(workers):
 def test_worker_with_another_version_is_refused(workers, monkeypatch):
     assert __version__ == cluster.version()
     monkeypatch.setattr(cluster, "__version__", "9.9.9")
-    told = pytest.raises(OSError, match=f"has rtcli {__version__}, not 9.9.9: install the same on both")
+    told = pytest.raises(OSError, match=f"has rtcli {__version__}, not 9.9.9: install the same version on both")
     with told, dask_cluster(workers):
         pass
 
 
 def test_work_that_kills_every_worker_is_reported():
     pytest.importorskip("distributed", exc_type=ImportError)
-    told = pytest.raises(OSError, match=r"the cluster gave up: .* was lost with each of the workers")
+    told = pytest.raises(OSError, match=r"the cluster gave up: every worker that received this task was lost")
     with no_workers(allowed_failures=0) as cluster, worker_of(cluster):  # noqa: SIM117  the error ends the connection
         with told, dask_cluster(cluster.address) as (executor, _):
             executor.submit(os._exit, 1).result(timeout=60)
@@ -176,14 +175,14 @@ def test_task_of_a_batch_that_kills_its_workers_fails_alone():
         assert sum(process.poll() is None for process in processes) == 1
     found = {result.task: result for result in news if result is not None}  # None: nothing new for a second
     assert len(found) == 21
-    assert "was lost with each of the workers that had it" in str(found.pop(die).error)
+    assert "every worker that received this task was lost" in str(found.pop(die).error)
     assert {result.value for result in found.values()} == set(range(20))
     assert all(result.error is None for result in found.values())
 
 
 @pytest.mark.parametrize(
     ("address", "message"),
-    [("tcp://127.0.0.1:9", "no scheduler of Dask answers at 'tcp://127.0.0.1:9'"), ("nonsense", "'nonsense'")],
+    [("tcp://127.0.0.1:9", "no Dask scheduler answers at 'tcp://127.0.0.1:9'"), ("nonsense", "'nonsense'")],
 )
 def test_missing_scheduler_is_an_error_with_its_address(address, message):
     pytest.importorskip("distributed", exc_type=ImportError)

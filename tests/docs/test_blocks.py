@@ -14,10 +14,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pages import PAGES, README, ROOT, Block, blocks
+from pages import CODE_PAGES, README, ROOT, SHELL, Block, blocks
+from pages import PAGES as SITE_PAGES
 from PIL import Image
 
 import rtcli
+
+PAGES = [*SITE_PAGES, *CODE_PAGES]
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="the commands are for the shells of Unix")
 
@@ -145,6 +148,28 @@ def test_notes_are_of_a_kind_that_is_known():
     kinds = r"(not run|slow): \w.{10,}|needs \w+|exit code \d|file [\w.-]+|(begin|end) [\w ]+"
     notes = {block.note for page in PAGES for block in blocks(page.read_text(encoding="utf-8"))}
     assert [note for note in notes if note and not re.fullmatch(kinds, note)] == []
+
+
+# Commands that are not run can at least exist.
+MAKE = re.compile(r"(?:^\$ |^|`)make ([a-z][\w-]*)", re.MULTILINE)
+
+
+def commands_of(page):
+    """Return the shell blocks of a page, and its code within sentences."""
+    text = page.read_text(encoding="utf-8")
+    return [block.text for block in blocks(text) if block.language in SHELL] + re.findall(r"`[^`\n]+`", text)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_make_has_each_target_that_a_page_names(page):
+    targets = set(re.findall(r"^([\w-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
+    named = {target for text in commands_of(page) for target in MAKE.findall(text)}
+    assert named <= targets
+
+
+def test_targets_of_make_are_found():
+    named = {target for page in PAGES for text in commands_of(page) for target in MAKE.findall(text)}
+    assert named >= {"bench", "demo", "dev", "docs", "lint", "test"}
 
 
 # --- The runner itself -----------------------------------------------------------------------------------

@@ -121,7 +121,7 @@ def test_starter_is_valid_beside_the_schema_that_it_names(server, tmp_path):
 
 CAMERA = "camera: {resolution: [640, 480], fov: 40}\n"
 BALL = CAMERA + "objects:\n  - type: sphere\n    position: [0, 0, -5]\n    radius: 1\n    color: red\n"
-NO_COLOR = 'Not a color: give a CSS name such as tomato, "#rrggbb" in quotes, or [r, g, b].'
+NO_COLOR = 'Not a color: use a CSS name such as tomato, "#rrggbb" in quotes, or [r, g, b].'
 
 
 @pytest.mark.parametrize(
@@ -148,7 +148,7 @@ NO_COLOR = 'Not a color: give a CSS name such as tomato, "#rrggbb" in quotes, or
             CAMERA + "image: {exposure: Auto}\n",
             "3:19",
             "Auto",
-            "Not an exposure: give a number of stops, or auto.",
+            "Not an exposure: use a number of stops or auto.",
         ),
         (CAMERA[:-2] + ", up: [0, 0, 0]}\n", "2:47", "[0, 0, 0]", "Matches a schema that is not allowed."),
     ],

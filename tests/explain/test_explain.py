@@ -86,7 +86,7 @@ def test_percentile_of_the_meter_is_that_of_numpy():
     step = explain(data, 128, 200).development.exposure
     assert numbers(step)["P95"] == pytest.approx(expected, rel=1e-12)
     assert step.outcome.endswith(
-        f"{math.log2(0.8 / expected):.6g} stops, metered at 256x256 points of the picture."
+        f"{math.log2(0.8 / expected):.6g} stops, metered from 256x256 points of the picture."
     )
 
 
@@ -95,7 +95,7 @@ def test_black_picture_has_no_percentile():
     step = explanation.development.exposure
     assert math.isnan(numbers(step)["P95"])
     assert (numbers(step)["EV"], numbers(step)["factor"]) == (0, 1)
-    assert step.outcome == "The exposure is auto: 0 stops, as all 256x256 points of the picture are black."
+    assert step.outcome == "The exposure is auto: 0 stops, because all 256x256 points of the picture are black."
     as_data = json.loads(as_json(explanation, "scene.yaml"))
     assert as_data["development"]["exposure"]["numbers"]["P95"] is None
 
@@ -104,7 +104,7 @@ def test_picture_that_is_metered_at_no_stops_is_not_called_black(monkeypatch):
     monkeypatch.setattr(ReferenceTracer, "exposure", lambda self, progress: MeterReading(0.0, 0.8, 1))
     step = straight([sphere([0, 0, -5])], [light([0, 0, 0])], image={"exposure": "auto"}).development.exposure
     assert numbers(step)["P95"] == 0.8
-    assert step.outcome == "The exposure is auto: 0 stops, metered at 256x256 points of the picture."
+    assert step.outcome == "The exposure is auto: 0 stops, metered from 256x256 points of the picture."
 
 
 def test_progress_of_the_meter_is_told():
@@ -233,7 +233,9 @@ def test_engines_that_see_different_objects_disagree_though_these_look_alike(mon
     explanation = explain(data, 15, 11)
     assert explanation.native.radiance == explanation.radiance == (0, 0, 0)
     assert (explanation.native.agreement, explanation.native.object) == ("disagree", None)
-    assert "and sees the background at its centre. The engines disagree." in " ".join(text(explanation, "a"))
+    assert "and sees the background at the pixel's centre. The engines disagree, and" in " ".join(
+        text(explanation, "a")
+    )
 
 
 @pytest.mark.parametrize(("way", "agreement"), [(0.0005, "at_a_border"), (0.01, "disagree")])
@@ -358,13 +360,13 @@ def test_terms_of_a_box():
 
 # Of a ray along -z from the origin.
 MISSES_OF_EACH_KIND = [
-    (sphere([2.5, 0, -5], 1), "passed_by", "the ray passes by: |g| > R, so D < 0"),
-    (sphere([0, 1.01, -5], 1), "passed_by", "the ray passes by: |g| > R, so D < 0"),
+    (sphere([2.5, 0, -5], 1), "passed_by", "the ray misses it: |g| > R, so D < 0"),
+    (sphere([0, 1.01, -5], 1), "passed_by", "the ray misses it: |g| > R, so D < 0"),
     (sphere([0, 0, 5], 1), "behind", "behind the eye: t_1 and t_2 <= 0"),
     (plane([0, -1, 0], [0, 1, 0]), "parallel", "parallel: |d . n| < 1e-06"),
     (plane([0, 0, 1], [0, 0, 1]), "behind", "behind the eye: t <= 0"),
-    (box([5, 0, -5], [2, 2, 2]), "outside_bounding_sphere", "the ray passes the sphere around it: |g| > R"),
-    (box([1.2, 0, -5], [2, 2, 2]), "outside_slabs", "the ray runs along the x slab, outside of it"),
+    (box([5, 0, -5], [2, 2, 2]), "outside_bounding_sphere", "the ray misses its bounding sphere: |g| > R"),
+    (box([1.2, 0, -5], [2, 2, 2]), "outside_slabs", "the ray is parallel to the x slab and outside it"),
     (box([0, 0, 5], [2, 2, 2]), "behind", "behind the eye: entry and exit <= 0"),
 ]
 
@@ -385,8 +387,8 @@ def test_box_that_is_passed_tells_which_slab_is_left_before_which_is_entered():
     first, second = sorted("xz", key=lambda axis: terms[f"{axis}_slab"][1])
     assert terms[f"{first}_slab"][1] < terms[f"{second}_slab"][0]
     assert item.outcome == (
-        f"leaves the {first} slab at {terms[f'{first}_slab'][1]:.6g}, before it enters the {second} slab at "
-        f"{terms[f'{second}_slab'][0]:.6g}"
+        f"the ray leaves the {first} slab at {terms[f'{first}_slab'][1]:.6g}, before it enters "
+        f"the {second} slab at {terms[f'{second}_slab'][0]:.6g}"
     )
 
 
@@ -394,7 +396,7 @@ def test_object_whose_numbers_overflow_tells_so():
     # It is met at t = 1e308 / 1e-5, which float64 does not hold.
     item = met(straight([plane([0, -1e308, 0], [0, 1, 1e-5])]))
     assert (item.verdict, item.t) == ("out_of_range", None)
-    assert item.outcome == "its numbers are beyond those of float64"
+    assert item.outcome == "its values exceed the range of float64"
 
 
 def test_object_that_is_met_beyond_float64_is_not_called_behind_the_eye():
@@ -409,8 +411,8 @@ def test_object_behind_the_nearest_tells_what_hides_it():
     explanation = straight([sphere([0, 0, -9]), sphere([0, 0, -5], name="ball"), sphere([0, 0, -5])])
     assert [(item.verdict, item.outcome) for item in explanation.story.intersections.objects] == [
         ("farther", "hit behind `ball`"),
-        ("nearest", "the nearest: it is seen"),
-        ("farther", "as near as `ball`, which comes first in the file"),
+        ("nearest", "the nearest, so the eye sees it"),
+        ("farther", "as near as `ball`, which comes earlier in the file"),
     ]
 
 
@@ -458,7 +460,7 @@ def test_background_is_told():
     story = straight([], [light([0, 0, 0])], render={"background": [0.1, 0.2, 0.3]}).story
     assert story.hit.kind == "background"
     assert numbers(story.radiance)["radiance"] == (0.1, 0.2, 0.3)
-    assert story.lights.outcome == "No light is asked: nothing is hit."
+    assert story.lights.outcome == "The lights do not matter: the ray hits nothing."
 
 
 def test_lamp_that_is_seen_is_told_by_the_distance_of_its_light():
@@ -474,7 +476,7 @@ def test_lamp_that_is_seen_is_told_by_the_distance_of_its_light():
 def test_depth_of_0_leaves_surfaces_black():
     story = straight([sphere([0, 0, -5])], [light([0, 0, 0])], render={"max_depth": 0}).story
     assert story.hit.kind == "surface"
-    assert story.lights.outcome == "No light is asked: max_depth is 0."
+    assert story.lights.outcome == "The lights do not matter: max_depth is 0."
     assert numbers(story.radiance)["radiance"] == (0, 0, 0)
 
 
@@ -491,9 +493,24 @@ def test_shares_of_the_lights_sum_to_the_radiance(data, eye_falloff, at):
     total = (
         np.sum([share.radiance for share in story.lights.lights], axis=0) if story.lights.lights else np.zeros(3)
     )
+    total = total + numbers(story.radiance).get("rho_ambient", 0)
     if eye_falloff:
         total = total / (4 * math.pi * numbers(story.hit)["t"] ** 2)
     assert numbers(story.radiance)["radiance"] == pytest.approx(total, rel=1e-12)
+
+
+def test_ambient_light_is_a_term_of_the_radiance():
+    step = straight(
+        [sphere([0, 0, -5], color=[0.5, 0.25, 1])], render={"ambient": [0.5, 0.5, 0.25]}
+    ).story.radiance
+    assert numbers(step)["rho_ambient"] == (0.25, 0.125, 0.25)
+    assert step.equations == ("radiance = rho * ambient + the sum of the shares",)
+    assert step.outcome == "The eye sees ambient light only."
+
+
+def test_ambient_light_is_seen_with_that_of_the_lights():
+    step = straight([sphere([0, 0, -5])], [light([0, 0, 0])], render={"ambient": "white"}).story.radiance
+    assert step.outcome == "The eye sees light from lights[0] and ambient light."
 
 
 @given(random_scenes(), PLACES)
@@ -544,7 +561,7 @@ def test_each_verdict_on_a_light_has_its_example():
     (turned,) = shares(straight([sphere([0, 0, -5])], [light([0, 0, -20])]))
     assert (turned.verdict, turned.faces) == ("turned_away", False)
     (behind,) = shares(straight([plane([0, 0, -5], [0, 0, 1])], [light([0, 0, -20])]))
-    assert (behind.verdict, behind.outcome) == ("other_side", "on the other side of the plane than the eye")
+    assert (behind.verdict, behind.outcome) == ("other_side", "on the opposite side of the plane from the eye")
 
 
 def test_blockers_are_told_from_the_light_on():
@@ -557,7 +574,7 @@ def test_blockers_are_told_from_the_light_on():
     assert [blocking.distance for blocking in share.blockers] == pytest.approx(
         [0.5 * length - 0.25, 0.8 * length - 0.25]
     )
-    assert share.outcome.startswith("blocked by `ball 5` at ")
+    assert share.outcome.startswith("blocked by `ball 5` at distance ")
     assert share.radiance == (0, 0, 0)
 
 

@@ -186,14 +186,14 @@ def test_missing_package_is_named_with_what_installs_it(film, tmp_path, monkeypa
 
 @pytest.mark.parametrize("suffix", [".jpg", ".npz", ".tif"])
 def test_16_bits_are_for_png(film, tmp_path, suffix):
-    with pytest.raises(ValueError, match=r"16 bits a channel are for \.png"):
+    with pytest.raises(ValueError, match=r"only \.png files support 16 bits per channel"):
         film.save(tmp_path / f"out{suffix}", bits=16)
     assert not list(tmp_path.iterdir())
 
 
 def test_format_that_is_too_small_for_the_picture_is_refused(tmp_path):
     wide = rtcli.Film(radiance=np.zeros((1, 16_384, 3), dtype=np.float32))
-    with pytest.raises(ValueError, match="a WEBP has at most 16,383 pixels a side, not 16384x1"):
+    with pytest.raises(ValueError, match="a WEBP is limited to 16,383 pixels per side, got 16384x1"):
         wide.save(tmp_path / "out.webp")
     wide.save(tmp_path / "out.png")
 

@@ -72,6 +72,36 @@ def test_floor_to_the_horizon_leaves_what_is_near_its_levels():
     assert len(np.unique(position[film.object_id == 2][:, 0])) > 30
 
 
+@given(random_scenes(), st.sampled_from(["depth", "distance"]), st.floats(-6, 6).map(lambda power: 10**power))
+def test_a_fixed_scale_is_the_length_of_a_level_whatever_is_seen(data, name, scale):
+    film = render(data, passes=PASSES)
+    exact = getattr(film, name).astype(float)
+    levels, decode = pass_picture(name, getattr(film, name), scale)
+    assert decode["scale"] == scale
+    hit = film.object_id > 0
+    far = hit & (exact > scale * 65535)
+    np.testing.assert_array_equal(levels[far], 65535)
+    assert decode["clipped_pixels"] == np.count_nonzero(far)
+    between = hit & ~far & (exact > scale / 2)
+    assert (np.abs(decoded(name, levels, decode)[between] - exact[between]) <= HALF * scale).all()
+    np.testing.assert_array_equal(levels[hit & (exact <= scale / 2)], 1)
+    np.testing.assert_array_equal(levels == 0, ~hit)
+
+
+@pytest.mark.parametrize("scale", [5e-324, 1e308])
+def test_extreme_scales_overflow_nowhere(scale):
+    levels, decode = pass_picture("depth", np.array([[1, 3e38, np.inf]], dtype=np.float32), scale)
+    np.testing.assert_array_equal(levels, [[65535, 65535, 0]] if scale < 1 else [[1, 1, 0]])
+    assert decode["clipped_pixels"] == (2 if scale < 1 else 0)
+
+
+@pytest.mark.parametrize("scale", [0, -1, np.inf, np.nan])
+def test_film_refuses_what_is_no_scale(tmp_path, scale):
+    film = render(scene([sphere([0, 0, -5])]), passes=["depth"])
+    with pytest.raises(ValueError, match="depth scale must be finite and greater than 0"):
+        film.save(tmp_path / "out.png", depth_scale=scale)
+
+
 @pytest.mark.parametrize("x", [0, 1e6])
 def test_position_of_a_thing_far_from_the_origin_is_as_exact_though_some_pixels_see_nothing(x):
     camera = {"position": [x, 0, 5], "look_at": [x, 0, 0], "resolution": [40, 30], "fov": 30}

@@ -185,6 +185,20 @@ def test_scene_in_which_nothing_shines_is_warned_of(lights):
     assert rules_of([worlds.sphere([0, 0, -6])], lights) == {rules.NO_LIGHT}
 
 
+@pytest.mark.parametrize(("max_depth", "expected"), [(0, {rules.NO_LIGHT}), (1, set())])
+def test_ambient_light_needs_no_other(max_depth, expected):
+    data = worlds.scene([worlds.sphere([0, 0, -6])], render={"ambient": "gray", "max_depth": max_depth})
+    assert set(warnings_of(data)) == expected
+
+
+def test_a_lamp_burns_out_nothing_that_ambient_light_does():
+    # The lamp burns out the back of the ball; ambient light the front, which the camera sees.
+    data = worlds.scene(
+        [worlds.sphere([0, 0, -6], 1)], [worlds.light([0, 0, -7.2], 1000)], render={"ambient": [1000, 1000, 1000]}
+    )
+    assert set(warnings_of(data)) == set()
+
+
 def test_light_that_an_object_carries_is_a_light():
     assert rules_of([worlds.sphere([0, 0, -6], light={"intensity": 9})], []) == set()
 

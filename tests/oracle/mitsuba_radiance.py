@@ -141,12 +141,15 @@ def outline(shape: Object, frame: Frame) -> dict[str, Any]:
 
 
 def box_to_world(shape: Box, frame: Frame) -> Any:
-    """Return the transform of the cube -1..1 to a box; Mitsuba too turns counter-clockwise about +y."""
+    """Return the transform of the cube -1..1 to a box; Mitsuba too turns counter-clockwise about an axis."""
+    x, y, z = shape.angles
     half_size = np.array(shape.size) / frame.unit / 2
     return (
         mitsuba.ScalarTransform4f()
         .translate(frame.point(shape.position).tolist())
-        .rotate([0, 1, 0], shape.rotation)
+        .rotate([0, 0, 1], z)
+        .rotate([0, 1, 0], y)
+        .rotate([1, 0, 0], x)
         .scale(half_size.tolist())
     )
 
@@ -227,8 +230,11 @@ def radiance(scene: Scene) -> npt.NDArray[np.float32]:
     scene
         With one bounce of light and without falloff to the eye, the defaults; Mitsuba knows nothing else.
     """
-    if scene.render.max_depth != 1 or scene.render.eye_falloff:
-        raise ValueError("the oracle knows direct light only: leave max_depth and eye_falloff at their defaults")
+    settings = scene.render
+    if settings.max_depth != 1 or settings.eye_falloff or any(settings.ambient):
+        raise ValueError(
+            "the oracle knows direct light only: leave max_depth, eye_falloff and ambient as they are"
+        )
     frame = Frame.of(scene)
     rays = [mitsuba.RayDifferential3f([0, 0, 0], row) for row in primary_directions(scene.camera).tolist()]
     total = np.zeros((len(rays), 3))

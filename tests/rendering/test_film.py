@@ -100,6 +100,7 @@ def test_film_is_a_mapping_of_its_arrays():
     assert film["radiance"] is film.radiance
     assert film["depth"] is film.depth
     assert list(film) == list(film.keys()) == list(dict(film)) == ["radiance", "depth"]
+    assert len(film) == 2
     assert "depth" in film
     assert "normal" not in film
 

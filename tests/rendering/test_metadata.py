@@ -11,7 +11,7 @@ from worlds import box, light, plane, random_pose, random_scenes, render, scene,
 import rtcli
 from rtcli import Scene
 from rtcli.rendering.metadata import fingerprint, visibility
-from rtcli.rendering.pack import camera_frame, pack
+from rtcli.rendering.pack import camera_frame, pack, pack_scene
 from rtcli.tracer._native import WorkBudget
 from rtcli.tracer.engines import ENGINES, tracer_of
 from rtcli.tracer.native import NativeTracer
@@ -207,7 +207,7 @@ def test_metadata_is_json():
 
 def print_of(data):
     checked = data if isinstance(data, Scene) else Scene.model_validate(data)
-    return fingerprint(checked, pack(checked))
+    return fingerprint(pack_scene(checked))
 
 
 def changed(*path_and_value):
@@ -232,6 +232,8 @@ def changed(*path_and_value):
         changed("objects", 1, "name", "bowl"),
         changed("objects", 1, "light", {"intensity": 0}),
         changed("objects", 2, "rotation", 31),
+        changed("objects", 2, "rotation", [1, 30, 0]),
+        changed("objects", 2, "rotation", [0, 30, 1]),
         changed("objects", 2, "color", "red"),
         changed("render", "samples", 2),
         changed("render", "background", [0, 0, 0.1]),

@@ -95,7 +95,7 @@ def test_lines_about_several_layers_start_with_their_names():
         "depth   infinite     0       none          1   16.7 %",
         "normal         1     1  -infinite          6  100.0 %",
         "depth: largest difference at x 2, y 1: 4 and inf",
-        "depth: at 1 pixel only one value is finite, or a number; RMSE and PSNR leave them out",
+        "depth: at 1 pixel only one value is infinite or not a number; RMSE and PSNR leave them out",
         "normal: largest difference at x 0, y 0: 0, 0, 0 and 1, 1, 1",
         "different: `radiance` is in b.exr only",
         "different: `albedo` is 3x2 in a.npz, and 3x1 in b.exr",
@@ -161,7 +161,7 @@ def with_flip(flip, bound):
         (0.123456, 0.2, "0.1235", "equal"),
         (0.123456, 0.1, "0.1235", "different: the mean FLIP of 0.1235 is more than 0.1"),
         (math.nan, None, "none", "equal"),
-        (math.nan, 0.5, "none", "different: there is no mean FLIP, for some radiance is not finite"),
+        (math.nan, 0.5, "none", "different: the mean FLIP is undefined because some radiance is not finite"),
     ],
 )
 def test_flip_is_a_column_and_a_bound(flip, bound, shown, verdict):

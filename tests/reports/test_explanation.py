@@ -20,8 +20,8 @@ def test_many_objects_are_counted_by_reason_and_the_nearest_hits_listed():
     lines = list(text(straight([*row, *beside]), "scene.yaml"))
     assert sum("hit behind" in line for line in lines) == 19 + 1
     assert sum("t = 4 " in line for line in lines) >= 1
-    assert "        10 more are hit behind these" in lines
-    assert "         7 missed: the ray passes by the sphere: D < 0" in lines
+    assert "        10 more hit behind these" in lines
+    assert "         7 missed: the ray misses the sphere: D < 0" in lines
 
 
 def test_many_lights_are_counted_by_verdict_and_the_brightest_told():
@@ -61,29 +61,29 @@ def test_json_holds_all_numbers_by_name():
 @pytest.mark.parametrize(
     ("agreement", "last"),
     [
-        ("equal", "gives 1 2 3: its meter finds another exposure, by what float32 rounds."),
-        ("rounded", "gives 1 2 3: its float32 rounds to the next level."),
-        ("at_a_border", "gives 1 2 3: the pixel lies at a border, and float32 sees what is beside it,"),
+        ("equal", "gives 1 2 3: its meter finds a different exposure, because of float32 rounding."),
+        ("rounded", "gives 1 2 3: float32 rounds it to a neighboring level."),
+        ("at_a_border", "gives 1 2 3: the pixel lies on an edge, and float32 sees the other side of it,"),
         (
             "disagree",
-            "gives 1 2 3, with the radiance 4, 5, 6, and sees objects[0] (sphere) at its centre. The engines "
-            "disagree. Neither rounding nor a border",
+            "gives 1 2 3, with radiance 4, 5, 6, and sees objects[0] (sphere) at the pixel's centre. The engines "
+            "disagree, and neither rounding nor an edge",
         ),
     ],
 )
 def test_last_lines_tell_how_the_engines_agree(agreement, last):
     explanation = straight([sphere([0, 0, -5])], [light([0, 0, 0])])
-    assert list(text(explanation, "a"))[-1] == "The native engine, which renders by default, gives the same value."
+    assert list(text(explanation, "a"))[-1] == "The native engine, the default, gives the same value."
     native = dataclasses.replace(
         explanation.native, value=(1, 2, 3), radiance=(4.0, 5.0, 6.0), agreement=agreement
     )
     lines = list(text(dataclasses.replace(explanation, native=native), "a"))
-    assert f"The native engine, which renders by default, {last}" in " ".join(lines)
-    assert ("this is a fault of rtcli. Please report it, with the scene." in lines) == (agreement == "disagree")
+    assert f"The native engine, the default, {last}" in " ".join(lines)
+    assert ("This is a bug in rtcli. Please report it with the scene." in lines) == (agreement == "disagree")
     assert max(map(len, lines)) <= 100
 
 
 def test_engines_that_disagree_are_not_hidden_by_equal_values():
     explanation = straight([sphere([0, 0, -5])], [light([0, 0, 0])])
     native = dataclasses.replace(explanation.native, agreement="disagree")
-    assert "The engines disagree." in " ".join(text(dataclasses.replace(explanation, native=native), "a"))
+    assert "The engines disagree, and" in " ".join(text(dataclasses.replace(explanation, native=native), "a"))

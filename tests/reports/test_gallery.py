@@ -255,7 +255,7 @@ def test_missing_thumbnail_is_explained(tmp_path, monkeypatch):
     entries = {"a": done("damaged.png"), "b": done("text.txt"), "c": done("film.exr"), "d": done("none.png")}
     page = Page(gallery_page(manifest(**entries, e=done()), tmp_path))
     assert page.text.count("No preview") == 3
-    assert page.text.count("The file is not there") == 2
+    assert page.text.count("File not found") == 2
     assert page.all("img") == []
 
 
@@ -394,7 +394,7 @@ def test_file_outside_the_folder_is_neither_linked_nor_shown(path, tmp_path):
     ((_, url),) = files(Page(text))
     assert url is None
     assert "data:image/" not in text
-    assert "The file is not there" in text
+    assert "File not found" in text
 
 
 def test_link_inside_the_folder_is_linked(tmp_path):

@@ -184,7 +184,7 @@ def test_page_without_pictures_has_no_tools(tmp_path):
 
 def test_page_of_equal_pictures_says_so():
     page = "".join(golden_page(results()[:1]))
-    assert '<p class="note" >All golden pictures are equal' in page
+    assert '<p class="note" >All golden pictures match' in page
     assert "<section" not in page
 
 

@@ -375,6 +375,31 @@ def test_rotation_is_any_number_of_degrees(rotation):
     assert read(item(BOX, rotation=rotation)).objects[0].rotation == float(rotation)
 
 
+def test_rotation_may_be_about_three_axes():
+    assert read(item(BOX, rotation="[10, -20, 1.0e+3]")).objects[0].rotation == (10.0, -20.0, 1000.0)
+
+
+@pytest.mark.parametrize(
+    ("rotation", "pointer", "message"),
+    [
+        ("[1, 2]", "/objects/0/rotation", "needs 3 numbers, got 2"),
+        ("[1, 2, 3, 4]", "/objects/0/rotation", "needs 3 numbers, got 4"),
+        ("[1, x, 3]", "/objects/0/rotation/1", "must be a number, got `x`"),
+        ("[1, 2, .inf]", "/objects/0/rotation/2", "must be finite, got .inf"),
+        ("x", "/objects/0/rotation", "must be a number, got `x`"),
+        ("true", "/objects/0/rotation", "must be a number, got `true`"),
+        (".nan", "/objects/0/rotation", "must be finite, got .nan"),
+        ("{y: 20}", "/objects/0/rotation", "must be a number, got a mapping"),
+    ],
+)
+def test_rotation_that_is_none_is_told_where_it_is_wrong(rotation, pointer, message):
+    with pytest.raises(SceneError) as raised:
+        read(item(BOX, rotation=rotation))
+    (problem,) = raised.value.problems
+    assert (problem.pointer, problem.message) == (pointer, message)
+    assert problem.help.endswith("or [x, y, z]: about x, then y, then z. Example: `rotation: 45`")
+
+
 @pytest.mark.parametrize("kind", ["cone", "Sphere", "''", "3", "~", "true", "[sphere]", "{sphere: 1}"])
 def test_type_that_is_not_a_shape_is_refused(kind):
     assert pointers(item(SPHERE, type=kind)) == ["/objects/0/type"]

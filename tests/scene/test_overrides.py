@@ -8,8 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rtcli.scene.diagnostics.problems import SceneError
+from rtcli.scene.edits import EditError, set_expression, set_value
 from rtcli.scene.key_paths import keys_of
-from rtcli.scene.overrides import EditError, Overrides, set_expression, set_value
+from rtcli.scene.overrides import Overrides
 from rtcli.scene.reading.parse import parse
 from rtcli.scene.reading.source import dotted
 from rtcli.scene.validation.validate import validate
@@ -166,7 +167,7 @@ def test_path_that_could_mean_two_names_is_refused_unless_a_key_of_the_shorter_f
         ('objects."Cube.001.radius=3', "is not a path"),
         ("objects.'Cube.001.radius=3", "is not a path"),
         ('objects."Cube.001"x.radius=3', "is not a path"),
-        (r'objects."Cube\q001".radius=3', "no such escape"),
+        (r'objects."Cube\q001".radius=3', "unknown escape"),
         ('objects."Cube=001"', "is not KEY=VALUE"),
         ('objects."Cube.002".radius=3', "no item named `Cube.002`"),
         ('objects.""=3', "no item named ``"),
@@ -290,7 +291,7 @@ def test_impossible_edit_is_refused(expression, part):
         (
             r'render={samples: "\x31"}',
             r'--set render={samples: "\x31"}:1:18: error: render.samples: must be an integer, '
-            r'got the text `"\x31"`: remove the quotes',
+            r'got the string `"\x31"`: remove the quotes',
         ),
         ("camera={fov: 9}", "--set camera={fov: 9}:1:8: error: camera: missing key `resolution`"),
     ],

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from worlds import random_intrinsics, random_pose
 
 import rtcli
-from rtcli.scene.model import MAX_NAME, MAX_SAMPLES, MAX_SIDE
+from rtcli.scene.bounds import MAX_NAME, MAX_SAMPLES, MAX_SIDE
 from rtcli.scene.write import json_text
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -54,7 +54,7 @@ SHAPE = {"color": ALBEDOS, "position": VECTORS, "name": st.none() | NAMES}
 BODY = {**SHAPE, "light": st.none() | CARRIED}
 OBJECTS = st.one_of(
     st.builds(rtcli.Sphere, **BODY, radius=POSITIVE),
-    st.builds(rtcli.Box, **BODY, size=st.tuples(POSITIVE, POSITIVE, POSITIVE), rotation=NUMBERS),
+    st.builds(rtcli.Box, **BODY, size=st.tuples(POSITIVE, POSITIVE, POSITIVE), rotation=NUMBERS | VECTORS),
     st.builds(rtcli.Plane, **SHAPE, normal=DIRECTIONS),
 )
 
@@ -94,6 +94,7 @@ SCENES = st.builds(
         rtcli.RenderSettings,
         samples=st.integers(1, MAX_SAMPLES),
         background=LIGHT_COLORS,
+        ambient=LIGHT_COLORS,
         max_depth=st.integers(0, 10**30),
         eye_falloff=st.booleans(),
     ),
@@ -133,20 +134,20 @@ camera:
   position: [0, 1.6, 7]
 
 lights:
-  - intensity: 3.0e+13
-    position: [-400000, 600000, 0.001]
+  - position: [-400000, 600000, 0.001]
+    intensity: 3.0e+13
     color: lightskyblue
 
 objects:
   - type: plane
-    color: [0.1, 0.2, 0.3]
     position: [0, 0, 0]
     normal: [0, 1, 0]
+    color: [0.1, 0.2, 0.3]
   - type: sphere
-    color: "#123456"
+    name: tall ball
     position: [0, 1, 0]
     radius: 1.0e-7
-    name: tall ball
+    color: "#123456"
     light: {intensity: 400}
 
 render:
@@ -172,13 +173,32 @@ def test_negative_zero_is_no_default_and_no_part_of_a_named_color():
     assert repr(rtcli.parse_scene(scene.to_yaml())) == repr(scene)
 
 
-def test_keys_are_in_the_order_of_the_reference():
+LIGHT = rtcli.CarriedLight(intensity=1, color="red")
+AT = {"name": "a", "position": (0, 0, 0), "color": "red"}
+PARTS = [
+    ("A sphere in `objects`", "type name position radius color light", rtcli.Sphere(**AT, radius=1, light=LIGHT)),
+    (
+        "A box in `objects`",
+        "type name position size rotation color light",
+        rtcli.Box(**AT, size=(1, 1, 1), rotation=45, light=LIGHT),
+    ),
+    ("A plane in `objects`", "type name position normal color", rtcli.Plane(**AT, normal=(0, 1, 0))),
+    (
+        "Each of `lights`",
+        "position intensity color",
+        rtcli.PointLight(position=(0, 0, 0), intensity=1, color="red"),
+    ),
+]
+
+
+@pytest.mark.parametrize(("section", "keys", "part"), PARTS, ids=[section for section, _, _ in PARTS])
+def test_keys_are_in_the_order_of_the_reference(section, keys, part):
+    parts = {"lights" if isinstance(part, rtcli.PointLight) else "objects": [part]}
+    text = rtcli.Scene(camera=CAMERA, **parts).to_yaml()
+    assert re.findall(r"^  [- ] (\w+):", text, re.MULTILINE) == keys.split()
     reference = (ROOT / "docs" / "reference" / "scene.md").read_text(encoding="utf-8")
-    section = reference.partition("### A sphere in `objects`")[2].partition("###")[0]
-    ball = rtcli.Sphere(position=(0, 0, 0), radius=1, color="red", name="ball", light={"intensity": 1})
-    text = rtcli.Scene(camera=CAMERA, objects=[ball]).to_yaml()
-    written = re.findall(r"^  [- ] (\w+):", text.partition("objects:")[2], re.MULTILINE)
-    assert written == re.findall(r"^\| `(\w+)`", section, re.MULTILINE)
+    table = reference.partition(f"### {section}\n")[2].partition("###")[0]
+    assert re.findall(r"^\| `(\w+)`", table, re.MULTILINE) == keys.split()
 
 
 @pytest.mark.parametrize(

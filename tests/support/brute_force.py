@@ -206,13 +206,25 @@ class Brick:
         return np.stack([dot(axis, vector) for axis in self.axes])
 
 
-def turned_axes(degrees: float) -> list[Array]:
-    """Return the axes of a box turned about +y, counter-clockwise seen from above."""
+def turned_axes(rotation: float | list[float]) -> list[Array]:
+    """Return the axes of a box turned by degrees about +y, or about x, then y, then z."""
+    angles = rotation if isinstance(rotation, list) else [0, rotation, 0]
+    turns = [turn(about, degrees) for about, degrees in enumerate(angles)]
+    return list((turns[2] @ turns[1] @ turns[0]).T[..., None])
+
+
+def turn(about: int, degrees: float) -> Array:
+    """Return the matrix that turns columns about the axis x, y or z, counter-clockwise seen against it."""
     quarters, rest = divmod(Fraction(degrees) % 360, 90)
     c, s = math.cos(math.radians(rest)), math.sin(math.radians(rest))
     for _ in range(int(quarters)):
         c, s = -s, c
-    return [vector((c, 0, -s)), vector((0, 1, 0)), vector((s, 0, c))]
+    rows = {
+        0: [[1, 0, 0], [0, c, -s], [0, s, c]],
+        1: [[c, 0, s], [0, 1, 0], [-s, 0, c]],
+        2: [[c, -s, 0], [s, c, 0], [0, 0, 1]],
+    }
+    return np.array(rows[about], dtype=float)
 
 
 BODIES = {"sphere": Ball, "plane": Wall, "box": Brick}
@@ -285,6 +297,7 @@ class BruteForce:
         self.lamps = [self._lamp(one, one, None) for one in data["lights"]]
         self.lamps += [self._lamp(one["light"], one, i) for i, one in enumerate(data["objects"]) if "light" in one]
         self.background = vector(settings.get("background", (0, 0, 0)))
+        self.ambient = vector(settings.get("ambient", (0, 0, 0)))
         self.eye_falloff = settings.get("eye_falloff", False)
 
     def _position(self, one: Data) -> Array:
@@ -387,6 +400,9 @@ class BruteForce:
             error = self.grain + ROUNDING * distance[dull]
             blur = self._blur(index[dull], position, distance[dull])
             points = Points(position, picture.normal[:, dull], error, blur)
+            ambient = self.colors[:, index[dull]] * weak * self.ambient
+            picture.radiance[:, dull] += ambient
+            picture.tolerance[:, dull] += 1e-5 * ambient
             for lamp in self.lamps:
                 self._add(lamp, points, reflected, picture, dull)
         return picture

@@ -10,8 +10,9 @@ ROOT = Path(__file__).resolve().parents[2]
 
 def native_sources(crate: Path = ROOT / "tracer") -> list[Path]:
     """Return the files that the compiled module is built from; none where there are no sources."""
-    manifests = [crate / "Cargo.toml", crate / "Cargo.lock", crate / "python" / "Cargo.toml"]
-    code = [path for folder in (crate / "src", crate / "python" / "src") for path in folder.rglob("*.rs")]
+    crates = (crate, crate / "python", crate / "reader")
+    manifests = [crate / "Cargo.lock", *(each / "Cargo.toml" for each in crates)]
+    code = [path for each in crates for path in (each / "src").rglob("*.rs")]
     # A file of unit tests is not part of the module.
     return sorted(path for path in [*manifests, *code] if path.is_file() and path.name != "tests.rs")
 

@@ -9,7 +9,7 @@ from typing import Any
 import rtcli
 from rtcli.image.formats import parts_of
 from rtcli.rendering.metadata import SOFTWARE
-from rtcli.scene.overrides import set_value
+from rtcli.scene.edits import set_value
 from rtcli.scene.reading.parse import parse_bytes
 from rtcli.scene.validation.validate import validate
 

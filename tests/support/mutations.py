@@ -30,7 +30,7 @@ VALID = {
             "light": {"intensity": 0},
         },
     ],
-    "render": {"samples": 1, "background": [0, 0, 0], "max_depth": 1, "eye_falloff": False},
+    "render": {"samples": 1, "background": [0, 0, 0], "ambient": "black", "max_depth": 1, "eye_falloff": False},
     "image": {"exposure": 0, "tone": "clip"},
 }
 

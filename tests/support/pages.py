@@ -9,6 +9,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 README = ROOT / "README.md"
 PAGES = [README, *sorted((ROOT / "docs").rglob("*.md"))]
+# The pages beside the code that they are about.
+CODE_PAGES = [ROOT / "CONTRIBUTING.md", ROOT / "tracer" / "README.md", ROOT / "benchmarks" / "README.md"]
 
 SHELL = ("sh", "bash", "console")
 

@@ -2,6 +2,9 @@
 
 Each seed is a scene of `coincidences.py`, rendered by the native engine, by the reference and by `brute_force.py`.
 Where they disagree off borders, the scene is made smaller and written as YAML into `tests/failed/`.
+
+With `--texts N`, each seed is a scene file with random changes instead, read by the compiled reader and by the
+models; where they differ, the file is written into `tests/failed/`.
 """
 
 from __future__ import annotations
@@ -10,6 +13,7 @@ import argparse
 import copy
 import itertools
 import os
+import random
 import sys
 import time
 from collections.abc import Iterator
@@ -19,6 +23,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+import two_ways
 import yaml
 from brute_force import LARGEST, BruteForce, Picture
 from coincidences import coincident_scene
@@ -30,6 +35,7 @@ Data = dict[str, Any]
 
 FAILED = Path(__file__).resolve().parents[1] / "failed"
 ENGINES = ("native", "reference")
+TEXTS = two_ways.texts()
 PASSES = ("distance", "normal", "object_id")
 # Seeds that a process takes at a time.
 BATCH = 250
@@ -128,6 +134,28 @@ def _write(seed: int) -> str:
     return f"seed {seed}: {said} ({os.path.relpath(path)})"
 
 
+# --- Changed texts ---------------------------------------------------------------------------------------
+
+
+def _misread(seeds: range) -> list[int]:
+    """Return the seeds whose changed texts the compiled reader reads as something else than the models do."""
+    return [seed for seed in seeds if two_ways.difference(*_changed_text(seed))]
+
+
+def _changed_text(seed: int) -> tuple[bytes, str]:
+    source = random.Random(seed)
+    name, text = source.choice(TEXTS)
+    return two_ways.changed(text, source).encode(), name
+
+
+def _write_text(seed: int) -> str:
+    raw, name = _changed_text(seed)
+    FAILED.mkdir(parents=True, exist_ok=True)
+    path = FAILED / f"soak-{seed}-{name.strip('<>')}"
+    path.write_bytes(raw)
+    return f"seed {seed}: {two_ways.difference(raw, name)[:500]} ({os.path.relpath(path)})"
+
+
 # --- Many scenes -----------------------------------------------------------------------------------------
 
 
@@ -144,6 +172,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0].partition(":")[0] + ".")
     parser.add_argument("--minutes", type=float, default=10, help="stop after so many minutes; default: 10")
     parser.add_argument("--scenes", type=int, default=sys.maxsize // 2, help="stop after so many scenes")
+    parser.add_argument("--texts", type=int, help="read so many changed scene files instead")
     parser.add_argument(
         "--seed", type=int, default=int(time.time()) * 1000, help="the first seed; default: the time"
     )
@@ -154,15 +183,16 @@ def main() -> int:
     deadline = time.monotonic() + 60 * options.minutes
     done, failing = 0, 0
     print(f"seeds from {options.seed}", flush=True)
-    batches = _batches(options.seed, options.seed + options.scenes)
+    find, write = (_failing, _write) if options.texts is None else (_misread, _write_text)
+    batches = _batches(options.seed, options.seed + (options.texts or options.scenes))
     with ProcessPoolExecutor(options.processes) as pool:
         while time.monotonic() < deadline and failing < MOST_FAILURES:
             some = list(itertools.islice(batches, 8 * options.processes))
             if not some:
                 break
-            for seed in itertools.chain.from_iterable(pool.map(_failing, some)):
+            for seed in itertools.chain.from_iterable(pool.map(find, some)):
                 failing += 1
-                print(_write(seed), flush=True)
+                print(write(seed), flush=True)
             done += sum(map(len, some))
             print(f"{done:,} scenes, {failing} failing", flush=True)
     return 1 if failing else 0

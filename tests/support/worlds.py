@@ -111,7 +111,7 @@ def _object(rng: random.Random, kind: str) -> Data:
         return plane(_point(rng, 6), _point(rng, 1), _color(rng))
     if kind == "box":
         size = [rng.uniform(0.1, 3) for _ in range(3)]
-        return box(_point(rng, 5), size, _color(rng), rotation=rng.uniform(-360, 360))
+        return box(_point(rng, 5), size, _color(rng), rotation=_rotation(rng))
     shape = sphere(_point(rng, 5), rng.uniform(0.1, 2), _color(rng))
     return shape if kind == "sphere" else {**shape, "light": {"intensity": rng.uniform(1, 200)}}
 
@@ -142,7 +142,12 @@ def extreme_scenes() -> st.SearchStrategy[Data]:
         {"type": st.just("sphere"), **common, "radius": _POSITIVE}, optional={"light": carried}
     )
     boxes = st.fixed_dictionaries(
-        {"type": st.just("box"), **common, "size": st.tuples(*[_POSITIVE] * 3).map(list), "rotation": _ANY},
+        {
+            "type": st.just("box"),
+            **common,
+            "size": st.tuples(*[_POSITIVE] * 3).map(list),
+            "rotation": _ANY | _VECTOR,
+        },
         optional={"light": carried},
     )
     planes = st.fixed_dictionaries({"type": st.just("plane"), **common, "normal": _DIRECTION})
@@ -155,7 +160,8 @@ def extreme_scenes() -> st.SearchStrategy[Data]:
         st.fixed_dictionaries({**size, "intrinsics": _extreme_intrinsics()}, optional=place),
     )
     settings = st.fixed_dictionaries(
-        {"background": _LIGHT_COLOR, "eye_falloff": st.booleans(), "samples": st.integers(1, 3)}
+        {"background": _LIGHT_COLOR, "eye_falloff": st.booleans(), "samples": st.integers(1, 3)},
+        optional={"ambient": _LIGHT_COLOR},
     )
     return st.fixed_dictionaries(
         {
@@ -224,8 +230,18 @@ def crowd(count: int, seed: int, far_off: bool, telescope: bool) -> Data:
             for _ in range(rng.randint(0, 3))
         ],
         "objects": [_crowd_object(rng, random_position, scale * 8 / count ** (1 / 3), i) for i in range(count)],
-        "render": {"background": _color(rng), "eye_falloff": rng.random() < 0.2},
+        "render": {
+            "background": _color(rng),
+            "eye_falloff": rng.random() < 0.2,
+            "ambient": rng.choice([[0, 0, 0], _color(rng)]),
+        },
     }
+
+
+def _rotation(rng: random.Random) -> float | list[float]:
+    """Return the rotation of a box, about +y or any."""
+    y = rng.uniform(-360, 360)
+    return y if rng.random() < 0.5 else [rng.uniform(-360, 360), y, rng.choice([0, 90, rng.uniform(-360, 360)])]
 
 
 def _crowd_object(
@@ -240,7 +256,7 @@ def _crowd_object(
             random_position(5),
             [size * rng.uniform(0.1, 1) for _ in range(3)],
             _color(rng),
-            rotation=rng.uniform(-360, 360),
+            rotation=_rotation(rng),
         )
     return plane(random_position(6), _direction(rng), _color(rng))
 

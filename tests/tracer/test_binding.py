@@ -307,7 +307,7 @@ def test_each_shape_has_the_number_of_parameters_that_the_tracer_takes():
 CAMERA = (4, 3, 0.36, 1.0, (0.0, 0.0), (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0))
 NO_OBJECTS = (b"", b"", b"", b"")
 NO_LIGHTS = (b"", b"", b"", b"", b"")
-SETTINGS = (1, (0.0, 0.0, 0.0), True, False)
+SETTINGS = (1, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), True, False)
 
 
 def floats(count):
@@ -347,7 +347,10 @@ def with_item(values, index, item):
             for i in range(5)
             for wrong in (b"", b"\0\0", floats(2), floats(6))
         ),
-        ((CAMERA, ONE_OBJECT, with_item(ONE_LIGHT, 4, array("q", [1]).tobytes()), SETTINGS), "no object 1"),
+        (
+            (CAMERA, ONE_OBJECT, with_item(ONE_LIGHT, 4, array("q", [1]).tobytes()), SETTINGS),
+            "object 1, which does not exist",
+        ),
     ],
 )
 def test_world_that_does_not_fit_together_is_a_value_error(arguments, message):
@@ -438,7 +441,7 @@ def test_impossible_display_transform_is_a_value_error(look):
 
 @pytest.mark.parametrize("call", [lambda radiance: _native.develop(radiance, LOOK), _native.meter])
 def test_radiance_of_no_whole_pixels_is_a_value_error(call):
-    with pytest.raises(ValueError, match="whole number of RGB pixels"):
+    with pytest.raises(ValueError, match="whole number of float32 RGB pixels"):
         call(b"\0" * 16)
 
 
@@ -455,8 +458,8 @@ def test_radiance_may_lie_anywhere_in_memory(offset):
     [
         (0, 1, "at least one pixel"),
         (1, 0, "at least one pixel"),
-        (65_536, 1, "at most 65535 pixels a side"),
-        (1, 2**32 - 1, "at most 65535 pixels a side"),
+        (65_536, 1, "limited to 65535 pixels per side"),
+        (1, 2**32 - 1, "limited to 65535 pixels per side"),
     ],
 )
 def test_picture_without_pixels_or_with_too_many_is_a_value_error(width, height, message):

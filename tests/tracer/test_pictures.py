@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from worlds import box, light, pixel_slopes, plane, random_intrinsics, random_pose, scene, sphere
 
+from rtcli.tracer.passes import PASSES
+
 DOWN = {"position": [0, 5, 0], "look_at": [0, 0, 0], "up": [0, 0, -1]}
 SIZES = [(1, 1), (2, 1), (1, 3), (31, 17), (40, 40), (150, 131)]
 
@@ -281,6 +283,109 @@ def test_camera_at_a_light_sees_finite_white(render):
     film = render(scene([sphere([0, 0, 0], 1, light={"intensity": 1})]))
     assert np.isfinite(film.radiance).all()
     assert (film.develop() == 255).all()
+
+
+# --- Boxes turned about three axes -----------------------------------------------------------------------
+
+
+def turned_box(rotation, size=(1, 2, 3), **camera):
+    return scene(
+        [box([0.3, 0.2, -7], size, rotation=rotation), plane([0, -3, 0], [0, 1, 0])],
+        [light([3, 4, 0])],
+        camera={"resolution": [40, 30], "fov": 40, **camera},
+    )
+
+
+@pytest.mark.parametrize("degrees", [0, 30, -90.0, 123.4, 360])
+def test_rotation_about_y_alone_is_that_of_one_number_to_the_last_bit(render, degrees):
+    one, three = (render(turned_box(angles), passes=PASSES) for angles in (degrees, [0, degrees, 0]))
+    for name in one:
+        np.testing.assert_array_equal(one[name], three[name], err_msg=name)
+
+
+@pytest.mark.parametrize(
+    ("rotation", "size"),
+    [([90, 0, 0], (1, 3, 2)), ([0, 90, 0], (3, 2, 1)), ([0, 0, 90], (2, 1, 3)), ([90, 90, 0], (2, 3, 1))],
+)
+def test_quarter_turns_swap_the_sides(render, rotation, size):
+    turned, straight = render(turned_box(rotation), passes=PASSES), render(turned_box(0, size), passes=PASSES)
+    np.testing.assert_array_equal(turned.object_id, straight.object_id)
+    np.testing.assert_allclose(turned.radiance, straight.radiance, rtol=1e-5)
+    np.testing.assert_allclose(turned.normal, straight.normal, atol=1e-7)
+
+
+def test_rotation_is_about_x_then_y_then_z_of_the_scene_right_handed(render):
+    x, y, z = np.radians([20, 50, -35])
+    about_x = np.array([[1, 0, 0], [0, np.cos(x), -np.sin(x)], [0, np.sin(x), np.cos(x)]])
+    about_y = np.array([[np.cos(y), 0, np.sin(y)], [0, 1, 0], [-np.sin(y), 0, np.cos(y)]])
+    about_z = np.array([[np.cos(z), -np.sin(z), 0], [np.sin(z), np.cos(z), 0], [0, 0, 1]])
+    axes = (about_z @ about_y @ about_x).T
+    film = render(turned_box([20, 50, -35]), passes=["position", "normal", "object_id"])
+    points = film.position[film.object_id == 1].astype(float) - [0.3, 0.2, -7]
+    normals = film.normal[film.object_id == 1].astype(float)
+    assert len(points) > 50
+    local, facing = points @ axes.T, normals @ axes.T
+    face = np.abs(facing).argmax(axis=1)
+    assert len(set(face)) == 3
+    np.testing.assert_allclose(np.abs(facing).max(axis=1), 1, rtol=1e-6)
+    np.testing.assert_allclose(
+        np.take_along_axis(local, face[:, None], 1)[:, 0] * 2,
+        np.array([1, 2, 3])[face] * np.sign(np.take_along_axis(facing, face[:, None], 1)[:, 0]),
+        rtol=1e-5,
+    )
+    assert (np.abs(local) * 2 <= np.array([1, 2, 3]) * 1.00001).all()
+
+
+# --- Ambient light ---------------------------------------------------------------------------------------
+
+LAMP_AND_SHADOW = (
+    [
+        plane([0, -2, 0], [0, 1, 0], [0.2, 0.5, 1.0]),
+        sphere([0, 0, -6], 1, [0.9, 0.1, 0.3]),
+        box([2, 0, -7], [1, 1, 1], [0.4, 0.4, 0.1], rotation=30),
+        sphere([-2, 1, -6], 0.5, [1, 1, 1], light={"intensity": 20}),
+    ],
+    [light([3, 4, 0])],
+)
+AMBIENT = [0.25, 0.5, 0.125]
+
+
+def test_ambient_light_shows_the_albedo_of_every_surface(render, rounding):
+    (*dull, _), _ = LAMP_AND_SHADOW
+    film = render(scene(dull, render={"ambient": AMBIENT, "background": [0, 0, 0]}), passes=["albedo"])
+    np.testing.assert_allclose(film.radiance, film.albedo * np.float32(AMBIENT), rtol=rounding)
+
+
+@pytest.mark.parametrize("eye_falloff", [False, True])
+def test_ambient_light_adds_to_that_of_the_lights_and_to_nothing_else(render, rounding, eye_falloff):
+    settings = {"background": "navy", "eye_falloff": eye_falloff}
+    plain = render(scene(*LAMP_AND_SHADOW, render=settings))
+    lit = render(
+        scene(*LAMP_AND_SHADOW, render={**settings, "ambient": AMBIENT}),
+        passes=["albedo", "object_id", "distance"],
+    )
+    added = lit.albedo.astype(float) * AMBIENT
+    if eye_falloff:
+        added /= 4 * math.pi * lit.distance[..., None].astype(float) ** 2
+    added[np.isin(lit.object_id, [0, 4])] = 0
+    assert set(range(5)) == set(np.unique(lit.object_id))
+    np.testing.assert_allclose(lit.radiance, plain.radiance.astype(float) + added, rtol=rounding)
+
+
+@pytest.mark.parametrize(("max_depth", "is_lit"), [(0, False), (1, True), (7, True)])
+def test_ambient_light_is_followed_from_surfaces_as_others_are(render, max_depth, is_lit):
+    film = render(scene([plane([0, 0, -3], [0, 0, 1])], render={"ambient": AMBIENT, "max_depth": max_depth}))
+    assert (film.radiance > 0).all() == is_lit
+    assert (film.radiance == 0).all() != is_lit
+
+
+@pytest.mark.parametrize("eye_falloff", [False, True])
+def test_ambient_light_of_any_size_leaves_no_gaps(render, eye_falloff):
+    for strength in (5e-324, 1e-38, 1e30, 1.7e308):
+        settings = {"ambient": [strength, 0, strength], "eye_falloff": eye_falloff}
+        film = render(scene([sphere([0, 0, -5e6], 1e6)], render=settings))
+        assert np.isfinite(film.radiance).all()
+        assert (film.radiance[..., 1] == 0).all()
 
 
 # --- Settings --------------------------------------------------------------------------------------------

@@ -121,7 +121,7 @@ fn still_life() -> World {
             object(
                 [4.5, 3.0, -2.0],
                 [0.3, 0.8, 0.35],
-                ShapeDesc::Cuboid(CuboidDesc { size: [4.0, 6.0, 4.0], rotation: 30.0 }),
+                ShapeDesc::Cuboid(CuboidDesc { size: [4.0, 6.0, 4.0], rotation: [0.0, 30.0, 0.0] }),
             ),
         ],
         lights: vec![light([-8.0, 14.0, 10.0], 12000.0)],
@@ -136,8 +136,8 @@ fn crowd(count: usize) -> World {
     let mut random = Random(1);
     let objects = (0..count)
         .map(|_| {
-            let place = CROWD_BOX.map(|(low, high)| random.between(low + radius, high - radius));
-            object(place, [random.between(0.2, 0.9), 0.5, 0.5], ShapeDesc::Sphere(SphereDesc { radius }))
+            let position = CROWD_BOX.map(|(low, high)| random.between(low + radius, high - radius));
+            object(position, [random.between(0.2, 0.9), 0.5, 0.5], ShapeDesc::Sphere(SphereDesc { radius }))
         })
         .collect();
     let fov = 2.0 * f64::atan2(CROWD_BOX[1].1, -CROWD_BOX[2].1).to_degrees();
@@ -150,7 +150,7 @@ fn crowd(count: usize) -> World {
 }
 
 fn settings() -> Settings {
-    Settings { samples: 1, background: [0.0; 3], direct_light: true, eye_falloff: false }
+    Settings { samples: 1, background: [0.0; 3], ambient: [0.0; 3], direct_light: true, eye_falloff: false }
 }
 
 fn object(position: Vector, color: Vector, shape: ShapeDesc) -> Object {
@@ -161,7 +161,7 @@ fn light(position: Vector, intensity: f64) -> LightDesc {
     LightDesc { source: LightSource::Point { position }, color: [1.0; 3], intensity, carrier: None }
 }
 
-/// A camera with y up that looks at a place straight ahead of it, above or below.
+/// A camera with y up that looks at a point straight ahead of it, above or below.
 fn camera(position: Vector, look_at: Vector, fov: f64) -> Camera {
     let (y, z) = (look_at[1] - position[1], look_at[2] - position[2]);
     let distance = y.hypot(z);

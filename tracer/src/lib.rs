@@ -11,7 +11,7 @@
 //! | `budget`, `monitor` | bounded work, progress, cancellation |
 //! | `shapes`: `sphere`, `plane`, `cuboid` | parameters, intersection, occlusion and bounds of each shape |
 //! | [`world`] | the input: camera, objects, lights, settings |
-//! | `accel`: `cone`, `node`, `build` | the bounding volume hierarchy over the objects |
+//! | `accel`: `cone`, `pyramid`, `node`, `build` | the bounding volume hierarchy over the objects |
 //! | `scene`: `unit` | the world in camera space |
 //! | `shading` | the light that objects send to the eye |
 //! | `sampling` | the offsets of a pixel's samples |

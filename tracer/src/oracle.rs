@@ -66,11 +66,11 @@ impl OracleShape {
     }
 
     /// Return where a point is relative to the surface.
-    pub(crate) fn contact(&self, place: Vector) -> Contact {
+    pub(crate) fn contact(&self, point: Vector) -> Contact {
         match *self {
-            OracleShape::Sphere { center, radius } => Sphere::contact(place, center, radius),
-            OracleShape::Plane { normal, offset } => Plane::contact(place, scale(normal, offset), normal),
-            OracleShape::Box { center, axes, half } => Cuboid::contact(place, center, &axes, half),
+            OracleShape::Sphere { center, radius } => Sphere::contact(point, center, radius),
+            OracleShape::Plane { normal, offset } => Plane::contact(point, scale(normal, offset), normal),
+            OracleShape::Box { center, axes, half } => Cuboid::contact(point, center, &axes, half),
         }
     }
 
@@ -226,8 +226,8 @@ pub(crate) fn shape_before(
     tile: (View, (u32, u32)),
     distances: std::ops::Range<f64>,
 ) -> impl Strategy<Value = OracleShape> {
-    let place = (any_size(-6.0..6.0), any_size(distances), any_direction(), 0.0..1.5_f64);
-    (place, any_axes(), [0.1..1.0, 0.1..1.0, 0.1..1.0], 0..3).prop_map(
+    let center = (any_size(-6.0..6.0), any_size(distances), any_direction(), 0.0..1.5_f64);
+    (center, any_axes(), [0.1..1.0, 0.1..1.0, 0.1..1.0], 0..3).prop_map(
         move |((size, distance, aside, share), axes, sides, kind)| {
             let (view, _) = tile;
             let away = size * (1.0 + distance);
@@ -411,11 +411,17 @@ fn any_camera() -> impl Strategy<Value = Camera> {
     )
 }
 
+/// Degrees about the three axes, often about the vertical one alone.
+fn any_rotation() -> impl Strategy<Value = Vector> {
+    let angle = || -180.0..180.0;
+    prop_oneof![angle().prop_map(|y| [0.0, y, 0.0]), [angle(), angle(), angle()]]
+}
+
 fn any_object() -> impl Strategy<Value = Object> {
     let size = || 0.1..3.0;
     let shape = prop_oneof![
         3 => size().prop_map(|radius| ShapeDesc::Sphere(SphereDesc { radius })),
-        3 => ([size(), size(), size()], -180.0..180.0)
+        3 => ([size(), size(), size()], any_rotation())
             .prop_map(|(size, rotation)| ShapeDesc::Cuboid(CuboidDesc { size, rotation })),
         1 => any_direction().prop_map(|normal| ShapeDesc::Plane(PlaneDesc { normal })),
     ];
@@ -440,10 +446,11 @@ fn any_light(objects: Vec<Object>) -> impl Strategy<Value = LightDesc> {
 }
 
 fn any_settings() -> impl Strategy<Value = Settings> {
-    (1_u32..5, any_color(), prop::bool::weighted(0.9), any::<bool>()).prop_map(
-        |(samples, background, direct_light, eye_falloff)| Settings {
+    (1_u32..5, any_color(), any_color(), prop::bool::weighted(0.9), any::<bool>()).prop_map(
+        |(samples, background, ambient, direct_light, eye_falloff)| Settings {
             samples,
             background,
+            ambient,
             direct_light,
             eye_falloff,
         },

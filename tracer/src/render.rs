@@ -190,17 +190,16 @@ impl Tracer {
             spare()?;
             let (traced, result) = rayon::join(
                 || self.develop(batch, developer, &mut pixels, monitor),
-                || timed(|| writer.write_rows(&written)),
+                || writer.write_rows(&written),
             );
             stats = stats.plus(traced);
-            stats.write += result?;
+            result?;
             monitor.check()?;
             swap(&mut pixels, &mut written);
         }
-        stats.write += timed(|| {
-            writer.write_rows(&written)?;
-            writer.finish().map(drop)
-        })?;
+        writer.write_rows(&written)?;
+        stats.write = writer.encoding();
+        writer.finish()?;
         Ok(stats)
     }
 
@@ -237,12 +236,6 @@ impl RenderStats {
             write: self.write + other.write,
         }
     }
-}
-
-fn timed(work: impl FnOnce() -> io::Result<()>) -> io::Result<Duration> {
-    let start = Instant::now();
-    work()?;
-    Ok(start.elapsed())
 }
 
 /// The rows of tiles of a window: the unit of work of a thread.

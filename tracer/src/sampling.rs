@@ -38,9 +38,9 @@ mod tests {
     #[test]
     fn each_row_and_each_column_of_a_pixel_has_one_sample() {
         for count in 1..=1024 {
-            let mut rows: Vec<f64> = sample_offsets(count).iter().map(|place| place.1).collect();
+            let mut rows: Vec<f64> = sample_offsets(count).iter().map(|offset| offset.1).collect();
             rows.sort_by(f64::total_cmp);
-            let columns: Vec<f64> = sample_offsets(count).iter().map(|place| place.0).collect();
+            let columns: Vec<f64> = sample_offsets(count).iter().map(|offset| offset.0).collect();
             assert_eq!(rows, columns);
         }
     }

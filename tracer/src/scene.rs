@@ -139,14 +139,15 @@ impl Scene {
 
 /// Return the numbers of the objects, all of the first kind before the others, and the count of each kind.
 fn by_kind(objects: &[Object]) -> Result<(Vec<u32>, Vec<usize>), OutOfMemory> {
+    let kinds = par_collect(objects.par_iter().map(|object| object.shape.kind() as u8), OBJECTS)?;
     let mut counts = vec![0; ShapeDesc::KINDS.len()];
-    for object in objects {
-        counts[object.shape.kind()] += 1;
+    for &kind in &kinds {
+        counts[usize::from(kind)] += 1;
     }
     let mut next = places(&counts);
     let mut numbers = filled(objects.len(), 0, OBJECTS)?;
-    for (number, object) in (0..).zip(objects) {
-        numbers[next(object.shape.kind())] = number;
+    for (number, &kind) in (0..).zip(&kinds) {
+        numbers[next(usize::from(kind))] = number;
     }
     Ok((numbers, counts))
 }

@@ -38,8 +38,8 @@ impl Lighting {
 
     /// Add the light that the points reflect to the eye, and return the number of shadow rays.
     ///
-    /// radiance = sum over lights of albedo / pi L_i cos(theta), L_i = power / r^2 (document, sections 2.3.1,
-    /// 2.3.2)
+    /// radiance = albedo ambient + sum over lights of albedo / pi L_i cos(theta), L_i = power / r^2 (document,
+    /// sections 2.3.1, 2.3.2)
     ///
     /// Only lights on the eye's side illuminate a surface. All shapes are convex, so an object cannot shadow
     /// itself where eye and light are on the same side and cos(theta) > 0: it is skipped, and no epsilon is
@@ -54,6 +54,12 @@ impl Lighting {
     ) -> u64 {
         let object = face >> FACE_BITS;
         let Material { albedo, range_scale, .. } = scene.materials[object as usize];
+        // The distance to the eye of an object that was moved toward it is the real one.
+        let falloff = settings.eye_falloff.then_some(scene.unit * range_scale);
+        if settings.ambient != [0.0; 3] {
+            self.irradiance = [1.0; LANES];
+            self.add_reflected(std::array::from_fn(|i| settings.ambient[i] * albedo[i]), falloff, radiance);
+        }
         let bounds = self.points.bounds();
         let footprint = self.points.plane.filter(|_| scene.bvh.is_deep());
         let footprint = footprint.map(|plane| Footprint::new(plane, &self.points));
@@ -76,19 +82,26 @@ impl Lighting {
             let dimmed = (range_scale / light.range_scale).min(1.0);
             let albedo = scale(albedo, dimmed * dimmed);
             // albedo / pi times the light's power
-            let mut weight: Vector = std::array::from_fn(|i| light.power[i] * (albedo[i] / PI));
-            if settings.eye_falloff {
-                let magnitude = magnitude(weight);
-                weight = scale(weight, 1.0 / f64::from(magnitude));
-                self.apply_eye_falloff(scene.unit * range_scale, magnitude);
-            }
-            for (channel, weight) in radiance.iter_mut().zip(weight.map(bounded)) {
-                for lane in 0..self.points.padded() {
-                    channel[lane] += weight * self.irradiance[lane];
-                }
-            }
+            let weight = std::array::from_fn(|i| light.power[i] * (albedo[i] / PI));
+            self.add_reflected(weight, falloff, radiance);
         }
         rays
+    }
+
+    /// Add the irradiance, times a weight for each channel; with the world's length of a unit, it falls off toward
+    /// the eye.
+    #[inline(always)]
+    fn add_reflected(&mut self, mut weight: Vector, falloff: Option<f64>, radiance: &mut [Lanes; 3]) {
+        if let Some(unit) = falloff {
+            let magnitude = magnitude(weight);
+            weight = scale(weight, 1.0 / f64::from(magnitude));
+            self.apply_eye_falloff(unit, magnitude);
+        }
+        for (channel, weight) in radiance.iter_mut().zip(weight.map(bounded)) {
+            for lane in 0..self.points.padded() {
+                channel[lane] += weight * self.irradiance[lane];
+            }
+        }
     }
 
     /// Compute the unoccluded irradiance of a light at the points, and return the number of points that face it.

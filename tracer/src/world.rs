@@ -34,7 +34,7 @@ impl LightSource {
         describe: |p| LightSource::Point { position: [p[0], p[1], p[2]] },
     }];
 
-    /// The place that all its light comes from, world space.
+    /// The point that all its light comes from, world space.
     pub fn position(&self) -> Vector {
         let LightSource::Point { position } = *self;
         position
@@ -61,6 +61,8 @@ pub struct Settings {
     pub samples: u32,
     /// Linear RGB radiance of rays that hit nothing.
     pub background: Vector,
+    /// Linear RGB of the light that reaches every surface unhindered; it reflects albedo * ambient.
+    pub ambient: Vector,
     /// Whether lights illuminate objects (`max_depth` of 1 or more); otherwise only objects that carry a light are
     /// seen.
     pub direct_light: bool,

@@ -1,4 +1,4 @@
-//! Data flow one way: no module uses one that uses it, be it through others.
+//! Data flow one way: no module depends on itself, directly or through others.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
@@ -24,18 +25,24 @@ from rtcli.batch.sweep import Variation
 from rtcli.batch.worker import DONE, Outcome
 from rtcli.cli.console import STDIO, is_terminal, print_lines, report_line
 from rtcli.cli.exit_codes import INVALID, usage_errors
-from rtcli.cli.options.cluster import connected_cluster, dask_timeout_option
-from rtcli.cli.options.golden import FolderCheckOptions, folder_check_options, pop_folder_check
-from rtcli.cli.options.scene import edit_errors, film_options, pop_overrides, scene_options
-from rtcli.cli.options.types import VariationType, parse_format
+from rtcli.cli.help import Command, Option
+from rtcli.cli.options.cluster import cluster_option, cluster_options, connected_cluster
+from rtcli.cli.options.golden import FolderCheckOptions, folder_check_options, is_page, pop_folder_check
+from rtcli.cli.options.scene import (
+    edit_errors,
+    film_options,
+    pop_overrides,
+    pop_quantization,
+    scene_options,
+)
+from rtcli.cli.options.types import parse_format
+from rtcli.cli.options.variation import VariationType
 from rtcli.cli.progress import progress
 from rtcli.image.animation import ANIMATIONS
 from rtcli.image.formats import check_fits
-from rtcli.image.write import FORMATS
 from rtcli.rendering.metadata import SOFTWARE
 from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.scene.diagnostics.problems import counted, printable
-from rtcli.scene.overrides import check_expression
 from rtcli.tracer.engines import default_threads
 
 # The most problems to show, of all scenes and of one scene, which must not hide the others.
@@ -68,22 +75,24 @@ class BatchOptions:
     def check(self) -> None:
         """Raise click.UsageError for what cannot be right whatever the scenes say."""
         if "" in (*self.paths, self.output):
-            raise click.UsageError("a path is empty: is a variable not set?")
+            raise click.UsageError("a path is empty; is a variable unset?")
         if STDIO in (*self.paths, self.output):
-            raise click.UsageError("standard input and output cannot be used with batch: give files and folders")
+            raise click.UsageError("standard input and output cannot be used with batch; name files and folders")
         if self.animations and len(self.vary) != 1:
-            raise click.UsageError("--gif and --webp show a sweep of one value: give --vary once")
+            raise click.UsageError("--gif and --webp need a sweep of one key; use --vary once")
         if self.dask is not None and self.jobs is not None:
-            raise click.UsageError("--jobs is for this machine: with --dask all workers of the cluster work")
+            raise click.UsageError("--jobs cannot be used with --dask, which uses all workers of the cluster")
         if self.shared and self.dask is None:
-            raise click.UsageError("--shared is for --dask: the workers of this machine share DIR anyway")
+            raise click.UsageError(
+                "--shared cannot be used without --dask; the workers of one machine share DIR anyway"
+            )
         with usage_errors():
-            check_fits(f"results{self.settings.suffix}", (1, 1), self.settings.bits)
+            settings = self.settings
+            check_fits(f"results{settings.suffix}", (1, 1), settings.quantization, settings.passes)
         varied = [edit for variation in self.vary for edit in variation.edits]
         for option, edits in ((self.settings.overrides.option, self.settings.overrides.edits), ("--vary", varied)):
-            with edit_errors(option):
-                for edit in edits:
-                    check_expression(edit, option)
+            if edits:
+                _check_edits(edits, option)
 
     def find_jobs(self) -> list[Job]:
         """Return the jobs of the batch.
@@ -102,8 +111,47 @@ class BatchOptions:
         return jobs
 
 
-@click.command("batch", short_help="Render scenes into a folder, skipping what is up to date.")
-@click.argument("paths", metavar="PATH...", nargs=-1, required=True)
+def _check_edits(edits: Iterable[str], option: str) -> None:
+    """Raise click.UsageError for an expression that is an edit of no scene."""
+    from rtcli.scene.edits import check_expression  # reads YAML, which most batches do without
+
+    with edit_errors(option):
+        for edit in edits:
+            check_expression(edit, option)
+
+
+_sweep_option = functools.partial(click.option, cls=Option, heading="Sweeps")
+
+
+class _BatchCommand(Command):
+    """A command whose `--report` takes the next argument only if that is the name of a page."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse the command line; `--report scenes` is a flag and a path."""
+        following = [*args, ""][1:]
+        explicit = [
+            "--report=" if arg == "--report" and not is_page(after) else arg
+            for arg, after in zip(args, following, strict=True)
+        ]
+        return super().parse_args(ctx, explicit)
+
+
+@click.command(
+    "batch",
+    cls=_BatchCommand,
+    examples=[
+        "rtcli batch scenes -o out",
+        "rtcli batch my.yaml -o sweep --vary camera.fov=20:60:10 --gif",
+    ],
+    short_help="Render scenes into a folder, skipping up-to-date results.",
+)
+@click.argument(
+    "paths",
+    metavar="PATH...",
+    nargs=-1,
+    required=True,
+    help="A scene, a folder, or a quoted glob: 'scenes/**/*.yaml'.",
+)
 @click.option("-o", "--output", metavar="DIR", help="Write the results and manifest.json to this folder.")
 @click.option(
     "--format",
@@ -112,7 +160,7 @@ class BatchOptions:
     metavar="SUFFIX",
     default=".png",
     show_default=True,
-    help=f"Set the format of the results: {', '.join(FORMATS)}.",
+    help="Set the format, such as .exr or .npz.",
 )
 @scene_options
 @film_options
@@ -120,75 +168,41 @@ class BatchOptions:
     "--jobs",
     type=click.IntRange(1),
     metavar="N",
-    show_default="the processor cores",
+    show_default="cores",
     help="Render N scenes at a time.",
 )
-@click.option("--fail-fast", is_flag=True, help="Stop at the first scene that fails.")
+@click.option("--dry-run", is_flag=True, help="List what would be rendered or deleted, and why.")
 @click.option("--force", is_flag=True, help="Re-render everything.")
-@click.option("--dry-run", is_flag=True, help="Only list what would be rendered or deleted, and why.")
-@click.option(
-    "--prune",
-    is_flag=True,
-    help="Delete results whose scene no longer exists, and those of other settings, listing each. Results of "
-    "existing scenes outside PATH stay.",
-)
-@click.option(
-    "--vary",
-    type=VariationType(),
-    multiple=True,
-    help="Render each scene with several values, START:STOP:STEP or A,B,C: camera.fov=20:60:5. Repeatable, for "
-    "all combinations; one per line in a variable. Results go into a folder named after the scene, and are named "
-    "after the values.",
-)
-@click.option("--gif", is_flag=True, help="Also write the sweep of one value as an animation, DIR/SCENE.gif.")
-@click.option("--webp", is_flag=True, help="Also write it as DIR/SCENE.webp, lossless.")
+@click.option("--prune", is_flag=True, help="Delete results whose scene no longer exists.")
+@click.option("--fail-fast", is_flag=True, help="Stop at the first scene that fails.")
 @click.option(
     "--report",
     metavar="[FILE]",
     is_flag=False,
     flag_value="",
-    help="Write DIR/index.html, a page of all results in the folder. With --check: write FILE, a page that shows "
-    "each golden picture that differs, the new one and their difference.",
+    help="Write a page: DIR/index.html, or FILE with --check.",
 )
-@click.option(
-    "--dask",
-    metavar="ADDRESS|local",
-    help="Render on a Dask cluster, given the address of its scheduler, or local for one on this machine. "
-    "Requires rtcli[dask].",
+@click.option("-q", "--quiet", is_flag=True, help="Print only errors and what --prune deletes.")
+@_sweep_option(
+    "--vary",
+    type=VariationType(),
+    multiple=True,
+    help="Render with each value, such as camera.fov=20:60:5.",
 )
-@dask_timeout_option
-@click.option(
-    "--shared",
-    is_flag=True,
-    help="With --dask: let the workers write to DIR, which must be the same folder for all.",
-)
+@_sweep_option("--gif", is_flag=True, help="Animate a sweep of one key as DIR/SCENE.gif.")
+@_sweep_option("--webp", is_flag=True, help="Animate it as DIR/SCENE.webp, lossless.")
 @folder_check_options
-@click.option(
-    "-q",
-    "--quiet",
-    is_flag=True,
-    help="Print only errors and what --prune deletes.",
-)
+@cluster_options
+@cluster_option("--shared", is_flag=True, help="Let workers write to DIR, the same folder for all.")
 @click.pass_context
 def command(context: click.Context, /, **options: Any) -> int:
-    """Render scenes into a folder, skipping results that are up to date.
-
-    PATH is a scene file, a folder (with its subfolders, whose structure is kept) or a glob, which rtcli expands
-    itself if quoted: 'scenes/**/*.yaml'.
-
-    A result is up to date if its scene, the settings and rtcli's version are the same, and its files are
-    unchanged. A batch may be interrupted or killed at any moment; the next one continues from there.
-
-    Exits with 0 on success, 1 if a scene fails or --check finds a difference, 3 if a path does not exist or DIR
-    cannot be written.
-    """
+    """Render scenes into a folder, skipping results that are up to date."""
     check = pop_folder_check(options, context)
     if options["output"] is None:
-        raise click.UsageError(
-            "Missing option '-o': give a folder for the results, or --check golden files in one"
-        )
-    overrides = pop_overrides(options)
-    settings = BatchSettings(options.pop("suffix"), options.pop("passes"), options.pop("bits"), overrides)
+        raise click.UsageError("Missing option '-o': name a folder for the results, or --check a golden folder")
+    suffix, passes, overrides = options.pop("suffix"), options.pop("passes"), pop_overrides(options)
+    bits, depth_scale = pop_quantization(options)
+    settings = BatchSettings(suffix, passes, bits, overrides, depth_scale)
     animations = tuple(suffix for suffix in ANIMATIONS if options.pop(suffix.removeprefix(".")))
     parsed = BatchOptions(settings=settings, animations=animations, **options)
     return run(parsed) if check is None else _check(parsed, check)
@@ -309,7 +323,7 @@ def _report_problems(lines: Iterable[str], hidden: int) -> None:
     for line in lines:
         report_line(line)
     if hidden:
-        report_line(f"{counted(hidden, 'more problem')}: the manifest has them")
+        report_line(f"{counted(hidden, 'more problem')}; see the manifest")
 
 
 def _animate(options: BatchOptions, animations: list[Animation], manifest: Manifest, folder: Path) -> bool:

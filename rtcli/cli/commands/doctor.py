@@ -8,13 +8,14 @@ from importlib import metadata
 
 import click
 
+from rtcli.cli.help import Command
 from rtcli.cli.version import version
 from rtcli.extras import EXTRAS, MissingExtraError, require_extra
 from rtcli.tracer._native import simd_level
 from rtcli.tracer.engines import default_threads
 
 
-@click.command("doctor")
+@click.command("doctor", cls=Command, examples=["rtcli doctor"])
 def command() -> None:
     """Report this installation: version, processor, optional packages."""
     rows = [
@@ -42,6 +43,8 @@ def _state(extra: str) -> str:
     try:
         require_extra(module, extra, purpose)
     except MissingExtraError as error:
-        return f"missing: {error}"
+        if isinstance(error.__cause__, ModuleNotFoundError):
+            return f"not installed; for {purpose}: pip install 'rtcli[{extra}]'"
+        return f"broken: {error}"
     package = module.replace("_", "-")
     return f"{package} {metadata.version(package)}, for {purpose}"

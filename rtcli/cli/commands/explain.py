@@ -9,7 +9,8 @@ import click
 
 from rtcli.cli.console import display_name, is_terminal, print_lines, wants_color
 from rtcli.cli.exit_codes import usage_errors
-from rtcli.cli.options.scene import pop_overrides, read_scene, scene_options
+from rtcli.cli.help import Command
+from rtcli.cli.options.scene import SCENE_HELP, pop_overrides, read_scene, scene_options
 from rtcli.cli.options.types import parse_pixel
 from rtcli.cli.progress import progress
 from rtcli.explain import check_pixel, explain
@@ -18,14 +19,21 @@ from rtcli.reports import explanation
 from rtcli.scene.validation.validate import validate
 
 
-@click.command("explain")
-@click.argument("scene")
+@click.command(
+    "explain",
+    cls=Command,
+    examples=[
+        "rtcli explain my.yaml --pixel 320,240",
+        "rtcli explain my.yaml --pixel 320,240 --set camera.fov=60 --json",
+    ],
+)
+@click.argument("scene", help=SCENE_HELP)
 @click.option(
     "--pixel",
     type=parse_pixel,
     metavar="X,Y",
     required=True,
-    help="Explain the pixel in column X and row Y, from 0 at the left and top.",
+    help="Explain this pixel: column and row, from 0.",
 )
 @click.option(
     "--sample",
@@ -38,14 +46,7 @@ from rtcli.scene.validation.validate import validate
 @scene_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(scene: str, pixel: tuple[int, int], sample: int, as_json: bool, **options: Any) -> None:
-    """Explain how a pixel gets its value, step by step.
-
-    SCENE is a .yaml, .yml or .json file, or - for YAML or JSON on standard input.
-
-    The explanation goes to standard output: the primary ray, where it hits or misses each object, the nearest hit,
-    each light and what blocks it, radiance, exposure, tone curve, sRGB. Each step shows its equations, its numbers
-    and its section in docs/tracer.md. The numbers are the reference engine's.
-    """
+    """Explain how a pixel gets its value, step by step."""
     name, model = display_name(scene), validate(read_scene(scene, pop_overrides(options)))
     with usage_errors():
         check_pixel(model, *pixel, sample)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import shlex
 from importlib import resources
 from pathlib import Path
@@ -11,9 +10,10 @@ import click
 from click.shell_completion import CompletionItem
 
 from rtcli.cli.console import STDIO, report_line, write_bytes
+from rtcli.cli.help import Command
 from rtcli.scene.diagnostics.problems import did_you_mean, nearest, printable, quoted
+from rtcli.scene.files import YAML_SUFFIXES
 from rtcli.scene.gallery import caption, gallery, text_to_start_from
-from rtcli.scene.reading.parse import YAML_SUFFIXES
 
 
 class _GalleryScene(click.ParamType[str]):
@@ -37,22 +37,23 @@ class _GalleryScene(click.ParamType[str]):
         ]
 
 
-@click.command("new")
-@click.argument("file", required=False)
+@click.command(
+    "new",
+    cls=Command,
+    examples=["rtcli new my.yaml", "rtcli new --from cornell room.yaml", "rtcli new --list"],
+)
+@click.argument("file", required=False, help="The file to write, or - for standard output.")
 @click.option("--from", "source", type=_GalleryScene(), metavar="NAME", help="Write this scene of the gallery.")
 @click.option("--list", "lists", is_flag=True, help="List the scenes of the gallery.")
 @click.option("--force", is_flag=True, help="Replace an existing FILE.")
 def command(file: str | None, source: str | None, lists: bool, force: bool) -> None:
-    """Write a small commented scene to start from.
-
-    It goes to FILE, or to standard output for -.
-    """
+    """Write a small commented scene to start from."""
     if lists:
         if file is not None or source is not None or force:
-            raise click.UsageError("--list writes no file: leave out FILE, --from and --force")
+            raise click.UsageError("--list writes no file; leave out FILE, --from and --force")
         _list_gallery()
     elif file is None:
-        raise click.UsageError("Missing argument 'FILE': type for example: rtcli new my.yaml")
+        raise click.UsageError("Missing argument 'FILE'. For example: rtcli new my.yaml")
     else:
         _write(file, source, force)
 
@@ -66,13 +67,13 @@ def _list_gallery() -> None:
 
 def _write(file: str, source: str | None, force: bool) -> None:
     if file != STDIO and not file.lower().endswith(YAML_SUFFIXES):
-        raise click.UsageError(f"{file!r}: the name of a scene in YAML must end in .yaml or .yml")
+        raise click.UsageError(f"{file!r}: the name of a YAML file must end in .yaml or .yml")
     if source is None:
         text = (resources.files("rtcli.scene") / "starter.yaml").read_text(encoding="utf-8")
     else:
         text = text_to_start_from(gallery()[source])
     if file != STDIO and not force and Path(file).exists():
-        raise FileExistsError(errno.EEXIST, "is there already: use --force to replace it", file)
+        raise FileExistsError(f"{printable(file)} already exists; use --force to replace it")
     write_bytes(text.encode(), file)
     if file != STDIO:
         scene = f"./{file}" if file.startswith("-") else file

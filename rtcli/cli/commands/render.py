@@ -5,9 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import json
-import shlex
 import sys
-import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,26 +14,35 @@ from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 import click
 
 from rtcli import __version__
-from rtcli.cli.console import STDIO, is_terminal, open_target, report_line
+from rtcli.cli.console import STDIO, display_name, is_terminal, open_target, read_input, report_line
 from rtcli.cli.exit_codes import usage_errors
-from rtcli.cli.options.cluster import connected_cluster, dask_timeout_option
+from rtcli.cli.help import Command
+from rtcli.cli.options.cluster import cluster_options, connected_cluster
 from rtcli.cli.options.golden import CheckOptions, check_options, pop_check
-from rtcli.cli.options.scene import film_options, pop_overrides, read_scene, scene_options
+from rtcli.cli.options.scene import (
+    SCENE_HELP,
+    edit_errors,
+    film_options,
+    pop_overrides,
+    pop_quantization,
+    scene_options,
+)
 from rtcli.cli.options.types import parse_crop
 from rtcli.cli.paths import OutputPath, refuse_collisions, refuse_folder
 from rtcli.cli.progress import progress
-from rtcli.image.display import DEPTHS
+from rtcli.image.display import DEFAULT_QUANTIZATION, Quantization
 from rtcli.image.formats import check_fits, open_parts, parts_of
 from rtcli.image.write import FORMATS, METADATA
-from rtcli.rendering.job import RenderJob, RenderRequest, validate_and_pack
+from rtcli.rendering.job import RenderJob, RenderRequest
+from rtcli.rendering.load import load
+from rtcli.rendering.pack import PackedScene
 from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.rendering.stream import RenderStats, expose_film, write_film
-from rtcli.scene.diagnostics.problems import printable
-from rtcli.scene.model import Scene
+from rtcli.scene.diagnostics.quoting import printable
 from rtcli.scene.overrides import Overrides
 from rtcli.tracer.engines import ENGINES
 from rtcli.tracer.passes import RADIANCE
-from rtcli.tracer.world import Window, World
+from rtcli.tracer.world import Window
 
 if TYPE_CHECKING:  # these load NumPy and more, which a PNG of the native engine does without
     from concurrent.futures import Executor
@@ -50,7 +57,7 @@ class RenderOptions:
     scene: str
     output: str | None
     passes: tuple[str, ...]
-    bits: int
+    quantization: Quantization
     engine: str
     threads: int | None
     crop: Window | None
@@ -62,7 +69,7 @@ class RenderOptions:
 
     def __post_init__(self) -> None:
         if self.dask is not None and self.threads is not None:
-            raise click.UsageError("--threads is for this machine: with --dask each worker has one")
+            raise click.UsageError("--threads cannot be used with --dask: each worker has one thread")
 
     @contextlib.contextmanager
     def executor(self) -> Iterator[Executor | None]:
@@ -79,7 +86,7 @@ class PictureOutput(NamedTuple):
 
     path: str
     passes: tuple[str, ...]
-    bits: int
+    quantization: Quantization
     is_kept: bool = True
 
     def check(self) -> None:
@@ -87,8 +94,13 @@ class PictureOutput(NamedTuple):
         if self.path == STDIO and is_terminal(sys.stdout):
             raise click.UsageError("refusing to write binary data to a terminal; use -o FILE or a pipe")
         if self.path == STDIO and self.passes:
-            raise click.UsageError("--passes needs a file: only the picture goes to standard output")
+            raise click.UsageError("--passes needs a file; only the picture can go to standard output")
         refuse_folder(self.path, "-o")
+
+    @property
+    def name(self) -> str:
+        """The name that decides the format."""
+        return "standard output.png" if self.path == STDIO else self.path
 
     def parts(self) -> dict[str, Path]:
         """Return the file of each part of the film; standard output takes a PNG."""
@@ -100,82 +112,72 @@ class PictureOutput(NamedTuple):
         """Open the file of each part, and yield them with the names that decide their formats."""
         if self.path == STDIO:
             with open_target(STDIO) as stream:
-                yield {RADIANCE: ("standard output.png", stream)}
+                yield {RADIANCE: (self.name, stream)}
         else:
             with open_parts(self.parts()) as files:
                 yield files
 
 
-@click.command("render")
-@click.argument("scene", required=False, metavar="SCENE")
+@click.command(
+    "render",
+    cls=Command,
+    examples=[
+        "rtcli render my.yaml -o my.png",
+        "rtcli render my.yaml -o my.npz --size 320x240 --passes depth,object_id",
+        "rtcli render my.yaml --check golden/my.png",
+    ],
+)
+@click.argument("scene", required=False, metavar="SCENE", help=SCENE_HELP)
 @click.option(
     "-o",
     "--output",
     metavar="OUT",
-    help=f"Write the picture to this file ({', '.join(FORMATS)}), or a PNG to standard output with -. Without "
-    "-o, show it in the terminal. .exr requires rtcli[exr], the terminal rtcli[preview].",
+    help=f"Write this file ({', '.join(FORMATS)}), or a PNG to standard output (-). "
+    "Without -o, show the picture in the terminal.",
 )
 @scene_options
 @film_options
 @click.option(
-    "--engine",
-    type=click.Choice(ENGINES),
-    default=ENGINES[0],
-    show_default=True,
-    help="Choose the tracer; reference is slow, for reading and comparing.",
+    "--crop", type=parse_crop, metavar="X,Y,W,H", help="Render only this rectangle: left, top, width, height."
 )
 @click.option("--threads", type=click.IntRange(1), metavar="N", show_default="all", help="Use N processor cores.")
 @click.option(
-    "--crop",
-    type=parse_crop,
-    metavar="X,Y,W,H",
-    help="Render only this rectangle: left, top, width, height in pixels.",
+    "--engine",
+    type=click.Choice(ENGINES),
+    metavar="ENGINE",
+    default=ENGINES[0],
+    show_default=True,
+    help=f"Trace with {' or '.join(ENGINES)}.",
 )
-@click.option(
-    "--dask",
-    metavar="ADDRESS|local",
-    help="Trace bands of the picture on a Dask cluster, given the address of its scheduler, or local for one on "
-    "this machine. Requires rtcli[dask].",
-)
-@dask_timeout_option
+@click.option("--stats", metavar="FILE", help="Write the time of each stage as JSON; - to print it.")
+@click.option("-q", "--quiet", is_flag=True, help="Print only errors and why a check fails.")
 @check_options
-@click.option(
-    "--stats",
-    metavar="FILE",
-    help="Write the seconds per stage and other figures as JSON; - for standard output.",
-)
-@click.option(
-    "-q",
-    "--quiet",
-    is_flag=True,
-    help="Print only errors and why a check fails.",
-)
+@cluster_options
 @click.pass_context
 def command(context: click.Context, /, **options: Any) -> int:
-    """Render a scene to a picture, or check that it is still the same.
-
-    SCENE is a .yaml, .yml or .json file, or - for YAML or JSON on standard input.
-    """
+    """Render a scene to a picture, or check that it is still the same."""
     if options["scene"] is None:
         raise click.UsageError(
-            "Missing argument 'SCENE': type for example: rtcli render my.yaml -o my.png\n"
+            "Missing argument 'SCENE'. For example: rtcli render my.yaml -o my.png\n"
             "To write a first scene: rtcli new my.yaml"
         )
     check = pop_check(options, context)
-    parsed = RenderOptions(overrides=pop_overrides(options), **options)
+    parsed = RenderOptions(overrides=pop_overrides(options), quantization=pop_quantization(options), **options)
     if check is not None:
         return _check(parsed, check)
     if parsed.output is not None:
-        return render(parsed, PictureOutput(parsed.output, parsed.passes, parsed.bits))
+        return render(parsed, PictureOutput(parsed.output, parsed.passes, parsed.quantization))
     if not is_terminal(sys.stdout):
+        import shlex  # only for this message
+
         picture = "picture.png" if parsed.scene == STDIO else str(Path(parsed.scene).with_suffix(".png"))
         example = shlex.join(["rtcli", "render", parsed.scene, "-o", picture])
         raise click.UsageError(
-            f"Missing option '-o': type for example: {printable(example)}\n"
+            f"Missing option '-o'. For example: {printable(example)}\n"
             "To compare with a golden picture: --check GOLDEN.png"
         )
-    if parsed.passes or parsed.stats is not None or parsed.bits != DEPTHS[0]:
-        raise click.UsageError("--passes, --stats and --bits need a file for the picture: -o OUT")
+    if parsed.passes or parsed.stats is not None or parsed.quantization != DEFAULT_QUANTIZATION:
+        raise click.UsageError("--passes, --stats, --bits and --depth-scale need a file: -o OUT")
     return _preview(parsed)
 
 
@@ -184,39 +186,41 @@ def _preview(options: RenderOptions) -> int:
     from rtcli.cli.preview import Preview  # loads NumPy
 
     preview = Preview()
-    scene, world, request = _load(options, (), Stopwatch())
+    scene, request = _load(options, (), Stopwatch())
     with options.executor() as executor, progress("rendering", options.quiet) as on_progress:
-        film = expose_film(RenderJob(scene, world, request, executor), on_progress)
+        film = expose_film(RenderJob(scene, request, executor), on_progress)
     preview.show(film)
     return 0
 
 
 def _check(options: RenderOptions, check_options: CheckOptions) -> int:
     """Render with the settings and format of the golden file, and compare; return the exit code."""
+    import tempfile
+
     from rtcli.cli.golden import golden_check  # loads NumPy
 
     check, path = golden_check(check_options, options.passes), options.output
     if path is not None and Path(path).suffix.lower() != Path(check.name).suffix.lower():
         raise click.UsageError(f"OUT must have the same format as the golden file {check.name!r}")
-    passes, bits = options.passes, options.bits
+    passes, quantization = options.passes, options.quantization
     if check.golden is not None:
-        passes, bits = passes or check.golden.passes, check.golden.bits
+        passes = passes or check.golden.passes
+        quantization = quantization._replace(bits=check.golden.bits)
     if path is not None:
-        return render(options, PictureOutput(path, passes, bits), check)
+        return render(options, PictureOutput(path, passes, quantization), check)
     with tempfile.TemporaryDirectory(prefix="rtcli-") as folder:
         temporary = str(Path(folder) / f"rendering{Path(check.name).suffix}")
-        return render(options, PictureOutput(temporary, passes, bits, is_kept=False), check)
+        return render(options, PictureOutput(temporary, passes, quantization, is_kept=False), check)
 
 
 def render(options: RenderOptions, output: PictureOutput, check: GoldenCheck | None = None) -> int:
     """Take a scene from its text to its files, compare them if there is a check, and return the exit code."""
     _check_paths(options, output, check)
     watch = Stopwatch()
-    scene, world, request = _load(options, output.passes, watch)
-    window = request.window(world.camera)
-    if output.path != STDIO:
-        with usage_errors():
-            check_fits(output.path, window[2:], output.bits)
+    scene, request = _load(options, output.passes, watch)
+    window = request.window(scene.world.camera)
+    with usage_errors():
+        check_fits(output.name, window[2:], output.quantization, output.passes)
     if check is not None and (mismatch := check.size_mismatch(window)) and not output.is_kept:
         return check.report(mismatch, options.quiet)
     # Open everything before the work, so that no time is lost if a file cannot be written.
@@ -225,9 +229,9 @@ def render(options: RenderOptions, output: PictureOutput, check: GoldenCheck | N
         io.BytesIO() if options.stats is None else open_target(options.stats) as stats_file,
         options.executor() as executor,
     ):
-        job = RenderJob(scene, world, request, executor)
+        job = RenderJob(scene, request, executor)
         with watch.stages_together() as spent, progress("rendering", options.quiet) as on_progress:
-            stats = write_film(job, files, output.bits, on_progress)
+            stats = write_film(job, files, output.quantization, on_progress)
             spent.update(stats.seconds)
         stats_file.write(_stats_json(stats, request, watch))
     if output.is_kept and not options.quiet:
@@ -258,16 +262,17 @@ def _check_paths(options: RenderOptions, output: PictureOutput, check: GoldenChe
         check.check_writable()
 
 
-def _load(options: RenderOptions, passes: tuple[str, ...], watch: Stopwatch) -> tuple[Scene, World, RenderRequest]:
+def _load(options: RenderOptions, passes: tuple[str, ...], watch: Stopwatch) -> tuple[PackedScene, RenderRequest]:
     """Parse, validate and pack the scene, and check that it allows what the options request."""
     with watch.stage("parse"):
-        document = read_scene(options.scene, options.overrides)
-    scene, world = validate_and_pack(document, watch)
+        raw = read_input(options.scene)
+    with edit_errors(options.overrides.option):
+        scene = load(raw, display_name(options.scene), options.overrides, watch)
     request = RenderRequest(passes, options.engine, options.threads, options.crop)
     with usage_errors():
-        request.window(world.camera)
+        request.window(scene.world.camera)
         request.simd()
-    return scene, world, request
+    return scene, request
 
 
 def _stats_json(stats: RenderStats, request: RenderRequest, watch: Stopwatch) -> bytes:

@@ -5,10 +5,17 @@ from __future__ import annotations
 import click
 
 from rtcli.cli.console import STDIO, write_bytes
+from rtcli.cli.help import Command
 from rtcli.scene.schema import schema_text
 
 
-@click.command("schema")
+@click.command(
+    "schema",
+    cls=Command,
+    examples=["rtcli schema -o scene.schema.json"],
+    epilog="Editors then complete and check scenes with this first line:\n\n"
+    "\b\n# yaml-language-server: $schema=scene.schema.json",
+)
 @click.option(
     "-o",
     "--output",
@@ -17,10 +24,5 @@ from rtcli.scene.schema import schema_text
     help="Write the schema to this file instead of standard output.",
 )
 def command(output: str) -> None:
-    """Print the JSON Schema of scene files.
-
-    With it an editor completes and checks scenes whose first line is:
-
-    # yaml-language-server: $schema=scene.schema.json
-    """
+    """Print the JSON Schema of scene files."""
     write_bytes(schema_text().encode(), output)

@@ -13,6 +13,7 @@ import click
 from rtcli import __version__
 from rtcli.cli.console import STDIO, display_name, print_report, read_input, report_line, wants_color
 from rtcli.cli.exit_codes import FILE, INVALID, lack_of_memory, os_error_text, release_frames
+from rtcli.cli.help import Command
 from rtcli.lint.check import CheckResult, check
 from rtcli.lint.ignores import warning_of
 from rtcli.reports import concise, github, json, junit, sarif, text
@@ -39,17 +40,28 @@ def _ignored_rules(context: click.Context, option: click.Parameter, values: tupl
         raise click.BadParameter(str(error)) from error
 
 
-@click.command("validate")
-@click.argument("paths", metavar="PATH...", nargs=-1, required=True)
+@click.command(
+    "validate",
+    cls=Command,
+    examples=["rtcli validate my.yaml", "rtcli validate scenes --strict --ignore W004"],
+    epilog="Exits with 0 if all scenes are valid, 1 if one is not, 3 if one is unreadable.",
+)
+@click.argument(
+    "paths",
+    metavar="PATH...",
+    nargs=-1,
+    required=True,
+    help="A scene, a folder with its subfolders, or - for standard input.",
+)
 @click.option(
     "--format",
     "style",
     envvar="RTCLI_VALIDATE_FORMAT",
     type=click.Choice(list(_REPORTS)),
+    metavar="FORMAT",
     default="text",
     show_default=True,
-    help="Set the form of the report. text: for people, with source lines; concise: one line each; json: a list "
-    "of objects; github: workflow annotations; sarif, junit: for code scanners and CI servers.",
+    help=f"Report as {', '.join(_REPORTS)}.",
 )
 @click.option("--strict", is_flag=True, help="Treat warnings as errors.")
 @click.option(
@@ -57,20 +69,10 @@ def _ignored_rules(context: click.Context, option: click.Parameter, values: tupl
     metavar="CODE",
     multiple=True,
     callback=_ignored_rules,
-    help="Do not report this warning, such as W004. Repeatable; also takes codes separated by commas.",
+    help="Hide this warning, such as W004. Repeatable.",
 )
 def command(paths: tuple[str, ...], style: str, strict: bool, ignore: frozenset[Rule]) -> int:
-    """Validate scene files and report every problem.
-
-    PATH is a scene file, a folder (all .yaml, .yml and .json files in it and below, without hidden folders and the
-    metadata that rtcli writes), or - for YAML or JSON on standard input. The report goes to standard output.
-
-    Errors make a scene invalid; warnings point out what is probably unintended, such as an object outside the
-    view. The comment # rtcli: ignore W004 turns a warning off for its line or the next, or, at the top of a file,
-    for the whole file.
-
-    Exits with 0 if all scenes are valid, 1 if one is not, 3 if one cannot be read.
-    """
+    """Validate scene files and report every problem."""
     tally = Tally()
     checks = tally.count(_check_file(path, strict, ignore) for path in _scene_files(paths))
     print_report(_REPORTS[style](checks), style)

@@ -2,39 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
-
-import click
 
 from rtcli.cli.options.types import option_group, parse_bound, parse_pixel_bound
 from rtcli.compare.bounds import Bounds
 
-bound_options = option_group(
-    click.option(
-        "--tolerance",
-        type=parse_bound,
-        metavar="T",
-        default="0",
-        show_default=True,
-        help="Ignore differences of a channel up to T: in levels of 0..255 for pictures, in their own units for "
-        "arrays. Integers must be equal.",
-    ),
-    click.option(
-        "--max-pixels",
-        type=parse_pixel_bound,
-        metavar="N|P%",
-        default="0",
-        show_default=True,
-        help="Allow up to N pixels, or P % of them, to differ.",
-    ),
-    click.option(
-        "--flip",
-        is_flag=True,
-        help="Report the mean FLIP of pictures and radiance as well: 0 if they look alike, 1 at most. Requires "
-        "rtcli[flip].",
-    ),
-    click.option("--max-flip", type=parse_bound, metavar="F", help="Allow a mean FLIP of up to F."),
-)
+
+def bound_options(option: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a decorator that adds these options to a command, each made by `option`, such as `click.option`."""
+    return option_group(
+        option(
+            "--tolerance",
+            type=parse_bound,
+            metavar="T",
+            default="0",
+            show_default=True,
+            help="Ignore channel differences up to T.",
+        ),
+        option(
+            "--max-pixels",
+            type=parse_pixel_bound,
+            metavar="N|P%",
+            default="0",
+            show_default=True,
+            help="Allow N pixels, or P %, to differ.",
+        ),
+        option("--flip", is_flag=True, help="Also report the mean FLIP, from 0 (alike) to 1."),
+        option("--max-flip", type=parse_bound, metavar="F", help="Allow a mean FLIP up to F."),
+    )
 
 
 def pop_bounds(options: dict[str, Any]) -> Bounds:

@@ -1,26 +1,38 @@
-"""The `--dask` of several commands: its timeout, and the connection to its cluster."""
+"""The options of several commands that use a Dask cluster, and the connection to it."""
 
 from __future__ import annotations
 
 import contextlib
+import functools
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import click
 
 from rtcli.cli.console import report_line
-from rtcli.scene.diagnostics.problems import printable
+from rtcli.cli.help import Option
+from rtcli.cli.options.types import option_group
+from rtcli.scene.diagnostics.quoting import printable
 
 if TYPE_CHECKING:
     from rtcli.distributed.dask import Cluster
 
-dask_timeout_option = click.option(
-    "--dask-timeout",
-    type=click.IntRange(1),
-    metavar="SECONDS",
-    default=60,
-    show_default=True,
-    help="Give up after SECONDS without any workers on the Dask cluster.",
+cluster_option = functools.partial(click.option, cls=Option, heading="Cluster")
+
+cluster_options = option_group(
+    cluster_option(
+        "--dask",
+        metavar="ADDRESS",
+        help="Use the Dask cluster at ADDRESS; local starts one.",
+    ),
+    cluster_option(
+        "--dask-timeout",
+        type=click.IntRange(1),
+        metavar="SEC",
+        default=60,
+        show_default=True,
+        help="Wait SEC seconds for workers.",
+    ),
 )
 
 
@@ -31,5 +43,5 @@ def connected_cluster(address: str, timeout: int) -> Iterator[Cluster]:
 
     with dask_cluster(address, timeout) as cluster:
         if not cluster.cores:
-            report_line(f"the cluster at {printable(address)} has no workers: waiting for some")
+            report_line(f"the cluster at {printable(address)} has no workers yet; waiting")
         yield cluster

@@ -2,33 +2,27 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import click
 from click.core import ParameterSource
 
+from rtcli.cli.help import Option
 from rtcli.cli.options.bounds import bound_options, pop_bounds
 from rtcli.cli.options.types import option_group
 from rtcli.compare.bounds import Bounds
 
-_update_option = click.option(
-    "--update",
-    is_flag=True,
-    help="With --check: write golden files that differ or are missing, listing each.",
-)
+_option = functools.partial(click.option, cls=Option, heading="Golden pictures")
+
+_update_option = _option("--update", is_flag=True, help="Write golden files that differ or are missing.")
 
 check_options = option_group(
-    click.option(
-        "--check",
-        metavar="GOLDEN",
-        help="Compare the rendering with this file, and exit with 1 if it differs; -o is then optional. The bits "
-        "are the file's, and so are the passes of .exr and .npz files unless --passes names some. Named passes "
-        "are compared too, with those in the file or beside it.",
-    ),
+    _option("--check", metavar="GOLDEN", help="Compare with this file; exit with 1 if it differs."),
     _update_option,
-    bound_options,
-    click.option("--diff", metavar="DIFF.png", help="With --check: write a picture of the differences, if any."),
+    _option("--diff", metavar="DIFF.png", help="Write a picture of the differences, if any."),
+    bound_options(_option),
 )
 
 # All but --check itself, which they require.
@@ -56,7 +50,7 @@ def pop_check(options: dict[str, Any], context: click.Context) -> CheckOptions |
     update = options.pop("update")
     if golden is not None:
         return CheckOptions(golden, difference, bounds, update)
-    _refuse_stray(_REQUIRE_CHECK, context, "without --check GOLDEN: there is nothing to compare with")
+    _refuse_stray(_REQUIRE_CHECK, context, "cannot be used without --check GOLDEN")
     return None
 
 
@@ -73,24 +67,22 @@ def _refuse_stray(names: Sequence[str], context: click.Context, why: str) -> Non
 FORMATS = ("text", "junit", "github", "json")
 
 folder_check_options = option_group(
-    click.option(
+    _option(
         "--check",
         metavar="GOLDEN_DIR",
-        help="Instead of -o: compare each scene with the golden file that -o GOLDEN_DIR would write; exit with 1 "
-        "if one differs, is missing, or has no scene. Without --format, the format is that of the golden file.",
+        help="Compare with this folder; exit with 1 on a difference.",
     ),
     _update_option,
-    bound_options,
-    click.option(
-        "--diff", metavar="DIFF_DIR", help="With --check: write pictures of the differences to this folder."
-    ),
-    click.option(
+    _option("--diff", metavar="DIFF_DIR", help="Write pictures of the differences here."),
+    _option(
         "--check-format",
         type=click.Choice(FORMATS),
+        metavar="FMT",
         default=FORMATS[0],
         show_default=True,
-        help="With --check: the report on standard output, for people, CI servers, GitHub or programs.",
+        help=f"Report as {', '.join(FORMATS[:-1])} or {FORMATS[-1]}.",
     ),
+    bound_options(_option),
 )
 
 _REQUIRE_FOLDER_CHECK = (*_REQUIRE_CHECK, "check_format")
@@ -146,20 +138,21 @@ def pop_folder_check(options: dict[str, Any], context: click.Context) -> FolderC
     golden, difference, bounds = options.pop("check"), options.pop("diff"), pop_bounds(options)
     update, style, page = options.pop("update"), options.pop("check_format"), options["report"]
     if golden is None:
-        _refuse_stray(
-            _REQUIRE_FOLDER_CHECK, context, "without --check GOLDEN_DIR: there is nothing to compare with"
-        )
+        _refuse_stray(_REQUIRE_FOLDER_CHECK, context, "cannot be used without --check GOLDEN_DIR")
         options["report"] = _wants_page(page, context)
         return None
-    _refuse_stray(_NOT_WITH_CHECK, context, "with --check: give one of them")
-    if page is not None and not page.lower().endswith((".html", ".htm")):
-        raise click.UsageError(
-            "--report needs a name that ends in .html: with --check there is no -o to put it in"
-        )
+    _refuse_stray(_NOT_WITH_CHECK, context, "cannot be used with --check")
+    if page is not None and not is_page(page):
+        raise click.UsageError("--report needs a file with --check: --report FILE.html")
     options.update(report=False, output=golden)
     is_default = context.get_parameter_source("suffix") is ParameterSource.DEFAULT
     flags = (is_default, options["fail_fast"], options["quiet"])
     return FolderCheckOptions(golden, difference, bounds, update, style, page, *flags)
+
+
+def is_page(name: str) -> bool:
+    """Return whether a file can be the page of `--report`, by the end of its name."""
+    return name.lower().endswith((".html", ".htm"))
 
 
 def _wants_page(value: str | None, context: click.Context) -> bool:
@@ -167,7 +160,5 @@ def _wants_page(value: str | None, context: click.Context) -> bool:
     if context.get_parameter_source("report") is ParameterSource.ENVIRONMENT:
         return click.BOOL.convert(value, None, context)
     if value:
-        raise click.UsageError(
-            f"--report {value} without --check: the page of -o DIR is DIR/index.html. Put --report at the end"
-        )
+        raise click.UsageError(f"--report takes no file without --check; it writes DIR/index.html, not {value!r}")
     return value is not None

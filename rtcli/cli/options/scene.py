@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from rtcli.cli.console import display_name, read_input
 from rtcli.cli.options import types
-from rtcli.image.display import DEPTHS
-from rtcli.scene.model import MAX_SAMPLES
-from rtcli.scene.overrides import EditError, Overrides
-from rtcli.scene.reading.parse import parse_bytes
-from rtcli.scene.reading.source import Document
+from rtcli.image.display import DEPTHS, Quantization
+from rtcli.scene.bounds import MAX_SAMPLES
+from rtcli.scene.overrides import Overrides
 from rtcli.tracer.passes import PASSES
+
+if TYPE_CHECKING:
+    from rtcli.scene.reading.source import Document
+
+# The help of the argument SCENE.
+SCENE_HELP = "A .yaml, .yml or .json file, or - for standard input."
 
 scene_options = types.option_group(
     click.option("--size", type=types.parse_size, metavar="WxH", help="Set the width and height in pixels."),
@@ -26,17 +30,16 @@ scene_options = types.option_group(
         help="Set the number of rays per pixel.",
     ),
     click.option(
+        "--set",
+        type=types.SetType(),
+        multiple=True,
+        help="Change a value, such as camera.fov=30. Repeatable.",
+    ),
+    click.option(
         "--exposure",
         type=types.parse_exposure,
         metavar="EV|auto",
         help="Set the exposure in stops; +1 is twice as bright.",
-    ),
-    click.option(
-        "--set",
-        type=types.SetType(),
-        multiple=True,
-        help="Change a value of the scene, such as camera.fov=30 or objects.ball.position[0]=1. Quote a name that "
-        'contains a dot, bracket or =: objects."Cube.001".color=red. Repeatable; one per line in a variable.',
     ),
 )
 
@@ -47,17 +50,28 @@ film_options = types.option_group(
         type=types.parse_passes,
         metavar="A,B",
         default=(),
-        help=f"Also write ground truth at pixel centres: {', '.join(PASSES)}, or all. Goes into .exr and .npz "
-        "files, and beside others: NAME.depth.png and so on, with NAME.json.",
+        help=f"Also write {', '.join(PASSES)}, or all.",
     ),
     click.option(
         "--bits",
         type=click.Choice(DEPTHS),
+        metavar="|".join(map(str, DEPTHS)),
         default=DEPTHS[0],
         show_default=True,
-        help="Set the bits of each color channel of a .png file.",
+        help="Set the bits per channel of a .png.",
+    ),
+    click.option(
+        "--depth-scale",
+        type=types.parse_positive,
+        metavar="S",
+        help="Set the length of one level of a depth .png.",
     ),
 )
+
+
+def pop_quantization(options: dict[str, Any]) -> Quantization:
+    """Remove the options of quantization from those of a command, and return them."""
+    return Quantization(options.pop("bits"), options.pop("depth_scale"))
 
 
 def pop_overrides(options: dict[str, Any]) -> Overrides:
@@ -79,6 +93,8 @@ def read_scene(scene: str, overrides: Overrides) -> Document:
     rtcli.SceneError
         If the text is not well-formed.
     """
+    from rtcli.scene.reading.parse import parse_bytes  # pictures of valid scenes do without
+
     document = parse_bytes(read_input(scene), display_name(scene))
     with edit_errors(overrides.option):
         return overrides.apply(document)
@@ -89,6 +105,10 @@ def edit_errors(option: str) -> Iterator[None]:
     """Turn an EditError into a usage error that names the option, or its environment variable."""
     try:
         yield
-    except EditError as error:
+    except ValueError as error:
+        from rtcli.scene.edits import EditError  # reads YAML
+
+        if not isinstance(error, EditError):
+            raise
         note = "" if option.startswith("--") else f" ({option} holds one KEY=VALUE per line)"
         raise click.UsageError(f"cannot set a value: {error}{note}") from error

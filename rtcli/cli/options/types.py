@@ -10,10 +10,9 @@ from typing import Any, TypeVar
 import click
 from click.core import ParameterSource
 
-from rtcli.batch.sweep import Variation, parse_variation
 from rtcli.compare.bounds import PixelBound
 from rtcli.image.write import FORMATS
-from rtcli.scene.model import MAX_SIDE, Scene
+from rtcli.scene.bounds import MAX_SIDE
 from rtcli.tracer.passes import PASSES
 from rtcli.tracer.world import Window
 
@@ -70,6 +69,17 @@ def parse_exposure(text: str) -> float | str:
     return stops
 
 
+def parse_positive(text: str) -> float:
+    """Return a finite number greater than 0."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not 0 < number < math.inf:
+        raise click.BadParameter(f"{text!r} is not a number greater than 0")
+    return number
+
+
 def environment_variable(ctx: click.Context | None, name: str) -> str | None:
     """Return the environment variable that an option takes its value from, or None if it takes it elsewhere."""
     if ctx is None or ctx.get_parameter_source(name) is not ParameterSource.ENVIRONMENT:
@@ -77,11 +87,7 @@ def environment_variable(ctx: click.Context | None, name: str) -> str | None:
     return f"{ctx.auto_envvar_prefix}_{name.upper()}"
 
 
-# The path of another key after a space, which suggests a list of values in one line.
-_SECOND_PATH = re.compile(rf"=.*\s((?:{'|'.join(Scene.model_fields)})[.\[=]\S*)")
-
-
-class _OnePerLine(click.ParamType[_Value]):
+class OnePerLine(click.ParamType[_Value]):
     """A repeatable option whose environment variable holds one value per line, since values contain spaces."""
 
     def split_envvar_value(self, rv: str) -> list[str]:
@@ -96,12 +102,18 @@ class _OnePerLine(click.ParamType[_Value]):
 
     def refuse_two_values(self, value: str, param: click.Parameter | None, ctx: click.Context | None) -> None:
         """Fail if a line of a variable seems to hold two values."""
-        second, note = _SECOND_PATH.search(value), self.note(param, ctx)
-        if second and note:
+        note = self.note(param, ctx)
+        if not note:
+            return
+        from rtcli.scene.model import Scene  # loads pydantic
+
+        # The path of another key after a space, which suggests a list of values in one line.
+        second = re.search(rf"=.*\s((?:{'|'.join(Scene.model_fields)})[.\[=]\S*)", value)
+        if second:
             self.fail(f"{second[1]!r} needs a line of its own{note}", param, ctx)
 
 
-class SetType(_OnePerLine[str]):
+class SetType(OnePerLine[str]):
     """`camera.fov=30`."""
 
     name = "KEY=VALUE"
@@ -112,22 +124,6 @@ class SetType(_OnePerLine[str]):
         return str(value)
 
 
-class VariationType(_OnePerLine[Variation]):
-    """`camera.fov=20:60:5` or `objects.ball.color=red,blue`."""
-
-    name = "KEY=VALUES"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Variation:
-        """Return the path and its values; whether the path exists is checked with the scene."""
-        if isinstance(value, Variation):
-            return value
-        self.refuse_two_values(str(value), param, ctx)
-        try:
-            return parse_variation(str(value))
-        except ValueError as error:
-            self.fail(str(error) + self.note(param, ctx), param, ctx)
-
-
 def parse_passes(text: str | tuple[()]) -> tuple[str, ...]:
     """Return the passes of `depth,normal`, or of `all`, without repetition, in the order of the film."""
     if isinstance(text, tuple):  # the default
@@ -135,9 +131,7 @@ def parse_passes(text: str | tuple[()]) -> tuple[str, ...]:
     names = [name.strip() for name in text.split(",")]
     unknown = [name for name in names if name not in (*PASSES, "all")]
     if unknown:
-        raise click.BadParameter(
-            f"{unknown[0]!r} is not a pass: there are {', '.join(PASSES)}, or all of them: all"
-        )
+        raise click.BadParameter(f"{unknown[0]!r} is not a pass; choose from {', '.join(PASSES)} or all")
     return tuple(name for name in PASSES if name in names or "all" in names)
 
 
@@ -145,7 +139,7 @@ def parse_format(text: str) -> str:
     """Return the suffix `.png` or `png` in lower case, with its dot."""
     suffix = "." + text.lower().removeprefix(".")
     if suffix not in FORMATS:
-        raise click.BadParameter(f"{text!r} is not a format: there are {', '.join(FORMATS)}")
+        raise click.BadParameter(f"{text!r} is not a format; choose from {', '.join(FORMATS)}")
     return suffix
 
 

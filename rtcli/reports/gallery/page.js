@@ -143,7 +143,7 @@ function times(scene) {
     ];
   };
   const sum = [
-    make("dt", { className: "total", textContent: "in all" }),
+    make("dt", { className: "total", textContent: "total" }),
     make("dd", { className: "number", textContent: seconds(all) }),
   ];
   return make("dl", { className: "times" }, ...scene.seconds.flatMap(cells), ...sum);
@@ -153,7 +153,7 @@ function fileLine(file) {
   const name = file.url === null
     ? make("span", { className: "path", textContent: file.path })
     : make("a", { className: "path", href: file.url, textContent: file.path });
-  const told = file.url === null ? "not there" : bytes(file.size);
+  const told = file.url === null ? "not found" : bytes(file.size);
   return make("li", {}, name, " ", make("small", { textContent: told }));
 }
 
@@ -190,7 +190,7 @@ function figure(index) {
   function show(file) {
     const isSmall = file.path === null;
     const told = isSmall
-      ? "In small: browsers cannot show files of this format."
+      ? "Thumbnail: browsers cannot show this format."
       : make("a", { className: "path", href: file.url, textContent: file.path });
     Object.assign(image, { src: file.url, alt: `${file.part} of ${scenes[index].key}`, className: isSmall ? "small" : "" });
     caption.replaceChildren(told);

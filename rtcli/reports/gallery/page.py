@@ -87,7 +87,7 @@ def _preview(record: Record) -> str:
             text = f"{first.pointer}: {first.message}" if first.pointer else first.message
         return f'<span class="shot fault"><span><b>Failed</b> {escape(text)}</span></span>'
     if record.picture is None:
-        return '<span class="shot">The file is not there</span>'
+        return '<span class="shot">File not found</span>'
     url = thumbnail(record.picture)
     if url is None:
         return '<span class="shot">No preview</span>'

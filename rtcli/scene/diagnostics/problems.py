@@ -6,13 +6,15 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
+from rtcli.scene.diagnostics.quoting import MAX_QUOTED
+from rtcli.scene.diagnostics.quoting import counted as counted
+from rtcli.scene.diagnostics.quoting import printable as printable
+from rtcli.scene.diagnostics.quoting import quoted as quoted
+from rtcli.scene.diagnostics.quoting import shortened as shortened
 from rtcli.scene.diagnostics.rules import ERROR, Rule
 
 # The search stops at this many problems, so that a hostile file cannot exhaust the memory with them.
 MAX_PROBLEMS = 1_000
-
-# Messages quote up to this many characters of a key or value, so that they stay on one line.
-_MAX_QUOTED = 60
 
 # The attributes of a problem that reports hold, in this order.
 _KEYS = ("path", "line", "column", "end_line", "end_column", "severity", "code", "message", "help", "pointer")
@@ -149,42 +151,16 @@ class SceneError(ValueError):
         super().__init__("\n".join(map(str, self.problems)))
 
 
-def printable(text: str) -> str:
-    r"""Return text that is safe to write to a terminal.
-
-    Control, bidirectional, surrogate and other invisible characters become escapes such as `\x1b` or `\u202e`, so
-    that a scene file cannot move the cursor or reorder a message.
-    """
-    if text.isprintable():
-        return text
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
-
-
-def counted(count: int, noun: str) -> str:
-    """Return `1 scene`, `2 scenes`."""
-    return f"{count:,} {noun}{'' if count == 1 else 's'}"
-
-
 def nearest(name: str, known: Iterable[str]) -> str | None:
     """Return the known name most similar to a name, ignoring case, or None if none is similar."""
     import difflib  # needed only for a mistake, and most scenes have none
 
     # Cut the name, since the time of the comparison grows with its length.
     by_lower = {other.lower(): other for other in known}
-    close = difflib.get_close_matches(name[:_MAX_QUOTED].lower(), list(by_lower), n=1)
+    close = difflib.get_close_matches(name[:MAX_QUOTED].lower(), list(by_lower), n=1)
     return by_lower[close[0]] if close else None
 
 
 def did_you_mean(meant: str | None) -> str:
     """Return the end of a message that suggests a name; empty for None."""
     return f": did you mean {quoted(meant)}?" if meant else ""
-
-
-def quoted(text: str) -> str:
-    """Return text of the file as messages quote it: escaped, cut to one line, in backticks."""
-    return f"`{shortened(text)}`"
-
-
-def shortened(text: str) -> str:
-    """Return text of the file as messages show it: escaped and cut to one line."""
-    return printable(text if len(text) <= _MAX_QUOTED else text[: _MAX_QUOTED - 1] + "…")

@@ -54,19 +54,19 @@ NOT_UTF8 = Rule("E001", "not-utf-8", "The file is not UTF-8.", "save the file as
 FILE_TOO_LARGE = Rule(
     "E002",
     "file-too-large",
-    "The file is larger than 64 MiB, which holds half a million objects.",
-    "split the scene, or leave out what the camera does not see",
+    "The file is larger than 128 MiB, which holds a million objects.",
+    "split the scene, or remove objects that the camera does not see",
 )
 CHARACTER = Rule(
     "E003",
     "character-not-allowed",
-    "A control character, or half of a surrogate pair.",
-    "remove it, or write it as an escape in a quoted text",
+    "A control character or an unpaired surrogate.",
+    "remove it, or write it as an escape in a quoted string",
 )
-YAML_SYNTAX = Rule("E004", "yaml-syntax", "The text is not YAML.", "see what stands just before as well")
-JSON_SYNTAX = Rule("E005", "json-syntax", "The text is not JSON.", "see what stands just before as well")
+YAML_SYNTAX = Rule("E004", "yaml-syntax", "The file is not valid YAML.", "check the text just before it as well")
+JSON_SYNTAX = Rule("E005", "json-syntax", "The file is not valid JSON.", "check the text just before it as well")
 SECOND_DOCUMENT = Rule(
-    "E006", "second-document", "The file holds more than one YAML document.", "use a file for each scene"
+    "E006", "second-document", "The file holds more than one YAML document.", "put each scene in its own file"
 )
 TOO_DEEP = Rule(
     "E007", "nested-too-deep", "Lists and mappings nest more than 64 deep; a scene nests 5.", "flatten it"
@@ -74,27 +74,29 @@ TOO_DEEP = Rule(
 TOO_MANY_VALUES = Rule(
     "E008",
     "too-many-values",
-    "The file holds more than 3,000,000 values, counted with all aliases and merge keys expanded.",
-    "split the scene; if it is small, its aliases multiply each other",
+    "The file holds more than 12,000,000 values, or more than 3,000,000 without being plainly valid; "
+    "or aliases add more than 3,000,000.",
+    "split the scene; in a small file, look for aliases that multiply each other",
 )
 TOO_LONG = Rule(
-    "E009", "text-too-long", "A key or value has more than 10,000 characters.", "no value of a scene is that long"
+    "E009",
+    "text-too-long",
+    "A key or value has more than 10,000 characters.",
+    "shorten it: no value of a scene is that long",
 )
-TAG = Rule("E010", "tag", "A YAML tag such as `!!int`.", "remove the tag: values have their types without it")
+TAG = Rule("E010", "tag", "A YAML tag such as `!!int`.", "remove the tag: values need none")
 UNKNOWN_ALIAS = Rule(
     "E011",
     "unknown-alias",
     "An alias without an anchor before it.",
-    "put `&name` before the value that it stands for",
+    "put `&name` before the value it refers to",
 )
-RECURSIVE_ALIAS = Rule(
-    "E012", "recursive-alias", "An alias inside the very value that it stands for.", "write the value out"
-)
+RECURSIVE_ALIAS = Rule("E012", "recursive-alias", "An alias inside the value it refers to.", "write the value out")
 MERGE = Rule(
     "E013",
     "merge-key",
     "The merge key `<<` with something that is not a mapping.",
-    "give an alias of a mapping, such as `<<: *base`, or a list of them",
+    "use an alias of a mapping, such as `<<: *base`, or a list of such aliases",
 )
 KEY_NOT_TEXT = Rule(
     "E014", "key-not-text", "A key that is a list, a mapping or an alias.", "write the key as plain text"
@@ -102,8 +104,8 @@ KEY_NOT_TEXT = Rule(
 DUPLICATE_KEY = Rule(
     "E015",
     "duplicate-key",
-    "A key given twice in one mapping.",
-    "keep one of the two",
+    "A key that appears twice in one mapping.",
+    "remove one of the two",
 )
 TOO_MANY_KEYS = Rule(
     "E016",
@@ -117,22 +119,22 @@ TOO_MANY_KEYS = Rule(
 NOT_A_MAPPING = Rule(
     "E101",
     "not-a-mapping",
-    "Something else where a mapping (`key: value`) belongs.",
+    "A value that should be a mapping (`key: value`).",
     "write `key: value` lines, or {key: value, ...}",
     in_schema=True,
 )
 NOT_A_LIST = Rule(
     "E102",
     "not-a-list",
-    "Something else where a list belongs.",
+    "A value that should be a list.",
     "write a list: [a, b, c], or lines that start with `- `",
     in_schema=True,
 )
-MISSING_KEY = Rule("E103", "missing-key", "A required key is not there.", "add the key", in_schema=True)
+MISSING_KEY = Rule("E103", "missing-key", "A required key is missing.", "add the key", in_schema=True)
 UNKNOWN_KEY = Rule(
     "E104",
     "unknown-key",
-    "A key that a scene does not have at this place.",
+    "A key that is not allowed here.",
     "correct its name, or remove it",
     in_schema=True,
 )
@@ -143,77 +145,77 @@ UNKNOWN_TYPE = Rule(
     f"build it of {_series([plural(shape) for shape in WORDS_FOR_SHAPES], 'and')}",
     in_schema=True,
 )
-NO_VALUE = Rule("E106", "no-value", "A key without a value.", "give a value, or leave the key out", in_schema=True)
+NO_VALUE = Rule("E106", "no-value", "A key without a value.", "give a value, or remove the key", in_schema=True)
 WRONG_LENGTH = Rule(
     "E107", "wrong-length", "A vector, color or resolution with too few or too many numbers.", "", in_schema=True
 )
 MORE_PROBLEMS = Rule(
     "E108",
     "more-problems",
-    "There are more than 1,000 problems; the others are not listed.",
-    "mend the listed ones first, and check again",
+    "More than 1,000 problems; the rest are not listed.",
+    "fix these first, then run the check again",
 )
 
 # --- E2: single values -----------------------------------------------------------------------------------
 
-NOT_A_NUMBER = Rule("E201", "not-a-number", "Something else where a number belongs.", "", in_schema=True)
+NOT_A_NUMBER = Rule("E201", "not-a-number", "A value that should be a number.", "", in_schema=True)
 NOT_AN_INTEGER = Rule(
     "E202",
     "not-an-integer",
-    "Something else where an integer belongs. A JSON Schema takes `4.0` for one, rtcli does not.",
+    "A value that should be an integer. JSON Schema accepts `4.0` as one; rtcli does not.",
     "write it without a decimal point",
     in_schema=True,
 )
 NOT_FINITE = Rule(
-    "E203", "not-finite", "Infinity, `.nan`, or a number too large for a 64-bit float.", "give an ordinary number"
+    "E203", "not-finite", "Infinity, `.nan`, or a number too large for a 64-bit float.", "use a finite number"
 )
-OUT_OF_RANGE = Rule("E204", "out-of-range", "A number that is too large or too small.", "", in_schema=True)
+OUT_OF_RANGE = Rule("E204", "out-of-range", "A number outside the allowed range.", "", in_schema=True)
 NOT_A_BOOLEAN = Rule(
     "E205",
     "not-a-boolean",
-    "Something else where `true` or `false` belongs. In YAML 1.2 `yes` and `no` are texts.",
+    "A value that should be `true` or `false`. In YAML 1.2, `yes` and `no` are strings.",
     "write true or false",
     in_schema=True,
 )
-NOT_TEXT = Rule("E206", "not-text", "Something else where a text belongs.", "put it in quotes", in_schema=True)
-EMPTY_TEXT = Rule("E207", "empty-text", "An empty name.", "give a name, or leave the key out", in_schema=True)
-NOT_A_CHOICE = Rule("E208", "not-a-choice", "A value that is not one of those there are.", "", in_schema=True)
+NOT_TEXT = Rule("E206", "not-text", "A value that should be text.", "quote it", in_schema=True)
+EMPTY_TEXT = Rule("E207", "empty-text", "An empty name.", "give a name, or remove the key", in_schema=True)
+NOT_A_CHOICE = Rule("E208", "not-a-choice", "A value that is not one of the choices.", "", in_schema=True)
 NOT_A_COLOR = Rule(
     "E209",
     "not-a-color",
-    "A value that is no color.",
-    'give [r, g, b], linear; a CSS name such as tomato; or "#rrggbb" in quotes',
+    "A value that is not a color.",
+    'use [r, g, b], linear; a CSS name such as tomato; or "#rrggbb" in quotes',
     in_schema=True,
 )
 UNKNOWN_COLOR = Rule(
     "E210",
     "unknown-color",
-    "A text that is neither a CSS color name nor `#rrggbb`.",
-    'give [r, g, b], linear; a CSS name such as tomato; or "#rrggbb" in quotes',
+    "Text that is neither a CSS color name nor `#rrggbb`.",
+    'use [r, g, b], linear; a CSS name such as tomato; or "#rrggbb" in quotes',
     in_schema=True,
 )
 # --- E3: values that must fit each other -----------------------------------------------------------------
 
 NAME_TAKEN = Rule(
-    "E301", "name-taken", "A name that another object has already.", "names are unique: give another"
+    "E301", "name-taken", "A name that another object already has.", "choose another name: names must be unique"
 )
 ZERO_LENGTH = Rule(
     "E302",
     "zero-length",
     "A direction of length 0.",
-    "give a direction: at least one of its numbers is not 0",
+    "at least one of its numbers must not be 0",
     in_schema=True,
 )
 NO_DIRECTION = Rule(
     "E303",
     "no-view-direction",
-    "A camera that looks at the point where it stands.",
-    "move one of the two, or leave `look_at` out to look along -z",
+    "A camera whose `look_at` equals its `position`.",
+    "change one of them, or remove `look_at` to look along -z",
 )
 UP_ALONG_VIEW = Rule(
     "E304",
     "up-along-view",
-    "An `up` along the view, so that no side of the picture is its top.",
+    "An `up` parallel to the viewing direction, which leaves the top of the picture undefined.",
     "choose another `up`, such as [0, 0, -1] for a view straight down",
 )
 
@@ -249,75 +251,75 @@ TOO_OBLIQUE = Rule(
 NO_LIGHT = Rule(
     "W001",
     "no-light",
-    "No light shines: there is none, or none with an intensity and a color above 0.",
+    "The scene has no light with an intensity and a color above 0.",
     "add one, such as `lights: [{position: [0, 5, 0], intensity: 1000}]`",
 )
 ENCLOSED_LIGHT = Rule(
     "W002",
     "enclosed-light",
-    "A light inside a sphere or box that does not carry it: none of its light comes out. Not reported where the "
-    "camera is inside as well, or where the object that carries the light looks out.",
+    "A light inside a sphere or box that does not carry it: none of its light comes out. Not reported if the "
+    "camera is inside too, or if the object that carries the light reaches outside.",
     "move it out, or let the object carry it: `light: {intensity: ...}`",
 )
 CAMERA_INSIDE = Rule(
     "W003",
     "camera-inside",
-    "The camera is inside a sphere or box in which no light shines and no object stands. Objects that cross its "
+    "The camera is inside a sphere or box that contains no light and no other object. Objects that cross its "
     "surface do not count.",
-    "move the camera or the object, or put a light inside if it is a room",
+    "move the camera or the object, or put a light inside if the object is a room",
 )
 BEHIND_CAMERA = Rule(
     "W004",
     "behind-camera",
-    "An object that is wholly behind the camera, carries no light, and casts no shadow into the picture.",
+    "An object that is entirely behind the camera, carries no light and casts no shadow into the picture.",
     "turn the camera, or remove the object",
 )
 OUT_OF_VIEW = Rule(
     "W005",
     "out-of-view",
-    "An object in front of the camera, but wholly outside the picture, that carries no light and casts no shadow "
+    "An object in front of the camera but entirely outside the picture that carries no light and casts no shadow "
     "into it.",
     "widen `fov`, turn the camera, or remove the object",
 )
 HIDDEN_INSIDE = Rule(
     "W006",
     "hidden-inside",
-    "An object wholly inside another, and the camera outside: it can never be seen.",
+    "An object entirely inside another, with the camera outside: it can never be seen.",
     "move it, or remove it",
 )
 EQUAL_OBJECTS = Rule(
-    "W007", "equal-objects", "Two objects that are equal in all but their names.", "remove one of the two"
+    "W007", "equal-objects", "Two objects that are identical except for their names.", "remove one of the two"
 )
 BLACK_PICTURE = Rule(
     "W008",
     "black-picture",
-    "The whole picture comes out black at this exposure, as a quick rendering of it in small shows.",
+    "The whole picture is black at this exposure, according to a quick low-resolution render.",
     "raise `image.exposure` or the lights' intensities, or set `exposure: auto`",
 )
 WHITE_PICTURE = Rule(
     "W009",
     "white-picture",
-    "The whole picture comes out white at this exposure, as a quick rendering of it in small shows.",
+    "The whole picture is white at this exposure, according to a quick low-resolution render.",
     "lower `image.exposure` or the lights' intensities, or set `exposure: auto`",
 )
 BURNT_OUT = Rule(
     "W010",
     "burnt-out",
-    "A light so close to a surface that the picture shows it burnt out there: more than fifty times as bright as "
+    "A light so close to a surface that the surface is burnt out in the picture: more than 50 times as bright as "
     "white.",
     "move the light away from it, lower the intensity, or let the object carry the light",
 )
 MORE_WARNINGS = Rule(
     "W011",
     "more-warnings",
-    "There are more than 1,000 warnings; the others are not listed.",
-    "mend the listed ones first, and check again",
+    "More than 1,000 warnings; the rest are not listed.",
+    "fix these first, then run the check again",
 )
 UNKNOWN_IGNORE = Rule(
     "W012",
     "unknown-ignore",
-    "A comment `# rtcli: ignore` with a code that is not that of a warning, or without a code.",
-    "name warnings by their codes, as in `# rtcli: ignore W003, W005`",
+    "A comment `# rtcli: ignore` without a code, or with a code that is not a warning.",
+    "list the codes of warnings, as in `# rtcli: ignore W003, W005`",
 )
 
 RULES: tuple[Rule, ...] = tuple(value for value in list(globals().values()) if isinstance(value, Rule))

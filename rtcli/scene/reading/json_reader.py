@@ -41,8 +41,8 @@ _END = "the end of the file"
 def read_fast(source: Source) -> Document | None:
     """Read JSON without spans, or return None if it needs the exact reader."""
     text = source.text
-    # Each value but the first follows one of these characters, which bounds the number of values.
-    if 1 + sum(map(text.count, ",[{:")) > limits.MAX_NODES or _SURROGATE_ESCAPE.search(text):
+    # Each value but the first follows one of these characters, or the key after one of them.
+    if 1 + sum(map(text.count, ",[{")) > limits.MAX_NODES or _SURROGATE_ESCAPE.search(text):
         return None
     try:
         data = json.loads(text, object_pairs_hook=_mapping_without_duplicates)
@@ -86,7 +86,7 @@ class _ExactReader(Reader):
 
     def _value(self, depth: int) -> tuple[Any, SourceSpan]:
         self.nodes += 1
-        if self.nodes > limits.MAX_NODES:
+        if self.nodes > limits.MAX_EXACT_NODES:
             self.count_nodes(0, SourceSpan(self.at, self.at))
         number = _NUMBER.match(self.text, self.at)
         if number:  # first, since most values are numbers
@@ -191,7 +191,7 @@ class _ExactReader(Reader):
         span = SourceSpan(start, self.at)
         self.check_length(text, span)
         if _SURROGATE.search(text):
-            message = "half of a surrogate pair is no character"
+            message = "an unpaired surrogate is not a character"
             self.report(rules.CHARACTER, message, span, "write the character itself")
             text = _SURROGATE.sub("\ufffd", text)
         return text, span
@@ -200,11 +200,11 @@ class _ExactReader(Reader):
         character, span = self.text[at : at + 1], SourceSpan(at, at + 1)
         if at == start or not character:
             opening = SourceSpan(start, start + 1)
-            return self._syntax_error("the text that opens here is not closed", opening, 'close it with `"`')
+            return self._syntax_error("the string that opens here is not closed", opening, 'close it with `"`')
         if character < " ":
-            message = f"character {quoted(character)} in a text"
-            return self._syntax_error(message, span, "close the text, or write an escape")
-        return self._syntax_error("no such escape", span, r"write `\\` for a backslash")
+            message = f"character {quoted(character)} in a string"
+            return self._syntax_error(message, span, "close the string, or write an escape")
+        return self._syntax_error("unknown escape", span, r"write `\\` for a backslash")
 
     def _number(self, number: re.Match[str]) -> tuple[int | float, SourceSpan]:
         digits, self.at = number[1], number.end()
@@ -233,7 +233,7 @@ class _ExactReader(Reader):
 
 
 _JSON_HELP = {
-    "'": "JSON has double quotes only",
+    "'": "JSON allows only double quotes",
     "/": "JSON has no comments: remove it, or name the file .yaml",
     "#": "JSON has no comments: remove it, or name the file .yaml",
 }

@@ -1,7 +1,7 @@
 """The limits on a scene file, and the parts that the exact readers of YAML and JSON share.
 
 Limits are checked before anything is allocated, so that no file, however hostile, exhausts the memory. All are far
-above any real scene: 100,000 objects take 15 MB and 1.2 million values, nested 5 deep.
+above any real scene: 1,000,000 objects take 110 MB and 11 million values, nested 5 deep.
 """
 
 from __future__ import annotations
@@ -17,9 +17,11 @@ from rtcli.scene.diagnostics.problems import MAX_PROBLEMS, Problem, SceneError, 
 from rtcli.scene.diagnostics.rules import Rule
 from rtcli.scene.reading.source import ContainerSpan, Document, Loc, Source, SourceSpan, pointer
 
-MAX_BYTES = 64 * 2**20
 MAX_DEPTH = 64
-MAX_NODES = 3_000_000  # values, with aliases and merge keys expanded
+MAX_NODES = 12_000_000  # values, with aliases and merge keys expanded
+# Values of a file that needs an exact reader, which takes half a kilobyte for each.
+MAX_EXACT_NODES = 3_000_000
+MAX_GROWTH = 3_000_000  # values that aliases and merge keys add, since a small file may have many
 MAX_KEYS = 100
 MAX_CHARACTERS = 10_000
 # Python refuses to convert longer digit strings, and no float is that large.
@@ -38,6 +40,7 @@ class Reader:
         self.text = source.text
         self.problems: list[Problem] = []
         self.nodes = 0
+        self.growth = 0
         # The key or index being read in each open mapping or list, outermost first; None between two values.
         self.steps: list[str | int | None] = []
 
@@ -58,22 +61,24 @@ class Reader:
         self.report(rule, message, span, help)
         return SceneError(self.problems)
 
-    def count_nodes(self, count: int, span: SourceSpan) -> None:
-        """Count more values, and raise SceneError past `MAX_NODES`."""
+    def count_nodes(self, count: int, span: SourceSpan, growth: int = 0) -> None:
+        """Count more values, some added by aliases, and raise SceneError past the limits."""
         self.nodes += count
-        if self.nodes > MAX_NODES:
-            message = f"more than {MAX_NODES:,} values with all aliases expanded"
+        self.growth += growth
+        if self.nodes > MAX_EXACT_NODES or self.growth > MAX_GROWTH:
+            limit = MAX_EXACT_NODES if self.nodes > MAX_EXACT_NODES else MAX_GROWTH
+            message = f"more than {limit:,} values with all aliases expanded, in a file that is not plainly valid"
             raise self.fatal(rules.TOO_MANY_VALUES, message, span)
 
     def check_depth(self, depth: int, span: SourceSpan) -> None:
         """Raise SceneError if a list or mapping is nested too deep."""
         if depth >= MAX_DEPTH:
-            raise self.fatal(rules.TOO_DEEP, f"nested more than {MAX_DEPTH} deep: no scene is", span)
+            raise self.fatal(rules.TOO_DEEP, f"nested more than {MAX_DEPTH} levels deep", span)
 
     def check_length(self, text: str, span: SourceSpan) -> None:
         """Raise SceneError if a key or value is too long."""
         if len(text) > MAX_CHARACTERS:
-            message = f"has {len(text):,} characters, at most {MAX_CHARACTERS:,} are allowed"
+            message = f"has {len(text):,} characters; at most {MAX_CHARACTERS:,} are allowed"
             raise self.fatal(rules.TOO_LONG, message, SourceSpan(span.start, span.start))
 
     def add_key(self, key: str, span: SourceSpan, mapping: ContainerSpan) -> bool:
@@ -81,7 +86,7 @@ class Reader:
         keys = mapping.keys
         if key in keys:
             first = self.source.span(keys[key].start).line
-            message = f"duplicate key {quoted(key)}: it was given in line {first} already"
+            message = f"duplicate key {quoted(key)}: already defined on line {first}"
             self.report(rules.DUPLICATE_KEY, message, span)
             self.problems[-1] = replace(self.problems[-1], pointer=pointer((*self.loc, key)))
             return False

@@ -9,26 +9,12 @@ from __future__ import annotations
 import codecs
 import re
 from collections.abc import Callable
-from os import PathLike
-from pathlib import Path
 
 from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import Problem, SceneError
+from rtcli.scene.files import JSON_SUFFIX, MAX_BYTES, YAML_SUFFIXES
 from rtcli.scene.reading import json_reader, limits, yaml_reader
 from rtcli.scene.reading.source import Document, Source, SourceSpan
-
-YAML_SUFFIXES = (".yaml", ".yml")
-JSON_SUFFIX = ".json"
-SCENE_SUFFIXES = (*YAML_SUFFIXES, JSON_SUFFIX)
-
-# Reading this many bytes is enough to know that a file is too large.
-READ_BYTES = limits.MAX_BYTES + 1
-
-
-def read_file(path: str | PathLike[str]) -> bytes:
-    """Read a scene file, or enough of it to know that it is too large: a device such as /dev/zero has no end."""
-    with Path(path).open("rb") as file:
-        return file.read(READ_BYTES)
 
 
 def parse_bytes(raw: bytes, name: str) -> Document:
@@ -39,8 +25,8 @@ def parse_bytes(raw: bytes, name: str) -> Document:
     rtcli.SceneError
         If the file is too large, is not UTF-8, or is not text of its format.
     """
-    if len(raw) > limits.MAX_BYTES:
-        message = f"the file is larger than {limits.MAX_BYTES // 2**20} MiB"
+    if len(raw) > MAX_BYTES:
+        message = f"the file is larger than {MAX_BYTES // 2**20} MiB"
         raise SceneError([Source(name, "").problem(rules.FILE_TOO_LARGE, message, SourceSpan(0, 0))])
     return parse(decode(raw, name), name)
 

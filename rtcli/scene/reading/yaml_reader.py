@@ -88,9 +88,12 @@ class _FastReader:
     def __init__(self, text: str) -> None:
         self._events: Iterator[_Event] = iter(YamlParser(text).get_event, None)
         self._anchors: dict[str, tuple[Any, int]] = {}
-        # Each value follows one of these characters, which bounds the number of values; aliases add to it.
-        self._max_nodes = 1 + sum(map(text.count, ",:-[{?"))
-        self._add_nodes(0)
+        # Each value follows one of these characters. They are counted where a list or mapping ends: this bounds a
+        # hostile one.
+        if sum(map(text.count, ",:-[{?")) > 2 * limits.MAX_NODES:
+            raise _GiveUpError
+        # The values that aliases and merge keys add.
+        self._growth = 0
         # The values read so far, with aliases expanded. Its growth over an anchor's value is that value's size.
         self._nodes = 0
 
@@ -107,9 +110,10 @@ class _FastReader:
         if type(next(self._events)) is not event_type:
             raise _GiveUpError
 
-    def _add_nodes(self, count: int) -> None:
-        self._max_nodes += count
-        if self._max_nodes > limits.MAX_NODES:
+    def _count(self, count: int, growth: int = 0) -> None:
+        self._nodes += count
+        self._growth += growth
+        if 1 + self._nodes > limits.MAX_NODES or self._growth > limits.MAX_GROWTH:
             raise _GiveUpError
 
     def _value(self, event: _Event, depth: int) -> Any:
@@ -134,8 +138,7 @@ class _FastReader:
             value, size = self._anchors.get(name, (_UNFINISHED, 0))
             if value is _UNFINISHED:
                 raise _GiveUpError
-            self._add_nodes(size)
-            self._nodes += size - 1
+            self._count(size - 1, growth=size)
             return value
         nodes = self._nodes
         self._anchors[name] = (_UNFINISHED, 0)
@@ -147,7 +150,7 @@ class _FastReader:
         items: list[Any] = []
         for event in self._events:
             if type(event) is yaml.SequenceEndEvent:
-                self._nodes += len(items)
+                self._count(len(items))
                 return items
             items.append(self._value(event, depth))
         raise _GiveUpError
@@ -157,7 +160,7 @@ class _FastReader:
         merged: list[Any] | None = None
         for event in self._events:
             if type(event) is yaml.MappingEndEvent:
-                self._nodes += len(mapping)
+                self._count(len(mapping))
                 return mapping if merged is None else self._merge(mapping, merged)
             key = self._key(event)
             if key in mapping or len(mapping) >= limits.MAX_KEYS - 1:
@@ -183,12 +186,11 @@ class _FastReader:
 
     def _merge(self, mapping: dict[str, Any], merged: list[Any]) -> dict[str, Any]:
         """Apply the merge key `<<`: add each key that the mapping does not have itself."""
-        self._nodes += 1 + len(merged)
+        self._count(1 + len(merged))
         for source in merged:
             if not isinstance(source, dict):
                 raise _GiveUpError
-            self._add_nodes(len(source))
-            self._nodes += len(source)
+            self._count(len(source), growth=len(source))
             for key, value in source.items():
                 mapping.setdefault(key, value)
         return mapping
@@ -265,7 +267,7 @@ class _ExactReader(Reader):
         span = self._span_of_scalar(event)
         text = event.value
         value = plain_scalar(text) if event.implicit[0] else text
-        if self.nodes > limits.MAX_NODES:
+        if self.nodes > limits.MAX_EXACT_NODES:
             self.count_nodes(0, span)
         if event.anchor is not None:
             self.anchors[event.anchor] = (value, span, 1)
@@ -373,7 +375,7 @@ class _ExactReader(Reader):
         if value is _UNFINISHED:
             self.report(rules.RECURSIVE_ALIAS, f"alias {quoted('*' + name)} stands inside its own anchor", span)
             return UNREADABLE, span
-        self.count_nodes(size, span)
+        self.count_nodes(size, span, growth=size)
         return value, anchor_span
 
     def _merge(self, mapping: dict[str, Any], span: ContainerSpan, value: Any, merge_span: SourceSpan) -> None:
@@ -383,7 +385,7 @@ class _ExactReader(Reader):
             sources = [*zip(value, merge_span.values.values(), strict=True)]
         for source, source_span in sources:
             if isinstance(source, dict) and isinstance(source_span, ContainerSpan):
-                self.count_nodes(len(source), source_span)
+                self.count_nodes(len(source), source_span, growth=len(source))
                 for key in [key for key in source if key not in mapping]:
                     mapping[key] = source[key]
                     span.values[key] = source_span.values[key]

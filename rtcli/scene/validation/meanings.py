@@ -53,7 +53,7 @@ def meaning(loc: Loc, data: Any) -> str:
     if field is None or not field.description:
         return ""
     example = _example(key, field, loc, data)
-    return field.description + (f" Such as {example}" if example else "")
+    return field.description + (f" Example: {example}" if example else "")
 
 
 def advice_to_add(loc: Loc, data: Any) -> str:

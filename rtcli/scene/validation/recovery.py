@@ -229,7 +229,7 @@ class Recovery:
 
 
 def _fit(shape: _Model, known: list[str]) -> tuple[int, int, int]:
-    """Return how well a type fits keys: how many it has, how few it lacks, and how early the first it has is."""
+    """Rank a type by the keys it has, the required keys it lacks, and the position of the first it has."""
     fields = shape.model_fields
     has = [index for index, key in enumerate(known) if key in fields]
     lacks = sum(fields[key].is_required() for key in fields.keys() & _TYPE_KEYS - set(known))

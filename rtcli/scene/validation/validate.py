@@ -13,6 +13,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from rtcli.scene import model
+from rtcli.scene.bounds import MAX_NAME
 from rtcli.scene.colors import CSS_NAMES
 from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import MAX_PROBLEMS, Problem, SceneError, did_you_mean, nearest, quoted
@@ -49,7 +50,7 @@ def validate(document: Document) -> model.Scene:
 def _not_a_mapping(document: Document) -> Problem:
     found = "nothing" if document.data is None else shown(document.data, document.written(()))
     message = f"expected a mapping with `camera` and `objects`, got {found}"
-    help = "start with `camera: {resolution: [640, 480], fov: 40}`, or with what `rtcli new` writes"
+    help = "start with `camera: {resolution: [640, 480], fov: 40}`, or with a file from `rtcli new`"
     return document.problem(rules.NOT_A_MAPPING, (), message, at=HEAD, help=help)
 
 
@@ -127,7 +128,7 @@ class _RejectedValue(NamedTuple):
         """The end of a message: the value, and the remedy if only its quotes are wrong."""
         value = self.value
         if isinstance(value, str) and not isinstance(plain_scalar(value), str) and value.strip():
-            return f"got the text {self.shown}: remove the quotes"
+            return f"got the string {self.shown}: remove the quotes"
         return f"got {self.shown}"
 
 
@@ -174,9 +175,9 @@ def _invalid_type(rejected: _RejectedValue) -> _Finding:
 def _unknown_type(document: Document, mistake: MistakenType) -> _Finding:
     help = f"the types are {_names(model.SHAPES)}"
     if mistake.checked_as is not None:
-        help += f"; by its keys this object is checked as a {mistake.checked_as}"
+        help += f"; judging by its keys, this object was checked as a {mistake.checked_as}"
     found = shown(mistake.found, document.written(mistake.loc))
-    message = f"must be the name of a shape, got {found}"
+    message = f"must be a shape name, got {found}"
     if isinstance(mistake.found, str):
         message = f"unknown type {found}{did_you_mean(mistake.meant)}"
     return _Finding(rules.UNKNOWN_TYPE, message, help, mistake.loc)
@@ -226,7 +227,7 @@ def _wrong_length(loc: Loc, found: Sized) -> _Finding:
 
 # --- Values -------------------------------------------------------------------------------------------------
 
-_TOO_LARGE = "must be finite: this number is too large"
+_TOO_LARGE = "must be finite, but this number is too large"
 
 _Find: TypeAlias = Callable[[_RejectedValue], _Finding]
 
@@ -266,13 +267,13 @@ def _finite(rejected: _RejectedValue) -> _Finding:
 
 def _color_kind(rejected: _RejectedValue) -> _Finding:
     if rejected.value is None:
-        help = "`#` starts a comment, so put #rrggbb in quotes; or give [r, g, b] or a CSS name"
+        help = "`#` starts a comment: put #rrggbb in quotes, or use [r, g, b] or a CSS name"
         return _Finding(rules.NO_VALUE, "has no value", help)
     return _Finding(rules.NOT_A_COLOR, f"must be a color, got {rejected.shown}", rules.NOT_A_COLOR.remedy)
 
 
 def _text(rejected: _RejectedValue) -> _Finding:
-    help = "put it in quotes" if isinstance(rejected.value, (bool, int, float)) else ""
+    help = "quote it" if isinstance(rejected.value, (bool, int, float)) else ""
     return _Finding(rules.NOT_TEXT, f"must be text, got {rejected.shown}", help)
 
 
@@ -297,7 +298,7 @@ def _not_a_list(rejected: _RejectedValue) -> _Finding:
 def _exposure(rejected: _RejectedValue) -> _Finding:
     value = rejected.value
     hint = did_you_mean("auto" if isinstance(value, str) and value.lower() == "auto" else None)
-    return _Finding(rules.NOT_A_NUMBER, f"must be a number of stops, or auto, {rejected.got}{hint}")
+    return _Finding(rules.NOT_A_NUMBER, f"must be a number of stops or auto, {rejected.got}{hint}")
 
 
 def _excluded(rejected: _RejectedValue) -> _Finding:
@@ -322,7 +323,7 @@ _FINDINGS: dict[str, _Find] = {
     "float_type": _number,
     "greater_than": _bound("greater than", "gt"),
     "greater_than_equal": _bound("at least", "ge"),
-    "int_parsing_size": _must(rules.OUT_OF_RANGE, "an ordinary integer"),
+    "int_parsing_size": _must(rules.OUT_OF_RANGE, "an integer of reasonable size"),
     "int_type": _integer,
     "less_than": _bound("less than", "lt"),
     "less_than_equal": _bound("at most", "le"),
@@ -335,10 +336,10 @@ _FINDINGS: dict[str, _Find] = {
     "no_value": _message_of_model(rules.NO_VALUE),
     "not_rigid": _message_of_model(rules.NOT_RIGID),
     "poses_differ": _message_of_model(rules.POSES_DIFFER),
-    "string_too_long": lambda rejected: _Finding(rules.TOO_LONG, f"has more than {model.MAX_NAME:,} characters"),
+    "string_too_long": lambda rejected: _Finding(rules.TOO_LONG, f"has more than {MAX_NAME:,} characters"),
     "string_too_short": lambda rejected: _Finding(rules.EMPTY_TEXT, "must not be empty"),
     "string_type": _text,
-    "string_unicode": lambda rejected: _Finding(rules.CHARACTER, "has half of a surrogate pair"),
+    "string_unicode": lambda rejected: _Finding(rules.CHARACTER, "contains an unpaired surrogate"),
     "too_long": lambda rejected: _wrong_length(rejected.loc, rejected.value),
     "too_oblique": _message_of_model(rules.TOO_OBLIQUE),
     "tuple_type": _not_a_list,

@@ -398,13 +398,13 @@ def test_signal_ends_a_check_and_leaves_no_temporary_file(spawn, folder, name):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["-o", "out"], "--output with --check"),
-        (["--force"], "--force with --check"),
-        (["--dry-run", "--prune"], "--dry-run and --prune with --check"),
-        (["--vary", "camera.fov=20,30", "--gif"], "--gif with --check"),
-        (["--dask", "local"], "--dask with --check"),
-        (["--report", "page.txt"], "a name that ends in .html"),
-        (["--report"], "a name that ends in .html"),
+        (["-o", "out"], "--output cannot be used with --check"),
+        (["--force"], "--force cannot be used with --check"),
+        (["--dry-run", "--prune"], "--dry-run and --prune cannot be used with --check"),
+        (["--vary", "camera.fov=20,30", "--gif"], "--gif cannot be used with --check"),
+        (["--dask", "local"], "--dask cannot be used with --check"),
+        (["--report=page.txt"], "--report needs a file with --check: --report FILE.html"),
+        (["--report"], "--report needs a file with --check: --report FILE.html"),
         (["--diff", "golden"], "choose another folder with --diff"),
         (["--diff", "golden/diff"], "choose another folder with --diff"),
         (["--diff", "."], "choose another folder with --diff"),
@@ -430,16 +430,28 @@ def test_wrong_usage_exits_with_2_and_does_nothing(run, golden, scenes, argument
 def test_options_of_the_check_need_it(run, scenes, arguments):
     result = run("batch", "scenes", "-o", "out", *arguments)
     assert result.exit_code == 2
-    assert f"{arguments[0]} without --check GOLDEN_DIR" in result.stderr
+    assert f"{arguments[0]} cannot be used without --check GOLDEN_DIR" in result.stderr
 
 
 def test_without_check_report_takes_no_file(run, scenes):
-    result = run("batch", "--report", "scenes", "-o", "out")
-    assert result.exit_code == 2
     result = run("batch", "scenes", "--report", "page.html", "-o", "out")
     assert result.exit_code == 2
-    assert "Put --report at the end" in result.stderr
+    assert "--report takes no file without --check; it writes DIR/index.html, not 'page.html'" in result.stderr
     assert not Path("out").exists()
+
+
+@pytest.mark.parametrize(
+    "arguments", [["--report", "scenes", "-o", "out"], ["-o", "out", "--report", "--", "scenes"]]
+)
+def test_report_leaves_a_path_behind_it_to_the_batch(run, scenes, arguments):
+    assert run("batch", *arguments).exit_code == 0
+    assert Path("out/index.html").exists()
+
+
+def test_report_takes_a_page_before_the_paths(run, golden):
+    result = run("batch", "--check", "golden", "--report", "page.HTML", "scenes")
+    assert (result.exit_code, result.stdout) == (0, "3 equal\n")
+    assert Path("page.HTML").exists()
 
 
 @pytest.mark.parametrize(("value", "exists"), [("1", True), ("0", False), ("", False)])

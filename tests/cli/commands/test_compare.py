@@ -232,7 +232,7 @@ def test_flip_of_depth_alone_is_wrong_usage(run):
     np.savez("a.npz", depth=DEPTH)
     result = run("compare", "a.npz", "a.npz", "--flip")
     assert result.exit_code == 2
-    assert "FLIP is for pictures and radiance" in result.stderr
+    assert "FLIP needs a picture or radiance" in result.stderr
 
 
 # --- The difference picture ------------------------------------------------------------------------------
@@ -310,7 +310,7 @@ def test_difference_picture_of_an_earlier_run_that_stays_is_told(run, folder):
     np.savez("b.npz", radiance=RADIANCE)
     np.savez("c.npz", radiance=RADIANCE[..., 0], depth=DEPTH)
     assert run("compare", "a.npz", "a.npz", "-o", "diff.png").exit_code == 0
-    told = "no difference picture of `depth`: only one side has it; diff.depth.png is from an earlier run\n"
+    told = "no difference picture of `depth`: only one file has it; diff.depth.png is from an earlier run\n"
     assert run("compare", "a.npz", "b.npz", "-o", "diff.png").stderr == told
     told = "no difference picture of `radiance`: its channels differ; diff.png is from an earlier run\n"
     assert run("compare", "a.npz", "c.npz", "-o", "diff.png").stderr == told
@@ -356,7 +356,7 @@ def test_pixels_of_other_places_are_not_compared(run):
             file.write(name)
     result = run("compare", "a.exr", "b.exr")
     assert result.exit_code == 2
-    assert "the data windows start at (0, 0) and at (5, 5)" in result.stderr
+    assert "the data windows start at (0, 0) and (5, 5)" in result.stderr
     assert run("compare", "b.exr", "b.exr").exit_code == 0
 
 
@@ -379,7 +379,7 @@ def test_pass_as_a_picture_is_compared_in_its_units(run, scene):
     assert run("compare", "near.depth.png", "near.depth.png").exit_code == 0
     mixed = run("compare", "near.depth.png", "near.png")
     assert mixed.exit_code == 2
-    assert "a pass as a picture, cannot be compared" in mixed.stderr
+    assert "a pass stored as a picture" in mixed.stderr
 
 
 def test_names_of_layers_lead_nowhere_else(run, folder):
@@ -493,7 +493,7 @@ def test_file_that_cannot_be_read_exits_with_3_and_is_named(run, folder, suffix,
 def test_pointer_of_git_lfs_exits_with_3_and_says_what_gets_the_file(run, unlike, folder):
     (folder / "a.png").write_text("version https://git-lfs.github.com/spec/v1\noid sha256:12\nsize 12\n")
     result = run("compare", *unlike)
-    told = "is a pointer of Git LFS, not a PNG picture: get the file itself with `git lfs pull`"
+    told = "is a Git LFS pointer, not a PNG picture: fetch the file with `git lfs pull`"
     assert (result.exit_code, result.stdout, result.stderr) == (3, "", f"Error: a.png: {told}\n")
 
 

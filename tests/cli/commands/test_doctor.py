@@ -28,8 +28,16 @@ def test_report_has_version_processor_and_each_extra(run):
 def test_missing_extra_is_named_with_the_command_that_installs_it(run, monkeypatch, extra, module):
     monkeypatch.setitem(sys.modules, module, None)
     told = rows(run("doctor"))[f"rtcli[{extra}]"]
-    assert told.startswith("missing: ")
-    assert told.endswith(f"pip install 'rtcli[{extra}]'")
+    assert told == f"not installed; for {EXTRAS[extra][1]}: pip install 'rtcli[{extra}]'"
+
+
+def test_extra_that_cannot_be_loaded_is_broken_and_the_reason_is_given(run, monkeypatch, tmp_path):
+    (tmp_path / "OpenEXR.py").write_text("raise ImportError('libz.so.1 is missing')")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "OpenEXR", raising=False)
+    told = rows(run("doctor"))["rtcli[exr]"]
+    assert told.startswith("broken: ")
+    assert told.endswith("libz.so.1 is missing")
 
 
 def test_installed_extra_has_its_version(run):

@@ -32,31 +32,31 @@ Pixel 1,1 of small.yaml (3x3)
    s_x = (px + a_x) / W      x = (2 s_x - 1) (W / H) tan(fov / 2)
    s_y = (py + a_y) / H      y = (1 - 2 s_y) tan(fov / 2)
    d = (x r + y u + f) / |x r + y u + f|
-   Corrected: the document maps to -1..1 twice. So fov is the vertical field of view.
-   px, py       1            1                         the pixel's column and row, from 0
-   a            0.5          0.5                       the place in it, from its left and top edge
-   W, H         3            3                         W and H
-   s            0.5          0.5                       the same in the picture, 0..1
+   Corrected: the document maps to -1..1 twice, so fov is the vertical field of view.
+   px, py       1            1                         the pixel's column and row, counted from 0
+   a            0.5          0.5                       the sample's position in the pixel, 0..1
+   W, H         3            3                         the picture's width and height
+   s            0.5          0.5                       the sample's position in the picture, 0..1
    fov          90                                     degrees, vertical
    x, y         0            0                         x and y on the image plane, at distance 1
    r            1            0            0            the camera's right
-   u            0            1            0            its up
-   f            0            0           -1            its view
+   u            0            1            0            the camera's up
+   f            0            0           -1            the camera's viewing direction
    o            0            0            0            the eye
-   d            0            0           -1            the direction, of length 1
-=> The ray is o + t d. It starts at the eye, and t is the distance from it.
+   d            0            0           -1            the direction, a unit vector
+=> The ray is o + t d. It starts at the eye, and t is the distance along it.
 
 2. Each object on the ray                                                        docs/tracer.md, 2.2
    sphere (2.2.1)   c = C - o      b = c . d      g = c - b d      D = R^2 - g . g, missed if D < 0
                     q = b + sign(b) sqrt(D)      t_1 = (|c| - R)(|c| + R) / q      t_2 = q
    plane (2.2.2)    t = (p_0 - o) . n / (d . n), parallel if |d . n| < 1e-6
-   box (2.2.3)      the sphere around it, R = |size| / 2, is missed if |g| > R
-                    o' = R_y (o - position)      d' = R_y d
+   box (2.2.3)      missed if |g| > R = |size| / 2, the radius of its bounding sphere
+                    o' = R^T (o - position)      d' = R^T d
                     each slab is between t = (-size/2 - o') / d' and t = (size/2 - o') / d'
-                    t = the last entry, if that is before the first exit
-   The smallest t > 0 counts: what lies ahead. Corrected: at spheres the document's o stands for o -
-   C; at planes it leaves out the absolute value; at boxes it forgets to turn d.
-   `ball`              t = 4           the nearest: it is seen
+                    t = the last entry, if it comes before the first exit
+   The smallest t > 0 wins: only surfaces in front of the eye are seen. Corrected: for spheres the
+   document's o means o - C; for planes it omits the absolute value; for boxes it omits rotating d.
+   `ball`              t = 4           the nearest, so the eye sees it
       b = 5   |g| = 0   R = 1   D = 1   t_1 = 4   t_2 = 6
    objects[0] (plane)  t = 10          hit behind `ball`
       d . n = -1   t = 10
@@ -64,7 +64,7 @@ Pixel 1,1 of small.yaml (3x3)
       |g| = 0   R = 1.73205   x slab = -inf to inf   y slab = -inf to inf   z slab = -5 to -3
 => The ray hits 2 of 3 objects. The nearest is `ball`.
 
-3. What is seen                                                                docs/tracer.md, 2.2.1
+3. The nearest hit                                                             docs/tracer.md, 2.2.1
    P = o + t d
    n = (P - C) / |P - C|
    Chosen: surfaces have two sides, and the normal faces the eye.
@@ -78,40 +78,40 @@ Pixel 1,1 of small.yaml (3x3)
    r = |light - P|      l = (light - P) / r
    L_i = intensity * color / (4 pi r^2)      cos(theta) = n . l
    share = rho / pi * L_i * cos(theta), 0 where the light does not reach
-   Chosen: only lights on the eye's side of the surface light it. Neither the object that is seen
-   nor the one that carries the light can stand between.
-   lights[0]  nothing stands between: it reaches the point
-      light        0            0            0            where the light stands
+   Chosen: only lights on the eye's side of the surface light it. Neither the object itself nor the
+   one that carries the light can block it.
+   lights[0]  nothing blocks it, so it reaches the point
+      light        0            0            0            the light's position
       r            4                                      its distance
       l            0            0            1            the direction to it
-      L_i          1.98944      1.98944      1.98944      what arrives there
+      L_i          1.98944      1.98944      1.98944      the light that arrives there
       cos(theta)   1
       share        0.633257     0.316629     0.158314     of the radiance
-   lights[1]  the surface is turned away from it: cos(theta) <= 0
-      light        0            0           -20           where the light stands
+   lights[1]  the surface faces away from it: cos(theta) <= 0
+      light        0            0           -20           the light's position
       r            16                                     its distance
       l            0            0           -1            the direction to it
-      L_i          0.0310849    0.0310849    0.0310849    what arrives there
+      L_i          0.0310849    0.0310849    0.0310849    the light that arrives there
       cos(theta)  -1
 => 1 of 2 lights reaches the point.
 
 5. The radiance                                                                docs/tracer.md, 2.3.2
    radiance = the sum of the shares
    radiance     0.633257     0.316629     0.158314     linear RGB
-=> The light of lights[0] is seen.
+=> The eye sees light from lights[0].
 
 6. The samples of the pixel                                                    docs/tracer.md, 2.1.5
    radiance = (1 / N) * the sum of the samples
    N            1                                      samples
-   radiance     0.633257     0.316629     0.158314     their mean, as the film holds it
+   radiance     0.633257     0.316629     0.158314     their mean, as the film stores it
 => The pixel has one sample, through its centre.
 
 7. The exposure                                         docs/tracer.md, From radiance to the picture
    x = 2^EV * radiance
    EV           1                                      stops
    2^EV         2
-   x            1.26651      0.633257     0.316629     exposed light
-=> The scene gives the exposure; each stop doubles the light.
+   x            1.26651      0.633257     0.316629     exposed radiance
+=> The scene sets the exposure; each stop doubles the light.
 
 8. The tone curve                                       docs/tracer.md, From radiance to the picture
    y = x / (1 + x)
@@ -126,7 +126,7 @@ Pixel 1,1 of small.yaml (3x3)
    value        197          167          135          red, green, blue
 => The pixel is 197 167 135.
 
-The native engine, which renders by default, gives the same value.
+The native engine, the default, gives the same value.
 """
 
 KEYS = {
@@ -165,11 +165,8 @@ def test_story_of_standard_input(run, small):
 
 def test_another_sample_can_be_told(run, small):
     first, second = (told(run, small, "--pixel", "1,1", "--samples", "4", "--sample", n) for n in "12")
-    assert (
-        "\nOf its 4 samples number 1 is told in full (--sample tells another); step 6 takes all together.\n"
-        in first
-    )
-    assert "\nOf its 4 samples number 2 is told" in second
+    assert "\nShows sample 1 of 4 (choose another with --sample); step 6 combines all.\n" in first
+    assert "\nShows sample 2 of 4 " in second
     assert first.partition("6. The samples")[2] == second.partition("6. The samples")[2]
     assert first.partition("2. Each object")[0] != second.partition("2. Each object")[0]
 

@@ -50,7 +50,7 @@ def test_file_that_is_there_stays(run, scene, folder):
     before = (folder / scene).read_text()
     result = run("new", scene)
     assert result.exit_code == 3
-    assert "--force" in result.stderr
+    assert result.stderr == f"Error: {scene} already exists; use --force to replace it\n"
     assert (folder / scene).read_text() == before
 
 
@@ -128,7 +128,7 @@ def test_name_that_is_not_in_the_gallery_is_wrong_usage(run, folder, name, hint)
 def test_no_file_says_what_to_type(run):
     result = run("new")
     assert result.exit_code == 2
-    assert "type for example: rtcli new my.yaml" in result.stderr
+    assert "For example: rtcli new my.yaml" in result.stderr
 
 
 @pytest.mark.parametrize("others", [["my.yaml"], ["--from", "first"], ["--force"]])

@@ -98,7 +98,7 @@ def test_json_format_is_a_list_of_objects(run, wrong):
         "severity": "error",
         "code": "E204",
         "message": "must be less than 180, got 200",
-        "help": "Vertical field of view in degrees, between 0 and 180. Such as `fov: 20`",
+        "help": "Vertical field of view in degrees, between 0 and 180. Example: `fov: 20`",
         "pointer": "/camera/fov",
     }
 
@@ -195,7 +195,7 @@ def test_text_shows_the_line_points_at_the_token_and_says_what_to_do(run, wrong,
         "  |",
         "1 | camera: {resolution: [0, 480], fov: 200}",
         "  |                       ^ camera.resolution[0]",
-        "  = help: Width and height of the picture in pixels, each 1 to 65,535. Such as `resolution: [640, 480]`",
+        "  = help: Width and height of the picture in pixels, each 1 to 65,535. Example: `resolution: [640, 480]`",
     ]
     assert result.stdout.splitlines()[-1] == "3 errors in 1 of 2 scenes"
 
@@ -204,7 +204,7 @@ def test_warning_leaves_a_scene_valid(run, unseen):
     result = run("validate", unseen)
     assert result.exit_code == 0
     assert result.stdout.startswith(
-        "warning[W004]: the sphere is wholly behind the camera\n --> unseen.yaml:5:5\n"
+        "warning[W004]: the sphere is entirely behind the camera\n --> unseen.yaml:5:5\n"
     )
     assert result.stdout.endswith("\n1 warning\n")
     assert result.stderr == "1 scene is valid\n"
@@ -213,7 +213,7 @@ def test_warning_leaves_a_scene_valid(run, unseen):
 def test_warning_is_an_error_with_strict(run, unseen):
     result = run("validate", unseen, "--strict")
     assert result.exit_code == 1
-    assert result.stdout.startswith("error[W004]: the sphere is wholly behind the camera\n")
+    assert result.stdout.startswith("error[W004]: the sphere is entirely behind the camera\n")
     assert result.stdout.endswith("\n1 error\n")
     assert result.stderr == ""
 
@@ -287,7 +287,7 @@ def test_pipe_that_is_named_is_read(spawn, folder, scene):
 def test_file_without_an_end_is_too_large(run):
     result = run("validate", "/dev/zero", "--format", "concise")
     assert result.exit_code == 1
-    assert result.stdout == "/dev/zero:1:1: error: the file is larger than 64 MiB [E002]\n"
+    assert result.stdout == "/dev/zero:1:1: error: the file is larger than 128 MiB [E002]\n"
 
 
 def test_json_on_standard_input_gets_the_report_of_json(run):
@@ -347,7 +347,7 @@ def test_comment_in_the_file_lets_a_strict_run_pass(run, odd, folder):
         ("W03", "there is no rule `W03`: did you mean W003?"),
         ("camera-inside", "there is no rule `camera-inside`: did you mean W003?"),
         ("W004,nonsense", "there is no rule `nonsense`"),
-        ("E204", "E204 is an error, which cannot be ignored: only warnings (W...) can"),
+        ("E204", "E204 is an error: only warnings (W...) can be ignored"),
         ("", "there is no rule ``"),
     ],
 )

@@ -343,7 +343,7 @@ SPHERE = "{type: sphere, position: [0, 0, -5], radius: -1, color: red}"
 @pytest.mark.parametrize(
     ("name", "make", "code"),
     [
-        ("large.yaml", lambda: "#" * (64 * MEBIBYTE + 1), "E002"),
+        ("large.yaml", lambda: "#" * (128 * MEBIBYTE + 1), "E002"),
         ("lists.yaml", lambda: "a: [" + "[]," * (20 * MEBIBYTE), "E008"),
         ("lists.json", lambda: '{"a": [' + "[]," * (20 * MEBIBYTE), "E008"),
         ("numbers.json", lambda: "[" + "0," * (30 * MEBIBYTE) + "0]", "E008"),
@@ -723,7 +723,8 @@ def test_fast_reader_agrees_with_the_exact_one_on_any_text(text):
 )
 @pytest.mark.parametrize("bound", range(1, 40))
 def test_both_readers_have_the_same_limit_on_values(monkeypatch, bound, text):
-    monkeypatch.setattr("rtcli.scene.reading.limits.MAX_NODES", bound)
+    for limit in ("MAX_NODES", "MAX_EXACT_NODES"):
+        monkeypatch.setattr(f"rtcli.scene.reading.limits.{limit}", bound)
     assert reading(parse, text) == reading(carefully, text)
 
 

@@ -68,7 +68,7 @@ def test_problem_holds_its_position_as_data():
         rules.OUT_OF_RANGE,
         Span("scene.yaml", line=1, column=39, end_line=1, end_column=42),
         message="must be less than 180, got 200",
-        help="Vertical field of view in degrees, between 0 and 180. Such as `fov: 20`",
+        help="Vertical field of view in degrees, between 0 and 180. Example: `fov: 20`",
         pointer="/camera/fov",
         where="camera.fov",
     )
@@ -103,7 +103,7 @@ def test_float_where_an_integer_belongs_is_shown_as_a_float(value):
 @pytest.mark.parametrize("name", ["scene.yaml", "scene.json"])
 def test_integer_of_thousands_of_digits_is_too_large(name):
     text = f'{{"camera": {{"resolution": [1, 1], "fov": 1}}, "render": {{"max_depth": {"9" * 5000}}}}}'
-    assert "render.max_depth: must be finite: this number is too large [E203]" in report(text.encode(), name)
+    assert "render.max_depth: must be finite, but this number is too large [E203]" in report(text.encode(), name)
 
 
 # --- Every kind of mistake has a wording ------------------------------------------------------------------

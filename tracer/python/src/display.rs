@@ -130,8 +130,11 @@ impl PngEncoder {
         let rows = radiance.len() / row;
         if !radiance.len().is_multiple_of(row) || rows > self.rows_left {
             let left = self.rows_left;
-            let message =
-                format!("{} pixels are not up to {left} rows of {}", radiance.len() / CHANNELS, self.width);
+            let message = format!(
+                "{} pixels are not at most {left} whole rows of {}",
+                radiance.len() / CHANNELS,
+                self.width
+            );
             return Err(PyValueError::new_err(message));
         }
         self.rows_left -= rows;
@@ -170,10 +173,10 @@ impl PngEncoder {
 /// `ValueError` if a side is 0 or longer than `LONGEST_SIDE`.
 pub fn has_pixels(width: u32, height: u32) -> PyResult<()> {
     if width == 0 || height == 0 {
-        return Err(PyValueError::new_err("a picture has at least one pixel"));
+        return Err(PyValueError::new_err("a picture needs at least one pixel"));
     }
     if width.max(height) > LONGEST_SIDE {
-        let message = format!("a picture has at most {LONGEST_SIDE} pixels a side, not {width}x{height}");
+        let message = format!("a picture is limited to {LONGEST_SIDE} pixels per side, got {width}x{height}");
         return Err(PyValueError::new_err(message));
     }
     Ok(())
@@ -182,7 +185,7 @@ pub fn has_pixels(width: u32, height: u32) -> PyResult<()> {
 /// Return bytes as interleaved RGB, copied only if they are not aligned.
 fn pixels(bytes: &[u8]) -> PyResult<Cow<'_, [f32]>> {
     if !bytes.len().is_multiple_of(CHANNELS * size_of::<f32>()) {
-        let message = format!("{} bytes are no whole number of RGB pixels in float32", bytes.len());
+        let message = format!("{} bytes are not a whole number of float32 RGB pixels", bytes.len());
         return Err(PyValueError::new_err(message));
     }
     match bytemuck::try_cast_slice(bytes) {

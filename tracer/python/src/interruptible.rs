@@ -78,7 +78,7 @@ impl<'a, 'py> Listener<'a, 'py> {
         });
         keep(pool);
         listened?;
-        let result = result.ok_or_else(|| PyRuntimeError::new_err("the work ended without a result"))?;
+        let result = result.ok_or_else(|| PyRuntimeError::new_err("the worker thread ended without a result"))?;
         result.map_err(|error| stopped(error.into()))
     }
 

@@ -2,6 +2,7 @@
 //!
 //! - `tracer`: the class `Tracer`, which renders a world to a film or a picture
 //! - `world`: the conversion of packed columns to a `World`
+//! - `scene`: valid scene files as packed columns
 //! - `arrays`: the arrays of a film, which NumPy owns
 //! - `interruptible`: work in a thread pool while the calling thread listens to Python
 //! - `byte_channel`: bytes on their way from the pool to the calling thread
@@ -19,6 +20,7 @@ mod display;
 mod errors;
 mod interruptible;
 mod png;
+mod scene;
 mod tracer;
 mod world;
 
@@ -35,6 +37,8 @@ mod _native {
     use crate::errors::BudgetExceededError;
     #[pymodule_export]
     use crate::png::{decode_png, encode_png};
+    #[pymodule_export]
+    use crate::scene::{by_threes, read_scene};
     #[pymodule_export]
     use crate::tracer::{Tracer, WorkBudget, sample_offsets, simd_level};
 

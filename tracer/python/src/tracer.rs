@@ -44,7 +44,7 @@ fn level() -> PyResult<Level> {
     let name = name.to_string_lossy();
     name.parse().map_err(|UnknownName| {
         let names = Level::available().into_iter().map(Level::name).collect::<Vec<_>>().join(", ");
-        PyValueError::new_err(format!("{SIMD}: unknown SIMD level {name:?}: this machine has {names}"))
+        PyValueError::new_err(format!("{SIMD}: unknown SIMD level {name:?}: this machine supports {names}"))
     })
 }
 

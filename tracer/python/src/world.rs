@@ -19,8 +19,8 @@ pub type PyObjects<'a> = (&'a [u8], &'a [u8], &'a [u8], &'a [u8]);
 /// Kind (u8), parameters, color, intensity (f64), carrier (i64), in native byte order.
 pub type PyLights<'a> = (&'a [u8], &'a [u8], &'a [u8], &'a [u8], &'a [u8]);
 
-/// Samples, background, whether there is direct light, eye falloff.
-pub type PySettings = (u32, Vector, bool, bool);
+/// Samples, background, ambient light, whether there is direct light, eye falloff.
+pub type PySettings = (u32, Vector, Vector, bool, bool);
 
 /// Left, top, width, height.
 pub type PyWindow = (u32, u32, u32, u32);
@@ -46,22 +46,29 @@ pub fn objects(columns: PyObjects<'_>) -> PyResult<Vec<Object>> {
     let (position, color) = (items::<Vector>(position)?, items::<Vector>(color)?);
     same_lengths(kinds.len(), &[position.len(), color.len()])?;
     if kinds.len() > MOST_OBJECTS {
-        return Err(PyValueError::new_err(format!("there may be {MOST_OBJECTS} objects, not {}", kinds.len())));
+        return Err(PyValueError::new_err(format!(
+            "a scene is limited to {MOST_OBJECTS} objects, got {}",
+            kinds.len()
+        )));
     }
     let mut objects = with_capacity(kinds.len(), "the objects").map_err(out_of_memory)?;
-    describe(ShapeDesc::KINDS, kinds, parameters, |i, shape| {
-        objects.push(Object { position: position[i], color: color[i], shape });
+    for_each_row(ShapeDesc::KINDS, kinds, parameters, |i, kind, own| {
+        objects.push(Object { position: position[i], color: color[i], shape: (kind.describe)(own) });
         Ok(())
     })?;
     Ok(objects)
 }
 
-/// Pass each row of a kind and its parameters to `add`, with its index.
-fn describe<T>(
+/// Pass the index of each row, its kind and its parameters to `add`.
+///
+/// # Errors
+///
+/// `ValueError` for an unknown kind or columns of different lengths, and those of `add`.
+pub fn for_each_row<T>(
     kinds: &[Kind<T>],
     tags: &[u8],
     parameters: &[u8],
-    mut add: impl FnMut(usize, T) -> PyResult<()>,
+    mut add: impl FnMut(usize, &Kind<T>, &[f64]) -> PyResult<()>,
 ) -> PyResult<()> {
     let parameters = items::<f64>(parameters)?;
     let mut rest = parameters.as_slice();
@@ -69,7 +76,7 @@ fn describe<T>(
         let unknown = || PyValueError::new_err(format!("unknown kind {tag}"));
         let kind = kinds.get(usize::from(tag)).ok_or_else(unknown)?;
         let own = rest.split_off(..kind.parameters).ok_or_else(different_lengths)?;
-        add(i, (kind.describe)(own))?;
+        add(i, kind, own)?;
     }
     if rest.is_empty() { Ok(()) } else { Err(different_lengths()) }
 }
@@ -85,8 +92,8 @@ pub fn lights(columns: PyLights<'_>, objects: usize) -> PyResult<Vec<LightDesc>>
     let carriers = items::<i64>(carriers)?;
     same_lengths(kinds.len(), &[color.len(), intensity.len(), carriers.len()])?;
     let mut lights = with_capacity(kinds.len(), "the lights").map_err(out_of_memory)?;
-    describe(LightSource::KINDS, kinds, parameters, |i, source| {
-        let carrier = carrier(carriers[i], objects)?;
+    for_each_row(LightSource::KINDS, kinds, parameters, |i, kind, own| {
+        let (source, carrier) = ((kind.describe)(own), carrier(carriers[i], objects)?);
         lights.push(LightDesc { source, color: color[i], intensity: intensity[i], carrier });
         Ok(())
     })?;
@@ -97,7 +104,7 @@ fn carrier(index: i64, objects: usize) -> PyResult<Option<usize>> {
     match usize::try_from(index) {
         Ok(index) if index < objects => Ok(Some(index)),
         Err(_) => Ok(None),
-        Ok(_) => Err(PyValueError::new_err(format!("there is no object {index} to carry a light"))),
+        Ok(_) => Err(PyValueError::new_err(format!("a light is carried by object {index}, which does not exist"))),
     }
 }
 
@@ -106,11 +113,11 @@ fn carrier(index: i64, objects: usize) -> PyResult<Option<usize>> {
 /// # Errors
 ///
 /// `ValueError` for a picture without samples.
-pub fn settings((samples, background, direct_light, eye_falloff): PySettings) -> PyResult<Settings> {
+pub fn settings((samples, background, ambient, direct_light, eye_falloff): PySettings) -> PyResult<Settings> {
     if samples == 0 {
         return Err(PyValueError::new_err("samples must be at least 1"));
     }
-    Ok(Settings { samples, background, direct_light, eye_falloff })
+    Ok(Settings { samples, background, ambient, direct_light, eye_falloff })
 }
 
 /// Return a window of a picture, whose width and height are given.
@@ -131,7 +138,7 @@ pub fn window((x, y, width, height): PyWindow, whole: (u32, u32)) -> PyResult<Wi
 
 fn items<T: bytemuck::AnyBitPattern>(bytes: &[u8]) -> PyResult<Vec<T>> {
     if !bytes.len().is_multiple_of(size_of::<T>()) {
-        let message = format!("{} bytes are no whole number of items", bytes.len());
+        let message = format!("{} bytes are not a whole number of items", bytes.len());
         return Err(PyValueError::new_err(message));
     }
     copied(bytes, "the scene")

@@ -1,6 +1,6 @@
 //! Building the tree, by the surface area heuristic.
 //!
-//! Large lists are halved again and again for their cuts, and subtrees are built side by side, at places that depend
+//! Large lists are halved again and again for their cuts, and subtrees are built side by side, at cuts that depend
 //! on the number of items alone: the tree is the same for any number of threads.
 
 use crate::accel::node::{CONSERVATIVE, LEAF, Node, WIDTH};
@@ -308,11 +308,11 @@ fn partition(items: &mut [Item], is_left: &(impl Fn(&Item) -> bool + Sync)) -> u
     }
     let mut middle = 0;
     for i in 0..items.len() {
-        let item = items[i];
-        // Without a branch, which would be mispredicted half of the time.
-        items[i] = items[middle];
-        items[middle] = item;
-        middle += usize::from(is_left(&item));
+        // Swapped in any case: a branch would be mispredicted half of the time. Asked before the swap, for whose stores
+        // the next load would wait.
+        let goes_left = is_left(&items[i]);
+        items.swap(i, middle);
+        middle += usize::from(goes_left);
     }
     middle
 }

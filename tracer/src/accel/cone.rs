@@ -96,11 +96,10 @@ impl Volume for Cone {
         let mut met = [0_u8; WIDTH];
         let [ax, ay, az] = self.axis;
         for i in 0..WIDTH {
-            let (x, y, z) = (node.x[i] - self.apex[0], node.y[i] - self.apex[1], node.z[i] - self.apex[2]);
+            let ([x, y, z], radius) = node.child_from(self.apex, self.slack, i);
             let d = x * ax + y * ay + z * az;
             let (px, py, pz) = (x - d * ax, y - d * ay, z - d * az);
             let pp = px * px + py * py + pz * pz;
-            let radius = node.radius[i] + (self.slack + CONSERVATIVE * (x.abs() + y.abs() + z.abs()));
             let room = radius + d * self.sin;
             // Never negative, so that its bits compare as an integer.
             near[i] = if d > radius { d - radius } else { 0.0 };

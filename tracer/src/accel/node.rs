@@ -30,6 +30,14 @@ impl Node {
         }
     }
 
+    /// Return the centre of a child relative to an apex, and its radius with the rounding of both: a share of their
+    /// distance, and `slack`.
+    #[inline(always)]
+    pub(crate) fn child_from(&self, apex: [f32; 3], slack: f32, i: usize) -> ([f32; 3], f32) {
+        let [x, y, z] = [self.x[i] - apex[0], self.y[i] - apex[1], self.z[i] - apex[2]];
+        ([x, y, z], self.radius[i] + (slack + CONSERVATIVE * (x.abs() + y.abs() + z.abs())))
+    }
+
     /// Return the node with the numbers of its children shifted.
     pub(crate) fn moved(mut self, shift: u32) -> Node {
         for child in &mut self.child {

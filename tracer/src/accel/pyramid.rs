@@ -97,11 +97,10 @@ impl Volume for Pyramid {
         let [along, across, down] = self.axes;
         let [[behind, ahead], [left, right]] = self.sides;
         for i in 0..WIDTH {
-            let (x, y, z) = (node.x[i] - self.apex[0], node.y[i] - self.apex[1], node.z[i] - self.apex[2]);
+            let ([x, y, z], radius) = node.child_from(self.apex, self.slack, i);
             let a = x * along[0] + y * along[1] + z * along[2];
             let b = x * across[0] + y * across[1] + z * across[2];
             let d = x * down[0] + y * down[1] + z * down[2];
-            let radius = node.radius[i] + (self.slack + CONSERVATIVE * (x.abs() + y.abs() + z.abs()));
             near[i] = if d > radius { d - radius } else { 0.0 };
             let hit = (d >= -radius)
                 & (near[i] <= limit)

@@ -12,12 +12,12 @@ fn any_scene() -> impl Strategy<Value = ((crate::tile::View, (u32, u32)), Vec<Or
     any_tile().prop_flat_map(|tile| {
         let scattered = prop::collection::vec(shape_before(tile, -2.0..4.0), 0..60);
         let wide = (any_direction(), any_size(-2.0..2.0), any_size(-3.0..0.0));
-        let around = prop::collection::vec(wide, 0..300).prop_map(|places| {
+        let around = prop::collection::vec(wide, 0..300).prop_map(|positions| {
             let ball = |(direction, distance, size)| OracleShape::Sphere {
                 center: scale(direction, distance),
                 radius: size,
             };
-            places.into_iter().map(ball).collect::<Vec<_>>()
+            positions.into_iter().map(ball).collect::<Vec<_>>()
         });
         (Just(tile), (scattered, around).prop_map(|(a, b)| [a, b].concat()))
     })
@@ -151,22 +151,22 @@ fn a_thousand_objects_may_be_in_one_place() {
 /// Each cut takes off only the few largest: the worst that can happen to the depth of the tree.
 #[test]
 fn objects_may_crowd_toward_a_point() {
-    let place = |i: i32| OracleShape::Sphere { center: [0.0, 0.0, 2_f64.powi(-i)], radius: 2_f64.powi(-i - 3) };
-    let tree = tree_of(&(0..1000).map(place).collect::<Vec<_>>());
+    let sphere = |i: i32| OracleShape::Sphere { center: [0.0, 0.0, 2_f64.powi(-i)], radius: 2_f64.powi(-i - 3) };
+    let tree = tree_of(&(0..1000).map(sphere).collect::<Vec<_>>());
     assert_once_each(&found(&tree, &everywhere(), f32::INFINITY), 1000);
 }
 
 /// More than one thread builds it.
 #[test]
 fn a_large_tree_is_the_same_on_any_number_of_threads() {
-    let place = |i: u32| {
+    let sphere = |i: u32| {
         let unit = |step: u32| f64::from(i.wrapping_mul(step) >> 8) / f64::from(1 << 24);
         OracleShape::Sphere {
             center: [unit(0x9e37_79b1), unit(0x85eb_ca6b), unit(0xc2b2_ae35)],
             radius: 0.001 + 0.1 * unit(0x27d4_eb2f).powi(20),
         }
     };
-    let shapes: Vec<OracleShape> = (0..20_000).map(place).collect();
+    let shapes: Vec<OracleShape> = (0..20_000).map(sphere).collect();
     let built = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| tree_of(&shapes))
@@ -184,10 +184,10 @@ fn objects_in_a_row_come_from_near_to_far_up_to_the_limit() {
     let shapes: Vec<OracleShape> = (0..100).map(ball).collect();
     let view = crate::tile::View::centered(16, 16, 0.001);
     let cone = Cone::of_tile(&rays_of(view, (0, 0)));
-    let places = |limit: f32| -> Vec<f64> {
+    let starts = |limit: f32| -> Vec<f64> {
         let found = found(&tree_of(&shapes), &cone, limit);
         found.into_iter().map(|i| shapes[i as usize].center()[2]).collect()
     };
-    assert_eq!(places(f32::INFINITY), (1..=100).map(f64::from).collect::<Vec<_>>());
-    assert_eq!(places(41.9), (1..=42).map(f64::from).collect::<Vec<_>>());
+    assert_eq!(starts(f32::INFINITY), (1..=100).map(f64::from).collect::<Vec<_>>());
+    assert_eq!(starts(41.9), (1..=42).map(f64::from).collect::<Vec<_>>());
 }

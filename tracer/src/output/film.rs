@@ -31,8 +31,24 @@ pub enum Pass {
     ObjectId,
 }
 
-/// Name, channels, the type of their values, and the data that tracing has to provide.
-struct PassSpec(Pass, &'static str, usize, ValueType, PassRequest);
+/// A pass: its name, its channels and the type of their values, and the data that tracing has to provide.
+struct PassSpec {
+    pass: Pass,
+    name: &'static str,
+    channels: usize,
+    value_type: ValueType,
+    request: PassRequest,
+}
+
+const fn spec(
+    pass: Pass,
+    name: &'static str,
+    channels: usize,
+    value_type: ValueType,
+    request: PassRequest,
+) -> PassSpec {
+    PassSpec { pass, name, channels, value_type, request }
+}
 
 /// The type of the values of a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,27 +60,27 @@ pub enum ValueType {
 }
 
 const PASSES: [PassSpec; 7] = [
-    PassSpec(Pass::Radiance, "radiance", 3, ValueType::Float, PassRequest::Radiance),
-    PassSpec(Pass::Depth, "depth", 1, ValueType::Float, PassRequest::Hits),
-    PassSpec(Pass::Distance, "distance", 1, ValueType::Float, PassRequest::Hits),
-    PassSpec(Pass::Normal, "normal", 3, ValueType::Float, PassRequest::Surface),
-    PassSpec(Pass::Position, "position", 3, ValueType::Float, PassRequest::Surface),
-    PassSpec(Pass::Albedo, "albedo", 3, ValueType::Float, PassRequest::Hits),
-    PassSpec(Pass::ObjectId, "object_id", 1, ValueType::Integer, PassRequest::Hits),
+    spec(Pass::Radiance, "radiance", 3, ValueType::Float, PassRequest::Radiance),
+    spec(Pass::Depth, "depth", 1, ValueType::Float, PassRequest::Hits),
+    spec(Pass::Distance, "distance", 1, ValueType::Float, PassRequest::Hits),
+    spec(Pass::Normal, "normal", 3, ValueType::Float, PassRequest::Surface),
+    spec(Pass::Position, "position", 3, ValueType::Float, PassRequest::Surface),
+    spec(Pass::Albedo, "albedo", 3, ValueType::Float, PassRequest::Hits),
+    spec(Pass::ObjectId, "object_id", 1, ValueType::Integer, PassRequest::Hits),
 ];
 
 impl FromStr for Pass {
     type Err = UnknownName;
 
     fn from_str(name: &str) -> Result<Pass, UnknownName> {
-        PASSES.iter().find(|spec| spec.1 == name).map(|spec| spec.0).ok_or(UnknownName)
+        PASSES.iter().find(|spec| spec.name == name).map(|spec| spec.pass).ok_or(UnknownName)
     }
 }
 
 impl Pass {
     /// The type of its values.
     pub fn value_type(self) -> ValueType {
-        PASSES[self as usize].3
+        PASSES[self as usize].value_type
     }
 }
 
@@ -82,6 +98,22 @@ impl<'a> Values<'a> {
         match self {
             Values::Floats(values) => values.len(),
             Values::Integers(values) => values.len(),
+        }
+    }
+
+    /// The values of a pass of floats; `Film::holds` checks its type.
+    fn floats(&mut self) -> &mut [f32] {
+        match self {
+            Values::Floats(values) => values,
+            Values::Integers(_) => &mut [],
+        }
+    }
+
+    /// The values of a pass of integers; `Film::holds` checks its type.
+    fn integers(&mut self) -> &mut [u32] {
+        match self {
+            Values::Floats(_) => &mut [],
+            Values::Integers(values) => values,
         }
     }
 
@@ -113,17 +145,17 @@ impl<'a> Film<'a> {
 
     /// The pixels' data that the passes need.
     pub(crate) fn request(&self) -> PassRequest {
-        let recorded = PASSES.iter().filter(|spec| self.values[spec.0 as usize].is_some());
-        recorded.map(|spec| spec.4).max().unwrap_or(PassRequest::Radiance)
+        let recorded = PASSES.iter().filter(|spec| self.values[spec.pass as usize].is_some());
+        recorded.map(|spec| spec.request).max().unwrap_or(PassRequest::Radiance)
     }
 
     /// Whether radiance is recorded, and each array has the type and the length that the pixels of a window need.
     pub fn holds(&self, window: Window) -> bool {
-        let fits = |&PassSpec(pass, _, channels, value_type, _): &PassSpec| match &self.values[pass as usize] {
-            None => pass != Pass::Radiance,
+        let fits = |spec: &PassSpec| match &self.values[spec.pass as usize] {
+            None => spec.pass != Pass::Radiance,
             Some(values) => {
-                values.len() == channels * window.pixels()
-                    && matches!(values, Values::Integers(_)) == (value_type == ValueType::Integer)
+                values.len() == spec.channels * window.pixels()
+                    && matches!(values, Values::Integers(_)) == (spec.value_type == ValueType::Integer)
             }
         };
         PASSES.iter().all(fits)
@@ -132,10 +164,8 @@ impl<'a> Film<'a> {
     /// Take the first pixels out of the film.
     pub(crate) fn split_off(&mut self, pixels: usize) -> Film<'a> {
         let mut first = Film::default();
-        for ((part, values), PassSpec(_, _, channels, ..)) in
-            first.values.iter_mut().zip(&mut self.values).zip(&PASSES)
-        {
-            *part = values.as_mut().and_then(|values| values.split_off(channels * pixels));
+        for ((part, values), spec) in first.values.iter_mut().zip(&mut self.values).zip(&PASSES) {
+            *part = values.as_mut().and_then(|values| values.split_off(spec.channels * pixels));
         }
         first
     }
@@ -152,29 +182,29 @@ impl TileSink for FilmSink<'_> {
     fn take(&mut self, traced: &TileTracer, tile: Tile) {
         let FilmSink { film, to_world } = self;
         let (t, faces) = (&traced.hits.t, &traced.hits.face);
-        for PassSpec(pass, ..) in &PASSES {
-            match (pass, &mut film.values[*pass as usize], &traced.surface) {
-                (Pass::Radiance, Some(Values::Floats(radiance)), _) => {
+        for spec in &PASSES {
+            let Some(values) = &mut film.values[spec.pass as usize] else { continue };
+            match spec.pass {
+                Pass::Radiance => {
                     for span in tile.spans() {
                         let pixels = 3 * span.pixel..3 * (span.pixel + span.count);
-                        traced.mean_radiance(span.lane, &mut radiance[pixels]);
+                        traced.mean_radiance(span.lane, &mut values.floats()[pixels]);
                     }
                 }
-                (Pass::Depth, Some(Values::Floats(depth)), _) => tile.put(depth, &to_world.lengths(t, faces)),
-                (Pass::Distance, Some(Values::Floats(distance)), _) => {
-                    tile.put(distance, &to_world.lengths(&distances(t, &traced.rays.vv), faces));
+                Pass::Depth => tile.put(values.floats(), &to_world.lengths(t, faces)),
+                Pass::Distance => {
+                    tile.put(values.floats(), &to_world.lengths(&distances(t, &traced.rays.vv), faces));
                 }
-                (Pass::Normal, Some(Values::Floats(normal)), Some(surface)) => {
-                    tile.put(normal.as_chunks_mut().0, &to_world.normals(&surface.normal, faces));
+                Pass::Normal => {
+                    let Some(surface) = &traced.surface else { continue };
+                    tile.put(values.floats().as_chunks_mut().0, &to_world.normals(&surface.normal, faces));
                 }
-                (Pass::Position, Some(Values::Floats(position)), Some(surface)) => {
-                    tile.put(position.as_chunks_mut().0, &to_world.positions(&surface.position, faces));
+                Pass::Position => {
+                    let Some(surface) = &traced.surface else { continue };
+                    tile.put(values.floats().as_chunks_mut().0, &to_world.positions(&surface.position, faces));
                 }
-                (Pass::Albedo, Some(Values::Floats(albedo)), _) => {
-                    tile.put(albedo.as_chunks_mut().0, &to_world.albedos(faces));
-                }
-                (Pass::ObjectId, Some(Values::Integers(id)), _) => tile.put(id, &to_world.object_ids(faces)),
-                _ => (),
+                Pass::Albedo => tile.put(values.floats().as_chunks_mut().0, &to_world.albedos(faces)),
+                Pass::ObjectId => tile.put(values.integers(), &to_world.object_ids(faces)),
             }
         }
     }
@@ -306,7 +336,7 @@ mod tests {
     #[test]
     fn the_table_is_in_the_order_of_the_passes() {
         for (index, spec) in PASSES.iter().enumerate() {
-            assert_eq!(spec.0 as usize, index);
+            assert_eq!(spec.pass as usize, index);
         }
     }
 }

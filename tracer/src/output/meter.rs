@@ -113,10 +113,10 @@ mod tests {
     proptest! {
         #[test]
         fn a_quantile_lies_where_sorting_puts_it(mut values in prop::collection::vec(0.0..1e3, 1..60)) {
-            let place = (values.len() - 1) as f64 * 0.95;
+            let rank = (values.len() - 1) as f64 * 0.95;
             let found = quantile(&mut values, 0.95);
             values.sort_by(f64::total_cmp);
-            let (below, above) = (values[place.floor() as usize], values[place.ceil() as usize]);
+            let (below, above) = (values[rank.floor() as usize], values[rank.ceil() as usize]);
             prop_assert!((below..=above).contains(&found));
         }
 

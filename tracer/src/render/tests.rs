@@ -241,7 +241,13 @@ fn world(width: u32, height: u32, objects: Vec<Object>, lights: Vec<LightDesc>) 
         camera: Camera::along_z(width, height, 50.0),
         objects,
         lights,
-        settings: Settings { samples: 1, background: [0.0; 3], direct_light: true, eye_falloff: false },
+        settings: Settings {
+            samples: 1,
+            background: [0.0; 3],
+            ambient: [0.0; 3],
+            direct_light: true,
+            eye_falloff: false,
+        },
     }
 }
 
@@ -350,7 +356,7 @@ fn no_number_is_too_large_or_too_small() {
         let objects = vec![
             grey([0.0, -a, 0.0], ShapeDesc::Plane(PlaneDesc { normal: [a, b, 0.0] })),
             grey([b, 0.0, -3.0 * a], ShapeDesc::Sphere(SphereDesc { radius: a })),
-            grey([0.0, b, -3.0 * b], ShapeDesc::Cuboid(CuboidDesc { size: [b, a, b], rotation: a })),
+            grey([0.0, b, -3.0 * b], ShapeDesc::Cuboid(CuboidDesc { size: [b, a, b], rotation: [0.0, a, 0.0] })),
             grey([0.0, 0.0, -a], ShapeDesc::Sphere(SphereDesc { radius: b })),
         ];
         let lights = vec![light([a, b, 0.0], a), light([0.0; 3], b)];

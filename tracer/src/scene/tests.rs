@@ -46,7 +46,7 @@ proptest! {
     ) {
         let world = rounded(world);
         let mut moved = world.clone();
-        let there = |place: Vector| std::array::from_fn(|i| place[i] + f64::from(way[i]));
+        let there = |position: Vector| std::array::from_fn(|i| position[i] + f64::from(way[i]));
         moved.camera.position = there(world.camera.position);
         moved.objects.iter_mut().for_each(|object| object.position = there(object.position));
         for light in &mut moved.lights {
@@ -56,9 +56,9 @@ proptest! {
     }
 }
 
-/// The same world with places that can be added without rounding.
+/// The same world with positions that can be added without rounding.
 fn rounded(mut world: World) -> World {
-    let near = |place: &mut Vector| place.iter_mut().for_each(|x| *x = (*x * 1024.0).round() / 1024.0);
+    let near = |position: &mut Vector| position.iter_mut().for_each(|x| *x = (*x * 1024.0).round() / 1024.0);
     near(&mut world.camera.position);
     world.objects.iter_mut().for_each(|object| near(&mut object.position));
     for light in &mut world.lights {
@@ -73,7 +73,13 @@ fn one_object(shape: ShapeDesc, position: Vector) -> World {
         camera: Camera::along_z(16, 16, 60.0),
         objects: vec![Object { position, color: [0.5; 3], shape }],
         lights: vec![],
-        settings: Settings { samples: 1, background: [0.0; 3], direct_light: true, eye_falloff: false },
+        settings: Settings {
+            samples: 1,
+            background: [0.0; 3],
+            ambient: [0.0; 3],
+            direct_light: true,
+            eye_falloff: false,
+        },
     }
 }
 

@@ -1,9 +1,10 @@
 //! The unit of camera space.
 
-use crate::memory::{OutOfMemory, collect, reserve};
+use crate::memory::{OutOfMemory, collect, par_collect, reserve};
 use crate::shapes::OBJECTS;
 use crate::vector::Vector;
 use crate::world::{Object, World};
+use rayon::prelude::*;
 
 /// The farthest object or light stays within this power of two, so that its square stays within float32.
 const LARGEST_EXPONENT: i32 = 58;
@@ -26,7 +27,8 @@ pub(crate) fn suitable_unit(world: &World) -> Result<f64, OutOfMemory> {
         (distance > 0.0).then(|| libm::ilogb(distance))
     };
     let of_object = |object: &Object| exponent(object.position, object.shape.size());
-    let mut exponents = collect(world.objects.iter().filter_map(of_object), OBJECTS)?;
+    let exponents = par_collect(world.objects.par_iter().map(of_object), OBJECTS)?;
+    let mut exponents = collect(exponents.into_iter().flatten(), OBJECTS)?;
     let Some(&farthest_object) = exponents.iter().max() else {
         return Ok(1.0);
     };

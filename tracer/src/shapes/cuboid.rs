@@ -1,4 +1,4 @@
-//! A box rotated about +y (document, section 2.2.3); `Box` is taken in Rust.
+//! A box turned about three axes (document, section 2.2.3); `Box` is taken in Rust.
 
 use crate::bounds::BoundingSphere;
 use crate::camera_space::{CameraSpace, FAR_FROM_ROUNDING};
@@ -26,13 +26,13 @@ pub(crate) struct Cuboid {
     pub(crate) eye: Vector,
 }
 
-/// A box around its position, rotated about +y.
+/// A box around its position, turned in any way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CuboidDesc {
     /// Width (x), height (y), depth (z).
     pub size: Vector,
-    /// Degrees, counter-clockwise seen from above.
-    pub rotation: f64,
+    /// Degrees about the axes of the world: it is turned about x, then y, then z.
+    pub rotation: Vector,
 }
 
 impl CuboidDesc {
@@ -43,12 +43,13 @@ impl CuboidDesc {
 }
 
 impl Description for CuboidDesc {
-    const PARAMETERS: usize = 4;
+    const PARAMETERS: usize = 6;
 
     type Shape = Cuboid;
 
     fn new(parameters: &[f64]) -> CuboidDesc {
-        CuboidDesc { size: [parameters[0], parameters[1], parameters[2]], rotation: parameters[3] }
+        let p = parameters;
+        CuboidDesc { size: [p[0], p[1], p[2]], rotation: [p[4], p[3], p[5]] }
     }
 
     fn size(&self) -> f64 {
@@ -322,10 +323,23 @@ impl Primitive for Cuboid {
     }
 }
 
-/// The axes of a box rotated about +y: the rows of R_y (document, section 2.2.3).
-fn box_axes(degrees: f64) -> [Vector; 3] {
-    let (sine, cosine) = sine_and_cosine(degrees);
-    [[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]]
+/// The axes of a box turned about x, then y, then z: the columns of R_z R_y R_x (document, section 2.2.3).
+fn box_axes(degrees: Vector) -> [Vector; 3] {
+    if let [0.0, about_y, 0.0] = degrees {
+        // As most boxes are, so that many are ready sooner.
+        let (sine, cosine) = sine_and_cosine(about_y);
+        return [[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]];
+    }
+    let mut axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    for (about, degrees) in degrees.into_iter().enumerate() {
+        let (sine, cosine) = sine_and_cosine(degrees);
+        // Right-handed: x turns toward y about z, y toward z about x, z toward x about y.
+        let (i, j) = ((about + 1) % 3, (about + 2) % 3);
+        for axis in &mut axes {
+            (axis[i], axis[j]) = (cosine * axis[i] - sine * axis[j], sine * axis[i] + cosine * axis[j]);
+        }
+    }
+    axes
 }
 
 /// sin and cos of an angle, exact at multiples of 90 degrees, where a box is axis-aligned.

@@ -61,7 +61,7 @@ impl Points {
 
     /// Bound on the rounding error of a point's position: anything closer touches it.
     ///
-    /// It depends on nothing but the point, as all that decides a pixel.
+    /// It depends only on the point, like everything that determines a pixel.
     #[inline(always)]
     pub(crate) fn slack(&self, i: usize) -> f32 {
         let [x, y, z] = &self.offset;

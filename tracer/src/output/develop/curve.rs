@@ -20,13 +20,18 @@ pub enum ToneCurve {
     Aces,
 }
 
-/// The name in scene files, Y of exposed light x, and x of Y.
-struct CurveSpec(ToneCurve, &'static str, fn(f64) -> f64, fn(f64) -> f64);
+/// A curve: its name in scene files, Y of exposed light x, and x of Y.
+struct CurveSpec {
+    curve: ToneCurve,
+    name: &'static str,
+    y: fn(f64) -> f64,
+    x: fn(f64) -> f64,
+}
 
 const CURVES: [CurveSpec; 3] = [
-    CurveSpec(ToneCurve::Clip, "clip", |x| x, |y| y),
-    CurveSpec(ToneCurve::Reinhard, "reinhard", |x| x / (1.0 + x), |y| y / (1.0 - y)),
-    CurveSpec(ToneCurve::Aces, "aces", aces, inverse_aces),
+    CurveSpec { curve: ToneCurve::Clip, name: "clip", y: |x| x, x: |y| y },
+    CurveSpec { curve: ToneCurve::Reinhard, name: "reinhard", y: |x| x / (1.0 + x), x: |y| y / (1.0 - y) },
+    CurveSpec { curve: ToneCurve::Aces, name: "aces", y: aces, x: inverse_aces },
 ];
 
 /// The ACES curve is white well before this, and larger squares might overflow.
@@ -47,19 +52,19 @@ impl FromStr for ToneCurve {
     type Err = UnknownName;
 
     fn from_str(name: &str) -> Result<ToneCurve, UnknownName> {
-        CURVES.iter().find(|spec| spec.1 == name).map(|spec| spec.0).ok_or(UnknownName)
+        CURVES.iter().find(|spec| spec.name == name).map(|spec| spec.curve).ok_or(UnknownName)
     }
 }
 
 impl ToneCurve {
     /// Return Y for exposed light x, 0 or more.
     pub(super) fn apply(self, x: f64) -> f64 {
-        CURVES[self as usize].2(x)
+        (CURVES[self as usize].y)(x)
     }
 
     /// Return the light x that the curve maps to y, 0 < y < 1, but for rounding.
     pub(super) fn invert(self, y: f64) -> f64 {
-        CURVES[self as usize].3(y)
+        (CURVES[self as usize].x)(y)
     }
 }
 
@@ -85,7 +90,7 @@ mod tests {
     #[test]
     fn the_table_is_in_the_order_of_the_curves() {
         for (index, spec) in CURVES.iter().enumerate() {
-            assert_eq!(spec.0 as usize, index);
+            assert_eq!(spec.curve as usize, index);
         }
     }
 

@@ -5,15 +5,15 @@ use crate::shapes::plane::Plane;
 use crate::vector::{add, scale};
 use proptest::prelude::*;
 
-/// A place on the surface of a shape: on a face, or an edge or corner of a box.
-fn any_place_on(shape: &OracleShape, direction: Vector, shares: Vector, fixed: [bool; 3]) -> Vector {
+/// A point on the surface of a shape: on a face, or an edge or corner of a box.
+fn any_point_on(shape: &OracleShape, direction: Vector, shares: Vector, fixed: [bool; 3]) -> Vector {
     match *shape {
         OracleShape::Sphere { center, radius } => add(center, scale(direction, radius)),
         OracleShape::Plane { .. } => unreachable!(),
         OracleShape::Box { center, axes, half } => {
             let fixed = if fixed.contains(&true) { fixed } else { [false, true, false] };
             let along = |i: usize| half[i] * if fixed[i] { shares[i].signum() } else { shares[i] };
-            (0..3).fold(center, |place, i| add(place, scale(axes[i], along(i))))
+            (0..3).fold(center, |point, i| add(point, scale(axes[i], along(i))))
         }
     }
 }
@@ -26,8 +26,8 @@ proptest! {
         shares in [-1.0..1.0, -1.0..1.0, -1.0..1.0],
         fixed in any::<[bool; 3]>(),
     ) {
-        let place = any_place_on(&shape, direction, shares, fixed);
-        prop_assert_eq!(shape.contact(place).side, Side::On);
+        let point = any_point_on(&shape, direction, shares, fixed);
+        prop_assert_eq!(shape.contact(point).side, Side::On);
     }
 
     #[test]
@@ -36,10 +36,10 @@ proptest! {
         direction in any_direction(),
         shares in [-1.0..1.0, -1.0..1.0, -1.0..1.0],
     ) {
-        let place = any_place_on(&shape, direction, shares, [false, true, false]);
+        let point = any_point_on(&shape, direction, shares, [false, true, false]);
         for (share, side) in [(1e-11, Side::Outside), (-1e-11, Side::Inside)] {
-            let outward = sub(place, shape.center());
-            prop_assert_eq!(shape.contact(add(place, scale(outward, share))).side, side);
+            let outward = sub(point, shape.center());
+            prop_assert_eq!(shape.contact(add(point, scale(outward, share))).side, side);
         }
     }
 }
@@ -50,8 +50,8 @@ fn a_place_on_an_edge_has_the_coordinates_of_both_faces() {
     let axes = [[0.6, 0.0, -0.8], [0.0, 1.0, 0.0], [0.8, 0.0, 0.6]];
     let half = [third, 2.0 * third, 5.0];
     let center = [1e3, -2e3, 7.7];
-    let place = add(center, add(scale(axes[0], third), scale(axes[1], -2.0 * third)));
-    let contact = Cuboid::contact(place, center, &axes, half);
+    let point = add(center, add(scale(axes[0], third), scale(axes[1], -2.0 * third)));
+    let contact = Cuboid::contact(point, center, &axes, half);
     assert_eq!(contact.side, Side::On);
     assert_eq!(contact.local[..2], [third, -2.0 * third]);
 }

@@ -70,15 +70,15 @@ proptest! {
             let size = points.bounds().radius;
             let half = half.map(|half| half * distances.2 * size);
             let middle = points.bounds().center;
-            let place = add(middle, scale(center, distances.0 * size));
-            let toward = if light_inside { add(place, scale(light, 0.05 * distances.2 * size)) } else {
-                add(place, scale(sub(add(place, scale(light, half[0])), middle), distances.1))
+            let position = add(middle, scale(center, distances.0 * size));
+            let toward = if light_inside { add(position, scale(light, 0.05 * distances.2 * size)) } else {
+                add(position, scale(sub(add(position, scale(light, half[0])), middle), distances.1))
             };
-            check_occlusion(&OracleShape::Box { center: place, axes, half }, toward, &points)?;
+            check_occlusion(&OracleShape::Box { center: position, axes, half }, toward, &points)?;
         }
     }
 
-    /// However the camera turns, which rounds places differently.
+    /// However the camera turns, which rounds positions differently.
     #[test]
     fn a_light_on_a_box_lights_what_is_above_it_and_not_what_is_below(axes in any_axes(), edge in any::<bool>()) {
         // Rows and columns of a turn are each other's turn back.
@@ -92,11 +92,11 @@ proptest! {
     }
 }
 
-fn points_at(places: &[Vector]) -> Points {
+fn points_at(positions: &[Vector]) -> Points {
     let mut points = Points::new();
-    points.count = places.len();
-    for (i, place) in places.iter().enumerate() {
-        (0..3).for_each(|axis| points.offset[axis][i] = place[axis] as f32);
+    points.count = positions.len();
+    for (i, position) in positions.iter().enumerate() {
+        (0..3).for_each(|axis| points.offset[axis][i] = position[axis] as f32);
     }
     points
 }
@@ -247,5 +247,13 @@ fn other_angles_are_those_of_the_mathematics_library() {
 #[test]
 fn the_axes_of_a_box_turn_counter_clockwise_seen_from_above() {
     // From above, x points right and -z up: a quarter turn takes x to -z.
-    assert_eq!(box_axes(90.0), [[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]);
+    assert_eq!(box_axes([0.0, 90.0, 0.0]), [[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]);
+}
+
+#[test]
+fn a_box_turns_about_x_then_y_then_z_of_the_world() {
+    // About x, y goes to z and z to -y; about y, z goes to x and x to -z.
+    assert_eq!(box_axes([90.0, 90.0, 0.0]), [[0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]]);
+    // About z, x goes to y and y to -x.
+    assert_eq!(box_axes([0.0, 90.0, 90.0]), [[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
 }

@@ -63,7 +63,7 @@ proptest! {
         }
     }
 
-    /// However the camera turns, which rounds places differently: a light on the ceiling lights the room.
+    /// However the camera turns, which rounds positions differently: a light on the ceiling lights the room.
     #[test]
     fn a_light_on_a_plane_is_not_hidden_by_it(axes in any_axes(), height in -3.0..3.0_f64) {
         let ceiling = OracleShape::Plane { normal: rotate(&axes, [0.0, 1.0, 0.0]), offset: height };

@@ -87,11 +87,11 @@ proptest! {
             let size = points.bounds().radius;
             let radius = distances.2 * size;
             let middle = points.bounds().center;
-            let place = add(middle, scale(center, distances.0 * size));
-            let toward = if light_inside { add(place, scale(light, radius / 2.0)) } else {
-                add(place, scale(sub(add(place, scale(light, radius)), middle), distances.1))
+            let position = add(middle, scale(center, distances.0 * size));
+            let toward = if light_inside { add(position, scale(light, radius / 2.0)) } else {
+                add(position, scale(sub(add(position, scale(light, radius)), middle), distances.1))
             };
-            check_occlusion(&ball(place, radius), toward, &points)?;
+            check_occlusion(&ball(position, radius), toward, &points)?;
         }
     }
 }
@@ -116,8 +116,8 @@ fn a_sphere_behind_the_eye_is_not_seen() {
     assert!(hits.face.iter().all(|&face| face == NO_FACE));
 }
 
-/// The ground of a planet as somebody sees it who stands on it: a little below the horizon its roots are close to
-/// each other.
+/// The ground of a planet, seen by a viewer standing on it: a little below the horizon its roots are close to each
+/// other.
 #[test]
 fn the_ground_of_a_planet_is_as_far_as_it_should_be() {
     for height in [1e-2, 1e-4, 1e-6, 1e-7] {
@@ -196,23 +196,23 @@ proptest! {
         prop_assert_eq!(hits.closest(), f32::INFINITY);
     }
 
-    /// However the camera turns, which rounds places differently.
+    /// However the camera turns, which rounds positions differently.
     #[test]
     fn a_light_on_a_sphere_lights_what_is_above_it_and_not_what_is_below(axes in any_axes()) {
-        let turned_to = |place| turned_place(&axes, place);
+        let turned_to = |position| turned(&axes, position);
         let carrier = ball(turned_to([0.0, 1.0, 0.0]), 1.0);
         let light = turned_to([0.0, 2.0, 0.0]);
         let mut points = Points::new();
         points.count = 2;
-        for (i, place) in [[3.0, 2.5, 1.0], [1.5, -1.0, 0.2]].into_iter().enumerate() {
-            let place = turned_to(place);
-            (0..3).for_each(|axis| points.offset[axis][i] = place[axis] as f32);
+        for (i, position) in [[3.0, 2.5, 1.0], [1.5, -1.0, 0.2]].into_iter().enumerate() {
+            let position = turned_to(position);
+            (0..3).for_each(|axis| points.offset[axis][i] = position[axis] as f32);
         }
         let left = irradiance_left(&carrier, light, &points);
         prop_assert_eq!(&left[..2], &[1.0, 0.0]);
     }
 }
 
-fn turned_place(axes: &[Vector; 3], place: Vector) -> Vector {
-    crate::vector::rotate(axes, place)
+fn turned(axes: &[Vector; 3], position: Vector) -> Vector {
+    crate::vector::rotate(axes, position)
 }

@@ -41,12 +41,18 @@ fn world_of(shapes: &[(Vector, ShapeDesc)]) -> World {
         camera: Camera::along_z(1000, 800, 60.0),
         objects: shapes.iter().map(|&(position, shape)| Object { position, color: [0.5; 3], shape }).collect(),
         lights: Vec::new(),
-        settings: Settings { samples: 1, background: [0.0; 3], direct_light: true, eye_falloff: false },
+        settings: Settings {
+            samples: 1,
+            background: [0.0; 3],
+            ambient: [0.0; 3],
+            direct_light: true,
+            eye_falloff: false,
+        },
     }
 }
 
 fn boxed(x: f64, y: f64, z: f64, rotation: f64) -> ShapeDesc {
-    ShapeDesc::Cuboid(CuboidDesc { size: [x, y, z], rotation })
+    ShapeDesc::Cuboid(CuboidDesc { size: [x, y, z], rotation: [0.0, rotation, 0.0] })
 }
 
 proptest! {

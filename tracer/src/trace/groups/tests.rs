@@ -4,7 +4,7 @@ use crate::world::Window;
 use proptest::prelude::*;
 
 /// A tile in the corner of a picture, with a window.
-fn place(window: Window) -> Tile {
+fn tile(window: Window) -> Tile {
     let view = View::centered(100, 100, 0.01);
     Tile { view, corner: (SIDE, SIDE), window }
 }
@@ -74,7 +74,7 @@ fn check(hits: &HitBuffer, tile: Tile) -> Result<(), TestCaseError> {
 proptest! {
     #[test]
     fn each_wanted_ray_is_in_the_one_group_of_its_face(hits in any_hits(), window in any_window()) {
-        check(&hits, place(window))?;
+        check(&hits, tile(window))?;
     }
 }
 
@@ -85,15 +85,15 @@ fn every_ray_may_meet_another_face() {
         hits.face[lane] = 1000 - lane as u32;
         hits.t[lane] = lane as f32;
     }
-    check(&hits, place(WHOLE)).unwrap();
+    check(&hits, tile(WHOLE)).unwrap();
 }
 
 #[test]
 fn all_rays_may_miss() {
-    check(&HitBuffer::new(), place(WHOLE)).unwrap();
+    check(&HitBuffer::new(), tile(WHOLE)).unwrap();
 }
 
-/// As many as fit keep the same place in the table of faces.
+/// As many as fit keep the same index in the table of faces.
 #[test]
 fn faces_may_collide_in_the_table() {
     let inverse = (0..31).fold(1_u32, |x, _| x.wrapping_mul(2_u32.wrapping_sub(0x9e37_79b1_u32.wrapping_mul(x))));
@@ -103,5 +103,5 @@ fn faces_may_collide_in_the_table() {
         hits.face[lane] = (0xff80_0000 | lane as u32).wrapping_mul(inverse);
         hits.t[lane] = 1.0;
     }
-    check(&hits, place(WHOLE)).unwrap();
+    check(&hits, tile(WHOLE)).unwrap();
 }

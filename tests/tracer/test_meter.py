@@ -1,5 +1,4 @@
 import math
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -66,8 +65,8 @@ SCENES = sorted((Path(__file__).resolve().parents[2] / "scenes").glob("*.yaml"))
 def factor(path, width, height):
     """Return the factor of light that a gallery scene is metered to get at a resolution."""
     world = pack(rtcli.load_scene(path))
-    camera = replace(world.camera, width=width, height=height)
-    return 2 ** NativeTracer(replace(world, camera=camera), 2).exposure().stops
+    camera = world.camera._replace(width=width, height=height)
+    return 2 ** NativeTracer(world._replace(camera=camera), 2).exposure().stops
 
 
 @pytest.mark.parametrize(("width", "height"), [(16, 9), (4, 3), (3, 2)])

@@ -1,0 +1,58 @@
+"""The help of a command: it opens with examples, and lists the options in groups."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import click
+
+# The heading of the options that have no other.
+_HEADING = "Options"
+
+
+class Option(click.Option):
+    """An option that the help lists under a heading.
+
+    Parameters
+    ----------
+    heading
+        The heading, such as `Golden pictures`.
+    """
+
+    def __init__(self, *arguments: Any, heading: str = _HEADING, **settings: Any) -> None:
+        super().__init__(*arguments, **settings)
+        self.heading = heading
+
+
+class Command(click.Command):
+    """A command whose help shows examples before the options, and options in groups.
+
+    Parameters
+    ----------
+    examples
+        Complete command lines, at most 76 characters each.
+    """
+
+    def __init__(self, *arguments: Any, examples: Sequence[str], **settings: Any) -> None:
+        super().__init__(*arguments, **settings)
+        self.examples = examples
+
+    def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write what the command does, and the examples."""
+        super().format_help_text(ctx, formatter)
+        with formatter.section("Examples" if len(self.examples) > 1 else "Example"):
+            formatter.write("".join(f"  {example}\n" for example in self.examples))
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the options under their headings, with all descriptions in one column."""
+        groups: dict[str, list[tuple[str, str]]] = {}
+        for parameter in self.get_params(ctx):
+            record = parameter.get_help_record(ctx)
+            if isinstance(parameter, click.Option) and record is not None:
+                heading = parameter.heading if isinstance(parameter, Option) else _HEADING
+                groups.setdefault(heading, []).append(record)
+        width = max(len(name) for rows in groups.values() for name, _ in rows)
+        for heading, rows in groups.items():
+            with formatter.section(heading):
+                formatter.write_dl([(name.ljust(width), text) for name, text in rows])

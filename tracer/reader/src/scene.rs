@@ -1,0 +1,299 @@
+//! A whole scene file.
+
+use std::collections::HashSet;
+
+use crate::row::{Counter, Row, field_of, read_row, read_value};
+use crate::schema::{Kind, Mapping, Value};
+use crate::source::Source;
+use crate::source::json::Json;
+use crate::source::yaml::Yaml;
+use crate::table::{CARRIED_LIGHT, LIGHT, LIGHTS, OBJECT, SCENE, SHAPES};
+
+/// The formats of scene files.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Format {
+    /// RFC 8259.
+    Json,
+    /// YAML 1.2, as libyaml reads it.
+    Yaml,
+}
+
+/// A change to a file before it is checked: the section, the key in it, and the value in YAML.
+pub type Edit<'a> = (&'a str, &'a str, &'a str);
+
+/// The value of a key of a section.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Setting {
+    /// True or false.
+    Boolean(bool),
+    /// An integer.
+    Integer(i64),
+    /// A number.
+    Number(f64),
+    /// A vector or color.
+    Numbers(Vec<f64>),
+    /// Several integers.
+    Integers(Vec<i64>),
+    /// A word.
+    Word(&'static str),
+    /// The key is left out, and has no default.
+    Missing,
+}
+
+/// A section of a file, such as its camera: each key with its value.
+pub type Section = Vec<(&'static str, Setting)>;
+
+/// The objects of a scene, one row each, in the order of the file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Objects {
+    /// Indices into [`shapes`].
+    pub kind: Vec<u8>,
+    /// Three numbers each.
+    pub position: Vec<f64>,
+    /// The parameters of the first object, then those of the second, and so on.
+    pub parameters: Vec<f64>,
+    /// Three numbers each.
+    pub color: Vec<f64>,
+    /// For each object `-`, or the length of its name in characters, a colon, and the name.
+    pub names: Vec<u8>,
+}
+
+/// The lights of a scene, one row each, those that objects carry after the others.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Lights {
+    /// Indices into [`light_kinds`].
+    pub kind: Vec<u8>,
+    /// As those of objects.
+    pub parameters: Vec<f64>,
+    /// Three numbers each.
+    pub color: Vec<f64>,
+    /// One number each.
+    pub intensity: Vec<f64>,
+    /// The index of the object that carries it, or -1.
+    pub carrier: Vec<i64>,
+}
+
+/// A valid scene, but for the rules that look at several keys of the camera.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// The sections by their keys in the file, with defaults for all that is left out.
+    pub sections: Vec<(&'static str, Section)>,
+    /// The objects.
+    pub objects: Objects,
+    /// The lights.
+    pub lights: Lights,
+}
+
+/// Returns the names of the shapes, in the order of `Objects::kind`.
+pub fn shapes() -> impl Iterator<Item = &'static str> {
+    SHAPES.iter().map(|kind| kind.name)
+}
+
+/// Returns the names of the kinds of lights, in the order of `Lights::kind`.
+pub fn light_kinds() -> impl Iterator<Item = &'static str> {
+    LIGHTS.iter().map(|kind| kind.name)
+}
+
+/// Reads a scene file with some changes; None if it is not plainly valid, or memory runs out.
+pub fn read(bytes: &[u8], format: Format, edits: &[Edit<'_>]) -> Option<Scene> {
+    let text = str::from_utf8(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)).ok()?;
+    match format {
+        Format::Json => Reader::new().read(&mut Json::new(text), edits),
+        Format::Yaml => Reader::new().read(&mut Yaml::new(text)?, edits),
+    }
+}
+
+/// The parts of a scene that are read so far.
+struct Reader<'a> {
+    counter: Counter,
+    sections: Vec<(&'static str, &'static Mapping, Row<'a>)>,
+    objects: Objects,
+    lights: Lights,
+    /// Their parameters are the positions of the objects.
+    carried: Lights,
+    names: HashSet<&'a str>,
+}
+
+impl<'a> Reader<'a> {
+    fn new() -> Self {
+        let section = |field: &crate::schema::Field| match field.value {
+            Value::Mapping(mapping) => Some((field.key, mapping, Row::new(mapping))),
+            _ => None,
+        };
+        Reader {
+            counter: Counter::default(),
+            sections: SCENE.fields.iter().filter_map(section).collect(),
+            objects: Objects::default(),
+            lights: Lights::default(),
+            carried: Lights::default(),
+            names: HashSet::default(),
+        }
+    }
+
+    fn read<S: Source<'a>>(mut self, source: &mut S, edits: &[Edit<'a>]) -> Option<Scene> {
+        self.counter.add(1)?;
+        let mut row = Row::new(&SCENE);
+        let mut counter = std::mem::take(&mut self.counter);
+        read_row(source, &SCENE, &mut row, &mut counter, |source, field, counter| match field.value {
+            Value::List(mapping) if std::ptr::eq(mapping, &OBJECT) => self.read_objects(source, counter),
+            Value::List(_) => self.read_lights(source, counter),
+            _ => {
+                let (_, mapping, row) = self.section(field.key)?;
+                read_row(source, mapping, row, counter, |_, _, _| None)
+            }
+        })?;
+        if !source.at_end() {
+            return None;
+        }
+        for edit in edits {
+            self.edit(edit)?;
+        }
+        self.finish()
+    }
+
+    fn section(&mut self, name: &str) -> Option<&mut (&'static str, &'static Mapping, Row<'a>)> {
+        self.sections.iter_mut().find(|(key, _, _)| *key == name)
+    }
+
+    /// Makes a change to a section, whose value is YAML in one line.
+    fn edit(&mut self, &(section, key, text): &Edit<'a>) -> Option<()> {
+        let (_, mapping, row) = self.section(section)?;
+        let (index, field) = field_of(mapping, key.as_bytes())?;
+        if text.contains(['\n', '\r']) {
+            return None;
+        }
+        let mut source = Yaml::new(text)?;
+        read_value(&mut source, field, row, &mut Counter::default())?;
+        row.keys |= 1 << index;
+        source.at_end().then_some(())
+    }
+
+    fn read_lights<S: Source<'a>>(&mut self, source: &mut S, counter: &mut Counter) -> Option<()> {
+        let mut list = source.open_list()?;
+        let mut row = Row::new(&LIGHT);
+        while source.item(&mut list)? {
+            counter.add(1)?;
+            row.reset(&LIGHT);
+            read_row(source, &LIGHT, &mut row, counter, |_, _, _| None)?;
+            let kind = &LIGHTS[0];
+            if !row.has(kind.required) {
+                return None;
+            }
+            let parameters = kind.parameters.iter().map(|&slot| row.numbers[slot]);
+            extend(&mut self.lights.parameters, parameters)?;
+            self.lights.add(&LIGHT, &row, -1)?;
+        }
+        Some(())
+    }
+
+    fn read_objects<S: Source<'a>>(&mut self, source: &mut S, counter: &mut Counter) -> Option<()> {
+        let position = slot(&OBJECT, "position")?;
+        let color = slot(&OBJECT, "color")?;
+        let kind_slot = slot(&OBJECT, "type")?;
+        let mut list = source.open_list()?;
+        let (mut row, mut light) = (Row::new(&OBJECT), Row::new(&CARRIED_LIGHT));
+        while source.item(&mut list)? {
+            counter.add(1)?;
+            row.reset(&OBJECT);
+            let mut carries = false;
+            read_row(source, &OBJECT, &mut row, counter, |source, _, counter| {
+                carries = true;
+                light.reset(&CARRIED_LIGHT);
+                read_row(source, &CARRIED_LIGHT, &mut light, counter, |_, _, _| None)?;
+                light.has(CARRIED_LIGHT.required).then_some(())
+            })?;
+            let numbers = &row.numbers;
+            let index = numbers[kind_slot];
+            // NaN without a type.
+            let kind: &Kind = if index >= 0.0 { &SHAPES[index as usize] } else { return None };
+            if !row.has(kind.required) || row.keys & !kind.allowed != 0 {
+                return None;
+            }
+            extend(&mut self.objects.kind, [index as u8])?;
+            extend(&mut self.objects.position, numbers[position..position + 3].iter().copied())?;
+            extend(&mut self.objects.parameters, kind.parameters.iter().map(|&slot| numbers[slot]))?;
+            extend(&mut self.objects.color, numbers[color..color + 3].iter().copied())?;
+            if carries {
+                extend(&mut self.carried.parameters, numbers[position..position + 3].iter().copied())?;
+                self.carried.add(&CARRIED_LIGHT, &light, self.objects.kind.len() as i64 - 1)?;
+            }
+            self.add_name(row.text)?;
+        }
+        Some(())
+    }
+
+    /// Adds the name of an object; gives up if it is taken.
+    fn add_name(&mut self, name: Option<&'a str>) -> Option<()> {
+        let Some(name) = name else {
+            return extend(&mut self.objects.names, [b'-']);
+        };
+        self.names.try_reserve(1).ok()?;
+        if !self.names.insert(name) {
+            return None;
+        }
+        extend(&mut self.objects.names, format!("{}:{name}", name.chars().count()).into_bytes())
+    }
+
+    fn finish(mut self) -> Option<Scene> {
+        let mut sections = Vec::new();
+        for (key, mapping, row) in &self.sections {
+            if !row.has(mapping.required) {
+                return None;
+            }
+            sections.push((*key, settings(mapping, row)));
+        }
+        let Lights { kind, parameters, color, intensity, carrier } = self.carried;
+        extend(&mut self.lights.kind, kind)?;
+        extend(&mut self.lights.parameters, parameters)?;
+        extend(&mut self.lights.color, color)?;
+        extend(&mut self.lights.intensity, intensity)?;
+        extend(&mut self.lights.carrier, carrier)?;
+        Some(Scene { sections, objects: self.objects, lights: self.lights })
+    }
+}
+
+impl Lights {
+    fn add(&mut self, mapping: &'static Mapping, row: &Row<'_>, carrier: i64) -> Option<()> {
+        let color = slot(mapping, "color")?;
+        extend(&mut self.kind, [0])?;
+        extend(&mut self.color, row.numbers[color..color + 3].iter().copied())?;
+        extend(&mut self.intensity, [row.numbers[slot(mapping, "intensity")?]])?;
+        extend(&mut self.carrier, [carrier])
+    }
+}
+
+fn slot(mapping: &'static Mapping, key: &str) -> Option<usize> {
+    field_of(mapping, key.as_bytes()).map(|(_, field)| field.slot)
+}
+
+/// Returns the values of a section by key.
+fn settings(mapping: &'static Mapping, row: &Row<'_>) -> Section {
+    mapping.fields.iter().map(|field| (field.key, setting(&field.value, &row.numbers[field.slot..]))).collect()
+}
+
+fn setting(value: &'static Value, slots: &[f64]) -> Setting {
+    let slots = &slots[..value.slots()];
+    match value {
+        Value::Boolean => Setting::Boolean(slots[0] != 0.0),
+        Value::NumberOr(word, _) if slots[0].is_nan() => Setting::Word(word),
+        Value::Choice(words) => Setting::Word(words[slots[0] as usize]),
+        _ if slots.is_empty() || slots[0].is_nan() => Setting::Missing,
+        Value::Number(range) if range.is_integer => Setting::Integer(slots[0] as i64),
+        Value::Numbers(_, range) if range.is_integer => {
+            Setting::Integers(slots.iter().map(|&slot| slot as i64).collect())
+        }
+        Value::Number(_) | Value::NumberOr(..) => Setting::Number(slots[0]),
+        _ => Setting::Numbers(slots.to_vec()),
+    }
+}
+
+/// Adds items to a list; gives up if memory runs out.
+fn extend<T>(list: &mut Vec<T>, items: impl IntoIterator<Item = T, IntoIter: ExactSizeIterator>) -> Option<()> {
+    let items = items.into_iter();
+    list.try_reserve(items.len()).ok()?;
+    list.extend(items);
+    Some(())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,109 @@
+use super::{Edit, Format, Scene, Setting, read};
+
+const CAMERA: &str = "camera: {resolution: [4, 3], fov: 40}\n";
+
+fn yaml(text: &str) -> Option<Scene> {
+    read(text.as_bytes(), Format::Yaml, &[])
+}
+
+fn camera_and(text: &str) -> Option<Scene> {
+    yaml(&format!("{CAMERA}{text}"))
+}
+
+fn setting(scene: &Scene, section: &str, key: &str) -> Setting {
+    let (_, settings) = scene.sections.iter().find(|(name, _)| *name == section).unwrap();
+    settings.iter().find(|(name, _)| *name == key).unwrap().1.clone()
+}
+
+#[test]
+fn block_flow_and_json_are_the_same_scene() {
+    let block = "camera:\n  fov: 40  # degrees\n  resolution:\n  - 4\n  - 3\nobjects:\n- color: red\n  position: [0, 1, 2]\n  \
+                 radius: 1.5\n  type: sphere\n  light:\n    intensity: 7\n";
+    let flow = "{camera: {resolution: [4, 3], fov: 40}, objects: [{type: sphere, radius: 1.5,\n color: 'Red', # c\n \
+                position: [0, 1, 2], light: {intensity: 7}}]}";
+    let json = r##"{"camera": {"resolution": [4, 3], "fov": 40}, "objects": [{"type": "sphere", "radius": 1.5,
+                "color": "#ff0000", "position": [0, 1, 2], "light": {"intensity": 7}}]}"##;
+    let scene = yaml(block).unwrap();
+    assert_eq!(scene.objects.position, [0.0, 1.0, 2.0]);
+    assert_eq!(scene.objects.parameters, [1.5]);
+    assert_eq!(scene.objects.color, [1.0, 0.0, 0.0]);
+    assert_eq!(
+        (scene.lights.parameters.as_slice(), scene.lights.carrier.as_slice()),
+        (&[0.0, 1.0, 2.0][..], &[0][..])
+    );
+    assert_eq!(yaml(flow), Some(scene.clone()));
+    assert_eq!(read(json.as_bytes(), Format::Json, &[]), Some(scene));
+}
+
+#[test]
+fn what_is_left_out_has_its_default() {
+    let scene = yaml(CAMERA).unwrap();
+    assert_eq!(setting(&scene, "camera", "up"), Setting::Numbers(vec![0.0, 1.0, 0.0]));
+    assert_eq!(setting(&scene, "camera", "look_at"), Setting::Missing);
+    assert_eq!(setting(&scene, "render", "samples"), Setting::Integer(1));
+    assert_eq!(setting(&scene, "image", "tone"), Setting::Word("clip"));
+}
+
+#[test]
+fn an_alias_stands_for_the_value_of_its_anchor() {
+    let ball = "{type: sphere, position: &p [1, 2, 3], radius: &r 2, color: &c red}";
+    let scene = camera_and(&format!(
+        "objects:\n  - {ball}\n  - type: sphere\n    position: *p\n    radius: *r  # c\n    color: *c\n"
+    ));
+    assert_eq!(scene.unwrap().objects.position, [1.0, 2.0, 3.0, 1.0, 2.0, 3.0]);
+}
+
+#[test]
+fn doubtful_anchors_and_aliases_are_not_read() {
+    for values in
+        ["&a *a", "&a [*a, 1, 2]", "*a", "&a &b [0, 0, 0]", "&a\n  - 0", "&a [0, 0, 0] x", "[&a 0, &a 1, *a]"]
+    {
+        assert_eq!(camera_and(&format!("lights:\n- intensity: 1\n  position: {values}\n")), None, "{values}");
+    }
+}
+
+#[test]
+fn values_that_aliases_add_are_limited() {
+    let alias = "\n- {position: *p, intensity: 1}";
+    let lights = |count| format!("lights:\n- {{position: &p [0, 0, 0], intensity: 1}}{}", alias.repeat(count));
+    assert!(camera_and(&lights(1_000)).is_some());
+    assert_eq!(camera_and(&lights(1_000_000)), None);
+}
+
+#[test]
+fn names_are_unique_and_keep_their_lengths() {
+    let plane = |name: &str| {
+        format!("- {{type: plane, name: {name}, position: [0, 0, 0], normal: [0, 1, 0], color: red}}\n")
+    };
+    let named = |names: &[&str]| {
+        camera_and(&format!("objects:\n{}", names.iter().map(|name| plane(name)).collect::<String>()))
+    };
+    assert_eq!(named(&["a b", "'é: 1'"]).unwrap().objects.names, "3:a b4:é: 1".as_bytes()[..].to_vec());
+    assert_eq!(named(&["a", "\"a\""]), None);
+    for name in ["null", "True", "1", "~", "''", "a: b", "[a]", "-", "\"\\n\"", "'a''b'", "!a"] {
+        assert_eq!(named(&[name]), None, "{name}");
+    }
+}
+
+#[test]
+fn an_edit_replaces_or_adds_a_key() {
+    let edits: &[Edit] =
+        &[("camera", "fov", "30"), ("image", "exposure", "auto"), ("camera", "resolution", "[8, 6]")];
+    let scene = read(b"camera: {fov: 40}", Format::Yaml, edits).unwrap();
+    assert_eq!(setting(&scene, "camera", "fov"), Setting::Number(30.0));
+    assert_eq!(setting(&scene, "image", "exposure"), Setting::Word("auto"));
+    for edit in [("camera", "fov", "180"), ("camera", "x", "1"), ("objects", "fov", "1"), ("camera", "fov", "1\n")]
+    {
+        assert_eq!(read(CAMERA.as_bytes(), Format::Yaml, &[edit]), None, "{edit:?}");
+    }
+}
+
+proptest::proptest! {
+    #[test]
+    fn no_text_makes_it_panic(text in "([-:,{}\\[\\]#&*'\"\\\\ \n\r0-9.e+]|camera|fov|position|objects|type|sphere|\u{e9}){0,60}") {
+        for format in [Format::Json, Format::Yaml] {
+            read(text.as_bytes(), format, &[]);
+            read(format!("{CAMERA}{text}").as_bytes(), format, &[("camera", "position", &text)]);
+        }
+    }
+}
