@@ -152,26 +152,17 @@ class _Pixel:
 
     def _ray_step(self, ray: Ray, within: tuple[float, float]) -> Step:
         camera = self.tracer.scenery.camera
-        frame, (px, py) = camera.frame, self.pixel
+        frame = camera.frame
         x, y = camera.on_image_plane(self.window, within)
+        equations, numbers, note = self._lens(within)
         return Step(
             "The primary ray",
             "2.1.2 to 2.1.5",
+            (*equations, "d = (x r + y u + f) / |x r + y u + f|"),
             (
-                "s_x = (px + a_x) / W      x = (2 s_x - 1) (W / H) tan(fov / 2)",
-                "s_y = (py + a_y) / H      y = (1 - 2 s_y) tan(fov / 2)",
-                "d = (x r + y u + f) / |x r + y u + f|",
-            ),
-            (
-                Number("p", (px, py), "the pixel's column and row, counted from 0"),
+                Number("p", self.pixel, "the pixel's column and row, counted from 0"),
                 Number("a", within, "the sample's position in the pixel, 0..1"),
-                Number("size", (frame.width, frame.height), "the picture's width and height"),
-                Number(
-                    "s",
-                    ((px + within[0]) / frame.width, (py + within[1]) / frame.height),
-                    "the sample's position in the picture, 0..1",
-                ),
-                Number("fov", frame.fov, "degrees, vertical"),
+                *numbers,
                 Number("xy", (float(x[0]), float(y[0])), "x and y on the image plane, at distance 1"),
                 Number("r", frame.right, "the camera's right"),
                 Number("u", frame.up, "the camera's up"),
@@ -180,5 +171,35 @@ class _Pixel:
                 Number("d", triple(ray.direction), "the direction, a unit vector"),
             ),
             "The ray is o + t d. It starts at the eye, and t is the distance along it.",
-            note="Corrected: the document maps to -1..1 twice, so fov is the vertical field of view.",
+            note=note,
+        )
+
+    def _lens(self, within: tuple[float, float]) -> tuple[tuple[str, ...], tuple[Number, ...], str]:
+        """Return the equations from the pixel to the image plane, their numbers, and a note."""
+        frame, (px, py) = self.tracer.scenery.camera.frame, self.pixel
+        if frame.fov is None:
+            center_x, center_y = frame.principal_point
+            return (
+                ("x = (px + a_x - 1/2 - c_x) / f_x", "y = (c_y + 1/2 - py - a_y) / f_y"),
+                (
+                    Number("focal", frame.focal_lengths, "the focal lengths in pixels"),
+                    Number("c", (center_x - 0.5, center_y - 0.5), "the principal point, 0 at the first centre"),
+                ),
+                "Beyond the document: the principal point may be anywhere, and pixels need not be square.",
+            )
+        return (
+            (
+                "s_x = (px + a_x) / W      x = (2 s_x - 1) (W / H) tan(fov / 2)",
+                "s_y = (py + a_y) / H      y = (1 - 2 s_y) tan(fov / 2)",
+            ),
+            (
+                Number("size", (frame.width, frame.height), "the picture's width and height"),
+                Number(
+                    "s",
+                    ((px + within[0]) / frame.width, (py + within[1]) / frame.height),
+                    "the sample's position in the picture, 0..1",
+                ),
+                Number("fov", frame.fov, "degrees, vertical"),
+            ),
+            "Corrected: the document maps to -1..1 twice, so fov is the vertical field of view.",
         )

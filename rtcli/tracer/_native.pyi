@@ -56,7 +56,7 @@ class Tracer:
     Parameters
     ----------
     camera
-        Width, height, fov, position, right, up, forward.
+        Width, height, half height, pixel aspect, center, position, right, up, forward.
     objects
         The columns of `Shapes`: kind (uint8), position, parameters, color (float64).
     lights
@@ -69,7 +69,7 @@ class Tracer:
 
     def __new__(
         cls,
-        camera: tuple[int, int, float, Vector, Vector, Vector, Vector],
+        camera: tuple[int, int, float, float, tuple[float, float], Vector, Vector, Vector, Vector],
         objects: tuple[bytes, ...],
         lights: tuple[bytes, ...],
         settings: tuple[int, Vector, Vector, bool, bool],
@@ -214,5 +214,5 @@ def meter(radiance: bytes, /) -> tuple[float, float | None]:
     That is the percentile of all points that are not black; 0 stops and None if all are.
     """
 
-def focal_length(fov: float, height: int, /) -> float:
-    """Return height / (2 tan(fov / 2)), in pixels: the same on every machine, as `math.tan` is not."""
+def half_tangent(degrees: float, /) -> float:
+    """Return tan(angle / 2) of an angle in degrees: the same on every machine, as `math.tan` is not."""

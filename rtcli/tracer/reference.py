@@ -123,18 +123,15 @@ class Ray:
 
 @dataclass(frozen=True)
 class SimpleCamera:
-    """The pinhole camera of section 2.1, with the frame that `look_at` and `up` give it.
+    """The pinhole camera of section 2.1, with any frame, principal point and pixel aspect.
 
     Parameters
     ----------
     frame
         The camera.
-    pixel_aspect
-        The width of a pixel over its height: 1 except for the meter.
     """
 
     frame: CameraFrame
-    pixel_aspect: float = 1.0
 
     def generate_primary_rays(self, window: Window, within: tuple[float, float] = CENTRE) -> Ray:
         """Return the rays through the pixels of a window, row by row.
@@ -158,19 +155,19 @@ class SimpleCamera:
     def on_image_plane(self, window: Window, within: tuple[float, float] = CENTRE) -> tuple[Array, Array]:
         """Return x and y, (N,) each, where those rays cross the image plane at distance 1 from the eye.
 
-        With s = (pixel + within) / size (section 2.1.2, as corrected)::
+        With s = (pixel + within) / size (section 2.1.2, as corrected; square pixels, and the center at (0, 0))::
 
-            x = (2 s_x - 1) * width / height * tan(fov / 2)
-            y = (1 - 2 s_y) * tan(fov / 2)
+            x = (2 s_x - 1) * pixel_aspect * width / height * tan(fov / 2) + center_x
+            y = (1 - 2 s_y) * tan(fov / 2) + center_y
 
         The sizes are cancelled below, so that the left half mirrors the right one bit for bit.
         """
-        frame = self.frame
-        scale = math.tan(math.radians(frame.fov) / 2) / frame.height
+        frame, (center_x, center_y) = self.frame, self.frame.center
+        scale = frame.half_height / frame.height
         pixel_x = np.arange(window.x, window.x + window.width) + within[0]
         pixel_y = np.arange(window.y, window.y + window.height) + within[1]
-        x = np.tile((2 * pixel_x - frame.width) * (scale * self.pixel_aspect), window.height)
-        y = np.repeat((frame.height - 2 * pixel_y) * scale, window.width)
+        x = np.tile((2 * pixel_x - frame.width) * (scale * frame.pixel_aspect) + center_x, window.height)
+        y = np.repeat((frame.height - 2 * pixel_y) * scale + center_y, window.width)
         return x, y
 
 
@@ -1066,8 +1063,9 @@ class ReferenceTracer:
         """Return the meter reading of the whole picture; `progress` gets (points done, points in all)."""
         world, grid = self.world, METER_GRID
         # The same rectangle of the image plane, in as many columns as rows whatever its aspect.
-        square = world.camera._replace(width=grid, height=grid)
+        aspect = world.camera.pixel_aspect * world.camera.width / world.camera.height
+        square = world.camera._replace(width=grid, height=grid, pixel_aspect=aspect)
         scenery = build_scenery(world._replace(settings=world.settings._replace(samples=1)))
-        scenery.camera = SimpleCamera(square, pixel_aspect=world.camera.width / world.camera.height)
+        scenery.camera = SimpleCamera(square)
         arrays, rays = scenery.render_img_to_rgb_array(Window(0, 0, grid, grid), self.threads, progress)
         return MeterReading(*meter(arrays[RADIANCE].tobytes()), rays)

@@ -299,6 +299,16 @@ def test_ray_is_that_of_the_formulas():
     assert ray["d"] == pytest.approx(np.array([1.25, 0.25, -1]) / math.hypot(1.25, 0.25, 1))
 
 
+def test_ray_of_intrinsics_is_that_of_their_formulas():
+    k = [[4, 0, 2], [0, 5, -3], [0, 0, 1]]
+    step = explain(scene([], camera={"resolution": [8, 4], "intrinsics": k}), 6, 1).story.ray
+    ray = numbers(step)
+    assert (ray["focal"], ray["c"]) == (pytest.approx((4, 5)), pytest.approx((2, -3)))
+    assert ray["xy"] == pytest.approx(((6 - 2) / 4, (-3 - 1) / 5))
+    assert not ray.keys() & {"s", "size", "fov"}
+    assert not any("fov" in equation for equation in step.equations)
+
+
 @pytest.mark.parametrize("pixel", [(-1, 0), (0, -1), (32, 0), (0, 24)])
 def test_pixel_outside_of_the_picture_is_refused(pixel):
     with pytest.raises(ValueError, match="not in the picture of 32x24"):
