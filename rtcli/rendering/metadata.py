@@ -57,6 +57,9 @@ def fingerprint(scene: PackedScene) -> str:
         digest.update(_little(numbers))
     if any(lights.kind):  # files keep their hashes if there are only point lights
         digest.update(_little(lights.kind))
+    if world.checkers.object:
+        for numbers in world.checkers:
+            digest.update(_little(numbers))
     digest.update(scene.names.encode())
     image = {"exposure": scene.exposure, "tone": scene.tone, **({"alpha": True} if scene.alpha else {})}
     rest = _settings(world.settings), image

@@ -44,12 +44,14 @@ _NAME = 60
 # The symbols of the document that are not identifiers.
 _SYMBOLS = {
     "cos_theta": "cos(theta)",
+    "ab": "a, b",
     "c": "c_x, c_y",
     "d_n": "d . n",
     "factor": "2^EV",
     "focal": "f_x, f_y",
     "g_length": "|g|",
     "n_box": "n'",
+    "s_square": "s",
     "size": "W, H",
     "v_255": "255 v",
     "xy": "x, y",

@@ -452,6 +452,22 @@ class _Shape(_Model):
     """The albedo: [r, g, b], linear, each 0 to 1; or a CSS name or #rrggbb."""
 
 
+class Checker(_Model):
+    """Squares in two colors on a flat face, like those of a chessboard."""
+
+    size: Positive = Field(examples=[0.5])
+    """The side of a square, greater than 0."""
+    color: Albedo = Field(examples=[[0.1, 0.1, 0.1], "black"])
+    """The albedo of every other square; the rest have the color of the object."""
+
+    if TYPE_CHECKING:
+
+        def __init__(self, *, size: float, color: ColorLike) -> None: ...
+
+
+_CHECKER = Field(default=None, examples=[{"size": 0.5, "color": "black"}])
+
+
 class Plane(_Shape):
     """An infinite plane, visible and lit from both sides."""
 
@@ -461,6 +477,8 @@ class Plane(_Shape):
     """Any point on the plane."""
     normal: Direction = Field(examples=[[0, 1, 0]])
     """A direction perpendicular to the plane, not zero."""
+    checker: Annotated[Checker | None, NotNull] = _CHECKER
+    """A pattern of squares, whose corners lie at `position` and on the axes u and v of the plane."""
     # Gives every shape the attribute. Not a key of a scene file.
     light: ClassVar[None] = None
 
@@ -474,6 +492,7 @@ class Plane(_Shape):
             position: Numbers,
             normal: Numbers,
             name: str | None = None,
+            checker: Checker | Keys | None = None,
         ) -> None: ...
 
     @property
@@ -525,6 +544,8 @@ class Box(_Body):
     """Width (x), height (y) and depth (z), each greater than 0."""
     rotation: Rotation = Field(default=0.0, examples=[45, [20, 45, 0]])
     """Degrees about +y, counter-clockwise seen from above; or [x, y, z]: about x, then y, then z."""
+    checker: Annotated[Checker | None, NotNull] = _CHECKER
+    """A pattern of squares on each face, whose corners lie at its middle and on the axes of the box."""
 
     if TYPE_CHECKING:
 
@@ -538,6 +559,7 @@ class Box(_Body):
             name: str | None = None,
             light: CarriedLight | Keys | None = None,
             rotation: float | Numbers = ...,
+            checker: Checker | Keys | None = None,
         ) -> None: ...
 
     @property
@@ -555,6 +577,8 @@ class Box(_Body):
 Object: TypeAlias = Annotated[Sphere | Plane | Box, Field(discriminator="type")]
 # By the `type` that each has in a scene file, the name of its class in lower case.
 SHAPES: dict[str, type[_Shape]] = {shape.__name__.lower(): shape for shape in get_args(get_args(Object)[0])}
+# The keys of an object whose values are mappings.
+PARTS: dict[str, type[_Model]] = {"light": CarriedLight, "checker": Checker}
 
 
 class RenderSettings(_Model):
@@ -719,7 +743,7 @@ def _repeated_names(objects: Any) -> Iterable[InitErrorDetails]:
 
 # The order of the keys of objects and lights: `_OWN` stands for those that only some have, such as `radius`.
 _OWN = 3
-_RANKS = {"type": 0, "name": 1, "position": 2, "color": 4, "light": 5}
+_RANKS = {"type": 0, "name": 1, "position": 2, "color": 4, "checker": 5, "light": 6}
 
 
 def keys_in_order(model: type[BaseModel]) -> list[str]:

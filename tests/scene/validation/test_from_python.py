@@ -25,6 +25,7 @@ MODELS = {
     "Pose": {"camera_to_world": np.eye(4)},
     "PointLight": {"position": (0, 5, 0), "intensity": 100},
     "CarriedLight": {"intensity": 100},
+    "Checker": {"size": 0.5, "color": "black"},
     "Sphere": BALL,
     "Plane": {"position": (0, 0, 0), "normal": (0, 1, 0), "color": "white"},
     "Box": {"position": (0, 0, 0), "size": (1, 2, 3), "color": "white"},
@@ -196,6 +197,11 @@ def test_nested_models_are_built_without_their_constructors(monkeypatch):
             "CarriedLight",
             {"intensity": "5"},
             ["intensity: must be a number, got the string `5`: remove the quotes [E201]"],
+        ),
+        (
+            "Checker",
+            {"size": 0, "color": "black"},
+            ["size: must be greater than 0, got 0 [E204]"],
         ),
         (
             "Camera",
