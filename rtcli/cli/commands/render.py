@@ -202,10 +202,8 @@ def _check(options: RenderOptions, check_options: CheckOptions) -> int:
     check, path = golden_check(check_options, options.passes), options.output
     if path is not None and Path(path).suffix.lower() != Path(check.name).suffix.lower():
         raise click.UsageError(f"OUT must have the same format as the golden file {check.name!r}")
-    passes, quantization = options.passes, options.quantization
-    if check.golden is not None:
-        passes = passes or check.golden.passes
-        quantization = quantization._replace(bits=check.golden.bits)
+    passes, quantization = options.passes or check.golden.passes, options.quantization
+    quantization = quantization._replace(bits=check.golden.bits(quantization.bits))
     if path is not None:
         return render(options, PictureOutput(path, passes, quantization), check)
     with tempfile.TemporaryDirectory(prefix="rtcli-") as folder:

@@ -1000,6 +1000,19 @@ def test_update_writes_a_pass_that_is_missing(run, scene, folder):
     assert run(*check).exit_code == 0
 
 
+def test_update_compares_the_picture_where_a_pass_is_missing(run, scene, folder):
+    run("render", scene, "-o", "golden.png")
+    check = ["render", scene, "--check", "golden.png", "--update", "--passes", "depth"]
+    assert run(*check, "-q").stderr == "updated golden.depth.png, which was missing\n"
+    (folder / "golden.depth.png").unlink()
+    result = run(*check, "--set", "camera.fov=50")
+    assert "different: " in result.stdout
+    assert result.stderr.splitlines()[-2:] == [
+        "updated golden.png, which differed",
+        "updated golden.depth.png, which was missing",
+    ]
+
+
 def test_update_takes_another_size(run, scene, folder):
     run("render", scene, "-o", "golden.png")
     assert run("render", scene, "--check", "golden.png", "--size", "8x5", "--update").exit_code == 0
