@@ -63,10 +63,10 @@ def dask_cluster(address: str, timeout: float = 60) -> Iterator[Cluster]:
         If the scheduler cannot be reached, has workers with another version of rtcli, or if the connection is lost
         and the block does not handle that.
     """
-    distributed = require_extra("distributed", "dask", _PURPOSE)
+    distributed = require_extra("distributed", _PURPOSE)
     for name in ("distributed", "distributed.client", "tornado.application"):  # exceptions report the errors
         logging.getLogger(name).setLevel(logging.CRITICAL)
-    dask = require_extra("dask", "dask", _PURPOSE)
+    dask = require_extra("dask", _PURPOSE)
     with contextlib.ExitStack() as stack:
         stack.enter_context(dask.config.set({"distributed.admin.large-graph-warning-threshold": _MAX_MESSAGE}))
         with signals.blocked(signals.BROKEN_PIPE):  # in Dask's threads: a lost connection must not end the program
@@ -273,7 +273,7 @@ def run_checked(ours: str, function: Callable[..., Any], /, *arguments: Any, **k
         If it has another version.
     """
     if version() != ours:
-        worker = require_extra("distributed", "dask", _PURPOSE).get_worker().address
+        worker = require_extra("distributed", _PURPOSE).get_worker().address
         raise ClusterError(_other_version(worker, version(), ours))
     return function(*arguments, **keywords)
 

@@ -359,7 +359,7 @@ _CHANNEL_ORDER = {name: rank for rank, name in enumerate("RGBAXYZ")}
 
 
 def _exr(file: BinaryIO, path: str) -> Layers:
-    openexr = require_extra("OpenEXR", "exr", "reading EXR")
+    openexr = require_extra("OpenEXR", "reading EXR")
     with _silence():
         origin = _checked_origin(openexr, path)
         with openexr.File(path, separate_channels=True) as exr:
@@ -374,7 +374,7 @@ def _exr(file: BinaryIO, path: str) -> Layers:
 
 def _exr_film(file: BinaryIO, path: str) -> tuple[Array | None, str]:
     layers = _exr(file, path)
-    with _silence(), require_extra("OpenEXR", "exr", "reading EXR").File(path, header_only=True) as exr:
+    with _silence(), require_extra("OpenEXR", "reading EXR").File(path, header_only=True) as exr:
         return layers.arrays.get(RADIANCE), str(exr.header(0).get(KEYWORD, ""))
 
 

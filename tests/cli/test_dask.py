@@ -192,7 +192,7 @@ def test_missing_extra_is_told_with_how_to_install_it(scene, arguments):
     command = [sys.executable, "-c", program, *arguments, "--dask", "local"]
     result = subprocess.run(command, capture_output=True, text=True, check=False)
     assert result.returncode == 3
-    told = "Error: rendering on a Dask cluster needs the package distributed: pip install 'rtcli[dask]'\n"
+    told = "Error: rendering on a Dask cluster needs the package distributed: pip install distributed\n"
     assert result.stderr == told
     assert not Path("a.png").exists()
     assert not Path("out").exists()
