@@ -93,7 +93,8 @@ class CheckTask:
         """Return its result after an error."""
         outcome = failure(None, error, {})
         status = UNREADABLE if isinstance(error, OSError) else FAILED
-        return self.result(status, outcome.message, problems=outcome.problems)
+        message = outcome.message.removeprefix(f"{self.golden}: ")  # which each report names first
+        return self.result(status, message, problems=outcome.problems)
 
 
 def with_found_suffixes(jobs: Iterable[Job], files: set[str]) -> list[Job]:

@@ -217,10 +217,27 @@ def _connect(distributed: Any, address: str, timeout: float) -> Iterator[Any]:
             yield stack.enter_context(distributed.Client(cluster))
             return
         try:
-            client = distributed.Client(address, timeout=timeout)
-        except (OSError, ValueError) as error:
-            raise OSError(f"no Dask scheduler answers at {address!r}: {error}") from error
+            client = _client(distributed, address, timeout)
+        except Exception as error:
+            # Dask unpacks whatever a server of another kind answers: a MemoryError says nothing about memory here.
+            is_about_address = isinstance(error, (OSError, ValueError, TypeError)) and str(error)
+            reason = str(error) if is_about_address else "what answers there speaks another protocol"
+            raise OSError(f"no Dask scheduler answers at {address!r}: {reason}") from error
         yield stack.enter_context(client)
+
+
+def _client(distributed: Any, address: str, timeout: float) -> Any:
+    """Return a client of a scheduler. Dask may wait forever for a server of another kind, hence the thread."""
+    client: Future[Any] = Future()
+
+    def connect() -> None:
+        try:
+            client.set_result(distributed.Client(address, timeout=timeout))
+        except BaseException as error:
+            client.set_exception(error)
+
+    threading.Thread(target=connect, daemon=True).start()
+    return client.result(timeout + 1)  # Dask's own error comes first, and says more
 
 
 @contextlib.contextmanager

@@ -64,6 +64,13 @@ def test_example_with_an_option_that_does_not_exist_does_not_parse():
         COMMANDS["render"].make_context("render", ["my.yaml", "--outptu", "my.png"], CONTEXT)
 
 
+@pytest.mark.parametrize("name", ["batch", "validate", "explain", "compare"])
+def test_command_without_its_arguments_shows_an_example(run, name):
+    result = run(name)
+    assert result.exit_code == 2
+    assert result.stderr.endswith(f". For example: {COMMANDS[name].examples[0]}\n")
+
+
 @pytest.mark.parametrize("name", COMMANDS)
 def test_each_option_is_listed_once_and_says_what_it_does(name):
     lines = help_lines(name)
