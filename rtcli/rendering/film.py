@@ -21,6 +21,7 @@ from rtcli.image.formats import check_fits, format_of, open_parts, parts_of
 from rtcli.image.write import METADATA, FilmRecord
 from rtcli.rendering.job import RenderJob
 from rtcli.rendering.metadata import SOFTWARE, camera_matrices, object_table, visibility
+from rtcli.scene.diagnostics.problems import nearest
 from rtcli.tracer.passes import PASSES, RADIANCE, Passes
 
 if TYPE_CHECKING:
@@ -77,9 +78,11 @@ class Film(Passes):
             If the film does not hold it; the message lists what it holds.
         """
         if name not in self.keys():
-            has = f"this film has {', '.join(self)}"
-            advice = f': request it with rtcli.render(scene, passes="{name}")' if name in PASSES else ""
-            raise KeyError(f"no {name!r}: {has}{advice}")
+            meant = nearest(str(name), (*self.keys(), *PASSES))
+            hint = "" if meant in (None, name) else f" (did you mean {meant!r}?)"
+            is_missing = meant is not None and meant not in self.keys()
+            advice = f': request it with rtcli.render(scene, passes="{meant}")' if is_missing else ""
+            raise KeyError(f"no {name!r}{hint}: this film has {', '.join(self)}{advice}")
         array: npt.NDArray[Any] = getattr(self, name)
         return array
 

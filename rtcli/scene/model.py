@@ -9,6 +9,7 @@ name for a color, a mapping for a part.
 
 from __future__ import annotations
 
+import inspect
 import itertools
 import sys
 from collections.abc import Iterable, Mapping
@@ -143,7 +144,11 @@ Keys: TypeAlias = Mapping[str, Any]
 class _Model(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
-    def __init__(self, /, **values: Any) -> None:
+    def __init__(self, /, *unnamed: Any, **values: Any) -> None:
+        if unnamed:
+            fields = type(self).model_fields
+            named = ", ".join(f"{key}=..." for key in keys_in_order(type(self)) if fields[key].is_required())
+            raise TypeError(f"every argument needs its name: rtcli.{type(self).__name__}({named})")
         given = {key: plain(value) for key, value in values.items() if value is not None}
         try:
             super().__init__(**given)
@@ -155,6 +160,22 @@ class _Model(BaseModel):
 
     # Pydantic then builds nested models without calling their constructors, which is many times as fast.
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **_: Any) -> None:
+        """Give `help` a signature of one line; pydantic's own spells out how each value is checked."""
+        keyword, empty = inspect.Parameter.KEYWORD_ONLY, inspect.Parameter.empty
+        parameters = [
+            inspect.Parameter(key, keyword, default=empty if field.is_required() else field.default)
+            for key, field in cls.model_fields.items()
+        ]
+        cls.__signature__ = inspect.Signature(parameters)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(f"a {type(self).__name__} cannot change: replace({name}=...) returns a changed copy")
+
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError(f"a {type(self).__name__} cannot change: replace({name}=None) returns a changed copy")
 
     def replace(self, **changes: Any) -> Self:
         """Return a copy with other values for some keys, validated like a new object.
@@ -477,6 +498,8 @@ class Scene(_Model):
     @classmethod
     def _in_pieces(cls, items: Any, validate: ValidatorFunctionWrapHandler) -> Any:
         """Validate a long list piece by piece, and stop early if it is full of errors."""
+        if isinstance(items, BaseModel):  # pydantic would take it for a list of its keys
+            raise PydanticCustomError("tuple_type", "must be a list")
         if not isinstance(items, (list, tuple)) or len(items) <= _PIECE:
             return validate(items)
         valid: list[Any] = []
