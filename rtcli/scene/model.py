@@ -150,7 +150,8 @@ class _Model(BaseModel):
     def __init__(self, /, *unnamed: Any, **values: Any) -> None:
         if unnamed:
             fields = type(self).model_fields
-            named = ", ".join(f"{key}=..." for key in keys_in_order(type(self)) if fields[key].is_required())
+            likeliest = sorted(keys_in_order(type(self)), key=lambda key: not fields[key].is_required())
+            named = ", ".join(f"{key}=..." for key in likeliest[: len(unnamed)])
             raise TypeError(f"every argument needs its name: rtcli.{type(self).__name__}({named})")
         given = {key: plain(value) for key, value in values.items() if value is not None}
         try:
