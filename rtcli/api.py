@@ -38,7 +38,7 @@ def render(
     passes
         The names of arrays that the film holds beside radiance, such as `depth`, or `all`; see
         `rtcli.tracer.passes.Passes`.
-        They are taken at pixel centres, whatever the number of samples.
+        They are taken at pixel centers, whatever the number of samples.
     engine
         `native`, the fast one, or `reference`, the tracer in NumPy, to compare with.
     threads

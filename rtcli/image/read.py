@@ -284,7 +284,7 @@ def _refuse_unlike_pictures(image: Any) -> None:
 
 
 def _pillow_pixels(image: Any) -> Array:
-    """Return (H, W) or (H, W, C) levels, converted to grey or RGB, with alpha if the picture has it."""
+    """Return (H, W) or (H, W, C) levels, converted to gray or RGB, with alpha if the picture has it."""
     if image.mode.startswith("I;16"):
         return np.asarray(image).astype(np.uint16)
     if image.mode in ("L", "LA", "RGB", "RGBA"):

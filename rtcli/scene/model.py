@@ -315,11 +315,11 @@ class Camera(_Model):
     intrinsics: Annotated[Intrinsics | None, NotNull] = Field(
         default=None, examples=[[[800, 0, 319.5], [0, 800, 239.5], [0, 0, 1]]]
     )
-    """K in place of `fov`: [[f_x, 0, c_x], [0, f_y, c_y], [0, 0, 1]], in pixels with integers at pixel centres."""
+    """K in place of `fov`: [[f_x, 0, c_x], [0, f_y, c_y], [0, 0, 1]], in pixels with integers at pixel centers."""
     position: Vector = Field(default=ZERO, examples=[[0, 2, 8]])
     """The position of the eye: x, y, z."""
     look_at: Annotated[Vector | None, NotNull] = Field(default=None, examples=[[0, 1, 0]])
-    """The point shown at the centre of the picture. Default: position + [0, 0, -1], a view along -z."""
+    """The point shown at the center of the picture. Default: position + [0, 0, -1], a view along -z."""
     up: Direction = Field(default=(0.0, 1.0, 0.0), examples=[[0, 1, 0]], validate_default=True)
     """The direction that points up in the picture: not zero, not parallel to the viewing direction."""
     opencv: Annotated[Pose | None, NotNull] = Field(
@@ -435,7 +435,7 @@ def _conflicts(data: Mapping[str, Any]) -> Iterator[InitErrorDetails]:
 
 
 class CarriedLight(_Model):
-    """A point light at the centre of the object that carries it. That object does not block it."""
+    """A point light at the center of the object that carries it. That object does not block it."""
 
     intensity: NotNegative = Field(examples=[4.0e6])
     """Emitted power; the light at distance r is intensity * color / (4 pi r^2)."""
@@ -506,7 +506,7 @@ class Plane(_Shape):
 
 class _Body(_Shape):
     position: Vector = Field(examples=[[0, 1, 0]])
-    """The centre: x, y, z."""
+    """The center: x, y, z."""
     light: Annotated[CarriedLight | None, NotNull] = Field(default=None, examples=[{"intensity": 1000}])
     """Turns this object into the body of a point light: it shines and does not block its own light."""
 
@@ -583,7 +583,7 @@ class RenderSettings(_Model):
     """How light is computed."""
 
     samples: Annotated[Integer, Field(ge=1, le=MAX_SAMPLES)] = 1
-    """Rays per pixel, 1 to 1,024, in a fixed pattern: 1 uses the pixel's centre; higher values smooth edges."""
+    """Rays per pixel, 1 to 1,024, in a fixed pattern: 1 uses the pixel's center; higher values smooth edges."""
     background: LightColor = BLACK
     """The radiance of rays that hit nothing, as a color."""
     ambient: LightColor = BLACK

@@ -141,7 +141,7 @@ class _BatchCommand(Command):
     cls=_BatchCommand,
     examples=[
         "rtcli batch scenes -o out",
-        "rtcli batch my.yaml -o sweep --vary camera.fov=20:60:10 --gif",
+        "rtcli batch scenes --check golden",
     ],
     short_help="Render scenes into a folder, skipping up-to-date results.",
 )
