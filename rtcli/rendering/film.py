@@ -185,7 +185,7 @@ class Film(Passes):
             Bits a channel of a PNG: 8 or 16.
         depth_scale
             The length of one level of the passes `depth` and `distance` as PNG, in units of the scene: many films
-            then share one scale. What is farther has the level 65,535. By default the scale fits the values.
+            then share one scale. Points farther away get the level 65,535. By default the scale fits the values.
 
         Raises
         ------
