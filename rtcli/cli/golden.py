@@ -76,7 +76,7 @@ class GoldenCheck(NamedTuple):
             comparison, compared = self.golden.compared_with(files)
         if self.differences is not None and not comparison.equal:
             self.differences.write(compared.values())
-        elif self.differences is not None and not quiet:
+        elif self.differences is not None and compared and not quiet:
             self.differences.report_outdated()
         code = self.report(comparison, quiet) if compared else 0
         missing = self.golden.missing
@@ -112,7 +112,8 @@ def golden_check(options: CheckOptions, passes: tuple[str, ...]) -> GoldenCheck:
     differences = None if options.difference is None else DifferencePictures(options.difference, "--diff")
     with usage_errors():
         golden = read_golden(name, options.bounds, passes)
-    for part, path in () if options.update else golden.missing.items():
+    if golden.missing and not options.update:
+        part, path = next(iter(golden.missing.items()))
         message = os.strerror(errno.ENOENT)
         if part != RADIANCE:
             command = f"-o {printable(name)} --passes {','.join(passes)}"

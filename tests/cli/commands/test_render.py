@@ -1000,6 +1000,13 @@ def test_update_writes_a_pass_that_is_missing(run, scene, folder):
     assert run(*check).exit_code == 0
 
 
+def test_difference_picture_of_an_earlier_check_is_not_told_without_a_golden_file(run, scene, folder):
+    (folder / "diff.png").touch()
+    result = run("render", scene, "--check", "golden.png", "--update", "--diff", "diff.png")
+    assert "updated golden.png, which was missing" in result.stderr
+    assert "earlier" not in result.stderr
+
+
 def test_update_compares_the_picture_where_a_pass_is_missing(run, scene, folder):
     run("render", scene, "-o", "golden.png")
     check = ["render", scene, "--check", "golden.png", "--update", "--passes", "depth"]
