@@ -126,6 +126,7 @@ class _Text:
         yield self.paint("strong", f"Pixel {x},{y} of {shown} ({width}x{height})")
         code = f"#{red:02x}{green:02x}{blue:02x}"
         yield f"{red} {green} {blue}, {swatch(code, explanation.value, self.color)}"
+        yield "The sections are those of docs/tracer.md; the document is the course text that it follows."
         if len(explanation.samples) > 1:
             yield (
                 f"Shows sample {explanation.story.sample:,} of {len(explanation.samples):,} "
@@ -191,7 +192,7 @@ class _Text:
         if native.agreement == DISAGREE:
             radiance = ", ".join(map(shown, native.radiance))
             seen = "the background" if native.object is None else native.object.label
-            line = f"{_gives(explanation)}, with radiance {radiance}, and sees {seen} at the pixel's centre."
+            line = f"{_gives(explanation)}, with radiance {radiance}, and sees {seen} at the pixel's center."
             yield from lines_of(line.split(), _WIDTH)
             yield self.paint(ERROR, _FAULT[0])
             yield from _FAULT[1:]

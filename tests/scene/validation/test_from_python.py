@@ -222,6 +222,11 @@ def test_nested_models_are_built_without_their_constructors(monkeypatch):
         ),
         (
             "Scene",
+            {"camera": CAMERA, "objects": rtcli.Sphere(**BALL)},
+            ["objects: must be a list, got a Sphere [E102]"],
+        ),
+        (
+            "Scene",
             {"camera": CAMERA, "objects": [{**BALL, "type": "ball"}]},
             ["objects[0].type: unknown type `ball`: did you mean `sphere`? [E105]"],
         ),
@@ -238,6 +243,15 @@ def test_every_problem_has_a_pointer_and_a_help():
     assert [problem.pointer for problem in caught.value.problems] == ["/position", "/size/2"]
     assert all(problem.help for problem in caught.value.problems)
     assert {problem.line for problem in caught.value.problems} == {0}
+
+
+@pytest.mark.parametrize(
+    ("name", "call"),
+    [("Camera", "Camera(resolution=..., fov=...)"), ("Sphere", "Sphere(position=..., radius=...)")],
+)
+def test_argument_without_a_name_is_a_type_error_that_shows_the_names(name, call):
+    with pytest.raises(TypeError, match=re.escape(f"every argument needs its name: rtcli.{call}")):
+        getattr(rtcli, name)((640, 480), 40)
 
 
 def test_error_is_a_value_error():
@@ -282,6 +296,15 @@ def test_constructor_with_any_value_returns_or_raises_a_scene_error(name, key, v
 
 
 # --- Types -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_help_shows_a_signature_without_the_checks_of_pydantic(name):
+    shown = str(inspect.signature(getattr(rtcli, name)))
+    assert shown.startswith("(*, ")
+    assert "Annotated" not in shown
+    if name == "PointLight":
+        assert shown == "(*, intensity, color=(1.0, 1.0, 1.0), position)"
 
 
 def test_signatures_for_type_checkers_have_the_keys_of_the_models():
