@@ -5,7 +5,7 @@ every 20 ms; what is raised there ends the work within 0.2 s and is raised again
 native byte order; arguments of a wrong length or range raise ValueError.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias, final
 
 import numpy.typing as npt
@@ -220,3 +220,40 @@ def meter(radiance: bytes, /) -> tuple[float, float | None]:
 
 def half_tangent(degrees: float, /) -> float:
     """Return tan(angle / 2) of an angle in degrees: the same on every machine, as `math.tan` is not."""
+
+# --- Draws of templates, and the bodies that their constraints measure -------------------------------------
+
+def draw_word(key: tuple[int, int], counter: tuple[int, int, int], /) -> int:
+    """Return the first word of Philox4x64-10 for a key and a counter, 64 bits.
+
+    The counter is an index, an attempt, and the number of an object in its group; its last word is 0.
+    """
+
+def draw_uniform(word: int, low: float, high: float, /) -> float:
+    """Return a word as a number with `low <= x < high`; as `low` if both are equal."""
+
+def draw_log_uniform(word: int, low: float, high: float, /) -> float:
+    """Return a word as a number with `low <= x < high` whose logarithm is uniform; both are above 0."""
+
+def draw_normal(word: int, mean: float, deviation: float, low: float, high: float, /) -> float:
+    """Return a word as a number of a normal distribution that is truncated to `low <= x < high`."""
+
+def draw_below(word: int, count: int, /) -> int:
+    """Return a word as an integer from 0 to `count - 1`."""
+
+@final
+class Body:
+    """A solid object: its kind, a name of `SHAPE_PARAMETERS`, its center, and its parameters.
+
+    Raises
+    ------
+    ValueError
+        If objects of this kind are not solid.
+    """
+
+    def __new__(cls, kind: str, position: Vector, parameters: Sequence[float], /) -> Body: ...
+    def reach(self, direction: Vector, /) -> float:
+        """Return the largest product of a direction and a point of the body, relative to its center."""
+
+    def distance(self, other: Body, /) -> float:
+        """Return the distance between the surfaces of two bodies, 0 if they overlap."""
