@@ -1,7 +1,7 @@
 """The rules of scene files: each has a code that never changes its meaning, and a remedy.
 
-Codes are grouped: E0 the text, E1 its structure, E2 single values, E3 values that must fit each other; W warnings,
-which leave a scene valid. `docs/diagnostics.md` is generated from this table.
+Codes are grouped: E0 the text, E1 its structure, E2 single values, E3 values that must fit each other, E4 templates; W
+warnings, which leave a scene valid. `docs/diagnostics.md` is generated from this table.
 """
 
 from __future__ import annotations
@@ -244,6 +244,51 @@ TOO_OBLIQUE = Rule(
     "too-oblique",
     "Intrinsics with a picture farther from the principal point than 1e12 focal lengths.",
     "give the focal lengths and the principal point in pixels",
+)
+
+# --- E4: templates of data sets --------------------------------------------------------------------------
+
+NOT_A_DRAW = Rule(
+    "E401",
+    "not-a-draw",
+    "A mapping in place of a value that is not a draw, or a draw that is not allowed there.",
+    "write a value, or a draw such as `{uniform: [0, 1]}`",
+    in_schema=True,
+)
+BAD_RANGE = Rule(
+    "E402",
+    "bad-range",
+    "A range that ends before it starts, or has more than a million numbers to choose from.",
+    "give the smaller number first",
+)
+BAD_WEIGHTS = Rule(
+    "E403",
+    "bad-weights",
+    "Weights that are not one for each of the values, or all 0.",
+    "give one whole number for each value, or leave `weights` out",
+)
+UNKNOWN_FACTOR = Rule(
+    "E404", "unknown-factor", "A factor that the block `dataset` does not define.", "add it to `dataset.factors`"
+)
+UNKNOWN_TARGET = Rule(
+    "E405",
+    "unknown-target",
+    "A constraint about an object or group that the template does not have, or `rest_on` with a name that is not "
+    "that of a plane.",
+    "give the `name` of an object or group",
+)
+NO_REQUIREMENT = Rule(
+    "E406",
+    "no-requirement",
+    "A constraint without a key that names its kind.",
+    "add one of `apart`, `in_view`, `min_visible_pixels` and `min_visible_fraction`",
+    in_schema=True,
+)
+NO_LEVELS = Rule(
+    "E407",
+    "no-levels",
+    "A factor without equally frequent levels in a grid or a balanced design.",
+    "give it levels, such as `{linspace: [0, 1, 5]}`, or use the design `random` or `sobol`",
 )
 
 # --- W: warnings -----------------------------------------------------------------------------------------

@@ -7,7 +7,8 @@ use rtcli_draws::Draw;
 /// Return the word of a key, and of an index, an attempt, and the number of an object in its group.
 #[pyfunction]
 #[pyo3(signature = (key, counter, /))]
-pub fn draw_word(key: (u64, u64), (index, attempt, element): (u64, u64, u64)) -> u64 {
+pub fn draw_word(key: (u64, u64), counter: (u64, u64, u64)) -> u64 {
+    let (index, attempt, element) = counter;
     Draw::new(key.into(), index, attempt, element).0
 }
 

@@ -1,0 +1,1 @@
+"""Data sets: from a template to labelled pictures."""

@@ -1,0 +1,134 @@
+"""The constraints of a template: which objects and pictures they refuse, and why.
+
+`CHECKS` has an entry for each kind of `rtcli.template.dataset.REQUIREMENTS`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple, TypeAlias
+
+from rtcli.scene.model import Object
+from rtcli.scene.vectors import Vector, dot
+from rtcli.template.dataset import Apart, InView, MinVisibleFraction, MinVisiblePixels, Requirement
+from rtcli.tracer._native import Body
+from rtcli.tracer.world import CameraFrame
+
+
+class Placed(NamedTuple):
+    """An object of a sample.
+
+    Parameters
+    ----------
+    label
+        How messages name it: its name, or `objects[2]`.
+    group
+        The name of its group, or its own.
+    shape
+        The object.
+    body
+        The solid; None for an object without an inside, such as a plane.
+    """
+
+    label: str
+    group: str | None
+    shape: Object
+    body: Body | None
+
+
+def placed(label: str, group: str | None, shape: Object) -> Placed:
+    """Return an object with its body."""
+    return Placed(label, group, shape, body_of(shape))
+
+
+def body_of(shape: Object) -> Body | None:
+    """Return the solid of an object; None if it has none."""
+    try:
+        return Body(shape.type, shape.position, shape.parameters)
+    except ValueError:
+        return None
+
+
+class Surroundings(NamedTuple):
+    """What an object is checked against: the objects placed before it, and the camera."""
+
+    others: Sequence[Placed]
+    frame: CameraFrame
+
+
+# Return why a constraint refuses an object; empty if it does not.
+ObjectCheck: TypeAlias = Callable[[Any, Placed, Surroundings], str]
+# The same for an object of a picture, by its row of the film's metadata.
+PictureCheck: TypeAlias = Callable[[Any, Mapping[str, Any]], bool]
+
+
+def _apart(requirement: Apart, candidate: Placed, around: Surroundings) -> str:
+    """Refuse an object that is too close to another solid."""
+    if candidate.body is None:
+        return ""
+    near = (
+        other.label
+        for other in around.others
+        if other.body is not None and not _are_apart(candidate, other, requirement.margin)
+    )
+    first = next(near, None)
+    return "" if first is None else f"{candidate.label} and {first}"
+
+
+def _are_apart(one: Placed, other: Placed, margin: float) -> bool:
+    assert one.body is not None and other.body is not None
+    distance = one.body.distance(other.body)
+    return distance > 0 and distance >= margin
+
+
+def _in_view(requirement: InView, candidate: Placed, around: Surroundings) -> str:
+    """Refuse an object that reaches out of the picture.
+
+    In camera space, the rays through a column of the picture span a plane through the eye; a convex object is on one
+    side of it if its farthest point in the direction of the plane's normal is.
+    """
+    if candidate.body is None:
+        return ""
+    eye = around.frame.position
+    offset = tuple(a - b for a, b in zip(candidate.shape.position, eye, strict=True))
+    for outward in _borders(around.frame, requirement.margin):
+        if dot(outward, offset) + candidate.body.reach(outward) > 0:  # type: ignore[arg-type]
+            return candidate.label
+    return ""
+
+
+def _borders(frame: CameraFrame, margin: float) -> list[Vector]:
+    """Return the outward normals of the planes through the eye and the borders of the picture, and one behind it."""
+    (focal_x, focal_y), (center_x, center_y) = frame.focal_lengths, frame.principal_point
+    left, right = (margin - center_x) / focal_x, (frame.width - margin - center_x) / focal_x
+    top, bottom = (center_y - margin) / focal_y, (center_y - frame.height + margin) / focal_y
+
+    def normal(right: float, up: float, forward: float) -> Vector:
+        x, y, z = (
+            right * r + up * u + forward * f
+            for r, u, f in zip(frame.right, frame.up, frame.forward, strict=True)
+        )
+        return x, y, z
+
+    return [
+        normal(-1.0, 0.0, left),
+        normal(1.0, 0.0, -right),
+        normal(0.0, 1.0, -top),
+        normal(0.0, -1.0, bottom),
+        normal(0.0, 0.0, -1.0),
+    ]
+
+
+def _is_large(requirement: MinVisiblePixels, row: Mapping[str, Any]) -> bool:
+    return bool(row["visible_pixels"] >= requirement.min_visible_pixels)
+
+
+def _is_uncovered(requirement: MinVisibleFraction, row: Mapping[str, Any]) -> bool:
+    return bool((row["visible_fraction"] or 0.0) >= requirement.min_visible_fraction)
+
+
+OBJECT_CHECKS: Mapping[type[Requirement], ObjectCheck] = {Apart: _apart, InView: _in_view}
+PICTURE_CHECKS: Mapping[type[Requirement], PictureCheck] = {
+    MinVisiblePixels: _is_large,
+    MinVisibleFraction: _is_uncovered,
+}

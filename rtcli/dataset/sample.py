@@ -1,0 +1,226 @@
+"""The sample of a template at an index: its scene, drawn again until it meets all constraints."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pydantic import ValidationError
+
+from rtcli.dataset.constraints import (
+    OBJECT_CHECKS,
+    PICTURE_CHECKS,
+    Placed,
+    Surroundings,
+    body_of,
+    placed,
+)
+from rtcli.rendering.pack import camera_frame
+from rtcli.scene.diagnostics.problems import counted
+from rtcli.scene.model import SHAPES, Camera, Object, Scene
+from rtcli.scene.vectors import Vector, dot, unit
+from rtcli.template.dataset import Requirement
+from rtcli.template.template import Group, Template
+from rtcli.template.values import Context
+
+if TYPE_CHECKING:
+    from rtcli.rendering.film import Film
+
+
+class SampleError(ValueError):
+    """No sample of an index met all constraints."""
+
+
+class Sample(NamedTuple):
+    """A sample.
+
+    Parameters
+    ----------
+    index
+        Its index.
+    scene
+        Its scene.
+    factors
+        The values of the factors.
+    groups
+        For each object, the name of its group, or its own.
+    film
+        Its film, if a constraint needed one.
+    """
+
+    index: int
+    scene: Scene
+    factors: Mapping[str, Any]
+    groups: Sequence[str | None]
+    film: Film | None = None
+
+
+@dataclass
+class Rejections:
+    """What was drawn again for a sample: how often for each constraint, and for whom last.
+
+    Parameters
+    ----------
+    counts
+        By the name of the constraint.
+    last
+        By the name of the constraint, the objects that last did not meet it.
+    """
+
+    counts: Counter[str] = field(default_factory=Counter)
+    last: dict[str, str] = field(default_factory=dict)
+
+    def add(self, kind: str, objects: str) -> None:
+        """Count a rejection."""
+        self.counts[kind] += 1
+        self.last[kind] = objects
+
+    def message(self, tries: int) -> str:
+        """Return why no sample met all constraints, the tightest constraint first."""
+        text = [f"{kind} refused {counted(count, 'draw')}" for kind, count in self.counts.most_common()]
+        tightest = self.counts.most_common(1)[0][0]
+        return f"{tightest}: {self.last[tightest]}, {tries:,} tries ({', '.join(text)})"
+
+
+def needs_picture(template: Template) -> bool:
+    """Return whether a constraint is decided by what the picture shows."""
+    return any(type(requirement) in PICTURE_CHECKS for requirement in template.dataset.require)
+
+
+def draw_sample(template: Template, index: int, film_of: Callable[[Scene], Film] | None) -> tuple[Sample, Rejections]:
+    """Return the sample of an index, and what was drawn again for it.
+
+    Parameters
+    ----------
+    template
+        The template.
+    index
+        The index, from 0.
+    film_of
+        Returns the film of a scene with the pass `object_id`; None if no constraint needs it.
+
+    Raises
+    ------
+    SampleError
+        If none of the tries meets all constraints.
+    """
+    rejections = Rejections()
+    for sample in _candidates(template, index, rejections):
+        film = None if film_of is None else film_of(sample.scene)
+        refused = None if film is None else _refused_by_picture(template, sample, film)
+        if refused is None:
+            return sample._replace(film=film), rejections
+        rejections.add(*refused)
+    raise SampleError(rejections.message(template.dataset.tries))
+
+
+def _refused_by_picture(template: Template, sample: Sample, film: Film) -> tuple[str, str] | None:
+    """Return the constraint that refuses a picture and the object that does not meet it, or None."""
+    rows = film.metadata["objects"]
+    for requirement in template.dataset.require:
+        check = PICTURE_CHECKS.get(type(requirement))
+        for number, (group, row) in enumerate(zip(sample.groups, rows, strict=True)):
+            if check is not None and group == requirement.target and not check(requirement, row):
+                return requirement.kind, row["name"] or f"objects[{number}]"
+    return None
+
+
+def _candidates(template: Template, index: int, rejections: Rejections) -> Iterator[Sample]:
+    """Yield samples that meet all constraints on objects, one for each try that succeeds."""
+    tries, factors = template.dataset.tries, template.factors_at(index)
+    for number in range(tries):
+        context = Context(index, factors, number * tries)
+        sections = {key: value.at(context) for key, value in template.sections.items()}
+        try:
+            objects = _Placement(template, context, sections.get("camera"), rejections).objects()
+            if objects is None:
+                continue
+            scene = Scene.model_validate({**sections, "objects": [each.shape for each in objects]})
+        except ValidationError as error:
+            details = error.errors(include_url=False)[0]
+            rejections.add("scene", f"{'.'.join(map(str, details['loc']))} {details['msg']}")
+            continue
+        yield Sample(index, scene, factors, [each.group for each in objects])
+
+
+class _Slot(NamedTuple):
+    """The place of an object among all objects of a sample."""
+
+    number: int
+    group: Group
+    element: int
+    name: str | None
+
+
+class _Placement:
+    """Places the objects of a sample one by one, each drawn again until it meets its constraints.
+
+    Objects without constraints come first, so that all others keep away from them.
+    """
+
+    def __init__(self, template: Template, context: Context, camera: Any, rejections: Rejections) -> None:
+        self._template = template
+        self._context = context
+        self._frame = camera_frame(Camera.model_validate(camera))
+        self._rejections = rejections
+        self._placed: dict[int, Placed] = {}
+
+    def objects(self) -> list[Placed] | None:
+        """Return the objects in the order of the file; None if one cannot be placed."""
+        slots: list[_Slot] = []
+        for group in self._template.groups:
+            for element, name in enumerate(group.names(self._context.index, self._context.factors)):
+                slots.append(_Slot(len(slots), group, element, name))
+        for slot in sorted(slots, key=self._rank):
+            if not self._place(slot):
+                return None
+        return [self._placed[slot.number] for slot in slots]
+
+    def _requirements(self, group: Group) -> list[Requirement]:
+        return [
+            requirement
+            for requirement in self._template.dataset.require
+            if type(requirement) in OBJECT_CHECKS and requirement.target == group.name
+        ]
+
+    def _rank(self, slot: _Slot) -> tuple[bool, bool]:
+        return bool(self._requirements(slot.group)), slot.group.rest_on is not None
+
+    def _place(self, slot: _Slot) -> bool:
+        requirements = self._requirements(slot.group)
+        for number in range(self._template.dataset.tries if requirements else 1):
+            candidate = self._candidate(slot, self._context.attempt + number)
+            around = Surroundings(list(self._placed.values()), self._frame)
+            for requirement in requirements:
+                refused = OBJECT_CHECKS[type(requirement)](requirement, candidate, around)
+                if refused:
+                    self._rejections.add(requirement.kind, refused)
+                    break
+            else:
+                self._placed[slot.number] = candidate
+                return True
+        return False
+
+    def _candidate(self, slot: _Slot, attempt: int) -> Placed:
+        data = slot.group.data(self._context._replace(attempt=attempt, element=slot.element))
+        if slot.name is not None:
+            data["name"] = slot.name
+        shape: Object = SHAPES[data["type"]].model_validate(data)
+        if slot.group.rest_on is not None:
+            shape = self._at_rest(shape, slot.group.rest_on)
+        return placed(slot.name or f"objects[{slot.number}]", slot.group.name, shape)
+
+    def _at_rest(self, shape: Object, name: str) -> Object:
+        """Return an object moved along the normal of a plane until it touches the plane."""
+        plane: Any = next(each.shape for each in self._placed.values() if each.group == name)
+        body = body_of(shape)
+        if body is None:
+            return shape
+        up = unit(plane.normal)
+        down: Vector = (-up[0], -up[1], -up[2])
+        x, y, z = (a - b for a, b in zip(shape.position, plane.position, strict=True))
+        way = body.reach(down) - dot(up, (x, y, z))
+        position = tuple(a + way * u for a, u in zip(shape.position, up, strict=True))
+        return shape.model_copy(update={"position": position})

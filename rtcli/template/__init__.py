@@ -1,0 +1,1 @@
+"""Templates: scene files with a `dataset` block, and draws where values stand."""

@@ -1,0 +1,341 @@
+"""A template: from its data to scenes, one for each index."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from rtcli.scene.diagnostics import rules
+from rtcli.scene.diagnostics.problems import SceneError, did_you_mean, nearest, quoted
+from rtcli.scene.model import SHAPES, Integer, Scene
+from rtcli.scene.reading.parse import parse_bytes
+from rtcli.scene.reading.source import KEY, VALUE, Document, Loc
+from rtcli.scene.validation.validate import order_in_file, validate
+from rtcli.template.dataset import Dataset
+from rtcli.template.design import factor_values
+from rtcli.template.draws import pick
+from rtcli.template.reading import Reader, items_of, models_in
+from rtcli.template.values import Constant, Context, Drawn, Example, Keys, Value, joined
+from rtcli.tracer._native import draw_word
+
+# The keys of a group, beside those of an object; see `Group`.
+REPEAT, REST_ON, ONE_OF, WEIGHT = "repeat", "rest_on", "one_of", "weight"
+_DATASET, _OBJECTS, _NAME, _TYPE = "dataset", "objects", "name", "type"
+# The most objects of a group.
+MAX_REPEAT = 10_000
+
+
+class GroupKeys(BaseModel):
+    """What an object of a template may have beside the keys of its shape."""
+
+    model_config = ConfigDict(frozen=True, extra="ignore", use_attribute_docstrings=True)
+
+    repeat: Any = Field(default=1, examples=[{"integers": [3, 10]}])
+    """The number of objects, usually a draw: each is drawn by itself, and named `NAME[0]`, `NAME[1]`, ..."""
+    rest_on: Annotated[str, Field(min_length=1)] | None = Field(default=None, examples=["floor"])
+    """The name of a plane: the object is moved along its normal until it touches."""
+    one_of: Annotated[list[dict[str, Any]], Field(min_length=1)] | None = Field(
+        default=None, examples=[[{"type": "sphere", "radius": 1}, {"type": "box", "size": [2, 2, 2]}]]
+    )
+    """Alternatives: the object has the keys of one of them too. `weight` says how often, 1 by default."""
+
+
+class _Weight(BaseModel):
+    model_config = ConfigDict(extra="ignore")
+
+    weight: Annotated[Integer, Field(ge=1, le=2**32)] = 1
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """One of the forms that the objects of a group can have."""
+
+    weight: int
+    values: Mapping[str, Value]
+
+
+@dataclass(frozen=True)
+class Group:
+    """An item under `objects`: one object, or as many as `repeat` draws.
+
+    Parameters
+    ----------
+    name
+        The name of the object, or of the group; None without one.
+    loc
+        Its location.
+    repeat
+        The number of objects; None for a single object.
+    rest_on
+        The name of the plane that they rest on, or None.
+    alternatives
+        The forms of its objects, at least one; each has all keys.
+    key
+        The key of the draw that chooses among them.
+    """
+
+    name: str | None
+    loc: Loc
+    repeat: Value | None
+    rest_on: str | None
+    alternatives: Sequence[Alternative]
+    key: tuple[int, int]
+
+    def names(self, index: int, factors: Mapping[str, Any]) -> list[str | None]:
+        """Return the names of its objects at an index."""
+        if self.repeat is None:
+            return [self.name]
+        count = self.repeat.at(Context(index, factors))
+        return [None if self.name is None else f"{self.name}[{number}]" for number in range(count)]
+
+    def data(self, context: Context) -> dict[str, Any]:
+        """Return the data of one of its objects, without its name."""
+        chosen = 0
+        if len(self.alternatives) > 1:
+            word = draw_word(self.key, (context.index, context.attempt, context.element))
+            chosen = pick(word, [alternative.weight for alternative in self.alternatives])
+        return {key: value.at(context) for key, value in self.alternatives[chosen].values.items()}
+
+
+@dataclass(frozen=True)
+class Template:
+    """A valid template.
+
+    Parameters
+    ----------
+    name
+        The name of its file.
+    raw
+        The bytes of its file.
+    dataset
+        Its block `dataset`.
+    factors
+        The factors by name.
+    sections
+        The values of a scene beside `objects`.
+    groups
+        The items under `objects`.
+    """
+
+    name: str
+    raw: bytes
+    dataset: Dataset
+    factors: Mapping[str, Drawn]
+    sections: Mapping[str, Value]
+    groups: Sequence[Group]
+
+    @property
+    def sha256(self) -> str:
+        """The hash of the file."""
+        return hashlib.sha256(self.raw).hexdigest()
+
+    def factors_at(self, index: int) -> dict[str, Any]:
+        """Return the values of the factors at an index."""
+        return factor_values(self.dataset, self.factors, index)
+
+
+def is_template(document: Document) -> bool:
+    """Return whether a file is a template: it has a block `dataset`."""
+    return isinstance(document.data, dict) and _DATASET in document.data
+
+
+def parse_template(raw: bytes, name: str) -> Template:
+    """Read and check a template.
+
+    Parameters
+    ----------
+    raw
+        The bytes of the file.
+    name
+        Its name.
+
+    Raises
+    ------
+    rtcli.SceneError
+        If it is not a valid template, with every problem.
+    """
+    document = parse_bytes(raw, name)
+    if not is_template(document):
+        message = "this is a scene, not a template: it has no key `dataset`"
+        help = "add `dataset: {seed: 1, count: 1000}`"
+        raise SceneError(document.problems or [document.problem(rules.MISSING_KEY, (), message, help=help)])
+    return template_of(document, raw)
+
+
+def template_of(document: Document, raw: bytes) -> Template:
+    """Return the template of a document that has a block `dataset`; see `parse_template`."""
+    data = document.data
+    block = data[_DATASET]
+    seed = block.get("seed") if isinstance(block, dict) else None
+    reader = Reader(document, seed if isinstance(seed, int) else 0)
+    dataset = reader.model(Dataset, block, (_DATASET,))
+    for name, factor in _mapping(_mapping(block).get("factors")).items():
+        reader.factor(name, factor, (_DATASET, "factors", name))
+    fields = Scene.model_fields
+    sections = {
+        key: reader.value(value, (key,), tuple(models_in(fields[key].annotation)) if key in fields else ())
+        for key, value in data.items()
+        if key not in (_DATASET, _OBJECTS)
+    }
+    groups = [_group(reader, item, (_OBJECTS, index)) for index, item in enumerate(items_of(data))]
+    known = [group for group in groups if group is not None]
+    if dataset is not None:
+        _check_names(reader, dataset, known)
+        _check_design(reader, dataset)
+    if len(known) == len(groups):
+        _check_scenes(reader, document, sections, known)
+    if reader.problems or document.problems:
+        document.find_spans()
+        problems = dict.fromkeys([*document.problems, *reader.problems])
+        raise SceneError(sorted(problems, key=lambda problem: order_in_file(problem, document)))
+    return Template(document.source.name, raw, dataset, reader.factors, sections, known)
+
+
+def _mapping(value: Any) -> dict[str, Any]:
+    return value if isinstance(value, dict) else {}
+
+
+def _group(reader: Reader, item: Any, loc: Loc) -> Group | None:
+    """Return an item under `objects`; None if it is refused."""
+    if not isinstance(item, dict):
+        reader.refuse(rules.NOT_A_MAPPING, loc, "must be a mapping")
+        return None
+    keys = reader.model(GroupKeys, item, loc)
+    if keys is None:
+        return None
+    forms = [(loc, {})] if keys.one_of is None else [((*loc, ONE_OF, n), form) for n, form in enumerate(keys.one_of)]
+    own = {key: value for key, value in item.items() if key not in GroupKeys.model_fields}
+    shared = _values(reader, own, loc)
+    alternatives = []
+    for inner_loc, form in forms:
+        weight = reader.model(_Weight, form, inner_loc)
+        values = _values(reader, {key: value for key, value in form.items() if key != WEIGHT}, inner_loc)
+        alternatives.append(Alternative(1 if weight is None else weight.weight, {**shared, **values}))
+    name = item.get(_NAME)
+    for key in (_NAME, _TYPE):
+        if isinstance(shared.get(key), Drawn):
+            help = "use `one_of` for several types" if key == _TYPE else "objects of a group are named by number"
+            reader.refuse(rules.NOT_A_DRAW, (*loc, key), f"{quoted(key)} cannot be drawn", help)
+    repeat = reader.value(item[REPEAT], (*loc, REPEAT)) if REPEAT in item else None
+    for value, sources in () if repeat is None or reader.is_refused((*loc, REPEAT)) else repeat.examples():
+        if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= MAX_REPEAT:
+            reader.refuse(rules.OUT_OF_RANGE, sources[()], f"must be an integer from 0 to {MAX_REPEAT:,}")
+    return Group(
+        name if isinstance(name, str) else None, loc, repeat, keys.rest_on, alternatives, reader.key((*loc, ONE_OF))
+    )
+
+
+_SHAPE_MODELS = tuple(SHAPES.values())
+
+
+def _values(reader: Reader, data: Mapping[str, Any], loc: Loc) -> dict[str, Value]:
+    """Return the values of the keys of an object."""
+    values = reader.value({_TYPE: None, **data}, loc, _SHAPE_MODELS)
+    inner = values.values if isinstance(values, Keys) else {key: Constant(data[key], (*loc, key)) for key in data}
+    return {key: inner[key] for key in data}
+
+
+# --- Checks -------------------------------------------------------------------------------------------------
+
+
+def _check_names(reader: Reader, dataset: Dataset, groups: Sequence[Group]) -> None:
+    """Check that constraints and `rest_on` name what the template has."""
+    names = [group.name for group in groups if group.name is not None]
+    for number, requirement in enumerate(dataset.require):
+        key = "of" if hasattr(requirement, "of") else requirement.kind
+        if requirement.target not in names:
+            hint = did_you_mean(nearest(requirement.target, names))
+            message = f"there is no object or group {quoted(requirement.target)}{hint}"
+            reader.refuse(rules.UNKNOWN_TARGET, (_DATASET, "require", number, key), message)
+    planes = [
+        group.name
+        for group in groups
+        if group.repeat is None and all("normal" in form.values for form in group.alternatives)
+    ]
+    for group in groups:
+        if group.rest_on is not None and group.rest_on not in planes:
+            hint = did_you_mean(nearest(group.rest_on, filter(None, planes)))
+            message = f"there is no plane {quoted(group.rest_on)}{hint}"
+            reader.refuse(rules.UNKNOWN_TARGET, (*group.loc, REST_ON), message, "give the `name` of a plane")
+
+
+def _check_design(reader: Reader, dataset: Dataset) -> None:
+    """Check that a design over levels has factors with levels."""
+    if dataset.design in ("grid", "balanced"):
+        for name, factor in reader.factors.items():
+            if factor.draw.count() is None:
+                message = f"has no equally frequent levels, which the design `{dataset.design}` needs"
+                reader.refuse(rules.NO_LEVELS, factor.loc, message)
+
+
+class _ExampleScene(Document):
+    """A scene that a template can give; its problems are at their places in the template."""
+
+    def __init__(self, template: Document, example: Example) -> None:
+        super().__init__(template.source, example.value)
+        self._template = template
+        self._sources = example.sources
+
+    def _in_template(self, loc: Loc) -> Loc:
+        for length in range(len(loc), -1, -1):
+            if loc[:length] in self._sources:
+                return (*self._sources[loc[:length]], *loc[length:])
+        return loc
+
+    def find_spans(self) -> None:
+        self._template.find_spans()
+
+    def span(self, loc: Loc, part: str = VALUE) -> Any:
+        return self._template.span(self._in_template(loc), part)
+
+    def written(self, loc: Loc) -> str | None:
+        return self._template.written(self._in_template(loc))
+
+    def problem(self, rule: Any, loc: Loc, message: str, *, help: str = "", at: str = VALUE) -> Any:
+        return self._template.problem(rule, self._in_template(loc), message, help=help, at=at)
+
+
+def _check_scenes(reader: Reader, document: Document, sections: Mapping[str, Value], groups: Sequence[Group]) -> None:
+    """Check scenes in which each draw has each of its extremes, and each group each of its forms."""
+    first = [(group, group.alternatives[0]) for group in groups]
+    more = [(group, form) for group in groups for form in group.alternatives[1:]]
+    objects = {}
+    for number, (group, form) in enumerate([*first, *more]):
+        values = dict(form.values)
+        if number >= len(first):
+            values.pop(_NAME, None)
+        objects[number] = Keys(values, group.loc)
+    scene: dict[str, Value] = dict(sections)
+    if _OBJECTS in document.data:
+        scene[_OBJECTS] = _Objects(objects) if objects else Constant(document.data[_OBJECTS], (_OBJECTS,))
+    refused = list(reader.refused)
+    for example in joined(scene, ()):
+        try:
+            validate(_ExampleScene(document, example))
+        except SceneError as error:
+            for problem in error.problems:
+                if not any(problem.where.startswith(_where(document, loc)) for loc in refused):
+                    reader.problems.append(problem)
+
+
+def _where(document: Document, loc: Loc) -> str:
+    return document.problem(rules.NOT_A_DRAW, loc, "").where
+
+
+@dataclass(frozen=True)
+class _Objects:
+    """The objects of an example."""
+
+    objects: Mapping[int, Value]
+
+    def at(self, context: Context) -> list[Any]:
+        return [value.at(context) for value in self.objects.values()]
+
+    def examples(self) -> Sequence[Example]:
+        return [
+            Example(list(example.value.values()), example.sources) for example in joined(self.objects, (_OBJECTS,))
+        ]

@@ -1,0 +1,176 @@
+"""The values of a template, with draws among them: what they are in a sample, and what a check must try."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, Protocol
+
+from rtcli.scene.reading.source import Loc
+from rtcli.template.draws import Draw, Factor
+from rtcli.tracer._native import draw_word
+
+
+class Context(NamedTuple):
+    """What draws depend on beside their seed and path.
+
+    Parameters
+    ----------
+    index
+        The index of the sample.
+    factors
+        The values of the factors at that index.
+    attempt
+        How often the sample or object was drawn before.
+    element
+        The number of the object in its group; 0 for anything else.
+    """
+
+    index: int
+    factors: Mapping[str, Any]
+    attempt: int = 0
+    element: int = 0
+
+
+class Example(NamedTuple):
+    """A value that a template can give, and where its parts come from.
+
+    Parameters
+    ----------
+    value
+        Plain data.
+    sources
+        For locations within the value, those in the template; locations below them continue there.
+    """
+
+    value: Any
+    sources: Mapping[Loc, Loc]
+
+
+class Value(Protocol):
+    """A value of a template."""
+
+    def at(self, context: Context) -> Any:
+        """Return the value in a sample."""
+
+    def examples(self) -> Sequence[Example]:
+        """Return values that a check must try, at least one."""
+
+
+@dataclass(frozen=True)
+class Constant:
+    """A value without draws."""
+
+    data: Any
+    loc: Loc
+
+    def at(self, context: Context) -> Any:
+        """Return the value in a sample."""
+        return self.data
+
+    def examples(self) -> Sequence[Example]:
+        """Return the value."""
+        return [Example(self.data, {(): self.loc})]
+
+
+@dataclass(frozen=True)
+class Items:
+    """A list with draws in it."""
+
+    items: Sequence[Value]
+    loc: Loc
+
+    def at(self, context: Context) -> list[Any]:
+        """Return the list in a sample."""
+        return [item.at(context) for item in self.items]
+
+    def examples(self) -> Sequence[Example]:
+        """Return lists with all examples of the items."""
+        return [
+            Example(list(parts.value.values()), parts.sources)
+            for parts in joined(dict(enumerate(self.items)), self.loc)
+        ]
+
+
+@dataclass(frozen=True)
+class Keys:
+    """A mapping with draws in it."""
+
+    values: Mapping[str, Value]
+    loc: Loc
+
+    def at(self, context: Context) -> dict[str, Any]:
+        """Return the mapping in a sample."""
+        return {key: value.at(context) for key, value in self.values.items()}
+
+    def examples(self) -> Sequence[Example]:
+        """Return mappings with all examples of the values."""
+        return joined(self.values, self.loc)
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A draw.
+
+    Parameters
+    ----------
+    draw
+        The draw.
+    loc
+        Its location in the template.
+    key
+        The key of its random words.
+    parts
+        Values within it, by location.
+    factors
+        The factors of the template by name.
+    """
+
+    draw: Draw
+    loc: Loc
+    key: tuple[int, int]
+    parts: Mapping[Loc, Value] = field(default_factory=dict)
+    factors: Mapping[str, Value] = field(default_factory=dict)
+
+    def at(self, context: Context) -> Any:
+        """Return the value in a sample."""
+        if isinstance(self.draw, Factor):
+            return context.factors[self.draw.factor]
+        word = draw_word(self.key, (context.index, context.attempt, context.element))
+        return self.value_of(word, context)
+
+    def value_of(self, word: int, context: Context) -> Any:
+        """Return the value that a random word stands for."""
+        return self.draw.value(word, lambda loc: self.parts[loc].at(context))
+
+    def level(self, number: int, context: Context) -> Any:
+        """Return one of the levels."""
+        return self.draw.level(number, lambda loc: self.parts[loc].at(context))
+
+    def examples(self) -> Sequence[Example]:
+        """Return the extremes of the draw, or the examples of its parts."""
+        if isinstance(self.draw, Factor):
+            given = self.factors[self.draw.factor].examples()
+            return [Example(example.value, {(): (*self.loc, "factor")}) for example in given]
+        if not self.parts:
+            return [Example(value, {(): (*self.loc, *loc)}) for loc, value in self.draw.extremes().items()]
+        if self.draw.count() is not None or hasattr(self.draw, "weights"):
+            return [example for part in self.parts.values() for example in part.examples()]
+        source = {(): (*self.loc, next(iter(type(self.draw).model_fields)))}
+        return [
+            Example(self.draw.value(0, parts.value.__getitem__), source)
+            for parts in joined({loc: part for loc, part in self.parts.items()}, self.loc)
+        ]
+
+
+def joined(values: Mapping[Any, Value], loc: Loc) -> list[Example]:
+    """Return mappings in which each example of each value occurs: as many as the most of one value."""
+    examples = {key: value.examples() for key, value in values.items()}
+    found = []
+    for number in range(max(map(len, examples.values()), default=1)):
+        taken = {key: each[number % len(each)] for key, each in examples.items()}
+        sources: dict[Loc, Loc] = {(): loc}
+        for key, example in taken.items():
+            sources |= {((key, *inner)): source for inner, source in example.sources.items()}
+        found.append(Example({key: example.value for key, example in taken.items()}, sources))
+    return found
