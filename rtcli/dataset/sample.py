@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pydantic import ValidationError
@@ -17,20 +18,20 @@ from rtcli.dataset.constraints import (
     body_of,
     placed,
 )
-from rtcli.rendering.pack import camera_frame
+from rtcli.rendering.job import RenderJob, RenderRequest
+from rtcli.rendering.metadata import SOFTWARE
+from rtcli.rendering.pack import camera_frame, pack_scene
+from rtcli.rendering.stream import expose_film
 from rtcli.scene.diagnostics.problems import counted
-from rtcli.scene.model import SHAPES, Camera, Object, Scene
+from rtcli.scene.model import SHAPES, Camera, ImageSettings, Object, Scene
 from rtcli.scene.vectors import Vector, dot, unit
+from rtcli.scene.write import yaml_text
 from rtcli.template.dataset import Requirement
 from rtcli.template.template import Group, Template
 from rtcli.template.values import Context
 
 if TYPE_CHECKING:
     from rtcli.rendering.film import Film
-
-
-class SampleError(ValueError):
-    """No sample of an index met all constraints."""
 
 
 class Sample(NamedTuple):
@@ -84,6 +85,14 @@ class Rejections:
         return f"{tightest}: {self.last[tightest]}, {tries:,} tries ({', '.join(text)})"
 
 
+class SampleError(ValueError):
+    """No sample of an index met all constraints; `counts` says how often each constraint refused a draw."""
+
+    def __init__(self, rejections: Rejections, tries: int) -> None:
+        super().__init__(rejections.message(tries))
+        self.counts = rejections.counts
+
+
 def needs_picture(template: Template) -> bool:
     """Return whether a constraint is decided by what the picture shows."""
     return any(type(requirement) in PICTURE_CHECKS for requirement in template.dataset.require)
@@ -113,7 +122,7 @@ def draw_sample(template: Template, index: int, film_of: Callable[[Scene], Film]
         if refused is None:
             return sample._replace(film=film), rejections
         rejections.add(*refused)
-    raise SampleError(rejections.message(template.dataset.tries))
+    raise SampleError(rejections, template.dataset.tries)
 
 
 def _refused_by_picture(template: Template, sample: Sample, film: Film) -> tuple[str, str] | None:
@@ -224,3 +233,29 @@ class _Placement:
         way = body.reach(down) - dot(up, (x, y, z))
         position = tuple(a + way * u for a, u in zip(shape.position, up, strict=True))
         return shape.model_copy(update={"position": position})
+
+
+def ids_of(scene: Scene) -> Film:
+    """Return the film of a scene with the pass `object_id`, and no light: what constraints on pictures need."""
+    settings = scene.render.model_copy(update={"samples": 1, "max_depth": 0})
+    dark = scene.model_copy(update={"render": settings, "image": ImageSettings()})
+    return film_of(dark, ("object_id",))
+
+
+def film_of(scene: Scene, passes: tuple[str, ...], threads: int | None = None) -> Film:
+    """Return the film of a scene."""
+    return expose_film(RenderJob(pack_scene(scene), RenderRequest(passes, threads=threads)))
+
+
+def sample_text(template: Template, index: int) -> str:
+    """Return the scene of an index as the text of a scene file.
+
+    Raises
+    ------
+    SampleError
+        If no sample of the index meets all constraints.
+    """
+    sample, _ = draw_sample(template, index, ids_of if needs_picture(template) else None)
+    name = Path(template.name).name if template.name.isprintable() else "a template"
+    origin = f"# Sample {index} of {name}, seed {template.dataset.seed}, {SOFTWARE}\n# sha256:{template.sha256}\n"
+    return origin + yaml_text(sample.scene)

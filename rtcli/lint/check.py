@@ -16,6 +16,7 @@ from rtcli.scene.model import Scene
 from rtcli.scene.reading.parse import parse_bytes
 from rtcli.scene.reading.source import HEAD, Document
 from rtcli.scene.validation.validate import order_in_file, validate
+from rtcli.template.template import is_template, template_of
 
 
 class CheckResult(NamedTuple):
@@ -34,7 +35,7 @@ class CheckResult(NamedTuple):
 
 
 def check(raw: bytes, name: str, ignore: Collection[Rule] = ()) -> CheckResult:
-    """Return the problems of a scene file.
+    """Return the problems of a scene file; those of a template are errors only.
 
     Parameters
     ----------
@@ -47,6 +48,9 @@ def check(raw: bytes, name: str, ignore: Collection[Rule] = ()) -> CheckResult:
     """
     try:
         document = parse_bytes(raw, name)
+        if is_template(document):
+            template_of(document, raw)
+            return CheckResult(())
         scene = validate(document)
     except SceneError as error:
         return CheckResult(error.problems)

@@ -6,7 +6,7 @@ import io
 import json
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from os import PathLike
@@ -205,9 +205,15 @@ class Film(Passes):
             self.write(files, quantization)
 
     def write(
-        self, files: dict[str, tuple[str, BinaryIO]], quantization: Quantization = DEFAULT_QUANTIZATION
-    ) -> None:
-        """Write the film to open files by part, each with its name; see `rtcli.image.formats.parts_of`."""
+        self, files: Mapping[str, tuple[str, BinaryIO]], quantization: Quantization = DEFAULT_QUANTIZATION
+    ) -> dict[str, Any]:
+        """Write the film to open files by part, each with its name; see `rtcli.image.formats.parts_of`.
+
+        Returns
+        -------
+        dict
+            For each pass in a file of its own, how to get its values from the levels there.
+        """
         arrays = {name: self[name] for name in self}
         transform = DisplayTransform(self.exposure, self.tone, quantization.bits)
         record = FilmRecord(arrays, transform, self.summary, lambda: self.metadata, quantization.depth_scale)
@@ -220,3 +226,4 @@ class Film(Passes):
                 format.write(record, file)
             else:
                 beside[part] = format.write_pass(part, record, file)
+        return beside

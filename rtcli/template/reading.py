@@ -119,6 +119,7 @@ class Reader:
             return refused
         parts = {inner: self.value(part, (*loc, *inner)) for inner, part in draw.parts().items()}
         if any(self.is_refused((*loc, *inner)) for inner in parts) or not self._has_shares(draw, parts):
+            self.refused.append(loc)
             return refused
         return Drawn(draw, loc, self.key(loc), parts, self.factors)
 
@@ -137,8 +138,7 @@ class Reader:
                 hint = did_you_mean(nearest(draw.factor, self.factors))
                 message = f"there is no factor {quoted(draw.factor)}{hint}"
                 self.refuse(rules.UNKNOWN_FACTOR, (*loc, "factor"), message)
-            else:
-                self.refused.append(loc)
+            self.refused.append(loc)
         else:
             return True
         return False

@@ -212,6 +212,12 @@ def decode_png(file: bytes, /) -> tuple[int, int, int, int, bytes]:
         If it is no PNG, is broken, or is larger than 6 GiB when decoded.
     """
 
+def rle_masks(ids: bytes, width: int, count: int, /) -> list[str]:
+    """Return the mask of each id from 1 to `count` as compressed run-length encoding of COCO, column by column.
+
+    The ids are uint32 in native byte order, rows of `width` pixels.
+    """
+
 def meter(radiance: bytes, /) -> tuple[float, float | None]:
     """Return the stops that expose a picture well, and the 95th percentile of luminance they were found from.
 

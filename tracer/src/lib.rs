@@ -49,7 +49,7 @@ pub use budget::WorkBudget;
 pub use camera::half_tangent;
 pub use monitor::{Monitor, Stopped};
 pub use output::film::{Film, Pass, ValueType, Values};
-pub use output::{develop, meter, png};
+pub use output::{develop, meter, png, rle};
 pub use render::Tracer;
 pub use sampling::sample_offsets;
 pub use simd::Level;

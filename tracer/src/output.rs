@@ -4,3 +4,4 @@ pub mod develop;
 pub mod film;
 pub mod meter;
 pub mod png;
+pub mod rle;

@@ -37,6 +37,8 @@ def validate(document: Document) -> model.Scene:
     """
     if not isinstance(document.data, dict):
         raise SceneError(document.problems or [_not_a_mapping(document)])
+    if "dataset" in document.data:
+        raise SceneError([*document.problems, _is_template(document)])
     try:
         scene = model.Scene.model_validate(document.data)
     except ValidationError as error:
@@ -52,6 +54,12 @@ def _not_a_mapping(document: Document) -> Problem:
     message = f"expected a mapping with `camera` and `objects`, got {found}"
     help = "start with `camera: {resolution: [640, 480], fov: 40}`, or with a file from `rtcli new`"
     return document.problem(rules.NOT_A_MAPPING, (), message, at=HEAD, help=help)
+
+
+def _is_template(document: Document) -> Problem:
+    message = "this is a template, not a scene: it has the key `dataset`"
+    help = "resolve one of its samples with `rtcli sample TEMPLATE INDEX`"
+    return document.problem(rules.UNKNOWN_KEY, ("dataset",), message, help=help, at=KEY)
 
 
 def _scene_error(document: Document, error: ValidationError) -> SceneError:

@@ -40,7 +40,7 @@ mod _native {
     #[pymodule_export]
     use crate::errors::BudgetExceededError;
     #[pymodule_export]
-    use crate::png::{decode_png, encode_png};
+    use crate::png::{decode_png, encode_png, rle_masks};
     #[pymodule_export]
     use crate::scene::{by_threes, read_scene};
     #[pymodule_export]

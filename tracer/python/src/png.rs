@@ -83,3 +83,14 @@ fn swapped(pixels: &[u8], bits: BitDepth) -> Result<Cow<'_, [u8]>, OutOfMemory> 
     swapped.extend(pixels.as_chunks().0.iter().flat_map(|&[a, b]| [b, a]));
     Ok(swapped.into())
 }
+
+/// Return the masks of the objects 1 to `count` as compressed run-length encodings of COCO.
+#[pyfunction]
+#[pyo3(signature = (ids, width, count, /))]
+pub fn rle_masks(py: Python<'_>, ids: &[u8], width: usize, count: usize) -> PyResult<Vec<String>> {
+    if width == 0 || !ids.len().is_multiple_of(4 * width) {
+        return Err(PyValueError::new_err("the ids are not rows of this width"));
+    }
+    let ids: Vec<u32> = bytemuck::pod_collect_to_vec(ids);
+    Ok(py.detach(|| rtcli_tracer::rle::masks(&ids, width, count)))
+}

@@ -1,0 +1,99 @@
+"""The data card of a data set, README.md, with a contact sheet of 25 samples."""
+
+from __future__ import annotations
+
+import io
+import textwrap
+from collections.abc import Mapping
+from typing import Any
+
+from PIL import Image
+
+from rtcli.atomic import atomic_write
+from rtcli.dataset.plan import Layout
+from rtcli.dataset.sample import SampleError, draw_sample, film_of, ids_of, needs_picture
+from rtcli.scene.diagnostics.quoting import counted
+from rtcli.template.template import Template
+
+_SHEET = "contact-sheet.png"
+_SIDE, _CELLS, _GAP = 160, 5, 4
+
+
+def write_card(layout: Layout, template: Template, summary: Mapping[str, Any]) -> None:
+    """Write README.md and the contact sheet beside it."""
+    with atomic_write(layout.folder / _SHEET) as file:
+        file.write(_contact_sheet(template, summary))
+    with atomic_write(layout.folder / "README.md") as file:
+        file.write(_card(layout.folder.name, summary).encode())
+
+
+def _contact_sheet(template: Template, summary: Mapping[str, Any]) -> bytes:
+    """Return a PNG of 25 samples, spread evenly over those that there are."""
+    ranges = [range(shard["start"], shard["stop"]) for shard in summary["shards"]]
+    indices = [index for each in ranges for index in (each[0], *each[:: max(1, len(each) // 25)])]
+    indices = sorted(set(indices))
+    cells = _CELLS * _CELLS
+    chosen = [indices[number * len(indices) // cells] for number in range(cells)] if len(indices) > cells else indices
+    step = _SIDE + _GAP
+    sheet = Image.new("RGB", (_CELLS * step - _GAP, _CELLS * step - _GAP), "white")
+    for number, index in enumerate(chosen):
+        try:
+            sample, _ = draw_sample(template, index, ids_of if needs_picture(template) else None)
+        except SampleError:
+            continue
+        picture = film_of(sample.scene, ()).to_pil().convert("RGB")
+        picture.thumbnail((_SIDE, _SIDE))
+        row, column = divmod(number, _CELLS)
+        offset = (_SIDE - picture.width) // 2, (_SIDE - picture.height) // 2
+        sheet.paste(picture, (column * step + offset[0], row * step + offset[1]))
+    file = io.BytesIO()
+    sheet.save(file, "PNG", optimize=True)
+    return file.getvalue()
+
+
+def _card(name: str, summary: Mapping[str, Any]) -> str:
+    """Return the text of README.md, with the front matter that Hugging Face reads."""
+    total = sum(summary["splits"].values())
+    splits = "\n".join(f"| {split} | {count:,} |" for split, count in summary["splits"].items())
+    factors = "\n".join(
+        f"| {name} | `{factor['draw']}` | {factor['levels'] or 'any'} |" for name, factor in summary["factors"].items()
+    )
+    failures = summary["failures"]
+    left_out = f"\n{counted(len(failures), 'index')} left out: see `failures` in `dataset.json`.\n" if failures else ""
+    front = textwrap.dedent(
+        f"""\
+        ---
+        pretty_name: {name}
+        size_categories: [{_size(total)}]
+        tags: [synthetic, rtcli]
+        ---
+        """
+    )
+    return f"""{front}
+# {name}
+
+{counted(total, 'picture')} with exact labels, made by {summary['software']} from the template in `dataset.json`, with the
+seed {summary['seed']}. The same version makes the very same bytes again.
+
+![25 samples]({_SHEET})
+
+| split | samples |
+| --- | --- |
+{splits}
+{left_out}
+## Factors
+
+Design: `{summary['design']}`.
+
+| factor | draw | levels |
+| --- | --- | --- |
+{factors}
+"""
+
+
+def _size(count: int) -> str:
+    """Return the category of a number of samples, in the words of Hugging Face."""
+    for limit, name in ((10**3, "n<1K"), (10**4, "1K<n<10K"), (10**5, "10K<n<100K"), (10**6, "100K<n<1M")):
+        if count < limit:
+            return name
+    return "n>1M"

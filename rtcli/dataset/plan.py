@@ -1,0 +1,124 @@
+"""Which samples a run makes: shards, the unit of work, and where their files are."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rtcli.rendering.metadata import SOFTWARE
+from rtcli.template.dataset import Dataset
+from rtcli.template.draws import VERSION
+from rtcli.template.template import Template
+
+SHARD_SIZE = 1_000
+# The samples of a task: the finest step of progress, and of the sharing of work.
+PIECE_SIZE = 50
+
+
+class Shard(NamedTuple):
+    """Consecutive samples of a split.
+
+    Parameters
+    ----------
+    split
+        The name of the split.
+    number
+        Its number in the split, from 0.
+    start, stop
+        Its first index, and the one after its last.
+    """
+
+    split: str
+    number: int
+    start: int
+    stop: int
+
+    @property
+    def key(self) -> str:
+        """Its name: `train-000012`."""
+        return f"{self.split}-{self.number:06}"
+
+    def pieces(self) -> Iterator[tuple[int, int]]:
+        """Yield the first index of each piece, and the one after its last."""
+        for start in range(self.start, self.stop, PIECE_SIZE):
+            yield start, min(self.stop, start + PIECE_SIZE)
+
+
+def shards_of(dataset: Dataset, start: int, stop: int) -> Iterator[Shard]:
+    """Yield the shards of a data set that hold the indices from `start` to `stop - 1`, each cut to these."""
+    first = 0
+    for split, end in dataset.split_ends().items():
+        for number, begin in enumerate(range(first, end, SHARD_SIZE)):
+            lower, upper = max(begin, start), min(end, begin + SHARD_SIZE, stop)
+            if lower < upper:
+                yield Shard(split, number, lower, upper)
+        first = end
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The folder of a data set.
+
+    Parameters
+    ----------
+    folder
+        The folder.
+    """
+
+    folder: Path
+
+    @property
+    def records(self) -> Path:
+        """The folder with a record of each finished shard, and its labels."""
+        return self.folder / ".rtcli"
+
+    @property
+    def parts(self) -> Path:
+        """The folder of unfinished files."""
+        return self.records / "parts"
+
+    def record(self, shard: Shard) -> Path:
+        """The record of a shard: it exists once all files of the shard do."""
+        return self.records / f"{shard.key}.json"
+
+    def labels(self, key: str) -> Path:
+        """The labels of a shard, a line of JSON for each sample."""
+        return self.records / f"{key}.jsonl"
+
+    def is_done(self, shard: Shard) -> bool:
+        """Return whether a shard is finished, with all of its samples."""
+        try:
+            record = json.loads(self.record(shard).read_bytes())
+        except (OSError, ValueError):
+            return False
+        return bool(record["start"] <= shard.start and shard.stop <= record["stop"])
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What decides the bytes of a data set beside its template.
+
+    Parameters
+    ----------
+    formats
+        Names of `rtcli.dataset.formats.FORMATS`.
+    passes
+        The passes to write beside the pictures.
+    """
+
+    formats: tuple[str, ...]
+    passes: tuple[str, ...]
+
+    def identity(self, template: Template) -> dict[str, Any]:
+        """Return what all runs that add to a folder must agree on."""
+        return {
+            "software": SOFTWARE,
+            "draws": VERSION,
+            "template": template.raw.decode("utf-8-sig"),
+            "template_sha256": template.sha256,
+            "formats": list(self.formats),
+            "passes": list(self.passes),
+        }

@@ -1,0 +1,233 @@
+"""Make a data set: plan its shards, share their pieces among workers, and put them together."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import shutil
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rtcli.atomic import atomic_write
+from rtcli.batch.pool import Workers, results
+from rtcli.dataset.card import write_card
+from rtcli.dataset.formats import FORMATS, Piece
+from rtcli.dataset.plan import Layout, Settings, Shard, shards_of
+from rtcli.dataset.worker import PieceResult, Task, make_piece
+from rtcli.template.template import Template, parse_template
+
+_IDENTITY = "identity.json"
+
+
+class OtherDatasetError(ValueError):
+    """The folder holds another data set, or one with other settings."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run that makes some samples of a data set.
+
+    Parameters
+    ----------
+    template
+        The template.
+    settings
+        The forms and passes.
+    layout
+        The folder.
+    start, stop
+        The first index, and the one after the last.
+    part
+        Which of several equal runs this is, from 1, and their number.
+    """
+
+    template: Template
+    settings: Settings
+    layout: Layout
+    start: int
+    stop: int
+    part: tuple[int, int] = (1, 1)
+
+    def shards(self) -> Iterator[Shard]:
+        """Yield the shards of this run."""
+        number, count = self.part
+        for position, shard in enumerate(shards_of(self.template.dataset, self.start, self.stop)):
+            if position % count == number - 1:
+                yield shard
+
+
+class Progress(NamedTuple):
+    """The samples that are done, of all of a run, and how many draws were refused so far."""
+
+    done: int
+    total: int
+    rejections: Counter[str]
+
+
+def prepare(run: Run) -> None:
+    """Prepare the folder of a run.
+
+    Raises
+    ------
+    OtherDatasetError
+        If the folder holds another data set.
+    """
+    layout = run.layout
+    layout.parts.mkdir(parents=True, exist_ok=True)
+    path, identity = layout.records / _IDENTITY, run.settings.identity(run.template)
+    if path.exists():
+        known = json.loads(path.read_bytes())
+        changed = [key for key in identity if known.get(key) != identity[key]]
+        if changed:
+            raise OtherDatasetError(
+                f"{layout.folder} holds a data set with another {changed[0].replace('_', ' ')}: use another folder"
+            )
+        return
+    with atomic_write(path) as file:
+        file.write(json.dumps(identity, indent=2).encode() + b"\n")
+
+
+def make(run: Run, workers: Workers) -> Iterator[Progress]:
+    """Make the shards that are missing, and yield the progress after each piece."""
+    total = done = 0
+    for shard in run.shards():
+        total += shard.stop - shard.start
+        done += (shard.stop - shard.start) if run.layout.is_done(shard) else 0
+    waiting: dict[str, list[tuple[Piece, PieceResult]]] = {}
+    rejections = Counter[str]()
+    yield Progress(done, total, rejections)
+    for result in results(workers, make_piece, _tasks(run)):
+        if result is None:
+            continue
+        if result.error is not None:
+            raise result.error
+        task, made = result.task, result.value
+        rejections.update(made.rejections)
+        shard = task.piece.shard
+        finished = waiting.setdefault(shard.key, [])
+        finished.append((task.piece, made))
+        if len(finished) == sum(1 for _ in shard.pieces()):
+            _finish_shard(run, shard, sorted(waiting.pop(shard.key), key=lambda item: item[0].start))
+        done += task.piece.stop - task.piece.start
+        yield Progress(done, total, rejections)
+
+
+def _tasks(run: Run) -> Iterator[Task]:
+    folder = str(run.layout.folder.absolute())
+    for shard in run.shards():
+        if not run.layout.is_done(shard):
+            for start, stop in shard.pieces():
+                yield Task(run.template.name, run.template.raw, folder, Piece(shard, start, stop), run.settings)
+
+
+def _finish_shard(run: Run, shard: Shard, made: list[tuple[Piece, PieceResult]]) -> None:
+    """Put the files of a shard together, and then write its record, which makes it finished."""
+    layout, pieces = run.layout, [piece for piece, _ in made]
+    files = [FORMATS[name].finish_shard(layout, shard, pieces) for name in run.settings.formats]
+    with atomic_write(layout.labels(shard.key)) as target:
+        for piece in pieces:
+            with piece.path(layout, ".jsonl").open("rb") as source:
+                shutil.copyfileobj(source, target)
+    record = {
+        "key": shard.key,
+        "split": shard.split,
+        "start": shard.start,
+        "stop": shard.stop,
+        "samples": sum(result.samples for _, result in made),
+        "files": files,
+        "failures": [
+            {"index": index, "reason": reason} for _, result in made for index, reason in result.failures
+        ],
+        "rejections": dict(sorted(sum((result.rejections for _, result in made), Counter[str]()).items())),
+    }
+    with atomic_write(layout.record(shard)) as file:
+        file.write(json.dumps(record, indent=2).encode() + b"\n")
+    for piece in pieces:
+        for path in layout.parts.glob(f"{shard.key}.{piece.start:08}*"):
+            if path.is_dir():
+                shutil.rmtree(path)
+            else:
+                path.unlink()
+
+
+# --- The whole set ------------------------------------------------------------------------------------------
+
+
+def merge(folder: Path) -> dict[str, Any]:
+    """Write what holds the whole data set, from the finished shards in its folder, and return `dataset.json`.
+
+    Raises
+    ------
+    OSError
+        If the folder holds no data set.
+    """
+    layout = Layout(folder)
+    identity = json.loads((layout.records / _IDENTITY).read_bytes())
+    template = parse_template(identity["template"].encode(), "template.yaml")
+    settings = Settings(tuple(identity["formats"]), tuple(identity["passes"]))
+    records = sorted(_records(layout), key=lambda record: int(record["start"]))
+    for split in template.dataset.splits:
+        keys = [record["key"] for record in records if record["split"] == split]
+        if keys:
+            for name in settings.formats:
+                FORMATS[name].finish_set(layout, split, _labels(layout, keys))
+    summary = _summary(template, identity, records)
+    write_card(layout, template, summary)
+    with atomic_write(folder / "dataset.json") as file:
+        file.write(json.dumps(summary, indent=2).encode() + b"\n")
+    with contextlib.suppress(OSError):
+        layout.parts.rmdir()
+    return summary
+
+
+def _records(layout: Layout) -> Iterator[dict[str, Any]]:
+    for path in layout.records.glob("*-*.json"):
+        yield json.loads(path.read_bytes())
+
+
+def _labels(layout: Layout, keys: list[str]) -> Iterator[dict[str, Any]]:
+    for key in keys:
+        with layout.labels(key).open("rb") as lines:
+            for line in lines:
+                yield json.loads(line)
+
+
+def _summary(template: Template, identity: dict[str, Any], records: list[dict[str, Any]]) -> dict[str, Any]:
+    dataset, splits = template.dataset, Counter[str]()
+    rejections = Counter[str]()
+    for record in records:
+        splits[record["split"]] += record["samples"]
+        rejections.update(record["rejections"])
+    return {
+        "software": identity["software"],
+        "draws": identity["draws"],
+        "seed": dataset.seed,
+        "count": dataset.count,
+        "design": dataset.design,
+        "factors": {
+            name: {"draw": factor.draw.model_dump(exclude_unset=True), "levels": factor.draw.count()}
+            for name, factor in template.factors.items()
+        },
+        "splits": dict(splits),
+        "formats": identity["formats"],
+        "passes": identity["passes"],
+        "units": {
+            "length": "units of the scene",
+            "angle": "degrees",
+            "color": "linear RGB",
+            "bbox": "left, top, width, height in pixels",
+            "mask": "COCO run-length encoding, column by column",
+            "depth": "distance along the view, in units of the scene",
+            "intrinsics": "pixels, with integers at pixel centers",
+        },
+        "shards": [
+            {key: record[key] for key in ("key", "start", "stop", "samples", "files")} for record in records
+        ],
+        "failures": [failure for record in records for failure in record["failures"]],
+        "rejections": dict(sorted(rejections.items())),
+        "template_sha256": identity["template_sha256"],
+        "template": identity["template"],
+    }

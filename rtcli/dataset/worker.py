@@ -1,0 +1,89 @@
+"""Make a piece of a shard: draw its samples, render them, and write their files and labels."""
+
+from __future__ import annotations
+
+import functools
+import json
+from collections import Counter
+from pathlib import Path
+from typing import NamedTuple
+
+from rtcli.dataset.formats import FORMATS, Piece
+from rtcli.dataset.labels import labels_of
+from rtcli.dataset.plan import Layout, Settings
+from rtcli.dataset.sample import SampleError, draw_sample, film_of
+from rtcli.template.template import Template, parse_template
+
+_IDS = "object_id"
+
+
+class Task(NamedTuple):
+    """A piece with everything that a worker needs.
+
+    Parameters
+    ----------
+    template, raw
+        The name and the bytes of the template.
+    folder
+        The folder of the data set, an absolute path.
+    piece
+        The piece.
+    settings
+        The forms and passes.
+    """
+
+    template: str
+    raw: bytes
+    folder: str
+    piece: Piece
+    settings: Settings
+
+
+class PieceResult(NamedTuple):
+    """What a worker made.
+
+    Parameters
+    ----------
+    samples
+        The number of samples.
+    failures
+        For each index without a sample, the reason.
+    rejections
+        How often each constraint refused a draw.
+    """
+
+    samples: int
+    failures: list[tuple[int, str]]
+    rejections: Counter[str]
+
+
+@functools.lru_cache(maxsize=1)
+def _template(raw: bytes, name: str) -> Template:
+    return parse_template(raw, name)
+
+
+def make_piece(task: Task) -> PieceResult:
+    """Write the files of a piece; see `Task`."""
+    template, layout, piece = _template(task.raw, task.template), Layout(Path(task.folder)), task.piece
+    passes = task.settings.passes
+    wanted = passes if _IDS in passes else (*passes, _IDS)
+    failures: list[tuple[int, str]] = []
+    counts = Counter[str]()
+    forms = [FORMATS[name](piece, layout) for name in task.settings.formats]
+    with piece.path(layout, ".jsonl").open("wb") as lines:
+        for index in range(piece.start, piece.stop):
+            try:
+                sample, rejections = draw_sample(template, index, lambda scene: film_of(scene, wanted, threads=1))
+            except SampleError as error:
+                failures.append((index, str(error)))
+                counts.update(error.counts)
+                continue
+            counts.update(rejections.counts)
+            assert sample.film is not None
+            labels = labels_of(sample, sample.film, piece.shard.split)
+            lines.write(json.dumps(labels, separators=(",", ":")).encode() + b"\n")
+            for form in forms:
+                form.add(sample.film, labels, passes)
+    for form in forms:
+        form.close()
+    return PieceResult(piece.stop - piece.start - len(failures), failures, counts)
