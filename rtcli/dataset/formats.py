@@ -82,7 +82,7 @@ class Files(Form):
         """Write the files of a sample."""
         files: dict[str, io.BytesIO] = {RADIANCE: io.BytesIO(), **{name: io.BytesIO() for name in passes}}
         suffixes = {RADIANCE: ".png", **{name: f".{name}.png" for name in passes}}
-        decode = film.write({name: (suffixes[name], file) for name, file in files.items()})
+        decode = film.write({name: ("sample.png", file) for name, file in files.items()})
         pictures = {suffixes[name]: file.getvalue() for name, file in files.items()}
         for suffix, data in {**pictures, ".json": _as_json({**labels, "passes": decode})}.items():
             name = _key(labels["index"]) + suffix
@@ -128,7 +128,7 @@ class WebDataset(Form):
     def add(self, film: Film, labels: Mapping[str, Any], passes: Sequence[str]) -> None:
         """Add the files of a sample."""
         picture = io.BytesIO()
-        film.write({RADIANCE: (".png", picture)})
+        film.write({RADIANCE: ("sample.png", picture)})
         files = {".json": _as_json(labels), ".png": picture.getvalue()}
         for name in passes:
             suffix, data = _array_file(name, film[name])

@@ -1,0 +1,147 @@
+"""`rtcli dataset`: labelled pictures from one template."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+from pathlib import Path
+from typing import Any
+
+import click
+
+from rtcli.batch.pool import LocalWorkers
+from rtcli.cli.console import STDIO, report_line
+from rtcli.cli.exit_codes import INVALID
+from rtcli.cli.help import Command
+from rtcli.cli.options.types import WholeNumber, parse_passes
+from rtcli.cli.progress import progress
+from rtcli.dataset.dry_run import Trial, try_out
+from rtcli.dataset.formats import FORMATS
+from rtcli.dataset.plan import Layout, Settings
+from rtcli.dataset.run import OtherDatasetError, Run, make, merge, prepare
+from rtcli.scene.diagnostics.quoting import counted, printable
+from rtcli.scene.files import read_file
+from rtcli.template.template import Template, parse_template
+from rtcli.tracer.engines import default_threads
+
+# The most failures to list.
+_MAX_SHOWN = 20
+
+
+def _parse_formats(text: str) -> tuple[str, ...]:
+    names = [name.strip() for name in text.split(",")]
+    unknown = [name for name in names if name not in FORMATS]
+    if unknown:
+        raise click.BadParameter(f"{unknown[0]!r} is not a form; choose from {', '.join(FORMATS)}")
+    # The annotations of COCO stand beside files.
+    return tuple(name for name in FORMATS if name in names and not (name == "files" and "coco" in names))
+
+
+def _parse_part(text: str) -> tuple[int, int]:
+    match = re.fullmatch(r"([0-9]{1,6})/([0-9]{1,6})", text)
+    if not match or not 1 <= int(match[1]) <= int(match[2]):
+        raise click.BadParameter(f"{text!r} is not a part such as 3/8: the third of eight")
+    return int(match[1]), int(match[2])
+
+
+@click.command(
+    "dataset",
+    cls=Command,
+    examples=[
+        "rtcli dataset templates/clevr.yaml -o clevr --to webdataset",
+        "rtcli dataset templates/clevr.yaml --dry-run",
+    ],
+    short_help="Render a data set: labelled pictures from one template.",
+    epilog="Exits with 1 if the template is invalid, or an index has no sample that meets all constraints.",
+)
+@click.argument("template", metavar="TEMPLATE", help="A template; with --merge, the folder of a data set.")
+@click.option("-o", "--output", metavar="DIR", help="Write the data set to this folder.")
+@click.option(
+    "--to",
+    "formats",
+    type=_parse_formats,
+    metavar="A,B",
+    default="files",
+    show_default=True,
+    help=f"Set the forms: {', '.join(FORMATS)}.",
+)
+@click.option("--passes", type=parse_passes, metavar="A,B", default=(), help="Also write passes, such as depth; or all.")
+@click.option("--count", type=WholeNumber(1), metavar="N", help="Make N samples instead of all.")
+@click.option("--start", type=WholeNumber(0), metavar="I", default=0, help="Start at index I.")
+@click.option("--shard", "part", type=_parse_part, metavar="K/N", help="Make the K-th of N equal parts.")
+@click.option("--jobs", type=WholeNumber(1), metavar="N", show_default="cores", help="Make N pieces at a time.")
+@click.option("--merge", "is_merge", is_flag=True, help="Write dataset.json over all parts.")
+@click.option("--dry-run", is_flag=True, help="Draw up to 1,000 samples, and report what to expect.")
+@click.option("-q", "--quiet", is_flag=True, help="Print only errors.")
+def command(template: str, output: str | None, is_merge: bool, dry_run: bool, quiet: bool, **options: Any) -> int:
+    """Render a data set: labelled pictures from one template.
+
+    Samples are made in shards of 1,000. A run that was stopped continues with the shards that are missing.
+    """
+    if is_merge:
+        if output is not None or dry_run:
+            raise click.UsageError("--merge takes the folder of a data set alone")
+        return _report(merge(Path(template)), Path(template), quiet)
+    if STDIO in (template, output):
+        raise click.UsageError("standard input and output cannot be used with dataset; name a file and a folder")
+    parsed = parse_template(read_file(template), template)
+    start, stop = _indices(parsed, options["start"], options["count"])
+    if dry_run:
+        return _try_out(parsed, start, stop, options["passes"], quiet)
+    if output is None:
+        raise click.UsageError("name the folder of the data set: -o DIR")
+    settings = Settings(options["formats"], options["passes"])
+    run = Run(parsed, settings, Layout(Path(output)), start, stop, options["part"] or (1, 1))
+    try:
+        prepare(run)
+    except OtherDatasetError as error:
+        raise click.UsageError(str(error)) from error
+    jobs = options["jobs"] or default_threads()
+    with contextlib.closing(LocalWorkers(jobs)) as workers, progress("samples", quiet, "samples") as advance:
+        for state in make(run, workers):
+            if state.total:
+                advance(state.done, state.total)
+    if options["part"] is None:
+        return _report(merge(run.layout.folder), run.layout.folder, quiet)
+    if not quiet:
+        report_line(f"next, after all parts: rtcli dataset {printable(output)} --merge")
+    return 0
+
+
+def _indices(template: Template, start: int, count: int | None) -> tuple[int, int]:
+    """Return the first index to make, and the one after the last."""
+    total = template.dataset.count
+    stop = total if count is None else start + count
+    if not start < stop <= total:
+        raise click.UsageError(f"the template has {counted(total, 'sample')}: raise `count`, or choose others")
+    return start, stop
+
+
+def _report(summary: dict[str, Any], folder: Path, quiet: bool) -> int:
+    """Report what a data set holds, and return the exit code."""
+    failures = summary["failures"]
+    for failure in failures[:_MAX_SHOWN]:
+        report_line(f"Error: sample {failure['index']}: {printable(failure['reason'])}")
+    if len(failures) > _MAX_SHOWN:
+        report_line(f"{len(failures) - _MAX_SHOWN:,} more failures: see {printable(str(folder / 'dataset.json'))}")
+    if not quiet:
+        splits = ", ".join(f"{split} {count:,}" for split, count in summary["splits"].items())
+        report_line(f"{printable(str(folder))}: {splits}; {len(failures):,} left out")
+    return INVALID if failures else 0
+
+
+def _try_out(template: Template, start: int, stop: int, passes: tuple[str, ...], quiet: bool) -> int:
+    with progress("draws", quiet, "samples") as advance:
+        trial = try_out(template, start, stop, passes, advance)
+    for line in _lines(trial):
+        click.echo(line)
+    return INVALID if trial.failures else 0
+
+
+def _lines(trial: Trial) -> list[str]:
+    """Return the lines that tell what to expect."""
+    lines = [f"samples: {trial.samples:,} of {trial.samples + len(trial.failures):,}, {trial.objects:,} objects"]
+    lines += [f"refused by {kind}: {count:,} draws" for kind, count in trial.rejections.most_common()]
+    lines += [f"sample {index} left out: {printable(reason)}" for index, reason in trial.failures[:_MAX_SHOWN]]
+    lines += [f"{printable(path)}: {low:.6g} to {high:.6g}" for path, (low, high) in trial.ranges.items()]
+    return [*lines, f"rate: {trial.rate:.1f} samples/s per core, without writing"]
