@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import textwrap
 from collections.abc import Mapping
 from typing import Any
@@ -56,7 +57,7 @@ def _card(name: str, summary: Mapping[str, Any]) -> str:
     total = sum(summary["splits"].values())
     splits = "\n".join(f"| {split} | {count:,} |" for split, count in summary["splits"].items())
     factors = "\n".join(
-        f"| {name} | `{factor['draw']}` | {factor['levels'] or 'any'} |" for name, factor in summary["factors"].items()
+        f"| {name} | `{json.dumps(factor['draw'])}` | {factor['levels'] or 'any'} |" for name, factor in summary["factors"].items()
     )
     failures = summary["failures"]
     left_out = f"\n{counted(len(failures), 'index')} left out: see `failures` in `dataset.json`.\n" if failures else ""

@@ -22,7 +22,7 @@ _NO_COLOR = 'Not a color: use a CSS name such as tomato, "#rrggbb" in quotes, or
 _NO_EXPOSURE = "Not an exposure: use a number of stops or auto."
 
 
-class _SceneFileSchema(GenerateJsonSchema):
+class SceneFileSchema(GenerateJsonSchema):
     """Pydantic's schema without null: a scene file omits the key instead."""
 
     def nullable_schema(self, schema: core_schema.NullableSchema) -> JsonSchemaValue:
@@ -65,7 +65,7 @@ class _SceneFileSchema(GenerateJsonSchema):
 
 def scene_schema() -> dict[str, Any]:
     """Return the schema of a scene file in JSON Schema draft 7, the newest that all YAML editors support."""
-    body = Scene.model_json_schema(schema_generator=_SceneFileSchema)
+    body = Scene.model_json_schema(schema_generator=SceneFileSchema)
     definitions = body["$defs"]
     for color in ("Albedo", "LightColor"):
         definitions[color] = {"anyOf": [{"$ref": "#/$defs/ColorName"}, definitions[color]]}

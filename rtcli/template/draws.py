@@ -145,22 +145,23 @@ class Normal(Draw):
 
     normal: tuple[Number, Positive] = Field(examples=[[0, 1]])
     """The mean and the standard deviation."""
-    clip: tuple[Number, Number] = Field(default=(-math.inf, math.inf), examples=[[-2, 2]], json_schema_extra={})
+    clip: tuple[Number, Number] | None = Field(default=None, examples=[[-2, 2]])
     """The interval to which the distribution is truncated; all numbers by default."""
     is_interval = True
 
     @model_validator(mode="after")
     def _is_range(self) -> Self:
-        _ascending(*self.clip)
+        if self.clip is not None:
+            _ascending(*self.clip)
         return self
 
     def value(self, word: int, parts: Parts) -> float:
         """Return the value that a random word stands for."""
-        return draw_normal(word, *self.normal, *self.clip)
+        return draw_normal(word, *self.normal, *(self.clip or (-math.inf, math.inf)))
 
     def extremes(self) -> dict[Loc, Any]:
         """Return the ends of the interval; without one, the mean."""
-        return _ends("clip", *self.clip) if "clip" in self.model_fields_set else {("normal", 0): self.normal[0]}
+        return {("normal", 0): self.normal[0]} if self.clip is None else _ends("clip", *self.clip)
 
 
 class Integers(Draw):
