@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,8 +32,10 @@ from rtcli.tracer.reference import (
     Hit,
     LightSource,
     PathToLight,
+    PointLight,
     Ray,
     Scenery,
+    SunLight,
     irradiance_of,
     length,
     path_to_light,
@@ -42,6 +44,7 @@ from rtcli.tracer.reference import (
 from rtcli.tracer.world import NO_CARRIER, World
 
 _ARRIVING = "L_i = intensity * color / (4 pi r^2)"
+_OF_A_SUN = "L_i = irradiance * color"
 
 
 @dataclass(frozen=True)
@@ -70,7 +73,7 @@ class SurfacePoint:
         return int(self.hit.index[0])
 
     @property
-    def source(self) -> LightSource | None:
+    def source(self) -> PointLight | None:
         """The light that the object carries, if any."""
         return self.scenery.objects[self.index].source_object if self.index != NOTHING else None
 
@@ -129,8 +132,7 @@ def lights_step(point: SurfacePoint) -> LightsStep:
         "Each light at the point",
         "2.3, 3.4",
         (
-            "r = |light - P|      l = (light - P) / r",
-            f"{_ARRIVING}      cos(theta) = n . l",
+            *_equations(point),
             "share = rho / pi * L_i * cos(theta), 0 where the light does not reach",
         ),
         (),
@@ -139,6 +141,17 @@ def lights_step(point: SurfacePoint) -> LightsStep:
         "the one that carries the light can block it.",
         lights=shares,
     )
+
+
+def _equations(point: SurfacePoint) -> Iterator[str]:
+    """Yield the equations of the kinds of lights that the scene has."""
+    kinds = {type(source) for source in point.scenery.light_sources}
+    if PointLight in kinds:
+        yield "r = |light - P|      l = (light - P) / r"
+        yield f"{_ARRIVING}      cos(theta) = n . l"
+    if SunLight in kinds:
+        yield "sun (2.3.4)      l = -direction / |direction|"
+        yield f"                 {_OF_A_SUN}      cos(theta) = n . l"
 
 
 def _no_lights(point: SurfacePoint) -> str:
@@ -157,7 +170,8 @@ def _share(point: SurfacePoint, i: int) -> LightShare:
     faces = cosine > 0
     blockers = _occlusions(point, source, way) if faces and same_side else ()
     surface = SHAPES[point.names[point.index].type].surface
-    verdict, outcome = _verdict(faces, same_side, blockers, surface)
+    start = "light" if isinstance(source, PointLight) else "point"
+    verdict, outcome = _verdict(faces, same_side, blockers, (surface, start))
     irradiance = irradiance_of(source, way, np.flatnonzero([verdict == LIT]))
     carrier = point.world.lights.carrier[i]
     name = None if carrier == NO_CARRIER else point.names[carrier]
@@ -170,8 +184,7 @@ def _share(point: SurfacePoint, i: int) -> LightShare:
         blockers=blockers,
         radiance=triple(scenery.reflected(irradiance, point.hit)),
         numbers=(
-            Number("position", triple(source.position), "the light's position"),
-            Number("r", float(way.distance[0]), "its distance"),
+            *_place(source, way),
             Number("l", triple(way.wi), "the direction to it"),
             Number("L_i", triple(source.light_at(way.distance).rgb), "the light that arrives there"),
             Number("cos_theta", cosine),
@@ -180,8 +193,21 @@ def _share(point: SurfacePoint, i: int) -> LightShare:
     )
 
 
-def _verdict(faces: bool, same_side: bool, blockers: Sequence[Occlusion], surface: str) -> tuple[str, str]:
-    """Return the verdict on a light, and the same in words."""
+def _place(source: LightSource, way: PathToLight) -> tuple[Number, ...]:
+    """Return where a light is; a sun is only in a direction."""
+    if not isinstance(source, PointLight):
+        return ()
+    return (
+        Number("position", triple(source.position), "the light's position"),
+        Number("r", float(way.distance[0]), "its distance"),
+    )
+
+
+def _verdict(
+    faces: bool, same_side: bool, blockers: Sequence[Occlusion], words: tuple[str, str]
+) -> tuple[str, str]:
+    """Return the verdict on a light, and the same in words: those for the surface and the start of distances."""
+    surface, start = words
     if not same_side:
         return OTHER_SIDE, f"on the opposite side of the {surface} from the eye"
     if not faces:
@@ -189,7 +215,7 @@ def _verdict(faces: bool, same_side: bool, blockers: Sequence[Occlusion], surfac
     if not blockers:
         return LIT, "nothing blocks it, so it reaches the point"
     between = listed([f"{item.object.label} at distance {number(item.distance)}" for item in blockers])
-    return BLOCKED, f"blocked by {between} from the light"
+    return BLOCKED, f"blocked by {between} from the {start}"
 
 
 def _occlusions(point: SurfacePoint, source: LightSource, way: PathToLight) -> tuple[Occlusion, ...]:

@@ -153,7 +153,7 @@ class HitStep(Step):
 
 @dataclass(frozen=True)
 class Occlusion:
-    """An object between a light and a surface point, and its distance from the light."""
+    """An object between a light and a surface point, and its distance from the light; of a sun, from the point."""
 
     object: ObjectName
     distance: float

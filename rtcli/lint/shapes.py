@@ -229,10 +229,13 @@ class InfinitePlane(Shape):
             return None
         if abs(offset) <= _ON_PLANE * max(map(abs, (*view.eye, *self.position))):
             # The eye is on the plane: what it sees may be on both sides, in the shadow of lights on the other.
-            is_clear = not view.lights or self._is_beside_all([*view.corners, *view.lights])
+            lights = [light for light, _ in view.lights]
+            is_clear = not lights or self._is_beside_all([*view.corners, *lights])
         else:
             # Everything in view is on the eye's side, and the lights must be, too.
-            is_clear = all(self._is_on_side_of_eye(light, offset) for light in view.lights)
+            is_clear = all(
+                self._is_on_side_of_eye(light, weight * offset, offset > 0) for light, weight in view.lights
+            )
         if not is_clear:
             return None
         sine = math.sqrt(sum(x * x for x in cross(self.normal, view.forward)))
@@ -243,10 +246,13 @@ class InfinitePlane(Shape):
         sign = math.copysign(1, dot(self.normal, vectors[0]))
         return all(sign * dot(self.normal, vector) > _ON_PLANE * max(map(abs, vector)) for vector in vectors)
 
-    def _is_on_side_of_eye(self, light: Vector, offset: float) -> bool:
-        """Return whether a light, given relative to the eye, is clearly on its side; `offset` is the plane's."""
+    def _is_on_side_of_eye(self, light: Vector, offset: float, is_ahead: bool) -> bool:
+        """Return whether a light, given relative to the eye, is clearly on its side.
+
+        `offset` is that of the plane, which is ahead if the normal points away from the eye; of a sun, 0.
+        """
         height = dot(self.normal, light)
-        beyond = height - offset if offset > 0 else offset - height
+        beyond = height - offset if is_ahead else offset - height
         return beyond < -_ON_PLANE * (abs(offset) + max(map(abs, light)))
 
 

@@ -40,7 +40,9 @@ class View:
     camera
         The camera.
     lights
-        The positions of all lights that shine.
+        The positions of all lights that shine and are somewhere.
+    suns
+        The directions to all others.
 
     Attributes
     ----------
@@ -49,13 +51,13 @@ class View:
     corners
         The directions of the picture's corners.
     lights
-        The vectors from the eye to the lights.
+        The vectors from the eye to the lights, each with 1; and the directions to the suns, each with 0.
     """
 
-    def __init__(self, camera: Camera, lights: Iterable[Vector]) -> None:
+    def __init__(self, camera: Camera, lights: Iterable[Vector], suns: Iterable[Vector] = ()) -> None:
         frame = camera_frame(camera)
         self.eye, self.forward, right, up = frame.position, frame.forward, frame.right, frame.up
-        self.lights = [direction(self.eye, light) for light in lights]
+        self.lights = [(direction(self.eye, light), 1.0) for light in lights] + [(sun, 0.0) for sun in suns]
         tall = math.tan(math.radians(frame.fov) / 2)
         wide = tall * frame.width / frame.height
         self.corners = [moved(moved(self.forward, right, x), up, y) for x in (-wide, wide) for y in (-tall, tall)]
@@ -64,7 +66,7 @@ class View:
         for axis, slope in ((right, wide), (scaled(right, -1), wide), (up, tall), (scaled(up, -1), tall)):
             sides.append((unit(moved(axis, self.forward, slope)), BESIDE))
         self._sides = [
-            _Side(normal, region, min((dot(normal, light) for light in self.lights), default=math.inf))
+            _Side(normal, region, min((_height(normal, *light) for light in self.lights), default=math.inf))
             for normal, region in sides
         ]
 
@@ -92,6 +94,12 @@ class View:
                 if side.lowest_light >= most:
                     return region
         return None
+
+
+def _height(normal: Vector, light: Vector, weight: float) -> float:
+    """Return the signed distance of a light from a plane through the eye; of a sun, infinity on its side."""
+    height = dot(normal, light)
+    return height if weight else math.copysign(math.inf, height)
 
 
 def moved(point: Vector, vector: Vector, factor: float = 1.0) -> Vector:

@@ -109,11 +109,12 @@ class Lights(NamedTuple):
     kind
         (M,) uint8: indices into `LIGHT_PARAMETERS` of the compiled module.
     parameters
-        (P,) float64: the parameters of the first light, then those of the second, and so on. Point: position (3).
+        (P,) float64: the parameters of the first light, then those of the second, and so on. Point: position (3);
+        sun: the direction in which its light travels (3, any length).
     color
         (M * 3,) float64: linear, 0 or more.
     intensity
-        (M,) float64: emitted power.
+        (M,) float64: emitted power; of a sun, its irradiance.
     carrier
         (M,) int64: the index of the object that carries it, or `NO_CARRIER`.
     """

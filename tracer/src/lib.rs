@@ -5,7 +5,7 @@
 //!
 //! | module | contents, each using only those above it |
 //! |---|---|
-//! | `vector`, `bounds`, [`memory`], [`names`], [`simd`] | arithmetic, checked allocation, names, SIMD levels |
+//! | `vector`, `bounds`, `apex`, [`memory`], [`names`], [`simd`] | arithmetic, checked allocation, names, SIMD levels |
 //! | `camera`, `camera_space` | the camera, and the transformation from the world to its space |
 //! | `tile`: `rays`, `hits` | 16 x 16 pixels of a picture, their rays, and the nearest hit of each |
 //! | `budget`, `monitor` | bounded work, progress, cancellation |
@@ -23,6 +23,7 @@
 #![allow(clippy::needless_range_loop)]
 
 mod accel;
+mod apex;
 mod bounds;
 mod budget;
 mod camera;

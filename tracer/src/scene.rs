@@ -2,14 +2,15 @@
 
 use crate::accel::cone::Cone;
 use crate::accel::{Bvh, Stack};
+use crate::apex::Apex;
 use crate::camera_space::{CameraSpace, FAR_FROM_ROUNDING};
 use crate::memory::{OutOfMemory, collect, filled, par_collect};
 use crate::scene::unit::suitable_unit;
 use crate::shapes::contact::{COORDINATE, Contact};
 use crate::shapes::primitive::Primitive;
 use crate::shapes::{OBJECTS, ShapeDesc, Shapes};
-use crate::vector::{Vector, l1_norm, largest, length, scale, sub};
-use crate::world::{LightDesc, Object, World};
+use crate::vector::{Vector, l1_norm, largest, length, normalized, scale, sub};
+use crate::world::{LightDesc, LightSource, Object, World};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::iter;
@@ -19,13 +20,13 @@ mod unit;
 /// Named in the error if memory runs out.
 const LIGHTS: &str = "the lights";
 
-/// A point light in camera space.
+/// A light in camera space.
 #[derive(Clone, Debug)]
 pub(crate) struct Light {
-    pub(crate) position: Vector,
-    /// The factor by which it was moved toward the eye; see `CameraSpace::range_scale`.
+    pub(crate) apex: Apex,
+    /// The factor by which it was moved toward the eye, see `CameraSpace::range_scale`; 0 if it is infinitely far away.
     pub(crate) range_scale: f64,
-    /// intensity * color / (4 pi), in units of camera space: L_i = power / r^2.
+    /// intensity * color / (4 pi), in units of camera space: L_i = power / r^2. Of a sun, L_i.
     pub(crate) power: Vector,
     /// The number in the world of the object that carries it, which casts no shadow in its light.
     pub(crate) carrier: Option<u32>,
@@ -111,8 +112,18 @@ impl Scene {
     }
 
     fn light(&self, space: &CameraSpace, world: &World, light: &LightDesc) -> Light {
+        let carrier = light.carrier.map(|carrier| carrier as u32);
+        let powered = |intensity: f64| scale(light.color, intensity.min(f64::MAX));
+        let position = match light.source {
+            LightSource::Point { position } => position,
+            LightSource::Sun { direction } => {
+                let toward = scale(space.direction(normalized(direction)), -1.0);
+                let (apex, power) = (Apex::direction(toward), powered(light.intensity));
+                return Light { apex, range_scale: 0.0, power, carrier, contacts: Vec::new() };
+            }
+        };
         // The power of a light that is moved toward the eye shrinks by the square of the factor.
-        let scaled = space.scaled(light.source.position());
+        let scaled = space.scaled(position);
         let range_scale = space.range_scale(scaled, 0.0);
         let unit = space.unit * range_scale;
         let intensity = light.intensity * unit * unit / (4.0 * PI);
@@ -128,10 +139,10 @@ impl Scene {
         let mut traversal = self.bvh.traverse(&around, &mut stack);
         let candidates = iter::from_fn(|| traversal.next(0.0)).chain(self.unbounded.iter().copied());
         Light {
-            position,
+            apex: Apex::point(position),
             range_scale,
-            power: scale(light.color, intensity.min(f64::MAX)),
-            carrier: light.carrier.map(|carrier| carrier as u32),
+            power: powered(intensity),
+            carrier,
             contacts: candidates.filter_map(close).collect(),
         }
     }
@@ -184,17 +195,17 @@ fn materials(world: &World, space: &CameraSpace) -> Result<Vec<Material>, OutOfM
     };
     let mut materials = par_collect(world.objects.par_iter().map(material), OBJECTS)?;
     for light in &world.lights {
-        if let Some(carrier) = light.carrier {
-            materials[carrier].emitted = Some(seen_directly(light, world.camera.position));
+        if let (Some(carrier), Some(position)) = (light.carrier, light.source.position()) {
+            materials[carrier].emitted = Some(seen_directly(light, position, world.camera.position));
         }
     }
     Ok(materials)
 }
 
 /// L = intensity color / (4 pi r^2), r from the light to the eye (document, section 3.4).
-fn seen_directly(light: &LightDesc, eye: Vector) -> [f32; 3] {
+fn seen_directly(light: &LightDesc, position: Vector, eye: Vector) -> [f32; 3] {
     let largest = f64::from(f32::MAX);
-    let r = length(sub(light.source.position(), eye));
+    let r = length(sub(position, eye));
     let arriving = light.intensity / (4.0 * PI * r * r);
     // 0 / 0: a light without power at the eye.
     let arriving = if arriving.is_nan() { 0.0 } else { arriving.min(largest) };

@@ -19,7 +19,7 @@ const HEIGHT_ROUNDING: f64 = 4e-15;
 #[derive(Debug)]
 pub(crate) struct Lighting {
     pub(crate) points: Points,
-    /// The squared distance to a light.
+    /// The squared length of the vector to a light.
     squared: Lanes,
     /// cos(theta) / r^2 of one light, and 0 where it is hidden.
     irradiance: Lanes,
@@ -38,8 +38,8 @@ impl Lighting {
 
     /// Add the light that the points reflect to the eye, and return the number of shadow rays.
     ///
-    /// radiance = albedo ambient + sum over lights of albedo / pi L_i cos(theta), L_i = power / r^2 (document,
-    /// sections 2.3.1, 2.3.2)
+    /// radiance = albedo ambient + sum over lights of albedo / pi L_i cos(theta), L_i = power / r^2, or power of a sun
+    /// (document, sections 2.3.1, 2.3.2)
     ///
     /// Only lights on the eye's side illuminate a surface. All shapes are convex, so an object cannot shadow
     /// itself where eye and light are on the same side and cos(theta) > 0: it is skipped, and no epsilon is
@@ -72,7 +72,7 @@ impl Lighting {
             rays += facing;
             let mut shadow = ShadowRays {
                 points: &self.points,
-                light: light.position,
+                light: light.apex,
                 squared: &self.squared,
                 irradiance: &mut self.irradiance,
                 bounds,
@@ -109,16 +109,16 @@ impl Lighting {
     fn irradiate(&mut self, light: &Light, scene: &Scene, face: u32) -> u64 {
         let object = face >> FACE_BITS;
         let (shape, contact) = (scene.shapes.get(object), light.contact(object));
-        if !shape.is_lit_from(contact, light.position) {
+        if !shape.is_lit_from(contact, light.apex) {
             return 0;
         }
-        let to_light = to_f32(sub(light.position, self.points.reference));
+        let to_light = light.apex.from_f32(self.points.reference);
         if let Some(plane) = self.points.plane {
             let (height, rounding) = match contact {
                 Some(contact) => (shape.height(face, contact), 0.0),
                 None => (
-                    plane.height(light.position),
-                    HEIGHT_ROUNDING * (l1_norm(light.position) + plane.offset.abs()),
+                    plane.height_of_apex(light.apex),
+                    HEIGHT_ROUNDING * (l1_norm(light.apex.at) + light.apex.weight * plane.offset.abs()),
                 ),
             };
             // A light in the plane of a face, within rounding, does not illuminate it.
@@ -133,9 +133,10 @@ impl Lighting {
         u64::from(self.irradiance[..self.points.count].iter().map(facing).sum::<u32>())
     }
 
-    /// cos(theta) / r^2 = height / r^3: the height of the light is the same at all points of a flat face.
+    /// cos(theta) / r^2 = height / r^3: the height of the light is the same at all points of a flat face. Infinitely
+    /// far away the height is cos(theta), and the vector to the light a unit vector.
     #[inline(always)]
-    fn irradiate_flat(&mut self, to_light: [f32; 3], height: f32) {
+    fn irradiate_flat(&mut self, to_light: ([f32; 3], f32), height: f32) {
         for lane in 0..self.points.padded() {
             let w = self.points.toward(to_light, lane);
             let squared = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
@@ -146,7 +147,7 @@ impl Lighting {
 
     /// cos(theta) / r^2 = n . w / r^3
     #[inline(always)]
-    fn irradiate_curved(&mut self, to_light: [f32; 3]) {
+    fn irradiate_curved(&mut self, to_light: ([f32; 3], f32)) {
         for lane in 0..self.points.padded() {
             let w = self.points.toward(to_light, lane);
             let squared = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
@@ -166,7 +167,7 @@ impl Lighting {
         let eye = to_f32(self.points.reference.map(|component| -component));
         let (unit, per_sphere) = (bounded(unit), (0.25 / PI) as f32);
         for lane in 0..self.points.padded() {
-            let p = self.points.toward(eye, lane);
+            let p = self.points.toward((eye, 1.0), lane);
             let factor = unit / (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt();
             self.irradiance[lane] = self.irradiance[lane] * magnitude * factor * factor * per_sphere;
         }
@@ -219,11 +220,11 @@ pub(crate) fn darken_occluded(
         return;
     }
     if let Some(footprint) = footprint {
-        let pyramid = Pyramid::new(light.position, footprint);
+        let pyramid = Pyramid::new(light.apex, footprint);
         darken_occluded_within(&pyramid, shadow, light, scene, receiver, stack);
     } else {
         let farthest = l1_norm(sub(shadow.bounds.center, shadow.points.reference)) + shadow.bounds.radius;
-        let cone = Cone::from_apex(light.position, shadow.bounds, farthest);
+        let cone = Cone::from_apex(light.apex, shadow.bounds, farthest);
         darken_occluded_within(&cone, shadow, light, scene, receiver, stack);
     }
 }

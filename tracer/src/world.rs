@@ -24,20 +24,34 @@ pub enum LightSource {
         /// World space.
         position: Vector,
     },
+    /// A sun, whose rays are parallel.
+    Sun {
+        /// The direction in which its light travels, of any length but 0.
+        direction: Vector,
+    },
 }
 
 impl LightSource {
     /// The kinds, in the order of their tags.
-    pub const KINDS: &[Kind<LightSource>] = &[Kind {
-        name: "point",
-        parameters: 3,
-        describe: |p| LightSource::Point { position: [p[0], p[1], p[2]] },
-    }];
+    pub const KINDS: &[Kind<LightSource>] = &[
+        Kind {
+            name: "point",
+            parameters: 3,
+            describe: |p| LightSource::Point { position: [p[0], p[1], p[2]] },
+        },
+        Kind {
+            name: "sun",
+            parameters: 3,
+            describe: |p| LightSource::Sun { direction: [p[0], p[1], p[2]] },
+        },
+    ];
 
-    /// The point that all its light comes from, world space.
-    pub fn position(&self) -> Vector {
-        let LightSource::Point { position } = *self;
-        position
+    /// The point that all its light comes from, world space; None if it is infinitely far away.
+    pub fn position(&self) -> Option<Vector> {
+        match *self {
+            LightSource::Point { position } => Some(position),
+            LightSource::Sun { .. } => None,
+        }
     }
 }
 
@@ -48,7 +62,7 @@ pub struct LightDesc {
     pub source: LightSource,
     /// Linear RGB, each 0 or more.
     pub color: Vector,
-    /// Emitted power: L_i = intensity * color / (4 pi r^2).
+    /// Emitted power: L_i = intensity * color / (4 pi r^2); of a sun, its irradiance: L_i = intensity * color.
     pub intensity: f64,
     /// The index of the object that carries it, if any.
     pub carrier: Option<usize>,

@@ -1,4 +1,4 @@
-"""The words that other programs use for the keys of a scene and for the shapes.
+"""The words that other programs use for the keys of a scene, for the shapes and for the lights.
 
 All are in lower case, without hyphens and underscores.
 """
@@ -10,6 +10,13 @@ WORDS_FOR_SHAPES = {
     "sphere": "ball orb globe bubble marble bead planet uvsphere icosphere ellipsoid spheroid",
     "plane": "floor ground wall ceiling surface backdrop infiniteplane halfspace sheet quad",
     "box": "cube cuboid block brick crate rectangle rect rectangularprism prism slab rectcuboid hexahedron aabb",
+}
+
+# By the type of a light.
+WORDS_FOR_LIGHTS = {
+    "point": "pointlight pointlamp lamp bulb omni omnilight positional sphere",
+    "sun": "sunlight sunlamp directional directionallight distant distantlight parallel parallellight infinite "
+    "daylight",
 }
 
 
@@ -38,6 +45,8 @@ WORDS_FOR_KEYS = {
     "resolution": "size dimensions width height imagesize pixels filmsize res",
     "fov": "angle fieldofview fovy vfov yfov viewangle fovdegrees",
     "intensity": "power energy brightness strength watts wattage emission emitted flux radiance luminosity lumens",
+    "irradiance": "intensity power energy brightness strength illuminance lux radiance flux watts emission",
+    "direction": "dir toward towards target to at lookat aim from orientation heading rotation normal vector way",
     "color": "colour rgb rgba albedo material diffuse diffusecolor basecolor reflectance reflectivity kd tint "
     "surface paint pigment texture hue",
     "name": "id label title identifier",

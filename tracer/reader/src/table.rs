@@ -41,12 +41,15 @@ pub static IMAGE: Mapping = Mapping {
 
 pub static LIGHT: Mapping = Mapping {
     fields: &[
-        Field { key: "position", value: Value::Numbers(3, Value::NUMBER), slot: 0 },
-        Field { key: "intensity", value: Value::Number(Value::NUMBER.from(0.0)), slot: 3 },
-        Field { key: "color", value: Value::Color(Value::NUMBER.from(0.0)), slot: 4 },
+        Field { key: "type", value: Value::Choice(&["point", "sun"]), slot: 0 },
+        Field { key: "position", value: Value::Numbers(3, Value::NUMBER), slot: 1 },
+        Field { key: "intensity", value: Value::Number(Value::NUMBER.from(0.0)), slot: 4 },
+        Field { key: "color", value: Value::Color(Value::NUMBER.from(0.0)), slot: 5 },
+        Field { key: "direction", value: Value::Direction(3, Value::NUMBER), slot: 8 },
+        Field { key: "irradiance", value: Value::Number(Value::NUMBER.from(0.0)), slot: 11 },
     ],
-    required: 0b11,
-    defaults: &[f64::NAN, f64::NAN, f64::NAN, f64::NAN, 1.0, 1.0, 1.0],
+    required: 0b0,
+    defaults: &[0.0, f64::NAN, f64::NAN, f64::NAN, f64::NAN, 1.0, 1.0, 1.0, f64::NAN, f64::NAN, f64::NAN, f64::NAN],
 };
 
 pub static CARRIED_LIGHT: Mapping = Mapping {
@@ -88,9 +91,9 @@ pub static SCENE: Mapping = Mapping {
 };
 
 pub static SHAPES: &[Kind] = &[
-    Kind { name: "sphere", allowed: 0b111111, required: 0b11101, parameters: &[4] },
-    Kind { name: "plane", allowed: 0b1010111, required: 0b1010101, parameters: &[8, 9, 10] },
-    Kind { name: "box", allowed: 0b110110111, required: 0b10010101, parameters: &[11, 12, 13, 15, 14, 16] },
+    Kind { name: "sphere", allowed: 0b111111, required: 0b11101, parameters: &[4], strength: None },
+    Kind { name: "plane", allowed: 0b1010111, required: 0b1010101, parameters: &[8, 9, 10], strength: None },
+    Kind { name: "box", allowed: 0b110110111, required: 0b10010101, parameters: &[11, 12, 13, 15, 14, 16], strength: None },
 ];
 
 /// The linear value of each level of sRGB.
@@ -506,5 +509,6 @@ pub static COLORS: &[(&str, u32)] = &[
 ];
 
 pub static LIGHTS: &[Kind] = &[
-    Kind { name: "point", allowed: 0b111, required: 0b11, parameters: &[0, 1, 2] },
+    Kind { name: "point", allowed: 0b1111, required: 0b110, parameters: &[1, 2, 3], strength: Some(4) },
+    Kind { name: "sun", allowed: 0b111001, required: 0b110001, parameters: &[8, 9, 10], strength: Some(11) },
 ];

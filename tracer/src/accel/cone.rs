@@ -2,6 +2,7 @@
 
 use crate::accel::Volume;
 use crate::accel::node::{CONSERVATIVE, Node, WIDTH};
+use crate::apex::Apex;
 use crate::bounds::BoundingSphere;
 use crate::tile::rays::Rays;
 use crate::vector::{Vector, dot, length, scale, sub, to_f32};
@@ -37,7 +38,15 @@ impl Cone {
 
     /// The cone from an apex around a bounding sphere of points, up to its far end. `farthest` is the largest
     /// distance of the points from their reference: their float32 rounding is a share of it.
-    pub(crate) fn from_apex(apex: Vector, bounds: BoundingSphere, farthest: f64) -> Cone {
+    ///
+    /// If the apex is infinitely far away it is a cylinder from the points: a cone of no angle, with wide bounds.
+    pub(crate) fn from_apex(apex: Apex, bounds: BoundingSphere, farthest: f64) -> Cone {
+        if apex.is_direction() {
+            let mut cylinder = Cone::new(bounds.center, apex.at, 1.0, f64::INFINITY);
+            cylinder.slack += bounds.radius as f32 + farthest as f32 * CONSERVATIVE;
+            return cylinder;
+        }
+        let apex = apex.at;
         let toward = sub(bounds.center, apex);
         let distance = length(toward);
         // sin = radius / distance; an apex inside needs all directions.

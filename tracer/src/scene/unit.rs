@@ -32,7 +32,7 @@ pub(crate) fn suitable_unit(world: &World) -> Result<f64, OutOfMemory> {
     let Some(&farthest_object) = exponents.iter().max() else {
         return Ok(1.0);
     };
-    let lights = world.lights.iter().filter_map(|light| exponent(light.source.position(), 0.0));
+    let lights = world.lights.iter().filter_map(|light| exponent(light.source.position()?, 0.0));
     reserve(&mut exponents, world.lights.len(), "the lights")?;
     exponents.extend(lights.map(|light| light.min(farthest_object + AS_GOOD_AS_PARALLEL)));
     let farthest = exponents.iter().copied().fold(farthest_object, i32::max);

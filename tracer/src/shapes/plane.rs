@@ -1,5 +1,6 @@
 //! An infinite plane (document, section 2.2.2).
 
+use crate::apex::Apex;
 use crate::bounds::BoundingSphere;
 use crate::camera_space::{CameraSpace, range_scale_at};
 use crate::shapes::contact::{Contact, rounding_across, spread};
@@ -105,9 +106,11 @@ impl Primitive for Plane {
     /// Darken the points on the other side of the plane.
     #[inline(always)]
     fn occlude(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>) {
-        let light = contact.map_or_else(|| self.equation.height(shadow.light), |contact| contact.height);
-        // A light on the plane, such as one on the ceiling, shines to both sides.
-        if light == 0.0 {
+        let height_of_light = || self.equation.height_of_apex(shadow.light);
+        let light = contact.map_or_else(height_of_light, |contact| contact.height);
+        // A light on the plane, such as one on the ceiling, shines to both sides; so does one whose rays are parallel
+        // to it.
+        if light == 0.0 || (shadow.light.is_direction() && light.abs() < f64::from(PARALLEL)) {
             return;
         }
         let toward = scale(self.equation.normal, light.signum());
@@ -128,7 +131,7 @@ impl Primitive for Plane {
 
     /// The height above the plane decides.
     #[inline(always)]
-    fn is_lit_from(&self, _contact: Option<&Contact>, _light: Vector) -> bool {
+    fn is_lit_from(&self, _contact: Option<&Contact>, _light: Apex) -> bool {
         true
     }
 
