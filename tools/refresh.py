@@ -283,7 +283,8 @@ def rules_table(prefix: str) -> str:
 SECTIONS = {
     "Scene": "The file",
     "Camera": "`camera`",
-    "PointLight": "Each of `lights`",
+    "PointLight": "A point light in `lights`",
+    "SunLight": "A sun in `lights`",
     "Sphere": "A sphere in `objects`",
     "Box": "A box in `objects`",
     "Plane": "A plane in `objects`",

@@ -90,7 +90,8 @@ def scene_schema() -> dict[str, Any]:
             # A file must name the type, which a class of Python implies.
             del definition["properties"]["type"]["default"]
             definition["required"].append("type")
-    for part in (*kinds, CarriedLight):
+    parts: list[type[BaseModel]] = [CarriedLight, *kinds]
+    for part in parts:
         # Editors write the keys in this order.
         properties = definitions[part.__name__]["properties"]
         definitions[part.__name__]["properties"] = {key: properties[key] for key in keys_in_order(part)}

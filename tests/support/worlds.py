@@ -35,6 +35,10 @@ def light(position: list[float], intensity: float = 100.0, **more: Any) -> Data:
     return {"position": position, "intensity": intensity, **more}
 
 
+def sun(direction: list[float], irradiance: float = 3.0, **more: Any) -> Data:
+    return {"type": "sun", "direction": direction, "irradiance": irradiance, **more}
+
+
 def scene(objects: list[Data], lights: list[Data] | None = None, **sections: Any) -> Scene:
     data = {"camera": CAMERA, "objects": objects, "lights": lights or [], **sections}
     return Scene.model_validate(data)
@@ -75,10 +79,18 @@ def random_scenes(draw: st.DrawFn, *, carriers: bool = True, samples: int = 1) -
             "look_at": _point(rng, 4),
             "up": _point(rng, 1),
         },
-        "lights": [light(_point(rng, 6), rng.uniform(10, 300), color=_color(rng)) for _ in range(light_count)],
+        "lights": [_light(rng) for _ in range(light_count)],
         "objects": [_object(rng, kind) for kind in kinds if carriers or kind != "lamp"],
         "render": {"background": _color(rng), "samples": samples},
     }
+
+
+def _light(rng: random.Random) -> Data:
+    position, intensity, color = _point(rng, 6), rng.uniform(10, 300), _color(rng)
+    # By a digit that matters to nothing else.
+    if int(intensity * 1000) % 3 == 0:
+        return sun(position, intensity / 50, color=color)
+    return light(position, intensity, color=color)
 
 
 def _object(rng: random.Random, kind: str) -> Data:
@@ -112,6 +124,9 @@ def extreme_scenes() -> st.SearchStrategy[Data]:
     """Draw scenes with any finite numbers at all, from the smallest to the largest."""
     carried = st.fixed_dictionaries({"intensity": _NOT_NEGATIVE, "color": _LIGHT_COLOR})
     free = st.fixed_dictionaries({"position": _VECTOR, "intensity": _NOT_NEGATIVE, "color": _LIGHT_COLOR})
+    suns = st.fixed_dictionaries(
+        {"type": st.just("sun"), "direction": _DIRECTION, "irradiance": _NOT_NEGATIVE, "color": _LIGHT_COLOR}
+    )
     common = {"position": _VECTOR, "color": _ALBEDO}
     spheres = st.fixed_dictionaries(
         {"type": st.just("sphere"), **common, "radius": _POSITIVE}, optional={"light": carried}
@@ -140,7 +155,7 @@ def extreme_scenes() -> st.SearchStrategy[Data]:
     return st.fixed_dictionaries(
         {
             "camera": camera,
-            "lights": st.lists(free, max_size=3),
+            "lights": st.lists(free | suns, max_size=3),
             "objects": st.lists(st.one_of(spheres, boxes, planes), max_size=4),
             "render": settings,
         }
@@ -190,10 +205,7 @@ def crowd(count: int, seed: int, far_off: bool, telescope: bool) -> Data:
             "look_at": target,
             "up": _direction(rng),
         },
-        "lights": [
-            light(random_position(8), rng.uniform(10, 300) * scale**2, color=_color(rng))
-            for _ in range(rng.randint(0, 3))
-        ],
+        "lights": [_crowd_light(rng, random_position, scale) for _ in range(rng.randint(0, 3))],
         "objects": [_crowd_object(rng, random_position, scale * 8 / count ** (1 / 3), i) for i in range(count)],
         "render": {
             "background": _color(rng),
@@ -201,6 +213,13 @@ def crowd(count: int, seed: int, far_off: bool, telescope: bool) -> Data:
             "ambient": rng.choice([[0, 0, 0], _color(rng)]),
         },
     }
+
+
+def _crowd_light(rng: random.Random, random_position: Callable[[float], list[float]], scale: float) -> Data:
+    position, intensity, color = random_position(8), rng.uniform(10, 300), _color(rng)
+    if int(intensity * 1000) % 3 == 0:
+        return sun(position, intensity / 50, color=color)
+    return light(position, intensity * scale**2, color=color)
 
 
 def _rotation(rng: random.Random) -> float | list[float]:

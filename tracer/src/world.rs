@@ -34,16 +34,8 @@ pub enum LightSource {
 impl LightSource {
     /// The kinds, in the order of their tags.
     pub const KINDS: &[Kind<LightSource>] = &[
-        Kind {
-            name: "point",
-            parameters: 3,
-            describe: |p| LightSource::Point { position: [p[0], p[1], p[2]] },
-        },
-        Kind {
-            name: "sun",
-            parameters: 3,
-            describe: |p| LightSource::Sun { direction: [p[0], p[1], p[2]] },
-        },
+        Kind { name: "point", parameters: 3, describe: |p| LightSource::Point { position: [p[0], p[1], p[2]] } },
+        Kind { name: "sun", parameters: 3, describe: |p| LightSource::Sun { direction: [p[0], p[1], p[2]] } },
     ];
 
     /// The point that all its light comes from, world space; None if it is infinitely far away.

@@ -49,7 +49,7 @@ def name_of(around: type[BaseModel]) -> str:
     names: dict[type[BaseModel], str] = {section: key for key, section in _SECTIONS.items()}
     names |= {
         model.Scene: "a scene",
-        model.PointLight: "a light",
+        model.PointLight: "a point light",
         model.SunLight: "a sun",
         model.CarriedLight: "a carried light",
     }
@@ -74,6 +74,7 @@ def advice_to_add(loc: Loc, data: Any) -> str:
 
 def _field(loc: Loc) -> tuple[str, FieldInfo | None]:
     """Return the last key of a location, and its field."""
+    loc = loc[:2] if loc[:1] and loc[0] in _KINDS and len(loc) == 3 else loc
     key = str(next((step for step in reversed(loc) if isinstance(step, str)), ""))
     return key, model_around(loc).model_fields.get(key)
 

@@ -23,6 +23,7 @@ MODELS = {
     "Scene": {"camera": CAMERA},
     "Camera": {"resolution": (640, 480), "fov": 40},
     "PointLight": {"position": (0, 5, 0), "intensity": 100},
+    "SunLight": {"direction": (-1, -2, 0), "irradiance": 3},
     "CarriedLight": {"intensity": 100},
     "Sphere": BALL,
     "Plane": {"position": (0, 0, 0), "normal": (0, 1, 0), "color": "white"},

@@ -70,7 +70,7 @@ impl Pyramid {
         let height = plane.height_of_apex(apex).max(0.0);
         let from = scale(apex.from(*reference), -1.0);
         let (origin, away, range) = if apex.is_direction() {
-            (*reference, plane.normal, f64::INFINITY)
+            (sub(*reference, scale(plane.normal, plane.height(*reference))), plane.normal, f64::INFINITY)
         } else {
             (apex.at, scale(plane.normal, -1.0), height)
         };

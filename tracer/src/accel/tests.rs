@@ -1,10 +1,11 @@
 use super::*;
 use crate::accel::cone::Cone;
 use crate::accel::pyramid::{Footprint, Pyramid};
+use crate::apex::Apex;
 use crate::oracle::*;
 use crate::shapes::primitive::Primitive;
 use crate::tile::LANES;
-use crate::vector::{Vector, add, length, scale, sub};
+use crate::vector::{Vector, add, length, normalized, scale, sub};
 use proptest::prelude::*;
 
 /// Objects of any size around the middle ray of a tile, or all around the eye.
@@ -45,7 +46,7 @@ fn assert_once_each(found: &[u32], count: usize) {
 /// A cone that holds everything.
 fn everywhere() -> Cone {
     let ball = BoundingSphere { center: [0.0; 3], radius: 1e30 };
-    Cone::from_apex([0.0; 3], ball, 0.0)
+    Cone::from_apex(Apex::point([0.0; 3]), ball, 0.0)
 }
 
 proptest! {
@@ -81,10 +82,11 @@ proptest! {
     fn no_object_between_a_light_and_a_ball_of_points_is_left_out(
         (_, shapes) in any_scene(),
         (toward, away, size) in (any_direction(), any_size(-2.0..2.0), any_size(-6.0..1.0)),
-        light in [-1.0..1.0, -1.0..1.0, -1.0..1.0],
+        (light, infinite) in ([-1.0..1.0, -1.0..1.0, -1.0..1.0], any::<bool>()),
         points in prop::collection::vec((any_direction(), 0.0..1.0_f64), 50),
     ) {
         let ball = BoundingSphere { center: add(light, scale(toward, away)), radius: size };
+        let light = if infinite { Apex::direction(toward) } else { Apex::point(light) };
         let cone = Cone::from_apex(light, ball, 0.0);
         let found = found(&tree_of(&shapes), &cone, f32::INFINITY);
         for (direction, share) in points {
@@ -100,7 +102,7 @@ proptest! {
     fn no_object_between_a_light_and_the_points_of_a_flat_face_is_left_out(
         tile in any_tile(),
         wall in any_plane(),
-        (toward, distance) in (any_direction(), any_size(-6.0..6.0)),
+        (toward, distance, infinite) in (any_direction(), any_size(-6.0..6.0), any::<bool>()),
         spots in prop::collection::vec((0..LANES, 0.0..1.0, any_size(-6.0..0.0), any_direction(), 0.0..1.2), 1..60),
     ) {
         let Some((_, points)) = surface_points(&wall, tile).pop() else { return Ok(()) };
@@ -115,6 +117,9 @@ proptest! {
             OracleShape::Sphere { center, radius }
         };
         let shapes: Vec<_> = spots.iter().map(shape).collect();
+        // Infinitely far away, in the direction from one of the points.
+        let direction = || normalized(sub(light, point_of(&points, spots[0].0 % points.count)));
+        let light = if infinite { Apex::direction(direction()) } else { Apex::point(light) };
         let pyramid = Pyramid::new(light, &Footprint::new(plane, &points));
         let found = found(&tree_of(&shapes), &pyramid, f32::INFINITY);
         for (i, shape) in shapes.iter().enumerate() {

@@ -281,7 +281,7 @@ fn assert_lit(world: &World, point_and_normal: impl Fn([f64; 3]) -> Option<([f64
             continue;
         };
         seen += 1;
-        let way = crate::vector::sub(light.source.position(), point);
+        let way = crate::vector::sub(light.source.position().unwrap(), point);
         let r = crate::vector::length(way);
         let cosine = crate::vector::dot(normal, way) / r;
         for channel in 0..3 {

@@ -23,8 +23,10 @@ fn scaled(world: &World, factor: f64) -> World {
         }
     }
     for light in &mut world.lights {
-        light.source = LightSource::Point { position: times(light.source.position()) };
-        light.intensity *= factor * factor;
+        if let LightSource::Point { position } = &mut light.source {
+            *position = times(*position);
+            light.intensity *= factor * factor;
+        }
     }
     world
 }
@@ -50,7 +52,9 @@ proptest! {
         moved.camera.position = there(world.camera.position);
         moved.objects.iter_mut().for_each(|object| object.position = there(object.position));
         for light in &mut moved.lights {
-            light.source = LightSource::Point { position: there(light.source.position()) };
+            if let LightSource::Point { position } = &mut light.source {
+                *position = there(*position);
+            }
         }
         prop_assert_eq!(numbers_of(&Scene::new(&moved).unwrap()), numbers_of(&Scene::new(&world).unwrap()));
     }
@@ -62,8 +66,9 @@ fn rounded(mut world: World) -> World {
     near(&mut world.camera.position);
     world.objects.iter_mut().for_each(|object| near(&mut object.position));
     for light in &mut world.lights {
-        let LightSource::Point { position } = &mut light.source;
-        near(position);
+        if let LightSource::Point { position } = &mut light.source {
+            near(position);
+        }
     }
     world
 }
