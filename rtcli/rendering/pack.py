@@ -72,6 +72,7 @@ def pack(scene: Scene) -> World:
             background=render.background,
             ambient=render.ambient,
             max_depth=render.max_depth,
+            shadow_samples=render.shadow_samples,
             eye_falloff=render.eye_falloff,
         ),
     )
@@ -117,7 +118,9 @@ def _lights(scene: Scene) -> Lights:
     kinds = list(LIGHT_PARAMETERS)
     placed = [(light.type, light, light.parameters, NO_CARRIER) for light in scene.lights]
     carried = [
-        ("point", shape.light, shape.position, index) for index, shape in enumerate(scene.objects) if shape.light
+        ("point", shape.light, (*shape.position, shape.light.radius), index)
+        for index, shape in enumerate(scene.objects)
+        if shape.light
     ]
     for type, light, parameters, carrier in [*placed, *carried]:
         lights.kind.append(kinds.index(type))

@@ -35,7 +35,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError, PydanticKnownEr
 from typing_extensions import Self, TypeAliasType
 
 from rtcli.curves import ToneName
-from rtcli.scene.bounds import MAX_NAME, MAX_SAMPLES, MAX_SIDE
+from rtcli.scene.bounds import MAX_NAME, MAX_SAMPLES, MAX_SHADOW_SAMPLES, MAX_SIDE
 from rtcli.scene.colors import color_from_text
 from rtcli.scene.diagnostics.problems import MAX_PROBLEMS
 from rtcli.scene.plain import plain
@@ -228,12 +228,14 @@ class CarriedLight(_Model):
 
     intensity: NotNegative = Field(examples=[4.0e6])
     """Emitted power; the light at distance r is intensity * color / (4 pi r^2)."""
+    radius: NotNegative = Field(default=0.0, examples=[0.3])
+    """The radius of the ball that shines; above 0, shadows have soft borders. It is not seen itself."""
     color: LightColor = Field(default=WHITE, examples=[[1, 0.9, 0.7], "orange", "#ffd9a0"])
     """[r, g, b], linear, each 0 or more; or a CSS name or #rrggbb."""
 
     if TYPE_CHECKING:
 
-        def __init__(self, *, intensity: float, color: ColorLike = ...) -> None: ...
+        def __init__(self, *, intensity: float, radius: float = ..., color: ColorLike = ...) -> None: ...
 
     @property
     def strength(self) -> float:
@@ -242,7 +244,7 @@ class CarriedLight(_Model):
 
 
 class PointLight(CarriedLight):
-    """A light without size that emits equally in all directions."""
+    """A light that emits equally in all directions: a point, or a ball that shines evenly."""
 
     type: Literal["point"] = "point"
     """The kind of light."""
@@ -257,13 +259,14 @@ class PointLight(CarriedLight):
             type: Literal["point"] = ...,
             intensity: float,
             position: Numbers,
+            radius: float = ...,
             color: ColorLike = ...,
         ) -> None: ...
 
     @property
     def parameters(self) -> tuple[float, ...]:
         """The numbers that distinguish this light from others, beside its color and intensity."""
-        return self.position
+        return (*self.position, self.radius)
 
 
 class SunLight(_Model):
@@ -275,6 +278,8 @@ class SunLight(_Model):
     """The direction in which the light travels, not zero: [0, -1, 0] shines straight down."""
     irradiance: NotNegative = Field(examples=[3])
     """The light that arrives, irradiance * color, on a surface that faces the sun."""
+    angle: Annotated[NotNegative, Field(lt=90)] = Field(default=0.0, examples=[0.53])
+    """The angular diameter in degrees, below 90; above 0, shadows have soft borders. The real sun has 0.53."""
     color: LightColor = Field(default=WHITE, examples=[[1, 0.9, 0.7], "orange", "#ffd9a0"])
     """[r, g, b], linear, each 0 or more; or a CSS name or #rrggbb."""
 
@@ -286,6 +291,7 @@ class SunLight(_Model):
             type: Literal["sun"] = ...,
             direction: Numbers,
             irradiance: float,
+            angle: float = ...,
             color: ColorLike = ...,
         ) -> None: ...
 
@@ -297,7 +303,7 @@ class SunLight(_Model):
     @property
     def parameters(self) -> tuple[float, ...]:
         """The numbers that distinguish this light from others, beside its color and irradiance."""
-        return self.direction
+        return (*self.direction, self.angle)
 
 
 # The type of a light that does not name it.
@@ -442,6 +448,8 @@ class RenderSettings(_Model):
     """Light from all around that nothing blocks, as a color: adds albedo * ambient to each surface."""
     max_depth: Annotated[Integer, Field(ge=0)] = 1
     """0: only objects that carry a light are seen; 1 or more: direct light with shadows."""
+    shadow_samples: Annotated[Integer, Field(ge=1, le=MAX_SHADOW_SAMPLES)] = 64
+    """Places of each light with a size, 1 to 1,024, in a fixed pattern: higher values smooth soft shadows."""
     eye_falloff: Annotated[bool, Field(strict=True)] = False
     """Also divide by 4 pi t^2, where t is the distance to the eye. Not physical, but some courses teach it."""
 
@@ -454,6 +462,7 @@ class RenderSettings(_Model):
             background: ColorLike = ...,
             ambient: ColorLike = ...,
             max_depth: int = ...,
+            shadow_samples: int = ...,
             eye_falloff: bool = ...,
         ) -> None: ...
 

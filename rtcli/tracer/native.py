@@ -39,6 +39,7 @@ class NativeTracer:
                 settings.background,
                 settings.ambient,
                 settings.max_depth > 0,
+                settings.shadow_samples,
                 settings.eye_falloff,
             ),
             threads,

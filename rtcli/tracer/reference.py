@@ -22,7 +22,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from rtcli.tracer._native import LIGHT_PARAMETERS, METER_GRID, SHAPE_PARAMETERS, meter
+from rtcli.tracer._native import LIGHT_PARAMETERS, METER_GRID, SHAPE_PARAMETERS, emitter_places, meter
 from rtcli.tracer.passes import RADIANCE, Arrays, new_arrays
 from rtcli.tracer.sampling import sample_offsets
 from rtcli.tracer.tiles import AbandonedError, over_tiles, rows_and_columns
@@ -214,16 +214,46 @@ class Light:
 
 
 class LightSource(ABC):
-    """A source of light (section 3.3): `color` (3, 1), `intensity`."""
+    """A source of light (section 3.3): `color` (3, 1), `intensity`.
+
+    Attributes
+    ----------
+    size
+        0 without a size; the radius of a ball; the sine of half the angular diameter of a sun.
+    whole
+        The source that this is one place of, or itself.
+    """
+
+    size = 0.0
 
     def __init__(self, color: Iterable[float], intensity: float, parameters: Sequence[float]) -> None:
         self.color = column(color)
         self.intensity = intensity
+        self.whole: LightSource = self
         self._set_parameters(parameters)
 
     @abstractmethod
     def _set_parameters(self, parameters: Sequence[float]) -> None:
         """Keep the numbers that a source of this kind has beside its color and intensity."""
+
+    @abstractmethod
+    def _places(self, pattern: Array) -> Iterable[LightSource]:
+        """Yield sources without a size at the places of a pattern (3, n)."""
+
+    @abstractmethod
+    def weight(self, way: PathToLight) -> Array:
+        """Return the irradiance at points (N,), but for a factor that is the same everywhere: g in section 2.3.5."""
+
+    @abstractmethod
+    def mean_of_places(self, total: Array, count: int) -> Light:
+        """Return the irradiance at points where the weights of places have a sum (N,)."""
+
+    def places(self, pattern: Array) -> list[LightSource]:
+        """Return the places of a source with a size, each without: section 2.3.5."""
+        places = list(self._places(pattern))
+        for place in places:
+            place.whole = self
+        return places
 
     @abstractmethod
     def light_at(self, distance: Array) -> Light:
@@ -259,10 +289,34 @@ class LightSource(ABC):
 
 
 class PointLight(LightSource):
-    """A light without size that emits equally in all directions (section 2.3.2), at its `position` (3, 1)."""
+    """A point that emits equally in all directions (section 2.3.2), at its `position` (3, 1); or a ball around it.
+
+    It counts as no nearer than the distance `nearest`.
+    """
+
+    nearest = 0.0
 
     def _set_parameters(self, parameters: Sequence[float]) -> None:
-        self.position = column(parameters)
+        *position, self.size = parameters
+        self.position = column(position)
+
+    def _places(self, pattern: Array) -> Iterator[LightSource]:
+        """Yield points at P_L + R q (section 2.3.5)."""
+        count = pattern.shape[1]
+        for place in pattern.T:
+            source = PointLight((1.0, 1.0, 1.0), 1.0, (0.0, 0.0, 0.0, 0.0))
+            source.position = self.position + self.size * place[:, None]
+            source.nearest = self.size / float(np.cbrt(count))
+            yield source
+
+    def weight(self, way: PathToLight) -> Array:
+        """Return g = cos(theta) r / max(r, nearest)^3."""
+        inverse: Array = 1 / np.maximum(way.distance, self.nearest)
+        return way.cosine * (way.distance * inverse) * inverse * inverse
+
+    def mean_of_places(self, total: Array, count: int) -> Light:
+        """Return intensity * color / (4 pi) * sum / n."""
+        return Light(self.color, np.nan_to_num(self.intensity / (4 * math.pi) * (total / count)))
 
     def light_at(self, distance: Array) -> Light:
         """Return the light that arrives at points at a distance (N,) from the source."""
@@ -287,10 +341,38 @@ class PointLight(LightSource):
 
 
 class SunLight(LightSource):
-    """A light infinitely far away (section 2.3.4), in the direction `toward` (3, 1), a unit vector."""
+    """A light infinitely far away (section 2.3.4), in the direction `toward` (3, 1), a unit vector; or a disk."""
 
     def _set_parameters(self, parameters: Sequence[float]) -> None:
-        self.toward = -unit(column(parameters))
+        *direction, degrees = parameters
+        self.toward = -unit(column(direction))
+        half = math.radians(degrees) / 2
+        self.size, self.half_cosine = math.sin(half), math.cos(half)
+
+    def _places(self, pattern: Array) -> Iterator[LightSource]:
+        """Yield directions spread evenly over the solid angle of the disk (section 2.3.5).
+
+        1 - cos(t) = (x^2 + y^2) (1 - cos(a)),  l = cos(t) toward + sin(t) (x u + y v) / |(x, y)|
+        """
+        depth = self.size * self.size / (1 + self.half_cosine)
+        axis = np.zeros((3, 1))
+        axis[np.abs(self.toward).argmin()] = 1
+        u = unit(np.cross(axis, self.toward, axis=0))
+        v = np.cross(self.toward, u, axis=0)
+        for x, y, _ in pattern.T:
+            fall = (x * x + y * y) * depth
+            out = math.sqrt(depth * (2 - fall))
+            source = SunLight((1.0, 1.0, 1.0), 1.0, (0.0, -1.0, 0.0, 0.0))
+            source.toward = (1 - fall) * self.toward + (out * x * u + out * y * v)
+            yield source
+
+    def weight(self, way: PathToLight) -> Array:
+        """Return g = cos(theta)."""
+        return way.cosine
+
+    def mean_of_places(self, total: Array, count: int) -> Light:
+        """Return irradiance * color * 2 / (1 + cos(a)) * sum / n."""
+        return Light(self.color, self.intensity * (2 / (1 + self.half_cosine)) * (total / count))
 
     def light_at(self, distance: Array) -> Light:
         """Return L_i = irradiance * color, the same everywhere (section 2.3.4)."""
@@ -881,6 +963,7 @@ class Scenery:
         self.colors = np.hstack([shape.color for shape in objects]) if objects else np.zeros((3, 0))
         self._abandoned = Event()
         self._sides: dict[Any, npt.NDArray[np.int8]] = {}
+        self._places: dict[LightSource, list[LightSource]] = {}
         self.shining = np.array([shape.source_object is not None for shape in objects], dtype=bool)
         self.solid = np.array([shape.is_solid for shape in objects], dtype=bool)
 
@@ -1036,17 +1119,64 @@ class Scenery:
         return self.colors[:, hit.index] / math.pi * irradiance
 
     def _irradiance(self, source: LightSource, ray: Ray, hit: Hit) -> tuple[Array, int]:
-        """Return L_i * cos(theta) of one light at each surface point, 0 in shadow: (3, N).
+        """Return the irradiance of one light at each surface point, (3, N), and the number of shadow rays."""
+        places = self.places_of(source)
+        if not places:
+            return self._sharp_irradiance(source, ray, hit)
+        unhidden, reached, traced = np.zeros(len(hit.t)), np.zeros(len(hit.t)), 0
+        for place in places:
+            way = path_to_light(place, ray, hit)
+            lit, facing = self._lit(place, way, ray, hit)
+            weight = np.where(way.cosine > 0, place.weight(way), 0.0)
+            unhidden += weight
+            reached[lit] += weight[lit]
+            traced += facing
+        return self.soft_irradiance(source, path_to_light(source, ray, hit), (unhidden, reached)), traced
+
+    def soft_irradiance(self, source: LightSource, way: PathToLight, sums: tuple[Array, Array]) -> Array:
+        """Return the irradiance of an emitter: (3, N) (section 2.3.5).
+
+        L_i cos(theta) sum(g v) / sum(g) where all of it is above the tangent plane, else the mean of g v.
+
+        Parameters
+        ----------
+        source, way
+            The emitter, and the paths to its middle.
+        sums
+            The sums of g and of g v over all places: (N,) each.
+        """
+        unhidden, reached = sums
+        height = way.cosine if isinstance(source, SunLight) else way.cosine * way.distance
+        above = np.flatnonzero(height >= source.size)
+        irradiance = source.mean_of_places(reached, len(self.places_of(source))).rgb * np.ones(len(reached))
+        irradiance[:, above] = irradiance_of(source, way, above)[:, above] * (reached[above] / unhidden[above])
+        return np.nan_to_num(irradiance)
+
+    def places_of(self, source: LightSource) -> list[LightSource]:
+        """Return the places of a source with a size, computed once; none without a size."""
+        if source.size == 0:
+            return []
+        if source not in self._places:
+            pattern = np.array(emitter_places(self.settings.shadow_samples)).T
+            self._places[source] = source.places(pattern)
+        return self._places[source]
+
+    def _sharp_irradiance(self, source: LightSource, ray: Ray, hit: Hit) -> tuple[Array, int]:
+        """Return L_i * cos(theta) of a light without a size at each surface point, 0 in shadow: (3, N).
 
         A surface is lit from the viewer's side only. All shapes are convex, so where eye and light are on the
         same side of an object and cos(theta) > 0, the object cannot stand in its own light: it is left out of
         its own shadow test, and no epsilon is needed.
         """
         way = path_to_light(source, ray, hit)
+        lit, facing = self._lit(source, way, ray, hit)
+        return irradiance_of(source, way, lit), facing
+
+    def _lit(self, source: LightSource, way: PathToLight, ray: Ray, hit: Hit) -> tuple[Indices, int]:
+        """Return the points that a light without a size reaches, and the number of those that face it."""
         facing = np.flatnonzero((way.cosine > 0) & self.same_side(source, ray)[hit.index])
         blocked = self._blocked(source, way.take(facing), hit.index[facing])
-        lit = facing[~blocked]
-        return irradiance_of(source, way, lit), len(facing)
+        return facing[~blocked], len(facing)
 
     def same_side(self, source: LightSource, ray: Ray) -> Mask:
         """Return for each object whether the light can reach what the eye sees of it: (objects,).
@@ -1079,7 +1209,7 @@ class Scenery:
         """
         within = way.extent()
         for i, shape in self._objects_until_abandoned():
-            if shape.source_object is not source:
+            if shape.source_object is not source.whole:
                 t, ahead = source.crossing(shape, way, within)
                 between = (ahead > 0) & (receiver != i)
                 close = np.flatnonzero(between & (ahead < way.distance * NEAR_THE_END))

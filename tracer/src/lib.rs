@@ -12,9 +12,9 @@
 //! | `shapes`: `sphere`, `plane`, `cuboid` | parameters, intersection, occlusion and bounds of each shape |
 //! | [`world`] | the input: camera, objects, lights, settings |
 //! | `accel`: `cone`, `pyramid`, `node`, `build` | the bounding volume hierarchy over the objects |
-//! | `scene`: `unit` | the world in camera space |
-//! | `shading` | the light that objects send to the eye |
-//! | `sampling` | the offsets of a pixel's samples |
+//! | `sampling` | the offsets of a pixel's samples, and the places of an emitter |
+//! | `scene`: `unit`, `emitter` | the world in camera space |
+//! | `shading`: `soft` | the light that objects send to the eye |
 //! | `trace`: `tile_tracer`, `groups`, `depth_resolver`, `coverage` | one tile, from rays to radiance |
 //! | [`output`]: `film`, `develop`, `meter`, `png` | from tiles to arrays and files |
 //! | [`render`] | whole pictures, on all cores |
@@ -50,6 +50,6 @@ pub use monitor::{Monitor, Stopped};
 pub use output::film::{Film, Pass, ValueType, Values};
 pub use output::{develop, meter, png};
 pub use render::Tracer;
-pub use sampling::sample_offsets;
+pub use sampling::{emitter_places, sample_offsets};
 pub use simd::Level;
 pub use tile::focal_length;

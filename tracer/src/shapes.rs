@@ -192,6 +192,7 @@ impl Primitive for Shape<'_> {
         fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer);
         fn depth(&self, v: Vector) -> (f64, f64);
         fn occlude(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>);
+        fn may_hide(&self, emitter: (Apex, f64), bounds: BoundingSphere) -> bool;
         fn is_lit_from(&self, contact: Option<&Contact>, light: Apex) -> bool;
         fn height(&self, face: u32, light: &Contact) -> f64;
         fn magnitude(&self) -> f64;

@@ -196,7 +196,7 @@ impl<'a> Reader<'a> {
         let position = slot(&OBJECT, "position")?;
         let color = slot(&OBJECT, "color")?;
         let kind_slot = slot(&OBJECT, "type")?;
-        let intensity = slot(&CARRIED_LIGHT, "intensity")?;
+        let (intensity, radius) = (slot(&CARRIED_LIGHT, "intensity")?, slot(&CARRIED_LIGHT, "radius")?);
         let mut list = source.open_list()?;
         let (mut row, mut light) = (Row::new(&OBJECT), Row::new(&CARRIED_LIGHT));
         while source.item(&mut list)? {
@@ -223,6 +223,7 @@ impl<'a> Reader<'a> {
             if carries {
                 extend(&mut self.carried.kind, [CARRIED_KIND])?;
                 extend(&mut self.carried.parameters, numbers[position..position + 3].iter().copied())?;
+                extend(&mut self.carried.parameters, [light.numbers[radius]])?;
                 self.carried.add(&CARRIED_LIGHT, &light, intensity, self.objects.kind.len() as i64 - 1)?;
             }
             self.add_name(row.text)?;

@@ -24,10 +24,11 @@ pub static RENDER: Mapping = Mapping {
         Field { key: "background", value: Value::Color(Value::NUMBER.from(0.0)), slot: 1 },
         Field { key: "ambient", value: Value::Color(Value::NUMBER.from(0.0)), slot: 4 },
         Field { key: "max_depth", value: Value::Number(Value::INTEGER.from(0.0)), slot: 7 },
-        Field { key: "eye_falloff", value: Value::Boolean, slot: 8 },
+        Field { key: "shadow_samples", value: Value::Number(Value::INTEGER.from(1.0).to(1024.0)), slot: 8 },
+        Field { key: "eye_falloff", value: Value::Boolean, slot: 9 },
     ],
     required: 0b0,
-    defaults: &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0],
+    defaults: &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 64.0, 0.0],
 };
 
 pub static IMAGE: Mapping = Mapping {
@@ -44,21 +45,24 @@ pub static LIGHT: Mapping = Mapping {
         Field { key: "type", value: Value::Choice(&["point", "sun"]), slot: 0 },
         Field { key: "position", value: Value::Numbers(3, Value::NUMBER), slot: 1 },
         Field { key: "intensity", value: Value::Number(Value::NUMBER.from(0.0)), slot: 4 },
-        Field { key: "color", value: Value::Color(Value::NUMBER.from(0.0)), slot: 5 },
-        Field { key: "direction", value: Value::Direction(3, Value::NUMBER), slot: 8 },
-        Field { key: "irradiance", value: Value::Number(Value::NUMBER.from(0.0)), slot: 11 },
+        Field { key: "radius", value: Value::Number(Value::NUMBER.from(0.0)), slot: 5 },
+        Field { key: "color", value: Value::Color(Value::NUMBER.from(0.0)), slot: 6 },
+        Field { key: "direction", value: Value::Direction(3, Value::NUMBER), slot: 9 },
+        Field { key: "irradiance", value: Value::Number(Value::NUMBER.from(0.0)), slot: 12 },
+        Field { key: "angle", value: Value::Number(Value::NUMBER.from(0.0).below(90.0)), slot: 13 },
     ],
     required: 0b0,
-    defaults: &[0.0, f64::NAN, f64::NAN, f64::NAN, f64::NAN, 1.0, 1.0, 1.0, f64::NAN, f64::NAN, f64::NAN, f64::NAN],
+    defaults: &[0.0, f64::NAN, f64::NAN, f64::NAN, f64::NAN, 0.0, 1.0, 1.0, 1.0, f64::NAN, f64::NAN, f64::NAN, f64::NAN, 0.0],
 };
 
 pub static CARRIED_LIGHT: Mapping = Mapping {
     fields: &[
         Field { key: "intensity", value: Value::Number(Value::NUMBER.from(0.0)), slot: 0 },
-        Field { key: "color", value: Value::Color(Value::NUMBER.from(0.0)), slot: 1 },
+        Field { key: "radius", value: Value::Number(Value::NUMBER.from(0.0)), slot: 1 },
+        Field { key: "color", value: Value::Color(Value::NUMBER.from(0.0)), slot: 2 },
     ],
     required: 0b1,
-    defaults: &[f64::NAN, 1.0, 1.0, 1.0],
+    defaults: &[f64::NAN, 0.0, 1.0, 1.0, 1.0],
 };
 
 pub static OBJECT: Mapping = Mapping {
@@ -509,6 +513,6 @@ pub static COLORS: &[(&str, u32)] = &[
 ];
 
 pub static LIGHTS: &[Kind] = &[
-    Kind { name: "point", allowed: 0b1111, required: 0b110, parameters: &[1, 2, 3], strength: Some(4) },
-    Kind { name: "sun", allowed: 0b111001, required: 0b110001, parameters: &[8, 9, 10], strength: Some(11) },
+    Kind { name: "point", allowed: 0b11111, required: 0b110, parameters: &[1, 2, 3, 5], strength: Some(4) },
+    Kind { name: "sun", allowed: 0b11110001, required: 0b1100001, parameters: &[9, 10, 11, 13], strength: Some(12) },
 ];

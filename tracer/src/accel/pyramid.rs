@@ -65,22 +65,29 @@ impl Pyramid {
     /// apex, and the depth y below the apex: the plane through the apex and all points with the same a has the
     /// normal (h, -a). If the apex is infinitely far away in a direction with the components h and -a, y is the height
     /// above a point of the face.
-    pub(crate) fn new(apex: Apex, footprint: &Footprint) -> Pyramid {
+    ///
+    /// A plane that an emitter of a size touches from inside, a ball wholly above the face or directions up to an
+    /// angle, is turned outward by the angle whose sine is that size over the length of (a, h).
+    pub(crate) fn new(apex: Apex, emitter: f64, footprint: &Footprint) -> Pyramid {
         let Footprint { plane, axes: [along, across], reference, extents, farthest } = footprint;
         let height = plane.height_of_apex(apex).max(0.0);
         let from = scale(apex.from(*reference), -1.0);
         let (origin, away, range) = if apex.is_direction() {
             (sub(*reference, scale(plane.normal, plane.height(*reference))), plane.normal, f64::INFINITY)
         } else {
-            (apex.at, scale(plane.normal, -1.0), height)
+            (apex.at, scale(plane.normal, -1.0), height + emitter)
         };
         let side = |sign: f64, start: f64, end: f32| {
             let end = f64::from(end);
             let a = start + apex.weight * end;
             let (size, turn) = ((height * height + a * a).sqrt(), if apex.is_direction() { -1.0 } else { 1.0 });
-            let beyond = (1.0 - apex.weight) * sign * height * end;
-            let side = [sign * height, -turn * sign * a, beyond].map(|x| (x / size) as f32);
-            if size > 0.0 { side } else { [0.0; 3] }
+            let sin = emitter / size;
+            let cos = (1.0 - sin * sin).sqrt();
+            let normal = [sign * height * cos + a * sin, turn * (height * sin - sign * a * cos)];
+            let [along, up] = normal.map(|component| component / size);
+            let beyond = if apex.is_direction() { along * end } else { emitter };
+            // In any direction if the footprint is inside the emitter.
+            if sin < 1.0 { [along, up, beyond].map(|x| x as f32) } else { [0.0; 3] }
         };
         let sides = |axis: Vector, [low, high]: [f32; 2]| {
             let start = dot(axis, from);

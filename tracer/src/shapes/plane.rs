@@ -5,12 +5,12 @@ use crate::bounds::BoundingSphere;
 use crate::camera_space::{CameraSpace, range_scale_at};
 use crate::shapes::contact::{Contact, rounding_across, spread};
 use crate::shapes::outline::Outline;
-use crate::shapes::points::{PlaneEquation, Points, ShadowRays};
+use crate::shapes::points::{PlaneEquation, Points, ROUNDING, ShadowRays};
 use crate::shapes::primitive::{Description, Primitive};
 use crate::tile::LANES;
 use crate::tile::hits::{HitBuffer, offer};
 use crate::tile::rays::Rays;
-use crate::vector::{Vector, dot, normalized, scale, sub, to_f32};
+use crate::vector::{Vector, dot, l1_norm, normalized, scale, sub, to_f32};
 
 /// Document, section 2.2.2: a ray with |d . n| below this, for unit d, is parallel to the plane.
 const PARALLEL: f32 = 1e-6;
@@ -127,6 +127,13 @@ impl Primitive for Plane {
             let rise = n[0] * x[lane] + n[1] * y[lane] + n[2] * z[lane];
             shadow.darken(lane, rise + points.slack(lane) < limit);
         }
+    }
+
+    /// Not if all points and the emitter are on one side.
+    fn may_hide(&self, (apex, size): (Apex, f64), bounds: BoundingSphere) -> bool {
+        let (points, light) = (self.equation.height(bounds.center), self.equation.height_of_apex(apex));
+        let clear = ROUNDING * (l1_norm(bounds.center) + l1_norm(apex.at) + self.equation.offset.abs());
+        !(points.abs() > bounds.radius + clear && points.signum() * light > size + clear)
     }
 
     /// The height above the plane decides.

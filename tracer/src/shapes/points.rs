@@ -99,7 +99,7 @@ impl Points {
 /// or of arrays of integers, it makes shuffles, gathers or nothing, depending on the context: a quarter of a
 /// picture's time.
 #[inline(always)]
-fn extremes(values: &[f32]) -> [f32; 2] {
+pub(crate) fn extremes(values: &[f32]) -> [f32; 2] {
     let (mut low, mut high) = (i32::MAX, i32::MIN);
     for value in values {
         let bits = ordered(value.to_bits() as i32);

@@ -57,6 +57,12 @@ pub(crate) trait Primitive {
     /// surface.
     fn occlude(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>);
 
+    /// Return whether the shape may hide a part of an emitter from points within a bounding sphere: a ball of radius
+    /// `size` around an apex, or directions up to an angle of that sine. Only infinite shapes are asked.
+    fn may_hide(&self, _emitter: (Apex, f64), _bounds: BoundingSphere) -> bool {
+        true
+    }
+
     /// Return whether a light is on the side of the surface that the eye sees.
     fn is_lit_from(&self, contact: Option<&Contact>, light: Apex) -> bool;
 
