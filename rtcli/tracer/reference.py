@@ -242,7 +242,7 @@ class LightSource(ABC):
 
     @abstractmethod
     def weight(self, way: PathToLight) -> Array:
-        """Return the irradiance at points (N,), but for a factor that is the same everywhere: g in section 2.3.5."""
+        """Return the irradiance at points (N,), but for a factor that is the same at all: g in section 2.3.5."""
 
     @abstractmethod
     def mean_of_places(self, total: Array, count: int) -> Light:

@@ -4,7 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from borders import relative_difference
 from worlds import box, light, plane, scene, sphere, sun
+
+import rtcli
 
 DOWN = {"position": [0, 5, 0], "look_at": [0, 0, 0], "up": [0, 0, -1]}
 FLOOR = plane([0, 0, 0], [0, 1, 0])
@@ -131,3 +134,165 @@ def test_light_of_a_sun_and_a_lamp_adds_up(render, rounding):
         render(scene([FLOOR], chosen, camera=camera(**DOWN))).radiance for chosen in (lamps, lamps[:1], lamps[1:])
     )
     np.testing.assert_allclose(both, one + other, rtol=rounding)
+
+
+# --- Emitters with a size --------------------------------------------------------------------------------
+
+SOFT = {"shadow_samples": 64}
+FINE = {"shadow_samples": 1024}
+
+
+def row_of_pixels(x, reach):
+    """Return a camera that looks down on the floor, on a line of the length of twice the reach around (x, 0, 0)."""
+    fov = 2 * math.degrees(math.atan(reach / 9 / 256))
+    return camera(256, 1, fov, position=[x, 9, 0], look_at=[x, 0, 0], up=[0, 0, -1])
+
+
+def sky_share(cosine, half_angle):
+    """Return the irradiance of a disk of radiance 1 in the sky, part of it below the horizon: a double integral."""
+    polar = (np.arange(400) + 0.5) / 400 * half_angle
+    around = (np.arange(400) + 0.5) / 400 * 2 * math.pi
+    t, a = np.meshgrid(polar, around)
+    height = cosine * np.cos(t) + math.sqrt(1 - cosine**2) * np.sin(t) * np.cos(a)
+    return np.sum(np.maximum(height, 0) * np.sin(t)) * (half_angle / 400) * (2 * math.pi / 400)
+
+
+@pytest.mark.parametrize("settings", [SOFT, FINE, {"shadow_samples": 1}, {"shadow_samples": 7}])
+@pytest.mark.parametrize("radius", [1e-9, 0.5, 1.9])
+def test_ball_above_a_plane_lights_it_as_a_point_does(render, rounding, settings, radius):
+    # pi L (R / r)^2 cos(theta), L = intensity / (4 pi^2 R^2)
+    objects, view = [FLOOR, sphere([3, 0, 3])], camera(fov=20, **DOWN)
+    ball = render(scene(objects, [light([0, 2, 0], radius=radius)], camera=view, render=settings)).radiance
+    point = render(scene(objects, [light([0, 2, 0])], camera=view)).radiance
+    np.testing.assert_allclose(ball, point, rtol=rounding)
+
+
+@pytest.mark.parametrize("angle", [1e-9, 0.53, 60])
+def test_wide_sun_above_a_plane_lights_it_as_a_narrow_one_does(render, rounding, angle):
+    view = camera(fov=20, **DOWN)
+    wide, narrow = (
+        render(scene([FLOOR], [sun([1, -2, 0.5], angle=chosen)], camera=view)).radiance for chosen in (angle, 0)
+    )
+    np.testing.assert_allclose(wide, narrow, rtol=rounding)
+
+
+@pytest.mark.parametrize(("settings", "tolerance"), [(SOFT, 0.02), (FINE, 0.005)])
+def test_half_a_ball_shines_past_an_edge(render, settings, tolerance):
+    # A wall up to the plane through its middle and the point hides half of it: half the light, far away.
+    wall = box([-50, 2.5, 0], [100, 1, 100])
+    lamp = light([0, 5, 0], 100, radius=0.4)
+    view = {"resolution": [1, 1], "fov": 0.1, "position": [0.02, 1.5, 0], "look_at": [0, 0, 0]}
+    hidden = render(scene([FLOOR, wall], [lamp], camera=view, render=settings)).radiance
+    alone = render(scene([FLOOR], [lamp], camera=view, render=settings)).radiance
+    np.testing.assert_allclose(hidden, alone / 2, rtol=10 * tolerance)
+
+
+@pytest.mark.parametrize(("settings", "tolerance"), [(SOFT, 0.02), (FINE, 0.005)])
+def test_mean_over_a_penumbra_is_that_of_the_integral(render, settings, tolerance):
+    # A thin wall hides what is left of a line through its top. On the floor the irradiance of a far ball of radius
+    # R is the part of its disk beyond the line, by the area of a segment of a circle.
+    height, top, radius = 100.0, 1.0, 1.0
+    wall = box([-50, 0.5, 0], [100, 1, 1000])
+    lamp = light([-radius, height, 0], 1e5, radius=radius)
+    view = row_of_pixels(0.012, 0.011)
+    film = render(scene([FLOOR, wall], [lamp], camera=view, render=settings), passes=["position", "object_id"])
+    x = film.position[..., 0].astype(float)
+    assert (film.object_id == 1).all()
+    # From (x, 0) past (0, 1) to the height of the lamp.
+    edge = np.clip((x - x * height / top + radius) / radius, -1, 1)
+    share = (np.arccos(edge) - edge * np.sqrt(1 - edge**2)) / math.pi
+    r2 = (x + radius) ** 2 + height**2
+    expected = 1e5 / (4 * math.pi * r2) * height / np.sqrt(r2) / math.pi * share
+    assert (share > 0.01).sum() > 10
+    np.testing.assert_allclose(film.radiance[..., 0].mean(), expected.mean(), rtol=tolerance)
+    np.testing.assert_allclose(film.radiance[..., 0], expected, atol=5 * tolerance * expected.max())
+
+
+@pytest.mark.parametrize(("settings", "tolerance"), [(SOFT, 0.02), (FINE, 0.005)])
+@pytest.mark.parametrize("cosine", [0.3, 0.0, -0.2])
+def test_part_above_the_horizon_alone_lights_a_surface(render, settings, tolerance, cosine):
+    half = math.radians(40)
+    toward = [math.sqrt(1 - cosine**2), cosine, 0]
+    lamp = sun([-x for x in toward], 2.0, angle=80)
+    film = render(scene([FLOOR], [lamp], camera=camera(fov=5, **DOWN), render=settings))
+    expected = 2.0 / (math.pi * math.sin(half) ** 2) * sky_share(cosine, half) / math.pi
+    np.testing.assert_allclose(film.radiance[..., 0], expected, rtol=4 * tolerance)
+    # A ball that looks as large, at a distance where its light is the same.
+    far = 50.0
+    ball = light([far * x for x in toward], 2.0 * 4 * math.pi * far**2, radius=far * math.sin(half))
+    film = render(scene([FLOOR], [ball], camera=camera(fov=0.5, **DOWN), render=settings))
+    np.testing.assert_allclose(film.radiance[..., 0], expected, rtol=8 * tolerance)
+
+
+def test_sun_of_a_size_makes_penumbras_that_grow_with_the_distance(render):
+    # Behind a wall of height h the border is as wide as the sun, seen from the top of the wall.
+    widths = []
+    for height in (1.0, 4.0):
+        wall = box([-50, height / 2, 0], [100, height, 1000])
+        view = row_of_pixels(height, 0.8 * height)
+        film = render(scene([FLOOR, wall], [sun([1, -1, 0], angle=10)], camera=view), passes=["position"])
+        brightness = film.radiance[0, :, 0]
+        partly = (brightness > 0.02 * brightness.max()) & (brightness < 0.98 * brightness.max())
+        x = film.position[0, partly & (film.position[0, :, 1] < 1e-3), 0]
+        widths.append(x.max() - x.min())
+    expected = math.tan(math.radians(50)) - math.tan(math.radians(40))
+    np.testing.assert_allclose(widths, [expected, 4 * expected], rtol=0.15)
+
+
+@pytest.mark.parametrize("body", [sphere([0, 2, 0], 0.6), box([0, 2, 0], [0.3, 0.3, 0.3])], ids=["around", "inside"])
+def test_carrier_never_blocks_its_own_emitter(render, rounding, body):
+    view = camera(fov=12, **{**DOWN, "position": [0, 1, 0]})
+    carried = [FLOOR, {**body, "light": {"intensity": 100.0, "radius": 0.5}}]
+    free = render(scene([FLOOR], [light([0, 2, 0], radius=0.5)], camera=view)).radiance
+    np.testing.assert_allclose(render(scene(carried, camera=view)).radiance, free, rtol=rounding)
+
+
+@pytest.mark.parametrize("height", [0.0, 0.3, 0.5, -0.2])
+def test_emitter_that_cuts_a_surface_leaves_it_finite_and_without_bright_spots(render, height):
+    film = render(scene([FLOOR], [light([0, height, 0], radius=0.5)], camera=camera(64, 48, **DOWN)))
+    assert np.isfinite(film.radiance).all()
+    assert film.radiance.any()
+    # No brighter than beside a Lambertian surface, of radiance intensity / (4 pi^2 R^2), but for the pattern.
+    assert film.radiance.max() < 3 * 100 / (4 * math.pi**2 * 0.5**2)
+
+
+def test_each_place_that_a_point_faces_takes_a_shadow_ray(render):
+    view = camera(fov=20, **DOWN)
+    for lamp in (light([0, 2, 0], radius=0.5), sun([0, -1, 0], angle=10)):
+        film = render(scene([FLOOR], [lamp], camera=view, render={"shadow_samples": 40}))
+        assert film.rays == 32 * 24 * (1 + 40)
+
+
+def test_one_shadow_sample_is_the_middle(render, rounding):
+    objects, view = [FLOOR, sphere([0, 1, 0], 0.3)], camera(**DOWN)
+    for wide, narrow in (
+        (light([0.5, 3, 0], radius=0.5), light([0.5, 3, 0])),
+        (sun([1, -3, 0], angle=5), sun([1, -3, 0])),
+    ):
+        soft, sharp = (
+            render(scene(objects, [lamp], camera=view, render={"shadow_samples": 1})).radiance
+            for lamp in (wide, narrow)
+        )
+        np.testing.assert_allclose(soft, sharp, rtol=rounding)
+
+
+def test_native_engine_agrees_with_the_reference_on_emitters():
+    objects = [
+        FLOOR,
+        sphere([0, 1, 0], 1, "tomato"),
+        box([2.5, 1, 0.5], [1, 2, 1], "gray", rotation=30),
+        sphere([-2, 0.5, 1], 0.5, light={"intensity": 40, "radius": 0.4}),
+        plane([0, 0, -6], [0, 0.1, 1]),
+    ]
+    lamps = [
+        light([2, 4, 1.5], 300, radius=0.5),
+        light([-3, 0.3, 2], 50, radius=0.7),
+        sun([-1, -1, -0.8], 1, angle=10),
+    ]
+    view = {"resolution": [96, 64], "fov": 45, "position": [0, 3, 9], "look_at": [0, 0.7, 0]}
+    data = scene(objects, lamps, camera=view, render={"shadow_samples": 40})
+    native, reference = (rtcli.render(data, engine=engine) for engine in ("native", "reference"))
+    difference = relative_difference(native.radiance, reference.radiance)
+    assert np.mean(difference > 1e-4) < 0.01
+    assert np.mean(difference > 0.03) < 0.001
+    assert abs(native.rays - reference.rays) < 0.001 * reference.rays

@@ -428,16 +428,17 @@ fn any_object() -> impl Strategy<Value = Object> {
 
 /// A light, free or carried by a sphere or a box.
 fn any_light(objects: Vec<Object>) -> impl Strategy<Value = LightDesc> {
-    (any_place(6.0), any_color(), 1.0..1000.0, any::<prop::sample::Index>()).prop_map(
-        move |(position, color, intensity, index)| {
+    let radius = prop_oneof![Just(0.0), 0.01..2.0];
+    (any_place(6.0), any_color(), 1.0..1000.0, radius, any::<prop::sample::Index>()).prop_map(
+        move |(position, color, intensity, radius, index)| {
             // As many are free as are carried.
             let number = index.index(2 * objects.len() + 1);
             let carrier = objects.get(number).filter(|object| !matches!(object.shape, ShapeDesc::Plane(_)));
             let source = match carrier {
-                Some(object) => LightSource::Point { position: object.position },
+                Some(object) => LightSource::Point { position: object.position, radius },
                 // Free lights are suns as often as not.
-                None if number % 2 == 0 => LightSource::Sun { direction: position },
-                None => LightSource::Point { position },
+                None if number % 2 == 0 => LightSource::Sun { direction: position, angle: 30.0 * radius },
+                None => LightSource::Point { position, radius },
             };
             LightDesc { source, color, intensity, carrier: carrier.map(|_| number) }
         },
@@ -445,12 +446,14 @@ fn any_light(objects: Vec<Object>) -> impl Strategy<Value = LightDesc> {
 }
 
 fn any_settings() -> impl Strategy<Value = Settings> {
-    (1_u32..5, any_color(), any_color(), prop::bool::weighted(0.9), any::<bool>()).prop_map(
-        |(samples, background, ambient, direct_light, eye_falloff)| Settings {
+    let lit = (prop::bool::weighted(0.9), 1_u32..20);
+    (1_u32..5, any_color(), any_color(), lit, any::<bool>()).prop_map(
+        |(samples, background, ambient, (direct_light, shadow_samples), eye_falloff)| Settings {
             samples,
             background,
             ambient,
             direct_light,
+            shadow_samples,
             eye_falloff,
         },
     )

@@ -188,7 +188,14 @@ impl Scene {
                 }
             }
         }
-        Ok(Light { apex: Apex::point(position), range_scale, power: powered(intensity), carrier, emitter, contacts })
+        Ok(Light {
+            apex: Apex::point(position),
+            range_scale,
+            power: powered(intensity),
+            carrier,
+            emitter,
+            contacts,
+        })
     }
 }
 

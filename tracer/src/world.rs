@@ -38,8 +38,16 @@ pub enum LightSource {
 impl LightSource {
     /// The kinds, in the order of their tags.
     pub const KINDS: &[Kind<LightSource>] = &[
-        Kind { name: "point", parameters: 4, describe: |p| LightSource::Point { position: [p[0], p[1], p[2]], radius: p[3] } },
-        Kind { name: "sun", parameters: 4, describe: |p| LightSource::Sun { direction: [p[0], p[1], p[2]], angle: p[3] } },
+        Kind {
+            name: "point",
+            parameters: 4,
+            describe: |p| LightSource::Point { position: [p[0], p[1], p[2]], radius: p[3] },
+        },
+        Kind {
+            name: "sun",
+            parameters: 4,
+            describe: |p| LightSource::Sun { direction: [p[0], p[1], p[2]], angle: p[3] },
+        },
     ];
 
     /// The point that all its light comes from, world space; None if it is infinitely far away.

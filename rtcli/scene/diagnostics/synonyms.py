@@ -60,6 +60,8 @@ WORDS_FOR_KEYS = {
     "background": "sky skycolor backgroundcolor bg backdrop environment",
     "ambient": "ambientlight ambientcolor ambientradiance ambientintensity globalambient skylight filllight fill",
     "max_depth": "depth bounces maxbounces recursion recursiondepth maxrecursion raydepth",
+    "shadow_samples": "shadowrays lightsamples emittersamples softshadows areasamples",
+    "angle": "angulardiameter diameter size radius softness degrees",
     "eye_falloff": "falloff attenuation eyeattenuation",
     "exposure": "ev stops brightness gain",
     "tone": "tonemap tonemapping tonemapper tonecurve curve mapping operator filmic",

@@ -14,8 +14,8 @@ use crate::scene::{Light, Scene};
 use crate::shading::{Lighting, Pencil, SoftLight, farthest, per_cube};
 use crate::shapes::points::{ShadowRays, extremes};
 use crate::shapes::primitive::Primitive;
-use crate::tile::hits::FACE_BITS;
 use crate::tile::LANES;
+use crate::tile::hits::FACE_BITS;
 use crate::vector::{dot, l1_norm, length, sub};
 
 impl Lighting {
