@@ -160,6 +160,37 @@ class Occlusion:
 
 
 @dataclass(frozen=True)
+class HiddenPlaces:
+    """An object that hides places of an emitter from a surface point, and their number."""
+
+    object: ObjectName
+    count: int
+
+
+@dataclass(frozen=True)
+class Places:
+    """The places of a light that has a size, seen from a surface point.
+
+    Parameters
+    ----------
+    count
+        The number of places.
+    facing
+        How many of them are above the surface's tangent plane.
+    reaching
+        How many of those are not hidden.
+    hidden
+        The objects that hide the others, those that hide the most first. A place behind several counts for the one
+        nearest to it.
+    """
+
+    count: int
+    facing: int
+    reaching: int
+    hidden: tuple[HiddenPlaces, ...]
+
+
+@dataclass(frozen=True)
 class LightShare:
     """One light at a surface point.
 
@@ -184,6 +215,9 @@ class LightShare:
         Its position, direction, distance, cosine and arriving light.
     outcome
         The verdict as a sentence.
+    places
+        The places of a light that has a size; then `faces` and `same_side` are about any of them, and there are no
+        `blockers`. None without a size.
     """
 
     label: str
@@ -195,6 +229,7 @@ class LightShare:
     radiance: Triple
     numbers: tuple[Number, ...]
     outcome: str
+    places: Places | None = None
 
 
 @dataclass(frozen=True)

@@ -84,6 +84,11 @@ class _Light(NamedTuple):
     body: int | None = None
 
     @property
+    def radius(self) -> float:
+        """The radius; 0 of a sun."""
+        return 0.0 if isinstance(self.light, SunLight) else self.light.radius
+
+    @property
     def strength(self) -> float:
         """Intensity, or a sun's irradiance, times the strongest component of the color."""
         return self.light.strength * max(self.light.color)
@@ -91,7 +96,7 @@ class _Light(NamedTuple):
 
 def lint(scene: SceneIndex) -> Iterator[LintWarning]:
     """Return the warnings that follow from the numbers of a scene, without a picture of it."""
-    return chain(_lights(scene), _suns(scene), _camera(scene), _views(scene), _pairs(scene))
+    return chain(_lights(scene), _suns(scene), _emitters(scene), _camera(scene), _views(scene), _pairs(scene))
 
 
 class SceneIndex:
@@ -138,12 +143,12 @@ class SceneIndex:
         return [light for light in self.lights if light.strength > 0]
 
     @cached_property
-    def suns(self) -> list[tuple[_Light, Vector]]:
-        """The suns that shine, each with the unit vector toward it."""
+    def suns(self) -> list[tuple[_Light, Vector, float]]:
+        """The suns that shine, each with the unit vector toward it and the sine of half its angular diameter."""
         return [
-            (light, scaled(unit(light.light.direction), -1.0))
+            (light, scaled(unit(sun.direction), -1.0), math.sin(math.radians(sun.angle) / 2))
             for light in self.shining
-            if isinstance(light.light, SunLight)
+            if isinstance(sun := light.light, SunLight)
         ]
 
     @property
@@ -187,7 +192,8 @@ def _lights(scene: SceneIndex) -> Iterator[LintWarning]:
             continue
         # A carrier that reaches out of the solid is seen shining there.
         carrier = None if light.body is None else scene.solids.get(light.body)
-        inner = carrier or Ball.of(light.position, 0.0)
+        ball = Ball.of(light.position, light.radius)
+        inner = ball if carrier is None or light.radius > max(carrier.bounds) else carrier
         around = scene.enclosures.around(inner)
         if around is not None:
             message = (
@@ -202,16 +208,34 @@ def _suns(scene: SceneIndex) -> Iterator[LintWarning]:
     """Yield a warning for each sun whose light comes from behind a plane that the eye is before."""
     planes = [(i, shape) for i, shape in enumerate(scene.shapes) if isinstance(shape, InfinitePlane)]
     most = max(1, _MAX_DISTANCES // max(1, len(planes)))
-    for light, toward in scene.suns[:most]:
+    for light, toward, size in scene.suns[:most]:
         for index, plane in planes:
-            # Below this angle the tracers count rays as parallel to the plane.
             sine, height = dot(plane.normal, toward), plane.signed_distance(scene.eye)
-            if abs(sine) >= _PARALLEL and sine * height < 0:
+            if abs(sine) >= max(_PARALLEL, size) and sine * height < 0:
                 message = f"the sun shines from behind {scene.named(index)}, which blocks all its light"
                 yield LintWarning(rules.BLOCKED_SUN, (*light.loc, "direction"), message)
                 break
     if len(scene.suns) > most:
         scene.left_out.add(rules.BLOCKED_SUN)
+
+
+def _emitters(scene: SceneIndex) -> Iterator[LintWarning]:
+    """Yield a warning for each light whose ball cuts the surface of an object that does not carry it."""
+    emitters = [light for light in scene.lights if light.radius > 0]
+    most = max(1, _MAX_DISTANCES // max(1, len(scene.shapes)))
+    for light in emitters[:most]:
+        assert light.position is not None
+        for index, shape in enumerate(scene.shapes):
+            distance = abs(shape.signed_distance(light.position))
+            if index != light.body and distance < light.radius * (1 - _REACH):
+                message = (
+                    f"the light's radius of {light.radius:.3g} is larger than its distance of {distance:.3g} from "
+                    f"the surface of {scene.named(index)}"
+                )
+                yield LintWarning(rules.CUT_EMITTER, (*light.loc, "radius"), message)
+                break
+    if len(emitters) > most:
+        scene.left_out.add(rules.CUT_EMITTER)
 
 
 def _camera(scene: SceneIndex) -> Iterator[LintWarning]:
@@ -249,8 +273,9 @@ def _stands_in(solid: Solid, room: Solid) -> bool:
 
 def _views(scene: SceneIndex) -> Iterator[LintWarning]:
     is_lit = scene.render.max_depth > 0
-    lights = [light.position for light in scene.shining if light.position is not None] if is_lit else []
-    view = View(scene.camera, lights, [toward for _, toward in scene.suns] if is_lit else [])
+    placed = [(light.position, light.radius) for light in scene.shining if light.position is not None]
+    suns = [(toward, size) for _, toward, size in scene.suns]
+    view = View(scene.camera, placed if is_lit else [], suns if is_lit else [])
     left = max(1, _MAX_DISTANCES // (1 + len(view.lights)))
     found = {
         BEHIND: (rules.BEHIND_CAMERA, "is entirely behind the camera"),
@@ -323,6 +348,8 @@ def _burnt_by(scene: SceneIndex, number: int, placed: tuple[_Light, Vector], exp
         if index in scene.carriers:  # it shines, and is not lit
             continue
         h = shape.lit_distance(position, scene.eye)
+        if h > 0:  # a ball is no brighter, however close
+            h = max(h, light.radius)
         radiance = max(item.color) * light.strength / (4 * math.pi**2) / h / h if h > 0 else 0.0
         if radiance > brightest:
             brightest, burning, distance = radiance, index, h

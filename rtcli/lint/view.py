@@ -32,6 +32,24 @@ class _Side(NamedTuple):
     lowest_light: float
 
 
+class LightInView(NamedTuple):
+    """A light, relative to the eye.
+
+    Parameters
+    ----------
+    vector
+        The way to it, or the direction to a sun.
+    weight
+        1, or 0 for a sun.
+    size
+        Its radius, or the sine of half the angular diameter of a sun.
+    """
+
+    vector: Vector
+    weight: float
+    size: float
+
+
 class View:
     """The pyramid of all that a camera can see.
 
@@ -40,9 +58,9 @@ class View:
     camera
         The camera.
     lights
-        The positions of all lights that shine and are somewhere.
+        The positions of all lights that shine and are somewhere, and their radii.
     suns
-        The directions to all others.
+        The directions to all others, unit vectors, and the sines of half their angular diameters.
 
     Attributes
     ----------
@@ -51,13 +69,16 @@ class View:
     corners
         The directions of the picture's corners.
     lights
-        The vectors from the eye to the lights, each with 1; and the directions to the suns, each with 0.
+        The vectors from the eye to the lights, or the directions to the suns.
     """
 
-    def __init__(self, camera: Camera, lights: Iterable[Vector], suns: Iterable[Vector] = ()) -> None:
+    def __init__(
+        self, camera: Camera, lights: Iterable[tuple[Vector, float]], suns: Iterable[tuple[Vector, float]] = ()
+    ) -> None:
         frame = camera_frame(camera)
         self.eye, self.forward, right, up = frame.position, frame.forward, frame.right, frame.up
-        self.lights = [(direction(self.eye, light), 1.0) for light in lights] + [(sun, 0.0) for sun in suns]
+        self.lights = [LightInView(direction(self.eye, light), 1.0, radius) for light, radius in lights]
+        self.lights += [LightInView(toward, 0.0, sine) for toward, sine in suns]
         tall = math.tan(math.radians(frame.fov) / 2)
         wide = tall * frame.width / frame.height
         self.corners = [moved(moved(self.forward, right, x), up, y) for x in (-wide, wide) for y in (-tall, tall)]
@@ -66,7 +87,7 @@ class View:
         for axis, slope in ((right, wide), (scaled(right, -1), wide), (up, tall), (scaled(up, -1), tall)):
             sides.append((unit(moved(axis, self.forward, slope)), BESIDE))
         self._sides = [
-            _Side(normal, region, min((_height(normal, *light) for light in self.lights), default=math.inf))
+            _Side(normal, region, min((_lowest(normal, light) for light in self.lights), default=math.inf))
             for normal, region in sides
         ]
 
@@ -96,10 +117,10 @@ class View:
         return None
 
 
-def _height(normal: Vector, light: Vector, weight: float) -> float:
-    """Return the signed distance of a light from a plane through the eye; of a sun, infinity on its side."""
-    height = dot(normal, light)
-    return height if weight else math.copysign(math.inf, height)
+def _lowest(normal: Vector, light: LightInView) -> float:
+    """Return the signed distance of the lowest part of a light from a plane through the eye, or infinity."""
+    height = dot(normal, light.vector) - light.size
+    return height if light.weight else math.copysign(math.inf, height)
 
 
 def moved(point: Vector, vector: Vector, factor: float = 1.0) -> Vector:

@@ -62,7 +62,7 @@ def pixel_slopes(width: int, height: int, fov: float) -> tuple[np.ndarray, np.nd
 
 
 @st.composite
-def random_scenes(draw: st.DrawFn, *, carriers: bool = True, samples: int = 1) -> Data:
+def random_scenes(draw: st.DrawFn, *, carriers: bool = True, samples: int = 1, emitters: bool = False) -> Data:
     """Draw a scene in general position: no two surfaces coincide, which would leave open what is seen.
 
     Hypothesis chooses how many of what there are; their numbers come from a seed, because Hypothesis likes equal
@@ -70,8 +70,9 @@ def random_scenes(draw: st.DrawFn, *, carriers: bool = True, samples: int = 1) -
     """
     kinds = draw(st.lists(st.sampled_from(["sphere", "box", "plane", "lamp"]), max_size=7))
     light_count = draw(st.integers(0, 3))
-    rng = random.Random(draw(st.integers(0, 2**32)))
-    return {
+    seed = draw(st.integers(0, 2**32))
+    rng = random.Random(seed)
+    data = {
         "camera": {
             "resolution": [draw(st.integers(1, 24)), draw(st.integers(1, 24))],
             "fov": rng.uniform(5, 120),
@@ -83,6 +84,19 @@ def random_scenes(draw: st.DrawFn, *, carriers: bool = True, samples: int = 1) -
         "objects": [_object(rng, kind) for kind in kinds if carriers or kind != "lamp"],
         "render": {"background": _color(rng), "samples": samples},
     }
+    return with_emitters(data, seed) if emitters else data
+
+
+def with_emitters(data: Data, seed: int) -> Data:
+    """Return a scene in which most lights have a size."""
+    rng = random.Random(seed)
+    carried = [one["light"] for one in data["objects"] if "light" in one]
+    for lamp in [*data["lights"], *carried]:
+        if rng.random() < 0.8:
+            lamp |= (
+                {"angle": rng.uniform(0.1, 60)} if lamp.get("type") == "sun" else {"radius": rng.uniform(0.01, 2)}
+            )
+    return {**data, "render": {**data["render"], "shadow_samples": rng.choice([1, 4, 9])}}
 
 
 def _light(rng: random.Random) -> Data:
@@ -122,10 +136,14 @@ _LIGHT_COLOR = st.tuples(*[_NOT_NEGATIVE] * 3).map(list)
 
 def extreme_scenes() -> st.SearchStrategy[Data]:
     """Draw scenes with any finite numbers at all, from the smallest to the largest."""
-    carried = st.fixed_dictionaries({"intensity": _NOT_NEGATIVE, "color": _LIGHT_COLOR})
-    free = st.fixed_dictionaries({"position": _VECTOR, "intensity": _NOT_NEGATIVE, "color": _LIGHT_COLOR})
+    size = {"radius": _NOT_NEGATIVE}
+    carried = st.fixed_dictionaries({"intensity": _NOT_NEGATIVE, "color": _LIGHT_COLOR}, optional=size)
+    free = st.fixed_dictionaries(
+        {"position": _VECTOR, "intensity": _NOT_NEGATIVE, "color": _LIGHT_COLOR}, optional=size
+    )
     suns = st.fixed_dictionaries(
-        {"type": st.just("sun"), "direction": _DIRECTION, "irradiance": _NOT_NEGATIVE, "color": _LIGHT_COLOR}
+        {"type": st.just("sun"), "direction": _DIRECTION, "irradiance": _NOT_NEGATIVE, "color": _LIGHT_COLOR},
+        optional={"angle": st.floats(0, 90, exclude_max=True)},
     )
     common = {"position": _VECTOR, "color": _ALBEDO}
     spheres = st.fixed_dictionaries(
@@ -150,7 +168,7 @@ def extreme_scenes() -> st.SearchStrategy[Data]:
     )
     settings = st.fixed_dictionaries(
         {"background": _LIGHT_COLOR, "eye_falloff": st.booleans(), "samples": st.integers(1, 3)},
-        optional={"ambient": _LIGHT_COLOR},
+        optional={"ambient": _LIGHT_COLOR, "shadow_samples": st.integers(1, 5)},
     )
     return st.fixed_dictionaries(
         {

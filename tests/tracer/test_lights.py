@@ -143,13 +143,13 @@ FINE = {"shadow_samples": 1024}
 
 
 def row_of_pixels(x, reach):
-    """Return a camera that looks down on the floor, on a line of the length of twice the reach around (x, 0, 0)."""
+    """Return a camera that looks down on the floor, on a line around (x, 0, 0)."""
     fov = 2 * math.degrees(math.atan(reach / 9 / 256))
     return camera(256, 1, fov, position=[x, 9, 0], look_at=[x, 0, 0], up=[0, 0, -1])
 
 
 def sky_share(cosine, half_angle):
-    """Return the irradiance of a disk of radiance 1 in the sky, part of it below the horizon: a double integral."""
+    """Return the irradiance of a disk of radiance 1 in the sky, of which a part may be below the horizon."""
     polar = (np.arange(400) + 0.5) / 400 * half_angle
     around = (np.arange(400) + 0.5) / 400 * 2 * math.pi
     t, a = np.meshgrid(polar, around)
@@ -239,7 +239,9 @@ def test_sun_of_a_size_makes_penumbras_that_grow_with_the_distance(render):
     np.testing.assert_allclose(widths, [expected, 4 * expected], rtol=0.15)
 
 
-@pytest.mark.parametrize("body", [sphere([0, 2, 0], 0.6), box([0, 2, 0], [0.3, 0.3, 0.3])], ids=["around", "inside"])
+@pytest.mark.parametrize(
+    "body", [sphere([0, 2, 0], 0.6), box([0, 2, 0], [0.3, 0.3, 0.3])], ids=["around", "inside"]
+)
 def test_carrier_never_blocks_its_own_emitter(render, rounding, body):
     view = camera(fov=12, **{**DOWN, "position": [0, 1, 0]})
     carried = [FLOOR, {**body, "light": {"intensity": 100.0, "radius": 0.5}}]

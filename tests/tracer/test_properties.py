@@ -21,7 +21,7 @@ PASSES = ("depth", "distance", "normal", "position", "albedo", "object_id")
 
 
 @relaxed
-@given(random_scenes(), st.one_of(st.integers(-30, 30), st.integers(-480, 480)))
+@given(random_scenes() | random_scenes(emitters=True), st.one_of(st.integers(-30, 30), st.integers(-480, 480)))
 def test_scaling_by_a_power_of_two_leaves_the_picture_bit_for_bit(render, data, exponent):
     scale = 2.0**exponent
     scaled = copy.deepcopy(data)
@@ -33,6 +33,8 @@ def test_scaling_by_a_power_of_two_leaves_the_picture_bit_for_bit(render, data, 
         for source in (part, part.get("light", {})):
             if "intensity" in source:
                 source["intensity"] *= scale**2
+        if "radius" in part.get("light", {}):
+            part["light"]["radius"] *= scale
     original, bigger = render(data, passes=PASSES), render(scaled, passes=PASSES)
     np.testing.assert_array_equal(original.radiance, bigger.radiance)
     np.testing.assert_array_equal(original.object_id, bigger.object_id)
@@ -59,7 +61,7 @@ def test_moving_the_scene_leaves_the_picture_bit_for_bit(render, data):
 
 
 @relaxed
-@given(random_scenes(carriers=False))
+@given(random_scenes(carriers=False) | random_scenes(carriers=False, emitters=True))
 def test_light_of_several_lights_adds_up(render, data):
     data["render"]["background"] = [0, 0, 0]
     together = render(data).radiance
@@ -68,7 +70,7 @@ def test_light_of_several_lights_adds_up(render, data):
 
 
 @relaxed
-@given(random_scenes(), st.randoms())
+@given(random_scenes() | random_scenes(emitters=True), st.randoms())
 def test_order_of_objects_and_lights_does_not_matter(render, data, rng):
     order = list(range(len(data["objects"])))
     rng.shuffle(order)
@@ -137,7 +139,7 @@ def test_yaw_of_the_whole_scene_leaves_the_picture(render, data, degrees):
 
 
 @relaxed
-@given(random_scenes(samples=3), st.data())
+@given(random_scenes(samples=3) | random_scenes(emitters=True), st.data())
 def test_crop_is_the_sub_picture_bit_for_bit(render, data, draw):
     width, height = data["camera"]["resolution"]
     x, y = draw.draw(st.integers(0, width - 1)), draw.draw(st.integers(0, height - 1))

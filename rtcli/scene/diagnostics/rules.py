@@ -301,6 +301,13 @@ BLOCKED_SUN = Rule(
     "A sun whose light comes from behind a plane that the camera is before: the plane blocks all of it.",
     "`direction` is where the light goes: with a negative y, such as in [-1, -2, -1], it comes from above",
 )
+CUT_EMITTER = Rule(
+    "W014",
+    "cut-emitter",
+    "A light with a radius larger than its distance from a surface: the surface cuts the ball that shines, "
+    "and what is lit close to it is inaccurate. The object that carries the light does not count.",
+    "give it a smaller radius, or move it away from the surface",
+)
 
 RULES: tuple[Rule, ...] = tuple(value for value in list(globals().values()) if isinstance(value, Rule))
 BY_CODE: dict[str, Rule] = {rule.code: rule for rule in RULES}
