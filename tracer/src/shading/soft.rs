@@ -16,7 +16,7 @@ use crate::shapes::points::{ShadowRays, extremes};
 use crate::shapes::primitive::Primitive;
 use crate::tile::LANES;
 use crate::tile::hits::FACE_BITS;
-use crate::vector::{dot, l1_norm, length, sub};
+use crate::vector::{Vector, dot, l1_norm, length, scale, sub};
 
 impl Lighting {
     /// Compute the irradiance of an emitter at the points, and return the number of shadow rays.
@@ -116,8 +116,9 @@ impl Lighting {
                 irradiance: &mut self.irradiance,
                 bounds,
             };
+            let cone = PlaceCone::new(apex, bounds);
             for &(i, ball) in &self.soft.occluders {
-                if ball.is_some_and(|ball| !may_hide(apex, bounds, ball)) {
+                if ball.is_some_and(|ball| !cone.may_meet(ball)) {
                     continue;
                 }
                 if !self.stack.work.take(self.stack.steps_per_object) {
@@ -176,23 +177,49 @@ fn add(sum: &mut [f32], values: &[f32]) {
     }
 }
 
-/// Return whether an object within bounds may be in the cone from an apex around a bounding sphere of points.
-#[inline(always)]
-fn may_hide(apex: Apex, points: BoundingSphere, object: BoundingSphere) -> bool {
-    let (start, axis, sin, end) = if apex.is_direction() {
-        (points.center, apex.at, 0.0, f64::INFINITY)
-    } else {
+/// The cone from one place around a bounding sphere of points; from the points if the place is infinitely far away.
+struct PlaceCone {
+    start: Vector,
+    axis: Vector,
+    sin: f64,
+    cos_squared: f64,
+    end: f64,
+    /// What is added to the radius of an object.
+    slack: f64,
+}
+
+impl PlaceCone {
+    #[inline(always)]
+    fn new(apex: Apex, points: BoundingSphere) -> PlaceCone {
+        let rounding = f64::from(CONSERVATIVE);
+        if apex.is_direction() {
+            let slack = points.radius + rounding * (l1_norm(points.center) + points.radius);
+            let (start, axis) = (points.center, apex.at);
+            return PlaceCone { start, axis, sin: 0.0, cos_squared: 1.0, end: f64::INFINITY, slack };
+        }
         let way = sub(points.center, apex.at);
         let distance = length(way);
-        (apex.at, way.map(|component| component / distance), points.radius / distance, distance + points.radius)
-    };
-    if !(sin < 1.0) {
-        return true;
+        let sin = points.radius / distance;
+        PlaceCone {
+            start: apex.at,
+            axis: scale(way, 1.0 / distance),
+            sin,
+            cos_squared: 1.0 - sin * sin,
+            end: distance + points.radius,
+            slack: rounding * (l1_norm(apex.at) + distance + points.radius),
+        }
     }
-    let way = sub(object.center, start);
-    let rounding = f64::from(CONSERVATIVE) * (l1_norm(way) + l1_norm(start) + points.radius);
-    let radius = object.radius + rounding + (1.0 - apex.weight) * points.radius;
-    let along = dot(way, axis);
-    let (beside, room) = (dot(way, way) - along * along, radius + along * sin);
-    along >= -radius && along - radius <= end && room >= 0.0 && beside * (1.0 - sin * sin) <= room * room
+
+    /// Whether an object within bounds may be in it.
+    #[inline(always)]
+    fn may_meet(&self, object: BoundingSphere) -> bool {
+        let way = sub(object.center, self.start);
+        let squared = dot(way, way);
+        let along = dot(way, self.axis);
+        let radius = object.radius + self.slack + f64::from(CONSERVATIVE) * squared.sqrt();
+        let room = radius + along * self.sin;
+        let is_beside = room >= 0.0 && (squared - along * along) * self.cos_squared <= room * room;
+        // A place among the points needs all directions.
+        !(self.sin < 1.0) || (along >= -radius && along - radius <= self.end && is_beside)
+    }
 }
