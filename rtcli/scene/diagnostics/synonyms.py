@@ -44,6 +44,13 @@ WORDS_FOR_KEYS = {
     "up": "vup upvector updirection worldup",
     "resolution": "size dimensions width height imagesize pixels filmsize res",
     "fov": "angle fieldofview fovy vfov yfov viewangle fovdegrees",
+    "fov_x": "hfov xfov fovh horizontalfov horizontalfieldofview cameraanglex",
+    "intrinsics": "k kmatrix intrinsic intrinsicmatrix cameramatrix calibration calibrationmatrix focal "
+    "focallength f fx fy flx fly cx cy principalpoint",
+    "opencv": "cv c2w camtoworld cam2world cameratoworld pose extrinsics extrinsic w2c worldtocamera rt",
+    "opengl": "gl transform transformmatrix matrix matrixworld toworld modelmatrix",
+    "camera_to_world": "c2w camtoworld cam2world pose matrix transform transformmatrix matrixworld toworld",
+    "world_to_camera": "w2c worldtocam world2cam extrinsics extrinsic view viewmatrix rt",
     "intensity": "power energy brightness strength watts wattage emission emitted flux radiance luminosity lumens",
     "irradiance": "intensity power energy brightness strength illuminance lux radiance flux watts emission",
     "direction": "dir toward towards target to at lookat aim from orientation heading rotation normal vector way",
@@ -64,5 +71,6 @@ WORDS_FOR_KEYS = {
     "angle": "angulardiameter diameter size radius softness degrees",
     "eye_falloff": "falloff attenuation eyeattenuation",
     "exposure": "ev stops brightness gain",
+    "alpha": "transparent transparency transparentbackground filmtransparent opacity rgba",
     "tone": "tonemap tonemapping tonemapper tonecurve curve mapping operator filmic",
 }

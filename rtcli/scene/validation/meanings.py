@@ -37,6 +37,8 @@ def model_around(loc: Loc) -> type[BaseModel]:
     keys = [step for step in loc if isinstance(step, str)]
     if len(keys) < 2:
         return model.Scene
+    if keys[0] == "camera" and len(keys) > 2:
+        return model.Pose
     if keys[0] not in _KINDS:
         return _SECTIONS[keys[0]]
     kinds, usual = _KINDS[keys[0]]
