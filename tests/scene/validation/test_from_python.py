@@ -24,6 +24,7 @@ MODELS = {
     "Camera": {"resolution": (640, 480), "fov": 40},
     "Pose": {"camera_to_world": np.eye(4)},
     "PointLight": {"position": (0, 5, 0), "intensity": 100},
+    "SunLight": {"direction": (-1, -2, 0), "irradiance": 3},
     "CarriedLight": {"intensity": 100},
     "Checker": {"size": 0.5, "color": "black"},
     "Sphere": BALL,
