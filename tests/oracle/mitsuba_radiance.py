@@ -174,8 +174,8 @@ def two_sided_diffuse(shape: Object) -> dict[str, Any]:
 def emitter(lamp: Lamp, frame: Frame) -> dict[str, Any]:
     """Return a light as Mitsuba's `directional`, as a `sphere` that emits, or as `point`.
 
-    The intensity of a point is the power per steradian: ours / (4 pi), scaled with the scene, so that what arrives at
-    a surface stays the same. The radiance of a sphere is power / (4 pi^2 R^2).
+    The intensity of a point is the power per steradian: ours / (4 pi), scaled with the scene, so that what arrives
+    at a surface stays the same. The radiance of a sphere is power / (4 pi^2 R^2).
     """
     if isinstance(lamp.light, SunLight):
         return {"type": "directional", "direction": list(lamp.light.direction), "irradiance": rgb(lamp.power)}

@@ -31,9 +31,10 @@ PIECES = [
     *("0x10", "0o7", "010", "1_000", "1:30", "1e3", "1e400", "-0", "-0.0", "+1", ".5", "5.", "-.5", "1.e2", "1e"),
     *("NaN", "Infinity", "2001-01-01", "0", "1", "-1", "0.5", "180", "1024", "1025", "65535", "65536"),
     *("9007199254740993", "1" * 30, "0." + "3" * 30, "red", "Red", '"#ff0000"', "#ff0000", "'#FF00aa'"),
-    *("tall box", '"tall box"', "a#b", "a: b", "auto", "clip", "aces", "sphere", "plane", "box", "light", "name"),
+    *("tall box", '"tall box"', "a#b", "a: b", "auto", "clip", "aces", "sphere", "plane", "box", "point", "sun", "light", "name"),
     *("radius", "[0, 0, 0]", "[0, -0.0, 0]", "[1, 1]", "[1, 1, 1]", "[1, 1, 1, ]", "{intensity: 1}"),
     *("light: {intensity: 1}", "name: x", "rotation: 3", "version: 1", "render:", "image:", "lights: []"),
+    *("type: sun", "type: point", "direction: [0, -1, 0]", "irradiance: 2", "angle: 90", "angle: 5", "radius: 1"),
     *("objects: []", "\u00e9", "\u2028", "\x85", "\ufeff", "\x00", "\x7f", "\U0001f600"),
 ]
 _TOKEN = re.compile(r"[\w.+#]+|\s+|.", re.DOTALL)
