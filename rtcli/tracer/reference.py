@@ -302,11 +302,10 @@ class PointLight(LightSource):
 
     def _places(self, pattern: Array) -> Iterator[LightSource]:
         """Yield points at P_L + R q (section 2.3.5)."""
-        count = pattern.shape[1]
         for place in pattern.T:
             source = PointLight((1.0, 1.0, 1.0), 1.0, (0.0, 0.0, 0.0, 0.0))
             source.position = self.position + self.size * place[:, None]
-            source.nearest = self.size / float(np.cbrt(count))
+            source.nearest = self.size / 4
             yield source
 
     def weight(self, way: PathToLight) -> Array:

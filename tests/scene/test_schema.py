@@ -155,6 +155,8 @@ def test_defaults_equal_those_of_the_models():
     expected |= {("scene", "version"): 1}
     lights = ("CarriedLight", "PointLight", "SunLight")
     expected |= {**{(light, "color"): (1, 1, 1) for light in lights}, ("PointLight", "type"): "point"}
+    sizes = {("CarriedLight", "radius"), ("PointLight", "radius"), ("SunLight", "angle")}
+    expected |= dict.fromkeys(sizes, 0)
     expected |= {("Box", "rotation"): 0}
     sections = {("scene", "render"): scene.render, ("scene", "image"): scene.image}
     for loc, section in sections.items():

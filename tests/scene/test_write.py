@@ -200,13 +200,13 @@ PARTS = [
     ),
     (
         "A point light in `lights`",
-        "type position intensity color",
-        rtcli.PointLight(position=(0, 0, 0), intensity=1, color="red"),
+        "type position intensity radius color",
+        rtcli.PointLight(position=(0, 0, 0), intensity=1, radius=2, color="red"),
     ),
     (
         "A sun in `lights`",
-        "type direction irradiance color",
-        rtcli.SunLight(direction=(0, -1, 0), irradiance=1, color="red"),
+        "type direction irradiance angle color",
+        rtcli.SunLight(direction=(0, -1, 0), irradiance=1, angle=2, color="red"),
     ),
 ]
 

@@ -41,8 +41,8 @@ impl Emitter {
         let mut places = with_capacity(pattern.len(), LIGHTS)?;
         let place = |&place: &Vector| Apex::point(add(position, scale(space.direction(place), size)));
         places.extend(pattern.iter().map(place));
-        // About the distance between places: a surface inside the ball has no bright spots.
-        let nearest = size / libm::cbrt(pattern.len() as f64);
+        // So that a surface inside the ball has no bright spots.
+        let nearest = size / 4.0;
         Ok(Emitter {
             size,
             nearest: (nearest * nearest) as f32,
