@@ -32,6 +32,24 @@ class _Side(NamedTuple):
     lowest_light: float
 
 
+class LightInView(NamedTuple):
+    """A light, relative to the eye.
+
+    Parameters
+    ----------
+    vector
+        The way to it, or the direction to a sun.
+    weight
+        1, or 0 for a sun.
+    size
+        Its radius, or the sine of half the angular diameter of a sun.
+    """
+
+    vector: Vector
+    weight: float
+    size: float
+
+
 class View:
     """The pyramid of all that a camera can see.
 
@@ -40,7 +58,9 @@ class View:
     camera
         The camera.
     lights
-        The positions of all lights that shine.
+        The positions of all lights that shine and are somewhere, and their radii.
+    suns
+        The directions to all others, unit vectors, and the sines of half their angular diameters.
 
     Attributes
     ----------
@@ -49,13 +69,16 @@ class View:
     corners
         The directions of the picture's corners.
     lights
-        The vectors from the eye to the lights.
+        The vectors from the eye to the lights, or the directions to the suns.
     """
 
-    def __init__(self, camera: Camera, lights: Iterable[Vector]) -> None:
+    def __init__(
+        self, camera: Camera, lights: Iterable[tuple[Vector, float]], suns: Iterable[tuple[Vector, float]] = ()
+    ) -> None:
         frame = camera_frame(camera)
         self.eye, self.forward, right, up = frame.position, frame.forward, frame.right, frame.up
-        self.lights = [direction(self.eye, light) for light in lights]
+        self.lights = [LightInView(direction(self.eye, light), 1.0, radius) for light, radius in lights]
+        self.lights += [LightInView(toward, 0.0, sine) for toward, sine in suns]
         tall, (x, y) = frame.half_height, frame.center
         wide = tall * frame.pixel_aspect * frame.width / frame.height
         self.corners = [
@@ -69,7 +92,7 @@ class View:
         for axis, slope in ((right, wide - x), (left, wide + x), (up, tall - y), (down, tall + y)):
             sides.append((unit(moved(axis, self.forward, slope)), BESIDE))
         self._sides = [
-            _Side(normal, region, min((dot(normal, light) for light in self.lights), default=math.inf))
+            _Side(normal, region, min((_lowest(normal, light) for light in self.lights), default=math.inf))
             for normal, region in sides
         ]
 
@@ -97,6 +120,12 @@ class View:
                 if side.lowest_light >= most:
                     return region
         return None
+
+
+def _lowest(normal: Vector, light: LightInView) -> float:
+    """Return the signed distance of the lowest part of a light from a plane through the eye, or infinity."""
+    height = dot(normal, light.vector) - light.size
+    return height if light.weight else math.copysign(math.inf, height)
 
 
 def moved(point: Vector, vector: Vector, factor: float = 1.0) -> Vector:
