@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import shutil
 from collections import Counter
@@ -76,7 +75,6 @@ def prepare(run: Run) -> None:
         If the folder holds another data set.
     """
     layout = run.layout
-    layout.parts.mkdir(parents=True, exist_ok=True)
     path, identity = layout.records / _IDENTITY, run.settings.identity(run.template)
     if path.exists():
         known = json.loads(path.read_bytes())
@@ -85,7 +83,9 @@ def prepare(run: Run) -> None:
             raise OtherDatasetError(
                 f"{layout.folder} holds a data set with another {changed[0].replace('_', ' ')}: use another folder"
             )
+        layout.parts.mkdir(exist_ok=True)
         return
+    layout.parts.mkdir(parents=True, exist_ok=True)
     with atomic_write(path) as file:
         file.write(json.dumps(identity, indent=2).encode() + b"\n")
 
@@ -178,8 +178,7 @@ def merge(folder: Path) -> dict[str, Any]:
     write_card(layout, template, summary)
     with atomic_write(folder / "dataset.json") as file:
         file.write(json.dumps(summary, indent=2).encode() + b"\n")
-    with contextlib.suppress(OSError):
-        layout.parts.rmdir()
+    shutil.rmtree(layout.parts, ignore_errors=True)
     return summary
 
 

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field
 
 from rtcli.scene.diagnostics import rules
-from rtcli.scene.diagnostics.problems import SceneError, did_you_mean, nearest, quoted
+from rtcli.scene.diagnostics.problems import Problem, SceneError, did_you_mean, nearest, quoted
 from rtcli.scene.model import SHAPES, Integer, Scene
 from rtcli.scene.reading.parse import parse_bytes
 from rtcli.scene.reading.source import KEY, VALUE, Document, Loc
@@ -312,14 +312,19 @@ def _check_scenes(reader: Reader, document: Document, sections: Mapping[str, Val
     scene: dict[str, Value] = dict(sections)
     if _OBJECTS in document.data:
         scene[_OBJECTS] = _Objects(objects) if objects else Constant(document.data[_OBJECTS], (_OBJECTS,))
-    refused = list(reader.refused)
+    refused = [_where(document, loc) for loc in reader.refused]
+    found: list[set[Problem]] = []
     for example in joined(scene, ()):
         try:
             validate(_ExampleScene(document, example))
+            found.append(set())
         except SceneError as error:
-            for problem in error.problems:
-                if not any(problem.where.startswith(_where(document, loc)) for loc in refused):
-                    reader.problems.append(problem)
+            found.append({each for each in error.problems if not any(map(each.where.startswith, refused))})
+    # Values that do not fit each other may do so in other samples.
+    always = set.intersection(*found)
+    reader.problems += [
+        problem for problem in set.union(*found) if problem in always or not problem.code.startswith("E3")
+    ]
 
 
 def _where(document: Document, loc: Loc) -> str:

@@ -1,0 +1,36 @@
+"""A small template, and its samples."""
+
+import functools
+
+import pytest
+from templates import TEXT
+
+from rtcli.dataset.sample import draw_sample, film_of, ids_of
+from rtcli.template.template import parse_template
+
+def parsed(text):
+    """Return a template from its text."""
+    return parse_template(text.encode(), "t.yaml")
+
+
+@pytest.fixture(scope="session")
+def template():
+    """A template with all constraints."""
+    return parsed(TEXT)
+
+
+@pytest.fixture(scope="session")
+def samples(template):
+    """Its first samples, with their films."""
+    film = functools.partial(film_of, passes=("object_id",), threads=1)
+    return [draw_sample(template, index, film)[0] for index in range(12)]
+
+
+@pytest.fixture
+def sample_with():
+    """Return a function that draws the sample of an index of a template's text."""
+
+    def draw(text, index=0):
+        return draw_sample(parsed(text), index, ids_of)
+
+    return draw

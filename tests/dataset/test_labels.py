@@ -1,0 +1,87 @@
+import numpy as np
+import pytest
+
+from rtcli.dataset.labels import labels_of
+
+
+def decoded(rle):
+    """Return the mask of a compressed encoding: (H, W) booleans, by COCO's description."""
+    counts, place = [], 0
+    text = [ord(character) - 48 for character in rle["counts"]]
+    while place < len(text):
+        value = shift = 0
+        while True:
+            bits = text[place]
+            value |= (bits & 0x1F) << shift
+            shift += 5
+            place += 1
+            if not bits & 0x20:
+                break
+        if bits & 0x10:
+            value -= 1 << shift
+        counts.append(value + (counts[-2] if len(counts) > 2 else 0))
+    height, width = rle["size"]
+    flat = np.repeat(np.arange(len(counts)) % 2 == 1, counts)
+    return flat.reshape(width, height).T
+
+
+@pytest.fixture(scope="session")
+def labels(samples):
+    """The labels of the samples, each with its film."""
+    return [(labels_of(sample, sample.film, "train"), sample.film) for sample in samples]
+
+
+def test_masks_are_the_ids(labels):
+    for each, film in labels:
+        for row in each["objects"]:
+            assert (decoded(row["mask"]) == (film.object_id == row["id"])).all()
+
+
+def test_amodal_mask_holds_the_modal_one_and_the_share_that_is_hidden(labels):
+    hidden = 0
+    for each, _ in labels:
+        for row in each["objects"]:
+            modal, amodal = decoded(row["mask"]), decoded(row["amodal_mask"])
+            assert (amodal | ~modal).all()
+            assert modal.sum() == row["visible_pixels"]
+            assert modal.sum() / amodal.sum() == pytest.approx(row["visible_fraction"])
+            hidden += row["visible_fraction"] < 1 and row["name"] != "floor"
+    assert hidden
+
+
+def test_boxes_are_those_of_the_masks(labels):
+    for each, _ in labels:
+        for row in each["objects"]:
+            for key, mask in (("bbox", "mask"), ("amodal_bbox", "amodal_mask")):
+                rows, columns = np.nonzero(decoded(row[mask]))
+                left, top, width, height = row[key]
+                assert (left, top) == (columns.min(), rows.min())
+                assert (left + width, top + height) == (columns.max() + 1, rows.max() + 1)
+
+
+def test_objects_have_the_keys_of_a_scene_file(labels, samples):
+    for (each, _), sample in zip(labels, samples, strict=True):
+        for row, shape in zip(each["objects"], sample.scene.objects, strict=True):
+            assert (row["type"], row["name"]) == (shape.type, shape.name)
+            assert tuple(row["position"]) == shape.position
+            assert tuple(row["color"]) == shape.color
+        assert [row["group"] for row in each["objects"]] == ["floor"] + ["things"] * (len(each["objects"]) - 1)
+
+
+def test_extent_is_the_size_along_the_axes_of_the_world(labels):
+    for each, _ in labels:
+        for row in each["objects"]:
+            if row["type"] == "sphere":
+                assert row["extent"] == pytest.approx([2 * row["radius"]] * 3)
+            elif row["type"] == "box":
+                turned = abs(np.cos(np.radians(row["rotation"]))) + abs(np.sin(np.radians(row["rotation"])))
+                assert row["extent"] == pytest.approx([row["size"][0] * turned, row["size"][1], row["size"][2] * turned])
+            else:
+                assert row["extent"] is None
+
+
+def test_labels_have_factors_and_camera(labels, samples):
+    for (each, film), sample in zip(labels, samples, strict=True):
+        assert each["factors"] == sample.factors
+        assert each["camera"] == film.metadata["camera"]
+        assert each["index"] == sample.index

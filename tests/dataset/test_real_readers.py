@@ -1,0 +1,79 @@
+"""What other people's programs read in a data set."""
+
+import json
+
+import numpy as np
+import pytest
+from PIL import Image
+from templates import TEXT
+
+from rtcli.batch.pool import LocalWorkers
+from rtcli.dataset.plan import Layout, Settings
+from rtcli.dataset.run import Run, make, merge, prepare
+from rtcli.template.template import parse_template
+
+# Their warnings are theirs.
+pytestmark = [pytest.mark.integration, pytest.mark.filterwarnings("ignore")]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A data set of 60 samples in the forms WebDataset and COCO."""
+    folder = tmp_path_factory.mktemp("dataset")
+    template = parse_template(TEXT.replace("count: 2500", "count: 60").encode(), "t.yaml")
+    run = Run(template, Settings(("webdataset", "coco"), ("object_id",)), Layout(folder), 0, 60)
+    prepare(run)
+    workers = LocalWorkers(2)
+    try:
+        list(make(run, workers))
+    finally:
+        workers.close()
+    merge(folder)
+    return folder
+
+
+def test_pycocotools_reads_masks_areas_and_boxes(folder):
+    coco_module = pytest.importorskip("pycocotools.coco", reason="pycocotools is not installed")
+    masks = pytest.importorskip("pycocotools.mask")
+    coco = coco_module.COCO(str(folder / "annotations" / "instances_train.json"))
+    assert len(coco.getImgIds()) == 48
+    for image in coco.loadImgs(coco.getImgIds()):
+        annotations = coco.loadAnns(coco.getAnnIds(image["id"]))
+        labels = json.loads((folder / image["file_name"]).with_suffix(".json").read_text())
+        rgb = Image.open((folder / image["file_name"]).with_suffix(".object_id.png")).convert("RGB")
+        shown = np.asarray(rgb).astype(int) @ (65536, 256, 1)
+        covered = np.zeros(shown.shape, dtype=int)
+        for each in annotations:
+            mask = coco.annToMask(each)
+            covered += mask
+            assert each["area"] == mask.sum() == masks.area(each["segmentation"])
+            assert list(masks.toBbox(each["segmentation"])) == each["bbox"]
+            assert len(set(shown[mask == 1])) == 1
+            row = labels["objects"][each["object_id"] - 1]
+            assert masks.decode(row["amodal_mask"])[mask == 1].all()
+        assert covered.max() == 1
+
+
+def test_pycocotools_finds_the_set_in_itself(folder):
+    coco_module = pytest.importorskip("pycocotools.coco", reason="pycocotools is not installed")
+    evaluation = pytest.importorskip("pycocotools.cocoeval")
+    truth = coco_module.COCO(str(folder / "annotations" / "instances_train.json"))
+    keys = ("image_id", "category_id", "segmentation")
+    found = [
+        {**{key: each[key] for key in keys}, "score": 1.0} for each in truth.dataset["annotations"]
+    ]
+    judged = evaluation.COCOeval(truth, truth.loadRes(found), "segm")
+    judged.evaluate()
+    judged.accumulate()
+    judged.summarize()
+    assert judged.stats[0] == pytest.approx(1.0)
+
+
+def test_webdataset_reads_all_samples(folder):
+    webdataset = pytest.importorskip("webdataset", reason="webdataset is not installed")
+    tar = (folder / "train-000000.tar").as_posix()
+    samples = list(webdataset.WebDataset(f"file:{tar}", shardshuffle=False).decode())
+    assert [sample["__key__"] for sample in samples] == [f"{index:08}" for index in range(48)]
+    for sample in samples:
+        assert sample["json"]["index"] == int(sample["__key__"])
+        assert sample["object_id.png"] is not None

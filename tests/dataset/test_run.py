@@ -1,0 +1,206 @@
+import hashlib
+import json
+import random
+import shutil
+
+import pytest
+from templates import TEXT
+
+from rtcli.batch.pool import LocalWorkers, Workers
+from rtcli.dataset.formats import FORMATS, Piece
+from rtcli.dataset.plan import Layout, Settings, shards_of
+from rtcli.dataset.run import OtherDatasetError, Run, make, merge, prepare
+from rtcli.dataset.worker import make_piece
+from rtcli.template.template import parse_template
+
+FORMS = ("webdataset", "coco")
+
+
+class InOrder(Workers):
+    """Workers that do each task at once, in this process, and may stop after some."""
+
+    def __init__(self, slots=4, most=10**9):
+        super().__init__(None, slots)
+        self.most = most
+
+    def submit(self, function, task):
+        from concurrent.futures import Future
+
+        self.most -= 1
+        if self.most < 0:
+            raise KeyboardInterrupt
+        future = Future()
+        future.set_result(function(task))
+        return future
+
+
+@pytest.fixture(scope="module")
+def small():
+    """A template whose pictures are quickly made."""
+    text = TEXT.replace("[48, 32]", "[12, 8]").replace("min_visible_pixels: 10", "min_visible_pixels: 1")
+    text = text.replace("margin: 2}", "margin: 0}").replace("count: 2500", "count: 150")
+    return parse_template(text.encode(), "t.yaml")
+
+
+def run_of(template, folder, **changes):
+    settings = Settings(FORMS, ("depth", "object_id"))
+    return Run(**{"template": template, "settings": settings, "layout": Layout(folder), "start": 0, "stop": 150, **changes})
+
+
+def made(run, workers=None):
+    """Make a run, and return the hashes of all files in its folder, but for README.md, which has its name."""
+    prepare(run)
+    list(make(run, InOrder() if workers is None else workers))
+    merge(run.layout.folder)
+    return hashes(run.layout.folder)
+
+
+def hashes(folder):
+    return {
+        path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and path.name != "README.md"
+    }
+
+
+@pytest.fixture(scope="module")
+def finished(small, tmp_path_factory):
+    """A folder with a finished data set, and the hashes of its files."""
+    folder = tmp_path_factory.mktemp("finished")
+    return folder, made(run_of(small, folder))
+
+
+def test_shards_cut_each_split_into_thousands(template):
+    shards = list(shards_of(template.dataset, 0, 2500))
+    assert [(shard.key, shard.start, shard.stop) for shard in shards] == [
+        ("train-000000", 0, 1000),
+        ("train-000001", 1000, 2000),
+        ("test-000000", 2000, 2500),
+    ]
+    assert [(shard.key, shard.start, shard.stop) for shard in shards_of(template.dataset, 1500, 2100)] == [
+        ("train-000001", 1500, 2000),
+        ("test-000000", 2000, 2100),
+    ]
+
+
+def test_pieces_cover_a_shard(template):
+    for shard in shards_of(template.dataset, 0, 2500):
+        indices = [index for start, stop in shard.pieces() for index in range(start, stop)]
+        assert indices == list(range(shard.start, shard.stop))
+
+
+def test_processes_make_the_same_bytes(small, finished, tmp_path):
+    workers = LocalWorkers(2)
+    try:
+        assert made(run_of(small, tmp_path), workers) == finished[1]
+    finally:
+        workers.close()
+
+
+def test_pieces_in_any_order_make_the_same_bytes(small, finished, tmp_path):
+    run = run_of(small, tmp_path)
+
+    class Shuffled(InOrder):
+        def submit(self, function, task):
+            random.Random(1).random()
+            return super().submit(function, task)
+
+    assert made(run, Shuffled(slots=1)) == finished[1]
+
+
+@pytest.mark.parametrize("most", [1, 2, 3])
+def test_run_that_was_stopped_goes_on(small, finished, tmp_path, most):
+    run = run_of(small, tmp_path)
+    prepare(run)
+    with pytest.raises(KeyboardInterrupt):
+        list(make(run, InOrder(slots=1, most=most)))
+    assert made(run) == finished[1]
+
+
+def test_finished_shards_are_not_made_again(small, finished, tmp_path):
+    shutil.copytree(finished[0], tmp_path / "copy")
+    assert made(run_of(small, tmp_path / "copy"), InOrder(most=0)) == finished[1]
+
+
+def test_parts_make_the_same_bytes(small, finished, tmp_path):
+    for part in ((2, 2), (1, 2)):
+        run = run_of(small, tmp_path, part=part)
+        prepare(run)
+        list(make(run, InOrder()))
+    merge(tmp_path)
+    assert hashes(tmp_path) == finished[1]
+
+
+def test_data_set_can_be_extended(small, finished, tmp_path):
+    made(run_of(small, tmp_path, stop=60))
+    assert json.loads((tmp_path / "dataset.json").read_text())["splits"] == {"train": 60}
+    assert made(run_of(small, tmp_path)) == finished[1]
+
+
+def test_folder_of_another_data_set_is_refused(small, finished, template):
+    with pytest.raises(OtherDatasetError, match="another template"):
+        prepare(run_of(template, finished[0]))
+    with pytest.raises(OtherDatasetError, match="another passes"):
+        prepare(run_of(small, finished[0], settings=Settings(FORMS, ())))
+
+
+def test_description_tells_how_the_set_came_about(small, finished):
+    described = json.loads((finished[0] / "dataset.json").read_text())
+    assert described["seed"] == 3
+    assert described["draws"] == "rtcli-draw-1"
+    assert described["template"].encode() == small.raw
+    assert described["template_sha256"] == small.sha256
+    assert described["splits"] == {"train": 120, "test": 30}
+    assert described["factors"]["hue"]["levels"] == 10
+    assert described["failures"] == []
+    for shard in described["shards"]:
+        tar = next(file for file in shard["files"] if file["path"].endswith(".tar"))
+        assert hashlib.sha256((finished[0] / tar["path"]).read_bytes()).hexdigest() == tar["sha256"]
+
+
+def test_card_has_front_matter_and_a_contact_sheet(finished):
+    text = (finished[0] / "README.md").read_text()
+    assert text.startswith("---\npretty_name: ")
+    assert "| train | 120 |" in text
+    assert (finished[0] / "contact-sheet.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_unfinished_files_are_removed(finished):
+    assert sorted(path.name for path in (finished[0] / ".rtcli").iterdir()) == [
+        "identity.json",
+        "test-000000.json",
+        "test-000000.jsonl",
+        "train-000000.json",
+        "train-000000.jsonl",
+    ]
+
+
+def test_index_without_a_sample_is_left_out_and_listed(tmp_path):
+    text = TEXT.replace("[48, 32]", "[12, 8]").replace("count: 2500", "count: 10\n  tries: 3")
+    template = parse_template(text.replace("margin: 2}", "margin: 0}").replace("pixels: 10", "pixels: 2").encode(), "t.yaml")
+    run = run_of(template, tmp_path, stop=10)
+    made(run)
+    described = json.loads((tmp_path / "dataset.json").read_text())
+    failed = [failure["index"] for failure in described["failures"]]
+    assert 0 < len(failed) < 10
+    there = sorted(int(path.name[:8]) for path in tmp_path.glob("*/*[0-9].json"))
+    assert sorted([*there, *failed]) == list(range(10))
+
+
+def test_each_form_is_made_by_itself(small, finished, tmp_path):
+    for name in FORMATS:
+        folder = tmp_path / name
+        settings = Settings((name,), ("depth", "object_id"))
+        found = made(run_of(small, folder, settings=settings))
+        common = {path: value for path, value in found.items() if path in finished[1] and path[0] != "." and "/" in path}
+        assert common.items() <= finished[1].items()
+
+
+def test_worker_can_do_a_piece_twice(small, tmp_path):
+    from rtcli.dataset.worker import Task
+
+    run = run_of(small, tmp_path)
+    prepare(run)
+    shard = next(iter(run.shards()))
+    task = Task("t.yaml", small.raw, str(tmp_path), Piece(shard, 0, 5), run.settings)
+    assert make_piece(task) == make_piece(task)

@@ -1,0 +1,98 @@
+import itertools
+import math
+
+import numpy as np
+import pytest
+from templates import TEXT
+
+import rtcli
+from rtcli.dataset.sample import SampleError, draw_sample, ids_of, sample_text
+from rtcli.scene.model import Box, Sphere
+
+
+def test_objects_rest_on_their_plane(samples):
+    for sample in samples:
+        for shape in sample.scene.objects[1:]:
+            height = shape.radius if isinstance(shape, Sphere) else shape.size[1] / 2
+            assert shape.position[1] == pytest.approx(0.5 + height)
+
+
+def test_spheres_keep_their_distance(samples):
+    for sample in samples:
+        spheres = [shape for shape in sample.scene.objects if isinstance(shape, Sphere)]
+        for one, other in itertools.combinations(spheres, 2):
+            assert math.dist(one.position, other.position) - one.radius - other.radius >= 0.25
+
+
+def test_boxes_keep_their_distance(samples):
+    """By points on their edges, as far apart as they look from above."""
+    for sample in samples:
+        boxes = [shape for shape in sample.scene.objects if isinstance(shape, Box)]
+        for one, other in itertools.combinations(boxes, 2):
+            distances = np.linalg.norm(outline(one)[:, None] - outline(other)[None], axis=2)
+            assert distances.min() >= 0.25
+
+
+def outline(box):
+    """Return points along the outline of a box seen from above: (N, 2)."""
+    angle, (width, _, depth) = math.radians(box.rotation), box.size
+    corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)]) * (width / 2, depth / 2)
+    edges = [np.linspace(a, b, 40) for a, b in itertools.pairwise(corners)]
+    turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+    return np.concatenate(edges) @ turn + (box.position[0], box.position[2])
+
+
+def test_objects_are_wholly_in_view(samples):
+    """Each covers as many pixels in a larger picture around it, and none beside the picture."""
+    for sample in samples:
+        wide = sample.scene.model_dump(exclude_unset=True)
+        half = math.tan(math.radians(sample.scene.camera.fov / 2))
+        wide["camera"] |= {"resolution": [96, 64], "fov": 2 * math.degrees(math.atan(2 * half))}
+        wide["objects"] = [item for item in wide["objects"] if item["type"] != "plane"]
+        ids = rtcli.render(wide, passes="object_id").object_id
+        assert ids.any()
+        inside = np.zeros_like(ids, dtype=bool)
+        inside[16 + 2 : 48 - 2, 24 + 2 : 72 - 2] = True
+        assert not ids[~inside].any()
+
+
+def test_objects_are_seen(samples):
+    for sample in samples:
+        for row in sample.film.metadata["objects"][1:]:
+            assert row["visible_pixels"] >= 10
+            assert row["visible_fraction"] >= 0.3
+
+
+def test_sample_needs_no_other(template, samples):
+    assert draw_sample(template, 11, ids_of)[0].scene == samples[11].scene
+
+
+def test_text_of_a_sample_reads_back_equal(template, samples):
+    text = sample_text(template, 5)
+    assert text.startswith("# Sample 5 of t.yaml, seed 3, rtcli ")
+    assert rtcli.parse_scene(text) == samples[5].scene
+
+
+def test_objects_that_never_fit_are_reported_with_the_constraint(sample_with):
+    crowded = TEXT.replace("margin: 0.25", "margin: 9").replace("require:", "tries: 5\n  require:")
+    with pytest.raises(SampleError, match=r"^apart: things\[1\] and things\[0\], 5 tries \(apart refused 25 draws\)"):
+        sample_with(crowded)
+
+
+def test_objects_that_are_never_seen_are_reported_with_the_constraint(sample_with):
+    hidden = TEXT.replace("pixels: 10", "pixels: 1000").replace("require:", "tries: 5\n  require:")
+    with pytest.raises(SampleError, match=r"^min_visible_pixels: things\[\d\], 5 tries .*refused 5 draws"):
+        sample_with(hidden)
+
+
+def test_scene_that_is_invalid_by_chance_is_drawn_again(sample_with):
+    text = """\
+dataset: {seed: 1, count: 9}
+camera: {resolution: [8, 8], fov: 40, position: [0, 0, {choice: [0, 1, 2, 3]}], look_at: [0, 0, {choice: [0, 1]}]}
+"""
+    rejected = 0
+    for index in range(9):
+        sample, rejections = sample_with(text, index)
+        rejected += rejections.counts["scene"]
+        assert sample.scene.camera.position != sample.scene.camera.look_at
+    assert rejected
