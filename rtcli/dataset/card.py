@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import textwrap
 from collections.abc import Mapping
 from typing import Any
@@ -29,27 +30,33 @@ def write_card(layout: Layout, template: Template, summary: Mapping[str, Any]) -
 
 
 def _contact_sheet(template: Template, summary: Mapping[str, Any]) -> bytes:
-    """Return a PNG of 25 samples, spread evenly over those that there are."""
+    """Return a PNG of up to 25 samples, spread evenly over those that there are."""
     ranges = [range(shard["start"], shard["stop"]) for shard in summary["shards"]]
     indices = [index for each in ranges for index in (each[0], *each[:: max(1, len(each) // 25)])]
     indices = sorted(set(indices))
     cells = _CELLS * _CELLS
     chosen = [indices[number * len(indices) // cells] for number in range(cells)] if len(indices) > cells else indices
-    step = _SIDE + _GAP
-    sheet = Image.new("RGB", (_CELLS * step - _GAP, _CELLS * step - _GAP), "white")
-    for number, index in enumerate(chosen):
-        try:
-            sample, _ = draw_sample(template, index, ids_of if needs_picture(template) else None)
-        except SampleError:
-            continue
-        picture = film_of(sample.scene, ()).to_pil().convert("RGB")
-        picture.thumbnail((_SIDE, _SIDE))
+    pictures = [picture for index in chosen if (picture := _thumbnail(template, index)) is not None]
+    width, height = (max((picture.size[axis] for picture in pictures), default=_SIDE) + _GAP for axis in (0, 1))
+    sheet = Image.new("RGB", (_CELLS * width - _GAP, math.ceil(len(pictures) / _CELLS) * height), "white")
+    for number, picture in enumerate(pictures):
         row, column = divmod(number, _CELLS)
-        offset = (_SIDE - picture.width) // 2, (_SIDE - picture.height) // 2
-        sheet.paste(picture, (column * step + offset[0], row * step + offset[1]))
+        sheet.paste(picture, (column * width, row * height))
     file = io.BytesIO()
     sheet.save(file, "PNG", optimize=True)
     return file.getvalue()
+
+
+def _thumbnail(template: Template, index: int) -> Image.Image | None:
+    """Return the picture of a sample, its longer side `_SIDE` pixels; None if there is no such sample."""
+    try:
+        sample, _ = draw_sample(template, index, ids_of if needs_picture(template) else None)
+    except SampleError:
+        return None
+    picture = film_of(sample.scene, ()).to_pil().convert("RGB")
+    scale = _SIDE / max(picture.size)
+    size = max(1, round(picture.width * scale)), max(1, round(picture.height * scale))
+    return picture.resize(size, Image.Resampling.NEAREST if scale > 1 else Image.Resampling.LANCZOS)
 
 
 def _card(name: str, summary: Mapping[str, Any]) -> str:

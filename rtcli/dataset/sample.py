@@ -66,22 +66,26 @@ class Rejections:
     ----------
     counts
         By the name of the constraint.
+    ended
+        The same for the samples that were given up.
     last
         By the name of the constraint, the objects that last did not meet it.
     """
 
     counts: Counter[str] = field(default_factory=Counter)
+    ended: Counter[str] = field(default_factory=Counter)
     last: dict[str, str] = field(default_factory=dict)
 
-    def add(self, kind: str, objects: str) -> None:
-        """Count a rejection."""
+    def add(self, kind: str, objects: str, is_end: bool = True) -> None:
+        """Count a rejection of some objects, and whether the sample was given up for it."""
         self.counts[kind] += 1
+        self.ended[kind] += is_end
         self.last[kind] = objects
 
     def message(self, tries: int) -> str:
         """Return why no sample met all constraints, the tightest constraint first."""
         text = [f"{kind} refused {counted(count, 'draw')}" for kind, count in self.counts.most_common()]
-        tightest = self.counts.most_common(1)[0][0]
+        tightest = self.ended.most_common(1)[0][0]
         return f"{tightest}: {self.last[tightest]}, {tries:,} tries ({', '.join(text)})"
 
 
@@ -199,13 +203,14 @@ class _Placement:
 
     def _place(self, slot: _Slot) -> bool:
         requirements = self._requirements(slot.group)
-        for number in range(self._template.dataset.tries if requirements else 1):
+        tries = self._template.dataset.tries
+        for number in range(tries):
             candidate = self._candidate(slot, self._context.attempt + number)
             around = Surroundings(list(self._placed.values()), self._frame)
             for requirement in requirements:
                 refused = OBJECT_CHECKS[type(requirement)](requirement, candidate, around)
                 if refused:
-                    self._rejections.add(requirement.kind, refused)
+                    self._rejections.add(requirement.kind, refused, is_end=number == tries - 1)
                     break
             else:
                 self._placed[slot.number] = candidate

@@ -174,7 +174,7 @@ class Integers(Draw):
     def _is_range(self) -> Self:
         _ascending(*self.integers)
         if self.integers[1] - self.integers[0] >= MAX_LEVELS:
-            raise PydanticCustomError("bad_range", "the range has more than {most:,} integers", {"most": MAX_LEVELS})
+            raise PydanticCustomError("bad_range", "the range has more than 1,000,000 integers")
         return self
 
     def count(self) -> int:
@@ -309,7 +309,7 @@ class Range(Draw):
     def _is_range(self) -> Self:
         _ascending(*self.range[:2])
         if not (self.range[1] - self.range[0]) / self.range[2] < MAX_LEVELS:
-            raise PydanticCustomError("bad_range", "the range has more than {most:,} levels", {"most": MAX_LEVELS})
+            raise PydanticCustomError("bad_range", "the range has more than 1,000,000 levels")
         return self
 
     def count(self) -> int:

@@ -116,6 +116,7 @@ class Reader:
             return refused
         draw = self.model(kind, data, loc)
         if draw is None or not self._is_allowed(draw, loc, is_factor):
+            self.refused.append(loc)
             return refused
         parts = {inner: self.value(part, (*loc, *inner)) for inner, part in draw.parts().items()}
         if any(self.is_refused((*loc, *inner)) for inner in parts) or not self._has_shares(draw, parts):
@@ -138,7 +139,6 @@ class Reader:
                 hint = did_you_mean(nearest(draw.factor, self.factors))
                 message = f"there is no factor {quoted(draw.factor)}{hint}"
                 self.refuse(rules.UNKNOWN_FACTOR, (*loc, "factor"), message)
-            self.refused.append(loc)
         else:
             return True
         return False

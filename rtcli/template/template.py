@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -13,7 +13,7 @@ from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import Problem, SceneError, did_you_mean, nearest, quoted
 from rtcli.scene.model import SHAPES, Integer, Scene
 from rtcli.scene.reading.parse import parse_bytes
-from rtcli.scene.reading.source import KEY, VALUE, Document, Loc
+from rtcli.scene.reading.source import VALUE, Document, Loc, pointer
 from rtcli.scene.validation.validate import order_in_file, validate
 from rtcli.template.dataset import Dataset
 from rtcli.template.design import factor_values
@@ -220,6 +220,7 @@ def _group(reader: Reader, item: Any, loc: Loc) -> Group | None:
         if isinstance(shared.get(key), Drawn):
             help = "use `one_of` for several types" if key == _TYPE else "objects of a group are named by number"
             reader.refuse(rules.NOT_A_DRAW, (*loc, key), f"{quoted(key)} cannot be drawn", help)
+            reader.refused.append(loc)
     repeat = reader.value(item[REPEAT], (*loc, REPEAT)) if REPEAT in item else None
     for value, sources in () if repeat is None or reader.is_refused((*loc, REPEAT)) else repeat.examples():
         if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= MAX_REPEAT:
@@ -312,14 +313,14 @@ def _check_scenes(reader: Reader, document: Document, sections: Mapping[str, Val
     scene: dict[str, Value] = dict(sections)
     if _OBJECTS in document.data:
         scene[_OBJECTS] = _Objects(objects) if objects else Constant(document.data[_OBJECTS], (_OBJECTS,))
-    refused = [_where(document, loc) for loc in reader.refused]
+    refused = {pointer(loc) for loc in reader.refused}
     found: list[set[Problem]] = []
     for example in joined(scene, ()):
         try:
             validate(_ExampleScene(document, example))
             found.append(set())
         except SceneError as error:
-            found.append({each for each in error.problems if not any(map(each.where.startswith, refused))})
+            found.append({each for each in error.problems if not _is_below(each.pointer, refused)})
     # Values that do not fit each other may do so in other samples.
     always = set.intersection(*found)
     reader.problems += [
@@ -327,8 +328,10 @@ def _check_scenes(reader: Reader, document: Document, sections: Mapping[str, Val
     ]
 
 
-def _where(document: Document, loc: Loc) -> str:
-    return document.problem(rules.NOT_A_DRAW, loc, "").where
+def _is_below(place: str, refused: Collection[str]) -> bool:
+    """Return whether a JSON pointer is one of those that are refused, or leads into their values."""
+    steps = place.split("/")
+    return any("/".join(steps[:length]) in refused for length in range(1, len(steps) + 1))
 
 
 @dataclass(frozen=True)

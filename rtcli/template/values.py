@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
@@ -159,18 +160,25 @@ class Drawn:
         source = {(): (*self.loc, next(iter(type(self.draw).model_fields)))}
         return [
             Example(self.draw.value(0, parts.value.__getitem__), source)
-            for parts in joined({loc: part for loc, part in self.parts.items()}, self.loc)
+            for parts in joined(self.parts, self.loc)
         ]
 
 
 def joined(values: Mapping[Any, Value], loc: Loc) -> list[Example]:
-    """Return mappings in which each example of each value occurs: as many as the most of one value."""
+    """Return mappings in which each example of each value occurs.
+
+    They go through the examples of all values side by side, and then shifted against each other: two equal draws are
+    not equal in every mapping.
+    """
     examples = {key: value.examples() for key, value in values.items()}
+    count = max(map(len, examples.values()), default=1)
     found = []
-    for number in range(max(map(len, examples.values()), default=1)):
-        taken = {key: each[number % len(each)] for key, each in examples.items()}
+    for number, shift in itertools.product(range(count), (0, 1) if count > 1 else (0,)):
         sources: dict[Loc, Loc] = {(): loc}
-        for key, example in taken.items():
-            sources |= {((key, *inner)): source for inner, source in example.sources.items()}
-        found.append(Example({key: example.value for key, example in taken.items()}, sources))
+        mapping = {}
+        for position, (key, each) in enumerate(examples.items()):
+            example = each[(number + shift * position) % len(each)]
+            mapping[key] = example.value
+            sources |= {(key, *inner): source for inner, source in example.sources.items()}
+        found.append(Example(mapping, sources))
     return found

@@ -177,13 +177,13 @@ def test_unfinished_files_are_removed(finished):
 
 def test_index_without_a_sample_is_left_out_and_listed(tmp_path):
     text = TEXT.replace("[48, 32]", "[12, 8]").replace("count: 2500", "count: 10\n  tries: 3")
-    template = parse_template(text.replace("margin: 2}", "margin: 0}").replace("pixels: 10", "pixels: 2").encode(), "t.yaml")
+    template = parse_template(text.replace("margin: 2}", "margin: 0}").replace("pixels: 10", "pixels: 1").encode(), "t.yaml")
     run = run_of(template, tmp_path, stop=10)
     made(run)
     described = json.loads((tmp_path / "dataset.json").read_text())
     failed = [failure["index"] for failure in described["failures"]]
     assert 0 < len(failed) < 10
-    there = sorted(int(path.name[:8]) for path in tmp_path.glob("*/*[0-9].json"))
+    there = sorted(int(path.name[:8]) for path in tmp_path.glob("t*/*[0-9].json"))
     assert sorted([*there, *failed]) == list(range(10))
 
 
