@@ -35,10 +35,12 @@ def _contact_sheet(template: Template, summary: Mapping[str, Any]) -> bytes:
     indices = [index for each in ranges for index in (each[0], *each[:: max(1, len(each) // 25)])]
     indices = sorted(set(indices))
     cells = _CELLS * _CELLS
-    chosen = [indices[number * len(indices) // cells] for number in range(cells)] if len(indices) > cells else indices
+    chosen = (
+        [indices[number * len(indices) // cells] for number in range(cells)] if len(indices) > cells else indices
+    )
     pictures = [picture for index in chosen if (picture := _thumbnail(template, index)) is not None]
     width, height = (max((picture.size[axis] for picture in pictures), default=_SIDE) + _GAP for axis in (0, 1))
-    sheet = Image.new("RGB", (_CELLS * width - _GAP, math.ceil(len(pictures) / _CELLS) * height), "white")
+    sheet = Image.new("RGB", (_CELLS * width - _GAP, max(1, math.ceil(len(pictures) / _CELLS)) * height), "white")
     for number, picture in enumerate(pictures):
         row, column = divmod(number, _CELLS)
         sheet.paste(picture, (column * width, row * height))
@@ -64,10 +66,13 @@ def _card(name: str, summary: Mapping[str, Any]) -> str:
     total = sum(summary["splits"].values())
     splits = "\n".join(f"| {split} | {count:,} |" for split, count in summary["splits"].items())
     factors = "\n".join(
-        f"| {name} | `{json.dumps(factor['draw'])}` | {factor['levels'] or 'any'} |" for name, factor in summary["factors"].items()
+        f"| {name} | `{json.dumps(factor['draw'])}` | {factor['levels'] or 'any'} |"
+        for name, factor in summary["factors"].items()
     )
     failures = summary["failures"]
-    left_out = f"\n{counted(len(failures), 'index')} left out: see `failures` in `dataset.json`.\n" if failures else ""
+    left_out = (
+        f"\n{counted(len(failures), 'index')} left out: see `failures` in `dataset.json`.\n" if failures else ""
+    )
     front = textwrap.dedent(
         f"""\
         ---
@@ -80,8 +85,8 @@ def _card(name: str, summary: Mapping[str, Any]) -> str:
     return f"""{front}
 # {name}
 
-{counted(total, 'picture')} with exact labels, made by {summary['software']} from the template in `dataset.json`, with the
-seed {summary['seed']}. The same version makes the very same bytes again.
+{counted(total, "picture")} with exact labels, made by {summary["software"]} from the template in `dataset.json`,
+with the seed {summary["seed"]}. The same version makes the very same bytes again.
 
 ![25 samples]({_SHEET})
 
@@ -91,7 +96,7 @@ seed {summary['seed']}. The same version makes the very same bytes again.
 {left_out}
 ## Factors
 
-Design: `{summary['design']}`.
+Design: `{summary["design"]}`.
 
 | factor | draw | levels |
 | --- | --- | --- |

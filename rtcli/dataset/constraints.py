@@ -69,23 +69,22 @@ def _apart(requirement: Apart, candidate: Placed, around: Surroundings) -> str:
     near = (
         other.label
         for other in around.others
-        if other.body is not None and not _are_apart(candidate, other, requirement.margin)
+        if other.body is not None and not _are_apart(candidate.body, other.body, requirement.margin)
     )
     first = next(near, None)
     return "" if first is None else f"{candidate.label} and {first}"
 
 
-def _are_apart(one: Placed, other: Placed, margin: float) -> bool:
-    assert one.body is not None and other.body is not None
-    distance = one.body.distance(other.body)
+def _are_apart(one: Body, other: Body, margin: float) -> bool:
+    distance = one.distance(other)
     return distance > 0 and distance >= margin
 
 
 def _in_view(requirement: InView, candidate: Placed, around: Surroundings) -> str:
     """Refuse an object that reaches out of the picture.
 
-    In camera space, the rays through a column of the picture span a plane through the eye; a convex object is on one
-    side of it if its farthest point in the direction of the plane's normal is.
+    The rays through a column of the picture span a plane through the eye; a convex object is on one side of it if
+    its farthest point in the direction of the plane's normal is.
     """
     if candidate.body is None:
         return ""
@@ -98,15 +97,14 @@ def _in_view(requirement: InView, candidate: Placed, around: Surroundings) -> st
 
 
 def _borders(frame: CameraFrame, margin: float) -> list[Vector]:
-    """Return the outward normals of the planes through the eye and the borders of the picture, and one behind it."""
+    """Return the outward normals of the planes through the eye and the borders of the picture, and one behind."""
     (focal_x, focal_y), (center_x, center_y) = frame.focal_lengths, frame.principal_point
     left, right = (margin - center_x) / focal_x, (frame.width - margin - center_x) / focal_x
     top, bottom = (center_y - margin) / focal_y, (center_y - frame.height + margin) / focal_y
 
     def normal(right: float, up: float, forward: float) -> Vector:
         x, y, z = (
-            right * r + up * u + forward * f
-            for r, u, f in zip(frame.right, frame.up, frame.forward, strict=True)
+            right * r + up * u + forward * f for r, u, f in zip(frame.right, frame.up, frame.forward, strict=True)
         )
         return x, y, z
 

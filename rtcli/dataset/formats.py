@@ -1,7 +1,7 @@
 """The forms of a data set: which files hold its samples.
 
-To add one, add its class to `FORMATS`. A worker calls `add` for each sample of a piece and `close` after the last; then
-`finish_shard` and, once all shards are done, `finish_set` run in the main process.
+To add one, add its class to `FORMATS`. A worker calls `add` for each sample of a piece and `close` after the last;
+then `finish_shard` and, once all shards are done, `finish_set` run in the main process.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ class Files(Form):
 
     @classmethod
     def finish_set(cls, layout: Layout, split: str, labels: Iterable[dict[str, Any]]) -> None:
-        """Write `metadata.jsonl`, which Hugging Face's ImageFolder reads: the file and the factors of each sample."""
+        """Write `metadata.jsonl`, which Hugging Face's ImageFolder reads: file and factors of each sample."""
         with atomic_write(layout.folder / split / "metadata.jsonl") as file:
             for each in labels:
                 file.write(_as_json({"file_name": f"{_key(each['index'])}.png", **each["factors"]}))

@@ -63,7 +63,7 @@ def labels_of(sample: Sample, film: Film, split: str) -> dict[str, Any]:
 
 
 def _description(shape: Object) -> dict[str, Any]:
-    """Return the keys of an object as in a scene file, its linear color, and its extent along the axes of the world."""
+    """Return the keys of an object as in a scene file, its linear color, and its extent along the world's axes."""
     body = body_of(shape)
     return {
         **{key: value for key, value in as_data(shape).items() if key != "name"},

@@ -81,11 +81,11 @@ class Layout:
         return self.records / "parts"
 
     def record(self, shard: Shard) -> Path:
-        """The record of a shard: it exists once all files of the shard do."""
+        """Return the path of the record of a shard, which exists once all files of the shard do."""
         return self.records / f"{shard.key}.json"
 
     def labels(self, key: str) -> Path:
-        """The labels of a shard, a line of JSON for each sample."""
+        """Return the path of the labels of a shard, a line of JSON for each sample."""
         return self.records / f"{key}.jsonl"
 
     def is_done(self, shard: Shard) -> bool:

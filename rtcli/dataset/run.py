@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from rtcli.atomic import atomic_write
 from rtcli.batch.pool import Workers, results
@@ -58,14 +58,6 @@ class Run:
                 yield shard
 
 
-class Progress(NamedTuple):
-    """The samples that are done, of all of a run, and how many draws were refused so far."""
-
-    done: int
-    total: int
-    rejections: Counter[str]
-
-
 def prepare(run: Run) -> None:
     """Prepare the folder of a run.
 
@@ -90,29 +82,27 @@ def prepare(run: Run) -> None:
         file.write(json.dumps(identity, indent=2).encode() + b"\n")
 
 
-def make(run: Run, workers: Workers) -> Iterator[Progress]:
-    """Make the shards that are missing, and yield the progress after each piece."""
+def make(run: Run, workers: Workers) -> Iterator[tuple[int, int]]:
+    """Make the shards that are missing, and yield the samples done, and of all, after each piece."""
     total = done = 0
     for shard in run.shards():
         total += shard.stop - shard.start
         done += (shard.stop - shard.start) if run.layout.is_done(shard) else 0
     waiting: dict[str, list[tuple[Piece, PieceResult]]] = {}
-    rejections = Counter[str]()
-    yield Progress(done, total, rejections)
+    yield done, total
     for result in results(workers, make_piece, _tasks(run)):
         if result is None:
             continue
         if result.error is not None:
             raise result.error
         task, made = result.task, result.value
-        rejections.update(made.rejections)
         shard = task.piece.shard
         finished = waiting.setdefault(shard.key, [])
         finished.append((task.piece, made))
         if len(finished) == sum(1 for _ in shard.pieces()):
             _finish_shard(run, shard, sorted(waiting.pop(shard.key), key=lambda item: item[0].start))
         done += task.piece.stop - task.piece.start
-        yield Progress(done, total, rejections)
+        yield done, total
 
 
 def _tasks(run: Run) -> Iterator[Task]:

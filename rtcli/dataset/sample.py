@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -34,7 +34,8 @@ if TYPE_CHECKING:
     from rtcli.rendering.film import Film
 
 
-class Sample(NamedTuple):
+@dataclass(frozen=True)
+class Sample:
     """A sample.
 
     Parameters
@@ -102,7 +103,9 @@ def needs_picture(template: Template) -> bool:
     return any(type(requirement) in PICTURE_CHECKS for requirement in template.dataset.require)
 
 
-def draw_sample(template: Template, index: int, film_of: Callable[[Scene], Film] | None) -> tuple[Sample, Rejections]:
+def draw_sample(
+    template: Template, index: int, film_of: Callable[[Scene], Film] | None
+) -> tuple[Sample, Rejections]:
     """Return the sample of an index, and what was drawn again for it.
 
     Parameters
@@ -124,7 +127,7 @@ def draw_sample(template: Template, index: int, film_of: Callable[[Scene], Film]
         film = None if film_of is None else film_of(sample.scene)
         refused = None if film is None else _refused_by_picture(template, sample, film)
         if refused is None:
-            return sample._replace(film=film), rejections
+            return replace(sample, film=film), rejections
         rejections.add(*refused)
     raise SampleError(rejections, template.dataset.tries)
 
@@ -218,10 +221,10 @@ class _Placement:
         return False
 
     def _candidate(self, slot: _Slot, attempt: int) -> Placed:
-        data = slot.group.data(self._context._replace(attempt=attempt, element=slot.element))
+        data = slot.group.data(replace(self._context, attempt=attempt, element=slot.element))
         if slot.name is not None:
             data["name"] = slot.name
-        shape: Object = SHAPES[data["type"]].model_validate(data)
+        shape: Any = SHAPES[data["type"]].model_validate(data)
         if slot.group.rest_on is not None:
             shape = self._at_rest(shape, slot.group.rest_on)
         return placed(slot.name or f"objects[{slot.number}]", slot.group.name, shape)

@@ -26,6 +26,7 @@ class SceneFileSchema(GenerateJsonSchema):
     """Pydantic's schema without null: a scene file omits the key instead."""
 
     def nullable_schema(self, schema: core_schema.NullableSchema) -> JsonSchemaValue:
+        """Describe a value that is not null."""
         return self.generate_inner(schema["schema"])
 
     def tuple_schema(self, schema: core_schema.TupleSchema) -> JsonSchemaValue:

@@ -89,7 +89,9 @@ class Dataset(_Block):
     """0 to 2^63 - 1: another seed gives other samples."""
     count: Annotated[Integer, Field(ge=1, le=10**8)] = Field(examples=[100000])
     """The number of samples, 1 to 100,000,000."""
-    splits: dict[_Name, Positive] = Field(default={"train": 1.0}, min_length=1, examples=[{"train": 0.9, "val": 0.1}])
+    splits: dict[_Name, Positive] = Field(
+        default={"train": 1.0}, min_length=1, examples=[{"train": 0.9, "val": 0.1}]
+    )
     """The share of each split, by index in blocks: the first split has the first indices."""
     factors: dict[_Name, dict[str, Any]] = Field(default={}, examples=[{"hue": {"linspace": [0, 0.9, 10]}}])
     """Named draws, recorded in the labels, which values use as `{factor: NAME}`."""

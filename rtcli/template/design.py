@@ -107,9 +107,9 @@ def _permuted(seed: int, place: int, total: int, round_: int) -> int:
 # --- The Sobol sequence -------------------------------------------------------------------------------------
 
 _BITS = 64
-# For each dimension after the first, the degree and the inner coefficients of its primitive polynomial, and the first
-# direction numbers: Joe and Kuo, Constructing Sobol sequences with better two-dimensional projections, SIAM J. Sci.
-# Comput. 30 (2008), new-joe-kuo-6.21201.
+# For each dimension after the first, the degree and the inner coefficients of its primitive polynomial, and the
+# first direction numbers: Joe and Kuo, Constructing Sobol sequences with better two-dimensional projections,
+# SIAM J. Sci. Comput. 30 (2008), new-joe-kuo-6.21201.
 _JOE_KUO: tuple[tuple[int, int, tuple[int, ...]], ...] = (
     (1, 0, (1,)),
     (2, 1, (1, 3)),

@@ -1,6 +1,7 @@
 """The draws of a template: what each kind takes, and how a random word becomes its value.
 
-To add a kind, add its model and an entry to `DRAWS`: reading, checks, designs and the JSON Schema use it from there.
+To add a kind, add its model and an entry to `DRAWS`: reading, checks, designs and the JSON Schema use it from
+there.
 """
 
 from __future__ import annotations
@@ -84,7 +85,9 @@ class Draw(BaseModel):
 
 def _ascending(low: float, high: float) -> None:
     if low > high:
-        raise PydanticCustomError("bad_range", "the range [{low}, {high}] ends before it starts", _texts(low, high))
+        raise PydanticCustomError(
+            "bad_range", "the range [{low}, {high}] ends before it starts", _texts(low, high)
+        )
 
 
 def _texts(low: float, high: float) -> dict[str, str]:
@@ -280,7 +283,9 @@ class Factor(Draw):
 class Linspace(Draw):
     """Levels at equal distances, given by their number."""
 
-    linspace: tuple[Number, Number, Annotated[Integer, Field(ge=1, le=MAX_LEVELS)]] = Field(examples=[[0, 0.9, 10]])
+    linspace: tuple[Number, Number, Annotated[Integer, Field(ge=1, le=MAX_LEVELS)]] = Field(
+        examples=[[0, 0.9, 10]]
+    )
     """The first level, the last, and their number."""
     is_for_factors = True
 

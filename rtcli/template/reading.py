@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typing
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
@@ -99,7 +99,8 @@ class Reader:
         kind = next((key for key in data if key in DRAWS), None)
         if (models and (kind is None or kind in fields)) or (not models and len(loc) == 1 and kind is None):
             values = {
-                key: self.value(inner, (*loc, key), tuple(models_in(fields.get(key)))) for key, inner in data.items()
+                key: self.value(inner, (*loc, key), tuple(models_in(fields.get(key))))
+                for key, inner in data.items()
             }
             if all(isinstance(value, Constant) for value in values.values()):
                 return Constant(data, loc)
@@ -112,7 +113,9 @@ class Reader:
         if kind is None:
             first = next(iter(data), "")
             message = f"{quoted(first)} is not a draw{did_you_mean(nearest(first, DRAWS))}"
-            self.refuse(rules.NOT_A_DRAW, loc, message, f"the draws are {', '.join(f'`{key}`' for key in DRAWS)}", HEAD)
+            self.refuse(
+                rules.NOT_A_DRAW, loc, message, f"the draws are {', '.join(f'`{key}`' for key in DRAWS)}", HEAD
+            )
             return refused
         draw = self.model(kind, data, loc)
         if draw is None or not self._is_allowed(draw, loc, is_factor):
@@ -125,6 +128,7 @@ class Reader:
         return Drawn(draw, loc, self.key(loc), parts, self.factors)
 
     def is_refused(self, loc: Loc) -> bool:
+        """Return whether there is a problem in the value at a location."""
         return any(refused[: len(loc)] == loc for refused in self.refused)
 
     def _is_allowed(self, draw: Draw, loc: Loc, is_factor: bool) -> bool:
@@ -199,31 +203,50 @@ _OF_MODEL: dict[str, Rule] = {
 }
 
 
-def _finding(
-    error: ErrorDetails, model: type[BaseModel], document: Document, around: Loc
-) -> tuple[Rule, Loc, str, str]:
-    """Return the rule, the location within the model's data, the message, and the part to mark of an error."""
-    loc, type_, value = error["loc"], error["type"], error["input"]
+class _Finding(NamedTuple):
+    """An error of a model as a problem: at a location within the model's data, at one of its parts."""
+
+    rule: Rule
+    loc: Loc
+    message: str
+    at: str = VALUE
+
+
+def _finding(error: ErrorDetails, model: type[BaseModel], document: Document, around: Loc) -> _Finding:
+    loc = error["loc"]
     if loc[:1] == ("require",) and len(loc) > 2:
         loc = (*loc[:2], *loc[3:])  # without the tag of the union
-    got = f"got {shown(value, document.written((*around, *loc)))}"
-    bound = next((key for key in _BOUNDS if key in error.get("ctx", {})), None)
+    got = f"got {shown(error['input'], document.written((*around, *loc)))}"
+    return _of_keys(error, loc, model) or _of_value(error, loc, got)
+
+
+def _of_keys(error: ErrorDetails, loc: Loc, model: type[BaseModel]) -> _Finding | None:
+    """Return the finding of an error in the keys of a mapping, or in the length of a list."""
+    type_, last = error["type"], loc[-1] if loc else ""
+    if type_ == "extra_forbidden":
+        hint = did_you_mean(nearest(str(last), model.model_fields if len(loc) == 1 else ()))
+        return _Finding(rules.UNKNOWN_KEY, loc, f"unknown key {quoted(str(last))}{hint}", KEY)
+    if type_ == "missing" and isinstance(last, str):
+        return _Finding(rules.MISSING_KEY, loc[:-1], f"missing key {quoted(last)}", HEAD)
+    if type_ == "too_long":
+        return _Finding(rules.WRONG_LENGTH, loc, "has too many values")
+    if type_ in ("missing", "too_short"):
+        return _Finding(rules.WRONG_LENGTH, loc[:-1] if type_ == "missing" else loc, "has too few values")
+    return None
+
+
+def _of_value(error: ErrorDetails, loc: Loc, got: str) -> _Finding:
+    """Return the finding of an error in a value."""
+    type_, context = error["type"], error.get("ctx", {})
+    bound = next((key for key in _BOUNDS if key in context), None)
     if type_ in _OF_MODEL:
-        return _OF_MODEL[type_], loc, error["msg"], VALUE
+        return _Finding(_OF_MODEL[type_], loc, error["msg"])
     if type_ in _MUST:
         rule, words = _MUST[type_]
-        return rule, loc, f"must be {words}, {got}", VALUE
-    if type_ == "extra_forbidden":
-        known = list(model.model_fields) if len(loc) == 1 else []
-        return rules.UNKNOWN_KEY, loc, f"unknown key {quoted(str(loc[-1]))}{did_you_mean(nearest(str(loc[-1]), known))}", KEY
-    if type_ == "missing" and isinstance(loc[-1], str):
-        return rules.MISSING_KEY, loc[:-1], f"missing key {quoted(loc[-1])}", HEAD
-    if type_ in ("missing", "too_long", "too_short"):
-        loc = loc[:-1] if type_ == "missing" else loc
-        return rules.WRONG_LENGTH, loc, "has too few values" if type_ != "too_long" else "has too many values", VALUE
+        return _Finding(rule, loc, f"must be {words}, {got}")
     if bound is not None:
-        return rules.OUT_OF_RANGE, loc, f"must be {_BOUNDS[bound]} {error['ctx'][bound]:g}, {got}", VALUE
+        return _Finding(rules.OUT_OF_RANGE, loc, f"must be {_BOUNDS[bound]} {context[bound]:g}, {got}")
     if type_ == "literal_error":
-        expected = error["ctx"]["expected"].replace("'", "`")
-        return rules.NOT_A_CHOICE, loc, f"must be {expected}, {got}", VALUE
-    return rules.EMPTY_TEXT, tuple(step for step in loc if step != "[key]"), error["msg"], VALUE
+        expected = context["expected"].replace("'", "`")
+        return _Finding(rules.NOT_A_CHOICE, loc, f"must be {expected}, {got}")
+    return _Finding(rules.EMPTY_TEXT, tuple(step for step in loc if step != "[key]"), "must not be empty")

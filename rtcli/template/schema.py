@@ -18,6 +18,8 @@ from rtcli.template.template import ONE_OF, WEIGHT, GroupKeys
 
 # Keys of objects and of scenes that cannot be drawn.
 _FIXED = {"type", "name", "version"}
+# What a schema tells about a value beside the values it allows.
+_ABOUT = ("title", "description", "default", "examples")
 _DRAW = {"$ref": "#/$defs/Draw"}
 
 
@@ -77,7 +79,7 @@ def _drawable(schema: dict[str, Any], definitions: Mapping[str, Any]) -> dict[st
     """Return the schema of a value, or of a draw in its place or within it."""
     if _is_part(schema, definitions):
         return schema
-    about = {key: schema[key] for key in ("title", "description", "default", "examples") if key in schema}
+    about: dict[str, Any] = {key: schema[key] for key in _ABOUT if key in schema}
     value = {key: inner for key, inner in schema.items() if key not in about}
     items = value.get("items")
     if isinstance(items, dict):

@@ -207,7 +207,9 @@ def _group(reader: Reader, item: Any, loc: Loc) -> Group | None:
     keys = reader.model(GroupKeys, item, loc)
     if keys is None:
         return None
-    forms = [(loc, {})] if keys.one_of is None else [((*loc, ONE_OF, n), form) for n, form in enumerate(keys.one_of)]
+    forms = (
+        [(loc, {})] if keys.one_of is None else [((*loc, ONE_OF, n), form) for n, form in enumerate(keys.one_of)]
+    )
     own = {key: value for key, value in item.items() if key not in GroupKeys.model_fields}
     shared = _values(reader, own, loc)
     alternatives = []
@@ -226,7 +228,12 @@ def _group(reader: Reader, item: Any, loc: Loc) -> Group | None:
         if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= MAX_REPEAT:
             reader.refuse(rules.OUT_OF_RANGE, sources[()], f"must be an integer from 0 to {MAX_REPEAT:,}")
     return Group(
-        name if isinstance(name, str) else None, loc, repeat, keys.rest_on, alternatives, reader.key((*loc, ONE_OF))
+        name if isinstance(name, str) else None,
+        loc,
+        repeat,
+        keys.rest_on,
+        alternatives,
+        reader.key((*loc, ONE_OF)),
     )
 
 
@@ -267,7 +274,7 @@ def _check_names(reader: Reader, dataset: Dataset, groups: Sequence[Group]) -> N
 def _check_design(reader: Reader, dataset: Dataset) -> None:
     """Check that a design over levels has factors with levels."""
     if dataset.design in ("grid", "balanced"):
-        for name, factor in reader.factors.items():
+        for factor in reader.factors.values():
             if factor.draw.count() is None:
                 message = f"has no equally frequent levels, which the design `{dataset.design}` needs"
                 reader.refuse(rules.NO_LEVELS, factor.loc, message)
@@ -300,7 +307,9 @@ class _ExampleScene(Document):
         return self._template.problem(rule, self._in_template(loc), message, help=help, at=at)
 
 
-def _check_scenes(reader: Reader, document: Document, sections: Mapping[str, Value], groups: Sequence[Group]) -> None:
+def _check_scenes(
+    reader: Reader, document: Document, sections: Mapping[str, Value], groups: Sequence[Group]
+) -> None:
     """Check scenes in which each draw has each of its extremes, and each group each of its forms."""
     first = [(group, group.alternatives[0]) for group in groups]
     more = [(group, form) for group in groups for form in group.alternatives[1:]]

@@ -12,7 +12,8 @@ from rtcli.template.draws import Draw, Factor
 from rtcli.tracer._native import draw_word
 
 
-class Context(NamedTuple):
+@dataclass(frozen=True)
+class Context:
     """What draws depend on beside their seed and path.
 
     Parameters
@@ -157,18 +158,17 @@ class Drawn:
             return [Example(value, {(): (*self.loc, *loc)}) for loc, value in self.draw.extremes().items()]
         if self.draw.count() is not None or hasattr(self.draw, "weights"):
             return [example for part in self.parts.values() for example in part.examples()]
-        source = {(): (*self.loc, next(iter(type(self.draw).model_fields)))}
+        source: dict[Loc, Loc] = {(): (*self.loc, next(iter(type(self.draw).model_fields)))}
         return [
-            Example(self.draw.value(0, parts.value.__getitem__), source)
-            for parts in joined(self.parts, self.loc)
+            Example(self.draw.value(0, parts.value.__getitem__), source) for parts in joined(self.parts, self.loc)
         ]
 
 
 def joined(values: Mapping[Any, Value], loc: Loc) -> list[Example]:
     """Return mappings in which each example of each value occurs.
 
-    They go through the examples of all values side by side, and then shifted against each other: two equal draws are
-    not equal in every mapping.
+    They go through the examples of all values side by side, and then shifted against each other: two equal draws
+    are not equal in every mapping.
     """
     examples = {key: value.examples() for key, value in values.items()}
     count = max(map(len, examples.values()), default=1)

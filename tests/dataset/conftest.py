@@ -3,10 +3,11 @@
 import functools
 
 import pytest
-from templates import TEXT
+from template_texts import TEXT
 
 from rtcli.dataset.sample import draw_sample, film_of, ids_of
 from rtcli.template.template import parse_template
+
 
 def parsed(text):
     """Return a template from its text."""

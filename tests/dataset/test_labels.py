@@ -75,7 +75,9 @@ def test_extent_is_the_size_along_the_axes_of_the_world(labels):
                 assert row["extent"] == pytest.approx([2 * row["radius"]] * 3)
             elif row["type"] == "box":
                 turned = abs(np.cos(np.radians(row["rotation"]))) + abs(np.sin(np.radians(row["rotation"])))
-                assert row["extent"] == pytest.approx([row["size"][0] * turned, row["size"][1], row["size"][2] * turned])
+                assert row["extent"] == pytest.approx(
+                    [row["size"][0] * turned, row["size"][1], row["size"][2] * turned]
+                )
             else:
                 assert row["extent"] is None
 

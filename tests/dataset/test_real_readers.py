@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from PIL import Image
-from templates import TEXT
+from template_texts import TEXT
 
 from rtcli.batch.pool import LocalWorkers
 from rtcli.dataset.plan import Layout, Settings
@@ -59,9 +59,7 @@ def test_pycocotools_finds_the_set_in_itself(folder):
     evaluation = pytest.importorskip("pycocotools.cocoeval")
     truth = coco_module.COCO(str(folder / "annotations" / "instances_train.json"))
     keys = ("image_id", "category_id", "segmentation")
-    found = [
-        {**{key: each[key] for key in keys}, "score": 1.0} for each in truth.dataset["annotations"]
-    ]
+    found = [{**{key: each[key] for key in keys}, "score": 1.0} for each in truth.dataset["annotations"]]
     judged = evaluation.COCOeval(truth, truth.loadRes(found), "segm")
     judged.evaluate()
     judged.accumulate()

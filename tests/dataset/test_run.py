@@ -4,7 +4,7 @@ import random
 import shutil
 
 import pytest
-from templates import TEXT
+from template_texts import TEXT
 
 from rtcli.batch.pool import LocalWorkers, Workers
 from rtcli.dataset.formats import FORMATS, Piece
@@ -44,7 +44,16 @@ def small():
 
 def run_of(template, folder, **changes):
     settings = Settings(FORMS, ("depth", "object_id"))
-    return Run(**{"template": template, "settings": settings, "layout": Layout(folder), "start": 0, "stop": 150, **changes})
+    return Run(
+        **{
+            "template": template,
+            "settings": settings,
+            "layout": Layout(folder),
+            "start": 0,
+            "stop": 150,
+            **changes,
+        }
+    )
 
 
 def made(run, workers=None):
@@ -177,7 +186,9 @@ def test_unfinished_files_are_removed(finished):
 
 def test_index_without_a_sample_is_left_out_and_listed(tmp_path):
     text = TEXT.replace("[48, 32]", "[12, 8]").replace("count: 2500", "count: 10\n  tries: 3")
-    template = parse_template(text.replace("margin: 2}", "margin: 0}").replace("pixels: 10", "pixels: 1").encode(), "t.yaml")
+    template = parse_template(
+        text.replace("margin: 2}", "margin: 0}").replace("pixels: 10", "pixels: 1").encode(), "t.yaml"
+    )
     run = run_of(template, tmp_path, stop=10)
     made(run)
     described = json.loads((tmp_path / "dataset.json").read_text())
@@ -192,7 +203,9 @@ def test_each_form_is_made_by_itself(small, finished, tmp_path):
         folder = tmp_path / name
         settings = Settings((name,), ("depth", "object_id"))
         found = made(run_of(small, folder, settings=settings))
-        common = {path: value for path, value in found.items() if path in finished[1] and path[0] != "." and "/" in path}
+        common = {
+            path: value for path, value in found.items() if path in finished[1] and path[0] != "." and "/" in path
+        }
         assert common.items() <= finished[1].items()
 
 

@@ -3,7 +3,7 @@ import math
 
 import numpy as np
 import pytest
-from templates import TEXT
+from template_texts import TEXT
 
 import rtcli
 from rtcli.dataset.sample import SampleError, draw_sample, ids_of, sample_text
@@ -75,7 +75,9 @@ def test_text_of_a_sample_reads_back_equal(template, samples):
 
 def test_objects_that_never_fit_are_reported_with_the_constraint(sample_with):
     crowded = TEXT.replace("margin: 0.25", "margin: 9").replace("require:", "tries: 5\n  require:")
-    with pytest.raises(SampleError, match=r"^apart: things\[1\] and things\[0\], 5 tries \(apart refused 25 draws\)"):
+    with pytest.raises(
+        SampleError, match=r"^apart: things\[1\] and things\[0\], 5 tries \(apart refused 25 draws\)"
+    ):
         sample_with(crowded)
 
 

@@ -3,13 +3,14 @@
 `tests/data/template/` holds wrong files, each beside its exact report.
 """
 
+import contextlib
 from pathlib import Path
 
 import expectations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from templates import TEXT
+from template_texts import TEXT
 
 from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import SceneError
@@ -44,7 +45,5 @@ def test_values_that_fit_each_other_in_some_samples_are_valid():
 
 @given(st.integers(0, len(TEXT) - 1), st.sampled_from(["", "x", "9", "{", "]", ": ", "\n", "-1"]))
 def test_broken_template_is_reported_or_valid_but_never_crashes(place, text):
-    try:
+    with contextlib.suppress(SceneError):
         parse_template((TEXT[:place] + text + TEXT[place + 1 :]).encode(), "t.yaml")
-    except SceneError as error:
-        assert error.problems

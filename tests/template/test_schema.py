@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 import yaml
 from jsonschema import Draft7Validator
-from templates import TEXT
+from template_texts import TEXT
 
 from rtcli.template.schema import schema_text, template_schema
 

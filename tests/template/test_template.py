@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import pytest
 
 import rtcli
@@ -32,7 +34,7 @@ def drawn(text, index=0, attempt=0):
     found = template(text)
     context = Context(index, found.factors_at(index), attempt)
     objects = {
-        name: group.data(context._replace(element=element))
+        name: group.data(replace(context, element=element))
         for group in found.groups
         for element, name in enumerate(group.names(index, context.factors))
     }
@@ -45,7 +47,7 @@ def test_scene_is_no_template():
 
 
 def test_template_is_no_scene():
-    with pytest.raises(rtcli.SceneError, match="rtcli sample|template, not a scene"):
+    with pytest.raises(rtcli.SceneError, match="this is a template, not a scene"):
         rtcli.parse_scene(HEAD + THINGS)
 
 

@@ -65,7 +65,9 @@ def _parse_part(text: str) -> tuple[int, int]:
     show_default=True,
     help=f"Set the forms: {', '.join(FORMATS)}.",
 )
-@click.option("--passes", type=parse_passes, metavar="A,B", default=(), help="Also write passes, such as depth; or all.")
+@click.option(
+    "--passes", type=parse_passes, metavar="A,B", default=(), help="Also write passes, such as depth; or all."
+)
 @click.option("--count", type=WholeNumber(1), metavar="N", help="Make N samples instead of all.")
 @click.option("--start", type=WholeNumber(0), metavar="I", default=0, help="Start at index I.")
 @click.option("--shard", "part", type=_parse_part, metavar="K/N", help="Make the K-th of N equal parts.")
@@ -79,33 +81,42 @@ def command(template: str, output: str | None, is_merge: bool, dry_run: bool, qu
     Samples are made in shards of 1,000. A run that was stopped continues with the shards that are missing.
     """
     if is_merge:
-        if output is not None or dry_run:
-            raise click.UsageError("--merge takes the folder of a data set alone")
-        return _report(merge(Path(template)), Path(template), quiet)
+        return _merge(template, output, dry_run, quiet)
     if STDIO in (template, output):
         raise click.UsageError("standard input and output cannot be used with dataset; name a file and a folder")
     parsed = parse_template(read_file(template), template)
     start, stop = _indices(parsed, options["start"], options["count"])
     if dry_run:
-        return _try_out(parsed, start, stop, options["passes"], quiet)
+        return _try_out(parsed, (start, stop), options["passes"], quiet)
     if output is None:
         raise click.UsageError("name the folder of the data set: -o DIR")
     settings = Settings(options["formats"], options["passes"])
-    run = Run(parsed, settings, Layout(Path(output)), start, stop, options["part"] or (1, 1))
-    try:
-        prepare(run)
-    except OtherDatasetError as error:
-        raise click.UsageError(str(error)) from error
-    jobs = options["jobs"] or default_threads()
-    with contextlib.closing(LocalWorkers(jobs)) as workers, progress("samples", quiet, "samples") as advance:
-        for state in make(run, workers):
-            if state.total:
-                advance(state.done, state.total)
-    if options["part"] is None:
+    part = options["part"]
+    run = Run(parsed, settings, Layout(Path(output)), start, stop, part or (1, 1))
+    _make(run, options["jobs"] or default_threads(), quiet)
+    if part is None:
         return _report(merge(run.layout.folder), run.layout.folder, quiet)
     if not quiet:
         report_line(f"next, after all parts: rtcli dataset {printable(output)} --merge")
     return 0
+
+
+def _merge(folder: str, output: str | None, dry_run: bool, quiet: bool) -> int:
+    if output is not None or dry_run:
+        raise click.UsageError("--merge takes the folder of a data set alone")
+    return _report(merge(Path(folder)), Path(folder), quiet)
+
+
+def _make(run: Run, jobs: int, quiet: bool) -> None:
+    """Make the shards of a run, and show the progress."""
+    try:
+        prepare(run)
+    except OtherDatasetError as error:
+        raise click.UsageError(str(error)) from error
+    with contextlib.closing(LocalWorkers(jobs)) as workers, progress("samples", quiet, "samples") as advance:
+        for done, total in make(run, workers):
+            if total:
+                advance(done, total)
 
 
 def _indices(template: Template, start: int, count: int | None) -> tuple[int, int]:
@@ -130,9 +141,9 @@ def _report(summary: dict[str, Any], folder: Path, quiet: bool) -> int:
     return INVALID if failures else 0
 
 
-def _try_out(template: Template, start: int, stop: int, passes: tuple[str, ...], quiet: bool) -> int:
+def _try_out(template: Template, indices: tuple[int, int], passes: tuple[str, ...], quiet: bool) -> int:
     with progress("draws", quiet, "samples") as advance:
-        trial = try_out(template, start, stop, passes, advance)
+        trial = try_out(template, *indices, passes, advance)
     for line in _lines(trial):
         click.echo(line)
     return INVALID if trial.failures else 0

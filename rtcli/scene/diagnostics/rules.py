@@ -1,7 +1,7 @@
 """The rules of scene files: each has a code that never changes its meaning, and a remedy.
 
-Codes are grouped: E0 the text, E1 its structure, E2 single values, E3 values that must fit each other, E4 templates; W
-warnings, which leave a scene valid. `docs/diagnostics.md` is generated from this table.
+Codes are grouped: E0 the text, E1 its structure, E2 single values, E3 values that must fit each other, E4
+templates; W warnings, which leave a scene valid. `docs/diagnostics.md` is generated from this table.
 """
 
 from __future__ import annotations

@@ -1,0 +1,104 @@
+import json
+
+import pytest
+from template_texts import TEXT
+
+SMALL = TEXT.replace("[48, 32]", "[12, 8]").replace("pixels: 10", "pixels: 1").replace("margin: 2}", "margin: 0}")
+
+
+@pytest.fixture
+def template(folder):
+    (folder / "t.yaml").write_text(SMALL.replace("count: 2500", "count: 20"))
+    return "t.yaml"
+
+
+def test_data_set_is_written_and_reported(run, template, folder):
+    result = run("dataset", template, "-o", "set", "--jobs", "2")
+    assert result.exit_code == 0, result.stderr
+    assert "samples: 100 % (20 of 20 samples" in result.stderr
+    assert result.stderr.endswith("set: train 16, test 4; 0 left out\n")
+    assert sorted(path.name for path in (folder / "set").iterdir() if path.name[0] != ".") == [
+        "README.md",
+        "contact-sheet.png",
+        "dataset.json",
+        "test",
+        "train",
+    ]
+
+
+def test_count_and_start_choose_indices(run, template, folder):
+    assert (
+        run("dataset", template, "-o", "set", "--start", "14", "--count", "4", "--jobs", "1", "-q").exit_code == 0
+    )
+    names = sorted(path.relative_to(folder / "set").as_posix() for path in (folder / "set").glob("t*/*.png"))
+    assert names == ["test/00000016.png", "test/00000017.png", "train/00000014.png", "train/00000015.png"]
+
+
+def test_parts_are_merged(run, template, folder):
+    for part in ("1/2", "2/2"):
+        result = run("dataset", template, "-o", "set", "--shard", part, "--jobs", "1")
+        assert result.exit_code == 0
+        assert "rtcli dataset set --merge" in result.stderr
+        assert not (folder / "set" / "dataset.json").exists()
+    assert run("dataset", "set", "--merge").exit_code == 0
+    assert json.loads((folder / "set" / "dataset.json").read_text())["splits"] == {"train": 16, "test": 4}
+
+
+def test_forms_stand_side_by_side(run, template, folder):
+    options = ("--to", "webdataset,coco,files", "--passes", "depth", "--jobs", "1", "-q")
+    assert run("dataset", template, "-o", "set", *options).exit_code == 0
+    assert (folder / "set" / "train-000000.tar").exists()
+    assert (folder / "set" / "annotations" / "instances_test.json").exists()
+    assert (folder / "set" / "train" / "00000003.depth.png").exists()
+    assert json.loads((folder / "set" / "dataset.json").read_text())["formats"] == ["webdataset", "coco"]
+
+
+def test_index_without_a_sample_exits_with_1(run, folder):
+    (folder / "t.yaml").write_text(
+        SMALL.replace("margin: 0.25", "margin: 9").replace("count: 2500", "count: 3\n  tries: 2")
+    )
+    result = run("dataset", "t.yaml", "-o", "set", "--jobs", "1")
+    assert result.exit_code == 1
+    assert "Error: sample 0: apart: things[1] and things[0], 2 tries" in result.stderr
+    assert result.stderr.endswith("set: train 0, test 0; 3 left out\n")
+
+
+def test_dry_run_writes_nothing_and_tells_what_to_expect(run, template, folder):
+    result = run("dataset", template, "--dry-run", "-q")
+    assert result.exit_code == 0
+    assert result.stdout.startswith("samples: 20 of 20, ")
+    assert "refused by apart: " in result.stdout
+    assert "camera.fov: 35." in result.stdout
+    assert "dataset.factors.hue: 0 to 0.9" in result.stdout
+    assert result.stdout.rstrip().endswith("samples/s per core, without writing")
+    assert [path.name for path in folder.iterdir()] == ["t.yaml"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("t.yaml",), "name the folder of the data set: -o DIR"),
+        (("t.yaml", "-o", "set", "--to", "hdf"), "'hdf' is not a form; choose from files, webdataset, coco"),
+        (("t.yaml", "-o", "set", "--shard", "3/2"), "'3/2' is not a part such as 3/8"),
+        (("t.yaml", "-o", "set", "--count", "21"), "the template has 20 samples"),
+        (("t.yaml", "-o", "set", "--passes", "deep"), "'deep' is not a pass"),
+        (("-", "-o", "set"), "standard input and output cannot be used"),
+        (("set", "--merge", "-o", "other"), "--merge takes the folder of a data set alone"),
+    ],
+)
+def test_wrong_usage_exits_with_2(run, template, arguments, message):
+    result = run("dataset", *arguments)
+    assert result.exit_code == 2
+    assert message in result.stderr
+
+
+def test_folder_of_another_data_set_is_refused(run, template, folder):
+    assert run("dataset", template, "-o", "set", "--count", "1", "--jobs", "1", "-q").exit_code == 0
+    (folder / "t.yaml").write_text((folder / "t.yaml").read_text().replace("seed: 3", "seed: 4"))
+    result = run("dataset", template, "-o", "set")
+    assert result.exit_code == 2
+    assert "set holds a data set with another template: use another folder" in result.stderr
+
+
+def test_folder_without_a_data_set_cannot_be_merged(run, folder):
+    assert run("dataset", "missing", "--merge").exit_code == 3
