@@ -9,13 +9,14 @@ import difflib
 import json
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from click import Context
 from click.testing import CliRunner
 from import_picture import import_picture
+from pydantic import BaseModel
 from reader_table import reader_table
 
 import rtcli
@@ -23,11 +24,17 @@ from rtcli.cli import main
 from rtcli.scene.diagnostics.rules import RULES
 from rtcli.scene.gallery import caption, gallery
 from rtcli.scene.schema import scene_schema, schema_text
+from rtcli.scene.validation.meanings import as_yaml
+from rtcli.template.dataset import REQUIREMENTS, Dataset
+from rtcli.template.draws import DRAWS
+from rtcli.template.schema import schema_text as template_schema_text
+from rtcli.template.template import GroupKeys
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
 README = ROOT / "README.md"
 SCHEMA = ROOT / "schemas" / "scene.schema.json"
+TEMPLATE_SCHEMA = ROOT / "schemas" / "template.schema.json"
 READER_TABLE = ROOT / "tracer" / "reader" / "src" / "table.rs"
 SCENES = ROOT / "scenes"
 WRONG = DOCS / "wrong.yaml"
@@ -39,7 +46,7 @@ BENCHMARKS = ROOT / "benchmarks"
 if str(BENCHMARKS) not in sys.path:  # a folder of scripts, no package
     sys.path.append(str(BENCHMARKS))
 
-COMMANDS = ("render", "batch", "validate", "explain", "compare", "new", "schema", "doctor")
+COMMANDS = ("render", "batch", "validate", "sample", "dataset", "explain", "compare", "new", "schema", "doctor")
 
 _PART = re.compile(r"(<!-- begin (?P<name>[\w ]+) -->\n).*?(<!-- end (?P=name) -->)", re.DOTALL)
 
@@ -257,6 +264,7 @@ RULE_GROUPS = {
     "E1": "structure",
     "E2": "values",
     "E3": "values together",
+    "E4": "templates",
     "W0": "warnings",
 }
 
@@ -301,6 +309,35 @@ def scene_reference() -> str:
     schema = scene_schema()
     definitions = {**schema["$defs"], "Scene": schema}
     return "\n\n".join(_section(title, definitions[name]) for name, title in SECTIONS.items())
+
+
+def template_parts() -> dict[str, str]:
+    """Return the generated parts of the page on templates by name: tables of the block, constraints and draws."""
+    return {
+        "block": _table(_template_rows(Dataset)),
+        "constraints": _table(_kind_rows(REQUIREMENTS)),
+        "draws": _table(_kind_rows(DRAWS)),
+        "group": _table(_template_rows(GroupKeys)),
+    }
+
+
+def _table(rows: Iterable[tuple[str, ...]]) -> str:
+    lines = ["| key | example | meaning |", "| --- | --- | --- |"]
+    return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in rows)])
+
+
+def _template_rows(model: type[BaseModel]) -> Iterator[tuple[str, ...]]:
+    for key, field in model.model_fields.items():
+        value = field.examples[0] if field.examples else field.default
+        yield f"`{key}`", f"`{as_yaml(value)}`", _text(field.description or "")
+
+
+def _kind_rows(kinds: Mapping[str, type[BaseModel]]) -> Iterator[tuple[str, ...]]:
+    """Yield a row for each kind, with what the models say about it and its further keys."""
+    for key, model in kinds.items():
+        example = {name: field.examples[0] for name, field in model.model_fields.items() if field.examples}
+        keys = (f"`{name}`: {field.description}" for name, field in model.model_fields.items())
+        yield f"`{key}`", f"`{as_yaml(example)}`", _text(" ".join([model.__doc__ or "", *keys]))
 
 
 def _section(title: str, definition: dict[str, Any]) -> str:
@@ -368,6 +405,7 @@ PAGES: dict[Path, Callable[[], dict[str, str]]] = {
     DOCS / "explain.md": lambda: {"explain": story_of_a_pixel()},
     DOCS / "reference" / "commands.md": command_parts,
     DOCS / "reference" / "scene.md": lambda: {"reference": scene_reference()},
+    DOCS / "reference" / "templates.md": template_parts,
     DOCS / "explanation" / "speed.md": lambda: {"bars": bars()},
 }
 
@@ -375,6 +413,7 @@ PAGES: dict[Path, Callable[[], dict[str, str]]] = {
 def refresh() -> None:
     """Regenerate everything."""
     SCHEMA.write_text(schema_text(), encoding="utf-8")
+    TEMPLATE_SCHEMA.write_text(template_schema_text(), encoding="utf-8")
     if READER_TABLE.read_text(encoding="utf-8") != (table := reader_table()):  # a new file is compiled again
         READER_TABLE.write_text(table, encoding="utf-8")
     for page in PAGES:

@@ -86,15 +86,15 @@ def _example(key: str, field: FieldInfo, loc: Loc, data: Any) -> str:
     if not field.examples:
         return ""
     example = fitting_intensity(data, location(loc)[:-1]) if key == "intensity" else field.examples[0]
-    return f"`{key}: {_as_yaml(example)}`"
+    return f"`{key}: {as_yaml(example)}`"
 
 
-def _as_yaml(value: Any) -> str:
+def as_yaml(value: Any) -> str:
     """Return plain data as one line of YAML."""
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{key}: {_as_yaml(inner)}" for key, inner in value.items()) + "}"
+        return "{" + ", ".join(f"{key}: {as_yaml(inner)}" for key, inner in value.items()) + "}"
     if isinstance(value, list):
-        return "[" + ", ".join(map(_as_yaml, value)) + "]"
+        return "[" + ", ".join(map(as_yaml, value)) + "]"
     if isinstance(value, float):
         return _number_as_yaml(value)
     return value if isinstance(value, str) and value.isalpha() else json.dumps(value)
