@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from rtcli.dataset.sample import Sample, SampleError, draw_sample, film_of, ids_of, needs_picture
+from rtcli.dataset.sample import DatasetSample, SampleError, draw_sample, film_of, ids_of, needs_picture
 from rtcli.scene.reading.source import Loc
 from rtcli.scene.write import as_data
 from rtcli.template.draws import path_of
@@ -43,7 +43,7 @@ class Trial:
     ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
     rate: float = 0.0
 
-    def see(self, sample: Sample) -> None:
+    def see(self, sample: DatasetSample) -> None:
         """Count a sample."""
         self.samples += 1
         self.objects += len(sample.scene.objects)

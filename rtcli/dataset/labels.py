@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rtcli.dataset.constraints import body_of
-from rtcli.dataset.sample import Sample, film_of
+from rtcli.dataset.sample import DatasetSample, film_of
 from rtcli.rendering.film import Film
 from rtcli.scene.model import Object, Scene
 from rtcli.scene.write import as_data
@@ -21,7 +21,7 @@ Rle: TypeAlias = dict[str, Any]
 _AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-def labels_of(sample: Sample, film: Film, split: str) -> dict[str, Any]:
+def labels_of(sample: DatasetSample, film: Film, split: str) -> dict[str, Any]:
     """Return the labels of a sample, ready for JSON.
 
     Parameters

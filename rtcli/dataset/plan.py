@@ -98,7 +98,7 @@ class Layout:
 
 
 @dataclass(frozen=True)
-class Settings:
+class OutputSettings:
     """What decides the bytes of a data set beside its template.
 
     Parameters

@@ -14,7 +14,7 @@ from rtcli.atomic import atomic_write
 from rtcli.batch.pool import Workers, results
 from rtcli.dataset.card import write_card
 from rtcli.dataset.formats import FORMATS, Piece
-from rtcli.dataset.plan import Layout, Settings, Shard, shards_of
+from rtcli.dataset.plan import Layout, OutputSettings, Shard, shards_of
 from rtcli.dataset.worker import PieceResult, Task, make_piece
 from rtcli.template.template import Template, parse_template
 
@@ -44,7 +44,7 @@ class Run:
     """
 
     template: Template
-    settings: Settings
+    settings: OutputSettings
     layout: Layout
     start: int
     stop: int
@@ -157,7 +157,7 @@ def merge(folder: Path) -> dict[str, Any]:
     layout = Layout(folder)
     identity = json.loads((layout.records / _IDENTITY).read_bytes())
     template = parse_template(identity["template"].encode(), "template.yaml")
-    settings = Settings(tuple(identity["formats"]), tuple(identity["passes"]))
+    settings = OutputSettings(tuple(identity["formats"]), tuple(identity["passes"]))
     records = sorted(_records(layout), key=lambda record: int(record["start"]))
     for split in template.dataset.splits:
         keys = [record["key"] for record in records if record["split"] == split]

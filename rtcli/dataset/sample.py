@@ -27,7 +27,7 @@ from rtcli.scene.model import SHAPES, Camera, ImageSettings, Object, Scene
 from rtcli.scene.vectors import Vector, dot, unit
 from rtcli.scene.write import yaml_text
 from rtcli.template.dataset import Requirement
-from rtcli.template.template import Group, Template
+from rtcli.template.template import ObjectGroup, Template
 from rtcli.template.values import Context
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Sample:
+class DatasetSample:
     """A sample.
 
     Parameters
@@ -105,7 +105,7 @@ def needs_picture(template: Template) -> bool:
 
 def draw_sample(
     template: Template, index: int, film_of: Callable[[Scene], Film] | None
-) -> tuple[Sample, Rejections]:
+) -> tuple[DatasetSample, Rejections]:
     """Return the sample of an index, and what was drawn again for it.
 
     Parameters
@@ -132,7 +132,7 @@ def draw_sample(
     raise SampleError(rejections, template.dataset.tries)
 
 
-def _refused_by_picture(template: Template, sample: Sample, film: Film) -> tuple[str, str] | None:
+def _refused_by_picture(template: Template, sample: DatasetSample, film: Film) -> tuple[str, str] | None:
     """Return the constraint that refuses a picture and the object that does not meet it, or None."""
     rows = film.metadata["objects"]
     for requirement in template.dataset.require:
@@ -143,7 +143,7 @@ def _refused_by_picture(template: Template, sample: Sample, film: Film) -> tuple
     return None
 
 
-def _candidates(template: Template, index: int, rejections: Rejections) -> Iterator[Sample]:
+def _candidates(template: Template, index: int, rejections: Rejections) -> Iterator[DatasetSample]:
     """Yield samples that meet all constraints on objects, one for each try that succeeds."""
     tries, factors = template.dataset.tries, template.factors_at(index)
     for number in range(tries):
@@ -158,14 +158,14 @@ def _candidates(template: Template, index: int, rejections: Rejections) -> Itera
             details = error.errors(include_url=False)[0]
             rejections.add("scene", f"{'.'.join(map(str, details['loc']))} {details['msg']}")
             continue
-        yield Sample(index, scene, factors, [each.group for each in objects])
+        yield DatasetSample(index, scene, factors, [each.group for each in objects])
 
 
 class _Slot(NamedTuple):
     """The place of an object among all objects of a sample."""
 
     number: int
-    group: Group
+    group: ObjectGroup
     element: int
     name: str | None
 
@@ -194,7 +194,7 @@ class _Placement:
                 return None
         return [self._placed[slot.number] for slot in slots]
 
-    def _requirements(self, group: Group) -> list[Requirement]:
+    def _requirements(self, group: ObjectGroup) -> list[Requirement]:
         return [
             requirement
             for requirement in self._template.dataset.require

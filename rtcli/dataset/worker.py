@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from rtcli.dataset.formats import FORMATS, Piece
 from rtcli.dataset.labels import labels_of
-from rtcli.dataset.plan import Layout, Settings
+from rtcli.dataset.plan import Layout, OutputSettings
 from rtcli.dataset.sample import SampleError, draw_sample, film_of
 from rtcli.template.template import Template, parse_template
 
@@ -36,7 +36,7 @@ class Task(NamedTuple):
     raw: bytes
     folder: str
     piece: Piece
-    settings: Settings
+    settings: OutputSettings
 
 
 class PieceResult(NamedTuple):

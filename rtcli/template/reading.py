@@ -18,7 +18,7 @@ from rtcli.template.draws import DRAWS, Draw, Factor, Hsv, key_of
 from rtcli.template.values import Constant, Drawn, Items, Keys, Value
 
 
-class Reader:
+class TemplateReader:
     """Reads the values of a template, and collects the problems of its draws.
 
     Parameters

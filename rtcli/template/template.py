@@ -18,11 +18,11 @@ from rtcli.scene.validation.validate import order_in_file, validate
 from rtcli.template.dataset import Dataset
 from rtcli.template.design import factor_values
 from rtcli.template.draws import pick
-from rtcli.template.reading import Reader, items_of, models_in
+from rtcli.template.reading import TemplateReader, items_of, models_in
 from rtcli.template.values import Constant, Context, Drawn, Example, Keys, Value, joined
 from rtcli.tracer._native import draw_word
 
-# The keys of a group, beside those of an object; see `Group`.
+# The keys of a group, beside those of an object; see `ObjectGroup`.
 REPEAT, REST_ON, ONE_OF, WEIGHT = "repeat", "rest_on", "one_of", "weight"
 _DATASET, _OBJECTS, _NAME, _TYPE = "dataset", "objects", "name", "type"
 # The most objects of a group.
@@ -59,7 +59,7 @@ class Alternative:
 
 
 @dataclass(frozen=True)
-class Group:
+class ObjectGroup:
     """An item under `objects`: one object, or as many as `repeat` draws.
 
     Parameters
@@ -126,7 +126,7 @@ class Template:
     dataset: Dataset
     factors: Mapping[str, Drawn]
     sections: Mapping[str, Value]
-    groups: Sequence[Group]
+    groups: Sequence[ObjectGroup]
 
     @property
     def sha256(self) -> str:
@@ -171,7 +171,7 @@ def template_of(document: Document, raw: bytes) -> Template:
     data = document.data
     block = data[_DATASET]
     seed = block.get("seed") if isinstance(block, dict) else None
-    reader = Reader(document, seed if isinstance(seed, int) else 0)
+    reader = TemplateReader(document, seed if isinstance(seed, int) else 0)
     dataset = reader.model(Dataset, block, (_DATASET,))
     for name, factor in _mapping(_mapping(block).get("factors")).items():
         reader.factor(name, factor, (_DATASET, "factors", name))
@@ -199,7 +199,7 @@ def _mapping(value: Any) -> dict[str, Any]:
     return value if isinstance(value, dict) else {}
 
 
-def _group(reader: Reader, item: Any, loc: Loc) -> Group | None:
+def _group(reader: TemplateReader, item: Any, loc: Loc) -> ObjectGroup | None:
     """Return an item under `objects`; None if it is refused."""
     if not isinstance(item, dict):
         reader.refuse(rules.NOT_A_MAPPING, loc, "must be a mapping")
@@ -227,7 +227,7 @@ def _group(reader: Reader, item: Any, loc: Loc) -> Group | None:
     for value, sources in () if repeat is None or reader.is_refused((*loc, REPEAT)) else repeat.examples():
         if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= MAX_REPEAT:
             reader.refuse(rules.OUT_OF_RANGE, sources[()], f"must be an integer from 0 to {MAX_REPEAT:,}")
-    return Group(
+    return ObjectGroup(
         name if isinstance(name, str) else None,
         loc,
         repeat,
@@ -240,7 +240,7 @@ def _group(reader: Reader, item: Any, loc: Loc) -> Group | None:
 _SHAPE_MODELS = tuple(SHAPES.values())
 
 
-def _values(reader: Reader, data: Mapping[str, Any], loc: Loc) -> dict[str, Value]:
+def _values(reader: TemplateReader, data: Mapping[str, Any], loc: Loc) -> dict[str, Value]:
     """Return the values of the keys of an object."""
     values = reader.value({_TYPE: None, **data}, loc, _SHAPE_MODELS)
     inner = values.values if isinstance(values, Keys) else {key: Constant(data[key], (*loc, key)) for key in data}
@@ -250,7 +250,7 @@ def _values(reader: Reader, data: Mapping[str, Any], loc: Loc) -> dict[str, Valu
 # --- Checks -------------------------------------------------------------------------------------------------
 
 
-def _check_names(reader: Reader, dataset: Dataset, groups: Sequence[Group]) -> None:
+def _check_names(reader: TemplateReader, dataset: Dataset, groups: Sequence[ObjectGroup]) -> None:
     """Check that constraints and `rest_on` name what the template has."""
     names = [group.name for group in groups if group.name is not None]
     for number, requirement in enumerate(dataset.require):
@@ -271,7 +271,7 @@ def _check_names(reader: Reader, dataset: Dataset, groups: Sequence[Group]) -> N
             reader.refuse(rules.UNKNOWN_TARGET, (*group.loc, REST_ON), message, "give the `name` of a plane")
 
 
-def _check_design(reader: Reader, dataset: Dataset) -> None:
+def _check_design(reader: TemplateReader, dataset: Dataset) -> None:
     """Check that a design over levels has factors with levels."""
     if dataset.design in ("grid", "balanced"):
         for factor in reader.factors.values():
@@ -308,7 +308,7 @@ class _ExampleScene(Document):
 
 
 def _check_scenes(
-    reader: Reader, document: Document, sections: Mapping[str, Value], groups: Sequence[Group]
+    reader: TemplateReader, document: Document, sections: Mapping[str, Value], groups: Sequence[ObjectGroup]
 ) -> None:
     """Check scenes in which each draw has each of its extremes, and each group each of its forms."""
     first = [(group, group.alternatives[0]) for group in groups]

@@ -8,7 +8,7 @@ from PIL import Image
 from template_texts import TEXT
 
 from rtcli.batch.pool import LocalWorkers
-from rtcli.dataset.plan import Layout, Settings
+from rtcli.dataset.plan import Layout, OutputSettings
 from rtcli.dataset.run import Run, make, merge, prepare
 from rtcli.template.template import parse_template
 
@@ -21,7 +21,7 @@ def folder(tmp_path_factory):
     """A data set of 60 samples in the forms WebDataset and COCO."""
     folder = tmp_path_factory.mktemp("dataset")
     template = parse_template(TEXT.replace("count: 2500", "count: 60").encode(), "t.yaml")
-    run = Run(template, Settings(("webdataset", "coco"), ("object_id",)), Layout(folder), 0, 60)
+    run = Run(template, OutputSettings(("webdataset", "coco"), ("object_id",)), Layout(folder), 0, 60)
     prepare(run)
     workers = LocalWorkers(2)
     try:

@@ -8,7 +8,7 @@ from template_texts import TEXT
 
 from rtcli.batch.pool import LocalWorkers, Workers
 from rtcli.dataset.formats import FORMATS, Piece
-from rtcli.dataset.plan import Layout, Settings, shards_of
+from rtcli.dataset.plan import Layout, OutputSettings, shards_of
 from rtcli.dataset.run import OtherDatasetError, Run, make, merge, prepare
 from rtcli.dataset.worker import make_piece
 from rtcli.template.template import parse_template
@@ -43,7 +43,7 @@ def small():
 
 
 def run_of(template, folder, **changes):
-    settings = Settings(FORMS, ("depth", "object_id"))
+    settings = OutputSettings(FORMS, ("depth", "object_id"))
     return Run(
         **{
             "template": template,
@@ -150,7 +150,7 @@ def test_folder_of_another_data_set_is_refused(small, finished, template):
     with pytest.raises(OtherDatasetError, match="another template"):
         prepare(run_of(template, finished[0]))
     with pytest.raises(OtherDatasetError, match="another passes"):
-        prepare(run_of(small, finished[0], settings=Settings(FORMS, ())))
+        prepare(run_of(small, finished[0], settings=OutputSettings(FORMS, ())))
 
 
 def test_description_tells_how_the_set_came_about(small, finished):
@@ -201,7 +201,7 @@ def test_index_without_a_sample_is_left_out_and_listed(tmp_path):
 def test_each_form_is_made_by_itself(small, finished, tmp_path):
     for name in FORMATS:
         folder = tmp_path / name
-        settings = Settings((name,), ("depth", "object_id"))
+        settings = OutputSettings((name,), ("depth", "object_id"))
         found = made(run_of(small, folder, settings=settings))
         common = {
             path: value for path, value in found.items() if path in finished[1] and path[0] != "." and "/" in path

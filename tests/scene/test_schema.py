@@ -94,7 +94,8 @@ def test_schema_refuses_each_wrong_file_that_it_can(file):
 
 def test_there_is_a_wrong_file_for_each_rule_of_the_schema():
     found = {problem.code for file in INVALID for problem in problems_of(file.read_bytes(), file.name)}
-    assert {rule.code for rule in rules.RULES if rule.in_schema} - found == set()
+    of_scenes = {rule.code for rule in rules.RULES if rule.in_schema and not rule.code.startswith("E4")}
+    assert of_scenes - found == set()
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from rtcli.cli.options.types import WholeNumber, parse_passes
 from rtcli.cli.progress import progress
 from rtcli.dataset.dry_run import Trial, try_out
 from rtcli.dataset.formats import FORMATS
-from rtcli.dataset.plan import Layout, Settings
+from rtcli.dataset.plan import Layout, OutputSettings
 from rtcli.dataset.run import OtherDatasetError, Run, make, merge, prepare
 from rtcli.scene.diagnostics.quoting import counted, printable
 from rtcli.scene.files import read_file
@@ -90,7 +90,7 @@ def command(template: str, output: str | None, is_merge: bool, dry_run: bool, qu
         return _try_out(parsed, (start, stop), options["passes"], quiet)
     if output is None:
         raise click.UsageError("name the folder of the data set: -o DIR")
-    settings = Settings(options["formats"], options["passes"])
+    settings = OutputSettings(options["formats"], options["passes"])
     part = options["part"]
     run = Run(parsed, settings, Layout(Path(output)), start, stop, part or (1, 1))
     _make(run, options["jobs"] or default_threads(), quiet)

@@ -15,7 +15,7 @@ def test_codes_are_in_order():
 
 @pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.code)
 def test_rule_has_a_code_a_name_and_a_sentence(rule):
-    assert re.fullmatch(r"E[0-3]\d\d|W0\d\d", rule.code)
+    assert re.fullmatch(r"E[0-4]\d\d|W0\d\d", rule.code)
     assert re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", rule.name)
     assert rule.summary.endswith(".")
     assert not rule.remedy.endswith(".")

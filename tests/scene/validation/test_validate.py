@@ -52,7 +52,8 @@ def test_each_rule_has_a_wrong_file():
         with pytest.raises(SceneError) as refused:
             validate(parse_bytes(file.read_bytes(), file.name))
         found |= {problem.code for problem in refused.value.problems}
-    errors = {rule.code for rule in rules.RULES if rule.severity == "error"}
+    # Those of templates have theirs in tests/data/template/.
+    errors = {rule.code for rule in rules.RULES if rule.code[:2] in ("E0", "E1", "E2", "E3")}
     assert errors - found == TOO_LARGE_FOR_THE_CORPUS
 
 
