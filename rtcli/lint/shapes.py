@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
-from rtcli.lint.view import BEHIND, BESIDE, View, moved
+from rtcli.lint.view import BEHIND, BESIDE, View
 from rtcli.scene.model import Box, Object
-from rtcli.scene.vectors import Vector, cross, direction, dot, unit
+from rtcli.scene.vectors import Vector, cross, direction, dot, moved, unit
 
 # A point closer to a surface than this share of the coordinates and sizes, a few ulps, counts
 # as on it. It is twice the tracer's share, because the tracer takes it of a smaller sum.

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from rtcli.rendering.pack import camera_frame
 from rtcli.scene.model import Camera
-from rtcli.scene.vectors import Vector, direction, dot, scaled, unit
+from rtcli.scene.vectors import Vector, direction, dot, moved, scaled, unit
 
 # The regions out of the camera's sight: wholly behind it, or wholly outside the picture.
 BEHIND, BESIDE = "behind", "beside"
@@ -97,8 +97,3 @@ class View:
                 if side.lowest_light >= most:
                     return region
         return None
-
-
-def moved(point: Vector, vector: Vector, factor: float = 1.0) -> Vector:
-    """Return a point moved by a multiple of a vector."""
-    return point[0] + vector[0] * factor, point[1] + vector[1] * factor, point[2] + vector[2] * factor

@@ -1,6 +1,6 @@
 //! The oracle of the kernel's tests: shapes intersected in float64, by independent formulas.
 
-use crate::camera::half_tangent;
+use crate::camera::{Projection, half_tangent};
 use crate::shapes::Shapes;
 use crate::shapes::contact::{Contact, Side};
 use crate::shapes::cuboid::Cuboid;
@@ -9,7 +9,7 @@ use crate::shapes::points::{Points, ShadowRays};
 use crate::shapes::primitive::Primitive;
 use crate::shapes::sphere::Sphere;
 use crate::tile::hits::{FACE_BITS, HitBuffer, NO_FACE};
-use crate::tile::rays::Rays;
+use crate::tile::rays::{Ray, Rays};
 use crate::tile::{LANES, Lanes, SIDE, View};
 use crate::vector::{Vector, add, dot, length, scale, sub, to_f32};
 use crate::world::{
@@ -22,7 +22,13 @@ const EYE: Vector = [0.0; 3];
 impl View {
     /// Return a view of square pixels with the principal point in the middle.
     pub(crate) fn centered(width: u32, height: u32, half_pixel: f64) -> View {
-        View { width, height, half_pixel: (half_pixel, half_pixel), center: (0.0, 0.0) }
+        let projection = Projection::Perspective;
+        View { width, height, projection, half_pixel: (half_pixel, half_pixel), center: (0.0, 0.0) }
+    }
+
+    /// Return the same view with parallel rays.
+    pub(crate) fn parallel(width: u32, height: u32, half_pixel: f64) -> View {
+        View { projection: Projection::Orthographic, ..View::centered(width, height, half_pixel) }
     }
 }
 
@@ -32,6 +38,7 @@ impl Camera {
         Camera {
             width,
             height,
+            projection: Projection::Perspective,
             half_height: half_tangent(fov),
             pixel_aspect: 1.0,
             center: (0.0, 0.0),
@@ -123,9 +130,9 @@ impl OracleShape {
         }
     }
 
-    /// The parameter at which a ray from the eye first meets the surface.
-    pub(crate) fn depth(&self, direction: Vector) -> Option<f64> {
-        let (near, far) = self.span([0.0; 3], direction)?;
+    /// The parameter at which a ray first meets the surface.
+    pub(crate) fn depth(&self, ray: Ray) -> Option<f64> {
+        let (near, far) = self.span(ray.origin, ray.direction)?;
         [near, far].into_iter().find(|&t| t > 0.0)
     }
 
@@ -159,14 +166,15 @@ fn sphere_span(center: Vector, radius: f64, direction: Vector) -> Option<(f64, f
 }
 
 /// The ray of a lane, in float64.
-pub(crate) fn exact_ray(view: View, corner: (u32, u32), lane: usize) -> Vector {
+pub(crate) fn exact_ray(view: View, corner: (u32, u32), lane: usize) -> Ray {
     let x = f64::from(corner.0 + lane as u32 % SIDE) + 0.5;
     let y = f64::from(corner.1 + lane as u32 / SIDE) + 0.5;
-    [
-        (2.0 * x - f64::from(view.width)) * view.half_pixel.0 + view.center.0,
-        (f64::from(view.height) - 2.0 * y) * view.half_pixel.1 + view.center.1,
-        1.0,
-    ]
+    let x = (2.0 * x - f64::from(view.width)) * view.half_pixel.0 + view.center.0;
+    let y = (f64::from(view.height) - 2.0 * y) * view.half_pixel.1 + view.center.1;
+    match view.projection {
+        Projection::Perspective => Ray { origin: EYE, direction: [x, y, 1.0], start: 0.0 },
+        Projection::Orthographic => Ray { origin: [x, y, 0.0], direction: [0.0, 0.0, 1.0], start: 0.0 },
+    }
 }
 
 /// The rays through the pixel centres of a tile.
@@ -406,7 +414,8 @@ fn any_camera() -> impl Strategy<Value = Camera> {
             let position = add(scale(forward, -8.0), add(aside, scale(toward, 0.5)));
             let half_height = half_tangent(fov);
             let center = (x * half_height, y * half_height);
-            Camera { width, height, half_height, pixel_aspect, center, position, right, up, forward }
+            let projection = Projection::Perspective;
+            Camera { width, height, projection, half_height, pixel_aspect, center, position, right, up, forward }
         },
     )
 }

@@ -3,6 +3,7 @@
 use crate::accel::cone::Cone;
 use crate::accel::pyramid::{Footprint, Pyramid};
 use crate::accel::{Stack, Volume};
+use crate::camera::Projection;
 use crate::scene::{Light, Material, Scene};
 use crate::shapes::points::{Points, ShadowRays};
 use crate::shapes::primitive::Primitive;
@@ -55,7 +56,7 @@ impl Lighting {
         let object = face >> FACE_BITS;
         let Material { albedo, range_scale, .. } = scene.materials[object as usize];
         // The distance to the eye of an object that was moved toward it is the real one.
-        let falloff = settings.eye_falloff.then_some(scene.unit * range_scale);
+        let falloff = settings.eye_falloff.then_some((scene.projection, scene.unit * range_scale));
         if settings.ambient != [0.0; 3] {
             self.irradiance = [1.0; LANES];
             self.add_reflected(std::array::from_fn(|i| settings.ambient[i] * albedo[i]), falloff, radiance);
@@ -91,11 +92,16 @@ impl Lighting {
     /// Add the irradiance, times a weight for each channel; with the world's length of a unit, it falls off toward
     /// the eye.
     #[inline(always)]
-    fn add_reflected(&mut self, mut weight: Vector, falloff: Option<f64>, radiance: &mut [Lanes; 3]) {
-        if let Some(unit) = falloff {
+    fn add_reflected(
+        &mut self,
+        mut weight: Vector,
+        falloff: Option<(Projection, f64)>,
+        radiance: &mut [Lanes; 3],
+    ) {
+        if let Some((projection, unit)) = falloff {
             let magnitude = magnitude(weight);
             weight = scale(weight, 1.0 / f64::from(magnitude));
-            self.apply_eye_falloff(unit, magnitude);
+            self.apply_eye_falloff(projection, unit, magnitude);
         }
         for (channel, weight) in radiance.iter_mut().zip(weight.map(bounded)) {
             for lane in 0..self.points.padded() {
@@ -109,7 +115,7 @@ impl Lighting {
     fn irradiate(&mut self, light: &Light, scene: &Scene, face: u32) -> u64 {
         let object = face >> FACE_BITS;
         let (shape, contact) = (scene.shapes.get(object), light.contact(object));
-        if !shape.is_lit_from(contact, light.position) {
+        if !shape.is_lit_from(face, contact, light.position) {
             return 0;
         }
         let to_light = to_f32(sub(light.position, self.points.reference));
@@ -159,15 +165,19 @@ impl Lighting {
         }
     }
 
-    /// Divide by 4 pi t^2 (document, section 3.4), t the distance to the eye in the world's units; multiply by
-    /// `magnitude`.
+    /// Divide by 4 pi t^2 (document, section 3.4), t the distance to the eye in the world's units, along parallel rays
+    /// the depth; multiply by `magnitude`.
     #[inline(always)]
-    fn apply_eye_falloff(&mut self, unit: f64, magnitude: f32) {
+    fn apply_eye_falloff(&mut self, projection: Projection, unit: f64, magnitude: f32) {
         let eye = to_f32(self.points.reference.map(|component| -component));
         let (unit, per_sphere) = (bounded(unit), (0.25 / PI) as f32);
         for lane in 0..self.points.padded() {
             let p = self.points.toward(eye, lane);
-            let factor = unit / (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt();
+            let distance = match projection {
+                Projection::Perspective => (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt(),
+                Projection::Orthographic => p[2].abs(),
+            };
+            let factor = unit / distance;
             self.irradiance[lane] = self.irradiance[lane] * magnitude * factor * factor * per_sphere;
         }
     }

@@ -84,7 +84,7 @@ impl Tracer {
     #[pyo3(signature = (camera, objects, lights, settings, threads, /))]
     fn new(
         py: Python<'_>,
-        camera: PyCamera,
+        camera: PyCamera<'_>,
         objects: PyObjects<'_>,
         lights: PyLights<'_>,
         settings: PySettings,

@@ -13,7 +13,7 @@ proptest! {
         let mut hits = HitBuffer::new();
         wall.to_kernel().get(0).intersect(FACE, &rays_of(view, corner), &mut hits);
         for lane in 0..LANES {
-            let v = exact_ray(view, corner, lane);
+            let v = exact_ray(view, corner, lane).direction;
             let steep = dot(normal, v) / length(v);
             let t = f64::from(hits.t[lane]);
             if steep.abs() > 2e-6 {
@@ -36,7 +36,7 @@ proptest! {
             prop_assert!(length(cross(plane.normal, normal)) < 1e-15);
             for (i, &lane) in lanes.iter().enumerate() {
                 let point = point_of(&points, i);
-                let v = exact_ray(tile.0, tile.1, lane.into());
+                let v = exact_ray(tile.0, tile.1, lane.into()).direction;
                 let steep = dot(normal, v).abs() / length(v);
                 let local = length(sub(point, points.reference));
                 let off = wall.distance(point);
