@@ -34,8 +34,8 @@ from rtcli.tracer.reference import (
     PathToLight,
     Ray,
     Scenery,
+    distance_to_eye,
     irradiance_of,
-    length,
     path_to_light,
     seen_directly,
 )
@@ -97,7 +97,8 @@ def hit_step(point: SurfacePoint) -> HitStep:
         return HitStep("The nearest hit", "3.4", (), (), outcome, kind=BACKGROUND, object=None)
     name, shape = point.names[point.index], point.scenery.objects[point.index]
     notes = SHAPES[name.type]
-    seen = f"The eye sees {name.label} {notes.sides[shape.side(point.ray.offset)]}."
+    side = int(point.scenery.seen_sides(point.ray, point.hit)[0])
+    seen = f"The eye sees {name.label} {notes.sides[side]}."
     return HitStep(
         "The nearest hit",
         notes.section,
@@ -153,7 +154,7 @@ def _share(point: SurfacePoint, i: int) -> LightShare:
     scenery, source = point.scenery, point.scenery.light_sources[i]
     way = path_to_light(source, point.ray, point.hit)
     cosine = float(way.cosine[0])
-    same_side = bool(scenery.same_side(source, point.ray)[point.index])
+    same_side = bool(scenery.same_side(source, point.ray, point.hit)[0])
     faces = cosine > 0
     blockers = _occlusions(point, source, way) if faces and same_side else ()
     surface = SHAPES[point.names[point.index].type].surface
@@ -221,7 +222,7 @@ def radiance_step(point: SurfacePoint, radiance: Array, shares: Sequence[LightSh
         outcome = "The scene's background."
         return Step("The radiance", "3.4", ("radiance = background",), (total,), outcome)
     if point.source is not None:
-        r = float(length(point.source.position - point.ray.offset)[0])
+        r = float(distance_to_eye(point.source, point.ray)[0])
         seen = Number("L_i", triple(seen_directly(point.source, point.ray)), "the light that arrives at the eye")
         return Step(
             "The radiance",

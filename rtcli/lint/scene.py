@@ -21,7 +21,7 @@ from rtcli.scene.diagnostics.problems import quoted
 from rtcli.scene.diagnostics.rules import Rule
 from rtcli.scene.model import CarriedLight, Scene
 from rtcli.scene.reading.source import HEAD, VALUE, Loc
-from rtcli.scene.vectors import Vector
+from rtcli.scene.vectors import Vector, direction, dot, moved, unit
 
 # A surface counts as burnt out if it is this many times as bright as white.
 BURNT = 50.0
@@ -105,6 +105,7 @@ class SceneIndex:
         self.render = scene.render
         self.objects = scene.objects
         self.eye = scene.camera.eye
+        self.starts = {moved(self.eye, start) for start, _ in View(scene.camera, ()).corners}
         self.shapes = [shape_of(item) for item in scene.objects]
         self.solids = {i: solid for i, shape in enumerate(self.shapes) if (solid := shape.solid)}
         self.lights = [_Light(("lights", i), light.position, light, None) for i, light in enumerate(scene.lights)]
@@ -132,9 +133,15 @@ class SceneIndex:
 
     @cached_property
     def around_eye(self) -> set[int]:
-        """The indices of the solids that hold the camera, inside or on their surface."""
-        eye = self.eye
-        return {i for i, solid in self.solids.items() if solid.signed_distance(eye) <= solid.rounding(eye, eye)}
+        """The indices of the solids that hold the camera, inside or on their surface.
+
+        Of an orthographic camera, they hold all of the plane on which its rays start.
+        """
+        return {
+            i
+            for i, solid in self.solids.items()
+            if all(solid.signed_distance(eye) <= solid.rounding(eye, eye) for eye in self.starts)
+        }
 
     @cached_property
     def enclosures(self) -> Enclosures:
@@ -175,7 +182,7 @@ def _camera(scene: SceneIndex) -> Iterator[LintWarning]:
     around = sorted(scene.around_eye)
     for index in around[:most]:
         solid = scene.solids[index]
-        on_surface = solid.signed_distance(scene.eye) >= -solid.rounding(scene.eye, scene.eye)
+        on_surface = any(solid.signed_distance(eye) >= -solid.rounding(eye, eye) for eye in scene.starts)
         if not on_surface and not _is_room(scene, index, solid):
             message = f"the camera is inside {scene.named(index)}"
             yield LintWarning(rules.CAMERA_INSIDE, ("camera", "position"), message)
@@ -291,4 +298,6 @@ def _falloff(scene: SceneIndex, light: _Light) -> float:
     if not scene.render.eye_falloff:
         return 1.0
     distance = math.dist(scene.eye, light.position)
+    if scene.camera.projection == "orthographic":
+        distance = abs(dot(unit(scene.camera.view), direction(scene.eye, light.position)))
     return 1 / (4 * math.pi) / distance / distance if distance > 0 else 0.0

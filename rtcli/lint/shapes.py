@@ -222,14 +222,17 @@ class InfinitePlane(Shape):
     def misses(self, view: View) -> str | None:
         """Return `BEHIND` or `BESIDE` if no ray meets the plane and no light is behind it, else None.
 
-        t = n.(P0 - eye) / n.d (document, 2.2.2), so a ray d meets the plane if both have the same sign.
+        t = n.(P0 - o) / n.d (document, 2.2.2), so a ray from o along d meets the plane if both have the same sign.
         """
         offset = dot(self.normal, direction(view.eye, self.position))
-        if any(offset * dot(self.normal, corner) > 0 for corner in view.corners):
+        ways = [(offset - dot(self.normal, start), dot(self.normal, way)) for start, way in view.corners]
+        if any(height * along > 0 for height, along in ways):
+            return None
+        if min(ways)[0] < 0 < max(ways)[0]:  # it runs along parallel rays, through the midst of them
             return None
         if abs(offset) <= _ON_PLANE * max(map(abs, (*view.eye, *self.position))):
             # The eye is on the plane: what it sees may be on both sides, in the shadow of lights on the other.
-            is_clear = not view.lights or self._is_beside_all([*view.corners, *view.lights])
+            is_clear = not view.lights or self._is_beside_all([*(way for _, way in view.corners), *view.lights])
         else:
             # Everything in view is on the eye's side, and the lights must be, too.
             is_clear = all(self._is_on_side_of_eye(light, offset) for light in view.lights)

@@ -1,4 +1,4 @@
-"""What a camera can see, and what casts a shadow into it: the view as a pyramid between planes through the eye."""
+"""What a camera can see, and what casts a shadow into it: the view as a pyramid or a prism between planes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ BEHIND, BESIDE = "behind", "beside"
 
 
 class _Side(NamedTuple):
-    """A plane through the eye with the whole view on one side.
+    """A plane with the whole view on one side: through the eye, or beside an orthographic picture.
 
     Parameters
     ----------
@@ -25,15 +25,18 @@ class _Side(NamedTuple):
         `BEHIND` if what is beyond the plane is behind the camera, else `BESIDE`.
     lowest_light
         The smallest signed distance of a light from the plane, positive towards the view.
+    offset
+        The signed distance of the eye.
     """
 
     normal: Vector
     region: str
     lowest_light: float
+    offset: float
 
 
 class View:
-    """The pyramid of all that a camera can see.
+    """The pyramid of all that a camera can see, or the prism of an orthographic one.
 
     Parameters
     ----------
@@ -45,9 +48,9 @@ class View:
     Attributes
     ----------
     eye, forward
-        The apex of the pyramid and its axis, a unit vector.
+        The apex of the pyramid, or the middle of the prism's end, and its axis, a unit vector.
     corners
-        The directions of the picture's corners.
+        The rays through the picture's corners: where each starts, relative to the eye, and its direction.
     lights
         The vectors from the eye to the lights.
     """
@@ -58,19 +61,32 @@ class View:
         self.lights = [direction(self.eye, light) for light in lights]
         tall, (x, y) = frame.half_height, frame.center
         wide = tall * frame.pixel_aspect * frame.width / frame.height
-        self.corners = [
-            moved(moved(self.forward, right, across), up, above)
+        none = (0.0, 0.0, 0.0)
+        points = [
+            moved(scaled(right, across), up, above)
             for across in (x - wide, x + wide)
             for above in (y - tall, y + tall)
         ]
-        sides = [(self.forward, BEHIND)]
+        self.corners = [
+            (point, self.forward) if frame.is_orthographic else (none, moved(self.forward, point))
+            for point in points
+        ]
+        sides = [(self.forward, BEHIND, 0.0)]
         left, down = scaled(right, -1), scaled(up, -1)
-        # Inside a side are the points with axis.p + slope forward.p >= 0.
+        # Inside a side are the points with axis.p + slope forward.p >= 0, or axis.p + slope >= 0.
         for axis, slope in ((right, wide - x), (left, wide + x), (up, tall - y), (down, tall + y)):
-            sides.append((unit(moved(axis, self.forward, slope)), BESIDE))
+            if frame.is_orthographic:
+                sides.append((axis, BESIDE, slope))
+            else:
+                sides.append((unit(moved(axis, self.forward, slope)), BESIDE, 0.0))
         self._sides = [
-            _Side(normal, region, min((dot(normal, light) for light in self.lights), default=math.inf))
-            for normal, region in sides
+            _Side(
+                normal,
+                region,
+                min((dot(normal, light) + offset for light in self.lights), default=math.inf),
+                offset,
+            )
+            for normal, region, offset in sides
         ]
 
     def misses(self, centre: Vector, reach: Callable[[Vector], float]) -> str | None:
@@ -91,7 +107,7 @@ class View:
         to_centre = direction(self.eye, centre)
         region = None
         for side in self._sides:
-            most = dot(to_centre, side.normal) + reach(side.normal)
+            most = dot(to_centre, side.normal) + side.offset + reach(side.normal)
             if most <= 0:
                 region = region or side.region
                 if side.lowest_light >= most:

@@ -45,6 +45,7 @@ _NAME = 60
 _SYMBOLS = {
     "cos_theta": "cos(theta)",
     "c": "c_x, c_y",
+    "camera": "position",
     "d_n": "d . n",
     "factor": "2^EV",
     "focal": "f_x, f_y",

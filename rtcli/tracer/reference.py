@@ -451,7 +451,11 @@ class Sphere(Object):
         c = ray.to(self.position)
         b = dot(c, ray.direction)
         g = c - b * ray.direction
-        power = self._power(ray.offset) if ray.beside is None else (length(c) - self.radius) * (length(c) + self.radius)
+        power = (
+            self._power(ray.offset)
+            if ray.beside is None
+            else (length(c) - self.radius) * (length(c) + self.radius)
+        )
         discriminant = self.radius * self.radius - dot(g, g)
         q = b + np.copysign(np.sqrt(discriminant), b)  # NaN: missed, and no comparison holds
         return Quadratic(b, g, discriminant, power / q, q)
@@ -775,12 +779,14 @@ class Occluder:
 
 
 def seen_directly(source: LightSource, ray: Ray) -> Array:
-    """Return intensity * color / (4 pi r^2), r from the light to the rays' offset (section 3.4): (3, 1).
+    """Return intensity * color / (4 pi r^2), r from the light to the eye (section 3.4): (3, 1)."""
+    return source.light_at(distance_to_eye(source, ray)).rgb
 
-    Of parallel rays, r is the distance along them to the plane where they start.
-    """
+
+def distance_to_eye(source: LightSource, ray: Ray) -> Array:
+    """Return the distance from a light to the rays' offset, or along parallel rays to where they start: (1,)."""
     to_light = source.position - ray.offset
-    return source.light_at(length(to_light) if ray.beside is None else np.abs(dot(to_light, ray.direction[:, :1]))).rgb
+    return length(to_light) if ray.beside is None else np.abs(dot(to_light, ray.direction[:, :1]))
 
 
 class Scenery:
@@ -992,11 +998,11 @@ class Scenery:
         It can if both are on the same side of the surface. From the surface of a solid the eye sees its inside,
         and a light there shines to both sides; a light on a plane does not light the plane.
         """
-        eye, light = self._seen_sides(ray, hit), self._sides_from(source.position)[hit.index]
+        eye, light = self.seen_sides(ray, hit), self._sides_from(source.position)[hit.index]
         same: Mask = (eye == light) | (self.solid[hit.index] & ((light == 0) | ((eye == 0) & (light < 0))))
         return same
 
-    def _seen_sides(self, ray: Ray, hit: Hit) -> Array:
+    def seen_sides(self, ray: Ray, hit: Hit) -> Array:
         """Return the side from which each hit is seen: (N,)."""
         if ray.beside is None:
             return self._sides_from(ray.offset)[hit.index]

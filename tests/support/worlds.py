@@ -62,7 +62,9 @@ LENSES = ("fov", "fov_x", "intrinsics", "height")
 
 
 @st.composite
-def random_scenes(draw: st.DrawFn, *, carriers: bool = True, samples: int = 1, lenses: Sequence[str] = LENSES) -> Data:
+def random_scenes(
+    draw: st.DrawFn, *, carriers: bool = True, samples: int = 1, lenses: Sequence[str] = LENSES
+) -> Data:
     """Draw a scene in general position: no two surfaces coincide, which would leave open what is seen.
 
     Hypothesis chooses how many of what there are; their numbers come from a seed, because Hypothesis likes equal
@@ -163,7 +165,9 @@ def extreme_scenes() -> st.SearchStrategy[Data]:
         st.fixed_dictionaries({**size, "fov": angle}, optional=place),
         st.fixed_dictionaries({**size, "fov_x": angle}, optional=place),
         st.fixed_dictionaries({**size, "intrinsics": _extreme_intrinsics()}, optional=place),
-        st.fixed_dictionaries({**size, "projection": st.just("orthographic"), "height": _POSITIVE}, optional=place),
+        st.fixed_dictionaries(
+            {**size, "projection": st.just("orthographic"), "height": _POSITIVE}, optional=place
+        ),
     )
     settings = st.fixed_dictionaries(
         {"background": _LIGHT_COLOR, "eye_falloff": st.booleans(), "samples": st.integers(1, 3)},
