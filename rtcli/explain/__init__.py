@@ -18,7 +18,7 @@ from rtcli.explain.lighting import SurfacePoint, hit_step, lights_step, radiance
 from rtcli.explain.records import Explanation, NativePixel, Number, Sample, Step, Story
 from rtcli.explain.words import name_of, triple
 from rtcli.image.display import DisplayTransform
-from rtcli.rendering.pack import pack
+from rtcli.rendering.pack import pack_scene
 from rtcli.scene.model import Scene
 from rtcli.tracer.engines import default_threads, stops_of
 from rtcli.tracer.native import NativeTracer
@@ -75,7 +75,7 @@ class _Pixel:
         self.pixel = pixel
         self.window = Window(*pixel, 1, 1)
         self.names = [name_of(index, shape) for index, shape in enumerate(scene.objects)]
-        self.tracer = ReferenceTracer(pack(scene), default_threads())
+        self.tracer = ReferenceTracer(pack_scene(scene).world, default_threads())
         self.offsets = list(sample_offsets(scene.render.samples))
         self.rays = rays_through(self.tracer.scenery.camera, self.window, self.offsets)
         self.hits = self.tracer.scenery.nearest_hit(self.rays)
@@ -87,7 +87,8 @@ class _Pixel:
         # Summed one after the other, as the tracer does for a picture.
         radiance = mean_of_samples(np.add.accumulate(self.light, axis=1)[:, -1], len(self.offsets))
         exposure, percentile = self._exposure(progress)
-        value = developed(radiance, DisplayTransform(exposure, image.tone))
+        alpha = self._alpha(np.count_nonzero(self.hits.index != NOTHING) / len(self.offsets))
+        value = developed(radiance, DisplayTransform(exposure, image.tone), alpha)
         samples = tuple(
             Sample(offset, None if index == NOTHING else self.names[index], triple(light))
             for offset, index, light in zip(self.offsets, self.hits.index, self.light.T, strict=True)
@@ -100,18 +101,19 @@ class _Pixel:
             exposure=exposure,
             story=self._story(chosen),
             samples=samples,
-            development=Developed(self.scene, triple(radiance), exposure, percentile, value).steps(samples),
+            development=Developed(self.scene, triple(radiance), exposure, percentile, value, alpha).steps(samples),
             native=self._native(radiance),
         )
 
     def _native(self, reference: Array) -> NativePixel:
         """Return the pixel as the native engine renders it, compared with the reference's radiance (3,)."""
         tracer = NativeTracer(self.tracer.world, default_threads())
-        arrays, _ = tracer.film(self.window, ("object_id",))
+        arrays, _ = tracer.film(self.window, ("alpha", "object_id"))
         radiance, seen = arrays["radiance"][0, 0], int(arrays["object_id"][0, 0]) - 1
         image = self.scene.image
         exposure, _ = stops_of(tracer, image.exposure)
-        value = developed(radiance, DisplayTransform(exposure, image.tone))
+        alpha = self._alpha(arrays["alpha"][0, 0])
+        value = developed(radiance, DisplayTransform(exposure, image.tone), alpha)
         samples = PixelSamples(self.tracer.scenery, self.window, self.offsets)
         return NativePixel(
             radiance=triple(radiance),
@@ -120,6 +122,10 @@ class _Pixel:
             object=None if seen == NOTHING else self.names[seen],
             agreement=samples.agreement(np.ravel(reference), radiance, seen),
         )
+
+    def _alpha(self, share: float) -> np.float32 | None:
+        """Return the share of the samples that hit something, None if the picture is opaque."""
+        return np.float32(share) if self.scene.image.alpha else None
 
     def _exposure(self, progress: Progress | None) -> tuple[float, float | None]:
         """Return the exposure in stops, and the percentile of luminance from which it was metered."""

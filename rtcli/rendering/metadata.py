@@ -60,7 +60,8 @@ def fingerprint(scene: PackedScene) -> str:
     if any(lights.kind):  # files keep their hashes if there are only point lights
         digest.update(_little(lights.kind))
     digest.update(scene.names.encode())
-    rest = _settings(world.settings), {"exposure": scene.exposure, "tone": scene.tone}
+    image = {"exposure": scene.exposure, "tone": scene.tone, **({"alpha": True} if scene.alpha else {})}
+    rest = _settings(world.settings), image
     digest.update(json.dumps(rest, sort_keys=True).encode())
     return f"sha256:{digest.hexdigest()}"
 

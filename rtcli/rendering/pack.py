@@ -27,12 +27,15 @@ class PackedScene(NamedTuple):
         Stops, or `auto`.
     tone
         A name of `rtcli.curves.TONE_CURVES`.
+    alpha
+        Whether the picture has alpha in place of the background, which then is black in `world`.
     """
 
     world: World
     names: str
     exposure: float | str
     tone: str
+    alpha: bool
 
     def object_names(self) -> list[str | None]:
         """Return the name of each object, or None."""
@@ -53,7 +56,14 @@ class PackedScene(NamedTuple):
 def pack_scene(scene: Scene) -> PackedScene:
     """Return a scene as numbers and names."""
     names = _joined(shape.name for shape in scene.objects)
-    return PackedScene(pack(scene), names, scene.image.exposure, scene.image.tone)
+    return packed(pack(scene), names, scene.image.exposure, scene.image.tone, scene.image.alpha)
+
+
+def packed(world: World, names: str, exposure: float | str, tone: str, alpha: bool) -> PackedScene:
+    """Return a packed scene; one with alpha has a black background, so that colors are multiplied by alpha."""
+    if alpha:
+        world = world._replace(settings=world.settings._replace(background=(0.0, 0.0, 0.0)))
+    return PackedScene(world, names, exposure, tone, alpha)
 
 
 def _joined(names: Iterable[str | None]) -> str:

@@ -619,10 +619,14 @@ class ImageSettings(_Model):
     """Exposure in stops, each a factor of 2; or auto."""
     tone: ToneName = "clip"
     """The tone curve: clip cuts off at white; reinhard and aces compress bright light gradually."""
+    alpha: Annotated[bool, Field(strict=True)] = False
+    """Leave the background out, and record the share of each pixel that objects cover."""
 
     if TYPE_CHECKING:
 
-        def __init__(self, *, exposure: float | Literal["auto"] = ..., tone: ToneName = ...) -> None: ...
+        def __init__(
+            self, *, exposure: float | Literal["auto"] = ..., tone: ToneName = ..., alpha: bool = ...
+        ) -> None: ...
 
 
 class Scene(_Model):
@@ -641,7 +645,7 @@ class Scene(_Model):
     render: RenderSettings = RenderSettings()
     """How light is computed: samples, background, ambient light, depth, falloff."""
     image: ImageSettings = ImageSettings()
-    """How radiance becomes an image: exposure and tone curve."""
+    """How radiance becomes an image: exposure, tone curve, alpha."""
 
     if TYPE_CHECKING:
 

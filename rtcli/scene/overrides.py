@@ -31,6 +31,8 @@ class Overrides:
         Expressions of `--set`, in order.
     option
         The source of the edits, as messages name it: `--set`, or the name of an environment variable.
+    alpha
+        Whether to replace the background by alpha, or None for the scene's choice.
     """
 
     size: tuple[int, int] | None = None
@@ -38,6 +40,7 @@ class Overrides:
     exposure: float | str | None = None
     edits: tuple[str, ...] = ()
     option: str = "--set"
+    alpha: bool | None = None
 
     def apply(self, document: Document) -> Document:
         """Return the changed document; `--set` takes precedence over the other options.
@@ -59,6 +62,8 @@ class Overrides:
             document = set_value(document, "render.samples", self.samples, f"--samples {self.samples}")
         if self.exposure is not None:
             document = set_value(document, "image.exposure", self.exposure, f"--exposure {self.exposure}")
+        if self.alpha is not None:
+            document = set_value(document, "image.alpha", self.alpha, "--alpha")
         for expression in self.edits:
             document = set_expression(document, expression, self.option)
         return document
@@ -72,6 +77,8 @@ class Overrides:
             edits.append(("render", "samples", str(self.samples)))
         if self.exposure is not None:
             edits.append(("image", "exposure", str(self.exposure)))
+        if self.alpha is not None:
+            edits.append(("image", "alpha", str(self.alpha).lower()))
         return with_expressions(edits, self.edits)
 
 

@@ -192,9 +192,9 @@ def develop(radiance: bytes, transform: _DisplayTransform, /) -> bytearray:
     """Return radiance, interleaved float32 RGB, as sRGB: 8 bits a channel, or 16 with the high byte first."""
 
 def encode_png(pixels: bytes, size: tuple[int, int], channels: int, bits: int, texts: _Texts, /) -> bytes:
-    """Return a PNG of numbers that are no radiance: 1 or 3 channels of 8 bits, or of 16 in native byte order.
+    """Return a PNG of levels: 1 or 3 channels that are no colors, or sRGB with alpha in 4.
 
-    The size is width and height.
+    The size is width and height; levels have 8 bits, or 16 in native byte order.
     """
 
 def decode_png(file: bytes, /) -> tuple[int, int, int, int, bytes]:

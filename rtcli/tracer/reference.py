@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rtcli.tracer._native import LIGHT_PARAMETERS, METER_GRID, SHAPE_PARAMETERS, meter
-from rtcli.tracer.passes import RADIANCE, Arrays, new_arrays
+from rtcli.tracer.passes import ALPHA, RADIANCE, Arrays, new_arrays
 from rtcli.tracer.sampling import sample_offsets
 from rtcli.tracer.tiles import AbandonedError, over_tiles, rows_and_columns
 from rtcli.tracer.world import CameraFrame, MeterReading, Progress, Settings, Window, World
@@ -842,12 +842,13 @@ class Scenery:
         progress
             Called with (pixels done, pixels in all) after each tile.
         passes
-            The names of ground truth to record.
+            The names of ground truth to record, and alpha.
 
         Returns
         -------
         arrays : dict
-            `radiance`, the mean of each pixel's samples, and the passes; see `rtcli.tracer.passes`.
+            `radiance`, the mean of each pixel's samples; `alpha`, the share of them that hit something; and the
+            passes; see `rtcli.tracer.passes`.
         rays : int
             The number of rays traced, primary and shadow rays.
         """
@@ -855,12 +856,14 @@ class Scenery:
 
         def render_tile(tile: Window) -> int:
             pixels = rows_and_columns(tile, window)
-            mean, rays, centres = self._trace_tile(tile)
+            mean, alpha, rays, centres = self._trace_tile(tile)
             arrays[RADIANCE][pixels] = _as_rows(mean, tile)
-            if passes:
+            if ALPHA in arrays:
+                arrays[ALPHA][pixels] = _as_rows(alpha, tile)
+            if truth := [name for name in passes if name != ALPHA]:
                 # A single sample went through the centres; of several samples, perhaps none did.
                 ray, hit = centres or self._trace_primary(tile, CENTRE)
-                for name in passes:
+                for name in truth:
                     values = _to_film(PASS_VALUES[name](self, ray, hit), arrays[name].dtype)
                     arrays[name][pixels] = _as_rows(values, tile)
             return rays
@@ -868,15 +871,21 @@ class Scenery:
         self._abandoned = Event()
         return arrays, sum(over_tiles(render_tile, window, threads, progress, self._abandoned))
 
-    def _trace_tile(self, tile: Window) -> tuple[Array, int, tuple[Ray, Hit] | None]:
-        """Return a tile's radiance, the number of rays, and the rays and hits if they go through its centres."""
-        total, rays, offsets = np.zeros((3, tile.width * tile.height)), 0, sample_offsets(self.settings.samples)
+    def _trace_tile(self, tile: Window) -> tuple[Array, Array, int, tuple[Ray, Hit] | None]:
+        """Return a tile's radiance, alpha, number of rays, and rays and hits if they go through its centres.
+
+        alpha = (samples that hit something) / samples
+        """
+        pixels, rays, offsets = tile.width * tile.height, 0, sample_offsets(self.settings.samples)
+        total, hits = np.zeros((3, pixels)), np.zeros(pixels)
         for within in offsets:
             ray, hit = self._trace_primary(tile, within)
             light, shadow_rays = self.trace_ray(ray, hit)
             total += light.rgb
+            hits += hit.index != NOTHING
             rays += len(hit.t) + shadow_rays
-        return mean_of_samples(total, len(offsets)), rays, (ray, hit) if offsets == [CENTRE] else None
+        centres = (ray, hit) if offsets == [CENTRE] else None
+        return mean_of_samples(total, len(offsets)), hits / len(offsets), rays, centres
 
     def _trace_primary(self, tile: Window, within: tuple[float, float]) -> tuple[Ray, Hit]:
         ray = self.camera.generate_primary_rays(tile, within)

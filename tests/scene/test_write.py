@@ -99,7 +99,10 @@ SCENES = st.builds(
         eye_falloff=st.booleans(),
     ),
     image=st.builds(
-        rtcli.ImageSettings, exposure=st.just("auto") | NUMBERS, tone=st.sampled_from(["clip", "reinhard", "aces"])
+        rtcli.ImageSettings,
+        exposure=st.just("auto") | NUMBERS,
+        tone=st.sampled_from(["clip", "reinhard", "aces"]),
+        alpha=st.booleans(),
     ),
 )
 

@@ -586,6 +586,44 @@ def test_threads_do_not_change_a_bit(render, threads):
     assert one.rays == many.rays
 
 
+# --- Alpha -----------------------------------------------------------------------------------------------
+
+
+def test_alpha_adds_up_to_the_area_of_the_outline(render):
+    # A ball on the axis covers the disk with the slope R / sqrt(D^2 - R^2).
+    distance, radius, width, height, fov = 5.0, 1.0, 61, 40, 40.0
+    objects, view = [sphere([0, 0, -distance], radius)], camera(width, height, fov)
+    film = render(scene(objects, camera=view, image={"alpha": True}, render={"samples": 64}))
+    pixel = 2 * math.tan(math.radians(fov / 2)) / height
+    area = math.pi * radius**2 / (distance**2 - radius**2) / pixel**2
+    assert film.alpha.sum(dtype=float) == pytest.approx(area, rel=1e-3)
+    assert np.all(film.alpha * 64 == np.round(film.alpha * 64))
+
+
+def test_picture_has_alpha_only_if_the_scene_says_so(render):
+    assert render(scene([], [])).alpha is None
+
+
+@pytest.mark.parametrize("background", [[0, 0, 0], [3, 2, 1]])
+def test_background_is_left_out_of_a_picture_with_alpha(render, background):
+    objects, settings = [sphere([0.3, 0, -3], 1)], {"samples": 5, "background": background}
+    opaque, film = (
+        render(scene(objects, [light([2, 2, 0])], render=settings, image=image)) for image in ({}, {"alpha": True})
+    )
+    missed = (1 - film.alpha)[..., np.newaxis] * np.float32(background)
+    assert 0 < film.alpha.mean() < 1
+    np.testing.assert_allclose(film.radiance + missed, opaque.radiance, rtol=1e-6, atol=1e-6)
+
+
+def test_exposure_meter_leaves_the_background_out_of_a_picture_with_alpha(render):
+    objects, image = [sphere([0, 0, -3], 1)], {"exposure": "auto", "alpha": True}
+    black, white = (
+        render(scene(objects, [light([2, 2, 0])], image=image, render={"background": background}))
+        for background in ("black", "white")
+    )
+    assert white.exposure == black.exposure
+
+
 # --- Cameras given by numbers --------------------------------------------------------------------------------
 
 BODIES = [sphere([0.3, 0, -5], 1.2), box([-1, 0.7, -6], [1, 1, 1], rotation=30)]

@@ -149,6 +149,17 @@ def test_crop_is_the_sub_picture_bit_for_bit(render, data, draw):
 
 
 @relaxed
+@given(random_scenes(samples=3))
+def test_alpha_is_the_share_of_samples_that_hit_and_background_fills_the_rest(render, data):
+    data["render"]["eye_falloff"] = False
+    opaque, film = render(data, passes=["object_id"]), render({**data, "image": {"alpha": True}})
+    rest = (1 - film.alpha)[..., np.newaxis] * np.float32(opaque.job.world.settings.background)
+    np.testing.assert_allclose(film.radiance + rest, opaque.radiance, rtol=1e-5, atol=1e-6)
+    if data["render"].get("samples", 1) == 1:
+        np.testing.assert_array_equal(film.alpha, opaque.object_id > 0)
+
+
+@relaxed
 @given(extreme_scenes())
 def test_no_picture_of_a_valid_scene_holds_nan_or_infinity(render, data):
     film = render(data, passes=PASSES)

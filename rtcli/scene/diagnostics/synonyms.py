@@ -60,5 +60,6 @@ WORDS_FOR_KEYS = {
     "max_depth": "depth bounces maxbounces recursion recursiondepth maxrecursion raydepth",
     "eye_falloff": "falloff attenuation eyeattenuation",
     "exposure": "ev stops brightness gain",
+    "alpha": "transparent transparency transparentbackground filmtransparent opacity rgba",
     "tone": "tonemap tonemapping tonemapper tonecurve curve mapping operator filmic",
 }
