@@ -66,6 +66,8 @@ def straight(radiance: npt.NDArray[np.floating], alpha: npt.NDArray[np.float32])
     """Return radiance (H, W, 3) divided by alpha (H, W), finite; 0 where alpha is."""
     covered = alpha[..., np.newaxis] > 0
     with np.errstate(over="ignore"):
-        color: npt.NDArray[np.floating] = np.divide(radiance, alpha[..., np.newaxis], out=np.zeros_like(radiance), where=covered)
+        color: npt.NDArray[np.floating] = np.divide(
+            radiance, alpha[..., np.newaxis], out=np.zeros_like(radiance), where=covered
+        )
     np.minimum(color, np.finfo(np.float32).max, out=color)
     return color

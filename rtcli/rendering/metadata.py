@@ -91,7 +91,7 @@ def camera_matrices(frame: CameraFrame, window: Window) -> dict[str, Any]:
         (u, v, 1) z = K (x, y, z),  K = [[f_x, 0, c_x], [0, f_y, c_y], [0, 0, 1]]
 
     The principal point p is (W / 2, H / 2) unless the scene gives another, and then f_x = f_y. An orthographic
-    camera has no intrinsics, but a height; its position is the middle of the window on the plane where rays start::
+    camera has no intrinsics, but a height; its position is the window's middle on the plane where rays start::
 
         height = H' / f,  position = eye + (x r + y u) / f,  (x, y) = (left + W' / 2 - p_x, p_y - top - H' / 2)
 
@@ -108,8 +108,8 @@ def camera_matrices(frame: CameraFrame, window: Window) -> dict[str, Any]:
     Returns
     -------
     dict
-        `resolution` of the window, `projection`, `intrinsics` (K) or `height`, and `opencv` and `opengl`, each with
-        `world_to_camera` and `camera_to_world`.
+        `resolution` of the window, `projection`, `intrinsics` (K) or `height`, and `opencv` and `opengl`, each
+        with `world_to_camera` and `camera_to_world`.
     """
     (focal_x, focal_y), (principal_x, principal_y) = frame.focal_lengths, frame.principal_point
     position, lens = frame.position, dict[str, Any]()

@@ -275,25 +275,25 @@ class Pose(_Model):
         return matrix
 
 
+def _without(keys: Iterable[str]) -> dict[str, Any]:
+    return {"not": {"anyOf": [{"required": [key]} for key in keys]}}
+
+
+# The schema of the keys that need or exclude each other.
+_ORTHOGRAPHIC = {"required": ["projection"], "properties": {"projection": {"const": "orthographic"}}}
+_RULES_OF_CAMERA: dict[str, Any] = {
+    "oneOf": [
+        *({"required": [key], "properties": {"projection": {"const": "perspective"}}} for key in _LENSES),
+        {"required": [_HEIGHT], **_without(_LENSES)},
+    ],
+    "dependencies": {_HEIGHT: _ORTHOGRAPHIC, **{pose: _without(_AIMS) for pose in _POSES}},
+}
+
+
 class Camera(_Model):
     """A camera without a lens. By default it is at the origin and looks along -z."""
 
-    model_config = ConfigDict(
-        json_schema_extra={
-            "oneOf": [
-                *({"required": [key], "properties": {"projection": {"const": "perspective"}}} for key in _LENSES),
-                {
-                    "required": ["projection", _HEIGHT],
-                    "properties": {"projection": {"const": "orthographic"}},
-                    "not": {"anyOf": [{"required": [key]} for key in _LENSES]},
-                },
-            ],
-            "dependencies": {
-                **{pose: {"not": {"anyOf": [{"required": [key]} for key in _AIMS]}} for pose in _POSES},
-                _HEIGHT: {"required": ["projection"], "properties": {"projection": {"const": "orthographic"}}},
-            },
-        }
-    )
+    model_config = ConfigDict(json_schema_extra=_RULES_OF_CAMERA)
 
     resolution: tuple[Side, Side] = Field(examples=[[640, 480], [1920, 1080]])
     """Width and height of the picture in pixels, each 1 to 65,535."""
@@ -418,7 +418,7 @@ def _conflicts(data: Mapping[str, Any]) -> Iterator[InitErrorDetails]:
     """Yield an error for each key of a camera that another excludes, or one if nothing says what it spans."""
     lenses = [key for key in data if key in _LENSES]
     excluded: list[tuple[str, str]] = []
-    if data.get("projection") == "orthographic":
+    if data.get("projection", "perspective") != "perspective":  # or misspelt
         excluded += [(key, "projection: orthographic") for key in lenses]
         if _HEIGHT not in data:
             yield InitErrorDetails(type="missing", loc=(_HEIGHT,), input=data)

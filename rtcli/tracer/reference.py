@@ -134,7 +134,7 @@ class Ray:
 
     @property
     def start(self) -> Array:
-        """The t above which a hit counts, () or (N,): 0, or the rounding of the plane where parallel rays start."""
+        """The t above which a hit counts, () or (N,): 0, or the rounding of the plane where the rays start."""
         return np.zeros(()) if self.beside is None else START_ROUNDING * np.abs(self.beside).sum(axis=0)
 
     def take(self, rays: Indices) -> Ray:
@@ -144,7 +144,7 @@ class Ray:
 
 @dataclass(frozen=True)
 class SimpleCamera:
-    """The pinhole camera of section 2.1, with any frame, principal point and pixel aspect, or a parallel projection.
+    """The camera of section 2.1, with any frame, principal point, pixel aspect and projection.
 
     Parameters
     ----------
@@ -308,7 +308,8 @@ class Object(ABC):
 
         The outward normal of a convex solid points away from its middle.
         """
-        return np.sign(dot(hit.normal, ray.sight(hit.t) - (self.position - ray.offset)))
+        sides: Array = np.sign(dot(hit.normal, ray.sight(hit.t) - (self.position - ray.offset)))
+        return sides
 
     @abstractmethod
     def side(self, point: Array) -> int:
@@ -508,7 +509,8 @@ class Plane(Object):
     def normal(self, ray: Ray, t: Array) -> Array:
         """Return n, turned to the viewer; the same for all rays of a pencil."""
         if ray.beside is not None:
-            return -np.copysign(1.0, dot(ray.direction, self.direction)) * self.direction
+            turned: Array = -np.sign(dot(ray.direction, self.direction)) * self.direction
+            return turned
         return np.broadcast_to(self.side(ray.offset) * self.direction, (3, len(t)))
 
     def side(self, point: Array) -> int:
@@ -517,7 +519,8 @@ class Plane(Object):
 
     def seen_side(self, ray: Ray, hit: Hit) -> Array:
         """Return the side of the plane to which the normal points."""
-        return np.sign(dot(hit.normal, self.direction))
+        sides: Array = np.sign(dot(hit.normal, self.direction))
+        return sides
 
     def heights(self, eye: Array, sight: Array) -> Array:
         """Return |(p - p_0) . n|, (1, N): a plane has no inside."""
@@ -1011,11 +1014,11 @@ class Scenery:
         same: Mask = (eye == light) | (self.solid[hit.index] & ((light == 0) | ((eye == 0) & (light < 0))))
         return same
 
-    def seen_sides(self, ray: Ray, hit: Hit) -> Array:
+    def seen_sides(self, ray: Ray, hit: Hit) -> npt.NDArray[np.int8]:
         """Return the side from which each hit is seen: (N,)."""
         if ray.beside is None:
             return self._sides_from(ray.offset)[hit.index]
-        sides = np.zeros(len(hit.index))
+        sides = np.zeros(len(hit.index), dtype=np.int8)
         for i in np.unique(hit.index):
             rays = np.flatnonzero(hit.index == i)
             sides[rays] = self.objects[i].seen_side(ray.take(rays), hit.take(rays))
