@@ -105,6 +105,7 @@ class SceneIndex:
         self.render = scene.render
         self.objects = scene.objects
         self.eye = scene.camera.eye
+        self.is_orthographic = scene.camera.projection == "orthographic"
         self.starts = {moved(self.eye, start) for start, _ in View(scene.camera, ()).corners}
         self.shapes = [shape_of(item) for item in scene.objects]
         self.solids = {i: solid for i, shape in enumerate(self.shapes) if (solid := shape.solid)}
@@ -145,9 +146,20 @@ class SceneIndex:
 
     @cached_property
     def enclosures(self) -> Enclosures:
-        """The solids, to be found by what they enclose, without those around the eye."""
-        outside = {i: solid for i, solid in self.solids.items() if i not in self.around_eye}
-        return Enclosures(outside, self.eye)
+        """The solids, to be found by what they enclose, without those whose inside the camera sees."""
+        seen = self.cut if self.is_orthographic else self.around_eye
+        return Enclosures({i: solid for i, solid in self.solids.items() if i not in seen}, self.eye)
+
+    @property
+    def cut(self) -> set[int]:
+        """The indices of the solids that touch the plane on which the rays of an orthographic camera start."""
+        forward = unit(self.camera.view)
+        return {
+            i
+            for i, solid in self.solids.items()
+            if abs(dot(forward, direction(self.eye, solid.centre)))
+            <= solid.reach(forward) + solid.rounding(self.eye, self.eye)
+        }
 
     def named(self, index: int) -> str:
         """Return how messages name an object: by its index, and by its name if it has one."""
@@ -298,6 +310,6 @@ def _falloff(scene: SceneIndex, light: _Light) -> float:
     if not scene.render.eye_falloff:
         return 1.0
     distance = math.dist(scene.eye, light.position)
-    if scene.camera.projection == "orthographic":
+    if scene.is_orthographic:
         distance = abs(dot(unit(scene.camera.view), direction(scene.eye, light.position)))
     return 1 / (4 * math.pi) / distance / distance if distance > 0 else 0.0
