@@ -222,9 +222,18 @@ pub(crate) fn any_tile() -> impl Strategy<Value = (View, (u32, u32))> {
     })
 }
 
+/// A tile of parallel rays.
+pub(crate) fn any_parallel_tile() -> impl Strategy<Value = (View, (u32, u32))> {
+    (any_size(-3.0..3.0), 0_u32..10, 0_u32..10).prop_map(|(half_pixel, column, row)| {
+        let view = View::parallel(160, 160, half_pixel);
+        (view, (column * SIDE, row * SIDE))
+    })
+}
+
 /// The ray through the middle of a tile.
-pub(crate) fn middle_of((view, corner): (View, (u32, u32))) -> Vector {
-    rays_of(view, corner).middle
+pub(crate) fn middle_of((view, corner): (View, (u32, u32))) -> Ray {
+    let rays = rays_of(view, corner);
+    Ray { origin: rays.origin, direction: rays.middle, start: 0.0 }
 }
 
 /// A sphere or a box whose outline is likely to cross a tile, or around the eye.
@@ -239,15 +248,16 @@ pub(crate) fn shape_before(
         move |((size, distance, aside, share), axes, sides, kind)| {
             let (view, _) = tile;
             let away = size * (1.0 + distance);
-            let reach = size + away * view.half_pixel.0 * f64::from(SIDE);
-            let middle = middle_of(tile);
-            let ahead = scale(middle, away / length(middle));
+            let reach = size + rays_of(view, tile.1).divergence(away) * view.half_pixel.0 * f64::from(SIDE);
+            let Ray { origin, direction, .. } = middle_of(tile);
+            let ahead = scale(direction, away / length(direction));
             // The eye may also be inside.
-            let center = if kind == 0 {
+            let offset = if kind == 0 {
                 scale(aside, 0.9 * share.min(1.0) * size / 3.0_f64.sqrt() * 0.1)
             } else {
                 add(ahead, scale(aside, share * reach))
             };
+            let center = add(origin, offset);
             if axes[0][0] > 0.0 {
                 OracleShape::Sphere { center, radius: size }
             } else {
@@ -294,6 +304,39 @@ pub(crate) fn check_intersection(
         }
     }
     Ok(hits)
+}
+
+/// Check the hits of a tile of parallel rays, and the points on the faces that they see.
+pub(crate) fn check_parallel(shape: &OracleShape, tile: (View, (u32, u32))) -> Result<(), TestCaseError> {
+    let across = tile.0.half_pixel.0 * f64::from(SIDE);
+    let lengths = shape.size() + across + length(middle_of(tile).origin) * 1e-6;
+    // The plane on which the rays start may touch the surface.
+    prop_assume!(shape.size() == 0.0 || (shape.center()[2].abs() - shape.size()).abs() > 1e-5 * lengths);
+    check_intersection(shape, tile, 2e-6 * lengths)?;
+    for (lanes, points) in surface_points(shape, tile) {
+        for (i, &lane) in lanes.iter().enumerate() {
+            let Ray { origin, direction, .. } = exact_ray(tile.0, tile.1, lane.into());
+            let normal = match points.plane {
+                Some(plane) => plane.normal,
+                None => points.normal.each_ref().map(|axis| f64::from(axis[i])),
+            };
+            let steep = -dot(normal, direction);
+            prop_assert!(steep > -1e-3, "lane {}: {:?} faces away", lane, normal);
+            let point = point_of(&points, i);
+            let [x, y, _] = sub(point, origin);
+            let rounding = 4e-6 * (lengths + length(sub(point, origin)) * 1e-3) / steep.max(1e-6);
+            prop_assert!(x.abs() + y.abs() < rounding, "lane {}: {:?} off the ray", lane, [x, y]);
+            let off = shape.distance(point);
+            prop_assert!(off < rounding, "lane {}: {} off the surface", lane, off);
+            // The normal points out of the shape, or into it where the ray starts inside.
+            let inside = shape.contact(origin).side == Side::Inside;
+            let step = 1e-3 * shape.size() * if inside { -1.0 } else { 1.0 };
+            let beyond = shape.contact(add(point, scale(normal, step))).side;
+            let is_plane = shape.size() == 0.0;
+            prop_assert!(is_plane || steep < 0.1 || beyond == Side::Outside, "lane {}: {:?}", lane, normal);
+        }
+    }
+    Ok(())
 }
 
 /// The first face number in tests.
@@ -405,16 +448,19 @@ fn any_color() -> impl Strategy<Value = Vector> {
 fn any_camera() -> impl Strategy<Value = Camera> {
     let size = (1_u32..70, 1_u32..50);
     // A principal point in the picture or outside.
-    let lens = (5.0..120.0, 0.5..2.0, (-1.0..1.0, -1.0..1.0));
+    let lens = (5.0..120.0, 0.5..2.0, (-1.0..1.0, -1.0..1.0), prop::bool::weighted(0.3));
     (size, lens, any_place(1.0), any_direction(), any_axes()).prop_map(
-        |((width, height), (fov, pixel_aspect, (x, y)), aside, toward, axes)| {
+        |((width, height), (fov, pixel_aspect, (x, y), is_orthographic), aside, toward, axes)| {
             // Mostly outside, looking in.
             let [right, up, _] = axes;
             let forward = crate::vector::cross(up, right);
             let position = add(scale(forward, -8.0), add(aside, scale(toward, 0.5)));
-            let half_height = half_tangent(fov);
-            let center = (x * half_height, y * half_height);
-            let projection = Projection::Perspective;
+            let (projection, half_height, pixel_aspect) = if is_orthographic {
+                (Projection::Orthographic, fov / 20.0, 1.0)
+            } else {
+                (Projection::Perspective, half_tangent(fov), pixel_aspect)
+            };
+            let center = if is_orthographic { (0.0, 0.0) } else { (x * half_height, y * half_height) };
             Camera { width, height, projection, half_height, pixel_aspect, center, position, right, up, forward }
         },
     )

@@ -39,6 +39,13 @@ proptest! {
     }
 
     #[test]
+    fn parallel_rays_meet_a_sphere_where_float64_says(
+        (tile, shape) in any_parallel_tile().prop_flat_map(|tile| (Just(tile), shape_before(tile, -4.0..5.0)))
+    ) {
+        check_parallel(&ball(shape.center(), shape.size()), tile)?;
+    }
+
+    #[test]
     fn points_lie_on_the_sphere_and_on_their_rays((tile, center, radius) in tile_and_sphere(-4.0..5.0)) {
         for (lanes, points) in surface_points(&ball(center, radius), tile) {
             prop_assert!(points.plane.is_none());
