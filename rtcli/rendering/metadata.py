@@ -41,11 +41,7 @@ def fingerprint(scene: PackedScene) -> str:
     world = scene.world
     frame = world.camera
     digest = hashlib.sha256(struct.pack("<2I", frame.width, frame.height))
-    # Files keep their hashes if they give `fov`.
-    lens = (frame.half_height, frame.pixel_aspect, *frame.center) if frame.fov is None else (frame.fov,)
-    if frame.is_orthographic:
-        digest.update(frame.projection.encode())
-    for vector in (lens, frame.position, frame.right, frame.up, frame.forward):
+    for vector in (_lens(frame), frame.position, frame.right, frame.up, frame.forward):
         digest.update(_little(array("d", vector)))
     shapes, lights = world.shapes, world.lights
     three, fourth, others = (
@@ -59,11 +55,21 @@ def fingerprint(scene: PackedScene) -> str:
         digest.update(_little(numbers))
     if any(lights.kind):  # files keep their hashes if there are only point lights
         digest.update(_little(lights.kind))
+    if world.checkers.object:
+        for numbers in world.checkers:
+            digest.update(_little(numbers))
     digest.update(scene.names.encode())
     image = {"exposure": scene.exposure, "tone": scene.tone, **({"alpha": True} if scene.alpha else {})}
     rest = _settings(world.settings), image
     digest.update(json.dumps(rest, sort_keys=True).encode())
     return f"sha256:{digest.hexdigest()}"
+
+
+def _lens(frame: CameraFrame) -> tuple[float, ...]:
+    """Return what a camera spans; in these ways, files keep their hashes if they give `fov`."""
+    if frame.is_orthographic:
+        return frame.half_height, frame.pixel_aspect
+    return (frame.half_height, frame.pixel_aspect, *frame.center) if frame.fov is None else (frame.fov,)
 
 
 def _settings(settings: Settings) -> dict[str, Any]:
@@ -85,7 +91,7 @@ def _little(numbers: array[Any]) -> bytes:
 def camera_matrices(frame: CameraFrame, window: Window) -> dict[str, Any]:
     """Return a camera as matrices, for the pixels of a window, in the keys of a scene's `camera`.
 
-    Intrinsics, in pixels, with integers at pixel centres as OpenCV counts (document, section 2.1)::
+    Intrinsics, in pixels, with integers at pixel centers as OpenCV counts (document, section 2.1)::
 
         f_y = H / (2 tan(fov / 2)),  c = p - 1/2 - (left, top)
         (u, v, 1) z = K (x, y, z),  K = [[f_x, 0, c_x], [0, f_y, c_y], [0, 0, 1]]
