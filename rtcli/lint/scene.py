@@ -267,7 +267,7 @@ def _pairs(scene: SceneIndex) -> Iterator[LintWarning]:
 def _checkers(scene: SceneIndex) -> Iterator[LintWarning]:
     frame = camera_frame(scene.camera)
     pixel = 2 * frame.half_height * max(1.0, frame.pixel_aspect) / frame.height
-    # At a distance r, a length s spans at most s / r (1 + x^2 + y^2) on the image plane, or s if rays are parallel.
+    # At a distance r, a length s spans at most s / r (1 + x^2 + y^2) on the image plane, or s of parallel rays.
     stretch = max(dot(way, way) for _, way in View(scene.camera, ()).corners)
     for index, item in enumerate(scene.objects):
         checker = getattr(item, "checker", None)

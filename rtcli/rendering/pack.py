@@ -103,6 +103,11 @@ def lens_of_fov(fov: float) -> Lens:
     return Lens(half_tangent(fov), fov=fov)
 
 
+def lens_of_height(height: float) -> Lens:
+    """Return the lens of an orthographic camera, whose picture is so high."""
+    return Lens(height / 2, projection="orthographic")
+
+
 def camera_frame(camera: Camera) -> CameraFrame:
     """Return the frame of a scene's camera."""
     return frame_of(camera.resolution, _lens(camera), camera.eye, camera.view, camera.upward)
@@ -139,7 +144,7 @@ def _lens(camera: Camera) -> Lens:
     """
     width, height = camera.resolution
     if camera.height is not None:
-        return Lens(camera.height / 2, projection=camera.projection)
+        return lens_of_height(camera.height)
     if camera.intrinsics is not None:
         (focal_x, _, center_x), (_, focal_y, center_y), _ = camera.intrinsics
         center = (width / 2 - 0.5 - center_x) / focal_x, (center_y - height / 2 + 0.5) / focal_y
