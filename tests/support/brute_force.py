@@ -380,6 +380,10 @@ class BruteForce:
             near = hit & (one.t > 0) & (one.margin > 0) & (apart > lost / 8) & (apart < 64 * lost)
             clear &= ~(near | self._is_border(body, one, here, (t, size))).any(axis=0)
             clear &= ~is_doubtful(body, eye)
+            if self.is_parallel:  # beside the line where a surface crosses the plane on which the rays start
+                height = np.abs(one.t) * size * one.steep
+                crosses = (height < 64 * lost + BLOCK * self.pixel) & ((height > 0) | (one.steep < 1 - 1e-9))
+                clear &= ~crosses.any(axis=0)
         radiance = np.where(hit, 0.0, self.background)
         if self.is_parallel:  # float32 depths vary across a block, which may begin at depth 0
             loss += BLOCK * self.pixel
