@@ -110,8 +110,24 @@ OVERRIDES = st.builds(
     edits=st.lists(
         st.tuples(
             st.sampled_from(["camera", "render", "image", "objects", "lights", "objects[1]", "objects.lamp"]),
-            st.sampled_from(["fov", "height", "projection", "position", "look_at", "samples", "background", "tone", "radius", "", "up"]),
-            st.sampled_from(["20", "[1, 2, 3]", "red", "'#ffffff'", "auto", "clip", "orthographic", " 4 # x", "4\n", "\udcff"]),
+            st.sampled_from(
+                [
+                    "fov",
+                    "height",
+                    "projection",
+                    "position",
+                    "look_at",
+                    "samples",
+                    "background",
+                    "tone",
+                    "radius",
+                    "",
+                    "up",
+                ]
+            ),
+            st.sampled_from(
+                ["20", "[1, 2, 3]", "red", "'#ffffff'", "auto", "clip", "orthographic", " 4 # x", "4\n", "\udcff"]
+            ),
         ).map(lambda parts: f"{parts[0]}.{parts[1]}={parts[2]}"),
         max_size=3,
     ).map(tuple),

@@ -394,7 +394,8 @@ class BruteForce:
         t, size = seen
         distance = np.where(np.isfinite(t), t, 0) * size
         blur = (
-            SINGLE * (self._pixel_at(distance) + np.minimum(body.size, np.abs(one.t) * size)) + COINCIDENT * distance
+            SINGLE * (self._pixel_at(distance) + np.minimum(body.size, np.abs(one.t) * size))
+            + COINCIDENT * distance
         )
         near = (one.t > 0) & ((one.t < t) | ((one.t - t) * size * one.steep < blur))
         grazing = EDGE_ON
