@@ -309,6 +309,18 @@ def test_ray_of_intrinsics_is_that_of_their_formulas():
     assert not any("fov" in equation for equation in step.equations)
 
 
+def test_ray_of_an_orthographic_camera_starts_beside_its_position():
+    view = {"resolution": [8, 4], "projection": "orthographic", "height": 6, "position": [1, 2, 3]}
+    found = explain(scene([sphere([4.5, 2.5, 0], 2)], [light([0, 5, 9])], camera=view), 6, 1)
+    step = found.story.ray
+    ray = numbers(step)
+    x, y = (2 * 6.5 / 8 - 1) * 2 * 3, (1 - 2 * 1.5 / 4) * 3
+    assert (ray["height"], ray["xy"]) == (6, pytest.approx((x, y)))
+    assert (ray["o"], ray["d"]) == (pytest.approx((1 + x, 2 + y, 3)), (0, 0, -1))
+    assert "o = position + x r + y u      d = f" in step.equations
+    assert numbers(found.story.hit)["P"][:2] == pytest.approx((1 + x, 2 + y))
+
+
 @pytest.mark.parametrize("pixel", [(-1, 0), (0, -1), (32, 0), (0, 24)])
 def test_pixel_outside_of_the_picture_is_refused(pixel):
     with pytest.raises(ValueError, match="not in the picture of 32x24"):

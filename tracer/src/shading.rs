@@ -5,6 +5,7 @@ use crate::accel::pyramid::{Footprint, Pyramid};
 use crate::accel::{Stack, Volume};
 use crate::apex::Apex;
 use crate::bounds::BoundingSphere;
+use crate::camera::Projection;
 use crate::scene::{Light, Material, Scene};
 use crate::shapes::contact::Contact;
 use crate::shapes::points::{Points, ShadowRays};
@@ -85,7 +86,7 @@ impl Lighting {
         // The second is that of the odd squares of a checker.
         let albedos = [albedo, scene.checker(object).map_or(albedo, |checker| checker.albedo)];
         // The distance to the eye of an object that was moved toward it is the real one.
-        let falloff = settings.eye_falloff.then_some(scene.unit * range_scale);
+        let falloff = settings.eye_falloff.then_some((scene.projection, scene.unit * range_scale));
         if settings.ambient != [0.0; 3] {
             self.irradiance = [1.0; LANES];
             let reflected = |albedo: Vector| std::array::from_fn(|i| settings.ambient[i] * albedo[i]);
@@ -121,11 +122,16 @@ impl Lighting {
     /// Add the irradiance, times a weight for each channel, the second on the odd squares of a checker; with the
     /// world's length of a unit, it falls off toward the eye.
     #[inline(always)]
-    fn add_reflected(&mut self, mut weights: [Vector; 2], falloff: Option<f64>, radiance: &mut [Lanes; 3]) {
-        if let Some(unit) = falloff {
+    fn add_reflected(
+        &mut self,
+        mut weights: [Vector; 2],
+        falloff: Option<(Projection, f64)>,
+        radiance: &mut [Lanes; 3],
+    ) {
+        if let Some((projection, unit)) = falloff {
             let magnitude = magnitude(std::array::from_fn(|i| weights[0][i].max(weights[1][i])));
             weights = weights.map(|weight| scale(weight, 1.0 / f64::from(magnitude)));
-            self.apply_eye_falloff(unit, magnitude);
+            self.apply_eye_falloff(projection, unit, magnitude);
         }
         let [even, odd] = weights.map(|weight| weight.map(bounded));
         for (channel, (even, odd)) in radiance.iter_mut().zip(even.into_iter().zip(odd)) {
@@ -153,7 +159,7 @@ impl Lighting {
     ) -> u64 {
         let object = face >> FACE_BITS;
         let contact = light.contact(0, object);
-        if !scene.shapes.get(object).is_lit_from(contact, light.apex) {
+        if !scene.shapes.get(object).is_lit_from(face, contact, light.apex) {
             return 0;
         }
         let facing = self.irradiate(Pencil { apex: light.apex, contact, nearest: 0.0 }, scene, face);
@@ -223,15 +229,19 @@ impl Lighting {
         }
     }
 
-    /// Divide by 4 pi t^2 (document, section 3.4), t the distance to the eye in the world's units; multiply by
-    /// `magnitude`.
+    /// Divide by 4 pi t^2 (document, section 3.4), t the distance to the eye in the world's units, along parallel rays
+    /// the depth; multiply by `magnitude`.
     #[inline(always)]
-    fn apply_eye_falloff(&mut self, unit: f64, magnitude: f32) {
+    fn apply_eye_falloff(&mut self, projection: Projection, unit: f64, magnitude: f32) {
         let eye = to_f32(self.points.reference.map(|component| -component));
         let (unit, per_sphere) = (bounded(unit), (0.25 / PI) as f32);
         for lane in 0..self.points.padded() {
             let p = self.points.toward((eye, 1.0), lane);
-            let factor = unit / (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt();
+            let distance = match projection {
+                Projection::Perspective => (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt(),
+                Projection::Orthographic => p[2].abs(),
+            };
+            let factor = unit / distance;
             self.irradiance[lane] = self.irradiance[lane] * magnitude * factor * factor * per_sphere;
         }
     }

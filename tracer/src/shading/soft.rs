@@ -39,7 +39,7 @@ impl Lighting {
         let object = face >> FACE_BITS;
         let receiver = scene.shapes.get(object);
         let cut = emitter.cut.contains(&object);
-        if !cut && !receiver.is_lit_from(None, light.apex) {
+        if !cut && !receiver.is_lit_from(face, None, light.apex) {
             return 0;
         }
         let [lowest, highest] = self.irradiate_from_middle(light);
@@ -105,7 +105,7 @@ impl Lighting {
             }
             let padded = self.points.padded();
             add(&mut self.soft.unhidden[..padded], &self.irradiance[..padded]);
-            if !receiver.is_lit_from(contact, apex) {
+            if !receiver.is_lit_from(face, contact, apex) {
                 continue;
             }
             rays += facing;
