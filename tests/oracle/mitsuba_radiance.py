@@ -13,9 +13,8 @@ float64 and changes no radiance. The variant is `scalar_rgb`: it needs no LLVM, 
 bytes repeat.
 
 Mitsuba does not know two things, which are filled in here: an object that carries a light is seen with the
-constant radiance intensity * color / (4 pi r^2), r from the light to the eye, or to the plane where parallel rays
-start; and a ray that hits nothing shows
-the background. Which object a ray meets first is Mitsuba's answer.
+constant radiance intensity * color / (4 pi r^2), r from the light to the eye, or to the plane on which parallel
+rays start; and a ray that hits nothing shows the background. Which object a ray meets first is Mitsuba's answer.
 """
 
 from __future__ import annotations
@@ -201,14 +200,16 @@ def rgb(color: Iterable[float]) -> dict[str, Any]:
 
 
 def primary_rays(camera: Camera) -> tuple[Array, Array]:
-    """Return the starts, relative to the eye, and the directions through the pixels: (H * W, 3), row by row.
+    """Return where rays start, relative to the eye, and their directions, row by row: two (H * W, 3).
+
+    They go through the pixel centres.
 
     With s = (pixel + 0.5) / size::
 
         x = (2 s_x - 1) * aspect * tan(fov / 2)
         y = (1 - 2 s_y) * tan(fov / 2)
 
-    The rays of an orthographic camera start there, with half its height for the tangent, and are parallel.
+    The rays of an orthographic camera are parallel and start there, with half its height for the tangent.
     """
     width, height = camera.resolution
     is_parallel = camera.projection == "orthographic"

@@ -278,7 +278,7 @@ class Picture:
     object_id
         (N,): 0 for nothing.
     distance, steep, loss
-        (N,): to the eye; |cos| of the angle between ray and normal; what rounding may take from the distance.
+        (N,): to the eye; |cos| of the angle between ray and normal there; what rounding takes from the distance.
     normal, radiance
         (3, N).
     tolerance
@@ -398,7 +398,7 @@ class BruteForce:
             if self.is_parallel:  # beside the line where a surface crosses the plane on which the rays start
                 height = np.abs(one.t) * size * one.steep
                 crosses = (height < 64 * lost + BLOCK * self.pixel) & ((height > 0) | (one.steep < 1 - 1e-9))
-                clear &= ~crosses.any(axis=0)
+                clear &= ~(crosses & (one.margin > -SINGLE * self.pixel)).any(axis=0)
         radiance = np.where(hit, 0.0, self.background)
         if self.is_parallel:  # float32 depths vary across a block, which may begin at depth 0
             loss += BLOCK * self.pixel
