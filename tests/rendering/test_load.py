@@ -27,7 +27,10 @@ def test_valid_scene_is_read_straight_to_arrays(name, text):
     assert read is not None
 
 
-@given(random_scenes() | random_scenes(emitters=True), st.sampled_from([{"default_flow_style": True}, {"default_flow_style": None}, {}]))
+@given(
+    random_scenes() | random_scenes(emitters=True),
+    st.sampled_from([{"default_flow_style": True}, {"default_flow_style": None}, {}]),
+)
 def test_any_valid_scene_is_read_straight_to_arrays_unless_its_camera_is_not_given_by_fov(data, style):
     for name, text in [("a.json", json.dumps(data)), ("a.yaml", yaml.safe_dump(data, **style))]:
         read = read_packed(text.encode(), name, [], Stopwatch())

@@ -34,7 +34,14 @@ VALID = {
             "light": {"intensity": 0, "radius": 0.5},
         },
     ],
-    "render": {"samples": 1, "background": [0, 0, 0], "ambient": "black", "max_depth": 1, "shadow_samples": 9, "eye_falloff": False},
+    "render": {
+        "samples": 1,
+        "background": [0, 0, 0],
+        "ambient": "black",
+        "max_depth": 1,
+        "shadow_samples": 9,
+        "eye_falloff": False,
+    },
     "image": {"exposure": 0, "tone": "clip", "alpha": False},
 }
 
@@ -42,7 +49,9 @@ KEYS = (
     st.sampled_from(["type", "name", "position", "light", "color", "radius", "camera", "x", "", "a.b"]) | st.text()
 )
 NUMBERS = st.sampled_from([0, 1, -1, 10**400, -(10**400), 10**5, 0.0, -0.0, 0.5, 1e308, 5e-324, 1e400, -1e400])
-WORDS = st.sampled_from(["", "auto", "red", "sphere", "plane", "box", "point", "sun", "1", "#fff", "\ud800", "\x1b", "x" * 200])
+WORDS = st.sampled_from(
+    ["", "auto", "red", "sphere", "plane", "box", "point", "sun", "1", "#fff", "\ud800", "\x1b", "x" * 200]
+)
 VALUES = st.recursive(
     st.none() | st.booleans() | NUMBERS | st.floats() | WORDS | st.text(max_size=5),
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(KEYS, inner, max_size=4),

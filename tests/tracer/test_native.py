@@ -108,7 +108,9 @@ def test_both_engines_agree_with_brute_force_on_suns_and_emitters(data):
         got = film.radiance.reshape(-1, 3).T.astype(float)
         apart = np.abs(got - expected.radiance)
         bright = 1e-5 * expected.radiance.max(initial=0)
-        assert (apart <= np.maximum(expected.tolerance, bright) + 1e-4 * expected.radiance)[:, expected.clear].all()
+        assert (apart <= np.maximum(expected.tolerance, bright) + 1e-4 * expected.radiance)[
+            :, expected.clear
+        ].all()
 
 
 @relaxed
