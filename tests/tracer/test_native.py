@@ -101,7 +101,7 @@ def test_picture_is_the_references_with_lights_of_any_size(data):
 
 
 @relaxed
-@given(random_scenes(any_lens=False) | random_scenes(any_lens=False, emitters=True))
+@given(random_scenes(lenses=("fov", "height")) | random_scenes(lenses=("fov", "height"), emitters=True))
 def test_both_engines_agree_with_brute_force_on_suns_and_emitters(data):
     expected = BruteForce(data).picture()
     for film in both(data):
