@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
-from rtcli.lint.view import BEHIND, BESIDE, View
+from rtcli.lint.view import BEHIND, BESIDE, LightInView, View
 from rtcli.scene.model import Box, Object
 from rtcli.scene.vectors import Vector, cross, direction, dot, moved, unit
 
@@ -232,7 +232,9 @@ class InfinitePlane(Shape):
             return None
         if abs(offset) <= _ON_PLANE * max(map(abs, (*view.eye, *self.position))):
             # The eye is on the plane: what it sees may be on both sides, in the shadow of lights on the other.
-            is_clear = not view.lights or self._is_beside_all([*(way for _, way in view.corners), *view.lights])
+            has_size = any(light.size > 0 for light in view.lights)
+            vectors = [*(way for _, way in view.corners), *(light.vector for light in view.lights)]
+            is_clear = not view.lights or (not has_size and self._is_beside_all(vectors))
         else:
             # Everything in view is on the eye's side, and the lights must be, too.
             is_clear = all(self._is_on_side_of_eye(light, offset) for light in view.lights)
@@ -246,11 +248,11 @@ class InfinitePlane(Shape):
         sign = math.copysign(1, dot(self.normal, vectors[0]))
         return all(sign * dot(self.normal, vector) > _ON_PLANE * max(map(abs, vector)) for vector in vectors)
 
-    def _is_on_side_of_eye(self, light: Vector, offset: float) -> bool:
-        """Return whether a light, given relative to the eye, is clearly on its side; `offset` is the plane's."""
-        height = dot(self.normal, light)
-        beyond = height - offset if offset > 0 else offset - height
-        return beyond < -_ON_PLANE * (abs(offset) + max(map(abs, light)))
+    def _is_on_side_of_eye(self, light: LightInView, offset: float) -> bool:
+        """Return whether all of a light is clearly on the side of the eye; `offset` is the plane's."""
+        height = dot(self.normal, light.vector) - light.weight * offset
+        beyond = (height if offset > 0 else -height) + light.size
+        return beyond < -_ON_PLANE * (light.weight * abs(offset) + max(map(abs, light.vector)))
 
 
 _SHAPES: dict[str, Callable[[Any], Shape]] = {

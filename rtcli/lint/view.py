@@ -35,6 +35,24 @@ class _Side(NamedTuple):
     offset: float
 
 
+class LightInView(NamedTuple):
+    """A light, relative to the eye.
+
+    Parameters
+    ----------
+    vector
+        The way to it, or the direction to a sun.
+    weight
+        1, or 0 for a sun.
+    size
+        Its radius, or the sine of half the angular diameter of a sun.
+    """
+
+    vector: Vector
+    weight: float
+    size: float
+
+
 class View:
     """The pyramid of all that a camera can see, or the prism of an orthographic one.
 
@@ -43,7 +61,9 @@ class View:
     camera
         The camera.
     lights
-        The positions of all lights that shine.
+        The positions of all lights that shine and are somewhere, and their radii.
+    suns
+        The directions to all others, unit vectors, and the sines of half their angular diameters.
 
     Attributes
     ----------
@@ -52,13 +72,16 @@ class View:
     corners
         The rays through the picture's corners: where each starts, relative to the eye, and its direction.
     lights
-        The vectors from the eye to the lights.
+        The vectors from the eye to the lights, or the directions to the suns.
     """
 
-    def __init__(self, camera: Camera, lights: Iterable[Vector]) -> None:
+    def __init__(
+        self, camera: Camera, lights: Iterable[tuple[Vector, float]], suns: Iterable[tuple[Vector, float]] = ()
+    ) -> None:
         frame = camera_frame(camera)
         self.eye, self.forward, right, up = frame.position, frame.forward, frame.right, frame.up
-        self.lights = [direction(self.eye, light) for light in lights]
+        self.lights = [LightInView(direction(self.eye, light), 1.0, radius) for light, radius in lights]
+        self.lights += [LightInView(toward, 0.0, sine) for toward, sine in suns]
         tall, (x, y) = frame.half_height, frame.center
         wide = tall * frame.pixel_aspect * frame.width / frame.height
         none = (0.0, 0.0, 0.0)
@@ -83,7 +106,7 @@ class View:
             _Side(
                 normal,
                 region,
-                min((dot(normal, light) + offset for light in self.lights), default=math.inf),
+                min((_lowest(normal, offset, light) for light in self.lights), default=math.inf),
                 offset,
             )
             for normal, region, offset in sides
@@ -113,3 +136,12 @@ class View:
                 if side.lowest_light >= most:
                     return region
         return None
+
+
+def _lowest(normal: Vector, offset: float, light: LightInView) -> float:
+    """Return the signed distance of the lowest part of a light from a plane, or infinity; `offset` is the eye's.
+
+    A light that is a direction is infinitely far away.
+    """
+    height = dot(normal, light.vector) - light.size
+    return height + offset if light.weight else math.copysign(math.inf, height)

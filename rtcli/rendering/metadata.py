@@ -27,7 +27,7 @@ Matrix: TypeAlias = list[list[float]]
 SOFTWARE = f"rtcli {__version__}"
 
 # Keys of the settings that fingerprints leave out at their defaults: scenes without them keep their hashes.
-_LATER_KEYS = {"ambient": (0.0, 0.0, 0.0)}
+_LATER_KEYS: dict[str, Any] = {"ambient": (0.0, 0.0, 0.0), "shadow_samples": 64}
 
 
 # --- The scene -------------------------------------------------------------------------------------------
@@ -51,13 +51,15 @@ def fingerprint(scene: PackedScene) -> str:
         digest.update(_little(numbers))
     if any(others):  # files keep their hashes if boxes are turned about the vertical axis only
         digest.update(_little(others))
-    for numbers in (lights.parameters, lights.color, lights.intensity, lights.carrier):
+    # Of each light, three numbers for its position or direction, and one for its size.
+    places, sizes = lights.parameters[:], lights.parameters[3::4]
+    del places[3::4]
+    for numbers in (places, lights.color, lights.intensity, lights.carrier):
         digest.update(_little(numbers))
-    if any(lights.kind):  # files keep their hashes if there are only point lights
-        digest.update(_little(lights.kind))
-    if world.checkers.object:
-        for numbers in world.checkers:
-            digest.update(_little(numbers))
+    # Files keep their hashes if there are only point lights, none has a size, and nothing is checkered.
+    later = [numbers for numbers in (lights.kind, sizes) if any(numbers)]
+    for numbers in (*later, *(world.checkers if world.checkers.object else ())):
+        digest.update(_little(numbers))
     digest.update(scene.names.encode())
     image = {"exposure": scene.exposure, "tone": scene.tone, **({"alpha": True} if scene.alpha else {})}
     rest = _settings(world.settings), image

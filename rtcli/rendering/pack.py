@@ -83,6 +83,7 @@ def pack(scene: Scene) -> World:
             background=render.background,
             ambient=render.ambient,
             max_depth=render.max_depth,
+            shadow_samples=render.shadow_samples,
             eye_falloff=render.eye_falloff,
         ),
     )
@@ -179,12 +180,16 @@ def _checkers(objects: tuple[Object, ...]) -> Checkers:
 def _lights(scene: Scene) -> Lights:
     lights = Lights(array("B"), array("d"), array("d"), array("d"), array("q"))
     kinds = list(LIGHT_PARAMETERS)
-    placed = [(light, light.parameters, NO_CARRIER) for light in scene.lights]
-    carried = [(shape.light, shape.position, index) for index, shape in enumerate(scene.objects) if shape.light]
-    for light, parameters, carrier in [*placed, *carried]:
-        lights.kind.append(kinds.index(light.kind))
+    placed = [(light.type, light, light.parameters, NO_CARRIER) for light in scene.lights]
+    carried = [
+        ("point", shape.light, (*shape.position, shape.light.radius), index)
+        for index, shape in enumerate(scene.objects)
+        if shape.light
+    ]
+    for type, light, parameters, carrier in [*placed, *carried]:
+        lights.kind.append(kinds.index(type))
         lights.parameters.extend(parameters)
         lights.color.extend(light.color)
-        lights.intensity.append(light.intensity)
+        lights.intensity.append(light.strength)
         lights.carrier.append(carrier)
     return lights

@@ -22,10 +22,12 @@ from pydantic import (
     BaseModel,
     BeforeValidator,
     ConfigDict,
+    Discriminator,
     Field,
     GetCoreSchemaHandler,
     GetPydanticSchema,
     ModelWrapValidatorHandler,
+    Tag,
     ValidationError,
     ValidationInfo,
     ValidatorFunctionWrapHandler,
@@ -37,7 +39,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError, PydanticKnownEr
 from typing_extensions import Self, TypeAliasType
 
 from rtcli.curves import ToneName
-from rtcli.scene.bounds import MAX_NAME, MAX_SAMPLES, MAX_SIDE
+from rtcli.scene.bounds import MAX_NAME, MAX_SAMPLES, MAX_SHADOW_SAMPLES, MAX_SIDE
 from rtcli.scene.colors import color_from_text
 from rtcli.scene.diagnostics.problems import MAX_PROBLEMS
 from rtcli.scene.plain import plain
@@ -467,30 +469,99 @@ class CarriedLight(_Model):
 
     intensity: NotNegative = Field(examples=[4.0e6])
     """Emitted power; the light at distance r is intensity * color / (4 pi r^2)."""
+    radius: NotNegative = Field(default=0.0, examples=[0.3])
+    """The radius of the ball that shines; above 0, shadows have soft borders. It is not seen itself."""
     color: LightColor = Field(default=WHITE, examples=[[1, 0.9, 0.7], "orange", "#ffd9a0"])
     """[r, g, b], linear, each 0 or more; or a CSS name or #rrggbb."""
-    # As the tracers call it; no key of a file.
-    kind: ClassVar[str] = "point"
 
     if TYPE_CHECKING:
 
-        def __init__(self, *, intensity: float, color: ColorLike = ...) -> None: ...
+        def __init__(self, *, intensity: float, radius: float = ..., color: ColorLike = ...) -> None: ...
+
+    @property
+    def strength(self) -> float:
+        """The number that the tracers multiply the color by."""
+        return self.intensity
 
 
 class PointLight(CarriedLight):
-    """A light without size that emits equally in all directions."""
+    """A light that emits equally in all directions: a point, or a ball that shines evenly."""
 
+    type: Literal["point"] = "point"
+    """The kind of light."""
     position: Vector = Field(examples=[[0, 15, -150]])
     """The position of the light: x, y, z."""
 
     if TYPE_CHECKING:
 
-        def __init__(self, *, intensity: float, position: Numbers, color: ColorLike = ...) -> None: ...
+        def __init__(
+            self,
+            *,
+            type: Literal["point"] = ...,
+            intensity: float,
+            position: Numbers,
+            radius: float = ...,
+            color: ColorLike = ...,
+        ) -> None: ...
 
     @property
     def parameters(self) -> tuple[float, ...]:
         """The numbers that distinguish this light from others, beside its color and intensity."""
-        return self.position
+        return (*self.position, self.radius)
+
+
+class SunLight(_Model):
+    """A sun: light from infinitely far away, the same everywhere."""
+
+    type: Literal["sun"] = "sun"
+    """The kind of light."""
+    direction: Direction = Field(examples=[[-1, -2, -0.5]])
+    """The direction in which the light travels, not zero: [0, -1, 0] shines straight down."""
+    irradiance: NotNegative = Field(examples=[3])
+    """The light that arrives, irradiance * color, on a surface that faces the sun."""
+    angle: Annotated[NotNegative, Field(lt=90)] = Field(default=0.0, examples=[0.53])
+    """The angular diameter in degrees, below 90; above 0, shadows have soft borders. The real sun has 0.53."""
+    color: LightColor = Field(default=WHITE, examples=[[1, 0.9, 0.7], "orange", "#ffd9a0"])
+    """[r, g, b], linear, each 0 or more; or a CSS name or #rrggbb."""
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            type: Literal["sun"] = ...,
+            direction: Numbers,
+            irradiance: float,
+            angle: float = ...,
+            color: ColorLike = ...,
+        ) -> None: ...
+
+    @property
+    def strength(self) -> float:
+        """The number that the tracers multiply the color by."""
+        return self.irradiance
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """The numbers that distinguish this light from others, beside its color and irradiance."""
+        return (*self.direction, self.angle)
+
+
+# The type of a light that does not name it.
+USUAL_LIGHT = "point"
+
+
+def _type_of_light(light: Any) -> str:
+    """Return the type of a light, of data or a model; an empty text if it is none."""
+    found = light.get("type", USUAL_LIGHT) if isinstance(light, dict) else getattr(light, "type", USUAL_LIGHT)
+    return found if isinstance(found, str) else ""
+
+
+Light: TypeAlias = Annotated[
+    Annotated[PointLight, Tag("point")] | Annotated[SunLight, Tag("sun")], Discriminator(_type_of_light)
+]
+# By the `type` that each has in a scene file.
+LIGHTS: dict[str, type[_Model]] = {"point": PointLight, "sun": SunLight}
 
 
 class _Shape(_Model):
@@ -642,6 +713,8 @@ class RenderSettings(_Model):
     """Light from all around that nothing blocks, as a color: adds albedo * ambient to each surface."""
     max_depth: Annotated[Integer, Field(ge=0)] = 1
     """0: only objects that carry a light are seen; 1 or more: direct light with shadows."""
+    shadow_samples: Annotated[Integer, Field(ge=1, le=MAX_SHADOW_SAMPLES)] = 64
+    """Places of each light with a size, 1 to 1,024, in a fixed pattern: higher values smooth soft shadows."""
     eye_falloff: Annotated[bool, Field(strict=True)] = False
     """Also divide by 4 pi t^2, where t is the distance to the eye. Not physical, but some courses teach it."""
 
@@ -654,6 +727,7 @@ class RenderSettings(_Model):
             background: ColorLike = ...,
             ambient: ColorLike = ...,
             max_depth: int = ...,
+            shadow_samples: int = ...,
             eye_falloff: bool = ...,
         ) -> None: ...
 
@@ -682,8 +756,8 @@ class Scene(_Model):
     """The version of the scene format."""
     camera: Camera = Field(examples=[{"resolution": [640, 480], "fov": 40}])
     """The position and view of the camera, and the size of the picture."""
-    lights: tuple[PointLight, ...] = Field(default=(), examples=[[{"position": [0, 5, 0], "intensity": 1000}]])
-    """Point lights."""
+    lights: tuple[Light, ...] = Field(default=(), examples=[[{"position": [0, 5, 0], "intensity": 1000}]])
+    """Point lights and suns."""
     objects: tuple[Object, ...] = Field(
         default=(), examples=[[{"type": "sphere", "position": [0, 0, -5], "radius": 1, "color": "tomato"}]]
     )
@@ -700,7 +774,7 @@ class Scene(_Model):
             *,
             camera: Camera | Keys,
             version: Literal[1] = ...,
-            lights: Iterable[PointLight | Keys] = ...,
+            lights: Iterable[PointLight | SunLight | Keys] = ...,
             objects: Iterable[Sphere | Plane | Box | Keys] = ...,
             render: RenderSettings | Keys = ...,
             image: ImageSettings | Keys = ...,

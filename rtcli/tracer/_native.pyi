@@ -64,7 +64,8 @@ class Tracer:
     lights
         The columns of `Lights`: kind (uint8), parameters, color, intensity (float64), carrier (int64).
     settings
-        Samples, background, ambient light, whether objects are lit (`max_depth` of 1 or more), eye_falloff.
+        Samples, background, ambient light, whether objects are lit (`max_depth` of 1 or more), shadow samples,
+        eye_falloff.
     threads
         How many work, at most four for each processor core.
     """
@@ -75,7 +76,7 @@ class Tracer:
         objects: tuple[bytes, ...],
         checkers: tuple[bytes, ...],
         lights: tuple[bytes, ...],
-        settings: tuple[int, Vector, Vector, bool, bool],
+        settings: tuple[int, Vector, Vector, bool, int, bool],
         threads: int,
         /,
     ) -> Tracer: ...
@@ -188,6 +189,9 @@ def simd_level() -> str:
     ValueError
         If RTCLI_SIMD names none of them, or one that this machine lacks.
     """
+
+def emitter_places(count: int, /) -> list[Vector]:
+    """Return the places of an emitter of radius 1 around the origin, from which it shines evenly."""
 
 def sample_offsets(count: int, /) -> list[tuple[float, float]]:
     """Return the offsets of a pixel's samples; see `rtcli.tracer.sampling`."""

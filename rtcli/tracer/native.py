@@ -43,6 +43,7 @@ class NativeTracer:
                 settings.background,
                 settings.ambient,
                 settings.max_depth > 0,
+                settings.shadow_samples,
                 settings.eye_falloff,
             ),
             threads,

@@ -5,8 +5,9 @@ other tracers, so it prefers the clearest formula that is also accurate. Vectors
 of float64, one column per ray. No step depends on how many rays are traced together (matrix products would, by
 their rounding), so a crop is bit for bit the sub-picture.
 
-All rays traced together pass through one point, the eye or a light: `Ray.offset`. Objects are taken relative to
-that point before anything else, which keeps scenes far from the origin as accurate as those around it.
+All rays traced together pass through one point, the eye or a light, or are parallel and start around one:
+`Ray.offset`. Objects are taken relative to that point before anything else, which keeps scenes far from the origin as
+accurate as those around it.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from rtcli.tracer._native import LIGHT_PARAMETERS, METER_GRID, SHAPE_PARAMETERS, meter
+from rtcli.tracer._native import LIGHT_PARAMETERS, METER_GRID, SHAPE_PARAMETERS, emitter_places, meter
 from rtcli.tracer.passes import ALPHA, RADIANCE, Arrays, new_arrays
 from rtcli.tracer.sampling import sample_offsets
 from rtcli.tracer.tiles import AbandonedError, over_tiles, rows_and_columns
@@ -93,6 +94,13 @@ def dot(a: Array, b: Array) -> Array:
 def length(a: Array) -> Array:
     """Length of (3, N) vectors (document, section 1.2.1): (N,)."""
     return np.sqrt(dot(a, a))
+
+
+def unit(a: Array) -> Array:
+    """Return the unit vector of a (3, 1) vector of any length but 0."""
+    scaled = a / np.abs(a).max()  # so that no square overflows or vanishes
+    result: Array = scaled / length(scaled)
+    return result
 
 
 def column(vector: Iterable[float]) -> Array:
@@ -235,24 +243,181 @@ class Light:
 
 
 class LightSource(ABC):
-    """A source of light (section 3.3): `color` (3, 1), `intensity`, `position` (3, 1)."""
+    """A source of light (section 3.3): `color` (3, 1), `intensity`.
 
-    def __init__(self, color: Iterable[float], intensity: float, position: Iterable[float]) -> None:
+    Attributes
+    ----------
+    size
+        0 without a size; the radius of a ball; the sine of half the angular diameter of a sun.
+    whole
+        The source that this is one place of, or itself.
+    """
+
+    size = 0.0
+
+    def __init__(self, color: Iterable[float], intensity: float, parameters: Sequence[float]) -> None:
         self.color = column(color)
         self.intensity = intensity
-        self.position = column(position)
+        self.whole: LightSource = self
+        self._set_parameters(parameters)
+
+    @abstractmethod
+    def _set_parameters(self, parameters: Sequence[float]) -> None:
+        """Keep the numbers that a source of this kind has beside its color and intensity."""
+
+    @abstractmethod
+    def _places(self, pattern: Array) -> Iterable[LightSource]:
+        """Yield sources without a size at the places of a pattern (3, n)."""
+
+    @abstractmethod
+    def weight(self, way: PathToLight) -> Array:
+        """Return the irradiance at points (N,), but for a factor that is the same at all: g in section 2.3.5."""
+
+    @abstractmethod
+    def mean_of_places(self, total: Array, count: int) -> Light:
+        """Return the irradiance at points where the weights of places have a sum (N,)."""
+
+    def places(self, pattern: Array) -> list[LightSource]:
+        """Return the places of a source with a size, each without: section 2.3.5."""
+        places = list(self._places(pattern))
+        for place in places:
+            place.whole = self
+        return places
 
     @abstractmethod
     def light_at(self, distance: Array) -> Light:
         """Return the light that arrives at points at a distance (N,) from the source."""
 
+    @abstractmethod
+    def way_from(self, eye: Array, sight: Array) -> tuple[Array, Array]:
+        """Return r (N,) and l (3, N), distance and unit direction, from points at `sight` (3, N) from the eye."""
+
+    @abstractmethod
+    def side_of(self, shape: Object) -> int:
+        """Return the side of an object that the source is on, as `Object.side` does."""
+
+    @abstractmethod
+    def crossing(self, shape: Object, way: PathToLight, within: tuple[Array, float]) -> tuple[Array, Array]:
+        """Return where the paths from points to the source cross an object last: (N,) each.
+
+        Parameters
+        ----------
+        shape
+            The object.
+        way
+            The paths.
+        within
+            A point (3, 1) near the others, and the largest distance of the others from it.
+
+        Returns
+        -------
+        t, ahead
+            The distance from the source, or from the point if the source is infinitely far away; and the distance
+            from the point, not above 0 where the object is not in the way.
+        """
+
 
 class PointLight(LightSource):
-    """A light without size that emits equally in all directions (section 2.3.2)."""
+    """A point that emits equally in all directions (section 2.3.2), at its `position` (3, 1); or a ball around it.
+
+    It counts as no nearer than the distance `nearest`.
+    """
+
+    nearest = 0.0
+
+    def _set_parameters(self, parameters: Sequence[float]) -> None:
+        *position, self.size = parameters
+        self.position = column(position)
+
+    def _places(self, pattern: Array) -> Iterator[LightSource]:
+        """Yield points at P_L + R q (section 2.3.5)."""
+        for place in pattern.T:
+            source = PointLight((1.0, 1.0, 1.0), 1.0, (0.0, 0.0, 0.0, 0.0))
+            source.position = self.position + self.size * place[:, None]
+            source.nearest = self.size / 4
+            yield source
+
+    def weight(self, way: PathToLight) -> Array:
+        """Return g = cos(theta) r / max(r, nearest)^3."""
+        inverse: Array = 1 / np.maximum(way.distance, self.nearest)
+        return way.cosine * (way.distance * inverse) * inverse * inverse
+
+    def mean_of_places(self, total: Array, count: int) -> Light:
+        """Return intensity * color / (4 pi) * sum / n."""
+        return Light(self.color, np.nan_to_num(self.intensity / (4 * math.pi) * (total / count)))
 
     def light_at(self, distance: Array) -> Light:
         """Return the light that arrives at points at a distance (N,) from the source."""
         return Light(self.color, np.asarray(self.intensity)).travel(distance)
+
+    def way_from(self, eye: Array, sight: Array) -> tuple[Array, Array]:
+        """Return r and l = (P_L - P) / r, by way of the eye: both parts are small even far from the origin."""
+        to_light = (self.position - eye) - sight
+        distance = length(to_light)
+        return distance, to_light / distance
+
+    def side_of(self, shape: Object) -> int:
+        """Return the side of an object that the position is on."""
+        return shape.side(self.position)
+
+    def crossing(self, shape: Object, way: PathToLight, within: tuple[Array, float]) -> tuple[Array, Array]:
+        """Meet the object with rays from the light, so that they pass through one point as primary rays do."""
+        start = shape.stand_in(self.position, *within)
+        part = way if start is self.position else way.toward(start)
+        t = shape.intersection_parameter(Ray(start, -part.wi))
+        return t + (way.distance - part.distance), part.distance - t
+
+
+class SunLight(LightSource):
+    """A light infinitely far away (section 2.3.4), in the direction `toward` (3, 1), a unit vector; or a disk."""
+
+    def _set_parameters(self, parameters: Sequence[float]) -> None:
+        *direction, degrees = parameters
+        self.toward = -unit(column(direction))
+        half = math.radians(degrees) / 2
+        self.size, self.half_cosine = math.sin(half), math.cos(half)
+
+    def _places(self, pattern: Array) -> Iterator[LightSource]:
+        """Yield directions spread evenly over the solid angle of the disk (section 2.3.5).
+
+        1 - cos(t) = (x^2 + y^2) (1 - cos(a)),  l = cos(t) toward + sin(t) (x u + y v) / |(x, y)|
+        """
+        depth = self.size * self.size / (1 + self.half_cosine)
+        axis = np.zeros((3, 1))
+        axis[np.abs(self.toward).argmin()] = 1
+        u = unit(np.cross(axis, self.toward, axis=0))
+        v = np.cross(self.toward, u, axis=0)
+        for x, y, _ in pattern.T:
+            fall = (x * x + y * y) * depth
+            out = math.sqrt(depth * (2 - fall))
+            source = SunLight((1.0, 1.0, 1.0), 1.0, (0.0, -1.0, 0.0, 0.0))
+            source.toward = (1 - fall) * self.toward + (out * x * u + out * y * v)
+            yield source
+
+    def weight(self, way: PathToLight) -> Array:
+        """Return g = cos(theta)."""
+        return way.cosine
+
+    def mean_of_places(self, total: Array, count: int) -> Light:
+        """Return irradiance * color * 2 / (1 + cos(a)) * sum / n."""
+        return Light(self.color, self.intensity * (2 / (1 + self.half_cosine)) * (total / count))
+
+    def light_at(self, distance: Array) -> Light:
+        """Return L_i = irradiance * color, the same everywhere (section 2.3.4)."""
+        return Light(self.color, np.asarray(self.intensity))
+
+    def way_from(self, eye: Array, sight: Array) -> tuple[Array, Array]:
+        """Return r = +inf and l, the same at all points."""
+        return np.full(sight.shape[1], np.inf), np.broadcast_to(self.toward, sight.shape)
+
+    def side_of(self, shape: Object) -> int:
+        """Return the side of an object that the light comes from."""
+        return shape.side_toward(self.toward)
+
+    def crossing(self, shape: Object, way: PathToLight, within: tuple[Array, float]) -> tuple[Array, Array]:
+        """Meet the object with rays from the points: they are parallel, and start nowhere else."""
+        ahead = shape.exit_parameter(way)
+        return ahead, ahead
 
 
 # --- Objects: document, sections 2.2 and 3.2 ---------------------------------------------------------------
@@ -310,7 +475,7 @@ class Object(ABC):
         color: Iterable[float],
         position: Iterable[float],
         parameters: Sequence[float],
-        source_object: LightSource | None = None,
+        source_object: PointLight | None = None,
     ) -> None:
         self.color = column(color)
         self.position = column(position)
@@ -355,6 +520,14 @@ class Object(ABC):
         From the surface of a solid the eye sees its inside.
         """
 
+    def side_toward(self, direction: Array) -> int:
+        """Return the side of what is infinitely far away in a direction (3, 1): 1 or -1, 0 along the surface."""
+        return 1
+
+    @abstractmethod
+    def exit_parameter(self, way: PathToLight) -> Array:
+        """Return t where the lines P + t l leave the object, -inf where they miss it: (N,)."""
+
     @abstractmethod
     def heights(self, eye: Array, sight: Array) -> Array:
         """Return the heights of points above each of the K pairs of faces, or the one surface; negative inside.
@@ -377,14 +550,14 @@ class Object(ABC):
             return light
         return point + (light - point) * (NEARER_LIGHT_RATIO * reach / distance)
 
-    def touched_by(self, way: PathToLight, t: Array, slack: Array) -> Mask:
-        """Return which shadow rays, met at t, only touch the surface where their points lie on it: (N,).
+    def touched_by(self, way: PathToLight, ahead: Array, slack: Array) -> Mask:
+        """Return which shadow rays, met so far ahead of their points, only touch the surface there: (N,).
 
         The points are known to within `slack`. If a ray enters the object instead, the middle between its point
         and its exit is inside.
         """
         slack = slack + self.rounding(way.eye) + ON_SURFACE * length(way.sight)
-        middle = way.sight + (way.distance - t) / 2 * way.wi
+        middle = way.sight + ahead / 2 * way.wi
         heights = self.heights(way.eye, way.sight)
         on_surface = np.all(heights <= slack, axis=0) & np.any(heights >= -slack, axis=0)
         enters = np.all(self.heights(way.eye, middle) < -slack, axis=0)
@@ -509,6 +682,14 @@ class Sphere(Object):
         """Return 1 outside, -1 inside, 0 on the sphere."""
         return int(np.sign(self._power(point)))
 
+    def exit_parameter(self, way: PathToLight) -> Array:
+        """Return b + sqrt(D), with b and D as for primary rays (section 2.2.1)."""
+        c = (self.position - way.eye) - way.sight
+        b = dot(c, way.wi)
+        g = c - b * way.wi
+        discriminant = self.radius * self.radius - dot(g, g)
+        return np.where(discriminant >= 0, b + np.sqrt(discriminant), -np.inf)
+
     def heights(self, eye: Array, sight: Array) -> Array:
         """Return |P - C| - R: (1, N)."""
         return (length(sight - (self.position - eye)) - self.radius)[None]
@@ -526,9 +707,7 @@ class Plane(Object):
     is_solid = False
 
     def _set_parameters(self, parameters: Sequence[float]) -> None:
-        scaled = column(parameters)
-        scaled = scaled / np.abs(scaled).max()  # so that no square overflows or vanishes
-        self.direction = scaled / length(scaled)
+        self.direction = unit(column(parameters))
 
     def intersection_parameter(self, ray: Ray) -> Array:
         """Return t where it is > 0 and the ray is not parallel to the plane: |l . n| >= 1e-6."""
@@ -576,9 +755,18 @@ class Plane(Object):
         sides: Array = np.sign(dot(hit.normal, self.direction))
         return sides
 
+    def side_toward(self, direction: Array) -> int:
+        """Return 1 in front of the plane, -1 behind it, 0 along it."""
+        return int(np.sign(dot(direction, self.direction)[0]))
+
+    def exit_parameter(self, way: PathToLight) -> Array:
+        """Return t where the line crosses the plane, unless it is parallel: |l . n| >= 1e-6."""
+        along = dot(way.wi, self.direction)
+        return np.where(np.abs(along) >= PARALLEL, -self._heights(way.eye, way.sight) / along, -np.inf)
+
     def heights(self, eye: Array, sight: Array) -> Array:
         """Return |(p - p_0) . n|, (1, N): a plane has no inside."""
-        return np.abs(dot(sight, self.direction) - dot(self.position - eye, self.direction))[None]
+        return np.abs(self._heights(eye, sight))[None]
 
     def reach(self, point: Array) -> float:
         """Return the distance from a point (3, 1) to the plane."""
@@ -587,6 +775,10 @@ class Plane(Object):
     def rounding(self, point: Array) -> Array:
         """Return how close to the plane a point (3, 1) counts as on it: (1, 1)."""
         return np.array([[rounding_across(self.direction.ravel().tolist(), point, self.position, (0.0, 0.0))]])
+
+    def _heights(self, eye: Array, sight: Array) -> Array:
+        """Return (p - p_0) . n of points at `sight` (3, N) from the eye: (N,)."""
+        return dot(sight, self.direction) - dot(self.position - eye, self.direction)
 
     def _distance(self, point: Array) -> float:
         """Return (p - p_0) . n of a point: > 0 in front of the plane, 0 on it."""
@@ -653,6 +845,12 @@ class Box(Object):
         height = float((np.abs(self._local(point)) - self.half).max())
         return 1 if math.isnan(height) else int(np.sign(height))  # NaN: infinitely far along two axes
 
+    def exit_parameter(self, way: PathToLight) -> Array:
+        """Return the first exit from a slab, if it comes after the last entry (section 2.2.3)."""
+        near, far = self._slabs(self._to_box(way.sight - (self.position - way.eye)), self._to_box(way.wi))
+        leaving: Array = far.min(axis=0)
+        return np.where(near.max(axis=0) <= leaving, leaving, -np.inf)
+
     def heights(self, eye: Array, sight: Array) -> Array:
         """Return the heights of points above the faces across each axis of the box: (3, N)."""
         local = self._to_box(sight - (self.position - eye))
@@ -688,8 +886,10 @@ class Box(Object):
         G' = R^T (o - position) + t R^T d: section 2.2.3, with the direction rotated too. A ray parallel to a slab
         is in it for all t or for none.
         """
-        offset = self._start(ray)
-        direction = self._to_box(ray.direction)
+        return self._slabs(self._start(ray), self._to_box(ray.direction))
+
+    def _slabs(self, offset: Array, direction: Array) -> tuple[Array, Array]:
+        """Return the same for rays in box space."""
         low = (-self.half - offset) / direction
         high = (self.half - offset) / direction
         near, far = np.minimum(low, high), np.maximum(low, high)
@@ -814,11 +1014,8 @@ class PathToLight:
 
 def path_to_light(source: LightSource, ray: Ray, hit: Hit) -> PathToLight:
     """Return the paths from the points that rays hit to a light (section 2.3.1)."""
-    # From the surface to the light by way of the eye: both parts are small even far from the origin.
     sight = ray.sight(hit.t)
-    to_light = (source.position - ray.offset) - sight
-    distance = length(to_light)
-    wi = to_light / distance
+    distance, wi = source.way_from(ray.offset, sight)
     return PathToLight(ray.offset, sight, distance, wi, dot(hit.normal, wi))
 
 
@@ -838,7 +1035,7 @@ class Occluder:
     index
         The object.
     t
-        (N,): the distance from the light to the intersection, +inf where there is none.
+        (N,): the distance from the light to the intersection, +inf where there is none; of a sun, from the point.
     between
         (N,) bool: whether the object is between the light and the surface point.
     """
@@ -848,12 +1045,12 @@ class Occluder:
     between: Mask
 
 
-def seen_directly(source: LightSource, ray: Ray) -> Array:
+def seen_directly(source: PointLight, ray: Ray) -> Array:
     """Return intensity * color / (4 pi r^2), r from the light to the eye (section 3.4): (3, 1)."""
     return source.light_at(distance_to_eye(source, ray)).rgb
 
 
-def distance_to_eye(source: LightSource, ray: Ray) -> Array:
+def distance_to_eye(source: PointLight, ray: Ray) -> Array:
     """Return the distance from a light to the rays' offset, or along parallel rays to where they start: (1,)."""
     to_light = source.position - ray.offset
     return length(to_light) if ray.beside is None else np.abs(dot(to_light, ray.direction[:, :1]))
@@ -869,7 +1066,7 @@ class Scenery:
     objects
         The objects in the order of the file: the nearest wins, the first of two at the same distance.
     light_sources
-        All point lights, those that objects carry included.
+        All lights, those that objects carry included.
     settings
         Samples, background, ambient light, `max_depth`, `eye_falloff`.
 
@@ -891,7 +1088,8 @@ class Scenery:
         self.light_sources = light_sources
         self.settings = settings
         self._abandoned = Event()
-        self._sides: dict[tuple[float, ...], npt.NDArray[np.int8]] = {}
+        self._sides: dict[Any, npt.NDArray[np.int8]] = {}
+        self._places: dict[LightSource, list[LightSource]] = {}
         self.shining = np.array([shape.source_object is not None for shape in objects], dtype=bool)
         self.solid = np.array([shape.is_solid for shape in objects], dtype=bool)
 
@@ -1057,17 +1255,64 @@ class Scenery:
         return hit.albedo / math.pi * irradiance
 
     def _irradiance(self, source: LightSource, ray: Ray, hit: Hit) -> tuple[Array, int]:
-        """Return L_i * cos(theta) of one light at each surface point, 0 in shadow: (3, N).
+        """Return the irradiance of one light at each surface point, (3, N), and the number of shadow rays."""
+        places = self.places_of(source)
+        if not places:
+            return self._sharp_irradiance(source, ray, hit)
+        unhidden, reached, traced = np.zeros(len(hit.t)), np.zeros(len(hit.t)), 0
+        for place in places:
+            way = path_to_light(place, ray, hit)
+            lit, facing = self._lit(place, way, ray, hit)
+            weight = np.where(way.cosine > 0, place.weight(way), 0.0)
+            unhidden += weight
+            reached[lit] += weight[lit]
+            traced += facing
+        return self.soft_irradiance(source, path_to_light(source, ray, hit), (unhidden, reached)), traced
+
+    def soft_irradiance(self, source: LightSource, way: PathToLight, sums: tuple[Array, Array]) -> Array:
+        """Return the irradiance of an emitter: (3, N) (section 2.3.5).
+
+        L_i cos(theta) sum(g v) / sum(g) where all of it is above the tangent plane, else the mean of g v.
+
+        Parameters
+        ----------
+        source, way
+            The emitter, and the paths to its middle.
+        sums
+            The sums of g and of g v over all places: (N,) each.
+        """
+        unhidden, reached = sums
+        height = way.cosine if isinstance(source, SunLight) else way.cosine * way.distance
+        above = np.flatnonzero(height >= source.size)
+        irradiance = source.mean_of_places(reached, len(self.places_of(source))).rgb * np.ones(len(reached))
+        irradiance[:, above] = irradiance_of(source, way, above)[:, above] * (reached[above] / unhidden[above])
+        return np.nan_to_num(irradiance)
+
+    def places_of(self, source: LightSource) -> list[LightSource]:
+        """Return the places of a source with a size, computed once; none without a size."""
+        if source.size == 0:
+            return []
+        if source not in self._places:
+            pattern = np.array(emitter_places(self.settings.shadow_samples)).T
+            self._places[source] = source.places(pattern)
+        return self._places[source]
+
+    def _sharp_irradiance(self, source: LightSource, ray: Ray, hit: Hit) -> tuple[Array, int]:
+        """Return L_i * cos(theta) of a light without a size at each surface point, 0 in shadow: (3, N).
 
         A surface is lit from the viewer's side only. All shapes are convex, so where eye and light are on the
         same side of an object and cos(theta) > 0, the object cannot stand in its own light: it is left out of
         its own shadow test, and no epsilon is needed.
         """
         way = path_to_light(source, ray, hit)
+        lit, facing = self._lit(source, way, ray, hit)
+        return irradiance_of(source, way, lit), facing
+
+    def _lit(self, source: LightSource, way: PathToLight, ray: Ray, hit: Hit) -> tuple[Indices, int]:
+        """Return the points that a light without a size reaches, and the number of those that face it."""
         facing = np.flatnonzero((way.cosine > 0) & self.same_side(source, ray, hit))
         blocked = self._blocked(source, way.take(facing), hit.index[facing])
-        lit = facing[~blocked]
-        return irradiance_of(source, way, lit), len(facing)
+        return facing[~blocked], len(facing)
 
     def same_side(self, source: LightSource, ray: Ray, hit: Hit) -> Mask:
         """Return for each hit whether the light can reach what the eye sees of the object: (N,).
@@ -1075,26 +1320,26 @@ class Scenery:
         It can if both are on the same side of the surface. From the surface of a solid the eye sees its inside,
         and a light there shines to both sides; a light on a plane does not light the plane.
         """
-        eye, light = self.seen_sides(ray, hit), self._sides_from(source.position)[hit.index]
+        eye, light = self.seen_sides(ray, hit), self._sides_by(source, source.side_of)[hit.index]
         same: Mask = (eye == light) | (self.solid[hit.index] & ((light == 0) | ((eye == 0) & (light < 0))))
         return same
 
     def seen_sides(self, ray: Ray, hit: Hit) -> npt.NDArray[np.int8]:
         """Return the side from which each hit is seen: (N,)."""
         if ray.beside is None:
-            return self._sides_from(ray.offset)[hit.index]
+            sides = self._sides_by(tuple(ray.offset.ravel()), lambda shape: shape.side(ray.offset))
+            return sides[hit.index]
         sides = np.zeros(len(hit.index), dtype=np.int8)
         for i in np.unique(hit.index):
             rays = np.flatnonzero(hit.index == i)
             sides[rays] = self.objects[i].seen_side(ray.take(rays), hit.take(rays))
         return sides
 
-    def _sides_from(self, apex: Array) -> npt.NDArray[np.int8]:
-        """Return the side of each object on which a point lies, computed once per eye and light: (objects,)."""
-        key = tuple(apex.ravel())
-        if key not in self._sides:
-            self._sides[key] = np.array([shape.side(apex) for shape in self.objects], dtype=np.int8)
-        return self._sides[key]
+    def _sides_by(self, apex: Any, side_of: Callable[[Object], int]) -> npt.NDArray[np.int8]:
+        """Return the side of each object on which an eye or light is, computed once for each: (objects,)."""
+        if apex not in self._sides:
+            self._sides[apex] = np.array([side_of(shape) for shape in self.objects], dtype=np.int8)
+        return self._sides[apex]
 
     def _blocked(self, source: LightSource, way: PathToLight, receiver: Indices) -> Mask:
         """Return whether an object stands between the light and each point: (N,)."""
@@ -1108,19 +1353,16 @@ class Scenery:
 
         Neither the object that the point lies on nor the one that carries the light counts.
         """
-        # Shadow rays are traced from the light to the surface, so that they pass through one point as well.
-        point, spread = way.extent()
+        within = way.extent()
         for i, shape in self._objects_until_abandoned():
-            if shape.source_object is not source:
-                start = shape.stand_in(source.position, point, spread)
-                part = way if start is source.position else way.toward(start)
-                t = shape.intersection_parameter(Ray(start, -part.wi))
-                between = (t < part.distance) & (receiver != i)
-                close = np.flatnonzero(between & (t > part.distance * (1 - NEAR_THE_END)))
+            if shape.source_object is not source.whole:
+                t, ahead = source.crossing(shape, way, within)
+                between = (ahead > 0) & (receiver != i)
+                close = np.flatnonzero(between & (ahead < way.distance * NEAR_THE_END))
                 if close.size:
                     known = self._rounding_at(receiver[close], way.eye, way.sight[:, close])
-                    between[close] = ~shape.touched_by(part.take(close), t[close], known)
-                yield Occluder(i, t + (way.distance - part.distance), between)
+                    between[close] = ~shape.touched_by(way.take(close), ahead[close], known)
+                yield Occluder(i, t, between)
 
 
 # --- Passes: ground truth at pixel centres -----------------------------------------------------------------
@@ -1154,7 +1396,7 @@ PASS_VALUES: dict[str, Callable[[Scenery, Ray, Hit], npt.NDArray[Any]]] = {
 
 # The class of each kind of shape and of light.
 OBJECTS: dict[str, Callable[..., Object]] = {"sphere": Sphere, "plane": Plane, "box": Box}
-LIGHT_SOURCES: dict[str, Callable[..., LightSource]] = {"point": PointLight}
+LIGHT_SOURCES: dict[str, Callable[..., LightSource]] = {"point": PointLight, "sun": SunLight}
 
 
 def build_scenery(world: World) -> Scenery:

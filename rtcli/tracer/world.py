@@ -144,11 +144,12 @@ class Lights(NamedTuple):
     kind
         (M,) uint8: indices into `LIGHT_PARAMETERS` of the compiled module.
     parameters
-        (P,) float64: the parameters of the first light, then those of the second, and so on. Point: position (3).
+        (P,) float64: the parameters of the first light, then those of the second, and so on. Point: position (3),
+        radius; sun: the direction in which its light travels (3, any length), angular diameter in degrees.
     color
         (M * 3,) float64: linear, 0 or more.
     intensity
-        (M,) float64: emitted power.
+        (M,) float64: emitted power; of a sun, its irradiance.
     carrier
         (M,) int64: the index of the object that carries it, or `NO_CARRIER`.
     """
@@ -200,6 +201,8 @@ class Settings(NamedTuple):
         Linear RGB; a surface reflects albedo * ambient of it wherever objects and lights are.
     max_depth
         0: only objects that carry a light are seen; 1 or more: direct light with shadows.
+    shadow_samples
+        The number of places of each light that has a size.
     eye_falloff
         Whether radiance is also divided by 4 pi t^2, t from the surface to the eye.
     """
@@ -208,6 +211,7 @@ class Settings(NamedTuple):
     background: Vector
     ambient: Vector
     max_depth: int
+    shadow_samples: int
     eye_falloff: bool
 
 

@@ -91,6 +91,27 @@ def test_mitsuba_still_computes_the_committed_radiance(monkeypatch: pytest.Monke
     assert stray_share <= STRAY_SHARE
 
 
+@pytest.mark.integration
+@pytest.mark.parametrize(("shadow_samples", "tolerance"), [(64, 0.02), (1024, 0.005)])
+@pytest.mark.parametrize("engine", ENGINES)
+def test_penumbras_agree_with_mitsuba_in_the_mean(
+    monkeypatch: pytest.MonkeyPatch, engine: str, shadow_samples: int, tolerance: float
+) -> None:
+    pytest.importorskip("mitsuba", reason="Mitsuba is not installed: pip install mitsuba")
+    scene = rtcli.load_scene(DATA / "penumbras.yaml")
+    # Three thousand random points of the light for each pixel: the noise of the mean is a tenth of the tolerance.
+    computed = _script(monkeypatch).radiance(scene, samples=3000)
+    settings = scene.render.replace(shadow_samples=shadow_samples)
+    film = rtcli.render(scene.replace(render=settings), engine=engine)
+    means = film.radiance.mean(axis=(0, 1)), computed.mean(axis=(0, 1))
+    np.testing.assert_allclose(*means, rtol=tolerance)
+    # And in each quarter of the picture, two of which hold the penumbras.
+    for rows in (slice(0, 12), slice(12, 24)):
+        for columns in (slice(0, 16), slice(16, 32)):
+            quarters = (picture[rows, columns].mean() for picture in (film.radiance, computed))
+            np.testing.assert_allclose(*quarters, rtol=1.5 * tolerance)
+
+
 def _stray_share(difference: npt.NDArray[np.float64]) -> float:
     """Return the share of pixels beyond the tolerance; NaN counts as beyond it."""
     return float(np.mean(~(difference <= TOLERANCE)))

@@ -27,7 +27,10 @@ def test_valid_scene_is_read_straight_to_arrays(name, text):
     assert read is not None
 
 
-@given(random_scenes(), st.sampled_from([{"default_flow_style": True}, {"default_flow_style": None}, {}]))
+@given(
+    random_scenes() | random_scenes(emitters=True),
+    st.sampled_from([{"default_flow_style": True}, {"default_flow_style": None}, {}]),
+)
 def test_any_valid_scene_is_read_straight_to_arrays_but_for_cameras_by_fov_x_or_intrinsics(data, style):
     for name, text in [("a.json", json.dumps(data)), ("a.yaml", yaml.safe_dump(data, **style))]:
         read = read_packed(text.encode(), name, [], Stopwatch())

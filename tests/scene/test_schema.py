@@ -153,7 +153,11 @@ def test_defaults_equal_those_of_the_models():
     expected |= {("ImageSettings", key): value for key, value in scene.image}
     # An empty list is not a default here, since an editor that completes `objects` would write it.
     expected |= {("scene", "version"): 1}
-    expected |= {("CarriedLight", "color"): (1, 1, 1), ("PointLight", "color"): (1, 1, 1), ("Box", "rotation"): 0}
+    lights = ("CarriedLight", "PointLight", "SunLight")
+    expected |= {**{(light, "color"): (1, 1, 1) for light in lights}, ("PointLight", "type"): "point"}
+    sizes = {("CarriedLight", "radius"), ("PointLight", "radius"), ("SunLight", "angle")}
+    expected |= dict.fromkeys(sizes, 0)
+    expected |= {("Box", "rotation"): 0}
     sections = {("scene", "render"): scene.render, ("scene", "image"): scene.image}
     for loc, section in sections.items():
         assert found.pop(loc) == json.loads(section.model_dump_json())

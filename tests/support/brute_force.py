@@ -248,10 +248,22 @@ BODIES = {"sphere": Ball, "plane": Wall, "box": Brick}
 
 
 class Lamp(NamedTuple):
-    point: Point
+    """A light at a point, or else a sun in a direction, which is a unit vector."""
+
+    point: Point | None
+    toward: Array | None
     color: Array
     intensity: float
     body: int | None
+
+    def ways_from(self, position: Array) -> tuple[Array, Array, Array | float]:
+        """Return the ways from points, their lengths, and what its light is divided by there."""
+        if self.point is None:
+            ones = np.ones(position.shape[1])
+            return self.toward * ones, np.inf * ones, 1.0
+        way = self.point.position - position
+        r = length(way)
+        return way, r, 4 * np.pi * r * r
 
 
 # --- The picture -----------------------------------------------------------------------------------------
@@ -323,8 +335,11 @@ class BruteForce:
         return vector(one["position"]) - self.eye
 
     def _lamp(self, light: Data, one: Data, body: int | None) -> Lamp:
+        color = vector(light.get("color", (1, 1, 1)))
+        if light.get("type") == "sun":
+            return Lamp(None, -unit(vector(light["direction"])), color, float(light["irradiance"]), None)
         position = Point(self._position(one), self.grain + grain(one))
-        return Lamp(position, vector(light.get("color", (1, 1, 1))), float(light["intensity"]), body)
+        return Lamp(position, None, color, float(light["intensity"]), body)
 
     def picture(self) -> Picture:
         """Return what the pixels show."""
@@ -474,16 +489,15 @@ class BruteForce:
 
     def _add(self, lamp: Lamp, points: Points, reflected: Array, picture: Picture, pixels: Any) -> None:
         """Add what a lamp brings to points: albedo / pi I color / (4 pi r^2) cos(theta)."""
-        way = lamp.point.position - points.position
-        r = length(way)
+        way, r, fading = lamp.ways_from(points.position)
         height = dot(points.normal, way)
         height = np.where(np.abs(height) <= ROUNDING * np.abs(way).sum(axis=0) + points.error, 0.0, height)
-        arriving = reflected * lamp.intensity * lamp.color / (4 * np.pi * r * r)
+        arriving = reflected * lamp.intensity * lamp.color / fading
         picture.tolerance[:, pixels] += arriving * (1e-5 + 4 * points.blur / r)
         facing = np.flatnonzero(height > -points.blur)
         is_open, sure = self._unblocked(lamp, Points(*(values[..., facing] for values in points)), way[:, facing])
         lit = facing[is_open & (height[facing] > 0)]
-        light = arriving[:, lit] * height[lit] / r[lit]
+        light = arriving[:, lit] * height[lit] / length(way[:, lit])
         picture.radiance[:, pixels[lit]] += light
         share = 1e-4 + 8e-6 / picture.steep[pixels[lit]]
         # The normal of a ball that is a small part of a pixel: of the pixel float32 holds a share.
@@ -500,19 +514,24 @@ class BruteForce:
         r = length(way)
         is_open, sure = np.ones(len(r), dtype=bool), np.ones(len(r), dtype=bool)
         start, end = Point(points.position, points.error), lamp.point
+        until = 1.0 if end is not None else np.inf
         for body in (body for i, body in enumerate(self.bodies) if i != lamp.body):
-            close = points.blur + SINGLE * np.minimum(body.size, r)
-            sure &= ~is_doubtful(body, end)
-            here, on_lamp = body.heights(start), body.heights(end) == 0
+            close = points.blur + SINGLE * np.minimum(body.size, r * until)
+            if end is not None:
+                sure &= ~is_doubtful(body, end)
+            here = body.heights(start)
+            on_lamp = body.heights(end) == 0 if end is not None else np.zeros((len(here), 1), dtype=bool)
             if isinstance(body, Ball) and on_lamp.any():
                 # It is met from the lamp, where the root is exactly 0.
                 one, on_lamp = body.crossings(end, -way), here == 0
             else:
                 one = body.crossings(start, way)
-            between = (one.t > 0) & (one.t < 1) & ~on_lamp
+            between = (one.t > 0) & (one.t < until) & ~on_lamp
             is_open &= ~(between & (one.margin > 0)).any(axis=0)
             above = body.heights(start._replace(certainty=1 / 16))
-            almost = (above != 0) & (np.abs(above) <= points.blur) & (one.margin > -close) & (np.abs(one.t) < 1)
+            almost = (
+                (above != 0) & (np.abs(above) <= points.blur) & (one.margin > -close) & (np.abs(one.t) < until)
+            )
             vague = between & (one.steep < 2 * PARALLEL) & (body.size == 0)
             if isinstance(body, Ball):  # at the rim of what a lamp on it lights
                 vague |= (np.abs(one.t) * r < 4 * GRAZING * body.size) & (one.steep < GRAZING)

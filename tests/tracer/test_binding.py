@@ -12,7 +12,7 @@ from array import array
 
 import numpy as np
 import pytest
-from worlds import box, light, plane, scene, sphere
+from worlds import box, light, plane, scene, sphere, sun
 
 import rtcli
 from rtcli.rendering.pack import pack
@@ -32,9 +32,9 @@ ROOM = scene(
         box([1, 0.2, -4], [0.5, 1, 0.4], rotation=30),
         sphere([0, 3, -5], 0.2, light={"intensity": 100}),
     ],
-    [light([3, 4, 0]), light([-4, 2, -1], 50)],
+    [light([3, 4, 0]), light([-4, 2, -1], 50, radius=0.3), sun([-1, -2, -1], 1, angle=10)],
     camera={"resolution": [301, 203], "fov": 45},
-    render={"samples": 2, "background": "skyblue"},
+    render={"samples": 2, "background": "skyblue", "shadow_samples": 10},
 )
 WHOLE = Window(0, 0, 301, 203)
 
@@ -318,7 +318,7 @@ CAMERA = (
 )
 NO_OBJECTS = (b"", b"", b"", b"")
 NO_LIGHTS = (b"", b"", b"", b"", b"")
-SETTINGS = (1, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), True, False)
+SETTINGS = (1, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), True, 16, False)
 
 
 def floats(count):
@@ -326,7 +326,7 @@ def floats(count):
 
 
 ONE_OBJECT = (b"\0", floats(3), floats(1), floats(3))
-ONE_LIGHT = (b"\0", floats(3), floats(3), floats(1), array("q", [-1]).tobytes())
+ONE_LIGHT = (b"\0", floats(4), floats(3), floats(1), array("q", [-1]).tobytes())
 
 
 def with_item(values, index, item):
@@ -338,8 +338,9 @@ def with_item(values, index, item):
     [
         ((with_item(CAMERA, 0, 0), NO_OBJECTS, NO_LIGHTS, SETTINGS), "at least one pixel"),
         ((CAMERA, NO_OBJECTS, NO_LIGHTS, with_item(SETTINGS, 0, 0)), "samples"),
+        ((CAMERA, NO_OBJECTS, NO_LIGHTS, with_item(SETTINGS, 4, 0)), "shadow samples"),
         ((CAMERA, with_item(ONE_OBJECT, 0, b"\3"), NO_LIGHTS, SETTINGS), "unknown kind 3"),
-        ((CAMERA, NO_OBJECTS, with_item(ONE_LIGHT, 0, b"\1"), SETTINGS), "unknown kind 1"),
+        ((CAMERA, NO_OBJECTS, with_item(ONE_LIGHT, 0, b"\2"), SETTINGS), "unknown kind 2"),
         *(
             (
                 (CAMERA, (bytes([kind]), floats(3), floats(wrong), floats(3)), NO_LIGHTS, SETTINGS),

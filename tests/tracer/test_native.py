@@ -90,7 +90,17 @@ def test_samples_are_averaged_as_the_reference_averages_them(data):
 
 
 @relaxed
-@given(random_scenes())
+@given(random_scenes(emitters=True))
+def test_picture_is_the_references_with_lights_of_any_size(data):
+    reference, native = both(data)
+    # A place may be hidden in one engine only where the border of its shadow runs through the middle of a pixel.
+    difference = relative_difference(reference.radiance, native.radiance)
+    dim = reference.radiance.max(axis=-1) < DIM * reference.radiance.max(initial=0)
+    assert np.mean((difference > 1e-4) & ~dim) <= 0.02 + 2 / difference.size
+
+
+@relaxed
+@given(random_scenes() | random_scenes(emitters=True))
 def test_number_of_rays_is_the_references(data):
     reference, native = both(data)
     # A shadow ray is traced or not where a lamp is in the plane of a face, more or less.

@@ -152,7 +152,14 @@ fn crowd(count: usize) -> World {
 }
 
 fn settings() -> Settings {
-    Settings { samples: 1, background: [0.0; 3], ambient: [0.0; 3], direct_light: true, eye_falloff: false }
+    Settings {
+        samples: 1,
+        background: [0.0; 3],
+        ambient: [0.0; 3],
+        direct_light: true,
+        shadow_samples: 64,
+        eye_falloff: false,
+    }
 }
 
 fn object(position: Vector, color: Vector, shape: ShapeDesc) -> Object {
@@ -160,7 +167,7 @@ fn object(position: Vector, color: Vector, shape: ShapeDesc) -> Object {
 }
 
 fn light(position: Vector, intensity: f64) -> LightDesc {
-    LightDesc { source: LightSource::Point { position }, color: [1.0; 3], intensity, carrier: None }
+    LightDesc { source: LightSource::Point { position, radius: 0.0 }, color: [1.0; 3], intensity, carrier: None }
 }
 
 /// A camera with y up that looks at a point straight ahead of it, above or below.

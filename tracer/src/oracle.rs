@@ -1,5 +1,6 @@
 //! The oracle of the kernel's tests: shapes intersected in float64, by independent formulas.
 
+use crate::apex::Apex;
 use crate::camera::{Projection, half_tangent};
 use crate::shapes::Shapes;
 use crate::shapes::contact::{Contact, Side};
@@ -11,7 +12,7 @@ use crate::shapes::sphere::Sphere;
 use crate::tile::hits::{FACE_BITS, HitBuffer, NO_FACE};
 use crate::tile::rays::{Ray, Rays};
 use crate::tile::{LANES, Lanes, SIDE, View};
-use crate::vector::{Vector, add, dot, length, scale, sub, to_f32};
+use crate::vector::{Vector, add, dot, length, scale, sub};
 use crate::world::{
     Camera, CheckerDesc, CuboidDesc, LightDesc, LightSource, Object, PlaneDesc, Settings, ShapeDesc, SphereDesc,
     World,
@@ -19,6 +20,12 @@ use crate::world::{
 use proptest::prelude::*;
 
 const EYE: Vector = [0.0; 3];
+
+impl From<Vector> for Apex {
+    fn from(position: Vector) -> Apex {
+        Apex::point(position)
+    }
+}
 
 impl View {
     /// Return a view of square pixels with the principal point in the middle.
@@ -137,10 +144,11 @@ impl OracleShape {
         [near, far].into_iter().find(|&t| t > 0.0)
     }
 
-    /// Whether the surface crosses the segment between two points.
-    pub(crate) fn stands_between(&self, a: Vector, b: Vector) -> bool {
-        let crossing = self.span(a, sub(b, a));
-        crossing.is_some_and(|(near, far)| [near, far].into_iter().any(|t| 0.0 < t && t < 1.0))
+    /// Whether the surface crosses the segment between a light and a point.
+    pub(crate) fn stands_between(&self, light: Apex, point: Vector) -> bool {
+        let crossing = self.span(point, light.from(point));
+        let end = if light.is_direction() { f64::INFINITY } else { 1.0 };
+        crossing.is_some_and(|(near, far)| [near, far].into_iter().any(|t| 0.0 < t && t < end))
     }
 
     /// The distance of a point from the surface.
@@ -370,18 +378,20 @@ pub(crate) fn surface_points(shape: &OracleShape, (view, corner): (View, (u32, u
 }
 
 /// Return the irradiance that an occluder leaves of 1 at each point.
-pub(crate) fn irradiance_left(occluder: &OracleShape, light: Vector, points: &Points) -> Lanes {
+pub(crate) fn irradiance_left(occluder: &OracleShape, light: impl Into<Apex>, points: &Points) -> Lanes {
+    let light = light.into();
     let mut left = [1.0; LANES];
     let mut squared = [0.0; LANES];
-    let to_light = to_f32(sub(light, points.reference));
+    let to_light = light.from_f32(points.reference);
     for lane in 0..points.padded() {
         let [x, y, z] = points.toward(to_light, lane);
         squared[lane] = x * x + y * y + z * z;
     }
-    let contact = occluder.contact(light);
+    let contact = (!light.is_direction()).then(|| occluder.contact(light.at));
+    let contact = contact.filter(|contact| contact.side == Side::On);
     let shadow =
         &mut ShadowRays { points, light, squared: &squared, irradiance: &mut left, bounds: points.bounds() };
-    occluder.to_kernel().get(0).occlude((contact.side == Side::On).then_some(&contact), shadow);
+    occluder.to_kernel().get(0).occlude(contact.as_ref(), shadow);
     left
 }
 
@@ -395,13 +405,14 @@ pub(crate) fn assert_all_lit(occluder: &OracleShape, light: Vector, points: &Poi
 /// involved. Points and lights within that error of the surface are not checked.
 pub(crate) fn check_occlusion(
     occluder: &OracleShape,
-    light: Vector,
+    light: impl Into<Apex>,
     points: &Points,
 ) -> Result<(), TestCaseError> {
+    let light = light.into();
     let lengths = [
         occluder.size(),
         length(sub(occluder.center(), points.reference)),
-        length(sub(light, points.reference)),
+        light.weight * length(light.from(points.reference)),
         length(sub(points.bounds().center, points.reference)) + points.bounds().radius,
     ];
     let error = 4e-6 * lengths.iter().sum::<f64>();
@@ -410,7 +421,8 @@ pub(crate) fn check_occlusion(
     for lane in 0..points.count {
         let point = point_of(points, lane);
         // The corners of a box move farther than its faces.
-        if occluder.distance(point).min(occluder.distance(light)) < 2.0 * error {
+        let close = |place: Vector| occluder.distance(place) < 2.0 * error;
+        if close(point) || (!light.is_direction() && close(light.at)) {
             continue;
         }
         if large.stands_between(light, point) && small.stands_between(light, point) {
@@ -490,28 +502,32 @@ fn any_object() -> impl Strategy<Value = Object> {
 
 /// A light, free or carried by a sphere or a box.
 fn any_light(objects: Vec<Object>) -> impl Strategy<Value = LightDesc> {
-    (any_place(6.0), any_color(), 1.0..1000.0, any::<prop::sample::Index>()).prop_map(
-        move |(position, color, intensity, index)| {
+    let radius = prop_oneof![Just(0.0), 0.01..2.0];
+    (any_place(6.0), any_color(), 1.0..1000.0, radius, any::<prop::sample::Index>()).prop_map(
+        move |(position, color, intensity, radius, index)| {
             // As many are free as are carried.
             let number = index.index(2 * objects.len() + 1);
             let carrier = objects.get(number).filter(|object| !matches!(object.shape, ShapeDesc::Plane(_)));
-            LightDesc {
-                source: LightSource::Point { position: carrier.map_or(position, |object| object.position) },
-                color,
-                intensity,
-                carrier: carrier.map(|_| number),
-            }
+            let source = match carrier {
+                Some(object) => LightSource::Point { position: object.position, radius },
+                // Free lights are suns as often as not.
+                None if number % 2 == 0 => LightSource::Sun { direction: position, angle: 30.0 * radius },
+                None => LightSource::Point { position, radius },
+            };
+            LightDesc { source, color, intensity, carrier: carrier.map(|_| number) }
         },
     )
 }
 
 fn any_settings() -> impl Strategy<Value = Settings> {
-    (1_u32..5, any_color(), any_color(), prop::bool::weighted(0.9), any::<bool>()).prop_map(
-        |(samples, background, ambient, direct_light, eye_falloff)| Settings {
+    let lit = (prop::bool::weighted(0.9), 1_u32..20);
+    (1_u32..5, any_color(), any_color(), lit, any::<bool>()).prop_map(
+        |(samples, background, ambient, (direct_light, shadow_samples), eye_falloff)| Settings {
             samples,
             background,
             ambient,
             direct_light,
+            shadow_samples,
             eye_falloff,
         },
     )

@@ -1,6 +1,7 @@
 //! The shapes of a scene. To add one, implement `Description` and `Primitive` in a file of its own, and add a line
 //! to `define_shapes!` below.
 
+use crate::apex::Apex;
 use crate::bounds::BoundingSphere;
 use crate::camera::Projection;
 use crate::camera_space::CameraSpace;
@@ -196,7 +197,8 @@ impl Primitive for Shape<'_> {
         fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer);
         fn depth(&self, ray: Ray) -> (f64, f64);
         fn occlude(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>);
-        fn is_lit_from(&self, face: u32, contact: Option<&Contact>, light: Vector) -> bool;
+        fn may_hide(&self, emitter: (Apex, f64), bounds: BoundingSphere) -> bool;
+        fn is_lit_from(&self, face: u32, contact: Option<&Contact>, light: Apex) -> bool;
         fn height(&self, face: u32, light: &Contact) -> f64;
         fn magnitude(&self) -> f64;
         fn magnitude_across(&self, face: u32) -> f64;

@@ -5,7 +5,12 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from rtcli.scene.diagnostics.problems import nearest
-from rtcli.scene.diagnostics.synonyms import WORDS_FOR_CHOICES, WORDS_FOR_KEYS, WORDS_FOR_SHAPES
+from rtcli.scene.diagnostics.synonyms import (
+    WORDS_FOR_CHOICES,
+    WORDS_FOR_KEYS,
+    WORDS_FOR_LIGHTS,
+    WORDS_FOR_SHAPES,
+)
 
 # Words for a single number, where the key that they stand for holds a list: their values do not fit it.
 _SINGLE_SIDES = frozenset({"width", "height", "depth", "length", "side", "edge"})
@@ -41,8 +46,8 @@ def suggested_key(key: str, known: Collection[str], missing: Collection[str] = (
 
 
 def suggested_type(word: str, known: Collection[str]) -> str | None:
-    """Return the type of object that an unknown one probably means, or None."""
-    meant = [shape for shape in _named(_plain(word), WORDS_FOR_SHAPES) if shape in known]
+    """Return the type of object or light that an unknown one probably means, or None."""
+    meant = [kind for kind in _named(_plain(word), WORDS_FOR_SHAPES | WORDS_FOR_LIGHTS) if kind in known]
     return meant[0] if meant else nearest(word, known)
 
 

@@ -1,4 +1,4 @@
-"""The words that other programs use for the keys of a scene and for the shapes.
+"""The words that other programs use for the keys of a scene, for the shapes and for the lights.
 
 All are in lower case, without hyphens and underscores.
 """
@@ -10,6 +10,13 @@ WORDS_FOR_SHAPES = {
     "sphere": "ball orb globe bubble marble bead planet uvsphere icosphere ellipsoid spheroid",
     "plane": "floor ground wall ceiling surface backdrop infiniteplane halfspace sheet quad",
     "box": "cube cuboid block brick crate rectangle rect rectangularprism prism slab rectcuboid hexahedron aabb",
+}
+
+# By the type of a light.
+WORDS_FOR_LIGHTS = {
+    "point": "pointlight pointlamp lamp bulb omni omnilight positional sphere",
+    "sun": "sunlight sunlamp directional directionallight distant distantlight parallel parallellight infinite "
+    "daylight",
 }
 
 
@@ -55,6 +62,8 @@ WORDS_FOR_KEYS = {
     "camera_to_world": "c2w camtoworld cam2world pose matrix transform transformmatrix matrixworld toworld",
     "world_to_camera": "w2c worldtocam world2cam extrinsics extrinsic view viewmatrix rt",
     "intensity": "power energy brightness strength watts wattage emission emitted flux radiance luminosity lumens",
+    "irradiance": "intensity power energy brightness strength illuminance lux radiance flux watts emission",
+    "direction": "dir toward towards target to at lookat aim from orientation heading rotation normal vector way",
     "color": "colour rgb rgba albedo material diffuse diffusecolor basecolor reflectance reflectivity kd tint "
     "surface paint pigment texture hue",
     "name": "id label title identifier",
@@ -69,6 +78,8 @@ WORDS_FOR_KEYS = {
     "background": "sky skycolor backgroundcolor bg backdrop environment",
     "ambient": "ambientlight ambientcolor ambientradiance ambientintensity globalambient skylight filllight fill",
     "max_depth": "depth bounces maxbounces recursion recursiondepth maxrecursion raydepth",
+    "shadow_samples": "shadowrays lightsamples emittersamples softshadows areasamples",
+    "angle": "angulardiameter diameter size radius softness degrees",
     "eye_falloff": "falloff attenuation eyeattenuation",
     "exposure": "ev stops brightness gain",
     "alpha": "transparent transparency transparentbackground filmtransparent opacity rgba",

@@ -26,10 +26,11 @@ pub static RENDER: Mapping = Mapping {
         Field { key: "background", value: Value::Color(Value::NUMBER.from(0.0)), slot: 1 },
         Field { key: "ambient", value: Value::Color(Value::NUMBER.from(0.0)), slot: 4 },
         Field { key: "max_depth", value: Value::Number(Value::INTEGER.from(0.0)), slot: 7 },
-        Field { key: "eye_falloff", value: Value::Boolean, slot: 8 },
+        Field { key: "shadow_samples", value: Value::Number(Value::INTEGER.from(1.0).to(1024.0)), slot: 8 },
+        Field { key: "eye_falloff", value: Value::Boolean, slot: 9 },
     ],
     required: 0b0,
-    defaults: &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0],
+    defaults: &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 64.0, 0.0],
 };
 
 pub static IMAGE: Mapping = Mapping {
@@ -44,21 +45,27 @@ pub static IMAGE: Mapping = Mapping {
 
 pub static LIGHT: Mapping = Mapping {
     fields: &[
-        Field { key: "position", value: Value::Numbers(3, Value::NUMBER), slot: 0 },
-        Field { key: "intensity", value: Value::Number(Value::NUMBER.from(0.0)), slot: 3 },
-        Field { key: "color", value: Value::Color(Value::NUMBER.from(0.0)), slot: 4 },
+        Field { key: "type", value: Value::Choice(&["point", "sun"]), slot: 0 },
+        Field { key: "position", value: Value::Numbers(3, Value::NUMBER), slot: 1 },
+        Field { key: "intensity", value: Value::Number(Value::NUMBER.from(0.0)), slot: 4 },
+        Field { key: "radius", value: Value::Number(Value::NUMBER.from(0.0)), slot: 5 },
+        Field { key: "color", value: Value::Color(Value::NUMBER.from(0.0)), slot: 6 },
+        Field { key: "direction", value: Value::Direction(3, Value::NUMBER), slot: 9 },
+        Field { key: "irradiance", value: Value::Number(Value::NUMBER.from(0.0)), slot: 12 },
+        Field { key: "angle", value: Value::Number(Value::NUMBER.from(0.0).below(90.0)), slot: 13 },
     ],
-    required: 0b11,
-    defaults: &[f64::NAN, f64::NAN, f64::NAN, f64::NAN, 1.0, 1.0, 1.0],
+    required: 0b0,
+    defaults: &[0.0, f64::NAN, f64::NAN, f64::NAN, f64::NAN, 0.0, 1.0, 1.0, 1.0, f64::NAN, f64::NAN, f64::NAN, f64::NAN, 0.0],
 };
 
 pub static CARRIED_LIGHT: Mapping = Mapping {
     fields: &[
         Field { key: "intensity", value: Value::Number(Value::NUMBER.from(0.0)), slot: 0 },
-        Field { key: "color", value: Value::Color(Value::NUMBER.from(0.0)), slot: 1 },
+        Field { key: "radius", value: Value::Number(Value::NUMBER.from(0.0)), slot: 1 },
+        Field { key: "color", value: Value::Color(Value::NUMBER.from(0.0)), slot: 2 },
     ],
     required: 0b1,
-    defaults: &[f64::NAN, 1.0, 1.0, 1.0],
+    defaults: &[f64::NAN, 0.0, 1.0, 1.0, 1.0],
 };
 
 pub static CHECKER: Mapping = Mapping {
@@ -101,9 +108,9 @@ pub static SCENE: Mapping = Mapping {
 };
 
 pub static SHAPES: &[Kind] = &[
-    Kind { name: "sphere", allowed: 0b111111, required: 0b11101, parameters: &[4] },
-    Kind { name: "plane", allowed: 0b11010111, required: 0b1010101, parameters: &[8, 9, 10] },
-    Kind { name: "box", allowed: 0b1110110111, required: 0b100010101, parameters: &[11, 12, 13, 15, 14, 16] },
+    Kind { name: "sphere", allowed: 0b111111, required: 0b11101, parameters: &[4], strength: None },
+    Kind { name: "plane", allowed: 0b11010111, required: 0b1010101, parameters: &[8, 9, 10], strength: None },
+    Kind { name: "box", allowed: 0b1110110111, required: 0b100010101, parameters: &[11, 12, 13, 15, 14, 16], strength: None },
 ];
 
 /// The linear value of each level of sRGB.
@@ -519,5 +526,6 @@ pub static COLORS: &[(&str, u32)] = &[
 ];
 
 pub static LIGHTS: &[Kind] = &[
-    Kind { name: "point", allowed: 0b111, required: 0b11, parameters: &[0, 1, 2] },
+    Kind { name: "point", allowed: 0b11111, required: 0b110, parameters: &[1, 2, 3, 5], strength: Some(4) },
+    Kind { name: "sun", allowed: 0b11110001, required: 0b1100001, parameters: &[9, 10, 11, 13], strength: Some(12) },
 ];

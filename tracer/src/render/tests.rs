@@ -254,6 +254,7 @@ fn world(width: u32, height: u32, objects: Vec<Object>, lights: Vec<LightDesc>) 
             background: [0.0; 3],
             ambient: [0.0; 3],
             direct_light: true,
+            shadow_samples: 16,
             eye_falloff: false,
         },
     }
@@ -264,7 +265,7 @@ fn grey(position: [f64; 3], shape: ShapeDesc) -> Object {
 }
 
 fn light(position: [f64; 3], intensity: f64) -> LightDesc {
-    LightDesc { source: LightSource::Point { position }, color: [1.0; 3], intensity, carrier: None }
+    LightDesc { source: LightSource::Point { position, radius: 0.0 }, color: [1.0; 3], intensity, carrier: None }
 }
 
 /// The point on the image plane at distance 1, of a pixel of a picture.
@@ -289,7 +290,7 @@ fn assert_lit(world: &World, point_and_normal: impl Fn([f64; 3]) -> Option<([f64
             continue;
         };
         seen += 1;
-        let way = crate::vector::sub(light.source.position(), point);
+        let way = crate::vector::sub(light.source.position().unwrap(), point);
         let r = crate::vector::length(way);
         let cosine = crate::vector::dot(normal, way) / r;
         for channel in 0..3 {
@@ -538,7 +539,7 @@ fn many_planes(planes: u32, lights: u32) -> World {
         .collect();
     world.lights = (0..lights)
         .map(|i| LightDesc {
-            source: LightSource::Point { position: [f64::from(i), 5.0, -3.0] },
+            source: LightSource::Point { position: [f64::from(i), 5.0, -3.0], radius: 0.0 },
             color: [1.0; 3],
             intensity: 1.0,
             carrier: None,

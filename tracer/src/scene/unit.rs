@@ -4,7 +4,7 @@ use crate::camera::{Camera, Projection};
 use crate::memory::{OutOfMemory, collect, par_collect, reserve};
 use crate::shapes::OBJECTS;
 use crate::vector::Vector;
-use crate::world::{Object, World};
+use crate::world::{LightDesc, LightSource, Object, World};
 use rayon::prelude::*;
 
 /// The farthest object or light stays within this power of two, so that its square stays within float32.
@@ -33,7 +33,11 @@ pub(crate) fn suitable_unit(world: &World) -> Result<f64, OutOfMemory> {
     let Some(&farthest_object) = exponents.iter().max() else {
         return Ok(1.0);
     };
-    let lights = world.lights.iter().filter_map(|light| exponent(light.source.position(), 0.0));
+    let of_light = |light: &LightDesc| match light.source {
+        LightSource::Point { position, radius } => exponent(position, radius),
+        LightSource::Sun { .. } => None,
+    };
+    let lights = world.lights.iter().filter_map(of_light);
     reserve(&mut exponents, world.lights.len(), "the lights")?;
     exponents.extend(lights.map(|light| light.min(farthest_object + AS_GOOD_AS_PARALLEL)));
     let farthest = exponents.iter().copied().fold(farthest_object, i32::max);

@@ -1,5 +1,6 @@
 //! A box turned about three axes (document, section 2.2.3); `Box` is taken in Rust.
 
+use crate::apex::Apex;
 use crate::bounds::BoundingSphere;
 use crate::camera::Projection;
 use crate::camera_space::{CameraSpace, FAR_FROM_ROUNDING};
@@ -101,9 +102,10 @@ impl Cuboid {
         (0..3).all(|i| local[i].abs() <= self.half[i])
     }
 
-    /// The side of a point that is not close to the surface.
-    fn side(&self, point: Vector) -> Side {
-        if self.inside(rotate(&self.axes, sub(point, self.center))) { Side::Inside } else { Side::Outside }
+    /// The side of a light that is not close to the surface.
+    fn side(&self, light: Apex) -> Side {
+        let inside = !light.is_direction() && self.inside(rotate(&self.axes, light.from(self.center)));
+        if inside { Side::Inside } else { Side::Outside }
     }
 
     /// The axis of a face, and its sign.
@@ -308,10 +310,12 @@ impl Primitive for Cuboid {
     /// misses the box if both ends lie beyond one face, or if for some axis i, with j and k the others,
     ///
     /// |(L x P)_i| > h_j |e_k| + h_k |e_j|
+    ///
+    /// Of a light infinitely far away, L is its direction and e is -L.
     #[inline(always)]
     fn occlude(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>) {
         let light =
-            contact.map_or_else(|| rotate(&self.axes, sub(shadow.light, self.center)), |contact| contact.local);
+            contact.map_or_else(|| rotate(&self.axes, shadow.light.from(self.center)), |contact| contact.local);
         let reference = rotate(&self.axes, sub(shadow.points.reference, self.center));
         // The size of the box along a face adds no rounding across it.
         let away = l1_norm(self.center);
@@ -322,7 +326,9 @@ impl Primitive for Cuboid {
         let (mut sign, mut limit) = ([0.0_f32; 3], [f32::INFINITY; 3]);
         let mut inside = true;
         for i in 0..3 {
-            if light[i].abs() >= self.half[i] - at_light[i] {
+            // A light infinitely far away is beyond a face unless its rays are parallel to it.
+            let least = if shadow.light.is_direction() { f64::MIN_POSITIVE } else { self.half[i] - at_light[i] };
+            if light[i].abs() >= least {
                 let side = light[i].signum();
                 sign[i] = side as f32;
                 limit[i] = (self.half[i] - side * reference[i] - rounding[i]) as f32;
@@ -338,12 +344,13 @@ impl Primitive for Cuboid {
         let axes = self.axes.map(to_f32);
         let half = to_f32(self.half);
         let moment = to_f32(cross(light, reference));
-        let e = to_f32(sub(reference, light));
+        let weight = shadow.light.weight as f32;
+        let e = to_f32(sub(scale(reference, shadow.light.weight), light));
         let l = to_f32(light);
         let points = shadow.points;
         for lane in 0..points.padded() {
             let p = local(&axes, &points.offset, lane);
-            let e = [(e[0] + p[0]).abs(), (e[1] + p[1]).abs(), (e[2] + p[2]).abs()];
+            let e: [f32; 3] = std::array::from_fn(|i| (e[i] + weight * p[i]).abs());
             let m = [
                 (moment[0] + (l[1] * p[2] - l[2] * p[1])).abs(),
                 (moment[1] + (l[2] * p[0] - l[0] * p[2])).abs(),
@@ -361,7 +368,7 @@ impl Primitive for Cuboid {
     }
 
     #[inline(always)]
-    fn is_lit_from(&self, face: u32, contact: Option<&Contact>, light: Vector) -> bool {
+    fn is_lit_from(&self, face: u32, contact: Option<&Contact>, light: Apex) -> bool {
         let side = contact.map_or_else(|| self.side(light), |contact| contact.side);
         side.illuminates(from_inside(face))
     }

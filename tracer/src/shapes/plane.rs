@@ -1,16 +1,17 @@
 //! An infinite plane (document, section 2.2.2).
 
+use crate::apex::Apex;
 use crate::bounds::BoundingSphere;
 use crate::camera::Projection;
 use crate::camera_space::{CameraSpace, range_scale_at};
 use crate::shapes::contact::{Contact, rounding_across, spread};
 use crate::shapes::outline::Outline;
-use crate::shapes::points::{PlaneEquation, Points, ShadowRays};
+use crate::shapes::points::{PlaneEquation, Points, ROUNDING, ShadowRays};
 use crate::shapes::primitive::{Description, FaceAxes, Primitive};
 use crate::tile::LANES;
 use crate::tile::hits::{HitBuffer, INSIDE, from_inside, offer, offer_parallel};
 use crate::tile::rays::{Ray, Rays};
-use crate::vector::{Vector, cross, dot, normalized, scale, sub, to_f32};
+use crate::vector::{Vector, cross, dot, l1_norm, normalized, scale, sub, to_f32};
 
 /// Document, section 2.2.2: a ray with |d . n| below this, for unit d, is parallel to the plane.
 const PARALLEL: f32 = 1e-6;
@@ -146,9 +147,11 @@ impl Primitive for Plane {
     /// Darken the points on the other side of the plane.
     #[inline(always)]
     fn occlude(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>) {
-        let light = contact.map_or_else(|| self.equation.height(shadow.light), |contact| contact.height);
-        // A light on the plane, such as one on the ceiling, shines to both sides.
-        if light == 0.0 {
+        let height_of_light = || self.equation.height_of_apex(shadow.light);
+        let light = contact.map_or_else(height_of_light, |contact| contact.height);
+        // A light on the plane, such as one on the ceiling, shines to both sides; so does one whose rays are parallel
+        // to it.
+        if light == 0.0 || (shadow.light.is_direction() && light.abs() < f64::from(PARALLEL)) {
             return;
         }
         let toward = scale(self.equation.normal, light.signum());
@@ -167,9 +170,16 @@ impl Primitive for Plane {
         }
     }
 
+    /// Not if all points and the emitter are on one side.
+    fn may_hide(&self, (apex, size): (Apex, f64), bounds: BoundingSphere) -> bool {
+        let (points, light) = (self.equation.height(bounds.center), self.equation.height_of_apex(apex));
+        let clear = ROUNDING * (l1_norm(bounds.center) + l1_norm(apex.at) + self.equation.offset.abs());
+        !(points.abs() > bounds.radius + clear && points.signum() * light > size + clear)
+    }
+
     /// The height above the plane decides.
     #[inline(always)]
-    fn is_lit_from(&self, _face: u32, _contact: Option<&Contact>, _light: Vector) -> bool {
+    fn is_lit_from(&self, _face: u32, _contact: Option<&Contact>, _light: Apex) -> bool {
         true
     }
 

@@ -1,5 +1,6 @@
 //! The points of a tile that lie on one face, the plane of a flat face, and the shadow rays from the points.
 
+use crate::apex::Apex;
 use crate::bounds::BoundingSphere;
 use crate::tile::hits::from_inside;
 use crate::tile::rays::Rays;
@@ -60,10 +61,10 @@ impl Points {
         self.count.next_multiple_of(STEP).min(LANES)
     }
 
-    /// Return the vector from a point to another, given relative to the reference.
+    /// Return the vector from a point to an apex, given by the vector from the reference and its weight.
     #[inline(always)]
-    pub(crate) fn toward(&self, point: [f32; 3], i: usize) -> [f32; 3] {
-        std::array::from_fn(|axis| point[axis] - self.offset[axis][i])
+    pub(crate) fn toward(&self, (apex, weight): ([f32; 3], f32), i: usize) -> [f32; 3] {
+        std::array::from_fn(|axis| apex[axis] - weight * self.offset[axis][i])
     }
 
     /// Bound on the rounding error of a point's position: anything closer touches it.
@@ -105,7 +106,7 @@ impl Points {
 /// or of arrays of integers, it makes shuffles, gathers or nothing, depending on the context: a quarter of a
 /// picture's time.
 #[inline(always)]
-fn extremes(values: &[f32]) -> [f32; 2] {
+pub(crate) fn extremes(values: &[f32]) -> [f32; 2] {
     let (mut low, mut high) = (i32::MAX, i32::MIN);
     for value in values {
         let bits = ordered(value.to_bits() as i32);
@@ -147,6 +148,12 @@ impl PlaneEquation {
         dot(self.normal, point) - self.offset
     }
 
+    /// The signed distance of an apex, or the cosine of the angle between the normal and its direction.
+    #[inline(always)]
+    pub(crate) fn height_of_apex(&self, apex: Apex) -> f64 {
+        dot(self.normal, apex.at) - apex.weight * self.offset
+    }
+
     /// The same plane, with its normal on the side from which a face is seen.
     #[inline(always)]
     pub(crate) fn facing_the_eye(&self, face: u32) -> PlaneEquation {
@@ -186,11 +193,11 @@ impl PlaneEquation {
 /// Points, and the irradiance from one light at each.
 pub(crate) struct ShadowRays<'a> {
     pub(crate) points: &'a Points,
-    /// The position of the light.
-    pub(crate) light: Vector,
-    /// The squared distance of each to the light.
+    /// The light.
+    pub(crate) light: Apex,
+    /// The squared length of the vector from each to the light.
     pub(crate) squared: &'a Lanes,
-    /// cos(theta) / r^2, and 0 where the light is hidden.
+    /// cos(theta) / r^2, or cos(theta) of a light infinitely far away, and 0 where the light is hidden.
     pub(crate) irradiance: &'a mut Lanes,
     /// A bounding sphere of the points.
     pub(crate) bounds: BoundingSphere,
@@ -222,7 +229,7 @@ impl ShadowRays<'_> {
     /// The same for the distance between the light and an object.
     #[inline(always)]
     pub(crate) fn rounding_at_light(&self, size: f64) -> f64 {
-        ROUNDING * (l1_norm(self.light) + size)
+        ROUNDING * (l1_norm(self.light.at) + size)
     }
 }
 

@@ -1,5 +1,6 @@
 //! The traits of every shape: its description in a scene, and its operations in camera space.
 
+use crate::apex::Apex;
 use crate::bounds::BoundingSphere;
 use crate::camera::Projection;
 use crate::camera_space::CameraSpace;
@@ -78,8 +79,14 @@ pub(crate) trait Primitive {
     /// surface.
     fn occlude(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>);
 
+    /// Return whether the shape may hide a part of an emitter from points within a bounding sphere: a ball of radius
+    /// `size` around an apex, or directions up to an angle of that sine. Only infinite shapes are asked.
+    fn may_hide(&self, _emitter: (Apex, f64), _bounds: BoundingSphere) -> bool {
+        true
+    }
+
     /// Return whether a light is on the side of the surface from which a face is seen.
-    fn is_lit_from(&self, face: u32, contact: Option<&Contact>, light: Vector) -> bool;
+    fn is_lit_from(&self, face: u32, contact: Option<&Contact>, light: Apex) -> bool;
 
     /// Return the height above a flat face of a light close to the shape, on the side from which it is seen.
     fn height(&self, face: u32, light: &Contact) -> f64;

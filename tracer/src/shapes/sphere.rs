@@ -10,6 +10,7 @@
 //! float64 and float32 only adds differences within the tile (after E. Haines et al., "Precision Improvements
 //! for Ray/Sphere Intersection", Ray Tracing Gems, 2019).
 
+use crate::apex::Apex;
 use crate::bounds::BoundingSphere;
 use crate::camera::Projection;
 use crate::camera_space::CameraSpace;
@@ -128,11 +129,12 @@ impl Sphere {
         Sphere { center, radius, power_of_eye }
     }
 
-    /// The side of a point that is not close to the surface.
+    /// The side of a light that is not close to the surface.
     #[inline(always)]
-    fn side(&self, point: Vector) -> Side {
-        let c = sub(self.center, point);
-        if dot(c, c) > self.radius * self.radius { Side::Outside } else { Side::Inside }
+    fn side(&self, light: Apex) -> Side {
+        let c = sub(self.center, light.at);
+        let outside = light.is_direction() || dot(c, c) > self.radius * self.radius;
+        if outside { Side::Outside } else { Side::Inside }
     }
 
     /// Whether the eye sees the outside; an eye on the surface sees the inside.
@@ -418,7 +420,7 @@ impl Primitive for Sphere {
     ///
     /// With w from the point to the light, q and c from the point and the light to the centre, and M = c x -w: the
     /// line hits the sphere where M.M <= R^2 w.w, and does so between the two if q.w > 0 and c.w < 0; or if one
-    /// of them is inside. A point is outside if its power q.q - R^2 is above 0. With the offset p from the
+    /// of them is inside. Of a light in the direction d, infinitely far away, w is d and c is -d. A point is outside if its power q.q - R^2 is above 0. With the offset p from the
     /// reference, q = q_r - p; where the reference is close to the sphere nothing cancels in
     ///
     /// q.q - R^2 = (q_r.q_r - R^2) - p.(q_r + q)
@@ -428,21 +430,18 @@ impl Primitive for Sphere {
     #[inline(always)]
     fn occlude(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>) {
         let light = shadow.light;
-        let from_light = sub(self.center, light);
+        let from_light = scale(light.from(self.center), -1.0);
         let side = contact.map_or_else(|| self.side(light), |contact| contact.side);
         let per_radius = 1.0 / self.radius;
-        let to_reference = sub(shadow.points.reference, light);
+        let to_reference = scale(light.from(shadow.points.reference), -1.0);
         let from_reference = sub(self.center, shadow.points.reference);
         // c x (P_r - L) = q_r x (P_r - L): the shorter one does not cancel.
-        let arm = if dot(from_light, from_light) < dot(from_reference, from_reference) {
-            from_light
-        } else {
-            from_reference
-        };
+        let light_is_closer = dot(from_light, from_light) < dot(from_reference, from_reference);
+        let arm = if light_is_closer && !light.is_direction() { from_light } else { from_reference };
         let moment = to_f32(scale(cross(arm, to_reference), per_radius));
         let c = to_f32(scale(from_light, per_radius));
         let q_r = to_f32(scale(from_reference, per_radius));
-        let to_light = to_f32(sub(light, shadow.points.reference));
+        let to_light = light.from_f32(shadow.points.reference);
         // The power of a point at a height h is about 2 h R.
         let rounding = (2.0 * shadow.rounding_at_points(self.radius) * per_radius) as f32;
         let close = dot(from_reference, from_reference) < 2.25 * self.radius * self.radius;
@@ -490,7 +489,7 @@ impl Primitive for Sphere {
     }
 
     #[inline(always)]
-    fn is_lit_from(&self, face: u32, contact: Option<&Contact>, light: Vector) -> bool {
+    fn is_lit_from(&self, face: u32, contact: Option<&Contact>, light: Apex) -> bool {
         let side = contact.map_or_else(|| self.side(light), |contact| contact.side);
         side.illuminates(from_inside(face))
     }

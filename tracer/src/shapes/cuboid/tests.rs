@@ -1,9 +1,11 @@
 use super::*;
+use crate::apex::Apex;
 use crate::oracle::*;
 use crate::shapes::points::Points;
 use crate::tile::hits::NO_FACE;
 use crate::tile::{SIDE, View};
 use crate::vector::add;
+use crate::vector::normalized;
 use proptest::prelude::*;
 
 const STRAIGHT: [Vector; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -83,7 +85,9 @@ proptest! {
             let toward = if light_inside { add(position, scale(light, 0.05 * distances.2 * size)) } else {
                 add(position, scale(sub(add(position, scale(light, half[0])), middle), distances.1))
             };
-            check_occlusion(&OracleShape::Box { center: position, axes, half }, toward, &points)?;
+            let occluder = OracleShape::Box { center: position, axes, half };
+            check_occlusion(&occluder, toward, &points)?;
+            check_occlusion(&occluder, Apex::direction(normalized(sub(toward, middle))), &points)?;
         }
     }
 

@@ -1,7 +1,9 @@
 use super::*;
+use crate::apex::Apex;
 use crate::oracle::*;
 use crate::tile::hits::NO_FACE;
 use crate::tile::{SIDE, View};
+use crate::vector::normalized;
 use crate::vector::{add, cross, length, rotate, sub};
 use proptest::prelude::*;
 
@@ -85,6 +87,8 @@ proptest! {
             let light = add(ball.center, scale(light, away * ball.radius));
             let offset = dot(normal, ball.center) + aside * ball.radius;
             check_occlusion(&OracleShape::Plane { normal, offset }, light, &points)?;
+            let direction = normalized(sub(light, ball.center));
+            check_occlusion(&OracleShape::Plane { normal, offset }, Apex::direction(direction), &points)?;
         }
     }
 

@@ -1,8 +1,10 @@
 use super::*;
+use crate::apex::Apex;
 use crate::oracle::*;
 use crate::tile::View;
 use crate::tile::hits::NO_FACE;
 use crate::vector::add;
+use crate::vector::normalized;
 use proptest::prelude::*;
 
 fn ball(center: Vector, radius: f64) -> OracleShape {
@@ -99,6 +101,7 @@ proptest! {
                 add(position, scale(sub(add(position, scale(light, radius)), middle), distances.1))
             };
             check_occlusion(&ball(position, radius), toward, &points)?;
+            check_occlusion(&ball(position, radius), Apex::direction(normalized(sub(toward, middle))), &points)?;
         }
     }
 }

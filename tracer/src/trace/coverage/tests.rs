@@ -47,6 +47,7 @@ fn world_of(shapes: &[(Vector, ShapeDesc)]) -> World {
             background: [0.0; 3],
             ambient: [0.0; 3],
             direct_light: true,
+            shadow_samples: 16,
             eye_falloff: false,
         },
     }
