@@ -6,8 +6,8 @@ of float64, one column per ray. No step depends on how many rays are traced toge
 their rounding), so a crop is bit for bit the sub-picture.
 
 All rays traced together pass through one point, the eye or a light, or are parallel and start around one:
-`Ray.offset`. Objects are taken relative to that point before anything else, which keeps scenes far from the origin as
-accurate as those around it.
+`Ray.offset`. Objects are taken relative to that point before anything else, which keeps scenes far from the origin
+as accurate as those around it.
 """
 
 from __future__ import annotations
