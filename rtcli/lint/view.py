@@ -106,7 +106,7 @@ class View:
             _Side(
                 normal,
                 region,
-                min((_lowest(normal, light, offset) for light in self.lights), default=math.inf),
+                min((_lowest(normal, offset, light) for light in self.lights), default=math.inf),
                 offset,
             )
             for normal, region, offset in sides
@@ -138,7 +138,10 @@ class View:
         return None
 
 
-def _lowest(normal: Vector, light: LightInView, offset: float) -> float:
-    """Return the signed distance of the lowest part of a light from a side, `offset` from the eye, or infinity."""
+def _lowest(normal: Vector, offset: float, light: LightInView) -> float:
+    """Return the signed distance of the lowest part of a light from a plane, or infinity; `offset` is the eye's.
+
+    A light that is a direction is infinitely far away.
+    """
     height = dot(normal, light.vector) - light.size
     return height + offset if light.weight else math.copysign(math.inf, height)

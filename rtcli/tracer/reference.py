@@ -5,8 +5,9 @@ other tracers, so it prefers the clearest formula that is also accurate. Vectors
 of float64, one column per ray. No step depends on how many rays are traced together (matrix products would, by
 their rounding), so a crop is bit for bit the sub-picture.
 
-All rays traced together pass through one point, the eye or a light: `Ray.offset`. Objects are taken relative to
-that point before anything else, which keeps scenes far from the origin as accurate as those around it.
+All rays traced together pass through one point, the eye or a light, or are parallel and start around one:
+`Ray.offset`. Objects are taken relative to that point before anything else, which keeps scenes far from the origin
+as accurate as those around it.
 """
 
 from __future__ import annotations
@@ -749,6 +750,11 @@ class Plane(Object):
         """Return 1 in front of the plane, -1 behind it, 0 on it."""
         return int(np.sign(self._distance(point)))
 
+    def seen_side(self, ray: Ray, hit: Hit) -> Array:
+        """Return the side of the plane to which the normal points."""
+        sides: Array = np.sign(dot(hit.normal, self.direction))
+        return sides
+
     def side_toward(self, direction: Array) -> int:
         """Return 1 in front of the plane, -1 behind it, 0 along it."""
         return int(np.sign(dot(direction, self.direction)[0]))
@@ -757,11 +763,6 @@ class Plane(Object):
         """Return t where the line crosses the plane, unless it is parallel: |l . n| >= 1e-6."""
         along = dot(way.wi, self.direction)
         return np.where(np.abs(along) >= PARALLEL, -self._heights(way.eye, way.sight) / along, -np.inf)
-
-    def seen_side(self, ray: Ray, hit: Hit) -> Array:
-        """Return the side of the plane to which the normal points."""
-        sides: Array = np.sign(dot(hit.normal, self.direction))
-        return sides
 
     def heights(self, eye: Array, sight: Array) -> Array:
         """Return |(p - p_0) . n|, (1, N): a plane has no inside."""
@@ -1326,7 +1327,8 @@ class Scenery:
     def seen_sides(self, ray: Ray, hit: Hit) -> npt.NDArray[np.int8]:
         """Return the side from which each hit is seen: (N,)."""
         if ray.beside is None:
-            return self._sides_by(tuple(ray.offset.ravel()), lambda shape: shape.side(ray.offset))[hit.index]
+            sides = self._sides_by(tuple(ray.offset.ravel()), lambda shape: shape.side(ray.offset))
+            return sides[hit.index]
         sides = np.zeros(len(hit.index), dtype=np.int8)
         for i in np.unique(hit.index):
             rays = np.flatnonzero(hit.index == i)

@@ -517,8 +517,8 @@ class BruteForce:
             odd = np.floor(squares).sum(axis=0) % 2 == 1
             albedo[:, own[odd]] = vector(checker["color"])
             from_border = np.abs(squares - np.round(squares)).min(axis=0) * size
-            lost = ROUNDING * np.abs(on_face).max(axis=0, initial=0) + points.error[own] + body.grain
-            sure[own] = from_border > 4 * points.blur[own] + SINGLE * size + 64 * np.max(lost, axis=0)
+            lost = ROUNDING * np.abs(on_face).max(axis=0, initial=0) + points.error[own] + np.max(body.grain)
+            sure[own] = from_border > 4 * points.blur[own] + SINGLE * size + 64 * lost
         return albedo, sure
 
     def _blur(self, index: npt.NDArray[np.intp], position: Array, distance: Array) -> Array:
@@ -591,7 +591,8 @@ class BruteForce:
         until = 1.0 if end is not None else np.inf
         for body in (body for i, body in enumerate(self.bodies) if i != lamp.body):
             close = points.blur + SINGLE * np.minimum(body.size, r * until)
-            sure &= np.ones(len(r), dtype=bool) if end is None else ~is_doubtful(body, end)
+            if end is not None:
+                sure &= ~is_doubtful(body, end)
             here = body.heights(start)
             on_lamp = body.heights(end) == 0 if end is not None else np.zeros((len(here), 1), dtype=bool)
             if isinstance(body, Ball) and on_lamp.any():
