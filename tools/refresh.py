@@ -289,6 +289,7 @@ SECTIONS = {
     "Sphere": "A sphere in `objects`",
     "Box": "A box in `objects`",
     "Plane": "A plane in `objects`",
+    "Checker": "`checker` of a plane or box",
     "CarriedLight": "`light` of a sphere or box",
     "RenderSettings": "`render`",
     "ImageSettings": "`image`",

@@ -58,10 +58,10 @@ def fingerprint(scene: PackedScene) -> str:
     del places[3::4]
     for numbers in (places, lights.color, lights.intensity, lights.carrier):
         digest.update(_little(numbers))
-    # Files keep their hashes if there are only point lights, and none has a size.
-    for numbers in (lights.kind, sizes):
-        if any(numbers):
-            digest.update(_little(numbers))
+    # Files keep their hashes if there are only point lights, none has a size, and nothing is checkered.
+    later = [numbers for numbers in (lights.kind, sizes) if any(numbers)]
+    for numbers in (*later, *(world.checkers if world.checkers.object else ())):
+        digest.update(_little(numbers))
     digest.update(scene.names.encode())
     image = {"exposure": scene.exposure, "tone": scene.tone, **({"alpha": True} if scene.alpha else {})}
     rest = _settings(world.settings), image
@@ -88,7 +88,7 @@ def _little(numbers: array[Any]) -> bytes:
 def camera_matrices(frame: CameraFrame, window: Window) -> dict[str, Any]:
     """Return a camera as matrices, for the pixels of a window, in the keys of a scene's `camera`.
 
-    Intrinsics, in pixels, with integers at pixel centres as OpenCV counts (document, section 2.1)::
+    Intrinsics, in pixels, with integers at pixel centers as OpenCV counts (document, section 2.1)::
 
         f_y = H / (2 tan(fov / 2)),  c = p - 1/2 - (left, top)
         (u, v, 1) z = K (x, y, z),  K = [[f_x, 0, c_x], [0, f_y, c_y], [0, 0, 1]]

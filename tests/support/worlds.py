@@ -63,7 +63,13 @@ def pixel_slopes(width: int, height: int, fov: float) -> tuple[np.ndarray, np.nd
 
 @st.composite
 def random_scenes(
-    draw: st.DrawFn, *, carriers: bool = True, samples: int = 1, any_lens: bool = True, emitters: bool = False
+    draw: st.DrawFn,
+    *,
+    carriers: bool = True,
+    samples: int = 1,
+    any_lens: bool = True,
+    emitters: bool = False,
+    checkers: bool = True,
 ) -> Data:
     """Draw a scene in general position: no two surfaces coincide, which would leave open what is seen.
 
@@ -83,7 +89,7 @@ def random_scenes(
             "up": _point(rng, 1),
         },
         "lights": [_light(rng) for _ in range(light_count)],
-        "objects": [_object(rng, kind) for kind in kinds if carriers or kind != "lamp"],
+        "objects": [_object(rng, kind, checkers) for kind in kinds if carriers or kind != "lamp"],
         "render": {"background": _color(rng), "samples": samples},
     }
     if any_lens:
@@ -133,14 +139,20 @@ def random_pose(rng: random.Random, reach: float) -> list[list[float]]:
     return [*rows.tolist(), [0, 0, 0, 1]]
 
 
-def _object(rng: random.Random, kind: str) -> Data:
+def _object(rng: random.Random, kind: str, checkers: bool) -> Data:
+    checker = _checker(rng, 1) if checkers else {}
     if kind == "plane":
-        return plane(_point(rng, 6), _point(rng, 1), _color(rng))
+        return plane(_point(rng, 6), _point(rng, 1), _color(rng), **checker)
     if kind == "box":
         size = [rng.uniform(0.1, 3) for _ in range(3)]
-        return box(_point(rng, 5), size, _color(rng), rotation=_rotation(rng))
+        return box(_point(rng, 5), size, _color(rng), rotation=_rotation(rng), **checker)
     shape = sphere(_point(rng, 5), rng.uniform(0.1, 2), _color(rng))
     return shape if kind == "sphere" else {**shape, "light": {"intensity": rng.uniform(1, 200)}}
+
+
+def _checker(rng: random.Random, size: float) -> Data:
+    """Return the key `checker`, or nothing for two of three objects."""
+    return {"checker": {"size": size * rng.uniform(0.1, 2), "color": _color(rng)}} if rng.random() < 0.3 else {}
 
 
 def _point(rng: random.Random, reach: float) -> list[float]:
@@ -295,6 +307,7 @@ def _crowd_object(
             [size * rng.uniform(0.1, 1) for _ in range(3)],
             _color(rng),
             rotation=_rotation(rng),
+            **_checker(rng, size),
         )
     return plane(random_position(6), _direction(rng), _color(rng))
 

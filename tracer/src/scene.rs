@@ -4,7 +4,8 @@ use crate::accel::cone::Cone;
 use crate::accel::{Bvh, Stack};
 use crate::apex::Apex;
 use crate::camera_space::{CameraSpace, FAR_FROM_ROUNDING};
-use crate::memory::{OutOfMemory, collect, filled, par_collect, with_capacity};
+use crate::checker::Checker;
+use crate::memory::{OutOfMemory, collect, filled, par_collect, reserve, with_capacity};
 use crate::sampling::emitter_places;
 use crate::scene::emitter::Emitter;
 use crate::scene::unit::suitable_unit;
@@ -12,7 +13,7 @@ use crate::shapes::contact::{COORDINATE, Contact};
 use crate::shapes::primitive::Primitive;
 use crate::shapes::{OBJECTS, ShapeDesc, Shapes};
 use crate::vector::{Vector, add, l1_norm, largest, length, normalized, scale, sub};
-use crate::world::{LightDesc, LightSource, Object, World};
+use crate::world::{CheckerDesc, LightDesc, LightSource, Object, World};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::iter;
@@ -71,6 +72,8 @@ pub(crate) struct Scene {
     /// memory. An object's index here is its number in the kernel.
     pub(crate) shapes: Shapes,
     pub(crate) materials: Vec<Material>,
+    /// The checkers, in the order of the objects.
+    pub(crate) checkers: Vec<Checker>,
     /// The number of each object in the world.
     pub(crate) numbers: Vec<u32>,
     /// Whether any object has a range scale other than 1.
@@ -109,6 +112,7 @@ impl Scene {
             coordinate_rounding: 2.0 * COORDINATE * largest(space.eye),
             has_range_scales: materials.par_iter().any(|material| material.range_scale < 1.0),
             materials: par_collect(numbers.par_iter().map(|&i| materials[i as usize].clone()), OBJECTS)?,
+            checkers: Vec::new(),
             lights: Vec::new(),
             pencils: 0,
             unbounded: collect(indices[leaves..].iter().copied(), OBJECTS)?,
@@ -116,6 +120,7 @@ impl Scene {
             shapes: shapes.select(&order)?,
             numbers,
         };
+        scene.checkers = scene.place_checkers(&space, world)?;
         let mut lights = with_capacity(world.lights.len(), LIGHTS)?;
         let pattern = emitter_places(world.settings.shadow_samples);
         for light in &world.lights {
@@ -125,6 +130,38 @@ impl Scene {
         }
         scene.lights = lights;
         Ok(scene)
+    }
+
+    /// The checker of an object, if it has one.
+    #[inline(always)]
+    pub(crate) fn checker(&self, object: u32) -> Option<&Checker> {
+        if self.checkers.is_empty() {
+            return None;
+        }
+        let index = self.checkers.binary_search_by_key(&object, |checker| checker.object);
+        index.ok().map(|index| &self.checkers[index])
+    }
+
+    /// Return the checkers in the order of the objects; objects without flat faces have none.
+    fn place_checkers(&self, space: &CameraSpace, world: &World) -> Result<Vec<Checker>, OutOfMemory> {
+        if world.checkers.is_empty() {
+            return Ok(Vec::new());
+        }
+        let mut in_kernel = filled(self.numbers.len(), 0, OBJECTS)?;
+        for (index, &number) in (0..).zip(&self.numbers) {
+            in_kernel[number as usize] = index;
+        }
+        let place = |checker: &CheckerDesc| {
+            let object = &world.objects[checker.object];
+            let (number, axes) = (in_kernel[checker.object], object.shape.face_axes(space)?);
+            let range_scale = self.materials[number as usize].range_scale;
+            Some(Checker::new(space, checker, (number, axes), (space.scaled(object.position), range_scale)))
+        };
+        let mut checkers = Vec::new();
+        reserve(&mut checkers, world.checkers.len(), OBJECTS)?;
+        checkers.extend(world.checkers.iter().filter_map(place));
+        checkers.sort_unstable_by_key(|checker| checker.object);
+        Ok(checkers)
     }
 
     fn light(

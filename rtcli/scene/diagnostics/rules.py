@@ -335,6 +335,12 @@ CUT_EMITTER = Rule(
     "and what is lit close to it is inaccurate. The object that carries the light does not count.",
     "give it a smaller radius, or move it away from the surface",
 )
+FINE_CHECKER = Rule(
+    "W015",
+    "fine-checker",
+    "A checker whose squares are all smaller than a pixel: the picture shows noise or a moire pattern.",
+    "make the squares larger, or the picture; `samples` of 16 or more blend them",
+)
 
 RULES: tuple[Rule, ...] = tuple(value for value in list(globals().values()) if isinstance(value, Rule))
 BY_CODE: dict[str, Rule] = {rule.code: rule for rule in RULES}

@@ -43,7 +43,8 @@ def model_around(loc: Loc) -> type[BaseModel]:
         return _SECTIONS[keys[0]]
     kinds, usual = _KINDS[keys[0]]
     around: type[BaseModel] = kinds.get(keys[1], usual)
-    return model.CarriedLight if keys[2:3] == ["light"] and len(keys) > 3 else around
+    part = model.PARTS.get(keys[2]) if len(keys) > 3 else None
+    return part or around
 
 
 def name_of(around: type[BaseModel]) -> str:

@@ -25,6 +25,10 @@ pub(crate) struct Points {
     pub(crate) plane: Option<PlaneEquation>,
     /// Unit normals that face the eye; of spheres only.
     pub(crate) normal: [Lanes; 3],
+    /// 1 for the points on the squares of a checker's color, if the face has one.
+    pub(crate) odd: [u32; LANES],
+    /// Whether the face has a checker.
+    pub(crate) checkered: bool,
     /// The position error that does not depend on the offset.
     pub(crate) error: f32,
 }
@@ -37,6 +41,8 @@ impl Points {
             offset: [[0.0; LANES]; 3],
             plane: None,
             normal: [[0.0; LANES]; 3],
+            odd: [0; LANES],
+            checkered: false,
             error: 0.0,
         }
     }
@@ -44,7 +50,7 @@ impl Points {
     /// Begin points on a shape of a magnitude.
     #[inline(always)]
     pub(crate) fn start(&mut self, count: usize, magnitude: f64) {
-        (self.count, self.plane) = (count, None);
+        (self.count, self.plane, self.checkered) = (count, None, false);
         self.error = (ROUNDING * magnitude) as f32;
     }
 
