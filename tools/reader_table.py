@@ -28,7 +28,7 @@ use crate::schema::{Field, Kind, Mapping, Value};
 # The definition of a color in the schema, and what its values are.
 _COLORS = ("Albedo", "LightColor")
 # Keys of the cameras that the reader takes.
-_CAMERA_KEYS = ("resolution", "fov", "position", "look_at", "up")
+_CAMERA_KEYS = ("resolution", "fov", "projection", "height", "position", "look_at", "up")
 # Keys of shapes and lights that are packed in the same way for all kinds.
 _NO_PARAMETERS = ("type", "name", "light", "checker", "color")
 # The constants of the definitions that keys refer to.
@@ -50,7 +50,7 @@ def reader_table() -> str:
         for kinds in (model.SHAPES, model.LIGHTS)
     )
     mappings = {
-        "CAMERA": _by_fov(definitions["Camera"]),
+        "CAMERA": _without_matrices(definitions["Camera"]),
         "RENDER": definitions["RenderSettings"],
         "IMAGE": definitions["ImageSettings"],
         "LIGHT": _union(lights, model.USUAL_LIGHT),
@@ -75,10 +75,9 @@ def _limits() -> str:
     )
 
 
-def _by_fov(camera: Definition) -> Definition:
-    """Return the definition of a camera by `fov` and `position`; the reader leaves all others to the models."""
-    properties = {key: camera["properties"][key] for key in _CAMERA_KEYS}
-    return {"properties": properties, "required": ["resolution", "fov"]}
+def _without_matrices(camera: Definition) -> Definition:
+    """Return the definition of a camera by `fov` or `height`; the reader leaves all others to the models."""
+    return {**camera, "properties": {key: camera["properties"][key] for key in _CAMERA_KEYS}}
 
 
 def _union(kinds: dict[str, Definition], usual: str | None) -> Definition:

@@ -40,8 +40,8 @@ from rtcli.tracer.reference import (
     Ray,
     Scenery,
     SunLight,
+    distance_to_eye,
     irradiance_of,
-    length,
     path_to_light,
     seen_directly,
 )
@@ -104,7 +104,8 @@ def hit_step(point: SurfacePoint) -> HitStep:
         return HitStep("The nearest hit", "3.4", (), (), outcome, kind=BACKGROUND, object=None)
     name, shape = point.names[point.index], point.scenery.objects[point.index]
     notes = SHAPES[name.type]
-    seen = f"The eye sees {name.label} {notes.sides[shape.side(point.ray.offset)]}."
+    side = int(point.scenery.seen_sides(point.ray, point.hit)[0])
+    seen = f"The eye sees {name.label} {notes.sides[side]}."
     equations, square = _square(point, notes.on_face)
     return HitStep(
         "The nearest hit",
@@ -193,7 +194,7 @@ def _share(point: SurfacePoint, i: int) -> LightShare:
     if scenery.places_of(source):
         return _emitter_share(point, i, way)
     cosine = float(way.cosine[0])
-    same_side = bool(scenery.same_side(source, point.ray)[point.index])
+    same_side = bool(scenery.same_side(source, point.ray, point.hit)[0])
     faces = cosine > 0
     blockers = _occlusions(point, source, way) if faces and same_side else ()
     surface = SHAPES[point.names[point.index].type].surface
@@ -240,7 +241,7 @@ def _emitter_share(point: SurfacePoint, i: int, middle: PathToLight) -> LightSha
             continue
         facing += 1
         unhidden += place.weight(way)
-        if not scenery.same_side(place, point.ray)[point.index]:
+        if not scenery.same_side(place, point.ray, point.hit)[0]:
             beyond += 1
         elif blockers := _occlusions(point, place, way):
             hidden[blockers[0].object] += 1
@@ -331,7 +332,7 @@ def radiance_step(point: SurfacePoint, radiance: Array, shares: Sequence[LightSh
         outcome = "The scene's background."
         return Step("The radiance", "3.4", ("radiance = background",), (total,), outcome)
     if point.source is not None:
-        r = float(length(point.source.position - point.ray.offset)[0])
+        r = float(distance_to_eye(point.source, point.ray)[0])
         seen = Number("L_i", triple(seen_directly(point.source, point.ray)), "the light that arrives at the eye")
         return Step(
             "The radiance",

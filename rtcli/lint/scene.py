@@ -22,7 +22,7 @@ from rtcli.scene.diagnostics.problems import quoted
 from rtcli.scene.diagnostics.rules import Rule
 from rtcli.scene.model import CarriedLight, Scene, SunLight
 from rtcli.scene.reading.source import HEAD, VALUE, Loc
-from rtcli.scene.vectors import Vector, dot, scaled, unit
+from rtcli.scene.vectors import Vector, direction, dot, moved, scaled, unit
 
 # A surface counts as burnt out if it is this many times as bright as white.
 BURNT = 50.0
@@ -133,6 +133,8 @@ class SceneIndex:
         self.render = scene.render
         self.objects = scene.objects
         self.eye = scene.camera.eye
+        self.is_orthographic = scene.camera.projection == "orthographic"
+        self.starts = {moved(self.eye, start) for start, _ in View(scene.camera, ()).corners}
         self.shapes = [shape_of(item) for item in scene.objects]
         self.solids = {i: solid for i, shape in enumerate(self.shapes) if (solid := shape.solid)}
         self.lights = [
@@ -172,15 +174,32 @@ class SceneIndex:
 
     @cached_property
     def around_eye(self) -> set[int]:
-        """The indices of the solids that hold the camera, inside or on their surface."""
-        eye = self.eye
-        return {i for i, solid in self.solids.items() if solid.signed_distance(eye) <= solid.rounding(eye, eye)}
+        """The indices of the solids that hold the camera, inside or on their surface.
+
+        Of an orthographic camera, they hold all of the plane on which its rays start.
+        """
+        return {
+            i
+            for i, solid in self.solids.items()
+            if all(solid.signed_distance(eye) <= solid.rounding(eye, eye) for eye in self.starts)
+        }
 
     @cached_property
     def enclosures(self) -> Enclosures:
-        """The solids, to be found by what they enclose, without those around the eye."""
-        outside = {i: solid for i, solid in self.solids.items() if i not in self.around_eye}
-        return Enclosures(outside, self.eye)
+        """The solids, to be found by what they enclose, without those whose inside the camera sees."""
+        seen = self.cut if self.is_orthographic else self.around_eye
+        return Enclosures({i: solid for i, solid in self.solids.items() if i not in seen}, self.eye)
+
+    @property
+    def cut(self) -> set[int]:
+        """The indices of the solids that touch the plane on which the rays of an orthographic camera start."""
+        forward = unit(self.camera.view)
+        return {
+            i
+            for i, solid in self.solids.items()
+            if abs(dot(forward, direction(self.eye, solid.centre)))
+            <= solid.reach(forward) + solid.rounding(self.eye, self.eye)
+        }
 
     def named(self, index: int) -> str:
         """Return how messages name an object: by its index, and by its name if it has one."""
@@ -252,7 +271,7 @@ def _camera(scene: SceneIndex) -> Iterator[LintWarning]:
     around = sorted(scene.around_eye)
     for index in around[:most]:
         solid = scene.solids[index]
-        on_surface = solid.signed_distance(scene.eye) >= -solid.rounding(scene.eye, scene.eye)
+        on_surface = any(solid.signed_distance(eye) >= -solid.rounding(eye, eye) for eye in scene.starts)
         if not on_surface and not _is_room(scene, index, solid):
             message = f"the camera is inside {scene.named(index)}"
             yield LintWarning(rules.CAMERA_INSIDE, ("camera", "position"), message)
@@ -329,13 +348,14 @@ def _pairs(scene: SceneIndex) -> Iterator[LintWarning]:
 def _checkers(scene: SceneIndex) -> Iterator[LintWarning]:
     frame = camera_frame(scene.camera)
     pixel = 2 * frame.half_height * max(1.0, frame.pixel_aspect) / frame.height
-    # At a distance r, a length s spans at most s / r (1 + x^2 + y^2) on the image plane.
-    stretch = max(dot(corner, corner) for corner in View(scene.camera, ()).corners)
+    # At a distance r, a length s spans at most s / r (1 + x^2 + y^2) on the image plane, or s of parallel rays.
+    stretch = max(dot(way, way) for _, way in View(scene.camera, ()).corners)
     for index, item in enumerate(scene.objects):
         checker = getattr(item, "checker", None)
         if checker is None:
             continue
-        distance = math.dist(scene.eye, scene.shapes[index].nearest_point(scene.eye))
+        nearest = scene.shapes[index].nearest_point(scene.eye)
+        distance = 1.0 if frame.is_orthographic else math.dist(scene.eye, nearest)
         if checker.size * stretch < pixel * distance:
             message = "every square of the checker is smaller than a pixel"
             yield LintWarning(rules.FINE_CHECKER, ("objects", index, "checker", "size"), message)
@@ -392,4 +412,6 @@ def _falloff(scene: SceneIndex, position: Vector) -> float:
     if not scene.render.eye_falloff:
         return 1.0
     distance = math.dist(scene.eye, position)
+    if scene.is_orthographic:
+        distance = abs(dot(unit(scene.camera.view), direction(scene.eye, position)))
     return 1 / (4 * math.pi) / distance / distance if distance > 0 else 0.0

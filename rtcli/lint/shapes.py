@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
-from rtcli.lint.view import BEHIND, BESIDE, LightInView, View, moved
+from rtcli.lint.view import BEHIND, BESIDE, LightInView, View
 from rtcli.scene.model import Box, Object
-from rtcli.scene.vectors import Vector, cross, direction, dot, unit
+from rtcli.scene.vectors import Vector, cross, direction, dot, moved, unit
 
 # A point closer to a surface than this share of the coordinates and sizes, a few ulps, counts
 # as on it. It is twice the tracer's share, because the tracer takes it of a smaller sum.
@@ -222,16 +222,19 @@ class InfinitePlane(Shape):
     def misses(self, view: View) -> str | None:
         """Return `BEHIND` or `BESIDE` if no ray meets the plane and no light is behind it, else None.
 
-        t = n.(P0 - eye) / n.d (document, 2.2.2), so a ray d meets the plane if both have the same sign.
+        t = n.(P0 - o) / n.d (document, 2.2.2), so a ray from o along d meets the plane if both have the same sign.
         """
         offset = dot(self.normal, direction(view.eye, self.position))
-        if any(offset * dot(self.normal, corner) > 0 for corner in view.corners):
+        ways = [(offset - dot(self.normal, start), dot(self.normal, way)) for start, way in view.corners]
+        if any(height * along > 0 for height, along in ways):
+            return None
+        if min(ways)[0] < 0 < max(ways)[0]:  # it runs along parallel rays, through the midst of them
             return None
         if abs(offset) <= _ON_PLANE * max(map(abs, (*view.eye, *self.position))):
             # The eye is on the plane: what it sees may be on both sides, in the shadow of lights on the other.
             has_size = any(light.size > 0 for light in view.lights)
-            lights = [light.vector for light in view.lights]
-            is_clear = not lights or (not has_size and self._is_beside_all([*view.corners, *lights]))
+            vectors = [*(way for _, way in view.corners), *(light.vector for light in view.lights)]
+            is_clear = not view.lights or (not has_size and self._is_beside_all(vectors))
         else:
             # Everything in view is on the eye's side, and the lights must be, too.
             is_clear = all(self._is_on_side_of_eye(light, offset) for light in view.lights)

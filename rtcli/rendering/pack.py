@@ -96,11 +96,17 @@ class Lens(NamedTuple):
     pixel_aspect: float = 1.0
     center: tuple[float, float] = (0.0, 0.0)
     fov: float | None = None
+    projection: str = "perspective"
 
 
 def lens_of_fov(fov: float) -> Lens:
     """Return the lens of a vertical field of view, in degrees."""
     return Lens(half_tangent(fov), fov=fov)
+
+
+def lens_of_height(height: float) -> Lens:
+    """Return the lens of an orthographic camera, whose picture is so high."""
+    return Lens(height / 2, projection="orthographic")
 
 
 def camera_frame(camera: Camera) -> CameraFrame:
@@ -134,8 +140,12 @@ def _lens(camera: Camera) -> Lens:
 
         half_height = tan(fov / 2) = tan(fov_x / 2) H / W = H / (2 f_y)
         x = (W / 2 - 1/2 - c_x) / f_x,  y = (c_y - H / 2 + 1/2) / f_y
+
+    An orthographic camera has half its height in the world in place of the former.
     """
     width, height = camera.resolution
+    if camera.height is not None:
+        return lens_of_height(camera.height)
     if camera.intrinsics is not None:
         (focal_x, _, center_x), (_, focal_y, center_y), _ = camera.intrinsics
         center = (width / 2 - 0.5 - center_x) / focal_x, (center_y - height / 2 + 0.5) / focal_y

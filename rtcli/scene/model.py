@@ -202,8 +202,9 @@ class _Model(BaseModel):
 
 # --- The camera ------------------------------------------------------------------------------------------
 
-# The keys for what the picture spans: a camera has one of them.
+# The keys for what the picture spans: a camera has one of them, the last one if it is orthographic.
 _LENSES = ("fov", "fov_x", "intrinsics")
+_HEIGHT = "height"
 # The keys for where the camera is: a matrix, or the others.
 _POSES = ("opencv", "opengl")
 _AIMS = ("position", "look_at", "up")
@@ -298,15 +299,25 @@ class Pose(_Model):
         return matrix
 
 
-class Camera(_Model):
-    """A pinhole camera. By default it is at the origin and looks along -z."""
+def _without(keys: Iterable[str]) -> dict[str, Any]:
+    return {"not": {"anyOf": [{"required": [key]} for key in keys]}}
 
-    model_config = ConfigDict(
-        json_schema_extra={
-            "oneOf": [{"required": [key]} for key in _LENSES],
-            "dependencies": {pose: {"not": {"anyOf": [{"required": [key]} for key in _AIMS]}} for pose in _POSES},
-        }
-    )
+
+# The schema of the keys that need or exclude each other.
+_ORTHOGRAPHIC = {"required": ["projection"], "properties": {"projection": {"const": "orthographic"}}}
+_RULES_OF_CAMERA: dict[str, Any] = {
+    "oneOf": [
+        *({"required": [key], "properties": {"projection": {"const": "perspective"}}} for key in _LENSES),
+        {"required": [_HEIGHT], **_without(_LENSES)},
+    ],
+    "dependencies": {_HEIGHT: _ORTHOGRAPHIC, **{pose: _without(_AIMS) for pose in _POSES}},
+}
+
+
+class Camera(_Model):
+    """A camera without a lens. By default it is at the origin and looks along -z."""
+
+    model_config = ConfigDict(json_schema_extra=_RULES_OF_CAMERA)
 
     resolution: tuple[Side, Side] = Field(examples=[[640, 480], [1920, 1080]])
     """Width and height of the picture in pixels, each 1 to 65,535."""
@@ -318,6 +329,10 @@ class Camera(_Model):
         default=None, examples=[[[800, 0, 319.5], [0, 800, 239.5], [0, 0, 1]]]
     )
     """K in place of `fov`: [[f_x, 0, c_x], [0, f_y, c_y], [0, 0, 1]], in pixels with integers at pixel centers."""
+    projection: Literal["perspective", "orthographic"] = Field(default="perspective", examples=["orthographic"])
+    """`perspective`, or `orthographic` with `height` in place of `fov`: all rays are parallel to the view."""
+    height: Annotated[Positive | None, NotNull] = Field(default=None, examples=[10])
+    """Length from the bottom to the top of an orthographic picture, in units of the scene."""
     position: Vector = Field(default=ZERO, examples=[[0, 2, 8]])
     """The position of the eye: x, y, z."""
     look_at: Annotated[Vector | None, NotNull] = Field(default=None, examples=[[0, 1, 0]])
@@ -340,6 +355,8 @@ class Camera(_Model):
             fov: float | None = None,
             fov_x: float | None = None,
             intrinsics: Iterable[Numbers] | None = None,
+            projection: Literal["perspective", "orthographic"] = ...,
+            height: float | None = None,
             position: Numbers = ...,
             look_at: Numbers | None = None,
             up: Numbers = ...,
@@ -424,10 +441,21 @@ class Camera(_Model):
 def _conflicts(data: Mapping[str, Any]) -> Iterator[InitErrorDetails]:
     """Yield an error for each key of a camera that another excludes, or one if nothing says what it spans."""
     lenses = [key for key in data if key in _LENSES]
-    if not lenses:
-        yield InitErrorDetails(type="missing", loc=("fov",), input=data)
+    excluded: list[tuple[str, str]] = []
+    if data.get("projection", "perspective") != "perspective":  # or misspelt
+        excluded += [(key, "projection: orthographic") for key in lenses]
+        if _HEIGHT not in data:
+            yield InitErrorDetails(type="missing", loc=(_HEIGHT,), input=data)
+    elif _HEIGHT in data and not lenses and "projection" not in data:
+        yield InitErrorDetails(type="missing", loc=("projection",), input=data)
+    else:
+        if not lenses:
+            yield InitErrorDetails(type="missing", loc=("fov",), input=data)
+        excluded += [(key, lenses[0]) for key in lenses[1:]]
+        if _HEIGHT in data:
+            excluded.append((_HEIGHT, lenses[0] if lenses else "projection: perspective"))
     pose = next((key for key in data if key in _POSES), None)
-    excluded = [(key, lenses[0]) for key in lenses[1:]] + [(key, pose) for key in data if pose and key in _AIMS]
+    excluded += [(key, pose) for key in data if pose and key in _AIMS]
     for key, other in excluded:
         error = PydanticCustomError("excluded", "excludes {other}", {"other": other})
         yield InitErrorDetails(type=error, loc=(key,), input=data[key])

@@ -56,7 +56,7 @@ class Tracer:
     Parameters
     ----------
     camera
-        Width, height, half height, pixel aspect, center, position, right, up, forward.
+        Width, height, projection, half height, pixel aspect, center, position, right, up, forward.
     objects
         The columns of `Shapes`: kind (uint8), position, parameters, color (float64).
     checkers
@@ -72,7 +72,7 @@ class Tracer:
 
     def __new__(
         cls,
-        camera: tuple[int, int, float, float, tuple[float, float], Vector, Vector, Vector, Vector],
+        camera: tuple[int, int, str, float, float, tuple[float, float], Vector, Vector, Vector, Vector],
         objects: tuple[bytes, ...],
         checkers: tuple[bytes, ...],
         lights: tuple[bytes, ...],

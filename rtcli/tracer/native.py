@@ -26,6 +26,7 @@ class NativeTracer:
             (
                 camera.width,
                 camera.height,
+                camera.projection,
                 camera.half_height,
                 camera.pixel_aspect,
                 camera.center,

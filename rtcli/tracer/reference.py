@@ -5,8 +5,9 @@ other tracers, so it prefers the clearest formula that is also accurate. Vectors
 of float64, one column per ray. No step depends on how many rays are traced together (matrix products would, by
 their rounding), so a crop is bit for bit the sub-picture.
 
-All rays traced together pass through one point, the eye or a light: `Ray.offset`. Objects are taken relative to
-that point before anything else, which keeps scenes far from the origin as accurate as those around it.
+All rays traced together pass through one point, the eye or a light, or are parallel and start around one:
+`Ray.offset`. Objects are taken relative to that point before anything else, which keeps scenes far from the origin
+as accurate as those around it.
 """
 
 from __future__ import annotations
@@ -42,6 +43,9 @@ NEAR_X = 1e-3
 # position and of the object's size, and the second share of the coordinates, which come from decimal numbers.
 ON_SURFACE = 2.0**-47
 COORDINATE = 2.0**-52
+
+# The rounding of the plane where parallel rays start, as a share of how far from its middle they do.
+START_ROUNDING = 1e-13
 
 # Surfaces that a ray meets within this share of the distance from each other coincide.
 COINCIDENT = 2.0**-41
@@ -109,31 +113,49 @@ def column(vector: Iterable[float]) -> Array:
 
 @dataclass(frozen=True)
 class Ray:
-    """Rays G = o + t d through one point.
+    """Rays G = o + t d, through one point or parallel.
 
     Parameters
     ----------
     offset
-        (3, 1): o, the point where they all start.
+        (3, 1): o, the point where they all start; of parallel rays, the middle of the plane where they start.
     direction
         (3, N): d, unit length, so that t is the distance.
+    beside
+        (3, N), of parallel rays: the start of each relative to the offset; None if they all start there.
     """
 
     offset: Array
     direction: Array
+    beside: Array | None = None
 
     def at(self, t: Array) -> Array:
         """Return the points o + t d: (3, N)."""
-        return self.offset + t * self.direction
+        return self.offset + self.sight(t)
+
+    def sight(self, t: Array) -> Array:
+        """Return the same points relative to the offset: (3, N)."""
+        return t * self.direction if self.beside is None else self.beside + t * self.direction
+
+    def to(self, point: Array) -> Array:
+        """Return the vectors from the starts of the rays to a point (3, 1): (3, 1) or (3, N)."""
+        # By way of the offset: both parts are small even far from the origin.
+        there = point - self.offset
+        return there if self.beside is None else there - self.beside
+
+    @property
+    def start(self) -> Array:
+        """The t above which a hit counts, () or (N,): 0, or the rounding of the plane where the rays start."""
+        return np.zeros(()) if self.beside is None else START_ROUNDING * np.abs(self.beside).sum(axis=0)
 
     def take(self, rays: Indices) -> Ray:
         """Return some of the rays."""
-        return Ray(self.offset, self.direction[:, rays])
+        return Ray(self.offset, self.direction[:, rays], None if self.beside is None else self.beside[:, rays])
 
 
 @dataclass(frozen=True)
 class SimpleCamera:
-    """The pinhole camera of section 2.1, with any frame, principal point and pixel aspect.
+    """The camera of section 2.1, with any frame, principal point, pixel aspect and projection.
 
     Parameters
     ----------
@@ -156,19 +178,26 @@ class SimpleCamera:
         Notes
         -----
         d = (x r + y u + f) / |x r + y u + f| (section 2.1.5)
+
+        Of an orthographic camera o = position + x r + y u and d = f instead.
         """
         frame = self.frame
         x, y = self.on_image_plane(window, within)
-        point = x * column(frame.right) + y * column(frame.up) + column(frame.forward)
+        across = x * column(frame.right) + y * column(frame.up)
+        if frame.is_orthographic:
+            return Ray(column(frame.position), np.repeat(column(frame.forward), len(x), axis=1), across)
+        point = across + column(frame.forward)
         return Ray(column(frame.position), point / length(point))
 
     def on_image_plane(self, window: Window, within: tuple[float, float] = CENTRE) -> tuple[Array, Array]:
-        """Return x and y, (N,) each, where those rays cross the image plane at distance 1 from the eye.
+        """Return x and y, (N,) each, where those rays cross the image plane at distance 1 from the eye, or start.
 
         With s = (pixel + within) / size (section 2.1.2, as corrected; square pixels, and the center at (0, 0))::
 
             x = (2 s_x - 1) * pixel_aspect * width / height * tan(fov / 2) + center_x
             y = (1 - 2 s_y) * tan(fov / 2) + center_y
+
+        Of an orthographic camera half its height takes the place of tan(fov / 2).
 
         The sizes are cancelled below, so that the left half mirrors the right one bit for bit.
         """
@@ -464,7 +493,15 @@ class Object(ABC):
 
     @abstractmethod
     def normal(self, ray: Ray, t: Array) -> Array:
-        """Return the unit normal at o + t d, on the side of the ray's offset: (3, N)."""
+        """Return the unit normal at o + t d, on the side from which the ray comes: (3, N)."""
+
+    def seen_side(self, ray: Ray, hit: Hit) -> Array:
+        """Return the side from which each of parallel rays sees the surface, 1 or -1 as `side` does: (N,).
+
+        The outward normal of a convex solid points away from its middle.
+        """
+        sides: Array = np.sign(dot(hit.normal, ray.sight(hit.t) - (self.position - ray.offset)))
+        return sides
 
     def on_face(self, ray: Ray, t: Array) -> Array:
         """Return a and b at o + t d, from the origin of a checker along the axes of the face: (2, N)."""
@@ -573,9 +610,9 @@ def rounding_across(normal: Sequence[float], point: Array, position: Array, size
     return away + largest[0] + min(largest[1], along(COORDINATE * b for b in here) + largest[0])
 
 
-def nearest_positive(near: Array, far: Array) -> Array:
-    """Return the smaller of two parameters that is > 0, or +inf if none is: only what lies ahead is seen."""
-    return np.where(near > 0, near, np.where(far > 0, far, np.inf))
+def nearest_positive(near: Array, far: Array, start: Array) -> Array:
+    """Return the smaller of two parameters that is above `start`, or +inf: only what lies ahead is seen."""
+    return np.where(near > start, near, np.where(far > start, far, np.inf))
 
 
 class Quadratic(NamedTuple):
@@ -606,7 +643,8 @@ class Sphere(Object):
     def intersection_parameter(self, ray: Ray) -> Array:
         """Return the smaller of t_1 and t_2 that is > 0 (section 2.2.1)."""
         terms = self.quadratic(ray)
-        return nearest_positive(np.minimum(terms.t_2, terms.t_1), np.maximum(terms.t_2, terms.t_1))
+        near, far = np.minimum(terms.t_2, terms.t_1), np.maximum(terms.t_2, terms.t_1)
+        return nearest_positive(near, far, ray.start)
 
     def quadratic(self, ray: Ray) -> Quadratic:
         """Solve |o + t d - C|^2 = R^2 with the stable form of section 2.2.1.
@@ -621,16 +659,23 @@ class Sphere(Object):
         D from g does not cancel for a small sphere far away (E. Haines et al., "Precision Improvements for
         Ray/Sphere Intersection", Ray Tracing Gems, 2019).
         """
-        c = self.position - ray.offset
+        c = ray.to(self.position)
         b = dot(c, ray.direction)
         g = c - b * ray.direction
+        power = (
+            self._power(ray.offset)
+            if ray.beside is None
+            else (length(c) - self.radius) * (length(c) + self.radius)
+        )
         discriminant = self.radius * self.radius - dot(g, g)
         q = b + np.copysign(np.sqrt(discriminant), b)  # NaN: missed, and no comparison holds
-        return Quadratic(b, g, discriminant, self._power(ray.offset) / q, q)
+        return Quadratic(b, g, discriminant, power / q, q)
 
     def normal(self, ray: Ray, t: Array) -> Array:
         """Return n = (P - C) / |P - C|, turned to the viewer."""
-        outward = t * ray.direction - (self.position - ray.offset)
+        outward = ray.sight(t) - (self.position - ray.offset)
+        if ray.beside is not None:
+            return np.where(dot(outward, ray.direction) > 0, -1, 1) * outward / length(outward)
         return (1 if self.side(ray.offset) > 0 else -1) * outward / length(outward)
 
     def side(self, point: Array) -> int:
@@ -667,15 +712,21 @@ class Plane(Object):
     def intersection_parameter(self, ray: Ray) -> Array:
         """Return t where it is > 0 and the ray is not parallel to the plane: |l . n| >= 1e-6."""
         along, t = self.crossing(ray)
-        return np.where((t > 0) & (np.abs(along) >= PARALLEL), t, np.inf)
+        return np.where((t > ray.start) & (np.abs(along) >= PARALLEL), t, np.inf)
 
     def crossing(self, ray: Ray) -> tuple[Array, Array]:
         """Solve (p - p_0) . n = 0: return l . n and t = (p_0 - l_0) . n / (l . n), both (N,)."""
         along = dot(ray.direction, self.direction)
-        return along, -self._distance(ray.offset) / along
+        height: Any = self._distance(ray.offset)
+        if ray.beside is not None:
+            height = height + dot(ray.beside, self.direction)
+        return along, -height / along
 
     def normal(self, ray: Ray, t: Array) -> Array:
         """Return n, turned to the viewer; the same for all rays of a pencil."""
+        if ray.beside is not None:
+            turned: Array = -np.sign(dot(ray.direction, self.direction)) * self.direction
+            return turned
         return np.broadcast_to(self.side(ray.offset) * self.direction, (3, len(t)))
 
     def on_face(self, ray: Ray, t: Array) -> Array:
@@ -691,11 +742,18 @@ class Plane(Object):
         u /= math.sqrt(np.dot(u, u))
         axes = u, np.cross(n, u)
         from_origin = ray.offset - self.position
+        if ray.beside is not None:
+            from_origin = from_origin + ray.beside
         return np.stack([dot(from_origin, column(a)) + t * dot(ray.direction, column(a)) for a in axes])
 
     def side(self, point: Array) -> int:
         """Return 1 in front of the plane, -1 behind it, 0 on it."""
         return int(np.sign(self._distance(point)))
+
+    def seen_side(self, ray: Ray, hit: Hit) -> Array:
+        """Return the side of the plane to which the normal points."""
+        sides: Array = np.sign(dot(hit.normal, self.direction))
+        return sides
 
     def side_toward(self, direction: Array) -> int:
         """Return 1 in front of the plane, -1 behind it, 0 along it."""
@@ -749,9 +807,10 @@ class Box(Object):
         t = np.full(ray.direction.shape[1], np.inf)
         candidates = np.flatnonzero(self.meets_bounding_sphere(ray))
         if candidates.size:
-            near, far = self.slabs(ray.take(candidates))
+            some = ray.take(candidates)
+            near, far = self.slabs(some)
             entry, leaving = near.max(axis=0), far.min(axis=0)
-            t[candidates] = np.where(entry <= leaving, nearest_positive(entry, leaving), np.inf)
+            t[candidates] = np.where(entry <= leaving, nearest_positive(entry, leaving, some.start), np.inf)
         return t
 
     def normal(self, ray: Ray, t: Array) -> Array:
@@ -760,7 +819,7 @@ class Box(Object):
 
     def on_face(self, ray: Ray, t: Array) -> Array:
         """Return the coordinates in box space that the face leaves free, in the order x, y, z: (2, N)."""
-        local = self._local(ray.offset) + t * self._to_box(ray.direction)
+        local = self._start(ray) + t * self._to_box(ray.direction)
         across = np.abs(self.face(ray)).argmax(axis=0)
         rays = np.arange(len(t))
         return np.stack([local[np.where(across == 0, 1, 0), rays], local[np.where(across == 2, 1, 2), rays]])
@@ -773,7 +832,8 @@ class Box(Object):
         """
         near, far = self.slabs(ray)
         # From a point on a face the eye sees the inside.
-        axis = near.argmax(axis=0) if self.side(ray.offset) > 0 else far.argmin(axis=0)
+        outside = near.max(axis=0) > ray.start if ray.beside is not None else self.side(ray.offset) > 0
+        axis = np.where(outside, near.argmax(axis=0), far.argmin(axis=0))
         local = self._to_box(ray.direction)
         rays = np.arange(local.shape[1])
         face = np.zeros_like(local)
@@ -817,7 +877,7 @@ class Box(Object):
 
     def from_ray(self, ray: Ray) -> Array:
         """Return g, the vector from each ray's nearest point to the centre, as for a sphere: (3, N)."""
-        c = self.position - ray.offset
+        c = ray.to(self.position)
         return c - dot(c, ray.direction) * ray.direction
 
     def slabs(self, ray: Ray) -> tuple[Array, Array]:
@@ -826,7 +886,7 @@ class Box(Object):
         G' = R^T (o - position) + t R^T d: section 2.2.3, with the direction rotated too. A ray parallel to a slab
         is in it for all t or for none.
         """
-        return self._slabs(self._local(ray.offset), self._to_box(ray.direction))
+        return self._slabs(self._start(ray), self._to_box(ray.direction))
 
     def _slabs(self, offset: Array, direction: Array) -> tuple[Array, Array]:
         """Return the same for rays in box space."""
@@ -839,6 +899,11 @@ class Box(Object):
             near = np.where(parallel, np.where(within, -np.inf, np.inf), near)
             far = np.where(parallel, np.inf, far)
         return near, far
+
+    def _start(self, ray: Ray) -> Array:
+        """Return where rays start in box space: (3, 1) or (3, N)."""
+        local = self._local(ray.offset)
+        return local if ray.beside is None else local + self._to_box(ray.beside)
 
     def _to_box(self, vector: Array) -> Array:
         """Return R^T v: its components along the axes of the box."""
@@ -949,7 +1014,7 @@ class PathToLight:
 
 def path_to_light(source: LightSource, ray: Ray, hit: Hit) -> PathToLight:
     """Return the paths from the points that rays hit to a light (section 2.3.1)."""
-    sight = hit.t * ray.direction
+    sight = ray.sight(hit.t)
     distance, wi = source.way_from(ray.offset, sight)
     return PathToLight(ray.offset, sight, distance, wi, dot(hit.normal, wi))
 
@@ -981,8 +1046,14 @@ class Occluder:
 
 
 def seen_directly(source: PointLight, ray: Ray) -> Array:
-    """Return intensity * color / (4 pi r^2), r from the light to the rays' offset (section 3.4): (3, 1)."""
-    return source.light_at(length(source.position - ray.offset)).rgb
+    """Return intensity * color / (4 pi r^2), r from the light to the eye (section 3.4): (3, 1)."""
+    return source.light_at(distance_to_eye(source, ray)).rgb
+
+
+def distance_to_eye(source: PointLight, ray: Ray) -> Array:
+    """Return the distance from a light to the rays' offset, or along parallel rays to where they start: (1,)."""
+    to_light = source.position - ray.offset
+    return length(to_light) if ray.beside is None else np.abs(dot(to_light, ray.direction[:, :1]))
 
 
 class Scenery:
@@ -1124,8 +1195,8 @@ class Scenery:
             if close.size:
                 some = ray.take(close)
                 steep = np.abs(dot(shape.normal(some, t[close]), some.direction))
-                rounding = shape.rounding_at(some.offset, t[close] * some.direction)
-                rounding += self._rounding_at(index[close], some.offset, nearest[close] * some.direction)
+                rounding = shape.rounding_at(some.offset, some.sight(t[close]))
+                rounding += self._rounding_at(index[close], some.offset, some.sight(nearest[close]))
                 closer[close] = (nearest[close] - t[close]) * steep > rounding
             nearest[closer], index[closer] = t[closer], i
         normal, albedo = np.zeros((3, count)), np.zeros((3, count))
@@ -1239,20 +1310,30 @@ class Scenery:
 
     def _lit(self, source: LightSource, way: PathToLight, ray: Ray, hit: Hit) -> tuple[Indices, int]:
         """Return the points that a light without a size reaches, and the number of those that face it."""
-        facing = np.flatnonzero((way.cosine > 0) & self.same_side(source, ray)[hit.index])
+        facing = np.flatnonzero((way.cosine > 0) & self.same_side(source, ray, hit))
         blocked = self._blocked(source, way.take(facing), hit.index[facing])
         return facing[~blocked], len(facing)
 
-    def same_side(self, source: LightSource, ray: Ray) -> Mask:
-        """Return for each object whether the light can reach what the eye sees of it: (objects,).
+    def same_side(self, source: LightSource, ray: Ray, hit: Hit) -> Mask:
+        """Return for each hit whether the light can reach what the eye sees of the object: (N,).
 
         It can if both are on the same side of the surface. From the surface of a solid the eye sees its inside,
         and a light there shines to both sides; a light on a plane does not light the plane.
         """
-        eye = self._sides_by(tuple(ray.offset.ravel()), lambda shape: shape.side(ray.offset))
-        light = self._sides_by(source, source.side_of)
-        same: Mask = (eye == light) | (self.solid & ((light == 0) | ((eye == 0) & (light < 0))))
+        eye, light = self.seen_sides(ray, hit), self._sides_by(source, source.side_of)[hit.index]
+        same: Mask = (eye == light) | (self.solid[hit.index] & ((light == 0) | ((eye == 0) & (light < 0))))
         return same
+
+    def seen_sides(self, ray: Ray, hit: Hit) -> npt.NDArray[np.int8]:
+        """Return the side from which each hit is seen: (N,)."""
+        if ray.beside is None:
+            sides = self._sides_by(tuple(ray.offset.ravel()), lambda shape: shape.side(ray.offset))
+            return sides[hit.index]
+        sides = np.zeros(len(hit.index), dtype=np.int8)
+        for i in np.unique(hit.index):
+            rays = np.flatnonzero(hit.index == i)
+            sides[rays] = self.objects[i].seen_side(ray.take(rays), hit.take(rays))
+        return sides
 
     def _sides_by(self, apex: Any, side_of: Callable[[Object], int]) -> npt.NDArray[np.int8]:
         """Return the side of each object on which an eye or light is, computed once for each: (objects,)."""
@@ -1289,6 +1370,8 @@ class Scenery:
 
 def _depth(scenery: Scenery, ray: Ray, hit: Hit) -> Array:
     """Return t (d . forward): the distance along the viewing axis, never more than t."""
+    if ray.beside is not None:
+        return hit.t
     return hit.t * np.minimum(dot(ray.direction, column(scenery.camera.frame.forward)), 1.0)
 
 

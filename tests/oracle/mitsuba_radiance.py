@@ -13,8 +13,8 @@ float64 and changes no radiance. The variant is `scalar_rgb`: it needs no LLVM, 
 bytes repeat.
 
 Mitsuba does not know two things, which are filled in here: an object that carries a light is seen with the
-constant radiance intensity * color / (4 pi r^2), r from the light to the eye; and a ray that hits nothing shows
-the background. Which object a ray meets first is Mitsuba's answer.
+constant radiance intensity * color / (4 pi r^2), r from the light to the eye, or to the plane on which parallel
+rays start; and a ray that hits nothing shows the background. Which object a ray meets first is Mitsuba's answer.
 """
 
 from __future__ import annotations
@@ -199,21 +199,29 @@ def rgb(color: Iterable[float]) -> dict[str, Any]:
 # --- Rays ----------------------------------------------------------------------------------------------------
 
 
-def primary_directions(camera: Camera) -> Array:
-    """Return the directions through the pixel centres, row by row: (H * W, 3), unit.
+def primary_rays(camera: Camera) -> tuple[Array, Array]:
+    """Return where rays start, relative to the eye, and their directions, row by row: two (H * W, 3).
+
+    They go through the pixel centres.
 
     With s = (pixel + 0.5) / size::
 
         x = (2 s_x - 1) * aspect * tan(fov / 2)
         y = (1 - 2 s_y) * tan(fov / 2)
+
+    The rays of an orthographic camera are parallel and start there, with half its height for the tangent.
     """
     width, height = camera.resolution
-    half_height = math.tan(math.radians(camera.fov) / 2)
+    is_parallel = camera.projection == "orthographic"
+    half_height = camera.height / 2 if is_parallel else math.tan(math.radians(camera.fov) / 2)
     across = (2 * (np.arange(width) + 0.5) / width - 1) * (width / height) * half_height
     upward = (1 - 2 * (np.arange(height) + 0.5) / height) * half_height
     y, x = np.meshgrid(upward, across, indexing="ij")
     right, up, forward = camera_axes(camera)
-    return unit(x.reshape(-1, 1) * right + y.reshape(-1, 1) * up + forward)
+    across = x.reshape(-1, 1) * right + y.reshape(-1, 1) * up
+    if is_parallel:
+        return across, np.broadcast_to(forward, across.shape)
+    return np.zeros_like(across), unit(across + forward)
 
 
 def camera_axes(camera: Camera) -> tuple[Array, Array, Array]:
@@ -249,7 +257,11 @@ def radiance(scene: Scene, samples: int = 1) -> npt.NDArray[np.float32]:
             "the oracle knows direct light only: leave max_depth, eye_falloff and ambient as they are"
         )
     frame = Frame.of(scene)
-    rays = [mitsuba.RayDifferential3f([0, 0, 0], row) for row in primary_directions(scene.camera).tolist()]
+    starts, directions = primary_rays(scene.camera)
+    rays = [
+        mitsuba.RayDifferential3f(start, direction)
+        for start, direction in zip((starts / frame.unit).tolist(), directions.tolist(), strict=True)
+    ]
     total = np.zeros((len(rays), 3))
     for lamp in lamps(scene):
         total += direct_light(world(scene, frame, lamp), rays, samples)
@@ -278,7 +290,10 @@ def fill_in(total: Array, first: npt.NDArray[np.int64], scene: Scene) -> None:
     for lamp in lamps(scene):
         if lamp.body != NOTHING:
             assert lamp.light_position is not None
-            distance = math.dist(lamp.light_position, scene.camera.position)
+            to_lamp = np.subtract(lamp.light_position, scene.camera.position)
+            distance = float(np.linalg.norm(to_lamp))
+            if scene.camera.projection == "orthographic":
+                distance = abs(float(to_lamp @ camera_axes(scene.camera)[2]))
             total[first == lamp.body] = lamp.power / (4 * math.pi * distance**2)
     total[first == NOTHING] = scene.render.background
 

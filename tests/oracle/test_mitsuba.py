@@ -53,6 +53,35 @@ def test_every_scene_has_its_radiance_and_every_radiance_its_scene() -> None:
 
 
 @pytest.mark.integration
+def test_rays_of_an_orthographic_camera_are_those_of_mitsubas(monkeypatch: pytest.MonkeyPatch) -> None:
+    mitsuba = pytest.importorskip("mitsuba", reason="Mitsuba is not installed: pip install mitsuba")
+    script = _script(monkeypatch)
+    camera = rtcli.load_scene(SCENES["parallel_rays"]).camera
+    width, height = camera.resolution
+    eye = np.array(camera.position)
+    # Mitsuba's picture spans 2 units across.
+    span = camera.height * width / height / 2
+    sensor = mitsuba.load_dict(
+        {
+            "type": "orthographic",
+            "film": {"type": "hdrfilm", "width": width, "height": height},
+            "to_world": mitsuba.ScalarTransform4f()
+            .look_at([0, 0, 0], (np.array(camera.look_at) - eye).tolist(), list(camera.up))
+            .scale([span, span, 1]),
+        }
+    )
+    starts, directions = script.primary_rays(camera)
+    for pixel in range(0, width * height, 37):
+        row, column = divmod(pixel, width)
+        place = [(column + 0.5) / width, (row + 0.5) / height]
+        ray, _ = sensor.sample_ray(0, 0, place, [0.5, 0.5])
+        direction, origin = np.array(ray.d, dtype=float), np.array(ray.o, dtype=float)
+        np.testing.assert_allclose(direction, directions[pixel], atol=1e-6)
+        beside = np.cross(directions[pixel], origin - starts[pixel])
+        np.testing.assert_allclose(beside, 0, atol=1e-5)
+
+
+@pytest.mark.integration
 def test_mitsuba_still_computes_the_committed_radiance(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("mitsuba", reason="Mitsuba is not installed: pip install mitsuba")
     name = "lamps_in_a_room"

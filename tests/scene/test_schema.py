@@ -149,7 +149,7 @@ def test_defaults_equal_those_of_the_models():
     for name, key, value in properties():
         if "default" in value:
             found[name, key] = value["default"]
-    expected = {("Camera", key): getattr(scene.camera, key) for key in ("position", "up")}
+    expected = {("Camera", key): getattr(scene.camera, key) for key in ("position", "up", "projection")}
     expected |= {("RenderSettings", key): value for key, value in scene.render}
     expected |= {("ImageSettings", key): value for key, value in scene.image}
     # An empty list is not a default here, since an editor that completes `objects` would write it.

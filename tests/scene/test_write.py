@@ -69,8 +69,9 @@ OBJECTS = st.one_of(
 @st.composite
 def matrices(draw):
     rng = random.Random(draw(st.integers(0, 2**32)))
+    parallel = {"projection": "orthographic", "height": draw(POSITIVE)}
     return {
-        "intrinsics": random_intrinsics(rng, 640, 480),
+        **draw(st.sampled_from([{"intrinsics": random_intrinsics(rng, 640, 480)}, parallel])),
         rng.choice(("opencv", "opengl")): {"camera_to_world": random_pose(rng, 10.0 ** rng.randint(-3, 9))},
     }
 

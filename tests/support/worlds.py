@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -61,13 +61,17 @@ def pixel_slopes(width: int, height: int, fov: float) -> tuple[np.ndarray, np.nd
 # --- Random scenes ---------------------------------------------------------------------------------------
 
 
+# The keys that say what the picture spans.
+LENSES = ("fov", "fov_x", "intrinsics", "height")
+
+
 @st.composite
 def random_scenes(
     draw: st.DrawFn,
     *,
     carriers: bool = True,
     samples: int = 1,
-    any_lens: bool = True,
+    lenses: Sequence[str] = LENSES,
     emitters: bool = False,
     checkers: bool = True,
 ) -> Data:
@@ -92,8 +96,7 @@ def random_scenes(
         "objects": [_object(rng, kind, checkers) for kind in kinds if carriers or kind != "lamp"],
         "render": {"background": _color(rng), "samples": samples},
     }
-    if any_lens:
-        data["camera"] = _with_any_lens(rng, data["camera"])
+    data["camera"] = _with_lens(rng, data["camera"], rng.choice(lenses))
     return with_emitters(data, seed) if emitters else data
 
 
@@ -117,11 +120,13 @@ def _light(rng: random.Random) -> Data:
     return light(position, intensity, color=color)
 
 
-def _with_any_lens(rng: random.Random, camera: Data) -> Data:
-    """Return the camera as it is, or with another key in place of `fov`."""
-    lens = rng.choice(("fov", "fov_x", "intrinsics"))
+def _with_lens(rng: random.Random, camera: Data, lens: str) -> Data:
+    """Return the camera with a key in place of `fov`."""
     fov = camera.pop("fov")
-    return {**camera, lens: random_intrinsics(rng, *camera["resolution"]) if lens == "intrinsics" else fov}
+    if lens == "height":
+        camera = {**camera, "projection": "orthographic"}
+    values = {"intrinsics": random_intrinsics(rng, *camera["resolution"]), "height": rng.uniform(1, 12)}
+    return {**camera, lens: values.get(lens, fov)}
 
 
 def random_intrinsics(rng: random.Random, width: int, height: int) -> list[list[float]]:
@@ -204,6 +209,9 @@ def extreme_scenes() -> st.SearchStrategy[Data]:
         st.fixed_dictionaries({**size, "fov": angle}, optional=place),
         st.fixed_dictionaries({**size, "fov_x": angle}, optional=place),
         st.fixed_dictionaries({**size, "intrinsics": _extreme_intrinsics()}, optional=place),
+        st.fixed_dictionaries(
+            {**size, "projection": st.just("orthographic"), "height": _POSITIVE}, optional=place
+        ),
     )
     settings = st.fixed_dictionaries(
         {"background": _LIGHT_COLOR, "eye_falloff": st.booleans(), "samples": st.integers(1, 3)},

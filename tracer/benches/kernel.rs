@@ -6,8 +6,8 @@
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use rtcli_tracer::develop::{BitDepth, Developer, ToneCurve};
 use rtcli_tracer::world::{
-    Camera, CuboidDesc, LightDesc, LightSource, Object, PlaneDesc, Settings, ShapeDesc, SphereDesc, Vector,
-    Window, World,
+    Camera, CuboidDesc, LightDesc, LightSource, Object, PlaneDesc, Projection, Settings, ShapeDesc, SphereDesc,
+    Vector, Window, World,
 };
 use rtcli_tracer::{Film, Level, Monitor, Tracer};
 use std::time::Duration;
@@ -178,6 +178,7 @@ fn camera(position: Vector, look_at: Vector, fov: f64) -> Camera {
     Camera {
         width: WIDTH,
         height: HEIGHT,
+        projection: Projection::Perspective,
         half_height: (fov.to_radians() / 2.0).tan(),
         pixel_aspect: 1.0,
         center: (0.0, 0.0),

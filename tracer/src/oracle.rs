@@ -1,7 +1,7 @@
 //! The oracle of the kernel's tests: shapes intersected in float64, by independent formulas.
 
 use crate::apex::Apex;
-use crate::camera::half_tangent;
+use crate::camera::{Projection, half_tangent};
 use crate::shapes::Shapes;
 use crate::shapes::contact::{Contact, Side};
 use crate::shapes::cuboid::Cuboid;
@@ -10,7 +10,7 @@ use crate::shapes::points::{Points, ShadowRays};
 use crate::shapes::primitive::Primitive;
 use crate::shapes::sphere::Sphere;
 use crate::tile::hits::{FACE_BITS, HitBuffer, NO_FACE};
-use crate::tile::rays::Rays;
+use crate::tile::rays::{Ray, Rays};
 use crate::tile::{LANES, Lanes, SIDE, View};
 use crate::vector::{Vector, add, dot, length, scale, sub};
 use crate::world::{
@@ -30,7 +30,13 @@ impl From<Vector> for Apex {
 impl View {
     /// Return a view of square pixels with the principal point in the middle.
     pub(crate) fn centered(width: u32, height: u32, half_pixel: f64) -> View {
-        View { width, height, half_pixel: (half_pixel, half_pixel), center: (0.0, 0.0) }
+        let projection = Projection::Perspective;
+        View { width, height, projection, half_pixel: (half_pixel, half_pixel), center: (0.0, 0.0) }
+    }
+
+    /// Return the same view with parallel rays.
+    pub(crate) fn parallel(width: u32, height: u32, half_pixel: f64) -> View {
+        View { projection: Projection::Orthographic, ..View::centered(width, height, half_pixel) }
     }
 }
 
@@ -40,6 +46,7 @@ impl Camera {
         Camera {
             width,
             height,
+            projection: Projection::Perspective,
             half_height: half_tangent(fov),
             pixel_aspect: 1.0,
             center: (0.0, 0.0),
@@ -131,9 +138,9 @@ impl OracleShape {
         }
     }
 
-    /// The parameter at which a ray from the eye first meets the surface.
-    pub(crate) fn depth(&self, direction: Vector) -> Option<f64> {
-        let (near, far) = self.span([0.0; 3], direction)?;
+    /// The parameter at which a ray first meets the surface.
+    pub(crate) fn depth(&self, ray: Ray) -> Option<f64> {
+        let (near, far) = self.span(ray.origin, ray.direction)?;
         [near, far].into_iter().find(|&t| t > 0.0)
     }
 
@@ -168,14 +175,15 @@ fn sphere_span(center: Vector, radius: f64, direction: Vector) -> Option<(f64, f
 }
 
 /// The ray of a lane, in float64.
-pub(crate) fn exact_ray(view: View, corner: (u32, u32), lane: usize) -> Vector {
+pub(crate) fn exact_ray(view: View, corner: (u32, u32), lane: usize) -> Ray {
     let x = f64::from(corner.0 + lane as u32 % SIDE) + 0.5;
     let y = f64::from(corner.1 + lane as u32 / SIDE) + 0.5;
-    [
-        (2.0 * x - f64::from(view.width)) * view.half_pixel.0 + view.center.0,
-        (f64::from(view.height) - 2.0 * y) * view.half_pixel.1 + view.center.1,
-        1.0,
-    ]
+    let x = (2.0 * x - f64::from(view.width)) * view.half_pixel.0 + view.center.0;
+    let y = (f64::from(view.height) - 2.0 * y) * view.half_pixel.1 + view.center.1;
+    match view.projection {
+        Projection::Perspective => Ray { origin: EYE, direction: [x, y, 1.0], start: 0.0 },
+        Projection::Orthographic => Ray { origin: [x, y, 0.0], direction: [0.0, 0.0, 1.0], start: 0.0 },
+    }
 }
 
 /// The rays through the pixel centres of a tile.
@@ -223,9 +231,18 @@ pub(crate) fn any_tile() -> impl Strategy<Value = (View, (u32, u32))> {
     })
 }
 
+/// A tile of parallel rays.
+pub(crate) fn any_parallel_tile() -> impl Strategy<Value = (View, (u32, u32))> {
+    (any_size(-3.0..3.0), 0_u32..10, 0_u32..10).prop_map(|(half_pixel, column, row)| {
+        let view = View::parallel(160, 160, half_pixel);
+        (view, (column * SIDE, row * SIDE))
+    })
+}
+
 /// The ray through the middle of a tile.
-pub(crate) fn middle_of((view, corner): (View, (u32, u32))) -> Vector {
-    rays_of(view, corner).middle
+pub(crate) fn middle_of((view, corner): (View, (u32, u32))) -> Ray {
+    let rays = rays_of(view, corner);
+    Ray { origin: rays.origin, direction: rays.middle, start: 0.0 }
 }
 
 /// A sphere or a box whose outline is likely to cross a tile, or around the eye.
@@ -240,15 +257,16 @@ pub(crate) fn shape_before(
         move |((size, distance, aside, share), axes, sides, kind)| {
             let (view, _) = tile;
             let away = size * (1.0 + distance);
-            let reach = size + away * view.half_pixel.0 * f64::from(SIDE);
-            let middle = middle_of(tile);
-            let ahead = scale(middle, away / length(middle));
+            let reach = size + rays_of(view, tile.1).divergence(away) * view.half_pixel.0 * f64::from(SIDE);
+            let Ray { origin, direction, .. } = middle_of(tile);
+            let ahead = scale(direction, away / length(direction));
             // The eye may also be inside.
-            let center = if kind == 0 {
+            let offset = if kind == 0 {
                 scale(aside, 0.9 * share.min(1.0) * size / 3.0_f64.sqrt() * 0.1)
             } else {
                 add(ahead, scale(aside, share * reach))
             };
+            let center = add(origin, offset);
             if axes[0][0] > 0.0 {
                 OracleShape::Sphere { center, radius: size }
             } else {
@@ -297,6 +315,39 @@ pub(crate) fn check_intersection(
     Ok(hits)
 }
 
+/// Check the hits of a tile of parallel rays, and the points on the faces that they see.
+pub(crate) fn check_parallel(shape: &OracleShape, tile: (View, (u32, u32))) -> Result<(), TestCaseError> {
+    let across = tile.0.half_pixel.0 * f64::from(SIDE);
+    let lengths = shape.size() + across + length(middle_of(tile).origin) * 1e-6;
+    // The plane on which the rays start may touch the surface.
+    prop_assume!(shape.size() == 0.0 || (shape.center()[2].abs() - shape.size()).abs() > 1e-5 * lengths);
+    check_intersection(shape, tile, 2e-6 * lengths)?;
+    for (lanes, points) in surface_points(shape, tile) {
+        for (i, &lane) in lanes.iter().enumerate() {
+            let Ray { origin, direction, .. } = exact_ray(tile.0, tile.1, lane.into());
+            let normal = match points.plane {
+                Some(plane) => plane.normal,
+                None => points.normal.each_ref().map(|axis| f64::from(axis[i])),
+            };
+            let steep = -dot(normal, direction);
+            prop_assert!(steep > -1e-3, "lane {}: {:?} faces away", lane, normal);
+            let point = point_of(&points, i);
+            let [x, y, _] = sub(point, origin);
+            let rounding = 4e-6 * (lengths + length(sub(point, origin)) * 1e-3) / steep.max(1e-6);
+            prop_assert!(x.abs() + y.abs() < rounding, "lane {}: {:?} off the ray", lane, [x, y]);
+            let off = shape.distance(point);
+            prop_assert!(off < rounding, "lane {}: {} off the surface", lane, off);
+            // The normal points out of the shape, or into it where the ray starts inside.
+            let inside = shape.contact(origin).side == Side::Inside;
+            let step = 1e-3 * shape.size() * if inside { -1.0 } else { 1.0 };
+            let beyond = shape.contact(add(point, scale(normal, step))).side;
+            let is_plane = shape.size() == 0.0;
+            prop_assert!(is_plane || steep < 0.1 || beyond == Side::Outside, "lane {}: {:?}", lane, normal);
+        }
+    }
+    Ok(())
+}
+
 /// The first face number in tests.
 pub(crate) const FACE: u32 = 5 << FACE_BITS;
 
@@ -333,7 +384,10 @@ pub(crate) fn irradiance_left(occluder: &OracleShape, light: impl Into<Apex>, po
     let mut squared = [0.0; LANES];
     let to_light = light.from_f32(points.reference);
     for lane in 0..points.padded() {
-        let [x, y, z] = points.toward(to_light, lane);
+        let [x, y, z] = match light.is_direction() {
+            true => points.toward::<true>(to_light, lane),
+            false => points.toward::<false>(to_light, lane),
+        };
         squared[lane] = x * x + y * y + z * z;
     }
     let contact = (!light.is_direction()).then(|| occluder.contact(light.at));
@@ -414,16 +468,20 @@ fn any_color() -> impl Strategy<Value = Vector> {
 fn any_camera() -> impl Strategy<Value = Camera> {
     let size = (1_u32..70, 1_u32..50);
     // A principal point in the picture or outside.
-    let lens = (5.0..120.0, 0.5..2.0, (-1.0..1.0, -1.0..1.0));
+    let lens = (5.0..120.0, 0.5..2.0, (-1.0..1.0, -1.0..1.0), prop::bool::weighted(0.3));
     (size, lens, any_place(1.0), any_direction(), any_axes()).prop_map(
-        |((width, height), (fov, pixel_aspect, (x, y)), aside, toward, axes)| {
+        |((width, height), (fov, pixel_aspect, (x, y), is_orthographic), aside, toward, axes)| {
             // Mostly outside, looking in.
             let [right, up, _] = axes;
             let forward = crate::vector::cross(up, right);
             let position = add(scale(forward, -8.0), add(aside, scale(toward, 0.5)));
-            let half_height = half_tangent(fov);
-            let center = (x * half_height, y * half_height);
-            Camera { width, height, half_height, pixel_aspect, center, position, right, up, forward }
+            let (projection, half_height, pixel_aspect) = if is_orthographic {
+                (Projection::Orthographic, fov / 20.0, 1.0)
+            } else {
+                (Projection::Perspective, half_tangent(fov), pixel_aspect)
+            };
+            let center = if is_orthographic { (0.0, 0.0) } else { (x * half_height, y * half_height) };
+            Camera { width, height, projection, half_height, pixel_aspect, center, position, right, up, forward }
         },
     )
 }

@@ -3,6 +3,7 @@
 use crate::accel::cone::Cone;
 use crate::accel::{Bvh, Stack};
 use crate::apex::Apex;
+use crate::camera::{Camera, Projection};
 use crate::camera_space::{CameraSpace, FAR_FROM_ROUNDING};
 use crate::checker::Checker;
 use crate::memory::{OutOfMemory, collect, filled, par_collect, reserve, with_capacity};
@@ -12,7 +13,7 @@ use crate::scene::unit::suitable_unit;
 use crate::shapes::contact::{COORDINATE, Contact};
 use crate::shapes::primitive::Primitive;
 use crate::shapes::{OBJECTS, ShapeDesc, Shapes};
-use crate::vector::{Vector, add, l1_norm, largest, length, normalized, scale, sub};
+use crate::vector::{Vector, add, dot, l1_norm, largest, length, normalized, scale, sub};
 use crate::world::{CheckerDesc, LightDesc, LightSource, Object, World};
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -64,6 +65,7 @@ pub(crate) struct Material {
 /// A scene ready for tracing.
 #[derive(Debug)]
 pub(crate) struct Scene {
+    pub(crate) projection: Projection,
     /// Units of camera space per unit of the world: a power of two.
     pub(crate) unit: f64,
     /// The rounding of the eye's coordinates, in units of camera space.
@@ -108,6 +110,7 @@ impl Scene {
         bvh.renumber(&indices);
         let numbers = par_collect(order.par_iter().map(|&i| by_kind[i as usize]), OBJECTS)?;
         let mut scene = Scene {
+            projection: world.camera.projection,
             unit: space.unit,
             coordinate_rounding: 2.0 * COORDINATE * largest(space.eye),
             has_range_scales: materials.par_iter().any(|material| material.range_scale < 1.0),
@@ -276,24 +279,31 @@ fn places(counts: &[usize]) -> impl FnMut(usize) -> usize + use<> {
 }
 
 fn materials(world: &World, space: &CameraSpace) -> Result<Vec<Material>, OutOfMemory> {
-    let material = |object: &Object| Material {
-        albedo: object.color,
-        emitted: None,
-        range_scale: object.shape.range_scale(space, space.scaled(object.position)),
+    let range_scale = |object: &Object| match world.camera.projection {
+        Projection::Perspective => object.shape.range_scale(space, space.scaled(object.position)),
+        // Elsewhere it would not look the same.
+        Projection::Orthographic => 1.0,
     };
+    let material =
+        |object: &Object| Material { albedo: object.color, emitted: None, range_scale: range_scale(object) };
     let mut materials = par_collect(world.objects.par_iter().map(material), OBJECTS)?;
     for light in &world.lights {
         if let (Some(carrier), Some(position)) = (light.carrier, light.source.position()) {
-            materials[carrier].emitted = Some(seen_directly(light, position, world.camera.position));
+            materials[carrier].emitted = Some(seen_directly(light, position, &world.camera));
         }
     }
     Ok(materials)
 }
 
-/// L = intensity color / (4 pi r^2), r from the light to the eye (document, section 3.4).
-fn seen_directly(light: &LightDesc, position: Vector, eye: Vector) -> [f32; 3] {
+/// L = intensity color / (4 pi r^2), r from the light to the eye (document, section 3.4), or along the view to the
+/// plane on which parallel rays start.
+fn seen_directly(light: &LightDesc, position: Vector, camera: &Camera) -> [f32; 3] {
     let largest = f64::from(f32::MAX);
-    let r = length(sub(position, eye));
+    let to_light = sub(position, camera.position);
+    let r = match camera.projection {
+        Projection::Perspective => length(to_light),
+        Projection::Orthographic => dot(camera.forward, to_light).abs(),
+    };
     let arriving = light.intensity / (4.0 * PI * r * r);
     // 0 / 0: a light without power at the eye.
     let arriving = if arriving.is_nan() { 0.0 } else { arriving.min(largest) };

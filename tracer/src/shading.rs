@@ -5,6 +5,7 @@ use crate::accel::pyramid::{Footprint, Pyramid};
 use crate::accel::{Stack, Volume};
 use crate::apex::Apex;
 use crate::bounds::BoundingSphere;
+use crate::camera::Projection;
 use crate::scene::{Light, Material, Scene};
 use crate::shapes::contact::Contact;
 use crate::shapes::points::{Points, ShadowRays};
@@ -85,7 +86,7 @@ impl Lighting {
         // The second is that of the odd squares of a checker.
         let albedos = [albedo, scene.checker(object).map_or(albedo, |checker| checker.albedo)];
         // The distance to the eye of an object that was moved toward it is the real one.
-        let falloff = settings.eye_falloff.then_some(scene.unit * range_scale);
+        let falloff = settings.eye_falloff.then_some((scene.projection, scene.unit * range_scale));
         if settings.ambient != [0.0; 3] {
             self.irradiance = [1.0; LANES];
             let reflected = |albedo: Vector| std::array::from_fn(|i| settings.ambient[i] * albedo[i]);
@@ -121,11 +122,16 @@ impl Lighting {
     /// Add the irradiance, times a weight for each channel, the second on the odd squares of a checker; with the
     /// world's length of a unit, it falls off toward the eye.
     #[inline(always)]
-    fn add_reflected(&mut self, mut weights: [Vector; 2], falloff: Option<f64>, radiance: &mut [Lanes; 3]) {
-        if let Some(unit) = falloff {
+    fn add_reflected(
+        &mut self,
+        mut weights: [Vector; 2],
+        falloff: Option<(Projection, f64)>,
+        radiance: &mut [Lanes; 3],
+    ) {
+        if let Some((projection, unit)) = falloff {
             let magnitude = magnitude(std::array::from_fn(|i| weights[0][i].max(weights[1][i])));
             weights = weights.map(|weight| scale(weight, 1.0 / f64::from(magnitude)));
-            self.apply_eye_falloff(unit, magnitude);
+            self.apply_eye_falloff(projection, unit, magnitude);
         }
         let [even, odd] = weights.map(|weight| weight.map(bounded));
         for (channel, (even, odd)) in radiance.iter_mut().zip(even.into_iter().zip(odd)) {
@@ -153,10 +159,10 @@ impl Lighting {
     ) -> u64 {
         let object = face >> FACE_BITS;
         let contact = light.contact(0, object);
-        if !scene.shapes.get(object).is_lit_from(contact, light.apex) {
+        if !scene.shapes.get(object).is_lit_from(face, contact, light.apex) {
             return 0;
         }
-        let facing = self.irradiate(Pencil { apex: light.apex, contact, nearest: 0.0 }, scene, face);
+        let facing = self.irradiate((light.apex, contact), scene, face);
         if facing > 0 {
             let mut shadow = ShadowRays {
                 points: &self.points,
@@ -170,10 +176,10 @@ impl Lighting {
         facing
     }
 
-    /// Compute the unoccluded irradiance of a pencil at the points, and return the number of points that face it.
+    /// Compute the unoccluded irradiance of an apex at the points, and return the number of points that face it.
+    /// `contact` is given if it is close to the surface.
     #[inline(always)]
-    fn irradiate(&mut self, pencil: Pencil<'_>, scene: &Scene, face: u32) -> u64 {
-        let Pencil { apex, contact, nearest } = pencil;
+    fn irradiate(&mut self, (apex, contact): (Apex, Option<&Contact>), scene: &Scene, face: u32) -> u64 {
         let shape = scene.shapes.get(face >> FACE_BITS);
         let to_light = apex.from_f32(self.points.reference);
         if let Some(plane) = self.points.plane {
@@ -188,10 +194,18 @@ impl Lighting {
             if height <= rounding {
                 return 0;
             }
-            self.irradiate_flat(to_light, height as f32, nearest);
+            if apex.is_direction() {
+                self.irradiate_flat::<true>(to_light, height as f32);
+            } else {
+                self.irradiate_flat::<false>(to_light, height as f32);
+            }
             return self.points.count as u64;
         }
-        self.irradiate_curved(to_light, nearest);
+        if apex.is_direction() {
+            self.irradiate_curved::<true>(to_light);
+        } else {
+            self.irradiate_curved::<false>(to_light);
+        }
         let facing = |&irradiance: &f32| u32::from(irradiance > 0.0);
         u64::from(self.irradiance[..self.points.count].iter().map(facing).sum::<u32>())
     }
@@ -199,55 +213,46 @@ impl Lighting {
     /// cos(theta) / r^2 = height / r^3: the height of the light is the same at all points of a flat face. Infinitely
     /// far away the height is cos(theta), and the vector to the light a unit vector.
     #[inline(always)]
-    fn irradiate_flat(&mut self, to_light: ([f32; 3], f32), height: f32, nearest: f32) {
+    fn irradiate_flat<const PARALLEL: bool>(&mut self, to_light: [f32; 3], height: f32) {
         for lane in 0..self.points.padded() {
-            let w = self.points.toward(to_light, lane);
+            let w = self.points.toward::<PARALLEL>(to_light, lane);
             let squared = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
             self.squared[lane] = squared;
-            self.irradiance[lane] = per_cube(height, at_least(nearest, squared));
+            self.irradiance[lane] = per_cube(height, squared);
         }
     }
 
     /// cos(theta) / r^2 = n . w / r^3
     #[inline(always)]
-    fn irradiate_curved(&mut self, to_light: ([f32; 3], f32), nearest: f32) {
+    fn irradiate_curved<const PARALLEL: bool>(&mut self, to_light: [f32; 3]) {
         for lane in 0..self.points.padded() {
-            let w = self.points.toward(to_light, lane);
+            let w = self.points.toward::<PARALLEL>(to_light, lane);
             let squared = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
             let n = &self.points.normal;
             let along = n[0][lane] * w[0] + n[1][lane] * w[1] + n[2][lane] * w[2];
             self.squared[lane] = squared;
             // Also 0 if NaN, for a light on the surface.
-            let irradiance = per_cube(along, at_least(nearest, squared));
+            let irradiance = per_cube(along, squared);
             self.irradiance[lane] = if irradiance > 0.0 { irradiance } else { 0.0 };
         }
     }
 
-    /// Divide by 4 pi t^2 (document, section 3.4), t the distance to the eye in the world's units; multiply by
-    /// `magnitude`.
+    /// Divide by 4 pi t^2 (document, section 3.4), t the distance to the eye in the world's units, along parallel rays
+    /// the depth; multiply by `magnitude`.
     #[inline(always)]
-    fn apply_eye_falloff(&mut self, unit: f64, magnitude: f32) {
+    fn apply_eye_falloff(&mut self, projection: Projection, unit: f64, magnitude: f32) {
         let eye = to_f32(self.points.reference.map(|component| -component));
         let (unit, per_sphere) = (bounded(unit), (0.25 / PI) as f32);
         for lane in 0..self.points.padded() {
-            let p = self.points.toward((eye, 1.0), lane);
-            let factor = unit / (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt();
+            let p = self.points.toward::<false>(eye, lane);
+            let distance = match projection {
+                Projection::Perspective => (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt(),
+                Projection::Orthographic => p[2].abs(),
+            };
+            let factor = unit / distance;
             self.irradiance[lane] = self.irradiance[lane] * magnitude * factor * factor * per_sphere;
         }
     }
-}
-
-/// An apex, and where it is relative to the surface if it is close.
-struct Pencil<'a> {
-    apex: Apex,
-    contact: Option<&'a Contact>,
-    /// It counts as no nearer to a point than this, squared.
-    nearest: f32,
-}
-
-#[inline(always)]
-fn at_least(least: f32, value: f32) -> f32 {
-    if value > least { value } else { least }
 }
 
 /// value / r^3, from r^2. The cube itself would overflow float32 for a light at the sun's distance from a scene of

@@ -1,6 +1,6 @@
 //! The tracer's input: a scene as plain numbers, in the order of the file.
 
-pub use crate::camera::{Camera, Window};
+pub use crate::camera::{Camera, Projection, Window};
 pub use crate::shapes::descriptions::*;
 pub use crate::shapes::{Kind, ShapeDesc};
 pub use crate::vector::Vector;

@@ -223,7 +223,8 @@ UP_ALONG_VIEW = Rule(
 EXCLUDED_KEY = Rule(
     "E305",
     "excluded-key",
-    "A camera with two of `fov`, `fov_x` and `intrinsics`, or a matrix beside `position`, `look_at` or `up`.",
+    "A camera with two of `fov`, `fov_x`, `intrinsics` and an orthographic `height`, or a matrix beside "
+    "`position`, `look_at` or `up`.",
     "remove one of the two",
     in_schema=True,
 )

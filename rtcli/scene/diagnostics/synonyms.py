@@ -20,6 +20,13 @@ WORDS_FOR_LIGHTS = {
 }
 
 
+# By the value of a key that takes one of a few words.
+WORDS_FOR_CHOICES = {
+    "orthographic": "ortho orth orthogonal parallel isometric axonometric",
+    "perspective": "persp pinhole thinlens central",
+}
+
+
 def plural(shape: str) -> str:
     """Return the plural of a shape's name."""
     return shape + ("es" if shape.endswith("x") else "s")
@@ -47,6 +54,9 @@ WORDS_FOR_KEYS = {
     "fov_x": "hfov xfov fovh horizontalfov horizontalfieldofview cameraanglex",
     "intrinsics": "k kmatrix intrinsic intrinsicmatrix cameramatrix calibration calibrationmatrix focal "
     "focallength f fx fy flx fly cx cy principalpoint",
+    "projection": "type kind mode model cameratype ortho orthographic parallel isometric perspective",
+    "height": "orthoscale orthosize orthoheight orthographicscale orthographicsize orthographicheight viewheight "
+    "frustumheight ymag",
     "opencv": "cv c2w camtoworld cam2world cameratoworld pose extrinsics extrinsic w2c worldtocamera rt",
     "opengl": "gl transform transformmatrix matrix matrixworld toworld modelmatrix",
     "camera_to_world": "c2w camtoworld cam2world pose matrix transform transformmatrix matrixworld toworld",

@@ -18,7 +18,7 @@ from rtcli.scene.colors import CSS_NAMES
 from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import MAX_PROBLEMS, Problem, SceneError, did_you_mean, nearest, quoted
 from rtcli.scene.diagnostics.rules import Rule
-from rtcli.scene.diagnostics.suggestions import suggested_key
+from rtcli.scene.diagnostics.suggestions import suggested_choice, suggested_key
 from rtcli.scene.reading.limits import UNREADABLE
 from rtcli.scene.reading.source import HEAD, KEY, VALUE, Document, Loc
 from rtcli.scene.reading.yaml_reader import plain_scalar
@@ -292,7 +292,7 @@ def _text(rejected: _RejectedValue) -> _Finding:
 def _choice(rejected: _RejectedValue) -> _Finding:
     choices = rejected.error["ctx"]["expected"].replace("'", "`")
     value = rejected.value
-    close = nearest(value, choices.split("`")[1::2]) if isinstance(value, str) else None
+    close = suggested_choice(value, choices.split("`")[1::2]) if isinstance(value, str) else None
     return _Finding(rules.NOT_A_CHOICE, f"must be {choices}, {rejected.got}{did_you_mean(close)}")
 
 

@@ -132,6 +132,9 @@ def test_camera_given_by_a_pose_keeps_it_when_another_key_changes():
     assert camera.replace(fov=None, intrinsics=k, opengl=None, position=(0, 1, 0)) == rtcli.Camera(
         resolution=(4, 3), intrinsics=k, position=(0, 1, 0)
     )
+    parallel = rtcli.Camera(resolution=(4, 3), projection="orthographic", height=5)
+    assert CAMERA.replace(fov=None, projection="orthographic", height=5).height == parallel.height == 5
+    assert parallel.replace(projection=None, height=None, fov=40) == rtcli.Camera(resolution=(4, 3), fov=40)
 
 
 def test_scenes_survive_pickling():
@@ -180,6 +183,7 @@ def test_nested_models_are_built_without_their_constructors(monkeypatch):
         ),
         ("Plane", {**MODELS["Plane"], "normal": np.zeros(3)}, ["normal: must not be [0, 0, 0] [E302]"]),
         ("Camera", {"resolution": (4, 3)}, ["missing key `fov` [E103]"]),
+        ("Camera", {"resolution": (4, 3), "projection": "orthographic"}, ["missing key `height` [E103]"]),
         (
             "Camera",
             {"resolution": (4, 3), "fov": 40, "fov_x": 40, "opencv": {"camera_to_world": np.diag([2, 2, 2, 1])}},

@@ -91,7 +91,7 @@ impl Tracer {
     #[pyo3(signature = (camera, objects, checkers, lights, settings, threads, /))]
     fn new(
         py: Python<'_>,
-        camera: PyCamera,
+        camera: PyCamera<'_>,
         objects: PyObjects<'_>,
         checkers: PyCheckers<'_>,
         lights: PyLights<'_>,

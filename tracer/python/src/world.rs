@@ -12,8 +12,8 @@ use rtcli_tracer::world::{
 /// The most objects whose faces can be numbered in 32 bits.
 const MOST_OBJECTS: usize = 1 << 28;
 
-/// Width, height, half height, pixel aspect, center, position, right, up, forward.
-pub type PyCamera = (u32, u32, f64, f64, (f64, f64), Vector, Vector, Vector, Vector);
+/// Width, height, projection, half height, pixel aspect, center, position, right, up, forward.
+pub type PyCamera<'a> = (u32, u32, &'a str, f64, f64, (f64, f64), Vector, Vector, Vector, Vector);
 
 /// Kind (u8), position, parameters, color (f64), in native byte order.
 pub type PyObjects<'a> = (&'a [u8], &'a [u8], &'a [u8], &'a [u8]);
@@ -34,11 +34,13 @@ pub type PyWindow = (u32, u32, u32, u32);
 ///
 /// # Errors
 ///
-/// `ValueError` for a picture without pixels.
-pub fn camera(camera: PyCamera) -> PyResult<Camera> {
-    let (width, height, half_height, pixel_aspect, center, position, right, up, forward) = camera;
+/// `ValueError` for a picture without pixels, or an unknown projection.
+pub fn camera(camera: PyCamera<'_>) -> PyResult<Camera> {
+    let (width, height, projection, half_height, pixel_aspect, center, position, right, up, forward) = camera;
     has_pixels(width, height)?;
-    Ok(Camera { width, height, half_height, pixel_aspect, center, position, right, up, forward })
+    let unknown = |_| PyValueError::new_err(format!("unknown projection {projection:?}"));
+    let projection = projection.parse().map_err(unknown)?;
+    Ok(Camera { width, height, projection, half_height, pixel_aspect, center, position, right, up, forward })
 }
 
 /// Return the objects.

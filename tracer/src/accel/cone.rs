@@ -28,6 +28,12 @@ impl Cone {
     /// The cone around the rays of a tile.
     pub(crate) fn of_tile(rays: &Rays) -> Cone {
         let (middle, half_size) = (rays.middle, rays.half_size);
+        if rays.are_parallel() {
+            // A cylinder: a cone without an angle, in which all bounds are larger by its radius.
+            let mut cone = Cone::new(rays.origin, middle, 1.0, f64::INFINITY);
+            cone.slack += length([half_size.0, half_size.1, 0.0]) as f32 * (1.0 + CONSERVATIVE);
+            return cone;
+        }
         let axis = scale(middle, 1.0 / length(middle));
         let cos: f64 = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)]
             .map(|(i, j)| {

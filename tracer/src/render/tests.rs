@@ -3,7 +3,9 @@ use crate::WorkBudget;
 use crate::oracle::any_world;
 use crate::output::develop::{BitDepth, ToneCurve};
 use crate::output::film::{Pass, Values};
-use crate::world::{Camera, CuboidDesc, LightDesc, LightSource, Object, PlaneDesc, ShapeDesc, SphereDesc};
+use crate::world::{
+    Camera, CuboidDesc, LightDesc, LightSource, Object, PlaneDesc, Projection, ShapeDesc, SphereDesc,
+};
 use proptest::prelude::*;
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -162,7 +164,12 @@ proptest! {
             prop_assert!(0.0 < depth && depth <= distance && distance.is_finite());
             prop_assert_eq!(triple(&arrays.albedo), world.objects[id as usize - 1].color.map(|c| c as f32));
             let toward = crate::vector::sub(triple(&arrays.position).map(f64::from), world.camera.position);
-            let off = crate::vector::length(toward) / f64::from(distance) - 1.0;
+            let along = crate::vector::dot(world.camera.forward, toward);
+            let (way, toward) = match world.camera.projection {
+                Projection::Perspective => (crate::vector::length(toward), toward),
+                Projection::Orthographic => (along, crate::vector::scale(world.camera.forward, along)),
+            };
+            let off = way / f64::from(distance) - 1.0;
             // The depth of a plane near its horizon is as uncertain as the angle between them is small.
             prop_assert!(off.abs() < 1e-4 + 1e-5 / f64::from(distance), "{off}");
             let normal = triple(&arrays.normal).map(f64::from);

@@ -14,6 +14,9 @@ fn scaled(world: &World, factor: f64) -> World {
     let mut world = world.clone();
     let times = |v: Vector| v.map(|x| x * factor);
     world.camera.position = times(world.camera.position);
+    if world.camera.projection == Projection::Orthographic {
+        world.camera.half_height *= factor;
+    }
     for object in &mut world.objects {
         object.position = times(object.position);
         match &mut object.shape {

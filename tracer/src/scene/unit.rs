@@ -1,5 +1,6 @@
 //! The unit of camera space.
 
+use crate::camera::{Camera, Projection};
 use crate::memory::{OutOfMemory, collect, par_collect, reserve};
 use crate::shapes::OBJECTS;
 use crate::vector::Vector;
@@ -43,6 +44,16 @@ pub(crate) fn suitable_unit(world: &World) -> Result<f64, OutOfMemory> {
     // The lower of two: near objects matter more.
     let middle = (exponents.len() - 1) / 2;
     let (_, &mut typical, _) = exponents.select_nth_unstable(middle);
-    let exponent = typical.max(farthest.min(typical + FARTHEST_EXPONENT) - LARGEST_EXPONENT);
+    let farthest = farthest.min(typical + FARTHEST_EXPONENT).max(picture_exponent(&world.camera));
+    let exponent = typical.max(farthest - LARGEST_EXPONENT);
     Ok(libm::scalbn(1.0, -exponent.clamp(-1000, 1000)))
+}
+
+/// The exponent of half the larger side of the picture in the world, where it has one.
+fn picture_exponent(camera: &Camera) -> i32 {
+    let aspect = camera.pixel_aspect * f64::from(camera.width) / f64::from(camera.height);
+    match camera.projection {
+        Projection::Perspective => i32::MIN / 2,
+        Projection::Orthographic => libm::ilogb((camera.half_height * aspect.max(1.0)).min(f64::MAX)),
+    }
 }

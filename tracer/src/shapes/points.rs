@@ -2,6 +2,7 @@
 
 use crate::apex::Apex;
 use crate::bounds::BoundingSphere;
+use crate::tile::hits::from_inside;
 use crate::tile::rays::Rays;
 use crate::tile::{LANES, Lanes, STEP};
 use crate::vector::{Vector, add, dot, l1_norm, length, scale, to_f32};
@@ -60,10 +61,11 @@ impl Points {
         self.count.next_multiple_of(STEP).min(LANES)
     }
 
-    /// Return the vector from a point to an apex, given by the vector from the reference and its weight.
+    /// Return the vector from a point to an apex, given by the vector from the reference: the same one if the apex is
+    /// infinitely far away. That is a constant, since a weight would take a tenth of the loops' time.
     #[inline(always)]
-    pub(crate) fn toward(&self, (apex, weight): ([f32; 3], f32), i: usize) -> [f32; 3] {
-        std::array::from_fn(|axis| apex[axis] - weight * self.offset[axis][i])
+    pub(crate) fn toward<const PARALLEL: bool>(&self, apex: [f32; 3], i: usize) -> [f32; 3] {
+        std::array::from_fn(|axis| if PARALLEL { apex[axis] } else { apex[axis] - self.offset[axis][i] })
     }
 
     /// Bound on the rounding error of a point's position: anything closer touches it.
@@ -153,10 +155,10 @@ impl PlaneEquation {
         dot(self.normal, apex.at) - apex.weight * self.offset
     }
 
-    /// The same plane, with its normal on the eye's side.
+    /// The same plane, with its normal on the side from which a face is seen.
     #[inline(always)]
-    pub(crate) fn facing_the_eye(&self) -> PlaneEquation {
-        let sign = if self.offset > 0.0 { -1.0 } else { 1.0 };
+    pub(crate) fn facing_the_eye(&self, face: u32) -> PlaneEquation {
+        let sign = if from_inside(face) { -1.0 } else { 1.0 };
         PlaneEquation { normal: self.normal.map(|component| sign * component), offset: sign * self.offset }
     }
 
@@ -165,19 +167,24 @@ impl PlaneEquation {
     /// With v = middle + delta and the parameter t + tau:
     ///
     /// tau = (offset - t (n . v)) / (n . v),  P - reference = t delta + tau v
+    ///
+    /// Parallel rays start at o + delta instead, o the origin of the middle one, and v is the same for all:
+    ///
+    /// tau = (offset - n . (o + t v) - n . delta) / (n . v),  P - reference = delta + tau v
     #[inline(always)]
     pub(crate) fn compute_points(self, t: f64, rays: &Rays, points: &mut Points) {
         let along_middle = dot(self.normal, rays.middle);
-        let rest = (self.offset - t * along_middle) as f32;
+        let rest = (self.offset - dot(self.normal, rays.origin) - t * along_middle) as f32;
         let [nx, ny, _] = to_f32(self.normal);
-        let reference = scale(rays.middle, t);
-        let (middle, t) = (along_middle as f32, t as f32);
+        let reference = add(rays.origin, scale(rays.middle, t));
+        let (middle, divergence) = (along_middle as f32, rays.divergence(t) as f32);
+        let turn = if rays.are_parallel() { 0.0 } else { 1.0 };
         for lane in 0..points.padded() {
             let (dx, dy) = (rays.dx[lane], rays.dy[lane]);
             let across = nx * dx + ny * dy;
-            let tau = (rest - t * across) / (middle + across);
-            points.offset[0][lane] = t * dx + tau * rays.x[lane];
-            points.offset[1][lane] = t * dy + tau * rays.y[lane];
+            let tau = (rest - divergence * across) / (middle + turn * across);
+            points.offset[0][lane] = divergence * dx + tau * rays.x[lane];
+            points.offset[1][lane] = divergence * dy + tau * rays.y[lane];
             points.offset[2][lane] = tau;
         }
         (points.reference, points.plane) = (reference, Some(self));

@@ -66,7 +66,7 @@ impl Search {
     /// Count the pixels of a shape.
     #[inline(always)]
     fn count(&mut self, shape: Shape<'_>, work: &mut WorkCounter, cancelled: impl Fn() -> bool) -> u64 {
-        let outline = shape.outline();
+        let outline = shape.outline(self.view.projection);
         let mut covered = 0;
         let mut waiting = vec![self.all()];
         while let Some(square) = waiting.pop() {

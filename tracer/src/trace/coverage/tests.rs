@@ -14,7 +14,7 @@ fn whole(world: &World) -> Window {
 }
 
 fn search(world: &World, window: Window) -> Search {
-    Search { view: View::new(&world.camera), window, rays: Rays::new(), hits: HitBuffer::new() }
+    Search { view: View::new(&world.camera, 1.0), window, rays: Rays::new(), hits: HitBuffer::new() }
 }
 
 /// The pixels of each object, by testing all rays, and by the search; and the steps of that.
