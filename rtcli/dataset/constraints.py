@@ -5,11 +5,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 from rtcli.scene.model import Object
-from rtcli.scene.vectors import Vector, dot
+from rtcli.scene.vectors import Vector, dot, negative
 from rtcli.template.dataset import Apart, InView, MinVisibleFraction, MinVisiblePixels, Requirement
 from rtcli.tracer._native import Body
 from rtcli.tracer.world import CameraFrame
@@ -83,38 +83,36 @@ def _are_apart(one: Body, other: Body, margin: float) -> bool:
 def _in_view(requirement: InView, candidate: Placed, around: Surroundings) -> str:
     """Refuse an object that reaches out of the picture.
 
-    The rays through a column of the picture span a plane through the eye; a convex object is on one side of it if
-    its farthest point in the direction of the plane's normal is.
+    A convex object is on one side of a plane if its farthest point in the direction of the plane's normal is.
     """
     if candidate.body is None:
         return ""
-    eye = around.frame.position
-    offset = tuple(a - b for a, b in zip(candidate.shape.position, eye, strict=True))
-    for outward in _borders(around.frame, requirement.margin):
-        if dot(outward, offset) + candidate.body.reach(outward) > 0:  # type: ignore[arg-type]
+    x, y, z = (a - b for a, b in zip(candidate.shape.position, around.frame.position, strict=True))
+    for outward, limit in _borders(around.frame, requirement.margin):
+        if dot(outward, (x, y, z)) + candidate.body.reach(outward) > limit:
             return candidate.label
     return ""
 
 
-def _borders(frame: CameraFrame, margin: float) -> list[Vector]:
-    """Return the outward normals of the planes through the eye and the borders of the picture, and one behind."""
+def _borders(frame: CameraFrame, margin: float) -> Iterator[tuple[Vector, float]]:
+    """Yield the planes that bound what the picture shows, as outward normal n and limit d: n . (p - eye) <= d.
+
+    A picture from x_0 to x_1 shows the points (x, y, z) of camera space with x_0 z <= x <= x_1 z or, if the camera is
+    orthographic, x_0 <= x <= x_1; and so for y.
+    """
     (focal_x, focal_y), (center_x, center_y) = frame.focal_lengths, frame.principal_point
     left, right = (margin - center_x) / focal_x, (frame.width - margin - center_x) / focal_x
     top, bottom = (center_y - margin) / focal_y, (center_y - frame.height + margin) / focal_y
-
-    def normal(right: float, up: float, forward: float) -> Vector:
-        x, y, z = (
-            right * r + up * u + forward * f for r, u, f in zip(frame.right, frame.up, frame.forward, strict=True)
-        )
-        return x, y, z
-
-    return [
-        normal(-1.0, 0.0, left),
-        normal(1.0, 0.0, -right),
-        normal(0.0, 1.0, -top),
-        normal(0.0, -1.0, bottom),
-        normal(0.0, 0.0, -1.0),
-    ]
+    yield negative(frame.forward), 0.0
+    for axis, sign, bound in (
+        (frame.right, -1.0, left),
+        (frame.right, 1.0, right),
+        (frame.up, 1.0, top),
+        (frame.up, -1.0, bottom),
+    ):
+        depth = 0.0 if frame.is_orthographic else -sign * bound
+        x, y, z = (sign * a + depth * f for a, f in zip(axis, frame.forward, strict=True))
+        yield (x, y, z), sign * bound if frame.is_orthographic else 0.0
 
 
 def _is_large(requirement: MinVisiblePixels, row: Mapping[str, Any]) -> bool:

@@ -12,6 +12,7 @@ from rtcli.dataset.constraints import body_of
 from rtcli.dataset.sample import DatasetSample, film_of
 from rtcli.rendering.film import Film
 from rtcli.scene.model import Object, Scene
+from rtcli.scene.vectors import negative
 from rtcli.scene.write import as_data
 from rtcli.tracer._native import rle_masks
 
@@ -65,15 +66,12 @@ def labels_of(sample: DatasetSample, film: Film, split: str) -> dict[str, Any]:
 def _description(shape: Object) -> dict[str, Any]:
     """Return the keys of an object as in a scene file, its linear color, and its extent along the world's axes."""
     body = body_of(shape)
+    extent = None if body is None else [body.reach(axis) + body.reach(negative(axis)) for axis in _AXES]
     return {
         **{key: value for key, value in as_data(shape).items() if key != "name"},
         "color": list(shape.color),
-        "extent": None if body is None else [body.reach(axis) + body.reach(_opposite(axis)) for axis in _AXES],
+        "extent": extent,
     }
-
-
-def _opposite(axis: tuple[float, float, float]) -> tuple[float, float, float]:
-    return -axis[0], -axis[1], -axis[2]
 
 
 def _masks(object_id: npt.NDArray[np.uint32], count: int) -> list[Rle]:

@@ -24,7 +24,7 @@ from rtcli.rendering.pack import camera_frame, pack_scene
 from rtcli.rendering.stream import expose_film
 from rtcli.scene.diagnostics.problems import counted
 from rtcli.scene.model import SHAPES, Camera, ImageSettings, Object, Scene
-from rtcli.scene.vectors import Vector, dot, unit
+from rtcli.scene.vectors import dot, negative, unit
 from rtcli.scene.write import yaml_text
 from rtcli.template.dataset import Requirement
 from rtcli.template.template import ObjectGroup, Template
@@ -236,9 +236,8 @@ class _Placement:
         if body is None:
             return shape
         up = unit(plane.normal)
-        down: Vector = (-up[0], -up[1], -up[2])
         x, y, z = (a - b for a, b in zip(shape.position, plane.position, strict=True))
-        way = body.reach(down) - dot(up, (x, y, z))
+        way = body.reach(negative(up)) - dot(up, (x, y, z))
         position = tuple(a + way * u for a, u in zip(shape.position, up, strict=True))
         return shape.model_copy(update={"position": position})
 

@@ -56,6 +56,22 @@ def test_objects_are_wholly_in_view(samples):
         assert not ids[~inside].any()
 
 
+@pytest.mark.parametrize("index", range(5))
+def test_objects_are_wholly_in_view_of_an_orthographic_camera(sample_with, index):
+    parallel = "projection: orthographic, height: 5"
+    text = TEXT.replace("fov: {uniform: [35, 45]}", parallel)
+    sample, rejections = sample_with(text, index)
+    assert rejections.counts["in_view"]
+    wide = sample.scene.model_dump(exclude_unset=True)
+    wide["camera"] |= {"resolution": [96, 64], "height": 10}
+    wide["objects"] = [item for item in wide["objects"] if item["type"] != "plane"]
+    ids = rtcli.render(wide, passes="object_id").object_id
+    inside = np.zeros_like(ids, dtype=bool)
+    inside[16 + 2 : 48 - 2, 24 + 2 : 72 - 2] = True
+    assert ids.any()
+    assert not ids[~inside].any()
+
+
 def test_objects_are_seen(samples):
     for sample in samples:
         for row in sample.film.metadata["objects"][1:]:

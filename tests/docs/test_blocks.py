@@ -67,6 +67,7 @@ def name_of(page):
 @pytest.fixture
 def folder(tmp_path):
     """A folder with the scenes of the gallery, in small, and the scene that `rtcli new` writes."""
+    shutil.copytree(ROOT / "templates", tmp_path / "templates")
     (tmp_path / "scenes").mkdir()
     for scene in (ROOT / "scenes").glob("*.yaml"):
         shutil.copy(scene, tmp_path / "scenes")
