@@ -3,45 +3,95 @@
 #![forbid(unsafe_code)]
 
 use parry3d_f64::math::{Pose, Rotation, Vector};
-use parry3d_f64::query;
-use parry3d_f64::shape::SharedShape;
+use parry3d_f64::query::details::distance_support_map_support_map;
+use parry3d_f64::shape::{Cuboid, SupportMap};
 
-/// A kind of shape: its name in a scene file, and its form and rotation from the parameters of an object.
-type Kind = (&'static str, fn(&[f64]) -> (SharedShape, Rotation));
+/// A kind of shape: its name in a scene file, and its form from the parameters of an object.
+type Kind = (&'static str, fn(&[f64]) -> Form);
 
 /// The solid shapes, with the parameters of `rtcli_tracer::world::ShapeDesc::KINDS`.
 const KINDS: &[Kind] = &[
-    ("sphere", |p| (SharedShape::ball(p[0]), Rotation::IDENTITY)),
-    ("box", |p| (SharedShape::cuboid(p[0] / 2.0, p[1] / 2.0, p[2] / 2.0), rotation([p[4], p[3], p[5]]))),
+    ("sphere", |p| Form::round(Frustum::default(), p[0], Vector::Y)),
+    ("box", |p| Form {
+        core: Box::new(Cuboid::new(Vector::new(p[0], p[1], p[2]) / 2.0)),
+        radius: 0.0,
+        rotation: rotation([p[4], p[3], p[5]]),
+    }),
+    ("cylinder", |p| Form::round(Frustum::new(p[0], p[0], p[1]), 0.0, axis(&p[2..]))),
+    ("capsule", |p| Form::round(Frustum::new(0.0, 0.0, p[1]), p[0], axis(&p[2..]))),
+    ("cone", |p| Form::round(Frustum::new(p[0], p[1], p[2]), 0.0, axis(&p[3..]))),
 ];
+
+/// All points within a radius of a core, which is turned about its middle.
+struct Form {
+    core: Box<dyn SupportMap + Send + Sync>,
+    radius: f64,
+    rotation: Rotation,
+}
+
+impl Form {
+    /// All points within a radius of a frustum with an axis.
+    fn round(core: Frustum, radius: f64, axis: Vector) -> Form {
+        Form { core: Box::new(core), radius, rotation: Rotation::from_rotation_arc(Vector::Y, axis) }
+    }
+}
+
+/// The frustum of a cone around the y axis, its middle at the origin; a segment or a point if the radii are 0.
+#[derive(Default)]
+struct Frustum {
+    /// The radii of the base and the top.
+    radii: [f64; 2],
+    half_height: f64,
+}
+
+impl Frustum {
+    fn new(base: f64, top: f64, height: f64) -> Frustum {
+        Frustum { radii: [base, top], half_height: height / 2.0 }
+    }
+}
+
+impl SupportMap for Frustum {
+    /// The farthest point is on the rim of the base or of the top.
+    fn local_support_point(&self, direction: Vector) -> Vector {
+        let across = Vector::new(direction.x, 0.0, direction.z).normalize_or_zero();
+        let [base, top] = self.radii;
+        let lower = across * base - Vector::Y * self.half_height;
+        let upper = across * top + Vector::Y * self.half_height;
+        if lower.dot(direction) > upper.dot(direction) { lower } else { upper }
+    }
+}
 
 /// A solid object.
 pub struct Body {
-    shape: SharedShape,
+    form: Form,
     pose: Pose,
 }
 
 impl Body {
-    /// Return the body of an object, or None if objects of its kind are not solid. The position is its center.
+    /// Return the body of an object, or None if objects of its kind are not solid. The position is its middle.
     pub fn new(kind: &str, position: [f64; 3], parameters: &[f64]) -> Option<Body> {
         let (_, form) = KINDS.iter().find(|(name, _)| *name == kind)?;
-        let (shape, rotation) = form(parameters);
-        Some(Body { shape, pose: Pose::from_parts(Vector::from(position), rotation) })
+        let form = form(parameters);
+        Some(Body { pose: Pose::from_parts(Vector::from(position), form.rotation), form })
     }
 
-    /// Return the largest product of a direction and a point of the body, relative to its center.
+    /// Return the largest product of a direction and a point of the body, relative to its position.
     pub fn reach(&self, direction: [f64; 3]) -> f64 {
         let local = self.pose.rotation.inverse() * Vector::from(direction);
-        let support = self.shape.as_support_map().expect("all solid shapes are convex");
-        support.local_support_point(local).dot(local)
+        self.form.core.local_support_point(local).dot(local) + self.form.radius * local.length()
     }
 
     /// Return the distance between the surfaces of two bodies, 0 if they overlap.
     pub fn distance(&self, other: &Body) -> f64 {
-        query::distance(&self.pose, &*self.shape, &other.pose, &*other.shape)
-            .expect("all solid shapes are convex")
-            .distance
+        let between = self.pose.inv_mul(&other.pose);
+        let cores = distance_support_map_support_map(&between, &*self.form.core, &*other.form.core);
+        (cores - self.form.radius - other.form.radius).max(0.0)
     }
+}
+
+/// Return a direction of any length as a unit vector.
+fn axis(direction: &[f64]) -> Vector {
+    Vector::new(direction[0], direction[1], direction[2]).normalize()
 }
 
 /// Return the rotation about x, then y, then z, by degrees.
@@ -92,6 +142,36 @@ mod tests {
         assert_close(turned.reach([1.0, 0.0, 0.0]), 3.0);
         assert_close(turned.reach([0.0, 1.0, 0.0]), 2.0);
         assert_close(turned.reach([0.0, 0.0, 1.0]), 1.0);
+    }
+
+    #[test]
+    fn a_cylinder_reaches_out_with_its_rim() {
+        let upright = Body::new("cylinder", [0.0; 3], &[1.0, 4.0, 0.0, 3.0, 0.0]).unwrap();
+        assert_close(upright.reach([1.0, 1.0, 0.0]), 3.0);
+        let lying = Body::new("cylinder", [0.0, 1.0, 0.0], &[1.0, 4.0, 0.0, 0.0, -2.0]).unwrap();
+        assert_close(lying.reach([0.0, -1.0, 0.0]), 1.0);
+        assert_close(lying.distance(&sphere([0.0, 5.0, 0.0], 1.0)), 2.0);
+        assert_close(lying.distance(&sphere([0.0, 1.0, 5.0], 1.0)), 2.0);
+    }
+
+    #[test]
+    fn a_capsule_is_round_at_its_ends() {
+        let capsule = Body::new("capsule", [0.0; 3], &[1.0, 4.0, 0.0, 1.0, 0.0]).unwrap();
+        assert_close(capsule.reach([0.0, 1.0, 0.0]), 3.0);
+        assert_close(capsule.distance(&sphere([3.0, 6.0, 0.0], 1.0)), 3.0);
+        assert_close(capsule.distance(&sphere([4.0, 1.5, 0.0], 1.0)), 2.0);
+        let point = Body::new("capsule", [0.0; 3], &[1.0, 0.0, 0.0, 1.0, 0.0]).unwrap();
+        assert_close(point.distance(&sphere([3.0, 4.0, 0.0], 1.0)), 3.0);
+    }
+
+    #[test]
+    fn a_cone_ends_in_its_tip() {
+        let cone = Body::new("cone", [0.0; 3], &[1.0, 0.0, 2.0, 0.0, -1.0, 0.0]).unwrap();
+        assert_close(cone.reach([0.0, -1.0, 0.0]), 1.0);
+        assert_close(cone.reach([1.0, 0.0, 0.0]), 1.0);
+        assert_close(cone.distance(&sphere([0.0, -4.0, 0.0], 1.0)), 2.0);
+        let frustum = Body::new("cone", [0.0; 3], &[2.0, 1.0, 2.0, 0.0, 1.0, 0.0]).unwrap();
+        assert_close(frustum.reach([1.0, 1.0, 0.0]), 2.0);
     }
 
     #[test]
