@@ -97,7 +97,7 @@ def _in_view(requirement: InView, candidate: Placed, around: Surroundings) -> st
 def _borders(frame: CameraFrame, margin: float) -> Iterator[tuple[Vector, float]]:
     """Yield the planes that bound what the picture shows, as outward normal n and limit d: n . (p - eye) <= d.
 
-    A picture from x_0 to x_1 shows the points (x, y, z) of camera space with x_0 z <= x <= x_1 z or, if the camera is
+    A picture from x_0 to x_1 shows the points of camera space with x_0 z <= x <= x_1 z or, if the camera is
     orthographic, x_0 <= x <= x_1; and so for y.
     """
     (focal_x, focal_y), (center_x, center_y) = frame.focal_lengths, frame.principal_point

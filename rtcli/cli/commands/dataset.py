@@ -52,7 +52,8 @@ def _parse_part(text: str) -> tuple[int, int]:
         "rtcli dataset templates/clevr.yaml --dry-run",
     ],
     short_help="Render a data set: labelled pictures from one template.",
-    epilog="Exits with 1 if the template is invalid, or an index has no sample that meets all constraints.",
+    epilog="A run that was stopped continues with the shards of 1,000 samples that are missing. "
+    "Exits with 1 if the template is invalid, or an index has no sample that meets all constraints.",
 )
 @click.argument("template", metavar="TEMPLATE", help="A template; with --merge, the folder of a data set.")
 @click.option("-o", "--output", metavar="DIR", help="Write the data set to this folder.")
@@ -76,10 +77,7 @@ def _parse_part(text: str) -> tuple[int, int]:
 @click.option("--dry-run", is_flag=True, help="Draw up to 1,000 samples, and report what to expect.")
 @click.option("-q", "--quiet", is_flag=True, help="Print only errors.")
 def command(template: str, output: str | None, is_merge: bool, dry_run: bool, quiet: bool, **options: Any) -> int:
-    """Render a data set: labelled pictures from one template.
-
-    Samples are made in shards of 1,000. A run that was stopped continues with the shards that are missing.
-    """
+    """Render a data set: labelled pictures from one template."""
     if is_merge:
         return _merge(template, output, dry_run, quiet)
     if STDIO in (template, output):

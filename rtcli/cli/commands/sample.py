@@ -17,9 +17,10 @@ from rtcli.template.template import parse_template
     cls=Command,
     examples=[
         "rtcli sample templates/clevr.yaml 42",
-        "rtcli sample templates/clevr.yaml 42 | rtcli render - -o 42.png",
+        "rtcli sample templates/clevr.yaml 42 -o 42.yaml",
     ],
-    epilog="Exits with 1 if the template is invalid, or no sample of the index meets all constraints.",
+    epilog="The picture of the scene is that of the sample in the data set. "
+    "Exits with 1 if the template is invalid, or no sample of the index meets all constraints.",
 )
 @click.argument("template", help="A template, or - for standard input.")
 @click.argument("index", type=click.IntRange(0, 2**63 - 1), help="The index of the sample, from 0.")
@@ -31,10 +32,7 @@ from rtcli.template.template import parse_template
     help="Write the scene to this file instead of standard output.",
 )
 def command(template: str, index: int, output: str) -> int:
-    """Write the scene of one sample of a template.
-
-    The scene is an ordinary YAML scene; its picture is that of the sample in the data set.
-    """
+    """Write the scene of one sample of a template."""
     name = display_name(template)
     parsed = parse_template(read_input(template), name)
     try:

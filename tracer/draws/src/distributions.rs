@@ -81,7 +81,7 @@ fn quantile(p: f64) -> f64 {
     if q < 0.0 { -z } else { z }
 }
 
-/// Coefficients of a numerator and a denominator, the constants first.
+/// Coefficients of a numerator and a denominator, the constants first, with the digits that are published.
 type Rational = [[f64; 8]; 2];
 
 fn ratio(r: f64, [numerator, denominator]: &Rational) -> f64 {
@@ -89,6 +89,7 @@ fn ratio(r: f64, [numerator, denominator]: &Rational) -> f64 {
     value(numerator) / value(denominator)
 }
 
+#[allow(clippy::excessive_precision)]
 const CENTER: Rational = [
     [
         3.3871328727963666080,
@@ -111,6 +112,7 @@ const CENTER: Rational = [
         5.2264952788528545610e3,
     ],
 ];
+#[allow(clippy::excessive_precision)]
 const MIDDLE: Rational = [
     [
         1.42343711074968357734,
@@ -133,6 +135,7 @@ const MIDDLE: Rational = [
         1.05075007164441684324e-9,
     ],
 ];
+#[allow(clippy::excessive_precision)]
 const TAIL: Rational = [
     [
         6.65790464350110377720,
