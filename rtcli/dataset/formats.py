@@ -19,6 +19,7 @@ import numpy as np
 from rtcli.atomic import atomic_write
 from rtcli.dataset.plan import Layout, Shard
 from rtcli.rendering.film import Film
+from rtcli.rendering.metadata import SOFTWARE
 from rtcli.tracer._native import encode_png
 from rtcli.tracer.passes import RADIANCE
 
@@ -220,7 +221,7 @@ class _Tee:
         categories = {type: number for number, type in enumerate(SHAPES, start=1)}
         count = 0
         with atomic_write(self._target) as file, self._images.open("w+b") as images:
-            file.write(b'{"categories":')
+            file.write(f'{{"software": "{SOFTWARE}",\n"categories":'.encode())
             file.write(json.dumps([{"id": n, "name": type} for type, n in categories.items()]).encode())
             file.write(b',\n"annotations":[')
             for each in self._labels:

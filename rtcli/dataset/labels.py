@@ -11,6 +11,7 @@ import numpy.typing as npt
 from rtcli.dataset.constraints import body_of
 from rtcli.dataset.sample import DatasetSample, film_of
 from rtcli.rendering.film import Film
+from rtcli.rendering.metadata import SOFTWARE
 from rtcli.scene.model import Object, Scene
 from rtcli.scene.vectors import negative
 from rtcli.scene.write import as_data
@@ -54,6 +55,7 @@ def labels_of(sample: DatasetSample, film: Film, split: str) -> dict[str, Any]:
             }
         )
     return {
+        "software": SOFTWARE,
         "index": sample.index,
         "split": split,
         "factors": dict(sample.factors),

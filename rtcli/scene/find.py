@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 from rtcli.scene.files import JSON_SUFFIX, SCENE_SUFFIXES
 
-# The first bytes of JSON files that rtcli writes: metadata beside pictures, and manifests of batches.
-_OUTPUT_START = re.compile(rb'\s*\{\s*"(software": "rtcli |manifest": [0-9])')
+# The first bytes of JSON files that rtcli writes: metadata, labels, and manifests of batches.
+_OUTPUT_START = re.compile(rb'\s*\{\s*"(software": ?"rtcli |manifest": [0-9])')
 _START_BYTES = 64
 # Folders of installed packages, whose YAML and JSON files are no scenes.
 _PACKAGES = "node_modules"
@@ -29,7 +29,7 @@ def scene_files_below(folder: str, exclude: str | None = None) -> FoundFiles:
     """Return the scene files in a folder and the folders below it, by suffix, each list sorted.
 
     It skips hidden folders, installed packages (virtual environments, node_modules), the folder `exclude`, and the
-    .json files that rtcli writes: metadata and manifests.
+    .json files that rtcli writes: metadata, labels and manifests.
     """
     unreadable: list[str] = []
     scenes: list[str] = []

@@ -11,6 +11,7 @@ from rtcli.dataset.formats import FORMATS, Piece
 from rtcli.dataset.plan import Layout, OutputSettings, shards_of
 from rtcli.dataset.run import OtherDatasetError, Run, make, merge, prepare
 from rtcli.dataset.worker import make_piece
+from rtcli.scene.find import looks_like_scene
 from rtcli.template.template import parse_template
 
 FORMS = ("webdataset", "coco")
@@ -165,6 +166,12 @@ def test_description_tells_how_the_set_came_about(small, finished):
     for shard in described["shards"]:
         tar = next(file for file in shard["files"] if file["path"].endswith(".tar"))
         assert hashlib.sha256((finished[0] / tar["path"]).read_bytes()).hexdigest() == tar["sha256"]
+
+
+def test_json_files_of_a_data_set_are_no_scenes(finished):
+    files = [path for path in finished[0].rglob("*.json") if ".rtcli" not in path.parts]
+    assert len(files) > 150
+    assert not any(looks_like_scene(path) for path in files)
 
 
 def test_card_has_front_matter_and_a_contact_sheet(finished):

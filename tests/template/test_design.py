@@ -1,8 +1,10 @@
 import itertools
+import math
 from collections import Counter
 
 import pytest
 
+from rtcli.template.design import _directions, _sobol_word
 from rtcli.template.template import parse_template
 
 LEVELS = "{a: {linspace: [0, 1, 3]}, b: {choice: [red, blue]}, c: {integers: [1, 4]}}"
@@ -40,15 +42,9 @@ def test_balanced_has_another_order_in_each_round_and_with_another_seed():
 
 def test_sobol_puts_as_many_points_into_each_cell():
     found = factors("sobol", INTERVALS, 256)
-    cells = Counter((int(each["x"] * 16), int(16 * math_log2(each["y"]))) for each in found)
+    cells = Counter((int(each["x"] * 16), int(16 * math.log2(each["y"]))) for each in found)
     assert set(cells.values()) == {1}
     assert len(cells) == 256
-
-
-def math_log2(value):
-    import math
-
-    return math.log2(value)
 
 
 def test_sobol_draws_what_is_no_interval():
@@ -58,3 +54,9 @@ def test_sobol_draws_what_is_no_interval():
 def test_random_levels_are_about_equally_frequent():
     counts = Counter(each["b"] for each in factors("random", LEVELS, 1000))
     assert counts["red"] == pytest.approx(500, abs=60)
+
+
+def test_each_dimension_of_sobol_falls_once_into_each_part():
+    for directions in _directions():
+        words = [_sobol_word(directions, index) for index in range(256)]
+        assert sorted(word >> 56 for word in words) == list(range(256))
