@@ -57,7 +57,9 @@ impl Lighting {
         for lane in 0..self.points.padded() {
             let SoftLight { heights, middle, unhidden, reached, .. } = &self.soft;
             let share = if heights[lane] >= size { middle[lane] / unhidden[lane] } else { emitter.share };
-            let irradiance = share * reached[lane];
+            // As where no occluder is near any of the points: a crop must not decide a bit.
+            let all = (heights[lane] >= size) & (reached[lane] == unhidden[lane]);
+            let irradiance = if all { middle[lane] } else { share * reached[lane] };
             self.irradiance[lane] = if irradiance > 0.0 { irradiance } else { 0.0 };
         }
         rays
