@@ -248,13 +248,42 @@ BODIES = {"sphere": Ball, "plane": Wall, "box": Brick}
 
 
 class Lamp(NamedTuple):
-    """A light at a point, or else a sun in a direction, which is a unit vector."""
+    """A light at a point, or else a sun in a direction, which is a unit vector.
+
+    Parameters
+    ----------
+    size, places
+        The radius, or the sine of half the angle of a sun; and lamps without a size in its place.
+    """
 
     point: Point | None
     toward: Array | None
     color: Array
     intensity: float
     body: int | None
+    size: float = 0.0
+    places: tuple[Any, ...] = ()
+
+    def with_places(self, size: float, count: int) -> Lamp:
+        """Return the lamp with a size."""
+        if size == 0:
+            return self
+        if self.point is not None:
+            middle = self.point
+            spots = [middle._replace(position=middle.position + size * q[:, None]) for q in pattern(count)]
+            places = [self._replace(point=spot, size=size / 4) for spot in spots]
+            return self._replace(size=size, places=tuple(places))
+        half = math.radians(size) / 2
+        axis = np.eye(3)[[np.abs(self.toward).argmin()]].T
+        u = unit(np.cross(axis, self.toward, axis=0))
+        v = np.cross(self.toward, u, axis=0)
+        places = []
+        for x, y, _ in pattern(count):
+            t = math.acos(1 - (x * x + y * y) * (1 - math.cos(half)))
+            out = math.hypot(x, y)
+            across = (x * u + y * v) / out if out else 0 * u
+            places.append(self._replace(toward=math.cos(t) * self.toward + math.sin(t) * across))
+        return self._replace(size=math.sin(half), places=tuple(places))
 
     def ways_from(self, position: Array) -> tuple[Array, Array, Array | float]:
         """Return the ways from points, their lengths, and what its light is divided by there."""
@@ -264,6 +293,18 @@ class Lamp(NamedTuple):
         way = self.point.position - position
         r = length(way)
         return way, r, 4 * np.pi * r * r
+
+
+def pattern(count: int) -> list[Array]:
+    """Return the places of an emitter of radius 1, (3,) each."""
+    pairs, found = count // 2, [np.zeros(3)] * (count % 2)
+    for i in range(pairs):
+        s = (i + 0.5) / pairs
+        a = 2 * math.pi * ((0.5 + i * (math.sqrt(2) - 1)) % 1)
+        b = math.pi / 2 * ((0.5 + i * (math.sqrt(3) - 1)) % 1)
+        place = np.array([math.sqrt(s) * math.cos(a), math.sqrt(s) * math.sin(a), math.sqrt(1 - s) * math.cos(b)])
+        found += [place, -place]
+    return found
 
 
 # --- The picture -----------------------------------------------------------------------------------------
@@ -325,6 +366,7 @@ class BruteForce:
         self.bodies = [BODIES[one["type"]](self._position(one), one, self.eye) for one in data["objects"]]
         self.colors = np.hstack([vector(one["color"]) for one in data["objects"]] + [np.zeros((3, 1))])
         self.checkers = {i: one["checker"] for i, one in enumerate(data["objects"]) if "checker" in one}
+        self.shadow_samples = settings.get("shadow_samples", 64)
         self.lamps = [self._lamp(one, one, None) for one in data["lights"]]
         self.lamps += [self._lamp(one["light"], one, i) for i, one in enumerate(data["objects"]) if "light" in one]
         self.background = vector(settings.get("background", (0, 0, 0)))
@@ -337,9 +379,11 @@ class BruteForce:
     def _lamp(self, light: Data, one: Data, body: int | None) -> Lamp:
         color = vector(light.get("color", (1, 1, 1)))
         if light.get("type") == "sun":
-            return Lamp(None, -unit(vector(light["direction"])), color, float(light["irradiance"]), None)
+            sun = Lamp(None, -unit(vector(light["direction"])), color, float(light["irradiance"]), None)
+            return sun.with_places(light.get("angle", 0.0), self.shadow_samples)
         position = Point(self._position(one), self.grain + grain(one))
-        return Lamp(position, None, color, float(light["intensity"]), body)
+        lamp = Lamp(position, None, color, float(light["intensity"]), body)
+        return lamp.with_places(light.get("radius", 0.0), self.shadow_samples)
 
     def picture(self) -> Picture:
         """Return what the pixels show."""
@@ -473,8 +517,8 @@ class BruteForce:
             odd = np.floor(squares).sum(axis=0) % 2 == 1
             albedo[:, own[odd]] = vector(checker["color"])
             from_border = np.abs(squares - np.round(squares)).min(axis=0) * size
-            lost = ROUNDING * np.abs(on_face).max(axis=0, initial=0) + points.error[own] + body.grain
-            sure[own] = from_border > 4 * points.blur[own] + SINGLE * size + 64 * np.max(lost, axis=0)
+            lost = ROUNDING * np.abs(on_face).max(axis=0, initial=0) + points.error[own] + np.max(body.grain)
+            sure[own] = from_border > 4 * points.blur[own] + SINGLE * size + 64 * lost
         return albedo, sure
 
     def _blur(self, index: npt.NDArray[np.intp], position: Array, distance: Array) -> Array:
@@ -489,6 +533,9 @@ class BruteForce:
 
     def _add(self, lamp: Lamp, points: Points, reflected: Array, picture: Picture, pixels: Any) -> None:
         """Add what a lamp brings to points: albedo / pi I color / (4 pi r^2) cos(theta)."""
+        if lamp.places:
+            self._add_emitter(lamp, points, reflected, picture, pixels)
+            return
         way, r, fading = lamp.ways_from(points.position)
         height = dot(points.normal, way)
         height = np.where(np.abs(height) <= ROUNDING * np.abs(way).sum(axis=0) + points.error, 0.0, height)
@@ -508,6 +555,33 @@ class BruteForce:
             share += points.blur[lit] / picture.distance[pixels[lit]]
         picture.tolerance[:, pixels[lit]] += share * light
         picture.clear[pixels[facing]] &= sure & (r[facing] > 1e3 * points.blur[facing])
+
+    def _add_emitter(self, lamp: Lamp, points: Points, reflected: Array, picture: Picture, pixels: Any) -> None:
+        """Add what a lamp with a size brings to points: docs/tracer.md, 2.3.5."""
+        unhidden = reached = np.zeros(len(points.error))
+        sure = np.ones(len(points.error), dtype=bool)
+        for place in lamp.places:
+            way, r, _ = place.ways_from(points.position)
+            height = dot(points.normal, way)
+            weight = np.maximum(height, 0) / (1 if place.point is None else np.maximum(r, place.size) ** 3)
+            is_open, known = self._unblocked(place, points, way)
+            near = np.abs(height) <= 1e-5 * length(way) + points.blur
+            sure &= (known & ~near) | (height < -points.blur)
+            unhidden = unhidden + weight
+            reached = reached + weight * is_open
+        way, r, _ = lamp.ways_from(points.position)
+        height = dot(points.normal, way)
+        if lamp.point is None:
+            whole, share, spread = height, 2 / (1 + math.sqrt(1 - lamp.size**2)), 1.0
+        else:
+            whole, share, spread = height / r**3, 1.0, 4 * np.pi
+        above = height >= lamp.size
+        value = np.where(above, whole * reached / unhidden, share * reached / len(lamp.places))
+        light = reflected * lamp.intensity * lamp.color / spread * value
+        picture.radiance[:, pixels] += light
+        picture.tolerance[:, pixels] += 1e-3 * light
+        sure &= np.abs(height - lamp.size) > 1e-4 * (lamp.size + np.abs(height))
+        picture.clear[pixels] &= sure
 
     def _unblocked(self, lamp: Lamp, points: Points, way: Array) -> tuple[Mask, Mask]:
         """Return from which points nothing stands before the lamp, and where that is sure."""

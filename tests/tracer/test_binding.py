@@ -16,7 +16,7 @@ from worlds import box, light, plane, scene, sphere, sun
 
 import rtcli
 from rtcli.rendering.pack import pack
-from rtcli.scene.model import SHAPES
+from rtcli.scene.model import LIGHTS, SHAPES
 from rtcli.tracer import _native
 from rtcli.tracer.native import NativeTracer
 from rtcli.tracer.passes import PASSES
@@ -196,7 +196,7 @@ import time
 from memory import peak_mib
 from worlds import scene, sphere
 from rtcli.rendering.pack import pack
-from rtcli.scene.model import SHAPES
+from rtcli.scene.model import LIGHTS, SHAPES
 from rtcli.tracer import _native
 from rtcli.tracer.native import NativeTracer
 from rtcli.tracer.reference import LIGHT_SOURCES, OBJECTS
@@ -293,13 +293,13 @@ def test_film_that_no_memory_holds_is_a_memory_error():
 
 def test_each_stage_knows_the_same_kinds():
     assert set(_native.SHAPE_PARAMETERS) == set(SHAPES) == set(OBJECTS)
-    assert set(_native.LIGHT_PARAMETERS) == set(LIGHT_SOURCES)
+    assert set(_native.LIGHT_PARAMETERS) == set(LIGHT_SOURCES) == set(LIGHTS)
 
 
 def test_each_shape_has_the_number_of_parameters_that_the_tracer_takes():
     counts = {shape.type: len(shape.parameters) for shape in ROOM.objects}
     assert counts == _native.SHAPE_PARAMETERS
-    assert {light.kind: len(light.parameters) for light in ROOM.lights} == _native.LIGHT_PARAMETERS
+    assert {light.type: len(light.parameters) for light in ROOM.lights} == _native.LIGHT_PARAMETERS
 
 
 # --- Mistakes of a caller ------------------------------------------------------------------------------------

@@ -34,10 +34,9 @@ impl Apex {
         sub(self.at, scale(point, self.weight))
     }
 
-    /// The same in float32, with the weight: what is left of it after `weight` times the point's offset is the vector
-    /// from a point at an offset.
+    /// The same in float32.
     #[inline(always)]
-    pub(crate) fn from_f32(&self, point: Vector) -> ([f32; 3], f32) {
-        (to_f32(self.from(point)), self.weight as f32)
+    pub(crate) fn from_f32(&self, point: Vector) -> [f32; 3] {
+        to_f32(self.from(point))
     }
 }

@@ -384,7 +384,10 @@ pub(crate) fn irradiance_left(occluder: &OracleShape, light: impl Into<Apex>, po
     let mut squared = [0.0; LANES];
     let to_light = light.from_f32(points.reference);
     for lane in 0..points.padded() {
-        let [x, y, z] = points.toward(to_light, lane);
+        let [x, y, z] = match light.is_direction() {
+            true => points.toward::<true>(to_light, lane),
+            false => points.toward::<false>(to_light, lane),
+        };
         squared[lane] = x * x + y * y + z * z;
     }
     let contact = (!light.is_direction()).then(|| occluder.contact(light.at));

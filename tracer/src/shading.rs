@@ -162,7 +162,7 @@ impl Lighting {
         if !scene.shapes.get(object).is_lit_from(face, contact, light.apex) {
             return 0;
         }
-        let facing = self.irradiate(Pencil { apex: light.apex, contact, nearest: 0.0 }, scene, face);
+        let facing = self.irradiate((light.apex, contact), scene, face);
         if facing > 0 {
             let mut shadow = ShadowRays {
                 points: &self.points,
@@ -176,10 +176,10 @@ impl Lighting {
         facing
     }
 
-    /// Compute the unoccluded irradiance of a pencil at the points, and return the number of points that face it.
+    /// Compute the unoccluded irradiance of an apex at the points, and return the number of points that face it.
+    /// `contact` is given if it is close to the surface.
     #[inline(always)]
-    fn irradiate(&mut self, pencil: Pencil<'_>, scene: &Scene, face: u32) -> u64 {
-        let Pencil { apex, contact, nearest } = pencil;
+    fn irradiate(&mut self, (apex, contact): (Apex, Option<&Contact>), scene: &Scene, face: u32) -> u64 {
         let shape = scene.shapes.get(face >> FACE_BITS);
         let to_light = apex.from_f32(self.points.reference);
         if let Some(plane) = self.points.plane {
@@ -194,10 +194,18 @@ impl Lighting {
             if height <= rounding {
                 return 0;
             }
-            self.irradiate_flat(to_light, height as f32, nearest);
+            if apex.is_direction() {
+                self.irradiate_flat::<true>(to_light, height as f32);
+            } else {
+                self.irradiate_flat::<false>(to_light, height as f32);
+            }
             return self.points.count as u64;
         }
-        self.irradiate_curved(to_light, nearest);
+        if apex.is_direction() {
+            self.irradiate_curved::<true>(to_light);
+        } else {
+            self.irradiate_curved::<false>(to_light);
+        }
         let facing = |&irradiance: &f32| u32::from(irradiance > 0.0);
         u64::from(self.irradiance[..self.points.count].iter().map(facing).sum::<u32>())
     }
@@ -205,26 +213,26 @@ impl Lighting {
     /// cos(theta) / r^2 = height / r^3: the height of the light is the same at all points of a flat face. Infinitely
     /// far away the height is cos(theta), and the vector to the light a unit vector.
     #[inline(always)]
-    fn irradiate_flat(&mut self, to_light: ([f32; 3], f32), height: f32, nearest: f32) {
+    fn irradiate_flat<const PARALLEL: bool>(&mut self, to_light: [f32; 3], height: f32) {
         for lane in 0..self.points.padded() {
-            let w = self.points.toward(to_light, lane);
+            let w = self.points.toward::<PARALLEL>(to_light, lane);
             let squared = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
             self.squared[lane] = squared;
-            self.irradiance[lane] = per_cube(height, at_least(nearest, squared));
+            self.irradiance[lane] = per_cube(height, squared);
         }
     }
 
     /// cos(theta) / r^2 = n . w / r^3
     #[inline(always)]
-    fn irradiate_curved(&mut self, to_light: ([f32; 3], f32), nearest: f32) {
+    fn irradiate_curved<const PARALLEL: bool>(&mut self, to_light: [f32; 3]) {
         for lane in 0..self.points.padded() {
-            let w = self.points.toward(to_light, lane);
+            let w = self.points.toward::<PARALLEL>(to_light, lane);
             let squared = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
             let n = &self.points.normal;
             let along = n[0][lane] * w[0] + n[1][lane] * w[1] + n[2][lane] * w[2];
             self.squared[lane] = squared;
             // Also 0 if NaN, for a light on the surface.
-            let irradiance = per_cube(along, at_least(nearest, squared));
+            let irradiance = per_cube(along, squared);
             self.irradiance[lane] = if irradiance > 0.0 { irradiance } else { 0.0 };
         }
     }
@@ -236,7 +244,7 @@ impl Lighting {
         let eye = to_f32(self.points.reference.map(|component| -component));
         let (unit, per_sphere) = (bounded(unit), (0.25 / PI) as f32);
         for lane in 0..self.points.padded() {
-            let p = self.points.toward((eye, 1.0), lane);
+            let p = self.points.toward::<false>(eye, lane);
             let distance = match projection {
                 Projection::Perspective => (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt(),
                 Projection::Orthographic => p[2].abs(),
@@ -245,19 +253,6 @@ impl Lighting {
             self.irradiance[lane] = self.irradiance[lane] * magnitude * factor * factor * per_sphere;
         }
     }
-}
-
-/// An apex, and where it is relative to the surface if it is close.
-struct Pencil<'a> {
-    apex: Apex,
-    contact: Option<&'a Contact>,
-    /// It counts as no nearer to a point than this, squared.
-    nearest: f32,
-}
-
-#[inline(always)]
-fn at_least(least: f32, value: f32) -> f32 {
-    if value > least { value } else { least }
 }
 
 /// value / r^3, from r^2. The cube itself would overflow float32 for a light at the sun's distance from a scene of

@@ -17,8 +17,8 @@ pub(crate) struct Emitter {
     /// tangent plane for all of it to be above.
     pub(crate) size: f64,
     pub(crate) places: Vec<Apex>,
-    /// Places count as no nearer than this, squared.
-    pub(crate) nearest: f32,
+    /// Places count as no nearer to a point than this.
+    pub(crate) nearest: f64,
     /// The share of one place in the light of all of them.
     pub(crate) share: f32,
     /// The objects whose surface may cut it.
@@ -41,11 +41,10 @@ impl Emitter {
         let mut places = with_capacity(pattern.len(), LIGHTS)?;
         let place = |&place: &Vector| Apex::point(add(position, scale(space.direction(place), size)));
         places.extend(pattern.iter().map(place));
-        // So that a surface inside the ball has no bright spots.
-        let nearest = size / 4.0;
         Ok(Emitter {
             size,
-            nearest: (nearest * nearest) as f32,
+            // So that a surface inside the ball has no bright spots.
+            nearest: size / 4.0,
             share: (1.0 / places.len() as f64) as f32,
             places,
             cut: Vec::new(),

@@ -11,7 +11,7 @@ use crate::apex::Apex;
 use crate::bounds::BoundingSphere;
 use crate::scene::emitter::Emitter;
 use crate::scene::{Light, Scene};
-use crate::shading::{Lighting, Pencil, SoftLight, farthest, per_cube};
+use crate::shading::{Lighting, SoftLight, farthest, per_cube};
 use crate::shapes::points::{ShadowRays, extremes};
 use crate::shapes::primitive::Primitive;
 use crate::tile::LANES;
@@ -42,7 +42,11 @@ impl Lighting {
         if !cut && !receiver.is_lit_from(face, None, light.apex) {
             return 0;
         }
-        let [lowest, highest] = self.irradiate_from_middle(light);
+        let [lowest, highest] = if light.apex.is_direction() {
+            self.irradiate_from_middle::<true>(light)
+        } else {
+            self.irradiate_from_middle::<false>(light)
+        };
         let size = emitter.size as f32;
         if highest <= -size {
             return 0;
@@ -67,12 +71,12 @@ impl Lighting {
 
     /// Compute the heights and the irradiance of the middle; return the smallest and the largest height.
     #[inline(always)]
-    fn irradiate_from_middle(&mut self, light: &Light) -> [f32; 2] {
+    fn irradiate_from_middle<const PARALLEL: bool>(&mut self, light: &Light) -> [f32; 2] {
         let to_light = light.apex.from_f32(self.points.reference);
         let height = self.points.plane.map(|plane| plane.height_of_apex(light.apex) as f32);
         let soft = &mut self.soft;
         for lane in 0..self.points.padded() {
-            let w = self.points.toward(to_light, lane);
+            let w = self.points.toward::<PARALLEL>(to_light, lane);
             let squared = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
             let n = &self.points.normal;
             let along = match height {
@@ -101,11 +105,14 @@ impl Lighting {
         let mut rays = 0;
         for (number, &apex) in (0..).zip(&emitter.places) {
             let contact = light.contact(number, object);
-            let facing = self.irradiate(Pencil { apex, contact, nearest: emitter.nearest }, scene, face);
+            let facing = self.irradiate((apex, contact), scene, face);
             if facing == 0 {
                 continue;
             }
             let padded = self.points.padded();
+            if !apex.is_direction() && length(sub(apex.at, bounds.center)) < bounds.radius + emitter.nearest {
+                self.keep_away((emitter.nearest * emitter.nearest) as f32);
+            }
             add(&mut self.soft.unhidden[..padded], &self.irradiance[..padded]);
             if !receiver.is_lit_from(face, contact, apex) {
                 continue;
@@ -134,6 +141,17 @@ impl Lighting {
             add(&mut self.soft.reached[..padded], &self.irradiance[..padded]);
         }
         rays
+    }
+
+    /// Reduce the irradiance of a place to that at a squared distance, at the points that are nearer: cos(theta) / r^2
+    /// becomes cos(theta) r / nearest^3.
+    #[inline(always)]
+    fn keep_away(&mut self, nearest: f32) {
+        for lane in 0..self.points.padded() {
+            let share = self.squared[lane] / nearest;
+            let kept = if share > 0.0 { share * share.sqrt() * self.irradiance[lane] } else { 0.0 };
+            self.irradiance[lane] = if share < 1.0 { kept } else { self.irradiance[lane] };
+        }
     }
 
     /// Find the objects that may hide any place from any point. A flat face's points are given their footprint if all

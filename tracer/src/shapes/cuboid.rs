@@ -165,6 +165,68 @@ impl Cuboid {
             shadow.darken(lane, outside & between);
         }
     }
+
+    /// Darken the points from which the box hides the light.
+    ///
+    /// In the axes of the box, with the light at L and the point at P = L + e, by separating axes: the segment
+    /// misses the box if both ends lie beyond one face, or if for some axis i, with j and k the others,
+    ///
+    /// |(L x P)_i| > h_j |e_k| + h_k |e_j|
+    ///
+    /// Of a light infinitely far away, L is its direction and e is -L.
+    #[inline(always)]
+    fn occlude_light<const PARALLEL: bool>(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>) {
+        let light =
+            contact.map_or_else(|| rotate(&self.axes, shadow.light.from(self.center)), |contact| contact.local);
+        let reference = rotate(&self.axes, sub(shadow.points.reference, self.center));
+        // The size of the box along a face adds no rounding across it.
+        let away = l1_norm(self.center);
+        let rounding = self.half.map(|half| shadow.rounding_at_points(away + half));
+        let at_light =
+            self.half.map(|half| if contact.is_some() { 0.0 } else { shadow.rounding_at_light(away + half) });
+        // The light is beyond, or on, at most one of each pair of faces: a hidden point is before it.
+        let (mut sign, mut limit) = ([0.0_f32; 3], [f32::INFINITY; 3]);
+        let mut inside = true;
+        for i in 0..3 {
+            // A light infinitely far away is beyond a face unless its rays are parallel to it.
+            let least = if shadow.light.is_direction() { f64::MIN_POSITIVE } else { self.half[i] - at_light[i] };
+            if light[i].abs() >= least {
+                let side = light[i].signum();
+                sign[i] = side as f32;
+                limit[i] = (self.half[i] - side * reference[i] - rounding[i]) as f32;
+                inside = false;
+            }
+        }
+        // A light on a face is hidden from points outside that are before the face.
+        if inside || contact.is_some_and(|contact| contact.side == Side::On) {
+            let before = (self.axes.map(to_f32), sign, limit);
+            self.occlude_from_inside(reference, rounding, before, shadow);
+            return;
+        }
+        let axes = self.axes.map(to_f32);
+        let half = to_f32(self.half);
+        let moment = to_f32(cross(light, reference));
+        let e = to_f32(sub(scale(reference, shadow.light.weight), light));
+        let l = to_f32(light);
+        let points = shadow.points;
+        for lane in 0..points.padded() {
+            let p = local(&axes, &points.offset, lane);
+            let e: [f32; 3] = std::array::from_fn(|i| if PARALLEL { e[i].abs() } else { (e[i] + p[i]).abs() });
+            let m = [
+                (moment[0] + (l[1] * p[2] - l[2] * p[1])).abs(),
+                (moment[1] + (l[2] * p[0] - l[0] * p[2])).abs(),
+                (moment[2] + (l[0] * p[1] - l[1] * p[0])).abs(),
+            ];
+            let slack = points.slack(lane);
+            let between = (sign[0] * p[0] + slack < limit[0])
+                & (sign[1] * p[1] + slack < limit[1])
+                & (sign[2] * p[2] + slack < limit[2]);
+            let crosses = (m[0] <= half[1] * e[2] + half[2] * e[1])
+                & (m[1] <= half[2] * e[0] + half[0] * e[2])
+                & (m[2] <= half[0] * e[1] + half[1] * e[0]);
+            shadow.darken(lane, between & crosses);
+        }
+    }
 }
 
 impl Cuboid {
@@ -304,66 +366,12 @@ impl Primitive for Cuboid {
         self.face(face).compute_points(t, rays, points);
     }
 
-    /// Darken the points from which the box hides the light.
-    ///
-    /// In the axes of the box, with the light at L and the point at P = L + e, by separating axes: the segment
-    /// misses the box if both ends lie beyond one face, or if for some axis i, with j and k the others,
-    ///
-    /// |(L x P)_i| > h_j |e_k| + h_k |e_j|
-    ///
-    /// Of a light infinitely far away, L is its direction and e is -L.
     #[inline(always)]
     fn occlude(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>) {
-        let light =
-            contact.map_or_else(|| rotate(&self.axes, shadow.light.from(self.center)), |contact| contact.local);
-        let reference = rotate(&self.axes, sub(shadow.points.reference, self.center));
-        // The size of the box along a face adds no rounding across it.
-        let away = l1_norm(self.center);
-        let rounding = self.half.map(|half| shadow.rounding_at_points(away + half));
-        let at_light =
-            self.half.map(|half| if contact.is_some() { 0.0 } else { shadow.rounding_at_light(away + half) });
-        // The light is beyond, or on, at most one of each pair of faces: a hidden point is before it.
-        let (mut sign, mut limit) = ([0.0_f32; 3], [f32::INFINITY; 3]);
-        let mut inside = true;
-        for i in 0..3 {
-            // A light infinitely far away is beyond a face unless its rays are parallel to it.
-            let least = if shadow.light.is_direction() { f64::MIN_POSITIVE } else { self.half[i] - at_light[i] };
-            if light[i].abs() >= least {
-                let side = light[i].signum();
-                sign[i] = side as f32;
-                limit[i] = (self.half[i] - side * reference[i] - rounding[i]) as f32;
-                inside = false;
-            }
-        }
-        // A light on a face is hidden from points outside that are before the face.
-        if inside || contact.is_some_and(|contact| contact.side == Side::On) {
-            let before = (self.axes.map(to_f32), sign, limit);
-            self.occlude_from_inside(reference, rounding, before, shadow);
-            return;
-        }
-        let axes = self.axes.map(to_f32);
-        let half = to_f32(self.half);
-        let moment = to_f32(cross(light, reference));
-        let weight = shadow.light.weight as f32;
-        let e = to_f32(sub(scale(reference, shadow.light.weight), light));
-        let l = to_f32(light);
-        let points = shadow.points;
-        for lane in 0..points.padded() {
-            let p = local(&axes, &points.offset, lane);
-            let e: [f32; 3] = std::array::from_fn(|i| (e[i] + weight * p[i]).abs());
-            let m = [
-                (moment[0] + (l[1] * p[2] - l[2] * p[1])).abs(),
-                (moment[1] + (l[2] * p[0] - l[0] * p[2])).abs(),
-                (moment[2] + (l[0] * p[1] - l[1] * p[0])).abs(),
-            ];
-            let slack = points.slack(lane);
-            let between = (sign[0] * p[0] + slack < limit[0])
-                & (sign[1] * p[1] + slack < limit[1])
-                & (sign[2] * p[2] + slack < limit[2]);
-            let crosses = (m[0] <= half[1] * e[2] + half[2] * e[1])
-                & (m[1] <= half[2] * e[0] + half[0] * e[2])
-                & (m[2] <= half[0] * e[1] + half[1] * e[0]);
-            shadow.darken(lane, between & crosses);
+        if shadow.light.is_direction() {
+            self.occlude_light::<true>(contact, shadow);
+        } else {
+            self.occlude_light::<false>(contact, shadow);
         }
     }
 

@@ -344,6 +344,78 @@ impl Sphere {
             points.offset[2][lane] = tau;
         }
     }
+
+    /// Darken the points from which the sphere hides the light.
+    ///
+    /// With w from the point to the light, q and c from the point and the light to the centre, and M = c x -w: the
+    /// line hits the sphere where M.M <= R^2 w.w, and does so between the two if q.w > 0 and c.w < 0; or if one
+    /// of them is inside. Of a light in the direction d, infinitely far away, w is d and c is -d. A point is outside if its power q.q - R^2 is above 0. With the offset p from the
+    /// reference, q = q_r - p; where the reference is close to the sphere nothing cancels in
+    ///
+    /// q.q - R^2 = (q_r.q_r - R^2) - p.(q_r + q)
+    ///
+    /// and where the sphere is almost flat, (q.w)^2 >= (q.q - R^2) w.w excludes lines that pass above its horizon.
+    /// The far side hides a light on the sphere from points outside.
+    #[inline(always)]
+    fn occlude_light<const PARALLEL: bool>(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>) {
+        let light = shadow.light;
+        let from_light = scale(light.from(self.center), -1.0);
+        let side = contact.map_or_else(|| self.side(light), |contact| contact.side);
+        let per_radius = 1.0 / self.radius;
+        let to_reference = scale(light.from(shadow.points.reference), -1.0);
+        let from_reference = sub(self.center, shadow.points.reference);
+        // c x (P_r - L) = q_r x (P_r - L): the shorter one does not cancel.
+        let light_is_closer = dot(from_light, from_light) < dot(from_reference, from_reference);
+        let arm = if light_is_closer && !light.is_direction() { from_light } else { from_reference };
+        let moment = to_f32(scale(cross(arm, to_reference), per_radius));
+        let c = to_f32(scale(from_light, per_radius));
+        let q_r = to_f32(scale(from_reference, per_radius));
+        let to_light = light.from_f32(shadow.points.reference);
+        // The power of a point at a height h is about 2 h R.
+        let rounding = (2.0 * shadow.rounding_at_points(self.radius) * per_radius) as f32;
+        let close = dot(from_reference, from_reference) < 2.25 * self.radius * self.radius;
+        let flat = close && shadow.bounds.radius < FLAT * self.radius;
+        let (inside, on) = (side == Side::Inside, side == Side::On);
+        let per_radius = per_radius as f32;
+        let points = shadow.points;
+        let q_of = |p: [f32; 3]| -> [f32; 3] { std::array::from_fn(|i| q_r[i] - p[i] * per_radius) };
+        let crosses = |lane: usize, p: [f32; 3]| {
+            let m = [
+                moment[0] + (c[1] * p[2] - c[2] * p[1]),
+                moment[1] + (c[2] * p[0] - c[0] * p[2]),
+                moment[2] + (c[0] * p[1] - c[1] * p[0]),
+            ];
+            product(m, m) <= shadow.squared[lane]
+        };
+        let is_between = |crosses: bool, along: f32, w: [f32; 3]| crosses & (along > 0.0) & (product(c, w) < 0.0);
+        let beyond = length(sub(self.center, shadow.bounds.center)) - shadow.bounds.radius;
+        if side == Side::Outside && beyond > self.radius && !flat {
+            // All points and the light are outside.
+            for lane in 0..points.padded() {
+                let p = points.offset.each_ref().map(|axis| axis[lane]);
+                let w = points.toward::<PARALLEL>(to_light, lane);
+                let hidden = is_between(crosses(lane, p), product(q_of(p), w), w);
+                shadow.darken(lane, hidden);
+            }
+            return;
+        }
+        let power_r = (power_of_point(from_reference, self.radius) / (self.radius * self.radius)) as f32;
+        // Rounding changes a q.q close to 1 by less than 1e-6.
+        let rounding = if close { rounding } else { rounding + 1e-6 };
+        for lane in 0..points.padded() {
+            let p = points.offset.each_ref().map(|axis| axis[lane]);
+            let (q, w) = (q_of(p), points.toward::<PARALLEL>(to_light, lane));
+            let sum = [q_r[0] + q[0], q_r[1] + q[1], q_r[2] + q[2]];
+            let power = if close { power_r - per_radius * product(p, sum) } else { product(q, q) - 1.0 };
+            let slack = 2.0 * points.slack(lane) * per_radius + rounding;
+            let along = product(q, w);
+            let crosses = if flat { along * along >= power * shadow.squared[lane] } else { crosses(lane, p) };
+            let between = is_between(crosses, along, w);
+            let (above, below) = (power > slack, power < -slack);
+            let hidden = (inside & above) | (on & above & between) | (!inside & !on & (below | between));
+            shadow.darken(lane, hidden);
+        }
+    }
 }
 
 impl Primitive for Sphere {
@@ -416,75 +488,12 @@ impl Primitive for Sphere {
         points.reference = self.points_on(face, depth, rays, points);
     }
 
-    /// Darken the points from which the sphere hides the light.
-    ///
-    /// With w from the point to the light, q and c from the point and the light to the centre, and M = c x -w: the
-    /// line hits the sphere where M.M <= R^2 w.w, and does so between the two if q.w > 0 and c.w < 0; or if one
-    /// of them is inside. Of a light in the direction d, infinitely far away, w is d and c is -d. A point is outside if its power q.q - R^2 is above 0. With the offset p from the
-    /// reference, q = q_r - p; where the reference is close to the sphere nothing cancels in
-    ///
-    /// q.q - R^2 = (q_r.q_r - R^2) - p.(q_r + q)
-    ///
-    /// and where the sphere is almost flat, (q.w)^2 >= (q.q - R^2) w.w excludes lines that pass above its horizon.
-    /// The far side hides a light on the sphere from points outside.
     #[inline(always)]
     fn occlude(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>) {
-        let light = shadow.light;
-        let from_light = scale(light.from(self.center), -1.0);
-        let side = contact.map_or_else(|| self.side(light), |contact| contact.side);
-        let per_radius = 1.0 / self.radius;
-        let to_reference = scale(light.from(shadow.points.reference), -1.0);
-        let from_reference = sub(self.center, shadow.points.reference);
-        // c x (P_r - L) = q_r x (P_r - L): the shorter one does not cancel.
-        let light_is_closer = dot(from_light, from_light) < dot(from_reference, from_reference);
-        let arm = if light_is_closer && !light.is_direction() { from_light } else { from_reference };
-        let moment = to_f32(scale(cross(arm, to_reference), per_radius));
-        let c = to_f32(scale(from_light, per_radius));
-        let q_r = to_f32(scale(from_reference, per_radius));
-        let to_light = light.from_f32(shadow.points.reference);
-        // The power of a point at a height h is about 2 h R.
-        let rounding = (2.0 * shadow.rounding_at_points(self.radius) * per_radius) as f32;
-        let close = dot(from_reference, from_reference) < 2.25 * self.radius * self.radius;
-        let flat = close && shadow.bounds.radius < FLAT * self.radius;
-        let (inside, on) = (side == Side::Inside, side == Side::On);
-        let per_radius = per_radius as f32;
-        let points = shadow.points;
-        let q_of = |p: [f32; 3]| -> [f32; 3] { std::array::from_fn(|i| q_r[i] - p[i] * per_radius) };
-        let crosses = |lane: usize, p: [f32; 3]| {
-            let m = [
-                moment[0] + (c[1] * p[2] - c[2] * p[1]),
-                moment[1] + (c[2] * p[0] - c[0] * p[2]),
-                moment[2] + (c[0] * p[1] - c[1] * p[0]),
-            ];
-            product(m, m) <= shadow.squared[lane]
-        };
-        let is_between = |crosses: bool, along: f32, w: [f32; 3]| crosses & (along > 0.0) & (product(c, w) < 0.0);
-        let beyond = length(sub(self.center, shadow.bounds.center)) - shadow.bounds.radius;
-        if side == Side::Outside && beyond > self.radius && !flat {
-            // All points and the light are outside.
-            for lane in 0..points.padded() {
-                let p = points.offset.each_ref().map(|axis| axis[lane]);
-                let w = points.toward(to_light, lane);
-                let hidden = is_between(crosses(lane, p), product(q_of(p), w), w);
-                shadow.darken(lane, hidden);
-            }
-            return;
-        }
-        let power_r = (power_of_point(from_reference, self.radius) / (self.radius * self.radius)) as f32;
-        // Rounding changes a q.q close to 1 by less than 1e-6.
-        let rounding = if close { rounding } else { rounding + 1e-6 };
-        for lane in 0..points.padded() {
-            let p = points.offset.each_ref().map(|axis| axis[lane]);
-            let (q, w) = (q_of(p), points.toward(to_light, lane));
-            let sum = [q_r[0] + q[0], q_r[1] + q[1], q_r[2] + q[2]];
-            let power = if close { power_r - per_radius * product(p, sum) } else { product(q, q) - 1.0 };
-            let slack = 2.0 * points.slack(lane) * per_radius + rounding;
-            let along = product(q, w);
-            let crosses = if flat { along * along >= power * shadow.squared[lane] } else { crosses(lane, p) };
-            let between = is_between(crosses, along, w);
-            let (above, below) = (power > slack, power < -slack);
-            let hidden = (inside & above) | (on & above & between) | (!inside & !on & (below | between));
-            shadow.darken(lane, hidden);
+        if shadow.light.is_direction() {
+            self.occlude_light::<true>(contact, shadow);
+        } else {
+            self.occlude_light::<false>(contact, shadow);
         }
     }
 
