@@ -30,13 +30,13 @@ impl Apex {
 
     /// The vector from a point to the apex: of any length if it is infinitely far away.
     #[inline(always)]
-    pub(crate) fn from(&self, point: Vector) -> Vector {
+    pub(crate) fn way_from(&self, point: Vector) -> Vector {
         sub(self.at, scale(point, self.weight))
     }
 
     /// The same in float32.
     #[inline(always)]
-    pub(crate) fn from_f32(&self, point: Vector) -> [f32; 3] {
-        to_f32(self.from(point))
+    pub(crate) fn way_from_f32(&self, point: Vector) -> [f32; 3] {
+        to_f32(self.way_from(point))
     }
 }

@@ -146,7 +146,7 @@ impl OracleShape {
 
     /// Whether the surface crosses the segment between a light and a point.
     pub(crate) fn stands_between(&self, light: Apex, point: Vector) -> bool {
-        let crossing = self.span(point, light.from(point));
+        let crossing = self.span(point, light.way_from(point));
         let end = if light.is_direction() { f64::INFINITY } else { 1.0 };
         crossing.is_some_and(|(near, far)| [near, far].into_iter().any(|t| 0.0 < t && t < end))
     }
@@ -382,7 +382,7 @@ pub(crate) fn irradiance_left(occluder: &OracleShape, light: impl Into<Apex>, po
     let light = light.into();
     let mut left = [1.0; LANES];
     let mut squared = [0.0; LANES];
-    let to_light = light.from_f32(points.reference);
+    let to_light = light.way_from_f32(points.reference);
     for lane in 0..points.padded() {
         let [x, y, z] = match light.is_direction() {
             true => points.toward::<true>(to_light, lane),
@@ -415,7 +415,7 @@ pub(crate) fn check_occlusion(
     let lengths = [
         occluder.size(),
         length(sub(occluder.center(), points.reference)),
-        light.weight * length(light.from(points.reference)),
+        light.weight * length(light.way_from(points.reference)),
         length(sub(points.bounds().center, points.reference)) + points.bounds().radius,
     ];
     let error = 4e-6 * lengths.iter().sum::<f64>();

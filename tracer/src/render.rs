@@ -124,7 +124,8 @@ impl Tracer {
 
     fn film_of(&self, job: TileJob<'_>, window: Window, mut film: Film<'_>) -> Result<u64, Stopped> {
         let request = film.request(&self.scene);
-        let new_tracer = || TileTracer::new(request);
+        let with_alpha = film.records_alpha();
+        let new_tracer = || TileTracer::new(request, with_alpha);
         let with_film = |band: Window| (band, film.split_off(band.pixels()));
         let bands = collect(bands_of(window).map(with_film), BANDS)?;
         spare()?;
@@ -220,7 +221,7 @@ impl Tracer {
         parts
             .into_par_iter()
             .map_init(
-                || TileTracer::new(PassRequest::Radiance),
+                || TileTracer::new(PassRequest::Radiance, false),
                 |tracer, (window, pixels)| self.trace(job, window, tracer, PixelSink { developer, pixels }),
             )
             .reduce(RenderStats::default, RenderStats::plus)

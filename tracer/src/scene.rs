@@ -8,7 +8,7 @@ use crate::camera_space::{CameraSpace, FAR_FROM_ROUNDING};
 use crate::checker::Checker;
 use crate::memory::{OutOfMemory, collect, filled, par_collect, reserve, with_capacity};
 use crate::sampling::emitter_places;
-use crate::scene::emitter::Emitter;
+use crate::scene::emitter::{Emitter, LIGHTS};
 use crate::scene::unit::suitable_unit;
 use crate::shapes::contact::{COORDINATE, Contact};
 use crate::shapes::primitive::Primitive;
@@ -21,9 +21,6 @@ use std::iter;
 
 pub(crate) mod emitter;
 mod unit;
-
-/// Named in the error if memory runs out.
-const LIGHTS: &str = "the lights";
 
 /// A light in camera space.
 #[derive(Clone, Debug)]

@@ -181,7 +181,7 @@ impl Lighting {
     #[inline(always)]
     fn irradiate(&mut self, (apex, contact): (Apex, Option<&Contact>), scene: &Scene, face: u32) -> u64 {
         let shape = scene.shapes.get(face >> FACE_BITS);
-        let to_light = apex.from_f32(self.points.reference);
+        let to_light = apex.way_from_f32(self.points.reference);
         if let Some(plane) = self.points.plane {
             let (height, rounding) = match contact {
                 Some(contact) => (shape.height(face, contact), 0.0),

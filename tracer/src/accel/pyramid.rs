@@ -71,7 +71,7 @@ impl Pyramid {
     pub(crate) fn new(apex: Apex, emitter: f64, footprint: &Footprint) -> Pyramid {
         let Footprint { plane, axes: [along, across], reference, extents, farthest } = footprint;
         let height = plane.height_of_apex(apex).max(0.0);
-        let from = scale(apex.from(*reference), -1.0);
+        let from = scale(apex.way_from(*reference), -1.0);
         let (origin, away, range) = if apex.is_direction() {
             (sub(*reference, scale(plane.normal, plane.height(*reference))), plane.normal, f64::INFINITY)
         } else {

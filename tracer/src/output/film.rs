@@ -156,6 +156,11 @@ impl<'a> Film<'a> {
         recorded.map(request).max().unwrap_or(PassRequest::Radiance)
     }
 
+    /// Whether alpha is recorded.
+    pub(crate) fn records_alpha(&self) -> bool {
+        self.values[Pass::Alpha as usize].is_some()
+    }
+
     /// Whether radiance is recorded, and each array has the type and the length that the pixels of a window need.
     pub fn holds(&self, window: Window) -> bool {
         let fits = |spec: &PassSpec| match &self.values[spec.pass as usize] {
@@ -198,7 +203,10 @@ impl TileSink for FilmSink<'_> {
                         traced.mean_radiance(span.lane, &mut values.floats()[pixels]);
                     }
                 }
-                Pass::Alpha => tile.put(values.floats(), &traced.alpha()),
+                Pass::Alpha => {
+                    let Some(alpha) = traced.alpha() else { continue };
+                    tile.put(values.floats(), &alpha);
+                }
                 Pass::Depth => tile.put(values.floats(), &to_world.lengths(t, faces)),
                 Pass::Distance => {
                     tile.put(values.floats(), &to_world.lengths(&distances(t, &traced.rays.vv), faces));

@@ -162,7 +162,11 @@ proptest! {
                 continue;
             }
             prop_assert!(0.0 < depth && depth <= distance && distance.is_finite());
-            prop_assert_eq!(triple(&arrays.albedo), world.objects[id as usize - 1].color.map(|c| c as f32));
+            let object = id as usize - 1;
+            let checkers = world.checkers.iter().filter(|checker| checker.object == object);
+            let mut colors = checkers.map(|checker| checker.color).chain([world.objects[object].color]);
+            let albedo = triple(&arrays.albedo);
+            prop_assert!(colors.any(|color| color.map(|c| c as f32) == albedo), "{albedo:?}");
             let toward = crate::vector::sub(triple(&arrays.position).map(f64::from), world.camera.position);
             let along = crate::vector::dot(world.camera.forward, toward);
             let (way, toward) = match world.camera.projection {

@@ -3,9 +3,11 @@
 use crate::apex::Apex;
 use crate::camera_space::CameraSpace;
 use crate::memory::{OutOfMemory, with_capacity};
-use crate::scene::LIGHTS;
 use crate::vector::{Vector, add, cross, normalized, scale};
 use std::f64::consts::PI;
+
+/// Named in the error if memory runs out.
+pub(crate) const LIGHTS: &str = "the lights";
 
 /// Emitters are at most as large, so that the squares of distances to them stay within float32: 2^59.
 const LARGEST: f64 = (1_u64 << 59) as f64;

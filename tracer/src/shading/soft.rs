@@ -61,7 +61,9 @@ impl Lighting {
         for lane in 0..self.points.padded() {
             let SoftLight { heights, middle, unhidden, reached, .. } = &self.soft;
             let share = if heights[lane] >= size { middle[lane] / unhidden[lane] } else { emitter.share };
-            let irradiance = share * reached[lane];
+            // As where no occluder is near any of the points: a crop must not decide a bit.
+            let all = (heights[lane] >= size) & (reached[lane] == unhidden[lane]);
+            let irradiance = if all { middle[lane] } else { share * reached[lane] };
             self.irradiance[lane] = if irradiance > 0.0 { irradiance } else { 0.0 };
         }
         rays
@@ -70,7 +72,7 @@ impl Lighting {
     /// Compute the heights and the irradiance of the middle; return the smallest and the largest height.
     #[inline(always)]
     fn irradiate_from_middle<const PARALLEL: bool>(&mut self, light: &Light) -> [f32; 2] {
-        let to_light = light.apex.from_f32(self.points.reference);
+        let to_light = light.apex.way_from_f32(self.points.reference);
         let height = self.points.plane.map(|plane| plane.height_of_apex(light.apex) as f32);
         let soft = &mut self.soft;
         for lane in 0..self.points.padded() {
@@ -238,6 +240,6 @@ impl PlaceCone {
         let room = radius + along * self.sin;
         let is_beside = room >= 0.0 && (squared - along * along) * self.cos_squared <= room * room;
         // A place among the points needs all directions.
-        !(self.sin < 1.0) || (along >= -radius && along - radius <= self.end && is_beside)
+        self.sin.is_nan() || self.sin >= 1.0 || (along >= -radius && along - radius <= self.end && is_beside)
     }
 }

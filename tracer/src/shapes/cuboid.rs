@@ -104,7 +104,7 @@ impl Cuboid {
 
     /// The side of a light that is not close to the surface.
     fn side(&self, light: Apex) -> Side {
-        let inside = !light.is_direction() && self.inside(rotate(&self.axes, light.from(self.center)));
+        let inside = !light.is_direction() && self.inside(rotate(&self.axes, light.way_from(self.center)));
         if inside { Side::Inside } else { Side::Outside }
     }
 
@@ -176,8 +176,8 @@ impl Cuboid {
     /// Of a light infinitely far away, L is its direction and e is -L.
     #[inline(always)]
     fn occlude_light<const PARALLEL: bool>(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>) {
-        let light =
-            contact.map_or_else(|| rotate(&self.axes, shadow.light.from(self.center)), |contact| contact.local);
+        let light = contact
+            .map_or_else(|| rotate(&self.axes, shadow.light.way_from(self.center)), |contact| contact.local);
         let reference = rotate(&self.axes, sub(shadow.points.reference, self.center));
         // The size of the box along a face adds no rounding across it.
         let away = l1_norm(self.center);

@@ -359,10 +359,10 @@ impl Sphere {
     #[inline(always)]
     fn occlude_light<const PARALLEL: bool>(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>) {
         let light = shadow.light;
-        let from_light = scale(light.from(self.center), -1.0);
+        let from_light = scale(light.way_from(self.center), -1.0);
         let side = contact.map_or_else(|| self.side(light), |contact| contact.side);
         let per_radius = 1.0 / self.radius;
-        let to_reference = scale(light.from(shadow.points.reference), -1.0);
+        let to_reference = scale(light.way_from(shadow.points.reference), -1.0);
         let from_reference = sub(self.center, shadow.points.reference);
         // c x (P_r - L) = q_r x (P_r - L): the shorter one does not cancel.
         let light_is_closer = dot(from_light, from_light) < dot(from_reference, from_reference);
@@ -370,7 +370,7 @@ impl Sphere {
         let moment = to_f32(scale(cross(arm, to_reference), per_radius));
         let c = to_f32(scale(from_light, per_radius));
         let q_r = to_f32(scale(from_reference, per_radius));
-        let to_light = light.from_f32(shadow.points.reference);
+        let to_light = light.way_from_f32(shadow.points.reference);
         // The power of a point at a height h is about 2 h R.
         let rounding = (2.0 * shadow.rounding_at_points(self.radius) * per_radius) as f32;
         let close = dot(from_reference, from_reference) < 2.25 * self.radius * self.radius;

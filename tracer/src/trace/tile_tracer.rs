@@ -24,8 +24,8 @@ pub(crate) struct TileTracer {
     /// The sum of each pixel's samples if there are several: in float64, so that it neither overflows nor loses
     /// digits of the mean.
     total: Option<Box<[[f64; LANES]; 3]>>,
-    /// The number of each pixel's samples that hit something.
-    hit_counts: [u32; LANES],
+    /// The number of each pixel's samples that hit something, if requested.
+    hit_counts: Option<Box<[u32; LANES]>>,
     /// The offset of each sample in a pixel.
     offsets: Vec<(f64, f64)>,
     /// Whether the last rays go through the pixel centres, so that `hits`, `rays` and `surface` are ground truth.
@@ -78,12 +78,12 @@ pub(crate) struct Surface {
 const ZERO: Lanes = [0.0; LANES];
 
 impl TileTracer {
-    pub(crate) fn new(request: PassRequest) -> TileTracer {
+    pub(crate) fn new(request: PassRequest, with_alpha: bool) -> TileTracer {
         let with_surface = request == PassRequest::Surface;
         TileTracer {
             radiance: [ZERO; 3],
             total: None,
-            hit_counts: [0; LANES],
+            hit_counts: with_alpha.then(|| Box::new([0; LANES])),
             offsets: Vec::new(),
             with_passes: request != PassRequest::Radiance,
             hits: HitBuffer::new(),
@@ -111,15 +111,19 @@ impl TileTracer {
         if let Some(total) = &mut self.total {
             **total = [[0.0; LANES]; 3];
         }
-        self.hit_counts = [0; LANES];
+        if let Some(counts) = &mut self.hit_counts {
+            **counts = [0; LANES];
+        }
         for sample in 0..self.offsets.len() {
             if cancelled() {
                 return;
             }
             self.radiance = [ZERO; 3];
             self.find_hits(scene, tile, self.offsets[sample]);
-            for (count, &face) in self.hit_counts.iter_mut().zip(&self.hits.face) {
-                *count += u32::from(face != NO_FACE);
+            if let Some(counts) = &mut self.hit_counts {
+                for (count, &face) in counts.iter_mut().zip(&self.hits.face) {
+                    *count += u32::from(face != NO_FACE);
+                }
             }
             for group in 0..self.groups.list.len() {
                 self.shade(scene, settings, group);
@@ -172,11 +176,11 @@ impl TileTracer {
         }
     }
 
-    /// The share of each pixel's samples that hit something.
+    /// The share of each pixel's samples that hit something, if requested.
     #[inline(always)]
-    pub(crate) fn alpha(&self) -> Lanes {
+    pub(crate) fn alpha(&self) -> Option<Lanes> {
         let samples = self.offsets.len() as f32;
-        self.hit_counts.map(|count| count as f32 / samples)
+        self.hit_counts.as_ref().map(|counts| counts.map(|count| count as f32 / samples))
     }
 
     /// Record the points and normals of a group of rays through the pixel centres, if requested.
