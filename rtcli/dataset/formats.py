@@ -111,7 +111,8 @@ class Files(Form):
         """Write `metadata.jsonl`, which Hugging Face's ImageFolder reads: file and factors of each sample."""
         with atomic_write(layout.folder / split / "metadata.jsonl") as file:
             for each in labels:
-                file.write(_as_json({"file_name": f"{_key(each['index'])}.png", **each["factors"]}))
+                name = {"file_name": f"{_key(each['index'])}.png"}
+                file.write(_as_json({**name, **each["factors"], **name}))  # even if a factor has that name
 
 
 # --- WebDataset ---------------------------------------------------------------------------------------------

@@ -173,7 +173,7 @@ class _Slot(NamedTuple):
 class _Placement:
     """Places the objects of a sample one by one, each drawn again until it meets its constraints.
 
-    Objects without constraints come first, so that all others keep away from them.
+    Objects without constraints come before the others, which keep away from them.
     """
 
     def __init__(self, template: Template, context: Context, camera: Any, rejections: Rejections) -> None:
@@ -202,7 +202,9 @@ class _Placement:
         ]
 
     def _rank(self, slot: _Slot) -> tuple[bool, bool]:
-        return bool(self._requirements(slot.group)), slot.group.rest_on is not None
+        """Return the sort key of the order of placing: what others rest on, free objects, constrained objects."""
+        is_support = slot.group.name in {group.rest_on for group in self._template.groups} - {None}
+        return not is_support, bool(self._requirements(slot.group))
 
     def _place(self, slot: _Slot) -> bool:
         requirements = self._requirements(slot.group)
@@ -231,10 +233,10 @@ class _Placement:
 
     def _at_rest(self, shape: Object, name: str) -> Object:
         """Return an object moved along the normal of a plane until it touches the plane."""
-        plane: Any = next(each.shape for each in self._placed.values() if each.group == name)
         body = body_of(shape)
         if body is None:
             return shape
+        plane: Any = next(each.shape for each in self._placed.values() if each.group == name)
         up = unit(plane.normal)
         x, y, z = (a - b for a, b in zip(shape.position, plane.position, strict=True))
         way = body.reach(negative(up)) - dot(up, (x, y, z))

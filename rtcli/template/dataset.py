@@ -16,6 +16,10 @@ from rtcli.scene.model import Integer, NotNegative, Positive
 _Name = Annotated[str, Field(min_length=1)]
 
 
+# The name of a folder on every system.
+_Split = Annotated[str, Field(pattern="^[A-Za-z0-9_][A-Za-z0-9_-]{0,63}$")]
+
+
 class _Block(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
@@ -89,7 +93,7 @@ class Dataset(_Block):
     """0 to 2^63 - 1: another seed gives other samples."""
     count: Annotated[Integer, Field(ge=1, le=10**8)] = Field(examples=[100000])
     """The number of samples, 1 to 100,000,000."""
-    splits: dict[_Name, Positive] = Field(
+    splits: dict[_Split, Positive] = Field(
         default={"train": 1.0}, min_length=1, examples=[{"train": 0.9, "val": 0.1}]
     )
     """The share of each split, by index in blocks: the first split has the first indices."""

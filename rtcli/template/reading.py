@@ -249,4 +249,6 @@ def _of_value(error: ErrorDetails, loc: Loc, got: str) -> _Finding:
     if type_ == "literal_error":
         expected = context["expected"].replace("'", "`")
         return _Finding(rules.NOT_A_CHOICE, loc, f"must be {expected}, {got}")
+    if type_ == "string_pattern_mismatch":
+        return _Finding(rules.SPLIT_NAME, loc[:-1], f"{quoted(str(loc[-2]))} cannot be the name of a split", KEY)
     return _Finding(rules.EMPTY_TEXT, tuple(step for step in loc if step != "[key]"), "must not be empty")

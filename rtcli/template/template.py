@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import Problem, SceneError, did_you_mean, nearest, quoted
@@ -183,9 +184,9 @@ def template_of(document: Document, raw: bytes) -> Template:
     }
     groups = [_group(reader, item, (_OBJECTS, index)) for index, item in enumerate(items_of(data))]
     known = [group for group in groups if group is not None]
-    if dataset is not None:
-        _check_names(reader, dataset, known)
-        _check_design(reader, dataset)
+    valid = dataset or _valid_part(_mapping(block))
+    _check_names(reader, valid, known)
+    _check_design(reader, valid)
     if len(known) == len(groups):
         _check_scenes(reader, document, sections, known)
     if reader.problems or document.problems:
@@ -193,6 +194,16 @@ def template_of(document: Document, raw: bytes) -> Template:
         problems = dict.fromkeys([*document.problems, *reader.problems])
         raise SceneError(sorted(problems, key=lambda problem: order_in_file(problem, document)))
     return Template(document.source.name, raw, dataset, reader.factors, sections, known)
+
+
+def _valid_part(block: Mapping[str, Any]) -> Dataset:
+    """Return a wrong block `dataset` without its wrong keys, to find what is wrong beside them."""
+    valid: dict[str, Any] = {"seed": 0, "count": 1}
+    for key, value in block.items():
+        with contextlib.suppress(ValidationError):
+            Dataset.model_validate({**valid, key: value})
+            valid[key] = value
+    return Dataset.model_validate(valid)
 
 
 def _mapping(value: Any) -> dict[str, Any]:

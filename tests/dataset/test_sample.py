@@ -103,6 +103,12 @@ def test_objects_that_are_never_seen_are_reported_with_the_constraint(sample_wit
         sample_with(hidden)
 
 
+def test_plane_with_a_constraint_can_carry_objects(sample_with):
+    text = TEXT.replace("require:", "require:\n    - {apart: floor}")
+    sample, _ = sample_with(text)
+    assert sample.scene.objects[1].position[1] > 0.5
+
+
 def test_scene_that_is_invalid_by_chance_is_drawn_again(sample_with):
     text = """\
 dataset: {seed: 1, count: 9}

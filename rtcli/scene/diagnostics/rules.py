@@ -292,6 +292,13 @@ NO_LEVELS = Rule(
     "A factor without equally frequent levels in a grid or a balanced design.",
     "give it levels, such as `{linspace: [0, 1, 5]}`, or use the design `random` or `sobol`",
 )
+SPLIT_NAME = Rule(
+    "E408",
+    "split-name",
+    "A name of a split that cannot be the name of a folder on every system.",
+    "use at most 64 letters, digits, `_` and `-`",
+    in_schema=True,
+)
 
 # --- W: warnings -----------------------------------------------------------------------------------------
 
