@@ -43,6 +43,7 @@ def template_schema() -> dict[str, Any]:
     _add_groups(schema, definitions)
     block = _schema_of(Dataset, definitions)
     block["properties"]["factors"]["additionalProperties"] = {"$ref": "#/$defs/FactorDraw"}
+    block["properties"]["splits"]["additionalProperties"] = False  # other names than the pattern's
     schema["properties"] = {"dataset": {**block, "title": "Dataset"}, **schema["properties"]}
     schema["required"] = ["dataset", *schema["required"]]
     definitions["Draw"] = _any_of(kind for kind in DRAWS.values() if not kind.is_for_factors)

@@ -40,6 +40,7 @@ def test_draws_are_accepted_where_values_stand():
         ("uniform: [35, 45]", "uniform: [35]", ["camera", "fov"]),
         ("hue: {linspace", "hue: {lin", ["dataset", "factors", "hue"]),
         ("margin: 0.25", "margins: 0.25", ["dataset", "require", 0]),
+        ("train: 0.8", "../train: 0.8", ["dataset", "splits"]),
         ("seed: 3", "seed: -3", ["dataset", "seed"]),
         ("radius: ", "radio: ", ["objects", 1, "one_of", 0]),
         ("rest_on: floor", "rests_on: floor", ["objects", 1]),
