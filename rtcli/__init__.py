@@ -25,7 +25,10 @@ if TYPE_CHECKING:
     from rtcli.scene.model import (
         Box,
         Camera,
+        Capsule,
         CarriedLight,
+        Cone,
+        Cylinder,
         ImageSettings,
         Plane,
         PointLight,
@@ -38,7 +41,10 @@ if TYPE_CHECKING:
 __all__ = [
     "Box",
     "Camera",
+    "Capsule",
     "CarriedLight",
+    "Cone",
+    "Cylinder",
     "Film",
     "ImageSettings",
     "Plane",

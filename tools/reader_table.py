@@ -63,14 +63,27 @@ def _limits() -> str:
 
 
 def _union(shapes: dict[str, Definition]) -> Definition:
-    """Return a definition with the keys of all shapes; `type` is the choice of one."""
+    """Return a definition with the keys of all shapes; `type` is the choice of one.
+
+    Where a key may be 0 for some shapes only, it may not be here: the reader leaves that 0 to the long way.
+    """
     properties: Definition = {"type": {"enum": list(shapes)}}
     for name, shape in shapes.items():
         for key, field in shape["properties"].items():
             plain = _plain(field)
-            if key != "type" and properties.setdefault(key, plain) != plain:
+            before = properties.setdefault(key, plain)
+            if key == "type" or plain == before:
+                continue
+            if _without_zero(plain) != _without_zero(before):
                 raise ValueError(f"{key} of a {name} is another one than that of the shapes before")
+            properties[key] = _without_zero(plain)
     return {"properties": properties}
+
+
+def _without_zero(field: Definition) -> Definition:
+    """Return the definition of a number from 0 with 0 excluded."""
+    above = {"exclusiveMinimum": 0} if field.get("minimum") == 0 else {}
+    return {**{key: value for key, value in field.items() if key != "minimum" or not above}, **above}
 
 
 def _plain(field: Definition) -> Definition:

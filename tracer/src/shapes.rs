@@ -13,8 +13,11 @@ use crate::tile::rays::Rays;
 use crate::vector::Vector;
 use rayon::prelude::*;
 
+pub(crate) mod cone;
 pub(crate) mod contact;
 pub(crate) mod cuboid;
+pub(crate) mod cylinder;
+pub(crate) mod frustum;
 pub(crate) mod outline;
 pub(crate) mod plane;
 pub(crate) mod points;
@@ -160,6 +163,8 @@ define_shapes! { $
     "sphere": sphere, Sphere, SphereDesc;
     "plane": plane, Plane, PlaneDesc;
     "box": cuboid, Cuboid, CuboidDesc;
+    "cylinder": cylinder, Cylinder, CylinderDesc;
+    "cone": cone, Cone, ConeDesc;
 }
 
 impl ShapeDesc {

@@ -85,11 +85,6 @@ impl Cuboid {
         Contact::new(beyond, local)
     }
 
-    /// The radius of the bounding sphere.
-    fn bounding_radius(&self) -> f64 {
-        length(self.half)
-    }
-
     /// Whether a point in the axes of the box is inside or on its surface. An eye on the surface sees the inside.
     #[inline(always)]
     fn inside(&self, local: Vector) -> bool {
@@ -121,13 +116,8 @@ impl Cuboid {
         PlaneEquation { normal: outward, offset }.facing_the_eye()
     }
 
-    /// The depth of the middle ray from which float32 continues: where the bounding sphere begins, or 0 if the box
-    /// is close relative to its size.
-    #[inline(always)]
-    fn start(&self, middle: Vector) -> f32 {
-        let size = length(middle);
-        let begin = dot(self.center, middle) / size - self.bounding_radius();
-        if begin > self.bounding_radius() { (begin / size) as f32 } else { 0.0 }
+    fn bounding_sphere(&self) -> BoundingSphere {
+        BoundingSphere { center: self.center, radius: length(self.half) }
     }
 
     /// Darken the points outside, for a light that is inside, or on a face and the points are before it.
@@ -172,7 +162,7 @@ impl Primitive for Cuboid {
     #[inline(always)]
     fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
         let inside = self.inside(self.eye);
-        let start = self.start(rays.middle);
+        let start = self.bounding_sphere().begin(rays.middle);
         let middle = rotate(&self.axes, rays.middle);
         let from: Vector = add(self.eye, scale(middle, f64::from(start)));
         let middle = to_f32(middle);
@@ -306,7 +296,7 @@ impl Primitive for Cuboid {
     }
 
     fn magnitude(&self) -> f64 {
-        l1_norm(self.center) + 2.0 * self.bounding_radius()
+        l1_norm(self.center) + 2.0 * length(self.half)
     }
 
     #[inline(always)]
@@ -315,7 +305,7 @@ impl Primitive for Cuboid {
     }
 
     fn bounds(&self) -> Option<BoundingSphere> {
-        Some(BoundingSphere { center: self.center, radius: self.bounding_radius() })
+        Some(self.bounding_sphere())
     }
 
     fn outline(&self) -> Outline {

@@ -21,8 +21,8 @@ use crate::tile::rays::Rays;
 use crate::tile::{LANES, SIDE};
 use crate::vector::{Vector, cross, dot, l1_norm, length, scale, sub, to_f32};
 
-/// Rays of whole rows, tested together for whether any of them hits the sphere.
-const RAYS_PER_TEST: usize = 64;
+/// Rays of whole rows, tested together for whether any of them hits a curved surface.
+pub(crate) const RAYS_PER_TEST: usize = 64;
 
 /// A patch smaller than this share of the radius is almost flat.
 const FLAT: f64 = 1.0 / 256.0;
@@ -30,9 +30,9 @@ const FLAT: f64 = 1.0 / 256.0;
 /// The rounding of the depth of points that `points_nearby` computes, as a share of it.
 const NEAR_ROUNDING: f64 = 1e-6;
 
-/// The height above a sphere loses less to rounding in camera space than to float32 if it is more than this share
+/// The height above a curved surface loses less to rounding in camera space than to float32 if it is more than this share
 /// of distances from the eye and sizes.
-const FAR_ABOVE_ROUNDING: f64 = 1e-8;
+pub(crate) const FAR_ABOVE_ROUNDING: f64 = 1e-8;
 
 /// The eye is close to a sphere if k is below this: closer than a radius.
 const NEAR: f64 = 3.0;

@@ -1,0 +1,656 @@
+//! The frustum of a cone, closed by two discs: a cone, or a cylinder if both have the same radius.
+//!
+//! With the angle alpha between axis and side, a point at the height z above the middle and at the distance d from the
+//! axis is d cos(alpha) - m above the side, where m = m_0 + z sin(alpha) (`docs/tracer.md`, section 2.2.4). The axis a,
+//! and two unit vectors e and f at right angles to it, give a ray v and a point o the components
+//!
+//! W = (cos(alpha) v_e, cos(alpha) v_f, sin(alpha) v_a),  O = (cos(alpha) o_e, cos(alpha) o_f, m)
+//!
+//! so that with <X, Y> = X_1 Y_1 + X_2 Y_2 - X_3 Y_3 the ray o + t v meets the side where <O + t W, O + t W> = 0:
+//!
+//! A = <W, W>,  B = -<O, W>,  C = <O, O>,  D = B^2 - A C,  t = C / q or q / A,  q = B + sign(B) sqrt(D)
+//!
+//! D depends on the line alone. Of all lines through one apex, with e from the axis to the apex and so O_2 = 0,
+//!
+//! D = E^2 - F^2,  E = O_3 W_1 - O_1 W_3,  F = sqrt(C) W_2
+//!
+//! whose factors E - F and E + F are the heights of v above the two planes through the apex that touch the side:
+//! nothing cancels at the outline. If C < 0, for an apex inside, D is a sum of squares.
+
+use crate::bounds::BoundingSphere;
+use crate::camera_space::CameraSpace;
+use crate::shapes::contact::{Contact, Side, rounding, rounding_across};
+use crate::shapes::outline::Outline;
+use crate::shapes::points::{PlaneEquation, Points, ShadowRays};
+use crate::shapes::primitive::Primitive;
+use crate::shapes::sphere::{FAR_ABOVE_ROUNDING, RAYS_PER_TEST};
+use crate::tile::LANES;
+use crate::tile::hits::{FACE_BITS, HitBuffer, offer};
+use crate::tile::rays::Rays;
+use crate::vector::{Vector, add, cross, dot, l1_norm, length, perpendicular, rotate, scale, sub, to_f32};
+use std::ops::{Add, Div, Sub};
+
+/// The faces.
+pub(crate) const SIDE: u32 = 0;
+const BASE: u32 = 1;
+const TOP: u32 = 2;
+
+/// An origin closer to the apex than this share of the radius is placed relative to the apex.
+const NEAR: f64 = 1.0 / 16.0;
+
+/// The section of a frustum along its axis.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Profile {
+    /// Half the height.
+    pub(crate) half: f64,
+    /// The larger radius.
+    pub(crate) radius: f64,
+    /// Of alpha.
+    sine: f64,
+    cosine: f64,
+    /// m in the middle.
+    middle: f64,
+}
+
+/// A point relative to a frustum.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place {
+    /// The unit vector to it from the axis.
+    radial: Vector,
+    /// Its distance from the axis, and its height above the middle.
+    pub(crate) away: f64,
+    pub(crate) z: f64,
+    /// Its height above the side; 0 if it is on it.
+    pub(crate) height: f64,
+    /// (O_1, O_2, O_3), and C.
+    origin: Vector,
+    power: f64,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Frustum {
+    /// The middle of the axis.
+    pub(crate) center: Vector,
+    /// Unit vector, from the base to the top.
+    pub(crate) axis: Vector,
+    pub(crate) profile: Profile,
+    pub(crate) eye: Place,
+}
+
+/// Lines through one apex, each given by the difference delta from one of them, in units of the radius: the
+/// origin o + shift delta, and the direction v + turn delta.
+pub(crate) struct Lines {
+    /// cos(alpha) e, cos(alpha) f, a
+    frame: [[f32; 3]; 3],
+    sine: f32,
+    shift: f32,
+    turn: f32,
+    /// O, z and C of the origin o.
+    origin: [f32; 3],
+    z: f32,
+    power: f32,
+    /// W, and v_a.
+    direction: [f32; 3],
+    along: f32,
+    /// E - F and E + F of the direction, or E and F if the apex is inside.
+    factors: [f32; 2],
+    /// The changes of E with delta . e and delta . a, and of F with delta . f.
+    per_delta: [f32; 3],
+    apex_is_outside: bool,
+    half: f32,
+}
+
+/// The coefficients of one line.
+pub(crate) struct Coefficients {
+    /// A, B, C
+    pub(crate) abc: [f32; 3],
+    /// W
+    pub(crate) w: [f32; 3],
+    /// O
+    pub(crate) o: [f32; 3],
+}
+
+impl Profile {
+    pub(crate) fn new(base: f64, top: f64, height: f64) -> Profile {
+        let slant = libm::hypot(height, top - base);
+        let (sine, cosine) = if slant > 0.0 { ((top - base) / slant, height / slant) } else { (0.0, 1.0) };
+        Profile { half: height / 2.0, radius: base.max(top), sine, cosine, middle: (base / 2.0 + top / 2.0) * cosine }
+    }
+
+    /// The same in another unit.
+    pub(crate) fn scaled(&self, by: f64) -> Profile {
+        Profile { half: self.half * by, radius: self.radius * by, middle: self.middle * by, ..*self }
+    }
+
+    fn m(&self, z: f64) -> f64 {
+        self.middle + self.sine * z
+    }
+
+    /// Half the height, and a radius for each of the other axes.
+    fn size(&self) -> f64 {
+        self.half + 2.0 * self.radius
+    }
+
+    /// The radii of base and top.
+    fn radii(&self) -> [f64; 2] {
+        let slope = self.sine / self.cosine * self.half;
+        let middle = self.middle / self.cosine;
+        // A flat cone divides by a small cosine.
+        if self.sine > 0.0 {
+            [(middle - slope).clamp(0.0, self.radius), self.radius]
+        } else {
+            [self.radius, (middle + slope).clamp(0.0, self.radius)]
+        }
+    }
+}
+
+impl Frustum {
+    /// Return where a point is relative to a frustum; `local` is its distance from the axis, its height above the
+    /// middle and its height above the side.
+    pub(crate) fn contact(point: Vector, center: Vector, axis: Vector, profile: &Profile) -> Contact {
+        let relative = sub(point, center);
+        let z = dot(relative, axis);
+        let away = length(sub(relative, scale(axis, z)));
+        let on_disc = rounding_across(axis, point, center, (profile.half, profile.size()));
+        let z = if (z.abs() - profile.half).abs() <= on_disc { profile.half.copysign(z) } else { z };
+        let height = profile.cosine * away - profile.m(z);
+        let height = if height.abs() <= rounding(point, center, profile.size()) { 0.0 } else { height };
+        Contact::new(height.max(z.abs() - profile.half), [away, z, height])
+    }
+
+    /// Make a frustum; `eye` is given if it is close to the surface.
+    pub(crate) fn new(center: Vector, axis: Vector, profile: Profile, eye: Option<&Contact>) -> Frustum {
+        let origin = [0.0; 3];
+        let nowhere = Place { radial: origin, away: 0.0, z: 0.0, height: 0.0, origin, power: 0.0 };
+        let mut frustum = Frustum { center, axis, profile, eye: nowhere };
+        frustum.eye = frustum.place(origin, eye);
+        frustum
+    }
+
+    /// Transform a frustum at a scaled position to camera space; its profile is scaled too.
+    pub(crate) fn transform(
+        space: &CameraSpace,
+        (position, axis): (Vector, Vector),
+        profile: &Profile,
+        range_scale: f64,
+    ) -> Frustum {
+        let center = scale(space.point(position), range_scale);
+        let eye = Frustum::contact(space.eye, position, axis, profile);
+        let profile = profile.scaled(range_scale);
+        let close = eye.is_within(FAR_ABOVE_ROUNDING * (l1_norm(center) + profile.size()));
+        Frustum::new(center, space.direction(axis), profile, close.then_some(&eye))
+    }
+
+    /// Return where a point is; `contact` is given if it is close to the surface.
+    #[inline(always)]
+    pub(crate) fn place(&self, point: Vector, contact: Option<&Contact>) -> Place {
+        let profile = &self.profile;
+        let relative = sub(point, self.center);
+        let z = dot(relative, self.axis);
+        let radial = sub(relative, scale(self.axis, z));
+        let away = length(radial);
+        let radial = if away > 0.0 { scale(radial, 1.0 / away) } else { perpendicular(self.axis) };
+        let [away, z, height] =
+            contact.map_or_else(|| [away, z, profile.cosine * away - profile.m(z)], |contact| contact.local);
+        let origin = [profile.cosine * away, 0.0, profile.m(z)];
+        Place { radial, away, z, height, origin, power: height * (origin[0] + origin[2]) }
+    }
+
+    /// The side of a point that is not close to the surface.
+    #[inline(always)]
+    fn side_of(&self, place: &Place) -> Side {
+        if place.height.max(place.z.abs() - self.profile.half) > 0.0 { Side::Outside } else { Side::Inside }
+    }
+
+    /// Whether the eye sees the outside; an eye on the surface sees the inside.
+    #[inline(always)]
+    fn eye_is_outside(&self) -> bool {
+        self.side_of(&self.eye) == Side::Outside
+    }
+
+    /// The frame e, f, a of a place.
+    #[inline(always)]
+    fn frame(&self, place: &Place) -> [Vector; 3] {
+        [place.radial, cross(place.radial, self.axis), self.axis]
+    }
+
+    /// W, and v_a.
+    #[inline(always)]
+    fn components(&self, frame: &[Vector; 3], v: Vector) -> (Vector, f64) {
+        let [e, f, along] = rotate(frame, v);
+        let Profile { sine, cosine, .. } = self.profile;
+        ([cosine * e, cosine * f, sine * along], along)
+    }
+
+    /// The lines through an apex with the directions v + turn delta, v = `middle`, from where the parameter of the
+    /// line in the middle is `start`: at `from`.
+    #[inline(always)]
+    pub(crate) fn lines(
+        &self,
+        apex: &Place,
+        (start, from): (f64, Vector),
+        (middle, turn): (Vector, f64),
+    ) -> Lines {
+        let profile = &self.profile;
+        let frame = self.frame(apex);
+        let (w, along) = self.components(&frame, middle);
+        let (o, z, power) = if start * length(middle) < NEAR * profile.radius && start >= 0.0 {
+            let o = add(apex.origin, scale(w, start));
+            let change = start * (2.0 * minkowski(apex.origin, w) + start * minkowski(w, w));
+            (o, apex.z + start * along, apex.power + change)
+        } else {
+            let (o, z) = self.components(&frame, sub(from, self.center));
+            let o = [o[0], o[1], profile.m(z)];
+            (o, z, minkowski(o, o))
+        };
+        let per = 1.0 / profile.radius;
+        let [o_1, _, o_3] = scale(apex.origin, per);
+        let root = apex.power.abs().sqrt() * per;
+        let (e, f) = (o_3 * w[0] - o_1 * w[2], root * w[1]);
+        let apex_is_outside = apex.power > 0.0;
+        let cosine = profile.cosine;
+        Lines {
+            frame: [scale(frame[0], cosine), scale(frame[1], cosine), frame[2]].map(to_f32),
+            sine: profile.sine as f32,
+            shift: (start * turn * per) as f32,
+            turn: turn as f32,
+            origin: to_f32(scale(o, per)),
+            z: (z * per) as f32,
+            power: (power * per * per) as f32,
+            direction: to_f32(w),
+            along: along as f32,
+            factors: if apex_is_outside { [e - f, e + f] } else { [e, f] }.map(|factor| factor as f32),
+            per_delta: to_f32(scale([o_3, -o_1 * profile.sine, root], turn)),
+            apex_is_outside,
+            half: (profile.half * per) as f32,
+        }
+    }
+
+    /// The lines of a tile's rays, from a depth of the middle ray on.
+    #[inline(always)]
+    pub(crate) fn lines_of_rays(&self, rays: &Rays, start: f64) -> Lines {
+        self.lines(&self.eye, (start, scale(rays.middle, start)), (rays.middle, 1.0))
+    }
+
+    /// Compute the points where rays hit the side, relative to that at depth `t` of the middle ray, with normals that
+    /// face the eye.
+    ///
+    /// n = cos(alpha) (P - foot) / |P - foot| - sin(alpha) a
+    #[inline(always)]
+    pub(crate) fn points_on_side(&self, outside: bool, t: f64, rays: &Rays, points: &mut Points) {
+        let lines = self.lines_of_rays(rays, t);
+        let Profile { cosine, sine, radius, .. } = self.profile;
+        let frame = self.frame(&self.eye);
+        let turn = if outside { 1.0 } else { -1.0 };
+        let [e, f] = [scale(frame[0], turn * cosine), scale(frame[1], turn * cosine)].map(to_f32);
+        let a = to_f32(scale(frame[2], -turn * sine));
+        let (depth, radius) = (t as f32, radius as f32);
+        for lane in 0..points.padded() {
+            let (dx, dy) = (rays.dx[lane], rays.dy[lane]);
+            let x = lines.across(dx, dy);
+            let d = lines.discriminant(x);
+            let s = if d > 0.0 { d.sqrt() } else { 0.0 };
+            let Coefficients { abc, w, o } = lines.coefficients(x);
+            let (enter, leave) = span(abc, w[2], s);
+            let tau = if outside { enter } else { leave };
+            let (r_e, r_f) = (o[0] + tau * w[0], o[1] + tau * w[1]);
+            let away = (r_e * r_e + r_f * r_f).sqrt();
+            let (r_e, r_f) = (r_e / away, r_f / away);
+            let v = [rays.x[lane], rays.y[lane], 1.0];
+            // The normal at an apex faces the eye.
+            let to_eye = -1.0 / rays.vv[lane].sqrt();
+            let tau = tau * radius;
+            let across = [depth * dx, depth * dy, 0.0];
+            for i in 0..3 {
+                let normal = r_e * e[i] + r_f * f[i] + a[i];
+                points.normal[i][lane] = if away > 0.0 { normal } else { to_eye * v[i] };
+                points.offset[i][lane] = across[i] + tau * v[i];
+            }
+        }
+        points.reference = scale(rays.middle, t);
+    }
+
+    /// The sign of a disc's outward normal along the axis.
+    fn disc(face: u32) -> f64 {
+        if face % (1 << FACE_BITS) == TOP { 1.0 } else { -1.0 }
+    }
+
+    /// The smallest bounding sphere: around the middle of the largest distances, or around the larger disc.
+    fn bounding_sphere(&self) -> BoundingSphere {
+        let Profile { half, radius, .. } = self.profile;
+        let [base, top] = self.profile.radii();
+        let z = if half > 0.0 { (top - base) * ((top + base) / (4.0 * half)) } else { 0.0 };
+        if z.abs() >= half {
+            let end = if top > base { half } else { -half };
+            return BoundingSphere { center: add(self.center, scale(self.axis, end)), radius };
+        }
+        let radius = libm::hypot(half + z, base).max(libm::hypot(half - z, top));
+        BoundingSphere { center: add(self.center, scale(self.axis, z)), radius }
+    }
+
+    /// Darken the points from which the frustum hides the light, all of them outside its bounding sphere: it does
+    /// where the line is inside between the two. Lines begin at the nearer end.
+    #[inline(always)]
+    fn occlude_from_afar(&self, light: &Place, begin_at_light: bool, shadow: &mut ShadowRays<'_>) {
+        let reference = shadow.points.reference;
+        let way = sub(shadow.light, reference);
+        let distance = length(way);
+        let per = 1.0 / distance;
+        let lines = if begin_at_light {
+            self.lines(light, (0.0, shadow.light), (scale(way, -per), per))
+        } else {
+            self.lines(light, (-distance, reference), (scale(way, per), -per))
+        };
+        let end = (distance / self.profile.radius) as f32;
+        let points = shadow.points;
+        for lane in 0..points.padded() {
+            let x = lines.across_point(points.offset.each_ref().map(|axis| axis[lane]));
+            let d = lines.discriminant(x);
+            let Coefficients { abc, w, .. } = lines.coefficients(x);
+            let (enter, leave) = span(abc, w[2], d.sqrt());
+            let (near, far) = lines.slab(x);
+            let enter = larger(larger(near, 0.0), enter);
+            let leave = smaller(smaller(far, end), leave);
+            shadow.darken(lane, (d >= 0.0) & (enter < leave));
+        }
+    }
+
+    /// Darken the points from which the frustum hides the light; some may be inside, or on the surface.
+    ///
+    /// A point on the side, within rounding, has C = 0; one on a disc that the light is beyond is not before it.
+    #[inline(always)]
+    fn occlude_nearby(&self, light: &Place, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>) {
+        let Profile { half, radius, .. } = self.profile;
+        let side = contact.map_or_else(|| self.side_of(light), |contact| contact.side);
+        let (inside, on) = (side == Side::Inside, side == Side::On);
+        let reference = shadow.points.reference;
+        let way = sub(shadow.light, reference);
+        let distance = length(way);
+        let lines = self.lines(light, (-distance, reference), (scale(way, 1.0 / distance), -1.0 / distance));
+        let per = 1.0 / radius;
+        let rounding = shadow.rounding_at_points(l1_norm(self.center) + self.profile.size());
+        let at_light = if contact.is_some() { 0.0 } else { shadow.rounding_at_light(l1_norm(self.center) + half) };
+        // How far a hidden point may be along the axis, and against it.
+        let limit = [1.0, -1.0].map(|sign| {
+            let beyond = sign * light.z >= half - at_light;
+            (if beyond { (half - rounding) * per } else { f64::INFINITY }) as f32
+        });
+        let light_is_beside = light.power > 0.0;
+        let light_is_within = light.power < 0.0;
+        let [o_1, _, o_3] = to_f32(scale(light.origin, per));
+        let (per, rounding) = (per as f32, (rounding * per) as f32);
+        let points = shadow.points;
+        for lane in 0..points.padded() {
+            let x = lines.across_point(points.offset.each_ref().map(|axis| axis[lane]));
+            let d = lines.discriminant(x);
+            let Coefficients { abc: [a, b, c], w, o } = lines.coefficients(x);
+            let slack = points.slack(lane) * per + rounding;
+            // C at a height h is h (h + 2 m).
+            let touching = 2.0 * slack * (o[2].abs() + slack);
+            let z = lines.z + lines.shift * x[2];
+            let above = (c > touching) | (z.abs() > lines.half + slack);
+            let before = (z + slack < limit[0]) & (slack - z < limit[1]);
+            // The line goes from the light to the point: into the side, or toward the wider end.
+            let toward = o_1 * w[0] - o_3 * w[2] > 0.0;
+            let toward = light_is_within | if light_is_beside & (a < 0.0) { w[2] < 0.0 } else { toward };
+            let c = if c.abs() <= touching { 0.0 } else { c };
+            let (enter, leave) = span([a, b, c], w[2], d.sqrt());
+            let (near, far) = lines.slab(x);
+            let crosses = (d >= 0.0) & (larger(larger(near, 0.0), enter) < smaller(far, leave));
+            let hidden = (inside & above) | (!inside & crosses & before & toward & (above | !on));
+            shadow.darken(lane, hidden);
+        }
+    }
+}
+
+impl Primitive for Frustum {
+    /// Offer the hits of rays: a ray is in the frustum where it is inside the side and between the discs.
+    #[inline(always)]
+    fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
+        let outside = self.eye_is_outside();
+        let start = self.bounding_sphere().begin(rays.middle);
+        let lines = self.lines_of_rays(rays, f64::from(start));
+        let radius = self.profile.radius as f32;
+        let mut close = 0;
+        for test in 0..LANES / RAYS_PER_TEST {
+            let [dx, dy] = [&rays.dx, &rays.dy].map(|lanes| &lanes.as_chunks::<RAYS_PER_TEST>().0[test]);
+            let Some(discriminant) = lines.discriminants(dx, dy) else { continue };
+            let best = &mut hits.t.as_chunks_mut::<RAYS_PER_TEST>().0[test];
+            let faces = &mut hits.face.as_chunks_mut::<RAYS_PER_TEST>().0[test];
+            for i in 0..RAYS_PER_TEST {
+                let x = lines.across(dx[i], dy[i]);
+                let Coefficients { abc, w, .. } = lines.coefficients(x);
+                let (lower, upper) = span(abc, w[2], discriminant[i].sqrt());
+                let (near, far) = lines.slab(x);
+                let (enter, leave) = (larger(near, lower), smaller(far, upper));
+                let (tau, disc) = if outside { (enter, near > lower) } else { (leave, far < upper) };
+                let rising = lines.along + lines.turn * x[2] > 0.0;
+                let number = if rising == outside { BASE } else { TOP };
+                let met = (discriminant[i] >= 0.0) & (enter <= leave);
+                let t = if met { start + tau * radius } else { 0.0 };
+                close += offer((&mut best[i], &mut faces[i]), t, face + if disc { number } else { SIDE });
+            }
+        }
+        hits.close += close;
+    }
+
+    fn depth(&self, v: Vector) -> (f64, f64) {
+        let Profile { half, .. } = self.profile;
+        let side = SideOfRay::new(self, v);
+        let (low, high) = ((-half - self.eye.z) / side.along, (half - self.eye.z) / side.along);
+        let (near, far) = if side.along != 0.0 {
+            (low.min(high), low.max(high))
+        } else if self.eye.z.abs() > half {
+            (f64::INFINITY, f64::NEG_INFINITY)
+        } else {
+            (f64::NEG_INFINITY, f64::INFINITY)
+        };
+        let (enter, leave) = (larger(near, side.enter), smaller(far, side.leave));
+        let outside = self.eye_is_outside();
+        let (t, disc) = if outside { (enter, near > side.enter) } else { (leave, far < side.leave) };
+        if !(enter <= leave && t > 0.0) {
+            return (f64::INFINITY, 0.0);
+        }
+        (t, if disc { side.along.abs() } else { side.steepness(t) })
+    }
+
+    #[inline(always)]
+    fn compute_points(&self, face: u32, rays: &Rays, (t, _): (f64, impl Fn() -> Vector), points: &mut Points) {
+        if face % (1 << FACE_BITS) == SIDE {
+            self.points_on_side(self.eye_is_outside(), t, rays, points);
+        } else {
+            let sign = Frustum::disc(face);
+            let offset = self.profile.half - sign * self.eye.z;
+            let plane = PlaneEquation { normal: scale(self.axis, sign), offset };
+            plane.facing_the_eye().compute_points(t, rays, points);
+        }
+    }
+
+    #[inline(always)]
+    fn occlude(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>) {
+        let light = self.place(shadow.light, contact);
+        let bounds = self.bounding_sphere();
+        let apart = length(sub(bounds.center, shadow.bounds.center)) - shadow.bounds.radius;
+        if apart > bounds.radius * CLEAR {
+            let from_light = length(sub(bounds.center, shadow.light));
+            let nearer = from_light < length(sub(bounds.center, shadow.points.reference));
+            self.occlude_from_afar(&light, contact.is_some() || nearer, shadow);
+        } else {
+            self.occlude_nearby(&light, contact, shadow);
+        }
+    }
+
+    #[inline(always)]
+    fn is_lit_from(&self, contact: Option<&Contact>, light: Vector) -> bool {
+        let side = contact.map_or_else(|| self.side_of(&self.place(light, None)), |contact| contact.side);
+        side.sees_from(self.eye_is_outside())
+    }
+
+    #[inline(always)]
+    fn height(&self, face: u32, light: &Contact) -> f64 {
+        let outward = Frustum::disc(face) * light.local[1] - self.profile.half;
+        if self.eye_is_outside() { outward } else { -outward }
+    }
+
+    fn magnitude(&self) -> f64 {
+        l1_norm(self.center) + self.profile.size()
+    }
+
+    #[inline(always)]
+    fn magnitude_across(&self, face: u32) -> f64 {
+        let flat = face % (1 << FACE_BITS) != SIDE;
+        if flat { l1_norm(self.center) + 2.0 * self.profile.half } else { self.magnitude() }
+    }
+
+    fn bounds(&self) -> Option<BoundingSphere> {
+        Some(self.bounding_sphere())
+    }
+
+    fn outline(&self) -> Outline {
+        Outline::Unknown
+    }
+}
+
+/// Points farther from a frustum than this multiple of its bounding radius do not touch it.
+const CLEAR: f64 = 1.0001;
+
+/// The side and one ray from the eye, in float64.
+pub(crate) struct SideOfRay {
+    /// v_a
+    pub(crate) along: f64,
+    /// Where the ray is inside the side; NaN if it misses it.
+    pub(crate) enter: f64,
+    pub(crate) leave: f64,
+    /// sqrt(D)
+    root: f64,
+    /// O_3 and W_3
+    m: f64,
+    m_along: f64,
+}
+
+impl SideOfRay {
+    pub(crate) fn new(frustum: &Frustum, v: Vector) -> SideOfRay {
+        let Place { origin: o, power, .. } = frustum.eye;
+        let (w, along) = frustum.components(&frustum.frame(&frustum.eye), v);
+        let (e, f) = (o[2] * w[0] - o[0] * w[2], power.abs().sqrt() * w[1]);
+        let root = if power > 0.0 { (e - f) * (e + f) } else { e * e + f * f }.sqrt();
+        let (enter, leave) = span([minkowski(w, w), -minkowski(o, w), power], w[2], root);
+        SideOfRay { along, enter, leave, root, m: o[2], m_along: w[2] }
+    }
+
+    /// |n.v| where the ray meets the side.
+    pub(crate) fn steepness(&self, t: f64) -> f64 {
+        self.root / (self.m + t * self.m_along)
+    }
+}
+
+impl Lines {
+    /// (cos(alpha) delta_e, cos(alpha) delta_f, delta_a) of a ray of a tile.
+    #[inline(always)]
+    pub(crate) fn across(&self, dx: f32, dy: f32) -> [f32; 3] {
+        self.frame.map(|axis| axis[0] * dx + axis[1] * dy)
+    }
+
+    /// The same of a point.
+    #[inline(always)]
+    fn across_point(&self, p: [f32; 3]) -> [f32; 3] {
+        self.frame.map(|axis| axis[0] * p[0] + axis[1] * p[1] + axis[2] * p[2])
+    }
+
+    #[inline(always)]
+    pub(crate) fn discriminant(&self, x: [f32; 3]) -> f32 {
+        let e = self.per_delta[0] * x[0] + self.per_delta[1] * x[2];
+        let f = self.per_delta[2] * x[1];
+        let [first, second] = self.factors;
+        if self.apex_is_outside {
+            (first + (e - f)) * (second + (e + f))
+        } else {
+            (first + e) * (first + e) + (second + f) * (second + f)
+        }
+    }
+
+    /// D of some rays, None if all of them miss the side.
+    #[inline(always)]
+    pub(crate) fn discriminants(
+        &self,
+        dx: &[f32; RAYS_PER_TEST],
+        dy: &[f32; RAYS_PER_TEST],
+    ) -> Option<[f32; RAYS_PER_TEST]> {
+        let mut discriminant = [0.0; RAYS_PER_TEST];
+        let mut met = 0;
+        for i in 0..RAYS_PER_TEST {
+            let d = self.discriminant(self.across(dx[i], dy[i]));
+            discriminant[i] = d;
+            met |= u32::from(d >= 0.0);
+        }
+        (met != 0).then_some(discriminant)
+    }
+
+    #[inline(always)]
+    pub(crate) fn coefficients(&self, x: [f32; 3]) -> Coefficients {
+        let x = [x[0], x[1], self.sine * x[2]];
+        let w: [f32; 3] = std::array::from_fn(|i| self.direction[i] + self.turn * x[i]);
+        let shifted = x.map(|x| self.shift * x);
+        let o: [f32; 3] = std::array::from_fn(|i| self.origin[i] + shifted[i]);
+        let sum: [f32; 3] = std::array::from_fn(|i| self.origin[i] + o[i]);
+        let product = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] - a[2] * b[2];
+        Coefficients { abc: [product(w, w), -product(o, w), self.power + product(sum, shifted)], w, o }
+    }
+
+    /// The height above the middle where the line's parameter is tau.
+    #[inline(always)]
+    pub(crate) fn height(&self, x: [f32; 3], tau: f32) -> f32 {
+        self.z + self.shift * x[2] + tau * (self.along + self.turn * x[2])
+    }
+
+    /// Where a line is between the discs: everywhere or nowhere if it is parallel to them.
+    #[inline(always)]
+    fn slab(&self, x: [f32; 3]) -> (f32, f32) {
+        let z = self.z + self.shift * x[2];
+        let along = self.along + self.turn * x[2];
+        let inverse = 1.0 / along;
+        let (low, high) = ((-self.half - z) * inverse, (self.half - z) * inverse);
+        let (near, far) = if along >= 0.0 { (low, high) } else { (high, low) };
+        let parallel = along == 0.0;
+        let outside = if z.abs() > self.half { f32::INFINITY } else { f32::NEG_INFINITY };
+        (if parallel { outside } else { near }, if parallel { -outside } else { far })
+    }
+}
+
+/// <X, Y>
+#[inline(always)]
+fn minkowski(x: Vector, y: Vector) -> f64 {
+    x[0] * y[0] + x[1] * y[1] - x[2] * y[2]
+}
+
+/// Where a line is inside the side, from A, B, C, W_3 and sqrt(D).
+///
+/// Where A < 0 the roots are on both nappes, and the line is inside from one of them on: toward the wider end.
+#[inline(always)]
+pub(crate) fn span<T>([a, b, c]: [T; 3], w_3: T, root: T) -> (T, T)
+where
+    T: Copy + PartialOrd + From<f32> + Add<Output = T> + Sub<Output = T> + Div<Output = T>,
+{
+    let [zero, infinity] = [0.0, f32::INFINITY].map(T::from);
+    let ahead = b >= zero;
+    let q = if ahead { b + root } else { b - root };
+    let one = if c == zero { zero } else { c / q };
+    let never = if ahead { infinity } else { zero - infinity };
+    let other = if a == zero { never } else { q / a };
+    let (lower, upper) = if ahead { (one, other) } else { (other, one) };
+    let lower = if (a < zero) & (w_3 < zero) { zero - infinity } else { lower };
+    let upper = if (a < zero) & (w_3 > zero) { infinity } else { upper };
+    (lower, upper)
+}
+
+/// The larger of two numbers; the second if one is NaN.
+#[inline(always)]
+fn larger<T: PartialOrd>(a: T, b: T) -> T {
+    if a > b { a } else { b }
+}
+
+/// The smaller of two numbers; the second if one is NaN.
+#[inline(always)]
+fn smaller<T: PartialOrd>(a: T, b: T) -> T {
+    if a < b { a } else { b }
+}
