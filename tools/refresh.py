@@ -287,7 +287,10 @@ SECTIONS = {
     "Sphere": "A sphere in `objects`",
     "Box": "A box in `objects`",
     "Plane": "A plane in `objects`",
-    "CarriedLight": "`light` of a sphere or box",
+    "Cylinder": "A cylinder in `objects`",
+    "Capsule": "A capsule in `objects`",
+    "Cone": "A cone in `objects`",
+    "CarriedLight": "`light` of an object",
     "RenderSettings": "`render`",
     "ImageSettings": "`image`",
 }

@@ -13,6 +13,7 @@ use crate::tile::rays::Rays;
 use crate::vector::Vector;
 use rayon::prelude::*;
 
+pub(crate) mod capsule;
 pub(crate) mod cone;
 pub(crate) mod contact;
 pub(crate) mod cuboid;
@@ -164,6 +165,7 @@ define_shapes! { $
     "plane": plane, Plane, PlaneDesc;
     "box": cuboid, Cuboid, CuboidDesc;
     "cylinder": cylinder, Cylinder, CylinderDesc;
+    "capsule": capsule, Capsule, CapsuleDesc;
     "cone": cone, Cone, ConeDesc;
 }
 

@@ -3,13 +3,13 @@
 use crate::bounds::BoundingSphere;
 use crate::camera_space::{CameraSpace, FAR_FROM_ROUNDING};
 use crate::shapes::contact::{Contact, Side, rounding_across};
-use crate::shapes::outline::{BoxCone, Outline};
+use crate::shapes::outline::{Outline, corners, outline_planes};
 use crate::shapes::points::{PlaneEquation, Points, ShadowRays};
 use crate::shapes::primitive::{Description, Primitive};
 use crate::tile::LANES;
 use crate::tile::hits::{FACE_BITS, HitBuffer, offer};
 use crate::tile::rays::Rays;
-use crate::vector::{Vector, add, cross, dot, l1_norm, largest, length, rotate, scale, sub, to_f32};
+use crate::vector::{Vector, add, cross, l1_norm, largest, length, rotate, scale, sub, to_f32};
 use std::f64::consts::PI;
 
 /// Axes, and a sign and a limit along each: a point p is before the faces where sign p < limit.
@@ -309,7 +309,10 @@ impl Primitive for Cuboid {
     }
 
     fn outline(&self) -> Outline {
-        BoxCone::outline(self.center, self.axes, self.half)
+        let [x, y, z] = self.half;
+        // The largest coordinate of the eye, in half sizes.
+        let beyond = (0..3).fold(0.0, |most: f64, i| most.max(self.eye[i].abs() / self.half[i]));
+        Outline::between(beyond, &[x, y, z], || outline_planes(&corners(self.center, self.axes, self.half)))
     }
 }
 

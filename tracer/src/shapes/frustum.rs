@@ -21,7 +21,7 @@ use crate::bounds::BoundingSphere;
 use crate::camera_space::CameraSpace;
 use crate::shapes::contact::{Contact, Side, rounding, rounding_across};
 use crate::shapes::outline::Outline;
-use crate::shapes::points::{PlaneEquation, Points, ShadowRays};
+use crate::shapes::points::{PlaneEquation, Points, ROUNDING, ShadowRays};
 use crate::shapes::primitive::Primitive;
 use crate::shapes::sphere::{FAR_ABOVE_ROUNDING, RAYS_PER_TEST};
 use crate::tile::LANES;
@@ -43,7 +43,9 @@ const NEAR: f64 = 1.0 / 16.0;
 pub(crate) struct Profile {
     /// Half the height.
     pub(crate) half: f64,
-    /// The larger radius.
+    /// Of base and top.
+    radii: [f64; 2],
+    /// The larger one.
     pub(crate) radius: f64,
     /// Of alpha.
     sine: f64,
@@ -97,7 +99,7 @@ pub(crate) struct Lines {
     /// The changes of E with delta . e and delta . a, and of F with delta . f.
     per_delta: [f32; 3],
     apex_is_outside: bool,
-    half: f32,
+    pub(crate) half: f32,
 }
 
 /// The coefficients of one line.
@@ -114,12 +116,14 @@ impl Profile {
     pub(crate) fn new(base: f64, top: f64, height: f64) -> Profile {
         let slant = libm::hypot(height, top - base);
         let (sine, cosine) = if slant > 0.0 { ((top - base) / slant, height / slant) } else { (0.0, 1.0) };
-        Profile { half: height / 2.0, radius: base.max(top), sine, cosine, middle: (base / 2.0 + top / 2.0) * cosine }
+        let middle = (base / 2.0 + top / 2.0) * cosine;
+        Profile { half: height / 2.0, radii: [base, top], radius: base.max(top), sine, cosine, middle }
     }
 
     /// The same in another unit.
     pub(crate) fn scaled(&self, by: f64) -> Profile {
-        Profile { half: self.half * by, radius: self.radius * by, middle: self.middle * by, ..*self }
+        let radii = self.radii.map(|radius| radius * by);
+        Profile { half: self.half * by, radii, radius: self.radius * by, middle: self.middle * by, ..*self }
     }
 
     fn m(&self, z: f64) -> f64 {
@@ -129,18 +133,6 @@ impl Profile {
     /// Half the height, and a radius for each of the other axes.
     fn size(&self) -> f64 {
         self.half + 2.0 * self.radius
-    }
-
-    /// The radii of base and top.
-    fn radii(&self) -> [f64; 2] {
-        let slope = self.sine / self.cosine * self.half;
-        let middle = self.middle / self.cosine;
-        // A flat cone divides by a small cosine.
-        if self.sine > 0.0 {
-            [(middle - slope).clamp(0.0, self.radius), self.radius]
-        } else {
-            [self.radius, (middle + slope).clamp(0.0, self.radius)]
-        }
     }
 }
 
@@ -310,6 +302,20 @@ impl Frustum {
         points.reference = scale(rays.middle, t);
     }
 
+    /// The planes through the eye that touch the side, and those at right angles to its section through the axis and
+    /// the eye that are `tangents` to it; by their normals toward the frustum.
+    pub(crate) fn planes_around(&self, tangents: impl Iterator<Item = [f64; 2]>) -> Vec<Vector> {
+        let Place { origin: [o_1, _, o_3], power, .. } = self.eye;
+        let Profile { sine, cosine, .. } = self.profile;
+        let [e, f, a] = self.frame(&self.eye);
+        let mut planes: Vec<Vector> = tangents.map(|[x, z]| add(scale(e, x), scale(a, z))).collect();
+        if power > 0.0 {
+            let middle = add(scale(e, -o_3 * cosine), scale(a, o_1 * sine));
+            planes.extend([power.sqrt(), -power.sqrt()].map(|root| add(middle, scale(f, root * cosine))));
+        }
+        planes
+    }
+
     /// The sign of a disc's outward normal along the axis.
     fn disc(face: u32) -> f64 {
         if face % (1 << FACE_BITS) == TOP { 1.0 } else { -1.0 }
@@ -317,8 +323,7 @@ impl Frustum {
 
     /// The smallest bounding sphere: around the middle of the largest distances, or around the larger disc.
     fn bounding_sphere(&self) -> BoundingSphere {
-        let Profile { half, radius, .. } = self.profile;
-        let [base, top] = self.profile.radii();
+        let Profile { half, radius, radii: [base, top], .. } = self.profile;
         let z = if half > 0.0 { (top - base) * ((top + base) / (4.0 * half)) } else { 0.0 };
         if z.abs() >= half {
             let end = if top > base { half } else { -half };
@@ -359,7 +364,7 @@ impl Frustum {
     ///
     /// A point on the side, within rounding, has C = 0; one on a disc that the light is beyond is not before it.
     #[inline(always)]
-    fn occlude_nearby(&self, light: &Place, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>) {
+    pub(crate) fn occlude_nearby(&self, light: &Place, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>) {
         let Profile { half, radius, .. } = self.profile;
         let side = contact.map_or_else(|| self.side_of(light), |contact| contact.side);
         let (inside, on) = (side == Side::Inside, side == Side::On);
@@ -507,7 +512,19 @@ impl Primitive for Frustum {
     }
 
     fn outline(&self) -> Outline {
-        Outline::Unknown
+        let Profile { half, radius, .. } = self.profile;
+        let beyond = (1.0 + self.eye.height / radius).max(self.eye.z.abs() / half);
+        Outline::between(beyond, &[half, radius], || {
+            let [base, top] = self.profile.radii;
+            // The corners of the section, from the eye.
+            let corners = [[base, -half], [-base, -half], [top, half], [-top, half]];
+            let corners = corners.map(|[x, z]| [x - self.eye.away, z - self.eye.z]);
+            let normals = corners.into_iter().flat_map(|[x, z]| [[-z, x], [z, -x]]);
+            self.planes_around(normals.filter(|[x, z]| {
+                let rounding = ROUNDING * (x.abs() + z.abs()) * (l1_norm(self.center) + self.profile.size());
+                corners.iter().all(|corner| x * corner[0] + z * corner[1] >= -rounding)
+            }))
+        })
     }
 }
 

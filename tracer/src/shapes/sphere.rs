@@ -135,7 +135,8 @@ impl Sphere {
         }
     }
 
-    /// Compute points on the sphere, with normals that face the eye, and return their reference point.
+    /// Compute points on the sphere, seen from outside or inside, with normals that face the eye, and return their
+    /// reference point.
     ///
     /// n = -(v x m + s v) / v.v at the near root, (v x m - s v) / v.v at the far one, seen from inside
     ///
@@ -146,12 +147,18 @@ impl Sphere {
     ///
     /// Returning the reference, rather than writing it to `points`, makes tracing 4 % faster.
     #[inline(always)]
-    fn points_on(&self, t: f64, nearest: impl Fn() -> Vector, rays: &Rays, points: &mut Points) -> Vector {
-        if self.is_flat_within(t, rays) {
-            return self.points_on_patch(nearest(), rays, points);
+    pub(crate) fn points_on(
+        &self,
+        outside: bool,
+        (t, nearest): (f64, impl Fn() -> Vector),
+        rays: &Rays,
+        points: &mut Points,
+    ) -> Vector {
+        if self.is_flat_within(outside, t, rays) {
+            return self.points_on_patch(outside, nearest(), rays, points);
         }
         let setup = self.ray_setup(rays.middle);
-        let turn = if self.eye_is_outside() { 1.0 } else { -1.0 };
+        let turn = if outside { 1.0 } else { -1.0 };
         let out = turn * setup.radius;
         for lane in 0..points.padded() {
             let m = setup.moment(rays.dx[lane], rays.dy[lane]);
@@ -168,7 +175,7 @@ impl Sphere {
                 points.offset[i][lane] = out * normal[i];
             }
         }
-        if setup.near && self.eye_is_outside() {
+        if setup.near && outside {
             self.points_nearby(&setup, t, rays, points);
             points.error += (t * NEAR_ROUNDING) as f32;
             return scale(rays.middle, t);
@@ -179,9 +186,9 @@ impl Sphere {
     /// Whether float32 cannot resolve the points from the centre: the tile sees an almost flat patch, or the eye
     /// is just below the surface.
     #[inline(always)]
-    fn is_flat_within(&self, t: f64, rays: &Rays) -> bool {
+    fn is_flat_within(&self, outside: bool, t: f64, rays: &Rays) -> bool {
         let patch = t * (rays.half_size.0 + rays.half_size.1);
-        let below = !self.eye_is_outside() && -self.power_of_eye < FLAT * self.radius * self.radius;
+        let below = !outside && -self.power_of_eye < FLAT * self.radius * self.radius;
         patch < FLAT * self.radius || below
     }
 
@@ -191,8 +198,8 @@ impl Sphere {
     ///
     /// tau = -k / (h -+ sqrt(h^2 - k v.v)),  h = (n_0 + e).v,  k = (2 n_0 + e).e
     #[inline(always)]
-    fn points_on_patch(&self, v_0: Vector, rays: &Rays, points: &mut Points) -> Vector {
-        let (depth, _) = self.depth(v_0);
+    fn points_on_patch(&self, outside: bool, v_0: Vector, rays: &Rays, points: &mut Points) -> Vector {
+        let (depth, _) = self.depth_seen(outside, v_0);
         let t_0 = if depth.is_finite() {
             depth
         } else {
@@ -204,7 +211,6 @@ impl Sphere {
         let n_0 = to_f32(scale(outward, 1.0 / length(outward)));
         let (x_0, y_0) = ((v_0[0] - rays.middle[0]) as f32, (v_0[1] - rays.middle[1]) as f32);
         let (per_radius, radius) = ((t_0 / self.radius) as f32, self.radius as f32);
-        let outside = self.eye_is_outside();
         let turn = if outside { 1.0 } else { -1.0 };
         for lane in 0..points.padded() {
             let v = [rays.x[lane], rays.y[lane], 1.0];
@@ -244,14 +250,18 @@ impl Sphere {
             points.offset[2][lane] = tau;
         }
     }
-}
 
-impl Primitive for Sphere {
-    /// Offer the nearest positive root.
+    /// Offer the nearest positive root of the rays that are wanted.
     #[inline(always)]
-    fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
+    pub(crate) fn offer_hits(
+        &self,
+        outside: bool,
+        wanted: impl Fn(usize) -> bool,
+        face: u32,
+        rays: &Rays,
+        hits: &mut HitBuffer,
+    ) {
         let setup = self.ray_setup(rays.middle);
-        let outside = self.eye_is_outside();
         let mut close = 0;
         for test in 0..LANES / RAYS_PER_TEST {
             if !setup.crosses_rows(rays, test * RAYS_PER_TEST) {
@@ -284,7 +294,8 @@ impl Primitive for Sphere {
                     setup.power_of_eye / (b - s)
                 };
                 let behind = outside & (b <= 0.0);
-                close += offer((&mut best[i], &mut faces[i]), if behind { 0.0 } else { t }, face);
+                let unseen = behind | !wanted(test * RAYS_PER_TEST + i);
+                close += offer((&mut best[i], &mut faces[i]), if unseen { 0.0 } else { t }, face);
             }
         }
         hits.close += close;
@@ -292,13 +303,13 @@ impl Primitive for Sphere {
 
     /// D = R^2 - g.g, with g = c - (c.d) d from the centre's foot on the ray to the centre, |d| = 1; |n.d| =
     /// sqrt(D) / R
-    fn depth(&self, v: Vector) -> (f64, f64) {
+    pub(crate) fn depth_seen(&self, outside: bool, v: Vector) -> (f64, f64) {
         let size = length(v);
         let d = scale(v, 1.0 / size);
         let b = dot(self.center, d);
         let g = sub(self.center, scale(d, b));
         let s = (self.radius * self.radius - dot(g, g)).sqrt();
-        let t = if self.eye_is_outside() {
+        let t = if outside {
             self.power_of_eye / (b + s)
         } else if b >= 0.0 {
             b + s
@@ -308,16 +319,21 @@ impl Primitive for Sphere {
         let depth = if t > 0.0 { t / size } else { f64::INFINITY };
         (depth, s / self.radius * size)
     }
+}
+
+impl Primitive for Sphere {
+    #[inline(always)]
+    fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
+        self.offer_hits(self.eye_is_outside(), |_| true, face, rays, hits);
+    }
+
+    fn depth(&self, v: Vector) -> (f64, f64) {
+        self.depth_seen(self.eye_is_outside(), v)
+    }
 
     #[inline(always)]
-    fn compute_points(
-        &self,
-        _face: u32,
-        rays: &Rays,
-        (t, nearest): (f64, impl Fn() -> Vector),
-        points: &mut Points,
-    ) {
-        points.reference = self.points_on(t, nearest, rays, points);
+    fn compute_points(&self, _face: u32, rays: &Rays, depth: (f64, impl Fn() -> Vector), points: &mut Points) {
+        points.reference = self.points_on(self.eye_is_outside(), depth, rays, points);
     }
 
     /// Darken the points from which the sphere hides the light.

@@ -74,7 +74,7 @@ impl Search {
                 return 0;
             }
             let Some(part) = self.clip(square) else { continue };
-            match outline.in_rectangle(&self.rectangle(part)) {
+            match outline.in_rectangle(&self.rectangle(part), |v| shape.depth(v).0.is_finite()) {
                 Overlap::None => {}
                 Overlap::Full => covered += part.pixels() as u64,
                 Overlap::Partial if square.side == SIDE => {

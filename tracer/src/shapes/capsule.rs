@@ -1,0 +1,282 @@
+//! A capsule: a cylinder with half spheres for ends.
+
+use crate::bounds::BoundingSphere;
+use crate::camera_space::CameraSpace;
+use crate::shapes::contact::{Contact, Side};
+use crate::shapes::frustum::{Frustum, Profile, SideOfRay, span};
+use crate::shapes::outline::Outline;
+use crate::shapes::points::{Points, ROUNDING, ShadowRays};
+use crate::shapes::primitive::{Description, Primitive};
+use crate::shapes::sphere::{RAYS_PER_TEST, Sphere, SphereDesc};
+use crate::tile::hits::{FACE_BITS, HitBuffer, offer};
+use crate::tile::rays::Rays;
+use crate::tile::{LANES, Lanes};
+use crate::vector::{Vector, add, l1_norm, normalized, scale};
+
+/// The faces: the side of the cylinder, then the ends.
+const SIDE: u32 = 0;
+const BASE: u32 = 1;
+const TOP: u32 = 2;
+const NONE: u32 = 3;
+
+#[derive(Clone, Debug)]
+pub(crate) struct Capsule {
+    tube: Frustum,
+    /// Around the ends of the axis: base and top.
+    ends: [Sphere; 2],
+    eye_is_outside: bool,
+}
+
+/// A capsule around its position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CapsuleDesc {
+    /// Greater than 0.
+    pub radius: f64,
+    /// Between the centres of the half spheres, 0 or more.
+    pub height: f64,
+    /// Any length but 0.
+    pub axis: Vector,
+}
+
+impl CapsuleDesc {
+    fn profile(&self, space: &CameraSpace) -> Profile {
+        let radius = space.length(self.radius);
+        Profile::new(radius, radius, space.length(self.height))
+    }
+
+    /// The centre of an end.
+    fn end(&self, space: &CameraSpace, position: Vector, sign: f64) -> Vector {
+        add(position, scale(normalized(self.axis), sign * self.profile(space).half))
+    }
+}
+
+impl Description for CapsuleDesc {
+    const PARAMETERS: usize = 5;
+
+    type Shape = Capsule;
+
+    fn new(parameters: &[f64]) -> CapsuleDesc {
+        let p = parameters;
+        CapsuleDesc { radius: p[0], height: p[1], axis: [p[2], p[3], p[4]] }
+    }
+
+    fn size(&self) -> f64 {
+        self.height.max(self.radius)
+    }
+
+    /// `local` is that of the cylinder.
+    fn contact(&self, space: &CameraSpace, position: Vector, point: Vector) -> Contact {
+        let profile = self.profile(space);
+        let contact = Frustum::contact(point, position, normalized(self.axis), &profile);
+        let [_, z, height] = contact.local;
+        let height = if z.abs() <= profile.half {
+            height
+        } else {
+            Sphere::contact(point, self.end(space, position, z.signum()), profile.radius).height
+        };
+        Contact::new(height, contact.local)
+    }
+
+    fn transform(&self, space: &CameraSpace, position: Vector, range_scale: f64) -> Capsule {
+        let sphere = SphereDesc { radius: self.radius };
+        Capsule {
+            tube: Frustum::transform(space, (position, normalized(self.axis)), &self.profile(space), range_scale),
+            ends: [-1.0, 1.0].map(|sign| sphere.transform(space, self.end(space, position, sign), range_scale)),
+            eye_is_outside: self.contact(space, position, space.eye).side == Side::Outside,
+        }
+    }
+}
+
+impl Capsule {
+    fn bounding_sphere(&self) -> BoundingSphere {
+        let Profile { half, radius, .. } = self.tube.profile;
+        BoundingSphere { center: self.tube.center, radius: half + radius }
+    }
+
+    /// Return which part ends at a height above the middle.
+    #[inline(always)]
+    fn part_at(&self, z: f64) -> u32 {
+        let half = self.tube.profile.half;
+        if z > half {
+            TOP
+        } else if z < -half {
+            BASE
+        } else {
+            SIDE
+        }
+    }
+
+    /// The number of a face in this shape.
+    fn part(face: u32) -> u32 {
+        face % (1 << FACE_BITS)
+    }
+
+    fn end(&self, part: u32) -> &Sphere {
+        &self.ends[(part - BASE) as usize]
+    }
+
+    /// The side of a point that is not close to the surface.
+    fn side(&self, point: Vector) -> Side {
+        let place = self.tube.place(point, None);
+        let height = match self.part_at(place.z) {
+            SIDE => place.height,
+            part => Sphere::contact(point, self.end(part).center, self.end(part).radius).height,
+        };
+        if height > 0.0 { Side::Outside } else { Side::Inside }
+    }
+
+    /// Return where a point that is not inside is relative to the cylinder and the spheres, given where it is relative
+    /// to the capsule: inside none of them.
+    fn contacts(&self, contact: &Contact) -> [Contact; 3] {
+        let Profile { half, radius, .. } = self.tube.profile;
+        let [away, z, height] = contact.local;
+        let of_end = |sign: f64| {
+            let touches = contact.side == Side::On && sign * z > half;
+            let height = if touches { 0.0 } else { libm::hypot(away, z - sign * half) - radius };
+            Contact::new(height.max(0.0), contact.local)
+        };
+        [Contact::new(height.max(z.abs() - half).max(0.0), contact.local), of_end(-1.0), of_end(1.0)]
+    }
+
+    /// Darken the points from which a part hides the light.
+    #[inline(always)]
+    fn occlude_by_parts(&self, contacts: Option<&[Contact; 3]>, shadow: &mut ShadowRays<'_>) {
+        self.tube.occlude(contacts.map(|contacts| &contacts[0]), shadow);
+        for (number, end) in (1..).zip(&self.ends) {
+            end.occlude(contacts.map(|contacts| &contacts[number]), shadow);
+        }
+    }
+
+    /// Return 0 for the points outside, 1 for the others.
+    #[inline(always)]
+    fn inside(&self, shadow: &ShadowRays<'_>) -> Lanes {
+        let mut inside = [0.0; LANES];
+        // A part hides a light in it from all points outside it.
+        let within = Contact { side: Side::Inside, height: 0.0, local: [0.0; 3] };
+        let mut mark = |hide: &dyn Fn(&mut ShadowRays<'_>)| {
+            let mut left = [1.0; LANES];
+            hide(&mut ShadowRays { irradiance: &mut left, ..*shadow });
+            inside.iter_mut().zip(left).for_each(|(inside, left)| *inside = left.max(*inside));
+        };
+        mark(&|shadow| self.tube.occlude_nearby(&self.tube.place(shadow.light, None), Some(&within), shadow));
+        for end in &self.ends {
+            mark(&|shadow| end.occlude(Some(&within), shadow));
+        }
+        inside
+    }
+}
+
+impl Primitive for Capsule {
+    /// Offer the hits of rays: on the side where they meet that between the ends, else on the sphere around the end
+    /// beyond which they meet it.
+    #[inline(always)]
+    fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
+        let outside = self.eye_is_outside;
+        let start = self.bounding_sphere().begin(rays.middle);
+        let lines = self.tube.lines_of_rays(rays, f64::from(start));
+        let radius = self.tube.profile.radius as f32;
+        let mut parts = [NONE; LANES];
+        let mut close = 0;
+        for test in 0..LANES / RAYS_PER_TEST {
+            let [dx, dy] = [&rays.dx, &rays.dy].map(|lanes| &lanes.as_chunks::<RAYS_PER_TEST>().0[test]);
+            let Some(discriminant) = lines.discriminants(dx, dy) else { continue };
+            let best = &mut hits.t.as_chunks_mut::<RAYS_PER_TEST>().0[test];
+            let faces = &mut hits.face.as_chunks_mut::<RAYS_PER_TEST>().0[test];
+            let parts = &mut parts.as_chunks_mut::<RAYS_PER_TEST>().0[test];
+            for i in 0..RAYS_PER_TEST {
+                let x = lines.across(dx[i], dy[i]);
+                let coefficients = lines.coefficients(x);
+                let (enter, leave) = span(coefficients.abc, coefficients.w[2], discriminant[i].sqrt());
+                let tau = if outside { enter } else { leave };
+                let z = lines.height(x, tau);
+                let part = if z > lines.half { TOP } else { SIDE };
+                let part = if z < -lines.half { BASE } else { part };
+                let part = if discriminant[i] >= 0.0 { part } else { NONE };
+                parts[i] = part;
+                let t = if part == SIDE { start + tau * radius } else { 0.0 };
+                close += offer((&mut best[i], &mut faces[i]), t, face + SIDE);
+            }
+        }
+        hits.close += close;
+        for part in [BASE, TOP] {
+            self.end(part).offer_hits(outside, |lane| parts[lane] == part, face + part, rays, hits);
+        }
+    }
+
+    fn depth(&self, v: Vector) -> (f64, f64) {
+        let side = SideOfRay::new(&self.tube, v);
+        let t = if self.eye_is_outside { side.enter } else { side.leave };
+        match self.part_at(self.tube.eye.z + t * side.along) {
+            SIDE if t > 0.0 => (t, side.steepness(t)),
+            SIDE => (f64::INFINITY, 0.0),
+            part => self.end(part).depth_seen(self.eye_is_outside, v),
+        }
+    }
+
+    #[inline(always)]
+    fn compute_points(&self, face: u32, rays: &Rays, depth: (f64, impl Fn() -> Vector), points: &mut Points) {
+        match Capsule::part(face) {
+            SIDE => self.tube.points_on_side(self.eye_is_outside, depth.0, rays, points),
+            part => points.reference = self.end(part).points_on(self.eye_is_outside, depth, rays, points),
+        }
+    }
+
+    /// Darken the points from which a part of the capsule hides the light; those inside it with the light are lit.
+    #[inline(always)]
+    fn occlude(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>) {
+        let side = contact.map_or_else(|| self.side(shadow.light), |contact| contact.side);
+        if side == Side::Outside {
+            let contacts = contact.map(|contact| self.contacts(contact));
+            self.occlude_by_parts(contacts.as_ref(), shadow);
+            return;
+        }
+        let inside = self.inside(shadow);
+        let mut left = [0.0; LANES];
+        if let Some(contact) = contact.filter(|_| side == Side::On) {
+            left = *shadow.irradiance;
+            let behind = &mut ShadowRays { irradiance: &mut left, ..*shadow };
+            self.occlude_by_parts(Some(&self.contacts(contact)), behind);
+        }
+        for lane in 0..shadow.points.padded() {
+            shadow.darken(lane, (inside[lane] == 0.0) & (left[lane] == 0.0));
+        }
+    }
+
+    #[inline(always)]
+    fn is_lit_from(&self, contact: Option<&Contact>, light: Vector) -> bool {
+        let side = contact.map_or_else(|| self.side(light), |contact| contact.side);
+        side.sees_from(self.eye_is_outside)
+    }
+
+    #[inline(always)]
+    fn height(&self, _face: u32, _light: &Contact) -> f64 {
+        0.0
+    }
+
+    fn magnitude(&self) -> f64 {
+        l1_norm(self.tube.center) + self.tube.profile.half + 2.0 * self.tube.profile.radius
+    }
+
+    fn bounds(&self) -> Option<BoundingSphere> {
+        Some(self.bounding_sphere())
+    }
+
+    fn outline(&self) -> Outline {
+        let Profile { half, radius, .. } = self.tube.profile;
+        let eye = &self.tube.eye;
+        let distance = libm::hypot(eye.away, (eye.z.abs() - half).max(0.0));
+        Outline::between(distance / radius, &[radius], || {
+            // The tangents from the eye to the circles around the ends.
+            let ends = [-half, half].map(|z| [-eye.away, z - eye.z]);
+            let normals = ends.into_iter().flat_map(|[x, z]| {
+                let distance = libm::hypot(x, z);
+                let (sine, [x, z]) = (radius / distance, [x / distance, z / distance]);
+                let cosine = (1.0 - sine * sine).max(0.0).sqrt();
+                [cosine, -cosine].map(|cosine| [sine * x - cosine * z, sine * z + cosine * x])
+            });
+            let least = radius * (1.0 - ROUNDING) - ROUNDING * l1_norm(self.tube.center);
+            self.tube
+                .planes_around(normals.filter(|[x, z]| ends.iter().all(|end| x * end[0] + z * end[1] >= least)))
+        })
+    }
+}
