@@ -636,8 +636,8 @@ class Side(NamedTuple):
 class Frustum(Object):
     """The frustum of a cone, closed by two discs (section 2.2.4): a cylinder if both have the same radius.
 
-    Its sections across the axis are circles. With the angle alpha between axis and side, base radius r_0, top radius
-    r_1 and height h, a point at the height z above the middle and at the distance d from the axis is
+    Alpha is the angle between axis and side. With the base radius r_0, the top radius r_1 and the height h, a
+    point at the height z above the middle and at the distance d from the axis is
 
         d cos(alpha) - m,  m = (r_0 + r_1) / 2 cos(alpha) + z sin(alpha),  tan(alpha) = (r_1 - r_0) / h
 
@@ -705,7 +705,7 @@ class Frustum(Object):
         return Side(a, b, discriminant, enter, leave)
 
     def slab(self, ray: Ray) -> tuple[Array, Array]:
-        """Return where each ray enters and leaves the slab |z| <= h / 2 between the discs, as for a box: two (N,)."""
+        """Return where each ray enters and leaves the slab |z| <= h / 2 between the discs: two (N,)."""
         z = self.place(ray.offset).z
         along = dot(ray.direction, self.axis)
         low, high = (-self.half - z) / along, (self.half - z) / along
@@ -715,7 +715,7 @@ class Frustum(Object):
         return near, far
 
     def normal(self, ray: Ray, t: Array) -> Array:
-        """Return the axis or its opposite on a disc, else cos(alpha) (P - foot) / d - sin(alpha) a; to the viewer."""
+        """Return +-a on a disc, else n = cos(alpha) (P - foot) / d - sin(alpha) a, turned to the viewer."""
         near, far = self.slab(ray)
         side = self.side_terms(ray)
         outside = self.side(ray.offset) > 0
@@ -766,8 +766,11 @@ class Frustum(Object):
     def _directions(self, ray: Ray, start: Place) -> tuple[Array, Array, Array]:
         """Return the components of the direction from the axis to the start, across, and along the axis."""
         e = start.radial / start.away if start.away > 0 else _perpendicular(self.axis)
+        # Rounding of a distant start, which D would multiply by the distance.
+        e = e - dot(e, self.axis) * self.axis
+        e = e / length(e)
         f = np.cross(e, self.axis, axis=0)
-        return tuple(dot(ray.direction, axis) for axis in (e, f, self.axis))
+        return dot(ray.direction, e), dot(ray.direction, f), dot(ray.direction, self.axis)
 
 
 class Cylinder(Frustum):
@@ -815,8 +818,8 @@ class Capsule(Object):
     def span(self, ray: Ray) -> tuple[Array, Array]:
         """Return where each ray enters and leaves the capsule, two (N,), NaN where it misses.
 
-        It does so where it enters and leaves the side of the cylinder, as far as that is between the ends; else where
-        it enters and leaves the sphere around the end beyond which that is.
+        It does so where it enters and leaves the side of the cylinder. Where that is beyond an end, the sphere
+        around the end counts.
         """
         side = self.tube.side_terms(ray)
         base, top = self.base.quadratic(ray), self.top.quadratic(ray)
@@ -831,12 +834,12 @@ class Capsule(Object):
         return enter, leave
 
     def normal(self, ray: Ray, t: Array) -> Array:
-        """Return n = (P - F) / |P - F|, F the nearest point between the centres of the ends, turned to the viewer."""
+        """Return n = (P - F) / |P - F|, F the nearest point of the axis, turned to the viewer."""
         outward = self._from_axis(t * ray.direction - (self.position - ray.offset))
         return (1 if self.side(ray.offset) > 0 else -1) * outward / length(outward)
 
     def side(self, point: Array) -> int:
-        """Return 1 outside, -1 inside, 0 on the surface: that of the cylinder's side, or of the sphere at an end."""
+        """Return 1 outside, -1 inside, 0 on the surface."""
         place = self.tube.place(point)
         if abs(place.z) <= self.tube.half:
             return int(np.sign(place.height))
@@ -847,9 +850,10 @@ class Capsule(Object):
         return (length(self._from_axis(sight - (self.position - eye))) - self.radius)[None]
 
     def _from_axis(self, point: Array) -> Array:
-        """Return the vectors to points, relative to the middle, from the nearest points between the centres: (3, N)."""
+        """Return the vectors to points relative to the middle from the nearest points of the axis: (3, N)."""
         z = np.clip(dot(point, self.tube.axis), -self.tube.half, self.tube.half)
-        return point - z * self.tube.axis
+        from_axis: Array = point - z * self.tube.axis
+        return from_axis
 
 
 def _perpendicular(axis: Array) -> Array:

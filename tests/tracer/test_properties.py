@@ -28,8 +28,8 @@ def test_scaling_by_a_power_of_two_leaves_the_picture_bit_for_bit(render, data, 
     for part in (scaled["camera"], *scaled["lights"], *scaled["objects"]):
         for key in part.keys() & {"position", "look_at", "size"}:
             part[key] = [scale * component for component in part[key]]
-        if "radius" in part:
-            part["radius"] *= scale
+        for key in part.keys() & {"radius", "top_radius", "height"}:
+            part[key] *= scale
         for source in (part, part.get("light", {})):
             if "intensity" in source:
                 source["intensity"] *= scale**2

@@ -10,6 +10,9 @@ WORDS_FOR_SHAPES = {
     "sphere": "ball orb globe bubble marble bead planet uvsphere icosphere ellipsoid spheroid",
     "plane": "floor ground wall ceiling surface backdrop infiniteplane halfspace sheet quad",
     "box": "cube cuboid block brick crate rectangle rect rectangularprism prism slab rectcuboid hexahedron aabb",
+    "cylinder": "tube pipe rod column pillar pole post disc disk puck tin can drum barrel circularcylinder",
+    "capsule": "pill lozenge stadium sausage roundedcylinder spherocylinder sweptsphere",
+    "cone": "frustum funnel taper truncatedcone conicalfrustum conefrustum pyramid",
 }
 
 
@@ -42,9 +45,12 @@ WORDS_FOR_KEYS = {
     "surface paint pigment texture hue",
     "name": "id label title identifier",
     "normal": "n norm direction orientation facing up",
+    "height": "h length len tall size depth heightz heighty",
+    "axis": "direction axisdirection dir orientation normal up along rotation",
+    "top_radius": "radiustop toprad topradius r2 radius2 radiusupper upperradius capradius smallradius",
     "size": "dimensions dimension dims dim extent extents scale sides side edge edges lengths halfsize "
     "halfextents halfextent width height depth length",
-    "radius": "r rad diameter size scale width",
+    "radius": "r rad diameter size scale width baseradius radiusbottom bottomradius r1 radius1",
     "rotation": "rotate rotated rot angle yaw turn heading orientation rotationy rotatey degrees",
     "light": "lights lamp emission emissive emitter emit emits lightsource glow pointlight",
     "samples": "spp samplesperpixel samplecount antialiasing aa rays raysperpixel",

@@ -64,17 +64,8 @@ impl Description for CapsuleDesc {
         self.height.max(self.radius)
     }
 
-    /// `local` is that of the cylinder.
     fn contact(&self, space: &CameraSpace, position: Vector, point: Vector) -> Contact {
-        let profile = self.profile(space);
-        let contact = Frustum::contact(point, position, normalized(self.axis), &profile);
-        let [_, z, height] = contact.local;
-        let height = if z.abs() <= profile.half {
-            height
-        } else {
-            Sphere::contact(point, self.end(space, position, z.signum()), profile.radius).height
-        };
-        Contact::new(height, contact.local)
+        Capsule::contact(point, position, normalized(self.axis), &self.profile(space))
     }
 
     fn transform(&self, space: &CameraSpace, position: Vector, range_scale: f64) -> Capsule {
@@ -88,6 +79,31 @@ impl Description for CapsuleDesc {
 }
 
 impl Capsule {
+    /// Return where a point is relative to a capsule, with the `local` of its cylinder.
+    pub(crate) fn contact(point: Vector, center: Vector, axis: Vector, profile: &Profile) -> Contact {
+        let contact = Frustum::contact(point, center, axis, profile);
+        let [_, z, height] = contact.local;
+        let height = if z.abs() <= profile.half {
+            height
+        } else {
+            let end = add(center, scale(axis, z.signum() * profile.half));
+            Sphere::contact(point, end, profile.radius).height
+        };
+        Contact::new(height, contact.local)
+    }
+
+    /// A capsule that the eye is not close to.
+    #[cfg(test)]
+    pub(crate) fn new(center: Vector, axis: Vector, profile: Profile) -> Capsule {
+        let end = |sign: f64| Sphere::new(add(center, scale(axis, sign * profile.half)), profile.radius, None);
+        let eye = Capsule::contact([0.0; 3], center, axis, &profile);
+        Capsule {
+            tube: Frustum::new(center, axis, profile, None),
+            ends: [-1.0, 1.0].map(end),
+            eye_is_outside: eye.side == Side::Outside,
+        }
+    }
+
     fn bounding_sphere(&self) -> BoundingSphere {
         let Profile { half, radius, .. } = self.tube.profile;
         BoundingSphere { center: self.tube.center, radius: half + radius }

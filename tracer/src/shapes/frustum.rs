@@ -181,7 +181,10 @@ impl Frustum {
         let z = dot(relative, self.axis);
         let radial = sub(relative, scale(self.axis, z));
         let away = length(radial);
-        let radial = if away > 0.0 { scale(radial, 1.0 / away) } else { perpendicular(self.axis) };
+        // E multiplies what radial has along the axis by the distance: of a distant point, that is removed again.
+        let across = scale(radial, 1.0 / away);
+        let across = sub(across, scale(self.axis, dot(across, self.axis)));
+        let radial = if away > 0.0 { scale(across, 1.0 / length(across)) } else { perpendicular(self.axis) };
         let [away, z, height] =
             contact.map_or_else(|| [away, z, profile.cosine * away - profile.m(z)], |contact| contact.local);
         let origin = [profile.cosine * away, 0.0, profile.m(z)];
@@ -671,3 +674,6 @@ fn larger<T: PartialOrd>(a: T, b: T) -> T {
 fn smaller<T: PartialOrd>(a: T, b: T) -> T {
     if a < b { a } else { b }
 }
+
+#[cfg(test)]
+mod tests;
