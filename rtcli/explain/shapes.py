@@ -224,10 +224,11 @@ def _frustum(name: str) -> ShapeNotes:
     return ShapeNotes(
         section="2.2.4",
         equations=(
-            f"{name:<9} (2.2.4) inside where cos(alpha) d <= m, d from the axis, and |z| <= h / 2",
-            "                 m = (r_0 + r_1) / 2 cos(alpha) + z sin(alpha)      tan(alpha) = (r_1 - r_0) / h",
-            "                 side: A t^2 - 2 B t + C <= 0, missed if D = B^2 - A C < 0",
-            "                 q = B + sign(B) sqrt(D)      t = C / q or q / A",
+            f"{name + ' (2.2.4)':<17}tan(alpha) = (r_1 - r_0) / h      m = (r_0 + r_1) / 2 cos(alpha) + z sin(alpha)",
+            "                 O = (cos(alpha) o_e, cos(alpha) o_f, m)      W = (cos(alpha) d_e, ..., sin(alpha) d_a)",
+            "                 A = <W, W>    B = -<O, W>    C = <O, O>    <X, Y> = X_1 Y_1 + X_2 Y_2 - X_3 Y_3",
+            "                 D = B^2 - A C, missed if D < 0      q = B + sign(B) sqrt(D)      t = C / q or q / A",
+            "                 slab: |z| <= h / 2",
             "                 t = the last entry of side and slab, if it comes before the first exit",
         ),
         intersect=_intersect_frustum,
@@ -258,7 +259,7 @@ def _intersect_capsule(shape: Capsule, ray: Ray) -> RayTerms:
 _CAPSULE = ShapeNotes(
     section="2.2.5",
     equations=(
-        "capsule (2.2.5)  its side is that of a cylinder: A t^2 - 2 B t + C <= 0, missed if D = B^2 - A C < 0",
+        "capsule (2.2.5)  its side is that of a cylinder, 2.2.4: missed if D < 0",
         "                 where the ray meets that beyond an end, the sphere around the end counts in its place",
     ),
     intersect=_intersect_capsule,

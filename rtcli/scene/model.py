@@ -438,7 +438,7 @@ class Cone(_Body):
     radius: Positive = Field(examples=[1])
     """The radius of the base, greater than 0."""
     top_radius: NotNegative = Field(default=0.0, examples=[0, 0.5])
-    """The radius of the top, 0 or more; with 0 the cone ends in its apex."""
+    """The radius of the top, 0 or more; with 0 the cone ends in its tip."""
     height: Positive = Field(examples=[2])
     """The distance from the base to the top, greater than 0."""
     axis: Direction = Field(default=_UPRIGHT, examples=[[0, 1, 0], [1, 1, 0]])

@@ -726,7 +726,7 @@ class Frustum(Object):
         outward = self.cosine * radial / away - self.sine * self.axis
         against_ray = -np.copysign(1.0, dot(ray.direction, self.axis)) * self.axis
         normal = np.where(on_disc, against_ray, outward if outside else -outward)
-        # An apex has no normal: the one chosen here faces the viewer.
+        # The tip of a cone has no normal: the one chosen here faces the viewer.
         return np.where((away == 0) & ~on_disc, -ray.direction, normal)
 
     def side(self, point: Array) -> int:

@@ -292,7 +292,7 @@ impl Frustum {
             let away = (r_e * r_e + r_f * r_f).sqrt();
             let (r_e, r_f) = (r_e / away, r_f / away);
             let v = [rays.x[lane], rays.y[lane], 1.0];
-            // The normal at an apex faces the eye.
+            // The normal at the tip of a cone faces the eye.
             let to_eye = -1.0 / rays.vv[lane].sqrt();
             let tau = tau * radius;
             let across = [depth * dx, depth * dy, 0.0];

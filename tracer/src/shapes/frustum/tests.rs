@@ -155,10 +155,10 @@ fn the_faces_are_the_side_and_the_discs() {
 
 #[test]
 fn of_a_double_cone_only_the_half_with_the_discs_is_seen() {
-    // The apex is 1 above the middle, and the eye looks over it.
+    // The tip is 1 above the middle, and the eye looks over it.
     let hits = intersect(&upright(1.0, 0.0, [0.0, -1.5, 5.0]), straight(1e-3));
     assert!(hits.face.iter().all(|&face| face == NO_FACE));
-    // The eye is above the apex, inside the other half, and looks down.
+    // The eye is above the tip, inside the other half, and looks down.
     let below =
         OracleShape::Frustum { center: [0.0, 0.0, 4.0], axis: [0.0, 0.0, -1.0], radii: [1.0, 0.0], half: 1.0 };
     let hits = intersect(&below, straight(1e-4));
@@ -167,7 +167,7 @@ fn of_a_double_cone_only_the_half_with_the_discs_is_seen() {
 }
 
 #[test]
-fn the_apex_has_a_normal_that_faces_the_eye() {
+fn the_tip_has_a_normal_that_faces_the_eye() {
     let cone = Frustum::new([0.0, -1.0, 4.0], [0.0, 1.0, 0.0], Profile::new(1.0, 0.0, 2.0), None);
     let mut rays = Rays::new();
     let tile = straight(1e-3);
