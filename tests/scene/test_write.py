@@ -169,6 +169,21 @@ PARTS = [
         "type name position size rotation color light",
         rtcli.Box(**AT, size=(1, 1, 1), rotation=45, light=LIGHT),
     ),
+    (
+        "A cylinder in `objects`",
+        "type name position radius height axis color light",
+        rtcli.Cylinder(**AT, radius=1, height=2, axis=(1, 0, 0), light=LIGHT),
+    ),
+    (
+        "A capsule in `objects`",
+        "type name position radius height axis color light",
+        rtcli.Capsule(**AT, radius=1, height=2, axis=(1, 0, 0), light=LIGHT),
+    ),
+    (
+        "A cone in `objects`",
+        "type name position radius top_radius height axis color light",
+        rtcli.Cone(**AT, radius=1, top_radius=0.5, height=2, axis=(1, 0, 0), light=LIGHT),
+    ),
     ("A plane in `objects`", "type name position normal color", rtcli.Plane(**AT, normal=(0, 1, 0))),
     (
         "Each of `lights`",
