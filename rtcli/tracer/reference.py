@@ -649,6 +649,8 @@ class Frustum(Object):
         (3, 1): the unit vector from base to top.
     half
         Half the height.
+    radii
+        Of base and top.
     sine, cosine
         Of alpha.
     middle
@@ -656,7 +658,7 @@ class Frustum(Object):
     """
 
     def _shape(self, radii: tuple[float, float], height: float, axis: Sequence[float]) -> None:
-        base, top = radii
+        self.radii = base, top = radii
         scaled = column(axis)
         scaled = scaled / np.abs(scaled).max()  # so that no square overflows or vanishes
         self.axis = scaled / length(scaled)
@@ -758,17 +760,18 @@ class Frustum(Object):
         on_side, on_disc = self.rounding(point).ravel().tolist()
         if abs(abs(z) - self.half) <= on_disc:
             z = math.copysign(self.half, z)
-        m = self.middle + self.sine * z
+        ends = {-self.half: self.radii[0], self.half: self.radii[1]}  # at the tip of a cone exactly 0
+        m = self.cosine * ends[z] if z in ends else self.middle + self.sine * z
         height = self.cosine * away - m
         height = height if abs(height) > on_side else 0.0
         return Place(z, away, radial, m, height, height * (self.cosine * away + m))
 
     def _directions(self, ray: Ray, start: Place) -> tuple[Array, Array, Array]:
         """Return the components of the direction from the axis to the start, across, and along the axis."""
-        e = start.radial / start.away if start.away > 0 else _perpendicular(self.axis)
-        # Rounding of a distant start, which D would multiply by the distance.
+        e = start.radial / start.away
+        # Rounding may leave something along the axis, which D would multiply by the distance, or nothing else.
         e = e - dot(e, self.axis) * self.axis
-        e = e / length(e)
+        e = e / length(e) if length(e) > 0.5 else _perpendicular(self.axis)
         f = np.cross(e, self.axis, axis=0)
         return dot(ray.direction, e), dot(ray.direction, f), dot(ray.direction, self.axis)
 

@@ -232,7 +232,7 @@ impl Primitive for Capsule {
     #[inline(always)]
     fn compute_points(&self, face: u32, rays: &Rays, depth: (f64, impl Fn() -> Vector), points: &mut Points) {
         match Capsule::part(face) {
-            SIDE => self.tube.points_on_side(self.eye_is_outside, depth.0, rays, points),
+            SIDE => self.tube.points_on_side(self.eye_is_outside, depth, rays, points),
             part => points.reference = self.end(part).points_on(self.eye_is_outside, depth, rays, points),
         }
     }

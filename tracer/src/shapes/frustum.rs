@@ -127,7 +127,15 @@ impl Profile {
     }
 
     fn m(&self, z: f64) -> f64 {
-        self.middle + self.sine * z
+        // Exactly 0 at the tip of a cone.
+        let [base, top] = self.radii.map(|radius| radius * self.cosine);
+        if z == self.half {
+            top
+        } else if z == -self.half {
+            base
+        } else {
+            self.middle + self.sine * z
+        }
     }
 
     /// Half the height, and a radius for each of the other axes.
@@ -181,13 +189,16 @@ impl Frustum {
         let z = dot(relative, self.axis);
         let radial = sub(relative, scale(self.axis, z));
         let away = length(radial);
-        // E multiplies what radial has along the axis by the distance: of a distant point, that is removed again.
+        // E multiplies what rounding leaves along the axis by the distance: that is removed again. Of a point on the
+        // axis it may be all.
         let across = scale(radial, 1.0 / away);
         let across = sub(across, scale(self.axis, dot(across, self.axis)));
-        let radial = if away > 0.0 { scale(across, 1.0 / length(across)) } else { perpendicular(self.axis) };
+        let size = length(across);
+        let radial = if size > 0.5 { scale(across, 1.0 / size) } else { perpendicular(self.axis) };
         let [away, z, height] =
             contact.map_or_else(|| [away, z, profile.cosine * away - profile.m(z)], |contact| contact.local);
-        let origin = [profile.cosine * away, 0.0, profile.m(z)];
+        let m = profile.m(z);
+        let origin = [if height == 0.0 { m } else { profile.cosine * away }, 0.0, m];
         Place { radial, away, z, height, origin, power: height * (origin[0] + origin[2]) }
     }
 
@@ -229,19 +240,21 @@ impl Frustum {
         let profile = &self.profile;
         let frame = self.frame(apex);
         let (w, along) = self.components(&frame, middle);
-        let (o, z, power) = if start * length(middle) < NEAR * profile.radius && start >= 0.0 {
-            let o = add(apex.origin, scale(w, start));
-            let change = start * (2.0 * minkowski(apex.origin, w) + start * minkowski(w, w));
-            (o, apex.z + start * along, apex.power + change)
-        } else {
-            let (o, z) = self.components(&frame, sub(from, self.center));
-            let o = [o[0], o[1], profile.m(z)];
-            (o, z, minkowski(o, o))
-        };
         let per = 1.0 / profile.radius;
         let [o_1, _, o_3] = scale(apex.origin, per);
         let root = apex.power.abs().sqrt() * per;
-        let (e, f) = (o_3 * w[0] - o_1 * w[2], root * w[1]);
+        let (o, z, power, (e, f)) = if start * length(middle) < NEAR * profile.radius && start >= 0.0 {
+            let o = add(apex.origin, scale(w, start));
+            let change = start * (2.0 * minkowski(apex.origin, w) + start * minkowski(w, w));
+            let factors = (o_3 * w[0] - o_1 * w[2], root * w[1]);
+            (o, apex.z + start * along, apex.power + change, factors)
+        } else {
+            let (o, z) = self.components(&frame, sub(from, self.center));
+            let o = [o[0], o[1], profile.middle + o[2]];
+            // W is (o - O) / start, and an apex may be so far away that only this does not cancel.
+            let factors = ((o_3 * o[0] - o_1 * o[2]) / start, root * o[1] / start);
+            (o, z, minkowski(o, o), factors)
+        };
         let apex_is_outside = apex.power > 0.0;
         let cosine = profile.cosine;
         Lines {
@@ -267,13 +280,22 @@ impl Frustum {
         self.lines(&self.eye, (start, scale(rays.middle, start)), (rays.middle, 1.0))
     }
 
-    /// Compute the points where rays hit the side, relative to that at depth `t` of the middle ray, with normals that
-    /// face the eye.
+    /// Compute the points where rays hit the side, with normals that face the eye, relative to the nearest: at depth
+    /// `t` of the ray `nearest`.
     ///
     /// n = cos(alpha) (P - foot) / |P - foot| - sin(alpha) a
     #[inline(always)]
-    pub(crate) fn points_on_side(&self, outside: bool, t: f64, rays: &Rays, points: &mut Points) {
-        let lines = self.lines_of_rays(rays, t);
+    pub(crate) fn points_on_side(
+        &self,
+        outside: bool,
+        (t, nearest): (f64, impl Fn() -> Vector),
+        rays: &Rays,
+        points: &mut Points,
+    ) {
+        let nearest = nearest();
+        let reference = scale(nearest, t);
+        let lines = self.lines(&self.eye, (t, reference), (nearest, 1.0));
+        let [x_0, y_0, _] = to_f32(sub(nearest, rays.middle));
         let Profile { cosine, sine, radius, .. } = self.profile;
         let frame = self.frame(&self.eye);
         let turn = if outside { 1.0 } else { -1.0 };
@@ -281,7 +303,7 @@ impl Frustum {
         let a = to_f32(scale(frame[2], -turn * sine));
         let (depth, radius) = (t as f32, radius as f32);
         for lane in 0..points.padded() {
-            let (dx, dy) = (rays.dx[lane], rays.dy[lane]);
+            let (dx, dy) = (rays.dx[lane] - x_0, rays.dy[lane] - y_0);
             let x = lines.across(dx, dy);
             let d = lines.discriminant(x);
             let s = if d > 0.0 { d.sqrt() } else { 0.0 };
@@ -302,7 +324,7 @@ impl Frustum {
                 points.offset[i][lane] = across[i] + tau * v[i];
             }
         }
-        points.reference = scale(rays.middle, t);
+        points.reference = reference;
     }
 
     /// The planes through the eye that touch the side, and those at right angles to its section through the axis and
@@ -383,7 +405,6 @@ impl Frustum {
             let beyond = sign * light.z >= half - at_light;
             (if beyond { (half - rounding) * per } else { f64::INFINITY }) as f32
         });
-        let light_is_beside = light.power > 0.0;
         let light_is_within = light.power < 0.0;
         let [o_1, _, o_3] = to_f32(scale(light.origin, per));
         let (per, rounding) = (per as f32, (rounding * per) as f32);
@@ -398,9 +419,9 @@ impl Frustum {
             let z = lines.z + lines.shift * x[2];
             let above = (c > touching) | (z.abs() > lines.half + slack);
             let before = (z + slack < limit[0]) & (slack - z < limit[1]);
-            // The line goes from the light to the point: into the side, or toward the wider end.
-            let toward = o_1 * w[0] - o_3 * w[2] > 0.0;
-            let toward = light_is_within | if light_is_beside & (a < 0.0) { w[2] < 0.0 } else { toward };
+            // From the light, the line goes into the side: toward the wider end, if A < 0.
+            let toward = if a < 0.0 { w[2] < 0.0 } else { o_1 * w[0] - o_3 * w[2] > 0.0 };
+            let toward = light_is_within | toward;
             let c = if c.abs() <= touching { 0.0 } else { c };
             let (enter, leave) = span([a, b, c], w[2], d.sqrt());
             let (near, far) = lines.slab(x);
@@ -463,14 +484,14 @@ impl Primitive for Frustum {
     }
 
     #[inline(always)]
-    fn compute_points(&self, face: u32, rays: &Rays, (t, _): (f64, impl Fn() -> Vector), points: &mut Points) {
+    fn compute_points(&self, face: u32, rays: &Rays, depth: (f64, impl Fn() -> Vector), points: &mut Points) {
         if face % (1 << FACE_BITS) == SIDE {
-            self.points_on_side(self.eye_is_outside(), t, rays, points);
+            self.points_on_side(self.eye_is_outside(), depth, rays, points);
         } else {
             let sign = Frustum::disc(face);
             let offset = self.profile.half - sign * self.eye.z;
             let plane = PlaneEquation { normal: scale(self.axis, sign), offset };
-            plane.facing_the_eye().compute_points(t, rays, points);
+            plane.facing_the_eye().compute_points(depth.0, rays, points);
         }
     }
 
