@@ -224,11 +224,12 @@ def _frustum(name: str) -> ShapeNotes:
     return ShapeNotes(
         section="2.2.4",
         equations=(
-            f"{name + ' (2.2.4)':<17}tan(alpha) = (r_1 - r_0) / h      m = (r_0 + r_1) / 2 cos(alpha) + z sin(alpha)",
-            "                 O = (cos(alpha) o_e, cos(alpha) o_f, m)      W = (cos(alpha) d_e, ..., sin(alpha) d_a)",
-            "                 A = <W, W>    B = -<O, W>    C = <O, O>    <X, Y> = X_1 Y_1 + X_2 Y_2 - X_3 Y_3",
-            "                 D = B^2 - A C, missed if D < 0      q = B + sign(B) sqrt(D)      t = C / q or q / A",
-            "                 slab: |z| <= h / 2",
+            f"{name + ' (2.2.4)':<17}k = cos(alpha)   tan(alpha) = (r_1 - r_0) / h",
+            "                 m = k (r_0 + r_1) / 2 + z sin(alpha)",
+            "                 O = (k o_e, 0, m)   W = (k d_e, k d_f, sin(alpha) d_a)",
+            "                 A = <W, W>   B = -<O, W>   C = <O, O>   D = B^2 - A C, missed if D < 0",
+            "                 side: from C / q to q / A or the reverse, q = B + sign(B) sqrt(D)",
+            "                 slab: where |z| <= h / 2",
             "                 t = the last entry of side and slab, if it comes before the first exit",
         ),
         intersect=_intersect_frustum,

@@ -154,6 +154,8 @@ def test_defaults_equal_those_of_the_models():
     # An empty list is not a default here, since an editor that completes `objects` would write it.
     expected |= {("scene", "version"): 1}
     expected |= {("CarriedLight", "color"): (1, 1, 1), ("PointLight", "color"): (1, 1, 1), ("Box", "rotation"): 0}
+    expected |= {(name, "axis"): (0, 1, 0) for name in ("Cylinder", "Capsule", "Cone")}
+    expected |= {("Cone", "top_radius"): 0}
     sections = {("scene", "render"): scene.render, ("scene", "image"): scene.image}
     for loc, section in sections.items():
         assert found.pop(loc) == json.loads(section.model_dump_json())

@@ -197,8 +197,9 @@ def _owner(key: str, around: type[BaseModel]) -> str:
     meant = next(filter(None, (suggested_key(key, shape.model_fields) for shape in shapes)), None)
     if meant is None:
         return ""
-    owners = " or ".join(name_of(shape) for shape in shapes if meant in shape.model_fields)
-    return f": {quoted(meant) if meant != key else 'it'} belongs to {owners}"
+    *owners, last = [name_of(shape) for shape in shapes if meant in shape.model_fields]
+    series = f"{', '.join(owners)} or {last}" if owners else last
+    return f": {quoted(meant) if meant != key else 'it'} belongs to {series}"
 
 
 def _unknown_key(key: str, around: type[BaseModel] | None, meant: str | None, owner: str = "") -> _Finding:

@@ -29,7 +29,7 @@ MODELS = {
     "Box": {"position": (0, 0, 0), "size": (1, 2, 3), "color": "white"},
     "Cylinder": {"position": (0, 0, 0), "radius": 1, "height": 2, "color": "white"},
     "Capsule": {"position": (0, 0, 0), "radius": 1, "height": 0, "color": "white"},
-    "Cone": {"position": (0, 0, 0), "radius": 1, "height": 2, "color": "white", "axis": (0, 0, 1)},
+    "Cone": {"position": (0, 0, 0), "radius": 1, "height": 2, "color": "white"},
     "RenderSettings": {},
     "ImageSettings": {},
 }
