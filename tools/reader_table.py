@@ -27,6 +27,8 @@ use crate::schema::{Field, Kind, Mapping, Value};
 """
 # The definition of a color in the schema, and what its values are.
 _COLORS = ("Albedo", "LightColor")
+# Keys of the cameras that the reader takes.
+_CAMERA_KEYS = ("resolution", "fov", "position", "look_at", "up")
 # Keys of shapes and lights that are packed in the same way for all kinds.
 _NO_PARAMETERS = ("type", "name", "light", "color")
 
@@ -37,7 +39,7 @@ def reader_table() -> str:
     definitions = schema["$defs"]
     shapes = {name: definitions[shape.__name__] for name, shape in model.SHAPES.items()}
     mappings = {
-        "CAMERA": definitions["Camera"],
+        "CAMERA": _by_fov(definitions["Camera"]),
         "RENDER": definitions["RenderSettings"],
         "IMAGE": definitions["ImageSettings"],
         "LIGHT": definitions["PointLight"],
@@ -60,6 +62,12 @@ def _limits() -> str:
         f"pub const MAX_VALUES: usize = {limits.MAX_NODES:_};\n"
         f"pub const MAX_GROWTH: usize = {limits.MAX_GROWTH:_};\n"
     )
+
+
+def _by_fov(camera: Definition) -> Definition:
+    """Return the definition of a camera by `fov` and `position`; the reader leaves all others to the models."""
+    properties = {key: camera["properties"][key] for key in _CAMERA_KEYS}
+    return {"properties": properties, "required": ["resolution", "fov"]}
 
 
 def _union(shapes: dict[str, Definition]) -> Definition:

@@ -283,6 +283,7 @@ def rules_table(prefix: str) -> str:
 SECTIONS = {
     "Scene": "The file",
     "Camera": "`camera`",
+    "Pose": "`opencv` or `opengl` of the camera",
     "PointLight": "Each of `lights`",
     "Sphere": "A sphere in `objects`",
     "Box": "A box in `objects`",
@@ -344,7 +345,8 @@ def _value(field: dict[str, Any]) -> str:
         if not count:
             return "list"
         item = field["items"]
-        return f"{count} {_KINDS[item['type']]}s{_bounds(item)}"
+        is_matrix = isinstance(item, list) or "items" in item
+        return f"{count} rows of numbers" if is_matrix else f"{count} {_KINDS[item['type']]}s{_bounds(item)}"
     return _KINDS[field["type"]] + _bounds(field)
 
 

@@ -73,6 +73,7 @@ class BatchSettings:
             "size": None if overrides.size is None else list(overrides.size),
             "samples": overrides.samples,
             "exposure": overrides.exposure,
+            **({} if overrides.alpha is None else {"alpha": overrides.alpha}),
             "set": list(overrides.edits),
         }
 

@@ -138,7 +138,7 @@ def rendered(task: BatchTask, watch: Stopwatch) -> Outcome:
     scene = load(task.raw, task.job.scene, task.job, watch)
     settings = task.job.settings
     job = RenderJob(scene, RenderRequest(settings.passes, threads=1))
-    check_fits(task.job.key + settings.suffix, job.window[2:], settings.quantization, settings.passes)
+    check_fits(task.job.key + settings.suffix, job.window[2:], settings.quantization, job.array_names)
     outputs, files = _render(task, job, watch.seconds)
     size = job.window.width, job.window.height
     return Outcome(sha256(task.raw), job.fingerprint, outputs, watch.seconds, size, files=files)

@@ -13,8 +13,8 @@ import numpy as np
 
 from rtcli.compare.bounds import Bounds
 from rtcli.compare.flip import has_flip, mean_flip
-from rtcli.image.layers import ALPHA, PICTURE_LAYER, Array, Kind, Layers, in_order
-from rtcli.tracer.passes import RADIANCE
+from rtcli.image.layers import PICTURE_LAYER, Array, Kind, Layers, in_order
+from rtcli.tracer.passes import ALPHA, RADIANCE
 
 # Rows are compared in bands of about this many values, which fit into a processor's cache.
 _BAND = 1 << 17

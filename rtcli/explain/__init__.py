@@ -18,7 +18,7 @@ from rtcli.explain.lighting import SurfacePoint, hit_step, lights_step, radiance
 from rtcli.explain.records import Explanation, NativePixel, Number, Sample, Step, Story
 from rtcli.explain.words import name_of, triple
 from rtcli.image.display import DisplayTransform
-from rtcli.rendering.pack import pack
+from rtcli.rendering.pack import pack_scene
 from rtcli.scene.model import Scene
 from rtcli.tracer.engines import default_threads, stops_of
 from rtcli.tracer.native import NativeTracer
@@ -75,7 +75,7 @@ class _Pixel:
         self.pixel = pixel
         self.window = Window(*pixel, 1, 1)
         self.names = [name_of(index, shape) for index, shape in enumerate(scene.objects)]
-        self.tracer = ReferenceTracer(pack(scene), default_threads())
+        self.tracer = ReferenceTracer(pack_scene(scene).world, default_threads())
         self.offsets = list(sample_offsets(scene.render.samples))
         self.rays = rays_through(self.tracer.scenery.camera, self.window, self.offsets)
         self.hits = self.tracer.scenery.nearest_hit(self.rays)
@@ -87,7 +87,8 @@ class _Pixel:
         # Summed one after the other, as the tracer does for a picture.
         radiance = mean_of_samples(np.add.accumulate(self.light, axis=1)[:, -1], len(self.offsets))
         exposure, percentile = self._exposure(progress)
-        value = developed(radiance, DisplayTransform(exposure, image.tone))
+        alpha = self._alpha(np.count_nonzero(self.hits.index != NOTHING) / len(self.offsets))
+        value = developed(radiance, DisplayTransform(exposure, image.tone), alpha)
         samples = tuple(
             Sample(offset, None if index == NOTHING else self.names[index], triple(light))
             for offset, index, light in zip(self.offsets, self.hits.index, self.light.T, strict=True)
@@ -100,18 +101,19 @@ class _Pixel:
             exposure=exposure,
             story=self._story(chosen),
             samples=samples,
-            development=Developed(self.scene, triple(radiance), exposure, percentile, value).steps(samples),
+            development=Developed(self.scene, triple(radiance), exposure, percentile, value, alpha).steps(samples),
             native=self._native(radiance),
         )
 
     def _native(self, reference: Array) -> NativePixel:
         """Return the pixel as the native engine renders it, compared with the reference's radiance (3,)."""
         tracer = NativeTracer(self.tracer.world, default_threads())
-        arrays, _ = tracer.film(self.window, ("object_id",))
+        arrays, _ = tracer.film(self.window, ("alpha", "object_id"))
         radiance, seen = arrays["radiance"][0, 0], int(arrays["object_id"][0, 0]) - 1
         image = self.scene.image
         exposure, _ = stops_of(tracer, image.exposure)
-        value = developed(radiance, DisplayTransform(exposure, image.tone))
+        alpha = self._alpha(arrays["alpha"][0, 0])
+        value = developed(radiance, DisplayTransform(exposure, image.tone), alpha)
         samples = PixelSamples(self.tracer.scenery, self.window, self.offsets)
         return NativePixel(
             radiance=triple(radiance),
@@ -120,6 +122,10 @@ class _Pixel:
             object=None if seen == NOTHING else self.names[seen],
             agreement=samples.agreement(np.ravel(reference), radiance, seen),
         )
+
+    def _alpha(self, share: float) -> np.float32 | None:
+        """Return the share of the samples that hit something, None if the picture is opaque."""
+        return np.float32(share) if self.scene.image.alpha else None
 
     def _exposure(self, progress: Progress | None) -> tuple[float, float | None]:
         """Return the exposure in stops, and the percentile of luminance from which it was metered."""
@@ -146,26 +152,17 @@ class _Pixel:
 
     def _ray_step(self, ray: Ray, within: tuple[float, float]) -> Step:
         camera = self.tracer.scenery.camera
-        frame, (px, py) = camera.frame, self.pixel
+        frame = camera.frame
         x, y = camera.on_image_plane(self.window, within)
+        equations, numbers, note = self._lens(within)
         return Step(
             "The primary ray",
             "2.1.2 to 2.1.5",
+            (*equations, "d = (x r + y u + f) / |x r + y u + f|"),
             (
-                "s_x = (px + a_x) / W      x = (2 s_x - 1) (W / H) tan(fov / 2)",
-                "s_y = (py + a_y) / H      y = (1 - 2 s_y) tan(fov / 2)",
-                "d = (x r + y u + f) / |x r + y u + f|",
-            ),
-            (
-                Number("p", (px, py), "the pixel's column and row, counted from 0"),
+                Number("p", self.pixel, "the pixel's column and row, counted from 0"),
                 Number("a", within, "the sample's position in the pixel, 0..1"),
-                Number("size", (frame.width, frame.height), "the picture's width and height"),
-                Number(
-                    "s",
-                    ((px + within[0]) / frame.width, (py + within[1]) / frame.height),
-                    "the sample's position in the picture, 0..1",
-                ),
-                Number("fov", frame.fov, "degrees, vertical"),
+                *numbers,
                 Number("xy", (float(x[0]), float(y[0])), "x and y on the image plane, at distance 1"),
                 Number("r", frame.right, "the camera's right"),
                 Number("u", frame.up, "the camera's up"),
@@ -174,5 +171,35 @@ class _Pixel:
                 Number("d", triple(ray.direction), "the direction, a unit vector"),
             ),
             "The ray is o + t d. It starts at the eye, and t is the distance along it.",
-            note="Corrected: the document maps to -1..1 twice, so fov is the vertical field of view.",
+            note=note,
+        )
+
+    def _lens(self, within: tuple[float, float]) -> tuple[tuple[str, ...], tuple[Number, ...], str]:
+        """Return the equations from the pixel to the image plane, their numbers, and a note."""
+        frame, (px, py) = self.tracer.scenery.camera.frame, self.pixel
+        if frame.fov is None:
+            center_x, center_y = frame.principal_point
+            return (
+                ("x = (px + a_x - 1/2 - c_x) / f_x", "y = (c_y + 1/2 - py - a_y) / f_y"),
+                (
+                    Number("focal", frame.focal_lengths, "the focal lengths in pixels"),
+                    Number("c", (center_x - 0.5, center_y - 0.5), "the principal point, 0 at the first centre"),
+                ),
+                "Beyond the document: the principal point may be anywhere, and pixels need not be square.",
+            )
+        return (
+            (
+                "s_x = (px + a_x) / W      x = (2 s_x - 1) (W / H) tan(fov / 2)",
+                "s_y = (py + a_y) / H      y = (1 - 2 s_y) tan(fov / 2)",
+            ),
+            (
+                Number("size", (frame.width, frame.height), "the picture's width and height"),
+                Number(
+                    "s",
+                    ((px + within[0]) / frame.width, (py + within[1]) / frame.height),
+                    "the sample's position in the picture, 0..1",
+                ),
+                Number("fov", frame.fov, "degrees, vertical"),
+            ),
+            "Corrected: the document maps to -1..1 twice, so fov is the vertical field of view.",
         )

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from rtcli.curves import TONE_CURVES, exposure_factor, srgb
 from rtcli.explain.records import Development, Group, Mean, Number, ObjectName, Sample, Step, Triple
 from rtcli.explain.words import number, triple
-from rtcli.image.develop import develop
+from rtcli.image.develop import develop, straight
 from rtcli.image.display import DisplayTransform
 from rtcli.scene.model import Scene
 from rtcli.tracer._native import METER_GRID
@@ -24,9 +24,15 @@ _METER_EQUATION = "2^EV * P95 = 0.8, where 95 % of the points with Y > 0 have Y 
 _LUMINANCE = "Y = 0.2126 R + 0.7152 G + 0.0722 B"
 
 
-def developed(radiance: npt.NDArray[np.floating], transform: DisplayTransform) -> tuple[int, int, int]:
-    """Return red, green and blue, 0..255, of a pixel's radiance (3,) float32, as a picture holds them."""
-    red, green, blue = develop(radiance.reshape(1, 1, 3), transform)[0, 0]
+def developed(
+    radiance: npt.NDArray[np.floating], transform: DisplayTransform, alpha: np.float32 | None
+) -> tuple[int, int, int]:
+    """Return red, green and blue, 0..255, of a pixel's radiance (3,) float32, as a picture holds them.
+
+    `alpha` is None if the picture is opaque.
+    """
+    alphas = None if alpha is None else np.full((1, 1), alpha)
+    red, green, blue, *_ = develop(radiance.reshape(1, 1, 3), transform, alphas)[0, 0]
     return int(red), int(green), int(blue)
 
 
@@ -46,6 +52,8 @@ class Developed:
         The percentile of luminance from which it was metered, if it was and anything is lit.
     value
         The pixel's red, green and blue, 0..255.
+    alpha
+        The share of its samples that hit something; None if the picture is opaque.
     """
 
     scene: Scene
@@ -53,10 +61,11 @@ class Developed:
     exposure: float
     percentile: float | None
     value: tuple[int, int, int]
+    alpha: np.float32 | None
 
     def steps(self, samples: Sequence[Sample]) -> Development:
         """Return the steps from the samples to the value."""
-        exposed = _each(lambda x: exposure_factor(self.exposure) * x, self.radiance)
+        exposed = _each(lambda x: exposure_factor(self.exposure) * x, self._color())
         toned = _each(TONE_CURVES[self.scene.image.tone].y, exposed)
         return Development(
             self._mean(samples), self._exposure(exposed), self._tone(toned), self._value(_each(srgb, toned))
@@ -64,17 +73,29 @@ class Developed:
 
     def _mean(self, samples: Sequence[Sample]) -> Mean:
         groups = _groups(samples)
+        equations = ["radiance = (1 / N) * the sum of the samples"]
+        numbers = [
+            Number("N", len(samples), "samples"),
+            Number("radiance", self.radiance, "their mean, as the film stores it"),
+        ]
+        if self.alpha is not None:
+            equations.append("alpha = (samples that hit something) / N      color = radiance / alpha")
+            numbers.append(Number("alpha", float(self.alpha), "the background is left out"))
+            numbers.append(Number("color", self._color(), "the mean of the samples that hit something"))
         return Mean(
             "The samples of the pixel",
             "2.1.5",
-            ("radiance = (1 / N) * the sum of the samples",),
-            (
-                Number("N", len(samples), "samples"),
-                Number("radiance", self.radiance, "their mean, as the film stores it"),
-            ),
+            tuple(equations),
+            tuple(numbers),
             _mean_outcome(groups),
             groups=groups,
         )
+
+    def _color(self) -> Triple:
+        """Return the radiance to develop: of the samples that hit something if the picture has alpha."""
+        if self.alpha is None:
+            return self.radiance
+        return triple(straight(np.array([[self.radiance]], np.float32), np.full((1, 1), self.alpha))[0, 0])
 
     def _exposure(self, exposed: Triple) -> Step:
         factor = exposure_factor(self.exposure)
@@ -83,7 +104,7 @@ class Developed:
             Number("factor", factor),
             Number("x", exposed, "exposed radiance"),
         )
-        equation = "x = 2^EV * radiance"
+        equation = "x = 2^EV * radiance" if self.alpha is None else "x = 2^EV * color"
         if self.scene.image.exposure == "auto":
             points = f"{METER_GRID}x{METER_GRID} points of the picture"
             percentile = Number("P95", math.nan, "no point is lit")
@@ -113,7 +134,7 @@ class Developed:
                 Number("v_255", _each(lambda v: 255 * v, encoded)),
                 Number("value", self.value, "red, green, blue"),
             ),
-            f"The pixel is {red} {green} {blue}.",
+            f"The pixel is {red} {green} {blue}" + ("." if self.alpha is None else f", alpha {self.alpha:g}."),
         )
 
 

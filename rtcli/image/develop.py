@@ -27,11 +27,14 @@ def bands(radiance: npt.NDArray[np.floating]) -> Iterator[tuple[slice, bytes]]:
 
 
 def develop(
-    radiance: npt.NDArray[np.floating], transform: DisplayTransform
+    radiance: npt.NDArray[np.floating], transform: DisplayTransform, alpha: npt.NDArray[np.float32] | None = None
 ) -> npt.NDArray[np.uint8] | npt.NDArray[np.uint16]:
     """Return radiance as sRGB.
 
     value = round(max * sRGB(tone(2^exposure * radiance))), where max is 255 or 65,535
+
+    With alpha, the color is that of the samples that hit something, radiance / alpha, and black without any; the
+    fourth channel is round(max * alpha).
 
     Parameters
     ----------
@@ -39,14 +42,32 @@ def develop(
         (H, W, 3) float32, linear, 0 or more.
     transform
         Exposure, tone curve and depth.
+    alpha
+        (H, W) float32, 0..1: radiance is multiplied by it. None if the picture is opaque.
 
     Returns
     -------
-    (H, W, 3) uint8 or uint16
+    (H, W, 3) or, with alpha, (H, W, 4) uint8 or uint16
         With 8 or 16 bits.
     """
     dtype, developed = (np.uint8, np.uint8) if transform.bits == 8 else (np.uint16, np.dtype(">u2"))
-    pixels = np.empty(radiance.shape, dtype=dtype)
+    if alpha is not None:
+        radiance = straight(radiance, alpha)
+    pixels = np.empty((*radiance.shape[:2], 3 if alpha is None else 4), dtype=dtype)
+    colors = pixels[..., :3]
     for rows, band in bands(radiance):
-        pixels[rows] = np.frombuffer(_native.develop(band, transform), dtype=developed).reshape(pixels[rows].shape)
+        colors[rows] = np.frombuffer(_native.develop(band, transform), dtype=developed).reshape(colors[rows].shape)
+    if alpha is not None:
+        pixels[..., 3] = np.floor(np.iinfo(dtype).max * alpha.astype(np.float64) + 0.5)
     return pixels
+
+
+def straight(radiance: npt.NDArray[np.floating], alpha: npt.NDArray[np.float32]) -> npt.NDArray[np.floating]:
+    """Return radiance (H, W, 3) divided by alpha (H, W), finite; 0 where alpha is."""
+    covered = alpha[..., np.newaxis] > 0
+    with np.errstate(over="ignore"):
+        color: npt.NDArray[np.floating] = np.divide(
+            radiance, alpha[..., np.newaxis], out=np.zeros_like(radiance), where=covered
+        )
+    np.minimum(color, np.finfo(np.float32).max, out=color)
+    return color

@@ -12,7 +12,7 @@ from rtcli.atomic import atomic_write_all
 from rtcli.extras import require_extra
 from rtcli.image.display import DEPTHS, Quantization
 from rtcli.image.write import FORMATS, METADATA, Format
-from rtcli.tracer.passes import LENGTHS, RADIANCE
+from rtcli.tracer.passes import ALPHA, LENGTHS, RADIANCE
 
 
 def format_of(name: str) -> Format:
@@ -65,10 +65,11 @@ def open_parts(parts: dict[str, Path]) -> Iterator[dict[str, tuple[str, BinaryIO
         yield {part: (str(parts[part]), file) for part, file in zip(parts, files, strict=True)}
 
 
-def check_fits(name: str, size: tuple[int, int], quantization: Quantization, passes: tuple[str, ...]) -> None:
+def check_fits(name: str, size: tuple[int, int], quantization: Quantization, arrays: tuple[str, ...]) -> None:
     """Raise ValueError unless a file's format can hold a picture of a width and height with this quantization.
 
-    A depth scale needs one of the passes that it is for, as a PNG beside the picture.
+    The arrays are alpha, if the picture has it, and the passes. A depth scale needs one of the passes that it is
+    for, as a PNG beside the picture.
     """
     format, (bits, depth_scale) = format_of(name), quantization
     if bits not in DEPTHS:
@@ -76,13 +77,22 @@ def check_fits(name: str, size: tuple[int, int], quantization: Quantization, pas
     if bits not in format.depths:
         raise ValueError(f"only .png files support {bits} bits per channel, not {name!r}")
     if depth_scale is not None:
-        if not 0 < depth_scale < math.inf:
-            raise ValueError(f"the depth scale must be finite and greater than 0, got {depth_scale}")
-        if not set(passes).intersection(LENGTHS):
-            raise ValueError(f"a depth scale needs one of the passes {' and '.join(LENGTHS)}")
-        if format.holds_all or format.pass_suffix != ".png":
-            raise ValueError(f"a depth scale needs passes as .png files; {name!r} stores exact lengths")
+        _check_depth_scale(depth_scale, name, arrays)
+    if ALPHA in arrays and not format.holds_alpha:
+        others = ", ".join(suffix for suffix, each in FORMATS.items() if each.holds_alpha)
+        raise ValueError(f"{name!r} has no room for alpha: the name must end in one of {others}")
     if max(size) > format.max_side:
         raise ValueError(
             f"a {format.name} is limited to {format.max_side:,} pixels per side, got {size[0]}x{size[1]}"
         )
+
+
+def _check_depth_scale(scale: float, name: str, arrays: tuple[str, ...]) -> None:
+    """Raise ValueError unless the scale can be used for one of the arrays, as a PNG beside a picture."""
+    format = format_of(name)
+    if not 0 < scale < math.inf:
+        raise ValueError(f"the depth scale must be finite and greater than 0, got {scale}")
+    if not set(arrays).intersection(LENGTHS):
+        raise ValueError(f"a depth scale needs one of the passes {' and '.join(LENGTHS)}")
+    if format.holds_all or format.pass_suffix != ".png":
+        raise ValueError(f"a depth scale needs passes as .png files; {name!r} stores exact lengths")

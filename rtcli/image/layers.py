@@ -19,9 +19,6 @@ PICTURE_LAYER = "picture"
 # The layer of a file that does not name it.
 UNNAMED_LAYER = "values"
 
-# The layer with the alpha of radiance, as OpenEXR calls it. Radiance without it is opaque.
-ALPHA = "A"
-
 
 @dataclass(frozen=True)
 class Layers:

@@ -31,7 +31,7 @@ from rtcli.image.layers import PICTURE_LAYER, UNNAMED_LAYER, Array, Kind, Layers
 from rtcli.image.pass_picture import pass_values
 from rtcli.image.write import KEYWORD, METADATA
 from rtcli.tracer import _native
-from rtcli.tracer.passes import RADIANCE
+from rtcli.tracer.passes import ALPHA, RADIANCE
 
 # The start of the file that Git LFS keeps in place of a large one until it is fetched:
 # https://github.com/git-lfs/git-lfs/blob/main/docs/spec.md
@@ -358,6 +358,10 @@ def _layer(name: str, values: Any) -> Array:
 _CHANNEL_ORDER = {name: rank for rank, name in enumerate("RGBAXYZ")}
 
 
+# The layers of the channels that name none.
+_UNNAMED_CHANNELS = {"R": RADIANCE, "G": RADIANCE, "B": RADIANCE, "A": ALPHA}
+
+
 def _exr(file: BinaryIO, path: str) -> Layers:
     openexr = require_extra("OpenEXR", "exr", "reading EXR")
     with _silence():
@@ -367,7 +371,7 @@ def _exr(file: BinaryIO, path: str) -> Layers:
     groups: dict[str, dict[str, Array]] = {}
     for name, pixels in channels.items():
         layer, _, component = name.rpartition(".")
-        layer = layer or (RADIANCE if name in ("R", "G", "B") else name)
+        layer = layer or _UNNAMED_CHANNELS.get(name, name)
         groups.setdefault(layer, {})[component] = pixels
     return Layers("arrays", {layer: _joined(group) for layer, group in groups.items()}, origin)
 

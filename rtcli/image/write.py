@@ -19,7 +19,7 @@ from typing import IO, TYPE_CHECKING, Any, BinaryIO, NamedTuple, TypeAlias
 from rtcli.extras import require_extra
 from rtcli.image.display import DEPTHS, DisplayTransform
 from rtcli.tracer._native import PngEncoder, encode_png
-from rtcli.tracer.passes import RADIANCE, SPECS
+from rtcli.tracer.passes import ALPHA, RADIANCE, SPECS
 
 if TYPE_CHECKING:
     from mmap import mmap
@@ -43,7 +43,7 @@ class FilmRecord(NamedTuple):
     Parameters
     ----------
     arrays
-        Radiance, (H, W, 3) float32, and the passes by name; see `rtcli.tracer.passes`.
+        Radiance, (H, W, 3) float32, and by name alpha and the passes; see `rtcli.tracer.passes`.
     transform
         How radiance becomes a picture.
     summary
@@ -91,18 +91,30 @@ def png_pieces(
 
 
 def _write_png(film: FilmRecord, file: BinaryIO) -> None:
+    if ALPHA in film.arrays:
+        file.write(_png_of_levels(_developed(film), png_texts(film.summary)))
+        return
     for piece in png_pieces(film.arrays[RADIANCE], film.transform, png_texts(film.summary)):
         file.write(piece)
+
+
+def _png_of_levels(levels: Array, texts: list[tuple[str, str]]) -> bytes:
+    height, width = levels.shape[:2]
+    channels = 1 if levels.ndim == 2 else levels.shape[2]
+    return encode_png(levels.tobytes(), (width, height), channels, 8 * levels.itemsize, texts)
+
+
+def _developed(film: FilmRecord) -> Array:
+    from rtcli.image.develop import develop  # with NumPy
+
+    return develop(film.arrays[RADIANCE], film.transform, film.arrays.get(ALPHA))
 
 
 def _write_pass_png(name: str, film: FilmRecord, file: BinaryIO) -> dict[str, Any]:
     from rtcli.image.pass_picture import pass_picture  # with NumPy
 
     levels, decode = pass_picture(name, film.arrays[name], film.depth_scale)
-    height, width = levels.shape[:2]
-    channels = 1 if levels.ndim == 2 else 3
-    texts = png_texts({**film.summary, "pass": {"name": name, **decode}})
-    file.write(encode_png(levels.tobytes(), (width, height), channels, 8 * levels.itemsize, texts))
+    file.write(_png_of_levels(levels, png_texts({**film.summary, "pass": {"name": name, **decode}})))
     return decode
 
 
@@ -111,8 +123,8 @@ def _write_pass_png(name: str, film: FilmRecord, file: BinaryIO) -> dict[str, An
 # Tags of EXIF and TIFF: the software, the description, and that the colors are sRGB.
 _SOFTWARE, _DESCRIPTION, _EXIF, _COLOR_SPACE = 0x0131, 0x010E, 0x8769, 0xA001
 
-# Lossless.
-WEBP_OPTIONS: Mapping[str, Any] = {"lossless": True, "quality": 50}
+# Lossless, the color of transparent pixels included.
+WEBP_OPTIONS: Mapping[str, Any] = {"lossless": True, "exact": True, "quality": 50}
 
 # VP8_ENC_ERROR_OUT_OF_MEMORY and VP8_ENC_ERROR_BITSTREAM_OUT_OF_MEMORY of libwebp's encode.h, in Pillow's words.
 _NO_MEMORY = r"encoding error [12]\b"
@@ -127,9 +139,7 @@ def _pillow(format: str, nests_tags: bool = True, **options: Any) -> Encoder:
     def write(film: FilmRecord, file: BinaryIO) -> None:
         from PIL import Image
 
-        from rtcli.image.develop import develop
-
-        pixels = develop(film.arrays[RADIANCE], film.transform)
+        pixels = _developed(film)
         exif = Image.Exif()
         exif[_SOFTWARE] = film.summary["software"]
         exif[_DESCRIPTION] = compact(film.summary)
@@ -214,8 +224,8 @@ def write_exr(arrays: Arrays, metadata: Mapping[str, Any], file: BinaryIO) -> No
         planes = array.reshape(*array.shape[:2], -1)
         dtype = np.uint32 if planes.dtype.kind == "u" else np.float32
         for i, channel in enumerate(SPECS[name].channels):
-            # Radiance is the layer without a name, which every viewer shows.
-            layer = "" if name == RADIANCE else f"{name}."
+            # Radiance and alpha are the layer without a name, which every viewer shows.
+            layer = "" if name in (RADIANCE, ALPHA) else f"{name}."
             channels[layer + channel] = planes[:, :, i].astype(dtype, order="C")
     header = {
         "compression": openexr.ZIP_COMPRESSION,
@@ -287,6 +297,8 @@ class Format(NamedTuple):
         The suffix of the files with the passes beside one that does not.
     write_pass
         Writes a pass, given by its name, to such a file; returns how to get values from levels.
+    holds_alpha
+        Whether it has room for alpha.
     max_side
         Pixels.
     depths
@@ -304,6 +316,7 @@ class Format(NamedTuple):
     holds_all: bool = False
     pass_suffix: str = ".png"
     write_pass: Callable[[str, FilmRecord, BinaryIO], dict[str, Any]] = _write_pass_png
+    holds_alpha: bool = True
     max_side: int = 65_535
     depths: tuple[int, ...] = (8,)
     is_streamed: bool = False
@@ -312,7 +325,13 @@ class Format(NamedTuple):
 
 
 # JPEG is the one that loses something: little, at this quality and with all of its color.
-_JPEG = Format("JPEG", _pillow("JPEG", quality=95, subsampling=0), max_side=65_500, shows_in_browser=True)
+_JPEG = Format(
+    "JPEG",
+    _pillow("JPEG", quality=95, subsampling=0),
+    holds_alpha=False,
+    max_side=65_500,
+    shows_in_browser=True,
+)
 _TIFF = Format("TIFF", _pillow("TIFF", nests_tags=False, compression="tiff_adobe_deflate"))
 
 FORMATS = {
@@ -326,6 +345,7 @@ FORMATS = {
         lambda film, file: write_npy(film.arrays[RADIANCE], file),
         pass_suffix=".npy",
         write_pass=_write_pass_npy,
+        holds_alpha=False,
     ),
     ".jpg": _JPEG,
     ".jpeg": _JPEG,

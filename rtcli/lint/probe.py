@@ -14,7 +14,7 @@ from rtcli.lint.scene import BURNT, BurntSpot
 from rtcli.rendering.pack import pack
 from rtcli.scene.model import Scene
 from rtcli.scene.vectors import Vector, direction, dot
-from rtcli.tracer._native import BudgetExceededError, WorkBudget, focal_length
+from rtcli.tracer._native import BudgetExceededError, WorkBudget
 from rtcli.tracer.native import NativeTracer
 from rtcli.tracer.world import CameraFrame, Window
 
@@ -123,14 +123,14 @@ class Probe:
 def _pixels_around(camera: CameraFrame, point: Vector) -> Window | None:
     """Return the pixel that shows a point and its neighbours, or None for a point out of view.
 
-    u = f x / z + W / 2,  v = H / 2 - f y / z (document, section 2.1)
+    u = f_x x / z + p_x,  v = p_y - f_y y / z (document, section 2.1)
     """
     to_point = direction(camera.position, point)
     x, y, z = (dot(axis, to_point) for axis in (camera.right, camera.up, camera.forward))
-    focal = focal_length(camera.fov, camera.height)
     if not z > 0:
         return None
-    u, v = camera.width / 2 + focal * x / z, camera.height / 2 - focal * y / z
+    (focal_x, focal_y), (principal_x, principal_y) = camera.focal_lengths, camera.principal_point
+    u, v = principal_x + focal_x * x / z, principal_y - focal_y * y / z
     if not (0 <= u < camera.width and 0 <= v < camera.height):
         return None
     left, top = max(0, int(u) - 1), max(0, int(v) - 1)

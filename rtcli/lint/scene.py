@@ -104,7 +104,7 @@ class SceneIndex:
         self.camera = scene.camera
         self.render = scene.render
         self.objects = scene.objects
-        self.eye = scene.camera.position
+        self.eye = scene.camera.eye
         self.shapes = [shape_of(item) for item in scene.objects]
         self.solids = {i: solid for i, shape in enumerate(self.shapes) if (solid := shape.solid)}
         self.lights = [_Light(("lights", i), light.position, light, None) for i, light in enumerate(scene.lights)]

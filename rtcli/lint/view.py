@@ -56,12 +56,17 @@ class View:
         frame = camera_frame(camera)
         self.eye, self.forward, right, up = frame.position, frame.forward, frame.right, frame.up
         self.lights = [direction(self.eye, light) for light in lights]
-        tall = math.tan(math.radians(frame.fov) / 2)
-        wide = tall * frame.width / frame.height
-        self.corners = [moved(moved(self.forward, right, x), up, y) for x in (-wide, wide) for y in (-tall, tall)]
+        tall, (x, y) = frame.half_height, frame.center
+        wide = tall * frame.pixel_aspect * frame.width / frame.height
+        self.corners = [
+            moved(moved(self.forward, right, across), up, above)
+            for across in (x - wide, x + wide)
+            for above in (y - tall, y + tall)
+        ]
         sides = [(self.forward, BEHIND)]
+        left, down = scaled(right, -1), scaled(up, -1)
         # Inside a side are the points with axis.p + slope forward.p >= 0.
-        for axis, slope in ((right, wide), (scaled(right, -1), wide), (up, tall), (scaled(up, -1), tall)):
+        for axis, slope in ((right, wide - x), (left, wide + x), (up, tall - y), (down, tall + y)):
             sides.append((unit(moved(axis, self.forward, slope)), BESIDE))
         self._sides = [
             _Side(normal, region, min((dot(normal, light) for light in self.lights), default=math.inf))

@@ -21,7 +21,7 @@ from rtcli.image.formats import check_fits, format_of, open_parts, parts_of
 from rtcli.image.write import METADATA, FilmRecord
 from rtcli.rendering.job import RenderJob
 from rtcli.rendering.metadata import SOFTWARE, camera_matrices, object_table, visibility
-from rtcli.tracer.passes import PASSES, RADIANCE, Passes
+from rtcli.tracer.passes import ALPHA, PASSES, RADIANCE, Passes
 
 if TYPE_CHECKING:
     from PIL.Image import Image as PILImage
@@ -37,7 +37,9 @@ class Film(Passes):
     Parameters
     ----------
     radiance
-        (H, W, 3) float32: linear, before exposure.
+        (H, W, 3) float32: linear, before exposure. With alpha, the background is left out: it is black.
+    alpha
+        (H, W) float32: the share of each pixel's samples that hit something; None without `image.alpha`.
     exposure
         Stops with which `save` develops it.
     tone
@@ -58,6 +60,7 @@ class Film(Passes):
     tone: str = "clip"
     rays: int = 0
     job: RenderJob | None = field(default=None, kw_only=True)
+    alpha: npt.NDArray[np.float32] | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         if not math.isfinite(self.exposure):
@@ -79,6 +82,7 @@ class Film(Passes):
         if name not in self.keys():
             has = f"this film has {', '.join(self)}"
             advice = f': request it with rtcli.render(scene, passes="{name}")' if name in PASSES else ""
+            advice = ": set image.alpha in the scene" if name == ALPHA else advice
             raise KeyError(f"no {name!r}: {has}{advice}")
         array: npt.NDArray[Any] = getattr(self, name)
         return array
@@ -92,15 +96,15 @@ class Film(Passes):
         return len(self.keys())
 
     def keys(self) -> tuple[str, ...]:
-        """Return the names of the arrays: radiance, and the passes."""
-        return (RADIANCE, *self.passes)
+        """Return the names of the arrays: radiance, alpha if it has it, and the passes."""
+        return (RADIANCE, *self._beside)
 
     def develop(self, bits: Literal[8, 16] = 8) -> npt.NDArray[np.uint8] | npt.NDArray[np.uint16]:
-        """Return the picture as (H, W, 3) sRGB, uint8 or, with 16 bits, uint16."""
-        return develop(self.radiance, DisplayTransform(self.exposure, self.tone, bits))
+        """Return the picture as sRGB, uint8 or, with 16 bits, uint16: (H, W, 3), or (H, W, 4) with alpha."""
+        return develop(self.radiance, DisplayTransform(self.exposure, self.tone, bits), self.alpha)
 
     def to_pil(self, bits: Literal[8] = 8) -> PILImage:
-        """Return the developed picture as a `PIL.Image.Image`, RGB.
+        """Return the developed picture as a `PIL.Image.Image`, RGB or, with alpha, RGBA.
 
         Parameters
         ----------
@@ -123,6 +127,10 @@ class Film(Passes):
         png = io.BytesIO()
         self.write({RADIANCE: ("film.png", png)})
         return png.getvalue()
+
+    @property
+    def _beside(self) -> tuple[str, ...]:
+        return self.passes if self.alpha is None else (ALPHA, *self.passes)
 
     @property
     def passes(self) -> tuple[str, ...]:
@@ -179,9 +187,9 @@ class Film(Passes):
         Raises
         ------
         ValueError
-            If no format has the suffix, the format cannot hold a picture of this size, or the bits are neither 8
-            nor 16, or not those of the format; if the depth scale is not a finite number above 0, or no pass is
-            stored with it.
+            If no format has the suffix, the format cannot hold a picture of this size or with alpha, or the bits
+            are neither 8 nor 16, or not those of the format; if the depth scale is not a finite number above 0, or
+            no pass is stored with it.
         OSError
             If a file cannot be written, or a package that the format needs is not installed
             (`rtcli.extras.MissingExtraError`).
@@ -189,7 +197,7 @@ class Film(Passes):
         parts = parts_of(os.fspath(path), self.passes)
         quantization = Quantization(bits, depth_scale)
         size = self.radiance.shape[1], self.radiance.shape[0]
-        check_fits(os.fspath(path), size, quantization, self.passes)
+        check_fits(os.fspath(path), size, quantization, self._beside)
         with open_parts(parts) as files:
             self.write(files, quantization)
 

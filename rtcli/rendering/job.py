@@ -10,7 +10,7 @@ from rtcli.rendering.metadata import SOFTWARE, fingerprint
 from rtcli.rendering.pack import PackedScene
 from rtcli.tracer._native import simd_level
 from rtcli.tracer.engines import ENGINES, Tracer, default_threads, tracer_of
-from rtcli.tracer.passes import PASSES
+from rtcli.tracer.passes import ALPHA, PASSES
 from rtcli.tracer.world import CameraFrame, Window, World
 
 if TYPE_CHECKING:
@@ -102,6 +102,11 @@ class RenderJob:
         """What the tracers take."""
         return self.scene.world
 
+    @property
+    def array_names(self) -> tuple[str, ...]:
+        """The arrays to record beside radiance: alpha if the picture has it, and the passes."""
+        return (ALPHA, *self.request.passes) if self.scene.alpha else self.request.passes
+
     @cached_property
     def window(self) -> Window:
         """The pixels of the picture that the film holds.
@@ -145,5 +150,6 @@ class RenderJob:
             "eye_falloff": rest.eye_falloff,
             "exposure": exposure,
             "tone": self.scene.tone,
+            **({"alpha": True} if self.scene.alpha else {}),
         }
         return {"software": SOFTWARE, "scene": self.fingerprint, "settings": settings}

@@ -10,7 +10,7 @@ import re
 from array import array
 from typing import TYPE_CHECKING, Any, Protocol
 
-from rtcli.rendering.pack import PackedScene, frame_of, pack_scene
+from rtcli.rendering.pack import PackedScene, frame_of, lens_of_fov, pack_scene, packed
 from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.scene.files import JSON_SUFFIX, MAX_BYTES, YAML_SUFFIXES
 from rtcli.scene.overrides import SectionEdit
@@ -77,12 +77,12 @@ def read_packed(raw: bytes, name: str, edits: list[SectionEdit], watch: Stopwatc
             return None
     with watch.stage("pack"):
         world = World(
-            frame_of(camera["resolution"], camera["fov"], position, view, up),
+            frame_of(camera["resolution"], lens_of_fov(camera["fov"]), position, view, up),
             Shapes(*_columns(objects, "Bddd")),
             Lights(*_columns(lights, "Bdddq")),
             Settings(**render),
         )
-        return PackedScene(world, names, image["exposure"], image["tone"])
+        return packed(world, names, image["exposure"], image["tone"], image["alpha"])
 
 
 def _format_of(raw: bytes, name: str) -> str:

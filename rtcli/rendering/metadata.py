@@ -14,7 +14,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from rtcli.rendering.pack import PackedScene
-from rtcli.tracer._native import SHAPE_PARAMETERS, __version__, by_threes, focal_length
+from rtcli.scene.vectors import negative
+from rtcli.tracer._native import SHAPE_PARAMETERS, __version__, by_threes
 from rtcli.tracer.world import CameraFrame, Settings, Vector, Window
 
 if TYPE_CHECKING:
@@ -40,7 +41,9 @@ def fingerprint(scene: PackedScene) -> str:
     world = scene.world
     frame = world.camera
     digest = hashlib.sha256(struct.pack("<2I", frame.width, frame.height))
-    for vector in ((frame.fov,), frame.position, frame.right, frame.up, frame.forward):
+    # Files keep their hashes if they give `fov`.
+    lens = (frame.half_height, frame.pixel_aspect, *frame.center) if frame.fov is None else (frame.fov,)
+    for vector in (lens, frame.position, frame.right, frame.up, frame.forward):
         digest.update(_little(array("d", vector)))
     shapes, lights = world.shapes, world.lights
     three, fourth, others = (
@@ -55,7 +58,8 @@ def fingerprint(scene: PackedScene) -> str:
     if any(lights.kind):  # files keep their hashes if there are only point lights
         digest.update(_little(lights.kind))
     digest.update(scene.names.encode())
-    rest = _settings(world.settings), {"exposure": scene.exposure, "tone": scene.tone}
+    image = {"exposure": scene.exposure, "tone": scene.tone, **({"alpha": True} if scene.alpha else {})}
+    rest = _settings(world.settings), image
     digest.update(json.dumps(rest, sort_keys=True).encode())
     return f"sha256:{digest.hexdigest()}"
 
@@ -77,12 +81,14 @@ def _little(numbers: array[Any]) -> bytes:
 
 
 def camera_matrices(frame: CameraFrame, window: Window) -> dict[str, Any]:
-    """Return a camera as matrices, for the pixels of a window.
+    """Return a camera as matrices, for the pixels of a window, in the keys of a scene's `camera`.
 
     Intrinsics, in pixels, with integers at pixel centres as OpenCV counts (document, section 2.1)::
 
-        f = H / (2 tan(fov / 2)),  c_x = W / 2 - 1/2 - left,  c_y = H / 2 - 1/2 - top
-        (u, v, 1) z = K (x, y, z),  K = [[f, 0, c_x], [0, f, c_y], [0, 0, 1]]
+        f_y = H / (2 tan(fov / 2)),  c = p - 1/2 - (left, top)
+        (u, v, 1) z = K (x, y, z),  K = [[f_x, 0, c_x], [0, f_y, c_y], [0, 0, 1]]
+
+    The principal point p is (W / 2, H / 2) unless the scene gives another, and then f_x = f_y.
 
     Extrinsics, 4 x 4, take homogeneous points of the world to the camera's axes, and back. OpenCV: x right, y
     down, z along the view. OpenGL: x right, y up, z against the view.
@@ -97,14 +103,15 @@ def camera_matrices(frame: CameraFrame, window: Window) -> dict[str, Any]:
     Returns
     -------
     dict
-        `intrinsics` (K), and `opencv` and `opengl`, each with `world_to_camera` and `camera_to_world`.
+        `resolution` of the window, `intrinsics` (K), and `opencv` and `opengl`, each with `world_to_camera` and
+        `camera_to_world`.
     """
-    focal = focal_length(frame.fov, frame.height)
-    center = frame.width / 2 - 0.5 - window.x, frame.height / 2 - 0.5 - window.y
-    down, backward = _negative(frame.up), _negative(frame.forward)
+    (focal_x, focal_y), (principal_x, principal_y) = frame.focal_lengths, frame.principal_point
+    center_x, center_y = principal_x - 0.5 - window.x, principal_y - 0.5 - window.y
+    down, backward = negative(frame.up), negative(frame.forward)
     return {
-        "fov": frame.fov,
-        "intrinsics": [[focal, 0.0, center[0]], [0.0, focal, center[1]], [0.0, 0.0, 1.0]],
+        "resolution": [window.width, window.height],
+        "intrinsics": [[focal_x, 0.0, center_x], [0.0, focal_y, center_y], [0.0, 0.0, 1.0]],
         "opencv": _extrinsics((frame.right, down, frame.forward), frame.position),
         "opengl": _extrinsics((frame.right, frame.up, backward), frame.position),
     }
@@ -116,10 +123,6 @@ def _extrinsics(axes: tuple[Vector, Vector, Vector], eye: Vector) -> dict[str, M
     to_camera = [[*axis, -sum(a * e for a, e in zip(axis, eye, strict=True)) + 0.0] for axis in axes]
     to_world = [[axes[0][row], axes[1][row], axes[2][row], eye[row]] for row in range(3)]
     return {"world_to_camera": [*to_camera, last], "camera_to_world": [*to_world, last]}
-
-
-def _negative(vector: Vector) -> Vector:
-    return 0.0 - vector[0], 0.0 - vector[1], 0.0 - vector[2]
 
 
 # --- The objects -----------------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, NamedTuple
 
 from rtcli.scene.vectors import cross, unit
-from rtcli.tracer._native import LIGHT_PARAMETERS, SHAPE_PARAMETERS
+from rtcli.tracer._native import LIGHT_PARAMETERS, SHAPE_PARAMETERS, half_tangent
 from rtcli.tracer.world import NO_CARRIER, CameraFrame, Lights, Settings, Shapes, Vector, World
 
 if TYPE_CHECKING:  # loads pydantic, which a scene that is plainly valid does without
@@ -27,12 +27,15 @@ class PackedScene(NamedTuple):
         Stops, or `auto`.
     tone
         A name of `rtcli.curves.TONE_CURVES`.
+    alpha
+        Whether the picture has alpha in place of the background, which then is black in `world`.
     """
 
     world: World
     names: str
     exposure: float | str
     tone: str
+    alpha: bool
 
     def object_names(self) -> list[str | None]:
         """Return the name of each object, or None."""
@@ -53,7 +56,14 @@ class PackedScene(NamedTuple):
 def pack_scene(scene: Scene) -> PackedScene:
     """Return a scene as numbers and names."""
     names = _joined(shape.name for shape in scene.objects)
-    return PackedScene(pack(scene), names, scene.image.exposure, scene.image.tone)
+    return packed(pack(scene), names, scene.image.exposure, scene.image.tone, scene.image.alpha)
+
+
+def packed(world: World, names: str, exposure: float | str, tone: str, alpha: bool) -> PackedScene:
+    """Return a packed scene; one with alpha has a black background, so that colors are multiplied by alpha."""
+    if alpha:
+        world = world._replace(settings=world.settings._replace(background=(0.0, 0.0, 0.0)))
+    return PackedScene(world, names, exposure, tone, alpha)
 
 
 def _joined(names: Iterable[str | None]) -> str:
@@ -77,12 +87,26 @@ def pack(scene: Scene) -> World:
     )
 
 
+class Lens(NamedTuple):
+    """The part of a `CameraFrame` that says what the picture spans, whose parameters it has."""
+
+    half_height: float
+    pixel_aspect: float = 1.0
+    center: tuple[float, float] = (0.0, 0.0)
+    fov: float | None = None
+
+
+def lens_of_fov(fov: float) -> Lens:
+    """Return the lens of a vertical field of view, in degrees."""
+    return Lens(half_tangent(fov), fov=fov)
+
+
 def camera_frame(camera: Camera) -> CameraFrame:
     """Return the frame of a scene's camera."""
-    return frame_of(camera.resolution, camera.fov, camera.position, camera.view, camera.up)
+    return frame_of(camera.resolution, _lens(camera), camera.eye, camera.view, camera.upward)
 
 
-def frame_of(resolution: tuple[int, int], fov: float, position: Vector, view: Vector, up: Vector) -> CameraFrame:
+def frame_of(resolution: tuple[int, int], lens: Lens, position: Vector, view: Vector, up: Vector) -> CameraFrame:
     """Return the frame of a camera, whose view and up have any length but 0.
 
     right = view x up, up' = right x view: the document's camera (section 2.1.1) gives x, y and -z exactly.
@@ -93,12 +117,30 @@ def frame_of(resolution: tuple[int, int], fov: float, position: Vector, view: Ve
     return CameraFrame(
         width=width,
         height=height,
-        fov=fov,
         position=position,
         right=right,
         up=cross(right, forward),
         forward=forward,
+        **lens._asdict(),
     )
+
+
+def _lens(camera: Camera) -> Lens:
+    """Return the lens of a scene's camera.
+
+    With the size (W, H) of the picture and the focal lengths f in pixels (document, section 2.1)::
+
+        half_height = tan(fov / 2) = tan(fov_x / 2) H / W = H / (2 f_y)
+        x = (W / 2 - 1/2 - c_x) / f_x,  y = (c_y - H / 2 + 1/2) / f_y
+    """
+    width, height = camera.resolution
+    if camera.intrinsics is not None:
+        (focal_x, _, center_x), (_, focal_y, center_y), _ = camera.intrinsics
+        center = (width / 2 - 0.5 - center_x) / focal_x, (center_y - height / 2 + 0.5) / focal_y
+        return Lens(height / (2 * focal_y), focal_y / focal_x, center)
+    if camera.fov_x is not None:
+        return Lens(half_tangent(camera.fov_x) * height / width)
+    return lens_of_fov(camera.fov or 0.0)
 
 
 def _shapes(objects: tuple[Object, ...]) -> Shapes:

@@ -25,7 +25,7 @@ def expose_film(job: RenderJob, progress: Progress | None = None) -> Film:
     from rtcli.rendering.film import Film
 
     tracer, scene = job.tracer, job.scene
-    arrays, rays = tracer.film(job.window, job.request.passes, progress)
+    arrays, rays = tracer.film(job.window, job.array_names, progress)
     exposure, metered = stops_of(tracer, scene.exposure)
     return Film(**arrays, exposure=exposure, tone=scene.tone, rays=rays + metered, job=job)
 
@@ -49,13 +49,13 @@ def write_film(
 ) -> RenderStats:
     """Trace, develop and write a job.
 
-    The native tracer, or an executor, streams a PNG without passes band by band, so that memory does not grow with
-    the picture.
+    The native tracer, or an executor, streams an opaque PNG without passes band by band, so that memory does not
+    grow with the picture.
     """
     name, file = files[RADIANCE]
     can_stream = format_of(name).is_streamed and (job.executor is not None or job.request.engine == "native")
     watch = Stopwatch(seconds={"build": 0.0, "trace": 0.0, "develop": 0.0, "write": 0.0})
-    if can_stream and not job.request.passes:
+    if can_stream and not job.array_names:
         rays = _stream(job, file, quantization.bits, progress, watch)
     else:
         rays = _by_film(job, files, quantization, progress, watch)

@@ -44,8 +44,10 @@ _NAME = 60
 # The symbols of the document that are not identifiers.
 _SYMBOLS = {
     "cos_theta": "cos(theta)",
+    "c": "c_x, c_y",
     "d_n": "d . n",
     "factor": "2^EV",
+    "focal": "f_x, f_y",
     "g_length": "|g|",
     "n_box": "n'",
     "size": "W, H",

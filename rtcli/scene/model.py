@@ -10,8 +10,9 @@ name for a color, a mapping for a part.
 from __future__ import annotations
 
 import itertools
+import math
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from os import PathLike
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias, get_args
 
@@ -23,11 +24,13 @@ from pydantic import (
     Field,
     GetCoreSchemaHandler,
     GetPydanticSchema,
+    ModelWrapValidatorHandler,
     ValidationError,
     ValidationInfo,
     ValidatorFunctionWrapHandler,
     WithJsonSchema,
     field_validator,
+    model_validator,
 )
 from pydantic_core import InitErrorDetails, PydanticCustomError, PydanticKnownError, core_schema
 from typing_extensions import Self, TypeAliasType
@@ -37,7 +40,7 @@ from rtcli.scene.bounds import MAX_NAME, MAX_SAMPLES, MAX_SIDE
 from rtcli.scene.colors import color_from_text
 from rtcli.scene.diagnostics.problems import MAX_PROBLEMS
 from rtcli.scene.plain import plain
-from rtcli.scene.vectors import are_parallel, view_direction
+from rtcli.scene.vectors import are_parallel, cross, dot, negative, view_direction
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[Number, Field(gt=0)]
@@ -170,34 +173,179 @@ class _Model(BaseModel):
         rtcli.SceneError
             If the result is not valid.
         """
-        return type(self)(**{**dict(self), **changes})
+        given = {key: value for key, value in self if key in self.model_fields_set}
+        return type(self)(**{**given, **changes})
+
+
+# --- The camera ------------------------------------------------------------------------------------------
+
+# The keys for what the picture spans: a camera has one of them.
+_LENSES = ("fov", "fov_x", "intrinsics")
+# The keys for where the camera is: a matrix, or the others.
+_POSES = ("opencv", "opengl")
+_AIMS = ("position", "look_at", "up")
+# How far a matrix may be from a rigid motion.
+_RIGID = 1e-6
+# How far from its principal point a picture may reach, in focal lengths.
+_MAX_SLOPE = 1e12
+
+
+def _equal_to(number: int) -> AfterValidator:
+    def check(value: float) -> float:
+        if value != number:
+            raise PydanticCustomError("fixed_number", "must be {number}", {"number": number})
+        return value
+
+    return AfterValidator(check)
+
+
+_Zero: TypeAlias = Annotated[Number, _equal_to(0), Field(json_schema_extra={"const": 0})]
+_One: TypeAlias = Annotated[Number, _equal_to(1), Field(json_schema_extra={"const": 1})]
+_Angle: TypeAlias = Annotated[Positive, Field(lt=180)]
+_Focal: TypeAlias = Annotated[Positive, Field(le=1e12)]
+Intrinsics: TypeAlias = tuple[
+    tuple[_Focal, _Zero, Number], tuple[_Zero, _Focal, Number], tuple[_Zero, _Zero, _One]
+]
+_Row: TypeAlias = tuple[Number, Number, Number, Number]
+_Matrix: TypeAlias = tuple[_Row, _Row, _Row, tuple[_Zero, _Zero, _Zero, _One]]
+
+
+def _not_rigid(matrix: _Matrix) -> str | None:
+    """Return why a matrix is no rigid motion, or None: its columns must be a right-handed orthonormal frame."""
+    axes = _columns(matrix)[:3]
+    for (i, a), (j, b) in itertools.combinations_with_replacement(enumerate(axes), 2):
+        if not abs(dot(a, b) - (i == j)) <= _RIGID:
+            return (
+                f"column {i} has the length {math.sqrt(dot(a, a)):.9g}"
+                if i == j
+                else f"columns {i} and {j} are not perpendicular"
+            )
+    return "it mirrors the scene" if dot(cross(axes[0], axes[1]), axes[2]) < 0 else None
+
+
+def _columns(matrix: _Matrix) -> tuple[Vector, Vector, Vector, Vector]:
+    """Return the columns of a matrix without the last row."""
+    x, y, z, _ = matrix
+    return (x[0], y[0], z[0]), (x[1], y[1], z[1]), (x[2], y[2], z[2]), (x[3], y[3], z[3])
+
+
+def _are_close(one: Iterable[Iterable[float]], other: Iterable[Iterable[float]], reach: float) -> bool:
+    """Return whether the rows of two rigid motions agree, which reach so far from the origin."""
+    tolerances = (_RIGID, _RIGID, _RIGID, _RIGID * max(1.0, reach))
+    return all(
+        abs(a - b) <= tolerance
+        for row, same in zip(one, other, strict=False)
+        for a, b, tolerance in zip(row, same, tolerances, strict=True)
+    )
+
+
+_POSE = [[1, 0, 0, 0], [0, 1, 0, 2], [0, 0, 1, 8], [0, 0, 0, 1]]
+
+
+class Pose(_Model):
+    """Where a camera is and how it is turned, as a matrix."""
+
+    camera_to_world: _Matrix = Field(examples=[_POSE])
+    """A rigid motion, as four rows: takes columns (x, y, z, 1) from the camera's axes to the world."""
+    world_to_camera: Annotated[_Matrix | None, NotNull] = None
+    """Its inverse, which metadata state as well. It may be left out, and changes nothing."""
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self, *, camera_to_world: Iterable[Numbers], world_to_camera: Iterable[Numbers] | None = None
+        ) -> None: ...
+
+    @field_validator("camera_to_world")
+    @classmethod
+    def _is_rigid(cls, matrix: _Matrix) -> _Matrix:
+        reason = _not_rigid(matrix)
+        if reason is not None:
+            raise PydanticCustomError("not_rigid", "must be a rigid motion: {reason}", {"reason": reason})
+        return matrix
+
+    @field_validator("world_to_camera")
+    @classmethod
+    def _is_inverse(cls, matrix: _Matrix | None, info: ValidationInfo) -> _Matrix | None:
+        if matrix is not None and "camera_to_world" in info.data:
+            *axes, eye = _columns(info.data["camera_to_world"])
+            inverse = ((*axis, -dot(axis, eye)) for axis in axes)
+            if not _are_close(inverse, matrix, max(map(abs, eye))):
+                raise PydanticCustomError("poses_differ", "must be the inverse of `camera_to_world`")
+        return matrix
 
 
 class Camera(_Model):
     """A pinhole camera. By default it is at the origin and looks along -z."""
 
+    model_config = ConfigDict(
+        json_schema_extra={
+            "oneOf": [{"required": [key]} for key in _LENSES],
+            "dependencies": {pose: {"not": {"anyOf": [{"required": [key]} for key in _AIMS]}} for pose in _POSES},
+        }
+    )
+
     resolution: tuple[Side, Side] = Field(examples=[[640, 480], [1920, 1080]])
     """Width and height of the picture in pixels, each 1 to 65,535."""
-    fov: Annotated[Positive, Field(lt=180)] = Field(examples=[20, 60])
+    fov: Annotated[_Angle | None, NotNull] = Field(default=None, examples=[20, 60])
     """Vertical field of view in degrees, between 0 and 180."""
+    fov_x: Annotated[_Angle | None, NotNull] = Field(default=None, examples=[40])
+    """Horizontal field of view in degrees, between 0 and 180, in place of `fov`."""
+    intrinsics: Annotated[Intrinsics | None, NotNull] = Field(
+        default=None, examples=[[[800, 0, 319.5], [0, 800, 239.5], [0, 0, 1]]]
+    )
+    """K in place of `fov`: [[f_x, 0, c_x], [0, f_y, c_y], [0, 0, 1]], in pixels with integers at pixel centres."""
     position: Vector = Field(default=ZERO, examples=[[0, 2, 8]])
     """The position of the eye: x, y, z."""
     look_at: Annotated[Vector | None, NotNull] = Field(default=None, examples=[[0, 1, 0]])
     """The point shown at the centre of the picture. Default: position + [0, 0, -1], a view along -z."""
     up: Direction = Field(default=(0.0, 1.0, 0.0), examples=[[0, 1, 0]], validate_default=True)
     """The direction that points up in the picture: not zero, not parallel to the viewing direction."""
+    opencv: Annotated[Pose | None, NotNull] = Field(
+        default=None, examples=[{"camera_to_world": [[1, 0, 0, 0], [0, -1, 0, 2], [0, 0, -1, 8], [0, 0, 0, 1]]}]
+    )
+    """The pose, in place of `position`, `look_at` and `up`: x to the right, y down, z along the view."""
+    opengl: Annotated[Pose | None, NotNull] = Field(default=None, examples=[{"camera_to_world": _POSE}])
+    """The same with x to the right, y up, z opposite to the view. With both, they must agree."""
 
     if TYPE_CHECKING:
 
-        def __init__(
+        def __init__(  # noqa: PLR0913 - one for each key of a camera
             self,
             *,
             resolution: Iterable[int],
-            fov: float,
+            fov: float | None = None,
+            fov_x: float | None = None,
+            intrinsics: Iterable[Numbers] | None = None,
             position: Numbers = ...,
             look_at: Numbers | None = None,
             up: Numbers = ...,
+            opencv: Pose | Keys | None = None,
+            opengl: Pose | Keys | None = None,
         ) -> None: ...
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _keys_fit_each_other(cls, data: Any, validate: ModelWrapValidatorHandler[Self]) -> Self:
+        """Report keys that exclude each other together with all other errors of the camera."""
+        problems = list(_conflicts(data)) if isinstance(data, dict) else []
+        if not problems:
+            return validate(data)
+        try:
+            validate(data)
+        except ValidationError as error:
+            problems = _line_errors(error) + problems
+        raise ValidationError.from_exception_data("Camera", problems)
+
+    @field_validator("intrinsics")
+    @classmethod
+    def _is_in_front(cls, intrinsics: Intrinsics | None, info: ValidationInfo) -> Intrinsics | None:
+        if intrinsics is not None:
+            for axis, size in enumerate(info.data.get("resolution", ())):
+                focal, center = intrinsics[axis][axis], intrinsics[axis][2]
+                if max(abs(center), abs(size - center)) > _MAX_SLOPE * focal:
+                    raise PydanticCustomError("too_oblique", "the picture is too far from its principal point")
+        return intrinsics
 
     @field_validator("look_at")
     @classmethod
@@ -216,10 +364,53 @@ class Camera(_Model):
             raise PydanticCustomError("up_along_view", "must not be parallel to the viewing direction")
         return up
 
+    @field_validator("opengl")
+    @classmethod
+    def _poses_agree(cls, opengl: Pose | None, info: ValidationInfo) -> Pose | None:
+        opencv = info.data.get("opencv")
+        if opengl is not None and opencv is not None:
+            turned = ((x, -y, -z, eye) for x, y, z, eye in opencv.camera_to_world[:3])
+            reach = max(abs(row[3]) for row in opencv.camera_to_world[:3])
+            if not _are_close(turned, opengl.camera_to_world, reach):
+                raise PydanticCustomError("poses_differ", "must be the pose that `opencv` gives")
+        return opengl
+
+    @property
+    def eye(self) -> Vector:
+        """The position of the eye, whichever keys give it."""
+        pose = self.opencv or self.opengl
+        return self.position if pose is None else _columns(pose.camera_to_world)[3]
+
     @property
     def view(self) -> Vector:
-        """The direction of the view, from the eye through the middle of the picture, of any length."""
+        """The direction of the view, of any length: from the eye through the principal point."""
+        if self.opencv is not None:
+            return _columns(self.opencv.camera_to_world)[2]
+        if self.opengl is not None:
+            return negative(_columns(self.opengl.camera_to_world)[2])
         return view_direction(self.position, self.look_at)
+
+    @property
+    def upward(self) -> Vector:
+        """The direction that is up in the picture, of any length, not along the view."""
+        if self.opencv is not None:
+            return negative(_columns(self.opencv.camera_to_world)[1])
+        return self.up if self.opengl is None else _columns(self.opengl.camera_to_world)[1]
+
+
+def _conflicts(data: Mapping[str, Any]) -> Iterator[InitErrorDetails]:
+    """Yield an error for each key of a camera that another excludes, or one if nothing says what it spans."""
+    lenses = [key for key in data if key in _LENSES]
+    if not lenses:
+        yield InitErrorDetails(type="missing", loc=("fov",), input=data)
+    pose = next((key for key in data if key in _POSES), None)
+    excluded = [(key, lenses[0]) for key in lenses[1:]] + [(key, pose) for key in data if pose and key in _AIMS]
+    for key, other in excluded:
+        error = PydanticCustomError("excluded", "excludes {other}", {"other": other})
+        yield InitErrorDetails(type=error, loc=(key,), input=data[key])
+
+
+# --- Lights ----------------------------------------------------------------------------------------------
 
 
 class CarriedLight(_Model):
@@ -505,10 +696,14 @@ class ImageSettings(_Model):
     """Exposure in stops, each a factor of 2; or auto."""
     tone: ToneName = "clip"
     """The tone curve: clip cuts off at white; reinhard and aces compress bright light gradually."""
+    alpha: Annotated[bool, Field(strict=True)] = False
+    """Leave the background out, and record the share of each pixel that objects cover."""
 
     if TYPE_CHECKING:
 
-        def __init__(self, *, exposure: float | Literal["auto"] = ..., tone: ToneName = ...) -> None: ...
+        def __init__(
+            self, *, exposure: float | Literal["auto"] = ..., tone: ToneName = ..., alpha: bool = ...
+        ) -> None: ...
 
 
 class Scene(_Model):
@@ -527,7 +722,7 @@ class Scene(_Model):
     render: RenderSettings = RenderSettings()
     """How light is computed: samples, background, ambient light, depth, falloff."""
     image: ImageSettings = ImageSettings()
-    """How radiance becomes an image: exposure and tone curve."""
+    """How radiance becomes an image: exposure, tone curve, alpha."""
 
     if TYPE_CHECKING:
 
@@ -642,11 +837,12 @@ def keys_in_order(model: type[BaseModel]) -> list[str]:
 
 
 def _line_errors(error: ValidationError, start: int = 0) -> list[InitErrorDetails]:
-    """Return the errors of a piece of a list that begins at index `start`."""
+    """Return the errors of a model, or of a piece of a list that begins at index `start`."""
     return [_line_error(details, start) for details in error.errors(include_url=False)[: MAX_PROBLEMS + 1]]
 
 
 def _line_error(details: Any, start: int) -> InitErrorDetails:
     error = PydanticCustomError(details["type"], "{text}", {**details.get("ctx", {}), "text": details["msg"]})
-    index, *rest = details["loc"]
-    return InitErrorDetails(type=error, loc=(index + start, *rest), input=details["input"])
+    first, *rest = details["loc"]
+    loc = (first + start if isinstance(first, int) else first, *rest)
+    return InitErrorDetails(type=error, loc=loc, input=details["input"])

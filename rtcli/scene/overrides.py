@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 if TYPE_CHECKING:
     from rtcli.scene.reading.source import Document
@@ -21,7 +21,8 @@ class Overrides:
     Parameters
     ----------
     size
-        Width and height in pixels, or None for the scene's.
+        Width and height in pixels, or None for the scene's. The view keeps its vertical extent if the camera has
+        `intrinsics`, as it does with `fov`.
     samples
         Rays per pixel, or None for the scene's.
     exposure
@@ -30,6 +31,8 @@ class Overrides:
         Expressions of `--set`, in order.
     option
         The source of the edits, as messages name it: `--set`, or the name of an environment variable.
+    alpha
+        Whether to replace the background by alpha, or None for the scene's choice.
     """
 
     size: tuple[int, int] | None = None
@@ -37,6 +40,7 @@ class Overrides:
     exposure: float | str | None = None
     edits: tuple[str, ...] = ()
     option: str = "--set"
+    alpha: bool | None = None
 
     def apply(self, document: Document) -> Document:
         """Return the changed document; `--set` takes precedence over the other options.
@@ -50,11 +54,16 @@ class Overrides:
 
         if self.size is not None:
             option = f"--size {self.size[0]}x{self.size[1]}"
+            resized = _resized(document.data, self.size)
             document = set_value(document, "camera.resolution", list(self.size), option)
+            if resized is not None:
+                document = set_value(document, "camera.intrinsics", resized, option)
         if self.samples is not None:
             document = set_value(document, "render.samples", self.samples, f"--samples {self.samples}")
         if self.exposure is not None:
             document = set_value(document, "image.exposure", self.exposure, f"--exposure {self.exposure}")
+        if self.alpha is not None:
+            document = set_value(document, "image.alpha", self.alpha, "--alpha")
         for expression in self.edits:
             document = set_expression(document, expression, self.option)
         return document
@@ -68,7 +77,34 @@ class Overrides:
             edits.append(("render", "samples", str(self.samples)))
         if self.exposure is not None:
             edits.append(("image", "exposure", str(self.exposure)))
+        if self.alpha is not None:
+            edits.append(("image", "alpha", str(self.alpha).lower()))
         return with_expressions(edits, self.edits)
+
+
+def _resized(data: Any, size: tuple[int, int]) -> list[list[float]] | None:
+    """Return the intrinsics of a scene's data for a picture of another size, or None without valid ones.
+
+    The focal lengths, and the offset of the principal point from the middle of the picture, scale with its height.
+    """
+    camera = data.get("camera") if isinstance(data, dict) else None
+    if not isinstance(camera, dict) or "intrinsics" not in camera:
+        return None
+    from pydantic import ValidationError  # takes time to load, and most scenes do without
+
+    from rtcli.scene.model import Camera
+
+    part = {key: camera[key] for key in ("resolution", "intrinsics") if key in camera}
+    try:
+        checked = Camera.model_validate(part)
+    except ValidationError:
+        return None  # which validation will report
+    rows = [list(row) for row in checked.intrinsics or ()]
+    factor = size[1] / checked.resolution[1]
+    for axis, (old, new) in enumerate(zip(checked.resolution, size, strict=True)):
+        rows[axis][axis] *= factor
+        rows[axis][2] = new / 2 - 0.5 + (rows[axis][2] + 0.5 - old / 2) * factor
+    return rows
 
 
 def with_expressions(edits: list[SectionEdit] | None, expressions: Iterable[str]) -> list[SectionEdit] | None:

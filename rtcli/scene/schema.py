@@ -29,11 +29,12 @@ class _SceneFileSchema(GenerateJsonSchema):
         return self.generate_inner(schema["schema"])
 
     def tuple_schema(self, schema: core_schema.TupleSchema) -> JsonSchemaValue:
-        """Describe a vector with `items`, since not all editors know `prefixItems`."""
+        """Describe a vector or matrix with `items`, since `prefixItems` is newer than draft 7."""
         result = super().tuple_schema(schema)
         components = result.pop("prefixItems", None)
         if components:
-            result["items"] = components[0]
+            alike = all(component == components[0] for component in components)
+            result["items"] = components[0] if alike else components
         return result
 
     def default_schema(self, schema: core_schema.WithDefaultSchema) -> JsonSchemaValue:

@@ -53,6 +53,11 @@ def dot(a: Vector, b: Vector) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
+def negative(a: Vector) -> Vector:
+    """Return the opposite vector, with 0 for the opposite of 0."""
+    return 0.0 - a[0], 0.0 - a[1], 0.0 - a[2]
+
+
 def scaled(a: Vector, factor: float) -> Vector:
     """Return the product of a vector and a number."""
     return a[0] * factor, a[1] * factor, a[2] * factor

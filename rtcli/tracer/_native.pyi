@@ -56,7 +56,7 @@ class Tracer:
     Parameters
     ----------
     camera
-        Width, height, fov, position, right, up, forward.
+        Width, height, half height, pixel aspect, center, position, right, up, forward.
     objects
         The columns of `Shapes`: kind (uint8), position, parameters, color (float64).
     lights
@@ -69,7 +69,7 @@ class Tracer:
 
     def __new__(
         cls,
-        camera: tuple[int, int, float, Vector, Vector, Vector, Vector],
+        camera: tuple[int, int, float, float, tuple[float, float], Vector, Vector, Vector, Vector],
         objects: tuple[bytes, ...],
         lights: tuple[bytes, ...],
         settings: tuple[int, Vector, Vector, bool, bool],
@@ -192,9 +192,9 @@ def develop(radiance: bytes, transform: _DisplayTransform, /) -> bytearray:
     """Return radiance, interleaved float32 RGB, as sRGB: 8 bits a channel, or 16 with the high byte first."""
 
 def encode_png(pixels: bytes, size: tuple[int, int], channels: int, bits: int, texts: _Texts, /) -> bytes:
-    """Return a PNG of numbers that are no radiance: 1 or 3 channels of 8 bits, or of 16 in native byte order.
+    """Return a PNG of levels: 1 or 3 channels that are no colors, or sRGB with alpha in 4.
 
-    The size is width and height.
+    The size is width and height; levels have 8 bits, or 16 in native byte order.
     """
 
 def decode_png(file: bytes, /) -> tuple[int, int, int, int, bytes]:
@@ -214,5 +214,5 @@ def meter(radiance: bytes, /) -> tuple[float, float | None]:
     That is the percentile of all points that are not black; 0 stops and None if all are.
     """
 
-def focal_length(fov: float, height: int, /) -> float:
-    """Return height / (2 tan(fov / 2)), in pixels: the same on every machine, as `math.tan` is not."""
+def half_tangent(degrees: float, /) -> float:
+    """Return tan(angle / 2) of an angle in degrees: the same on every machine, as `math.tan` is not."""

@@ -26,7 +26,9 @@ class NativeTracer:
             (
                 camera.width,
                 camera.height,
-                camera.fov,
+                camera.half_height,
+                camera.pixel_aspect,
+                camera.center,
                 camera.position,
                 camera.right,
                 camera.up,

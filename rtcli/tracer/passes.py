@@ -19,6 +19,9 @@ Arrays: TypeAlias = "dict[str, npt.NDArray[Any]]"
 
 RADIANCE = "radiance"
 
+# The share of a pixel's samples that hit something: no ground truth, since it is filtered as radiance is.
+ALPHA = "alpha"
+
 
 class PassSpec(NamedTuple):
     """The form of a pass.
@@ -72,23 +75,27 @@ class Passes:
 
 
 # The arrays of a film by name.
-SPECS = {RADIANCE: PassSpec(_RGB, "radiance"), **{each.name: each.metadata["spec"] for each in fields(Passes)}}
+SPECS = {
+    RADIANCE: PassSpec(_RGB, "radiance"),
+    ALPHA: PassSpec(("A",), "share"),
+    **{each.name: each.metadata["spec"] for each in fields(Passes)},
+}
 
-PASSES = tuple(name for name in SPECS if name != RADIANCE)
+PASSES = tuple(name for name in SPECS if name not in (RADIANCE, ALPHA))
 
 # The passes of lengths.
 LENGTHS = tuple(name for name in PASSES if SPECS[name].quantity == "length")
 
 
-def new_arrays(passes: Iterable[str], window: Window) -> Arrays:
-    """Return arrays for the radiance and the passes of a window, by name.
+def new_arrays(names: Iterable[str], window: Window) -> Arrays:
+    """Return arrays for the radiance of a window, and for alpha and passes, by name.
 
     They are uninitialized, so that the threads that fill them are the first to touch their memory.
     """
     import numpy as np  # a PNG is rendered without
 
     size = window.height, window.width
-    specs = {name: SPECS[name] for name in (RADIANCE, *passes)}
+    specs = {name: SPECS[name] for name in (RADIANCE, *names)}
     return {
         name: np.empty(size if len(spec.channels) == 1 else (*size, len(spec.channels)), spec.dtype)
         for name, spec in specs.items()

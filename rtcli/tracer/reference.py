@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rtcli.tracer._native import LIGHT_PARAMETERS, METER_GRID, SHAPE_PARAMETERS, meter
-from rtcli.tracer.passes import RADIANCE, Arrays, new_arrays
+from rtcli.tracer.passes import ALPHA, RADIANCE, Arrays, new_arrays
 from rtcli.tracer.sampling import sample_offsets
 from rtcli.tracer.tiles import AbandonedError, over_tiles, rows_and_columns
 from rtcli.tracer.world import CameraFrame, MeterReading, Progress, Settings, Window, World
@@ -123,18 +123,15 @@ class Ray:
 
 @dataclass(frozen=True)
 class SimpleCamera:
-    """The pinhole camera of section 2.1, with the frame that `look_at` and `up` give it.
+    """The pinhole camera of section 2.1, with any frame, principal point and pixel aspect.
 
     Parameters
     ----------
     frame
         The camera.
-    pixel_aspect
-        The width of a pixel over its height: 1 except for the meter.
     """
 
     frame: CameraFrame
-    pixel_aspect: float = 1.0
 
     def generate_primary_rays(self, window: Window, within: tuple[float, float] = CENTRE) -> Ray:
         """Return the rays through the pixels of a window, row by row.
@@ -158,19 +155,19 @@ class SimpleCamera:
     def on_image_plane(self, window: Window, within: tuple[float, float] = CENTRE) -> tuple[Array, Array]:
         """Return x and y, (N,) each, where those rays cross the image plane at distance 1 from the eye.
 
-        With s = (pixel + within) / size (section 2.1.2, as corrected)::
+        With s = (pixel + within) / size (section 2.1.2, as corrected; square pixels, and the center at (0, 0))::
 
-            x = (2 s_x - 1) * width / height * tan(fov / 2)
-            y = (1 - 2 s_y) * tan(fov / 2)
+            x = (2 s_x - 1) * pixel_aspect * width / height * tan(fov / 2) + center_x
+            y = (1 - 2 s_y) * tan(fov / 2) + center_y
 
         The sizes are cancelled below, so that the left half mirrors the right one bit for bit.
         """
-        frame = self.frame
-        scale = math.tan(math.radians(frame.fov) / 2) / frame.height
+        frame, (center_x, center_y) = self.frame, self.frame.center
+        scale = frame.half_height / frame.height
         pixel_x = np.arange(window.x, window.x + window.width) + within[0]
         pixel_y = np.arange(window.y, window.y + window.height) + within[1]
-        x = np.tile((2 * pixel_x - frame.width) * (scale * self.pixel_aspect), window.height)
-        y = np.repeat((frame.height - 2 * pixel_y) * scale, window.width)
+        x = np.tile((2 * pixel_x - frame.width) * (scale * frame.pixel_aspect) + center_x, window.height)
+        y = np.repeat((frame.height - 2 * pixel_y) * scale + center_y, window.width)
         return x, y
 
 
@@ -1056,12 +1053,13 @@ class Scenery:
         progress
             Called with (pixels done, pixels in all) after each tile.
         passes
-            The names of ground truth to record.
+            The names of ground truth to record, and alpha.
 
         Returns
         -------
         arrays : dict
-            `radiance`, the mean of each pixel's samples, and the passes; see `rtcli.tracer.passes`.
+            `radiance`, the mean of each pixel's samples; `alpha`, the share of them that hit something; and the
+            passes; see `rtcli.tracer.passes`.
         rays : int
             The number of rays traced, primary and shadow rays.
         """
@@ -1069,12 +1067,14 @@ class Scenery:
 
         def render_tile(tile: Window) -> int:
             pixels = rows_and_columns(tile, window)
-            mean, rays, centres = self._trace_tile(tile)
+            mean, alpha, rays, centres = self._trace_tile(tile)
             arrays[RADIANCE][pixels] = _as_rows(mean, tile)
-            if passes:
+            if ALPHA in arrays:
+                arrays[ALPHA][pixels] = _as_rows(alpha, tile)
+            if truth := [name for name in passes if name != ALPHA]:
                 # A single sample went through the centres; of several samples, perhaps none did.
                 ray, hit = centres or self._trace_primary(tile, CENTRE)
-                for name in passes:
+                for name in truth:
                     values = _to_film(PASS_VALUES[name](self, ray, hit), arrays[name].dtype)
                     arrays[name][pixels] = _as_rows(values, tile)
             return rays
@@ -1082,15 +1082,21 @@ class Scenery:
         self._abandoned = Event()
         return arrays, sum(over_tiles(render_tile, window, threads, progress, self._abandoned))
 
-    def _trace_tile(self, tile: Window) -> tuple[Array, int, tuple[Ray, Hit] | None]:
-        """Return a tile's radiance, the number of rays, and the rays and hits if they go through its centres."""
-        total, rays, offsets = np.zeros((3, tile.width * tile.height)), 0, sample_offsets(self.settings.samples)
+    def _trace_tile(self, tile: Window) -> tuple[Array, Array, int, tuple[Ray, Hit] | None]:
+        """Return a tile's radiance, alpha, number of rays, and rays and hits if they go through its centres.
+
+        alpha = (samples that hit something) / samples
+        """
+        pixels, rays, offsets = tile.width * tile.height, 0, sample_offsets(self.settings.samples)
+        total, hits = np.zeros((3, pixels)), np.zeros(pixels)
         for within in offsets:
             ray, hit = self._trace_primary(tile, within)
             light, shadow_rays = self.trace_ray(ray, hit)
             total += light.rgb
+            hits += hit.index != NOTHING
             rays += len(hit.t) + shadow_rays
-        return mean_of_samples(total, len(offsets)), rays, (ray, hit) if offsets == [CENTRE] else None
+        centres = (ray, hit) if offsets == [CENTRE] else None
+        return mean_of_samples(total, len(offsets)), hits / len(offsets), rays, centres
 
     def _trace_primary(self, tile: Window, within: tuple[float, float]) -> tuple[Ray, Hit]:
         ray = self.camera.generate_primary_rays(tile, within)
@@ -1337,8 +1343,9 @@ class ReferenceTracer:
         """Return the meter reading of the whole picture; `progress` gets (points done, points in all)."""
         world, grid = self.world, METER_GRID
         # The same rectangle of the image plane, in as many columns as rows whatever its aspect.
-        square = world.camera._replace(width=grid, height=grid)
+        aspect = world.camera.pixel_aspect * world.camera.width / world.camera.height
+        square = world.camera._replace(width=grid, height=grid, pixel_aspect=aspect)
         scenery = build_scenery(world._replace(settings=world.settings._replace(samples=1)))
-        scenery.camera = SimpleCamera(square, pixel_aspect=world.camera.width / world.camera.height)
+        scenery.camera = SimpleCamera(square)
         arrays, rays = scenery.render_img_to_rgb_array(Window(0, 0, grid, grid), self.threads, progress)
         return MeterReading(*meter(arrays[RADIANCE].tobytes()), rays)

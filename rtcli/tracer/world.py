@@ -21,6 +21,9 @@ Progress: TypeAlias = Callable[[int, int], None]
 # The `carrier` of a light that no object carries.
 NO_CARRIER = -1
 
+# Keeps the focal length of the narrowest field of view finite.
+_SMALLEST = 1e-300
+
 
 class Window(NamedTuple):
     """A rectangle of pixels: left, top, width, height."""
@@ -56,22 +59,42 @@ class CameraFrame(NamedTuple):
     ----------
     width, height
         The whole picture, pixels.
-    fov
-        Vertical field of view in degrees. Each tracer computes tan(fov / 2) itself: that of a platform's C library
-        differs from others in its last bits.
+    half_height
+        Half the height of the picture on the image plane at distance 1: tan(fov / 2).
+    pixel_aspect
+        The width of a pixel over its height.
+    center
+        The middle of the picture on the image plane: (0, 0) unless the principal point is elsewhere.
     position
         The eye, world space.
     right, up, forward
         An orthonormal frame: the image plane's axes and the view.
+    fov
+        The vertical field of view in degrees; None if the scene gives something else. Tracers use `half_height`.
     """
 
     width: int
     height: int
-    fov: float
+    half_height: float
+    pixel_aspect: float
+    center: tuple[float, float]
     position: Vector
     right: Vector
     up: Vector
     forward: Vector
+    fov: float | None = None
+
+    @property
+    def focal_lengths(self) -> tuple[float, float]:
+        """The focal lengths in pixels: f_y = height / (2 half_height), f_x = f_y / pixel_aspect."""
+        focal = self.height / max(2.0 * self.half_height, _SMALLEST)
+        return focal / self.pixel_aspect, focal
+
+    @property
+    def principal_point(self) -> tuple[float, float]:
+        """Where the view crosses the picture, in pixels from its left and top edge; it may be outside."""
+        (focal_x, focal_y), (x, y) = self.focal_lengths, self.center
+        return self.width / 2 - x * focal_x, self.height / 2 + y * focal_y
 
 
 class Shapes(NamedTuple):

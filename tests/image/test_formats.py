@@ -1,3 +1,4 @@
+import io
 import json
 import sys
 
@@ -7,21 +8,22 @@ from PIL import Image
 from worlds import box, light, plane, scene, sphere
 
 import rtcli
+from rtcli import Film
 from rtcli.extras import MissingExtraError
 from rtcli.image.formats import parts_of
 from rtcli.image.pass_picture import id_colors
+from rtcli.image.read import read_layers
 from rtcli.image.write import FORMATS
 from rtcli.tracer._native import decode_png
 from rtcli.tracer.passes import PASSES
 
-ROOM = scene(
-    [
-        sphere([0, 0, -5], color=[0.2, 0.5, 1], name="ball"),
-        box([1.5, 0, -6], [1, 1, 1], color="tomato", rotation=30),
-        plane([0, -1, 0], [0, 1, 0]),
-    ],
-    [light([2, 3, -2])],
-)
+OBJECTS = [
+    sphere([0, 0, -5], color=[0.2, 0.5, 1], name="ball"),
+    box([1.5, 0, -6], [1, 1, 1], color="tomato", rotation=30),
+    plane([0, -1, 0], [0, 1, 0]),
+]
+LIGHTS = [light([2, 3, -2])]
+ROOM = scene(OBJECTS, LIGHTS)
 ARRAYS = ("radiance", *PASSES)
 
 
@@ -96,6 +98,69 @@ def test_png_of_16_bits_reads_back_to_the_developed_pixels(picture, tmp_path):
     width, height, channels, bits, pixels = decode_png((tmp_path / "out.png").read_bytes())
     assert (channels, bits) == (3, 16)
     np.testing.assert_array_equal(np.frombuffer(pixels, np.uint16).reshape(height, width, 3), picture.develop(16))
+
+
+# --- Alpha -----------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def clear():
+    without_floor = scene(OBJECTS[:2], LIGHTS, render={"samples": 7}, image={"alpha": True})
+    return rtcli.render(without_floor, passes=["depth"])
+
+
+def test_arrays_with_alpha_hold_colors_multiplied_by_it(clear, tmp_path):
+    for suffix in (".npz", ".exr"):
+        if suffix == ".exr":
+            pytest.importorskip("OpenEXR", exc_type=ImportError)
+        clear.save(tmp_path / f"out{suffix}")
+        arrays = read_layers(str(tmp_path / f"out{suffix}")).arrays
+        assert set(arrays) == {"radiance", "alpha", "depth"}
+        for name, array in arrays.items():
+            np.testing.assert_array_equal(array, clear[name])
+
+
+def test_exr_calls_alpha_a(clear, tmp_path):
+    openexr = pytest.importorskip("OpenEXR", exc_type=ImportError)
+    clear.save(tmp_path / "out.exr")
+    assert set(openexr.File(str(tmp_path / "out.exr"), separate_channels=True).channels()) == {
+        *"RGBA",
+        "depth.Z",
+    }
+
+
+@pytest.mark.parametrize("suffix", [".png", ".webp", ".tif"])
+def test_picture_with_alpha_reads_back_to_straight_colors(clear, tmp_path, suffix):
+    clear.save(tmp_path / f"out{suffix}")
+    with Image.open(tmp_path / f"out{suffix}") as image:
+        assert image.mode == "RGBA"
+        np.testing.assert_array_equal(np.asarray(image), clear.develop())
+    # Where an object covers a pixel in part, its color is that of the samples that hit it.
+    partial = (clear.alpha > 0) & (clear.alpha < 1)
+    assert np.count_nonzero(partial) > 20
+    color = clear.radiance[partial] / clear.alpha[partial, np.newaxis]
+    opaque = Film(radiance=color[np.newaxis], exposure=clear.exposure).develop()[0]
+    np.testing.assert_array_equal(clear.develop()[partial][:, :3], opaque)
+    np.testing.assert_array_equal(clear.develop()[..., 3], np.floor(clear.alpha * 255.0 + 0.5))
+    assert not clear.develop()[clear.alpha == 0].any()
+
+
+def test_png_of_16_bits_holds_alpha(clear, tmp_path):
+    clear.save(tmp_path / "out.png", bits=16)
+    width, height, channels, bits, pixels = decode_png((tmp_path / "out.png").read_bytes())
+    assert (channels, bits) == (4, 16)
+    np.testing.assert_array_equal(np.frombuffer(pixels, np.uint16).reshape(height, width, 4), clear.develop(16))
+
+
+@pytest.mark.parametrize("suffix", [".jpg", ".npy"])
+def test_file_without_room_for_alpha_is_refused(clear, tmp_path, suffix):
+    with pytest.raises(ValueError, match=r"has no room for alpha: the name must end in one of \.png, \.exr"):
+        clear.save(tmp_path / f"out{suffix}")
+    assert not list(tmp_path.iterdir())
+
+
+def test_pictures_for_jupyter_and_pillow_have_alpha(clear):
+    assert clear.to_pil().mode == Image.open(io.BytesIO(clear._repr_png_())).mode == "RGBA"
 
 
 @pytest.mark.parametrize("suffix", FORMATS)

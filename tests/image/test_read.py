@@ -301,7 +301,7 @@ def test_exr_with_alpha_keeps_it_in_a_layer_of_its_own(openexr):
     save_exr(openexr, "a.exr", channels)
     assert {name: array.shape for name, array in read_layers("a.exr").arrays.items()} == {
         "radiance": (5, 7, 3),
-        "A": (5, 7),
+        "alpha": (5, 7),
         "Z": (5, 7),
     }
 

@@ -537,3 +537,23 @@ def test_tangle_of_enclosures_is_left_out_and_told(monkeypatch):
     index = lint.SceneIndex(worlds.scene(nested, [worlds.light([0, 0, -19])]))
     list(lint.lint(index))
     assert rules.HIDDEN_INSIDE in index.left_out
+
+
+# --- A principal point off the middle ------------------------------------------------------------------------
+
+
+def seen_by(center_x):
+    """Return the rules that a ball left of the view breaks, for a camera of intrinsics."""
+    k = [[32, 0, center_x], [0, 32, 15.5], [0, 0, 1]]
+    data = {
+        "camera": {"resolution": [32, 32], "intrinsics": k},
+        "lights": [worlds.light([0, 0, 0])],
+        "objects": [worlds.sphere([-4, 0, -5], 0.5)],
+    }
+    return set(warnings_of(data))
+
+
+def test_ball_is_in_the_picture_or_not_by_the_principal_point():
+    assert rules.OUT_OF_VIEW in seen_by(15.5)
+    assert rules.OUT_OF_VIEW in seen_by(0)
+    assert rules.OUT_OF_VIEW not in seen_by(31)

@@ -1,19 +1,21 @@
 import json
+import random
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from worlds import box, light, plane, random_scenes, render, scene, sphere
+from worlds import box, light, plane, random_pose, random_scenes, render, scene, sphere
 
 import rtcli
 from rtcli import Scene
 from rtcli.rendering.metadata import fingerprint, visibility
-from rtcli.rendering.pack import pack, pack_scene
+from rtcli.rendering.pack import camera_frame, pack, pack_scene
 from rtcli.tracer._native import WorkBudget
 from rtcli.tracer.engines import ENGINES, tracer_of
 from rtcli.tracer.native import NativeTracer
+from rtcli.tracer.reference import SimpleCamera
 from rtcli.tracer.world import Window
 
 ROOM = {
@@ -63,6 +65,47 @@ def test_extrinsics_are_rotations_and_each_others_inverse(convention):
     np.testing.assert_allclose(there @ back, np.eye(4), atol=1e-12)
     assert np.linalg.det(there[:3, :3]) == pytest.approx(1)
     np.testing.assert_allclose(back[:3, 3], ROOM["camera"]["position"])
+
+
+def on_image_plane(camera, window):
+    """Return the rays of a window's first and last pixels at depth 1, (2, 3) in world space, and the frame."""
+    frame = camera_frame(camera)
+    x, y = SimpleCamera(frame).on_image_plane(window)
+    axes = np.array([frame.right, frame.up, frame.forward])
+    return np.stack([x, y, np.ones(len(x))], axis=1)[[0, -1]] @ axes, frame
+
+
+@given(random_scenes(), st.integers(0, 2**32), st.data())
+def test_camera_of_the_metadata_is_a_camera_of_a_scene_with_the_same_view(data, seed, draw):
+    rng = random.Random(seed)
+    if rng.random() < 0.5:
+        pose = {rng.choice(("opencv", "opengl")): {"camera_to_world": random_pose(rng, 10)}}
+        data["camera"] = {
+            **{k: v for k, v in data["camera"].items() if k not in ("position", "look_at", "up")},
+            **pose,
+        }
+    width, height = data["camera"]["resolution"]
+    x, y = draw.draw(st.integers(0, width - 1)), draw.draw(st.integers(0, height - 1))
+    crop = Window(x, y, draw.draw(st.integers(1, width - x)), draw.draw(st.integers(1, height - y)))
+    original = Scene.model_validate(data)
+    told = json.loads(json.dumps(rtcli.render(original, crop=crop).metadata["camera"]))
+    again = Scene.model_validate({**data, "camera": told})
+    assert again.camera.resolution == crop[2:]
+    rays, frame = on_image_plane(original.camera, crop)
+    same, _ = on_image_plane(again.camera, Window(0, 0, *crop[2:]))
+    pixel = 1 / max(frame.focal_lengths)
+    np.testing.assert_allclose(same, rays, rtol=0, atol=1e-6 * pixel)
+    np.testing.assert_allclose(again.camera.eye, original.camera.eye, rtol=1e-15)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("crop", [None, (5, 3, 20, 11)])
+def test_camera_of_the_metadata_gives_the_picture_again(engine, crop):
+    film = render(ROOM, passes=PASSES, engine=engine, crop=crop)
+    again = render({**ROOM, "camera": film.metadata["camera"]}, passes=PASSES, engine=engine)
+    np.testing.assert_array_equal(again.object_id, film.object_id)
+    np.testing.assert_allclose(again.radiance, film.radiance, rtol=1e-4)
+    assert again.metadata["camera"]["resolution"] == film.metadata["camera"]["resolution"]
 
 
 @given(random_scenes(), st.sampled_from(ENGINES))
@@ -202,6 +245,22 @@ def changed(*path_and_value):
 )
 def test_any_change_of_the_content_changes_the_fingerprint(data):
     assert print_of(data) != print_of(ROOM)
+
+
+def test_fingerprint_tells_intrinsics_and_poses_apart():
+    size, pose = {"resolution": [40, 30]}, [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+    cameras = [
+        {**size, "fov": 50},
+        {**size, "fov_x": 50},
+        {**size, "fov": 50, "opencv": {"camera_to_world": pose}},
+        *(
+            {**size, "intrinsics": [[focal_x, 0, center_x], [0, 30, center_y], [0, 0, 1]]}
+            for focal_x, center_x, center_y in [(30, 19.5, 14.5), (31, 19.5, 14.5), (30, 19, 14.5), (30, 19.5, 14)]
+        ),
+    ]
+    assert len({print_of({**ROOM, "camera": camera}) for camera in cameras}) == len(cameras)
+    in_opengl = {**size, "fov": 50, "opengl": {"camera_to_world": pose}}
+    assert print_of({**ROOM, "camera": in_opengl}) == print_of({**ROOM, "camera": cameras[0]})
 
 
 def test_form_of_the_file_does_not_change_the_fingerprint(tmp_path):

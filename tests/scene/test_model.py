@@ -47,6 +47,61 @@ def light(**values):
     return f"{CAMERA}lights: [{{<<: {{{LIGHT}}}, {given}}}]\n"
 
 
+# --- Cameras ---------------------------------------------------------------------------------------------
+
+K = "[[800, 0, {c_x}], [0, 600, 9], [0, 0, 1]]"
+POSE = "{{camera_to_world: [[{x}, 0, 0, 1], [0, 0, 1, 2], [0, -1, 0, 3], [0, 0, 0, 1]]}}"
+
+
+def lens(**values):
+    return camera(**values).replace("fov: 40, ", "").replace("fov: 40", "")
+
+
+@pytest.mark.parametrize("c_x", ["319.5", "0", "-5000", "1e6"])
+def test_principal_point_may_be_anywhere(c_x):
+    assert read(lens(intrinsics=K.format(c_x=c_x))).camera.intrinsics[0] == (800, 0, float(c_x))
+
+
+@pytest.mark.parametrize(("convention", "sign"), [("opencv", 1), ("opengl", -1)])
+def test_pose_is_in_the_columns_of_the_matrix(convention, sign):
+    posed = read(camera(**{convention: POSE.format(x=1)})).camera
+    assert posed.eye == (1, 2, 3)
+    assert posed.view == (0, sign, 0)
+    assert posed.upward == (0, 0, sign)
+
+
+def test_both_conventions_may_give_the_same_pose():
+    same = "{camera_to_world: [[1, 0, 0, 1], [0, 0, -1, 2], [0, 1, 0, 3], [0, 0, 0, 1]]}"
+    assert pointers(camera(opencv=POSE.format(x=1), opengl=same)) == []
+    assert pointers(camera(opencv=POSE.format(x=1), opengl=POSE.format(x=1))) == ["/camera/opengl"]
+
+
+@pytest.mark.parametrize(
+    ("x", "is_rigid"), [(1 + 4e-7, True), (1 - 4e-7, True), (1 + 1e-6, False), (0, False), (-1, False)]
+)
+def test_pose_is_a_rigid_motion_within_a_millionth(x, is_rigid):
+    refused = pointers(camera(opencv=POSE.format(x=x)))
+    assert refused == ([] if is_rigid else ["/camera/opencv/camera_to_world"])
+
+
+@pytest.mark.parametrize("one", ["fov", "fov_x", "intrinsics"])
+@pytest.mark.parametrize("two", ["fov", "fov_x", "intrinsics"])
+def test_camera_has_exactly_one_key_for_what_it_spans(one, two):
+    values = {"fov": "40", "fov_x": "40", "intrinsics": K.format(c_x=1)}
+    text = (
+        lens(**{key: values[key] for key in (one, two)})
+        if "fov" not in (one, two)
+        else camera(**{key: values[key] for key in (one, two)})
+    )
+    assert len(pointers(text)) == (one != two)
+
+
+@pytest.mark.parametrize("key", ["position: [0, 0, 0]", "look_at: [0, 0, 1]", "up: [1, 0, 0]"])
+def test_pose_stands_in_place_of_the_keys_of_a_position(key):
+    name, value = key.split(": ")
+    assert pointers(camera(opencv=POSE.format(x=1), **{name: value})) == [f"/camera/{name}"]
+
+
 # --- Defaults --------------------------------------------------------------------------------------------
 
 

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from rtcli.scene.diagnostics.problems import SceneError
 from rtcli.scene.edits import EditError, set_expression, set_value
 from rtcli.scene.key_paths import keys_of
+from rtcli.scene.overrides import Overrides
 from rtcli.scene.reading.parse import parse
 from rtcli.scene.reading.source import dotted
 from rtcli.scene.validation.validate import validate
@@ -329,3 +330,44 @@ def test_shorthand_option_is_named_in_its_problems():
 
 def test_problem_of_a_value_that_is_set_twice_is_located_in_the_last_edit():
     assert report("camera.fov=300", "camera.fov=200").startswith("--set camera.fov=200:1:12: ")
+
+
+# --- The size --------------------------------------------------------------------------------------------
+
+K = "camera: {resolution: [640, 480], intrinsics: [[800, 0, 300], [0, 900, 260], [0, 0, 1]]}"
+
+
+def resized(size, *edits, text=K):
+    return validate(Overrides(size=size, edits=edits).apply(parse(text, "scene.yaml"))).camera
+
+
+def test_size_of_the_same_shape_scales_the_intrinsics():
+    # Edges of pixels scale; c counts from the centre of the first pixel.
+    (f_x, _, c_x), (_, f_y, c_y), _ = resized((320, 240)).intrinsics
+    assert (f_x, f_y) == (400, 450)
+    assert (c_x + 0.5, c_y + 0.5) == (300.5 / 2, 260.5 / 2)
+
+
+def test_size_of_another_shape_keeps_the_vertical_extent_of_the_view():
+    (f_x, _, c_x), (_, f_y, c_y), _ = resized((960, 480)).intrinsics
+    assert (f_x, f_y, c_y) == (800, 900, 260)
+    assert c_x == 300 + 160
+
+
+def test_size_leaves_fields_of_view():
+    text = "camera: {resolution: [640, 480], fov_x: 50}"
+    assert resized((320, 240), text=text).fov_x == 50
+
+
+def test_set_takes_precedence_over_the_size():
+    assert resized((320, 240), "camera.intrinsics[0][0]=123").intrinsics[0] == (123, 0, 149.75)
+    assert resized((320, 240), "camera.resolution=[32, 24]").resolution == (32, 24)
+
+
+@pytest.mark.parametrize(
+    "wrong", ["[[800, 0], [0, 900, 260], [0, 0, 1]]", "800", "[[-1, 0, 3], [0, 9, 2], [0, 0, 1]]"]
+)
+def test_wrong_intrinsics_are_reported_in_the_file_beside_a_size(wrong):
+    with pytest.raises(SceneError) as refused:
+        resized((320, 240), text=f"camera: {{resolution: [640, 480], intrinsics: {wrong}}}")
+    assert [problem.path for problem in refused.value.problems] == ["scene.yaml"]

@@ -1,12 +1,14 @@
 """Scenes written as files: they read back equal, and a person can read them."""
 
 import json
+import random
 import re
 from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from worlds import random_intrinsics, random_pose
 
 import rtcli
 from rtcli.scene.bounds import MAX_NAME, MAX_SAMPLES, MAX_SIDE
@@ -58,7 +60,18 @@ OBJECTS = st.one_of(
 
 
 @st.composite
+def matrices(draw):
+    rng = random.Random(draw(st.integers(0, 2**32)))
+    return {
+        "intrinsics": random_intrinsics(rng, 640, 480),
+        rng.choice(("opencv", "opengl")): {"camera_to_world": random_pose(rng, 10.0 ** rng.randint(-3, 9))},
+    }
+
+
+@st.composite
 def cameras(draw):
+    if draw(st.booleans()):
+        return rtcli.Camera(resolution=(640, 480), **draw(matrices()))
     camera = {
         "resolution": draw(st.tuples(*[st.integers(1, MAX_SIDE)] * 2)),
         "fov": draw(st.floats(0, 180, exclude_min=True, exclude_max=True)),
@@ -86,7 +99,10 @@ SCENES = st.builds(
         eye_falloff=st.booleans(),
     ),
     image=st.builds(
-        rtcli.ImageSettings, exposure=st.just("auto") | NUMBERS, tone=st.sampled_from(["clip", "reinhard", "aces"])
+        rtcli.ImageSettings,
+        exposure=st.just("auto") | NUMBERS,
+        tone=st.sampled_from(["clip", "reinhard", "aces"]),
+        alpha=st.booleans(),
     ),
 )
 

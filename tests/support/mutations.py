@@ -41,7 +41,7 @@ VALID = {
         },
     ],
     "render": {"samples": 1, "background": [0, 0, 0], "ambient": "black", "max_depth": 1, "eye_falloff": False},
-    "image": {"exposure": 0, "tone": "clip"},
+    "image": {"exposure": 0, "tone": "clip", "alpha": False},
 }
 
 KEYS = (

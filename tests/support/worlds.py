@@ -75,7 +75,7 @@ ROUND: dict[str, Callable[..., Data]] = {"cylinder": cylinder, "capsule": capsul
 
 
 @st.composite
-def random_scenes(draw: st.DrawFn, *, carriers: bool = True, samples: int = 1) -> Data:
+def random_scenes(draw: st.DrawFn, *, carriers: bool = True, samples: int = 1, any_lens: bool = True) -> Data:
     """Draw a scene in general position: no two surfaces coincide, which would leave open what is seen.
 
     Hypothesis chooses how many of what there are; their numbers come from a seed, because Hypothesis likes equal
@@ -84,7 +84,7 @@ def random_scenes(draw: st.DrawFn, *, carriers: bool = True, samples: int = 1) -
     kinds = draw(st.lists(st.sampled_from(["sphere", "box", "plane", "lamp", *ROUND]), max_size=7))
     light_count = draw(st.integers(0, 3))
     rng = random.Random(draw(st.integers(0, 2**32)))
-    return {
+    data = {
         "camera": {
             "resolution": [draw(st.integers(1, 24)), draw(st.integers(1, 24))],
             "fov": rng.uniform(5, 120),
@@ -96,6 +96,31 @@ def random_scenes(draw: st.DrawFn, *, carriers: bool = True, samples: int = 1) -
         "objects": [_object(rng, kind) for kind in kinds if carriers or kind != "lamp"],
         "render": {"background": _color(rng), "samples": samples},
     }
+    if any_lens:
+        data["camera"] = _with_any_lens(rng, data["camera"])
+    return data
+
+
+def _with_any_lens(rng: random.Random, camera: Data) -> Data:
+    """Return the camera as it is, or with another key in place of `fov`."""
+    lens = rng.choice(("fov", "fov_x", "intrinsics"))
+    fov = camera.pop("fov")
+    return {**camera, lens: random_intrinsics(rng, *camera["resolution"]) if lens == "intrinsics" else fov}
+
+
+def random_intrinsics(rng: random.Random, width: int, height: int) -> list[list[float]]:
+    """Return the matrix of a camera whose principal point may be outside the picture, with pixels of any shape."""
+    focal = height * rng.uniform(0.3, 10)
+    center_x, center_y = rng.uniform(-0.5, 1.5) * width, rng.uniform(-0.5, 1.5) * height
+    return [[focal * rng.uniform(0.5, 2), 0, center_x], [0, focal, center_y], [0, 0, 1]]
+
+
+def random_pose(rng: random.Random, reach: float) -> list[list[float]]:
+    """Return the rows of a rigid motion."""
+    rotation, _ = np.linalg.qr([[rng.gauss(0, 1) for _ in range(3)] for _ in range(3)])
+    rotation *= np.linalg.det(rotation)
+    rows = np.column_stack([rotation, _point(rng, reach)])
+    return [*rows.tolist(), [0, 0, 0, 1]]
 
 
 def _object(rng: random.Random, kind: str) -> Data:
@@ -156,12 +181,13 @@ def extreme_scenes() -> st.SearchStrategy[Data]:
         {"type": st.sampled_from(list(ROUND)), **common, "radius": _POSITIVE, "height": _POSITIVE},
         optional={"light": carried, "axis": _DIRECTION},
     )
-    camera = st.fixed_dictionaries(
-        {
-            "resolution": st.tuples(st.integers(1, 7), st.integers(1, 7)).map(list),
-            "fov": st.floats(0, 180, exclude_min=True, exclude_max=True),
-        },
-        optional={"position": _VECTOR},
+    size = {"resolution": st.tuples(st.integers(1, 7), st.integers(1, 7)).map(list)}
+    angle = st.floats(0, 180, exclude_min=True, exclude_max=True)
+    place = {"position": _VECTOR}
+    camera = st.one_of(
+        st.fixed_dictionaries({**size, "fov": angle}, optional=place),
+        st.fixed_dictionaries({**size, "fov_x": angle}, optional=place),
+        st.fixed_dictionaries({**size, "intrinsics": _extreme_intrinsics()}, optional=place),
     )
     settings = st.fixed_dictionaries(
         {"background": _LIGHT_COLOR, "eye_falloff": st.booleans(), "samples": st.integers(1, 3)},
@@ -174,6 +200,15 @@ def extreme_scenes() -> st.SearchStrategy[Data]:
             "objects": st.lists(st.one_of(spheres, boxes, planes, rounds), max_size=4),
             "render": settings,
         }
+    )
+
+
+def _extreme_intrinsics() -> st.SearchStrategy[list[list[float]]]:
+    axis = st.tuples(st.floats(1e-9, 1e12), st.floats(-0.99e12, 0.99e12)).map(
+        lambda pair: (pair[0], pair[0] * pair[1])
+    )
+    return st.tuples(axis, axis).map(
+        lambda axes: [[axes[0][0], 0, axes[0][1]], [0, axes[1][0], axes[1][1]], [0, 0, 1]]
     )
 
 

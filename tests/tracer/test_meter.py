@@ -129,3 +129,18 @@ def test_engines_meter_alike(resolution):
         rtcli.render(room(resolution=resolution), engine=engine, crop=(0, 0, 1, 1)).exposure for engine in ENGINES
     )
     assert native == pytest.approx(reference, abs=1e-3)
+
+
+@pytest.mark.parametrize("center_x", [-20, 8.5, 60])
+def test_meter_sees_the_picture_wherever_its_principal_point_is(center_x):
+    k = [[20, 0, center_x], [0, 30, 2], [0, 0, 1]]
+    data = scene(
+        [plane([0, -1, 0], [0, 1, 0]), sphere([-3, 0, -5], 1, "black"), sphere([4, 0, -6], 2, "gray")],
+        [light([2, 4, -3], 300)],
+        camera={"resolution": [40, 25], "intrinsics": k},
+        image={"exposure": "auto"},
+    )
+    native, reference = (rtcli.render(data, engine=engine) for engine in ("native", "reference"))
+    assert native.exposure == pytest.approx(reference.exposure, abs=1e-3)
+    bright = np.percentile(native.radiance.max(axis=-1)[native.radiance.max(axis=-1) > 0], 95)
+    assert 2**native.exposure * bright == pytest.approx(0.8, rel=0.1)

@@ -1,10 +1,23 @@
 """Pictures whose radiance is known in closed form, by each engine."""
 
 import math
+import random
 
 import numpy as np
 import pytest
-from worlds import box, capsule, cone, cylinder, light, pixel_slopes, plane, scene, sphere
+from worlds import (
+    box,
+    capsule,
+    cone,
+    cylinder,
+    light,
+    pixel_slopes,
+    plane,
+    random_intrinsics,
+    random_pose,
+    scene,
+    sphere,
+)
 
 from rtcli.tracer.passes import PASSES
 
@@ -765,3 +778,107 @@ def test_round_shape_casts_a_shadow_as_wide_as_rays_past_it(render, shape):
     floor = film.object_id == 2
     clear = floor & (np.abs(away - expected) > 1e-4)
     np.testing.assert_array_equal(film.radiance[clear].any(axis=-1), away[clear] > expected)
+
+
+# --- Alpha -----------------------------------------------------------------------------------------------
+
+
+def test_alpha_adds_up_to_the_area_of_the_outline(render):
+    # A ball on the axis covers the disk with the slope R / sqrt(D^2 - R^2).
+    distance, radius, width, height, fov = 5.0, 1.0, 61, 40, 40.0
+    objects, view = [sphere([0, 0, -distance], radius)], camera(width, height, fov)
+    film = render(scene(objects, camera=view, image={"alpha": True}, render={"samples": 64}))
+    pixel = 2 * math.tan(math.radians(fov / 2)) / height
+    area = math.pi * radius**2 / (distance**2 - radius**2) / pixel**2
+    assert film.alpha.sum(dtype=float) == pytest.approx(area, rel=1e-3)
+    assert np.all(film.alpha * 64 == np.round(film.alpha * 64))
+
+
+def test_picture_has_alpha_only_if_the_scene_says_so(render):
+    assert render(scene([], [])).alpha is None
+
+
+@pytest.mark.parametrize("background", [[0, 0, 0], [3, 2, 1]])
+def test_background_is_left_out_of_a_picture_with_alpha(render, background):
+    objects, settings = [sphere([0.3, 0, -3], 1)], {"samples": 5, "background": background}
+    opaque, film = (
+        render(scene(objects, [light([2, 2, 0])], render=settings, image=image)) for image in ({}, {"alpha": True})
+    )
+    missed = (1 - film.alpha)[..., np.newaxis] * np.float32(background)
+    assert 0 < film.alpha.mean() < 1
+    np.testing.assert_allclose(film.radiance + missed, opaque.radiance, rtol=1e-6, atol=1e-6)
+
+
+def test_exposure_meter_leaves_the_background_out_of_a_picture_with_alpha(render):
+    objects, image = [sphere([0, 0, -3], 1)], {"exposure": "auto", "alpha": True}
+    black, white = (
+        render(scene(objects, [light([2, 2, 0])], image=image, render={"background": background}))
+        for background in ("black", "white")
+    )
+    assert white.exposure == black.exposure
+
+
+# --- Cameras given by numbers --------------------------------------------------------------------------------
+
+BODIES = [sphere([0.3, 0, -5], 1.2), box([-1, 0.7, -6], [1, 1, 1], rotation=30)]
+
+
+@pytest.mark.parametrize("convention", ["opencv", "opengl"])
+@pytest.mark.parametrize("seed", range(12))
+def test_point_is_seen_where_intrinsics_and_pose_project_it_to_a_ten_thousandth_of_a_pixel(
+    render, convention, seed
+):
+    rng = random.Random(seed)
+    width, height = rng.randint(3, 40), rng.randint(3, 40)
+    (focal_x, _, center_x), (_, focal_y, center_y), last = random_intrinsics(rng, width, height)
+    column, row, depth = rng.randrange(width), rng.randrange(height), rng.uniform(1, 20)
+    # u = f_x x / z + c_x, v = f_y y / z + c_y
+    x, y = (column - center_x) / focal_x * depth, (row - center_y) / focal_y * depth
+    pose = random_pose(rng, 5)
+    in_axes = {"opencv": (x, y, depth, 1), "opengl": (x, -y, -depth, 1)}[convention]
+    ball = sphere((np.array(pose) @ in_axes)[:3].tolist(), 1e-4 * depth / max(focal_x, focal_y))
+
+    def seen(right, down):
+        k = [[focal_x, 0, center_x + right], [0, focal_y, center_y + down], last]
+        view = {"resolution": [width, height], "intrinsics": k, convention: {"camera_to_world": pose}}
+        return np.argwhere(render(scene([ball], camera=view), passes="object_id").object_id).tolist()
+
+    assert seen(0, 0) == [[row, column]]
+    # A ball appears wider off the axis: by 1 + x^2 + y^2 at most.
+    reach = 2e-4 * max(focal_x, focal_y) / min(focal_x, focal_y) * (1 + (x * x + y * y) / depth**2)
+    for right, down in ((reach, 0), (-reach, 0), (0, reach), (0, -reach)):
+        assert seen(right, down) == []
+
+
+def test_horizontal_field_of_view_is_that_of_the_vertical_one(render):
+    fov_x = math.degrees(2 * math.atan(4 / 3 * math.tan(math.radians(20))))
+    shown = [
+        render(
+            scene(BODIES, [light([0, 5, 0], 500)], camera={"resolution": [40, 30], **lens}), passes=["position"]
+        )
+        for lens in ({"fov": 40}, {"fov_x": fov_x})
+    ]
+    np.testing.assert_allclose(shown[0].position, shown[1].position, atol=1e-5)
+
+
+def test_intrinsics_of_the_middle_and_the_focal_length_of_fov_give_the_picture_of_fov(render):
+    focal = 15 / math.tan(math.radians(20))
+    k = [[focal, 0, 19.5], [0, focal, 14.5], [0, 0, 1]]
+    shown = [
+        render(
+            scene(BODIES, [light([0, 5, 0], 500)], camera={"resolution": [40, 30], **lens}), passes=["position"]
+        )
+        for lens in ({"fov": 40}, {"intrinsics": k})
+    ]
+    np.testing.assert_allclose(shown[0].position, shown[1].position, atol=1e-5)
+
+
+def test_moved_principal_point_shifts_the_picture_by_whole_pixels(render):
+    def shown(center_x, center_y):
+        k = [[40, 0, center_x], [0, 50, center_y], [0, 0, 1]]
+        view = {"resolution": [40, 30], "intrinsics": k}
+        return render(scene(BODIES, [light([0, 5, 0], 500)], camera=view), passes=["object_id"]).object_id
+
+    whole, moved = shown(19.5, 14.5), shown(19.5 + 3, 14.5 - 2)
+    np.testing.assert_array_equal(moved[:-2, 3:], whole[2:, :-3])
+    assert np.unique(whole).tolist() == [0, 1, 2]

@@ -169,7 +169,9 @@ fn camera(position: Vector, look_at: Vector, fov: f64) -> Camera {
     Camera {
         width: WIDTH,
         height: HEIGHT,
-        fov,
+        half_height: (fov.to_radians() / 2.0).tan(),
+        pixel_aspect: 1.0,
+        center: (0.0, 0.0),
         position,
         right: [-z.signum(), 0.0, 0.0],
         up: [0.0, -z, y],

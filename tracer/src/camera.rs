@@ -1,6 +1,7 @@
 //! The camera, and rectangles of its picture.
 
 use crate::vector::Vector;
+use std::f64::consts::PI;
 
 /// A pinhole camera.
 #[derive(Clone, Debug, PartialEq)]
@@ -9,8 +10,12 @@ pub struct Camera {
     pub width: u32,
     /// Height of the whole picture, pixels.
     pub height: u32,
-    /// Vertical field of view, degrees, 0 < fov < 180.
-    pub fov: f64,
+    /// Half the height of the picture on the image plane at distance 1.
+    pub half_height: f64,
+    /// The width of a pixel over its height.
+    pub pixel_aspect: f64,
+    /// The middle of the picture on the image plane at distance 1: (0, 0) unless the principal point is elsewhere.
+    pub center: (f64, f64),
     /// The eye, world space.
     pub position: Vector,
     /// The image plane's x axis, a unit vector in world space.
@@ -19,6 +24,11 @@ pub struct Camera {
     pub up: Vector,
     /// The view, a unit vector in world space.
     pub forward: Vector,
+}
+
+/// Return tan(angle / 2) of an angle in degrees; the tangent of the platform's library differs in its last bits.
+pub fn half_tangent(degrees: f64) -> f64 {
+    libm::tan(degrees * (PI / 180.0) / 2.0)
 }
 
 /// A rectangle of pixels of the whole picture.

@@ -45,10 +45,10 @@ mod vector;
 pub mod world;
 
 pub use budget::WorkBudget;
+pub use camera::half_tangent;
 pub use monitor::{Monitor, Stopped};
 pub use output::film::{Film, Pass, ValueType, Values};
 pub use output::{develop, meter, png};
 pub use render::Tracer;
 pub use sampling::sample_offsets;
 pub use simd::Level;
-pub use tile::focal_length;

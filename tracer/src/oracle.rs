@@ -1,5 +1,6 @@
 //! The oracle of the kernel's tests: shapes intersected in float64, by independent formulas.
 
+use crate::camera::half_tangent;
 use crate::shapes::Shapes;
 use crate::shapes::capsule::Capsule;
 use crate::shapes::contact::{Contact, Side};
@@ -21,13 +22,22 @@ use proptest::prelude::*;
 
 const EYE: Vector = [0.0; 3];
 
+impl View {
+    /// Return a view of square pixels with the principal point in the middle.
+    pub(crate) fn centered(width: u32, height: u32, half_pixel: f64) -> View {
+        View { width, height, half_pixel: (half_pixel, half_pixel), center: (0.0, 0.0) }
+    }
+}
+
 impl Camera {
     /// Return a camera at the origin that looks along -z.
     pub(crate) fn along_z(width: u32, height: u32, fov: f64) -> Camera {
         Camera {
             width,
             height,
-            fov,
+            half_height: half_tangent(fov),
+            pixel_aspect: 1.0,
+            center: (0.0, 0.0),
             position: [0.0; 3],
             right: [1.0, 0.0, 0.0],
             up: [0.0, 1.0, 0.0],
@@ -246,8 +256,8 @@ pub(crate) fn exact_ray(view: View, corner: (u32, u32), lane: usize) -> Vector {
     let x = f64::from(corner.0 + lane as u32 % SIDE) + 0.5;
     let y = f64::from(corner.1 + lane as u32 / SIDE) + 0.5;
     [
-        (2.0 * x - f64::from(view.width)) * view.half_pixel.0,
-        (f64::from(view.height) - 2.0 * y) * view.half_pixel.1,
+        (2.0 * x - f64::from(view.width)) * view.half_pixel.0 + view.center.0,
+        (f64::from(view.height) - 2.0 * y) * view.half_pixel.1 + view.center.1,
         1.0,
     ]
 }
@@ -292,7 +302,7 @@ pub(crate) fn any_axes() -> impl Strategy<Value = [Vector; 3]> {
 /// A tile of a picture, at any focal length from telescope to fisheye.
 pub(crate) fn any_tile() -> impl Strategy<Value = (View, (u32, u32))> {
     (any_size(-8.0..-2.0), 0_u32..10, 0_u32..10).prop_map(|(half_pixel, column, row)| {
-        let view = View { width: 160, height: 160, half_pixel: (half_pixel, half_pixel) };
+        let view = View::centered(160, 160, half_pixel);
         (view, (column * SIDE, row * SIDE))
     })
 }
@@ -485,13 +495,17 @@ fn any_color() -> impl Strategy<Value = Vector> {
 
 fn any_camera() -> impl Strategy<Value = Camera> {
     let size = (1_u32..70, 1_u32..50);
-    (size, 5.0..120.0, any_place(1.0), any_direction(), any_axes()).prop_map(
-        |((width, height), fov, aside, toward, axes)| {
+    // A principal point in the picture or outside.
+    let lens = (5.0..120.0, 0.5..2.0, (-1.0..1.0, -1.0..1.0));
+    (size, lens, any_place(1.0), any_direction(), any_axes()).prop_map(
+        |((width, height), (fov, pixel_aspect, (x, y)), aside, toward, axes)| {
             // Mostly outside, looking in.
             let [right, up, _] = axes;
             let forward = crate::vector::cross(up, right);
             let position = add(scale(forward, -8.0), add(aside, scale(toward, 0.5)));
-            Camera { width, height, fov, position, right, up, forward }
+            let half_height = half_tangent(fov);
+            let center = (x * half_height, y * half_height);
+            Camera { width, height, half_height, pixel_aspect, center, position, right, up, forward }
         },
     )
 }

@@ -1,7 +1,6 @@
 //! The tiles of a picture, and the pixels of a window in them.
 
 use crate::camera::{Camera, Window};
-use std::f64::consts::PI;
 
 pub(crate) mod hits;
 pub(crate) mod rays;
@@ -28,31 +27,28 @@ pub(crate) struct View {
     pub(crate) height: u32,
     /// Half the width and half the height of a pixel on the image plane at distance 1.
     pub(crate) half_pixel: (f64, f64),
+    /// The middle of the picture on the image plane.
+    pub(crate) center: (f64, f64),
 }
 
 impl View {
-    /// Square pixels: half_pixel = tan(fov / 2) / height (document, section 2.1)
+    /// half_pixel = half_height / height, times the pixel aspect across (document, section 2.1)
     pub(crate) fn new(camera: &Camera) -> View {
-        let half_pixel = half_tangent(camera.fov) / f64::from(camera.height);
-        View { width: camera.width, height: camera.height, half_pixel: (half_pixel, half_pixel) }
+        let half_pixel = camera.half_height / f64::from(camera.height);
+        View {
+            width: camera.width,
+            height: camera.height,
+            half_pixel: (half_pixel * camera.pixel_aspect, half_pixel),
+            center: camera.center,
+        }
     }
 
     /// The same rectangle of the image plane as a square grid of pixels.
     pub(crate) fn in_grid(camera: &Camera, side: u32) -> View {
-        let half_pixel = half_tangent(camera.fov) / f64::from(side);
-        let aspect = f64::from(camera.width) / f64::from(camera.height);
-        View { width: side, height: side, half_pixel: (half_pixel * aspect, half_pixel) }
+        let half_pixel = camera.half_height / f64::from(side);
+        let aspect = camera.pixel_aspect * f64::from(camera.width) / f64::from(camera.height);
+        View { width: side, height: side, half_pixel: (half_pixel * aspect, half_pixel), center: camera.center }
     }
-}
-
-/// tan(fov / 2), fov in degrees; the tangent of the platform's library differs in its last bits.
-fn half_tangent(fov: f64) -> f64 {
-    libm::tan(fov * (PI / 180.0) / 2.0)
-}
-
-/// Return the focal length in pixels, f = height / (2 tan(fov / 2)), of a vertical field of view in degrees.
-pub fn focal_length(fov: f64, height: u32) -> f64 {
-    f64::from(height) / (2.0 * half_tangent(fov))
 }
 
 /// A tile of the picture.

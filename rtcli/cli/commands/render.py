@@ -7,7 +7,7 @@ import io
 import json
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
@@ -219,8 +219,9 @@ def render(options: RenderOptions, output: PictureOutput, check: GoldenCheck | N
     watch = Stopwatch()
     scene, request = _load(options, output.passes, watch)
     window = request.window(scene.world.camera)
+    job = RenderJob(scene, request)
     with usage_errors():
-        check_fits(output.name, window[2:], output.quantization, output.passes)
+        check_fits(output.name, window[2:], output.quantization, job.array_names)
     if check is not None and (mismatch := check.size_mismatch(window)) and not output.is_kept:
         return check.report(mismatch, options.quiet)
     # Open everything before the work, so that no time is lost if a file cannot be written.
@@ -229,7 +230,7 @@ def render(options: RenderOptions, output: PictureOutput, check: GoldenCheck | N
         io.BytesIO() if options.stats is None else open_target(options.stats) as stats_file,
         options.executor() as executor,
     ):
-        job = RenderJob(scene, request, executor)
+        job = replace(job, executor=executor)
         with watch.stages_together() as spent, progress("rendering", options.quiet) as on_progress:
             stats = write_film(job, files, output.quantization, on_progress)
             spent.update(stats.seconds)

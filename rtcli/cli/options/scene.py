@@ -13,7 +13,6 @@ from rtcli.cli.options import types
 from rtcli.image.display import DEPTHS, Quantization
 from rtcli.scene.bounds import MAX_SAMPLES
 from rtcli.scene.overrides import Overrides
-from rtcli.tracer.passes import PASSES
 
 if TYPE_CHECKING:
     from rtcli.scene.reading.source import Document
@@ -41,6 +40,12 @@ scene_options = types.option_group(
         metavar="EV|auto",
         help="Set the exposure in stops; +1 is twice as bright.",
     ),
+    click.option(
+        "--alpha",
+        is_flag=True,
+        default=None,
+        help="Make the background transparent.",
+    ),
 )
 
 
@@ -50,7 +55,7 @@ film_options = types.option_group(
         type=types.parse_passes,
         metavar="A,B",
         default=(),
-        help=f"Also write {', '.join(PASSES)}, or all.",
+        help="Also write passes, such as depth,object_id; or all.",
     ),
     click.option(
         "--bits",
@@ -77,8 +82,10 @@ def pop_quantization(options: dict[str, Any]) -> Quantization:
 def pop_overrides(options: dict[str, Any]) -> Overrides:
     """Remove the overrides from the options of a command, and return them."""
     variable = types.environment_variable(click.get_current_context(silent=True), "set")
-    size, samples, exposure, edits = (options.pop(name) for name in ("size", "samples", "exposure", "set"))
-    return Overrides(size, samples, exposure, edits, variable or Overrides.option)
+    size, samples, exposure, alpha, edits = (
+        options.pop(name) for name in ("size", "samples", "exposure", "alpha", "set")
+    )
+    return Overrides(size, samples, exposure, edits, variable or Overrides.option, alpha)
 
 
 def read_scene(scene: str, overrides: Overrides) -> Document:

@@ -110,7 +110,7 @@ DUPLICATE_KEY = Rule(
 TOO_MANY_KEYS = Rule(
     "E016",
     "too-many-keys",
-    "A mapping with more than 100 keys; no part of a scene has more than 7.",
+    "A mapping with more than 100 keys; no part of a scene has more than 9.",
     "remove them",
 )
 
@@ -217,6 +217,33 @@ UP_ALONG_VIEW = Rule(
     "up-along-view",
     "An `up` parallel to the viewing direction, which leaves the top of the picture undefined.",
     "choose another `up`, such as [0, 0, -1] for a view straight down",
+)
+
+EXCLUDED_KEY = Rule(
+    "E305",
+    "excluded-key",
+    "A camera with two of `fov`, `fov_x` and `intrinsics`, or a matrix beside `position`, `look_at` or `up`.",
+    "remove one of the two",
+    in_schema=True,
+)
+NOT_RIGID = Rule(
+    "E306",
+    "not-rigid",
+    "A matrix of a camera that is no rigid motion: its first three columns must be perpendicular unit vectors, "
+    "within 1e-6, and must not mirror the scene.",
+    "give a rotation and a translation alone: divide a scale out, and write points as columns",
+)
+POSES_DIFFER = Rule(
+    "E307",
+    "poses-differ",
+    "Two matrices of a camera that contradict each other.",
+    "keep `camera_to_world` of one convention alone",
+)
+TOO_OBLIQUE = Rule(
+    "E308",
+    "too-oblique",
+    "Intrinsics with a picture farther from the principal point than 1e12 focal lengths.",
+    "give the focal lengths and the principal point in pixels",
 )
 
 # --- W: warnings -----------------------------------------------------------------------------------------

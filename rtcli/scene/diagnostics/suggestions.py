@@ -10,6 +10,9 @@ from rtcli.scene.diagnostics.synonyms import WORDS_FOR_KEYS, WORDS_FOR_SHAPES
 # Words for a single number, where the key that they stand for holds a list: their values do not fit it.
 _SINGLE_SIDES = frozenset({"width", "height", "depth", "length", "side", "edge"})
 
+# Words for numbers of K.
+_NUMBERS_OF_K = frozenset({"focal", "focallength", "f", "fx", "fy", "flx", "fly", "cx", "cy", "principalpoint"})
+
 # Longer words have no meaning.
 _LONGEST_WORD = 60
 
@@ -44,6 +47,11 @@ def is_value_of_another_kind(key: str, meant: str) -> bool:
     """Return whether the value of a misnamed key does not fit the key that is meant."""
     if meant == "look_at":
         return _plain(key) == "direction"  # not a point
+    if meant in ("opencv", "opengl"):
+        # Nearly all are words for a matrix, where the key holds a mapping.
+        return _plain(key) not in ("cv", "gl") and _plain(key) in WORDS_FOR_KEYS[meant].split()
+    if meant == "intrinsics":
+        return _plain(key) in _NUMBERS_OF_K
     return meant in ("size", "resolution") and _plain(key) in _SINGLE_SIDES
 
 

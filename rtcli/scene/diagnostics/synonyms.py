@@ -40,6 +40,13 @@ WORDS_FOR_KEYS = {
     "up": "vup upvector updirection worldup",
     "resolution": "size dimensions width height imagesize pixels filmsize res",
     "fov": "angle fieldofview fovy vfov yfov viewangle fovdegrees",
+    "fov_x": "hfov xfov fovh horizontalfov horizontalfieldofview cameraanglex",
+    "intrinsics": "k kmatrix intrinsic intrinsicmatrix cameramatrix calibration calibrationmatrix focal "
+    "focallength f fx fy flx fly cx cy principalpoint",
+    "opencv": "cv c2w camtoworld cam2world cameratoworld pose extrinsics extrinsic w2c worldtocamera rt",
+    "opengl": "gl transform transformmatrix matrix matrixworld toworld modelmatrix",
+    "camera_to_world": "c2w camtoworld cam2world pose matrix transform transformmatrix matrixworld toworld",
+    "world_to_camera": "w2c worldtocam world2cam extrinsics extrinsic view viewmatrix rt",
     "intensity": "power energy brightness strength watts wattage emission emitted flux radiance luminosity lumens",
     "color": "colour rgb rgba albedo material diffuse diffusecolor basecolor reflectance reflectivity kd tint "
     "surface paint pigment texture hue",
@@ -59,5 +66,6 @@ WORDS_FOR_KEYS = {
     "max_depth": "depth bounces maxbounces recursion recursiondepth maxrecursion raydepth",
     "eye_falloff": "falloff attenuation eyeattenuation",
     "exposure": "ev stops brightness gain",
+    "alpha": "transparent transparency transparentbackground filmtransparent opacity rgba",
     "tone": "tonemap tonemapping tonemapper tonecurve curve mapping operator filmic",
 }

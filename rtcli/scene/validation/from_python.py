@@ -23,6 +23,7 @@ from rtcli.scene.validation.written import shown
 _LOCATIONS: dict[type[BaseModel], Loc] = {
     model.Scene: (),
     model.Camera: ("camera",),
+    model.Pose: ("camera", "opencv"),
     model.PointLight: ("lights", 0),
     **dict.fromkeys(model.SHAPES.values(), ("objects", 0)),
     model.CarriedLight: ("objects", 0, "light"),
@@ -76,6 +77,8 @@ def _scene_around(part: type[BaseModel], values: dict[str, Any]) -> dict[str, An
             return values
         case (str(key),):
             return {"camera": _CAMERA, key: values}
+        case (str(key), str(inner)):
+            return {key: {**_CAMERA, inner: values}}
         case (str(key), _):
             return {"camera": _CAMERA, key: [values]}
         case _:

@@ -41,7 +41,10 @@ def fitting_intensity(data: Any, loc: Loc) -> float:
 def _typical_distance(data: Any, loc: Loc) -> float:
     """Return the median distance to the objects, or else the distance to the point that the camera looks at."""
     camera = _at(data, ("camera",))
-    eye = _vector(_at(camera, ("position",)), (0.0, 0.0, 0.0) if isinstance(camera, dict) else None)
+    pose = _at(camera, ("opencv",)) or _at(camera, ("opengl",))
+    column = [_at(pose, ("camera_to_world", row, 3)) for row in range(3)]
+    position = column if pose else _at(camera, ("position",))
+    eye = _vector(position, (0.0, 0.0, 0.0) if isinstance(camera, dict) else None)
     light = _vector(_at(data, (*loc[:2], "position")), eye)  # without a position, about where the eye is
     if light is None:
         return _DISTANCE

@@ -35,6 +35,8 @@ def model_around(loc: Loc) -> type[BaseModel]:
         return (
             model.CarriedLight if keys[2] == "light" and len(keys) > 3 else model.SHAPES.get(keys[1], model.Sphere)
         )
+    if keys[:1] == ["camera"] and len(keys) > 2:
+        return model.Pose
     return _SECTIONS[keys[0]] if len(keys) > 1 else model.Scene
 
 

@@ -107,7 +107,7 @@ class Recovery:
     def _scene(self, data: _Mapping) -> _Mapping:
         scene = dict(self._with_keys((), data, model.Scene))
         if isinstance(scene.get("camera"), dict):
-            scene["camera"] = self._with_keys(("camera",), scene["camera"], model.Camera)
+            scene["camera"] = self._camera(("camera",), scene["camera"])
         for key, replaced in (("lights", self._light), ("objects", self._object)):
             if isinstance(scene.get(key), list):
                 scene[key] = [
@@ -115,6 +115,13 @@ class Recovery:
                     for index, item in enumerate(scene[key])
                 ]
         return scene if self.mistakes else data
+
+    def _camera(self, loc: Loc, item: _Mapping) -> _Mapping:
+        item = self._with_keys(loc, item, model.Camera)
+        for key in ("opencv", "opengl"):
+            if isinstance(item.get(key), dict):
+                item = {**item, key: self._with_keys((*loc, key), item[key], model.Pose)}
+        return item
 
     def _light(self, loc: Loc, item: _Mapping) -> _Mapping:
         return self._with_keys(loc, item, model.PointLight)

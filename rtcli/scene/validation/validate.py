@@ -214,12 +214,16 @@ def _names(names: Iterable[str], before: str = "") -> str:
     return ", ".join(f"`{before}{name}`" for name in names)
 
 
-def _length(loc: Loc) -> int:
-    return 2 if loc[-1] == "resolution" else 3
+def _length(loc: Loc) -> str:
+    """Return what the list at a location must hold; the rows of a matrix have indices."""
+    length = {"resolution": 2, "camera_to_world": 4, "world_to_camera": 4}
+    key = next(step for step in reversed(loc) if isinstance(step, str))
+    items = "rows" if key == loc[-1] in {"intrinsics", "camera_to_world", "world_to_camera"} else "numbers"
+    return f"{length.get(key, 3)} {items}"
 
 
 def _wrong_length(loc: Loc, found: Sized) -> _Finding:
-    return _Finding(rules.WRONG_LENGTH, f"needs {_length(loc)} numbers, got {len(found)}", loc=loc)
+    return _Finding(rules.WRONG_LENGTH, f"needs {_length(loc)}, got {len(found)}", loc=loc)
 
 
 # --- Values -------------------------------------------------------------------------------------------------
@@ -288,7 +292,7 @@ def _color_name(rejected: _RejectedValue) -> _Finding:
 
 def _not_a_list(rejected: _RejectedValue) -> _Finding:
     loc = rejected.loc
-    of_numbers = "" if loc in (("objects",), ("lights",)) else f" of {_length(loc)} numbers"
+    of_numbers = "" if loc in (("objects",), ("lights",)) else f" of {_length(loc)}"
     return _Finding(rules.NOT_A_LIST, f"must be a list{of_numbers}, got {rejected.shown}")
 
 
@@ -296,6 +300,12 @@ def _exposure(rejected: _RejectedValue) -> _Finding:
     value = rejected.value
     hint = did_you_mean("auto" if isinstance(value, str) and value.lower() == "auto" else None)
     return _Finding(rules.NOT_A_NUMBER, f"must be a number of stops or auto, {rejected.got}{hint}")
+
+
+def _excluded(rejected: _RejectedValue) -> _Finding:
+    other = rejected.error["ctx"]["other"]
+    message = f"cannot be given together with {quoted(other)}"
+    return _Finding(rules.EXCLUDED_KEY, message, rules.EXCLUDED_KEY.remedy, at=KEY)
 
 
 def _name_taken(rejected: _RejectedValue) -> _Finding:
@@ -306,9 +316,11 @@ _FINDINGS: dict[str, _Find] = {
     "bool_type": _must(rules.NOT_A_BOOLEAN, "true or false"),
     "color_kind": _color_kind,
     "color_name": _color_name,
+    "excluded": _excluded,
     "exposure_kind": _exposure,
     "extra_forbidden": _unexpected_key,
     "finite_number": _finite,
+    "fixed_number": lambda rejected: _Finding(rules.OUT_OF_RANGE, f"{rejected.error['msg']}, {rejected.got}"),
     "float_type": _number,
     "greater_than": _bound("greater than", "gt"),
     "greater_than_equal": _bound("at least", "ge"),
@@ -323,11 +335,14 @@ _FINDINGS: dict[str, _Find] = {
     "name_taken": _name_taken,
     "no_direction": _message_of_model(rules.NO_DIRECTION),
     "no_value": _message_of_model(rules.NO_VALUE),
+    "not_rigid": _message_of_model(rules.NOT_RIGID),
+    "poses_differ": _message_of_model(rules.POSES_DIFFER),
     "string_too_long": lambda rejected: _Finding(rules.TOO_LONG, f"has more than {MAX_NAME:,} characters"),
     "string_too_short": lambda rejected: _Finding(rules.EMPTY_TEXT, "must not be empty"),
     "string_type": _text,
     "string_unicode": lambda rejected: _Finding(rules.CHARACTER, "contains an unpaired surrogate"),
     "too_long": lambda rejected: _wrong_length(rejected.loc, rejected.value),
+    "too_oblique": _message_of_model(rules.TOO_OBLIQUE),
     "tuple_type": _not_a_list,
     "union_tag_invalid": _invalid_type,
     "union_tag_not_found": lambda rejected: _missing_type(),

@@ -302,7 +302,7 @@ def test_difference_picture_of_radiance_with_and_without_alpha_takes_the_latter_
     openexr.File(header, {"RGBA": np.dstack([RADIANCE, alpha])}).write("b.exr")
     result = run("compare", "a.exr", "b.exr", "-o", "diff.png")
     assert (result.exit_code, result.stderr) == (1, "")
-    assert np.argwhere(drawn("diff.A.png").any(axis=-1)).tolist() == [[2, 3]]
+    assert np.argwhere(drawn("diff.alpha.png").any(axis=-1)).tolist() == [[2, 3]]
 
 
 def test_difference_picture_of_an_earlier_run_that_stays_is_told(run, folder):

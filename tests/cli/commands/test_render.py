@@ -95,6 +95,7 @@ def test_size_replaces_the_resolution(run, scene):
         (["--samples", "4"], "render.samples=4"),
         (["--exposure", "-1.5"], "image.exposure=-1.5"),
         (["--exposure", "auto"], "image.exposure=auto"),
+        (["--alpha"], "image.alpha=true"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )
@@ -326,6 +327,7 @@ def test_edit_to_an_invalid_value_exits_with_1(run, scene, folder):
         (["--exposure", "bright"], "'--exposure': 'bright' is not a number of stops such as -1.5, or auto"),
         (["--exposure", "nan"], "'--exposure': 'nan' is not a number of stops such as -1.5, or auto"),
         (["--exposure", "inf"], "--exposure"),
+        (["--alpha", "-o", "picture.jpg"], "has no room for alpha"),
         (["--engine", "none"], "--engine"),
         (["--bits", "12"], "--bits"),
         (["--threads", "0"], "--threads"),

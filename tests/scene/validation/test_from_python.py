@@ -22,6 +22,7 @@ BALL = {"position": (0, 1, 0), "radius": 1, "color": "tomato"}
 MODELS = {
     "Scene": {"camera": CAMERA},
     "Camera": {"resolution": (640, 480), "fov": 40},
+    "Pose": {"camera_to_world": np.eye(4)},
     "PointLight": {"position": (0, 5, 0), "intensity": 100},
     "CarriedLight": {"intensity": 100},
     "Sphere": BALL,
@@ -125,6 +126,15 @@ def test_replace_validates_the_result():
     ]
 
 
+def test_camera_given_by_a_pose_keeps_it_when_another_key_changes():
+    camera = rtcli.Camera(resolution=(4, 3), fov=40, opengl={"camera_to_world": np.eye(4)})
+    assert camera.replace(resolution=(8, 6)).opengl == camera.opengl
+    k = [[5, 0, 1.5], [0, 5, 1], [0, 0, 1]]
+    assert camera.replace(fov=None, intrinsics=k, opengl=None, position=(0, 1, 0)) == rtcli.Camera(
+        resolution=(4, 3), intrinsics=k, position=(0, 1, 0)
+    )
+
+
 def test_scenes_survive_pickling():
     scene = rtcli.Scene(camera=CAMERA, objects=[rtcli.Sphere(**BALL)])
     rtcli.render(scene, crop=(0, 0, 4, 4))
@@ -170,6 +180,20 @@ def test_nested_models_are_built_without_their_constructors(monkeypatch):
             ["size[1]: must be greater than 0, got 0 [E204]", "size[2]: must be finite, got .nan [E203]"],
         ),
         ("Plane", {**MODELS["Plane"], "normal": np.zeros(3)}, ["normal: must not be [0, 0, 0] [E302]"]),
+        ("Camera", {"resolution": (4, 3)}, ["missing key `fov` [E103]"]),
+        (
+            "Camera",
+            {"resolution": (4, 3), "fov": 40, "fov_x": 40, "opencv": {"camera_to_world": np.diag([2, 2, 2, 1])}},
+            [
+                "opencv.camera_to_world: must be a rigid motion: column 0 has the length 2 [E306]",
+                "cannot be given together with `fov` [E305]",
+            ],
+        ),
+        (
+            "Pose",
+            {"camera_to_world": np.diag([1, 1, -1, 1])},
+            ["camera_to_world: must be a rigid motion: it mirrors the scene [E306]"],
+        ),
         ("PointLight", {"position": (0, 0, 0)}, ["missing key `intensity` [E103]"]),
         (
             "CarriedLight",
@@ -290,4 +314,4 @@ def test_signatures_in_the_reference_have_the_keys_and_defaults_of_the_models(na
     }
     part = getattr(rtcli, name)(**values)
     assert {argument.arg for argument in signature.kwonlyargs} == set(type(part).model_fields)
-    assert part.replace(**defaults) == getattr(rtcli, name)(**values)
+    assert part.replace(**{**defaults, **values}) == getattr(rtcli, name)(**values)

@@ -115,3 +115,11 @@ def test_help_writes_the_intensity_as_people_do(distance, example, carried):
         parse(text.replace("{}", f"{{intensity: {example}}}").replace("}]\n", f", intensity: {example}}}]\n"), "a")
     )
     assert mended
+
+
+@pytest.mark.parametrize("convention", ["opencv", "opengl"])
+def test_light_without_a_position_is_taken_to_be_where_a_matrix_puts_the_eye(convention):
+    pose = {"camera_to_world": [[1, 0, 0, 0], [0, 1, 0, 30], [0, 0, 1, 0], [0, 0, 0, 1]]}
+    at_the_eye = fitting(scene({}, ball(0, 0, 0), camera={"position": [0, 30, 0]}))
+    assert fitting(scene({}, ball(0, 0, 0), camera={convention: pose})) == at_the_eye != DEFAULT
+    assert fitting(scene({}, ball(0, 0, 5), camera={convention: "wrong"})) == fitting(scene({}, ball(0, 0, 5)))

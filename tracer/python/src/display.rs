@@ -51,11 +51,11 @@ pub fn bit_depth(bits: u8) -> PyResult<BitDepth> {
     }
 }
 
-/// Return the focal length in pixels of a camera's vertical field of view, in degrees, and its picture's height.
+/// Return the tangent of half an angle in degrees, the same on every machine.
 #[pyfunction]
-#[pyo3(signature = (fov, height, /))]
-pub fn focal_length(fov: f64, height: u32) -> f64 {
-    rtcli_tracer::focal_length(fov, height)
+#[pyo3(signature = (degrees, /))]
+pub fn half_tangent(degrees: f64) -> f64 {
+    rtcli_tracer::half_tangent(degrees)
 }
 
 /// Develop radiance, interleaved float32 RGB, to 8 bits a channel, or to 16 with the high byte first.

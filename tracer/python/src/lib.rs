@@ -32,7 +32,7 @@ mod _native {
     use rtcli_tracer::world::{LightSource, ShapeDesc};
 
     #[pymodule_export]
-    use crate::display::{PngEncoder, develop, focal_length, meter};
+    use crate::display::{PngEncoder, develop, half_tangent, meter};
     #[pymodule_export]
     use crate::errors::BudgetExceededError;
     #[pymodule_export]

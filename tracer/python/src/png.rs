@@ -17,7 +17,8 @@ use crate::interruptible::bytes_of;
 /// The largest picture to decode: 65,535 x 16,384 pixels of 16-bit RGB.
 const MOST_BYTES: usize = 6 << 30;
 
-/// Encode 8-bit values, or 16-bit values in native byte order, as a PNG.
+/// Encode 8-bit values, or 16-bit values in native byte order, as a PNG: 1 or 3 channels that are no colors, or sRGB
+/// with alpha in 4.
 #[pyfunction]
 #[pyo3(signature = (pixels, size, channels, bits, texts, /))]
 pub fn encode_png<'py>(
@@ -68,7 +69,8 @@ fn color(channels: u8) -> PyResult<Color> {
     match channels {
         1 => Ok(Color::Grey),
         3 => Ok(Color::Triple),
-        _ => Err(PyValueError::new_err(format!("channels must be 1 or 3, got {channels}"))),
+        4 => Ok(Color::SrgbAlpha),
+        _ => Err(PyValueError::new_err(format!("channels must be 1, 3 or 4, got {channels}"))),
     }
 }
 

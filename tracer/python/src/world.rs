@@ -10,8 +10,8 @@ use rtcli_tracer::world::{Camera, Kind, LightDesc, LightSource, Object, Settings
 /// The most objects whose faces can be numbered in 32 bits.
 const MOST_OBJECTS: usize = 1 << 28;
 
-/// Width, height, fov, position, right, up, forward.
-pub type PyCamera = (u32, u32, f64, Vector, Vector, Vector, Vector);
+/// Width, height, half height, pixel aspect, center, position, right, up, forward.
+pub type PyCamera = (u32, u32, f64, f64, (f64, f64), Vector, Vector, Vector, Vector);
 
 /// Kind (u8), position, parameters, color (f64), in native byte order.
 pub type PyObjects<'a> = (&'a [u8], &'a [u8], &'a [u8], &'a [u8]);
@@ -31,9 +31,9 @@ pub type PyWindow = (u32, u32, u32, u32);
 ///
 /// `ValueError` for a picture without pixels.
 pub fn camera(camera: PyCamera) -> PyResult<Camera> {
-    let (width, height, fov, position, right, up, forward) = camera;
+    let (width, height, half_height, pixel_aspect, center, position, right, up, forward) = camera;
     has_pixels(width, height)?;
-    Ok(Camera { width, height, fov, position, right, up, forward })
+    Ok(Camera { width, height, half_height, pixel_aspect, center, position, right, up, forward })
 }
 
 /// Return the objects.

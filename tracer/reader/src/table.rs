@@ -34,9 +34,10 @@ pub static IMAGE: Mapping = Mapping {
     fields: &[
         Field { key: "exposure", value: Value::NumberOr("auto", Value::NUMBER), slot: 0 },
         Field { key: "tone", value: Value::Choice(&["clip", "reinhard", "aces"]), slot: 1 },
+        Field { key: "alpha", value: Value::Boolean, slot: 2 },
     ],
     required: 0b0,
-    defaults: &[0.0, 0.0],
+    defaults: &[0.0, 0.0, 0.0],
 };
 
 pub static LIGHT: Mapping = Mapping {

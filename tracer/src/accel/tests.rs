@@ -182,7 +182,7 @@ fn a_large_tree_is_the_same_on_any_number_of_threads() {
 fn objects_in_a_row_come_from_near_to_far_up_to_the_limit() {
     let ball = |i: i32| OracleShape::Sphere { center: [0.0, 0.0, f64::from(1 + (i * 37) % 100)], radius: 0.25 };
     let shapes: Vec<OracleShape> = (0..100).map(ball).collect();
-    let view = crate::tile::View { width: 16, height: 16, half_pixel: (0.001, 0.001) };
+    let view = crate::tile::View::centered(16, 16, 0.001);
     let cone = Cone::of_tile(&rays_of(view, (0, 0)));
     let starts = |limit: f32| -> Vec<f64> {
         let found = found(&tree_of(&shapes), &cone, limit);

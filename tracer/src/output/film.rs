@@ -11,12 +11,14 @@ use crate::vector::{add, dot, rotate, scale, to_f32};
 use crate::world::{Camera, Vector, Window};
 use std::str::FromStr;
 
-/// A value that a film records of each pixel. Passes other than radiance are taken at pixel centres, whatever the
-/// number of samples.
+/// A value that a film records of each pixel. Passes other than radiance and alpha are taken at pixel centres,
+/// whatever the number of samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pass {
     /// Linear RGB: the mean of the pixel's samples.
     Radiance,
+    /// The share of the pixel's samples that hit something.
+    Alpha,
     /// The distance along the viewing axis; +inf where nothing is hit.
     Depth,
     /// The distance to the eye; +inf where nothing is hit.
@@ -59,8 +61,9 @@ pub enum ValueType {
     Integer,
 }
 
-const PASSES: [PassSpec; 7] = [
+const PASSES: [PassSpec; 8] = [
     spec(Pass::Radiance, "radiance", 3, ValueType::Float, PassRequest::Radiance),
+    spec(Pass::Alpha, "alpha", 1, ValueType::Float, PassRequest::Radiance),
     spec(Pass::Depth, "depth", 1, ValueType::Float, PassRequest::Hits),
     spec(Pass::Distance, "distance", 1, ValueType::Float, PassRequest::Hits),
     spec(Pass::Normal, "normal", 3, ValueType::Float, PassRequest::Surface),
@@ -191,6 +194,7 @@ impl TileSink for FilmSink<'_> {
                         traced.mean_radiance(span.lane, &mut values.floats()[pixels]);
                     }
                 }
+                Pass::Alpha => tile.put(values.floats(), &traced.alpha()),
                 Pass::Depth => tile.put(values.floats(), &to_world.lengths(t, faces)),
                 Pass::Distance => {
                     tile.put(values.floats(), &to_world.lengths(&distances(t, &traced.rays.vv), faces));

@@ -95,6 +95,8 @@ pub enum Color {
     Triple,
     /// Red, green and blue: the file declares sRGB.
     Srgb,
+    /// The same with alpha, by which the colors are not multiplied.
+    SrgbAlpha,
 }
 
 impl Color {
@@ -102,6 +104,7 @@ impl Color {
         match self {
             Color::Grey => 1,
             Color::Triple | Color::Srgb => 3,
+            Color::SrgbAlpha => 4,
         }
     }
 }
@@ -213,12 +216,13 @@ fn chunks_before_pixels(header: Header<'_>) -> io::Result<Vec<u8>> {
     settings.set_color(match header.color {
         Color::Grey => png::ColorType::Grayscale,
         Color::Triple | Color::Srgb => png::ColorType::Rgb,
+        Color::SrgbAlpha => png::ColorType::Rgba,
     });
     settings.set_depth(match header.bits {
         BitDepth::Eight => png::BitDepth::Eight,
         BitDepth::Sixteen => png::BitDepth::Sixteen,
     });
-    if header.color == Color::Srgb {
+    if matches!(header.color, Color::Srgb | Color::SrgbAlpha) {
         settings.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
     }
     for (keyword, text) in header.texts {

@@ -263,7 +263,7 @@ fn light(position: [f64; 3], intensity: f64) -> LightDesc {
 fn on_image_plane(world: &World, pixel: usize) -> [f64; 3] {
     let camera = &world.camera;
     let (x, y) = (pixel as u32 % camera.width, pixel as u32 / camera.width);
-    let half = (camera.fov.to_radians() / 2.0).tan() / f64::from(camera.height);
+    let half = camera.half_height / f64::from(camera.height);
     [
         (2.0 * f64::from(x) + 1.0 - f64::from(camera.width)) * half,
         (f64::from(camera.height) - 2.0 * f64::from(y) - 1.0) * half,

@@ -67,18 +67,20 @@ impl Rays {
 
     /// Generate the rays at an offset `within` each pixel of the tile whose first column and row are `corner`.
     ///
-    /// With half a pixel's width and height, tan(fov / 2) / height (document, section 2.1, as corrected):
+    /// With half a pixel's width and height, and the picture's middle on the image plane (document, section 2.1, as
+    /// corrected, which has it at (0, 0)):
     ///
-    /// x = (2 pixel_x - width) half_width,  y = (height - 2 pixel_y) half_height
+    /// x = (2 pixel_x - width) half_width + center_x,  y = (height - 2 pixel_y) half_height + center_y
     #[inline(always)]
     pub(crate) fn generate(&mut self, view: View, corner: (u32, u32), within: (f64, f64)) {
         let inside = (SIDE.min(view.width - corner.0), SIDE.min(view.height - corner.1));
         let (half_width, half_height) = view.half_pixel;
+        let (center_x, center_y) = view.center;
         self.count = LANES;
         // 2 (corner + inside / 2) is a whole number.
         self.middle = [
-            (f64::from(2 * corner.0 + inside.0) - f64::from(view.width)) * half_width,
-            (f64::from(view.height) - f64::from(2 * corner.1 + inside.1)) * half_height,
+            (f64::from(2 * corner.0 + inside.0) - f64::from(view.width)) * half_width + center_x,
+            (f64::from(view.height) - f64::from(2 * corner.1 + inside.1)) * half_height + center_y,
             1.0,
         ];
         self.half_size = (f64::from(inside.0) * half_width, f64::from(inside.1) * half_height);

@@ -2,7 +2,7 @@ use super::*;
 use proptest::prelude::*;
 
 fn view(width: u32, height: u32) -> View {
-    View { width, height, half_pixel: (0.01, 0.01) }
+    View::centered(width, height, 0.01)
 }
 
 /// Check that the tiles of a window cover each of its pixels once, with the lane that belongs to it.
@@ -65,4 +65,16 @@ fn half_a_pixel_is_the_tangent_of_half_the_view_over_the_height() {
     assert_eq!((grid.width, grid.height), (5, 5));
     assert!((grid.half_pixel.0 - 0.14).abs() < 1e-16);
     assert!((grid.half_pixel.1 - 0.2).abs() < 1e-16);
+}
+
+#[test]
+fn a_picture_off_the_view_has_its_middle_there_whatever_its_grid() {
+    let camera = Camera { center: (3.0, -2.0), pixel_aspect: 0.5, ..Camera::along_z(6, 4, 90.0) };
+    for view in [View::new(&camera), View::in_grid(&camera, 8)] {
+        let mut rays = crate::tile::rays::Rays::new();
+        rays.generate(view, (0, 0), CENTRE);
+        // Half the width of 6 pixels is 1.5 of the half height of 4, times the pixel aspect.
+        assert_eq!(rays.middle, [3.0, -2.0, 1.0]);
+        assert!((rays.half_size.0 - 0.75).abs() < 1e-15 && (rays.half_size.1 - 1.0).abs() < 1e-15);
+    }
 }

@@ -122,8 +122,9 @@ impl Search {
     fn rectangle(&self, part: Window) -> Rectangle {
         let (half_width, half_height) = self.view.half_pixel;
         let (width, height) = (f64::from(self.view.width), f64::from(self.view.height));
-        let x = |column: u32| (2.0 * f64::from(column) - width) * half_width;
-        let y = |row: u32| (height - 2.0 * f64::from(row)) * half_height;
+        let (center_x, center_y) = self.view.center;
+        let x = |column: u32| (2.0 * f64::from(column) - width) * half_width + center_x;
+        let y = |row: u32| (height - 2.0 * f64::from(row)) * half_height + center_y;
         Rectangle {
             low: [x(part.x), y(part.y + part.height)],
             high: [x(part.x + part.width), y(part.y)],

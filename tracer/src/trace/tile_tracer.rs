@@ -24,6 +24,8 @@ pub(crate) struct TileTracer {
     /// The sum of each pixel's samples if there are several: in float64, so that it neither overflows nor loses
     /// digits of the mean.
     total: Option<Box<[[f64; LANES]; 3]>>,
+    /// The number of each pixel's samples that hit something.
+    hit_counts: [u32; LANES],
     /// The offset of each sample in a pixel.
     offsets: Vec<(f64, f64)>,
     /// Whether the last rays go through the pixel centres, so that `hits`, `rays` and `surface` are ground truth.
@@ -79,6 +81,7 @@ impl TileTracer {
         TileTracer {
             radiance: [ZERO; 3],
             total: None,
+            hit_counts: [0; LANES],
             offsets: Vec::new(),
             with_passes: request != PassRequest::Radiance,
             hits: HitBuffer::new(),
@@ -105,12 +108,16 @@ impl TileTracer {
         if let Some(total) = &mut self.total {
             **total = [[0.0; LANES]; 3];
         }
+        self.hit_counts = [0; LANES];
         for sample in 0..self.offsets.len() {
             if cancelled() {
                 return;
             }
             self.radiance = [ZERO; 3];
             self.find_hits(scene, tile, self.offsets[sample]);
+            for (count, &face) in self.hit_counts.iter_mut().zip(&self.hits.face) {
+                *count += u32::from(face != NO_FACE);
+            }
             for group in 0..self.groups.list.len() {
                 self.shade(scene, settings, group);
                 if self.stack.work.ran_out() {
@@ -160,6 +167,13 @@ impl TileTracer {
                 };
             }
         }
+    }
+
+    /// The share of each pixel's samples that hit something.
+    #[inline(always)]
+    pub(crate) fn alpha(&self) -> Lanes {
+        let samples = self.offsets.len() as f32;
+        self.hit_counts.map(|count| count as f32 / samples)
     }
 
     /// Record the points and normals of a group of rays through the pixel centres, if requested.

@@ -22,7 +22,7 @@ fn tile_and_box(distances: std::ops::Range<f64>) -> impl Strategy<Value = ((View
 
 /// The tile in the middle of a picture whose middle ray runs along z.
 fn straight(half_pixel: f64) -> (View, (u32, u32)) {
-    let view = View { width: 16, height: 16, half_pixel: (half_pixel, half_pixel) };
+    let view = View::centered(16, 16, half_pixel);
     (view, (0, 0))
 }
 
@@ -151,7 +151,7 @@ fn a_box_behind_the_eye_is_not_seen() {
 /// A ray exactly along two pairs of faces has 0 in its direction there.
 #[test]
 fn a_ray_along_the_faces_is_between_them_or_not() {
-    let view = View { width: 15, height: 15, half_pixel: (0.25, 0.25) };
+    let view = View::centered(15, 15, 0.25);
     let middle = 7 * SIDE as usize + 7;
     assert_eq!(exact_ray(view, (0, 0), middle), [0.0, 0.0, 1.0]);
     for (aside, expected) in [(0.0, 4.0), (0.99, 4.0), (1.01, f32::INFINITY)] {

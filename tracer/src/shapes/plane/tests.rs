@@ -69,7 +69,7 @@ proptest! {
         let ceiling = OracleShape::Plane { normal: rotate(&axes, [0.0, 1.0, 0.0]), offset: height };
         let light = rotate(&axes, [1.0, height, 2.0]);
         let room = OracleShape::Sphere { center: [0.0, 0.0, 5.0], radius: 2.0 };
-        let view = View { width: 16, height: 16, half_pixel: (0.01, 0.01) };
+        let view = View::centered(16, 16, 0.01);
         for (_, points) in surface_points(&room, (view, (0, 0))) {
             let left = irradiance_left(&ceiling, light, &points);
             prop_assert!(left[..points.count].iter().all(|&left| left == 1.0));
@@ -79,7 +79,7 @@ proptest! {
 
 #[test]
 fn rays_that_almost_run_along_a_plane_miss_it() {
-    let view = View { width: SIDE, height: SIDE, half_pixel: (0.9e-6, 0.9e-6) };
+    let view = View::centered(SIDE, SIDE, 0.9e-6);
     let mut hits = HitBuffer::new();
     Plane::new([0.0, 1.0, 0.0], -1.0, 1.0).intersect(FACE, &rays_of(view, (0, 0)), &mut hits);
     for (lane, &face) in hits.face.iter().enumerate() {
@@ -90,7 +90,7 @@ fn rays_that_almost_run_along_a_plane_miss_it() {
 
 #[test]
 fn a_plane_through_the_eye_is_not_seen() {
-    let view = View { width: SIDE, height: SIDE, half_pixel: (0.1, 0.1) };
+    let view = View::centered(SIDE, SIDE, 0.1);
     let mut hits = HitBuffer::new();
     Plane::new([0.0, 1.0, 0.0], 0.0, 0.0).intersect(FACE, &rays_of(view, (0, 0)), &mut hits);
     assert!(hits.face.iter().all(|&face| face == NO_FACE));
@@ -100,7 +100,7 @@ fn a_plane_through_the_eye_is_not_seen() {
 fn two_planes_in_the_same_place_do_not_hide_each_other() {
     let wall = OracleShape::Plane { normal: [0.0, 0.6, -0.8], offset: -7.0 };
     let turned_over = OracleShape::Plane { normal: [0.0, -0.6, 0.8], offset: 7.0 };
-    let view = View { width: SIDE, height: SIDE, half_pixel: (0.01, 0.01) };
+    let view = View::centered(SIDE, SIDE, 0.01);
     for (_, points) in surface_points(&wall, (view, (0, 0))) {
         for light in [[1.0, 0.0, 0.0], [50.0, 0.0, 5.0], [0.0, -2.0, 7.0]] {
             for wall in [&wall, &turned_over] {

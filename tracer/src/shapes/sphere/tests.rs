@@ -18,7 +18,7 @@ fn tile_and_sphere(distances: std::ops::Range<f64>) -> impl Strategy<Value = ((V
 
 /// The tile in the middle of a picture whose middle ray runs along z.
 fn straight(half_pixel: f64) -> (View, (u32, u32)) {
-    let view = View { width: 16, height: 16, half_pixel: (half_pixel, half_pixel) };
+    let view = View::centered(16, 16, half_pixel);
     (view, (0, 0))
 }
 
@@ -123,7 +123,7 @@ fn the_ground_of_a_planet_is_as_far_as_it_should_be() {
     for height in [1e-2, 1e-4, 1e-6, 1e-7] {
         let planet = ball([0.0, -(1.0 + height), 0.0], 1.0);
         let dip = f64::sqrt(2.0 * height);
-        let view = View { width: 16, height: 1600, half_pixel: (1e-3, 1e-3) };
+        let view = View::centered(16, 1600, 1e-3);
         let row = (((3.0 * dip) / 2e-3) as u32 + 800).next_multiple_of(SIDE);
         let hits = intersect(&planet, (view, (0, row)));
         for lane in 0..LANES {

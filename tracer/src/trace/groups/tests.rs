@@ -5,7 +5,7 @@ use proptest::prelude::*;
 
 /// A tile in the corner of a picture, with a window.
 fn tile(window: Window) -> Tile {
-    let view = View { width: 100, height: 100, half_pixel: (0.01, 0.01) };
+    let view = View::centered(100, 100, 0.01);
     Tile { view, corner: (SIDE, SIDE), window }
 }
 
