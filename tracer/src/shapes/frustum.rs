@@ -15,7 +15,8 @@
 //! D = E^2 - F^2,  E = O_3 W_1 - O_1 W_3,  F = sqrt(C) W_2
 //!
 //! whose factors E - F and E + F are the heights of v above the two planes through the apex that touch the side:
-//! nothing cancels at the outline. If C < 0, for an apex inside, D is a sum of squares.
+//! nothing cancels at the outline. If C < 0, for an apex inside, D is a sum of squares. E and F do not change if W is
+//! replaced by a point of the line over its parameter: the O of an apex at infinity would be a direction.
 
 use crate::bounds::BoundingSphere;
 use crate::camera_space::CameraSpace;

@@ -30,7 +30,7 @@ fn upright(base: f64, top: f64, center: Vector) -> OracleShape {
 
 /// The tile in the middle of a picture whose middle ray runs along z.
 fn straight(half_pixel: f64) -> Tile {
-    (View { width: 16, height: 16, half_pixel: (half_pixel, half_pixel) }, (0, 0))
+    (View::centered(16, 16, half_pixel), (0, 0))
 }
 
 fn intersect(shape: &OracleShape, tile: Tile) -> HitBuffer {
