@@ -49,6 +49,9 @@ CLOSE = 1e-6
 # A light farther than the first multiple of an object's reach is moved to the second for the shadow test.
 MAX_LIGHT_RATIO, NEARER_LIGHT_RATIO = 2.0**28, 2.0**22
 
+# A start farther from a cylinder or cone than this multiple of its size is distant.
+DISTANT = 2.0**6
+
 # A shadow ray that meets an object within this share of its length before its end may only touch it there.
 NEAR_THE_END = 1e-3
 
@@ -685,23 +688,33 @@ class Frustum(Object):
             D = B^2 - A C = (m W_1 - O_1 W_3)^2 - C W_2^2
 
         The roots are C / q and q / A, with q = B + sign(B) sqrt(D). Where A < 0 they are on both nappes, and the
-        ray is inside from one on: toward the wider end.
+        ray is inside from one on: toward the wider end. From a distant start, they are measured from the point of
+        each ray that is nearest to the middle: its B and C lose no digits.
         """
         start = self.place(ray.offset)
-        radial, across, along = self._directions(ray, start)
-        w_1, w_2, w_3 = self.cosine * radial, self.cosine * across, self.sine * along
+        frame = self._frame(start)
+        w_1, w_2, w_3 = self._components(ray.direction, frame)
         o_1 = self.cosine * start.away
         a = w_1 * w_1 + w_2 * w_2 - w_3 * w_3
         b = w_3 * start.m - w_1 * o_1
         root = start.m * w_1 - o_1 * w_3
         discriminant = root * root - start.power * (w_2 * w_2)
-        q = b + np.where(b >= 0, 1, -1) * np.sqrt(discriminant)
-        one = np.full_like(q, 0.0) if start.power == 0 else start.power / q
-        other = np.where(a == 0, np.where(b >= 0, np.inf, -np.inf), q / a)
-        lower, upper = np.where(b >= 0, one, other), np.where(b >= 0, other, one)
+        begin, b_there, c_there = np.zeros_like(a), b, np.full_like(a, start.power)
+        if start.away + abs(start.z) > DISTANT * self.size:
+            begin = dot(self.position - ray.offset, ray.direction)
+            nearest_point = begin * ray.direction - (self.position - ray.offset)
+            p_1, p_2, p_3 = self._components(nearest_point, frame)
+            p_3 = self.middle + p_3
+            b_there = w_3 * p_3 - w_1 * p_1 - w_2 * p_2
+            c_there = (np.hypot(p_1, p_2) - p_3) * (np.hypot(p_1, p_2) + p_3)
+        q = b_there + np.where(b_there >= 0, 1, -1) * np.sqrt(discriminant)
+        one = np.where(c_there == 0, 0.0, c_there / q)
+        ahead = b_there >= 0
+        other = np.where(a == 0, np.where(ahead, np.inf, -np.inf), q / a)
+        lower, upper = np.where(ahead, one, other), np.where(ahead, other, one)
         enter = np.where((a < 0) & (w_3 < 0), -np.inf, lower)
         leave = np.where((a < 0) & (w_3 > 0), np.inf, upper)
-        return Side(a, b, discriminant, enter, leave)
+        return Side(a, b, discriminant, begin + enter, begin + leave)
 
     def slab(self, ray: Ray) -> tuple[Array, Array]:
         """Return where each ray enters and leaves the slab |z| <= h / 2 between the discs: two (N,)."""
@@ -763,14 +776,18 @@ class Frustum(Object):
         height = height if abs(height) > on_side else 0.0
         return Place(z, away, radial, m, height, height * (self.cosine * away + m))
 
-    def _directions(self, ray: Ray, start: Place) -> tuple[Array, Array, Array]:
-        """Return the components of the direction from the axis to the start, across, and along the axis."""
+    def _frame(self, start: Place) -> tuple[Array, Array, Array]:
+        """Return e, f and a of a start: three (3, 1)."""
         e = start.radial / start.away
         # Rounding may leave something along the axis, which D would multiply by the distance, or nothing else.
         e = e - dot(e, self.axis) * self.axis
         e = e / length(e) if length(e) > 0.5 else _perpendicular(self.axis)
-        f = np.cross(e, self.axis, axis=0)
-        return dot(ray.direction, e), dot(ray.direction, f), dot(ray.direction, self.axis)
+        return e, np.cross(e, self.axis, axis=0), self.axis
+
+    def _components(self, vector: Array, frame: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+        """Return cos(alpha) v_e, cos(alpha) v_f and sin(alpha) v_a: three (N,)."""
+        e, f, a = (dot(vector, axis) for axis in frame)
+        return self.cosine * e, self.cosine * f, self.sine * a
 
 
 class Cylinder(Frustum):

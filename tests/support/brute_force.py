@@ -272,12 +272,14 @@ class Frustum(Body):
         # D does not depend on where the line begins: from its point nearest to the middle nothing cancels.
         a, b, c = self._quadratic(position - dot(position, step) * step, step)
         under_root = b * b - a * c
-        _, b, _ = self._quadratic(position, step)
-        z, away = self._along_and_across(position)
-        radius = self._radius(z)
-        c = self.heights(start)[0] / self.cosine * (length(away) + radius)
+        if (is_near := length(position) < 100 * self.size).any():
+            _, b_here, _ = self._quadratic(position, step)
+            z, away = self._along_and_across(position)
+            c_here = self.heights(start)[0] / self.cosine * (length(away) + self._radius(z))
+            b, c = np.where(is_near, b_here, b), np.where(is_near, c_here, c)
         q = -b - np.where(b < 0, -1, 1) * np.sqrt(np.maximum(under_root, 0))
-        roots = np.stack([q / a, np.where(c == 0, 0.0, c / q)])
+        nearest = np.where(is_near, 0.0, -dot(position, step))
+        roots = nearest + np.stack([q / a, np.where(c == 0, 0.0, c / q)])
         z, away = self._along_and_across(position[:, None] + roots * step[:, None])
         radius = self._radius(z)
         normal = self.cosine * (away / length(away) - self.slope * self.axis[:, None])

@@ -36,6 +36,9 @@ pub(crate) const SIDE: u32 = 0;
 const BASE: u32 = 1;
 const TOP: u32 = 2;
 
+/// An eye farther from a frustum than this multiple of its size is distant.
+const DISTANT: f64 = 64.0;
+
 /// An origin closer to the apex than this share of the radius is placed relative to the apex.
 const NEAR: f64 = 1.0 / 16.0;
 
@@ -359,20 +362,27 @@ impl Frustum {
         BoundingSphere { center: add(self.center, scale(self.axis, z)), radius }
     }
 
+    /// Return the way to the light from the points' reference, and a length to measure all ways by. The reference
+    /// may be at the light.
+    #[inline(always)]
+    fn way_to_light(shadow: &ShadowRays<'_>) -> (Vector, f64) {
+        let reference = shadow.points.reference;
+        let way = sub(shadow.light, reference);
+        (way, length(way) + length(sub(shadow.bounds.center, reference)) + shadow.bounds.radius)
+    }
+
     /// Darken the points from which the frustum hides the light, all of them outside its bounding sphere: it does
     /// where the line is inside between the two. Lines begin at the nearer end.
     #[inline(always)]
     fn occlude_from_afar(&self, light: &Place, begin_at_light: bool, shadow: &mut ShadowRays<'_>) {
-        let reference = shadow.points.reference;
-        let way = sub(shadow.light, reference);
-        let distance = length(way);
-        let per = 1.0 / distance;
+        let (way, end) = Frustum::way_to_light(shadow);
+        let per = 1.0 / end;
         let lines = if begin_at_light {
             self.lines(light, (0.0, shadow.light), (scale(way, -per), per))
         } else {
-            self.lines(light, (-distance, reference), (scale(way, per), -per))
+            self.lines(light, (-end, shadow.points.reference), (scale(way, per), -per))
         };
-        let end = (distance / self.profile.radius) as f32;
+        let end = (end / self.profile.radius) as f32;
         let points = shadow.points;
         for lane in 0..points.padded() {
             let x = lines.across_point(points.offset.each_ref().map(|axis| axis[lane]));
@@ -394,10 +404,8 @@ impl Frustum {
         let Profile { half, radius, .. } = self.profile;
         let side = contact.map_or_else(|| self.side_of(light), |contact| contact.side);
         let (inside, on) = (side == Side::Inside, side == Side::On);
-        let reference = shadow.points.reference;
-        let way = sub(shadow.light, reference);
-        let distance = length(way);
-        let lines = self.lines(light, (-distance, reference), (scale(way, 1.0 / distance), -1.0 / distance));
+        let (way, end) = Frustum::way_to_light(shadow);
+        let lines = self.lines(light, (-end, shadow.points.reference), (scale(way, 1.0 / end), -1.0 / end));
         let per = 1.0 / radius;
         let rounding = shadow.rounding_at_points(l1_norm(self.center) + self.profile.size());
         let at_light = if contact.is_some() { 0.0 } else { shadow.rounding_at_light(l1_norm(self.center) + half) };
@@ -573,11 +581,22 @@ pub(crate) struct SideOfRay {
 impl SideOfRay {
     pub(crate) fn new(frustum: &Frustum, v: Vector) -> SideOfRay {
         let Place { origin: o, power, .. } = frustum.eye;
-        let (w, along) = frustum.components(&frustum.frame(&frustum.eye), v);
+        let frame = frustum.frame(&frustum.eye);
+        let (w, along) = frustum.components(&frame, v);
         let (e, f) = (o[2] * w[0] - o[0] * w[2], power.abs().sqrt() * w[1]);
         let root = if power > 0.0 { (e - f) * (e + f) } else { e * e + f * f }.sqrt();
-        let (enter, leave) = span([minkowski(w, w), -minkowski(o, w), power], w[2], root);
-        SideOfRay { along, enter, leave, root, m: o[2], m_along: w[2] }
+        // B and C of a distant eye lose digits: the roots are measured from the nearest point to the middle.
+        let begin = dot(frustum.center, v) / dot(v, v);
+        let far = begin * length(v) > DISTANT * frustum.profile.size();
+        let (begin, b, c) = if far {
+            let ([o_1, o_2, o_3], _) = frustum.components(&frame, sub(scale(v, begin), frustum.center));
+            let o = [o_1, o_2, frustum.profile.middle + o_3];
+            (begin, -minkowski(o, w), minkowski(o, o))
+        } else {
+            (0.0, -minkowski(o, w), power)
+        };
+        let (enter, leave) = span([minkowski(w, w), b, c], w[2], root);
+        SideOfRay { along, enter: begin + enter, leave: begin + leave, root, m: o[2], m_along: w[2] }
     }
 
     /// |n.v| where the ray meets the side.
