@@ -261,7 +261,7 @@ _CAPSULE = ShapeNotes(
     section="2.2.5",
     equations=(
         "capsule (2.2.5)  its side is that of a cylinder, 2.2.4: missed if D < 0",
-        "                 where the ray meets that beyond an end, the sphere around the end counts in its place",
+        "                 beyond an end of it, the sphere around that end counts in its place",
     ),
     intersect=_intersect_capsule,
     misses=(_PASSED_BY_SIDE, _PASSED_BY_END),

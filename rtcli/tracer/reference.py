@@ -694,7 +694,7 @@ class Frustum(Object):
         start = self.place(ray.offset)
         frame = self._frame(start)
         w_1, w_2, w_3 = self._components(ray.direction, frame)
-        o_1 = self.cosine * start.away
+        o_1 = start.m if start.height == 0 else self.cosine * start.away
         a = w_1 * w_1 + w_2 * w_2 - w_3 * w_3
         b = w_3 * start.m - w_1 * o_1
         root = start.m * w_1 - o_1 * w_3
