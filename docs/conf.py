@@ -7,23 +7,33 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from docutils.nodes import SkipNode, math_block
+from docutils.utils.math import MathError
+from docutils.utils.math.latex2mathml import tex2mathml
+from sphinx.util import logging
+
 import rtcli
 
 if TYPE_CHECKING:
-    from docutils.nodes import Element
+    from docutils.nodes import Element, math
     from sphinx.addnodes import pending_xref
     from sphinx.application import Sphinx
     from sphinx.environment import BuildEnvironment
+    from sphinx.writers.html5 import HTML5Translator
 
 project = "rtcli"
 version = release = rtcli.__version__
 author = "The rtcli authors"
 copyright = author
 
-# Equations are text in code blocks: they read the same here, on GitHub, in an editor and beside the code that
-# computes them, which uses the same letters. MathJax would come from a CDN, or add megabytes.
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 highlight_language = "none"
+
+# Equations are LaTeX, as GitHub shows it: `$...$` in a line, and blocks of the language `math`. They become MathML
+# when the site is built. MathJax would come from a CDN, or add megabytes.
+myst_enable_extensions = ["dollarmath"]
+myst_fence_as_directive = ["math"]
+html_math_renderer = "mathml"
 
 # Anchors as GitHub makes them, down to this level, so that links to sections work there and here.
 myst_heading_anchors = 4
@@ -101,7 +111,22 @@ def find_public_name(app: Sphinx, env: BuildEnvironment, node: pending_xref, con
     return domain.resolve_xref(env, node["refdoc"], app.builder, "obj", f"rtcli.{name}", node, content)
 
 
+def write_equation(translator: HTML5Translator, node: math | math_block) -> None:
+    """Write an equation as MathML; one that docutils cannot read is a warning."""
+    is_block = isinstance(node, math_block)
+    try:
+        mathml = tex2mathml(node.astext(), as_block=is_block)
+    except MathError as error:
+        logging.getLogger(__name__).warning("%s", error, location=node)
+    else:
+        # Browsers take a bar for an operator, with space around it.
+        mathml = mathml.replace('<mo stretchy="false">|', '<mo stretchy="false" lspace="0" rspace="0">|')
+        translator.body.append(f'<div class="equation">{mathml}</div>' if is_block else mathml)
+    raise SkipNode
+
+
 def setup(app: Sphinx) -> None:
     """Connect the functions above to the build."""
+    app.add_html_math_renderer("mathml", (write_equation, None), (write_equation, None))
     app.connect("source-read", show_page)
     app.connect("missing-reference", find_public_name)

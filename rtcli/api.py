@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import os
 import weakref
 from collections.abc import Iterable, Mapping
@@ -13,6 +14,7 @@ from rtcli.rendering.stream import expose_film
 from rtcli.scene.model import Scene
 from rtcli.scene.validation.from_python import scene_from_data
 from rtcli.tracer.engines import Tracer
+from rtcli.tracer.passes import PASSES
 from rtcli.tracer.world import Window
 
 if TYPE_CHECKING:  # loads NumPy, which `import rtcli` does without
@@ -34,8 +36,9 @@ def render(
         A scene, or a mapping with the keys of a scene file. What the tracer prepares for a `Scene` is kept as long
         as the scene, so rendering it again takes less time.
     passes
-        The names of arrays that the film holds beside radiance, such as `depth`; see `rtcli.tracer.passes.Passes`.
-        They are taken at pixel centres, whatever the number of samples.
+        The names of arrays that the film holds beside radiance, such as `depth`, or `all`; see
+        `rtcli.tracer.passes.Passes`.
+        They are taken at pixel centers, whatever the number of samples.
     engine
         `native`, the fast one, or `reference`, the tracer in NumPy, to compare with.
     threads
@@ -55,11 +58,11 @@ def render(
     TypeError
         If the scene is neither, such as the name of a file.
     ValueError
-        For an unknown pass or engine, less than one thread, a crop that is not inside the picture, or a variable
-        RTCLI_SIMD that names no SIMD level of this machine.
+        For an unknown pass or engine, less than one thread, a crop that is not four integers or not inside the
+        picture, or a variable RTCLI_SIMD that names no SIMD level of this machine.
     """
     names = (passes,) if isinstance(passes, str) else tuple(passes)
-    request = RenderRequest(names, engine, threads, None if crop is None else Window(*crop))
+    request = RenderRequest(PASSES if "all" in names else names, engine, threads, _window(crop))
     if not isinstance(scene, (Scene, Mapping)):
         kind = type(scene).__name__
         raise TypeError(f"scene must be a rtcli.Scene or a mapping, not {kind}: load files with rtcli.load_scene")
@@ -70,6 +73,17 @@ def render(
     job = RenderJob(packed, request, prepared=tracers.get(key))
     tracers[key] = job.tracer
     return expose_film(job)
+
+
+def _window(crop: Any) -> Window | None:
+    """Return the pixels of a crop, which may be anything."""
+    if crop is None:
+        return None
+    try:
+        left, top, width, height = map(operator.index, crop)
+    except (TypeError, ValueError):
+        raise ValueError(f"crop must be four integers, left, top, width and height; got {crop!r}") from None
+    return Window(left, top, width, height)
 
 
 class _Prepared(NamedTuple):

@@ -12,6 +12,7 @@ from worlds import light, scene, sphere
 
 import rtcli
 from rtcli import api
+from rtcli.tracer.passes import PASSES
 
 BALL = {"type": "sphere", "position": [0, 0, -5], "radius": 1, "color": "tomato"}
 DATA = {
@@ -61,6 +62,21 @@ def test_data_is_rendered_like_the_scene_it_describes():
 def test_what_is_neither_scene_nor_mapping_is_a_type_error_that_names_load_scene(scene):
     with pytest.raises(TypeError, match=r"must be a rtcli\.Scene or a mapping, not \w+: .* rtcli\.load_scene"):
         rtcli.render(scene)
+
+
+@pytest.mark.parametrize("crop", [(1, 2), 3, "abcd", (0.5, 0, 2, 2)])
+def test_crop_that_is_not_four_integers_is_a_value_error(crop):
+    with pytest.raises(ValueError, match="crop must be four integers, left, top, width and height"):
+        rtcli.render(DATA, crop=crop)
+
+
+def test_crop_takes_integers_of_numpy():
+    assert rtcli.render(DATA, crop=np.array([1, 2, 3, 4])).radiance.shape == (4, 3, 3)
+
+
+@pytest.mark.parametrize("passes", ["all", ["all"], ("depth", "all")])
+def test_all_passes_have_a_word(passes):
+    assert rtcli.render(DATA, passes=passes).passes == PASSES
 
 
 @pytest.mark.parametrize("text", [b"camera: {}", 3, None])

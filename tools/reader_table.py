@@ -30,7 +30,15 @@ _COLORS = ("Albedo", "LightColor")
 # Keys of the cameras that the reader takes.
 _CAMERA_KEYS = ("resolution", "fov", "position", "look_at", "up")
 # Keys of shapes and lights that are packed in the same way for all kinds.
-_NO_PARAMETERS = ("type", "name", "light", "color")
+_NO_PARAMETERS = ("type", "name", "light", "checker", "color")
+# The constants of the definitions that keys refer to.
+_MAPPINGS = {
+    "Camera": "CAMERA",
+    "RenderSettings": "RENDER",
+    "ImageSettings": "IMAGE",
+    "CarriedLight": "CARRIED_LIGHT",
+    "Checker": "CHECKER",
+}
 
 
 def reader_table() -> str:
@@ -44,6 +52,7 @@ def reader_table() -> str:
         "IMAGE": definitions["ImageSettings"],
         "LIGHT": definitions["PointLight"],
         "CARRIED_LIGHT": definitions["CarriedLight"],
+        "CHECKER": definitions["Checker"],
         "OBJECT": _union(shapes),
         "SCENE": schema,
     }
@@ -140,8 +149,7 @@ class _Writer:
         if target in _COLORS:
             return f"Value::Color({_bounds(self._array(target)['items'])})"
         if target is not None:
-            names = {"Camera": "CAMERA", "RenderSettings": "RENDER", "ImageSettings": "IMAGE"}
-            return f"Value::Mapping(&{names.get(target, 'CARRIED_LIGHT')})"
+            return f"Value::Mapping(&{_MAPPINGS[target]})"
         if "anyOf" in field:
             number, other = field["anyOf"]
             if "items" in other:

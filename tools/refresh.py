@@ -291,6 +291,7 @@ SECTIONS = {
     "Cylinder": "A cylinder in `objects`",
     "Capsule": "A capsule in `objects`",
     "Cone": "A cone in `objects`",
+    "Checker": "`checker` of a plane or box",
     "CarriedLight": "`light` of an object",
     "RenderSettings": "`render`",
     "ImageSettings": "`image`",

@@ -13,7 +13,6 @@ from rtcli.batch.jobs import Job
 from rtcli.batch.pool import Result, Workers, results
 from rtcli.batch.worker import BatchTask, failure, rendered
 from rtcli.compare.bounds import Bounds
-from rtcli.compare.comparison import joined
 from rtcli.compare.difference import Compared, difference_paths, drawings
 from rtcli.compare.folder import DIFFERENT, EQUAL, FAILED, MISSING, UNREADABLE, GoldenResult, LayerPictures
 from rtcli.compare.golden import Golden, read_golden
@@ -94,7 +93,8 @@ class CheckTask:
         """Return its result after an error."""
         outcome = failure(None, error, {})
         status = UNREADABLE if isinstance(error, OSError) else FAILED
-        return self.result(status, outcome.message, problems=outcome.problems)
+        message = outcome.message.removeprefix(f"{self.golden}: ")  # which each report names first
+        return self.result(status, message, problems=outcome.problems)
 
 
 def with_found_suffixes(jobs: Iterable[Job], files: set[str]) -> list[Job]:
@@ -152,7 +152,8 @@ def _kept(task: CheckTask, result: GoldenResult) -> GoldenResult:
         if request.update and result.status in (DIFFERENT, MISSING):
             paths = task.job.outputs
             _copy_all({new: request.folder / paths[part] for part, new in task.renderings().items()})
-            return replace(result, is_updated=True)
+            message = f"there was {result.message}" if result.message else ""
+            return replace(result, message=message, is_updated=True)
     except OSError as error:
         return task.failed(error)
     return result
@@ -174,51 +175,38 @@ def check_job(task: CheckTask) -> GoldenResult:
     The passes and bits are those of the golden file, unless passes are requested. Errors in the scene or with a
     file become part of the result; other errors are raised.
     """
-    settings, golden, missing = task.job.settings, None, ""
+    settings = task.job.settings
     try:
-        try:
-            golden = read_golden(str(task.golden), task.request.bounds, settings.passes)
-        except FileNotFoundError as error:
-            missing = "no golden file" if error.filename == str(task.golden) else f"no {error.filename}"
-        else:
-            settings = replace(settings, passes=settings.passes or golden.passes, bits=golden.bits)
-        job = replace(task.job, settings=settings)
+        golden = read_golden(str(task.golden), task.request.bounds, settings.passes)
+        passes, bits = settings.passes or golden.passes, golden.bits(settings.bits)
+        job = replace(task.job, settings=replace(settings, passes=passes, bits=bits))
         rendered(BatchTask(job, task.raw, str(task.scratch / _NEW)), Stopwatch())
-        return _missing(task, missing) if golden is None else _compared(task, golden)
+        return _compared(task, golden)
     except (ValueError, OSError) as error:
         return task.failed(error)
 
 
-def _missing(task: CheckTask, message: str) -> GoldenResult:
-    """Return the result without a golden file, with the pictures of the rendering."""
-    if not task.request.shows:
-        return task.result(MISSING, message)
-    new = task.renderings()
-    parts = read_golden(str(new[RADIANCE]), Bounds(), task.job.settings.passes).parts
-    pictures = tuple(
-        LayerPictures(name, None, _layer_file(task, name, layers, new[part]), None)
-        for part, layers in parts.items()
-        for name in in_order(layers.arrays)
-    )
-    return task.result(MISSING, message, pictures=pictures)
-
-
 def _compared(task: CheckTask, golden: Golden) -> GoldenResult:
     """Return the result of the comparison with a golden file."""
-    compared = golden.compared_with(task.renderings())
-    comparison = joined([each.comparison for each in compared])
-    if comparison.equal:
+    comparison, compared = golden.compared_with(task.renderings())
+    missing = golden.missing
+    if comparison.equal and not missing:
         shutil.rmtree(task.scratch)
         return task.result(EQUAL)
+    message = "no golden file" if RADIANCE in missing else f"no {', '.join(map(str, missing.values()))}"
     shows = task.request.shows
     drawn = _drawn(task, compared) if shows or task.request.differences is not None else {}
-    pictures = tuple(_pictures(task, golden, compared, drawn)) if shows else ()
-    return task.result(DIFFERENT, comparison=comparison, pictures=pictures)
+    return task.result(
+        MISSING if comparison.equal else DIFFERENT,
+        message if missing else "",
+        comparison=None if comparison.equal else comparison,
+        pictures=tuple(_pictures(task, golden, compared, drawn)) if shows else (),
+    )
 
 
-def _drawn(task: CheckTask, compared: Sequence[Compared]) -> dict[str, Path]:
+def _drawn(task: CheckTask, compared: Mapping[str, Compared]) -> dict[str, Path]:
     """Draw the differences of all layers to the scratch folder, and return the files."""
-    drawn = {name: drawing for each in compared for name, drawing in drawings(each)}
+    drawn = {name: drawing for each in compared.values() for name, drawing in drawings(each)}
     paths = difference_paths(f"{task.job.key}.png", drawn)
     return {
         name: _written(task.scratch / _DIFFERENCES / paths[name], drawing)
@@ -228,15 +216,20 @@ def _drawn(task: CheckTask, compared: Sequence[Compared]) -> dict[str, Path]:
 
 
 def _pictures(
-    task: CheckTask, golden: Golden, compared: Sequence[Compared], drawn: Mapping[str, Path]
+    task: CheckTask, golden: Golden, compared: Mapping[str, Compared], drawn: Mapping[str, Path]
 ) -> Iterator[LayerPictures]:
-    """Draw the layers that are not equal to the scratch folder."""
+    """Draw the layers that are not equal or are missing to the scratch folder."""
     new = task.renderings()
-    for part, each in zip(golden.parts, compared, strict=True):
+    for part, each in compared.items():
         for name in each.comparison.failing():
             old_file = _layer_file(task, name, each.first, golden.files[part])
             new_file = _layer_file(task, name, each.second, new[part])
             yield LayerPictures(name, old_file, new_file, drawn.get(name))
+    rendering = read_golden(str(new[RADIANCE]), Bounds(), task.job.settings.passes) if golden.missing else golden
+    for part in golden.missing:
+        layers = rendering.parts[part]
+        for name in in_order(layers.arrays):
+            yield LayerPictures(name, None, _layer_file(task, name, layers, new[part]), None)
 
 
 def _layer_file(task: CheckTask, name: str, layers: Layers, path: Path) -> Path | None:

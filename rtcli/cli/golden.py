@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
@@ -14,11 +16,10 @@ from rtcli.cli.differences import DifferencePictures, report
 from rtcli.cli.exit_codes import DIFFERENT, usage_errors
 from rtcli.cli.options.golden import CheckOptions
 from rtcli.cli.paths import OutputPath, refuse_folder
-from rtcli.compare.comparison import Comparison, joined
+from rtcli.compare.comparison import Comparison
 from rtcli.compare.golden import Golden, read_golden
-from rtcli.image.formats import parts_of
-from rtcli.image.write import METADATA
 from rtcli.scene.diagnostics.problems import printable
+from rtcli.tracer.passes import RADIANCE
 from rtcli.tracer.world import Window
 
 
@@ -29,10 +30,8 @@ class GoldenCheck(NamedTuple):
     ----------
     name
         The name of its file.
-    files
-        Its files by part.
     golden
-        Its contents; None if a file is missing, and will be written.
+        Its contents; files may be missing only if it is updated.
     differences
         The pictures to draw.
     updates
@@ -40,8 +39,7 @@ class GoldenCheck(NamedTuple):
     """
 
     name: str
-    files: dict[str, Path]
-    golden: Golden | None
+    golden: Golden
     differences: DifferencePictures | None
     updates: bool
 
@@ -52,17 +50,17 @@ class GoldenCheck(NamedTuple):
     def outputs(self, passes: Iterable[str]) -> list[OutputPath]:
         """Return the golden files to replace, and the difference pictures of a rendering with these passes."""
         replaced = self._golden_files() if self.updates else []
-        if self.golden is None or self.differences is None:
+        if self.differences is None:
             return replaced
         return [*replaced, *self.differences.plan(self.golden.layer_names(passes))]
 
     def _golden_files(self) -> list[OutputPath]:
-        return [OutputPath("the golden file", str(path), "--check") for path in self.files.values()]
+        return [OutputPath("the golden file", str(path), "--check") for path in self.golden.files.values()]
 
     def check_writable(self) -> None:
         """Raise OSError if a file cannot be written, before any work is done."""
         if self.updates:
-            for path in self.files.values():
+            for path in self.golden.files.values():
                 check_writable(path)
         if self.differences is not None:
             self.differences.check_writable()
@@ -70,26 +68,25 @@ class GoldenCheck(NamedTuple):
     def size_mismatch(self, window: Window) -> Comparison | None:
         """Return the comparison with a rendering of another size; None if there is anything to draw or compare."""
         is_needed = self.updates or self.differences is not None
-        return None if is_needed or self.golden is None else self.golden.unlike_size(window)
+        return None if is_needed else self.golden.unlike_size(window)
 
     def verdict(self, files: dict[str, Path], quiet: bool) -> int:
         """Compare rendered files with the golden ones, report to standard output, and return the exit code."""
-        if self.golden is None:
-            return self._update(files, "was missing")
         with usage_errors():
-            compared = self.golden.compared_with(files)
-        comparison = joined([each.comparison for each in compared])
+            comparison, compared = self.golden.compared_with(files)
         if self.differences is not None and not comparison.equal:
-            self.differences.write(compared)
-        elif self.differences is not None and not quiet:
+            self.differences.write(compared.values())
+        elif self.differences is not None and compared and not quiet:
             self.differences.report_outdated()
-        code = self.report(comparison, quiet)
-        return self._update(files, "differed") if code and self.updates else code
-
-    def _update(self, files: dict[str, Path], why: str) -> int:
-        """Replace the golden files by rendered ones, report it, and return the exit code."""
-        atomic_copy_all({files[part]: path for part, path in self.files.items()})
-        report_line(f"updated {printable(self.name)}, which {why}")
+        code = self.report(comparison, quiet) if compared else 0
+        missing = self.golden.missing
+        if not self.updates or not (code or missing):
+            return code
+        atomic_copy_all({files[part]: path for part, path in self.golden.files.items()})
+        if code:
+            report_line(f"updated {printable(self.name)}, which differed")
+        for path in [missing[RADIANCE]] if RADIANCE in missing else missing.values():
+            report_line(f"updated {printable(str(path))}, which was missing")
         return 0
 
     def report(self, comparison: Comparison, quiet: bool) -> int:
@@ -99,7 +96,7 @@ class GoldenCheck(NamedTuple):
 
 
 def golden_check(options: CheckOptions, passes: tuple[str, ...]) -> GoldenCheck:
-    """Read the golden file, and the requested passes beside it; with --update, they may be missing.
+    """Read the golden file and the requested passes beside it, which may be missing with --update.
 
     Raises
     ------
@@ -114,7 +111,12 @@ def golden_check(options: CheckOptions, passes: tuple[str, ...]) -> GoldenCheck:
     refuse_folder(name, "--check")
     differences = None if options.difference is None else DifferencePictures(options.difference, "--diff")
     with usage_errors():
-        files = parts_of(name, passes)
-        is_missing = options.update and not all(path.exists() for part, path in files.items() if part != METADATA)
-        golden = None if is_missing else read_golden(name, options.bounds, passes)
-    return GoldenCheck(name, files, golden, differences, options.update)
+        golden = read_golden(name, options.bounds, passes)
+    if golden.missing and not options.update:
+        part, path = next(iter(golden.missing.items()))
+        message = os.strerror(errno.ENOENT)
+        if part != RADIANCE:
+            command = f"-o {printable(name)} --passes {','.join(passes)}"
+            message = f"no such file to compare the pass with: create it with {command}"
+        raise FileNotFoundError(errno.ENOENT, message, str(path))
+    return GoldenCheck(name, golden, differences, options.update)

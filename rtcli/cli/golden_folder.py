@@ -42,7 +42,7 @@ def check_folder(options: FolderCheckOptions, jobs: Sequence[Job], workers: Work
         jobs = with_found_suffixes(jobs, files)
     _check_paths(options, jobs)
     if options.bounds.wants_flip:
-        require_extra("flip_evaluator", "flip", "FLIP")
+        require_extra("flip_evaluator", "FLIP")
     # Open everything before the work, so that no time is lost if a file cannot be written.
     differences = None if options.difference is None else Path(options.difference)
     if differences is not None:

@@ -7,6 +7,8 @@ from typing import Any
 
 import click
 
+from rtcli.cli.options.types import environment_variable
+
 # The heading of the options that have no other.
 _HEADING = "Options"
 
@@ -37,6 +39,21 @@ class Command(click.Command):
     def __init__(self, *arguments: Any, examples: Sequence[str], **settings: Any) -> None:
         super().__init__(*arguments, **settings)
         self.examples = examples
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse the command line; errors show an example of what is missing, and name the variable of a value."""
+        ctx.allow_extra_args = True  # for a message with an example
+        try:
+            super().parse_args(ctx, args)
+        except click.MissingParameter as error:
+            raise click.UsageError(f"{error.format_message()} For example: {self.examples[0]}", ctx) from error
+        except click.BadParameter as error:
+            name = None if error.param is None else error.param.name
+            error.param_hint = environment_variable(ctx, name or "") or error.param_hint
+            raise
+        if ctx.args and not ctx.resilient_parsing:
+            raise click.UsageError(f"Unexpected argument {ctx.args[0]!r}. For example: {self.examples[0]}", ctx)
+        return ctx.args
 
     def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write what the command does, and the examples."""

@@ -29,8 +29,8 @@ class Preview:
     """
 
     def __init__(self) -> None:
-        require_extra("textual_image", "preview", _PURPOSE)
-        self._console = require_extra("rich.console", "preview", _PURPOSE).Console()
+        require_extra("textual_image", _PURPOSE)
+        self._console = require_extra("rich.console", _PURPOSE).Console()
         if 0 in os.get_terminal_size(sys.stdout.fileno()):
             raise OSError(f"the terminal does not report its size; {_REMEDY}")
         if not takes_escapes(sys.stdout) or self._console.no_color or self._console.color_system is None:
@@ -52,7 +52,7 @@ class Preview:
         if self._replies is not None:
             # The package reads the replies from standard input, and the scene has already been read from it.
             os.dup2(self._replies, sys.stdin.fileno())
-        renderable = require_extra("textual_image.renderable", "preview", _PURPOSE)
+        renderable = require_extra("textual_image.renderable", _PURPOSE)
         from PIL import Image
 
         self._console.print(renderable.Image(Image.fromarray(film.develop()), width="auto", height="auto"))

@@ -355,10 +355,11 @@ def compare(first: Layers, second: Layers, bounds: Bounds) -> Comparison:
     )
 
 
-def joined(comparisons: Sequence[Comparison]) -> Comparison:
-    """Return comparisons of different layers as one, with the kind and bounds of the first."""
-    return replace(
-        comparisons[0],
+def joined(kind: Kind, bounds: Bounds, comparisons: Sequence[Comparison]) -> Comparison:
+    """Return comparisons of different layers as one."""
+    return Comparison(
+        kind,
+        bounds,
         layers={name: layer for each in comparisons for name, layer in each.layers.items()},
         flips={name: flip for each in comparisons for name, flip in each.flips.items()},
         mismatches=tuple(mismatch for each in comparisons for mismatch in each.mismatches),

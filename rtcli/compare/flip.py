@@ -41,7 +41,7 @@ def mean_flip(a: Array, b: Array, kind: Kind) -> float:
     rtcli.extras.MissingExtraError
         If the package is missing.
     """
-    flip = require_extra("flip_evaluator", "flip", "FLIP")
+    flip = require_extra("flip_evaluator", "FLIP")
     if kind == "picture":
         return float(flip.evaluate(_srgb(a), _srgb(b), "LDR", applyMagma=False)[1])
     if not (np.isfinite(a).all() and np.isfinite(b).all()):

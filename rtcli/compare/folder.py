@@ -46,7 +46,7 @@ class GoldenResult:
     status
         One of `STATUSES`.
     message
-        The reason, unless `comparison` or `problems` state it.
+        A reason that neither `comparison` nor `problems` states.
     comparison
         The comparison of golden file and rendering, if they differ.
     problems

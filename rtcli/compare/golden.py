@@ -11,13 +11,12 @@ from typing import NamedTuple
 import numpy as np
 
 from rtcli.compare.bounds import Bounds
-from rtcli.compare.comparison import Comparison, Mismatch, compare
+from rtcli.compare.comparison import Comparison, Mismatch, compare, joined
 from rtcli.compare.difference import Compared
 from rtcli.image.formats import parts_of
-from rtcli.image.layers import PICTURE_LAYER, UNNAMED_LAYER, Layers, in_order
+from rtcli.image.layers import PICTURE_LAYER, UNNAMED_LAYER, Kind, Layers, in_order
 from rtcli.image.read import kind_of, read_layers
 from rtcli.image.write import METADATA
-from rtcli.scene.diagnostics.problems import printable
 from rtcli.tracer.passes import PASSES, RADIANCE
 from rtcli.tracer.world import Window
 
@@ -32,7 +31,8 @@ class Golden(NamedTuple):
     files
         Its files by part; see `rtcli.image.formats.parts_of`.
     parts
-        Their layers, except for the metadata, which holds the version.
+        The layers of those that exist, except for the metadata, which holds the version; none if the picture is
+        missing.
     """
 
     bounds: Bounds
@@ -45,19 +45,37 @@ class Golden(NamedTuple):
         return tuple(name for name in PASSES if any(name in layers.arrays for layers in self.parts.values()))
 
     @property
-    def bits(self) -> int:
-        """The bits of its channels."""
+    def missing(self) -> dict[str, Path]:
+        """The files that it lacks, by part."""
+        return {part: path for part, path in self.files.items() if part not in (*self.parts, METADATA)}
+
+    @property
+    def kind(self) -> Kind:
+        """The kind of its first layers."""
+        return kind_of(str(self.files[RADIANCE]))
+
+    def bits(self, default: int) -> int:
+        """Return the bits of its channels, or a default if it is missing."""
+        if RADIANCE in self.missing:
+            return default
         picture = self.parts[RADIANCE].arrays.get(PICTURE_LAYER)
         return 16 if picture is not None and picture.dtype == np.uint16 else 8
 
     def layer_names(self, passes: Iterable[str]) -> list[str]:
         """Return the layers of it or of a rendering with these passes, in order."""
         layers = [name for part in self.parts.values() for name in part.arrays]
-        rendered = PICTURE_LAYER if self.parts[RADIANCE].kind == "picture" else RADIANCE
+        rendered = PICTURE_LAYER if self.kind == "picture" else RADIANCE
         return in_order([*layers, rendered, *passes])
 
-    def compared_with(self, files: Mapping[str, Path]) -> list[Compared]:
-        """Compare files of the same format with it, part by part.
+    def compared_with(self, files: Mapping[str, Path]) -> tuple[Comparison, dict[str, Compared]]:
+        """Compare files of the same format with the parts that exist.
+
+        Returns
+        -------
+        Comparison
+            The comparison of all parts; equal if there are none.
+        dict of str to Compared
+            The comparison of each part.
 
         Raises
         ------
@@ -67,12 +85,12 @@ class Golden(NamedTuple):
             If a file cannot be read.
         """
         without_flip = replace(self.bounds, flip=False, max_flip=None)
-        compared = []
+        compared = {}
         for part, first in self.parts.items():
             second = _layers_of(part, str(files[part]))
             bounds = self.bounds if part == RADIANCE else without_flip  # FLIP is for what people look at
-            compared.append(Compared(first, second, compare(first, second, bounds)))
-        return compared
+            compared[part] = Compared(first, second, compare(first, second, bounds))
+        return joined(self.kind, self.bounds, [each.comparison for each in compared.values()]), compared
 
     def unlike_size(self, window: Window) -> Comparison | None:
         """Return the result of comparing with a rendering of these pixels if its size differs, else None."""
@@ -82,7 +100,7 @@ class Golden(NamedTuple):
         if not unlike:
             return None
         return Comparison(
-            kind=self.parts[RADIANCE].kind,
+            kind=self.kind,
             bounds=self.bounds,
             layers={},
             flips={},
@@ -91,7 +109,7 @@ class Golden(NamedTuple):
 
 
 def read_golden(name: str, bounds: Bounds, passes: tuple[str, ...]) -> Golden:
-    """Read the golden file, and the requested passes beside it.
+    """Read the golden file and the requested passes beside it, as far as they exist.
 
     Raises
     ------
@@ -101,14 +119,10 @@ def read_golden(name: str, bounds: Bounds, passes: tuple[str, ...]) -> Golden:
         If a file cannot be read.
     """
     files = parts_of(name, passes)
-    beside = [part for part in files if part not in (RADIANCE, METADATA)]
-    for part in beside:
-        if files[RADIANCE].exists() and not files[part].exists():
-            command = f"-o {printable(name)} --passes {','.join(beside)}"
-            message = f"no such file to compare the pass with: create it with {command}"
-            raise FileNotFoundError(errno.ENOENT, message, str(files[part]))
-    parts = {part: _layers_of(part, str(file)) for part, file in files.items() if part != METADATA}
-    return Golden(bounds, files, parts)
+    if not files[RADIANCE].exists():
+        return Golden(bounds, files, {})
+    existing = {part: str(file) for part, file in files.items() if part != METADATA and file.exists()}
+    return Golden(bounds, files, {part: _layers_of(part, file) for part, file in existing.items()})
 
 
 def _layers_of(part: str, path: str) -> Layers:

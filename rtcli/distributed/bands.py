@@ -97,7 +97,7 @@ class BandedTracer:
                 future.cancel()
 
     def coverage(self, window: Window) -> list[int] | None:
-        """Return the number of pixel centres that each object covers in a window; None if that is too much work.
+        """Return the number of pixel centers that each object covers in a window; None if that is too much work.
 
         The window is one task: in bands the work would be different, and might stay below the limit.
         """
@@ -135,7 +135,7 @@ def trace_band(task: BandTask, window: Window, passes: tuple[str, ...]) -> Band:
 
 
 def cover(task: BandTask, window: Window) -> list[int] | None:
-    """Return the number of pixel centres that each object covers in a window."""
+    """Return the number of pixel centers that each object covers in a window."""
     return _tracer(task).coverage(window)
 
 

@@ -63,10 +63,10 @@ def dask_cluster(address: str, timeout: float = 60) -> Iterator[Cluster]:
         If the scheduler cannot be reached, has workers with another version of rtcli, or if the connection is lost
         and the block does not handle that.
     """
-    distributed = require_extra("distributed", "dask", _PURPOSE)
+    distributed = require_extra("distributed", _PURPOSE)
     for name in ("distributed", "distributed.client", "tornado.application"):  # exceptions report the errors
         logging.getLogger(name).setLevel(logging.CRITICAL)
-    dask = require_extra("dask", "dask", _PURPOSE)
+    dask = require_extra("dask", _PURPOSE)
     with contextlib.ExitStack() as stack:
         stack.enter_context(dask.config.set({"distributed.admin.large-graph-warning-threshold": _MAX_MESSAGE}))
         with signals.blocked(signals.BROKEN_PIPE):  # in Dask's threads: a lost connection must not end the program
@@ -217,10 +217,27 @@ def _connect(distributed: Any, address: str, timeout: float) -> Iterator[Any]:
             yield stack.enter_context(distributed.Client(cluster))
             return
         try:
-            client = distributed.Client(address, timeout=timeout)
-        except (OSError, ValueError) as error:
-            raise OSError(f"no Dask scheduler answers at {address!r}: {error}") from error
+            client = _client(distributed, address, timeout)
+        except Exception as error:
+            # Dask unpacks whatever a server of another kind answers: a MemoryError says nothing about memory here.
+            is_about_address = isinstance(error, (OSError, ValueError, TypeError)) and str(error)
+            reason = str(error) if is_about_address else "what answers there speaks another protocol"
+            raise OSError(f"no Dask scheduler answers at {address!r}: {reason}") from error
         yield stack.enter_context(client)
+
+
+def _client(distributed: Any, address: str, timeout: float) -> Any:
+    """Return a client of a scheduler. Dask may wait forever for a server of another kind, hence the thread."""
+    client: Future[Any] = Future()
+
+    def connect() -> None:
+        try:
+            client.set_result(distributed.Client(address, timeout=timeout))
+        except BaseException as error:
+            client.set_exception(error)
+
+    threading.Thread(target=connect, daemon=True).start()
+    return client.result(timeout + 1)  # Dask's own error comes first, and says more
 
 
 @contextlib.contextmanager
@@ -273,7 +290,7 @@ def run_checked(ours: str, function: Callable[..., Any], /, *arguments: Any, **k
         If it has another version.
     """
     if version() != ours:
-        worker = require_extra("distributed", "dask", _PURPOSE).get_worker().address
+        worker = require_extra("distributed", _PURPOSE).get_worker().address
         raise ClusterError(_other_version(worker, version(), ours))
     return function(*arguments, **keywords)
 

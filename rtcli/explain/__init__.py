@@ -183,7 +183,7 @@ class _Pixel:
                 ("x = (px + a_x - 1/2 - c_x) / f_x", "y = (c_y + 1/2 - py - a_y) / f_y"),
                 (
                     Number("focal", frame.focal_lengths, "the focal lengths in pixels"),
-                    Number("c", (center_x - 0.5, center_y - 0.5), "the principal point, 0 at the first centre"),
+                    Number("c", (center_x - 0.5, center_y - 0.5), "the principal point, 0 at the first center"),
                 ),
                 "Beyond the document: the principal point may be anywhere, and pixels need not be square.",
             )

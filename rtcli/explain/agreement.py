@@ -51,7 +51,7 @@ class PixelSamples:
         reference, native
             (3,): the pixel's radiance.
         seen
-            The index of the object at the pixel's centre as the native engine sees it, or `NOTHING`.
+            The index of the object at the pixel's center as the native engine sees it, or `NOTHING`.
         """
         same = seen in self._objects_at((0.0, 0.0))
         if not same and seen not in self._objects_at(*_AROUND):
@@ -72,7 +72,7 @@ class PixelSamples:
         return DISAGREE
 
     def _objects_at(self, *offsets: tuple[float, float]) -> set[int]:
-        """Return the indices of the objects at offsets right of and below the pixel's centre, or `NOTHING`."""
+        """Return the indices of the objects at offsets right of and below the pixel's center, or `NOTHING`."""
         u, v = CENTRE
         ray = rays_through(self.scenery.camera, self.window, [(u + x, v + y) for x, y in offsets])
         return set(self.scenery.nearest_hit(ray).index.tolist())

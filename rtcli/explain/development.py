@@ -150,7 +150,7 @@ def _mean_outcome(groups: Sequence[Group]) -> str:
     if len(groups) > 1:
         return "The pixel is the mean of its samples, which see different things."
     if groups[0].count == 1:
-        return "The pixel has one sample, through its centre."
+        return "The pixel has one sample, through its center."
     seen = groups[0].object
     return f"All {groups[0].count:,} samples see {'the background' if seen is None else seen.label}."
 

@@ -98,21 +98,39 @@ def hit_step(point: SurfacePoint) -> HitStep:
     name, shape = point.names[point.index], point.scenery.objects[point.index]
     notes = SHAPES[name.type]
     seen = f"The eye sees {name.label} {notes.sides[shape.side(point.ray.offset)]}."
+    equations, square = _square(point, notes.on_face)
     return HitStep(
         "The nearest hit",
         notes.section,
-        ("P = o + t d", notes.normal),
+        ("P = o + t d", notes.normal, *equations),
         (
             Number("t", float(point.hit.t[0]), "the distance from the eye"),
             Number("P", triple(point.ray.at(point.hit.t)), "the point"),
             *notes.hit_numbers(shape, point.ray),
             Number("n", triple(point.hit.normal), "the normal, facing the eye"),
-            Number("rho", triple(shape.color), "the albedo"),
+            *square,
+            Number("rho", triple(point.hit.albedo), "the albedo"),
         ),
         seen if point.source is None else f"{seen} It carries a light, so it shines.",
         note="Chosen: surfaces have two sides, and the normal faces the eye.",
         kind=point.kind,
         object=name,
+    )
+
+
+def _square(point: SurfacePoint, on_face: str) -> tuple[tuple[str, ...], tuple[Number, ...]]:
+    """Return the equations and numbers of the square of a checker; none if the object has no checker."""
+    shape = point.scenery.objects[point.index]
+    if shape.checker is None:
+        return (), ()
+    ab = shape.on_face(point.ray, point.hit.t)
+    a, b = (float(x[0]) for x in ab)
+    column, row = (float(x[0]) for x in np.floor(ab / shape.checker.size))
+    color = "the checker's color" if shape.checker.is_odd(ab)[0] else "the object's color"
+    return (on_face, "square = floor(a / s), floor(b / s)"), (
+        Number("ab", (a, b), "on the face, from the checker's origin"),
+        Number("s_square", shape.checker.size, "the side of a square"),
+        Number("square", (column, row), f"{color}: their sum is {'odd' if 'checker' in color else 'even'}"),
     )
 
 

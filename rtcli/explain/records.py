@@ -288,7 +288,7 @@ class NativePixel:
     value
         Red, green and blue, 0..255.
     object
-        The object at the pixel's centre; None for the background.
+        The object at the pixel's center; None for the background.
     agreement
         How its radiance and that object agree with those of the reference engine: one of `AGREEMENTS`, or
         `DISAGREE`.

@@ -50,6 +50,8 @@ class ShapeNotes(NamedTuple):
         The word for its surface.
     hit_numbers
         Returns numbers of a hit that other shapes do not have.
+    on_face
+        The meaning of a and b, from which a checker is measured; empty if the shape has none.
     """
 
     section: str
@@ -61,6 +63,7 @@ class ShapeNotes(NamedTuple):
     correction: str = ""
     surface: str = "surface"
     hit_numbers: Callable[[Any, Ray], tuple[Number, ...]] = lambda shape, ray: ()
+    on_face: str = ""
 
 
 _SIDES_OF_SOLID = {1: "from outside", -1: "from inside", 0: "from its surface, looking inside"}
@@ -131,6 +134,7 @@ _PLANE = ShapeNotes(
     normal="n = the plane's normal",
     sides={1: "from its front", -1: "from its back", 0: "from within the plane"},
     surface="plane",
+    on_face="a = (P - p_0) . u      b = (P - p_0) . (n x u), u the x axis made perpendicular to n",
 )
 
 
@@ -181,6 +185,7 @@ _BOX = ShapeNotes(
     normal="n = R n', with n' the normal of the side in box space",
     sides=_SIDES_OF_SOLID,
     hit_numbers=lambda shape, ray: (Number("n_box", triple(shape.face(ray)), "the normal in box space"),),
+    on_face="a, b: the two coordinates of P in box space along the side",
 )
 
 
@@ -265,7 +270,7 @@ _CAPSULE = ShapeNotes(
     ),
     intersect=_intersect_capsule,
     misses=(_PASSED_BY_SIDE, _PASSED_BY_END),
-    normal="n = (P - F) / |P - F|, with F the nearest point between the centres of the ends",
+    normal="n = (P - F) / |P - F|, with F the nearest point between the centers of the ends",
     sides=_SIDES_OF_SOLID,
 )
 

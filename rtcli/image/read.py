@@ -284,7 +284,7 @@ def _refuse_unlike_pictures(image: Any) -> None:
 
 
 def _pillow_pixels(image: Any) -> Array:
-    """Return (H, W) or (H, W, C) levels, converted to grey or RGB, with alpha if the picture has it."""
+    """Return (H, W) or (H, W, C) levels, converted to gray or RGB, with alpha if the picture has it."""
     if image.mode.startswith("I;16"):
         return np.asarray(image).astype(np.uint16)
     if image.mode in ("L", "LA", "RGB", "RGBA"):
@@ -363,7 +363,7 @@ _UNNAMED_CHANNELS = {"R": RADIANCE, "G": RADIANCE, "B": RADIANCE, "A": ALPHA}
 
 
 def _exr(file: BinaryIO, path: str) -> Layers:
-    openexr = require_extra("OpenEXR", "exr", "reading EXR")
+    openexr = require_extra("OpenEXR", "reading EXR")
     with _silence():
         origin = _checked_origin(openexr, path)
         with openexr.File(path, separate_channels=True) as exr:
@@ -378,7 +378,7 @@ def _exr(file: BinaryIO, path: str) -> Layers:
 
 def _exr_film(file: BinaryIO, path: str) -> tuple[Array | None, str]:
     layers = _exr(file, path)
-    with _silence(), require_extra("OpenEXR", "exr", "reading EXR").File(path, header_only=True) as exr:
+    with _silence(), require_extra("OpenEXR", "reading EXR").File(path, header_only=True) as exr:
         return layers.arrays.get(RADIANCE), str(exr.header(0).get(KEYWORD, ""))
 
 

@@ -203,7 +203,7 @@ def _write_pass_npy(name: str, film: FilmRecord, file: BinaryIO) -> dict[str, An
 
 # --- OpenEXR ---------------------------------------------------------------------------------------------
 
-_OPENEXR = ("OpenEXR", "exr", "writing .exr files")
+_OPENEXR = ("OpenEXR", "writing .exr files")
 
 
 def write_exr(arrays: Arrays, metadata: Mapping[str, Any], file: BinaryIO) -> None:
@@ -320,7 +320,7 @@ class Format(NamedTuple):
     max_side: int = 65_535
     depths: tuple[int, ...] = (8,)
     is_streamed: bool = False
-    extra: tuple[str, str, str] | None = None
+    extra: tuple[str, str] | None = None
     shows_in_browser: bool = False
 
 

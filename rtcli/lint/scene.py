@@ -16,12 +16,13 @@ from typing import NamedTuple
 from rtcli.lint.enclosures import Enclosures
 from rtcli.lint.shapes import Ball, Solid, shape_of
 from rtcli.lint.view import BEHIND, BESIDE, View
+from rtcli.rendering.pack import camera_frame
 from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import quoted
 from rtcli.scene.diagnostics.rules import Rule
 from rtcli.scene.model import CarriedLight, Scene
 from rtcli.scene.reading.source import HEAD, VALUE, Loc
-from rtcli.scene.vectors import Vector
+from rtcli.scene.vectors import Vector, dot
 
 # A surface counts as burnt out if it is this many times as bright as white.
 BURNT = 50.0
@@ -77,7 +78,7 @@ class _Light(NamedTuple):
 
 def lint(scene: SceneIndex) -> Iterator[LintWarning]:
     """Return the warnings that follow from the numbers of a scene, without a picture of it."""
-    return chain(_lights(scene), _camera(scene), _views(scene), _pairs(scene))
+    return chain(_lights(scene), _camera(scene), _views(scene), _pairs(scene), _checkers(scene))
 
 
 class SceneIndex:
@@ -242,6 +243,21 @@ def _pairs(scene: SceneIndex) -> Iterator[LintWarning]:
                 yield LintWarning(rules.HIDDEN_INSIDE, ("objects", index), message, HEAD)
     if scene.enclosures.gave_up:
         scene.left_out.add(rules.HIDDEN_INSIDE)
+
+
+def _checkers(scene: SceneIndex) -> Iterator[LintWarning]:
+    frame = camera_frame(scene.camera)
+    pixel = 2 * frame.half_height * max(1.0, frame.pixel_aspect) / frame.height
+    # At a distance r, a length s spans at most s / r (1 + x^2 + y^2) on the image plane.
+    stretch = max(dot(corner, corner) for corner in View(scene.camera, ()).corners)
+    for index, item in enumerate(scene.objects):
+        checker = getattr(item, "checker", None)
+        if checker is None:
+            continue
+        distance = math.dist(scene.eye, scene.shapes[index].nearest_point(scene.eye))
+        if checker.size * stretch < pixel * distance:
+            message = "every square of the checker is smaller than a pixel"
+            yield LintWarning(rules.FINE_CHECKER, ("objects", index, "checker", "size"), message)
 
 
 # --- Light and surfaces ----------------------------------------------------------------------------------

@@ -21,6 +21,7 @@ from rtcli.image.formats import check_fits, format_of, open_parts, parts_of
 from rtcli.image.write import METADATA, FilmRecord
 from rtcli.rendering.job import RenderJob
 from rtcli.rendering.metadata import SOFTWARE, camera_matrices, object_table, visibility
+from rtcli.scene.diagnostics.problems import nearest
 from rtcli.tracer.passes import ALPHA, PASSES, RADIANCE, Passes
 
 if TYPE_CHECKING:
@@ -80,10 +81,12 @@ class Film(Passes):
             If the film does not hold it; the message lists what it holds.
         """
         if name not in self.keys():
-            has = f"this film has {', '.join(self)}"
-            advice = f': request it with rtcli.render(scene, passes="{name}")' if name in PASSES else ""
-            advice = ": set image.alpha in the scene" if name == ALPHA else advice
-            raise KeyError(f"no {name!r}: {has}{advice}")
+            meant = nearest(str(name), (RADIANCE, *PASSES, ALPHA))
+            hint = "" if meant in (None, name) else f" (did you mean {meant!r}?)"
+            advice = f': request it with rtcli.render(scene, passes="{meant}")' if meant in PASSES else ""
+            advice = ": set image.alpha in the scene" if meant == ALPHA else advice
+            advice = "" if meant in self.keys() else advice
+            raise KeyError(f"no {name!r}{hint}: this film has {', '.join(self)}{advice}")
         array: npt.NDArray[Any] = getattr(self, name)
         return array
 
@@ -182,7 +185,7 @@ class Film(Passes):
             Bits a channel of a PNG: 8 or 16.
         depth_scale
             The length of one level of the passes `depth` and `distance` as PNG, in units of the scene: many films
-            then share one scale. What is farther has the level 65,535. By default the scale fits the values.
+            then share one scale. Points farther away get the level 65,535. By default the scale fits the values.
 
         Raises
         ------

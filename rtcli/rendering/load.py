@@ -16,7 +16,7 @@ from rtcli.scene.files import JSON_SUFFIX, MAX_BYTES, YAML_SUFFIXES
 from rtcli.scene.overrides import SectionEdit
 from rtcli.scene.vectors import are_parallel, view_direction
 from rtcli.tracer._native import read_scene
-from rtcli.tracer.world import Lights, Settings, Shapes, World
+from rtcli.tracer.world import Checkers, Lights, Settings, Shapes, World
 
 if TYPE_CHECKING:
     from rtcli.scene.reading.source import Document
@@ -69,7 +69,7 @@ def read_packed(raw: bytes, name: str, edits: list[SectionEdit], watch: Stopwatc
     found = read_scene(raw, _format_of(raw, name), edits)
     if found is None:
         return None
-    sections, objects, lights, names = found
+    sections, objects, checkers, lights, names = found
     camera, render, image = sections["camera"], sections["render"], sections["image"]
     position, look_at, up = camera["position"], camera["look_at"], camera["up"]
     with watch.stage("validate"):
@@ -79,6 +79,7 @@ def read_packed(raw: bytes, name: str, edits: list[SectionEdit], watch: Stopwatc
         world = World(
             frame_of(camera["resolution"], lens_of_fov(camera["fov"]), position, view, up),
             Shapes(*_columns(objects, "Bddd")),
+            Checkers(*_columns(checkers, "qdd")),
             Lights(*_columns(lights, "Bdddq")),
             Settings(**render),
         )

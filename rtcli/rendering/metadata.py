@@ -57,6 +57,9 @@ def fingerprint(scene: PackedScene) -> str:
         digest.update(_little(numbers))
     if any(lights.kind):  # files keep their hashes if there are only point lights
         digest.update(_little(lights.kind))
+    if world.checkers.object:
+        for numbers in world.checkers:
+            digest.update(_little(numbers))
     digest.update(scene.names.encode())
     image = {"exposure": scene.exposure, "tone": scene.tone, **({"alpha": True} if scene.alpha else {})}
     rest = _settings(world.settings), image
@@ -83,7 +86,7 @@ def _little(numbers: array[Any]) -> bytes:
 def camera_matrices(frame: CameraFrame, window: Window) -> dict[str, Any]:
     """Return a camera as matrices, for the pixels of a window, in the keys of a scene's `camera`.
 
-    Intrinsics, in pixels, with integers at pixel centres as OpenCV counts (document, section 2.1)::
+    Intrinsics, in pixels, with integers at pixel centers as OpenCV counts (document, section 2.1)::
 
         f_y = H / (2 tan(fov / 2)),  c = p - 1/2 - (left, top)
         (u, v, 1) z = K (x, y, z),  K = [[f_x, 0, c_x], [0, f_y, c_y], [0, 0, 1]]

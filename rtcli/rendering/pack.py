@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rtcli.scene.vectors import cross, unit
 from rtcli.tracer._native import LIGHT_PARAMETERS, SHAPE_PARAMETERS, half_tangent
-from rtcli.tracer.world import NO_CARRIER, CameraFrame, Lights, Settings, Shapes, Vector, World
+from rtcli.tracer.world import NO_CARRIER, CameraFrame, Checkers, Lights, Settings, Shapes, Vector, World
 
 if TYPE_CHECKING:  # loads pydantic, which a scene that is plainly valid does without
-    from rtcli.scene.model import Camera, Object, Scene
+    from rtcli.scene.model import Camera, Checker, Object, Scene
 
 
 class PackedScene(NamedTuple):
@@ -76,6 +76,7 @@ def pack(scene: Scene) -> World:
     return World(
         camera=camera_frame(scene.camera),
         shapes=_shapes(scene.objects),
+        checkers=_checkers(scene.objects),
         lights=_lights(scene),
         settings=Settings(
             samples=render.samples,
@@ -152,6 +153,17 @@ def _shapes(objects: tuple[Object, ...]) -> Shapes:
         shapes.parameters.extend(shape.parameters)
         shapes.color.extend(shape.color)
     return shapes
+
+
+def _checkers(objects: tuple[Object, ...]) -> Checkers:
+    checkers = Checkers(array("q"), array("d"), array("d"))
+    for index, shape in enumerate(objects):
+        checker: Checker | None = getattr(shape, "checker", None)  # shapes with flat faces have the key
+        if checker is not None:
+            checkers.object.append(index)
+            checkers.size.append(checker.size)
+            checkers.color.extend(checker.color)
+    return checkers
 
 
 def _lights(scene: Scene) -> Lights:

@@ -44,12 +44,14 @@ _NAME = 60
 # The symbols of the document that are not identifiers.
 _SYMBOLS = {
     "cos_theta": "cos(theta)",
+    "ab": "a, b",
     "c": "c_x, c_y",
     "d_n": "d . n",
     "factor": "2^EV",
     "focal": "f_x, f_y",
     "g_length": "|g|",
     "n_box": "n'",
+    "s_square": "s",
     "size": "W, H",
     "v_255": "255 v",
     "xy": "x, y",
@@ -124,6 +126,7 @@ class _Text:
         yield self.paint("strong", f"Pixel {x},{y} of {shown} ({width}x{height})")
         code = f"#{red:02x}{green:02x}{blue:02x}"
         yield f"{red} {green} {blue}, {swatch(code, explanation.value, self.color)}"
+        yield "The sections are those of docs/tracer.md; the document is the course text that it follows."
         if len(explanation.samples) > 1:
             yield (
                 f"Shows sample {explanation.story.sample:,} of {len(explanation.samples):,} "
@@ -189,7 +192,7 @@ class _Text:
         if native.agreement == DISAGREE:
             radiance = ", ".join(map(shown, native.radiance))
             seen = "the background" if native.object is None else native.object.label
-            line = f"{_gives(explanation)}, with radiance {radiance}, and sees {seen} at the pixel's centre."
+            line = f"{_gives(explanation)}, with radiance {radiance}, and sees {seen} at the pixel's center."
             yield from lines_of(line.split(), _WIDTH)
             yield self.paint(ERROR, _FAULT[0])
             yield from _FAULT[1:]

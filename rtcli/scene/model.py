@@ -9,6 +9,7 @@ name for a color, a mapping for a part.
 
 from __future__ import annotations
 
+import inspect
 import itertools
 import math
 import sys
@@ -147,7 +148,12 @@ Keys: TypeAlias = Mapping[str, Any]
 class _Model(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
-    def __init__(self, /, **values: Any) -> None:
+    def __init__(self, /, *unnamed: Any, **values: Any) -> None:
+        if unnamed:
+            fields = type(self).model_fields
+            likeliest = sorted(keys_in_order(type(self)), key=lambda key: not fields[key].is_required())
+            named = ", ".join(f"{key}=..." for key in likeliest[: len(unnamed)])
+            raise TypeError(f"every argument needs its name: rtcli.{type(self).__name__}({named})")
         given = {key: plain(value) for key, value in values.items() if value is not None}
         try:
             super().__init__(**given)
@@ -159,6 +165,22 @@ class _Model(BaseModel):
 
     # Pydantic then builds nested models without calling their constructors, which is many times as fast.
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **_: Any) -> None:
+        """Give `help` a signature of one line; pydantic's own spells out how each value is checked."""
+        keyword, empty = inspect.Parameter.KEYWORD_ONLY, inspect.Parameter.empty
+        parameters = [
+            inspect.Parameter(key, keyword, default=empty if field.is_required() else field.default)
+            for key, field in cls.model_fields.items()
+        ]
+        cls.__signature__ = inspect.Signature(parameters)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(f"a {type(self).__name__} cannot change: replace({name}=...) returns a changed copy")
+
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError(f"a {type(self).__name__} cannot change: replace({name}=None) returns a changed copy")
 
     def replace(self, **changes: Any) -> Self:
         """Return a copy with other values for some keys, validated like a new object.
@@ -294,11 +316,11 @@ class Camera(_Model):
     intrinsics: Annotated[Intrinsics | None, NotNull] = Field(
         default=None, examples=[[[800, 0, 319.5], [0, 800, 239.5], [0, 0, 1]]]
     )
-    """K in place of `fov`: [[f_x, 0, c_x], [0, f_y, c_y], [0, 0, 1]], in pixels with integers at pixel centres."""
+    """K in place of `fov`: [[f_x, 0, c_x], [0, f_y, c_y], [0, 0, 1]], in pixels with integers at pixel centers."""
     position: Vector = Field(default=ZERO, examples=[[0, 2, 8]])
     """The position of the eye: x, y, z."""
     look_at: Annotated[Vector | None, NotNull] = Field(default=None, examples=[[0, 1, 0]])
-    """The point shown at the centre of the picture. Default: position + [0, 0, -1], a view along -z."""
+    """The point shown at the center of the picture. Default: position + [0, 0, -1], a view along -z."""
     up: Direction = Field(default=(0.0, 1.0, 0.0), examples=[[0, 1, 0]], validate_default=True)
     """The direction that points up in the picture: not zero, not parallel to the viewing direction."""
     opencv: Annotated[Pose | None, NotNull] = Field(
@@ -414,7 +436,7 @@ def _conflicts(data: Mapping[str, Any]) -> Iterator[InitErrorDetails]:
 
 
 class CarriedLight(_Model):
-    """A point light at the centre of the object that carries it. That object does not block it."""
+    """A point light at the center of the object that carries it. That object does not block it."""
 
     intensity: NotNegative = Field(examples=[4.0e6])
     """Emitted power; the light at distance r is intensity * color / (4 pi r^2)."""
@@ -453,6 +475,22 @@ class _Shape(_Model):
     """The albedo: [r, g, b], linear, each 0 to 1; or a CSS name or #rrggbb."""
 
 
+class Checker(_Model):
+    """Squares in two colors on a flat face, like those of a chessboard."""
+
+    size: Positive = Field(examples=[0.5])
+    """The side of a square, greater than 0."""
+    color: Albedo = Field(examples=[[0.1, 0.1, 0.1], "black"])
+    """The albedo of every other square; the rest have the color of the object."""
+
+    if TYPE_CHECKING:
+
+        def __init__(self, *, size: float, color: ColorLike) -> None: ...
+
+
+_CHECKER = Field(default=None, examples=[{"size": 0.5, "color": "black"}])
+
+
 class Plane(_Shape):
     """An infinite plane, visible and lit from both sides."""
 
@@ -462,6 +500,8 @@ class Plane(_Shape):
     """Any point on the plane."""
     normal: Direction = Field(examples=[[0, 1, 0]])
     """A direction perpendicular to the plane, not zero."""
+    checker: Annotated[Checker | None, NotNull] = _CHECKER
+    """A pattern of squares, whose corners lie at `position` and on the axes u and v of the plane."""
     # Gives every shape the attribute. Not a key of a scene file.
     light: ClassVar[None] = None
 
@@ -475,6 +515,7 @@ class Plane(_Shape):
             position: Numbers,
             normal: Numbers,
             name: str | None = None,
+            checker: Checker | Keys | None = None,
         ) -> None: ...
 
     @property
@@ -485,7 +526,7 @@ class Plane(_Shape):
 
 class _Body(_Shape):
     position: Vector = Field(examples=[[0, 1, 0]])
-    """The centre: x, y, z."""
+    """The center: x, y, z."""
     light: Annotated[CarriedLight | None, NotNull] = Field(default=None, examples=[{"intensity": 1000}])
     """Turns this object into the body of a point light: it shines and does not block its own light."""
 
@@ -526,6 +567,8 @@ class Box(_Body):
     """Width (x), height (y) and depth (z), each greater than 0."""
     rotation: Rotation = Field(default=0.0, examples=[45, [20, 45, 0]])
     """Degrees about +y, counter-clockwise seen from above; or [x, y, z]: about x, then y, then z."""
+    checker: Annotated[Checker | None, NotNull] = _CHECKER
+    """A pattern of squares on each face, whose corners lie at its middle and on the axes of the box."""
 
     if TYPE_CHECKING:
 
@@ -539,6 +582,7 @@ class Box(_Body):
             name: str | None = None,
             light: CarriedLight | Keys | None = None,
             rotation: float | Numbers = ...,
+            checker: Checker | Keys | None = None,
         ) -> None: ...
 
     @property
@@ -594,7 +638,7 @@ class Capsule(_Body):
     radius: Positive = Field(examples=[0.5])
     """The radius of the cylinder and the half spheres, greater than 0."""
     height: NotNegative = Field(examples=[2])
-    """The distance between the centres of the half spheres, 0 or more; with 0 the capsule is a sphere."""
+    """The distance between the centers of the half spheres, 0 or more; with 0 the capsule is a sphere."""
     axis: Direction = Field(default=_UPRIGHT, examples=[[0, 1, 0], [1, 1, 0]])
     """The direction of the axis, of any length but 0."""
 
@@ -660,13 +704,15 @@ class Cone(_Body):
 Object: TypeAlias = Annotated[Sphere | Plane | Box | Cylinder | Capsule | Cone, Field(discriminator="type")]
 # By the `type` that each has in a scene file, the name of its class in lower case.
 SHAPES: dict[str, type[_Shape]] = {shape.__name__.lower(): shape for shape in get_args(get_args(Object)[0])}
+# The keys of an object whose values are mappings.
+PARTS: dict[str, type[_Model]] = {"light": CarriedLight, "checker": Checker}
 
 
 class RenderSettings(_Model):
     """How light is computed."""
 
     samples: Annotated[Integer, Field(ge=1, le=MAX_SAMPLES)] = 1
-    """Rays per pixel, 1 to 1,024, in a fixed pattern: 1 uses the pixel's centre; higher values smooth edges."""
+    """Rays per pixel, 1 to 1,024, in a fixed pattern: 1 uses the pixel's center; higher values smooth edges."""
     background: LightColor = BLACK
     """The radiance of rays that hit nothing, as a color."""
     ambient: LightColor = BLACK
@@ -777,6 +823,8 @@ class Scene(_Model):
     @classmethod
     def _in_pieces(cls, items: Any, validate: ValidatorFunctionWrapHandler) -> Any:
         """Validate a long list piece by piece, and stop early if it is full of errors."""
+        if isinstance(items, BaseModel):  # pydantic would take it for a list of its keys
+            raise PydanticCustomError("tuple_type", "must be a list")
         if not isinstance(items, (list, tuple)) or len(items) <= _PIECE:
             return validate(items)
         valid: list[Any] = []
@@ -824,7 +872,7 @@ def _repeated_names(objects: Any) -> Iterable[InitErrorDetails]:
 
 # The order of the keys of objects and lights: `_OWN` stands for those that only some have, such as `radius`.
 _OWN = 3
-_RANKS = {"type": 0, "name": 1, "position": 2, "color": 4, "light": 5}
+_RANKS = {"type": 0, "name": 1, "position": 2, "color": 4, "checker": 5, "light": 6}
 
 
 def keys_in_order(model: type[BaseModel]) -> list[str]:

@@ -59,6 +59,8 @@ class Tracer:
         Width, height, half height, pixel aspect, center, position, right, up, forward.
     objects
         The columns of `Shapes`: kind (uint8), position, parameters, color (float64).
+    checkers
+        The columns of `Checkers`: object (int64), size, color (float64).
     lights
         The columns of `Lights`: kind (uint8), parameters, color, intensity (float64), carrier (int64).
     settings
@@ -71,6 +73,7 @@ class Tracer:
         cls,
         camera: tuple[int, int, float, float, tuple[float, float], Vector, Vector, Vector, Vector],
         objects: tuple[bytes, ...],
+        checkers: tuple[bytes, ...],
         lights: tuple[bytes, ...],
         settings: tuple[int, Vector, Vector, bool, bool],
         threads: int,
@@ -158,14 +161,15 @@ class PngEncoder:
 
 def read_scene(
     file: bytes, format: str, edits: list[tuple[str, str, str]], /
-) -> tuple[dict[str, dict[str, Any]], tuple[bytes, ...], tuple[bytes, ...], str] | None:
+) -> tuple[dict[str, dict[str, Any]], tuple[bytes, ...], tuple[bytes, ...], tuple[bytes, ...], str] | None:
     """Read a scene file, `json` or `yaml`, with edits of its sections: section, key, and value in YAML.
 
     Returns
     -------
-    sections, objects, lights, names
-        The values of each section by key, the columns of `Shapes` and of `Lights`, and the names of the objects as
-        in `rtcli.rendering.pack.PackedScene`. None if the file is not plainly valid, or memory runs out.
+    sections, objects, checkers, lights, names
+        The values of each section by key, the columns of `Shapes`, `Checkers` and `Lights`, and the names of the
+        objects as in `rtcli.rendering.pack.PackedScene`. None if the file is not plainly valid, or memory runs
+        out.
 
     Raises
     ------

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from rtcli.tracer._native import METER_GRID, BudgetExceededError, Tracer, WorkBudget
 from rtcli.tracer.passes import new_arrays
-from rtcli.tracer.world import Lights, MeterReading, Progress, Shapes, Window, World
+from rtcli.tracer.world import Checkers, Lights, MeterReading, Progress, Shapes, Window, World
 
 if TYPE_CHECKING:
     from rtcli.tracer.passes import Arrays
@@ -35,6 +35,7 @@ class NativeTracer:
                 camera.forward,
             ),
             _columns(world.shapes),
+            _columns(world.checkers),
             _columns(world.lights),
             (
                 settings.samples,
@@ -104,5 +105,5 @@ class NativeTracer:
         return rays, {"trace": trace, "develop": develop, "write": encode}
 
 
-def _columns(rows: Shapes | Lights) -> tuple[bytes, ...]:
+def _columns(rows: Shapes | Checkers | Lights) -> tuple[bytes, ...]:
     return tuple(column.tobytes() for column in rows)

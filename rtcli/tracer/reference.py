@@ -35,6 +35,9 @@ Indices: TypeAlias = npt.NDArray[np.intp]
 # Document, section 2.2.2: a ray with |l . n| below this is parallel to the plane.
 PARALLEL = 1e-6
 
+# A plane whose unit normal is this close to the x axis has its checker along the z axis instead.
+NEAR_X = 1e-3
+
 # A point lies on a surface if it is within rounding of it: the first share of the distance from the object's
 # position and of the object's size, and the second share of the coordinates, which come from decimal numbers.
 ON_SURFACE = 2.0**-47
@@ -230,6 +233,29 @@ class PointLight(LightSource):
 # --- Objects: document, sections 2.2 and 3.2 ---------------------------------------------------------------
 
 
+class Checker(NamedTuple):
+    """Squares in two colors on a flat face.
+
+    Parameters
+    ----------
+    size
+        The side of a square.
+    color
+        (3, 1): the albedo of every other square.
+    """
+
+    size: float
+    color: Array
+
+    def is_odd(self, ab: Array) -> Mask:
+        """Return whether points at a and b on a face, (2, N), have the checker's color: (N,).
+
+        They have if floor(a / size) + floor(b / size) is odd.
+        """
+        odd: Mask = (np.floor(ab / self.size) % 2).sum(axis=0) == 1
+        return odd
+
+
 class Object(ABC):
     """A shape in the world (section 3.2).
 
@@ -264,6 +290,7 @@ class Object(ABC):
         self.color = column(color)
         self.position = column(position)
         self.source_object = source_object
+        self.checker: Checker | None = None
         self._set_parameters(parameters)
 
     @abstractmethod
@@ -277,6 +304,16 @@ class Object(ABC):
     @abstractmethod
     def normal(self, ray: Ray, t: Array) -> Array:
         """Return the unit normal at o + t d, on the side of the ray's offset: (3, N)."""
+
+    def on_face(self, ray: Ray, t: Array) -> Array:
+        """Return a and b at o + t d, from the origin of a checker along the axes of the face: (2, N)."""
+        raise NotImplementedError(f"a {type(self).__name__} has no checker")
+
+    def albedo(self, ray: Ray, t: Array) -> Array:
+        """Return the albedo at o + t d: (3, N) or (3, 1)."""
+        if self.checker is None:
+            return self.color
+        return np.where(self.checker.is_odd(self.on_face(ray, t)), self.checker.color, self.color)
 
     @abstractmethod
     def side(self, point: Array) -> int:
@@ -466,6 +503,21 @@ class Plane(Object):
         """Return n, turned to the viewer; the same for all rays of a pencil."""
         return np.broadcast_to(self.side(ray.offset) * self.direction, (3, len(t)))
 
+    def on_face(self, ray: Ray, t: Array) -> Array:
+        """Return a = (o + t d - p_0) . u and b = (o + t d - p_0) . v, with v = n x u: (2, N).
+
+        u is the part of the x axis perpendicular to n, made unit; of the z axis if n is within 1e-3 of x.
+        """
+        n = self.direction.ravel()
+        start = np.array([1.0, 0.0, 0.0])
+        if math.hypot(n[1], n[2]) < NEAR_X:
+            start = np.array([0.0, 0.0, 1.0])
+        u = start - np.dot(start, n) * n
+        u /= math.sqrt(np.dot(u, u))
+        axes = u, np.cross(n, u)
+        from_origin = ray.offset - self.position
+        return np.stack([dot(from_origin, column(a)) + t * dot(ray.direction, column(a)) for a in axes])
+
     def side(self, point: Array) -> int:
         """Return 1 in front of the plane, -1 behind it, 0 on it."""
         return int(np.sign(self._distance(point)))
@@ -517,6 +569,13 @@ class Box(Object):
     def normal(self, ray: Ray, t: Array) -> Array:
         """Return the normal of the face that the ray meets, n' = R n, turned to the viewer."""
         return self._to_world(self.face(ray))
+
+    def on_face(self, ray: Ray, t: Array) -> Array:
+        """Return the coordinates in box space that the face leaves free, in the order x, y, z: (2, N)."""
+        local = self._local(ray.offset) + t * self._to_box(ray.direction)
+        across = np.abs(self.face(ray)).argmax(axis=0)
+        rays = np.arange(len(t))
+        return np.stack([local[np.where(across == 0, 1, 0), rays], local[np.where(across == 2, 1, 2), rays]])
 
     def face(self, ray: Ray) -> Array:
         """Return the normal of the face that the ray meets in box space: (3, N), one component +-1, the others 0.
@@ -923,15 +982,18 @@ class Hit:
         (N,): the intersection parameter, +inf where nothing is hit.
     normal
         (3, N): unit, facing the viewer; 0 where nothing is hit.
+    albedo
+        (3, N); 0 where nothing is hit.
     """
 
     index: Indices
     t: Array
     normal: Array
+    albedo: Array
 
     def take(self, rays: Indices) -> Hit:
         """Return the hits of some of the rays."""
-        return Hit(self.index[rays], self.t[rays], self.normal[:, rays])
+        return Hit(self.index[rays], self.t[rays], self.normal[:, rays], self.albedo[:, rays])
 
 
 @dataclass(frozen=True)
@@ -1033,8 +1095,6 @@ class Scenery:
 
     Attributes
     ----------
-    colors
-        (3, objects): the albedo of each object.
     shining
         (objects,) bool: whether each object carries a light.
     """
@@ -1050,7 +1110,6 @@ class Scenery:
         self.objects = objects
         self.light_sources = light_sources
         self.settings = settings
-        self.colors = np.hstack([shape.color for shape in objects]) if objects else np.zeros((3, 0))
         self._abandoned = Event()
         self._sides: dict[tuple[float, ...], npt.NDArray[np.int8]] = {}
         self.shining = np.array([shape.source_object is not None for shape in objects], dtype=bool)
@@ -1162,11 +1221,12 @@ class Scenery:
                 rounding += self._rounding_at(index[close], some.offset, nearest[close] * some.direction)
                 closer[close] = (nearest[close] - t[close]) * steep > rounding
             nearest[closer], index[closer] = t[closer], i
-        normal = np.zeros((3, count))
+        normal, albedo = np.zeros((3, count)), np.zeros((3, count))
         for i in np.unique(index[index != NOTHING]):
-            rays = np.flatnonzero(index == i)
-            normal[:, rays] = self.objects[i].normal(ray.take(rays), nearest[rays])
-        return Hit(index, nearest, normal)
+            rays, shape = np.flatnonzero(index == i), self.objects[i]
+            normal[:, rays] = shape.normal(ray.take(rays), nearest[rays])
+            albedo[:, rays] = shape.albedo(ray.take(rays), nearest[rays])
+        return Hit(index, nearest, normal, albedo)
 
     def _rounding_at(self, index: Indices, eye: Array, sight: Array) -> Array:
         """Return the rounding of points on the objects `index` (N,), at `sight` (3, N) from the eye: (N,)."""
@@ -1210,11 +1270,11 @@ class Scenery:
 
     def ambient(self, hit: Hit) -> Array:
         """Return the reflected ambient light, which nothing blocks: albedo * ambient (section 2.3.3): (3, N)."""
-        return self.colors[:, hit.index] * column(self.settings.ambient)
+        return hit.albedo * column(self.settings.ambient)
 
     def reflected(self, irradiance: Array, hit: Hit) -> Array:
         """Return the reflected radiance: albedo / pi * L_i * cos(theta) (section 2.3.1): (3, N)."""
-        return self.colors[:, hit.index] / math.pi * irradiance
+        return hit.albedo / math.pi * irradiance
 
     def _irradiance(self, source: LightSource, ray: Ray, hit: Hit) -> tuple[Array, int]:
         """Return L_i * cos(theta) of one light at each surface point, 0 in shadow: (3, N).
@@ -1287,18 +1347,13 @@ def _position(scenery: Scenery, ray: Ray, hit: Hit) -> Array:
     return np.where(hit.index == NOTHING, 0.0, point)
 
 
-def _albedo(scenery: Scenery, ray: Ray, hit: Hit) -> Array:
-    black_last = np.hstack([scenery.colors, np.zeros((3, 1))])
-    return black_last[:, hit.index]  # NOTHING is -1, the last column
-
-
 # The values of each pass, (N,) or (3, N).
 PASS_VALUES: dict[str, Callable[[Scenery, Ray, Hit], npt.NDArray[Any]]] = {
     "depth": _depth,
     "distance": lambda scenery, ray, hit: hit.t,
     "normal": lambda scenery, ray, hit: hit.normal,
     "position": _position,
-    "albedo": _albedo,
+    "albedo": lambda scenery, ray, hit: hit.albedo,
     "object_id": lambda scenery, ray, hit: hit.index + 1,
 }
 
@@ -1330,6 +1385,9 @@ def build_scenery(world: World) -> Scenery:
         object_classes[kind](*numbers, carried.get(i))
         for i, (kind, *numbers) in enumerate(zip(*columns, strict=True))
     ]
+    checkers = world.checkers
+    for i, size, color in zip(checkers.object, checkers.size, _rows(checkers.color), strict=True):
+        objects[i].checker = Checker(size, column(color))
     return Scenery(SimpleCamera(world.camera), objects, sources, world.settings)
 
 

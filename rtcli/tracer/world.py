@@ -157,6 +157,24 @@ def _parameter_rows(kinds: dict[str, int], rows: Shapes | Lights) -> Iterator[tu
     return (tuple(islice(numbers, counts[kind])) for kind in rows.kind)
 
 
+class Checkers(NamedTuple):
+    """The checkers of K planes and boxes, one row each, in the order of the objects.
+
+    Parameters
+    ----------
+    object
+        (K,) int64: the index of the object.
+    size
+        (K,) float64: the side of a square.
+    color
+        (K * 3,) float64: the albedo of every other square, linear, 0..1.
+    """
+
+    object: array[int]
+    size: array[float]
+    color: array[float]
+
+
 class Settings(NamedTuple):
     """How light is computed: `render` of the scene file.
 
@@ -186,5 +204,6 @@ class World(NamedTuple):
 
     camera: CameraFrame
     shapes: Shapes
+    checkers: Checkers
     lights: Lights
     settings: Settings

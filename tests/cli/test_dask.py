@@ -7,6 +7,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -178,6 +179,29 @@ def test_scheduler_that_dies_leaves_no_picture(spawn, scene, cluster):
 # --- What is refused -------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize(
+    "answer", [b"HTTP/1.1 400 Bad Request\r\n\r\n", bytes(8), b""], ids=["HTTP", "zeros", "none"]
+)
+def test_server_of_another_kind_is_not_taken_for_a_lack_of_memory(run, scene, answer):
+    pytest.importorskip("distributed", exc_type=ImportError)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+
+        def serve():
+            with contextlib.suppress(OSError):  # closed at the end
+                while True:
+                    connection, _ = server.accept()
+                    connections.append(connection)
+                    connection.sendall(answer)
+
+        connections = []
+        threading.Thread(target=serve, daemon=True).start()
+        result = run("render", scene, "-o", "a.png", "--dask", f"tcp://127.0.0.1:{port}", "--dask-timeout", "2")
+    assert result.exit_code == 3
+    assert f"no Dask scheduler answers at 'tcp://127.0.0.1:{port}': " in result.stderr
+    assert "memory" not in result.stderr
+
+
 def test_threads_are_of_this_machine(run, scene):
     result = run("render", scene, "-o", "a.png", "--dask", "local", "--threads", "2")
     assert result.exit_code == 2
@@ -192,7 +216,7 @@ def test_missing_extra_is_told_with_how_to_install_it(scene, arguments):
     command = [sys.executable, "-c", program, *arguments, "--dask", "local"]
     result = subprocess.run(command, capture_output=True, text=True, check=False)
     assert result.returncode == 3
-    told = "Error: rendering on a Dask cluster needs the package distributed: pip install 'rtcli[dask]'\n"
+    told = "Error: rendering on a Dask cluster needs the package distributed: pip install distributed\n"
     assert result.stderr == told
     assert not Path("a.png").exists()
     assert not Path("out").exists()

@@ -64,6 +64,23 @@ def test_example_with_an_option_that_does_not_exist_does_not_parse():
         COMMANDS["render"].make_context("render", ["my.yaml", "--outptu", "my.png"], CONTEXT)
 
 
+@pytest.mark.parametrize("name", ["batch", "validate", "explain", "compare"])
+def test_command_without_its_arguments_shows_an_example(run, name):
+    result = run(name)
+    assert result.exit_code == 2
+    assert result.stderr.endswith(f". For example: {COMMANDS[name].examples[0]}\n")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "extra"), [(["render", "my.yaml", "my.png"], "my.png"), (["compare", "a", "b", "c", "d"], "c")]
+)
+def test_argument_too_many_is_told_with_an_example(run, arguments, extra):
+    result = run(*arguments)
+    assert result.exit_code == 2
+    example = COMMANDS[arguments[0]].examples[0]
+    assert result.stderr.endswith(f"Error: Unexpected argument '{extra}'. For example: {example}\n")
+
+
 @pytest.mark.parametrize("name", COMMANDS)
 def test_each_option_is_listed_once_and_says_what_it_does(name):
     lines = help_lines(name)

@@ -97,5 +97,5 @@ def test_missing_extra_is_named_with_what_installs_it(run, scene, monkeypatch):
     monkeypatch.setitem(sys.modules, "textual_image", None)
     result = run("render", scene)
     assert result.exit_code == 3
-    assert "pip install 'rtcli[preview]'" in result.stderr
+    assert "pip install textual-image" in result.stderr
     assert "-o OUT" in result.stderr

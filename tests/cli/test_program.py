@@ -31,6 +31,22 @@ def names_in(folder):
 # --- Help, version, usage --------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize(("typed", "meant"), [("rendr", "render"), ("Validate", "validate"), ("help", "--help")])
+def test_unknown_command_is_told_with_the_one_that_is_meant(run, typed, meant):
+    result = run(typed)
+    assert result.exit_code == 2
+    assert result.stderr.endswith(f"Error: No such command '{typed}'. Did you mean '{meant}'?\n")
+
+
+@pytest.mark.parametrize(
+    ("option", "told"), [("SAMPLES", "'x' is not a valid integer"), ("SIZE", "'x' is not a size such as 640x480")]
+)
+def test_wrong_value_of_a_variable_is_told_with_its_name(run, scene, option, told):
+    result = run("render", scene, "-o", "out.png", env={f"RTCLI_RENDER_{option}": "x"})
+    assert result.exit_code == 2
+    assert f"Error: Invalid value for RTCLI_RENDER_{option}: {told}" in result.stderr
+
+
 def test_version_is_printed(run):
     result = run("--version")
     assert result.exit_code == 0

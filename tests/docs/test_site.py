@@ -83,6 +83,13 @@ def test_links_and_pictures_lead_to_files_and_anchors_that_exist(site):
     assert lost == []
 
 
+def test_equations_of_the_tracer_are_mathml(site):
+    (path,) = [path for path in site if path.name == "tracer.html"]
+    text = path.read_text(encoding="utf-8")
+    assert text.count("<math ") > 50
+    assert re.findall(r"\$[^$\n]+\$|\\[a-z]+\b", re.sub(r"<script.*?</script>", "", text, flags=re.DOTALL)) == []
+
+
 def test_pages_load_nothing_from_the_network(site):
     loads = [address for page in site.values() for address in page.loads]
     assert len(loads) > 100
@@ -121,9 +128,11 @@ def test_text_stands_out_from_the_background(site, scheme):
         ("[no such section](start.md#nothing)", "local id not found"),
         ("![no picture](nothing.png)", "image file not readable"),
         ("```{eval-rst}\n:py:func:`rtcli.nothing`\n```", "reference target not found: rtcli.nothing"),
+        ("```math\n\\nothing\n```", 'index.md:7: WARNING: Unknown LaTeX command "\\nothing"'),
+        ("$\\nothing$", 'Unknown LaTeX command "\\nothing"'),
     ],
 )
-def test_page_that_leads_to_nothing_fails_the_build(tmp_path, text, complaint):
+def test_page_that_leads_to_nothing_or_has_a_wrong_equation_fails_the_build(tmp_path, text, complaint):
     code, output = build(small_site(tmp_path, text), tmp_path / "site")
     assert code == 1
     assert complaint in output

@@ -234,7 +234,7 @@ def test_engines_that_see_different_objects_disagree_though_these_look_alike(mon
     explanation = explain(data, 15, 11)
     assert explanation.native.radiance == explanation.radiance == (0, 0, 0)
     assert (explanation.native.agreement, explanation.native.object) == ("disagree", None)
-    assert "and sees the background at the pixel's centre. The engines disagree, and" in " ".join(
+    assert "and sees the background at the pixel's center. The engines disagree, and" in " ".join(
         text(explanation, "a")
     )
 

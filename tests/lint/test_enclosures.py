@@ -53,7 +53,7 @@ def test_plane_is_no_solid():
         (PILL, (0, 0, 0), -1),
         (PILL, (2, 3, 0), 2),
         (PILL, (6, 0, 0), 3),
-        (PILL, (5, 4, 0), 4),  # the centre of the end is 3 and 4 away
+        (PILL, (5, 4, 0), 4),  # the center of the end is 3 and 4 away
     ],
 )
 def test_distance_to_the_surface_is_negative_inside(data, point, distance):

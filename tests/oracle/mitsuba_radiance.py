@@ -148,7 +148,7 @@ def outlines(shape: Object, frame: Frame) -> list[dict[str, Any]]:
 
 
 def ball(center: Iterable[float], radius: float, frame: Frame) -> dict[str, Any]:
-    """Return Mitsuba's `sphere` with a centre and radius of the scene."""
+    """Return Mitsuba's `sphere` with a center and radius of the scene."""
     return {"type": "sphere", "center": frame.point(center).tolist(), "radius": radius / frame.unit}
 
 

@@ -109,7 +109,12 @@ def test_film_is_a_mapping_of_its_arrays():
     ("name", "message"),
     [
         ("normal", "no 'normal': this film has radiance: request it with rtcli.render(scene, passes=\"normal\")"),
-        ("dept", "no 'dept': this film has radiance"),
+        (
+            "dept",
+            "no 'dept' (did you mean 'depth'?): this film has radiance: "
+            'request it with rtcli.render(scene, passes="depth")',
+        ),
+        ("radiace", "no 'radiace' (did you mean 'radiance'?): this film has radiance"),
         ("exposure", "no 'exposure': this film has radiance"),
         (0, "no 0: this film has radiance"),
     ],

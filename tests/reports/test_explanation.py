@@ -66,7 +66,7 @@ def test_json_holds_all_numbers_by_name():
         ("at_a_border", "gives 1 2 3: the pixel lies on an edge, and float32 sees the other side of it,"),
         (
             "disagree",
-            "gives 1 2 3, with radiance 4, 5, 6, and sees objects[0] (sphere) at the pixel's centre. The engines "
+            "gives 1 2 3, with radiance 4, 5, 6, and sees objects[0] (sphere) at the pixel's center. The engines "
             "disagree, and neither rounding nor an edge",
         ),
     ],

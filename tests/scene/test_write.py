@@ -50,12 +50,19 @@ NAMES = st.text(st.characters(exclude_categories=["Cs"]), min_size=1, max_size=2
 )
 LIGHTS = {"intensity": INTENSITIES}
 CARRIED = st.builds(rtcli.CarriedLight, **LIGHTS, color=LIGHT_COLORS) | st.builds(rtcli.CarriedLight, **LIGHTS)
+CHECKERS = st.none() | st.builds(rtcli.Checker, size=POSITIVE, color=ALBEDOS)
 SHAPE = {"color": ALBEDOS, "position": VECTORS, "name": st.none() | NAMES}
 BODY = {**SHAPE, "light": st.none() | CARRIED}
 OBJECTS = st.one_of(
     st.builds(rtcli.Sphere, **BODY, radius=POSITIVE),
-    st.builds(rtcli.Box, **BODY, size=st.tuples(POSITIVE, POSITIVE, POSITIVE), rotation=NUMBERS | VECTORS),
-    st.builds(rtcli.Plane, **SHAPE, normal=DIRECTIONS),
+    st.builds(
+        rtcli.Box,
+        **BODY,
+        size=st.tuples(POSITIVE, POSITIVE, POSITIVE),
+        rotation=NUMBERS | VECTORS,
+        checker=CHECKERS,
+    ),
+    st.builds(rtcli.Plane, **SHAPE, normal=DIRECTIONS, checker=CHECKERS),
 )
 
 
@@ -177,13 +184,19 @@ def test_negative_zero_is_no_default_and_no_part_of_a_named_color():
 
 
 LIGHT = rtcli.CarriedLight(intensity=1, color="red")
+CHECKER = rtcli.Checker(size=1, color="red")
 AT = {"name": "a", "position": (0, 0, 0), "color": "red"}
 PARTS = [
     ("A sphere in `objects`", "type name position radius color light", rtcli.Sphere(**AT, radius=1, light=LIGHT)),
     (
         "A box in `objects`",
-        "type name position size rotation color light",
-        rtcli.Box(**AT, size=(1, 1, 1), rotation=45, light=LIGHT),
+        "type name position size rotation color checker light",
+        rtcli.Box(**AT, size=(1, 1, 1), rotation=45, checker=CHECKER, light=LIGHT),
+    ),
+    (
+        "A plane in `objects`",
+        "type name position normal color checker",
+        rtcli.Plane(**AT, normal=(0, 1, 0), checker=CHECKER),
     ),
     (
         "A cylinder in `objects`",
@@ -200,7 +213,6 @@ PARTS = [
         "type name position radius top_radius height axis color light",
         rtcli.Cone(**AT, radius=1, top_radius=0.5, height=2, axis=(1, 0, 0), light=LIGHT),
     ),
-    ("A plane in `objects`", "type name position normal color", rtcli.Plane(**AT, normal=(0, 1, 0))),
     (
         "Each of `lights`",
         "position intensity color",

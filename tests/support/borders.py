@@ -25,7 +25,7 @@ def relative_difference(a: Picture, b: Picture) -> npt.NDArray[np.float64]:
 
 def clear_of_borders(scene: Scene, film: rtcli.Film, engine: str) -> Mask:
     """Return the pixels that have no silhouette, edge or shadow border in or beside them: (H, W)."""
-    kept = _like_its_neighbours(film.object_id) & _on_one_face(film.normal)
+    kept = _like_its_neighbours(film.object_id) & _on_one_face(film.normal) & _in_one_square(scene, film)
     for number in range(_light_count(scene)):
         alone = rtcli.render(_with_only_light(scene, number), engine=engine)
         kept &= _like_its_neighbours(alone.radiance.any(axis=-1))
@@ -42,6 +42,25 @@ def _on_one_face(normals: Picture) -> Mask:
     cosines = sum(_neighbourhoods(normals[:, :, i]) * normals[:, :, i, None, None] for i in range(3))
     nothing = ~normals.any(axis=-1)
     return (cosines > SAME_FACE).all(axis=(2, 3)) | nothing
+
+
+def _in_one_square(scene: Scene, film: rtcli.Film) -> Mask:
+    """Return the pixels (H, W) that show no checker, or whose eight neighbours are on the same square of it."""
+    sizes = np.array([np.inf] + [shape.checker.size if _has_checker(shape) else np.inf for shape in scene.objects])
+    size = sizes[film.object_id]
+    if np.isinf(sizes).all():
+        return np.isinf(size)
+    positions = film.position.astype(np.float64)
+    apart = sum(
+        np.abs(_neighbourhoods(positions[:, :, i]) - positions[:, :, i, None, None]).max(axis=(2, 3))
+        for i in range(3)
+    )
+    same = [_like_its_neighbours(film.albedo[:, :, i]) for i in range(3)]
+    return np.isinf(size) | (np.logical_and.reduce(same) & (apart < size / 2))
+
+
+def _has_checker(shape: Object) -> bool:
+    return getattr(shape, "checker", None) is not None
 
 
 def _neighbourhoods(values: npt.NDArray[np.generic]) -> npt.NDArray[np.generic]:

@@ -186,6 +186,12 @@ class Wall(Body):
         margin = np.where(steep < PARALLEL, -np.inf, np.inf)
         return Crossings(-self.heights(start) / along, margin, self.normal[:, None], steep)
 
+    def on_face(self, position: Array, normal: Array) -> Array:
+        start = vector((1, 0, 0)) if math.hypot(*self.normal[1:, 0]) >= 1e-3 else vector((0, 0, 1))
+        v = unit(np.cross(self.normal, start, axis=0))
+        u = np.cross(v, self.normal, axis=0)
+        return np.stack([dot(axis, position - self.point) for axis in (u, v)])
+
     def heights(self, point: Point) -> Array:
         away = point.position - self.point
         across = total(self.normal, away) + total(1, point.position + self.eye)
@@ -213,6 +219,12 @@ class Brick(Body):
             inside = self.half - np.abs(position + t_of_side[:, None] * step)  # (face, axis, N)
             margins += [np.minimum(inside[i, i - 1], inside[i, i - 2]) for i in range(3)]
         return Crossings(t, np.stack(margins), self.normals, np.concatenate([steep, steep]))
+
+    def on_face(self, position: Array, normal: Array) -> Array:
+        along = self._along_axes(position - self.center)
+        across = np.abs(self._along_axes(normal)).argmax(axis=0)
+        free = np.arange(3)[:, None] != across
+        return along.T[free.T].reshape(-1, 2).T
 
     def heights(self, point: Point) -> Array:
         away = point.position - self.center
@@ -441,6 +453,7 @@ class BruteForce:
         self.grain = grain(self.camera)
         self.bodies = [BODIES[one["type"]](self._position(one), one, self.eye) for one in data["objects"]]
         self.colors = np.hstack([vector(one["color"]) for one in data["objects"]] + [np.zeros((3, 1))])
+        self.checkers = {i: one["checker"] for i, one in enumerate(data["objects"]) if "checker" in one}
         self.lamps = [self._lamp(one, one, None) for one in data["lights"]]
         self.lamps += [self._lamp(one["light"], one, i) for i, one in enumerate(data["objects"]) if "light" in one]
         self.background = vector(settings.get("background", (0, 0, 0)))
@@ -541,16 +554,33 @@ class BruteForce:
             way = self._ways()[:, dull]
             position = way / length(way) * distance[dull]
             weak = 1 / (4 * np.pi * distance[dull] ** 2) if self.eye_falloff else 1.0
-            reflected = self.colors[:, index[dull]] / np.pi * weak
             error = self.grain + ROUNDING * distance[dull]
             blur = self._blur(index[dull], position, distance[dull])
             points = Points(position, picture.normal[:, dull], error, blur)
-            ambient = self.colors[:, index[dull]] * weak * self.ambient
+            albedo, sure = self._albedo(index[dull], points)
+            picture.clear[dull] &= sure
+            reflected = albedo / np.pi * weak
+            ambient = albedo * weak * self.ambient
             picture.radiance[:, dull] += ambient
             picture.tolerance[:, dull] += 1e-5 * ambient
             for lamp in self.lamps:
                 self._add(lamp, points, reflected, picture, dull)
         return picture
+
+    def _albedo(self, index: npt.NDArray[np.intp], points: Points) -> tuple[Array, Mask]:
+        """Return the albedo of points, and where they are clear of the borders between squares."""
+        albedo, sure = self.colors[:, index], np.ones(len(index), dtype=bool)
+        for i, checker in self.checkers.items():
+            own = np.flatnonzero(index == i)
+            body, size = self.bodies[i], float(checker["size"])
+            on_face = body.on_face(points.position[:, own], points.normal[:, own])
+            squares = on_face / size
+            odd = np.floor(squares).sum(axis=0) % 2 == 1
+            albedo[:, own[odd]] = vector(checker["color"])
+            from_border = np.abs(squares - np.round(squares)).min(axis=0) * size
+            lost = ROUNDING * np.abs(on_face).max(axis=0, initial=0) + points.error[own] + body.grain
+            sure[own] = from_border > 4 * points.blur[own] + SINGLE * size + 64 * np.max(lost, axis=0)
+        return albedo, sure
 
     def _blur(self, index: npt.NDArray[np.intp], position: Array, distance: Array) -> Array:
         """Return what float32 may take from points: a share of their way from the nearest of their object."""

@@ -27,6 +27,7 @@ VALID = {
             "size": [1, 1, 1],
             "rotation": 45,
             "color": "red",
+            "checker": {"size": 0.5, "color": [0, 1, 0]},
             "light": {"intensity": 0},
         },
         {

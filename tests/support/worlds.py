@@ -75,7 +75,14 @@ ROUND: dict[str, Callable[..., Data]] = {"cylinder": cylinder, "capsule": capsul
 
 
 @st.composite
-def random_scenes(draw: st.DrawFn, *, carriers: bool = True, samples: int = 1, any_lens: bool = True) -> Data:
+def random_scenes(
+    draw: st.DrawFn,
+    *,
+    carriers: bool = True,
+    samples: int = 1,
+    any_lens: bool = True,
+    checkers: bool = True,
+) -> Data:
     """Draw a scene in general position: no two surfaces coincide, which would leave open what is seen.
 
     Hypothesis chooses how many of what there are; their numbers come from a seed, because Hypothesis likes equal
@@ -93,7 +100,7 @@ def random_scenes(draw: st.DrawFn, *, carriers: bool = True, samples: int = 1, a
             "up": _point(rng, 1),
         },
         "lights": [light(_point(rng, 6), rng.uniform(10, 300), color=_color(rng)) for _ in range(light_count)],
-        "objects": [_object(rng, kind) for kind in kinds if carriers or kind != "lamp"],
+        "objects": [_object(rng, kind, checkers) for kind in kinds if carriers or kind != "lamp"],
         "render": {"background": _color(rng), "samples": samples},
     }
     if any_lens:
@@ -123,12 +130,13 @@ def random_pose(rng: random.Random, reach: float) -> list[list[float]]:
     return [*rows.tolist(), [0, 0, 0, 1]]
 
 
-def _object(rng: random.Random, kind: str) -> Data:
+def _object(rng: random.Random, kind: str, checkers: bool) -> Data:
+    checker = _checker(rng, 1) if checkers else {}
     if kind == "plane":
-        return plane(_point(rng, 6), _point(rng, 1), _color(rng))
+        return plane(_point(rng, 6), _point(rng, 1), _color(rng), **checker)
     if kind == "box":
         size = [rng.uniform(0.1, 3) for _ in range(3)]
-        return box(_point(rng, 5), size, _color(rng), rotation=_rotation(rng))
+        return box(_point(rng, 5), size, _color(rng), rotation=_rotation(rng), **checker)
     if kind in ROUND:
         return _round(rng, kind, _point(rng, 5), 3)
     shape = sphere(_point(rng, 5), rng.uniform(0.1, 2), _color(rng))
@@ -140,6 +148,11 @@ def _round(rng: random.Random, kind: str, position: list[float], size: float) ->
     radius, height = size * rng.uniform(0.05, 0.6), size * rng.uniform(0.02, 1)
     more = {"top_radius": rng.choice([0, size * rng.uniform(0, 0.6)])} if kind == "cone" else {}
     return ROUND[kind](position, radius, height, _color(rng), axis=_direction(rng), **more)
+
+
+def _checker(rng: random.Random, size: float) -> Data:
+    """Return the key `checker`, or nothing for two of three objects."""
+    return {"checker": {"size": size * rng.uniform(0.1, 2), "color": _color(rng)}} if rng.random() < 0.3 else {}
 
 
 def _point(rng: random.Random, reach: float) -> list[float]:
@@ -289,6 +302,7 @@ def _crowd_object(
             [size * rng.uniform(0.1, 1) for _ in range(3)],
             _color(rng),
             rotation=_rotation(rng),
+            **_checker(rng, size),
         )
     return plane(random_position(6), _direction(rng), _color(rng))
 

@@ -882,3 +882,86 @@ def test_moved_principal_point_shifts_the_picture_by_whole_pixels(render):
     whole, moved = shown(19.5, 14.5), shown(19.5 + 3, 14.5 - 2)
     np.testing.assert_array_equal(moved[:-2, 3:], whole[2:, :-3])
     assert np.unique(whole).tolist() == [0, 1, 2]
+
+
+# --- Checkers --------------------------------------------------------------------------------------------
+
+
+def squares_of(a, b, size):
+    return (np.floor(a / size) + np.floor(b / size)) % 2 == 1
+
+
+def off_borders(a, b, size):
+    return np.all([np.abs(x / size - np.round(x / size)) > 1e-4 for x in (a, b)], axis=0)
+
+
+@pytest.mark.parametrize("samples", [1, 4])
+def test_checker_of_a_floor_lies_along_its_axes(render, samples):
+    # The normal is y: u = x, v = n x u = -z.
+    size, position = 0.7, [0.3, 0, -0.2]
+    floor = plane(position, [0, 2, 0], [0.25, 0.5, 1], checker={"size": size, "color": [1, 0, 0.125]})
+    film = render(
+        scene([floor], camera=camera(40, 30, 60, **DOWN), render={"samples": samples}), passes=["albedo"]
+    )
+    x, z = floor_points(40, 30, 60)
+    a, b = x - position[0], -(z - position[2])
+    expected = np.where(squares_of(a, b, size)[..., None], [1, 0, 0.125], [0.25, 0.5, 1])
+    clear = off_borders(a, b, size)
+    assert clear.mean() > 0.9
+    np.testing.assert_array_equal(film.albedo[clear], expected[clear])
+
+
+@pytest.mark.parametrize(
+    ("normal", "u", "v"),
+    [
+        ([0, 0, 1], [1, 0, 0], [0, 1, 0]),
+        ([0, 0, -3], [1, 0, 0], [0, -1, 0]),
+        ([1, 0, 0], [0, 0, 1], [0, -1, 0]),
+        ([-1, 9e-4, 0], [0, 0, 1], [9e-4, 1, 0]),
+        ([1, 2e-3, 0], [2e-3, -1, 0], [0, 0, -1]),
+    ],
+)
+def test_checker_of_a_plane_starts_from_the_part_of_x_or_z_along_it(render, normal, u, v):
+    n = np.array(normal) / np.linalg.norm(normal)
+    wall = plane([0.1, 0.2, 0.3], normal, "white", checker={"size": 0.5, "color": "black"})
+    eye = (np.array([0.1, 0.2, 0.3]) + 3 * n + [0, 0.1, 0.2]).tolist()
+    view = camera(31, 23, 70, position=eye, look_at=[0.15, 0.25, 0.35])
+    film = render(scene([wall], camera=view), passes=["albedo", "position"])
+    from_origin = film.position.astype(float) - [0.1, 0.2, 0.3]
+    a, b = (from_origin @ np.array(axis) for axis in (u, v))
+    clear = off_borders(a, b, 0.5)
+    assert clear.mean() > 0.9
+    np.testing.assert_array_equal(film.albedo[clear][:, 0] == 0, squares_of(a, b, 0.5)[clear])
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("side", [-1, 1])
+def test_checker_of_a_box_is_measured_from_its_centre_along_each_side(render, axis, side):
+    toward = np.eye(3)[axis] * side
+    crate = box([1, 2, 3], [2, 3, 4], "white", checker={"size": 0.6, "color": "black"})
+    up = [0, 1, 0] if axis != 1 else [0, 0, 1]
+    view = camera(32, 24, 30, position=(np.array([1, 2, 3]) + 9 * toward + 0.3).tolist(), look_at=[1, 2, 3], up=up)
+    film = render(scene([crate], camera=view), passes=["albedo", "position", "normal"])
+    across = [other for other in range(3) if other != axis]
+    local = film.position.astype(float) - [1, 2, 3]
+    a, b = (local[..., other] for other in across)
+    clear = (np.abs(film.normal[..., axis]) > 0.9) & off_borders(a, b, 0.6)
+    assert clear.sum() > 50
+    np.testing.assert_array_equal(film.albedo[clear][:, 0] == 0, squares_of(a, b, 0.6)[clear])
+
+
+@pytest.mark.parametrize("eye_falloff", [False, True])
+def test_light_on_a_checker_is_that_on_surfaces_of_either_color(render, eye_falloff):
+    def shown(color, **more):
+        floor = plane([0, 0, 0], [0, 1, 0], color, **more)
+        settings = {"eye_falloff": eye_falloff, "ambient": [0.1, 0.2, 0.3]}
+        objects, view = [floor, sphere([0.5, 0.6, 0], 0.5)], camera(40, 30, 60, **DOWN)
+        film = render(scene(objects, [light([1, 3, 1])], camera=view, render=settings), passes=["albedo"])
+        return film.radiance, film.albedo
+
+    colors = [0.5, 0.25, 0.125], [0.0625, 0.5, 1]
+    radiance, albedo = shown(colors[0], checker={"size": 0.4, "color": colors[1]})
+    for color in colors:
+        here = (albedo == np.float32(color)).all(axis=-1)
+        assert here.sum() > 100
+        np.testing.assert_array_equal(radiance[here], shown(color)[0][here])

@@ -144,6 +144,7 @@ fn on_one_thread<T: Send>(work: impl FnOnce() -> T + Send) -> T {
 fn still_life() -> World {
     World {
         camera: camera([0.0, 8.0, 26.0], [0.0, 2.5, 0.0], 30.0),
+        checkers: vec![],
         objects: vec![
             object([0.0, 0.0, 0.0], [0.8, 0.75, 0.7], ShapeDesc::Plane(PlaneDesc { normal: [0.0, 1.0, 0.0] })),
             object([-4.0, 3.0, 0.0], [0.9, 0.25, 0.15], ShapeDesc::Sphere(SphereDesc { radius: 3.0 })),
@@ -178,6 +179,7 @@ fn crowd_of(count: usize, make: Make) -> World {
     let fov = 2.0 * f64::atan2(CROWD_BOX[1].1, -CROWD_BOX[2].1).to_degrees();
     World {
         camera: camera([0.0; 3], [0.0, 0.0, -1.0], fov),
+        checkers: vec![],
         objects,
         lights: vec![light([-20.0, 20.0, 0.0], 80000.0)],
         settings: settings(),

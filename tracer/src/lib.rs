@@ -27,6 +27,7 @@ mod bounds;
 mod budget;
 mod camera;
 mod camera_space;
+mod checker;
 pub mod memory;
 mod monitor;
 pub mod names;

@@ -15,8 +15,8 @@ use crate::tile::rays::Rays;
 use crate::tile::{LANES, Lanes, SIDE, View};
 use crate::vector::{Vector, add, dot, length, scale, sub, to_f32};
 use crate::world::{
-    Camera, CapsuleDesc, ConeDesc, CuboidDesc, CylinderDesc, LightDesc, LightSource, Object, PlaneDesc, Settings,
-    ShapeDesc, SphereDesc, World,
+    Camera, CapsuleDesc, CheckerDesc, ConeDesc, CuboidDesc, CylinderDesc, LightDesc, LightSource, Object,
+    PlaneDesc, Settings, ShapeDesc, SphereDesc, World,
 };
 use proptest::prelude::*;
 
@@ -472,10 +472,14 @@ pub(crate) fn check_occlusion(
 /// A small world of all kinds of objects and lights, from any viewpoint.
 pub(crate) fn any_world() -> impl Strategy<Value = World> {
     let objects = prop::collection::vec(any_object(), 0..8);
-    (any_camera(), objects, any_settings()).prop_flat_map(|(camera, objects, settings)| {
+    let squares = (0.05..3.0, any_color());
+    (any_camera(), objects, any_settings(), squares).prop_flat_map(|(camera, objects, settings, (size, color))| {
+        let checkers: Vec<_> =
+            (0..objects.len()).step_by(2).map(|object| CheckerDesc { object, size, color }).collect();
         let lights = prop::collection::vec(any_light(objects.clone()), 0..4);
         lights.prop_map(move |lights| World {
             camera: camera.clone(),
+            checkers: checkers.clone(),
             objects: objects.clone(),
             lights,
             settings: settings.clone(),

@@ -123,7 +123,7 @@ impl Tracer {
     }
 
     fn film_of(&self, job: TileJob<'_>, window: Window, mut film: Film<'_>) -> Result<u64, Stopped> {
-        let request = film.request();
+        let request = film.request(&self.scene);
         let new_tracer = || TileTracer::new(request);
         let with_film = |band: Window| (band, film.split_off(band.pixels()));
         let bands = collect(bands_of(window).map(with_film), BANDS)?;

@@ -3,13 +3,14 @@
 use crate::accel::cone::Cone;
 use crate::accel::{Bvh, Stack};
 use crate::camera_space::{CameraSpace, FAR_FROM_ROUNDING};
-use crate::memory::{OutOfMemory, collect, filled, par_collect};
+use crate::checker::Checker;
+use crate::memory::{OutOfMemory, collect, filled, par_collect, reserve};
 use crate::scene::unit::suitable_unit;
 use crate::shapes::contact::{COORDINATE, Contact};
 use crate::shapes::primitive::Primitive;
 use crate::shapes::{OBJECTS, ShapeDesc, Shapes};
 use crate::vector::{Vector, l1_norm, largest, length, scale, sub};
-use crate::world::{LightDesc, Object, World};
+use crate::world::{CheckerDesc, LightDesc, Object, World};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::iter;
@@ -64,6 +65,8 @@ pub(crate) struct Scene {
     /// memory. An object's index here is its number in the kernel.
     pub(crate) shapes: Shapes,
     pub(crate) materials: Vec<Material>,
+    /// The checkers, in the order of the objects.
+    pub(crate) checkers: Vec<Checker>,
     /// The number of each object in the world.
     pub(crate) numbers: Vec<u32>,
     /// Whether any object has a range scale other than 1.
@@ -100,14 +103,48 @@ impl Scene {
             coordinate_rounding: 2.0 * COORDINATE * largest(space.eye),
             has_range_scales: materials.par_iter().any(|material| material.range_scale < 1.0),
             materials: par_collect(numbers.par_iter().map(|&i| materials[i as usize].clone()), OBJECTS)?,
+            checkers: Vec::new(),
             lights: Vec::new(),
             unbounded: collect(indices[leaves..].iter().copied(), OBJECTS)?,
             bvh,
             shapes: shapes.select(&order)?,
             numbers,
         };
+        scene.checkers = scene.place_checkers(&space, world)?;
         scene.lights = collect(world.lights.iter().map(|light| scene.light(&space, world, light)), LIGHTS)?;
         Ok(scene)
+    }
+
+    /// The checker of an object, if it has one.
+    #[inline(always)]
+    pub(crate) fn checker(&self, object: u32) -> Option<&Checker> {
+        if self.checkers.is_empty() {
+            return None;
+        }
+        let index = self.checkers.binary_search_by_key(&object, |checker| checker.object);
+        index.ok().map(|index| &self.checkers[index])
+    }
+
+    /// Return the checkers in the order of the objects; objects without flat faces have none.
+    fn place_checkers(&self, space: &CameraSpace, world: &World) -> Result<Vec<Checker>, OutOfMemory> {
+        if world.checkers.is_empty() {
+            return Ok(Vec::new());
+        }
+        let mut in_kernel = filled(self.numbers.len(), 0, OBJECTS)?;
+        for (index, &number) in (0..).zip(&self.numbers) {
+            in_kernel[number as usize] = index;
+        }
+        let place = |checker: &CheckerDesc| {
+            let object = &world.objects[checker.object];
+            let (number, axes) = (in_kernel[checker.object], object.shape.face_axes(space)?);
+            let range_scale = self.materials[number as usize].range_scale;
+            Some(Checker::new(space, checker, (number, axes), (space.scaled(object.position), range_scale)))
+        };
+        let mut checkers = Vec::new();
+        reserve(&mut checkers, world.checkers.len(), OBJECTS)?;
+        checkers.extend(world.checkers.iter().filter_map(place));
+        checkers.sort_unstable_by_key(|checker| checker.object);
+        Ok(checkers)
     }
 
     fn light(&self, space: &CameraSpace, world: &World, light: &LightDesc) -> Light {

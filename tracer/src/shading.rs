@@ -54,11 +54,14 @@ impl Lighting {
     ) -> u64 {
         let object = face >> FACE_BITS;
         let Material { albedo, range_scale, .. } = scene.materials[object as usize];
+        // The second is that of the odd squares of a checker.
+        let albedos = [albedo, scene.checker(object).map_or(albedo, |checker| checker.albedo)];
         // The distance to the eye of an object that was moved toward it is the real one.
         let falloff = settings.eye_falloff.then_some(scene.unit * range_scale);
         if settings.ambient != [0.0; 3] {
             self.irradiance = [1.0; LANES];
-            self.add_reflected(std::array::from_fn(|i| settings.ambient[i] * albedo[i]), falloff, radiance);
+            let reflected = |albedo: Vector| std::array::from_fn(|i| settings.ambient[i] * albedo[i]);
+            self.add_reflected(albedos.map(reflected), falloff, radiance);
         }
         let bounds = self.points.bounds();
         let footprint = self.points.plane.filter(|_| scene.bvh.is_deep());
@@ -80,26 +83,36 @@ impl Lighting {
             darken_occluded(&mut shadow, light, scene, (object, footprint.as_ref()), &mut self.stack);
             // An object that was moved toward the eye gets no more light than at its real distance.
             let dimmed = (range_scale / light.range_scale).min(1.0);
-            let albedo = scale(albedo, dimmed * dimmed);
             // albedo / pi times the light's power
-            let weight = std::array::from_fn(|i| light.power[i] * (albedo[i] / PI));
-            self.add_reflected(weight, falloff, radiance);
+            let weights = albedos.map(|albedo| {
+                let albedo = scale(albedo, dimmed * dimmed);
+                std::array::from_fn(|i| light.power[i] * (albedo[i] / PI))
+            });
+            self.add_reflected(weights, falloff, radiance);
         }
         rays
     }
 
-    /// Add the irradiance, times a weight for each channel; with the world's length of a unit, it falls off toward
-    /// the eye.
+    /// Add the irradiance, times a weight for each channel, the second on the odd squares of a checker; with the
+    /// world's length of a unit, it falls off toward the eye.
     #[inline(always)]
-    fn add_reflected(&mut self, mut weight: Vector, falloff: Option<f64>, radiance: &mut [Lanes; 3]) {
+    fn add_reflected(&mut self, mut weights: [Vector; 2], falloff: Option<f64>, radiance: &mut [Lanes; 3]) {
         if let Some(unit) = falloff {
-            let magnitude = magnitude(weight);
-            weight = scale(weight, 1.0 / f64::from(magnitude));
+            let magnitude = magnitude(std::array::from_fn(|i| weights[0][i].max(weights[1][i])));
+            weights = weights.map(|weight| scale(weight, 1.0 / f64::from(magnitude)));
             self.apply_eye_falloff(unit, magnitude);
         }
-        for (channel, weight) in radiance.iter_mut().zip(weight.map(bounded)) {
-            for lane in 0..self.points.padded() {
-                channel[lane] += weight * self.irradiance[lane];
+        let [even, odd] = weights.map(|weight| weight.map(bounded));
+        for (channel, (even, odd)) in radiance.iter_mut().zip(even.into_iter().zip(odd)) {
+            if self.points.checkered {
+                for lane in 0..self.points.padded() {
+                    let weight = if self.points.odd[lane] == 0 { even } else { odd };
+                    channel[lane] += weight * self.irradiance[lane];
+                }
+            } else {
+                for lane in 0..self.points.padded() {
+                    channel[lane] += even * self.irradiance[lane];
+                }
             }
         }
     }

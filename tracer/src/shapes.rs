@@ -7,7 +7,7 @@ use crate::memory::{OutOfMemory, par_collect};
 use crate::shapes::contact::Contact;
 use crate::shapes::outline::Outline;
 use crate::shapes::points::{Points, ShadowRays};
-use crate::shapes::primitive::{Description, Primitive};
+use crate::shapes::primitive::{Description, FaceAxes, Primitive};
 use crate::tile::hits::HitBuffer;
 use crate::tile::rays::Rays;
 use crate::vector::Vector;
@@ -176,6 +176,10 @@ impl ShapeDesc {
 
     pub(crate) fn contact(&self, space: &CameraSpace, position: Vector, point: Vector) -> Contact {
         dispatch!(ShapeDesc, self, shape => shape.contact(space, position, point))
+    }
+
+    pub(crate) fn face_axes(&self, space: &CameraSpace) -> Option<FaceAxes> {
+        dispatch!(ShapeDesc, self, shape => shape.face_axes(space))
     }
 
     pub(crate) fn range_scale(&self, space: &CameraSpace, position: Vector) -> f64 {

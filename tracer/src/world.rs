@@ -16,6 +16,17 @@ pub struct Object {
     pub shape: ShapeDesc,
 }
 
+/// Squares in two colors on the flat faces of an object.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CheckerDesc {
+    /// The index of the object, a plane or a box.
+    pub object: usize,
+    /// The side of a square.
+    pub size: f64,
+    /// The albedo of every other square, linear RGB, 0..1.
+    pub color: Vector,
+}
+
 /// The source of a light and its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightSource {
@@ -77,6 +88,8 @@ pub struct World {
     pub camera: Camera,
     /// Objects, in the order of the file.
     pub objects: Vec<Object>,
+    /// Checkers, at most one for each object.
+    pub checkers: Vec<CheckerDesc>,
     /// Lights, in the order of the file, those of objects last.
     pub lights: Vec<LightDesc>,
     /// How light is computed.

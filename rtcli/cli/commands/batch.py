@@ -35,7 +35,7 @@ from rtcli.cli.options.scene import (
     pop_quantization,
     scene_options,
 )
-from rtcli.cli.options.types import parse_format
+from rtcli.cli.options.types import WholeNumber, parse_format
 from rtcli.cli.options.variation import VariationType
 from rtcli.cli.progress import progress
 from rtcli.image.animation import ANIMATIONS
@@ -141,7 +141,7 @@ class _BatchCommand(Command):
     cls=_BatchCommand,
     examples=[
         "rtcli batch scenes -o out",
-        "rtcli batch my.yaml -o sweep --vary camera.fov=20:60:10 --gif",
+        "rtcli batch scenes --check golden",
     ],
     short_help="Render scenes into a folder, skipping up-to-date results.",
 )
@@ -166,7 +166,7 @@ class _BatchCommand(Command):
 @film_options
 @click.option(
     "--jobs",
-    type=click.IntRange(1),
+    type=WholeNumber(1),
     metavar="N",
     show_default="cores",
     help="Render N scenes at a time.",
@@ -316,7 +316,8 @@ def _problem_lines(job: Job, outcome: Outcome) -> Iterator[str]:
         result = "" if problem.path == job.scene else f"{printable(job.key)}: "
         yield result + printable(str(problem))
     if outcome.message:
-        yield f"{printable(job.scene)}: error: {printable(outcome.message)}"
+        message = outcome.message.removeprefix(f"{job.scene}: ")
+        yield f"{printable(job.scene)}: error: {printable(message)}"
 
 
 def _report_problems(lines: Iterable[str], hidden: int) -> None:

@@ -10,7 +10,7 @@ import click
 
 from rtcli.cli.help import Command
 from rtcli.cli.version import version
-from rtcli.extras import EXTRAS, MissingExtraError, require_extra
+from rtcli.extras import EXTRAS, MissingExtraError, install_command, require_extra
 from rtcli.tracer._native import simd_level
 from rtcli.tracer.engines import default_threads
 
@@ -40,11 +40,11 @@ def _simd() -> str:
 def _state(extra: str) -> str:
     """Return the version of an extra's package and its purpose, or how to get it."""
     module, purpose = EXTRAS[extra]
+    package = module.replace("_", "-")
     try:
-        require_extra(module, extra, purpose)
+        require_extra(module, purpose)
     except MissingExtraError as error:
         if isinstance(error.__cause__, ModuleNotFoundError):
-            return f"not installed; for {purpose}: pip install 'rtcli[{extra}]'"
+            return f"not installed; for {purpose}: {install_command(package)}"
         return f"broken: {error}"
-    package = module.replace("_", "-")
     return f"{package} {metadata.version(package)}, for {purpose}"

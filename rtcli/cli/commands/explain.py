@@ -11,7 +11,7 @@ from rtcli.cli.console import display_name, is_terminal, print_lines, wants_colo
 from rtcli.cli.exit_codes import usage_errors
 from rtcli.cli.help import Command
 from rtcli.cli.options.scene import SCENE_HELP, pop_overrides, read_scene, scene_options
-from rtcli.cli.options.types import parse_pixel
+from rtcli.cli.options.types import WholeNumber, parse_pixel
 from rtcli.cli.progress import progress
 from rtcli.explain import check_pixel, explain
 from rtcli.rendering.job import RenderRequest
@@ -37,7 +37,7 @@ from rtcli.scene.validation.validate import validate
 )
 @click.option(
     "--sample",
-    type=click.IntRange(1),
+    type=WholeNumber(1),
     metavar="N",
     default=1,
     show_default=True,

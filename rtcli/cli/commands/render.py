@@ -27,7 +27,7 @@ from rtcli.cli.options.scene import (
     pop_quantization,
     scene_options,
 )
-from rtcli.cli.options.types import parse_crop
+from rtcli.cli.options.types import WholeNumber, parse_crop
 from rtcli.cli.paths import OutputPath, refuse_collisions, refuse_folder
 from rtcli.cli.progress import progress
 from rtcli.image.display import DEFAULT_QUANTIZATION, Quantization
@@ -140,7 +140,7 @@ class PictureOutput(NamedTuple):
 @click.option(
     "--crop", type=parse_crop, metavar="X,Y,W,H", help="Render only this rectangle: left, top, width, height."
 )
-@click.option("--threads", type=click.IntRange(1), metavar="N", show_default="all", help="Use N processor cores.")
+@click.option("--threads", type=WholeNumber(1), metavar="N", show_default="all", help="Use N processor cores.")
 @click.option(
     "--engine",
     type=click.Choice(ENGINES),
@@ -202,10 +202,8 @@ def _check(options: RenderOptions, check_options: CheckOptions) -> int:
     check, path = golden_check(check_options, options.passes), options.output
     if path is not None and Path(path).suffix.lower() != Path(check.name).suffix.lower():
         raise click.UsageError(f"OUT must have the same format as the golden file {check.name!r}")
-    passes, quantization = options.passes, options.quantization
-    if check.golden is not None:
-        passes = passes or check.golden.passes
-        quantization = quantization._replace(bits=check.golden.bits)
+    passes, quantization = options.passes or check.golden.passes, options.quantization
+    quantization = quantization._replace(bits=check.golden.bits(quantization.bits))
     if path is not None:
         return render(options, PictureOutput(path, passes, quantization), check)
     with tempfile.TemporaryDirectory(prefix="rtcli-") as folder:
@@ -236,10 +234,9 @@ def render(options: RenderOptions, output: PictureOutput, check: GoldenCheck | N
             spent.update(stats.seconds)
         stats_file.write(_stats_json(stats, request, watch))
     if output.is_kept and not options.quiet:
-        name = "the picture" if output.path == STDIO else printable(output.path)
-        others = f" and {len(files) - 1} beside it" if len(files) > 1 else ""
-        size = f"{window.width}x{window.height}"
-        report_line(f"wrote {name}{others} ({size}) in {watch.totals()['total']:.2f} s")
+        paths = ", ".join(printable(str(path)) for path in output.parts().values())
+        name = "the picture" if output.path == STDIO else paths
+        report_line(f"wrote {name} ({window.width}x{window.height}) in {watch.totals()['total']:.2f} s")
     return 0 if check is None else check.verdict(output.parts(), options.quiet)
 
 

@@ -11,7 +11,7 @@ import click
 
 from rtcli.cli.console import report_line
 from rtcli.cli.help import Option
-from rtcli.cli.options.types import option_group
+from rtcli.cli.options.types import WholeNumber, option_group
 from rtcli.scene.diagnostics.quoting import printable
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ cluster_options = option_group(
     ),
     cluster_option(
         "--dask-timeout",
-        type=click.IntRange(1),
+        type=WholeNumber(1),
         metavar="SEC",
         default=60,
         show_default=True,

@@ -56,10 +56,13 @@ def pop_check(options: dict[str, Any], context: click.Context) -> CheckOptions |
 
 def _refuse_stray(names: Sequence[str], context: click.Context, why: str) -> None:
     """Raise click.UsageError if some options are on the command line."""
-    stray = [name for name in names if context.get_parameter_source(name) is ParameterSource.COMMANDLINE]
+    stray = [
+        option.opts[0]
+        for option in context.command.params
+        if option.name in names and context.get_parameter_source(option.name) is ParameterSource.COMMANDLINE
+    ]
     if stray:
-        options = " and ".join(f"--{name.replace('_', '-')}" for name in stray)
-        raise click.UsageError(f"{options} {why}")
+        raise click.UsageError(f"{' and '.join(stray)} {why}")
 
 
 # --- A folder of golden files ----------------------------------------------------------------------------

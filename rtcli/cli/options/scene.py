@@ -24,7 +24,7 @@ scene_options = types.option_group(
     click.option("--size", type=types.parse_size, metavar="WxH", help="Set the width and height in pixels."),
     click.option(
         "--samples",
-        type=click.IntRange(1, MAX_SAMPLES),
+        type=types.WholeNumber(1, MAX_SAMPLES),
         metavar="N",
         help="Set the number of rays per pixel.",
     ),

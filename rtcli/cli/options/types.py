@@ -87,6 +87,12 @@ def environment_variable(ctx: click.Context | None, name: str) -> str | None:
     return f"{ctx.auto_envvar_prefix}_{name.upper()}"
 
 
+class WholeNumber(click.IntRange):
+    """A whole number within bounds."""
+
+    name = "integer"
+
+
 class OnePerLine(click.ParamType[_Value]):
     """A repeatable option whose environment variable holds one value per line, since values contain spaces."""
 

@@ -321,6 +321,12 @@ UNKNOWN_IGNORE = Rule(
     "A comment `# rtcli: ignore` without a code, or with a code that is not a warning.",
     "list the codes of warnings, as in `# rtcli: ignore W003, W005`",
 )
+FINE_CHECKER = Rule(
+    "W015",
+    "fine-checker",
+    "A checker whose squares are all smaller than a pixel: the picture shows noise or a moire pattern.",
+    "make the squares larger, or the picture; `samples` of 16 or more blend them",
+)
 
 RULES: tuple[Rule, ...] = tuple(value for value in list(globals().values()) if isinstance(value, Rule))
 BY_CODE: dict[str, Rule] = {rule.code: rule for rule in RULES}

@@ -59,6 +59,7 @@ WORDS_FOR_KEYS = {
     "halfextents halfextent width height depth length",
     "radius": "r rad diameter size scale width baseradius radiusbottom bottomradius r1 radius1",
     "rotation": "rotate rotated rot angle yaw turn heading orientation rotationy rotatey degrees",
+    "checker": "checkers checkerboard chessboard chess pattern texture tiles squares grid",
     "light": "lights lamp emission emissive emitter emit emits lightsource glow pointlight",
     "samples": "spp samplesperpixel samplecount antialiasing aa rays raysperpixel",
     "background": "sky skycolor backgroundcolor bg backdrop environment",

@@ -27,13 +27,14 @@ _LOCATIONS: dict[type[BaseModel], Loc] = {
     model.PointLight: ("lights", 0),
     **dict.fromkeys(model.SHAPES.values(), ("objects", 0)),
     model.CarriedLight: ("objects", 0, "light"),
+    model.Checker: ("objects", 0, "checker"),
     model.RenderSettings: ("render",),
     model.ImageSettings: ("image",),
 }
 
 # The rest of a scene with a single part.
 _CAMERA = {"resolution": [640, 480], "fov": 40}
-_CARRIER = {"type": "sphere", "position": [0, 0, 0], "radius": 1, "color": "white"}
+_CARRIER = {"type": "box", "position": [0, 0, 0], "size": [1, 1, 1], "color": "white"}
 
 
 def scene_from_data(data: Mapping[str, Any]) -> model.Scene:
@@ -81,8 +82,10 @@ def _scene_around(part: type[BaseModel], values: dict[str, Any]) -> dict[str, An
             return {key: {**_CAMERA, inner: values}}
         case (str(key), _):
             return {"camera": _CAMERA, key: [values]}
+        case (_, _, part_key):
+            return {"camera": _CAMERA, "objects": [{**_CARRIER, str(part_key): values}]}
         case _:
-            return {"camera": _CAMERA, "objects": [{**_CARRIER, "light": values}]}
+            raise KeyError(part)
 
 
 def _of_part(problem: Problem, name: str, loc: Loc) -> Problem:

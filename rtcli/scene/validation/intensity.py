@@ -13,7 +13,7 @@ from rtcli.scene.vectors import Vector, direction, dot, unit
 
 # The radiance that a white surface should have: exposure 0 shows it as a mid-tone.
 _RADIANCE = 0.5
-# The distance if the scene gives none: about that of a lamp in a room, in metres.
+# The distance if the scene gives none: about that of a lamp in a room, in meters.
 _DISTANCE = 5.0
 # The most objects looked at, since a scene may lack the intensities of a thousand lights.
 _MOST_OBJECTS = 100
@@ -78,7 +78,7 @@ def _to_plane(item: Any, position: Vector, light: Vector) -> float:
     return abs(dot(unit(normal), direction(light, position)))
 
 
-# By type, where it is not the distance to the centre.
+# By type, where it is not the distance to the center.
 _DISTANCES = {"sphere": _to_sphere, "plane": _to_plane}
 
 

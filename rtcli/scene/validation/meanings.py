@@ -32,9 +32,8 @@ def model_around(loc: Loc) -> type[BaseModel]:
     """Return the model of the mapping that holds the last key of a location."""
     keys = [step for step in loc if isinstance(step, str)]
     if loc[:1] == ("objects",) and len(keys) > 2:
-        return (
-            model.CarriedLight if keys[2] == "light" and len(keys) > 3 else model.SHAPES.get(keys[1], model.Sphere)
-        )
+        part = model.PARTS.get(keys[2]) if len(keys) > 3 else None
+        return part or model.SHAPES.get(keys[1], model.Sphere)
     if keys[:1] == ["camera"] and len(keys) > 2:
         return model.Pose
     return _SECTIONS[keys[0]] if len(keys) > 1 else model.Scene

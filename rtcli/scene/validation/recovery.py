@@ -134,9 +134,10 @@ class Recovery:
             if shape not in model.SHAPES:
                 return item
         item = self._with_keys(loc, item, model.SHAPES[shape])
-        if isinstance(item.get("light"), dict):
-            light = self._with_keys((*loc, "light"), item["light"], model.CarriedLight)
-            item = item if light is item["light"] else {**item, "light": light}
+        for key, part in model.PARTS.items():
+            if isinstance(item.get(key), dict):
+                known = self._with_keys((*loc, key), item[key], part)
+                item = item if known is item[key] else {**item, key: known}
         return item
 
     # --- Keys --------------------------------------------------------------------------------------------

@@ -1,5 +1,6 @@
 """`rtcli batch`: its messages and files, and that nothing is lost however it ends."""
 
+import errno
 import json
 import os
 import random
@@ -192,6 +193,15 @@ def test_quiet_says_nothing_but_what_goes_wrong(run, scenes):
     assert (result.exit_code, result.stdout) == (1, "")
     (line,) = result.stderr.splitlines()
     assert "001.yaml:5:77: error: objects[0].radius: must be greater than 0" in line
+
+
+@needs_posix
+def test_scene_that_cannot_be_read_is_named_once(run, scenes):
+    scenes[1].unlink()
+    scenes[1].symlink_to("nowhere.yaml")
+    result = run("batch", "scenes", "-o", "out", "-q")
+    assert result.exit_code == 1
+    assert result.stderr == f"scenes/001.yaml: error: {os.strerror(errno.ENOENT)}\n"
 
 
 def test_progress_elsewhere_than_on_a_terminal_is_a_line_each_tenth_with_rate_and_time_left(run, folder):

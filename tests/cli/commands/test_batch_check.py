@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import re
 import shutil
 import signal
 import time
@@ -123,10 +124,7 @@ def test_golden_file_that_is_no_picture_exits_with_3_and_the_others_are_checked(
     write_scene(scenes[1], 2)
     result = check(run)
     assert result.exit_code == 3
-    assert (
-        f"unreadable: {GOLDEN / '000.png'}: {GOLDEN / '000.png'}: is not a PNG picture, or is damaged"
-        in result.stdout
-    )
+    assert f"unreadable: {GOLDEN / '000.png'}: is not a PNG picture, or is damaged" in result.stdout
     assert "1 equal, 1 different, 1 unreadable" in result.stdout
 
 
@@ -206,6 +204,27 @@ def test_passes_beside_the_picture_are_compared_if_named(run, scenes):
     assert f"missing: {GOLDEN / '000.png'}: no {GOLDEN / '000.depth.png'}" in result.stdout
 
 
+def test_files_that_exist_are_compared_where_a_pass_is_missing(run, scenes):
+    render_golden(run, "--passes", "depth,normal")
+    write_scene(scenes[0], 2)
+    (GOLDEN / "000.depth.png").unlink()
+    (GOLDEN / "001.depth.png").unlink()
+    (GOLDEN / "001.normal.png").unlink()
+    options = ("--passes", "depth,normal", "--report", "page.html")
+    picture, normal, lost, others, *_ = check(run, *options).stdout.splitlines()
+    assert picture.startswith(f"different: {GOLDEN / '000.png'}: picture: ")
+    assert normal.startswith(f"different: {GOLDEN / '000.png'}: normal: ")
+    assert lost == f"different: {GOLDEN / '000.png'}: no {GOLDEN / '000.depth.png'}"
+    names = f"{GOLDEN / '001.depth.png'}, {GOLDEN / '001.normal.png'}"
+    assert others == f"missing: {GOLDEN / '001.png'}: no {names}"
+    layers = re.findall(r"<h3>(\w+)</h3>", Path("page.html").read_text())
+    assert layers == ["picture", "normal", "depth", "depth", "normal"]
+    told = check(run, *options, "--update").stdout.splitlines()
+    assert [line.split(":")[0] for line in told[:4]] == ["updated"] * 4
+    assert told[2] == f"updated: {GOLDEN / '000.png'}: there was no {GOLDEN / '000.depth.png'}"
+    assert check(run, *options).stdout.startswith("3 equal\n")
+
+
 def test_sweep_is_checked_value_by_value(run, scenes):
     vary = ("--vary", "camera.fov=30,40")
     render_golden(run, *vary)
@@ -226,7 +245,7 @@ def test_update_writes_what_differs_or_is_missing_and_says_which(run, one_of_eac
     assert result.exit_code == 0
     updated, other, old, summary = result.stdout.splitlines()
     assert updated.startswith(f"updated: {GOLDEN / '001.png'}: ")
-    assert other == f"updated: {GOLDEN / 'new.png'}: no golden file"
+    assert other == f"updated: {GOLDEN / 'new.png'}: there was no golden file"
     assert old.startswith("obsolete: ")
     assert summary == "2 equal, 1 obsolete, 2 updated"
     assert {path: path.stat().st_mtime_ns for path in before} == before
@@ -398,7 +417,7 @@ def test_signal_ends_a_check_and_leaves_no_temporary_file(spawn, folder, name):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["-o", "out"], "--output cannot be used with --check"),
+        (["-o", "out"], "-o cannot be used with --check"),
         (["--force"], "--force cannot be used with --check"),
         (["--dry-run", "--prune"], "--dry-run and --prune cannot be used with --check"),
         (["--vary", "camera.fov=20,30", "--gif"], "--gif cannot be used with --check"),

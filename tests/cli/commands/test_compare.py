@@ -514,7 +514,7 @@ def test_missing_package_for_exr_exits_with_3_and_says_how_to_install_it(run, fo
     (folder / "a.exr").write_bytes(b"")
     result = run("compare", "a.exr", "a.exr")
     assert result.exit_code == 3
-    assert result.stderr == "Error: reading EXR needs the package OpenEXR: pip install 'rtcli[exr]'\n"
+    assert result.stderr == "Error: reading EXR needs the package OpenEXR: pip install OpenEXR\n"
 
 
 def test_missing_package_for_flip_exits_with_3_and_is_needed_for_nothing_else(run, unlike, monkeypatch):
@@ -523,7 +523,7 @@ def test_missing_package_for_flip_exits_with_3_and_is_needed_for_nothing_else(ru
     for option in (["--flip"], ["--max-flip", "1"]):
         result = run("compare", *unlike, *option)
         assert result.exit_code == 3
-        assert result.stderr == "Error: FLIP needs the package flip-evaluator: pip install 'rtcli[flip]'\n"
+        assert result.stderr == "Error: FLIP needs the package flip-evaluator: pip install flip-evaluator\n"
 
 
 def test_report_is_whole_through_a_pipe(spawn, unlike):

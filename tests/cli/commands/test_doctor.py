@@ -28,7 +28,8 @@ def test_report_has_version_processor_and_each_extra(run):
 def test_missing_extra_is_named_with_the_command_that_installs_it(run, monkeypatch, extra, module):
     monkeypatch.setitem(sys.modules, module, None)
     told = rows(run("doctor"))[f"rtcli[{extra}]"]
-    assert told == f"not installed; for {EXTRAS[extra][1]}: pip install 'rtcli[{extra}]'"
+    package = module.replace("_", "-")
+    assert told == f"not installed; for {EXTRAS[extra][1]}: pip install {package}"
 
 
 def test_extra_that_cannot_be_loaded_is_broken_and_the_reason_is_given(run, monkeypatch, tmp_path):

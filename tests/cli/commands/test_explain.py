@@ -27,6 +27,7 @@ image: {exposure: 1, tone: reinhard}
 STORY = """\
 Pixel 1,1 of small.yaml (3x3)
 197 167 135, #c5a787
+The sections are those of docs/tracer.md; the document is the course text that it follows.
 
 1. The primary ray                                                    docs/tracer.md, 2.1.2 to 2.1.5
    s_x = (px + a_x) / W      x = (2 s_x - 1) (W / H) tan(fov / 2)
@@ -104,7 +105,7 @@ Pixel 1,1 of small.yaml (3x3)
    radiance = (1 / N) * the sum of the samples
    N            1                                      samples
    radiance     0.633257     0.316629     0.158314     their mean, as the film stores it
-=> The pixel has one sample, through its centre.
+=> The pixel has one sample, through its center.
 
 7. The exposure                                         docs/tracer.md, From radiance to the picture
    x = 2^EV * radiance

@@ -25,6 +25,7 @@ MODELS = {
     "Pose": {"camera_to_world": np.eye(4)},
     "PointLight": {"position": (0, 5, 0), "intensity": 100},
     "CarriedLight": {"intensity": 100},
+    "Checker": {"size": 0.5, "color": "black"},
     "Sphere": BALL,
     "Plane": {"position": (0, 0, 0), "normal": (0, 1, 0), "color": "white"},
     "Box": {"position": (0, 0, 0), "size": (1, 2, 3), "color": "white"},
@@ -201,6 +202,11 @@ def test_nested_models_are_built_without_their_constructors(monkeypatch):
             ["intensity: must be a number, got the string `5`: remove the quotes [E201]"],
         ),
         (
+            "Checker",
+            {"size": 0, "color": "black"},
+            ["size: must be greater than 0, got 0 [E204]"],
+        ),
+        (
             "Camera",
             {"resolution": (0, 480), "fov": 200},
             ["resolution[0]: must be at least 1, got 0 [E204]", "fov: must be less than 180, got 200 [E204]"],
@@ -216,6 +222,11 @@ def test_nested_models_are_built_without_their_constructors(monkeypatch):
             "Scene",
             {"camera": CAMERA, "objects": [rtcli.Sphere(**BALL, name="a")] * 2},
             ["objects[1].name: name `a` is already taken by objects[0] [E301]"],
+        ),
+        (
+            "Scene",
+            {"camera": CAMERA, "objects": rtcli.Sphere(**BALL)},
+            ["objects: must be a list, got a Sphere [E102]"],
         ),
         (
             "Scene",
@@ -235,6 +246,15 @@ def test_every_problem_has_a_pointer_and_a_help():
     assert [problem.pointer for problem in caught.value.problems] == ["/position", "/size/2"]
     assert all(problem.help for problem in caught.value.problems)
     assert {problem.line for problem in caught.value.problems} == {0}
+
+
+@pytest.mark.parametrize(
+    ("name", "call"),
+    [("Camera", "Camera(resolution=..., fov=...)"), ("Sphere", "Sphere(position=..., radius=...)")],
+)
+def test_argument_without_a_name_is_a_type_error_that_shows_the_names(name, call):
+    with pytest.raises(TypeError, match=re.escape(f"every argument needs its name: rtcli.{call}")):
+        getattr(rtcli, name)((640, 480), 40)
 
 
 def test_error_is_a_value_error():
@@ -279,6 +299,15 @@ def test_constructor_with_any_value_returns_or_raises_a_scene_error(name, key, v
 
 
 # --- Types -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_help_shows_a_signature_without_the_checks_of_pydantic(name):
+    shown = str(inspect.signature(getattr(rtcli, name)))
+    assert shown.startswith("(*, ")
+    assert "Annotated" not in shown
+    if name == "PointLight":
+        assert shown == "(*, intensity, color=(1.0, 1.0, 1.0), position)"
 
 
 def test_signatures_for_type_checkers_have_the_keys_of_the_models():

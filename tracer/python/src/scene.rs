@@ -12,8 +12,9 @@ use crate::errors::out_of_memory;
 use crate::interruptible::bytes_of;
 use crate::world::for_each_row;
 
-/// The sections, the columns of objects and of lights, and the names of the objects.
-type PyScene<'py> = (Bound<'py, PyDict>, Bound<'py, PyTuple>, Bound<'py, PyTuple>, Bound<'py, PyString>);
+/// The sections, the columns of objects, of checkers and of lights, and the names of the objects.
+type PyScene<'py> =
+    (Bound<'py, PyDict>, Bound<'py, PyTuple>, Bound<'py, PyTuple>, Bound<'py, PyTuple>, Bound<'py, PyString>);
 
 /// Reads a scene file with some changes; returns None if it is not plainly valid.
 #[pyfunction]
@@ -34,13 +35,15 @@ pub fn read_scene<'py>(
     let Some(scene) = py.detach(|| rtcli_reader::read(file, format, &edits)) else {
         return Ok(None);
     };
-    let Scene { sections, objects, lights } = scene;
+    let Scene { sections, objects, checkers, lights } = scene;
     let dict = PyDict::new(py);
     for (key, section) in sections {
         dict.set_item(key, values(py, section)?)?;
     }
     let names = PyString::from_bytes(py, &objects.names)?;
-    Ok(Some((dict, object_columns(py, objects)?, light_columns(py, lights)?, names)))
+    let checkers = [column(py, &checkers.object)?, column(py, &checkers.size)?, column(py, &checkers.color)?];
+    let checkers = PyTuple::new(py, checkers)?;
+    Ok(Some((dict, object_columns(py, objects)?, checkers, light_columns(py, lights)?, names)))
 }
 
 /// Returns the values of a section by key.

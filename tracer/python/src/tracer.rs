@@ -18,7 +18,7 @@ use crate::arrays::PyFilm;
 use crate::display::{PyDisplay, developed, developer, has_pixels};
 use crate::errors::out_of_memory;
 use crate::interruptible::Listener;
-use crate::world::{self, PyCamera, PyLights, PyObjects, PySettings, PyWindow};
+use crate::world::{self, PyCamera, PyCheckers, PyLights, PyObjects, PySettings, PyWindow};
 
 /// The environment variable that forces a SIMD level.
 const SIMD: &str = "RTCLI_SIMD";
@@ -81,11 +81,12 @@ pub struct Tracer {
 #[pymethods]
 impl Tracer {
     #[new]
-    #[pyo3(signature = (camera, objects, lights, settings, threads, /))]
+    #[pyo3(signature = (camera, objects, checkers, lights, settings, threads, /))]
     fn new(
         py: Python<'_>,
         camera: PyCamera,
         objects: PyObjects<'_>,
+        checkers: PyCheckers<'_>,
         lights: PyLights<'_>,
         settings: PySettings,
         threads: usize,
@@ -94,6 +95,7 @@ impl Tracer {
         let objects = world::objects(objects)?;
         let world = World {
             camera: world::camera(camera)?,
+            checkers: world::checkers(checkers, objects.len())?,
             lights: world::lights(lights, objects.len())?,
             objects,
             settings: world::settings(settings)?,

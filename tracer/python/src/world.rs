@@ -5,7 +5,9 @@ use crate::errors::out_of_memory;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rtcli_tracer::memory::with_capacity;
-use rtcli_tracer::world::{Camera, Kind, LightDesc, LightSource, Object, Settings, ShapeDesc, Vector, Window};
+use rtcli_tracer::world::{
+    Camera, CheckerDesc, Kind, LightDesc, LightSource, Object, Settings, ShapeDesc, Vector, Window,
+};
 
 /// The most objects whose faces can be numbered in 32 bits.
 const MOST_OBJECTS: usize = 1 << 28;
@@ -15,6 +17,9 @@ pub type PyCamera = (u32, u32, f64, f64, (f64, f64), Vector, Vector, Vector, Vec
 
 /// Kind (u8), position, parameters, color (f64), in native byte order.
 pub type PyObjects<'a> = (&'a [u8], &'a [u8], &'a [u8], &'a [u8]);
+
+/// Object (i64), size, color (f64), in native byte order.
+pub type PyCheckers<'a> = (&'a [u8], &'a [u8], &'a [u8]);
 
 /// Kind (u8), parameters, color, intensity (f64), carrier (i64), in native byte order.
 pub type PyLights<'a> = (&'a [u8], &'a [u8], &'a [u8], &'a [u8], &'a [u8]);
@@ -79,6 +84,21 @@ pub fn for_each_row<T>(
         add(i, kind, own)?;
     }
     if rest.is_empty() { Ok(()) } else { Err(different_lengths()) }
+}
+
+/// Return the checkers.
+///
+/// # Errors
+///
+/// `ValueError` for columns of different lengths, or an index that is none of the objects.
+pub fn checkers((indices, size, color): PyCheckers<'_>, objects: usize) -> PyResult<Vec<CheckerDesc>> {
+    let (indices, size, color) = (items::<i64>(indices)?, items::<f64>(size)?, items::<Vector>(color)?);
+    same_lengths(indices.len(), &[size.len(), color.len()])?;
+    let checker = |((index, size), color): ((i64, f64), Vector)| match usize::try_from(index) {
+        Ok(object) if object < objects => Ok(CheckerDesc { object, size, color }),
+        _ => Err(PyValueError::new_err(format!("a checker is on object {index}, which does not exist"))),
+    };
+    indices.into_iter().zip(size).zip(color).map(checker).collect()
 }
 
 /// Return the lights.

@@ -7,7 +7,7 @@ use crate::schema::{Kind, Mapping, Value};
 use crate::source::Source;
 use crate::source::json::Json;
 use crate::source::yaml::Yaml;
-use crate::table::{CARRIED_LIGHT, LIGHT, LIGHTS, OBJECT, SCENE, SHAPES};
+use crate::table::{CARRIED_LIGHT, CHECKER, LIGHT, LIGHTS, OBJECT, SCENE, SHAPES};
 
 /// The formats of scene files.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,6 +58,17 @@ pub struct Objects {
     pub names: Vec<u8>,
 }
 
+/// The checkers of objects, one row each, in the order of the objects.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Checkers {
+    /// The index of the object.
+    pub object: Vec<i64>,
+    /// One number each.
+    pub size: Vec<f64>,
+    /// Three numbers each.
+    pub color: Vec<f64>,
+}
+
 /// The lights of a scene, one row each, those that objects carry after the others.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Lights {
@@ -80,6 +91,8 @@ pub struct Scene {
     pub sections: Vec<(&'static str, Section)>,
     /// The objects.
     pub objects: Objects,
+    /// The checkers.
+    pub checkers: Checkers,
     /// The lights.
     pub lights: Lights,
 }
@@ -108,6 +121,7 @@ struct Reader<'a> {
     counter: Counter,
     sections: Vec<(&'static str, &'static Mapping, Row<'a>)>,
     objects: Objects,
+    checkers: Checkers,
     lights: Lights,
     /// Their parameters are the positions of the objects.
     carried: Lights,
@@ -124,6 +138,7 @@ impl<'a> Reader<'a> {
             counter: Counter::default(),
             sections: SCENE.fields.iter().filter_map(section).collect(),
             objects: Objects::default(),
+            checkers: Checkers::default(),
             lights: Lights::default(),
             carried: Lights::default(),
             names: HashSet::default(),
@@ -191,16 +206,20 @@ impl<'a> Reader<'a> {
         let color = slot(&OBJECT, "color")?;
         let kind_slot = slot(&OBJECT, "type")?;
         let mut list = source.open_list()?;
-        let (mut row, mut light) = (Row::new(&OBJECT), Row::new(&CARRIED_LIGHT));
+        let (mut row, mut light, mut checker) = (Row::new(&OBJECT), Row::new(&CARRIED_LIGHT), Row::new(&CHECKER));
         while source.item(&mut list)? {
             counter.add(1)?;
             row.reset(&OBJECT);
-            let mut carries = false;
-            read_row(source, &OBJECT, &mut row, counter, |source, _, counter| {
-                carries = true;
-                light.reset(&CARRIED_LIGHT);
-                read_row(source, &CARRIED_LIGHT, &mut light, counter, |_, _, _| None)?;
-                light.has(CARRIED_LIGHT.required).then_some(())
+            let (mut carries, mut is_checkered) = (false, false);
+            read_row(source, &OBJECT, &mut row, counter, |source, field, counter| {
+                let Value::Mapping(mapping) = field.value else { return None };
+                let is_light = std::ptr::eq(mapping, &CARRIED_LIGHT);
+                let (part, is_there) =
+                    if is_light { (&mut light, &mut carries) } else { (&mut checker, &mut is_checkered) };
+                *is_there = true;
+                part.reset(mapping);
+                read_row(source, mapping, part, counter, |_, _, _| None)?;
+                part.has(mapping.required).then_some(())
             })?;
             let numbers = &row.numbers;
             let index = numbers[kind_slot];
@@ -213,6 +232,13 @@ impl<'a> Reader<'a> {
             extend(&mut self.objects.position, numbers[position..position + 3].iter().copied())?;
             extend(&mut self.objects.parameters, kind.parameters.iter().map(|&slot| numbers[slot]))?;
             extend(&mut self.objects.color, numbers[color..color + 3].iter().copied())?;
+            if is_checkered {
+                let index = self.objects.kind.len() as i64 - 1;
+                let (size, color) = (slot(&CHECKER, "size")?, slot(&CHECKER, "color")?);
+                extend(&mut self.checkers.object, [index])?;
+                extend(&mut self.checkers.size, [checker.numbers[size]])?;
+                extend(&mut self.checkers.color, checker.numbers[color..color + 3].iter().copied())?;
+            }
             if carries {
                 extend(&mut self.carried.parameters, numbers[position..position + 3].iter().copied())?;
                 self.carried.add(&CARRIED_LIGHT, &light, self.objects.kind.len() as i64 - 1)?;
@@ -248,7 +274,7 @@ impl<'a> Reader<'a> {
         extend(&mut self.lights.color, color)?;
         extend(&mut self.lights.intensity, intensity)?;
         extend(&mut self.lights.carrier, carrier)?;
-        Some(Scene { sections, objects: self.objects, lights: self.lights })
+        Some(Scene { sections, objects: self.objects, checkers: self.checkers, lights: self.lights })
     }
 }
 

@@ -59,6 +59,15 @@ pub static CARRIED_LIGHT: Mapping = Mapping {
     defaults: &[f64::NAN, 1.0, 1.0, 1.0],
 };
 
+pub static CHECKER: Mapping = Mapping {
+    fields: &[
+        Field { key: "size", value: Value::Number(Value::NUMBER.above(0.0)), slot: 0 },
+        Field { key: "color", value: Value::Color(Value::NUMBER.from(0.0).to(1.0)), slot: 1 },
+    ],
+    required: 0b11,
+    defaults: &[f64::NAN, f64::NAN, f64::NAN, f64::NAN],
+};
+
 pub static OBJECT: Mapping = Mapping {
     fields: &[
         Field { key: "type", value: Value::Choice(&["sphere", "plane", "box", "cylinder", "capsule", "cone"]), slot: 0 },
@@ -68,6 +77,7 @@ pub static OBJECT: Mapping = Mapping {
         Field { key: "color", value: Value::Color(Value::NUMBER.from(0.0).to(1.0)), slot: 5 },
         Field { key: "light", value: Value::Mapping(&CARRIED_LIGHT), slot: 8 },
         Field { key: "normal", value: Value::Direction(3, Value::NUMBER), slot: 8 },
+        Field { key: "checker", value: Value::Mapping(&CHECKER), slot: 11 },
         Field { key: "size", value: Value::Numbers(3, Value::NUMBER.above(0.0)), slot: 11 },
         Field { key: "rotation", value: Value::Angles(Value::NUMBER), slot: 14 },
         Field { key: "height", value: Value::Number(Value::NUMBER.above(0.0)), slot: 17 },
@@ -93,11 +103,11 @@ pub static SCENE: Mapping = Mapping {
 
 pub static SHAPES: &[Kind] = &[
     Kind { name: "sphere", allowed: 0b111111, required: 0b11101, parameters: &[4] },
-    Kind { name: "plane", allowed: 0b1010111, required: 0b1010101, parameters: &[8, 9, 10] },
-    Kind { name: "box", allowed: 0b110110111, required: 0b10010101, parameters: &[11, 12, 13, 15, 14, 16] },
-    Kind { name: "cylinder", allowed: 0b11000111111, required: 0b1000011101, parameters: &[4, 17, 18, 19, 20] },
-    Kind { name: "capsule", allowed: 0b11000111111, required: 0b1000011101, parameters: &[4, 17, 18, 19, 20] },
-    Kind { name: "cone", allowed: 0b111000111111, required: 0b1000011101, parameters: &[4, 21, 17, 18, 19, 20] },
+    Kind { name: "plane", allowed: 0b11010111, required: 0b1010101, parameters: &[8, 9, 10] },
+    Kind { name: "box", allowed: 0b1110110111, required: 0b100010101, parameters: &[11, 12, 13, 15, 14, 16] },
+    Kind { name: "cylinder", allowed: 0b110000111111, required: 0b10000011101, parameters: &[4, 17, 18, 19, 20] },
+    Kind { name: "capsule", allowed: 0b110000111111, required: 0b10000011101, parameters: &[4, 17, 18, 19, 20] },
+    Kind { name: "cone", allowed: 0b1110000111111, required: 0b10000011101, parameters: &[4, 21, 17, 18, 19, 20] },
 ];
 
 /// The linear value of each level of sRGB.

@@ -146,10 +146,14 @@ impl<'a> Film<'a> {
         self
     }
 
-    /// The pixels' data that the passes need.
-    pub(crate) fn request(&self) -> PassRequest {
+    /// The pixels' data that the passes of a scene need.
+    pub(crate) fn request(&self, scene: &Scene) -> PassRequest {
         let recorded = PASSES.iter().filter(|spec| self.values[spec.pass as usize].is_some());
-        recorded.map(|spec| spec.request).max().unwrap_or(PassRequest::Radiance)
+        let request = |spec: &PassSpec| match spec.pass {
+            Pass::Albedo if !scene.checkers.is_empty() => PassRequest::Surface,
+            _ => spec.request,
+        };
+        recorded.map(request).max().unwrap_or(PassRequest::Radiance)
     }
 
     /// Whether radiance is recorded, and each array has the type and the length that the pixels of a window need.
@@ -207,7 +211,14 @@ impl TileSink for FilmSink<'_> {
                     let Some(surface) = &traced.surface else { continue };
                     tile.put(values.floats().as_chunks_mut().0, &to_world.positions(&surface.position, faces));
                 }
-                Pass::Albedo => tile.put(values.floats().as_chunks_mut().0, &to_world.albedos(faces)),
+                Pass::Albedo => {
+                    let mut albedos = to_world.albedos(faces);
+                    if let Some(surface) = traced.surface.as_ref().filter(|_| !to_world.scene.checkers.is_empty())
+                    {
+                        to_world.put_checkers(faces, &surface.odd, &mut albedos);
+                    }
+                    tile.put(values.floats().as_chunks_mut().0, &albedos);
+                }
                 Pass::ObjectId => tile.put(values.integers(), &to_world.object_ids(faces)),
             }
         }
@@ -330,6 +341,15 @@ impl<'a> CameraToWorld<'a> {
             *albedo = color;
         }
         albedos
+    }
+
+    /// Replace the albedo of each ray that hits an odd square of a checker.
+    fn put_checkers(&self, faces: &[u32; LANES], odd: &[u32; LANES], albedos: &mut Triples) {
+        for ((albedo, &face), &odd) in albedos.iter_mut().zip(faces).zip(odd) {
+            if let Some(checker) = self.scene.checker(face >> FACE_BITS).filter(|_| odd != 0) {
+                *albedo = to_f32(checker.albedo);
+            }
+        }
     }
 }
 

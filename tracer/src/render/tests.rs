@@ -239,6 +239,7 @@ proptest! {
 fn world(width: u32, height: u32, objects: Vec<Object>, lights: Vec<LightDesc>) -> World {
     World {
         camera: Camera::along_z(width, height, 50.0),
+        checkers: vec![],
         objects,
         lights,
         settings: Settings {

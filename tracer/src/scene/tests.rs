@@ -81,6 +81,7 @@ fn rounded(mut world: World) -> World {
 fn one_object(shape: ShapeDesc, position: Vector) -> World {
     World {
         camera: Camera::along_z(16, 16, 60.0),
+        checkers: vec![],
         objects: vec![Object { position, color: [0.5; 3], shape }],
         lights: vec![],
         settings: Settings {

@@ -32,7 +32,7 @@ pub(crate) struct Capsule {
 pub struct CapsuleDesc {
     /// Greater than 0.
     pub radius: f64,
-    /// Between the centres of the half spheres, 0 or more.
+    /// Between the centers of the half spheres, 0 or more.
     pub height: f64,
     /// Any length but 0.
     pub axis: Vector,
@@ -44,7 +44,7 @@ impl CapsuleDesc {
         Profile::new(radius, radius, space.length(self.height))
     }
 
-    /// The centre of an end.
+    /// The center of an end.
     fn end(&self, space: &CameraSpace, position: Vector, sign: f64) -> Vector {
         add(position, scale(normalized(self.axis), sign * self.profile(space).half))
     }

@@ -5,7 +5,7 @@ use crate::camera_space::{CameraSpace, FAR_FROM_ROUNDING};
 use crate::shapes::contact::{Contact, Side, rounding_across};
 use crate::shapes::outline::{Outline, corners, outline_planes};
 use crate::shapes::points::{PlaneEquation, Points, ShadowRays};
-use crate::shapes::primitive::{Description, Primitive};
+use crate::shapes::primitive::{Description, FaceAxes, Primitive};
 use crate::tile::LANES;
 use crate::tile::hits::{FACE_BITS, HitBuffer, offer};
 use crate::tile::rays::Rays;
@@ -58,6 +58,10 @@ impl Description for CuboidDesc {
 
     fn contact(&self, space: &CameraSpace, position: Vector, point: Vector) -> Contact {
         Cuboid::contact(point, position, &box_axes(self.rotation), self.half(space))
+    }
+
+    fn face_axes(&self, space: &CameraSpace) -> Option<FaceAxes> {
+        Some(FaceAxes(box_axes(self.rotation).map(|axis| space.direction(axis))))
     }
 
     fn transform(&self, space: &CameraSpace, position: Vector, range_scale: f64) -> Cuboid {

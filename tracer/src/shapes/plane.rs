@@ -5,14 +5,17 @@ use crate::camera_space::{CameraSpace, range_scale_at};
 use crate::shapes::contact::{Contact, rounding_across, spread};
 use crate::shapes::outline::Outline;
 use crate::shapes::points::{PlaneEquation, Points, ShadowRays};
-use crate::shapes::primitive::{Description, Primitive};
+use crate::shapes::primitive::{Description, FaceAxes, Primitive};
 use crate::tile::LANES;
 use crate::tile::hits::{HitBuffer, offer};
 use crate::tile::rays::Rays;
-use crate::vector::{Vector, dot, normalized, scale, sub, to_f32};
+use crate::vector::{Vector, cross, dot, normalized, scale, sub, to_f32};
 
 /// Document, section 2.2.2: a ray with |d . n| below this, for unit d, is parallel to the plane.
 const PARALLEL: f32 = 1e-6;
+
+/// A unit normal this close to the x axis has its checker along the z axis.
+const NEAR_X: f64 = 1e-3;
 
 #[derive(Clone, Debug)]
 pub(crate) struct Plane {
@@ -48,6 +51,16 @@ impl Description for PlaneDesc {
 
     fn range_scale(&self, space: &CameraSpace, position: Vector) -> f64 {
         range_scale_at(self.contact(space, position, space.eye).height.abs())
+    }
+
+    /// The normal n, then u, the part of the x axis perpendicular to n, and v = n x u; of the z axis if n is within
+    /// 1e-3 of the x axis.
+    fn face_axes(&self, space: &CameraSpace) -> Option<FaceAxes> {
+        let n = normalized(self.normal);
+        let is_near_x = n[1] * n[1] + n[2] * n[2] < NEAR_X * NEAR_X;
+        let start = if is_near_x { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] };
+        let u = normalized(sub(start, scale(n, dot(start, n))));
+        Some(FaceAxes([n, u, cross(n, u)].map(|axis| space.direction(axis))))
     }
 
     fn transform(&self, space: &CameraSpace, position: Vector, range_scale: f64) -> Plane {

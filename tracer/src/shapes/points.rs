@@ -24,6 +24,10 @@ pub(crate) struct Points {
     pub(crate) plane: Option<PlaneEquation>,
     /// Unit normals that face the eye; of spheres only.
     pub(crate) normal: [Lanes; 3],
+    /// 1 for the points on the squares of a checker's color, if the face has one.
+    pub(crate) odd: [u32; LANES],
+    /// Whether the face has a checker.
+    pub(crate) checkered: bool,
     /// The position error that does not depend on the offset.
     pub(crate) error: f32,
 }
@@ -36,6 +40,8 @@ impl Points {
             offset: [[0.0; LANES]; 3],
             plane: None,
             normal: [[0.0; LANES]; 3],
+            odd: [0; LANES],
+            checkered: false,
             error: 0.0,
         }
     }
@@ -43,7 +49,7 @@ impl Points {
     /// Begin points on a shape of a magnitude.
     #[inline(always)]
     pub(crate) fn start(&mut self, count: usize, magnitude: f64) {
-        (self.count, self.plane) = (count, None);
+        (self.count, self.plane, self.checkered) = (count, None, false);
         self.error = (ROUNDING * magnitude) as f32;
     }
 

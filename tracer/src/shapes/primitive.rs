@@ -9,6 +9,23 @@ use crate::tile::hits::HitBuffer;
 use crate::tile::rays::Rays;
 use crate::vector::Vector;
 
+/// The axes of a shape in camera space, to which its faces are parallel.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FaceAxes(pub(crate) [Vector; 3]);
+
+impl FaceAxes {
+    /// The axes along a face, given by its number: `intersect` numbers the faces across the first axis 0 and 1,
+    /// then those across the second.
+    pub(crate) fn along(&self, number: u32) -> [Vector; 2] {
+        let [x, y, z] = self.0;
+        match number / 2 {
+            0 => [y, z],
+            1 => [x, z],
+            _ => [x, y],
+        }
+    }
+}
+
 /// The parameters of a shape.
 ///
 /// Its position is the centre, or a point of a plane, as `CameraSpace::scaled` gives it; so are other points.
@@ -31,6 +48,11 @@ pub(crate) trait Description {
     /// Return the factor by which the shape is moved toward the eye and shrunk; see `CameraSpace::range_scale`.
     fn range_scale(&self, space: &CameraSpace, position: Vector) -> f64 {
         space.range_scale(position, space.length(self.size()))
+    }
+
+    /// Return the axes of its faces if they are flat and may have a checker.
+    fn face_axes(&self, _space: &CameraSpace) -> Option<FaceAxes> {
+        None
     }
 
     /// Transform the shape to camera space.

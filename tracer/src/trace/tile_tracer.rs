@@ -71,6 +71,8 @@ pub(crate) struct Surface {
     pub(crate) position: [[f64; LANES]; 3],
     /// Unit normals that face the eye.
     pub(crate) normal: [Lanes; 3],
+    /// 1 for the points on the squares of a checker's color, if their object has a checker.
+    pub(crate) odd: [u32; LANES],
 }
 
 const ZERO: Lanes = [0.0; LANES];
@@ -86,7 +88,8 @@ impl TileTracer {
             with_passes: request != PassRequest::Radiance,
             hits: HitBuffer::new(),
             rays: Rays::new(),
-            surface: with_surface.then(|| Box::new(Surface { position: [[0.0; LANES]; 3], normal: [ZERO; 3] })),
+            surface: with_surface
+                .then(|| Box::new(Surface { position: [[0.0; LANES]; 3], normal: [ZERO; 3], odd: [0; LANES] })),
             traced: 0,
             groups: Groups::new(),
             resolver: DepthResolver::new(),
@@ -188,6 +191,9 @@ impl TileTracer {
         let shape = scene.shapes.get(face >> FACE_BITS);
         let depth = (f64::from(t), || self.rays.exact(self.hits.lane(face, t)));
         shape.compute_points(face, &self.group_rays, depth, &mut self.lighting.points);
+        if let Some(checker) = scene.checker(face >> FACE_BITS) {
+            checker.mark(face, &mut self.lighting.points);
+        }
         surface.record(lanes, &self.lighting.points);
     }
 
@@ -226,6 +232,9 @@ impl TileTracer {
         let shape = scene.shapes.get(object);
         let depth = (f64::from(t), || self.rays.exact(self.hits.lane(face, t)));
         shape.compute_points(face, rays, depth, &mut self.lighting.points);
+        if let Some(checker) = scene.checker(object) {
+            checker.mark(face, &mut self.lighting.points);
+        }
         if let Some(surface) = surface {
             surface.record(lanes, &self.lighting.points);
         }
@@ -259,6 +268,9 @@ impl Surface {
                 Some(plane) => scatter(&mut self.normal[axis], lanes, |_| plane.normal[axis] as f32),
                 None => scatter(&mut self.normal[axis], lanes, |i| points.normal[axis][i]),
             }
+        }
+        if points.checkered {
+            scatter(&mut self.odd, lanes, |i| points.odd[i]);
         }
     }
 }

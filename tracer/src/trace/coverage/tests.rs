@@ -39,6 +39,7 @@ fn both_ways(world: &World, window: Window) -> (Vec<u64>, Vec<u64>, u64) {
 fn world_of(shapes: &[(Vector, ShapeDesc)]) -> World {
     World {
         camera: Camera::along_z(1000, 800, 60.0),
+        checkers: vec![],
         objects: shapes.iter().map(|&(position, shape)| Object { position, color: [0.5; 3], shape }).collect(),
         lights: Vec::new(),
         settings: Settings {
