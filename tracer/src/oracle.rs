@@ -70,7 +70,9 @@ impl OracleShape {
                 shapes.cone.push(Frustum::new(center, axis, Profile::new(base, top, 2.0 * half), None));
             }
             OracleShape::Capsule { center, axis, radius, half } => {
-                shapes.capsule.push(Capsule::new(center, axis, Profile::new(radius, radius, 2.0 * half)));
+                let profile = Profile::new(radius, radius, 2.0 * half);
+                let tube = Frustum::new(center, axis, profile, None);
+                shapes.capsule.push(Capsule::new(tube, &self.contact(EYE), false));
             }
         }
         shapes

@@ -7,7 +7,7 @@ use crate::shapes::frustum::{Frustum, Profile, SideOfRay, span};
 use crate::shapes::outline::Outline;
 use crate::shapes::points::{Points, ROUNDING, ShadowRays};
 use crate::shapes::primitive::{Description, Primitive};
-use crate::shapes::sphere::{RAYS_PER_TEST, Sphere, SphereDesc};
+use crate::shapes::sphere::{FAR_ABOVE_ROUNDING, RAYS_PER_TEST, Sphere};
 use crate::tile::hits::{FACE_BITS, HitBuffer, offer};
 use crate::tile::rays::Rays;
 use crate::tile::{LANES, Lanes};
@@ -43,11 +43,6 @@ impl CapsuleDesc {
         let radius = space.length(self.radius);
         Profile::new(radius, radius, space.length(self.height))
     }
-
-    /// The center of an end.
-    fn end(&self, space: &CameraSpace, position: Vector, sign: f64) -> Vector {
-        add(position, scale(normalized(self.axis), sign * self.profile(space).half))
-    }
 }
 
 impl Description for CapsuleDesc {
@@ -69,12 +64,11 @@ impl Description for CapsuleDesc {
     }
 
     fn transform(&self, space: &CameraSpace, position: Vector, range_scale: f64) -> Capsule {
-        let sphere = SphereDesc { radius: self.radius };
-        Capsule {
-            tube: Frustum::transform(space, (position, normalized(self.axis)), &self.profile(space), range_scale),
-            ends: [-1.0, 1.0].map(|sign| sphere.transform(space, self.end(space, position, sign), range_scale)),
-            eye_is_outside: self.contact(space, position, space.eye).side == Side::Outside,
-        }
+        let place = (position, normalized(self.axis));
+        let tube = Frustum::transform(space, place, &self.profile(space), range_scale);
+        let eye = self.contact(space, position, space.eye);
+        let close = eye.is_within(FAR_ABOVE_ROUNDING * (l1_norm(tube.center) + tube.profile.size()));
+        Capsule::new(tube, &eye, close)
     }
 }
 
@@ -92,16 +86,14 @@ impl Capsule {
         Contact::new(height, contact.local)
     }
 
-    /// A capsule that the eye is not close to.
-    #[cfg(test)]
-    pub(crate) fn new(center: Vector, axis: Vector, profile: Profile) -> Capsule {
-        let end = |sign: f64| Sphere::new(add(center, scale(axis, sign * profile.half)), profile.radius, None);
-        let eye = Capsule::contact([0.0; 3], center, axis, &profile);
-        Capsule {
-            tube: Frustum::new(center, axis, profile, None),
-            ends: [-1.0, 1.0].map(end),
-            eye_is_outside: eye.side == Side::Outside,
-        }
+    /// Make a capsule from its cylinder, and where the eye is relative to the capsule; perhaps it is `close`.
+    pub(crate) fn new(tube: Frustum, eye: &Contact, close: bool) -> Capsule {
+        let Profile { half, radius, .. } = tube.profile;
+        let end = |sign: f64| {
+            let contact = contact_of_end(&tube.profile, eye, sign);
+            Sphere::new(add(tube.center, scale(tube.axis, sign * half)), radius, close.then_some(&contact))
+        };
+        Capsule { ends: [-1.0, 1.0].map(end), eye_is_outside: eye.side == Side::Outside, tube }
     }
 
     fn bounding_sphere(&self) -> BoundingSphere {
@@ -141,17 +133,12 @@ impl Capsule {
         if height > 0.0 { Side::Outside } else { Side::Inside }
     }
 
-    /// Return where a point that is not inside is relative to the cylinder and the spheres, given where it is relative
-    /// to the capsule: inside none of them.
+    /// Return where a point is relative to the cylinder and the spheres, given where it is relative to the capsule.
     fn contacts(&self, contact: &Contact) -> [Contact; 3] {
-        let Profile { half, radius, .. } = self.tube.profile;
-        let [away, z, height] = contact.local;
-        let of_end = |sign: f64| {
-            let touches = contact.side == Side::On && sign * z > half;
-            let height = if touches { 0.0 } else { libm::hypot(away, z - sign * half) - radius };
-            Contact::new(height.max(0.0), contact.local)
-        };
-        [Contact::new(height.max(z.abs() - half).max(0.0), contact.local), of_end(-1.0), of_end(1.0)]
+        let profile = &self.tube.profile;
+        let [_, z, height] = contact.local;
+        let of_tube = Contact::new(height.max(z.abs() - profile.half), contact.local);
+        [of_tube, contact_of_end(profile, contact, -1.0), contact_of_end(profile, contact, 1.0)]
     }
 
     /// Darken the points from which a part hides the light.
@@ -180,6 +167,20 @@ impl Capsule {
         }
         inside
     }
+}
+
+/// Return where a point is relative to the sphere around an end, given where it is relative to the capsule: not inside
+/// the sphere if it is not inside the capsule.
+fn contact_of_end(profile: &Profile, contact: &Contact, sign: f64) -> Contact {
+    let Profile { half, radius, .. } = *profile;
+    let [away, z, _] = contact.local;
+    let height = libm::hypot(away, z - sign * half) - radius;
+    let height = match contact.side {
+        Side::On if sign * z > half => 0.0,
+        Side::Inside => height,
+        Side::On | Side::Outside => height.max(0.0),
+    };
+    Contact::new(height, contact.local)
 }
 
 impl Primitive for Capsule {

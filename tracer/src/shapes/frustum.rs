@@ -143,7 +143,7 @@ impl Profile {
     }
 
     /// Half the height, and a radius for each of the other axes.
-    fn size(&self) -> f64 {
+    pub(crate) fn size(&self) -> f64 {
         self.half + 2.0 * self.radius
     }
 }

@@ -136,7 +136,7 @@ proptest! {
 #[test]
 fn the_faces_are_the_side_and_the_discs() {
     let seen = |center: Vector| {
-        let hits = intersect(&upright(1.0, 2.0, center), straight(1e-4));
+        let hits = intersect(&upright(1.0, 2.0, center), straight(1e-9));
         assert!(hits.face.iter().all(|&face| face == hits.face[0]));
         (hits.face[0] - FACE, hits.t[0])
     };
@@ -145,7 +145,7 @@ fn the_faces_are_the_side_and_the_discs() {
     let along = |sign: f64| {
         let shape =
             OracleShape::Frustum { center: [0.0, 0.0, 5.0], axis: [0.0, 0.0, sign], radii: [1.0, 2.0], half: 1.0 };
-        let hits = intersect(&shape, straight(1e-4));
+        let hits = intersect(&shape, straight(1e-9));
         assert!(hits.face.iter().all(|&face| face == hits.face[0]));
         assert!(hits.t.iter().all(|&t| t == 4.0));
         hits.face[0] - FACE
@@ -161,9 +161,9 @@ fn of_a_double_cone_only_the_half_with_the_discs_is_seen() {
     // The eye is above the tip, inside the other half, and looks down.
     let below =
         OracleShape::Frustum { center: [0.0, 0.0, 4.0], axis: [0.0, 0.0, -1.0], radii: [1.0, 0.0], half: 1.0 };
-    let hits = intersect(&below, straight(1e-4));
+    let hits = intersect(&below, straight(1e-9));
     assert!(hits.face.iter().all(|&face| face == FACE + SIDE));
-    assert!(hits.t.iter().all(|&t| (t - 3.0).abs() < 5e-3), "{:?}", hits.t);
+    assert!(hits.t.iter().all(|&t| (t - 3.0).abs() < 1e-6), "{:?}", hits.t);
 }
 
 #[test]
