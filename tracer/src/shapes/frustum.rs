@@ -385,7 +385,7 @@ impl Frustum {
         let end = (end / self.profile.radius) as f32;
         let points = shadow.points;
         for lane in 0..points.padded() {
-            let x = lines.across_point(points.offset.each_ref().map(|axis| axis[lane]));
+            let x = lines.across_point(points.offset_of(lane));
             let d = lines.discriminant(x);
             let Coefficients { abc, w, .. } = lines.coefficients(x);
             let (enter, leave) = span(abc, w[2], d.sqrt());
@@ -419,7 +419,7 @@ impl Frustum {
         let (per, rounding) = (per as f32, (rounding * per) as f32);
         let points = shadow.points;
         for lane in 0..points.padded() {
-            let x = lines.across_point(points.offset.each_ref().map(|axis| axis[lane]));
+            let x = lines.across_point(points.offset_of(lane));
             let d = lines.discriminant(x);
             let Coefficients { abc: [a, b, c], w, o } = lines.coefficients(x);
             let slack = points.slack(lane) * per + rounding;
@@ -609,13 +609,16 @@ impl Lines {
     /// (cos(alpha) delta_e, cos(alpha) delta_f, delta_a) of a ray of a tile.
     #[inline(always)]
     pub(crate) fn across(&self, dx: f32, dy: f32) -> [f32; 3] {
-        self.frame.map(|axis| axis[0] * dx + axis[1] * dy)
+        // Written out, here and below: a closure that is not inlined stops the loop from vectorizing.
+        let [e, f, a] = &self.frame;
+        [e[0] * dx + e[1] * dy, f[0] * dx + f[1] * dy, a[0] * dx + a[1] * dy]
     }
 
     /// The same of a point.
     #[inline(always)]
     fn across_point(&self, p: [f32; 3]) -> [f32; 3] {
-        self.frame.map(|axis| axis[0] * p[0] + axis[1] * p[1] + axis[2] * p[2])
+        let [e, f, a] = &self.frame;
+        [product(e, p), product(f, p), product(a, p)]
     }
 
     #[inline(always)]
@@ -650,12 +653,15 @@ impl Lines {
     #[inline(always)]
     pub(crate) fn coefficients(&self, x: [f32; 3]) -> Coefficients {
         let x = [x[0], x[1], self.sine * x[2]];
-        let w: [f32; 3] = std::array::from_fn(|i| self.direction[i] + self.turn * x[i]);
-        let shifted = x.map(|x| self.shift * x);
-        let o: [f32; 3] = std::array::from_fn(|i| self.origin[i] + shifted[i]);
-        let sum: [f32; 3] = std::array::from_fn(|i| self.origin[i] + o[i]);
-        let product = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] - a[2] * b[2];
-        Coefficients { abc: [product(w, w), -product(o, w), self.power + product(sum, shifted)], w, o }
+        let (v, p) = (&self.direction, &self.origin);
+        let w = [v[0] + self.turn * x[0], v[1] + self.turn * x[1], v[2] + self.turn * x[2]];
+        let shifted = [self.shift * x[0], self.shift * x[1], self.shift * x[2]];
+        let o = [p[0] + shifted[0], p[1] + shifted[1], p[2] + shifted[2]];
+        let sum = [p[0] + o[0], p[1] + o[1], p[2] + o[2]];
+        let a = w[0] * w[0] + w[1] * w[1] - w[2] * w[2];
+        let b = o[2] * w[2] - o[0] * w[0] - o[1] * w[1];
+        let change = sum[0] * shifted[0] + sum[1] * shifted[1] - sum[2] * shifted[2];
+        Coefficients { abc: [a, b, self.power + change], w, o }
     }
 
     /// The height above the middle where the line's parameter is tau.
@@ -678,6 +684,12 @@ impl Lines {
     }
 }
 
+/// Scalar product.
+#[inline(always)]
+fn product(a: &[f32; 3], b: [f32; 3]) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
 /// <X, Y>
 #[inline(always)]
 fn minkowski(x: Vector, y: Vector) -> f64 {
@@ -692,7 +704,7 @@ pub(crate) fn span<T>([a, b, c]: [T; 3], w_3: T, root: T) -> (T, T)
 where
     T: Copy + PartialOrd + From<f32> + Add<Output = T> + Sub<Output = T> + Div<Output = T>,
 {
-    let [zero, infinity] = [0.0, f32::INFINITY].map(T::from);
+    let (zero, infinity) = (T::from(0.0), T::from(f32::INFINITY));
     let ahead = b >= zero;
     let q = if ahead { b + root } else { b - root };
     let one = if c == zero { zero } else { c / q };
