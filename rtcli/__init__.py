@@ -37,6 +37,7 @@ if TYPE_CHECKING:
         RenderSettings,
         Scene,
         Sphere,
+        SunLight,
     )
     from rtcli.tracer._native import __version__
 
@@ -58,6 +59,7 @@ __all__ = [
     "Scene",
     "SceneError",
     "Sphere",
+    "SunLight",
     "__version__",
     "load_scene",
     "parse_scene",

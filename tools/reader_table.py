@@ -28,7 +28,7 @@ use crate::schema::{Field, Kind, Mapping, Value};
 # The definition of a color in the schema, and what its values are.
 _COLORS = ("Albedo", "LightColor")
 # Keys of the cameras that the reader takes.
-_CAMERA_KEYS = ("resolution", "fov", "position", "look_at", "up")
+_CAMERA_KEYS = ("resolution", "fov", "projection", "height", "position", "look_at", "up")
 # Keys of shapes and lights that are packed in the same way for all kinds.
 _NO_PARAMETERS = ("type", "name", "light", "checker", "color")
 # The constants of the definitions that keys refer to.
@@ -45,23 +45,25 @@ def reader_table() -> str:
     """Return the text of `tracer/reader/src/table.rs`."""
     schema = scene_schema()
     definitions = schema["$defs"]
-    shapes = {name: definitions[shape.__name__] for name, shape in model.SHAPES.items()}
+    shapes, lights = (
+        {name: definitions[kind.__name__] for name, kind in kinds.items()}
+        for kinds in (model.SHAPES, model.LIGHTS)
+    )
     mappings = {
-        "CAMERA": _by_fov(definitions["Camera"]),
+        "CAMERA": _without_matrices(definitions["Camera"]),
         "RENDER": definitions["RenderSettings"],
         "IMAGE": definitions["ImageSettings"],
-        "LIGHT": definitions["PointLight"],
+        "LIGHT": _union(lights, model.USUAL_LIGHT),
         "CARRIED_LIGHT": definitions["CarriedLight"],
         "CHECKER": definitions["Checker"],
-        "OBJECT": _union(shapes),
+        "OBJECT": _union(shapes, None),
         "SCENE": schema,
     }
     writer = _Writer(definitions)
     parts = [_HEAD, _limits()]
     parts += [writer.mapping(name, definition) for name, definition in mappings.items()]
     parts += [writer.kinds("SHAPES", shapes, mappings["OBJECT"], model.SHAPES), _colors()]
-    lights = {model.PointLight.kind: definitions["PointLight"]}
-    parts += [writer.kinds("LIGHTS", lights, mappings["LIGHT"], {model.PointLight.kind: model.PointLight})]
+    parts += [writer.kinds("LIGHTS", lights, mappings["LIGHT"], model.LIGHTS)]
     return "\n".join(parts)
 
 
@@ -73,20 +75,19 @@ def _limits() -> str:
     )
 
 
-def _by_fov(camera: Definition) -> Definition:
-    """Return the definition of a camera by `fov` and `position`; the reader leaves all others to the models."""
-    properties = {key: camera["properties"][key] for key in _CAMERA_KEYS}
-    return {"properties": properties, "required": ["resolution", "fov"]}
+def _without_matrices(camera: Definition) -> Definition:
+    """Return the definition of a camera by `fov` or `height`; the reader leaves all others to the models."""
+    return {**camera, "properties": {key: camera["properties"][key] for key in _CAMERA_KEYS}}
 
 
-def _union(shapes: dict[str, Definition]) -> Definition:
-    """Return a definition with the keys of all shapes; `type` is the choice of one.
+def _union(kinds: dict[str, Definition], usual: str | None) -> Definition:
+    """Return a definition with the keys of all kinds; `type` is the choice of one, by default the usual one.
 
-    Where a key may be 0 for some shapes only, it may not be here: the reader leaves that 0 to the long way.
+    Where a key may be 0 for some kinds only, it may not be here: the reader leaves that 0 to the long way.
     """
-    properties: Definition = {"type": {"enum": list(shapes)}}
-    for name, shape in shapes.items():
-        for key, field in shape["properties"].items():
+    properties: Definition = {"type": {"enum": list(kinds), "default": usual}}
+    for name, kind in kinds.items():
+        for key, field in kind["properties"].items():
             plain = _plain(field)
             before = properties.setdefault(key, plain)
             if key == "type" or plain == before:
@@ -138,7 +139,7 @@ class _Writer:
         lines = [
             f"    Kind {{ name: {_text(kind)}, allowed: {_bits(union, definition['properties'])}, "
             f"required: {_bits(union, definition['required'])}, "
-            f"parameters: &{_parameters(models[kind], slots)} }},\n"
+            f"parameters: &{_parameters(models[kind], slots)}, strength: {_strength(models[kind], slots)} }},\n"
             for kind, definition in kinds.items()
         ]
         return f"pub static {name}: &[Kind] = &[\n{''.join(lines)}];\n"
@@ -236,9 +237,19 @@ def _bounds(field: Definition) -> str:
 
 def _parameters(kind: type[BaseModel], slots: dict[str, int]) -> list[int]:
     """Return the slots of the numbers that the tracers take of a shape or light, found by distinct values."""
+    return [int(value) for value in _of_slots(kind, slots).parameters]
+
+
+def _strength(kind: type[BaseModel], slots: dict[str, int]) -> str:
+    """Return the slot of the number that the color of a light is multiplied by; None of a shape."""
+    strength = getattr(_of_slots(kind, slots), "strength", None)
+    return "None" if strength is None else f"Some({int(strength)})"
+
+
+def _of_slots(kind: type[BaseModel], slots: dict[str, int]) -> Any:
+    """Return a shape or light whose numbers are their slots."""
     own = {key: slot for key, slot in slots.items() if key in kind.model_fields and key not in _NO_PARAMETERS}
-    made: Any = kind.model_construct(**{key: _filled(kind, key, slot) for key, slot in own.items()})
-    return [int(value) for value in made.parameters]
+    return kind.model_construct(**{key: _filled(kind, key, slot) for key, slot in own.items()})
 
 
 def _filled(kind: type[BaseModel], key: str, slot: int) -> Any:

@@ -6,11 +6,17 @@ from collections.abc import Sequence
 from typing import Any
 
 import click
-
-from rtcli.cli.options.types import environment_variable
+from click.core import ParameterSource
 
 # The heading of the options that have no other.
 _HEADING = "Options"
+
+
+def environment_variable(ctx: click.Context | None, name: str) -> str | None:
+    """Return the environment variable that an option takes its value from, or None if it takes it elsewhere."""
+    if ctx is None or ctx.get_parameter_source(name) is not ParameterSource.ENVIRONMENT:
+        return None
+    return f"{ctx.auto_envvar_prefix}_{name.upper()}"
 
 
 class Option(click.Option):

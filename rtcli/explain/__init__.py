@@ -155,32 +155,51 @@ class _Pixel:
         frame = camera.frame
         x, y = camera.on_image_plane(self.window, within)
         equations, numbers, note = self._lens(within)
+        plane, start, starts = "image plane, at distance 1", "the eye", "at the eye"
+        if frame.is_orthographic:
+            plane, start, starts = "plane through the position", "where the ray starts", "on that plane"
         return Step(
             "The primary ray",
             "2.1.2 to 2.1.5",
-            (*equations, "d = (x r + y u + f) / |x r + y u + f|"),
+            equations,
             (
                 Number("p", self.pixel, "the pixel's column and row, counted from 0"),
                 Number("a", within, "the sample's position in the pixel, 0..1"),
                 *numbers,
-                Number("xy", (float(x[0]), float(y[0])), "x and y on the image plane, at distance 1"),
+                Number("xy", (float(x[0]), float(y[0])), f"x and y on the {plane}"),
                 Number("r", frame.right, "the camera's right"),
                 Number("u", frame.up, "the camera's up"),
                 Number("f", frame.forward, "the camera's viewing direction"),
-                Number("o", triple(ray.offset), "the eye"),
+                Number("o", triple(ray.at(np.zeros(1))), start),
                 Number("d", triple(ray.direction), "the direction, a unit vector"),
             ),
-            "The ray is o + t d. It starts at the eye, and t is the distance along it.",
+            f"The ray is o + t d. It starts {starts}, and t is the distance along it.",
             note=note,
         )
 
     def _lens(self, within: tuple[float, float]) -> tuple[tuple[str, ...], tuple[Number, ...], str]:
         """Return the equations from the pixel to the image plane, their numbers, and a note."""
-        frame, (px, py) = self.tracer.scenery.camera.frame, self.pixel
+        frame = self.tracer.scenery.camera.frame
+        across = self._across(within)
+        if frame.is_orthographic:
+            return (
+                (
+                    "s_x = (px + a_x) / W      x = (2 s_x - 1) (W / H) height / 2",
+                    "s_y = (py + a_y) / H      y = (1 - 2 s_y) height / 2",
+                    "o = position + x r + y u      d = f",
+                ),
+                (
+                    *across,
+                    Number("height", 2 * frame.half_height, "from the bottom to the top of the picture"),
+                    Number("camera", frame.position, "the camera's position"),
+                ),
+                "Beyond the document: all rays are parallel to the view.",
+            )
+        direction = "d = (x r + y u + f) / |x r + y u + f|"
         if frame.fov is None:
             center_x, center_y = frame.principal_point
             return (
-                ("x = (px + a_x - 1/2 - c_x) / f_x", "y = (c_y + 1/2 - py - a_y) / f_y"),
+                ("x = (px + a_x - 1/2 - c_x) / f_x", "y = (c_y + 1/2 - py - a_y) / f_y", direction),
                 (
                     Number("focal", frame.focal_lengths, "the focal lengths in pixels"),
                     Number("c", (center_x - 0.5, center_y - 0.5), "the principal point, 0 at the first center"),
@@ -191,15 +210,17 @@ class _Pixel:
             (
                 "s_x = (px + a_x) / W      x = (2 s_x - 1) (W / H) tan(fov / 2)",
                 "s_y = (py + a_y) / H      y = (1 - 2 s_y) tan(fov / 2)",
+                direction,
             ),
-            (
-                Number("size", (frame.width, frame.height), "the picture's width and height"),
-                Number(
-                    "s",
-                    ((px + within[0]) / frame.width, (py + within[1]) / frame.height),
-                    "the sample's position in the picture, 0..1",
-                ),
-                Number("fov", frame.fov, "degrees, vertical"),
-            ),
+            (*across, Number("fov", frame.fov, "degrees, vertical")),
             "Corrected: the document maps to -1..1 twice, so fov is the vertical field of view.",
+        )
+
+    def _across(self, within: tuple[float, float]) -> tuple[Number, ...]:
+        """Return the size of the picture, and the sample's position in it."""
+        frame, (px, py) = self.tracer.scenery.camera.frame, self.pixel
+        position = (px + within[0]) / frame.width, (py + within[1]) / frame.height
+        return (
+            Number("size", (frame.width, frame.height), "the picture's width and height"),
+            Number("s", position, "the sample's position in the picture, 0..1"),
         )

@@ -22,7 +22,9 @@ _AROUND = [(x, y) for x in (-_BESIDE, 0.0, _BESIDE) for y in (-_BESIDE, 0.0, _BE
 def rays_through(camera: SimpleCamera, window: Window, offsets: Iterable[tuple[float, float]]) -> Ray:
     """Return the rays at some offsets from a pixel's left and top edge."""
     rays = [camera.generate_primary_rays(window, offset) for offset in offsets]
-    return Ray(rays[0].offset, np.hstack([ray.direction for ray in rays]))
+    beside = [ray.beside for ray in rays if ray.beside is not None]
+    directions = np.hstack([ray.direction for ray in rays])
+    return Ray(rays[0].offset, directions, np.hstack(beside) if beside else None)
 
 
 class PixelSamples:

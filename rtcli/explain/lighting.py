@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -15,12 +17,14 @@ from rtcli.explain.records import (
     SHINING,
     SURFACE,
     TURNED_AWAY,
+    HiddenPlaces,
     HitStep,
     LightShare,
     LightsStep,
     Number,
     ObjectName,
     Occlusion,
+    Places,
     Step,
 )
 from rtcli.explain.shapes import SHAPES
@@ -32,16 +36,19 @@ from rtcli.tracer.reference import (
     Hit,
     LightSource,
     PathToLight,
+    PointLight,
     Ray,
     Scenery,
+    SunLight,
+    distance_to_eye,
     irradiance_of,
-    length,
     path_to_light,
     seen_directly,
 )
 from rtcli.tracer.world import NO_CARRIER, World
 
 _ARRIVING = "L_i = intensity * color / (4 pi r^2)"
+_OF_A_SUN = "L_i = irradiance * color"
 
 
 @dataclass(frozen=True)
@@ -70,7 +77,7 @@ class SurfacePoint:
         return int(self.hit.index[0])
 
     @property
-    def source(self) -> LightSource | None:
+    def source(self) -> PointLight | None:
         """The light that the object carries, if any."""
         return self.scenery.objects[self.index].source_object if self.index != NOTHING else None
 
@@ -97,7 +104,8 @@ def hit_step(point: SurfacePoint) -> HitStep:
         return HitStep("The nearest hit", "3.4", (), (), outcome, kind=BACKGROUND, object=None)
     name, shape = point.names[point.index], point.scenery.objects[point.index]
     notes = SHAPES[name.type]
-    seen = f"The eye sees {name.label} {notes.sides[shape.side(point.ray.offset)]}."
+    side = int(point.scenery.seen_sides(point.ray, point.hit)[0])
+    seen = f"The eye sees {name.label} {notes.sides[side]}."
     equations, square = _square(point, notes.on_face)
     return HitStep(
         "The nearest hit",
@@ -147,8 +155,7 @@ def lights_step(point: SurfacePoint) -> LightsStep:
         "Each light at the point",
         "2.3, 3.4",
         (
-            "r = |light - P|      l = (light - P) / r",
-            f"{_ARRIVING}      cos(theta) = n . l",
+            *_equations(point),
             "share = rho / pi * L_i * cos(theta), 0 where the light does not reach",
         ),
         (),
@@ -157,6 +164,20 @@ def lights_step(point: SurfacePoint) -> LightsStep:
         "the one that carries the light can block it.",
         lights=shares,
     )
+
+
+def _equations(point: SurfacePoint) -> Iterator[str]:
+    """Yield the equations of the kinds of lights that the scene has."""
+    kinds = {type(source) for source in point.scenery.light_sources}
+    if PointLight in kinds:
+        yield "r = |light - P|      l = (light - P) / r"
+        yield f"{_ARRIVING}      cos(theta) = n . l"
+    if SunLight in kinds:
+        yield "sun (2.3.4)      l = -direction / |direction|"
+        yield f"                 {_OF_A_SUN}      cos(theta) = n . l"
+    if any(source.size for source in point.scenery.light_sources):
+        yield "size (2.3.5)     over its places, g = cos(theta) / r^2 (sun: cos(theta)), v = 0 if hidden:"
+        yield "                 L_i * cos(theta) * sum(g v) / sum(g), all of it above the horizon; else the mean"
 
 
 def _no_lights(point: SurfacePoint) -> str:
@@ -170,36 +191,108 @@ def _no_lights(point: SurfacePoint) -> str:
 def _share(point: SurfacePoint, i: int) -> LightShare:
     scenery, source = point.scenery, point.scenery.light_sources[i]
     way = path_to_light(source, point.ray, point.hit)
+    if scenery.places_of(source):
+        return _emitter_share(point, i, way)
     cosine = float(way.cosine[0])
-    same_side = bool(scenery.same_side(source, point.ray)[point.index])
+    same_side = bool(scenery.same_side(source, point.ray, point.hit)[0])
     faces = cosine > 0
     blockers = _occlusions(point, source, way) if faces and same_side else ()
     surface = SHAPES[point.names[point.index].type].surface
-    verdict, outcome = _verdict(faces, same_side, blockers, surface)
+    start = "light" if isinstance(source, PointLight) else "point"
+    verdict, outcome = _verdict(faces, same_side, blockers, (surface, start))
     irradiance = irradiance_of(source, way, np.flatnonzero([verdict == LIT]))
-    carrier = point.world.lights.carrier[i]
-    name = None if carrier == NO_CARRIER else point.names[carrier]
     return LightShare(
-        label=f"lights[{i}]" if name is None else name.label,
-        body=name,
+        **_identity(point, i),
         verdict=verdict,
         faces=faces,
         same_side=same_side,
         blockers=blockers,
         radiance=triple(scenery.reflected(irradiance, point.hit)),
-        numbers=(
-            Number("position", triple(source.position), "the light's position"),
-            Number("r", float(way.distance[0]), "its distance"),
-            Number("l", triple(way.wi), "the direction to it"),
-            Number("L_i", triple(source.light_at(way.distance).rgb), "the light that arrives there"),
-            Number("cos_theta", cosine),
-        ),
+        numbers=_numbers(source, way),
         outcome=outcome,
     )
 
 
-def _verdict(faces: bool, same_side: bool, blockers: Sequence[Occlusion], surface: str) -> tuple[str, str]:
-    """Return the verdict on a light, and the same in words."""
+def _identity(point: SurfacePoint, i: int) -> dict[str, Any]:
+    """Return the label of a light, and the object that carries it."""
+    carrier = point.world.lights.carrier[i]
+    name = None if carrier == NO_CARRIER else point.names[carrier]
+    return {"label": f"lights[{i}]" if name is None else name.label, "body": name}
+
+
+def _numbers(source: LightSource, way: PathToLight) -> tuple[Number, ...]:
+    return (
+        *_place(source, way),
+        Number("l", triple(way.wi), "the direction to it"),
+        Number("L_i", triple(source.light_at(way.distance).rgb), "the light that arrives there"),
+        Number("cos_theta", float(way.cosine[0])),
+    )
+
+
+def _emitter_share(point: SurfacePoint, i: int, middle: PathToLight) -> LightShare:
+    """Return the share of a light with a size: the sum over its places."""
+    scenery, source = point.scenery, point.scenery.light_sources[i]
+    places = scenery.places_of(source)
+    unhidden, reached = np.zeros(1), np.zeros(1)
+    facing, beyond, reaching, hidden = 0, 0, 0, Counter[ObjectName]()
+    for place in places:
+        way = path_to_light(place, point.ray, point.hit)
+        if not way.cosine[0] > 0:
+            continue
+        facing += 1
+        unhidden += place.weight(way)
+        if not scenery.same_side(place, point.ray, point.hit)[0]:
+            beyond += 1
+        elif blockers := _occlusions(point, place, way):
+            hidden[blockers[0].object] += 1
+        else:
+            reaching += 1
+            reached += place.weight(way)
+    seen = Places(len(places), facing, reaching, tuple(HiddenPlaces(*item) for item in hidden.most_common()))
+    irradiance = scenery.soft_irradiance(source, middle, (unhidden, reached))
+    verdict = LIT if reaching else TURNED_AWAY if not facing else OTHER_SIDE if beyond == facing else BLOCKED
+    return LightShare(
+        **_identity(point, i),
+        verdict=verdict,
+        faces=facing > 0,
+        same_side=beyond < facing or not facing,
+        blockers=(),
+        radiance=triple(scenery.reflected(irradiance, point.hit)),
+        numbers=(
+            *_numbers(source, middle),
+            Number("sum_g", float(unhidden[0]), "over all places above the horizon"),
+            Number("sum_g_v", float(reached[0]), "over those that are not hidden"),
+        ),
+        outcome=_outcome_of_places(seen, beyond),
+        places=seen,
+    )
+
+
+def _outcome_of_places(places: Places, beyond: int) -> str:
+    reach = "reaches" if places.reaching == 1 else "reach"
+    parts = [f"{places.reaching:,} of its {places.count:,} places {reach} the point"]
+    others = [(item.count, f"hidden by {item.object.label}") for item in places.hidden]
+    others.append((beyond, "on the opposite side of the surface from the eye"))
+    others.append((places.count - places.facing, "below the surface's horizon"))
+    parts += [f"{count:,} {'is' if count == 1 else 'are'} {words}" for count, words in others if count]
+    return listed(parts)
+
+
+def _place(source: LightSource, way: PathToLight) -> tuple[Number, ...]:
+    """Return where a light is; a sun is only in a direction."""
+    if not isinstance(source, PointLight):
+        return ()
+    return (
+        Number("position", triple(source.position), "the light's position"),
+        Number("r", float(way.distance[0]), "its distance"),
+    )
+
+
+def _verdict(
+    faces: bool, same_side: bool, blockers: Sequence[Occlusion], words: tuple[str, str]
+) -> tuple[str, str]:
+    """Return the verdict on a light, and the same in words: those for the surface and the start of distances."""
+    surface, start = words
     if not same_side:
         return OTHER_SIDE, f"on the opposite side of the {surface} from the eye"
     if not faces:
@@ -207,7 +300,7 @@ def _verdict(faces: bool, same_side: bool, blockers: Sequence[Occlusion], surfac
     if not blockers:
         return LIT, "nothing blocks it, so it reaches the point"
     between = listed([f"{item.object.label} at distance {number(item.distance)}" for item in blockers])
-    return BLOCKED, f"blocked by {between} from the light"
+    return BLOCKED, f"blocked by {between} from the {start}"
 
 
 def _occlusions(point: SurfacePoint, source: LightSource, way: PathToLight) -> tuple[Occlusion, ...]:
@@ -239,7 +332,7 @@ def radiance_step(point: SurfacePoint, radiance: Array, shares: Sequence[LightSh
         outcome = "The scene's background."
         return Step("The radiance", "3.4", ("radiance = background",), (total,), outcome)
     if point.source is not None:
-        r = float(length(point.source.position - point.ray.offset)[0])
+        r = float(distance_to_eye(point.source, point.ray)[0])
         seen = Number("L_i", triple(seen_directly(point.source, point.ray)), "the light that arrives at the eye")
         return Step(
             "The radiance",

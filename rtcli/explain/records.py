@@ -153,10 +153,41 @@ class HitStep(Step):
 
 @dataclass(frozen=True)
 class Occlusion:
-    """An object between a light and a surface point, and its distance from the light."""
+    """An object between a light and a surface point, and its distance from the light; of a sun, from the point."""
 
     object: ObjectName
     distance: float
+
+
+@dataclass(frozen=True)
+class HiddenPlaces:
+    """An object that hides places of an emitter from a surface point, and their number."""
+
+    object: ObjectName
+    count: int
+
+
+@dataclass(frozen=True)
+class Places:
+    """The places of a light that has a size, seen from a surface point.
+
+    Parameters
+    ----------
+    count
+        The number of places.
+    facing
+        How many of them are above the surface's tangent plane.
+    reaching
+        How many of those are not hidden.
+    hidden
+        The objects that hide the others, those that hide the most first. A place behind several counts for the one
+        nearest to it.
+    """
+
+    count: int
+    facing: int
+    reaching: int
+    hidden: tuple[HiddenPlaces, ...]
 
 
 @dataclass(frozen=True)
@@ -184,6 +215,9 @@ class LightShare:
         Its position, direction, distance, cosine and arriving light.
     outcome
         The verdict as a sentence.
+    places
+        The places of a light that has a size; then `faces` and `same_side` are about any of them, and there are no
+        `blockers`. None without a size.
     """
 
     label: str
@@ -195,6 +229,7 @@ class LightShare:
     radiance: Triple
     numbers: tuple[Number, ...]
     outcome: str
+    places: Places | None = None
 
 
 @dataclass(frozen=True)

@@ -78,9 +78,9 @@ def _missed(numbers: tuple[Number, ...], miss: Miss, **words: str) -> RayTerms:
     return RayTerms(numbers, miss.code, miss.for_one.format(**words))
 
 
-def _beyond_or_behind(numbers: tuple[Number, ...], ends: tuple[float, ...], names: str) -> RayTerms:
+def _beyond_or_behind(numbers: tuple[Number, ...], ray: Ray, ends: tuple[float, ...], names: str) -> RayTerms:
     """Return the terms of a ray whose line meets the shape at these parameters."""
-    return _missed(numbers, _BEHIND if all(t <= 0 for t in ends) else _OUT_OF_RANGE, names=names)
+    return _missed(numbers, _BEHIND if all(t <= ray.start for t in ends) else _OUT_OF_RANGE, names=names)
 
 
 # --- Sphere ------------------------------------------------------------------------------------------------
@@ -95,7 +95,7 @@ def _intersect_sphere(shape: Sphere, ray: Ray) -> RayTerms:
     common = (Number("b", b), Number("g_length", distance), Number("R", shape.radius), Number("D", discriminant))
     if discriminant < 0:
         return _missed(common, _PASSED_BY)
-    return _beyond_or_behind((*common, Number("t_1", t_1), Number("t_2", t_2)), (t_1, t_2), "t_1 and t_2")
+    return _beyond_or_behind((*common, Number("t_1", t_1), Number("t_2", t_2)), ray, (t_1, t_2), "t_1 and t_2")
 
 
 _SPHERE = ShapeNotes(
@@ -122,7 +122,7 @@ def _intersect_plane(shape: Plane, ray: Ray) -> RayTerms:
     cosine = Number("d_n", along, "cosine of the angle to the normal")
     if abs(along) < PARALLEL:
         return _missed((cosine,), _PARALLEL)
-    return _beyond_or_behind((cosine, Number("t", t)), (t,), "t")
+    return _beyond_or_behind((cosine, Number("t", t)), ray, (t,), "t")
 
 
 _PLANE = ShapeNotes(
@@ -168,7 +168,7 @@ def _intersect_box(shape: Box, ray: Ray) -> RayTerms:
         miss, entered, left = _ALONG_SLAB if math.isinf(enter) else _OUTSIDE_SLABS, near.argmax(), far.argmin()
         words = {"entered": "xyz"[entered], "left": "xyz"[left], "enter": number(enter), "leave": number(leave)}
         return _missed(numbers, miss, **words)
-    return _beyond_or_behind(numbers, (enter, leave), "entry and exit")
+    return _beyond_or_behind(numbers, ray, (enter, leave), "entry and exit")
 
 
 _BOX = ShapeNotes(

@@ -47,7 +47,8 @@ def _hint(code: str) -> str:
     """Return a question that suggests the warning with a similar code or name, or nothing."""
     warnings = [rule for rule in rules.RULES if rule.severity == WARNING]
     by_text = {text: rule for rule in warnings for text in (rule.code.lower(), rule.name)}
-    close = nearest(code, by_text)
+    padded = code[:1].lower() + code[1:].zfill(3)  # W3 is W003 rather than W013
+    close = padded if padded in by_text else nearest(code, by_text)
     return f": did you mean {by_text[close].code}?" if close else ""
 
 

@@ -123,14 +123,15 @@ class Probe:
 def _pixels_around(camera: CameraFrame, point: Vector) -> Window | None:
     """Return the pixel that shows a point and its neighbours, or None for a point out of view.
 
-    u = f_x x / z + p_x,  v = p_y - f_y y / z (document, section 2.1)
+    u = f_x x / z + p_x,  v = p_y - f_y y / z (document, section 2.1), with 1 for z if rays are parallel
     """
     to_point = direction(camera.position, point)
     x, y, z = (dot(axis, to_point) for axis in (camera.right, camera.up, camera.forward))
     if not z > 0:
         return None
     (focal_x, focal_y), (principal_x, principal_y) = camera.focal_lengths, camera.principal_point
-    u, v = principal_x + focal_x * x / z, principal_y - focal_y * y / z
+    scale = 1.0 if camera.is_orthographic else z
+    u, v = principal_x + focal_x * x / scale, principal_y - focal_y * y / scale
     if not (0 <= u < camera.width and 0 <= v < camera.height):
         return None
     left, top = max(0, int(u) - 1), max(0, int(v) - 1)

@@ -14,20 +14,22 @@ from itertools import chain
 from typing import NamedTuple
 
 from rtcli.lint.enclosures import Enclosures
-from rtcli.lint.shapes import Ball, Solid, shape_of
+from rtcli.lint.shapes import Ball, InfinitePlane, Solid, shape_of
 from rtcli.lint.view import BEHIND, BESIDE, View
 from rtcli.rendering.pack import camera_frame
 from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import quoted
 from rtcli.scene.diagnostics.rules import Rule
-from rtcli.scene.model import CarriedLight, Scene
+from rtcli.scene.model import CarriedLight, Scene, SunLight
 from rtcli.scene.reading.source import HEAD, VALUE, Loc
-from rtcli.scene.vectors import Vector, dot
+from rtcli.scene.vectors import Vector, direction, dot, moved, scaled, unit
 
 # A surface counts as burnt out if it is this many times as bright as white.
 BURNT = 50.0
 # The limit of distances between lights and objects that one rule computes: at most a second of work.
 _MAX_DISTANCES = 200_000
+# A sun whose direction makes a smaller angle with a plane, as a sine, is parallel to it (document, section 2.2.2).
+_PARALLEL = 1e-6
 # The share of a room's size by which an object that stands in it may reach out.
 _REACH = 1e-6
 
@@ -63,22 +65,47 @@ class BurntSpot(NamedTuple):
 
 
 class _Light(NamedTuple):
-    """A light: its location in the file, its position, and the index of the object that carries it, if any."""
+    """A light.
+
+    Parameters
+    ----------
+    loc
+        Its location in the file.
+    light
+        The model.
+    position
+        Its position, None of a sun.
+    body
+        The index of the object that carries it, if any.
+    """
 
     loc: Loc
-    position: Vector
-    light: CarriedLight
-    body: int | None
+    light: CarriedLight | SunLight
+    position: Vector | None
+    body: int | None = None
+
+    @property
+    def radius(self) -> float:
+        """The radius; 0 of a sun."""
+        return 0.0 if isinstance(self.light, SunLight) else self.light.radius
 
     @property
     def strength(self) -> float:
-        """Intensity times the strongest component of the color."""
-        return self.light.intensity * max(self.light.color)
+        """Intensity, or a sun's irradiance, times the strongest component of the color."""
+        return self.light.strength * max(self.light.color)
 
 
 def lint(scene: SceneIndex) -> Iterator[LintWarning]:
     """Return the warnings that follow from the numbers of a scene, without a picture of it."""
-    return chain(_lights(scene), _camera(scene), _views(scene), _pairs(scene), _checkers(scene))
+    return chain(
+        _lights(scene),
+        _suns(scene),
+        _emitters(scene),
+        _camera(scene),
+        _views(scene),
+        _pairs(scene),
+        _checkers(scene),
+    )
 
 
 class SceneIndex:
@@ -106,11 +133,16 @@ class SceneIndex:
         self.render = scene.render
         self.objects = scene.objects
         self.eye = scene.camera.eye
+        self.is_orthographic = scene.camera.projection == "orthographic"
+        self.starts = {moved(self.eye, start) for start, _ in View(scene.camera, ()).corners}
         self.shapes = [shape_of(item) for item in scene.objects]
         self.solids = {i: solid for i, shape in enumerate(self.shapes) if (solid := shape.solid)}
-        self.lights = [_Light(("lights", i), light.position, light, None) for i, light in enumerate(scene.lights)]
+        self.lights = [
+            _Light(("lights", i), light, None if isinstance(light, SunLight) else light.position)
+            for i, light in enumerate(scene.lights)
+        ]
         self.lights += [
-            _Light(("objects", i, "light"), item.position, item.light, i)
+            _Light(("objects", i, "light"), item.light, item.position, i)
             for i, item in enumerate(scene.objects)
             if item.light is not None
         ]
@@ -120,6 +152,15 @@ class SceneIndex:
     def shining(self) -> list[_Light]:
         """The lights that shine."""
         return [light for light in self.lights if light.strength > 0]
+
+    @cached_property
+    def suns(self) -> list[tuple[_Light, Vector, float]]:
+        """The suns that shine, each with the unit vector toward it and the sine of half its angular diameter."""
+        return [
+            (light, scaled(unit(sun.direction), -1.0), math.sin(math.radians(sun.angle) / 2))
+            for light in self.shining
+            if isinstance(sun := light.light, SunLight)
+        ]
 
     @property
     def has_ambient(self) -> bool:
@@ -133,15 +174,32 @@ class SceneIndex:
 
     @cached_property
     def around_eye(self) -> set[int]:
-        """The indices of the solids that hold the camera, inside or on their surface."""
-        eye = self.eye
-        return {i for i, solid in self.solids.items() if solid.signed_distance(eye) <= solid.rounding(eye, eye)}
+        """The indices of the solids that hold the camera, inside or on their surface.
+
+        Of an orthographic camera, they hold all of the plane on which its rays start.
+        """
+        return {
+            i
+            for i, solid in self.solids.items()
+            if all(solid.signed_distance(eye) <= solid.rounding(eye, eye) for eye in self.starts)
+        }
 
     @cached_property
     def enclosures(self) -> Enclosures:
-        """The solids, to be found by what they enclose, without those around the eye."""
-        outside = {i: solid for i, solid in self.solids.items() if i not in self.around_eye}
-        return Enclosures(outside, self.eye)
+        """The solids, to be found by what they enclose, without those whose inside the camera sees."""
+        seen = self.cut if self.is_orthographic else self.around_eye
+        return Enclosures({i: solid for i, solid in self.solids.items() if i not in seen}, self.eye)
+
+    @property
+    def cut(self) -> set[int]:
+        """The indices of the solids that touch the plane on which the rays of an orthographic camera start."""
+        forward = unit(self.camera.view)
+        return {
+            i
+            for i, solid in self.solids.items()
+            if abs(dot(forward, direction(self.eye, solid.centre)))
+            <= solid.reach(forward) + solid.rounding(self.eye, self.eye)
+        }
 
     def named(self, index: int) -> str:
         """Return how messages name an object: by its index, and by its name if it has one."""
@@ -158,9 +216,12 @@ def _lights(scene: SceneIndex) -> Iterator[LintWarning]:
             rules.NO_LIGHT, ("lights",), "the scene has no light: only the background is visible", HEAD
         )
     for light in scene.lights:
+        if light.position is None:
+            continue
         # A carrier that reaches out of the solid is seen shining there.
         carrier = None if light.body is None else scene.solids.get(light.body)
-        inner = carrier or Ball.of(light.position, 0.0)
+        ball = Ball.of(light.position, light.radius)
+        inner = ball if carrier is None or light.radius > max(carrier.bounds) else carrier
         around = scene.enclosures.around(inner)
         if around is not None:
             message = (
@@ -171,12 +232,46 @@ def _lights(scene: SceneIndex) -> Iterator[LintWarning]:
         scene.left_out.add(rules.ENCLOSED_LIGHT)
 
 
+def _suns(scene: SceneIndex) -> Iterator[LintWarning]:
+    """Yield a warning for each sun whose light comes from behind a plane that the eye is before."""
+    planes = [(i, shape) for i, shape in enumerate(scene.shapes) if isinstance(shape, InfinitePlane)]
+    most = max(1, _MAX_DISTANCES // max(1, len(planes)))
+    for light, toward, size in scene.suns[:most]:
+        for index, plane in planes:
+            sine, height = dot(plane.normal, toward), plane.signed_distance(scene.eye)
+            if abs(sine) >= max(_PARALLEL, size) and sine * height < 0:
+                message = f"the sun shines from behind {scene.named(index)}, which blocks all its light"
+                yield LintWarning(rules.BLOCKED_SUN, (*light.loc, "direction"), message)
+                break
+    if len(scene.suns) > most:
+        scene.left_out.add(rules.BLOCKED_SUN)
+
+
+def _emitters(scene: SceneIndex) -> Iterator[LintWarning]:
+    """Yield a warning for each light whose ball cuts the surface of an object that does not carry it."""
+    emitters = [light for light in scene.lights if light.radius > 0]
+    most = max(1, _MAX_DISTANCES // max(1, len(scene.shapes)))
+    for light in emitters[:most]:
+        assert light.position is not None
+        for index, shape in enumerate(scene.shapes):
+            distance = abs(shape.signed_distance(light.position))
+            if index != light.body and distance < light.radius * (1 - _REACH):
+                message = (
+                    f"the light's radius of {light.radius:.3g} is larger than its distance of {distance:.3g} from "
+                    f"the surface of {scene.named(index)}"
+                )
+                yield LintWarning(rules.CUT_EMITTER, (*light.loc, "radius"), message)
+                break
+    if len(emitters) > most:
+        scene.left_out.add(rules.CUT_EMITTER)
+
+
 def _camera(scene: SceneIndex) -> Iterator[LintWarning]:
     most = max(1, _MAX_DISTANCES // (1 + len(scene.shining) + len(scene.objects)))
     around = sorted(scene.around_eye)
     for index in around[:most]:
         solid = scene.solids[index]
-        on_surface = solid.signed_distance(scene.eye) >= -solid.rounding(scene.eye, scene.eye)
+        on_surface = any(solid.signed_distance(eye) >= -solid.rounding(eye, eye) for eye in scene.starts)
         if not on_surface and not _is_room(scene, index, solid):
             message = f"the camera is inside {scene.named(index)}"
             yield LintWarning(rules.CAMERA_INSIDE, ("camera", "position"), message)
@@ -187,8 +282,10 @@ def _camera(scene: SceneIndex) -> Iterator[LintWarning]:
 def _is_room(scene: SceneIndex, index: int, room: Solid) -> bool:
     """Return whether a solid around the camera is meant to be: a light shines or an object stands inside."""
     for light in scene.shining:
-        inside = room.signed_distance(light.position) <= room.rounding(light.position, scene.eye)
-        if inside and light.body != index:
+        position = light.position
+        if position is None or light.body == index:
+            continue
+        if room.signed_distance(position) <= room.rounding(position, scene.eye):
             return True
     return any(other != index and _stands_in(solid, room) for other, solid in scene.solids.items())
 
@@ -203,7 +300,10 @@ def _stands_in(solid: Solid, room: Solid) -> bool:
 
 
 def _views(scene: SceneIndex) -> Iterator[LintWarning]:
-    view = View(scene.camera, [light.position for light in scene.shining] if scene.render.max_depth > 0 else [])
+    is_lit = scene.render.max_depth > 0
+    placed = [(light.position, light.radius) for light in scene.shining if light.position is not None]
+    suns = [(toward, size) for _, toward, size in scene.suns]
+    view = View(scene.camera, placed if is_lit else [], suns if is_lit else [])
     left = max(1, _MAX_DISTANCES // (1 + len(view.lights)))
     found = {
         BEHIND: (rules.BEHIND_CAMERA, "is entirely behind the camera"),
@@ -248,13 +348,14 @@ def _pairs(scene: SceneIndex) -> Iterator[LintWarning]:
 def _checkers(scene: SceneIndex) -> Iterator[LintWarning]:
     frame = camera_frame(scene.camera)
     pixel = 2 * frame.half_height * max(1.0, frame.pixel_aspect) / frame.height
-    # At a distance r, a length s spans at most s / r (1 + x^2 + y^2) on the image plane.
-    stretch = max(dot(corner, corner) for corner in View(scene.camera, ()).corners)
+    # At a distance r, a length s spans at most s / r (1 + x^2 + y^2) on the image plane, or s of parallel rays.
+    stretch = max(dot(way, way) for _, way in View(scene.camera, ()).corners)
     for index, item in enumerate(scene.objects):
         checker = getattr(item, "checker", None)
         if checker is None:
             continue
-        distance = math.dist(scene.eye, scene.shapes[index].nearest_point(scene.eye))
+        nearest = scene.shapes[index].nearest_point(scene.eye)
+        distance = 1.0 if frame.is_orthographic else math.dist(scene.eye, nearest)
         if checker.size * stretch < pixel * distance:
             message = "every square of the checker is smaller than a pixel"
             yield LintWarning(rules.FINE_CHECKER, ("objects", index, "checker", "size"), message)
@@ -272,27 +373,31 @@ def burnt_spots(scene: SceneIndex, exposure: float) -> Iterator[BurntSpot]:
         return
     most = max(1, _MAX_DISTANCES // max(1, len(scene.shapes)))
     for number, light in enumerate(scene.lights[:most]):
-        spot = _burnt_by(scene, number, light, exposure)
+        # A sun is nowhere close to a surface.
+        spot = None if light.position is None else _burnt_by(scene, number, (light, light.position), exposure)
         if spot is not None:
             yield spot
     if len(scene.lights) > most:
         scene.left_out.add(rules.BURNT_OUT)
 
 
-def _burnt_by(scene: SceneIndex, number: int, light: _Light, exposure: float) -> BurntSpot | None:
+def _burnt_by(scene: SceneIndex, number: int, placed: tuple[_Light, Vector], exposure: float) -> BurntSpot | None:
     """Return the point that a light burns out on the object that it makes the brightest, or None.
 
     radiance = albedo / pi * I / (4 pi h^2), h the distance to the surface (document, section 3.3).
     """
+    light, position = placed
     brightest, burning, distance = 0.0, -1, 0.0
     for index, (item, shape) in enumerate(zip(scene.objects, scene.shapes, strict=True)):
         if index in scene.carriers:  # it shines, and is not lit
             continue
-        h = shape.lit_distance(light.position, scene.eye)
+        h = shape.lit_distance(position, scene.eye)
+        if h > 0:  # a ball is no brighter, however close
+            h = max(h, light.radius)
         radiance = max(item.color) * light.strength / (4 * math.pi**2) / h / h if h > 0 else 0.0
         if radiance > brightest:
             brightest, burning, distance = radiance, index, h
-    exposed = brightest * 2.0 ** min(exposure, 1000) * _falloff(scene, light)
+    exposed = brightest * 2.0 ** min(exposure, 1000) * _falloff(scene, position)
     if exposed <= BURNT:
         return None
     message = (
@@ -300,11 +405,13 @@ def _burnt_by(scene: SceneIndex, number: int, light: _Light, exposure: float) ->
         "times as bright as white"
     )
     warning = LintWarning(rules.BURNT_OUT, light.loc, message, HEAD)
-    return BurntSpot(number, burning, scene.shapes[burning].nearest_point(light.position), warning)
+    return BurntSpot(number, burning, scene.shapes[burning].nearest_point(position), warning)
 
 
-def _falloff(scene: SceneIndex, light: _Light) -> float:
+def _falloff(scene: SceneIndex, position: Vector) -> float:
     if not scene.render.eye_falloff:
         return 1.0
-    distance = math.dist(scene.eye, light.position)
+    distance = math.dist(scene.eye, position)
+    if scene.is_orthographic:
+        distance = abs(dot(unit(scene.camera.view), direction(scene.eye, position)))
     return 1 / (4 * math.pi) / distance / distance if distance > 0 else 0.0

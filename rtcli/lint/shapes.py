@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from itertools import pairwise, product
 from typing import Any
 
-from rtcli.lint.view import BEHIND, BESIDE, View, moved
+from rtcli.lint.view import BEHIND, BESIDE, LightInView, View
 from rtcli.scene.model import Box, Capsule, Cone, Cylinder, Object
-from rtcli.scene.vectors import Vector, cross, direction, dot, scaled, unit
+from rtcli.scene.vectors import Vector, cross, direction, dot, moved, scaled, unit
 
 # A point closer to a surface than this share of the coordinates and sizes, a few ulps, counts
 # as on it. It is twice the tracer's share, because the tracer takes it of a smaller sum.
@@ -367,14 +367,19 @@ class InfinitePlane(Shape):
     def misses(self, view: View) -> str | None:
         """Return `BEHIND` or `BESIDE` if no ray meets the plane and no light is behind it, else None.
 
-        t = n.(P0 - eye) / n.d (document, 2.2.2), so a ray d meets the plane if both have the same sign.
+        t = n.(P0 - o) / n.d (document, 2.2.2), so a ray from o along d meets the plane if both have the same sign.
         """
         offset = dot(self.normal, direction(view.eye, self.position))
-        if any(offset * dot(self.normal, corner) > 0 for corner in view.corners):
+        ways = [(offset - dot(self.normal, start), dot(self.normal, way)) for start, way in view.corners]
+        if any(height * along > 0 for height, along in ways):
+            return None
+        if min(ways)[0] < 0 < max(ways)[0]:  # it runs along parallel rays, through the midst of them
             return None
         if abs(offset) <= _ON_PLANE * max(map(abs, (*view.eye, *self.position))):
             # The eye is on the plane: what it sees may be on both sides, in the shadow of lights on the other.
-            is_clear = not view.lights or self._is_beside_all([*view.corners, *view.lights])
+            has_size = any(light.size > 0 for light in view.lights)
+            vectors = [*(way for _, way in view.corners), *(light.vector for light in view.lights)]
+            is_clear = not view.lights or (not has_size and self._is_beside_all(vectors))
         else:
             # Everything in view is on the eye's side, and the lights must be, too.
             is_clear = all(self._is_on_side_of_eye(light, offset) for light in view.lights)
@@ -388,11 +393,11 @@ class InfinitePlane(Shape):
         sign = math.copysign(1, dot(self.normal, vectors[0]))
         return all(sign * dot(self.normal, vector) > _ON_PLANE * max(map(abs, vector)) for vector in vectors)
 
-    def _is_on_side_of_eye(self, light: Vector, offset: float) -> bool:
-        """Return whether a light, given relative to the eye, is clearly on its side; `offset` is the plane's."""
-        height = dot(self.normal, light)
-        beyond = height - offset if offset > 0 else offset - height
-        return beyond < -_ON_PLANE * (abs(offset) + max(map(abs, light)))
+    def _is_on_side_of_eye(self, light: LightInView, offset: float) -> bool:
+        """Return whether all of a light is clearly on the side of the eye; `offset` is the plane's."""
+        height = dot(self.normal, light.vector) - light.weight * offset
+        beyond = (height if offset > 0 else -height) + light.size
+        return beyond < -_ON_PLANE * (light.weight * abs(offset) + max(map(abs, light.vector)))
 
 
 def _of_cylinder(cylinder: Cylinder) -> Frustum:

@@ -10,7 +10,7 @@ import re
 from array import array
 from typing import TYPE_CHECKING, Any, Protocol
 
-from rtcli.rendering.pack import PackedScene, frame_of, lens_of_fov, pack_scene, packed
+from rtcli.rendering.pack import Lens, PackedScene, frame_of, lens_of_fov, lens_of_height, pack_scene, packed
 from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.scene.files import JSON_SUFFIX, MAX_BYTES, YAML_SUFFIXES
 from rtcli.scene.overrides import SectionEdit
@@ -73,17 +73,25 @@ def read_packed(raw: bytes, name: str, edits: list[SectionEdit], watch: Stopwatc
     camera, render, image = sections["camera"], sections["render"], sections["image"]
     position, look_at, up = camera["position"], camera["look_at"], camera["up"]
     with watch.stage("validate"):
-        if look_at == position or are_parallel(view := view_direction(position, look_at), up):
+        lens = _lens(camera["projection"], camera["fov"], camera["height"])
+        if lens is None or look_at == position or are_parallel(view := view_direction(position, look_at), up):
             return None
     with watch.stage("pack"):
         world = World(
-            frame_of(camera["resolution"], lens_of_fov(camera["fov"]), position, view, up),
+            frame_of(camera["resolution"], lens, position, view, up),
             Shapes(*_columns(objects, "Bddd")),
             Checkers(*_columns(checkers, "qdd")),
             Lights(*_columns(lights, "Bdddq")),
             Settings(**render),
         )
         return packed(world, names, image["exposure"], image["tone"], image["alpha"])
+
+
+def _lens(projection: str, fov: float | None, height: float | None) -> Lens | None:
+    """Return the lens of a camera by `fov` or `height`, None if they do not fit its projection."""
+    if projection == "orthographic":
+        return lens_of_height(height) if height is not None and fov is None else None
+    return lens_of_fov(fov) if fov is not None and height is None else None
 
 
 def _format_of(raw: bytes, name: str) -> str:

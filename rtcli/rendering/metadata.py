@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from rtcli.rendering.pack import PackedScene
-from rtcli.scene.vectors import negative
+from rtcli.scene.vectors import moved, negative
 from rtcli.tracer._native import SHAPE_PARAMETERS, __version__, by_threes
 from rtcli.tracer.world import CameraFrame, Settings, Vector, Window
 
@@ -27,7 +27,7 @@ Matrix: TypeAlias = list[list[float]]
 SOFTWARE = f"rtcli {__version__}"
 
 # Keys of the settings that fingerprints leave out at their defaults: scenes without them keep their hashes.
-_LATER_KEYS = {"ambient": (0.0, 0.0, 0.0)}
+_LATER_KEYS: dict[str, Any] = {"ambient": (0.0, 0.0, 0.0), "shadow_samples": 64}
 
 
 # --- The scene -------------------------------------------------------------------------------------------
@@ -41,9 +41,7 @@ def fingerprint(scene: PackedScene) -> str:
     world = scene.world
     frame = world.camera
     digest = hashlib.sha256(struct.pack("<2I", frame.width, frame.height))
-    # Files keep their hashes if they give `fov`.
-    lens = (frame.half_height, frame.pixel_aspect, *frame.center) if frame.fov is None else (frame.fov,)
-    for vector in (lens, frame.position, frame.right, frame.up, frame.forward):
+    for vector in (_lens(frame), frame.position, frame.right, frame.up, frame.forward):
         digest.update(_little(array("d", vector)))
     shapes, lights = world.shapes, world.lights
     three, fourth, others = (
@@ -53,18 +51,27 @@ def fingerprint(scene: PackedScene) -> str:
         digest.update(_little(numbers))
     if any(others):  # files keep their hashes if boxes are turned about the vertical axis only
         digest.update(_little(others))
-    for numbers in (lights.parameters, lights.color, lights.intensity, lights.carrier):
+    # Of each light, three numbers for its position or direction, and one for its size.
+    places, sizes = lights.parameters[:], lights.parameters[3::4]
+    del places[3::4]
+    for numbers in (places, lights.color, lights.intensity, lights.carrier):
         digest.update(_little(numbers))
-    if any(lights.kind):  # files keep their hashes if there are only point lights
-        digest.update(_little(lights.kind))
-    if world.checkers.object:
-        for numbers in world.checkers:
-            digest.update(_little(numbers))
+    # Files keep their hashes if there are only point lights, none has a size, and nothing is checkered.
+    later = [numbers for numbers in (lights.kind, sizes) if any(numbers)]
+    for numbers in (*later, *(world.checkers if world.checkers.object else ())):
+        digest.update(_little(numbers))
     digest.update(scene.names.encode())
     image = {"exposure": scene.exposure, "tone": scene.tone, **({"alpha": True} if scene.alpha else {})}
     rest = _settings(world.settings), image
     digest.update(json.dumps(rest, sort_keys=True).encode())
     return f"sha256:{digest.hexdigest()}"
+
+
+def _lens(frame: CameraFrame) -> tuple[float, ...]:
+    """Return what a camera spans; in these ways, files keep their hashes if they give `fov`."""
+    if frame.is_orthographic:
+        return frame.half_height, frame.pixel_aspect
+    return (frame.half_height, frame.pixel_aspect, *frame.center) if frame.fov is None else (frame.fov,)
 
 
 def _settings(settings: Settings) -> dict[str, Any]:
@@ -91,7 +98,10 @@ def camera_matrices(frame: CameraFrame, window: Window) -> dict[str, Any]:
         f_y = H / (2 tan(fov / 2)),  c = p - 1/2 - (left, top)
         (u, v, 1) z = K (x, y, z),  K = [[f_x, 0, c_x], [0, f_y, c_y], [0, 0, 1]]
 
-    The principal point p is (W / 2, H / 2) unless the scene gives another, and then f_x = f_y.
+    The principal point p is (W / 2, H / 2) unless the scene gives another, and then f_x = f_y. An orthographic
+    camera has no intrinsics, but a height; its position is the window's middle on the plane where rays start::
+
+        height = H' / f,  position = eye + (x r + y u) / f,  (x, y) = (left + W' / 2 - p_x, p_y - top - H' / 2)
 
     Extrinsics, 4 x 4, take homogeneous points of the world to the camera's axes, and back. OpenCV: x right, y
     down, z along the view. OpenGL: x right, y up, z against the view.
@@ -106,17 +116,26 @@ def camera_matrices(frame: CameraFrame, window: Window) -> dict[str, Any]:
     Returns
     -------
     dict
-        `resolution` of the window, `intrinsics` (K), and `opencv` and `opengl`, each with `world_to_camera` and
-        `camera_to_world`.
+        `resolution` of the window, `projection`, `intrinsics` (K) or `height`, and `opencv` and `opengl`, each
+        with `world_to_camera` and `camera_to_world`.
     """
     (focal_x, focal_y), (principal_x, principal_y) = frame.focal_lengths, frame.principal_point
-    center_x, center_y = principal_x - 0.5 - window.x, principal_y - 0.5 - window.y
+    position, lens = frame.position, dict[str, Any]()
+    if frame.is_orthographic:
+        x = (window.x + window.width / 2 - principal_x) / focal_x
+        y = (principal_y - window.y - window.height / 2) / focal_y
+        position = moved(moved(position, frame.right, x), frame.up, y)
+        lens["height"] = window.height / focal_y
+    else:
+        center_x, center_y = principal_x - 0.5 - window.x, principal_y - 0.5 - window.y
+        lens["intrinsics"] = [[focal_x, 0.0, center_x], [0.0, focal_y, center_y], [0.0, 0.0, 1.0]]
     down, backward = negative(frame.up), negative(frame.forward)
     return {
         "resolution": [window.width, window.height],
-        "intrinsics": [[focal_x, 0.0, center_x], [0.0, focal_y, center_y], [0.0, 0.0, 1.0]],
-        "opencv": _extrinsics((frame.right, down, frame.forward), frame.position),
-        "opengl": _extrinsics((frame.right, frame.up, backward), frame.position),
+        "projection": frame.projection,
+        **lens,
+        "opencv": _extrinsics((frame.right, down, frame.forward), position),
+        "opengl": _extrinsics((frame.right, frame.up, backward), position),
     }
 
 

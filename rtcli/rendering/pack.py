@@ -83,6 +83,7 @@ def pack(scene: Scene) -> World:
             background=render.background,
             ambient=render.ambient,
             max_depth=render.max_depth,
+            shadow_samples=render.shadow_samples,
             eye_falloff=render.eye_falloff,
         ),
     )
@@ -95,11 +96,17 @@ class Lens(NamedTuple):
     pixel_aspect: float = 1.0
     center: tuple[float, float] = (0.0, 0.0)
     fov: float | None = None
+    projection: str = "perspective"
 
 
 def lens_of_fov(fov: float) -> Lens:
     """Return the lens of a vertical field of view, in degrees."""
     return Lens(half_tangent(fov), fov=fov)
+
+
+def lens_of_height(height: float) -> Lens:
+    """Return the lens of an orthographic camera, whose picture is so high."""
+    return Lens(height / 2, projection="orthographic")
 
 
 def camera_frame(camera: Camera) -> CameraFrame:
@@ -133,8 +140,12 @@ def _lens(camera: Camera) -> Lens:
 
         half_height = tan(fov / 2) = tan(fov_x / 2) H / W = H / (2 f_y)
         x = (W / 2 - 1/2 - c_x) / f_x,  y = (c_y - H / 2 + 1/2) / f_y
+
+    An orthographic camera has half its height in the world in place of the former.
     """
     width, height = camera.resolution
+    if camera.height is not None:
+        return lens_of_height(camera.height)
     if camera.intrinsics is not None:
         (focal_x, _, center_x), (_, focal_y, center_y), _ = camera.intrinsics
         center = (width / 2 - 0.5 - center_x) / focal_x, (center_y - height / 2 + 0.5) / focal_y
@@ -169,12 +180,16 @@ def _checkers(objects: tuple[Object, ...]) -> Checkers:
 def _lights(scene: Scene) -> Lights:
     lights = Lights(array("B"), array("d"), array("d"), array("d"), array("q"))
     kinds = list(LIGHT_PARAMETERS)
-    placed = [(light, light.parameters, NO_CARRIER) for light in scene.lights]
-    carried = [(shape.light, shape.position, index) for index, shape in enumerate(scene.objects) if shape.light]
-    for light, parameters, carrier in [*placed, *carried]:
-        lights.kind.append(kinds.index(light.kind))
+    placed = [(light.type, light, light.parameters, NO_CARRIER) for light in scene.lights]
+    carried = [
+        ("point", shape.light, (*shape.position, shape.light.radius), index)
+        for index, shape in enumerate(scene.objects)
+        if shape.light
+    ]
+    for type, light, parameters, carrier in [*placed, *carried]:
+        lights.kind.append(kinds.index(type))
         lights.parameters.extend(parameters)
         lights.color.extend(light.color)
-        lights.intensity.append(light.intensity)
+        lights.intensity.append(light.strength)
         lights.carrier.append(carrier)
     return lights

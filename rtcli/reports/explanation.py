@@ -46,6 +46,7 @@ _SYMBOLS = {
     "cos_theta": "cos(theta)",
     "ab": "a, b",
     "c": "c_x, c_y",
+    "camera": "position",
     "d_n": "d . n",
     "factor": "2^EV",
     "focal": "f_x, f_y",

@@ -4,4 +4,5 @@ from __future__ import annotations
 
 MAX_SIDE = 65_535
 MAX_SAMPLES = 1_024
+MAX_SHADOW_SAMPLES = 1_024
 MAX_NAME = 10_000

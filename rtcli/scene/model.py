@@ -22,10 +22,12 @@ from pydantic import (
     BaseModel,
     BeforeValidator,
     ConfigDict,
+    Discriminator,
     Field,
     GetCoreSchemaHandler,
     GetPydanticSchema,
     ModelWrapValidatorHandler,
+    Tag,
     ValidationError,
     ValidationInfo,
     ValidatorFunctionWrapHandler,
@@ -37,7 +39,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError, PydanticKnownEr
 from typing_extensions import Self, TypeAliasType
 
 from rtcli.curves import ToneName
-from rtcli.scene.bounds import MAX_NAME, MAX_SAMPLES, MAX_SIDE
+from rtcli.scene.bounds import MAX_NAME, MAX_SAMPLES, MAX_SHADOW_SAMPLES, MAX_SIDE
 from rtcli.scene.colors import color_from_text
 from rtcli.scene.diagnostics.problems import MAX_PROBLEMS
 from rtcli.scene.plain import plain
@@ -201,8 +203,9 @@ class _Model(BaseModel):
 
 # --- The camera ------------------------------------------------------------------------------------------
 
-# The keys for what the picture spans: a camera has one of them.
+# The keys for what the picture spans: a camera has one of them, the last one if it is orthographic.
 _LENSES = ("fov", "fov_x", "intrinsics")
+_HEIGHT = "height"
 # The keys for where the camera is: a matrix, or the others.
 _POSES = ("opencv", "opengl")
 _AIMS = ("position", "look_at", "up")
@@ -297,15 +300,25 @@ class Pose(_Model):
         return matrix
 
 
-class Camera(_Model):
-    """A pinhole camera. By default it is at the origin and looks along -z."""
+def _without(keys: Iterable[str]) -> dict[str, Any]:
+    return {"not": {"anyOf": [{"required": [key]} for key in keys]}}
 
-    model_config = ConfigDict(
-        json_schema_extra={
-            "oneOf": [{"required": [key]} for key in _LENSES],
-            "dependencies": {pose: {"not": {"anyOf": [{"required": [key]} for key in _AIMS]}} for pose in _POSES},
-        }
-    )
+
+# The schema of the keys that need or exclude each other.
+_ORTHOGRAPHIC = {"required": ["projection"], "properties": {"projection": {"const": "orthographic"}}}
+_RULES_OF_CAMERA: dict[str, Any] = {
+    "oneOf": [
+        *({"required": [key], "properties": {"projection": {"const": "perspective"}}} for key in _LENSES),
+        {"required": [_HEIGHT], **_without(_LENSES)},
+    ],
+    "dependencies": {_HEIGHT: _ORTHOGRAPHIC, **{pose: _without(_AIMS) for pose in _POSES}},
+}
+
+
+class Camera(_Model):
+    """A camera without a lens. By default it is at the origin and looks along -z."""
+
+    model_config = ConfigDict(json_schema_extra=_RULES_OF_CAMERA)
 
     resolution: tuple[Side, Side] = Field(examples=[[640, 480], [1920, 1080]])
     """Width and height of the picture in pixels, each 1 to 65,535."""
@@ -317,6 +330,10 @@ class Camera(_Model):
         default=None, examples=[[[800, 0, 319.5], [0, 800, 239.5], [0, 0, 1]]]
     )
     """K in place of `fov`: [[f_x, 0, c_x], [0, f_y, c_y], [0, 0, 1]], in pixels with integers at pixel centers."""
+    projection: Literal["perspective", "orthographic"] = Field(default="perspective", examples=["orthographic"])
+    """`perspective`, or `orthographic` with `height` in place of `fov`: all rays are parallel to the view."""
+    height: Annotated[Positive | None, NotNull] = Field(default=None, examples=[10])
+    """Length from the bottom to the top of an orthographic picture, in units of the scene."""
     position: Vector = Field(default=ZERO, examples=[[0, 2, 8]])
     """The position of the eye: x, y, z."""
     look_at: Annotated[Vector | None, NotNull] = Field(default=None, examples=[[0, 1, 0]])
@@ -339,6 +356,8 @@ class Camera(_Model):
             fov: float | None = None,
             fov_x: float | None = None,
             intrinsics: Iterable[Numbers] | None = None,
+            projection: Literal["perspective", "orthographic"] = ...,
+            height: float | None = None,
             position: Numbers = ...,
             look_at: Numbers | None = None,
             up: Numbers = ...,
@@ -423,10 +442,21 @@ class Camera(_Model):
 def _conflicts(data: Mapping[str, Any]) -> Iterator[InitErrorDetails]:
     """Yield an error for each key of a camera that another excludes, or one if nothing says what it spans."""
     lenses = [key for key in data if key in _LENSES]
-    if not lenses:
-        yield InitErrorDetails(type="missing", loc=("fov",), input=data)
+    excluded: list[tuple[str, str]] = []
+    if data.get("projection", "perspective") != "perspective":  # or misspelt
+        excluded += [(key, "projection: orthographic") for key in lenses]
+        if _HEIGHT not in data:
+            yield InitErrorDetails(type="missing", loc=(_HEIGHT,), input=data)
+    elif _HEIGHT in data and not lenses and "projection" not in data:
+        yield InitErrorDetails(type="missing", loc=("projection",), input=data)
+    else:
+        if not lenses:
+            yield InitErrorDetails(type="missing", loc=("fov",), input=data)
+        excluded += [(key, lenses[0]) for key in lenses[1:]]
+        if _HEIGHT in data:
+            excluded.append((_HEIGHT, lenses[0] if lenses else "projection: perspective"))
     pose = next((key for key in data if key in _POSES), None)
-    excluded = [(key, lenses[0]) for key in lenses[1:]] + [(key, pose) for key in data if pose and key in _AIMS]
+    excluded += [(key, pose) for key in data if pose and key in _AIMS]
     for key, other in excluded:
         error = PydanticCustomError("excluded", "excludes {other}", {"other": other})
         yield InitErrorDetails(type=error, loc=(key,), input=data[key])
@@ -440,30 +470,99 @@ class CarriedLight(_Model):
 
     intensity: NotNegative = Field(examples=[4.0e6])
     """Emitted power; the light at distance r is intensity * color / (4 pi r^2)."""
+    radius: NotNegative = Field(default=0.0, examples=[0.3])
+    """The radius of the ball that shines; above 0, shadows have soft borders. It is not seen itself."""
     color: LightColor = Field(default=WHITE, examples=[[1, 0.9, 0.7], "orange", "#ffd9a0"])
     """[r, g, b], linear, each 0 or more; or a CSS name or #rrggbb."""
-    # As the tracers call it; no key of a file.
-    kind: ClassVar[str] = "point"
 
     if TYPE_CHECKING:
 
-        def __init__(self, *, intensity: float, color: ColorLike = ...) -> None: ...
+        def __init__(self, *, intensity: float, radius: float = ..., color: ColorLike = ...) -> None: ...
+
+    @property
+    def strength(self) -> float:
+        """The number that the tracers multiply the color by."""
+        return self.intensity
 
 
 class PointLight(CarriedLight):
-    """A light without size that emits equally in all directions."""
+    """A light that emits equally in all directions: a point, or a ball that shines evenly."""
 
+    type: Literal["point"] = "point"
+    """The kind of light."""
     position: Vector = Field(examples=[[0, 15, -150]])
     """The position of the light: x, y, z."""
 
     if TYPE_CHECKING:
 
-        def __init__(self, *, intensity: float, position: Numbers, color: ColorLike = ...) -> None: ...
+        def __init__(
+            self,
+            *,
+            type: Literal["point"] = ...,
+            intensity: float,
+            position: Numbers,
+            radius: float = ...,
+            color: ColorLike = ...,
+        ) -> None: ...
 
     @property
     def parameters(self) -> tuple[float, ...]:
         """The numbers that distinguish this light from others, beside its color and intensity."""
-        return self.position
+        return (*self.position, self.radius)
+
+
+class SunLight(_Model):
+    """A sun: light from infinitely far away, the same everywhere."""
+
+    type: Literal["sun"] = "sun"
+    """The kind of light."""
+    direction: Direction = Field(examples=[[-1, -2, -0.5]])
+    """The direction in which the light travels, not zero: [0, -1, 0] shines straight down."""
+    irradiance: NotNegative = Field(examples=[3])
+    """The light that arrives, irradiance * color, on a surface that faces the sun."""
+    angle: Annotated[NotNegative, Field(lt=90)] = Field(default=0.0, examples=[0.53])
+    """The angular diameter in degrees, below 90; above 0, shadows have soft borders. The real sun has 0.53."""
+    color: LightColor = Field(default=WHITE, examples=[[1, 0.9, 0.7], "orange", "#ffd9a0"])
+    """[r, g, b], linear, each 0 or more; or a CSS name or #rrggbb."""
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            type: Literal["sun"] = ...,
+            direction: Numbers,
+            irradiance: float,
+            angle: float = ...,
+            color: ColorLike = ...,
+        ) -> None: ...
+
+    @property
+    def strength(self) -> float:
+        """The number that the tracers multiply the color by."""
+        return self.irradiance
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """The numbers that distinguish this light from others, beside its color and irradiance."""
+        return (*self.direction, self.angle)
+
+
+# The type of a light that does not name it.
+USUAL_LIGHT = "point"
+
+
+def _type_of_light(light: Any) -> str:
+    """Return the type of a light, of data or a model; an empty text if it is none."""
+    found = light.get("type", USUAL_LIGHT) if isinstance(light, dict) else getattr(light, "type", USUAL_LIGHT)
+    return found if isinstance(found, str) else ""
+
+
+Light: TypeAlias = Annotated[
+    Annotated[PointLight, Tag("point")] | Annotated[SunLight, Tag("sun")], Discriminator(_type_of_light)
+]
+# By the `type` that each has in a scene file.
+LIGHTS: dict[str, type[_Model]] = {"point": PointLight, "sun": SunLight}
 
 
 class _Shape(_Model):
@@ -719,6 +818,8 @@ class RenderSettings(_Model):
     """Light from all around that nothing blocks, as a color: adds albedo * ambient to each surface."""
     max_depth: Annotated[Integer, Field(ge=0)] = 1
     """0: only objects that carry a light are seen; 1 or more: direct light with shadows."""
+    shadow_samples: Annotated[Integer, Field(ge=1, le=MAX_SHADOW_SAMPLES)] = 64
+    """Places of each light with a size, 1 to 1,024, in a fixed pattern: higher values smooth soft shadows."""
     eye_falloff: Annotated[bool, Field(strict=True)] = False
     """Also divide by 4 pi t^2, where t is the distance to the eye. Not physical, but some courses teach it."""
 
@@ -731,6 +832,7 @@ class RenderSettings(_Model):
             background: ColorLike = ...,
             ambient: ColorLike = ...,
             max_depth: int = ...,
+            shadow_samples: int = ...,
             eye_falloff: bool = ...,
         ) -> None: ...
 
@@ -759,8 +861,8 @@ class Scene(_Model):
     """The version of the scene format."""
     camera: Camera = Field(examples=[{"resolution": [640, 480], "fov": 40}])
     """The position and view of the camera, and the size of the picture."""
-    lights: tuple[PointLight, ...] = Field(default=(), examples=[[{"position": [0, 5, 0], "intensity": 1000}]])
-    """Point lights."""
+    lights: tuple[Light, ...] = Field(default=(), examples=[[{"position": [0, 5, 0], "intensity": 1000}]])
+    """Point lights and suns."""
     objects: tuple[Object, ...] = Field(
         default=(), examples=[[{"type": "sphere", "position": [0, 0, -5], "radius": 1, "color": "tomato"}]]
     )
@@ -777,7 +879,7 @@ class Scene(_Model):
             *,
             camera: Camera | Keys,
             version: Literal[1] = ...,
-            lights: Iterable[PointLight | Keys] = ...,
+            lights: Iterable[PointLight | SunLight | Keys] = ...,
             objects: Iterable[Sphere | Plane | Box | Cylinder | Capsule | Cone | Keys] = ...,
             render: RenderSettings | Keys = ...,
             image: ImageSettings | Keys = ...,

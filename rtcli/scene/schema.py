@@ -14,7 +14,7 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
 from rtcli.scene.colors import CSS_NAMES, HEX_PATTERN
-from rtcli.scene.model import SHAPES, CarriedLight, PointLight, Scene, keys_in_order
+from rtcli.scene.model import LIGHTS, SHAPES, USUAL_LIGHT, CarriedLight, Scene, keys_in_order
 
 # VS Code and the YAML language server show `errorMessage` instead of their own message, which for a value that
 # matches none of several schemas is about the first of them only.
@@ -45,17 +45,21 @@ class _SceneFileSchema(GenerateJsonSchema):
 
     def tagged_union_schema(self, schema: core_schema.TaggedUnionSchema) -> JsonSchemaValue:
         """Describe each type with `if` and `then`; `oneOf` would report only that no type matches."""
-        tag = str(schema["discriminator"])
         types = {str(name): self.generate_inner(choice) for name, choice in schema["choices"].items()}
+        kind, usual = ("light", USUAL_LIGHT) if USUAL_LIGHT in types else ("shape", None)
         return {
-            "title": "Object",
+            "title": "Light" if usual else "Object",
             "type": "object",
-            "properties": {tag: {"title": "Type", "description": "The kind of shape.", "enum": list(types)}},
-            "required": [tag],
+            "properties": {"type": {"title": "Type", "description": f"The kind of {kind}.", "enum": list(types)}},
+            **({} if usual else {"required": ["type"]}),
             "allOf": [
                 {
                     # Without "type", each `if` holds for a value that is not a mapping, so each `then` reports it.
-                    "if": {"type": "object", "properties": {tag: {"const": name}}, "required": [tag]},
+                    "if": {
+                        "type": "object",
+                        "properties": {"type": {"const": name}},
+                        **({} if name == usual else {"required": ["type"]}),
+                    },
                     "then": body,
                 }
                 for name, body in types.items()
@@ -80,12 +84,14 @@ def scene_schema() -> dict[str, Any]:
         ],
     }
     definitions["ImageSettings"]["properties"]["exposure"]["anyOf"][0]["errorMessage"] = _NO_EXPOSURE
-    for shape in SHAPES.values():
-        definition = definitions[shape.__name__]
-        # A file must name the type, which a class of Python implies.
-        del definition["properties"]["type"]["default"]
-        definition["required"].append("type")
-    parts: list[type[BaseModel]] = [CarriedLight, PointLight, *SHAPES.values()]
+    kinds: list[type[BaseModel]] = [*LIGHTS.values(), *SHAPES.values()]
+    for kind in kinds:
+        definition = definitions[kind.__name__]
+        if kind is not LIGHTS[USUAL_LIGHT]:
+            # A file must name the type, which a class of Python implies.
+            del definition["properties"]["type"]["default"]
+            definition["required"].append("type")
+    parts: list[type[BaseModel]] = [CarriedLight, *kinds]
     for part in parts:
         # Editors write the keys in this order.
         properties = definitions[part.__name__]["properties"]

@@ -61,3 +61,8 @@ def negative(a: Vector) -> Vector:
 def scaled(a: Vector, factor: float) -> Vector:
     """Return the product of a vector and a number."""
     return a[0] * factor, a[1] * factor, a[2] * factor
+
+
+def moved(point: Vector, vector: Vector, factor: float = 1.0) -> Vector:
+    """Return a point moved by a multiple of a vector."""
+    return point[0] + vector[0] * factor, point[1] + vector[1] * factor, point[2] + vector[2] * factor

@@ -19,7 +19,7 @@ from pydantic import BaseModel
 from rtcli.atomic import atomic_write
 from rtcli.scene.colors import text_of_color
 from rtcli.scene.files import JSON_SUFFIX, SCENE_SUFFIXES
-from rtcli.scene.model import Albedo, LightColor, Scene, keys_in_order
+from rtcli.scene.model import USUAL_LIGHT, Albedo, LightColor, Scene, keys_in_order
 
 # Texts that need no quotes, even in brackets. Programs that read YAML 1.1 take more words for truth values.
 _PLAIN_TEXT = re.compile(r"(?!(?:true|false|null|yes|no|on|off|y|n)\Z)[^\W\d_](?:[\w -]*\w)?\Z", re.IGNORECASE)
@@ -45,7 +45,8 @@ def as_data(part: BaseModel) -> dict[str, Any]:
     for key in keys_in_order(type(part)):
         value, field = getattr(part, key), fields[key]
         # Compared as text, which tells -0.0 from 0.0.
-        if key != "type" and not field.is_required() and repr(value) == repr(field.default):
+        is_implied = key != "type" or value == USUAL_LIGHT
+        if is_implied and not field.is_required() and repr(value) == repr(field.default):
             continue
         is_color = any(field.annotation is color for color in _COLORS)
         data[key] = (text_of_color(value) or list(value)) if is_color else _plain(value)

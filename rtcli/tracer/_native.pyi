@@ -56,7 +56,7 @@ class Tracer:
     Parameters
     ----------
     camera
-        Width, height, half height, pixel aspect, center, position, right, up, forward.
+        Width, height, projection, half height, pixel aspect, center, position, right, up, forward.
     objects
         The columns of `Shapes`: kind (uint8), position, parameters, color (float64).
     checkers
@@ -64,18 +64,19 @@ class Tracer:
     lights
         The columns of `Lights`: kind (uint8), parameters, color, intensity (float64), carrier (int64).
     settings
-        Samples, background, ambient light, whether objects are lit (`max_depth` of 1 or more), eye_falloff.
+        Samples, background, ambient light, whether objects are lit (`max_depth` of 1 or more), shadow samples,
+        eye_falloff.
     threads
         How many work, at most four for each processor core.
     """
 
     def __new__(
         cls,
-        camera: tuple[int, int, float, float, tuple[float, float], Vector, Vector, Vector, Vector],
+        camera: tuple[int, int, str, float, float, tuple[float, float], Vector, Vector, Vector, Vector],
         objects: tuple[bytes, ...],
         checkers: tuple[bytes, ...],
         lights: tuple[bytes, ...],
-        settings: tuple[int, Vector, Vector, bool, bool],
+        settings: tuple[int, Vector, Vector, bool, int, bool],
         threads: int,
         /,
     ) -> Tracer: ...
@@ -188,6 +189,9 @@ def simd_level() -> str:
     ValueError
         If RTCLI_SIMD names none of them, or one that this machine lacks.
     """
+
+def emitter_places(count: int, /) -> list[Vector]:
+    """Return the places of an emitter of radius 1 around the origin, from which it shines evenly."""
 
 def sample_offsets(count: int, /) -> list[tuple[float, float]]:
     """Return the offsets of a pixel's samples; see `rtcli.tracer.sampling`."""

@@ -26,6 +26,7 @@ class NativeTracer:
             (
                 camera.width,
                 camera.height,
+                camera.projection,
                 camera.half_height,
                 camera.pixel_aspect,
                 camera.center,
@@ -42,6 +43,7 @@ class NativeTracer:
                 settings.background,
                 settings.ambient,
                 settings.max_depth > 0,
+                settings.shadow_samples,
                 settings.eye_falloff,
             ),
             threads,

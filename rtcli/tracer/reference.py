@@ -5,8 +5,9 @@ other tracers, so it prefers the clearest formula that is also accurate. Vectors
 of float64, one column per ray. No step depends on how many rays are traced together (matrix products would, by
 their rounding), so a crop is bit for bit the sub-picture.
 
-All rays traced together pass through one point, the eye or a light: `Ray.offset`. Objects are taken relative to
-that point before anything else, which keeps scenes far from the origin as accurate as those around it.
+All rays traced together pass through one point, the eye or a light, or are parallel and start around one:
+`Ray.offset`. Objects are taken relative to that point before anything else, which keeps scenes far from the origin
+as accurate as those around it.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from rtcli.tracer._native import LIGHT_PARAMETERS, METER_GRID, SHAPE_PARAMETERS, meter
+from rtcli.tracer._native import LIGHT_PARAMETERS, METER_GRID, SHAPE_PARAMETERS, emitter_places, meter
 from rtcli.tracer.passes import ALPHA, RADIANCE, Arrays, new_arrays
 from rtcli.tracer.sampling import sample_offsets
 from rtcli.tracer.tiles import AbandonedError, over_tiles, rows_and_columns
@@ -43,6 +44,9 @@ NEAR_X = 1e-3
 ON_SURFACE = 2.0**-47
 COORDINATE = 2.0**-52
 
+# The rounding of the plane where parallel rays start, as a share of how far from its middle they do.
+START_ROUNDING = 1e-13
+
 # Surfaces that a ray meets within this share of the distance from each other coincide.
 COINCIDENT = 2.0**-41
 
@@ -51,6 +55,9 @@ CLOSE = 1e-6
 
 # A light farther than the first multiple of an object's reach is moved to the second for the shadow test.
 MAX_LIGHT_RATIO, NEARER_LIGHT_RATIO = 2.0**28, 2.0**22
+
+# The direction of a ray that has less than this across an axis counts as parallel to it.
+PARALLEL_TO_AXIS = 1e-13
 
 # A start farther from a cylinder or cone than this multiple of its size is distant.
 DISTANT = 2.0**6
@@ -95,6 +102,13 @@ def length(a: Array) -> Array:
     return np.sqrt(dot(a, a))
 
 
+def unit(a: Array) -> Array:
+    """Return the unit vector of a (3, 1) vector of any length but 0."""
+    scaled = a / np.abs(a).max()  # so that no square overflows or vanishes
+    result: Array = scaled / length(scaled)
+    return result
+
+
 def column(vector: Iterable[float]) -> Array:
     """Return three numbers as a (3, 1) vector, which broadcasts against (3, N)."""
     return np.array([[component] for component in vector])
@@ -105,31 +119,49 @@ def column(vector: Iterable[float]) -> Array:
 
 @dataclass(frozen=True)
 class Ray:
-    """Rays G = o + t d through one point.
+    """Rays G = o + t d, through one point or parallel.
 
     Parameters
     ----------
     offset
-        (3, 1): o, the point where they all start.
+        (3, 1): o, the point where they all start; of parallel rays, the middle of the plane where they start.
     direction
         (3, N): d, unit length, so that t is the distance.
+    beside
+        (3, N), of parallel rays: the start of each relative to the offset; None if they all start there.
     """
 
     offset: Array
     direction: Array
+    beside: Array | None = None
 
     def at(self, t: Array) -> Array:
         """Return the points o + t d: (3, N)."""
-        return self.offset + t * self.direction
+        return self.offset + self.sight(t)
+
+    def sight(self, t: Array) -> Array:
+        """Return the same points relative to the offset: (3, N)."""
+        return t * self.direction if self.beside is None else self.beside + t * self.direction
+
+    def to(self, point: Array) -> Array:
+        """Return the vectors from the starts of the rays to a point (3, 1): (3, 1) or (3, N)."""
+        # By way of the offset: both parts are small even far from the origin.
+        there = point - self.offset
+        return there if self.beside is None else there - self.beside
+
+    @property
+    def start(self) -> Array:
+        """The t above which a hit counts, () or (N,): 0, or the rounding of the plane where the rays start."""
+        return np.zeros(()) if self.beside is None else START_ROUNDING * np.abs(self.beside).sum(axis=0)
 
     def take(self, rays: Indices) -> Ray:
         """Return some of the rays."""
-        return Ray(self.offset, self.direction[:, rays])
+        return Ray(self.offset, self.direction[:, rays], None if self.beside is None else self.beside[:, rays])
 
 
 @dataclass(frozen=True)
 class SimpleCamera:
-    """The pinhole camera of section 2.1, with any frame, principal point and pixel aspect.
+    """The camera of section 2.1, with any frame, principal point, pixel aspect and projection.
 
     Parameters
     ----------
@@ -152,19 +184,26 @@ class SimpleCamera:
         Notes
         -----
         d = (x r + y u + f) / |x r + y u + f| (section 2.1.5)
+
+        Of an orthographic camera o = position + x r + y u and d = f instead.
         """
         frame = self.frame
         x, y = self.on_image_plane(window, within)
-        point = x * column(frame.right) + y * column(frame.up) + column(frame.forward)
+        across = x * column(frame.right) + y * column(frame.up)
+        if frame.is_orthographic:
+            return Ray(column(frame.position), np.repeat(column(frame.forward), len(x), axis=1), across)
+        point = across + column(frame.forward)
         return Ray(column(frame.position), point / length(point))
 
     def on_image_plane(self, window: Window, within: tuple[float, float] = CENTRE) -> tuple[Array, Array]:
-        """Return x and y, (N,) each, where those rays cross the image plane at distance 1 from the eye.
+        """Return x and y, (N,) each, where those rays cross the image plane at distance 1 from the eye, or start.
 
         With s = (pixel + within) / size (section 2.1.2, as corrected; square pixels, and the center at (0, 0))::
 
             x = (2 s_x - 1) * pixel_aspect * width / height * tan(fov / 2) + center_x
             y = (1 - 2 s_y) * tan(fov / 2) + center_y
+
+        Of an orthographic camera half its height takes the place of tan(fov / 2).
 
         The sizes are cancelled below, so that the left half mirrors the right one bit for bit.
         """
@@ -210,24 +249,181 @@ class Light:
 
 
 class LightSource(ABC):
-    """A source of light (section 3.3): `color` (3, 1), `intensity`, `position` (3, 1)."""
+    """A source of light (section 3.3): `color` (3, 1), `intensity`.
 
-    def __init__(self, color: Iterable[float], intensity: float, position: Iterable[float]) -> None:
+    Attributes
+    ----------
+    size
+        0 without a size; the radius of a ball; the sine of half the angular diameter of a sun.
+    whole
+        The source that this is one place of, or itself.
+    """
+
+    size = 0.0
+
+    def __init__(self, color: Iterable[float], intensity: float, parameters: Sequence[float]) -> None:
         self.color = column(color)
         self.intensity = intensity
-        self.position = column(position)
+        self.whole: LightSource = self
+        self._set_parameters(parameters)
+
+    @abstractmethod
+    def _set_parameters(self, parameters: Sequence[float]) -> None:
+        """Keep the numbers that a source of this kind has beside its color and intensity."""
+
+    @abstractmethod
+    def _places(self, pattern: Array) -> Iterable[LightSource]:
+        """Yield sources without a size at the places of a pattern (3, n)."""
+
+    @abstractmethod
+    def weight(self, way: PathToLight) -> Array:
+        """Return the irradiance at points (N,), but for a factor that is the same at all: g in section 2.3.5."""
+
+    @abstractmethod
+    def mean_of_places(self, total: Array, count: int) -> Light:
+        """Return the irradiance at points where the weights of places have a sum (N,)."""
+
+    def places(self, pattern: Array) -> list[LightSource]:
+        """Return the places of a source with a size, each without: section 2.3.5."""
+        places = list(self._places(pattern))
+        for place in places:
+            place.whole = self
+        return places
 
     @abstractmethod
     def light_at(self, distance: Array) -> Light:
         """Return the light that arrives at points at a distance (N,) from the source."""
 
+    @abstractmethod
+    def way_from(self, eye: Array, sight: Array) -> tuple[Array, Array]:
+        """Return r (N,) and l (3, N), distance and unit direction, from points at `sight` (3, N) from the eye."""
+
+    @abstractmethod
+    def side_of(self, shape: Object) -> int:
+        """Return the side of an object that the source is on, as `Object.side` does."""
+
+    @abstractmethod
+    def crossing(self, shape: Object, way: PathToLight, within: tuple[Array, float]) -> tuple[Array, Array]:
+        """Return where the paths from points to the source cross an object last: (N,) each.
+
+        Parameters
+        ----------
+        shape
+            The object.
+        way
+            The paths.
+        within
+            A point (3, 1) near the others, and the largest distance of the others from it.
+
+        Returns
+        -------
+        t, ahead
+            The distance from the source, or from the point if the source is infinitely far away; and the distance
+            from the point, not above 0 where the object is not in the way.
+        """
+
 
 class PointLight(LightSource):
-    """A light without size that emits equally in all directions (section 2.3.2)."""
+    """A point that emits equally in all directions (section 2.3.2), at its `position` (3, 1); or a ball around it.
+
+    It counts as no nearer than the distance `nearest`.
+    """
+
+    nearest = 0.0
+
+    def _set_parameters(self, parameters: Sequence[float]) -> None:
+        *position, self.size = parameters
+        self.position = column(position)
+
+    def _places(self, pattern: Array) -> Iterator[LightSource]:
+        """Yield points at P_L + R q (section 2.3.5)."""
+        for place in pattern.T:
+            source = PointLight((1.0, 1.0, 1.0), 1.0, (0.0, 0.0, 0.0, 0.0))
+            source.position = self.position + self.size * place[:, None]
+            source.nearest = self.size / 4
+            yield source
+
+    def weight(self, way: PathToLight) -> Array:
+        """Return g = cos(theta) r / max(r, nearest)^3."""
+        inverse: Array = 1 / np.maximum(way.distance, self.nearest)
+        return way.cosine * (way.distance * inverse) * inverse * inverse
+
+    def mean_of_places(self, total: Array, count: int) -> Light:
+        """Return intensity * color / (4 pi) * sum / n."""
+        return Light(self.color, np.nan_to_num(self.intensity / (4 * math.pi) * (total / count)))
 
     def light_at(self, distance: Array) -> Light:
         """Return the light that arrives at points at a distance (N,) from the source."""
         return Light(self.color, np.asarray(self.intensity)).travel(distance)
+
+    def way_from(self, eye: Array, sight: Array) -> tuple[Array, Array]:
+        """Return r and l = (P_L - P) / r, by way of the eye: both parts are small even far from the origin."""
+        to_light = (self.position - eye) - sight
+        distance = length(to_light)
+        return distance, to_light / distance
+
+    def side_of(self, shape: Object) -> int:
+        """Return the side of an object that the position is on."""
+        return shape.side(self.position)
+
+    def crossing(self, shape: Object, way: PathToLight, within: tuple[Array, float]) -> tuple[Array, Array]:
+        """Meet the object with rays from the light, so that they pass through one point as primary rays do."""
+        start = shape.stand_in(self.position, *within)
+        part = way if start is self.position else way.toward(start)
+        t = shape.intersection_parameter(Ray(start, -part.wi))
+        return t + (way.distance - part.distance), part.distance - t
+
+
+class SunLight(LightSource):
+    """A light infinitely far away (section 2.3.4), in the direction `toward` (3, 1), a unit vector; or a disk."""
+
+    def _set_parameters(self, parameters: Sequence[float]) -> None:
+        *direction, degrees = parameters
+        self.toward = -unit(column(direction))
+        half = math.radians(degrees) / 2
+        self.size, self.half_cosine = math.sin(half), math.cos(half)
+
+    def _places(self, pattern: Array) -> Iterator[LightSource]:
+        """Yield directions spread evenly over the solid angle of the disk (section 2.3.5).
+
+        1 - cos(t) = (x^2 + y^2) (1 - cos(a)),  l = cos(t) toward + sin(t) (x u + y v) / |(x, y)|
+        """
+        depth = self.size * self.size / (1 + self.half_cosine)
+        axis = np.zeros((3, 1))
+        axis[np.abs(self.toward).argmin()] = 1
+        u = unit(np.cross(axis, self.toward, axis=0))
+        v = np.cross(self.toward, u, axis=0)
+        for x, y, _ in pattern.T:
+            fall = (x * x + y * y) * depth
+            out = math.sqrt(depth * (2 - fall))
+            source = SunLight((1.0, 1.0, 1.0), 1.0, (0.0, -1.0, 0.0, 0.0))
+            source.toward = (1 - fall) * self.toward + (out * x * u + out * y * v)
+            yield source
+
+    def weight(self, way: PathToLight) -> Array:
+        """Return g = cos(theta)."""
+        return way.cosine
+
+    def mean_of_places(self, total: Array, count: int) -> Light:
+        """Return irradiance * color * 2 / (1 + cos(a)) * sum / n."""
+        return Light(self.color, self.intensity * (2 / (1 + self.half_cosine)) * (total / count))
+
+    def light_at(self, distance: Array) -> Light:
+        """Return L_i = irradiance * color, the same everywhere (section 2.3.4)."""
+        return Light(self.color, np.asarray(self.intensity))
+
+    def way_from(self, eye: Array, sight: Array) -> tuple[Array, Array]:
+        """Return r = +inf and l, the same at all points."""
+        return np.full(sight.shape[1], np.inf), np.broadcast_to(self.toward, sight.shape)
+
+    def side_of(self, shape: Object) -> int:
+        """Return the side of an object that the light comes from."""
+        return shape.side_toward(self.toward)
+
+    def crossing(self, shape: Object, way: PathToLight, within: tuple[Array, float]) -> tuple[Array, Array]:
+        """Meet the object with rays from the points: they are parallel, and start nowhere else."""
+        ahead = shape.exit_parameter(way)
+        return ahead, ahead
 
 
 # --- Objects: document, sections 2.2 and 3.2 ---------------------------------------------------------------
@@ -285,7 +481,7 @@ class Object(ABC):
         color: Iterable[float],
         position: Iterable[float],
         parameters: Sequence[float],
-        source_object: LightSource | None = None,
+        source_object: PointLight | None = None,
     ) -> None:
         self.color = column(color)
         self.position = column(position)
@@ -303,7 +499,15 @@ class Object(ABC):
 
     @abstractmethod
     def normal(self, ray: Ray, t: Array) -> Array:
-        """Return the unit normal at o + t d, on the side of the ray's offset: (3, N)."""
+        """Return the unit normal at o + t d, on the side from which the ray comes: (3, N)."""
+
+    def seen_side(self, ray: Ray, hit: Hit) -> Array:
+        """Return the side from which each of parallel rays sees the surface, 1 or -1 as `side` does: (N,).
+
+        The outward normal of a convex solid points away from its middle.
+        """
+        sides: Array = np.sign(dot(hit.normal, ray.sight(hit.t) - (self.position - ray.offset)))
+        return sides
 
     def on_face(self, ray: Ray, t: Array) -> Array:
         """Return a and b at o + t d, from the origin of a checker along the axes of the face: (2, N)."""
@@ -321,6 +525,14 @@ class Object(ABC):
 
         From the surface of a solid the eye sees its inside.
         """
+
+    def side_toward(self, direction: Array) -> int:
+        """Return the side of what is infinitely far away in a direction (3, 1): 1 or -1, 0 along the surface."""
+        return 1
+
+    @abstractmethod
+    def exit_parameter(self, way: PathToLight) -> Array:
+        """Return t where the lines P + t l leave the object, -inf where they miss it: (N,)."""
 
     @abstractmethod
     def heights(self, eye: Array, sight: Array) -> Array:
@@ -344,14 +556,14 @@ class Object(ABC):
             return light
         return point + (light - point) * (NEARER_LIGHT_RATIO * reach / distance)
 
-    def touched_by(self, way: PathToLight, t: Array, slack: Array) -> Mask:
-        """Return which shadow rays, met at t, only touch the surface where their points lie on it: (N,).
+    def touched_by(self, way: PathToLight, ahead: Array, slack: Array) -> Mask:
+        """Return which shadow rays, met so far ahead of their points, only touch the surface there: (N,).
 
         The points are known to within `slack`. If a ray enters the object instead, the middle between its point
         and its exit is inside.
         """
         slack = slack + self.rounding(way.eye) + ON_SURFACE * length(way.sight)
-        middle = way.sight + (way.distance - t) / 2 * way.wi
+        middle = way.sight + ahead / 2 * way.wi
         heights = self.heights(way.eye, way.sight)
         on_surface = np.all(heights <= slack, axis=0) & np.any(heights >= -slack, axis=0)
         enters = np.all(self.heights(way.eye, middle) < -slack, axis=0)
@@ -404,9 +616,9 @@ def rounding_across(normal: Sequence[float], point: Array, position: Array, size
     return away + largest[0] + min(largest[1], along(COORDINATE * b for b in here) + largest[0])
 
 
-def nearest_positive(near: Array, far: Array) -> Array:
-    """Return the smaller of two parameters that is > 0, or +inf if none is: only what lies ahead is seen."""
-    return np.where(near > 0, near, np.where(far > 0, far, np.inf))
+def nearest_positive(near: Array, far: Array, start: Array) -> Array:
+    """Return the smaller of two parameters that is above `start`, or +inf: only what lies ahead is seen."""
+    return np.where(near > start, near, np.where(far > start, far, np.inf))
 
 
 class Quadratic(NamedTuple):
@@ -437,7 +649,8 @@ class Sphere(Object):
     def intersection_parameter(self, ray: Ray) -> Array:
         """Return the smaller of t_1 and t_2 that is > 0 (section 2.2.1)."""
         terms = self.quadratic(ray)
-        return nearest_positive(np.minimum(terms.t_2, terms.t_1), np.maximum(terms.t_2, terms.t_1))
+        near, far = np.minimum(terms.t_2, terms.t_1), np.maximum(terms.t_2, terms.t_1)
+        return nearest_positive(near, far, ray.start)
 
     def quadratic(self, ray: Ray) -> Quadratic:
         """Solve |o + t d - C|^2 = R^2 with the stable form of section 2.2.1.
@@ -452,21 +665,36 @@ class Sphere(Object):
         D from g does not cancel for a small sphere far away (E. Haines et al., "Precision Improvements for
         Ray/Sphere Intersection", Ray Tracing Gems, 2019).
         """
-        c = self.position - ray.offset
+        c = ray.to(self.position)
         b = dot(c, ray.direction)
         g = c - b * ray.direction
+        power = (
+            self._power(ray.offset)
+            if ray.beside is None
+            else (length(c) - self.radius) * (length(c) + self.radius)
+        )
         discriminant = self.radius * self.radius - dot(g, g)
         q = b + np.copysign(np.sqrt(discriminant), b)  # NaN: missed, and no comparison holds
-        return Quadratic(b, g, discriminant, self._power(ray.offset) / q, q)
+        return Quadratic(b, g, discriminant, power / q, q)
 
     def normal(self, ray: Ray, t: Array) -> Array:
         """Return n = (P - C) / |P - C|, turned to the viewer."""
-        outward = t * ray.direction - (self.position - ray.offset)
+        outward = ray.sight(t) - (self.position - ray.offset)
+        if ray.beside is not None:
+            return np.where(dot(outward, ray.direction) > 0, -1, 1) * outward / length(outward)
         return (1 if self.side(ray.offset) > 0 else -1) * outward / length(outward)
 
     def side(self, point: Array) -> int:
         """Return 1 outside, -1 inside, 0 on the sphere."""
         return int(np.sign(self._power(point)))
+
+    def exit_parameter(self, way: PathToLight) -> Array:
+        """Return b + sqrt(D), with b and D as for primary rays (section 2.2.1)."""
+        c = (self.position - way.eye) - way.sight
+        b = dot(c, way.wi)
+        g = c - b * way.wi
+        discriminant = self.radius * self.radius - dot(g, g)
+        return np.where(discriminant >= 0, b + np.sqrt(discriminant), -np.inf)
 
     def heights(self, eye: Array, sight: Array) -> Array:
         """Return |P - C| - R: (1, N)."""
@@ -485,22 +713,26 @@ class Plane(Object):
     is_solid = False
 
     def _set_parameters(self, parameters: Sequence[float]) -> None:
-        scaled = column(parameters)
-        scaled = scaled / np.abs(scaled).max()  # so that no square overflows or vanishes
-        self.direction = scaled / length(scaled)
+        self.direction = unit(column(parameters))
 
     def intersection_parameter(self, ray: Ray) -> Array:
         """Return t where it is > 0 and the ray is not parallel to the plane: |l . n| >= 1e-6."""
         along, t = self.crossing(ray)
-        return np.where((t > 0) & (np.abs(along) >= PARALLEL), t, np.inf)
+        return np.where((t > ray.start) & (np.abs(along) >= PARALLEL), t, np.inf)
 
     def crossing(self, ray: Ray) -> tuple[Array, Array]:
         """Solve (p - p_0) . n = 0: return l . n and t = (p_0 - l_0) . n / (l . n), both (N,)."""
         along = dot(ray.direction, self.direction)
-        return along, -self._distance(ray.offset) / along
+        height: Any = self._distance(ray.offset)
+        if ray.beside is not None:
+            height = height + dot(ray.beside, self.direction)
+        return along, -height / along
 
     def normal(self, ray: Ray, t: Array) -> Array:
         """Return n, turned to the viewer; the same for all rays of a pencil."""
+        if ray.beside is not None:
+            turned: Array = -np.sign(dot(ray.direction, self.direction)) * self.direction
+            return turned
         return np.broadcast_to(self.side(ray.offset) * self.direction, (3, len(t)))
 
     def on_face(self, ray: Ray, t: Array) -> Array:
@@ -516,15 +748,31 @@ class Plane(Object):
         u /= math.sqrt(np.dot(u, u))
         axes = u, np.cross(n, u)
         from_origin = ray.offset - self.position
+        if ray.beside is not None:
+            from_origin = from_origin + ray.beside
         return np.stack([dot(from_origin, column(a)) + t * dot(ray.direction, column(a)) for a in axes])
 
     def side(self, point: Array) -> int:
         """Return 1 in front of the plane, -1 behind it, 0 on it."""
         return int(np.sign(self._distance(point)))
 
+    def seen_side(self, ray: Ray, hit: Hit) -> Array:
+        """Return the side of the plane to which the normal points."""
+        sides: Array = np.sign(dot(hit.normal, self.direction))
+        return sides
+
+    def side_toward(self, direction: Array) -> int:
+        """Return 1 in front of the plane, -1 behind it, 0 along it."""
+        return int(np.sign(dot(direction, self.direction)[0]))
+
+    def exit_parameter(self, way: PathToLight) -> Array:
+        """Return t where the line crosses the plane, unless it is parallel: |l . n| >= 1e-6."""
+        along = dot(way.wi, self.direction)
+        return np.where(np.abs(along) >= PARALLEL, -self._heights(way.eye, way.sight) / along, -np.inf)
+
     def heights(self, eye: Array, sight: Array) -> Array:
         """Return |(p - p_0) . n|, (1, N): a plane has no inside."""
-        return np.abs(dot(sight, self.direction) - dot(self.position - eye, self.direction))[None]
+        return np.abs(self._heights(eye, sight))[None]
 
     def reach(self, point: Array) -> float:
         """Return the distance from a point (3, 1) to the plane."""
@@ -533,6 +781,10 @@ class Plane(Object):
     def rounding(self, point: Array) -> Array:
         """Return how close to the plane a point (3, 1) counts as on it: (1, 1)."""
         return np.array([[rounding_across(self.direction.ravel().tolist(), point, self.position, (0.0, 0.0))]])
+
+    def _heights(self, eye: Array, sight: Array) -> Array:
+        """Return (p - p_0) . n of points at `sight` (3, N) from the eye: (N,)."""
+        return dot(sight, self.direction) - dot(self.position - eye, self.direction)
 
     def _distance(self, point: Array) -> float:
         """Return (p - p_0) . n of a point: > 0 in front of the plane, 0 on it."""
@@ -561,9 +813,10 @@ class Box(Object):
         t = np.full(ray.direction.shape[1], np.inf)
         candidates = np.flatnonzero(self.meets_bounding_sphere(ray))
         if candidates.size:
-            near, far = self.slabs(ray.take(candidates))
+            some = ray.take(candidates)
+            near, far = self.slabs(some)
             entry, leaving = near.max(axis=0), far.min(axis=0)
-            t[candidates] = np.where(entry <= leaving, nearest_positive(entry, leaving), np.inf)
+            t[candidates] = np.where(entry <= leaving, nearest_positive(entry, leaving, some.start), np.inf)
         return t
 
     def normal(self, ray: Ray, t: Array) -> Array:
@@ -572,7 +825,7 @@ class Box(Object):
 
     def on_face(self, ray: Ray, t: Array) -> Array:
         """Return the coordinates in box space that the face leaves free, in the order x, y, z: (2, N)."""
-        local = self._local(ray.offset) + t * self._to_box(ray.direction)
+        local = self._start(ray) + t * self._to_box(ray.direction)
         across = np.abs(self.face(ray)).argmax(axis=0)
         rays = np.arange(len(t))
         return np.stack([local[np.where(across == 0, 1, 0), rays], local[np.where(across == 2, 1, 2), rays]])
@@ -585,7 +838,8 @@ class Box(Object):
         """
         near, far = self.slabs(ray)
         # From a point on a face the eye sees the inside.
-        axis = near.argmax(axis=0) if self.side(ray.offset) > 0 else far.argmin(axis=0)
+        outside = near.max(axis=0) > ray.start if ray.beside is not None else self.side(ray.offset) > 0
+        axis = np.where(outside, near.argmax(axis=0), far.argmin(axis=0))
         local = self._to_box(ray.direction)
         rays = np.arange(local.shape[1])
         face = np.zeros_like(local)
@@ -596,6 +850,12 @@ class Box(Object):
         """Return 1 outside, -1 inside, 0 on the surface."""
         height = float((np.abs(self._local(point)) - self.half).max())
         return 1 if math.isnan(height) else int(np.sign(height))  # NaN: infinitely far along two axes
+
+    def exit_parameter(self, way: PathToLight) -> Array:
+        """Return the first exit from a slab, if it comes after the last entry (section 2.2.3)."""
+        near, far = self._slabs(self._to_box(way.sight - (self.position - way.eye)), self._to_box(way.wi))
+        leaving: Array = far.min(axis=0)
+        return np.where(near.max(axis=0) <= leaving, leaving, -np.inf)
 
     def heights(self, eye: Array, sight: Array) -> Array:
         """Return the heights of points above the faces across each axis of the box: (3, N)."""
@@ -623,7 +883,7 @@ class Box(Object):
 
     def from_ray(self, ray: Ray) -> Array:
         """Return g, the vector from each ray's nearest point to the centre, as for a sphere: (3, N)."""
-        c = self.position - ray.offset
+        c = ray.to(self.position)
         return c - dot(c, ray.direction) * ray.direction
 
     def slabs(self, ray: Ray) -> tuple[Array, Array]:
@@ -632,8 +892,10 @@ class Box(Object):
         G' = R^T (o - position) + t R^T d: section 2.2.3, with the direction rotated too. A ray parallel to a slab
         is in it for all t or for none.
         """
-        offset = self._local(ray.offset)
-        direction = self._to_box(ray.direction)
+        return self._slabs(self._start(ray), self._to_box(ray.direction))
+
+    def _slabs(self, offset: Array, direction: Array) -> tuple[Array, Array]:
+        """Return the same for rays in box space."""
         low = (-self.half - offset) / direction
         high = (self.half - offset) / direction
         near, far = np.minimum(low, high), np.maximum(low, high)
@@ -643,6 +905,11 @@ class Box(Object):
             near = np.where(parallel, np.where(within, -np.inf, np.inf), near)
             far = np.where(parallel, np.inf, far)
         return near, far
+
+    def _start(self, ray: Ray) -> Array:
+        """Return where rays start in box space: (3, 1) or (3, N)."""
+        local = self._local(ray.offset)
+        return local if ray.beside is None else local + self._to_box(ray.beside)
 
     def _to_box(self, vector: Array) -> Array:
         """Return R^T v: its components along the axes of the box."""
@@ -729,11 +996,15 @@ class Frustum(Object):
 
     def intersection_parameter(self, ray: Ray) -> Array:
         """Return where a ray is first inside the side and between the discs, or else where it leaves them."""
+        enter, leave = self.span(ray)
+        return np.where(enter <= leave, nearest_positive(enter, leave, ray.start), np.inf)
+
+    def span(self, ray: Ray) -> tuple[Array, Array]:
+        """Return where each ray enters and leaves the frustum, two (N,): NaN where it misses the side."""
         side = self.side_terms(ray)
         near, far = self.slab(ray)
-        enter, leave = np.fmax(side.enter, near), np.fmin(side.leave, far)
-        met = (side.discriminant >= 0) & (enter <= leave)
-        return np.where(met, nearest_positive(enter, leave), np.inf)
+        missed = ~(side.discriminant >= 0)
+        return np.where(missed, np.nan, np.fmax(side.enter, near)), np.fmin(side.leave, far)
 
     def side_terms(self, ray: Ray) -> Side:
         """Solve d cos(alpha) = m, for the nappe of the double cone where m >= 0.
@@ -748,8 +1019,13 @@ class Frustum(Object):
 
         The roots are C / q and q / A, with q = B + sign(B) sqrt(D). Where A < 0 they are on both nappes, and the
         ray is inside from one on: toward the wider end. From a distant start, they are measured from the point of
-        each ray that is nearest to the middle: its B and C lose no digits.
+        each ray that is nearest to the middle: its B and C lose no digits. So are those of parallel rays, which with
+        the components P of that point have W_2 = 0 and::
+
+            D = B^2 - A C = (P_3 W_1 - P_1 W_3)^2 - A P_2^2
         """
+        if ray.beside is not None:
+            return self._parallel_side_terms(ray)
         start = self.place(ray.offset)
         frame = self._frame(start)
         w_1, w_2, w_3 = self._components(ray.direction, frame)
@@ -766,6 +1042,33 @@ class Frustum(Object):
             p_3 = self.middle + p_3
             b_there = w_3 * p_3 - w_1 * p_1 - w_2 * p_2
             c_there = (np.hypot(p_1, p_2) - p_3) * (np.hypot(p_1, p_2) + p_3)
+        return self._side((a, b, discriminant), (begin, b_there, c_there), w_3)
+
+    def _parallel_side_terms(self, ray: Ray) -> Side:
+        start, direction = -ray.to(self.position), ray.direction
+        begin = -dot(start, direction)
+        along = dot(direction, self.axis)
+        across = direction - along * self.axis
+        away = length(across)
+        e = np.where(away > PARALLEL_TO_AXIS, across / away, _perpendicular(self.axis))
+        away = np.where(away > PARALLEL_TO_AXIS, away, 0.0)
+        frame = e, np.cross(e, self.axis, axis=0), self.axis
+        w_1, w_3 = self.cosine * away, self.sine * along
+        p_1, p_2, p_3 = self._components(start + begin * direction, frame)
+        p_3 = self.middle + p_3
+        a = (w_1 - w_3) * (w_1 + w_3)
+        root = p_3 * w_1 - p_1 * w_3
+        discriminant = root * root - a * (p_2 * p_2)
+        b = w_3 * p_3 - w_1 * p_1
+        c = (np.hypot(p_1, p_2) - p_3) * (np.hypot(p_1, p_2) + p_3)
+        return self._side((a, b, discriminant), (begin, b, c), w_3)
+
+    def _side(
+        self, terms: tuple[Array, Array, Array], there: tuple[Array, Array, Array], w_3: Array
+    ) -> Side:
+        """Return the terms with the roots, from A, B and D, and from where they are measured with B and C there."""
+        a, b, discriminant = terms
+        begin, b_there, c_there = there
         q = b_there + np.where(b_there >= 0, 1, -1) * np.sqrt(discriminant)
         one = np.where(c_there == 0, 0.0, c_there / q)
         ahead = b_there >= 0
@@ -777,10 +1080,9 @@ class Frustum(Object):
 
     def slab(self, ray: Ray) -> tuple[Array, Array]:
         """Return where each ray enters and leaves the slab |z| <= h / 2 between the discs: two (N,)."""
-        z = self.place(ray.offset).z
-        along = dot(ray.direction, self.axis)
+        z, along = self.height_of_start(ray), dot(ray.direction, self.axis)
         low, high = (-self.half - z) / along, (self.half - z) / along
-        outside = np.inf if abs(z) > self.half else -np.inf
+        outside = np.where(np.abs(z) > self.half, np.inf, -np.inf)
         near = np.where(along == 0, outside, np.minimum(low, high))
         far = np.where(along == 0, np.inf, np.maximum(low, high))
         return near, far
@@ -789,16 +1091,29 @@ class Frustum(Object):
         """Return +-a on a disc, else n = cos(alpha) (P - foot) / d - sin(alpha) a, turned to the viewer."""
         near, far = self.slab(ray)
         side = self.side_terms(ray)
-        outside = self.side(ray.offset) > 0
-        on_disc = near > side.enter if outside else far < side.leave
-        point = t * ray.direction - (self.position - ray.offset)
+        if ray.beside is None:
+            outside = np.full(t.shape, self.side(ray.offset) > 0)
+        else:
+            outside = np.fmax(side.enter, near) > ray.start
+        on_disc = np.where(outside, near > side.enter, far < side.leave)
+        point = ray.sight(t) - (self.position - ray.offset)
         radial = point - dot(point, self.axis) * self.axis
         away = length(radial)
         outward = self.cosine * radial / away - self.sine * self.axis
         against_ray = -np.copysign(1.0, dot(ray.direction, self.axis)) * self.axis
-        normal = np.where(on_disc, against_ray, outward if outside else -outward)
+        normal = np.where(on_disc, against_ray, np.where(outside, outward, -outward))
         # The tip of a cone has no normal: the one chosen here faces the viewer.
         return np.where((away == 0) & ~on_disc, -ray.direction, normal)
+
+    def exit_parameter(self, way: PathToLight) -> Array:
+        """Return where parallel rays from the points leave the frustum, if they meet it."""
+        enter, leave = self.span(Ray(way.eye, way.wi, way.sight))
+        return np.where(enter <= leave, leave, -np.inf)
+
+    def height_of_start(self, ray: Ray) -> Array:
+        """Return the height above the middle where each ray starts: () or (N,)."""
+        z = np.asarray(self.place(ray.offset).z)
+        return z if ray.beside is None else z + dot(ray.beside, self.axis)
 
     def side(self, point: Array) -> int:
         """Return 1 outside, -1 inside, 0 on the surface."""
@@ -888,6 +1203,8 @@ class Capsule(Object):
     def intersection_parameter(self, ray: Ray) -> Array:
         """Return where a ray enters the capsule, or where it leaves it if it starts inside."""
         enter, leave = self.span(ray)
+        if ray.beside is not None:
+            return np.where(enter <= leave, nearest_positive(enter, leave, ray.start), np.inf)
         t = enter if self.side(ray.offset) > 0 else leave
         return np.where((enter <= leave) & (t > 0), t, np.inf)
 
@@ -899,7 +1216,7 @@ class Capsule(Object):
         """
         side = self.tube.side_terms(ray)
         base, top = self.base.quadratic(ray), self.top.quadratic(ray)
-        z, along = self.tube.place(ray.offset).z, dot(ray.direction, self.tube.axis)
+        z, along = self.tube.height_of_start(ray), dot(ray.direction, self.tube.axis)
 
         def within(t: Array, of_base: Array, of_top: Array) -> Array:
             height = z + t * along
@@ -911,8 +1228,15 @@ class Capsule(Object):
 
     def normal(self, ray: Ray, t: Array) -> Array:
         """Return n = (P - F) / |P - F|, F the nearest point of the axis, turned to the viewer."""
-        outward = self._from_axis(t * ray.direction - (self.position - ray.offset))
+        outward = self._from_axis(ray.sight(t) - (self.position - ray.offset))
+        if ray.beside is not None:
+            return np.where(dot(outward, ray.direction) > 0, -1, 1) * outward / length(outward)
         return (1 if self.side(ray.offset) > 0 else -1) * outward / length(outward)
+
+    def exit_parameter(self, way: PathToLight) -> Array:
+        """Return where parallel rays from the points leave the capsule, if they meet it."""
+        enter, leave = self.span(Ray(way.eye, way.wi, way.sight))
+        return np.where(enter <= leave, leave, -np.inf)
 
     def side(self, point: Array) -> int:
         """Return 1 outside, -1 inside, 0 on the surface."""
@@ -1040,11 +1364,8 @@ class PathToLight:
 
 def path_to_light(source: LightSource, ray: Ray, hit: Hit) -> PathToLight:
     """Return the paths from the points that rays hit to a light (section 2.3.1)."""
-    # From the surface to the light by way of the eye: both parts are small even far from the origin.
-    sight = hit.t * ray.direction
-    to_light = (source.position - ray.offset) - sight
-    distance = length(to_light)
-    wi = to_light / distance
+    sight = ray.sight(hit.t)
+    distance, wi = source.way_from(ray.offset, sight)
     return PathToLight(ray.offset, sight, distance, wi, dot(hit.normal, wi))
 
 
@@ -1064,7 +1385,7 @@ class Occluder:
     index
         The object.
     t
-        (N,): the distance from the light to the intersection, +inf where there is none.
+        (N,): the distance from the light to the intersection, +inf where there is none; of a sun, from the point.
     between
         (N,) bool: whether the object is between the light and the surface point.
     """
@@ -1074,9 +1395,15 @@ class Occluder:
     between: Mask
 
 
-def seen_directly(source: LightSource, ray: Ray) -> Array:
-    """Return intensity * color / (4 pi r^2), r from the light to the rays' offset (section 3.4): (3, 1)."""
-    return source.light_at(length(source.position - ray.offset)).rgb
+def seen_directly(source: PointLight, ray: Ray) -> Array:
+    """Return intensity * color / (4 pi r^2), r from the light to the eye (section 3.4): (3, 1)."""
+    return source.light_at(distance_to_eye(source, ray)).rgb
+
+
+def distance_to_eye(source: PointLight, ray: Ray) -> Array:
+    """Return the distance from a light to the rays' offset, or along parallel rays to where they start: (1,)."""
+    to_light = source.position - ray.offset
+    return length(to_light) if ray.beside is None else np.abs(dot(to_light, ray.direction[:, :1]))
 
 
 class Scenery:
@@ -1089,7 +1416,7 @@ class Scenery:
     objects
         The objects in the order of the file: the nearest wins, the first of two at the same distance.
     light_sources
-        All point lights, those that objects carry included.
+        All lights, those that objects carry included.
     settings
         Samples, background, ambient light, `max_depth`, `eye_falloff`.
 
@@ -1111,7 +1438,8 @@ class Scenery:
         self.light_sources = light_sources
         self.settings = settings
         self._abandoned = Event()
-        self._sides: dict[tuple[float, ...], npt.NDArray[np.int8]] = {}
+        self._sides: dict[Any, npt.NDArray[np.int8]] = {}
+        self._places: dict[LightSource, list[LightSource]] = {}
         self.shining = np.array([shape.source_object is not None for shape in objects], dtype=bool)
         self.solid = np.array([shape.is_solid for shape in objects], dtype=bool)
 
@@ -1217,8 +1545,8 @@ class Scenery:
             if close.size:
                 some = ray.take(close)
                 steep = np.abs(dot(shape.normal(some, t[close]), some.direction))
-                rounding = shape.rounding_at(some.offset, t[close] * some.direction)
-                rounding += self._rounding_at(index[close], some.offset, nearest[close] * some.direction)
+                rounding = shape.rounding_at(some.offset, some.sight(t[close]))
+                rounding += self._rounding_at(index[close], some.offset, some.sight(nearest[close]))
                 closer[close] = (nearest[close] - t[close]) * steep > rounding
             nearest[closer], index[closer] = t[closer], i
         normal, albedo = np.zeros((3, count)), np.zeros((3, count))
@@ -1277,34 +1605,91 @@ class Scenery:
         return hit.albedo / math.pi * irradiance
 
     def _irradiance(self, source: LightSource, ray: Ray, hit: Hit) -> tuple[Array, int]:
-        """Return L_i * cos(theta) of one light at each surface point, 0 in shadow: (3, N).
+        """Return the irradiance of one light at each surface point, (3, N), and the number of shadow rays."""
+        places = self.places_of(source)
+        if not places:
+            return self._sharp_irradiance(source, ray, hit)
+        unhidden, reached, traced = np.zeros(len(hit.t)), np.zeros(len(hit.t)), 0
+        for place in places:
+            way = path_to_light(place, ray, hit)
+            lit, facing = self._lit(place, way, ray, hit)
+            weight = np.where(way.cosine > 0, place.weight(way), 0.0)
+            unhidden += weight
+            reached[lit] += weight[lit]
+            traced += facing
+        return self.soft_irradiance(source, path_to_light(source, ray, hit), (unhidden, reached)), traced
+
+    def soft_irradiance(self, source: LightSource, way: PathToLight, sums: tuple[Array, Array]) -> Array:
+        """Return the irradiance of an emitter: (3, N) (section 2.3.5).
+
+        L_i cos(theta) sum(g v) / sum(g) where all of it is above the tangent plane, else the mean of g v.
+
+        Parameters
+        ----------
+        source, way
+            The emitter, and the paths to its middle.
+        sums
+            The sums of g and of g v over all places: (N,) each.
+        """
+        unhidden, reached = sums
+        height = way.cosine if isinstance(source, SunLight) else way.cosine * way.distance
+        above = np.flatnonzero(height >= source.size)
+        irradiance = source.mean_of_places(reached, len(self.places_of(source))).rgb * np.ones(len(reached))
+        irradiance[:, above] = irradiance_of(source, way, above)[:, above] * (reached[above] / unhidden[above])
+        return np.nan_to_num(irradiance)
+
+    def places_of(self, source: LightSource) -> list[LightSource]:
+        """Return the places of a source with a size, computed once; none without a size."""
+        if source.size == 0:
+            return []
+        if source not in self._places:
+            pattern = np.array(emitter_places(self.settings.shadow_samples)).T
+            self._places[source] = source.places(pattern)
+        return self._places[source]
+
+    def _sharp_irradiance(self, source: LightSource, ray: Ray, hit: Hit) -> tuple[Array, int]:
+        """Return L_i * cos(theta) of a light without a size at each surface point, 0 in shadow: (3, N).
 
         A surface is lit from the viewer's side only. All shapes are convex, so where eye and light are on the
         same side of an object and cos(theta) > 0, the object cannot stand in its own light: it is left out of
         its own shadow test, and no epsilon is needed.
         """
         way = path_to_light(source, ray, hit)
-        facing = np.flatnonzero((way.cosine > 0) & self.same_side(source, ray)[hit.index])
-        blocked = self._blocked(source, way.take(facing), hit.index[facing])
-        lit = facing[~blocked]
-        return irradiance_of(source, way, lit), len(facing)
+        lit, facing = self._lit(source, way, ray, hit)
+        return irradiance_of(source, way, lit), facing
 
-    def same_side(self, source: LightSource, ray: Ray) -> Mask:
-        """Return for each object whether the light can reach what the eye sees of it: (objects,).
+    def _lit(self, source: LightSource, way: PathToLight, ray: Ray, hit: Hit) -> tuple[Indices, int]:
+        """Return the points that a light without a size reaches, and the number of those that face it."""
+        facing = np.flatnonzero((way.cosine > 0) & self.same_side(source, ray, hit))
+        blocked = self._blocked(source, way.take(facing), hit.index[facing])
+        return facing[~blocked], len(facing)
+
+    def same_side(self, source: LightSource, ray: Ray, hit: Hit) -> Mask:
+        """Return for each hit whether the light can reach what the eye sees of the object: (N,).
 
         It can if both are on the same side of the surface. From the surface of a solid the eye sees its inside,
         and a light there shines to both sides; a light on a plane does not light the plane.
         """
-        eye, light = self._sides_from(ray.offset), self._sides_from(source.position)
-        same: Mask = (eye == light) | (self.solid & ((light == 0) | ((eye == 0) & (light < 0))))
+        eye, light = self.seen_sides(ray, hit), self._sides_by(source, source.side_of)[hit.index]
+        same: Mask = (eye == light) | (self.solid[hit.index] & ((light == 0) | ((eye == 0) & (light < 0))))
         return same
 
-    def _sides_from(self, apex: Array) -> npt.NDArray[np.int8]:
-        """Return the side of each object on which a point lies, computed once per eye and light: (objects,)."""
-        key = tuple(apex.ravel())
-        if key not in self._sides:
-            self._sides[key] = np.array([shape.side(apex) for shape in self.objects], dtype=np.int8)
-        return self._sides[key]
+    def seen_sides(self, ray: Ray, hit: Hit) -> npt.NDArray[np.int8]:
+        """Return the side from which each hit is seen: (N,)."""
+        if ray.beside is None:
+            sides = self._sides_by(tuple(ray.offset.ravel()), lambda shape: shape.side(ray.offset))
+            return sides[hit.index]
+        sides = np.zeros(len(hit.index), dtype=np.int8)
+        for i in np.unique(hit.index):
+            rays = np.flatnonzero(hit.index == i)
+            sides[rays] = self.objects[i].seen_side(ray.take(rays), hit.take(rays))
+        return sides
+
+    def _sides_by(self, apex: Any, side_of: Callable[[Object], int]) -> npt.NDArray[np.int8]:
+        """Return the side of each object on which an eye or light is, computed once for each: (objects,)."""
+        if apex not in self._sides:
+            self._sides[apex] = np.array([side_of(shape) for shape in self.objects], dtype=np.int8)
+        return self._sides[apex]
 
     def _blocked(self, source: LightSource, way: PathToLight, receiver: Indices) -> Mask:
         """Return whether an object stands between the light and each point: (N,)."""
@@ -1318,19 +1703,16 @@ class Scenery:
 
         Neither the object that the point lies on nor the one that carries the light counts.
         """
-        # Shadow rays are traced from the light to the surface, so that they pass through one point as well.
-        point, spread = way.extent()
+        within = way.extent()
         for i, shape in self._objects_until_abandoned():
-            if shape.source_object is not source:
-                start = shape.stand_in(source.position, point, spread)
-                part = way if start is source.position else way.toward(start)
-                t = shape.intersection_parameter(Ray(start, -part.wi))
-                between = (t < part.distance) & (receiver != i)
-                close = np.flatnonzero(between & (t > part.distance * (1 - NEAR_THE_END)))
+            if shape.source_object is not source.whole:
+                t, ahead = source.crossing(shape, way, within)
+                between = (ahead > 0) & (receiver != i)
+                close = np.flatnonzero(between & (ahead < way.distance * NEAR_THE_END))
                 if close.size:
                     known = self._rounding_at(receiver[close], way.eye, way.sight[:, close])
-                    between[close] = ~shape.touched_by(part.take(close), t[close], known)
-                yield Occluder(i, t + (way.distance - part.distance), between)
+                    between[close] = ~shape.touched_by(way.take(close), ahead[close], known)
+                yield Occluder(i, t, between)
 
 
 # --- Passes: ground truth at pixel centres -----------------------------------------------------------------
@@ -1338,6 +1720,8 @@ class Scenery:
 
 def _depth(scenery: Scenery, ray: Ray, hit: Hit) -> Array:
     """Return t (d . forward): the distance along the viewing axis, never more than t."""
+    if ray.beside is not None:
+        return hit.t
     return hit.t * np.minimum(dot(ray.direction, column(scenery.camera.frame.forward)), 1.0)
 
 
@@ -1369,7 +1753,7 @@ OBJECTS: dict[str, Callable[..., Object]] = {
     "capsule": Capsule,
     "cone": Cone,
 }
-LIGHT_SOURCES: dict[str, Callable[..., LightSource]] = {"point": PointLight}
+LIGHT_SOURCES: dict[str, Callable[..., LightSource]] = {"point": PointLight, "sun": SunLight}
 
 
 def build_scenery(world: World) -> Scenery:

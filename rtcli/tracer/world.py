@@ -53,24 +53,27 @@ class MeterReading(NamedTuple):
 
 
 class CameraFrame(NamedTuple):
-    """A pinhole camera.
+    """A camera without a lens.
 
     Parameters
     ----------
     width, height
         The whole picture, pixels.
     half_height
-        Half the height of the picture on the image plane at distance 1: tan(fov / 2).
+        Half the height of the picture on the image plane at distance 1: tan(fov / 2). Of an orthographic camera,
+        half its height in the world.
     pixel_aspect
         The width of a pixel over its height.
     center
         The middle of the picture on the image plane: (0, 0) unless the principal point is elsewhere.
     position
-        The eye, world space.
+        The eye, world space. Of an orthographic camera, the middle of the plane on which its rays start.
     right, up, forward
         An orthonormal frame: the image plane's axes and the view.
     fov
         The vertical field of view in degrees; None if the scene gives something else. Tracers use `half_height`.
+    projection
+        `perspective` or `orthographic`.
     """
 
     width: int
@@ -83,10 +86,19 @@ class CameraFrame(NamedTuple):
     up: Vector
     forward: Vector
     fov: float | None = None
+    projection: str = "perspective"
+
+    @property
+    def is_orthographic(self) -> bool:
+        """Whether the rays are parallel."""
+        return self.projection == "orthographic"
 
     @property
     def focal_lengths(self) -> tuple[float, float]:
-        """The focal lengths in pixels: f_y = height / (2 half_height), f_x = f_y / pixel_aspect."""
+        """The focal lengths in pixels: f_y = height / (2 half_height), f_x = f_y / pixel_aspect.
+
+        Of an orthographic camera, these are pixels per unit of the world.
+        """
         focal = self.height / max(2.0 * self.half_height, _SMALLEST)
         return focal / self.pixel_aspect, focal
 
@@ -132,11 +144,12 @@ class Lights(NamedTuple):
     kind
         (M,) uint8: indices into `LIGHT_PARAMETERS` of the compiled module.
     parameters
-        (P,) float64: the parameters of the first light, then those of the second, and so on. Point: position (3).
+        (P,) float64: the parameters of the first light, then those of the second, and so on. Point: position (3),
+        radius; sun: the direction in which its light travels (3, any length), angular diameter in degrees.
     color
         (M * 3,) float64: linear, 0 or more.
     intensity
-        (M,) float64: emitted power.
+        (M,) float64: emitted power; of a sun, its irradiance.
     carrier
         (M,) int64: the index of the object that carries it, or `NO_CARRIER`.
     """
@@ -188,6 +201,8 @@ class Settings(NamedTuple):
         Linear RGB; a surface reflects albedo * ambient of it wherever objects and lights are.
     max_depth
         0: only objects that carry a light are seen; 1 or more: direct light with shadows.
+    shadow_samples
+        The number of places of each light that has a size.
     eye_falloff
         Whether radiance is also divided by 4 pi t^2, t from the surface to the eye.
     """
@@ -196,6 +211,7 @@ class Settings(NamedTuple):
     background: Vector
     ambient: Vector
     max_depth: int
+    shadow_samples: int
     eye_falloff: bool
 
 

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from stories import PLACES, STRAIGHT, pixel_of, straight
-from worlds import box, crowd, extreme_scenes, light, plane, random_scenes, scene, sphere
+from worlds import box, crowd, extreme_scenes, light, plane, random_scenes, scene, sphere, sun
 
 import rtcli
 from rtcli import Scene
@@ -309,6 +309,18 @@ def test_ray_of_intrinsics_is_that_of_their_formulas():
     assert not any("fov" in equation for equation in step.equations)
 
 
+def test_ray_of_an_orthographic_camera_starts_beside_its_position():
+    view = {"resolution": [8, 4], "projection": "orthographic", "height": 6, "position": [1, 2, 3]}
+    found = explain(scene([sphere([4.5, 2.5, 0], 2)], [light([0, 5, 9])], camera=view), 6, 1)
+    step = found.story.ray
+    ray = numbers(step)
+    x, y = (2 * 6.5 / 8 - 1) * 2 * 3, (1 - 2 * 1.5 / 4) * 3
+    assert (ray["height"], ray["xy"]) == (6, pytest.approx((x, y)))
+    assert (ray["o"], ray["d"]) == (pytest.approx((1 + x, 2 + y, 3)), (0, 0, -1))
+    assert "o = position + x r + y u      d = f" in step.equations
+    assert numbers(found.story.hit)["P"][:2] == pytest.approx((1 + x, 2 + y))
+
+
 @pytest.mark.parametrize("pixel", [(-1, 0), (0, -1), (32, 0), (0, 24)])
 def test_pixel_outside_of_the_picture_is_refused(pixel):
     with pytest.raises(ValueError, match="not in the picture of 32x24"):
@@ -590,6 +602,45 @@ def test_carried_light_is_called_by_its_object_and_not_blocked_by_it():
     free, carried = shares(straight([plane([0, 0, -10], [0, 0, 1]), lamp], [light([5, 0, 0])]))
     assert (free.label, free.body, free.verdict) == ("lights[0]", None, "lit")
     assert (carried.label, carried.body.index, carried.verdict) == ("`lamp`", 1, "lit")
+
+
+def test_blockers_of_a_sun_are_told_from_the_point_on():
+    wall = plane([0, 0, -10], [0, 0, 1])
+    balls = [sphere([0, 0.6 * d, -10 + 0.8 * d], 0.25, name=f"ball {d}") for d in (6, 3)]
+    (share,) = shares(straight([*balls, wall], [sun([0, -0.6, -0.8])]))
+    assert [blocking.object.name for blocking in share.blockers] == ["ball 3", "ball 6"]
+    assert [blocking.distance for blocking in share.blockers] == pytest.approx([3.25, 6.25])
+    assert share.outcome.endswith(" from the point")
+    assert "position" not in numbers(share)
+
+
+def test_places_of_an_emitter_are_counted_with_what_hides_them():
+    wall = plane([0, 0, -10], [0, 0, 1])
+    # The lower edge of the board is on the line from the point to the middle of the light: it hides about half.
+    board = box([0, 6, -5], [8, 8, 0.1], name="board")
+    (share,) = shares(straight([board, wall], [light([0, 4, 0], radius=0.5)], render={"shadow_samples": 20}))
+    places = share.places
+    assert (places.count, places.facing) == (20, 20)
+    (hidden,) = places.hidden
+    assert hidden.object.name == "board"
+    assert places.reaching + hidden.count == 20
+    assert 5 < hidden.count < 15
+    assert (share.verdict, share.blockers) == ("lit", ())
+    assert share.outcome == (
+        f"{places.reaching} of its 20 places reach the point and {hidden.count} are hidden by `board`"
+    )
+    values = numbers(share)
+    assert 0 < values["sum_g_v"] < values["sum_g"]
+
+
+@given(random_scenes(emitters=True), st.tuples(st.floats(0, 0.999), st.floats(0, 0.999)))
+def test_shares_of_emitters_sum_to_the_radiance(data, at):
+    width, height = data["camera"]["resolution"]
+    explanation = assert_told_as_rendered(Scene.model_validate(data), int(at[0] * width), int(at[1] * height))
+    found = shares(explanation)
+    if found:
+        total = np.sum([share.radiance for share in found], axis=0)
+        np.testing.assert_allclose(numbers(explanation.story.radiance)["radiance"], total, rtol=1e-12, atol=1e-300)
 
 
 # --- As data ------------------------------------------------------------------------------------------------

@@ -557,3 +557,39 @@ def test_ball_is_in_the_picture_or_not_by_the_principal_point():
     assert rules.OUT_OF_VIEW in seen_by(15.5)
     assert rules.OUT_OF_VIEW in seen_by(0)
     assert rules.OUT_OF_VIEW not in seen_by(31)
+
+
+# --- Orthographic cameras ------------------------------------------------------------------------------------
+
+PARALLEL = {"resolution": [32, 32], "projection": "orthographic", "height": 4}
+
+
+@pytest.mark.parametrize(
+    ("shape", "expected"),
+    [
+        (worlds.sphere([2.4, 0, -900], 0.5), set()),
+        (worlds.sphere([2.6, 0, -5], 0.5), {rules.OUT_OF_VIEW}),
+        (worlds.sphere([0, 0, 1.1], 1), {rules.BEHIND_CAMERA}),
+        (worlds.sphere([0, 0, 0.9], 1), set()),
+        (worlds.plane([0, -1, 0], [0, 1, 0]), set()),  # edge on, and it divides what is seen
+        (worlds.plane([0, -3, 0], [0, 1, 0]), {rules.OUT_OF_VIEW}),
+        (worlds.plane([0, 0, 1], [0, 0, 1]), {rules.BEHIND_CAMERA}),
+        (worlds.plane([0, 0, 1], [0, 1, 1]), set()),  # ahead of some rays
+    ],
+)
+def test_view_of_an_orthographic_camera_is_a_prism(shape, expected):
+    assert rules_of([worlds.sphere([0, 0, -6]), shape], [worlds.light([0, 0, -1])], camera=PARALLEL) == expected
+
+
+def test_orthographic_camera_is_inside_what_holds_all_of_its_picture():
+    for size, expected in ((9, {rules.CAMERA_INSIDE}), (3, set())):
+        block = worlds.box([0, 0, 0], [size] * 3)
+        data = {"camera": PARALLEL, "objects": [block], "render": {"ambient": [1, 1, 1]}}
+        assert set(warnings_of(data)) - {rules.WHITE_PICTURE} == expected
+
+
+def test_light_burns_out_what_an_orthographic_camera_sees():
+    camera = {**PARALLEL, "resolution": [256, 256], "position": [0, 5, 0], "look_at": [0, 0, 0], "up": [0, 0, -1]}
+    for x, expected in ((1.5, True), (2.5, False)):
+        lamp = worlds.light([x, 0.05, 0], 30)
+        assert (rules.BURNT_OUT in rules_of([FLOOR], [lamp], camera=camera)) == expected

@@ -13,8 +13,8 @@ float64 and changes no radiance. The variant is `scalar_rgb`: it needs no LLVM, 
 bytes repeat.
 
 Mitsuba does not know two things, which are filled in here: an object that carries a light is seen with the
-constant radiance intensity * color / (4 pi r^2), r from the light to the eye; and a ray that hits nothing shows
-the background. Which object a ray meets first is Mitsuba's answer.
+constant radiance intensity * color / (4 pi r^2), r from the light to the eye, or to the plane on which parallel
+rays start; and a ray that hits nothing shows the background. Which object a ray meets first is Mitsuba's answer.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ import numpy as np
 import numpy.typing as npt
 
 import rtcli
-from rtcli.scene.model import Box, Camera, Capsule, CarriedLight, Cylinder, Object, Plane, Scene, Sphere
+from rtcli.scene.model import Box, Camera, Capsule, CarriedLight, Cylinder, Object, Plane, Scene, Sphere, SunLight
 
 Array = npt.NDArray[np.float64]
 
@@ -70,7 +70,7 @@ class Frame:
     def of(cls, scene: Scene) -> Frame:
         """Return the frame around a scene's eye in which the median distance of lights and bodies is 1."""
         eye = np.array(scene.camera.position)
-        positions = [lamp.light_position for lamp in lamps(scene)]
+        positions = [lamp.light_position for lamp in lamps(scene) if lamp.light_position is not None]
         positions += [shape.position for shape in scene.objects if not isinstance(shape, Plane)]
         return cls(eye, float(np.median(np.linalg.norm(np.array(positions) - eye, axis=1))))
 
@@ -88,25 +88,25 @@ class Lamp:
     light
         Its intensity and color.
     light_position
-        Where it is.
+        Where it is, None of a sun.
     body
         The index of the object that carries it, `NOTHING` for a light that stands free.
     """
 
-    light: CarriedLight
-    light_position: tuple[float, float, float]
+    light: CarriedLight | SunLight
+    light_position: tuple[float, float, float] | None
     body: int
 
     @property
     def power(self) -> Array:
-        """Intensity * color: (3,)."""
-        return self.light.intensity * np.array(self.light.color)
+        """Intensity, or irradiance, * color: (3,)."""
+        return self.light.strength * np.array(self.light.color)
 
 
 def lamps(scene: Scene) -> Iterator[Lamp]:
     """Yield the lights of a scene: those that stand free, then those that objects carry."""
     for light in scene.lights:
-        yield Lamp(light, light.position, NOTHING)
+        yield Lamp(light, None if isinstance(light, SunLight) else light.position, NOTHING)
     for index, shape in enumerate(scene.objects):
         if not isinstance(shape, Plane) and shape.light is not None:
             yield Lamp(shape.light, shape.position, index)
@@ -123,7 +123,7 @@ def world(scene: Scene, frame: Frame, lamp: Lamp | None = None) -> Any:
             for part, outline in enumerate(outlines(shape, frame)):
                 contents[f"{index}_{part}"] = {**outline, "bsdf": two_sided_diffuse(shape)}
     if lamp is not None:
-        contents["light"] = point_light(lamp, frame)
+        contents["light"] = emitter(lamp, frame)
     # Unoptimised, so that no objects are merged and each keeps its name.
     return mitsuba.load_dict(contents, optimize=False)
 
@@ -195,11 +195,22 @@ def two_sided_diffuse(shape: Object) -> dict[str, Any]:
     return {"type": "twosided", "surface": {"type": "diffuse", "reflectance": rgb(shape.color)}}
 
 
-def point_light(lamp: Lamp, frame: Frame) -> dict[str, Any]:
-    """Return a light as Mitsuba's `point`, whose intensity is the power per steradian: ours / (4 pi).
+def emitter(lamp: Lamp, frame: Frame) -> dict[str, Any]:
+    """Return a light as Mitsuba's `directional`, as a `sphere` that emits, or as `point`.
 
-    Scaled with the scene, so that what arrives at a surface stays the same.
+    The intensity of a point is the power per steradian: ours / (4 pi), scaled with the scene, so that what arrives
+    at a surface stays the same. The radiance of a sphere is power / (4 pi^2 R^2).
     """
+    if isinstance(lamp.light, SunLight):
+        return {"type": "directional", "direction": list(lamp.light.direction), "irradiance": rgb(lamp.power)}
+    assert lamp.light_position is not None
+    if lamp.light.radius > 0:
+        return {
+            "type": "sphere",
+            "center": frame.point(lamp.light_position).tolist(),
+            "radius": lamp.light.radius / frame.unit,
+            "emitter": {"type": "area", "radiance": rgb(lamp.power / (4 * math.pi**2 * lamp.light.radius**2))},
+        }
     intensity = lamp.power / (4 * math.pi) / frame.unit**2
     return {"type": "point", "position": frame.point(lamp.light_position).tolist(), "intensity": rgb(intensity)}
 
@@ -212,21 +223,29 @@ def rgb(color: Iterable[float]) -> dict[str, Any]:
 # --- Rays ----------------------------------------------------------------------------------------------------
 
 
-def primary_directions(camera: Camera) -> Array:
-    """Return the directions through the pixel centres, row by row: (H * W, 3), unit.
+def primary_rays(camera: Camera) -> tuple[Array, Array]:
+    """Return where rays start, relative to the eye, and their directions, row by row: two (H * W, 3).
+
+    They go through the pixel centres.
 
     With s = (pixel + 0.5) / size::
 
         x = (2 s_x - 1) * aspect * tan(fov / 2)
         y = (1 - 2 s_y) * tan(fov / 2)
+
+    The rays of an orthographic camera are parallel and start there, with half its height for the tangent.
     """
     width, height = camera.resolution
-    half_height = math.tan(math.radians(camera.fov) / 2)
+    is_parallel = camera.projection == "orthographic"
+    half_height = camera.height / 2 if is_parallel else math.tan(math.radians(camera.fov) / 2)
     across = (2 * (np.arange(width) + 0.5) / width - 1) * (width / height) * half_height
     upward = (1 - 2 * (np.arange(height) + 0.5) / height) * half_height
     y, x = np.meshgrid(upward, across, indexing="ij")
     right, up, forward = camera_axes(camera)
-    return unit(x.reshape(-1, 1) * right + y.reshape(-1, 1) * up + forward)
+    across = x.reshape(-1, 1) * right + y.reshape(-1, 1) * up
+    if is_parallel:
+        return across, np.broadcast_to(forward, across.shape)
+    return np.zeros_like(across), unit(across + forward)
 
 
 def camera_axes(camera: Camera) -> tuple[Array, Array, Array]:
@@ -246,13 +265,15 @@ def unit(vectors: Array) -> Array:
 # --- Radiance ------------------------------------------------------------------------------------------------
 
 
-def radiance(scene: Scene) -> npt.NDArray[np.float32]:
+def radiance(scene: Scene, samples: int = 1) -> npt.NDArray[np.float32]:
     """Return the radiance at the pixel centres of a scene: (H, W, 3), linear.
 
     Parameters
     ----------
     scene
         With one bounce of light and without falloff to the eye, the defaults; Mitsuba knows nothing else.
+    samples
+        The random points on each light; more than one for those that have a size, which must be out of view.
     """
     settings = scene.render
     if settings.max_depth != 1 or settings.eye_falloff or any(settings.ambient):
@@ -260,19 +281,23 @@ def radiance(scene: Scene) -> npt.NDArray[np.float32]:
             "the oracle knows direct light only: leave max_depth, eye_falloff and ambient as they are"
         )
     frame = Frame.of(scene)
-    rays = [mitsuba.RayDifferential3f([0, 0, 0], row) for row in primary_directions(scene.camera).tolist()]
+    starts, directions = primary_rays(scene.camera)
+    rays = [
+        mitsuba.RayDifferential3f(start, direction)
+        for start, direction in zip((starts / frame.unit).tolist(), directions.tolist(), strict=True)
+    ]
     total = np.zeros((len(rays), 3))
     for lamp in lamps(scene):
-        total += direct_light(world(scene, frame, lamp), rays)
+        total += direct_light(world(scene, frame, lamp), rays, samples)
     fill_in(total, first_objects(world(scene, frame), rays), scene)
     width, height = scene.camera.resolution
     return total.reshape(height, width, 3).astype(np.float32)
 
 
-def direct_light(lit_world: Any, rays: list[Any]) -> Array:
+def direct_light(lit_world: Any, rays: list[Any], samples: int) -> Array:
     """Return the radiance that Mitsuba's `direct` integrator finds along each ray: (N, 3)."""
-    integrator = mitsuba.load_dict({"type": "direct", "emitter_samples": 1, "bsdf_samples": 0})
-    # With point lights nothing is random, but the integrator requires a sampler.
+    integrator = mitsuba.load_dict({"type": "direct", "emitter_samples": samples, "bsdf_samples": 0})
+    # With point lights and suns nothing is random, but the integrator requires a sampler.
     sampler = mitsuba.load_dict({"type": "independent"})
     sampler.seed(0)
     return np.array([integrator.sample(lit_world, sampler, ray)[0] for ray in rays], dtype=np.float64)
@@ -288,7 +313,11 @@ def fill_in(total: Array, first: npt.NDArray[np.int64], scene: Scene) -> None:
     """Write over the pixels (N, 3) of objects that shine, and over those where nothing is hit."""
     for lamp in lamps(scene):
         if lamp.body != NOTHING:
-            distance = math.dist(lamp.light_position, scene.camera.position)
+            assert lamp.light_position is not None
+            to_lamp = np.subtract(lamp.light_position, scene.camera.position)
+            distance = float(np.linalg.norm(to_lamp))
+            if scene.camera.projection == "orthographic":
+                distance = abs(float(to_lamp @ camera_axes(scene.camera)[2]))
             total[first == lamp.body] = lamp.power / (4 * math.pi * distance**2)
     total[first == NOTHING] = scene.render.background
 

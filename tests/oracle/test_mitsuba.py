@@ -53,6 +53,35 @@ def test_every_scene_has_its_radiance_and_every_radiance_its_scene() -> None:
 
 
 @pytest.mark.integration
+def test_rays_of_an_orthographic_camera_are_those_of_mitsubas(monkeypatch: pytest.MonkeyPatch) -> None:
+    mitsuba = pytest.importorskip("mitsuba", reason="Mitsuba is not installed: pip install mitsuba")
+    script = _script(monkeypatch)
+    camera = rtcli.load_scene(SCENES["parallel_rays"]).camera
+    width, height = camera.resolution
+    eye = np.array(camera.position)
+    # Mitsuba's picture spans 2 units across.
+    span = camera.height * width / height / 2
+    sensor = mitsuba.load_dict(
+        {
+            "type": "orthographic",
+            "film": {"type": "hdrfilm", "width": width, "height": height},
+            "to_world": mitsuba.ScalarTransform4f()
+            .look_at([0, 0, 0], (np.array(camera.look_at) - eye).tolist(), list(camera.up))
+            .scale([span, span, 1]),
+        }
+    )
+    starts, directions = script.primary_rays(camera)
+    for pixel in range(0, width * height, 37):
+        row, column = divmod(pixel, width)
+        place = [(column + 0.5) / width, (row + 0.5) / height]
+        ray, _ = sensor.sample_ray(0, 0, place, [0.5, 0.5])
+        direction, origin = np.array(ray.d, dtype=float), np.array(ray.o, dtype=float)
+        np.testing.assert_allclose(direction, directions[pixel], atol=1e-6)
+        beside = np.cross(directions[pixel], origin - starts[pixel])
+        np.testing.assert_allclose(beside, 0, atol=1e-5)
+
+
+@pytest.mark.integration
 def test_mitsuba_still_computes_the_committed_radiance(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("mitsuba", reason="Mitsuba is not installed: pip install mitsuba")
     name = "lamps_in_a_room"
@@ -60,6 +89,27 @@ def test_mitsuba_still_computes_the_committed_radiance(monkeypatch: pytest.Monke
     # On another machine Mitsuba may decide a pixel on a border otherwise.
     stray_share = _stray_share(relative_difference(computed, _reference(name)))
     assert stray_share <= STRAY_SHARE
+
+
+@pytest.mark.integration
+@pytest.mark.parametrize(("shadow_samples", "tolerance"), [(64, 0.02), (1024, 0.005)])
+@pytest.mark.parametrize("engine", ENGINES)
+def test_penumbras_agree_with_mitsuba_in_the_mean(
+    monkeypatch: pytest.MonkeyPatch, engine: str, shadow_samples: int, tolerance: float
+) -> None:
+    pytest.importorskip("mitsuba", reason="Mitsuba is not installed: pip install mitsuba")
+    scene = rtcli.load_scene(DATA / "penumbras.yaml")
+    # Three thousand random points of the light for each pixel: the noise of the mean is a tenth of the tolerance.
+    computed = _script(monkeypatch).radiance(scene, samples=3000)
+    settings = scene.render.replace(shadow_samples=shadow_samples)
+    film = rtcli.render(scene.replace(render=settings), engine=engine)
+    means = film.radiance.mean(axis=(0, 1)), computed.mean(axis=(0, 1))
+    np.testing.assert_allclose(*means, rtol=tolerance)
+    # And in each quarter of the picture, two of which hold the penumbras.
+    for rows in (slice(0, 12), slice(12, 24)):
+        for columns in (slice(0, 16), slice(16, 32)):
+            quarters = (picture[rows, columns].mean() for picture in (film.radiance, computed))
+            np.testing.assert_allclose(*quarters, rtol=1.5 * tolerance)
 
 
 def _stray_share(difference: npt.NDArray[np.float64]) -> float:

@@ -27,11 +27,14 @@ def test_valid_scene_is_read_straight_to_arrays(name, text):
     assert read is not None
 
 
-@given(random_scenes(), st.sampled_from([{"default_flow_style": True}, {"default_flow_style": None}, {}]))
-def test_any_valid_scene_is_read_straight_to_arrays_unless_its_camera_is_not_given_by_fov(data, style):
+@given(
+    random_scenes() | random_scenes(emitters=True),
+    st.sampled_from([{"default_flow_style": True}, {"default_flow_style": None}, {}]),
+)
+def test_any_valid_scene_is_read_straight_to_arrays_but_for_cameras_by_fov_x_or_intrinsics(data, style):
     for name, text in [("a.json", json.dumps(data)), ("a.yaml", yaml.safe_dump(data, **style))]:
         read = read_packed(text.encode(), name, [], Stopwatch())
-        assert (read is not None) == ("fov" in data["camera"])
+        assert (read is not None) == bool({"fov", "height"} & data["camera"].keys())
         if read is not None:
             assert repr(read) == repr(two_ways.by_models(text.encode(), name, Overrides()))
 
@@ -68,6 +71,7 @@ CAMERA = "camera: {resolution: [4, 3], fov: 40}\n"
     [
         *("# only\n---\n# comments\n" + CAMERA, CAMERA + "objects: []", "{" + CAMERA.strip() + "}"),
         "  " + CAMERA,
+        CAMERA.replace("fov: 40", "height: 4, projection: orthographic"),
         CAMERA.replace("\n", "\r\n") + "\r\nimage: {tone: 'aces'}\r\n",
         "camera:\n  resolution:\n  - 4\n  - 3\n  fov: 40\nobjects:\n-\n  type: plane\n  normal: [0, 1, 0]\n"
         "  position: &p\n    [0, 0, 0]\n  color: red\n",
@@ -95,6 +99,9 @@ def test_yaml_in_any_plain_style_is_as_the_models_read_it(text):
         *(CAMERA + rest for rest in ("render:\n", "render: ~", "render: samples: 1", "image: {tone: x}", "x: 1")),
         *(CAMERA.replace("40", fov) for fov in ("0", "180", "1:30", "4_0", "0x28", "'40'", "!!int 40", ".inf")),
         *(CAMERA.replace("40", fov) for fov in ("4\n   0", "&a *a", "*a", "&a", "", "~", "40 x", "40, fov: 40")),
+        *(CAMERA.replace("fov: 40", lens) for lens in ("height: 4", "projection: orthographic", "x: 1")),
+        *(CAMERA.replace("fov", f"{lens}, fov") for lens in ("height: 4", "projection: orthographic")),
+        CAMERA.replace("fov: 40", "height: 4, projection: perspective"),
         *(CAMERA.replace("4, 3", size) for size in ("4.0, 3", "0, 3", "65536, 1", "4, 3, 2", "4", "4, 3,")),
         *("\ufeff\ufeff" + CAMERA, CAMERA + "#\x00", CAMERA + "#\x85render: 1", "\t" + CAMERA),
         "#\rcamera: 1\n" + CAMERA,
@@ -112,8 +119,24 @@ OVERRIDES = st.builds(
     edits=st.lists(
         st.tuples(
             st.sampled_from(["camera", "render", "image", "objects", "lights", "objects[1]", "objects.lamp"]),
-            st.sampled_from(["fov", "position", "look_at", "samples", "background", "tone", "radius", "", "up"]),
-            st.sampled_from(["20", "[1, 2, 3]", "red", "'#ffffff'", "auto", "clip", " 4 # x", "4\n", "\udcff"]),
+            st.sampled_from(
+                [
+                    "fov",
+                    "height",
+                    "projection",
+                    "position",
+                    "look_at",
+                    "samples",
+                    "background",
+                    "tone",
+                    "radius",
+                    "",
+                    "up",
+                ]
+            ),
+            st.sampled_from(
+                ["20", "[1, 2, 3]", "red", "'#ffffff'", "auto", "clip", "orthographic", " 4 # x", "4\n", "\udcff"]
+            ),
         ).map(lambda parts: f"{parts[0]}.{parts[1]}={parts[2]}"),
         max_size=3,
     ).map(tuple),

@@ -68,11 +68,15 @@ def test_extrinsics_are_rotations_and_each_others_inverse(convention):
 
 
 def on_image_plane(camera, window):
-    """Return the rays of a window's first and last pixels at depth 1, (2, 3) in world space, and the frame."""
+    """Return the rays of a window's first and last pixels, (2, 3) in world space, and the frame.
+
+    These are their directions, with 1 along the view; of an orthographic camera, the points where they start.
+    """
     frame = camera_frame(camera)
     x, y = SimpleCamera(frame).on_image_plane(window)
     axes = np.array([frame.right, frame.up, frame.forward])
-    return np.stack([x, y, np.ones(len(x))], axis=1)[[0, -1]] @ axes, frame
+    start, ahead = (frame.position, 0) if frame.is_orthographic else (0, 1)
+    return start + np.stack([x, y, np.full(len(x), ahead)], axis=1)[[0, -1]] @ axes, frame
 
 
 @given(random_scenes(), st.integers(0, 2**32), st.data())
@@ -92,16 +96,20 @@ def test_camera_of_the_metadata_is_a_camera_of_a_scene_with_the_same_view(data, 
     again = Scene.model_validate({**data, "camera": told})
     assert again.camera.resolution == crop[2:]
     rays, frame = on_image_plane(original.camera, crop)
-    same, _ = on_image_plane(again.camera, Window(0, 0, *crop[2:]))
+    same, other = on_image_plane(again.camera, Window(0, 0, *crop[2:]))
     pixel = 1 / max(frame.focal_lengths)
     np.testing.assert_allclose(same, rays, rtol=0, atol=1e-6 * pixel)
-    np.testing.assert_allclose(again.camera.eye, original.camera.eye, rtol=1e-15)
+    np.testing.assert_allclose(other.forward, frame.forward, rtol=0, atol=1e-15)
+    if not frame.is_orthographic:
+        np.testing.assert_allclose(again.camera.eye, original.camera.eye, rtol=1e-15)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("crop", [None, (5, 3, 20, 11)])
-def test_camera_of_the_metadata_gives_the_picture_again(engine, crop):
-    film = render(ROOM, passes=PASSES, engine=engine, crop=crop)
+@pytest.mark.parametrize("view", [{"fov": 50}, {"projection": "orthographic", "height": 4}])
+def test_camera_of_the_metadata_gives_the_picture_again(engine, crop, view):
+    camera = {key: value for key, value in ROOM["camera"].items() if key != "fov"} | view
+    film = render({**ROOM, "camera": camera}, passes=PASSES, engine=engine, crop=crop)
     again = render({**ROOM, "camera": film.metadata["camera"]}, passes=PASSES, engine=engine)
     np.testing.assert_array_equal(again.object_id, film.object_id)
     np.testing.assert_allclose(again.radiance, film.radiance, rtol=1e-4)

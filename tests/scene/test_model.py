@@ -95,6 +95,32 @@ def test_camera_has_exactly_one_key_for_what_it_spans(one, two):
     assert len(pointers(text)) == (one != two)
 
 
+HEIGHT = {"projection": "orthographic", "height": "5"}
+
+
+@pytest.mark.parametrize(
+    ("keys", "refused"),
+    [
+        (HEIGHT, []),
+        ({"projection": "perspective", "fov": "40"}, []),
+        ({"projection": "perspective", "fov_x": "40"}, []),
+        ({**HEIGHT, "opencv": POSE.format(x=1)}, []),
+        ({**HEIGHT, "fov": "40"}, ["/camera/fov"]),
+        ({**HEIGHT, "intrinsics": K.format(c_x=1)}, ["/camera/intrinsics"]),
+        ({**HEIGHT, "height": "0"}, ["/camera/height"]),
+        ({"projection": "orthographic"}, ["/camera"]),
+        ({"projection": "orthographic", "fov": "40"}, ["/camera", "/camera/fov"]),
+        ({"projection": "perspective", "height": "5"}, ["/camera", "/camera/height"]),
+        ({"projection": "perspective", "height": "5", "fov": "40"}, ["/camera/height"]),
+        ({"height": "5"}, ["/camera"]),
+        ({"height": "5", "fov": "40"}, ["/camera/height"]),
+    ],
+)
+def test_orthographic_camera_has_a_height_and_no_other_has(keys, refused):
+    text = ", ".join(f"{key}: {value}" for key, value in keys.items())
+    assert pointers(f"camera: {{resolution: [640, 480], {text}}}") == refused
+
+
 @pytest.mark.parametrize("key", ["position: [0, 0, 0]", "look_at: [0, 0, 1]", "up: [1, 0, 0]"])
 def test_pose_stands_in_place_of_the_keys_of_a_position(key):
     name, value = key.split(": ")

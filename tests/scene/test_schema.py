@@ -148,12 +148,16 @@ def test_defaults_equal_those_of_the_models():
     for name, key, value in properties():
         if "default" in value:
             found[name, key] = value["default"]
-    expected = {("Camera", key): getattr(scene.camera, key) for key in ("position", "up")}
+    expected = {("Camera", key): getattr(scene.camera, key) for key in ("position", "up", "projection")}
     expected |= {("RenderSettings", key): value for key, value in scene.render}
     expected |= {("ImageSettings", key): value for key, value in scene.image}
     # An empty list is not a default here, since an editor that completes `objects` would write it.
     expected |= {("scene", "version"): 1}
-    expected |= {("CarriedLight", "color"): (1, 1, 1), ("PointLight", "color"): (1, 1, 1), ("Box", "rotation"): 0}
+    lights = ("CarriedLight", "PointLight", "SunLight")
+    expected |= {**{(light, "color"): (1, 1, 1) for light in lights}, ("PointLight", "type"): "point"}
+    sizes = {("CarriedLight", "radius"), ("PointLight", "radius"), ("SunLight", "angle")}
+    expected |= dict.fromkeys(sizes, 0)
+    expected |= {("Box", "rotation"): 0}
     expected |= {(name, "axis"): (0, 1, 0) for name in ("Cylinder", "Capsule", "Cone")}
     expected |= {("Cone", "top_radius"): 0}
     sections = {("scene", "render"): scene.render, ("scene", "image"): scene.image}

@@ -69,8 +69,9 @@ OBJECTS = st.one_of(
 @st.composite
 def matrices(draw):
     rng = random.Random(draw(st.integers(0, 2**32)))
+    parallel = {"projection": "orthographic", "height": draw(POSITIVE)}
     return {
-        "intrinsics": random_intrinsics(rng, 640, 480),
+        **draw(st.sampled_from([{"intrinsics": random_intrinsics(rng, 640, 480)}, parallel])),
         rng.choice(("opencv", "opengl")): {"camera_to_world": random_pose(rng, 10.0 ** rng.randint(-3, 9))},
     }
 
@@ -214,18 +215,25 @@ PARTS = [
         rtcli.Cone(**AT, radius=1, top_radius=0.5, height=2, axis=(1, 0, 0), light=LIGHT),
     ),
     (
-        "Each of `lights`",
-        "position intensity color",
-        rtcli.PointLight(position=(0, 0, 0), intensity=1, color="red"),
+        "A point light in `lights`",
+        "type position intensity radius color",
+        rtcli.PointLight(position=(0, 0, 0), intensity=1, radius=2, color="red"),
+    ),
+    (
+        "A sun in `lights`",
+        "type direction irradiance angle color",
+        rtcli.SunLight(direction=(0, -1, 0), irradiance=1, angle=2, color="red"),
     ),
 ]
 
 
 @pytest.mark.parametrize(("section", "keys", "part"), PARTS, ids=[section for section, _, _ in PARTS])
 def test_keys_are_in_the_order_of_the_reference(section, keys, part):
-    parts = {"lights" if isinstance(part, rtcli.PointLight) else "objects": [part]}
+    parts = {"lights" if section.endswith("`lights`") else "objects": [part]}
     text = rtcli.Scene(camera=CAMERA, **parts).to_yaml()
-    assert re.findall(r"^  [- ] (\w+):", text, re.MULTILINE) == keys.split()
+    # A light without a type is a point light.
+    written = keys.removeprefix("type ") if isinstance(part, rtcli.PointLight) else keys
+    assert re.findall(r"^  [- ] (\w+):", text, re.MULTILINE) == written.split()
     reference = (ROOT / "docs" / "reference" / "scene.md").read_text(encoding="utf-8")
     table = reference.partition(f"### {section}\n")[2].partition("###")[0]
     assert re.findall(r"^\| `(\w+)`", table, re.MULTILINE) == keys.split()

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 import rtcli
 from rtcli import Scene
-from rtcli.scene.model import CarriedLight, Object, Plane
+from rtcli.scene.model import CarriedLight, Object, Plane, SunLight
 
 # The cosine of 60 degrees: between the faces of a box it is 0, from pixel to pixel on a ball almost 1.
 SAME_FACE = 0.5
@@ -73,16 +73,16 @@ def _light_count(scene: Scene) -> int:
 
 
 def _with_only_light(scene: Scene, chosen: int) -> Scene:
-    """Return the scene with one light, the others at intensity 0, so that their bodies still cast shadows.
+    """Return the scene with one light, the others black, so that their bodies still cast shadows.
 
     The chosen light is white, so that it shows wherever it falls on a surface that is not black.
     """
     number = itertools.count()
 
-    def alone(light: CarriedLight) -> CarriedLight:
+    def alone(light: CarriedLight | SunLight) -> CarriedLight | SunLight:
         if next(number) == chosen:
             return light.model_copy(update={"color": (1.0, 1.0, 1.0)})
-        return light.model_copy(update={"intensity": 0.0})
+        return light.model_copy(update={"color": (0.0, 0.0, 0.0)})
 
     lights = tuple(alone(light) for light in scene.lights)
     objects = tuple(

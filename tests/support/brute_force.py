@@ -26,8 +26,12 @@ Mask = npt.NDArray[np.bool_]
 # is closer than this share of the coordinates, which come from decimal numbers.
 ROUNDING = 2.0**-47
 COORDINATE = 2.0**-52
+# What the start of a parallel ray loses, as a share of its distance from the middle of the picture.
+START = 1e-13
 # What float32 may take, as a share of what differs within a block.
 SINGLE = 2e-5
+# What float32 may take from a depth along parallel rays, in pixels.
+BLOCK = 5e-6
 # Rays that are closer to parallel to a plane than this miss it (document, section 2.2.2).
 PARALLEL = 1e-6
 # Surfaces that are closer to each other than this share of the distance are in one place.
@@ -68,10 +72,11 @@ class Point(NamedTuple):
         return np.where(np.abs(height) <= self.certainty * (ROUNDING * away + self.error + grain), 0.0, height)
 
 
-def is_doubtful(body: Body, point: Point) -> bool:
-    """Return whether a point (3, 1) is so close to a surface that it is open whether it is on it."""
+def is_doubtful(body: Body, point: Point) -> Mask:
+    """Return which points are so close to a surface that it is open whether they are on it: (1,) or (N,)."""
     surely, perhaps = (body.heights(point._replace(certainty=certainty)) == 0 for certainty in (1 / 4, 4))
-    return bool((surely != perhaps).any())
+    doubtful: Mask = (surely != perhaps).any(axis=0)
+    return doubtful
 
 
 def grain(one: Data) -> float:
@@ -390,10 +395,63 @@ BODIES: dict[str, Any] = {
 
 
 class Lamp(NamedTuple):
-    point: Point
+    """A light at a point, or else a sun in a direction, which is a unit vector.
+
+    Parameters
+    ----------
+    size, places
+        The radius, or the sine of half the angle of a sun; and lamps without a size in its place.
+    """
+
+    point: Point | None
+    toward: Array | None
     color: Array
     intensity: float
     body: int | None
+    size: float = 0.0
+    places: tuple[Any, ...] = ()
+
+    def with_places(self, size: float, count: int) -> Lamp:
+        """Return the lamp with a size."""
+        if size == 0:
+            return self
+        if self.point is not None:
+            middle = self.point
+            spots = [middle._replace(position=middle.position + size * q[:, None]) for q in pattern(count)]
+            places = [self._replace(point=spot, size=size / 4) for spot in spots]
+            return self._replace(size=size, places=tuple(places))
+        half = math.radians(size) / 2
+        axis = np.eye(3)[[np.abs(self.toward).argmin()]].T
+        u = unit(np.cross(axis, self.toward, axis=0))
+        v = np.cross(self.toward, u, axis=0)
+        places = []
+        for x, y, _ in pattern(count):
+            t = math.acos(1 - (x * x + y * y) * (1 - math.cos(half)))
+            out = math.hypot(x, y)
+            across = (x * u + y * v) / out if out else 0 * u
+            places.append(self._replace(toward=math.cos(t) * self.toward + math.sin(t) * across))
+        return self._replace(size=math.sin(half), places=tuple(places))
+
+    def ways_from(self, position: Array) -> tuple[Array, Array, Array | float]:
+        """Return the ways from points, their lengths, and what its light is divided by there."""
+        if self.point is None:
+            ones = np.ones(position.shape[1])
+            return self.toward * ones, np.inf * ones, 1.0
+        way = self.point.position - position
+        r = length(way)
+        return way, r, 4 * np.pi * r * r
+
+
+def pattern(count: int) -> list[Array]:
+    """Return the places of an emitter of radius 1, (3,) each."""
+    pairs, found = count // 2, [np.zeros(3)] * (count % 2)
+    for i in range(pairs):
+        s = (i + 0.5) / pairs
+        a = 2 * math.pi * ((0.5 + i * (math.sqrt(2) - 1)) % 1)
+        b = math.pi / 2 * ((0.5 + i * (math.sqrt(3) - 1)) % 1)
+        place = np.array([math.sqrt(s) * math.cos(a), math.sqrt(s) * math.sin(a), math.sqrt(1 - s) * math.cos(b)])
+        found += [place, -place]
+    return found
 
 
 # --- The picture -----------------------------------------------------------------------------------------
@@ -408,7 +466,7 @@ class Picture:
     object_id
         (N,): 0 for nothing.
     distance, steep, loss
-        (N,): to the eye; |cos| of the angle between ray and normal there; what float64 may take from the distance.
+        (N,): to the eye; |cos| of the angle between ray and normal there; what rounding takes from the distance.
     normal, radiance
         (3, N).
     tolerance
@@ -450,10 +508,12 @@ class BruteForce:
     def __init__(self, data: Data) -> None:
         self.camera, settings = data["camera"], data.get("render", {})
         self.eye = vector(self.camera.get("position", (0, 0, 0)))
+        self.is_parallel = self.camera.get("projection") == "orthographic"
         self.grain = grain(self.camera)
         self.bodies = [BODIES[one["type"]](self._position(one), one, self.eye) for one in data["objects"]]
         self.colors = np.hstack([vector(one["color"]) for one in data["objects"]] + [np.zeros((3, 1))])
         self.checkers = {i: one["checker"] for i, one in enumerate(data["objects"]) if "checker" in one}
+        self.shadow_samples = settings.get("shadow_samples", 64)
         self.lamps = [self._lamp(one, one, None) for one in data["lights"]]
         self.lamps += [self._lamp(one["light"], one, i) for i, one in enumerate(data["objects"]) if "light" in one]
         self.background = vector(settings.get("background", (0, 0, 0)))
@@ -464,31 +524,45 @@ class BruteForce:
         return vector(one["position"]) - self.eye
 
     def _lamp(self, light: Data, one: Data, body: int | None) -> Lamp:
+        color = vector(light.get("color", (1, 1, 1)))
+        if light.get("type") == "sun":
+            sun = Lamp(None, -unit(vector(light["direction"])), color, float(light["irradiance"]), None)
+            return sun.with_places(light.get("angle", 0.0), self.shadow_samples)
         position = Point(self._position(one), self.grain + grain(one))
-        return Lamp(position, vector(light.get("color", (1, 1, 1))), float(light["intensity"]), body)
+        lamp = Lamp(position, None, color, float(light["intensity"]), body)
+        return lamp.with_places(light.get("radius", 0.0), self.shadow_samples)
 
     def picture(self) -> Picture:
         """Return what the pixels show."""
         with np.errstate(all="ignore"):
             return self._lit(self._seen())
 
-    def _ways(self) -> Array:
-        """Return v, whose parameter is the depth: (3, N)."""
+    def _rays(self) -> tuple[Array, Array]:
+        """Return P and v, whose parameter is the depth: (3, 1) or (3, N), and (3, N)."""
         camera = self.camera
         forward = unit(vector(camera["look_at"]) - self.eye) if "look_at" in camera else vector((0, 0, -1))
         right = unit(np.cross(forward, vector(camera.get("up", (0, 1, 0))), axis=0))
         up = np.cross(right, forward, axis=0)
         width, height = camera["resolution"]
-        self.pixel = 2 * math.tan(math.radians(camera["fov"]) / 2) / height
+        self.forward = forward
+        span = camera["height"] if self.is_parallel else 2 * math.tan(math.radians(camera["fov"]) / 2)
+        self.pixel = span / height
         x = (np.arange(width) + 0.5 - width / 2) * self.pixel
         y = (height / 2 - np.arange(height) - 0.5) * self.pixel
         xs, ys = np.meshgrid(x, y)
-        return xs.ravel() * right + ys.ravel() * up + forward
+        across = xs.ravel() * right + ys.ravel() * up
+        if self.is_parallel:
+            return across, np.broadcast_to(forward, across.shape)
+        return np.zeros((3, 1)), across + forward
+
+    def _pixel_at(self, distance: Array) -> Array | float:
+        """Return the size of a pixel at a distance."""
+        return self.pixel if self.is_parallel else self.pixel * distance
 
     def _seen(self) -> Picture:
-        ways = self._ways()
+        starts, ways = self._rays()
         size, count = length(ways), ways.shape[1]
-        eye = Point(np.zeros((3, 1)), self.grain)
+        eye = Point(starts, self.grain + START * np.abs(starts).sum(axis=0))
         found = [body.crossings(eye, ways) for body in self.bodies]
         rays = np.arange(count)
         ahead = [np.where((one.t > 0) & (one.margin > 0), one.t, np.inf) for one in found]
@@ -511,8 +585,14 @@ class BruteForce:
             normal = np.where(new, -np.copysign(1, dot(outward, ways)) * outward, normal)
             near = hit & (one.t > 0) & (one.margin > 0) & (apart > lost / 8) & (apart < 64 * lost)
             clear &= ~(near | self._is_border(body, one, here, (t, size))).any(axis=0)
-            clear &= not is_doubtful(body, eye)
+            clear &= ~is_doubtful(body, eye)
+            if self.is_parallel:  # beside the line where a surface crosses the plane on which the rays start
+                height = np.abs(one.t) * size * one.steep
+                crosses = (height < 64 * lost + BLOCK * self.pixel) & ((height > 0) | (one.steep < 1 - 1e-9))
+                clear &= ~(crosses & (one.margin > -SINGLE * self.pixel)).any(axis=0)
         radiance = np.where(hit, 0.0, self.background)
+        if self.is_parallel:  # float32 depths vary across a block, which may begin at depth 0
+            loss += BLOCK * self.pixel
         return Picture(index + 1, t * size, steep, loss / steep, normal, radiance, np.zeros((3, count)), clear)
 
     def _is_border(self, body: Body, one: Crossings, here: Mask, seen: tuple[Array, Array]) -> Mask:
@@ -520,7 +600,8 @@ class BruteForce:
         t, size = seen
         distance = np.where(np.isfinite(t), t, 0) * size
         blur = (
-            SINGLE * (self.pixel * distance + np.minimum(body.size, np.abs(one.t) * size)) + COINCIDENT * distance
+            SINGLE * (self._pixel_at(distance) + np.minimum(body.size, np.abs(one.t) * size))
+            + COINCIDENT * distance
         )
         near = (one.t > 0) & ((one.t < t) | ((one.t - t) * size * one.steep < blur))
         # The square of cos is as uncertain as the coordinates. And the eye may be on the surface, or close.
@@ -544,6 +625,8 @@ class BruteForce:
         for lamp in self.lamps:
             if lamp.body is not None:
                 r = length(lamp.point.position)
+                if self.is_parallel:
+                    r = np.abs(dot(self.forward, lamp.point.position))
                 glow = lamp.color * np.minimum(
                     np.nan_to_num(lamp.intensity / (4 * np.pi * r * r), nan=0.0), LARGEST
                 )
@@ -551,8 +634,9 @@ class BruteForce:
                 picture.tolerance = np.where(index == lamp.body, glow * 1e-6, picture.tolerance)
         dull = np.flatnonzero((index >= 0) & ~np.isin(index, [lamp.body for lamp in self.lamps]))
         if dull.size:
-            way = self._ways()[:, dull]
-            position = way / length(way) * distance[dull]
+            starts, ways = self._rays()
+            way = ways[:, dull]
+            position = (starts[:, dull] if self.is_parallel else starts) + way / length(way) * distance[dull]
             weak = 1 / (4 * np.pi * distance[dull] ** 2) if self.eye_falloff else 1.0
             error = self.grain + ROUNDING * distance[dull]
             blur = self._blur(index[dull], position, distance[dull])
@@ -578,13 +662,13 @@ class BruteForce:
             odd = np.floor(squares).sum(axis=0) % 2 == 1
             albedo[:, own[odd]] = vector(checker["color"])
             from_border = np.abs(squares - np.round(squares)).min(axis=0) * size
-            lost = ROUNDING * np.abs(on_face).max(axis=0, initial=0) + points.error[own] + body.grain
-            sure[own] = from_border > 4 * points.blur[own] + SINGLE * size + 64 * np.max(lost, axis=0)
+            lost = ROUNDING * np.abs(on_face).max(axis=0, initial=0) + points.error[own] + np.max(body.grain)
+            sure[own] = from_border > 4 * points.blur[own] + SINGLE * size + 64 * lost
         return albedo, sure
 
     def _blur(self, index: npt.NDArray[np.intp], position: Array, distance: Array) -> Array:
         """Return what float32 may take from points: a share of their way from the nearest of their object."""
-        blur = 8 * self.pixel * distance
+        blur = 8 * self._pixel_at(distance) * np.ones_like(distance)
         for i in np.unique(index):
             own = np.flatnonzero(index == i)
             if isinstance(body := self.bodies[i], Ball):  # relative to its centre, unless it looks flat
@@ -594,45 +678,79 @@ class BruteForce:
 
     def _add(self, lamp: Lamp, points: Points, reflected: Array, picture: Picture, pixels: Any) -> None:
         """Add what a lamp brings to points: albedo / pi I color / (4 pi r^2) cos(theta)."""
-        way = lamp.point.position - points.position
-        r = length(way)
+        if lamp.places:
+            self._add_emitter(lamp, points, reflected, picture, pixels)
+            return
+        way, r, fading = lamp.ways_from(points.position)
         height = dot(points.normal, way)
         height = np.where(np.abs(height) <= ROUNDING * np.abs(way).sum(axis=0) + points.error, 0.0, height)
-        arriving = reflected * lamp.intensity * lamp.color / (4 * np.pi * r * r)
+        arriving = reflected * lamp.intensity * lamp.color / fading
         picture.tolerance[:, pixels] += arriving * (1e-5 + 4 * points.blur / r)
         facing = np.flatnonzero(height > -points.blur)
         is_open, sure = self._unblocked(lamp, Points(*(values[..., facing] for values in points)), way[:, facing])
         lit = facing[is_open & (height[facing] > 0)]
-        light = arriving[:, lit] * height[lit] / r[lit]
+        light = arriving[:, lit] * height[lit] / length(way[:, lit])
         picture.radiance[:, pixels[lit]] += light
         share = 1e-4 + 8e-6 / picture.steep[pixels[lit]]
         # The normal of a ball that is a small part of a pixel: of the pixel float32 holds a share.
         size = np.array([body.bend for body in self.bodies])
         seen = pixels[lit]
-        share += 2e-6 * self.pixel * picture.distance[seen] / size[picture.object_id[seen] - 1]
+        share += 2e-6 * self._pixel_at(picture.distance[seen]) / size[picture.object_id[seen] - 1]
         if self.eye_falloff:
             share += points.blur[lit] / picture.distance[pixels[lit]]
         picture.tolerance[:, pixels[lit]] += share * light
         picture.clear[pixels[facing]] &= sure & (r[facing] > 1e3 * points.blur[facing])
+
+    def _add_emitter(self, lamp: Lamp, points: Points, reflected: Array, picture: Picture, pixels: Any) -> None:
+        """Add what a lamp with a size brings to points: docs/tracer.md, 2.3.5."""
+        unhidden = reached = np.zeros(len(points.error))
+        sure = np.ones(len(points.error), dtype=bool)
+        for place in lamp.places:
+            way, r, _ = place.ways_from(points.position)
+            height = dot(points.normal, way)
+            weight = np.maximum(height, 0) / (1 if place.point is None else np.maximum(r, place.size) ** 3)
+            is_open, known = self._unblocked(place, points, way)
+            near = np.abs(height) <= 1e-5 * length(way) + points.blur
+            sure &= (known & ~near) | (height < -points.blur)
+            unhidden = unhidden + weight
+            reached = reached + weight * is_open
+        way, r, _ = lamp.ways_from(points.position)
+        height = dot(points.normal, way)
+        if lamp.point is None:
+            whole, share, spread = height, 2 / (1 + math.sqrt(1 - lamp.size**2)), 1.0
+        else:
+            whole, share, spread = height / r**3, 1.0, 4 * np.pi
+        above = height >= lamp.size
+        value = np.where(above, whole * reached / unhidden, share * reached / len(lamp.places))
+        light = reflected * lamp.intensity * lamp.color / spread * value
+        picture.radiance[:, pixels] += light
+        picture.tolerance[:, pixels] += 1e-3 * light
+        sure &= np.abs(height - lamp.size) > 1e-4 * (lamp.size + np.abs(height))
+        picture.clear[pixels] &= sure
 
     def _unblocked(self, lamp: Lamp, points: Points, way: Array) -> tuple[Mask, Mask]:
         """Return from which points nothing stands before the lamp, and where that is sure."""
         r = length(way)
         is_open, sure = np.ones(len(r), dtype=bool), np.ones(len(r), dtype=bool)
         start, end = Point(points.position, points.error), lamp.point
+        until = 1.0 if end is not None else np.inf
         for body in (body for i, body in enumerate(self.bodies) if i != lamp.body):
-            close = points.blur + SINGLE * np.minimum(body.size, r)
-            sure &= not is_doubtful(body, end)
-            here, on_lamp = body.heights(start), body.heights(end) == 0
+            close = points.blur + SINGLE * np.minimum(body.size, r * until)
+            if end is not None:
+                sure &= ~is_doubtful(body, end)
+            here = body.heights(start)
+            on_lamp = body.heights(end) == 0 if end is not None else np.zeros((len(here), 1), dtype=bool)
             if (on_lamp & body.curved).any():
                 # It is met from the lamp, where the root is exactly 0.
                 one, on_lamp = body.crossings(end, -way), here == 0
             else:
                 one = body.crossings(start, way)
-            between = (one.t > 0) & (one.t < 1) & ~on_lamp
+            between = (one.t > 0) & (one.t < until) & ~on_lamp
             is_open &= ~(between & (one.margin > 0)).any(axis=0)
             above = body.heights(start._replace(certainty=1 / 16))
-            almost = (above != 0) & (np.abs(above) <= points.blur) & (one.margin > -close) & (np.abs(one.t) < 1)
+            almost = (
+                (above != 0) & (np.abs(above) <= points.blur) & (one.margin > -close) & (np.abs(one.t) < until)
+            )
             vague = between & (one.steep < 2 * PARALLEL) & (body.size == 0)
             # At the rim of what a lamp on it lights.
             vague |= body.curved & (np.abs(one.t) * r < 4 * GRAZING * body.bend) & (one.steep < GRAZING)

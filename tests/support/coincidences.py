@@ -157,7 +157,10 @@ class _Draw:
         up = next(up for up in ([0, 1, 0], [1, 0, 0], [0, 0, 1]) if rng.random() < 0.5 or up[2])
         if math.hypot(*view) < 1e-3 * self.unit or abs(cosine(view, up)) > 0.999:
             return self.camera()
-        return {"resolution": list(RESOLUTION), "fov": fov, "position": eye, "look_at": target, "up": up}
+        lens: Data = {"fov": fov}
+        if rng.random() < 0.25:
+            lens = {"projection": "orthographic", "height": self.unit * rng.choice((2, 4, 6, 12))}
+        return {"resolution": list(RESOLUTION), **lens, "position": eye, "look_at": target, "up": up}
 
     def light(self) -> Data:
         kind = self.rng.random()

@@ -9,7 +9,11 @@ from hypothesis import strategies as st
 VALID = {
     "version": 1,
     "camera": {"resolution": [4, 3], "fov": 40, "position": [0, 0, 0], "look_at": [0, 0, -1], "up": [0, 1, 0]},
-    "lights": [{"position": [0, 3, 0], "intensity": 100, "color": "white"}],
+    "lights": [
+        {"position": [0, 3, 0], "intensity": 100, "color": "white"},
+        {"type": "point", "position": [0, 3, 0], "intensity": 100, "radius": 0.3},
+        {"type": "sun", "direction": [1, -3, 0], "irradiance": 2.5, "angle": 0.53, "color": "white"},
+    ],
     "objects": [
         {"type": "plane", "name": "floor", "position": [0, -1, 0], "normal": [0, 1, 0], "color": [1, 1, 1]},
         {
@@ -28,7 +32,7 @@ VALID = {
             "rotation": 45,
             "color": "red",
             "checker": {"size": 0.5, "color": [0, 1, 0]},
-            "light": {"intensity": 0},
+            "light": {"intensity": 0, "radius": 0.5},
         },
         {
             "type": "cone",
@@ -41,7 +45,14 @@ VALID = {
             "color": "red",
         },
     ],
-    "render": {"samples": 1, "background": [0, 0, 0], "ambient": "black", "max_depth": 1, "eye_falloff": False},
+    "render": {
+        "samples": 1,
+        "background": [0, 0, 0],
+        "ambient": "black",
+        "max_depth": 1,
+        "shadow_samples": 9,
+        "eye_falloff": False,
+    },
     "image": {"exposure": 0, "tone": "clip", "alpha": False},
 }
 
@@ -49,7 +60,9 @@ KEYS = (
     st.sampled_from(["type", "name", "position", "light", "color", "radius", "camera", "x", "", "a.b"]) | st.text()
 )
 NUMBERS = st.sampled_from([0, 1, -1, 10**400, -(10**400), 10**5, 0.0, -0.0, 0.5, 1e308, 5e-324, 1e400, -1e400])
-WORDS = st.sampled_from(["", "auto", "red", "sphere", "plane", "box", "1", "#fff", "\ud800", "\x1b", "x" * 200])
+WORDS = st.sampled_from(
+    ["", "auto", "red", "sphere", "plane", "box", "point", "sun", "1", "#fff", "\ud800", "\x1b", "x" * 200]
+)
 VALUES = st.recursive(
     st.none() | st.booleans() | NUMBERS | st.floats() | WORDS | st.text(max_size=5),
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(KEYS, inner, max_size=4),

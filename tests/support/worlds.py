@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -48,6 +48,10 @@ def light(position: list[float], intensity: float = 100.0, **more: Any) -> Data:
     return {"position": position, "intensity": intensity, **more}
 
 
+def sun(direction: list[float], irradiance: float = 3.0, **more: Any) -> Data:
+    return {"type": "sun", "direction": direction, "irradiance": irradiance, **more}
+
+
 def scene(objects: list[Data], lights: list[Data] | None = None, **sections: Any) -> Scene:
     data = {"camera": CAMERA, "objects": objects, "lights": lights or [], **sections}
     return Scene.model_validate(data)
@@ -74,13 +78,18 @@ ROUND: dict[str, Callable[..., Data]] = {"cylinder": cylinder, "capsule": capsul
 # --- Random scenes ---------------------------------------------------------------------------------------
 
 
+# The keys that say what the picture spans.
+LENSES = ("fov", "fov_x", "intrinsics", "height")
+
+
 @st.composite
 def random_scenes(
     draw: st.DrawFn,
     *,
     carriers: bool = True,
     samples: int = 1,
-    any_lens: bool = True,
+    lenses: Sequence[str] = LENSES,
+    emitters: bool = False,
     checkers: bool = True,
 ) -> Data:
     """Draw a scene in general position: no two surfaces coincide, which would leave open what is seen.
@@ -90,7 +99,8 @@ def random_scenes(
     """
     kinds = draw(st.lists(st.sampled_from(["sphere", "box", "plane", "lamp", *ROUND]), max_size=7))
     light_count = draw(st.integers(0, 3))
-    rng = random.Random(draw(st.integers(0, 2**32)))
+    seed = draw(st.integers(0, 2**32))
+    rng = random.Random(seed)
     data = {
         "camera": {
             "resolution": [draw(st.integers(1, 24)), draw(st.integers(1, 24))],
@@ -99,20 +109,41 @@ def random_scenes(
             "look_at": _point(rng, 4),
             "up": _point(rng, 1),
         },
-        "lights": [light(_point(rng, 6), rng.uniform(10, 300), color=_color(rng)) for _ in range(light_count)],
+        "lights": [_light(rng) for _ in range(light_count)],
         "objects": [_object(rng, kind, checkers) for kind in kinds if carriers or kind != "lamp"],
         "render": {"background": _color(rng), "samples": samples},
     }
-    if any_lens:
-        data["camera"] = _with_any_lens(rng, data["camera"])
-    return data
+    data["camera"] = _with_lens(rng, data["camera"], rng.choice(lenses))
+    return with_emitters(data, seed) if emitters else data
 
 
-def _with_any_lens(rng: random.Random, camera: Data) -> Data:
-    """Return the camera as it is, or with another key in place of `fov`."""
-    lens = rng.choice(("fov", "fov_x", "intrinsics"))
+def with_emitters(data: Data, seed: int) -> Data:
+    """Return a scene in which most lights have a size."""
+    rng = random.Random(seed)
+    carried = [one["light"] for one in data["objects"] if "light" in one]
+    for lamp in [*data["lights"], *carried]:
+        if rng.random() < 0.8:
+            lamp |= (
+                {"angle": rng.uniform(0.1, 60)} if lamp.get("type") == "sun" else {"radius": rng.uniform(0.01, 2)}
+            )
+    return {**data, "render": {**data["render"], "shadow_samples": rng.choice([1, 4, 9])}}
+
+
+def _light(rng: random.Random) -> Data:
+    position, intensity, color = _point(rng, 6), rng.uniform(10, 300), _color(rng)
+    # By a digit that matters to nothing else.
+    if int(intensity * 1000) % 3 == 0:
+        return sun(position, intensity / 50, color=color)
+    return light(position, intensity, color=color)
+
+
+def _with_lens(rng: random.Random, camera: Data, lens: str) -> Data:
+    """Return the camera with a key in place of `fov`."""
     fov = camera.pop("fov")
-    return {**camera, lens: random_intrinsics(rng, *camera["resolution"]) if lens == "intrinsics" else fov}
+    if lens == "height":
+        camera = {**camera, "projection": "orthographic"}
+    values = {"intrinsics": random_intrinsics(rng, *camera["resolution"]), "height": rng.uniform(1, 12)}
+    return {**camera, lens: values.get(lens, fov)}
 
 
 def random_intrinsics(rng: random.Random, width: int, height: int) -> list[list[float]]:
@@ -174,8 +205,15 @@ _LIGHT_COLOR = st.tuples(*[_NOT_NEGATIVE] * 3).map(list)
 
 def extreme_scenes() -> st.SearchStrategy[Data]:
     """Draw scenes with any finite numbers at all, from the smallest to the largest."""
-    carried = st.fixed_dictionaries({"intensity": _NOT_NEGATIVE, "color": _LIGHT_COLOR})
-    free = st.fixed_dictionaries({"position": _VECTOR, "intensity": _NOT_NEGATIVE, "color": _LIGHT_COLOR})
+    size = {"radius": _NOT_NEGATIVE}
+    carried = st.fixed_dictionaries({"intensity": _NOT_NEGATIVE, "color": _LIGHT_COLOR}, optional=size)
+    free = st.fixed_dictionaries(
+        {"position": _VECTOR, "intensity": _NOT_NEGATIVE, "color": _LIGHT_COLOR}, optional=size
+    )
+    suns = st.fixed_dictionaries(
+        {"type": st.just("sun"), "direction": _DIRECTION, "irradiance": _NOT_NEGATIVE, "color": _LIGHT_COLOR},
+        optional={"angle": st.floats(0, 90, exclude_max=True)},
+    )
     common = {"position": _VECTOR, "color": _ALBEDO}
     spheres = st.fixed_dictionaries(
         {"type": st.just("sphere"), **common, "radius": _POSITIVE}, optional={"light": carried}
@@ -201,15 +239,18 @@ def extreme_scenes() -> st.SearchStrategy[Data]:
         st.fixed_dictionaries({**size, "fov": angle}, optional=place),
         st.fixed_dictionaries({**size, "fov_x": angle}, optional=place),
         st.fixed_dictionaries({**size, "intrinsics": _extreme_intrinsics()}, optional=place),
+        st.fixed_dictionaries(
+            {**size, "projection": st.just("orthographic"), "height": _POSITIVE}, optional=place
+        ),
     )
     settings = st.fixed_dictionaries(
         {"background": _LIGHT_COLOR, "eye_falloff": st.booleans(), "samples": st.integers(1, 3)},
-        optional={"ambient": _LIGHT_COLOR},
+        optional={"ambient": _LIGHT_COLOR, "shadow_samples": st.integers(1, 5)},
     )
     return st.fixed_dictionaries(
         {
             "camera": camera,
-            "lights": st.lists(free, max_size=3),
+            "lights": st.lists(free | suns, max_size=3),
             "objects": st.lists(st.one_of(spheres, boxes, planes, rounds), max_size=4),
             "render": settings,
         }
@@ -268,10 +309,7 @@ def crowd(count: int, seed: int, far_off: bool, telescope: bool) -> Data:
             "look_at": target,
             "up": _direction(rng),
         },
-        "lights": [
-            light(random_position(8), rng.uniform(10, 300) * scale**2, color=_color(rng))
-            for _ in range(rng.randint(0, 3))
-        ],
+        "lights": [_crowd_light(rng, random_position, scale) for _ in range(rng.randint(0, 3))],
         "objects": [_crowd_object(rng, random_position, scale * 8 / count ** (1 / 3), i) for i in range(count)],
         "render": {
             "background": _color(rng),
@@ -279,6 +317,13 @@ def crowd(count: int, seed: int, far_off: bool, telescope: bool) -> Data:
             "ambient": rng.choice([[0, 0, 0], _color(rng)]),
         },
     }
+
+
+def _crowd_light(rng: random.Random, random_position: Callable[[float], list[float]], scale: float) -> Data:
+    position, intensity, color = random_position(8), rng.uniform(10, 300), _color(rng)
+    if int(intensity * 1000) % 3 == 0:
+        return sun(position, intensity / 50, color=color)
+    return light(position, intensity * scale**2, color=color)
 
 
 def _rotation(rng: random.Random) -> float | list[float]:

@@ -12,11 +12,11 @@ from array import array
 
 import numpy as np
 import pytest
-from worlds import box, capsule, cone, cylinder, light, plane, scene, sphere
+from worlds import box, capsule, cone, cylinder, light, plane, scene, sphere, sun
 
 import rtcli
 from rtcli.rendering.pack import pack
-from rtcli.scene.model import SHAPES
+from rtcli.scene.model import LIGHTS, SHAPES
 from rtcli.tracer import _native
 from rtcli.tracer.native import NativeTracer
 from rtcli.tracer.passes import PASSES
@@ -35,9 +35,9 @@ ROOM = scene(
         cone([0.4, -0.6, -3.4], 0.3, 0.8, top_radius=0.1),
         sphere([0, 3, -5], 0.2, light={"intensity": 100}),
     ],
-    [light([3, 4, 0]), light([-4, 2, -1], 50)],
+    [light([3, 4, 0]), light([-4, 2, -1], 50, radius=0.3), sun([-1, -2, -1], 1, angle=10)],
     camera={"resolution": [301, 203], "fov": 45},
-    render={"samples": 2, "background": "skyblue"},
+    render={"samples": 2, "background": "skyblue", "shadow_samples": 10},
 )
 WHOLE = Window(0, 0, 301, 203)
 
@@ -199,7 +199,7 @@ import time
 from memory import peak_mib
 from worlds import scene, sphere
 from rtcli.rendering.pack import pack
-from rtcli.scene.model import SHAPES
+from rtcli.scene.model import LIGHTS, SHAPES
 from rtcli.tracer import _native
 from rtcli.tracer.native import NativeTracer
 from rtcli.tracer.reference import LIGHT_SOURCES, OBJECTS
@@ -296,21 +296,32 @@ def test_film_that_no_memory_holds_is_a_memory_error():
 
 def test_each_stage_knows_the_same_kinds():
     assert set(_native.SHAPE_PARAMETERS) == set(SHAPES) == set(OBJECTS)
-    assert set(_native.LIGHT_PARAMETERS) == set(LIGHT_SOURCES)
+    assert set(_native.LIGHT_PARAMETERS) == set(LIGHT_SOURCES) == set(LIGHTS)
 
 
 def test_each_shape_has_the_number_of_parameters_that_the_tracer_takes():
     counts = {shape.type: len(shape.parameters) for shape in ROOM.objects}
     assert counts == _native.SHAPE_PARAMETERS
-    assert {light.kind: len(light.parameters) for light in ROOM.lights} == _native.LIGHT_PARAMETERS
+    assert {light.type: len(light.parameters) for light in ROOM.lights} == _native.LIGHT_PARAMETERS
 
 
 # --- Mistakes of a caller ------------------------------------------------------------------------------------
 
-CAMERA = (4, 3, 0.36, 1.0, (0.0, 0.0), (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0))
+CAMERA = (
+    4,
+    3,
+    "perspective",
+    0.36,
+    1.0,
+    (0.0, 0.0),
+    (0.0, 0.0, 0.0),
+    (1.0, 0.0, 0.0),
+    (0.0, 1.0, 0.0),
+    (0.0, 0.0, -1.0),
+)
 NO_OBJECTS = (b"", b"", b"", b"")
 NO_LIGHTS = (b"", b"", b"", b"", b"")
-SETTINGS = (1, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), True, False)
+SETTINGS = (1, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), True, 16, False)
 
 
 def floats(count):
@@ -318,7 +329,7 @@ def floats(count):
 
 
 ONE_OBJECT = (b"\0", floats(3), floats(1), floats(3))
-ONE_LIGHT = (b"\0", floats(3), floats(3), floats(1), array("q", [-1]).tobytes())
+ONE_LIGHT = (b"\0", floats(4), floats(3), floats(1), array("q", [-1]).tobytes())
 
 
 def with_item(values, index, item):
@@ -330,8 +341,9 @@ def with_item(values, index, item):
     [
         ((with_item(CAMERA, 0, 0), NO_OBJECTS, NO_LIGHTS, SETTINGS), "at least one pixel"),
         ((CAMERA, NO_OBJECTS, NO_LIGHTS, with_item(SETTINGS, 0, 0)), "samples"),
+        ((CAMERA, NO_OBJECTS, NO_LIGHTS, with_item(SETTINGS, 4, 0)), "shadow samples"),
         ((CAMERA, with_item(ONE_OBJECT, 0, b"\3"), NO_LIGHTS, SETTINGS), "unknown kind 3"),
-        ((CAMERA, NO_OBJECTS, with_item(ONE_LIGHT, 0, b"\1"), SETTINGS), "unknown kind 1"),
+        ((CAMERA, NO_OBJECTS, with_item(ONE_LIGHT, 0, b"\2"), SETTINGS), "unknown kind 2"),
         *(
             (
                 (CAMERA, (bytes([kind]), floats(3), floats(wrong), floats(3)), NO_LIGHTS, SETTINGS),

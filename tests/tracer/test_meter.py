@@ -144,3 +144,16 @@ def test_meter_sees_the_picture_wherever_its_principal_point_is(center_x):
     assert native.exposure == pytest.approx(reference.exposure, abs=1e-3)
     bright = np.percentile(native.radiance.max(axis=-1)[native.radiance.max(axis=-1) > 0], 95)
     assert 2**native.exposure * bright == pytest.approx(0.8, rel=0.1)
+
+
+def test_engines_meter_orthographic_pictures_alike():
+    view = {"resolution": [40, 25], "projection": "orthographic"}
+    for unit in (1, 1e5):
+        data = scene(
+            [plane([0, -unit, 0], [0, 1, 0.5]), sphere([-3 * unit, 0, -5 * unit], 3 * unit)],
+            [light([2 * unit, 4 * unit, -3 * unit], 300 * unit**2)],
+            camera={**view, "height": 6 * unit, "position": [0, unit, 0]},
+            image={"exposure": "auto"},
+        )
+        native, reference = (rtcli.render(data, engine=engine) for engine in ("native", "reference"))
+        assert native.exposure == pytest.approx(reference.exposure, abs=1e-3)

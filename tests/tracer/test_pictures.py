@@ -884,6 +884,113 @@ def test_moved_principal_point_shifts_the_picture_by_whole_pixels(render):
     assert np.unique(whole).tolist() == [0, 1, 2]
 
 
+# --- Orthographic cameras ------------------------------------------------------------------------------------
+
+WIDE, TALL = 37, 29
+
+
+def parallel(height=6.0, **pose):
+    return {"resolution": [WIDE, TALL], "projection": "orthographic", "height": height, **pose}
+
+
+def starts(height=6.0):
+    """Return x and y, (H, W), of the pixel centres in a picture of a height."""
+    pixel = height / TALL
+    x = (np.arange(WIDE) + 0.5 - WIDE / 2) * pixel
+    y = (TALL / 2 - np.arange(TALL) - 0.5) * pixel
+    return np.meshgrid(x, y)
+
+
+def test_parallel_rays_meet_a_sphere_in_its_round_outline(render):
+    # t = D - sqrt(R^2 - x^2 - y^2), and the depth is the distance
+    film = render(
+        scene([sphere([0.3, -0.2, -7], 2)], camera=parallel()), passes=["depth", "distance", "normal", "position"]
+    )
+    x, y = starts()
+    squared = 4 - (x - 0.3) ** 2 - (y + 0.2) ** 2
+    expected = np.where(squared > 0, 7 - np.sqrt(np.maximum(squared, 0)), np.inf)
+    np.testing.assert_allclose(film.depth, expected, rtol=1e-6)
+    np.testing.assert_array_equal(film.depth, film.distance)
+    hit = squared > 0
+    outward = np.stack([x - 0.3, y + 0.2, np.sqrt(np.maximum(squared, 0))], axis=-1)[hit] / 2
+    np.testing.assert_allclose(film.normal[hit], outward, atol=3e-6)
+    np.testing.assert_allclose(film.position[hit], 2 * outward + [0.3, -0.2, -7], rtol=0, atol=1e-5)
+
+
+def test_depth_of_a_slanted_plane_is_linear_across_an_orthographic_picture(render):
+    # n . (x, y, -t) = n . p_0
+    film = render(scene([plane([0, 0, -9], [1, 2, 4])], camera=parallel()), passes=["depth", "normal"])
+    x, y = starts()
+    np.testing.assert_allclose(film.depth, 9 + (x + 2 * y) / 4, rtol=1e-6)
+    np.testing.assert_allclose(film.normal[0, 0], np.array([1, 2, 4]) / math.sqrt(21), rtol=1e-6)
+
+
+def test_box_in_an_orthographic_picture_is_as_large_however_far_away(render):
+    near, far = (
+        render(scene([box([0.5, 0, -away], [2, 1, 3])], camera=parallel()), passes=["object_id", "depth"])
+        for away in (2, 5000)
+    )
+    x, y = starts()
+    np.testing.assert_array_equal(near.object_id > 0, (np.abs(x - 0.5) < 1) & (np.abs(y) < 0.5))
+    np.testing.assert_array_equal(near.object_id, far.object_id)
+    np.testing.assert_allclose(far.depth[far.object_id > 0], 4998.5, rtol=1e-7)
+
+
+def test_only_what_lies_ahead_of_an_orthographic_camera_is_seen(render):
+    # The plane on which the rays start cuts the ball: rays that start in it see it from inside.
+    balls = [sphere([0, 0, 0.5], 1), sphere([2, 0, 3], 0.5)]
+    film = render(scene(balls, camera=parallel()), passes=["depth", "normal", "object_id"])
+    x, y = starts()
+    squared = 1 - x**2 - y**2
+    inside = squared > 0.25
+    np.testing.assert_array_equal(film.object_id == 1, inside)
+    np.testing.assert_allclose(film.depth[inside], np.sqrt(squared[inside]) - 0.5, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(film.normal[inside][:, 2], np.sqrt(squared[inside]), atol=3e-6)
+    assert not (film.object_id == 2).any()
+
+
+@pytest.mark.parametrize("shape", [box([0, 0, -1], [19, 19, 2]), plane([5, -4, 0], [0, 0, 3])])
+@pytest.mark.parametrize("turn", [{}, {"position": [0, 0, 0], "look_at": [0, 0, -4], "up": [1, 2, 0]}])
+def test_face_in_the_plane_where_rays_start_is_not_seen(render, shape, turn):
+    film = render(scene([shape], camera=parallel(**turn)), passes=["depth"])
+    np.testing.assert_array_equal(film.depth, np.full((TALL, WIDE), 2 if shape["type"] == "box" else np.inf))
+
+
+def test_light_reaches_parallel_rays_as_any_others(render):
+    # albedo / pi * I / (4 pi r^2) * h / r
+    film = render(
+        scene([plane([0, 0, -4], [0, 0, 1], [0.2, 0.5, 1.0])], [light([1, 0, -2], 300.0)], camera=parallel())
+    )
+    x, y = starts()
+    squared = (x - 1) ** 2 + y**2 + 4
+    expected = (300 / (4 * math.pi**2) * 2 / squared**1.5)[..., None] * np.array([0.2, 0.5, 1.0])
+    np.testing.assert_allclose(film.radiance, expected, rtol=1e-5)
+
+
+def test_light_falls_off_along_the_view_of_an_orthographic_camera(render):
+    carrier = {**sphere([2, 1, -9], 0.4), "light": {"intensity": 100}}
+    bodies = [plane([0, 0, -10], [0, 0, 1]), carrier]
+    without = render(scene(bodies, camera=parallel()), passes=["object_id"])
+    with_it = render(scene(bodies, camera=parallel(), render={"eye_falloff": True}))
+    floor = without.object_id == 1
+    np.testing.assert_allclose(with_it.radiance[floor], without.radiance[floor] / (400 * math.pi), rtol=1e-5)
+    np.testing.assert_allclose(without.radiance[~floor], 100 / (4 * math.pi * 81), rtol=1e-6)
+
+
+def test_orthographic_camera_is_the_limit_of_a_far_away_telescope(render):
+    bodies, lights = [*BODIES, plane([0, -1, 0], [0, 1, 0.2])], [light([0, 5, 0], 500)]
+    far = 1e7
+    view = {"position": [0, 0, far], "up": [0, 1, 0]}
+    telescope = {"resolution": [WIDE, TALL], "fov": math.degrees(2 * math.atan(3 / (far + 5))), **view}
+    one, other = (
+        render(scene(bodies, lights, camera=lens), passes=["object_id"])
+        for lens in (telescope, parallel(position=[0, 0, 20]))
+    )
+    assert np.mean(one.object_id != other.object_id) < 0.01
+    same = one.object_id == other.object_id
+    assert np.quantile(np.abs(one.radiance - other.radiance)[same], 0.98) < 1e-3
+
+
 # --- Checkers --------------------------------------------------------------------------------------------
 
 

@@ -6,8 +6,8 @@
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use rtcli_tracer::develop::{BitDepth, Developer, ToneCurve};
 use rtcli_tracer::world::{
-    Camera, CapsuleDesc, ConeDesc, CuboidDesc, CylinderDesc, LightDesc, LightSource, Object, PlaneDesc, Settings,
-    ShapeDesc, SphereDesc, Vector, Window, World,
+    Camera, CapsuleDesc, ConeDesc, CuboidDesc, CylinderDesc, LightDesc, LightSource, Object, PlaneDesc,
+    Projection, Settings, ShapeDesc, SphereDesc, Vector, Window, World,
 };
 use rtcli_tracer::{Film, Level, Monitor, Tracer};
 use std::time::Duration;
@@ -187,7 +187,14 @@ fn crowd_of(count: usize, make: Make) -> World {
 }
 
 fn settings() -> Settings {
-    Settings { samples: 1, background: [0.0; 3], ambient: [0.0; 3], direct_light: true, eye_falloff: false }
+    Settings {
+        samples: 1,
+        background: [0.0; 3],
+        ambient: [0.0; 3],
+        direct_light: true,
+        shadow_samples: 64,
+        eye_falloff: false,
+    }
 }
 
 fn object(position: Vector, color: Vector, shape: ShapeDesc) -> Object {
@@ -195,7 +202,7 @@ fn object(position: Vector, color: Vector, shape: ShapeDesc) -> Object {
 }
 
 fn light(position: Vector, intensity: f64) -> LightDesc {
-    LightDesc { source: LightSource::Point { position }, color: [1.0; 3], intensity, carrier: None }
+    LightDesc { source: LightSource::Point { position, radius: 0.0 }, color: [1.0; 3], intensity, carrier: None }
 }
 
 /// A camera with y up that looks at a point straight ahead of it, above or below.
@@ -206,6 +213,7 @@ fn camera(position: Vector, look_at: Vector, fov: f64) -> Camera {
     Camera {
         width: WIDTH,
         height: HEIGHT,
+        projection: Projection::Perspective,
         half_height: (fov.to_radians() / 2.0).tan(),
         pixel_aspect: 1.0,
         center: (0.0, 0.0),

@@ -5,16 +5,16 @@
 //!
 //! | module | contents, each using only those above it |
 //! |---|---|
-//! | `vector`, `bounds`, [`memory`], [`names`], [`simd`] | arithmetic, checked allocation, names, SIMD levels |
+//! | `vector`, `bounds`, `apex`, [`memory`], [`names`], [`simd`] | arithmetic, checked allocation, names, SIMD levels |
 //! | `camera`, `camera_space` | the camera, and the transformation from the world to its space |
 //! | `tile`: `rays`, `hits` | 16 x 16 pixels of a picture, their rays, and the nearest hit of each |
 //! | `budget`, `monitor` | bounded work, progress, cancellation |
 //! | `shapes`: `sphere`, `plane`, `cuboid` | parameters, intersection, occlusion and bounds of each shape |
 //! | [`world`] | the input: camera, objects, lights, settings |
 //! | `accel`: `cone`, `pyramid`, `node`, `build` | the bounding volume hierarchy over the objects |
-//! | `scene`: `unit` | the world in camera space |
-//! | `shading` | the light that objects send to the eye |
-//! | `sampling` | the offsets of a pixel's samples |
+//! | `sampling` | the offsets of a pixel's samples, and the places of an emitter |
+//! | `scene`: `unit`, `emitter` | the world in camera space |
+//! | `shading`: `soft` | the light that objects send to the eye |
 //! | `trace`: `tile_tracer`, `groups`, `depth_resolver`, `coverage` | one tile, from rays to radiance |
 //! | [`output`]: `film`, `develop`, `meter`, `png` | from tiles to arrays and files |
 //! | [`render`] | whole pictures, on all cores |
@@ -23,6 +23,7 @@
 #![allow(clippy::needless_range_loop)]
 
 mod accel;
+mod apex;
 mod bounds;
 mod budget;
 mod camera;
@@ -51,5 +52,5 @@ pub use monitor::{Monitor, Stopped};
 pub use output::film::{Film, Pass, ValueType, Values};
 pub use output::{develop, meter, png};
 pub use render::Tracer;
-pub use sampling::sample_offsets;
+pub use sampling::{emitter_places, sample_offsets};
 pub use simd::Level;

@@ -1,6 +1,7 @@
 //! The oracle of the kernel's tests: shapes intersected in float64, by independent formulas.
 
-use crate::camera::half_tangent;
+use crate::apex::Apex;
+use crate::camera::{Projection, half_tangent};
 use crate::shapes::Shapes;
 use crate::shapes::capsule::Capsule;
 use crate::shapes::contact::{Contact, Side};
@@ -11,9 +12,9 @@ use crate::shapes::points::{Points, ShadowRays};
 use crate::shapes::primitive::Primitive;
 use crate::shapes::sphere::Sphere;
 use crate::tile::hits::{FACE_BITS, HitBuffer, NO_FACE};
-use crate::tile::rays::Rays;
+use crate::tile::rays::{Ray, Rays};
 use crate::tile::{LANES, Lanes, SIDE, View};
-use crate::vector::{Vector, add, dot, length, scale, sub, to_f32};
+use crate::vector::{Vector, add, dot, length, scale, sub};
 use crate::world::{
     Camera, CapsuleDesc, CheckerDesc, ConeDesc, CuboidDesc, CylinderDesc, LightDesc, LightSource, Object,
     PlaneDesc, Settings, ShapeDesc, SphereDesc, World,
@@ -22,10 +23,22 @@ use proptest::prelude::*;
 
 const EYE: Vector = [0.0; 3];
 
+impl From<Vector> for Apex {
+    fn from(position: Vector) -> Apex {
+        Apex::point(position)
+    }
+}
+
 impl View {
     /// Return a view of square pixels with the principal point in the middle.
     pub(crate) fn centered(width: u32, height: u32, half_pixel: f64) -> View {
-        View { width, height, half_pixel: (half_pixel, half_pixel), center: (0.0, 0.0) }
+        let projection = Projection::Perspective;
+        View { width, height, projection, half_pixel: (half_pixel, half_pixel), center: (0.0, 0.0) }
+    }
+
+    /// Return the same view with parallel rays.
+    pub(crate) fn parallel(width: u32, height: u32, half_pixel: f64) -> View {
+        View { projection: Projection::Orthographic, ..View::centered(width, height, half_pixel) }
     }
 }
 
@@ -35,6 +48,7 @@ impl Camera {
         Camera {
             width,
             height,
+            projection: Projection::Perspective,
             half_height: half_tangent(fov),
             pixel_aspect: 1.0,
             center: (0.0, 0.0),
@@ -167,16 +181,17 @@ impl OracleShape {
         }
     }
 
-    /// The parameter at which a ray from the eye first meets the surface.
-    pub(crate) fn depth(&self, direction: Vector) -> Option<f64> {
-        let (near, far) = self.span([0.0; 3], direction)?;
+    /// The parameter at which a ray first meets the surface.
+    pub(crate) fn depth(&self, ray: Ray) -> Option<f64> {
+        let (near, far) = self.span(ray.origin, ray.direction)?;
         [near, far].into_iter().find(|&t| t > 0.0)
     }
 
-    /// Whether the surface crosses the segment between two points.
-    pub(crate) fn stands_between(&self, a: Vector, b: Vector) -> bool {
-        let crossing = self.span(a, sub(b, a));
-        crossing.is_some_and(|(near, far)| [near, far].into_iter().any(|t| 0.0 < t && t < 1.0))
+    /// Whether the surface crosses the segment between a light and a point.
+    pub(crate) fn stands_between(&self, light: Apex, point: Vector) -> bool {
+        let crossing = self.span(point, light.from(point));
+        let end = if light.is_direction() { f64::INFINITY } else { 1.0 };
+        crossing.is_some_and(|(near, far)| [near, far].into_iter().any(|t| 0.0 < t && t < end))
     }
 
     /// The distance of a point from the surface.
@@ -254,14 +269,15 @@ fn frustum_span(
 }
 
 /// The ray of a lane, in float64.
-pub(crate) fn exact_ray(view: View, corner: (u32, u32), lane: usize) -> Vector {
+pub(crate) fn exact_ray(view: View, corner: (u32, u32), lane: usize) -> Ray {
     let x = f64::from(corner.0 + lane as u32 % SIDE) + 0.5;
     let y = f64::from(corner.1 + lane as u32 / SIDE) + 0.5;
-    [
-        (2.0 * x - f64::from(view.width)) * view.half_pixel.0 + view.center.0,
-        (f64::from(view.height) - 2.0 * y) * view.half_pixel.1 + view.center.1,
-        1.0,
-    ]
+    let x = (2.0 * x - f64::from(view.width)) * view.half_pixel.0 + view.center.0;
+    let y = (f64::from(view.height) - 2.0 * y) * view.half_pixel.1 + view.center.1;
+    match view.projection {
+        Projection::Perspective => Ray { origin: EYE, direction: [x, y, 1.0], start: 0.0 },
+        Projection::Orthographic => Ray { origin: [x, y, 0.0], direction: [0.0, 0.0, 1.0], start: 0.0 },
+    }
 }
 
 /// The rays through the pixel centres of a tile.
@@ -309,9 +325,18 @@ pub(crate) fn any_tile() -> impl Strategy<Value = (View, (u32, u32))> {
     })
 }
 
+/// A tile of parallel rays.
+pub(crate) fn any_parallel_tile() -> impl Strategy<Value = (View, (u32, u32))> {
+    (any_size(-3.0..3.0), 0_u32..10, 0_u32..10).prop_map(|(half_pixel, column, row)| {
+        let view = View::parallel(160, 160, half_pixel);
+        (view, (column * SIDE, row * SIDE))
+    })
+}
+
 /// The ray through the middle of a tile.
-pub(crate) fn middle_of((view, corner): (View, (u32, u32))) -> Vector {
-    rays_of(view, corner).middle
+pub(crate) fn middle_of((view, corner): (View, (u32, u32))) -> Ray {
+    let rays = rays_of(view, corner);
+    Ray { origin: rays.origin, direction: rays.middle, start: 0.0 }
 }
 
 /// A bounded shape whose outline is likely to cross a tile, or around the eye.
@@ -326,15 +351,16 @@ pub(crate) fn shape_before(
         move |((size, distance, aside, share), axes, sides, (place, kind))| {
             let (view, _) = tile;
             let away = size * (1.0 + distance);
-            let reach = size + away * view.half_pixel.0 * f64::from(SIDE);
-            let middle = middle_of(tile);
-            let ahead = scale(middle, away / length(middle));
+            let reach = size + rays_of(view, tile.1).divergence(away) * view.half_pixel.0 * f64::from(SIDE);
+            let Ray { origin, direction, .. } = middle_of(tile);
+            let ahead = scale(direction, away / length(direction));
             // The eye may also be inside.
-            let center = if place == 0 {
+            let offset = if place == 0 {
                 scale(aside, 0.9 * share.min(1.0) * size / 3.0_f64.sqrt() * 0.1)
             } else {
                 add(ahead, scale(aside, share * reach))
             };
+            let center = add(origin, offset);
             let (half, axis) = (sides.map(|side| side * size), axes[0]);
             match kind {
                 0 => OracleShape::Sphere { center, radius: size },
@@ -389,6 +415,39 @@ pub(crate) fn check_intersection(
     Ok(hits)
 }
 
+/// Check the hits of a tile of parallel rays, and the points on the faces that they see.
+pub(crate) fn check_parallel(shape: &OracleShape, tile: (View, (u32, u32))) -> Result<(), TestCaseError> {
+    let across = tile.0.half_pixel.0 * f64::from(SIDE);
+    let lengths = shape.size() + across + length(middle_of(tile).origin) * 1e-6;
+    // The plane on which the rays start may touch the surface.
+    prop_assume!(shape.size() == 0.0 || (shape.center()[2].abs() - shape.size()).abs() > 1e-5 * lengths);
+    check_intersection(shape, tile, 2e-6 * lengths)?;
+    for (lanes, points) in surface_points(shape, tile) {
+        for (i, &lane) in lanes.iter().enumerate() {
+            let Ray { origin, direction, .. } = exact_ray(tile.0, tile.1, lane.into());
+            let normal = match points.plane {
+                Some(plane) => plane.normal,
+                None => points.normal.each_ref().map(|axis| f64::from(axis[i])),
+            };
+            let steep = -dot(normal, direction);
+            prop_assert!(steep > -1e-3, "lane {}: {:?} faces away", lane, normal);
+            let point = point_of(&points, i);
+            let [x, y, _] = sub(point, origin);
+            let rounding = 4e-6 * (lengths + length(sub(point, origin)) * 1e-3) / steep.max(1e-6);
+            prop_assert!(x.abs() + y.abs() < rounding, "lane {}: {:?} off the ray", lane, [x, y]);
+            let off = shape.distance(point);
+            prop_assert!(off < rounding, "lane {}: {} off the surface", lane, off);
+            // The normal points out of the shape, or into it where the ray starts inside.
+            let inside = shape.contact(origin).side == Side::Inside;
+            let step = 1e-3 * shape.size() * if inside { -1.0 } else { 1.0 };
+            let beyond = shape.contact(add(point, scale(normal, step))).side;
+            let is_plane = shape.size() == 0.0;
+            prop_assert!(is_plane || steep < 0.1 || beyond == Side::Outside, "lane {}: {:?}", lane, normal);
+        }
+    }
+    Ok(())
+}
+
 /// The first face number in tests.
 pub(crate) const FACE: u32 = 5 << FACE_BITS;
 
@@ -419,18 +478,23 @@ pub(crate) fn surface_points(shape: &OracleShape, (view, corner): (View, (u32, u
 }
 
 /// Return the irradiance that an occluder leaves of 1 at each point.
-pub(crate) fn irradiance_left(occluder: &OracleShape, light: Vector, points: &Points) -> Lanes {
+pub(crate) fn irradiance_left(occluder: &OracleShape, light: impl Into<Apex>, points: &Points) -> Lanes {
+    let light = light.into();
     let mut left = [1.0; LANES];
     let mut squared = [0.0; LANES];
-    let to_light = to_f32(sub(light, points.reference));
+    let to_light = light.from_f32(points.reference);
     for lane in 0..points.padded() {
-        let [x, y, z] = points.toward(to_light, lane);
+        let [x, y, z] = match light.is_direction() {
+            true => points.toward::<true>(to_light, lane),
+            false => points.toward::<false>(to_light, lane),
+        };
         squared[lane] = x * x + y * y + z * z;
     }
-    let contact = occluder.contact(light);
+    let contact = (!light.is_direction()).then(|| occluder.contact(light.at));
+    let contact = contact.filter(|contact| contact.side == Side::On);
     let shadow =
         &mut ShadowRays { points, light, squared: &squared, irradiance: &mut left, bounds: points.bounds() };
-    occluder.to_kernel().get(0).occlude((contact.side == Side::On).then_some(&contact), shadow);
+    occluder.to_kernel().get(0).occlude(contact.as_ref(), shadow);
     left
 }
 
@@ -444,13 +508,14 @@ pub(crate) fn assert_all_lit(occluder: &OracleShape, light: Vector, points: &Poi
 /// involved. Points and lights within that error of the surface are not checked.
 pub(crate) fn check_occlusion(
     occluder: &OracleShape,
-    light: Vector,
+    light: impl Into<Apex>,
     points: &Points,
 ) -> Result<(), TestCaseError> {
+    let light = light.into();
     let lengths = [
         occluder.size(),
         length(sub(occluder.center(), points.reference)),
-        length(sub(light, points.reference)),
+        light.weight * length(light.from(points.reference)),
         length(sub(points.bounds().center, points.reference)) + points.bounds().radius,
     ];
     let error = 4e-6 * lengths.iter().sum::<f64>();
@@ -459,7 +524,8 @@ pub(crate) fn check_occlusion(
     for lane in 0..points.count {
         let point = point_of(points, lane);
         // The corners of a box move farther than its faces.
-        if occluder.distance(point).min(occluder.distance(light)) < 2.0 * error {
+        let close = |place: Vector| occluder.distance(place) < 2.0 * error;
+        if close(point) || (!light.is_direction() && close(light.at)) {
             continue;
         }
         if large.stands_between(light, point) && small.stands_between(light, point) {
@@ -502,16 +568,20 @@ fn any_color() -> impl Strategy<Value = Vector> {
 fn any_camera() -> impl Strategy<Value = Camera> {
     let size = (1_u32..70, 1_u32..50);
     // A principal point in the picture or outside.
-    let lens = (5.0..120.0, 0.5..2.0, (-1.0..1.0, -1.0..1.0));
+    let lens = (5.0..120.0, 0.5..2.0, (-1.0..1.0, -1.0..1.0), prop::bool::weighted(0.3));
     (size, lens, any_place(1.0), any_direction(), any_axes()).prop_map(
-        |((width, height), (fov, pixel_aspect, (x, y)), aside, toward, axes)| {
+        |((width, height), (fov, pixel_aspect, (x, y), is_orthographic), aside, toward, axes)| {
             // Mostly outside, looking in.
             let [right, up, _] = axes;
             let forward = crate::vector::cross(up, right);
             let position = add(scale(forward, -8.0), add(aside, scale(toward, 0.5)));
-            let half_height = half_tangent(fov);
-            let center = (x * half_height, y * half_height);
-            Camera { width, height, half_height, pixel_aspect, center, position, right, up, forward }
+            let (projection, half_height, pixel_aspect) = if is_orthographic {
+                (Projection::Orthographic, fov / 20.0, 1.0)
+            } else {
+                (Projection::Perspective, half_tangent(fov), pixel_aspect)
+            };
+            let center = if is_orthographic { (0.0, 0.0) } else { (x * half_height, y * half_height) };
+            Camera { width, height, projection, half_height, pixel_aspect, center, position, right, up, forward }
         },
     )
 }
@@ -542,28 +612,32 @@ fn any_object() -> impl Strategy<Value = Object> {
 
 /// A light, free or carried by a solid.
 fn any_light(objects: Vec<Object>) -> impl Strategy<Value = LightDesc> {
-    (any_place(6.0), any_color(), 1.0..1000.0, any::<prop::sample::Index>()).prop_map(
-        move |(position, color, intensity, index)| {
+    let radius = prop_oneof![Just(0.0), 0.01..2.0];
+    (any_place(6.0), any_color(), 1.0..1000.0, radius, any::<prop::sample::Index>()).prop_map(
+        move |(position, color, intensity, radius, index)| {
             // As many are free as are carried.
             let number = index.index(2 * objects.len() + 1);
             let carrier = objects.get(number).filter(|object| !matches!(object.shape, ShapeDesc::Plane(_)));
-            LightDesc {
-                source: LightSource::Point { position: carrier.map_or(position, |object| object.position) },
-                color,
-                intensity,
-                carrier: carrier.map(|_| number),
-            }
+            let source = match carrier {
+                Some(object) => LightSource::Point { position: object.position, radius },
+                // Free lights are suns as often as not.
+                None if number % 2 == 0 => LightSource::Sun { direction: position, angle: 30.0 * radius },
+                None => LightSource::Point { position, radius },
+            };
+            LightDesc { source, color, intensity, carrier: carrier.map(|_| number) }
         },
     )
 }
 
 fn any_settings() -> impl Strategy<Value = Settings> {
-    (1_u32..5, any_color(), any_color(), prop::bool::weighted(0.9), any::<bool>()).prop_map(
-        |(samples, background, ambient, direct_light, eye_falloff)| Settings {
+    let lit = (prop::bool::weighted(0.9), 1_u32..20);
+    (1_u32..5, any_color(), any_color(), lit, any::<bool>()).prop_map(
+        |(samples, background, ambient, (direct_light, shadow_samples), eye_falloff)| Settings {
             samples,
             background,
             ambient,
             direct_light,
+            shadow_samples,
             eye_falloff,
         },
     )

@@ -87,7 +87,7 @@ impl Tracer {
         let settings = Settings { samples: 1, ..self.world.settings.clone() };
         let window = Window { x: 0, y: 0, width: grid, height: grid };
         let job = TileJob {
-            view: View::in_grid(&self.world.camera, grid),
+            view: View::in_grid(&self.world.camera, self.scene.unit, grid),
             settings: &settings,
             monitor: &monitor.aside(),
         };
@@ -102,7 +102,7 @@ impl Tracer {
     ///
     /// If the work is cancelled, exceeds its budget, or runs out of memory.
     pub fn coverage(&self, window: Window, monitor: &Monitor) -> Result<Vec<u64>, Stopped> {
-        let view = View::new(&self.world.camera);
+        let view = View::new(&self.world.camera, self.scene.unit);
         let mut covered = filled(self.scene.shapes.len(), 0, COVERAGE)?;
         spare()?;
         covered.par_chunks_mut(OBJECTS).enumerate().for_each(|(i, covered)| {
@@ -119,7 +119,7 @@ impl Tracer {
 
     /// The job of the whole picture.
     fn job<'a>(&'a self, monitor: &'a Monitor) -> TileJob<'a> {
-        TileJob { view: View::new(&self.world.camera), settings: &self.world.settings, monitor }
+        TileJob { view: View::new(&self.world.camera, self.scene.unit), settings: &self.world.settings, monitor }
     }
 
     fn film_of(&self, job: TileJob<'_>, window: Window, mut film: Film<'_>) -> Result<u64, Stopped> {

@@ -1,8 +1,15 @@
-//! The sample positions in a pixel.
+//! Fixed patterns: the sample positions in a pixel, and the places of an emitter.
+
+use crate::vector::Vector;
+use std::f64::consts::PI;
 
 /// 1/phi, phi the golden ratio: the fractional parts of its multiples are spaced more evenly than any other
 /// number's.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+/// sqrt(2) - 1 and sqrt(3) - 1: their multiples fill a square evenly.
+const ACROSS: f64 = 0.414_213_562_373_095_05;
+const ALONG: f64 = 0.732_050_807_568_877_2;
 
 /// Return the offsets of a pixel's samples from its left and top edge, each 0..1; a single sample is the centre.
 ///
@@ -23,6 +30,35 @@ pub fn sample_offsets(count: u32) -> Vec<(f64, f64)> {
         offsets[i as usize] = (middle(i), middle(rank));
     }
     offsets
+}
+
+/// Return the places of an emitter in a ball of radius 1 around the origin, in pairs opposite to each other; a single
+/// one, and the first of an odd number, is the centre.
+///
+/// Their density in the ball grows toward its surface as 1 / sqrt(1 - r^2), so that a straight line through the ball
+/// meets as much of it wherever it passes: from everywhere they look like a disk of even brightness, as a Lambertian
+/// sphere does. This is a sphere in four dimensions, spread evenly, seen in three. With s even in 0..1 and the angles
+/// a, b even:
+///
+/// (x, y, z) = (sqrt(s) cos(a), sqrt(s) sin(a), sqrt(1 - s) cos(b))
+///
+/// Of half of the places s is a row of even steps, and a and b are multiples of irrational numbers, a Kronecker
+/// sequence.
+pub fn emitter_places(count: u32) -> Vec<Vector> {
+    let pairs = count / 2;
+    let mut places = Vec::with_capacity(count as usize);
+    if count % 2 == 1 {
+        places.push([0.0; 3]);
+    }
+    for i in 0..pairs {
+        let fraction = |step: f64| (0.5 + f64::from(i) * step) % 1.0;
+        let s = (f64::from(i) + 0.5) / f64::from(pairs);
+        let (a, b) = (2.0 * PI * fraction(ACROSS), PI / 2.0 * fraction(ALONG));
+        let (ring, height) = (s.sqrt(), (1.0 - s).sqrt());
+        let place = [ring * libm::cos(a), ring * libm::sin(a), height * libm::cos(b)];
+        places.extend([place, place.map(|component| -component)]);
+    }
+    places
 }
 
 #[cfg(test)]

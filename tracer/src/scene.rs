@@ -2,44 +2,52 @@
 
 use crate::accel::cone::Cone;
 use crate::accel::{Bvh, Stack};
+use crate::apex::Apex;
+use crate::camera::{Camera, Projection};
 use crate::camera_space::{CameraSpace, FAR_FROM_ROUNDING};
 use crate::checker::Checker;
-use crate::memory::{OutOfMemory, collect, filled, par_collect, reserve};
+use crate::memory::{OutOfMemory, collect, filled, par_collect, reserve, with_capacity};
+use crate::sampling::emitter_places;
+use crate::scene::emitter::Emitter;
 use crate::scene::unit::suitable_unit;
 use crate::shapes::contact::{COORDINATE, Contact};
 use crate::shapes::primitive::Primitive;
 use crate::shapes::{OBJECTS, ShapeDesc, Shapes};
-use crate::vector::{Vector, l1_norm, largest, length, scale, sub};
-use crate::world::{CheckerDesc, LightDesc, Object, World};
+use crate::vector::{Vector, add, dot, l1_norm, largest, length, normalized, scale, sub};
+use crate::world::{CheckerDesc, LightDesc, LightSource, Object, World};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::iter;
 
+pub(crate) mod emitter;
 mod unit;
 
 /// Named in the error if memory runs out.
 const LIGHTS: &str = "the lights";
 
-/// A point light in camera space.
+/// A light in camera space.
 #[derive(Clone, Debug)]
 pub(crate) struct Light {
-    pub(crate) position: Vector,
-    /// The factor by which it was moved toward the eye; see `CameraSpace::range_scale`.
+    pub(crate) apex: Apex,
+    /// The factor by which it was moved toward the eye, see `CameraSpace::range_scale`; 0 if it is infinitely far away.
     pub(crate) range_scale: f64,
-    /// intensity * color / (4 pi), in units of camera space: L_i = power / r^2.
+    /// intensity * color / (4 pi), in units of camera space: L_i = power / r^2. Of a sun, L_i.
     pub(crate) power: Vector,
     /// The number in the world of the object that carries it, which casts no shadow in its light.
     pub(crate) carrier: Option<u32>,
-    /// The objects that it is on, or so close to that rounding in camera space might move it to the other side.
-    pub(crate) contacts: Vec<(u32, Contact)>,
+    /// Its places, if it has a size.
+    pub(crate) emitter: Option<Emitter>,
+    /// The objects that it, or one of its places, is on, or so close to that rounding in camera space might move it
+    /// to the other side: the number of the place and of the object.
+    pub(crate) contacts: Vec<(u32, u32, Contact)>,
 }
 
 impl Light {
-    /// Where it is relative to an object that it is close to.
+    /// Where it, or one of its places, is relative to an object that it is close to.
     #[inline(always)]
-    pub(crate) fn contact(&self, object: u32) -> Option<&Contact> {
-        let close = self.contacts.iter().find(|(number, _)| *number == object);
-        close.map(|(_, contact)| contact)
+    pub(crate) fn contact(&self, place: u32, object: u32) -> Option<&Contact> {
+        let close = self.contacts.iter().find(|(at, number, _)| *number == object && *at == place);
+        close.map(|(_, _, contact)| contact)
     }
 }
 
@@ -57,6 +65,7 @@ pub(crate) struct Material {
 /// A scene ready for tracing.
 #[derive(Debug)]
 pub(crate) struct Scene {
+    pub(crate) projection: Projection,
     /// Units of camera space per unit of the world: a power of two.
     pub(crate) unit: f64,
     /// The rounding of the eye's coordinates, in units of camera space.
@@ -72,6 +81,8 @@ pub(crate) struct Scene {
     /// Whether any object has a range scale other than 1.
     pub(crate) has_range_scales: bool,
     pub(crate) lights: Vec<Light>,
+    /// The number of lights, counting each place of one that has a size.
+    pub(crate) pencils: u64,
     /// The infinite shapes, which no tree can hold, by number.
     pub(crate) unbounded: Vec<u32>,
     /// The tree over all other shapes.
@@ -99,19 +110,28 @@ impl Scene {
         bvh.renumber(&indices);
         let numbers = par_collect(order.par_iter().map(|&i| by_kind[i as usize]), OBJECTS)?;
         let mut scene = Scene {
+            projection: world.camera.projection,
             unit: space.unit,
             coordinate_rounding: 2.0 * COORDINATE * largest(space.eye),
             has_range_scales: materials.par_iter().any(|material| material.range_scale < 1.0),
             materials: par_collect(numbers.par_iter().map(|&i| materials[i as usize].clone()), OBJECTS)?,
             checkers: Vec::new(),
             lights: Vec::new(),
+            pencils: 0,
             unbounded: collect(indices[leaves..].iter().copied(), OBJECTS)?,
             bvh,
             shapes: shapes.select(&order)?,
             numbers,
         };
         scene.checkers = scene.place_checkers(&space, world)?;
-        scene.lights = collect(world.lights.iter().map(|light| scene.light(&space, world, light)), LIGHTS)?;
+        let mut lights = with_capacity(world.lights.len(), LIGHTS)?;
+        let pattern = emitter_places(world.settings.shadow_samples);
+        for light in &world.lights {
+            let light = scene.light(&space, world, (light, &pattern))?;
+            scene.pencils += light.emitter.as_ref().map_or(1, |emitter| emitter.places.len() as u64);
+            lights.push(light);
+        }
+        scene.lights = lights;
         Ok(scene)
     }
 
@@ -147,30 +167,75 @@ impl Scene {
         Ok(checkers)
     }
 
-    fn light(&self, space: &CameraSpace, world: &World, light: &LightDesc) -> Light {
+    fn light(
+        &self,
+        space: &CameraSpace,
+        world: &World,
+        (light, pattern): (&LightDesc, &[Vector]),
+    ) -> Result<Light, OutOfMemory> {
+        let carrier = light.carrier.map(|carrier| carrier as u32);
+        let powered = |intensity: f64| scale(light.color, intensity.min(f64::MAX));
+        let (position, radius) = match light.source {
+            LightSource::Point { position, radius } => (position, radius),
+            LightSource::Sun { direction, angle } => {
+                let toward = scale(normalized(direction), -1.0);
+                return Ok(Light {
+                    apex: Apex::direction(space.direction(toward)),
+                    range_scale: 0.0,
+                    power: powered(light.intensity),
+                    carrier,
+                    emitter: if angle > 0.0 { Some(Emitter::sun(space, toward, angle, pattern)?) } else { None },
+                    contacts: Vec::new(),
+                });
+            }
+        };
         // The power of a light that is moved toward the eye shrinks by the square of the factor.
-        let scaled = space.scaled(light.source.position());
-        let range_scale = space.range_scale(scaled, 0.0);
+        let scaled = space.scaled(position);
+        let range_scale = space.range_scale(scaled, space.length(radius));
         let unit = space.unit * range_scale;
         let intensity = light.intensity * unit * unit / (4.0 * PI);
         let position = scale(space.point(scaled), range_scale);
-        let close = |i: u32| {
-            let object = &world.objects[self.numbers[i as usize] as usize];
-            let contact = object.shape.contact(space, space.scaled(object.position), scaled);
-            let rounding = FAR_FROM_ROUNDING * (l1_norm(position) + self.shapes.get(i).magnitude());
-            contact.is_within(rounding).then_some((i, contact))
+        let mut emitter = match space.length(radius) * range_scale {
+            radius if radius > 0.0 => Some(Emitter::ball(space, position, radius, pattern)?),
+            _ => None,
         };
+        let mut contacts = Vec::new();
+        let size = emitter.as_ref().map_or(0.0, |emitter| emitter.size);
         let mut stack = Stack::default();
-        let around = Cone::around(position, self.coordinate_rounding + 2.0 * COORDINATE * l1_norm(position));
+        let slack = size + self.coordinate_rounding + 2.0 * COORDINATE * l1_norm(position);
+        let around = Cone::around(position, slack);
         let mut traversal = self.bvh.traverse(&around, &mut stack);
         let candidates = iter::from_fn(|| traversal.next(0.0)).chain(self.unbounded.iter().copied());
-        Light {
-            position,
-            range_scale,
-            power: scale(light.color, intensity.min(f64::MAX)),
-            carrier: light.carrier.map(|carrier| carrier as u32),
-            contacts: candidates.filter_map(close).collect(),
+        for i in candidates {
+            let object = &world.objects[self.numbers[i as usize] as usize];
+            let center = space.scaled(object.position);
+            let rounding = FAR_FROM_ROUNDING * (l1_norm(position) + self.shapes.get(i).magnitude());
+            let mut touch = |place: u32, point: Vector| {
+                let contact = object.shape.contact(space, center, point);
+                if contact.is_within(rounding) {
+                    contacts.push((place, i, contact));
+                }
+            };
+            let Some(emitter) = &mut emitter else {
+                touch(0, scaled);
+                continue;
+            };
+            // In the units of the world, as contacts are.
+            if object.shape.contact(space, center, scaled).is_within(size / range_scale + rounding) {
+                emitter.cut.push(i);
+                for (place, way) in (0..).zip(pattern) {
+                    touch(place, add(scaled, scale(*way, size / range_scale)));
+                }
+            }
         }
+        Ok(Light {
+            apex: Apex::point(position),
+            range_scale,
+            power: powered(intensity),
+            carrier,
+            emitter,
+            contacts,
+        })
     }
 }
 
@@ -214,24 +279,31 @@ fn places(counts: &[usize]) -> impl FnMut(usize) -> usize + use<> {
 }
 
 fn materials(world: &World, space: &CameraSpace) -> Result<Vec<Material>, OutOfMemory> {
-    let material = |object: &Object| Material {
-        albedo: object.color,
-        emitted: None,
-        range_scale: object.shape.range_scale(space, space.scaled(object.position)),
+    let range_scale = |object: &Object| match world.camera.projection {
+        Projection::Perspective => object.shape.range_scale(space, space.scaled(object.position)),
+        // Elsewhere it would not look the same.
+        Projection::Orthographic => 1.0,
     };
+    let material =
+        |object: &Object| Material { albedo: object.color, emitted: None, range_scale: range_scale(object) };
     let mut materials = par_collect(world.objects.par_iter().map(material), OBJECTS)?;
     for light in &world.lights {
-        if let Some(carrier) = light.carrier {
-            materials[carrier].emitted = Some(seen_directly(light, world.camera.position));
+        if let (Some(carrier), Some(position)) = (light.carrier, light.source.position()) {
+            materials[carrier].emitted = Some(seen_directly(light, position, &world.camera));
         }
     }
     Ok(materials)
 }
 
-/// L = intensity color / (4 pi r^2), r from the light to the eye (document, section 3.4).
-fn seen_directly(light: &LightDesc, eye: Vector) -> [f32; 3] {
+/// L = intensity color / (4 pi r^2), r from the light to the eye (document, section 3.4), or along the view to the
+/// plane on which parallel rays start.
+fn seen_directly(light: &LightDesc, position: Vector, camera: &Camera) -> [f32; 3] {
     let largest = f64::from(f32::MAX);
-    let r = length(sub(light.source.position(), eye));
+    let to_light = sub(position, camera.position);
+    let r = match camera.projection {
+        Projection::Perspective => length(to_light),
+        Projection::Orthographic => dot(camera.forward, to_light).abs(),
+    };
     let arriving = light.intensity / (4.0 * PI * r * r);
     // 0 / 0: a light without power at the eye.
     let arriving = if arriving.is_nan() { 0.0 } else { arriving.min(largest) };

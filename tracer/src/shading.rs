@@ -3,7 +3,11 @@
 use crate::accel::cone::Cone;
 use crate::accel::pyramid::{Footprint, Pyramid};
 use crate::accel::{Stack, Volume};
+use crate::apex::Apex;
+use crate::bounds::BoundingSphere;
+use crate::camera::Projection;
 use crate::scene::{Light, Material, Scene};
+use crate::shapes::contact::Contact;
 use crate::shapes::points::{Points, ShadowRays};
 use crate::shapes::primitive::Primitive;
 use crate::tile::hits::FACE_BITS;
@@ -12,6 +16,8 @@ use crate::vector::{Vector, l1_norm, scale, sub, to_f32};
 use crate::world::Settings;
 use std::f64::consts::PI;
 
+mod soft;
+
 /// Bound on the rounding error of a light's height above a face's plane, relative to distances.
 const HEIGHT_ROUNDING: f64 = 4e-15;
 
@@ -19,11 +25,33 @@ const HEIGHT_ROUNDING: f64 = 4e-15;
 #[derive(Debug)]
 pub(crate) struct Lighting {
     pub(crate) points: Points,
-    /// The squared distance to a light.
+    /// The squared length of the vector to a light.
     squared: Lanes,
     /// cos(theta) / r^2 of one light, and 0 where it is hidden.
     irradiance: Lanes,
+    soft: SoftLight,
     pub(crate) stack: Stack,
+}
+
+/// What the places of one emitter sum up to at the points of a face, and what may hide them.
+#[derive(Debug)]
+pub(crate) struct SoftLight {
+    /// The height of the emitter's middle above the tangent plane; of a sun, the cosine.
+    heights: Lanes,
+    /// cos(theta) / r^2 of the middle, as if the emitter were a point; of a sun, cos(theta).
+    middle: Lanes,
+    /// The sums over all places, and over those that are not hidden.
+    unhidden: Lanes,
+    reached: Lanes,
+    /// The objects that may hide a place, with their bounds.
+    occluders: Vec<(u32, Option<BoundingSphere>)>,
+}
+
+impl SoftLight {
+    pub(crate) fn new() -> SoftLight {
+        let zero = [0.0; LANES];
+        SoftLight { heights: zero, middle: zero, unhidden: zero, reached: zero, occluders: Vec::new() }
+    }
 }
 
 impl Lighting {
@@ -32,14 +60,15 @@ impl Lighting {
             points: Points::new(),
             squared: [0.0; LANES],
             irradiance: [0.0; LANES],
+            soft: SoftLight::new(),
             stack: Stack::default(),
         }
     }
 
     /// Add the light that the points reflect to the eye, and return the number of shadow rays.
     ///
-    /// radiance = albedo ambient + sum over lights of albedo / pi L_i cos(theta), L_i = power / r^2 (document,
-    /// sections 2.3.1, 2.3.2)
+    /// radiance = albedo ambient + sum over lights of albedo / pi L_i cos(theta), L_i = power / r^2, or power of a sun
+    /// (document, sections 2.3.1, 2.3.2)
     ///
     /// Only lights on the eye's side illuminate a surface. All shapes are convex, so an object cannot shadow
     /// itself where eye and light are on the same side and cos(theta) > 0: it is skipped, and no epsilon is
@@ -57,7 +86,7 @@ impl Lighting {
         // The second is that of the odd squares of a checker.
         let albedos = [albedo, scene.checker(object).map_or(albedo, |checker| checker.albedo)];
         // The distance to the eye of an object that was moved toward it is the real one.
-        let falloff = settings.eye_falloff.then_some(scene.unit * range_scale);
+        let falloff = settings.eye_falloff.then_some((scene.projection, scene.unit * range_scale));
         if settings.ambient != [0.0; 3] {
             self.irradiance = [1.0; LANES];
             let reflected = |albedo: Vector| std::array::from_fn(|i| settings.ambient[i] * albedo[i]);
@@ -68,19 +97,16 @@ impl Lighting {
         let footprint = footprint.map(|plane| Footprint::new(plane, &self.points));
         let mut rays = 0;
         for light in &scene.lights {
-            let facing = self.irradiate(light, scene, face);
-            if facing == 0 {
+            let traced = match &light.emitter {
+                Some(emitter) => {
+                    self.irradiate_softly(scene, (light, emitter), face, (bounds, footprint.as_ref()))
+                }
+                None => self.irradiate_sharply(scene, light, face, (bounds, footprint.as_ref())),
+            };
+            if traced == 0 {
                 continue;
             }
-            rays += facing;
-            let mut shadow = ShadowRays {
-                points: &self.points,
-                light: light.position,
-                squared: &self.squared,
-                irradiance: &mut self.irradiance,
-                bounds,
-            };
-            darken_occluded(&mut shadow, light, scene, (object, footprint.as_ref()), &mut self.stack);
+            rays += traced;
             // An object that was moved toward the eye gets no more light than at its real distance.
             let dimmed = (range_scale / light.range_scale).min(1.0);
             // albedo / pi times the light's power
@@ -96,11 +122,16 @@ impl Lighting {
     /// Add the irradiance, times a weight for each channel, the second on the odd squares of a checker; with the
     /// world's length of a unit, it falls off toward the eye.
     #[inline(always)]
-    fn add_reflected(&mut self, mut weights: [Vector; 2], falloff: Option<f64>, radiance: &mut [Lanes; 3]) {
-        if let Some(unit) = falloff {
+    fn add_reflected(
+        &mut self,
+        mut weights: [Vector; 2],
+        falloff: Option<(Projection, f64)>,
+        radiance: &mut [Lanes; 3],
+    ) {
+        if let Some((projection, unit)) = falloff {
             let magnitude = magnitude(std::array::from_fn(|i| weights[0][i].max(weights[1][i])));
             weights = weights.map(|weight| scale(weight, 1.0 / f64::from(magnitude)));
-            self.apply_eye_falloff(unit, magnitude);
+            self.apply_eye_falloff(projection, unit, magnitude);
         }
         let [even, odd] = weights.map(|weight| weight.map(bounded));
         for (channel, (even, odd)) in radiance.iter_mut().zip(even.into_iter().zip(odd)) {
@@ -117,40 +148,74 @@ impl Lighting {
         }
     }
 
-    /// Compute the unoccluded irradiance of a light at the points, and return the number of points that face it.
+    /// Compute the irradiance of a light without a size at the points, and return the number of shadow rays.
     #[inline(always)]
-    fn irradiate(&mut self, light: &Light, scene: &Scene, face: u32) -> u64 {
+    fn irradiate_sharply(
+        &mut self,
+        scene: &Scene,
+        light: &Light,
+        face: u32,
+        (bounds, footprint): (BoundingSphere, Option<&Footprint>),
+    ) -> u64 {
         let object = face >> FACE_BITS;
-        let (shape, contact) = (scene.shapes.get(object), light.contact(object));
-        if !shape.is_lit_from(contact, light.position) {
+        let contact = light.contact(0, object);
+        if !scene.shapes.get(object).is_lit_from(face, contact, light.apex) {
             return 0;
         }
-        let to_light = to_f32(sub(light.position, self.points.reference));
+        let facing = self.irradiate((light.apex, contact), scene, face);
+        if facing > 0 {
+            let mut shadow = ShadowRays {
+                points: &self.points,
+                light: light.apex,
+                squared: &self.squared,
+                irradiance: &mut self.irradiance,
+                bounds,
+            };
+            darken_occluded(&mut shadow, light, scene, (object, footprint), &mut self.stack);
+        }
+        facing
+    }
+
+    /// Compute the unoccluded irradiance of an apex at the points, and return the number of points that face it.
+    /// `contact` is given if it is close to the surface.
+    #[inline(always)]
+    fn irradiate(&mut self, (apex, contact): (Apex, Option<&Contact>), scene: &Scene, face: u32) -> u64 {
+        let shape = scene.shapes.get(face >> FACE_BITS);
+        let to_light = apex.from_f32(self.points.reference);
         if let Some(plane) = self.points.plane {
             let (height, rounding) = match contact {
                 Some(contact) => (shape.height(face, contact), 0.0),
                 None => (
-                    plane.height(light.position),
-                    HEIGHT_ROUNDING * (l1_norm(light.position) + plane.offset.abs()),
+                    plane.height_of_apex(apex),
+                    HEIGHT_ROUNDING * (l1_norm(apex.at) + apex.weight * plane.offset.abs()),
                 ),
             };
             // A light in the plane of a face, within rounding, does not illuminate it.
             if height <= rounding {
                 return 0;
             }
-            self.irradiate_flat(to_light, height as f32);
+            if apex.is_direction() {
+                self.irradiate_flat::<true>(to_light, height as f32);
+            } else {
+                self.irradiate_flat::<false>(to_light, height as f32);
+            }
             return self.points.count as u64;
         }
-        self.irradiate_curved(to_light);
+        if apex.is_direction() {
+            self.irradiate_curved::<true>(to_light);
+        } else {
+            self.irradiate_curved::<false>(to_light);
+        }
         let facing = |&irradiance: &f32| u32::from(irradiance > 0.0);
         u64::from(self.irradiance[..self.points.count].iter().map(facing).sum::<u32>())
     }
 
-    /// cos(theta) / r^2 = height / r^3: the height of the light is the same at all points of a flat face.
+    /// cos(theta) / r^2 = height / r^3: the height of the light is the same at all points of a flat face. Infinitely
+    /// far away the height is cos(theta), and the vector to the light a unit vector.
     #[inline(always)]
-    fn irradiate_flat(&mut self, to_light: [f32; 3], height: f32) {
+    fn irradiate_flat<const PARALLEL: bool>(&mut self, to_light: [f32; 3], height: f32) {
         for lane in 0..self.points.padded() {
-            let w = self.points.toward(to_light, lane);
+            let w = self.points.toward::<PARALLEL>(to_light, lane);
             let squared = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
             self.squared[lane] = squared;
             self.irradiance[lane] = per_cube(height, squared);
@@ -159,9 +224,9 @@ impl Lighting {
 
     /// cos(theta) / r^2 = n . w / r^3
     #[inline(always)]
-    fn irradiate_curved(&mut self, to_light: [f32; 3]) {
+    fn irradiate_curved<const PARALLEL: bool>(&mut self, to_light: [f32; 3]) {
         for lane in 0..self.points.padded() {
-            let w = self.points.toward(to_light, lane);
+            let w = self.points.toward::<PARALLEL>(to_light, lane);
             let squared = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
             let n = &self.points.normal;
             let along = n[0][lane] * w[0] + n[1][lane] * w[1] + n[2][lane] * w[2];
@@ -172,15 +237,19 @@ impl Lighting {
         }
     }
 
-    /// Divide by 4 pi t^2 (document, section 3.4), t the distance to the eye in the world's units; multiply by
-    /// `magnitude`.
+    /// Divide by 4 pi t^2 (document, section 3.4), t the distance to the eye in the world's units, along parallel rays
+    /// the depth; multiply by `magnitude`.
     #[inline(always)]
-    fn apply_eye_falloff(&mut self, unit: f64, magnitude: f32) {
+    fn apply_eye_falloff(&mut self, projection: Projection, unit: f64, magnitude: f32) {
         let eye = to_f32(self.points.reference.map(|component| -component));
         let (unit, per_sphere) = (bounded(unit), (0.25 / PI) as f32);
         for lane in 0..self.points.padded() {
-            let p = self.points.toward(eye, lane);
-            let factor = unit / (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt();
+            let p = self.points.toward::<false>(eye, lane);
+            let distance = match projection {
+                Projection::Perspective => (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt(),
+                Projection::Orthographic => p[2].abs(),
+            };
+            let factor = unit / distance;
             self.irradiance[lane] = self.irradiance[lane] * magnitude * factor * factor * per_sphere;
         }
     }
@@ -225,20 +294,25 @@ pub(crate) fn darken_occluded(
 ) {
     for &i in &scene.unbounded {
         if i != receiver {
-            scene.shapes.get(i).occlude(light.contact(i), shadow);
+            scene.shapes.get(i).occlude(light.contact(0, i), shadow);
         }
     }
     if shadow.is_dark() {
         return;
     }
     if let Some(footprint) = footprint {
-        let pyramid = Pyramid::new(light.position, footprint);
+        let pyramid = Pyramid::new(light.apex, 0.0, footprint);
         darken_occluded_within(&pyramid, shadow, light, scene, receiver, stack);
     } else {
-        let farthest = l1_norm(sub(shadow.bounds.center, shadow.points.reference)) + shadow.bounds.radius;
-        let cone = Cone::from_apex(light.position, shadow.bounds, farthest);
+        let cone = Cone::from_apex(light.apex, 0.0, shadow.bounds, farthest(shadow.points, shadow.bounds));
         darken_occluded_within(&cone, shadow, light, scene, receiver, stack);
     }
+}
+
+/// Return a bound on the distance of points from their reference.
+#[inline(always)]
+fn farthest(points: &Points, bounds: BoundingSphere) -> f64 {
+    l1_norm(sub(bounds.center, points.reference)) + bounds.radius
 }
 
 /// Darken the points behind the objects of the tree that a volume around all their shadow rays intersects.
@@ -256,7 +330,7 @@ fn darken_occluded_within(
         if i == receiver || light.carrier.is_some_and(|number| number == scene.numbers[i as usize]) {
             continue;
         }
-        scene.shapes.get(i).occlude(light.contact(i), shadow);
+        scene.shapes.get(i).occlude(light.contact(0, i), shadow);
         if shadow.is_dark() {
             return;
         }

@@ -1,7 +1,9 @@
 //! The shapes of a scene. To add one, implement `Description` and `Primitive` in a file of its own, and add a line
 //! to `define_shapes!` below.
 
+use crate::apex::Apex;
 use crate::bounds::BoundingSphere;
+use crate::camera::Projection;
 use crate::camera_space::CameraSpace;
 use crate::memory::{OutOfMemory, par_collect};
 use crate::shapes::contact::Contact;
@@ -9,7 +11,7 @@ use crate::shapes::outline::Outline;
 use crate::shapes::points::{Points, ShadowRays};
 use crate::shapes::primitive::{Description, FaceAxes, Primitive};
 use crate::tile::hits::HitBuffer;
-use crate::tile::rays::Rays;
+use crate::tile::rays::{Ray, Rays};
 use crate::vector::Vector;
 use rayon::prelude::*;
 
@@ -200,18 +202,19 @@ macro_rules! forward {
 impl Primitive for Shape<'_> {
     forward! {
         fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer);
-        fn depth(&self, v: Vector) -> (f64, f64);
+        fn depth(&self, ray: Ray) -> (f64, f64);
         fn occlude(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>);
-        fn is_lit_from(&self, contact: Option<&Contact>, light: Vector) -> bool;
+        fn may_hide(&self, emitter: (Apex, f64), bounds: BoundingSphere) -> bool;
+        fn is_lit_from(&self, face: u32, contact: Option<&Contact>, light: Apex) -> bool;
         fn height(&self, face: u32, light: &Contact) -> f64;
         fn magnitude(&self) -> f64;
         fn magnitude_across(&self, face: u32) -> f64;
         fn bounds(&self) -> Option<BoundingSphere>;
-        fn outline(&self) -> Outline;
+        fn outline(&self, projection: Projection) -> Outline;
     }
 
     #[inline(always)]
-    fn compute_points(&self, face: u32, rays: &Rays, depth: (f64, impl Fn() -> Vector), points: &mut Points) {
+    fn compute_points(&self, face: u32, rays: &Rays, depth: (f64, impl Fn() -> Ray), points: &mut Points) {
         points.start(rays.count, self.magnitude_across(face));
         dispatch!(Shape, self, shape => shape.compute_points(face, rays, depth, points));
     }

@@ -1,6 +1,6 @@
 //! The tiles of a picture, and the pixels of a window in them.
 
-use crate::camera::{Camera, Window};
+use crate::camera::{Camera, Projection, Window};
 
 pub(crate) mod hits;
 pub(crate) mod rays;
@@ -25,7 +25,9 @@ pub(crate) type Lanes = [f32; LANES];
 pub(crate) struct View {
     pub(crate) width: u32,
     pub(crate) height: u32,
-    /// Half the width and half the height of a pixel on the image plane at distance 1.
+    pub(crate) projection: Projection,
+    /// Half the width and half the height of a pixel on the image plane at distance 1, or in units of camera space
+    /// of an orthographic one.
     pub(crate) half_pixel: (f64, f64),
     /// The middle of the picture on the image plane.
     pub(crate) center: (f64, f64),
@@ -33,21 +35,38 @@ pub(crate) struct View {
 
 impl View {
     /// half_pixel = half_height / height, times the pixel aspect across (document, section 2.1)
-    pub(crate) fn new(camera: &Camera) -> View {
-        let half_pixel = camera.half_height / f64::from(camera.height);
+    ///
+    /// `unit` is the number of units of camera space per unit of the world.
+    pub(crate) fn new(camera: &Camera, unit: f64) -> View {
+        let half_pixel = half_height(camera, unit) / f64::from(camera.height);
         View {
             width: camera.width,
             height: camera.height,
+            projection: camera.projection,
             half_pixel: (half_pixel * camera.pixel_aspect, half_pixel),
             center: camera.center,
         }
     }
 
     /// The same rectangle of the image plane as a square grid of pixels.
-    pub(crate) fn in_grid(camera: &Camera, side: u32) -> View {
-        let half_pixel = camera.half_height / f64::from(side);
+    pub(crate) fn in_grid(camera: &Camera, unit: f64, side: u32) -> View {
+        let half_pixel = half_height(camera, unit) / f64::from(side);
         let aspect = camera.pixel_aspect * f64::from(camera.width) / f64::from(camera.height);
-        View { width: side, height: side, half_pixel: (half_pixel * aspect, half_pixel), center: camera.center }
+        View {
+            width: side,
+            height: side,
+            projection: camera.projection,
+            half_pixel: (half_pixel * aspect, half_pixel),
+            center: camera.center,
+        }
+    }
+}
+
+/// Half the height of the picture on the image plane.
+fn half_height(camera: &Camera, unit: f64) -> f64 {
+    match camera.projection {
+        Projection::Perspective => camera.half_height,
+        Projection::Orthographic => camera.half_height * unit,
     }
 }
 

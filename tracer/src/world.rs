@@ -1,6 +1,6 @@
 //! The tracer's input: a scene as plain numbers, in the order of the file.
 
-pub use crate::camera::{Camera, Window};
+pub use crate::camera::{Camera, Projection, Window};
 pub use crate::shapes::descriptions::*;
 pub use crate::shapes::{Kind, ShapeDesc};
 pub use crate::vector::Vector;
@@ -30,25 +30,43 @@ pub struct CheckerDesc {
 /// The source of a light and its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightSource {
-    /// A point that emits equally in all directions.
+    /// A point or a ball that emits equally in all directions.
     Point {
         /// World space.
         position: Vector,
+        /// World space, 0 for a point.
+        radius: f64,
+    },
+    /// A sun, whose rays are parallel.
+    Sun {
+        /// The direction in which its light travels, of any length but 0.
+        direction: Vector,
+        /// The angular diameter in degrees, from 0 to less than 90.
+        angle: f64,
     },
 }
 
 impl LightSource {
     /// The kinds, in the order of their tags.
-    pub const KINDS: &[Kind<LightSource>] = &[Kind {
-        name: "point",
-        parameters: 3,
-        describe: |p| LightSource::Point { position: [p[0], p[1], p[2]] },
-    }];
+    pub const KINDS: &[Kind<LightSource>] = &[
+        Kind {
+            name: "point",
+            parameters: 4,
+            describe: |p| LightSource::Point { position: [p[0], p[1], p[2]], radius: p[3] },
+        },
+        Kind {
+            name: "sun",
+            parameters: 4,
+            describe: |p| LightSource::Sun { direction: [p[0], p[1], p[2]], angle: p[3] },
+        },
+    ];
 
-    /// The point that all its light comes from, world space.
-    pub fn position(&self) -> Vector {
-        let LightSource::Point { position } = *self;
-        position
+    /// The point that all its light comes from, world space; None if it is infinitely far away.
+    pub fn position(&self) -> Option<Vector> {
+        match *self {
+            LightSource::Point { position, .. } => Some(position),
+            LightSource::Sun { .. } => None,
+        }
     }
 }
 
@@ -59,7 +77,7 @@ pub struct LightDesc {
     pub source: LightSource,
     /// Linear RGB, each 0 or more.
     pub color: Vector,
-    /// Emitted power: L_i = intensity * color / (4 pi r^2).
+    /// Emitted power: L_i = intensity * color / (4 pi r^2); of a sun, its irradiance: L_i = intensity * color.
     pub intensity: f64,
     /// The index of the object that carries it, if any.
     pub carrier: Option<usize>,
@@ -77,6 +95,8 @@ pub struct Settings {
     /// Whether lights illuminate objects (`max_depth` of 1 or more); otherwise only objects that carry a light are
     /// seen.
     pub direct_light: bool,
+    /// The number of places of each light that has a size, 1 or more.
+    pub shadow_samples: u32,
     /// Whether radiance is also divided by 4 pi t^2, t from the surface to the eye.
     pub eye_falloff: bool,
 }

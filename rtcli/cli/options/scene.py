@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rtcli.cli.console import display_name, read_input
+from rtcli.cli.help import environment_variable
 from rtcli.cli.options import types
 from rtcli.image.display import DEPTHS, Quantization
 from rtcli.scene.bounds import MAX_SAMPLES
@@ -81,7 +82,7 @@ def pop_quantization(options: dict[str, Any]) -> Quantization:
 
 def pop_overrides(options: dict[str, Any]) -> Overrides:
     """Remove the overrides from the options of a command, and return them."""
-    variable = types.environment_variable(click.get_current_context(silent=True), "set")
+    variable = environment_variable(click.get_current_context(silent=True), "set")
     size, samples, exposure, alpha, edits = (
         options.pop(name) for name in ("size", "samples", "exposure", "alpha", "set")
     )

@@ -8,8 +8,8 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 import click
-from click.core import ParameterSource
 
+from rtcli.cli.help import environment_variable
 from rtcli.compare.bounds import PixelBound
 from rtcli.image.write import FORMATS
 from rtcli.scene.bounds import MAX_SIDE
@@ -78,13 +78,6 @@ def parse_positive(text: str) -> float:
     if not 0 < number < math.inf:
         raise click.BadParameter(f"{text!r} is not a number greater than 0")
     return number
-
-
-def environment_variable(ctx: click.Context | None, name: str) -> str | None:
-    """Return the environment variable that an option takes its value from, or None if it takes it elsewhere."""
-    if ctx is None or ctx.get_parameter_source(name) is not ParameterSource.ENVIRONMENT:
-        return None
-    return f"{ctx.auto_envvar_prefix}_{name.upper()}"
 
 
 class WholeNumber(click.IntRange):

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from rtcli.scene.diagnostics.synonyms import WORDS_FOR_SHAPES, plural
+from rtcli.scene.diagnostics.synonyms import WORDS_FOR_LIGHTS, WORDS_FOR_SHAPES, plural
 
 ERROR, WARNING = "error", "warning"
 
@@ -141,7 +141,8 @@ UNKNOWN_KEY = Rule(
 UNKNOWN_TYPE = Rule(
     "E105",
     "unknown-type",
-    f"An object whose `type` is not {_series([f'`{shape}`' for shape in WORDS_FOR_SHAPES], 'or')}.",
+    f"An object whose `type` is not {_series([f'`{shape}`' for shape in WORDS_FOR_SHAPES], 'or')}, "
+    f"or a light whose `type` is not {_series([f'`{light}`' for light in WORDS_FOR_LIGHTS], 'or')}.",
     f"build it of {_series([plural(shape) for shape in WORDS_FOR_SHAPES], 'and')}",
     in_schema=True,
 )
@@ -222,7 +223,8 @@ UP_ALONG_VIEW = Rule(
 EXCLUDED_KEY = Rule(
     "E305",
     "excluded-key",
-    "A camera with two of `fov`, `fov_x` and `intrinsics`, or a matrix beside `position`, `look_at` or `up`.",
+    "A camera with two of `fov`, `fov_x`, `intrinsics` and an orthographic `height`, or a matrix beside "
+    "`position`, `look_at` or `up`.",
     "remove one of the two",
     in_schema=True,
 )
@@ -320,6 +322,19 @@ UNKNOWN_IGNORE = Rule(
     "unknown-ignore",
     "A comment `# rtcli: ignore` without a code, or with a code that is not a warning.",
     "list the codes of warnings, as in `# rtcli: ignore W003, W005`",
+)
+BLOCKED_SUN = Rule(
+    "W013",
+    "blocked-sun",
+    "A sun whose light comes from behind a plane that the camera is before: the plane blocks all of it.",
+    "`direction` is where the light goes: with a negative y, such as in [-1, -2, -1], it comes from above",
+)
+CUT_EMITTER = Rule(
+    "W014",
+    "cut-emitter",
+    "A light with a radius larger than its distance from a surface: the surface cuts the ball that shines, "
+    "and what is lit close to it is inaccurate. The object that carries the light does not count.",
+    "give it a smaller radius, or move it away from the surface",
 )
 FINE_CHECKER = Rule(
     "W015",

@@ -5,13 +5,21 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from rtcli.scene.diagnostics.problems import nearest
-from rtcli.scene.diagnostics.synonyms import WORDS_FOR_KEYS, WORDS_FOR_SHAPES
+from rtcli.scene.diagnostics.synonyms import (
+    WORDS_FOR_CHOICES,
+    WORDS_FOR_KEYS,
+    WORDS_FOR_LIGHTS,
+    WORDS_FOR_SHAPES,
+)
 
 # Words for a single number, where the key that they stand for holds a list: their values do not fit it.
 _SINGLE_SIDES = frozenset({"width", "height", "depth", "length", "side", "edge"})
 
 # Words for numbers of K.
 _NUMBERS_OF_K = frozenset({"focal", "focallength", "f", "fx", "fy", "flx", "fly", "cx", "cy", "principalpoint"})
+
+# Words for a camera of some kind, such as `ortho: true`.
+_FLAGS = frozenset({"ortho", "orthographic", "parallel", "isometric", "perspective"})
 
 # Longer words have no meaning.
 _LONGEST_WORD = 60
@@ -38,8 +46,14 @@ def suggested_key(key: str, known: Collection[str], missing: Collection[str] = (
 
 
 def suggested_type(word: str, known: Collection[str]) -> str | None:
-    """Return the type of object that an unknown one probably means, or None."""
-    meant = [shape for shape in _named(_plain(word), WORDS_FOR_SHAPES) if shape in known]
+    """Return the type of object or light that an unknown one probably means, or None."""
+    meant = [kind for kind in _named(_plain(word), WORDS_FOR_SHAPES | WORDS_FOR_LIGHTS) if kind in known]
+    return meant[0] if meant else nearest(word, known)
+
+
+def suggested_choice(word: str, known: Collection[str]) -> str | None:
+    """Return the one of a few words that an unknown one probably means, or None."""
+    meant = [choice for choice in _named(_plain(word), WORDS_FOR_CHOICES) if choice in known]
     return meant[0] if meant else nearest(word, known)
 
 
@@ -50,6 +64,8 @@ def is_value_of_another_kind(key: str, meant: str) -> bool:
     if meant in ("opencv", "opengl"):
         # Nearly all are words for a matrix, where the key holds a mapping.
         return _plain(key) not in ("cv", "gl") and _plain(key) in WORDS_FOR_KEYS[meant].split()
+    if meant == "projection":
+        return _plain(key) in _FLAGS
     if meant == "intrinsics":
         return _plain(key) in _NUMBERS_OF_K
     return meant in ("size", "resolution") and _plain(key) in _SINGLE_SIDES

@@ -1,4 +1,4 @@
-"""The words that other programs use for the keys of a scene and for the shapes.
+"""The words that other programs use for the keys of a scene, for the shapes and for the lights.
 
 All are in lower case, without hyphens and underscores.
 """
@@ -13,6 +13,20 @@ WORDS_FOR_SHAPES = {
     "cylinder": "tube pipe rod column pillar pole post disc disk puck tin can drum barrel circularcylinder",
     "capsule": "pill lozenge stadium sausage roundedcylinder spherocylinder sweptsphere",
     "cone": "frustum funnel taper truncatedcone conicalfrustum conefrustum pyramid",
+}
+
+# By the type of a light.
+WORDS_FOR_LIGHTS = {
+    "point": "pointlight pointlamp lamp bulb omni omnilight positional sphere",
+    "sun": "sunlight sunlamp directional directionallight distant distantlight parallel parallellight infinite "
+    "daylight",
+}
+
+
+# By the value of a key that takes one of a few words.
+WORDS_FOR_CHOICES = {
+    "orthographic": "ortho orth orthogonal parallel isometric axonometric",
+    "perspective": "persp pinhole thinlens central",
 }
 
 
@@ -43,11 +57,16 @@ WORDS_FOR_KEYS = {
     "fov_x": "hfov xfov fovh horizontalfov horizontalfieldofview cameraanglex",
     "intrinsics": "k kmatrix intrinsic intrinsicmatrix cameramatrix calibration calibrationmatrix focal "
     "focallength f fx fy flx fly cx cy principalpoint",
+    "projection": "type kind mode model cameratype ortho orthographic parallel isometric perspective",
+    "height": "orthoscale orthosize orthoheight orthographicscale orthographicsize orthographicheight viewheight "
+    "frustumheight ymag",
     "opencv": "cv c2w camtoworld cam2world cameratoworld pose extrinsics extrinsic w2c worldtocamera rt",
     "opengl": "gl transform transformmatrix matrix matrixworld toworld modelmatrix",
     "camera_to_world": "c2w camtoworld cam2world pose matrix transform transformmatrix matrixworld toworld",
     "world_to_camera": "w2c worldtocam world2cam extrinsics extrinsic view viewmatrix rt",
     "intensity": "power energy brightness strength watts wattage emission emitted flux radiance luminosity lumens",
+    "irradiance": "intensity power energy brightness strength illuminance lux radiance flux watts emission",
+    "direction": "dir toward towards target to at lookat aim from orientation heading rotation normal vector way",
     "color": "colour rgb rgba albedo material diffuse diffusecolor basecolor reflectance reflectivity kd tint "
     "surface paint pigment texture hue",
     "name": "id label title identifier",
@@ -65,6 +84,8 @@ WORDS_FOR_KEYS = {
     "background": "sky skycolor backgroundcolor bg backdrop environment",
     "ambient": "ambientlight ambientcolor ambientradiance ambientintensity globalambient skylight filllight fill",
     "max_depth": "depth bounces maxbounces recursion recursiondepth maxrecursion raydepth",
+    "shadow_samples": "shadowrays lightsamples emittersamples softshadows areasamples",
+    "angle": "angulardiameter diameter size radius softness degrees",
     "eye_falloff": "falloff attenuation eyeattenuation",
     "exposure": "ev stops brightness gain",
     "alpha": "transparent transparency transparentbackground filmtransparent opacity rgba",

@@ -24,7 +24,7 @@ _LOCATIONS: dict[type[BaseModel], Loc] = {
     model.Scene: (),
     model.Camera: ("camera",),
     model.Pose: ("camera", "opencv"),
-    model.PointLight: ("lights", 0),
+    **dict.fromkeys(model.LIGHTS.values(), ("lights", 0)),
     **dict.fromkeys(model.SHAPES.values(), ("objects", 0)),
     model.CarriedLight: ("objects", 0, "light"),
     model.Checker: ("objects", 0, "checker"),
@@ -58,8 +58,9 @@ def constructor_error(part: type[BaseModel], values: dict[str, Any]) -> SceneErr
     name = f"rtcli.{known.__name__}"
     document = Document(Source(name, ""), _scene_around(known, values))
     problems = []
-    if "type" in known.model_fields and values.get("type", known.__name__.lower()) != known.__name__.lower():
-        message = f"must be {quoted(known.__name__.lower())}, got {shown(values['type'], None)}"
+    own = _type_of(known)
+    if own is not None and values.get("type", own) != own:
+        message = f"must be {quoted(own)}, got {shown(values['type'], None)}"
         problems.append(document.problem(rules.NOT_A_CHOICE, (*loc, "type"), message))
     try:
         validate(document)
@@ -71,8 +72,8 @@ def constructor_error(part: type[BaseModel], values: dict[str, Any]) -> SceneErr
 def _scene_around(part: type[BaseModel], values: dict[str, Any]) -> dict[str, Any]:
     """Return the data of a scene that is valid if a part of it with these values is."""
     loc = _LOCATIONS[part]
-    if part in model.SHAPES.values():
-        values = {**values, "type": part.__name__.lower()}
+    if (own := _type_of(part)) is not None:
+        values = {**values, "type": own}
     match loc:
         case ():
             return values
@@ -86,6 +87,11 @@ def _scene_around(part: type[BaseModel], values: dict[str, Any]) -> dict[str, An
             return {"camera": _CAMERA, "objects": [{**_CARRIER, str(part_key): values}]}
         case _:
             raise KeyError(part)
+
+
+def _type_of(part: type[BaseModel]) -> str | None:
+    """Return the `type` of a class of shapes or lights, or None."""
+    return part.model_fields["type"].default if "type" in part.model_fields else None
 
 
 def _of_part(problem: Problem, name: str, loc: Loc) -> Problem:

@@ -1,6 +1,6 @@
 """The meaning of each value of a scene, from the models, with an example.
 
-Locations are pydantic's: the index of an object is followed by the tag of its model.
+Locations are pydantic's: the index of an object or a light is followed by the tag of its model.
 """
 
 from __future__ import annotations
@@ -19,30 +19,43 @@ _SECTIONS: dict[str, type[BaseModel]] = {
     "camera": model.Camera,
     "render": model.RenderSettings,
     "image": model.ImageSettings,
-    "lights": model.PointLight,
+}
+# The kinds of the items of each list, and the one of an item whose kind is unknown.
+_KINDS: dict[str, tuple[dict[str, Any], type[BaseModel]]] = {
+    "lights": (model.LIGHTS, model.PointLight),
+    "objects": (model.SHAPES, model.Sphere),
 }
 
 
 def location(loc: Loc) -> Loc:
-    """Return the location in the data of one of pydantic's, which has a tag after the index of an object."""
-    return (*loc[:2], *loc[3:]) if loc[:1] == ("objects",) and len(loc) > 2 else loc
+    """Return the location in the data of one of pydantic's, which has a tag after the index of an item."""
+    return (*loc[:2], *loc[3:]) if loc and loc[0] in _KINDS and len(loc) > 2 else loc
 
 
 def model_around(loc: Loc) -> type[BaseModel]:
     """Return the model of the mapping that holds the last key of a location."""
     keys = [step for step in loc if isinstance(step, str)]
-    if loc[:1] == ("objects",) and len(keys) > 2:
-        part = model.PARTS.get(keys[2]) if len(keys) > 3 else None
-        return part or model.SHAPES.get(keys[1], model.Sphere)
-    if keys[:1] == ["camera"] and len(keys) > 2:
+    if len(keys) < 2:
+        return model.Scene
+    if keys[0] == "camera" and len(keys) > 2:
         return model.Pose
-    return _SECTIONS[keys[0]] if len(keys) > 1 else model.Scene
+    if keys[0] not in _KINDS:
+        return _SECTIONS[keys[0]]
+    kinds, usual = _KINDS[keys[0]]
+    around: type[BaseModel] = kinds.get(keys[1], usual)
+    part = model.PARTS.get(keys[2]) if len(keys) > 3 else None
+    return part or around
 
 
 def name_of(around: type[BaseModel]) -> str:
     """Return how messages name the mapping of a model."""
     names: dict[type[BaseModel], str] = {section: key for key, section in _SECTIONS.items()}
-    names |= {model.Scene: "a scene", model.PointLight: "a light", model.CarriedLight: "a carried light"}
+    names |= {
+        model.Scene: "a scene",
+        model.PointLight: "a point light",
+        model.SunLight: "a sun",
+        model.CarriedLight: "a carried light",
+    }
     return names.get(around, f"a {around.__name__.lower()}")
 
 
@@ -64,6 +77,7 @@ def advice_to_add(loc: Loc, data: Any) -> str:
 
 def _field(loc: Loc) -> tuple[str, FieldInfo | None]:
     """Return the last key of a location, and its field."""
+    loc = loc[:2] if loc[:1] and loc[0] in _KINDS and len(loc) == 3 else loc
     key = str(next((step for step in reversed(loc) if isinstance(step, str)), ""))
     return key, model_around(loc).model_fields.get(key)
 

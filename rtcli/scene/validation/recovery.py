@@ -20,14 +20,58 @@ from rtcli.scene.reading.source import Loc
 _Mapping: TypeAlias = dict[str, Any]
 _Model: TypeAlias = type[BaseModel]
 
-# Stands in for an object whose type cannot be guessed: the object's own values replace these before the check.
-_ANY_TYPE = "sphere"
-_ANY_OBJECT = {"type": _ANY_TYPE, "position": [0, 0, 0], "radius": 1, "color": "white"}
-# The keys that all types of object have.
-_COMMON_KEYS = frozenset.intersection(*(frozenset(shape.model_fields) for shape in model.SHAPES.values()))
-# The keys that any type has, and those that only some have.
-_KEYS = {key for shape in model.SHAPES.values() for key in shape.model_fields}
-_TYPE_KEYS = _KEYS - _COMMON_KEYS
+
+class Family(NamedTuple):
+    """The types that the items of a list may have.
+
+    Parameters
+    ----------
+    kind, item
+        The words for a type and for an item.
+    types
+        The models by type.
+    usual
+        The type of an item that names none; None if it must name one.
+    any_item
+        Stands in for an item whose type cannot be guessed: the item's own values replace these before the check.
+    """
+
+    kind: str
+    item: str
+    types: dict[str, type[Any]]
+    usual: str | None
+    any_item: _Mapping
+
+    @property
+    def any_model(self) -> _Model:
+        """The model of `any_item`."""
+        model: _Model = self.types[self.any_item["type"]]
+        return model
+
+    @property
+    def keys(self) -> set[str]:
+        """The keys that any type has."""
+        return {key for kind in self.types.values() for key in kind.model_fields}
+
+    @property
+    def common_keys(self) -> frozenset[str]:
+        """The keys that all types have."""
+        return frozenset.intersection(*(frozenset(kind.model_fields) for kind in self.types.values()))
+
+
+# By the key of the list.
+FAMILIES = {
+    "lights": Family(
+        "light", "light", model.LIGHTS, model.USUAL_LIGHT, {"type": "point", "position": [0, 0, 0], "intensity": 1}
+    ),
+    "objects": Family(
+        "shape",
+        "object",
+        model.SHAPES,
+        None,
+        {"type": "sphere", "position": [0, 0, 0], "radius": 1, "color": "white"},
+    ),
+}
 
 
 class MistakenKey(NamedTuple):
@@ -40,7 +84,7 @@ class MistakenKey(NamedTuple):
     meant
         The key that is meant.
     around
-        The model of the mapping, or None for an object of unknown type.
+        The model of the mapping, or None for an object or light of unknown type.
     """
 
     loc: Loc
@@ -49,18 +93,18 @@ class MistakenKey(NamedTuple):
 
 
 class MistakenType(NamedTuple):
-    """An object whose type is unknown or missing.
+    """An object or a light whose type is unknown or missing.
 
     Parameters
     ----------
     loc
-        The location of the type, or of the object if the type is missing.
+        The location of the type, or of the item if the type is missing.
     found
         The value in the file; None if it is missing.
     meant
         The type that the word probably means, or None.
     checked_as
-        The type that follows from the object's keys, if none does from the word; or None.
+        The type that follows from the item's keys, if none does from the word; or None.
     is_missing
         Whether the type is missing.
     """
@@ -108,10 +152,10 @@ class Recovery:
         scene = dict(self._with_keys((), data, model.Scene))
         if isinstance(scene.get("camera"), dict):
             scene["camera"] = self._camera(("camera",), scene["camera"])
-        for key, replaced in (("lights", self._light), ("objects", self._object)):
+        for key, family in FAMILIES.items():
             if isinstance(scene.get(key), list):
                 scene[key] = [
-                    replaced((key, index), item) if isinstance(item, dict) else item
+                    self._item((key, index), item, family) if isinstance(item, dict) else item
                     for index, item in enumerate(scene[key])
                 ]
         return scene if self.mistakes else data
@@ -123,17 +167,14 @@ class Recovery:
                 item = {**item, key: self._with_keys((*loc, key), item[key], model.Pose)}
         return item
 
-    def _light(self, loc: Loc, item: _Mapping) -> _Mapping:
-        return self._with_keys(loc, item, model.PointLight)
-
-    def _object(self, loc: Loc, item: _Mapping) -> _Mapping:
-        shape = item.get("type")
-        if not isinstance(shape, str) or shape not in model.SHAPES:
-            item = self._typed(loc, item)
-            shape = item.get("type")
-            if shape not in model.SHAPES:
+    def _item(self, loc: Loc, item: _Mapping, family: Family) -> _Mapping:
+        kind = item.get("type")
+        if not isinstance(kind, str) or kind not in family.types:
+            item = self._typed(loc, item, family)
+            kind = item.get("type", family.usual)
+            if kind not in family.types:
                 return item
-        item = self._with_keys(loc, item, model.SHAPES[shape])
+        item = self._with_keys(loc, item, family.types[kind])
         for key, part in model.PARTS.items():
             if isinstance(item.get(key), dict):
                 known = self._with_keys((*loc, key), item[key], part)
@@ -142,9 +183,12 @@ class Recovery:
 
     # --- Keys --------------------------------------------------------------------------------------------
 
-    def _with_keys(self, loc: Loc, mapping: _Mapping, around: _Model | None) -> _Mapping:
-        """Return a mapping with each unknown key replaced by the key that it means, if the mapping lacks that."""
-        fields = (around or model.SHAPES[_ANY_TYPE]).model_fields
+    def _with_keys(self, loc: Loc, mapping: _Mapping, around: _Model, named: bool = True) -> _Mapping:
+        """Return a mapping with each unknown key replaced by the key that it means, if the mapping lacks that.
+
+        Messages do not name the model unless it is `named`.
+        """
+        fields = around.model_fields
         if mapping.keys() <= fields.keys():
             return mapping
         free = {name for name in fields if name not in mapping}
@@ -155,7 +199,7 @@ class Recovery:
             if meant in free:
                 free.remove(meant)
                 renamed[key] = meant
-                self.mistakes.append(MistakenKey((*self.in_file(loc), key), meant, around))
+                self.mistakes.append(MistakenKey((*self.in_file(loc), key), meant, around if named else None))
         return self._renamed(loc, mapping, renamed) if renamed else mapping
 
     def _renamed(self, loc: Loc, mapping: _Mapping, renamed: dict[str, str]) -> _Mapping:
@@ -176,62 +220,64 @@ class Recovery:
 
     # --- Types -------------------------------------------------------------------------------------------
 
-    def _typed(self, loc: Loc, item: _Mapping) -> _Mapping:
-        """Return an object with the likeliest type, and report its own."""
+    def _typed(self, loc: Loc, item: _Mapping, family: Family) -> _Mapping:
+        """Return an item with the likeliest type, and report its own."""
         if not self._may_look():
             return item
-        key = "type" if "type" in item else self._key_of_type(item)
+        key = "type" if "type" in item else self._key_of_type(item, family)
         if key is None:
-            return self._untyped(loc, item)
+            return self._untyped(loc, item, family)
         found = item[key]
-        is_known = isinstance(found, str) and found in model.SHAPES
-        nearest = found if is_known else self._unknown_type((*loc, key), found, item)
+        is_known = isinstance(found, str) and found in family.types
+        nearest = found if is_known else self._unknown_type((*loc, key), item, family)
         if key != "type":
-            around = model.SHAPES[nearest] if nearest else None
+            around = family.types[nearest] if nearest else None
             self.mistakes.append(MistakenKey((*loc, key), "type", around))
             item = self._renamed(loc, item, {key: "type"})
-        return {**item, "type": nearest} if nearest else self._of_any_type(loc, item)
+        return {**item, "type": nearest} if nearest else self._of_any_type(loc, item, family)
 
-    def _untyped(self, loc: Loc, item: _Mapping) -> _Mapping:
-        """Return an object without a type with the one that its keys imply, or unchanged if they imply none."""
-        nearest = self._type_by_keys(item)
-        if nearest is None:
+    def _untyped(self, loc: Loc, item: _Mapping, family: Family) -> _Mapping:
+        """Return an item without a type with the one that its keys imply, unless that is the usual one."""
+        nearest = self._type_by_keys(item, family)
+        if nearest is None or nearest == family.usual:
             return item
         self.mistakes.append(MistakenType(loc, None, checked_as=nearest, is_missing=True))
         return {**item, "type": nearest}
 
-    def _key_of_type(self, item: _Mapping) -> str | None:
-        unknown = (key for key in item if key not in _KEYS)
-        return next((key for key in unknown if self._suggested(key, _KEYS, ("type",)) == "type"), None)
+    def _key_of_type(self, item: _Mapping, family: Family) -> str | None:
+        unknown = (key for key in item if key not in family.keys)
+        return next((key for key in unknown if self._suggested(key, family.keys, ("type",)) == "type"), None)
 
-    def _unknown_type(self, loc: Loc, found: Any, item: _Mapping) -> str | None:
-        """Return the likeliest type for an unknown one, from its word or else from the object's keys."""
-        meant = suggested_type(found, model.SHAPES) if isinstance(found, str) else None
-        by_keys = None if meant else self._type_by_keys(item)
+    def _unknown_type(self, loc: Loc, item: _Mapping, family: Family) -> str | None:
+        """Return the likeliest type for an unknown one, from its word or else from the item's keys."""
+        found = item[str(loc[-1])]
+        meant = suggested_type(found, family.types) if isinstance(found, str) else None
+        by_keys = None if meant else self._type_by_keys(item, family)
         self.mistakes.append(MistakenType(loc, found, meant, by_keys))
         return meant or by_keys
 
-    def _of_any_type(self, loc: Loc, item: _Mapping) -> _Mapping:
-        """Return an object reduced to the keys of `_ANY_OBJECT`'s type, and lacking none."""
-        item = self._with_keys(loc, item, None)
-        common = model.SHAPES[_ANY_TYPE].model_fields
+    def _of_any_type(self, loc: Loc, item: _Mapping, family: Family) -> _Mapping:
+        """Return an item reduced to the keys of the type of `any_item`, and lacking none."""
+        item = self._with_keys(loc, item, family.any_model, named=False)
+        common = family.any_model.model_fields
         kept = {key: value for key, value in item.items() if key in common}
-        return {**_ANY_OBJECT, **kept, "type": _ANY_TYPE}
+        return {**family.any_item, **kept, "type": family.any_item["type"]}
 
-    def _type_by_keys(self, item: _Mapping) -> str | None:
-        """Return the type that the object's keys fit best, or those that they mean; None if several fit alike."""
-        known = [key for key in item if key in _TYPE_KEYS]
+    def _type_by_keys(self, item: _Mapping, family: Family) -> str | None:
+        """Return the type that the item's keys fit best, or those that they mean; None if several fit alike."""
+        own = family.keys - family.common_keys
+        known = [key for key in item if key in own]
         if not known:
-            meant = (self._suggested(key, _KEYS) for key in item if key not in _COMMON_KEYS)
-            known = [key for key in meant if key in _TYPE_KEYS]
-        fits = {type: _fit(shape, known) for type, shape in model.SHAPES.items()}
+            meant = (self._suggested(key, family.keys) for key in item if key not in family.common_keys)
+            known = [key for key in meant if key in own]
+        fits = {type: _fit(kind, known, own) for type, kind in family.types.items()}
         best = max(fits, key=lambda type: fits[type])
         return best if [*fits.values()].count(fits[best]) == 1 else None
 
 
-def _fit(shape: _Model, known: list[str]) -> tuple[int, int, int]:
+def _fit(kind: _Model, known: list[str], own: set[str]) -> tuple[int, int, int]:
     """Rank a type by the keys it has, the required keys it lacks, and the position of the first it has."""
-    fields = shape.model_fields
+    fields = kind.model_fields
     has = [index for index, key in enumerate(known) if key in fields]
-    lacks = sum(fields[key].is_required() for key in fields.keys() & _TYPE_KEYS - set(known))
+    lacks = sum(fields[key].is_required() for key in fields.keys() & own - set(known))
     return len(has), -lacks, -min(has, default=0)

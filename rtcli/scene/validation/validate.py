@@ -18,12 +18,12 @@ from rtcli.scene.colors import CSS_NAMES
 from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import MAX_PROBLEMS, Problem, SceneError, did_you_mean, nearest, quoted
 from rtcli.scene.diagnostics.rules import Rule
-from rtcli.scene.diagnostics.suggestions import suggested_key
+from rtcli.scene.diagnostics.suggestions import suggested_choice, suggested_key
 from rtcli.scene.reading.limits import UNREADABLE
 from rtcli.scene.reading.source import HEAD, KEY, VALUE, Document, Loc
 from rtcli.scene.reading.yaml_reader import plain_scalar
 from rtcli.scene.validation.meanings import advice_to_add, location, meaning, model_around, name_of
-from rtcli.scene.validation.recovery import MistakenKey, MistakenType, Recovery
+from rtcli.scene.validation.recovery import FAMILIES, MistakenKey, MistakenType, Recovery
 from rtcli.scene.validation.written import shown
 
 
@@ -137,7 +137,7 @@ def _mistake(document: Document, mistake: MistakenKey | MistakenType) -> Problem
     if isinstance(mistake, MistakenKey):
         finding = _unknown_key(str(mistake.loc[-1]), mistake.around, mistake.meant)
     elif mistake.is_missing:
-        finding = _missing_type()
+        finding = _missing_type(mistake)
     else:
         finding = _unknown_type(document, mistake)
     return document.problem(finding.rule, mistake.loc, finding.message, help=finding.help, at=finding.at)
@@ -163,8 +163,11 @@ def _missing(rejected: _RejectedValue) -> _Finding:
     return _Finding(rules.MISSING_KEY, f"missing key {quoted(key)}", help, tuple(around), HEAD)
 
 
-def _missing_type() -> _Finding:
-    help = f"add one of {_names(model.SHAPES, 'type: ')}"
+def _missing_type(mistake: MistakenType | None = None) -> _Finding:
+    if mistake is not None and mistake.loc[0] == "lights":
+        help = f"add `type: {mistake.checked_as}`: without a type, a light is a {model.USUAL_LIGHT} light"
+    else:
+        help = f"add one of {_names(model.SHAPES, 'type: ')}"
     return _Finding(rules.MISSING_KEY, "missing key `type`", help, at=HEAD)
 
 
@@ -173,11 +176,12 @@ def _invalid_type(rejected: _RejectedValue) -> _Finding:
 
 
 def _unknown_type(document: Document, mistake: MistakenType) -> _Finding:
-    help = f"the types are {_names(model.SHAPES)}"
+    family = FAMILIES[str(mistake.loc[0])]
+    help = f"the types are {_names(family.types)}"
     if mistake.checked_as is not None:
-        help += f"; judging by its keys, this object was checked as a {mistake.checked_as}"
+        help += f"; judging by its keys, this {family.item} was checked as a {mistake.checked_as}"
     found = shown(mistake.found, document.written(mistake.loc))
-    message = f"must be a shape name, got {found}"
+    message = f"must be a {family.kind} name, got {found}"
     if isinstance(mistake.found, str):
         message = f"unknown type {found}{did_you_mean(mistake.meant)}"
     return _Finding(rules.UNKNOWN_TYPE, message, help, mistake.loc)
@@ -192,12 +196,12 @@ def _unexpected_key(rejected: _RejectedValue) -> _Finding:
 
 
 def _owner(key: str, around: type[BaseModel]) -> str:
-    """Return a hint at the other types of object that have a key, or one like it; empty if none has."""
-    shapes = model.SHAPES.values() if around in model.SHAPES.values() else ()
-    meant = next(filter(None, (suggested_key(key, shape.model_fields) for shape in shapes)), None)
+    """Return a hint at the other types of object or light that have a key, or one like it; empty if none has."""
+    kinds = next((kinds for kinds in (model.SHAPES, model.LIGHTS) if around in kinds.values()), {}).values()
+    meant = next(filter(None, (suggested_key(key, kind.model_fields) for kind in kinds)), None)
     if meant is None:
         return ""
-    *owners, last = [name_of(shape) for shape in shapes if meant in shape.model_fields]
+    *owners, last = [name_of(kind) for kind in kinds if meant in kind.model_fields]
     series = f"{', '.join(owners)} or {last}" if owners else last
     return f": {quoted(meant) if meant != key else 'it'} belongs to {series}"
 
@@ -281,7 +285,7 @@ def _text(rejected: _RejectedValue) -> _Finding:
 def _choice(rejected: _RejectedValue) -> _Finding:
     choices = rejected.error["ctx"]["expected"].replace("'", "`")
     value = rejected.value
-    close = nearest(value, choices.split("`")[1::2]) if isinstance(value, str) else None
+    close = suggested_choice(value, choices.split("`")[1::2]) if isinstance(value, str) else None
     return _Finding(rules.NOT_A_CHOICE, f"must be {choices}, {rejected.got}{did_you_mean(close)}")
 
 

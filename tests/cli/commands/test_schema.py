@@ -1,6 +1,6 @@
 import json
 
-from jsonschema import Draft202012Validator
+from jsonschema import Draft7Validator
 
 from rtcli.scene.schema import schema_text
 
@@ -10,7 +10,7 @@ def test_schema_goes_to_standard_output(run):
     assert result.exit_code == 0
     assert result.stdout == schema_text()
     assert result.stderr == ""
-    Draft202012Validator.check_schema(json.loads(result.stdout))
+    Draft7Validator.check_schema(json.loads(result.stdout))
 
 
 def test_schema_is_written_to_a_file(run, folder):

@@ -24,6 +24,7 @@ MODELS = {
     "Camera": {"resolution": (640, 480), "fov": 40},
     "Pose": {"camera_to_world": np.eye(4)},
     "PointLight": {"position": (0, 5, 0), "intensity": 100},
+    "SunLight": {"direction": (-1, -2, 0), "irradiance": 3},
     "CarriedLight": {"intensity": 100},
     "Checker": {"size": 0.5, "color": "black"},
     "Sphere": BALL,
@@ -134,6 +135,9 @@ def test_camera_given_by_a_pose_keeps_it_when_another_key_changes():
     assert camera.replace(fov=None, intrinsics=k, opengl=None, position=(0, 1, 0)) == rtcli.Camera(
         resolution=(4, 3), intrinsics=k, position=(0, 1, 0)
     )
+    parallel = rtcli.Camera(resolution=(4, 3), projection="orthographic", height=5)
+    assert CAMERA.replace(fov=None, projection="orthographic", height=5).height == parallel.height == 5
+    assert parallel.replace(projection=None, height=None, fov=40) == rtcli.Camera(resolution=(4, 3), fov=40)
 
 
 def test_scenes_survive_pickling():
@@ -182,6 +186,7 @@ def test_nested_models_are_built_without_their_constructors(monkeypatch):
         ),
         ("Plane", {**MODELS["Plane"], "normal": np.zeros(3)}, ["normal: must not be [0, 0, 0] [E302]"]),
         ("Camera", {"resolution": (4, 3)}, ["missing key `fov` [E103]"]),
+        ("Camera", {"resolution": (4, 3), "projection": "orthographic"}, ["missing key `height` [E103]"]),
         (
             "Camera",
             {"resolution": (4, 3), "fov": 40, "fov_x": 40, "opencv": {"camera_to_world": np.diag([2, 2, 2, 1])}},
@@ -306,8 +311,8 @@ def test_help_shows_a_signature_without_the_checks_of_pydantic(name):
     shown = str(inspect.signature(getattr(rtcli, name)))
     assert shown.startswith("(*, ")
     assert "Annotated" not in shown
-    if name == "PointLight":
-        assert shown == "(*, intensity, color=(1.0, 1.0, 1.0), position)"
+    if name == "Sphere":
+        assert shown == "(*, name=None, color, position, light=None, type='sphere', radius)"
 
 
 def test_signatures_for_type_checkers_have_the_keys_of_the_models():

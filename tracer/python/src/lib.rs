@@ -40,7 +40,7 @@ mod _native {
     #[pymodule_export]
     use crate::scene::{by_threes, read_scene};
     #[pymodule_export]
-    use crate::tracer::{Tracer, WorkBudget, sample_offsets, simd_level};
+    use crate::tracer::{Tracer, WorkBudget, emitter_places, sample_offsets, simd_level};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -11,7 +11,7 @@ use rtcli_tracer::Monitor;
 use rtcli_tracer::memory::filled;
 use rtcli_tracer::meter::MeterReading;
 use rtcli_tracer::names::UnknownName;
-use rtcli_tracer::world::World;
+use rtcli_tracer::world::{Vector, World};
 use rtcli_tracer::{Film, Level};
 
 use crate::arrays::PyFilm;
@@ -34,6 +34,13 @@ pub fn simd_level() -> PyResult<&'static str> {
 #[pyo3(signature = (count, /))]
 pub fn sample_offsets(count: u32) -> Vec<(f64, f64)> {
     rtcli_tracer::sample_offsets(count)
+}
+
+/// The places of an emitter of radius 1.
+#[pyfunction]
+#[pyo3(signature = (count, /))]
+pub fn emitter_places(count: u32) -> Vec<Vector> {
+    rtcli_tracer::emitter_places(count)
 }
 
 fn level() -> PyResult<Level> {
@@ -84,7 +91,7 @@ impl Tracer {
     #[pyo3(signature = (camera, objects, checkers, lights, settings, threads, /))]
     fn new(
         py: Python<'_>,
-        camera: PyCamera,
+        camera: PyCamera<'_>,
         objects: PyObjects<'_>,
         checkers: PyCheckers<'_>,
         lights: PyLights<'_>,

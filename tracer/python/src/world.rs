@@ -12,8 +12,8 @@ use rtcli_tracer::world::{
 /// The most objects whose faces can be numbered in 32 bits.
 const MOST_OBJECTS: usize = 1 << 28;
 
-/// Width, height, half height, pixel aspect, center, position, right, up, forward.
-pub type PyCamera = (u32, u32, f64, f64, (f64, f64), Vector, Vector, Vector, Vector);
+/// Width, height, projection, half height, pixel aspect, center, position, right, up, forward.
+pub type PyCamera<'a> = (u32, u32, &'a str, f64, f64, (f64, f64), Vector, Vector, Vector, Vector);
 
 /// Kind (u8), position, parameters, color (f64), in native byte order.
 pub type PyObjects<'a> = (&'a [u8], &'a [u8], &'a [u8], &'a [u8]);
@@ -24,8 +24,8 @@ pub type PyCheckers<'a> = (&'a [u8], &'a [u8], &'a [u8]);
 /// Kind (u8), parameters, color, intensity (f64), carrier (i64), in native byte order.
 pub type PyLights<'a> = (&'a [u8], &'a [u8], &'a [u8], &'a [u8], &'a [u8]);
 
-/// Samples, background, ambient light, whether there is direct light, eye falloff.
-pub type PySettings = (u32, Vector, Vector, bool, bool);
+/// Samples, background, ambient light, whether there is direct light, shadow samples, eye falloff.
+pub type PySettings = (u32, Vector, Vector, bool, u32, bool);
 
 /// Left, top, width, height.
 pub type PyWindow = (u32, u32, u32, u32);
@@ -34,11 +34,13 @@ pub type PyWindow = (u32, u32, u32, u32);
 ///
 /// # Errors
 ///
-/// `ValueError` for a picture without pixels.
-pub fn camera(camera: PyCamera) -> PyResult<Camera> {
-    let (width, height, half_height, pixel_aspect, center, position, right, up, forward) = camera;
+/// `ValueError` for a picture without pixels, or an unknown projection.
+pub fn camera(camera: PyCamera<'_>) -> PyResult<Camera> {
+    let (width, height, projection, half_height, pixel_aspect, center, position, right, up, forward) = camera;
     has_pixels(width, height)?;
-    Ok(Camera { width, height, half_height, pixel_aspect, center, position, right, up, forward })
+    let unknown = |_| PyValueError::new_err(format!("unknown projection {projection:?}"));
+    let projection = projection.parse().map_err(unknown)?;
+    Ok(Camera { width, height, projection, half_height, pixel_aspect, center, position, right, up, forward })
 }
 
 /// Return the objects.
@@ -132,12 +134,13 @@ fn carrier(index: i64, objects: usize) -> PyResult<Option<usize>> {
 ///
 /// # Errors
 ///
-/// `ValueError` for a picture without samples.
-pub fn settings((samples, background, ambient, direct_light, eye_falloff): PySettings) -> PyResult<Settings> {
-    if samples == 0 {
-        return Err(PyValueError::new_err("samples must be at least 1"));
+/// `ValueError` for a picture or lights without samples.
+pub fn settings(settings: PySettings) -> PyResult<Settings> {
+    let (samples, background, ambient, direct_light, shadow_samples, eye_falloff) = settings;
+    if samples == 0 || shadow_samples == 0 {
+        return Err(PyValueError::new_err("samples and shadow samples must be at least 1"));
     }
-    Ok(Settings { samples, background, ambient, direct_light, eye_falloff })
+    Ok(Settings { samples, background, ambient, direct_light, shadow_samples, eye_falloff })
 }
 
 /// Return a window of a picture, whose width and height are given.

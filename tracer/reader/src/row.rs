@@ -1,6 +1,6 @@
 //! One mapping of a scene file, as the numbers of its keys.
 
-use crate::schema::{Field, Mapping, Range, Value};
+use crate::schema::{Field, Kind, Mapping, Range, Value};
 use crate::source::Source;
 use crate::table::{COLORS, LEVELS, MAX_VALUES};
 
@@ -39,6 +39,11 @@ impl<'a> Row<'a> {
         let is_new = self.keys & bit == 0;
         self.keys |= bit;
         is_new.then_some(())
+    }
+
+    /// Whether it has all keys that a kind must have, and none that it may not have.
+    pub fn fits(&self, kind: &Kind) -> bool {
+        self.has(kind.required) && self.keys & !kind.allowed == 0
     }
 
     /// Whether it has all of some keys.

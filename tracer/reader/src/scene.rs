@@ -78,7 +78,7 @@ pub struct Lights {
     pub parameters: Vec<f64>,
     /// Three numbers each.
     pub color: Vec<f64>,
-    /// One number each.
+    /// One number each: the intensity, or what a kind has in its place.
     pub intensity: Vec<f64>,
     /// The index of the object that carries it, or -1.
     pub carrier: Vec<i64>,
@@ -96,6 +96,9 @@ pub struct Scene {
     /// The lights.
     pub lights: Lights,
 }
+
+/// The kind of the lights that objects carry: point lights.
+const CARRIED_KIND: u8 = 0;
 
 /// Returns the names of the shapes, in the order of `Objects::kind`.
 pub fn shapes() -> impl Iterator<Item = &'static str> {
@@ -184,19 +187,22 @@ impl<'a> Reader<'a> {
     }
 
     fn read_lights<S: Source<'a>>(&mut self, source: &mut S, counter: &mut Counter) -> Option<()> {
+        let kind_slot = slot(&LIGHT, "type")?;
         let mut list = source.open_list()?;
         let mut row = Row::new(&LIGHT);
         while source.item(&mut list)? {
             counter.add(1)?;
             row.reset(&LIGHT);
             read_row(source, &LIGHT, &mut row, counter, |_, _, _| None)?;
-            let kind = &LIGHTS[0];
-            if !row.has(kind.required) {
+            let index = row.numbers[kind_slot] as u8;
+            let kind = &LIGHTS[usize::from(index)];
+            if !row.fits(kind) {
                 return None;
             }
             let parameters = kind.parameters.iter().map(|&slot| row.numbers[slot]);
+            extend(&mut self.lights.kind, [index])?;
             extend(&mut self.lights.parameters, parameters)?;
-            self.lights.add(&LIGHT, &row, -1)?;
+            self.lights.add(&LIGHT, &row, kind.strength?, -1)?;
         }
         Some(())
     }
@@ -205,6 +211,7 @@ impl<'a> Reader<'a> {
         let position = slot(&OBJECT, "position")?;
         let color = slot(&OBJECT, "color")?;
         let kind_slot = slot(&OBJECT, "type")?;
+        let (intensity, radius) = (slot(&CARRIED_LIGHT, "intensity")?, slot(&CARRIED_LIGHT, "radius")?);
         let mut list = source.open_list()?;
         let (mut row, mut light, mut checker) = (Row::new(&OBJECT), Row::new(&CARRIED_LIGHT), Row::new(&CHECKER));
         while source.item(&mut list)? {
@@ -225,7 +232,7 @@ impl<'a> Reader<'a> {
             let index = numbers[kind_slot];
             // NaN without a type.
             let kind: &Kind = if index >= 0.0 { &SHAPES[index as usize] } else { return None };
-            if !row.has(kind.required) || row.keys & !kind.allowed != 0 {
+            if !row.fits(kind) {
                 return None;
             }
             extend(&mut self.objects.kind, [index as u8])?;
@@ -240,8 +247,10 @@ impl<'a> Reader<'a> {
                 extend(&mut self.checkers.color, checker.numbers[color..color + 3].iter().copied())?;
             }
             if carries {
+                extend(&mut self.carried.kind, [CARRIED_KIND])?;
                 extend(&mut self.carried.parameters, numbers[position..position + 3].iter().copied())?;
-                self.carried.add(&CARRIED_LIGHT, &light, self.objects.kind.len() as i64 - 1)?;
+                extend(&mut self.carried.parameters, [light.numbers[radius]])?;
+                self.carried.add(&CARRIED_LIGHT, &light, intensity, self.objects.kind.len() as i64 - 1)?;
             }
             self.add_name(row.text)?;
         }
@@ -279,11 +288,11 @@ impl<'a> Reader<'a> {
 }
 
 impl Lights {
-    fn add(&mut self, mapping: &'static Mapping, row: &Row<'_>, carrier: i64) -> Option<()> {
+    /// Adds a light, but for its kind and its parameters.
+    fn add(&mut self, mapping: &'static Mapping, row: &Row<'_>, strength: usize, carrier: i64) -> Option<()> {
         let color = slot(mapping, "color")?;
-        extend(&mut self.kind, [0])?;
         extend(&mut self.color, row.numbers[color..color + 3].iter().copied())?;
-        extend(&mut self.intensity, [row.numbers[slot(mapping, "intensity")?]])?;
+        extend(&mut self.intensity, [row.numbers[strength]])?;
         extend(&mut self.carrier, [carrier])
     }
 }

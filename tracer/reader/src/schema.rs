@@ -30,6 +30,8 @@ pub struct Kind {
     pub required: u32,
     /// The slots of the numbers that the tracers take.
     pub parameters: &'static [usize],
+    /// The slot of the number that a light's color is multiplied by.
+    pub strength: Option<usize>,
 }
 
 /// The type of a value.

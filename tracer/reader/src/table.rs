@@ -10,12 +10,14 @@ pub static CAMERA: Mapping = Mapping {
     fields: &[
         Field { key: "resolution", value: Value::Numbers(2, Value::INTEGER.from(1.0).to(65535.0)), slot: 0 },
         Field { key: "fov", value: Value::Number(Value::NUMBER.above(0.0).below(180.0)), slot: 2 },
-        Field { key: "position", value: Value::Numbers(3, Value::NUMBER), slot: 3 },
-        Field { key: "look_at", value: Value::Numbers(3, Value::NUMBER), slot: 6 },
-        Field { key: "up", value: Value::Direction(3, Value::NUMBER), slot: 9 },
+        Field { key: "projection", value: Value::Choice(&["perspective", "orthographic"]), slot: 3 },
+        Field { key: "height", value: Value::Number(Value::NUMBER.above(0.0)), slot: 4 },
+        Field { key: "position", value: Value::Numbers(3, Value::NUMBER), slot: 5 },
+        Field { key: "look_at", value: Value::Numbers(3, Value::NUMBER), slot: 8 },
+        Field { key: "up", value: Value::Direction(3, Value::NUMBER), slot: 11 },
     ],
-    required: 0b11,
-    defaults: &[f64::NAN, f64::NAN, f64::NAN, 0.0, 0.0, 0.0, f64::NAN, f64::NAN, f64::NAN, 0.0, 1.0, 0.0],
+    required: 0b1,
+    defaults: &[f64::NAN, f64::NAN, f64::NAN, 0.0, f64::NAN, 0.0, 0.0, 0.0, f64::NAN, f64::NAN, f64::NAN, 0.0, 1.0, 0.0],
 };
 
 pub static RENDER: Mapping = Mapping {
@@ -24,10 +26,11 @@ pub static RENDER: Mapping = Mapping {
         Field { key: "background", value: Value::Color(Value::NUMBER.from(0.0)), slot: 1 },
         Field { key: "ambient", value: Value::Color(Value::NUMBER.from(0.0)), slot: 4 },
         Field { key: "max_depth", value: Value::Number(Value::INTEGER.from(0.0)), slot: 7 },
-        Field { key: "eye_falloff", value: Value::Boolean, slot: 8 },
+        Field { key: "shadow_samples", value: Value::Number(Value::INTEGER.from(1.0).to(1024.0)), slot: 8 },
+        Field { key: "eye_falloff", value: Value::Boolean, slot: 9 },
     ],
     required: 0b0,
-    defaults: &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0],
+    defaults: &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 64.0, 0.0],
 };
 
 pub static IMAGE: Mapping = Mapping {
@@ -42,21 +45,27 @@ pub static IMAGE: Mapping = Mapping {
 
 pub static LIGHT: Mapping = Mapping {
     fields: &[
-        Field { key: "position", value: Value::Numbers(3, Value::NUMBER), slot: 0 },
-        Field { key: "intensity", value: Value::Number(Value::NUMBER.from(0.0)), slot: 3 },
-        Field { key: "color", value: Value::Color(Value::NUMBER.from(0.0)), slot: 4 },
+        Field { key: "type", value: Value::Choice(&["point", "sun"]), slot: 0 },
+        Field { key: "position", value: Value::Numbers(3, Value::NUMBER), slot: 1 },
+        Field { key: "intensity", value: Value::Number(Value::NUMBER.from(0.0)), slot: 4 },
+        Field { key: "radius", value: Value::Number(Value::NUMBER.from(0.0)), slot: 5 },
+        Field { key: "color", value: Value::Color(Value::NUMBER.from(0.0)), slot: 6 },
+        Field { key: "direction", value: Value::Direction(3, Value::NUMBER), slot: 9 },
+        Field { key: "irradiance", value: Value::Number(Value::NUMBER.from(0.0)), slot: 12 },
+        Field { key: "angle", value: Value::Number(Value::NUMBER.from(0.0).below(90.0)), slot: 13 },
     ],
-    required: 0b11,
-    defaults: &[f64::NAN, f64::NAN, f64::NAN, f64::NAN, 1.0, 1.0, 1.0],
+    required: 0b0,
+    defaults: &[0.0, f64::NAN, f64::NAN, f64::NAN, f64::NAN, 0.0, 1.0, 1.0, 1.0, f64::NAN, f64::NAN, f64::NAN, f64::NAN, 0.0],
 };
 
 pub static CARRIED_LIGHT: Mapping = Mapping {
     fields: &[
         Field { key: "intensity", value: Value::Number(Value::NUMBER.from(0.0)), slot: 0 },
-        Field { key: "color", value: Value::Color(Value::NUMBER.from(0.0)), slot: 1 },
+        Field { key: "radius", value: Value::Number(Value::NUMBER.from(0.0)), slot: 1 },
+        Field { key: "color", value: Value::Color(Value::NUMBER.from(0.0)), slot: 2 },
     ],
     required: 0b1,
-    defaults: &[f64::NAN, 1.0, 1.0, 1.0],
+    defaults: &[f64::NAN, 0.0, 1.0, 1.0, 1.0],
 };
 
 pub static CHECKER: Mapping = Mapping {
@@ -102,12 +111,12 @@ pub static SCENE: Mapping = Mapping {
 };
 
 pub static SHAPES: &[Kind] = &[
-    Kind { name: "sphere", allowed: 0b111111, required: 0b11101, parameters: &[4] },
-    Kind { name: "plane", allowed: 0b11010111, required: 0b1010101, parameters: &[8, 9, 10] },
-    Kind { name: "box", allowed: 0b1110110111, required: 0b100010101, parameters: &[11, 12, 13, 15, 14, 16] },
-    Kind { name: "cylinder", allowed: 0b110000111111, required: 0b10000011101, parameters: &[4, 17, 18, 19, 20] },
-    Kind { name: "capsule", allowed: 0b110000111111, required: 0b10000011101, parameters: &[4, 17, 18, 19, 20] },
-    Kind { name: "cone", allowed: 0b1110000111111, required: 0b10000011101, parameters: &[4, 21, 17, 18, 19, 20] },
+    Kind { name: "sphere", allowed: 0b111111, required: 0b11101, parameters: &[4], strength: None },
+    Kind { name: "plane", allowed: 0b11010111, required: 0b1010101, parameters: &[8, 9, 10], strength: None },
+    Kind { name: "box", allowed: 0b1110110111, required: 0b100010101, parameters: &[11, 12, 13, 15, 14, 16], strength: None },
+    Kind { name: "cylinder", allowed: 0b110000111111, required: 0b10000011101, parameters: &[4, 17, 18, 19, 20], strength: None },
+    Kind { name: "capsule", allowed: 0b110000111111, required: 0b10000011101, parameters: &[4, 17, 18, 19, 20], strength: None },
+    Kind { name: "cone", allowed: 0b1110000111111, required: 0b10000011101, parameters: &[4, 21, 17, 18, 19, 20], strength: None },
 ];
 
 /// The linear value of each level of sRGB.
@@ -523,5 +532,6 @@ pub static COLORS: &[(&str, u32)] = &[
 ];
 
 pub static LIGHTS: &[Kind] = &[
-    Kind { name: "point", allowed: 0b111, required: 0b11, parameters: &[0, 1, 2] },
+    Kind { name: "point", allowed: 0b11111, required: 0b110, parameters: &[1, 2, 3, 5], strength: Some(4) },
+    Kind { name: "sun", allowed: 0b11110001, required: 0b1100001, parameters: &[9, 10, 11, 13], strength: Some(12) },
 ];

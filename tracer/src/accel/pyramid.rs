@@ -2,6 +2,7 @@
 
 use crate::accel::Volume;
 use crate::accel::node::{CONSERVATIVE, Node, WIDTH};
+use crate::apex::Apex;
 use crate::shapes::points::{PlaneEquation, Points};
 use crate::vector::{Vector, cross, dot, l1_norm, length, scale, sub, to_f32};
 
@@ -41,15 +42,16 @@ impl Footprint {
     }
 }
 
-/// All that is between an apex and the rectangle around a face's points.
+/// All that is between an apex and the rectangle around a face's points; a prism if the apex is infinitely far away.
 #[derive(Clone, Debug)]
 pub(crate) struct Pyramid {
-    apex: [f32; 3],
-    /// The footprint's axes, and the normal of the face away from the apex.
+    /// The apex; a point of the face if it is infinitely far away.
+    origin: [f32; 3],
+    /// The footprint's axes, and the normal of the face away from the origin.
     axes: [[f32; 3]; 3],
-    /// The outward normals of the sides, two for each axis of the footprint: the component along that axis, and the
-    /// one along the face's normal.
-    sides: [[[f32; 2]; 2]; 2],
+    /// Two sides for each axis of the footprint: the components of the outward normal along that axis and along the
+    /// face's normal, and the distance from the origin.
+    sides: [[[f32; 3]; 2]; 2],
     /// The height of the apex above the face.
     range: f32,
     /// The rounding of the apex and the points.
@@ -61,25 +63,42 @@ impl Pyramid {
     ///
     /// With the apex at height h above the plane, a point of it at the coordinate a along an axis, relative to the
     /// apex, and the depth y below the apex: the plane through the apex and all points with the same a has the
-    /// normal (h, -a).
-    pub(crate) fn new(apex: Vector, footprint: &Footprint) -> Pyramid {
+    /// normal (h, -a). If the apex is infinitely far away in a direction with the components h and -a, y is the height
+    /// above a point of the face.
+    ///
+    /// A plane that an emitter of a size touches from inside, a ball wholly above the face or directions up to an
+    /// angle, is turned outward by the angle whose sine is that size over the length of (a, h).
+    pub(crate) fn new(apex: Apex, emitter: f64, footprint: &Footprint) -> Pyramid {
         let Footprint { plane, axes: [along, across], reference, extents, farthest } = footprint;
-        let height = plane.height(apex).max(0.0);
-        let from = sub(*reference, apex);
-        let side = |sign: f64, a: f64| {
-            let size = (height * height + a * a).sqrt();
-            if size > 0.0 { [(sign * height / size) as f32, (-sign * a / size) as f32] } else { [0.0; 2] }
+        let height = plane.height_of_apex(apex).max(0.0);
+        let from = scale(apex.from(*reference), -1.0);
+        let (origin, away, range) = if apex.is_direction() {
+            (sub(*reference, scale(plane.normal, plane.height(*reference))), plane.normal, f64::INFINITY)
+        } else {
+            (apex.at, scale(plane.normal, -1.0), height + emitter)
+        };
+        let side = |sign: f64, start: f64, end: f32| {
+            let end = f64::from(end);
+            let a = start + apex.weight * end;
+            let (size, turn) = ((height * height + a * a).sqrt(), if apex.is_direction() { -1.0 } else { 1.0 });
+            let sin = emitter / size;
+            let cos = (1.0 - sin * sin).sqrt();
+            let normal = [sign * height * cos + a * sin, turn * (height * sin - sign * a * cos)];
+            let [along, up] = normal.map(|component| component / size);
+            let beyond = if apex.is_direction() { along * end } else { emitter };
+            // In any direction if the footprint is inside the emitter.
+            if sin < 1.0 { [along, up, beyond].map(|x| x as f32) } else { [0.0; 3] }
         };
         let sides = |axis: Vector, [low, high]: [f32; 2]| {
             let start = dot(axis, from);
-            [side(-1.0, start + f64::from(low)), side(1.0, start + f64::from(high))]
+            [side(-1.0, start, low), side(1.0, start, high)]
         };
         Pyramid {
-            apex: to_f32(apex),
-            axes: [*along, *across, scale(plane.normal, -1.0)].map(to_f32),
+            origin: to_f32(origin),
+            axes: [*along, *across, away].map(to_f32),
             sides: [sides(*along, extents[0]), sides(*across, extents[1])],
-            range: height as f32 * (1.0 + CONSERVATIVE),
-            slack: (l1_norm(apex) as f32 + farthest) * CONSERVATIVE,
+            range: range as f32 * (1.0 + CONSERVATIVE),
+            slack: (l1_norm(origin) as f32 + farthest) * CONSERVATIVE,
         }
     }
 }
@@ -97,17 +116,17 @@ impl Volume for Pyramid {
         let [along, across, down] = self.axes;
         let [[behind, ahead], [left, right]] = self.sides;
         for i in 0..WIDTH {
-            let ([x, y, z], radius) = node.child_from(self.apex, self.slack, i);
+            let ([x, y, z], radius) = node.child_from(self.origin, self.slack, i);
             let a = x * along[0] + y * along[1] + z * along[2];
             let b = x * across[0] + y * across[1] + z * across[2];
             let d = x * down[0] + y * down[1] + z * down[2];
             near[i] = if d > radius { d - radius } else { 0.0 };
             let hit = (d >= -radius)
                 & (near[i] <= limit)
-                & (a * behind[0] + d * behind[1] <= radius)
-                & (a * ahead[0] + d * ahead[1] <= radius)
-                & (b * left[0] + d * left[1] <= radius)
-                & (b * right[0] + d * right[1] <= radius);
+                & (a * behind[0] + d * behind[1] <= radius + behind[2])
+                & (a * ahead[0] + d * ahead[1] <= radius + ahead[2])
+                & (b * left[0] + d * left[1] <= radius + left[2])
+                & (b * right[0] + d * right[1] <= radius + right[2]);
             met[i] = u8::from(hit);
         }
         (near, u64::from_le_bytes(met))

@@ -1,10 +1,11 @@
 use super::*;
 use crate::accel::cone::Cone;
 use crate::accel::pyramid::{Footprint, Pyramid};
+use crate::apex::Apex;
 use crate::oracle::*;
 use crate::shapes::primitive::Primitive;
 use crate::tile::LANES;
-use crate::vector::{Vector, add, length, scale, sub};
+use crate::vector::{Vector, add, dot, length, normalized, scale, sub};
 use proptest::prelude::*;
 
 /// Objects of any size around the middle ray of a tile, or all around the eye.
@@ -45,7 +46,16 @@ fn assert_once_each(found: &[u32], count: usize) {
 /// A cone that holds everything.
 fn everywhere() -> Cone {
     let ball = BoundingSphere { center: [0.0; 3], radius: 1e30 };
-    Cone::from_apex([0.0; 3], ball, 0.0)
+    Cone::from_apex(Apex::point([0.0; 3]), 0.0, ball, 0.0)
+}
+
+/// The place of an emitter in a direction from its middle, at its rim.
+fn place_of(middle: Apex, size: f64, aside: Vector) -> Apex {
+    if !middle.is_direction() {
+        return Apex::point(add(middle.at, scale(aside, size)));
+    }
+    let across = sub(aside, scale(middle.at, dot(middle.at, aside)));
+    Apex::direction(add(scale(middle.at, (1.0 - size * size).sqrt()), scale(normalized(across), size)))
 }
 
 proptest! {
@@ -81,16 +91,20 @@ proptest! {
     fn no_object_between_a_light_and_a_ball_of_points_is_left_out(
         (_, shapes) in any_scene(),
         (toward, away, size) in (any_direction(), any_size(-2.0..2.0), any_size(-6.0..1.0)),
-        light in [-1.0..1.0, -1.0..1.0, -1.0..1.0],
-        points in prop::collection::vec((any_direction(), 0.0..1.0_f64), 50),
+        (light, infinite) in ([-1.0..1.0, -1.0..1.0, -1.0..1.0], any::<bool>()),
+        emitter in prop_oneof![Just(0.0), 0.0..0.9, 0.9..10.0],
+        points in prop::collection::vec((any_direction(), 0.0..1.0_f64, any_direction()), 50),
     ) {
         let ball = BoundingSphere { center: add(light, scale(toward, away)), radius: size };
-        let cone = Cone::from_apex(light, ball, 0.0);
+        let light = if infinite { Apex::direction(toward) } else { Apex::point(light) };
+        let emitter = if infinite { 0.07 * emitter } else { emitter * away };
+        let cone = Cone::from_apex(light, emitter, ball, 0.0);
         let found = found(&tree_of(&shapes), &cone, f32::INFINITY);
-        for (direction, share) in points {
+        for (direction, share, aside) in points {
             let point = add(ball.center, scale(direction, size * share.cbrt()));
+            let place = place_of(light, emitter, aside);
             for (i, shape) in shapes.iter().enumerate() {
-                let between = shape.stands_between(light, point);
+                let between = shape.stands_between(place, point);
                 prop_assert!(!between || found.contains(&(i as u32)), "{shape:?} is left out");
             }
         }
@@ -100,7 +114,8 @@ proptest! {
     fn no_object_between_a_light_and_the_points_of_a_flat_face_is_left_out(
         tile in any_tile(),
         wall in any_plane(),
-        (toward, distance) in (any_direction(), any_size(-6.0..6.0)),
+        (toward, distance, infinite) in (any_direction(), any_size(-6.0..6.0), any::<bool>()),
+        emitter in prop_oneof![Just(0.0), 0.0..0.99],
         spots in prop::collection::vec((0..LANES, 0.0..1.0, any_size(-6.0..0.0), any_direction(), 0.0..1.2), 1..60),
     ) {
         let Some((_, points)) = surface_points(&wall, tile).pop() else { return Ok(()) };
@@ -115,10 +130,16 @@ proptest! {
             OracleShape::Sphere { center, radius }
         };
         let shapes: Vec<_> = spots.iter().map(shape).collect();
-        let pyramid = Pyramid::new(light, &Footprint::new(plane, &points));
+        // Infinitely far away, in the direction from one of the points.
+        let direction = || normalized(sub(light, point_of(&points, spots[0].0 % points.count)));
+        let light = if infinite { Apex::direction(direction()) } else { Apex::point(light) };
+        // Wholly above the face.
+        let emitter = emitter * plane.height_of_apex(light).max(0.0);
+        let pyramid = Pyramid::new(light, emitter, &Footprint::new(plane, &points));
         let found = found(&tree_of(&shapes), &pyramid, f32::INFINITY);
         for (i, shape) in shapes.iter().enumerate() {
-            let between = (0..points.count).any(|lane| shape.stands_between(light, point_of(&points, lane)));
+            let place = place_of(light, emitter, spots[i].3);
+            let between = (0..points.count).any(|lane| shape.stands_between(place, point_of(&points, lane)));
             prop_assert!(!between || found.contains(&(i as u32)), "{shape:?} is left out");
         }
     }

@@ -3,7 +3,9 @@ use crate::WorkBudget;
 use crate::oracle::any_world;
 use crate::output::develop::{BitDepth, ToneCurve};
 use crate::output::film::{Pass, Values};
-use crate::world::{Camera, CuboidDesc, LightDesc, LightSource, Object, PlaneDesc, ShapeDesc, SphereDesc};
+use crate::world::{
+    Camera, CuboidDesc, LightDesc, LightSource, Object, PlaneDesc, Projection, ShapeDesc, SphereDesc,
+};
 use proptest::prelude::*;
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -162,7 +164,12 @@ proptest! {
             prop_assert!(0.0 < depth && depth <= distance && distance.is_finite());
             prop_assert_eq!(triple(&arrays.albedo), world.objects[id as usize - 1].color.map(|c| c as f32));
             let toward = crate::vector::sub(triple(&arrays.position).map(f64::from), world.camera.position);
-            let off = crate::vector::length(toward) / f64::from(distance) - 1.0;
+            let along = crate::vector::dot(world.camera.forward, toward);
+            let (way, toward) = match world.camera.projection {
+                Projection::Perspective => (crate::vector::length(toward), toward),
+                Projection::Orthographic => (along, crate::vector::scale(world.camera.forward, along)),
+            };
+            let off = way / f64::from(distance) - 1.0;
             // The depth of a plane near its horizon is as uncertain as the angle between them is small.
             prop_assert!(off.abs() < 1e-4 + 1e-5 / f64::from(distance), "{off}");
             let normal = triple(&arrays.normal).map(f64::from);
@@ -247,6 +254,7 @@ fn world(width: u32, height: u32, objects: Vec<Object>, lights: Vec<LightDesc>) 
             background: [0.0; 3],
             ambient: [0.0; 3],
             direct_light: true,
+            shadow_samples: 16,
             eye_falloff: false,
         },
     }
@@ -257,7 +265,7 @@ fn grey(position: [f64; 3], shape: ShapeDesc) -> Object {
 }
 
 fn light(position: [f64; 3], intensity: f64) -> LightDesc {
-    LightDesc { source: LightSource::Point { position }, color: [1.0; 3], intensity, carrier: None }
+    LightDesc { source: LightSource::Point { position, radius: 0.0 }, color: [1.0; 3], intensity, carrier: None }
 }
 
 /// The point on the image plane at distance 1, of a pixel of a picture.
@@ -282,7 +290,7 @@ fn assert_lit(world: &World, point_and_normal: impl Fn([f64; 3]) -> Option<([f64
             continue;
         };
         seen += 1;
-        let way = crate::vector::sub(light.source.position(), point);
+        let way = crate::vector::sub(light.source.position().unwrap(), point);
         let r = crate::vector::length(way);
         let cosine = crate::vector::dot(normal, way) / r;
         for channel in 0..3 {
@@ -531,7 +539,7 @@ fn many_planes(planes: u32, lights: u32) -> World {
         .collect();
     world.lights = (0..lights)
         .map(|i| LightDesc {
-            source: LightSource::Point { position: [f64::from(i), 5.0, -3.0] },
+            source: LightSource::Point { position: [f64::from(i), 5.0, -3.0], radius: 0.0 },
             color: [1.0; 3],
             intensity: 1.0,
             carrier: None,

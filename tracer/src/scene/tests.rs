@@ -14,6 +14,9 @@ fn scaled(world: &World, factor: f64) -> World {
     let mut world = world.clone();
     let times = |v: Vector| v.map(|x| x * factor);
     world.camera.position = times(world.camera.position);
+    if world.camera.projection == Projection::Orthographic {
+        world.camera.half_height *= factor;
+    }
     for object in &mut world.objects {
         object.position = times(object.position);
         match &mut object.shape {
@@ -33,8 +36,10 @@ fn scaled(world: &World, factor: f64) -> World {
         }
     }
     for light in &mut world.lights {
-        light.source = LightSource::Point { position: times(light.source.position()) };
-        light.intensity *= factor * factor;
+        if let LightSource::Point { position, radius } = &mut light.source {
+            (*position, *radius) = (times(*position), *radius * factor);
+            light.intensity *= factor * factor;
+        }
     }
     world
 }
@@ -60,7 +65,9 @@ proptest! {
         moved.camera.position = there(world.camera.position);
         moved.objects.iter_mut().for_each(|object| object.position = there(object.position));
         for light in &mut moved.lights {
-            light.source = LightSource::Point { position: there(light.source.position()) };
+            if let LightSource::Point { position, .. } = &mut light.source {
+                *position = there(*position);
+            }
         }
         prop_assert_eq!(numbers_of(&Scene::new(&moved).unwrap()), numbers_of(&Scene::new(&world).unwrap()));
     }
@@ -72,8 +79,9 @@ fn rounded(mut world: World) -> World {
     near(&mut world.camera.position);
     world.objects.iter_mut().for_each(|object| near(&mut object.position));
     for light in &mut world.lights {
-        let LightSource::Point { position } = &mut light.source;
-        near(position);
+        if let LightSource::Point { position, .. } = &mut light.source {
+            near(position);
+        }
     }
     world
 }
@@ -89,6 +97,7 @@ fn one_object(shape: ShapeDesc, position: Vector) -> World {
             background: [0.0; 3],
             ambient: [0.0; 3],
             direct_light: true,
+            shadow_samples: 16,
             eye_falloff: false,
         },
     }
@@ -111,7 +120,7 @@ fn the_unit_brings_the_scene_to_about_one() {
 fn an_object_that_carries_a_light_shines_with_the_light_that_reaches_the_eye() {
     let mut world = one_object(ShapeDesc::Sphere(SphereDesc { radius: 1.0 }), [0.0, 0.0, -5.0]);
     world.lights.push(LightDesc {
-        source: LightSource::Point { position: [0.0, 3.0, -4.0] },
+        source: LightSource::Point { position: [0.0, 3.0, -4.0], radius: 0.0 },
         color: [1.0, 0.5, 0.0],
         intensity: 100.0 * PI,
         carrier: Some(0),

@@ -1,23 +1,25 @@
 //! A capsule: a cylinder with half spheres for ends.
 
+use crate::apex::Apex;
 use crate::bounds::BoundingSphere;
+use crate::camera::Projection;
 use crate::camera_space::CameraSpace;
 use crate::shapes::contact::{Contact, Side};
-use crate::shapes::frustum::{Frustum, Profile, SideOfRay, span};
+use crate::shapes::frustum::{Frustum, Lines, Profile, SideOfRay, span};
 use crate::shapes::outline::Outline;
 use crate::shapes::points::{Points, ROUNDING, ShadowRays};
 use crate::shapes::primitive::{Description, Primitive};
 use crate::shapes::sphere::{FAR_ABOVE_ROUNDING, RAYS_PER_TEST, Sphere};
-use crate::tile::hits::{FACE_BITS, HitBuffer, offer};
-use crate::tile::rays::Rays;
+use crate::tile::hits::{FACE_BITS, HitBuffer, INSIDE, from_inside, offer, offer_parallel};
+use crate::tile::rays::{Ray, Rays};
 use crate::tile::{LANES, Lanes};
 use crate::vector::{Vector, add, l1_norm, normalized, scale};
 
-/// The faces: the side of the cylinder, then the ends.
+/// The faces: the side of the cylinder, then the ends; the bit `INSIDE` is below.
 const SIDE: u32 = 0;
-const BASE: u32 = 1;
-const TOP: u32 = 2;
-const NONE: u32 = 3;
+const BASE: u32 = 2;
+const TOP: u32 = 4;
+const NONE: u32 = 6;
 
 #[derive(Clone, Debug)]
 pub(crate) struct Capsule {
@@ -116,19 +118,22 @@ impl Capsule {
 
     /// The number of a face in this shape.
     fn part(face: u32) -> u32 {
-        face % (1 << FACE_BITS)
+        face % (1 << FACE_BITS) & !INSIDE
     }
 
     fn end(&self, part: u32) -> &Sphere {
-        &self.ends[(part - BASE) as usize]
+        &self.ends[((part - BASE) / 2) as usize]
     }
 
-    /// The side of a point that is not close to the surface.
-    fn side(&self, point: Vector) -> Side {
-        let place = self.tube.place(point, None);
+    /// The side of an apex that is not close to the surface.
+    fn side(&self, apex: Apex) -> Side {
+        if apex.is_direction() {
+            return Side::Outside;
+        }
+        let place = self.tube.place(apex, None);
         let height = match self.part_at(place.z) {
             SIDE => place.height,
-            part => Sphere::contact(point, self.end(part).center, self.end(part).radius).height,
+            part => Sphere::contact(apex.at, self.end(part).center, self.end(part).radius).height,
         };
         if height > 0.0 { Side::Outside } else { Side::Inside }
     }
@@ -167,6 +172,83 @@ impl Capsule {
         }
         inside
     }
+
+    /// Offer the hits of rays: on the side where they meet that between the ends, else on the sphere around the end
+    /// beyond which they meet it.
+    #[inline(always)]
+    fn intersect_pencil(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
+        let outside = self.eye_is_outside;
+        let face = face + if outside { 0 } else { INSIDE };
+        let start = self.bounding_sphere().begin(rays);
+        let lines = self.tube.lines_of_rays(rays, (rays.origin, rays.middle), f64::from(start));
+        let radius = self.tube.profile.radius as f32;
+        let mut parts = [NONE; LANES];
+        let mut close = 0;
+        for test in 0..LANES / RAYS_PER_TEST {
+            let [dx, dy] = [&rays.dx, &rays.dy].map(|lanes| &lanes.as_chunks::<RAYS_PER_TEST>().0[test]);
+            let Some(discriminant) = lines.discriminants(dx, dy) else { continue };
+            let best = &mut hits.t.as_chunks_mut::<RAYS_PER_TEST>().0[test];
+            let faces = &mut hits.face.as_chunks_mut::<RAYS_PER_TEST>().0[test];
+            let parts = &mut parts.as_chunks_mut::<RAYS_PER_TEST>().0[test];
+            for i in 0..RAYS_PER_TEST {
+                let x = lines.across(dx[i], dy[i]);
+                let coefficients = lines.coefficients(x);
+                let (enter, leave) = span(coefficients.abc, coefficients.w[2], discriminant[i].sqrt());
+                let tau = if outside { enter } else { leave };
+                let part = lines.part_at(x, tau);
+                let part = if discriminant[i] >= 0.0 { part } else { NONE };
+                parts[i] = part;
+                let t = if part == SIDE { start + tau * radius } else { 0.0 };
+                close += offer((&mut best[i], &mut faces[i]), t, face + SIDE);
+            }
+        }
+        hits.close += close;
+        for part in [BASE, TOP] {
+            self.end(part).offer_hits(|lane| parts[lane] == part, face + part, rays, hits);
+        }
+    }
+
+    /// The same of parallel rays. Each is inside from the part where it enters the side to that where it leaves it.
+    #[inline(always)]
+    fn intersect_parallel(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
+        let start = self.bounding_sphere().begin(rays);
+        let lines = self.tube.lines_of_rays(rays, (rays.origin, rays.middle), f64::from(start));
+        let (limits, radius) = (rays.limits(), self.tube.profile.radius as f32);
+        let [base, top] = self.ends.each_ref().map(|end| end.parallel_setup(rays));
+        let mut close = 0;
+        for test in 0..LANES / RAYS_PER_TEST {
+            let [dx, dy] = [&rays.dx, &rays.dy].map(|lanes| &lanes.as_chunks::<RAYS_PER_TEST>().0[test]);
+            let Some(discriminant) = lines.discriminants(dx, dy) else { continue };
+            let best = &mut hits.t.as_chunks_mut::<RAYS_PER_TEST>().0[test];
+            let faces = &mut hits.face.as_chunks_mut::<RAYS_PER_TEST>().0[test];
+            for i in 0..RAYS_PER_TEST {
+                let x = lines.across(dx[i], dy[i]);
+                let coefficients = lines.coefficients(x);
+                let (enter, leave) = span(coefficients.abc, coefficients.w[2], discriminant[i].sqrt());
+                let (of_base, of_top) = (base.roots(dx[i], dy[i]), top.roots(dx[i], dy[i]));
+                let (first, last) = (lines.part_at(x, enter), lines.part_at(x, leave));
+                let near = if first == TOP { of_top.0 } else { of_base.0 };
+                let near = if first == SIDE { start + enter * radius } else { near * radius };
+                let far = if last == TOP { of_top.1 } else { of_base.1 };
+                let far = if last == SIDE { start + leave * radius } else { far * radius };
+                let outside = near > limits.0;
+                let (t, part) = if outside { (near, first) } else { (far, last + INSIDE) };
+                let t = if discriminant[i] >= 0.0 { t } else { 0.0 };
+                close += offer_parallel((&mut best[i], &mut faces[i]), limits, t, face + part);
+            }
+        }
+        hits.close += close;
+    }
+}
+
+impl Lines {
+    /// The part at the height where the line's parameter is tau.
+    #[inline(always)]
+    fn part_at(&self, x: [f32; 3], tau: f32) -> u32 {
+        let z = self.height(x, tau);
+        let part = if z > self.half { TOP } else { SIDE };
+        if z < -self.half { BASE } else { part }
+    }
 }
 
 /// Return where a point is relative to the sphere around an end, given where it is relative to the capsule: not inside
@@ -184,57 +266,37 @@ fn contact_of_end(profile: &Profile, contact: &Contact, sign: f64) -> Contact {
 }
 
 impl Primitive for Capsule {
-    /// Offer the hits of rays: on the side where they meet that between the ends, else on the sphere around the end
-    /// beyond which they meet it.
     #[inline(always)]
     fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
-        let outside = self.eye_is_outside;
-        let start = self.bounding_sphere().begin(rays.middle);
-        let lines = self.tube.lines_of_rays(rays, f64::from(start));
-        let radius = self.tube.profile.radius as f32;
-        let mut parts = [NONE; LANES];
-        let mut close = 0;
-        for test in 0..LANES / RAYS_PER_TEST {
-            let [dx, dy] = [&rays.dx, &rays.dy].map(|lanes| &lanes.as_chunks::<RAYS_PER_TEST>().0[test]);
-            let Some(discriminant) = lines.discriminants(dx, dy) else { continue };
-            let best = &mut hits.t.as_chunks_mut::<RAYS_PER_TEST>().0[test];
-            let faces = &mut hits.face.as_chunks_mut::<RAYS_PER_TEST>().0[test];
-            let parts = &mut parts.as_chunks_mut::<RAYS_PER_TEST>().0[test];
-            for i in 0..RAYS_PER_TEST {
-                let x = lines.across(dx[i], dy[i]);
-                let coefficients = lines.coefficients(x);
-                let (enter, leave) = span(coefficients.abc, coefficients.w[2], discriminant[i].sqrt());
-                let tau = if outside { enter } else { leave };
-                let z = lines.height(x, tau);
-                let part = if z > lines.half { TOP } else { SIDE };
-                let part = if z < -lines.half { BASE } else { part };
-                let part = if discriminant[i] >= 0.0 { part } else { NONE };
-                parts[i] = part;
-                let t = if part == SIDE { start + tau * radius } else { 0.0 };
-                close += offer((&mut best[i], &mut faces[i]), t, face + SIDE);
-            }
-        }
-        hits.close += close;
-        for part in [BASE, TOP] {
-            self.end(part).offer_hits(outside, |lane| parts[lane] == part, face + part, rays, hits);
+        if rays.are_parallel() {
+            self.intersect_parallel(face, rays, hits);
+        } else {
+            self.intersect_pencil(face, rays, hits);
         }
     }
 
-    fn depth(&self, v: Vector) -> (f64, f64) {
-        let side = SideOfRay::new(&self.tube, v);
-        let t = if self.eye_is_outside { side.enter } else { side.leave };
-        match self.part_at(self.tube.eye.z + t * side.along) {
-            SIDE if t > 0.0 => (t, side.steepness(t)),
-            SIDE => (f64::INFINITY, 0.0),
-            part => self.end(part).depth_seen(self.eye_is_outside, v),
+    fn depth(&self, ray: Ray) -> (f64, f64) {
+        let side = SideOfRay::new(&self.tube, ray);
+        let seen = |inside: bool| {
+            let t = if inside { side.leave } else { side.enter };
+            match self.part_at(side.z + t * side.along) {
+                SIDE if t > ray.start => (t, side.steepness(t)),
+                SIDE => (f64::INFINITY, 0.0),
+                part => self.end(part).depth_seen(inside, ray),
+            }
+        };
+        if !side.parallel {
+            return seen(!self.eye_is_outside);
         }
+        let (t, steepness) = seen(false);
+        if t.is_finite() { (t, steepness) } else { seen(true) }
     }
 
     #[inline(always)]
-    fn compute_points(&self, face: u32, rays: &Rays, depth: (f64, impl Fn() -> Vector), points: &mut Points) {
+    fn compute_points(&self, face: u32, rays: &Rays, depth: (f64, impl Fn() -> Ray), points: &mut Points) {
         match Capsule::part(face) {
-            SIDE => self.tube.points_on_side(self.eye_is_outside, depth, rays, points),
-            part => points.reference = self.end(part).points_on(self.eye_is_outside, depth, rays, points),
+            SIDE => self.tube.points_on_side(face, depth, rays, points),
+            part => points.reference = self.end(part).points_on(face, depth, rays, points),
         }
     }
 
@@ -260,9 +322,9 @@ impl Primitive for Capsule {
     }
 
     #[inline(always)]
-    fn is_lit_from(&self, contact: Option<&Contact>, light: Vector) -> bool {
+    fn is_lit_from(&self, face: u32, contact: Option<&Contact>, light: Apex) -> bool {
         let side = contact.map_or_else(|| self.side(light), |contact| contact.side);
-        side.sees_from(self.eye_is_outside)
+        side.illuminates(from_inside(face))
     }
 
     #[inline(always)]
@@ -278,7 +340,10 @@ impl Primitive for Capsule {
         Some(self.bounding_sphere())
     }
 
-    fn outline(&self) -> Outline {
+    fn outline(&self, projection: Projection) -> Outline {
+        if projection == Projection::Orthographic {
+            return Outline::Unknown;
+        }
         let Profile { half, radius, .. } = self.tube.profile;
         let eye = &self.tube.eye;
         let distance = libm::hypot(eye.away, (eye.z.abs() - half).max(0.0));

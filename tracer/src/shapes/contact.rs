@@ -53,11 +53,11 @@ pub(crate) fn spread(normal: Vector, v: Vector) -> f64 {
 }
 
 impl Side {
-    /// Whether a light on this side illuminates the side that the eye sees: both are inside, both are outside, or
-    /// the light is on the surface.
+    /// Whether a light on this side illuminates a face that is seen from inside or outside: both are inside, both
+    /// are outside, or the light is on the surface.
     #[inline(always)]
-    pub(crate) fn sees_from(self, eye_is_outside: bool) -> bool {
-        self == Side::On || (self == Side::Outside) == eye_is_outside
+    pub(crate) fn illuminates(self, seen_from_inside: bool) -> bool {
+        self == Side::On || (self == Side::Inside) == seen_from_inside
     }
 }
 

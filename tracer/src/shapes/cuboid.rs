@@ -1,14 +1,16 @@
 //! A box turned about three axes (document, section 2.2.3); `Box` is taken in Rust.
 
+use crate::apex::Apex;
 use crate::bounds::BoundingSphere;
+use crate::camera::Projection;
 use crate::camera_space::{CameraSpace, FAR_FROM_ROUNDING};
 use crate::shapes::contact::{Contact, Side, rounding_across};
 use crate::shapes::outline::{Outline, corners, outline_planes};
 use crate::shapes::points::{PlaneEquation, Points, ShadowRays};
 use crate::shapes::primitive::{Description, FaceAxes, Primitive};
 use crate::tile::LANES;
-use crate::tile::hits::{FACE_BITS, HitBuffer, offer};
-use crate::tile::rays::Rays;
+use crate::tile::hits::{FACE_BITS, HitBuffer, INSIDE, from_inside, offer, offer_parallel};
+use crate::tile::rays::{Ray, Rays};
 use crate::vector::{Vector, add, cross, l1_norm, largest, length, rotate, scale, sub, to_f32};
 use std::f64::consts::PI;
 
@@ -95,18 +97,19 @@ impl Cuboid {
         (0..3).all(|i| local[i].abs() <= self.half[i])
     }
 
-    /// The side of a point that is not close to the surface.
-    fn side(&self, point: Vector) -> Side {
-        if self.inside(rotate(&self.axes, sub(point, self.center))) { Side::Inside } else { Side::Outside }
+    /// The side of a light that is not close to the surface.
+    fn side(&self, light: Apex) -> Side {
+        let inside = !light.is_direction() && self.inside(rotate(&self.axes, light.from(self.center)));
+        if inside { Side::Inside } else { Side::Outside }
     }
 
     /// The axis of a face, and its sign.
     #[inline(always)]
     fn side_of(&self, face: u32) -> (usize, f64) {
-        let number = face % (1 << FACE_BITS);
+        let number = face % (1 << FACE_BITS) / 2;
         // Rays enter at the face that looks against them, and leave at the one that looks along with them.
         let along = if number % 2 == 1 { 1.0 } else { -1.0 };
-        let side = if self.inside(self.eye) { along } else { -along };
+        let side = if from_inside(face) { along } else { -along };
         ((number / 2) as usize % 3, side)
     }
 
@@ -117,7 +120,7 @@ impl Cuboid {
         let outward = scale(self.axes[axis], side);
         // The eye is known more exactly than the centre if that is far away along the face.
         let offset = self.half[axis] - side * self.eye[axis];
-        PlaneEquation { normal: outward, offset }.facing_the_eye()
+        PlaneEquation { normal: outward, offset }.facing_the_eye(face)
     }
 
     fn bounding_sphere(&self) -> BoundingSphere {
@@ -152,6 +155,126 @@ impl Cuboid {
             shadow.darken(lane, outside & between);
         }
     }
+
+    /// Darken the points from which the box hides the light.
+    ///
+    /// In the axes of the box, with the light at L and the point at P = L + e, by separating axes: the segment
+    /// misses the box if both ends lie beyond one face, or if for some axis i, with j and k the others,
+    ///
+    /// |(L x P)_i| > h_j |e_k| + h_k |e_j|
+    ///
+    /// Of a light infinitely far away, L is its direction and e is -L.
+    #[inline(always)]
+    fn occlude_light<const PARALLEL: bool>(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>) {
+        let light =
+            contact.map_or_else(|| rotate(&self.axes, shadow.light.from(self.center)), |contact| contact.local);
+        let reference = rotate(&self.axes, sub(shadow.points.reference, self.center));
+        // The size of the box along a face adds no rounding across it.
+        let away = l1_norm(self.center);
+        let rounding = self.half.map(|half| shadow.rounding_at_points(away + half));
+        let at_light =
+            self.half.map(|half| if contact.is_some() { 0.0 } else { shadow.rounding_at_light(away + half) });
+        // The light is beyond, or on, at most one of each pair of faces: a hidden point is before it.
+        let (mut sign, mut limit) = ([0.0_f32; 3], [f32::INFINITY; 3]);
+        let mut inside = true;
+        for i in 0..3 {
+            // A light infinitely far away is beyond a face unless its rays are parallel to it.
+            let least = if shadow.light.is_direction() { f64::MIN_POSITIVE } else { self.half[i] - at_light[i] };
+            if light[i].abs() >= least {
+                let side = light[i].signum();
+                sign[i] = side as f32;
+                limit[i] = (self.half[i] - side * reference[i] - rounding[i]) as f32;
+                inside = false;
+            }
+        }
+        // A light on a face is hidden from points outside that are before the face.
+        if inside || contact.is_some_and(|contact| contact.side == Side::On) {
+            let before = (self.axes.map(to_f32), sign, limit);
+            self.occlude_from_inside(reference, rounding, before, shadow);
+            return;
+        }
+        let axes = self.axes.map(to_f32);
+        let half = to_f32(self.half);
+        let moment = to_f32(cross(light, reference));
+        let e = to_f32(sub(scale(reference, shadow.light.weight), light));
+        let l = to_f32(light);
+        let points = shadow.points;
+        for lane in 0..points.padded() {
+            let p = local(&axes, &points.offset, lane);
+            let e: [f32; 3] = std::array::from_fn(|i| if PARALLEL { e[i].abs() } else { (e[i] + p[i]).abs() });
+            let m = [
+                (moment[0] + (l[1] * p[2] - l[2] * p[1])).abs(),
+                (moment[1] + (l[2] * p[0] - l[0] * p[2])).abs(),
+                (moment[2] + (l[0] * p[1] - l[1] * p[0])).abs(),
+            ];
+            let slack = points.slack(lane);
+            let between = (sign[0] * p[0] + slack < limit[0])
+                & (sign[1] * p[1] + slack < limit[1])
+                & (sign[2] * p[2] + slack < limit[2]);
+            let crosses = (m[0] <= half[1] * e[2] + half[2] * e[1])
+                & (m[1] <= half[2] * e[0] + half[0] * e[2])
+                & (m[2] <= half[0] * e[1] + half[1] * e[0]);
+            shadow.darken(lane, between & crosses);
+        }
+    }
+}
+
+impl Cuboid {
+    /// Intersect the three slabs with parallel rays.
+    ///
+    /// Their direction v is the same for all, and they start at o + delta, so that with o's point at depth `start`
+    /// a slab is entered and left at
+    ///
+    /// tau = (-+h - o) / (a . v) - (a . delta) / (a . v)
+    #[inline(always)]
+    fn intersect_parallel(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
+        let start = self.bounding_sphere().begin(rays);
+        let along = rotate(&self.axes, rays.middle);
+        let origin = add(rays.origin, scale(rays.middle, f64::from(start)));
+        let from = add(self.eye, rotate(&self.axes, origin));
+        // For each axis the number of its face, and near, far, and their change with x and y.
+        let mut slabs = [(0, [0.0_f32; 4]); 3];
+        // A slab that is parallel to the rays: each is between its faces for its whole length or not at all.
+        let mut between = [[0.0, 0.0, f32::NEG_INFINITY, f32::INFINITY]; 3];
+        for i in 0..3 {
+            let (low, high) = (-self.half[i] - from[i], self.half[i] - from[i]);
+            let [x, y, _] = self.axes[i];
+            if along[i] == 0.0 {
+                slabs[i].1 = [f32::NEG_INFINITY, f32::INFINITY, 0.0, 0.0];
+                between[i] = [x, y, low, high].map(|number| number as f32);
+                continue;
+            }
+            let (a, b) = (low / along[i], high / along[i]);
+            let number = 4 * i as u32 + if along[i] > 0.0 { 2 } else { 0 };
+            slabs[i] = (number, [a.min(b), a.max(b), -x / along[i], -y / along[i]].map(|number| number as f32));
+        }
+        let limits = rays.limits();
+        let mut close = 0;
+        for lane in 0..LANES {
+            let (dx, dy) = (rays.dx[lane], rays.dy[lane]);
+            let (mut enter, mut leave) = (f32::NEG_INFINITY, f32::INFINITY);
+            let (mut entered, mut left) = (0, 0);
+            let mut beside = false;
+            for i in 0..3 {
+                let (number, [near, far, x, y]) = slabs[i];
+                let shift = x * dx + y * dy;
+                let (near, far) = (near + shift, far + shift);
+                entered = if near > enter { number } else { entered };
+                enter = if near > enter { near } else { enter };
+                left = if far < leave { number } else { left };
+                leave = if far < leave { far } else { leave };
+                let [x, y, low, high] = between[i];
+                let across = x * dx + y * dy;
+                beside |= (across < low) | (across > high);
+            }
+            let inside = start + enter <= limits.0;
+            let tau = if inside { leave } else { enter };
+            let number = if inside { left + INSIDE } else { entered };
+            let t = if (enter <= leave) & !beside { start + tau } else { 0.0 };
+            close += offer_parallel((&mut hits.t[lane], &mut hits.face[lane]), limits, t, face + number);
+        }
+        hits.close += close;
+    }
 }
 
 impl Primitive for Cuboid {
@@ -162,11 +285,15 @@ impl Primitive for Cuboid {
     ///
     /// tau = (-+h - o - start (a . delta)) / (a . v)
     ///
-    /// A face is numbered `face`, plus twice its axis, plus 1 if the ray runs along the axis.
+    /// A face is numbered `face`, plus four times its axis, plus 2 if the ray runs along the axis, plus `INSIDE`.
     #[inline(always)]
     fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
         let inside = self.inside(self.eye);
-        let start = self.bounding_sphere().begin(rays.middle);
+        if rays.are_parallel() {
+            self.intersect_parallel(face, rays, hits);
+            return;
+        }
+        let start = self.bounding_sphere().begin(rays);
         let middle = rotate(&self.axes, rays.middle);
         let from: Vector = add(self.eye, scale(middle, f64::from(start)));
         let middle = to_f32(middle);
@@ -191,112 +318,64 @@ impl Primitive for Cuboid {
                 let b = if parallel { -beyond(b < 0.0) } else { b * inverse };
                 let forward = along >= 0.0;
                 let (near, far) = if forward { (a, b) } else { (b, a) };
-                let number = 2 * i as u32 + u32::from(forward);
+                let number = 4 * i as u32 + 2 * u32::from(forward);
                 entered = if near > enter { number } else { entered };
                 enter = if near > enter { near } else { enter };
                 left = if far < leave { number } else { left };
                 leave = if far < leave { far } else { leave };
             }
             let tau = if inside { leave } else { enter };
-            let number = if inside { left } else { entered };
+            let number = if inside { left + INSIDE } else { entered };
             let t = if enter <= leave { start + tau } else { 0.0 };
             close += offer((&mut hits.t[lane], &mut hits.face[lane]), t, face + number);
         }
         hits.close += close;
     }
 
-    fn depth(&self, v: Vector) -> (f64, f64) {
-        let along = rotate(&self.axes, v);
+    fn depth(&self, ray: Ray) -> (f64, f64) {
+        let along = rotate(&self.axes, ray.direction);
+        let from = add(self.eye, rotate(&self.axes, ray.origin));
         let (mut enter, mut leave) = ((f64::NEG_INFINITY, 0.0), (f64::INFINITY, 0.0));
         for i in 0..3 {
             if along[i] != 0.0 {
-                let a = (-self.half[i] - self.eye[i]) / along[i];
-                let b = (self.half[i] - self.eye[i]) / along[i];
+                let a = (-self.half[i] - from[i]) / along[i];
+                let b = (self.half[i] - from[i]) / along[i];
                 let (near, far) = (a.min(b), a.max(b));
                 enter = if near > enter.0 { (near, along[i].abs()) } else { enter };
                 leave = if far < leave.0 { (far, along[i].abs()) } else { leave };
-            } else if self.eye[i].abs() > self.half[i] {
+            } else if from[i].abs() > self.half[i] {
                 return (f64::INFINITY, 0.0);
             }
         }
-        let met = if self.inside(self.eye) { leave } else { enter };
-        if enter.0 <= leave.0 && met.0 > 0.0 { met } else { (f64::INFINITY, 0.0) }
+        let met = if enter.0 > ray.start { enter } else { leave };
+        if enter.0 <= leave.0 && met.0 > ray.start { met } else { (f64::INFINITY, 0.0) }
     }
 
     #[inline(always)]
-    fn compute_points(&self, face: u32, rays: &Rays, (t, _): (f64, impl Fn() -> Vector), points: &mut Points) {
+    fn compute_points(&self, face: u32, rays: &Rays, (t, _): (f64, impl Fn() -> Ray), points: &mut Points) {
         self.face(face).compute_points(t, rays, points);
     }
 
-    /// Darken the points from which the box hides the light.
-    ///
-    /// In the axes of the box, with the light at L and the point at P = L + e, by separating axes: the segment
-    /// misses the box if both ends lie beyond one face, or if for some axis i, with j and k the others,
-    ///
-    /// |(L x P)_i| > h_j |e_k| + h_k |e_j|
     #[inline(always)]
     fn occlude(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>) {
-        let light =
-            contact.map_or_else(|| rotate(&self.axes, sub(shadow.light, self.center)), |contact| contact.local);
-        let reference = rotate(&self.axes, sub(shadow.points.reference, self.center));
-        // The size of the box along a face adds no rounding across it.
-        let away = l1_norm(self.center);
-        let rounding = self.half.map(|half| shadow.rounding_at_points(away + half));
-        let at_light =
-            self.half.map(|half| if contact.is_some() { 0.0 } else { shadow.rounding_at_light(away + half) });
-        // The light is beyond, or on, at most one of each pair of faces: a hidden point is before it.
-        let (mut sign, mut limit) = ([0.0_f32; 3], [f32::INFINITY; 3]);
-        let mut inside = true;
-        for i in 0..3 {
-            if light[i].abs() >= self.half[i] - at_light[i] {
-                let side = light[i].signum();
-                sign[i] = side as f32;
-                limit[i] = (self.half[i] - side * reference[i] - rounding[i]) as f32;
-                inside = false;
-            }
-        }
-        // A light on a face is hidden from points outside that are before the face.
-        if inside || contact.is_some_and(|contact| contact.side == Side::On) {
-            let before = (self.axes.map(to_f32), sign, limit);
-            self.occlude_from_inside(reference, rounding, before, shadow);
-            return;
-        }
-        let axes = self.axes.map(to_f32);
-        let half = to_f32(self.half);
-        let moment = to_f32(cross(light, reference));
-        let e = to_f32(sub(reference, light));
-        let l = to_f32(light);
-        let points = shadow.points;
-        for lane in 0..points.padded() {
-            let p = local(&axes, &points.offset, lane);
-            let e = [(e[0] + p[0]).abs(), (e[1] + p[1]).abs(), (e[2] + p[2]).abs()];
-            let m = [
-                (moment[0] + (l[1] * p[2] - l[2] * p[1])).abs(),
-                (moment[1] + (l[2] * p[0] - l[0] * p[2])).abs(),
-                (moment[2] + (l[0] * p[1] - l[1] * p[0])).abs(),
-            ];
-            let slack = points.slack(lane);
-            let between = (sign[0] * p[0] + slack < limit[0])
-                & (sign[1] * p[1] + slack < limit[1])
-                & (sign[2] * p[2] + slack < limit[2]);
-            let crosses = (m[0] <= half[1] * e[2] + half[2] * e[1])
-                & (m[1] <= half[2] * e[0] + half[0] * e[2])
-                & (m[2] <= half[0] * e[1] + half[1] * e[0]);
-            shadow.darken(lane, between & crosses);
+        if shadow.light.is_direction() {
+            self.occlude_light::<true>(contact, shadow);
+        } else {
+            self.occlude_light::<false>(contact, shadow);
         }
     }
 
     #[inline(always)]
-    fn is_lit_from(&self, contact: Option<&Contact>, light: Vector) -> bool {
+    fn is_lit_from(&self, face: u32, contact: Option<&Contact>, light: Apex) -> bool {
         let side = contact.map_or_else(|| self.side(light), |contact| contact.side);
-        side.sees_from(!self.inside(self.eye))
+        side.illuminates(from_inside(face))
     }
 
     #[inline(always)]
     fn height(&self, face: u32, light: &Contact) -> f64 {
         let (axis, side) = self.side_of(face);
         let outward = side * light.local[axis] - self.half[axis];
-        if self.inside(self.eye) { -outward } else { outward }
+        if from_inside(face) { -outward } else { outward }
     }
 
     fn magnitude(&self) -> f64 {
@@ -312,7 +391,10 @@ impl Primitive for Cuboid {
         Some(self.bounding_sphere())
     }
 
-    fn outline(&self) -> Outline {
+    fn outline(&self, projection: Projection) -> Outline {
+        if projection == Projection::Orthographic {
+            return Outline::of_box_in_parallel(self.center, self.axes, self.half);
+        }
         let [x, y, z] = self.half;
         // The largest coordinate of the eye, in half sizes.
         let beyond = (0..3).fold(0.0, |most: f64, i| most.max(self.eye[i].abs() / self.half[i]));

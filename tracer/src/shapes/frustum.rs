@@ -16,9 +16,11 @@
 //!
 //! whose factors E - F and E + F are the heights of v above the two planes through the apex that touch the side:
 //! nothing cancels at the outline. If C < 0, for an apex inside, D is a sum of squares. E and F do not change if W is
-//! replaced by a point of the line over its parameter: the O of an apex at infinity would be a direction.
+//! replaced by a point of the line over its parameter: the O of an apex at infinity is the direction's W, and C is A.
 
+use crate::apex::Apex;
 use crate::bounds::BoundingSphere;
+use crate::camera::Projection;
 use crate::camera_space::CameraSpace;
 use crate::shapes::contact::{Contact, Side, rounding, rounding_across};
 use crate::shapes::outline::Outline;
@@ -26,15 +28,15 @@ use crate::shapes::points::{PlaneEquation, Points, ROUNDING, ShadowRays};
 use crate::shapes::primitive::Primitive;
 use crate::shapes::sphere::{FAR_ABOVE_ROUNDING, RAYS_PER_TEST};
 use crate::tile::LANES;
-use crate::tile::hits::{FACE_BITS, HitBuffer, offer};
-use crate::tile::rays::Rays;
+use crate::tile::hits::{FACE_BITS, HitBuffer, INSIDE, from_inside, offer, offer_parallel};
+use crate::tile::rays::{Ray, Rays};
 use crate::vector::{Vector, add, cross, dot, l1_norm, length, perpendicular, rotate, scale, sub, to_f32};
 use std::ops::{Add, Div, Sub};
 
-/// The faces.
+/// The faces; the bit `INSIDE` is below.
 pub(crate) const SIDE: u32 = 0;
-const BASE: u32 = 1;
-const TOP: u32 = 2;
+const BASE: u32 = 2;
+const TOP: u32 = 4;
 
 /// An eye farther from a frustum than this multiple of its size is distant.
 const DISTANT: f64 = 64.0;
@@ -58,12 +60,15 @@ pub(crate) struct Profile {
     middle: f64,
 }
 
-/// A point relative to a frustum.
+/// A point relative to a frustum, or a direction.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Place {
+    /// 1 for a point, 0 for a direction.
+    weight: f64,
     /// The unit vector to it from the axis.
     radial: Vector,
-    /// Its distance from the axis, and its height above the middle.
+    /// Its distance from the axis, and its height above the middle; of a direction, its parts across the axis and
+    /// along it.
     pub(crate) away: f64,
     pub(crate) z: f64,
     /// Its height above the side; 0 if it is on it.
@@ -165,9 +170,9 @@ impl Frustum {
     /// Make a frustum; `eye` is given if it is close to the surface.
     pub(crate) fn new(center: Vector, axis: Vector, profile: Profile, eye: Option<&Contact>) -> Frustum {
         let origin = [0.0; 3];
-        let nowhere = Place { radial: origin, away: 0.0, z: 0.0, height: 0.0, origin, power: 0.0 };
+        let nowhere = Place { weight: 1.0, radial: origin, away: 0.0, z: 0.0, height: 0.0, origin, power: 0.0 };
         let mut frustum = Frustum { center, axis, profile, eye: nowhere };
-        frustum.eye = frustum.place(origin, eye);
+        frustum.eye = frustum.place(Apex::point(origin), eye);
         frustum
     }
 
@@ -185,11 +190,11 @@ impl Frustum {
         Frustum::new(center, space.direction(axis), profile, close.then_some(&eye))
     }
 
-    /// Return where a point is; `contact` is given if it is close to the surface.
+    /// Return where an apex is; `contact` is given if it is close to the surface.
     #[inline(always)]
-    pub(crate) fn place(&self, point: Vector, contact: Option<&Contact>) -> Place {
+    pub(crate) fn place(&self, apex: Apex, contact: Option<&Contact>) -> Place {
         let profile = &self.profile;
-        let relative = sub(point, self.center);
+        let relative = apex.from(self.center);
         let z = dot(relative, self.axis);
         let radial = sub(relative, scale(self.axis, z));
         let away = length(radial);
@@ -199,17 +204,28 @@ impl Frustum {
         let across = sub(across, scale(self.axis, dot(across, self.axis)));
         let size = length(across);
         let radial = if size > 0.5 { scale(across, 1.0 / size) } else { perpendicular(self.axis) };
+        if apex.is_direction() {
+            // A direction along the axis, within rounding, has no part across it.
+            let away = if away < ROUNDING { 0.0 } else { away };
+            let (across, along) = (profile.cosine * away, profile.sine * z);
+            let power = (across - along) * (across + along);
+            return Place { weight: 0.0, radial, away, z, height: 1.0, origin: [across, 0.0, along], power };
+        }
         let [away, z, height] =
             contact.map_or_else(|| [away, z, profile.cosine * away - profile.m(z)], |contact| contact.local);
         let m = profile.m(z);
         let origin = [if height == 0.0 { m } else { profile.cosine * away }, 0.0, m];
-        Place { radial, away, z, height, origin, power: height * (origin[0] + origin[2]) }
+        Place { weight: 1.0, radial, away, z, height, origin, power: height * (origin[0] + origin[2]) }
     }
 
-    /// The side of a point that is not close to the surface.
+    /// The side of an apex that is not close to the surface.
     #[inline(always)]
     fn side_of(&self, place: &Place) -> Side {
-        if place.height.max(place.z.abs() - self.profile.half) > 0.0 { Side::Outside } else { Side::Inside }
+        if place.weight == 0.0 || place.height.max(place.z.abs() - self.profile.half) > 0.0 {
+            Side::Outside
+        } else {
+            Side::Inside
+        }
     }
 
     /// Whether the eye sees the outside; an eye on the surface sees the inside.
@@ -233,7 +249,8 @@ impl Frustum {
     }
 
     /// The lines through an apex with the directions v + turn delta, v = `middle`, from where the parameter of the
-    /// line in the middle is `start`: at `from`.
+    /// line in the middle is `start`: at `from`. Of an apex at infinity, both `start` and `turn` are negative and have
+    /// the product 1, and all directions are v.
     #[inline(always)]
     pub(crate) fn lines(
         &self,
@@ -265,7 +282,7 @@ impl Frustum {
             frame: [scale(frame[0], cosine), scale(frame[1], cosine), frame[2]].map(to_f32),
             sine: profile.sine as f32,
             shift: (start * turn * per) as f32,
-            turn: turn as f32,
+            turn: (turn * apex.weight) as f32,
             origin: to_f32(scale(o, per)),
             z: (z * per) as f32,
             power: (power * per * per) as f32,
@@ -278,10 +295,18 @@ impl Frustum {
         }
     }
 
-    /// The lines of a tile's rays, from a depth of the middle ray on.
+    /// The apex of a pencil of rays that a ray belongs to.
     #[inline(always)]
-    pub(crate) fn lines_of_rays(&self, rays: &Rays, start: f64) -> Lines {
-        self.lines(&self.eye, (start, scale(rays.middle, start)), (rays.middle, 1.0))
+    fn apex_of(&self, parallel: bool, direction: Vector) -> Place {
+        if parallel { self.place(Apex::direction(direction), None) } else { self.eye }
+    }
+
+    /// The lines of a tile's rays, relative to one of them, from a depth of it on.
+    #[inline(always)]
+    pub(crate) fn lines_of_rays(&self, rays: &Rays, (origin, direction): (Vector, Vector), start: f64) -> Lines {
+        let from = add(origin, scale(direction, start));
+        let (start, turn) = if rays.are_parallel() { (-1.0, -1.0) } else { (start, 1.0) };
+        self.lines(&self.apex_of(rays.are_parallel(), direction), (start, from), (direction, turn))
     }
 
     /// Compute the points where rays hit the side, with normals that face the eye, relative to the nearest: at depth
@@ -291,21 +316,22 @@ impl Frustum {
     #[inline(always)]
     pub(crate) fn points_on_side(
         &self,
-        outside: bool,
-        (t, nearest): (f64, impl Fn() -> Vector),
+        face: u32,
+        (t, nearest): (f64, impl Fn() -> Ray),
         rays: &Rays,
         points: &mut Points,
     ) {
-        let nearest = nearest();
-        let reference = scale(nearest, t);
-        let lines = self.lines(&self.eye, (t, reference), (nearest, 1.0));
-        let [x_0, y_0, _] = to_f32(sub(nearest, rays.middle));
+        let Ray { origin, direction, .. } = nearest();
+        let reference = add(origin, scale(direction, t));
+        let lines = self.lines_of_rays(rays, (origin, direction), t);
+        let [x_0, y_0, _] = to_f32(add(sub(direction, rays.middle), sub(origin, rays.origin)));
         let Profile { cosine, sine, radius, .. } = self.profile;
-        let frame = self.frame(&self.eye);
+        let frame = self.frame(&self.apex_of(rays.are_parallel(), direction));
+        let outside = !from_inside(face);
         let turn = if outside { 1.0 } else { -1.0 };
         let [e, f] = [scale(frame[0], turn * cosine), scale(frame[1], turn * cosine)].map(to_f32);
         let a = to_f32(scale(frame[2], -turn * sine));
-        let (depth, radius) = (t as f32, radius as f32);
+        let (divergence, radius) = (rays.divergence(t) as f32, radius as f32);
         for lane in 0..points.padded() {
             let (dx, dy) = (rays.dx[lane] - x_0, rays.dy[lane] - y_0);
             let x = lines.across(dx, dy);
@@ -321,7 +347,7 @@ impl Frustum {
             // The normal at the tip of a cone faces the eye.
             let to_eye = -1.0 / rays.vv[lane].sqrt();
             let tau = tau * radius;
-            let across = [depth * dx, depth * dy, 0.0];
+            let across = [divergence * dx, divergence * dy, 0.0];
             for i in 0..3 {
                 let normal = r_e * e[i] + r_f * f[i] + a[i];
                 points.normal[i][lane] = if away > 0.0 { normal } else { to_eye * v[i] };
@@ -347,7 +373,12 @@ impl Frustum {
 
     /// The sign of a disc's outward normal along the axis.
     fn disc(face: u32) -> f64 {
-        if face % (1 << FACE_BITS) == TOP { 1.0 } else { -1.0 }
+        if Frustum::part(face) == TOP { 1.0 } else { -1.0 }
+    }
+
+    /// The number of a face in this shape.
+    fn part(face: u32) -> u32 {
+        face % (1 << FACE_BITS) & !INSIDE
     }
 
     /// The smallest bounding sphere: around the middle of the largest distances, or around the larger disc.
@@ -363,11 +394,14 @@ impl Frustum {
     }
 
     /// Return the way to the light from the points' reference, and a length to measure all ways by. The reference
-    /// may be at the light.
+    /// may be at the light. Infinitely far away, the way is a unit vector.
     #[inline(always)]
     fn way_to_light(shadow: &ShadowRays<'_>) -> (Vector, f64) {
         let reference = shadow.points.reference;
-        let way = sub(shadow.light, reference);
+        let way = shadow.light.from(reference);
+        if shadow.light.is_direction() {
+            return (way, 1.0);
+        }
         (way, length(way) + length(sub(shadow.bounds.center, reference)) + shadow.bounds.radius)
     }
 
@@ -378,11 +412,11 @@ impl Frustum {
         let (way, end) = Frustum::way_to_light(shadow);
         let per = 1.0 / end;
         let lines = if begin_at_light {
-            self.lines(light, (0.0, shadow.light), (scale(way, -per), per))
+            self.lines(light, (0.0, shadow.light.at), (scale(way, -per), per))
         } else {
             self.lines(light, (-end, shadow.points.reference), (scale(way, per), -per))
         };
-        let end = (end / self.profile.radius) as f32;
+        let end = if light.weight == 0.0 { f32::INFINITY } else { (end / self.profile.radius) as f32 };
         let points = shadow.points;
         for lane in 0..points.padded() {
             let x = lines.across_point(points.offset_of(lane));
@@ -411,7 +445,8 @@ impl Frustum {
         let at_light = if contact.is_some() { 0.0 } else { shadow.rounding_at_light(l1_norm(self.center) + half) };
         // How far a hidden point may be along the axis, and against it.
         let limit = [1.0, -1.0].map(|sign| {
-            let beyond = sign * light.z >= half - at_light;
+            let beyond =
+                if light.weight == 0.0 { sign * light.z > 0.0 } else { sign * light.z >= half - at_light };
             (if beyond { (half - rounding) * per } else { f64::INFINITY }) as f32
         });
         let light_is_within = light.power < 0.0;
@@ -439,16 +474,13 @@ impl Frustum {
             shadow.darken(lane, hidden);
         }
     }
-}
 
-impl Primitive for Frustum {
-    /// Offer the hits of rays: a ray is in the frustum where it is inside the side and between the discs.
     #[inline(always)]
-    fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
-        let outside = self.eye_is_outside();
-        let start = self.bounding_sphere().begin(rays.middle);
-        let lines = self.lines_of_rays(rays, f64::from(start));
-        let radius = self.profile.radius as f32;
+    fn intersect_pencil<const PARALLEL: bool>(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
+        let eye_is_outside = self.eye_is_outside();
+        let start = self.bounding_sphere().begin(rays);
+        let lines = self.lines_of_rays(rays, (rays.origin, rays.middle), f64::from(start));
+        let (limits, radius) = (rays.limits(), self.profile.radius as f32);
         let mut close = 0;
         for test in 0..LANES / RAYS_PER_TEST {
             let [dx, dy] = [&rays.dx, &rays.dy].map(|lanes| &lanes.as_chunks::<RAYS_PER_TEST>().0[test]);
@@ -461,46 +493,61 @@ impl Primitive for Frustum {
                 let (lower, upper) = span(abc, w[2], discriminant[i].sqrt());
                 let (near, far) = lines.slab(x);
                 let (enter, leave) = (larger(near, lower), smaller(far, upper));
+                let outside = if PARALLEL { start + enter * radius > limits.0 } else { eye_is_outside };
                 let (tau, disc) = if outside { (enter, near > lower) } else { (leave, far < upper) };
                 let rising = lines.along + lines.turn * x[2] > 0.0;
                 let number = if rising == outside { BASE } else { TOP };
                 let met = (discriminant[i] >= 0.0) & (enter <= leave);
                 let t = if met { start + tau * radius } else { 0.0 };
-                close += offer((&mut best[i], &mut faces[i]), t, face + if disc { number } else { SIDE });
+                let face = face + if disc { number } else { SIDE } + if outside { 0 } else { INSIDE };
+                let hit = (&mut best[i], &mut faces[i]);
+                close += if PARALLEL { offer_parallel(hit, limits, t, face) } else { offer(hit, t, face) };
             }
         }
         hits.close += close;
     }
+}
 
-    fn depth(&self, v: Vector) -> (f64, f64) {
+impl Primitive for Frustum {
+    /// Offer the hits of rays: a ray is in the frustum where it is inside the side and between the discs.
+    #[inline(always)]
+    fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
+        if rays.are_parallel() {
+            self.intersect_pencil::<true>(face, rays, hits);
+        } else {
+            self.intersect_pencil::<false>(face, rays, hits);
+        }
+    }
+
+    fn depth(&self, ray: Ray) -> (f64, f64) {
         let Profile { half, .. } = self.profile;
-        let side = SideOfRay::new(self, v);
-        let (low, high) = ((-half - self.eye.z) / side.along, (half - self.eye.z) / side.along);
+        let side = SideOfRay::new(self, ray);
+        let (low, high) = ((-half - side.z) / side.along, (half - side.z) / side.along);
         let (near, far) = if side.along != 0.0 {
             (low.min(high), low.max(high))
-        } else if self.eye.z.abs() > half {
+        } else if side.z.abs() > half {
             (f64::INFINITY, f64::NEG_INFINITY)
         } else {
             (f64::NEG_INFINITY, f64::INFINITY)
         };
         let (enter, leave) = (larger(near, side.enter), smaller(far, side.leave));
-        let outside = self.eye_is_outside();
+        let outside = if side.parallel { enter > ray.start } else { self.eye_is_outside() };
         let (t, disc) = if outside { (enter, near > side.enter) } else { (leave, far < side.leave) };
-        if !(enter <= leave && t > 0.0) {
+        if !(enter <= leave && t > ray.start) {
             return (f64::INFINITY, 0.0);
         }
         (t, if disc { side.along.abs() } else { side.steepness(t) })
     }
 
     #[inline(always)]
-    fn compute_points(&self, face: u32, rays: &Rays, depth: (f64, impl Fn() -> Vector), points: &mut Points) {
-        if face % (1 << FACE_BITS) == SIDE {
-            self.points_on_side(self.eye_is_outside(), depth, rays, points);
+    fn compute_points(&self, face: u32, rays: &Rays, depth: (f64, impl Fn() -> Ray), points: &mut Points) {
+        if Frustum::part(face) == SIDE {
+            self.points_on_side(face, depth, rays, points);
         } else {
             let sign = Frustum::disc(face);
             let offset = self.profile.half - sign * self.eye.z;
             let plane = PlaneEquation { normal: scale(self.axis, sign), offset };
-            plane.facing_the_eye().compute_points(depth.0, rays, points);
+            plane.facing_the_eye(face).compute_points(depth.0, rays, points);
         }
     }
 
@@ -510,8 +557,9 @@ impl Primitive for Frustum {
         let bounds = self.bounding_sphere();
         let apart = length(sub(bounds.center, shadow.bounds.center)) - shadow.bounds.radius;
         if apart > bounds.radius * CLEAR {
-            let from_light = length(sub(bounds.center, shadow.light));
+            let from_light = length(shadow.light.from(bounds.center));
             let nearer = from_light < length(sub(bounds.center, shadow.points.reference));
+            let nearer = nearer && !shadow.light.is_direction();
             self.occlude_from_afar(&light, contact.is_some() || nearer, shadow);
         } else {
             self.occlude_nearby(&light, contact, shadow);
@@ -519,15 +567,15 @@ impl Primitive for Frustum {
     }
 
     #[inline(always)]
-    fn is_lit_from(&self, contact: Option<&Contact>, light: Vector) -> bool {
+    fn is_lit_from(&self, face: u32, contact: Option<&Contact>, light: Apex) -> bool {
         let side = contact.map_or_else(|| self.side_of(&self.place(light, None)), |contact| contact.side);
-        side.sees_from(self.eye_is_outside())
+        side.illuminates(from_inside(face))
     }
 
     #[inline(always)]
     fn height(&self, face: u32, light: &Contact) -> f64 {
         let outward = Frustum::disc(face) * light.local[1] - self.profile.half;
-        if self.eye_is_outside() { outward } else { -outward }
+        if from_inside(face) { -outward } else { outward }
     }
 
     fn magnitude(&self) -> f64 {
@@ -536,7 +584,7 @@ impl Primitive for Frustum {
 
     #[inline(always)]
     fn magnitude_across(&self, face: u32) -> f64 {
-        let flat = face % (1 << FACE_BITS) != SIDE;
+        let flat = Frustum::part(face) != SIDE;
         if flat { l1_norm(self.center) + 2.0 * self.profile.half } else { self.magnitude() }
     }
 
@@ -544,7 +592,10 @@ impl Primitive for Frustum {
         Some(self.bounding_sphere())
     }
 
-    fn outline(&self) -> Outline {
+    fn outline(&self, projection: Projection) -> Outline {
+        if projection == Projection::Orthographic {
+            return Outline::Unknown;
+        }
         let Profile { half, radius, .. } = self.profile;
         let beyond = (1.0 + self.eye.height / radius).max(self.eye.z.abs() / half);
         Outline::between(beyond, &[half, radius], || {
@@ -564,10 +615,13 @@ impl Primitive for Frustum {
 /// Points farther from a frustum than this multiple of its bounding radius do not touch it.
 const CLEAR: f64 = 1.0001;
 
-/// The side and one ray from the eye, in float64.
+/// The side and one ray from the eye, or one of parallel rays, in float64.
 pub(crate) struct SideOfRay {
+    pub(crate) parallel: bool,
     /// v_a
     pub(crate) along: f64,
+    /// The height of the ray's origin above the middle.
+    pub(crate) z: f64,
     /// Where the ray is inside the side; NaN if it misses it.
     pub(crate) enter: f64,
     pub(crate) leave: f64,
@@ -579,30 +633,61 @@ pub(crate) struct SideOfRay {
 }
 
 impl SideOfRay {
-    pub(crate) fn new(frustum: &Frustum, v: Vector) -> SideOfRay {
-        let Place { origin: o, power, .. } = frustum.eye;
-        let frame = frustum.frame(&frustum.eye);
+    pub(crate) fn new(frustum: &Frustum, ray: Ray) -> SideOfRay {
+        let v = ray.direction;
+        let relative = sub(ray.origin, frustum.center);
+        // B and C of a distant origin lose digits: the roots are measured from the nearest point to the middle.
+        let begin = -dot(relative, v) / dot(v, v);
+        let at = |frame: &[Vector; 3], begin: f64| {
+            let ([o_1, o_2, o_3], _) = frustum.components(frame, add(relative, scale(v, begin)));
+            [o_1, o_2, frustum.profile.middle + o_3]
+        };
+        // Rays from the eye begin there.
+        let parallel = ray.origin != [0.0; 3];
+        let apex = frustum.apex_of(parallel, v);
+        let frame = frustum.frame(&apex);
         let (w, along) = frustum.components(&frame, v);
+        let (o, power) = (apex.origin, apex.power);
+        if parallel {
+            let p = at(&frame, begin);
+            let (e, f) = (o[2] * p[0] - o[0] * p[2], power.abs().sqrt() * p[1]);
+            let root = root_of(power, e, f);
+            let (enter, leave) = span([power, -minkowski(p, w), minkowski(p, p)], w[2], root);
+            let (z, m) = (dot(relative, frustum.axis), p[2] - begin * w[2]);
+            return SideOfRay {
+                parallel,
+                along,
+                z,
+                enter: begin + enter,
+                leave: begin + leave,
+                root,
+                m,
+                m_along: w[2],
+            };
+        }
         let (e, f) = (o[2] * w[0] - o[0] * w[2], power.abs().sqrt() * w[1]);
-        let root = if power > 0.0 { (e - f) * (e + f) } else { e * e + f * f }.sqrt();
-        // B and C of a distant eye lose digits: the roots are measured from the nearest point to the middle.
-        let begin = dot(frustum.center, v) / dot(v, v);
+        let root = root_of(power, e, f);
         let far = begin * length(v) > DISTANT * frustum.profile.size();
         let (begin, b, c) = if far {
-            let ([o_1, o_2, o_3], _) = frustum.components(&frame, sub(scale(v, begin), frustum.center));
-            let o = [o_1, o_2, frustum.profile.middle + o_3];
+            let o = at(&frame, begin);
             (begin, -minkowski(o, w), minkowski(o, o))
         } else {
             (0.0, -minkowski(o, w), power)
         };
         let (enter, leave) = span([minkowski(w, w), b, c], w[2], root);
-        SideOfRay { along, enter: begin + enter, leave: begin + leave, root, m: o[2], m_along: w[2] }
+        let (enter, leave) = (begin + enter, begin + leave);
+        SideOfRay { parallel, along, z: frustum.eye.z, enter, leave, root, m: o[2], m_along: w[2] }
     }
 
     /// |n.v| where the ray meets the side.
     pub(crate) fn steepness(&self, t: f64) -> f64 {
         self.root / (self.m + t * self.m_along)
     }
+}
+
+/// sqrt(D) from the power of the apex, E and F.
+fn root_of(power: f64, e: f64, f: f64) -> f64 {
+    if power > 0.0 { (e - f) * (e + f) } else { e * e + f * f }.sqrt()
 }
 
 impl Lines {

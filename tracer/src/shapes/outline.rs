@@ -41,10 +41,42 @@ impl Rectangle {
         n[0] * end(0) + n[1] * end(1) + n[2]
     }
 
+    /// The change of n . v over half a pixel.
+    fn beside(&self, n: Vector) -> f64 {
+        n[0].abs() * self.half_pixel[0] + n[1].abs() * self.half_pixel[1]
+    }
+
     /// Whether n . v < 0 for all rays, and for those half a pixel beside them.
     fn is_beyond(&self, n: Vector) -> bool {
-        let beside = n[0].abs() * self.half_pixel[0] + n[1].abs() * self.half_pixel[1];
-        -self.least([-n[0], -n[1], -n[2]]) + beside < 0.0
+        -self.least([-n[0], -n[1], -n[2]]) + self.beside(n) < 0.0
+    }
+
+    /// Compare with the planes through the eye that bound a convex part of the image plane.
+    fn in_prism(&self, sides: &[Vector]) -> Overlap {
+        if sides.iter().any(|&side| self.is_beyond(side)) {
+            Overlap::None
+        } else if sides.iter().all(|&side| self.least(side) > 0.0) {
+            Overlap::Full
+        } else {
+            Overlap::Partial
+        }
+    }
+
+    /// Compare with a disc of the image plane.
+    fn in_disc(&self, center: [f64; 2], radius: f64) -> Overlap {
+        let (mut nearest, mut farthest) = ([0.0; 3], [0.0; 3]);
+        for axis in 0..2 {
+            let (low, high) = (self.low[axis] - center[axis], self.high[axis] - center[axis]);
+            farthest[axis] = low.abs().max(high.abs());
+            nearest[axis] = (low - self.half_pixel[axis]).max(-high - self.half_pixel[axis]).max(0.0);
+        }
+        if length(nearest) > radius {
+            Overlap::None
+        } else if length(farthest) < radius {
+            Overlap::Full
+        } else {
+            Overlap::Partial
+        }
     }
 
     /// The largest |v|.
@@ -63,6 +95,12 @@ pub(crate) enum Outline {
     Between(Vec<Vector>),
     /// A plane appears where n . v > 0, the normal n pointing away from the eye.
     HalfSpace(Vector),
+    /// Parallel rays meet it where n . v > 0 for all normals n of these planes through the eye.
+    Prism(Vec<Vector>),
+    /// Parallel rays meet it where (x, y) is within a radius of a centre.
+    Disc([f64; 2], f64),
+    /// Behind the plane on which parallel rays start.
+    Nowhere,
     /// The eye is on the surface, within rounding, or a length is not `USUAL`.
     Unknown,
 }
@@ -90,6 +128,40 @@ impl Outline {
         if usual && beyond > 1.0 + NEAR { Outline::Between(planes()) } else { Outline::Unknown }
     }
 
+    /// The outline of a plane for parallel rays, which it meets ahead where (offset - n_x x - n_y y) / n_z > 0.
+    pub(crate) fn of_plane_in_parallel(normal: Vector, offset: f64) -> Outline {
+        let [x, y, z] = normal;
+        let usual = z.abs() > NOT_PARALLEL && offset.abs() < USUAL.end;
+        if usual { Outline::HalfSpace(scale([-x, -y, offset], z.signum())) } else { Outline::Unknown }
+    }
+
+    /// The outline of a sphere for parallel rays.
+    pub(crate) fn of_sphere_in_parallel(center: Vector, radius: f64) -> Outline {
+        let [x, y, z] = center;
+        let usual = USUAL.contains(&radius) && length(center) < USUAL.end;
+        Outline::ahead(z, radius, usual, || Outline::Disc([x, y], radius))
+    }
+
+    /// The outline of a box for parallel rays: that of its shadow on the image plane.
+    pub(crate) fn of_box_in_parallel(center: Vector, axes: [Vector; 3], half: Vector) -> Outline {
+        let usual = half.iter().all(|h| USUAL.contains(h)) && length(center) < USUAL.end;
+        let along = (0..3).map(|i| half[i] * axes[i][2].abs()).sum();
+        let shadow = || corners(center, axes, half).map(|[x, y, _]| [x, y, 1.0]);
+        Outline::ahead(center[2], along, usual, || Outline::Prism(outline_planes(&shadow())))
+    }
+
+    /// The outline of a shape that is wholly ahead of the plane on which parallel rays start, or wholly behind it.
+    fn ahead(center: f64, half: f64, usual: bool, outline: impl Fn() -> Outline) -> Outline {
+        let rounding = NEAR * (center.abs() + half);
+        if usual && center + half < -rounding {
+            Outline::Nowhere
+        } else if usual && center - half > rounding {
+            outline()
+        } else {
+            Outline::Unknown
+        }
+    }
+
     /// Return how much of a rectangle the shape covers; `is_met` returns whether a ray meets it.
     pub(crate) fn in_rectangle(&self, rectangle: &Rectangle, is_met: impl Fn(Vector) -> bool) -> Overlap {
         match self {
@@ -102,6 +174,9 @@ impl Outline {
                 Overlap::Full
             }
             Outline::Between(_) | Outline::HalfSpace(_) | Outline::Unknown => Overlap::Partial,
+            Outline::Prism(sides) => rectangle.in_prism(sides),
+            Outline::Disc(center, radius) => rectangle.in_disc(*center, *radius),
+            Outline::Nowhere => Overlap::None,
         }
     }
 }

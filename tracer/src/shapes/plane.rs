@@ -1,15 +1,17 @@
 //! An infinite plane (document, section 2.2.2).
 
+use crate::apex::Apex;
 use crate::bounds::BoundingSphere;
+use crate::camera::Projection;
 use crate::camera_space::{CameraSpace, range_scale_at};
 use crate::shapes::contact::{Contact, rounding_across, spread};
 use crate::shapes::outline::Outline;
-use crate::shapes::points::{PlaneEquation, Points, ShadowRays};
+use crate::shapes::points::{PlaneEquation, Points, ROUNDING, ShadowRays};
 use crate::shapes::primitive::{Description, FaceAxes, Primitive};
 use crate::tile::LANES;
-use crate::tile::hits::{HitBuffer, offer};
-use crate::tile::rays::Rays;
-use crate::vector::{Vector, cross, dot, normalized, scale, sub, to_f32};
+use crate::tile::hits::{HitBuffer, INSIDE, from_inside, offer, offer_parallel};
+use crate::tile::rays::{Ray, Rays};
+use crate::vector::{Vector, cross, dot, l1_norm, normalized, scale, sub, to_f32};
 
 /// Document, section 2.2.2: a ray with |d . n| below this, for unit d, is parallel to the plane.
 const PARALLEL: f32 = 1e-6;
@@ -86,10 +88,37 @@ impl Plane {
     }
 }
 
+impl Plane {
+    /// t = (offset - n . (o + delta)) / (n . v), and v is the same for all rays.
+    #[inline(always)]
+    fn intersect_parallel(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
+        let PlaneEquation { normal, offset } = self.equation;
+        let along = dot(normal, rays.middle);
+        if along.abs() < f64::from(PARALLEL) {
+            return;
+        }
+        let face = face + if along > 0.0 { INSIDE } else { 0 };
+        let middle = ((offset - dot(normal, rays.origin)) / along) as f32;
+        let [x, y, _] = to_f32(scale(normal, -1.0 / along));
+        let limits = rays.limits();
+        let mut close = 0;
+        for lane in 0..LANES {
+            let t = middle + (x * rays.dx[lane] + y * rays.dy[lane]);
+            close += offer_parallel((&mut hits.t[lane], &mut hits.face[lane]), limits, t, face);
+        }
+        hits.close += close;
+    }
+}
+
 impl Primitive for Plane {
     /// t = offset / (n . v)
     #[inline(always)]
     fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
+        if rays.are_parallel() {
+            self.intersect_parallel(face, rays, hits);
+            return;
+        }
+        let face = face + if self.equation.offset > 0.0 { INSIDE } else { 0 };
         let middle = dot(self.equation.normal, rays.middle) as f32;
         let [nx, ny, _] = to_f32(self.equation.normal);
         let offset = self.equation.offset as f32;
@@ -103,24 +132,26 @@ impl Primitive for Plane {
         hits.close += close;
     }
 
-    /// t = offset / (n . v), in float64, infinite where it is not ahead; and |n.v|.
-    fn depth(&self, v: Vector) -> (f64, f64) {
-        let along = dot(self.equation.normal, v);
-        let t = self.equation.offset / along;
-        (if t > 0.0 { t } else { f64::INFINITY }, along.abs())
+    /// t = (offset - n . o) / (n . v), in float64, infinite where it is not ahead; and |n.v|.
+    fn depth(&self, ray: Ray) -> (f64, f64) {
+        let along = dot(self.equation.normal, ray.direction);
+        let t = (self.equation.offset - dot(self.equation.normal, ray.origin)) / along;
+        (if t > ray.start { t } else { f64::INFINITY }, along.abs())
     }
 
     #[inline(always)]
-    fn compute_points(&self, _face: u32, rays: &Rays, (t, _): (f64, impl Fn() -> Vector), points: &mut Points) {
-        self.equation.facing_the_eye().compute_points(t, rays, points);
+    fn compute_points(&self, face: u32, rays: &Rays, (t, _): (f64, impl Fn() -> Ray), points: &mut Points) {
+        self.equation.facing_the_eye(face).compute_points(t, rays, points);
     }
 
     /// Darken the points on the other side of the plane.
     #[inline(always)]
     fn occlude(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>) {
-        let light = contact.map_or_else(|| self.equation.height(shadow.light), |contact| contact.height);
-        // A light on the plane, such as one on the ceiling, shines to both sides.
-        if light == 0.0 {
+        let height_of_light = || self.equation.height_of_apex(shadow.light);
+        let light = contact.map_or_else(height_of_light, |contact| contact.height);
+        // A light on the plane, such as one on the ceiling, shines to both sides; so does one whose rays are parallel
+        // to it.
+        if light == 0.0 || (shadow.light.is_direction() && light.abs() < f64::from(PARALLEL)) {
             return;
         }
         let toward = scale(self.equation.normal, light.signum());
@@ -139,15 +170,22 @@ impl Primitive for Plane {
         }
     }
 
+    /// Not if all points and the emitter are on one side.
+    fn may_hide(&self, (apex, size): (Apex, f64), bounds: BoundingSphere) -> bool {
+        let (points, light) = (self.equation.height(bounds.center), self.equation.height_of_apex(apex));
+        let clear = ROUNDING * (l1_norm(bounds.center) + l1_norm(apex.at) + self.equation.offset.abs());
+        !(points.abs() > bounds.radius + clear && points.signum() * light > size + clear)
+    }
+
     /// The height above the plane decides.
     #[inline(always)]
-    fn is_lit_from(&self, _contact: Option<&Contact>, _light: Vector) -> bool {
+    fn is_lit_from(&self, _face: u32, _contact: Option<&Contact>, _light: Apex) -> bool {
         true
     }
 
     #[inline(always)]
-    fn height(&self, _face: u32, light: &Contact) -> f64 {
-        if self.equation.offset > 0.0 { -light.height } else { light.height }
+    fn height(&self, face: u32, light: &Contact) -> f64 {
+        if from_inside(face) { -light.height } else { light.height }
     }
 
     fn magnitude(&self) -> f64 {
@@ -158,8 +196,12 @@ impl Primitive for Plane {
         None
     }
 
-    fn outline(&self) -> Outline {
-        Outline::of_plane(self.equation.normal, self.equation.offset)
+    fn outline(&self, projection: Projection) -> Outline {
+        let PlaneEquation { normal, offset } = self.equation;
+        match projection {
+            Projection::Perspective => Outline::of_plane(normal, offset),
+            Projection::Orthographic => Outline::of_plane_in_parallel(normal, offset),
+        }
     }
 }
 

@@ -1,6 +1,8 @@
 //! The points of a tile that lie on one face, the plane of a flat face, and the shadow rays from the points.
 
+use crate::apex::Apex;
 use crate::bounds::BoundingSphere;
+use crate::tile::hits::from_inside;
 use crate::tile::rays::Rays;
 use crate::tile::{LANES, Lanes, STEP};
 use crate::vector::{Vector, add, dot, l1_norm, length, scale, to_f32};
@@ -59,10 +61,11 @@ impl Points {
         self.count.next_multiple_of(STEP).min(LANES)
     }
 
-    /// Return the vector from a point to another, given relative to the reference.
+    /// Return the vector from a point to an apex, given by the vector from the reference: the same one if the apex is
+    /// infinitely far away. That is a constant, since a weight would take a tenth of the loops' time.
     #[inline(always)]
-    pub(crate) fn toward(&self, point: [f32; 3], i: usize) -> [f32; 3] {
-        std::array::from_fn(|axis| point[axis] - self.offset[axis][i])
+    pub(crate) fn toward<const PARALLEL: bool>(&self, apex: [f32; 3], i: usize) -> [f32; 3] {
+        std::array::from_fn(|axis| if PARALLEL { apex[axis] } else { apex[axis] - self.offset[axis][i] })
     }
 
     /// A point, relative to the reference.
@@ -111,7 +114,7 @@ impl Points {
 /// or of arrays of integers, it makes shuffles, gathers or nothing, depending on the context: a quarter of a
 /// picture's time.
 #[inline(always)]
-fn extremes(values: &[f32]) -> [f32; 2] {
+pub(crate) fn extremes(values: &[f32]) -> [f32; 2] {
     let (mut low, mut high) = (i32::MAX, i32::MIN);
     for value in values {
         let bits = ordered(value.to_bits() as i32);
@@ -153,10 +156,16 @@ impl PlaneEquation {
         dot(self.normal, point) - self.offset
     }
 
-    /// The same plane, with its normal on the eye's side.
+    /// The signed distance of an apex, or the cosine of the angle between the normal and its direction.
     #[inline(always)]
-    pub(crate) fn facing_the_eye(&self) -> PlaneEquation {
-        let sign = if self.offset > 0.0 { -1.0 } else { 1.0 };
+    pub(crate) fn height_of_apex(&self, apex: Apex) -> f64 {
+        dot(self.normal, apex.at) - apex.weight * self.offset
+    }
+
+    /// The same plane, with its normal on the side from which a face is seen.
+    #[inline(always)]
+    pub(crate) fn facing_the_eye(&self, face: u32) -> PlaneEquation {
+        let sign = if from_inside(face) { -1.0 } else { 1.0 };
         PlaneEquation { normal: self.normal.map(|component| sign * component), offset: sign * self.offset }
     }
 
@@ -165,19 +174,24 @@ impl PlaneEquation {
     /// With v = middle + delta and the parameter t + tau:
     ///
     /// tau = (offset - t (n . v)) / (n . v),  P - reference = t delta + tau v
+    ///
+    /// Parallel rays start at o + delta instead, o the origin of the middle one, and v is the same for all:
+    ///
+    /// tau = (offset - n . (o + t v) - n . delta) / (n . v),  P - reference = delta + tau v
     #[inline(always)]
     pub(crate) fn compute_points(self, t: f64, rays: &Rays, points: &mut Points) {
         let along_middle = dot(self.normal, rays.middle);
-        let rest = (self.offset - t * along_middle) as f32;
+        let rest = (self.offset - dot(self.normal, rays.origin) - t * along_middle) as f32;
         let [nx, ny, _] = to_f32(self.normal);
-        let reference = scale(rays.middle, t);
-        let (middle, t) = (along_middle as f32, t as f32);
+        let reference = add(rays.origin, scale(rays.middle, t));
+        let (middle, divergence) = (along_middle as f32, rays.divergence(t) as f32);
+        let turn = if rays.are_parallel() { 0.0 } else { 1.0 };
         for lane in 0..points.padded() {
             let (dx, dy) = (rays.dx[lane], rays.dy[lane]);
             let across = nx * dx + ny * dy;
-            let tau = (rest - t * across) / (middle + across);
-            points.offset[0][lane] = t * dx + tau * rays.x[lane];
-            points.offset[1][lane] = t * dy + tau * rays.y[lane];
+            let tau = (rest - divergence * across) / (middle + turn * across);
+            points.offset[0][lane] = divergence * dx + tau * rays.x[lane];
+            points.offset[1][lane] = divergence * dy + tau * rays.y[lane];
             points.offset[2][lane] = tau;
         }
         (points.reference, points.plane) = (reference, Some(self));
@@ -187,11 +201,11 @@ impl PlaneEquation {
 /// Points, and the irradiance from one light at each.
 pub(crate) struct ShadowRays<'a> {
     pub(crate) points: &'a Points,
-    /// The position of the light.
-    pub(crate) light: Vector,
-    /// The squared distance of each to the light.
+    /// The light.
+    pub(crate) light: Apex,
+    /// The squared length of the vector from each to the light.
     pub(crate) squared: &'a Lanes,
-    /// cos(theta) / r^2, and 0 where the light is hidden.
+    /// cos(theta) / r^2, or cos(theta) of a light infinitely far away, and 0 where the light is hidden.
     pub(crate) irradiance: &'a mut Lanes,
     /// A bounding sphere of the points.
     pub(crate) bounds: BoundingSphere,
@@ -223,7 +237,7 @@ impl ShadowRays<'_> {
     /// The same for the distance between the light and an object.
     #[inline(always)]
     pub(crate) fn rounding_at_light(&self, size: f64) -> f64 {
-        ROUNDING * (l1_norm(self.light) + size)
+        ROUNDING * (l1_norm(self.light.at) + size)
     }
 }
 

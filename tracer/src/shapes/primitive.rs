@@ -1,12 +1,14 @@
 //! The traits of every shape: its description in a scene, and its operations in camera space.
 
+use crate::apex::Apex;
 use crate::bounds::BoundingSphere;
+use crate::camera::Projection;
 use crate::camera_space::CameraSpace;
 use crate::shapes::contact::Contact;
 use crate::shapes::outline::Outline;
 use crate::shapes::points::{Points, ShadowRays};
 use crate::tile::hits::HitBuffer;
-use crate::tile::rays::Rays;
+use crate::tile::rays::{Ray, Rays};
 use crate::vector::Vector;
 
 /// The axes of a shape in camera space, to which its faces are parallel.
@@ -14,11 +16,11 @@ use crate::vector::Vector;
 pub(crate) struct FaceAxes(pub(crate) [Vector; 3]);
 
 impl FaceAxes {
-    /// The axes along a face, given by its number: `intersect` numbers the faces across the first axis 0 and 1,
-    /// then those across the second.
+    /// The axes along a face, given by its number: `intersect` numbers the faces across the first axis 0 to 3, then
+    /// those across the second.
     pub(crate) fn along(&self, number: u32) -> [Vector; 2] {
         let [x, y, z] = self.0;
-        match number / 2 {
+        match number / 4 {
             0 => [y, z],
             1 => [x, z],
             _ => [x, y],
@@ -63,25 +65,30 @@ pub(crate) trait Description {
 ///
 /// Mark methods that work on lanes `#[inline(always)]`: they are compiled for each SIMD level.
 pub(crate) trait Primitive {
-    /// Offer the hits of rays, with the face numbers from `face` on.
+    /// Offer the hits of rays, with the face numbers from `face` on, and `INSIDE` in those that are seen from inside.
     fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer);
 
-    /// Return the depth at which the ray v = (x, y, 1) first hits the shape, in float64, infinite if it misses;
-    /// and |n.v| there.
-    fn depth(&self, v: Vector) -> (f64, f64);
+    /// Return the depth at which a ray first hits the shape, in float64, infinite if it misses; and |n.v| there.
+    fn depth(&self, ray: Ray) -> (f64, f64);
 
     /// Compute the points where rays hit a face. `depth` is the smallest depth, and a function that returns its
     /// ray.
-    fn compute_points(&self, face: u32, rays: &Rays, depth: (f64, impl Fn() -> Vector), points: &mut Points);
+    fn compute_points(&self, face: u32, rays: &Rays, depth: (f64, impl Fn() -> Ray), points: &mut Points);
 
     /// Darken the points from which the shape hides the light. `contact` is given if the light is close to the
     /// surface.
     fn occlude(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>);
 
-    /// Return whether a light is on the side of the surface that the eye sees.
-    fn is_lit_from(&self, contact: Option<&Contact>, light: Vector) -> bool;
+    /// Return whether the shape may hide a part of an emitter from points within a bounding sphere: a ball of radius
+    /// `size` around an apex, or directions up to an angle of that sine. Only infinite shapes are asked.
+    fn may_hide(&self, _emitter: (Apex, f64), _bounds: BoundingSphere) -> bool {
+        true
+    }
 
-    /// Return the height above a flat face of a light close to the shape, on the eye's side.
+    /// Return whether a light is on the side of the surface from which a face is seen.
+    fn is_lit_from(&self, face: u32, contact: Option<&Contact>, light: Apex) -> bool;
+
+    /// Return the height above a flat face of a light close to the shape, on the side from which it is seen.
     fn height(&self, face: u32, light: &Contact) -> f64;
 
     /// Return a bound on half the distance from the eye plus the size: rounding grows with it.
@@ -96,6 +103,6 @@ pub(crate) trait Primitive {
     /// Return a bounding sphere, None if the shape is infinite.
     fn bounds(&self) -> Option<BoundingSphere>;
 
-    /// Return the cone of directions in which the eye sees the shape.
-    fn outline(&self) -> Outline;
+    /// Return where in the picture the shape appears.
+    fn outline(&self, projection: Projection) -> Outline;
 }

@@ -10,16 +10,18 @@
 //! float64 and float32 only adds differences within the tile (after E. Haines et al., "Precision Improvements
 //! for Ray/Sphere Intersection", Ray Tracing Gems, 2019).
 
+use crate::apex::Apex;
 use crate::bounds::BoundingSphere;
+use crate::camera::Projection;
 use crate::camera_space::CameraSpace;
 use crate::shapes::contact::{Contact, Side, rounding};
 use crate::shapes::outline::{CircularCone, Outline};
 use crate::shapes::points::{Points, ShadowRays};
 use crate::shapes::primitive::{Description, Primitive};
-use crate::tile::hits::{HitBuffer, offer};
-use crate::tile::rays::Rays;
+use crate::tile::hits::{HitBuffer, INSIDE, from_inside, offer, offer_parallel};
+use crate::tile::rays::{Ray, Rays};
 use crate::tile::{LANES, SIDE};
-use crate::vector::{Vector, cross, dot, l1_norm, length, scale, sub, to_f32};
+use crate::vector::{Vector, add, cross, dot, l1_norm, length, scale, sub, to_f32};
 
 /// Rays of whole rows, tested together for whether any of them hits a curved surface.
 pub(crate) const RAYS_PER_TEST: usize = 64;
@@ -55,6 +57,25 @@ struct RaySetup {
     power_of_eye: f32,
     radius: f32,
     /// Whether the eye is inside, or close.
+    near: bool,
+}
+
+/// The constants of a sphere for parallel rays of a tile, in units of its radius.
+///
+/// A ray from o + delta along z has the moment m = (c_y - o_y, o_x - c_x) about the centre, plus (-delta_y, delta_x),
+/// and
+///
+/// D = 1 - m.m,  b = c_z,  k = m.m + c_z^2 - 1
+///
+/// give the roots b -+ sqrt(D), whose product is k.
+pub(crate) struct ParallelSetup {
+    per_radius: f32,
+    /// The middle ray's m, D and k.
+    moment: [f32; 2],
+    discriminant: f32,
+    power: f32,
+    along: f32,
+    /// Whether the middle ray passes the centre at two radii or less.
     near: bool,
 }
 
@@ -108,11 +129,12 @@ impl Sphere {
         Sphere { center, radius, power_of_eye }
     }
 
-    /// The side of a point that is not close to the surface.
+    /// The side of a light that is not close to the surface.
     #[inline(always)]
-    fn side(&self, point: Vector) -> Side {
-        let c = sub(self.center, point);
-        if dot(c, c) > self.radius * self.radius { Side::Outside } else { Side::Inside }
+    fn side(&self, light: Apex) -> Side {
+        let c = sub(self.center, light.at);
+        let outside = light.is_direction() || dot(c, c) > self.radius * self.radius;
+        if outside { Side::Outside } else { Side::Inside }
     }
 
     /// Whether the eye sees the outside; an eye on the surface sees the inside.
@@ -135,8 +157,65 @@ impl Sphere {
         }
     }
 
-    /// Compute points on the sphere, seen from outside or inside, with normals that face the eye, and return their
-    /// reference point.
+    #[inline(always)]
+    pub(crate) fn parallel_setup(&self, rays: &Rays) -> ParallelSetup {
+        let c = scale(sub(self.center, rays.origin), 1.0 / self.radius);
+        let beside = length([c[0], c[1], 0.0]);
+        let discriminant = (1.0 - beside) * (1.0 + beside);
+        ParallelSetup {
+            per_radius: (1.0 / self.radius) as f32,
+            moment: [c[1] as f32, -c[0] as f32],
+            discriminant: discriminant as f32,
+            power: (c[2] * c[2] - discriminant) as f32,
+            along: c[2] as f32,
+            near: beside < 2.0,
+        }
+    }
+
+    /// Offer the nearest root ahead of the plane on which the rays start.
+    #[inline(always)]
+    fn intersect_parallel(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
+        let setup = self.parallel_setup(rays);
+        let (limits, radius) = (rays.limits(), self.radius as f32);
+        let mut close = 0;
+        for test in 0..LANES / RAYS_PER_TEST {
+            if !setup.crosses_rows(rays, test * RAYS_PER_TEST) {
+                continue;
+            }
+            for i in 0..RAYS_PER_TEST {
+                let lane = test * RAYS_PER_TEST + i;
+                let (near, far) = setup.roots(rays.dx[lane], rays.dy[lane]);
+                let inside = near * radius <= limits.0;
+                let t = radius * if inside { far } else { near };
+                let face = face + if inside { INSIDE } else { 0 };
+                close += offer_parallel((&mut hits.t[lane], &mut hits.face[lane]), limits, t, face);
+            }
+        }
+        hits.close += close;
+    }
+
+    /// Compute points where parallel rays hit the sphere, relative to its centre.
+    ///
+    /// n = (m_1, -m_0, -s) at the near root, and -(m_1, -m_0, s) at the far one, seen from inside
+    #[inline(always)]
+    fn points_in_parallel(&self, turn: f32, rays: &Rays, points: &mut Points) {
+        let setup = self.parallel_setup(rays);
+        let out = turn * self.radius as f32;
+        for lane in 0..points.padded() {
+            let (dx, dy) = (rays.dx[lane], rays.dy[lane]);
+            let m = setup.moment(dx, dy);
+            let (d, _) = setup.ray(dx, dy);
+            let s = if d > 0.0 { d.sqrt() } else { 0.0 };
+            let normal = [turn * m[1], -turn * m[0], -s];
+            for i in 0..3 {
+                points.normal[i][lane] = normal[i];
+                points.offset[i][lane] = out * normal[i];
+            }
+        }
+    }
+
+    /// Compute points on the sphere, with normals on the side from which the face is seen, and return their reference
+    /// point.
     ///
     /// n = -(v x m + s v) / v.v at the near root, (v x m - s v) / v.v at the far one, seen from inside
     ///
@@ -149,16 +228,20 @@ impl Sphere {
     #[inline(always)]
     pub(crate) fn points_on(
         &self,
-        outside: bool,
-        (t, nearest): (f64, impl Fn() -> Vector),
+        face: u32,
+        (t, nearest): (f64, impl Fn() -> Ray),
         rays: &Rays,
         points: &mut Points,
     ) -> Vector {
-        if self.is_flat_within(outside, t, rays) {
-            return self.points_on_patch(outside, nearest(), rays, points);
+        if self.is_flat_within(face, t, rays) {
+            return self.points_on_patch(face, nearest(), rays, points);
+        }
+        let turn = if from_inside(face) { -1.0 } else { 1.0 };
+        if rays.are_parallel() {
+            self.points_in_parallel(turn, rays, points);
+            return self.center;
         }
         let setup = self.ray_setup(rays.middle);
-        let turn = if outside { 1.0 } else { -1.0 };
         let out = turn * setup.radius;
         for lane in 0..points.padded() {
             let m = setup.moment(rays.dx[lane], rays.dy[lane]);
@@ -175,7 +258,7 @@ impl Sphere {
                 points.offset[i][lane] = out * normal[i];
             }
         }
-        if setup.near && outside {
+        if setup.near && !from_inside(face) {
             self.points_nearby(&setup, t, rays, points);
             points.error += (t * NEAR_ROUNDING) as f32;
             return scale(rays.middle, t);
@@ -186,31 +269,35 @@ impl Sphere {
     /// Whether float32 cannot resolve the points from the centre: the tile sees an almost flat patch, or the eye
     /// is just below the surface.
     #[inline(always)]
-    fn is_flat_within(&self, outside: bool, t: f64, rays: &Rays) -> bool {
-        let patch = t * (rays.half_size.0 + rays.half_size.1);
-        let below = !outside && -self.power_of_eye < FLAT * self.radius * self.radius;
+    fn is_flat_within(&self, face: u32, t: f64, rays: &Rays) -> bool {
+        let patch = rays.divergence(t) * (rays.half_size.0 + rays.half_size.1);
+        let below =
+            !rays.are_parallel() && from_inside(face) && -self.power_of_eye < FLAT * self.radius * self.radius;
         patch < FLAT * self.radius || below
     }
 
     /// Compute points relative to the hit of a ray v_0, at depth t_0 with the outward normal n_0.
     ///
-    /// With e = t_0 (v - v_0) / R and the depth t_0 + R tau, |n_0 + e + tau v| = 1 gives
+    /// With e = t_0 (v - v_0) / R, or (o - o_0) / R of parallel rays, and the depth t_0 + R tau, |n_0 + e + tau v| = 1
+    /// gives
     ///
     /// tau = -k / (h -+ sqrt(h^2 - k v.v)),  h = (n_0 + e).v,  k = (2 n_0 + e).e
     #[inline(always)]
-    fn points_on_patch(&self, outside: bool, v_0: Vector, rays: &Rays, points: &mut Points) -> Vector {
-        let (depth, _) = self.depth_seen(outside, v_0);
+    fn points_on_patch(&self, face: u32, ray: Ray, rays: &Rays, points: &mut Points) -> Vector {
+        let (v_0, (depth, _)) = (ray.direction, self.depth_seen(from_inside(face), ray));
         let t_0 = if depth.is_finite() {
             depth
         } else {
             // The ray grazes the sphere, and float64 just misses it.
-            dot(self.center, v_0) / dot(v_0, v_0)
+            dot(sub(self.center, ray.origin), v_0) / dot(v_0, v_0)
         };
-        let reference = scale(v_0, t_0);
+        let reference = add(ray.origin, scale(v_0, t_0));
         let outward = sub(reference, self.center);
         let n_0 = to_f32(scale(outward, 1.0 / length(outward)));
-        let (x_0, y_0) = ((v_0[0] - rays.middle[0]) as f32, (v_0[1] - rays.middle[1]) as f32);
-        let (per_radius, radius) = ((t_0 / self.radius) as f32, self.radius as f32);
+        let beside = add(sub(v_0, rays.middle), sub(ray.origin, rays.origin));
+        let (x_0, y_0) = (beside[0] as f32, beside[1] as f32);
+        let (per_radius, radius) = ((rays.divergence(t_0) / self.radius) as f32, self.radius as f32);
+        let outside = !from_inside(face);
         let turn = if outside { 1.0 } else { -1.0 };
         for lane in 0..points.padded() {
             let v = [rays.x[lane], rays.y[lane], 1.0];
@@ -251,17 +338,83 @@ impl Sphere {
         }
     }
 
+    /// Darken the points from which the sphere hides the light.
+    ///
+    /// With w from the point to the light, q and c from the point and the light to the centre, and M = c x -w: the
+    /// line hits the sphere where M.M <= R^2 w.w, and does so between the two if q.w > 0 and c.w < 0; or if one
+    /// of them is inside. Of a light in the direction d, infinitely far away, w is d and c is -d. A point is outside if its power q.q - R^2 is above 0. With the offset p from the
+    /// reference, q = q_r - p; where the reference is close to the sphere nothing cancels in
+    ///
+    /// q.q - R^2 = (q_r.q_r - R^2) - p.(q_r + q)
+    ///
+    /// and where the sphere is almost flat, (q.w)^2 >= (q.q - R^2) w.w excludes lines that pass above its horizon.
+    /// The far side hides a light on the sphere from points outside.
+    #[inline(always)]
+    fn occlude_light<const PARALLEL: bool>(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>) {
+        let light = shadow.light;
+        let from_light = scale(light.from(self.center), -1.0);
+        let side = contact.map_or_else(|| self.side(light), |contact| contact.side);
+        let per_radius = 1.0 / self.radius;
+        let to_reference = scale(light.from(shadow.points.reference), -1.0);
+        let from_reference = sub(self.center, shadow.points.reference);
+        // c x (P_r - L) = q_r x (P_r - L): the shorter one does not cancel.
+        let light_is_closer = dot(from_light, from_light) < dot(from_reference, from_reference);
+        let arm = if light_is_closer && !light.is_direction() { from_light } else { from_reference };
+        let moment = to_f32(scale(cross(arm, to_reference), per_radius));
+        let c = to_f32(scale(from_light, per_radius));
+        let q_r = to_f32(scale(from_reference, per_radius));
+        let to_light = light.from_f32(shadow.points.reference);
+        // The power of a point at a height h is about 2 h R.
+        let rounding = (2.0 * shadow.rounding_at_points(self.radius) * per_radius) as f32;
+        let close = dot(from_reference, from_reference) < 2.25 * self.radius * self.radius;
+        let flat = close && shadow.bounds.radius < FLAT * self.radius;
+        let (inside, on) = (side == Side::Inside, side == Side::On);
+        let per_radius = per_radius as f32;
+        let points = shadow.points;
+        let q_of = |p: [f32; 3]| -> [f32; 3] { std::array::from_fn(|i| q_r[i] - p[i] * per_radius) };
+        let crosses = |lane: usize, p: [f32; 3]| {
+            let m = [
+                moment[0] + (c[1] * p[2] - c[2] * p[1]),
+                moment[1] + (c[2] * p[0] - c[0] * p[2]),
+                moment[2] + (c[0] * p[1] - c[1] * p[0]),
+            ];
+            product(m, m) <= shadow.squared[lane]
+        };
+        let is_between = |crosses: bool, along: f32, w: [f32; 3]| crosses & (along > 0.0) & (product(c, w) < 0.0);
+        let beyond = length(sub(self.center, shadow.bounds.center)) - shadow.bounds.radius;
+        if side == Side::Outside && beyond > self.radius && !flat {
+            // All points and the light are outside.
+            for lane in 0..points.padded() {
+                let p = points.offset.each_ref().map(|axis| axis[lane]);
+                let w = points.toward::<PARALLEL>(to_light, lane);
+                let hidden = is_between(crosses(lane, p), product(q_of(p), w), w);
+                shadow.darken(lane, hidden);
+            }
+            return;
+        }
+        let power_r = (power_of_point(from_reference, self.radius) / (self.radius * self.radius)) as f32;
+        // Rounding changes a q.q close to 1 by less than 1e-6.
+        let rounding = if close { rounding } else { rounding + 1e-6 };
+        for lane in 0..points.padded() {
+            let p = points.offset.each_ref().map(|axis| axis[lane]);
+            let (q, w) = (q_of(p), points.toward::<PARALLEL>(to_light, lane));
+            let sum = [q_r[0] + q[0], q_r[1] + q[1], q_r[2] + q[2]];
+            let power = if close { power_r - per_radius * product(p, sum) } else { product(q, q) - 1.0 };
+            let slack = 2.0 * points.slack(lane) * per_radius + rounding;
+            let along = product(q, w);
+            let crosses = if flat { along * along >= power * shadow.squared[lane] } else { crosses(lane, p) };
+            let between = is_between(crosses, along, w);
+            let (above, below) = (power > slack, power < -slack);
+            let hidden = (inside & above) | (on & above & between) | (!inside & !on & (below | between));
+            shadow.darken(lane, hidden);
+        }
+    }
+
     /// Offer the nearest positive root of the rays that are wanted.
     #[inline(always)]
-    pub(crate) fn offer_hits(
-        &self,
-        outside: bool,
-        wanted: impl Fn(usize) -> bool,
-        face: u32,
-        rays: &Rays,
-        hits: &mut HitBuffer,
-    ) {
+    pub(crate) fn offer_hits(&self, wanted: impl Fn(usize) -> bool, face: u32, rays: &Rays, hits: &mut HitBuffer) {
         let setup = self.ray_setup(rays.middle);
+        let outside = !from_inside(face);
         let mut close = 0;
         for test in 0..LANES / RAYS_PER_TEST {
             if !setup.crosses_rows(rays, test * RAYS_PER_TEST) {
@@ -301,120 +454,65 @@ impl Sphere {
         hits.close += close;
     }
 
+    /// The depths of the roots, and |n.v| there.
+    ///
     /// D = R^2 - g.g, with g = c - (c.d) d from the centre's foot on the ray to the centre, |d| = 1; |n.d| =
     /// sqrt(D) / R
-    pub(crate) fn depth_seen(&self, outside: bool, v: Vector) -> (f64, f64) {
-        let size = length(v);
-        let d = scale(v, 1.0 / size);
-        let b = dot(self.center, d);
-        let g = sub(self.center, scale(d, b));
+    fn roots(&self, ray: Ray) -> (f64, f64, f64) {
+        let size = length(ray.direction);
+        let d = scale(ray.direction, 1.0 / size);
+        let center = sub(self.center, ray.origin);
+        let power = if ray.origin == [0.0; 3] { self.power_of_eye } else { power_of_point(center, self.radius) };
+        let b = dot(center, d);
+        let g = sub(center, scale(d, b));
         let s = (self.radius * self.radius - dot(g, g)).sqrt();
-        let t = if outside {
-            self.power_of_eye / (b + s)
-        } else if b >= 0.0 {
-            b + s
-        } else {
-            self.power_of_eye / (b - s)
-        };
-        let depth = if t > 0.0 { t / size } else { f64::INFINITY };
-        (depth, s / self.radius * size)
+        let (near, far) = if b >= 0.0 { (power / (b + s), b + s) } else { (b - s, power / (b - s)) };
+        (near / size, far / size, s / self.radius * size)
+    }
+
+    /// The depth of the near root, or of the far one if it is seen from inside; and |n.v| there.
+    pub(crate) fn depth_seen(&self, inside: bool, ray: Ray) -> (f64, f64) {
+        let (near, far, steepness) = self.roots(ray);
+        let depth = if inside { far } else { near };
+        (if depth > ray.start { depth } else { f64::INFINITY }, steepness)
     }
 }
 
 impl Primitive for Sphere {
     #[inline(always)]
     fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
-        self.offer_hits(self.eye_is_outside(), |_| true, face, rays, hits);
+        if rays.are_parallel() {
+            self.intersect_parallel(face, rays, hits);
+        } else {
+            let inside = if self.eye_is_outside() { 0 } else { INSIDE };
+            self.offer_hits(|_| true, face + inside, rays, hits);
+        }
     }
 
-    fn depth(&self, v: Vector) -> (f64, f64) {
-        self.depth_seen(self.eye_is_outside(), v)
+    fn depth(&self, ray: Ray) -> (f64, f64) {
+        let (near, ..) = self.roots(ray);
+        let outside = near > ray.start;
+        self.depth_seen(!outside, ray)
     }
 
     #[inline(always)]
-    fn compute_points(&self, _face: u32, rays: &Rays, depth: (f64, impl Fn() -> Vector), points: &mut Points) {
-        points.reference = self.points_on(self.eye_is_outside(), depth, rays, points);
+    fn compute_points(&self, face: u32, rays: &Rays, depth: (f64, impl Fn() -> Ray), points: &mut Points) {
+        points.reference = self.points_on(face, depth, rays, points);
     }
 
-    /// Darken the points from which the sphere hides the light.
-    ///
-    /// With w from the point to the light, q and c from the point and the light to the centre, and M = c x -w: the
-    /// line hits the sphere where M.M <= R^2 w.w, and does so between the two if q.w > 0 and c.w < 0; or if one
-    /// of them is inside. A point is outside if its power q.q - R^2 is above 0. With the offset p from the
-    /// reference, q = q_r - p; where the reference is close to the sphere nothing cancels in
-    ///
-    /// q.q - R^2 = (q_r.q_r - R^2) - p.(q_r + q)
-    ///
-    /// and where the sphere is almost flat, (q.w)^2 >= (q.q - R^2) w.w excludes lines that pass above its horizon.
-    /// The far side hides a light on the sphere from points outside.
     #[inline(always)]
     fn occlude(&self, contact: Option<&Contact>, shadow: &mut ShadowRays<'_>) {
-        let light = shadow.light;
-        let from_light = sub(self.center, light);
-        let side = contact.map_or_else(|| self.side(light), |contact| contact.side);
-        let per_radius = 1.0 / self.radius;
-        let to_reference = sub(shadow.points.reference, light);
-        let from_reference = sub(self.center, shadow.points.reference);
-        // c x (P_r - L) = q_r x (P_r - L): the shorter one does not cancel.
-        let arm = if dot(from_light, from_light) < dot(from_reference, from_reference) {
-            from_light
+        if shadow.light.is_direction() {
+            self.occlude_light::<true>(contact, shadow);
         } else {
-            from_reference
-        };
-        let moment = to_f32(scale(cross(arm, to_reference), per_radius));
-        let c = to_f32(scale(from_light, per_radius));
-        let q_r = to_f32(scale(from_reference, per_radius));
-        let to_light = to_f32(sub(light, shadow.points.reference));
-        // The power of a point at a height h is about 2 h R.
-        let rounding = (2.0 * shadow.rounding_at_points(self.radius) * per_radius) as f32;
-        let close = dot(from_reference, from_reference) < 2.25 * self.radius * self.radius;
-        let flat = close && shadow.bounds.radius < FLAT * self.radius;
-        let (inside, on) = (side == Side::Inside, side == Side::On);
-        let per_radius = per_radius as f32;
-        let points = shadow.points;
-        let q_of = |p: [f32; 3]| -> [f32; 3] { std::array::from_fn(|i| q_r[i] - p[i] * per_radius) };
-        let crosses = |lane: usize, p: [f32; 3]| {
-            let m = [
-                moment[0] + (c[1] * p[2] - c[2] * p[1]),
-                moment[1] + (c[2] * p[0] - c[0] * p[2]),
-                moment[2] + (c[0] * p[1] - c[1] * p[0]),
-            ];
-            product(m, m) <= shadow.squared[lane]
-        };
-        let is_between = |crosses: bool, along: f32, w: [f32; 3]| crosses & (along > 0.0) & (product(c, w) < 0.0);
-        let beyond = length(sub(self.center, shadow.bounds.center)) - shadow.bounds.radius;
-        if side == Side::Outside && beyond > self.radius && !flat {
-            // All points and the light are outside.
-            for lane in 0..points.padded() {
-                let p = points.offset.each_ref().map(|axis| axis[lane]);
-                let w = points.toward(to_light, lane);
-                let hidden = is_between(crosses(lane, p), product(q_of(p), w), w);
-                shadow.darken(lane, hidden);
-            }
-            return;
-        }
-        let power_r = (power_of_point(from_reference, self.radius) / (self.radius * self.radius)) as f32;
-        // Rounding changes a q.q close to 1 by less than 1e-6.
-        let rounding = if close { rounding } else { rounding + 1e-6 };
-        for lane in 0..points.padded() {
-            let p = points.offset.each_ref().map(|axis| axis[lane]);
-            let (q, w) = (q_of(p), points.toward(to_light, lane));
-            let sum = [q_r[0] + q[0], q_r[1] + q[1], q_r[2] + q[2]];
-            let power = if close { power_r - per_radius * product(p, sum) } else { product(q, q) - 1.0 };
-            let slack = 2.0 * points.slack(lane) * per_radius + rounding;
-            let along = product(q, w);
-            let crosses = if flat { along * along >= power * shadow.squared[lane] } else { crosses(lane, p) };
-            let between = is_between(crosses, along, w);
-            let (above, below) = (power > slack, power < -slack);
-            let hidden = (inside & above) | (on & above & between) | (!inside & !on & (below | between));
-            shadow.darken(lane, hidden);
+            self.occlude_light::<false>(contact, shadow);
         }
     }
 
     #[inline(always)]
-    fn is_lit_from(&self, contact: Option<&Contact>, light: Vector) -> bool {
+    fn is_lit_from(&self, face: u32, contact: Option<&Contact>, light: Apex) -> bool {
         let side = contact.map_or_else(|| self.side(light), |contact| contact.side);
-        side.sees_from(self.eye_is_outside())
+        side.illuminates(from_inside(face))
     }
 
     #[inline(always)]
@@ -430,8 +528,11 @@ impl Primitive for Sphere {
         Some(BoundingSphere { center: self.center, radius: self.radius })
     }
 
-    fn outline(&self) -> Outline {
-        CircularCone::outline(self.center, self.radius)
+    fn outline(&self, projection: Projection) -> Outline {
+        match projection {
+            Projection::Perspective => CircularCone::outline(self.center, self.radius),
+            Projection::Orthographic => Outline::of_sphere_in_parallel(self.center, self.radius),
+        }
     }
 }
 
@@ -487,6 +588,48 @@ impl RaySetup {
     #[inline(always)]
     fn along(&self, dx: f32, dy: f32) -> f32 {
         self.along + (self.center[0] * dx + self.center[1] * dy)
+    }
+}
+
+impl ParallelSetup {
+    /// The near and the far root of a ray relative to the middle one, in units of the radius; NaN if it misses.
+    #[inline(always)]
+    pub(crate) fn roots(&self, dx: f32, dy: f32) -> (f32, f32) {
+        let (discriminant, power) = self.ray(dx, dy);
+        let s = discriminant.sqrt();
+        let ahead = self.along >= 0.0;
+        let far_from_zero = if ahead { self.along + s } else { self.along - s };
+        let other = power / far_from_zero;
+        if ahead { (other, far_from_zero) } else { (far_from_zero, other) }
+    }
+
+    /// m of a ray relative to the middle one.
+    #[inline(always)]
+    fn moment(&self, dx: f32, dy: f32) -> [f32; 2] {
+        [self.moment[0] - self.per_radius * dy, self.moment[1] + self.per_radius * dx]
+    }
+
+    /// D and k of a ray relative to the middle one. Close to that, neither cancels in the difference of m.m.
+    #[inline(always)]
+    fn ray(&self, dx: f32, dy: f32) -> (f32, f32) {
+        let m = self.moment(dx, dy);
+        if self.near {
+            let (dx, dy) = (self.per_radius * dx, self.per_radius * dy);
+            let change = (self.moment[1] + m[1]) * dx - (self.moment[0] + m[0]) * dy;
+            (self.discriminant - change, self.power + change)
+        } else {
+            let discriminant = 1.0 - (m[0] * m[0] + m[1] * m[1]);
+            (discriminant, self.along * self.along - discriminant)
+        }
+    }
+
+    /// Whether rays of whole rows may hit the sphere: m_0, constant along a row, has to be below 1.
+    #[inline(always)]
+    fn crosses_rows(&self, rays: &Rays, first: usize) -> bool {
+        let top = self.moment(0.0, rays.dy[first])[0];
+        let bottom = self.moment(0.0, rays.dy[first + RAYS_PER_TEST - 1])[0];
+        let beyond = |m: f32| m.abs() > 1.001;
+        !((top > 0.0) == (bottom > 0.0) && beyond(top) && beyond(bottom))
     }
 }
 

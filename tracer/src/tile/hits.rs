@@ -21,8 +21,18 @@ pub(crate) const NO_FACE: u32 = u32::MAX;
 /// ray does not graze them.
 pub(crate) const CLOSE: f32 = 3e-6;
 
-/// A face number holds the object's number in its upper bits, and the side of a box in its 3 lower bits.
-pub(crate) const FACE_BITS: u32 = 3;
+/// A face number holds the object's number in its upper bits, the side of a box in the middle ones, and `INSIDE` in the
+/// lowest one.
+pub(crate) const FACE_BITS: u32 = 4;
+
+/// The bit of a face number for a face that is seen from inside the shape, or against the normal of a plane.
+pub(crate) const INSIDE: u32 = 1;
+
+/// Whether a face is seen from inside.
+#[inline(always)]
+pub(crate) fn from_inside(face: u32) -> bool {
+    face & INSIDE != 0
+}
 
 impl HitBuffer {
     pub(crate) fn new() -> HitBuffer {
@@ -78,6 +88,23 @@ impl HitBuffer {
 pub(crate) fn offer((best, best_face): (&mut f32, &mut u32), t: f32, face: u32) -> u32 {
     let close = (t - *best).abs() < CLOSE * t;
     let nearer = (t > 0.0) & (t < *best);
+    *best = if nearer { t } else { *best };
+    *best_face = if nearer { face } else { *best_face };
+    u32::from(close)
+}
+
+/// The same for parallel rays that start at a depth, the depths of which have a rounding that does not shrink with
+/// them.
+#[inline(always)]
+pub(crate) fn offer_parallel(
+    (best, best_face): (&mut f32, &mut u32),
+    (start, rounding): (f32, f32),
+    t: f32,
+    face: u32,
+) -> u32 {
+    let ahead = t > start;
+    let close = ahead & ((t - *best).abs() < CLOSE * t + rounding);
+    let nearer = ahead & (t < *best);
     *best = if nearer { t } else { *best };
     *best_face = if nearer { face } else { *best_face };
     u32::from(close)

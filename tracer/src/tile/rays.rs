@@ -4,22 +4,43 @@
 //! carries differences within the tile, and a small object far away is as round as a large one nearby. The grid of
 //! tiles is fixed to the picture: no pixel depends on the division among threads, or on a crop.
 
+use crate::camera::Projection;
+use crate::tile::hits::CLOSE;
 use crate::tile::{LANES, Lanes, SIDE, STEP, View};
 use crate::vector::{Vector, to_f32};
 
-/// Rays v = (x, y, 1) of a tile, through the same point of each pixel, or some of them.
+/// The rounding of the plane on which parallel rays start, as a share of how far they are from its middle.
+const START_ROUNDING: f64 = 1e-13;
+
+/// A ray o + t v; t is the depth.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ray {
+    pub(crate) origin: Vector,
+    pub(crate) direction: Vector,
+    /// Only what it meets at a larger depth counts.
+    pub(crate) start: f64,
+}
+
+/// Rays of a tile, through the same point of each pixel, or some of them.
+///
+/// Through the point (x, y, 1) of the image plane, those of a pencil are v = (x, y, 1) from the eye, which is the
+/// origin, and parallel ones v = (0, 0, 1) from (x, y, 0).
 #[derive(Clone, Debug)]
 pub(crate) struct Rays {
     /// The number of rays.
     pub(crate) count: usize,
-    /// The ray through the middle of the part of the tile that is inside the picture.
+    pub(crate) projection: Projection,
+    /// The origin of the ray through the middle of the part of the tile that is inside the picture.
+    pub(crate) origin: Vector,
+    /// The direction of that ray.
     pub(crate) middle: Vector,
     /// Half the width and half the height of that part on the image plane.
     pub(crate) half_size: (f64, f64),
-    /// x minus that of the middle.
+    /// x on the image plane minus that of the middle.
     pub(crate) dx: Lanes,
-    /// y minus that of the middle.
+    /// y on the image plane minus that of the middle.
     pub(crate) dy: Lanes,
+    /// The components of v.
     pub(crate) x: Lanes,
     pub(crate) y: Lanes,
     /// v . v
@@ -54,6 +75,8 @@ impl Rays {
     pub(crate) fn new() -> Rays {
         Rays {
             count: 0,
+            projection: Projection::Perspective,
+            origin: [0.0; 3],
             middle: [0.0, 0.0, 1.0],
             half_size: (0.0, 0.0),
             dx: [0.0; LANES],
@@ -78,11 +101,13 @@ impl Rays {
         let (center_x, center_y) = view.center;
         self.count = LANES;
         // 2 (corner + inside / 2) is a whole number.
-        self.middle = [
-            (f64::from(2 * corner.0 + inside.0) - f64::from(view.width)) * half_width + center_x,
-            (f64::from(view.height) - f64::from(2 * corner.1 + inside.1)) * half_height + center_y,
-            1.0,
-        ];
+        let x = (f64::from(2 * corner.0 + inside.0) - f64::from(view.width)) * half_width + center_x;
+        let y = (f64::from(view.height) - f64::from(2 * corner.1 + inside.1)) * half_height + center_y;
+        self.projection = view.projection;
+        (self.origin, self.middle) = match view.projection {
+            Projection::Perspective => ([0.0; 3], [x, y, 1.0]),
+            Projection::Orthographic => ([x, y, 0.0], [0.0, 0.0, 1.0]),
+        };
         self.half_size = (f64::from(inside.0) * half_width, f64::from(inside.1) * half_height);
         let pattern = Pattern { inside, half_pixel: view.half_pixel, within };
         if self.pattern != pattern {
@@ -104,9 +129,45 @@ impl Rays {
     }
 
     /// The ray of a lane of a whole tile, in float64.
-    pub(crate) fn exact(&self, lane: usize) -> Vector {
+    pub(crate) fn exact(&self, lane: usize) -> Ray {
         let (dx, dy) = self.pattern.offset(lane);
-        [self.middle[0] + dx, self.middle[1] + dy, 1.0]
+        let beside = |[x, y, z]: Vector| [x + dx, y + dy, z];
+        match self.projection {
+            Projection::Perspective => Ray { origin: [0.0; 3], direction: beside(self.middle), start: 0.0 },
+            Projection::Orthographic => {
+                Ray { origin: beside(self.origin), direction: self.middle, start: self.start() }
+            }
+        }
+    }
+
+    /// Whether the rays are parallel.
+    #[inline(always)]
+    pub(crate) fn are_parallel(&self) -> bool {
+        self.projection == Projection::Orthographic
+    }
+
+    /// How far apart two rays are at a depth, per distance on the image plane.
+    #[inline(always)]
+    pub(crate) fn divergence(&self, depth: f64) -> f64 {
+        if self.are_parallel() { 1.0 } else { depth }
+    }
+
+    /// The depth at which a surface counts as seen: a surface in the plane on which parallel rays start is not.
+    #[inline(always)]
+    pub(crate) fn start(&self) -> f64 {
+        START_ROUNDING * (self.origin[0].abs() + self.origin[1].abs() + self.parallel_extent())
+    }
+
+    /// The depth at which parallel rays start, and the rounding of their depths in float32.
+    #[inline(always)]
+    pub(crate) fn limits(&self) -> (f32, f32) {
+        (self.start() as f32, CLOSE * self.parallel_extent() as f32)
+    }
+
+    /// The size of the tile for parallel rays, 0 for a pencil: float32 depths have a rounding that is a share of it.
+    #[inline(always)]
+    pub(crate) fn parallel_extent(&self) -> f64 {
+        if self.are_parallel() { self.half_size.0 + self.half_size.1 } else { 0.0 }
     }
 
     /// The width of a pixel on the image plane.
@@ -124,7 +185,8 @@ impl Rays {
     #[inline(always)]
     pub(crate) fn pick(&mut self, tile: &Rays, lanes: &[u8]) {
         self.count = lanes.len().min(LANES);
-        (self.middle, self.half_size) = (tile.middle, tile.half_size);
+        (self.projection, self.half_size) = (tile.projection, tile.half_size);
+        (self.origin, self.middle) = (tile.origin, tile.middle);
         for i in 0..self.padded() {
             let lane = usize::from(lanes[if i < self.count { i } else { 0 }]);
             self.dx[i] = tile.dx[lane];
@@ -136,6 +198,10 @@ impl Rays {
     /// Compute x, y and v . v from the middle ray, dx and dy.
     #[inline(always)]
     fn complete(&mut self) {
+        if self.are_parallel() {
+            (self.x, self.y, self.vv) = ([0.0; LANES], [0.0; LANES], [1.0; LANES]);
+            return;
+        }
         let [x, y, _] = to_f32(self.middle);
         for i in 0..self.padded() {
             self.x[i] = x + self.dx[i];

@@ -57,11 +57,11 @@ fn windows_may_be_one_pixel_or_the_widest_picture() {
 #[test]
 fn half_a_pixel_is_the_tangent_of_half_the_view_over_the_height() {
     let camera = Camera::along_z(7, 10, 90.0);
-    let view = View::new(&camera);
+    let view = View::new(&camera, 1.0);
     assert_eq!((view.width, view.height), (7, 10));
     assert!((view.half_pixel.0 - 0.1).abs() < 1e-16);
     assert_eq!(view.half_pixel.0, view.half_pixel.1);
-    let grid = View::in_grid(&camera, 5);
+    let grid = View::in_grid(&camera, 1.0, 5);
     assert_eq!((grid.width, grid.height), (5, 5));
     assert!((grid.half_pixel.0 - 0.14).abs() < 1e-16);
     assert!((grid.half_pixel.1 - 0.2).abs() < 1e-16);
@@ -70,7 +70,7 @@ fn half_a_pixel_is_the_tangent_of_half_the_view_over_the_height() {
 #[test]
 fn a_picture_off_the_view_has_its_middle_there_whatever_its_grid() {
     let camera = Camera { center: (3.0, -2.0), pixel_aspect: 0.5, ..Camera::along_z(6, 4, 90.0) };
-    for view in [View::new(&camera), View::in_grid(&camera, 8)] {
+    for view in [View::new(&camera, 1.0), View::in_grid(&camera, 1.0, 8)] {
         let mut rays = crate::tile::rays::Rays::new();
         rays.generate(view, (0, 0), CENTRE);
         // Half the width of 6 pixels is 1.5 of the half height of 4, times the pixel aspect.

@@ -10,7 +10,7 @@ use crate::shapes::primitive::Primitive;
 use crate::shapes::{Shape, Shapes};
 use crate::simd::Kernel;
 use crate::tile::hits::{HitBuffer, NO_FACE};
-use crate::tile::rays::Rays;
+use crate::tile::rays::{Ray, Rays};
 use crate::tile::{CENTRE, LANES, SIDE, Tile, View};
 use crate::world::Window;
 
@@ -66,7 +66,7 @@ impl Search {
     /// Count the pixels of a shape.
     #[inline(always)]
     fn count(&mut self, shape: Shape<'_>, work: &mut WorkCounter, cancelled: impl Fn() -> bool) -> u64 {
-        let outline = shape.outline();
+        let outline = shape.outline(self.view.projection);
         let mut covered = 0;
         let mut waiting = vec![self.all()];
         while let Some(square) = waiting.pop() {
@@ -74,7 +74,11 @@ impl Search {
                 return 0;
             }
             let Some(part) = self.clip(square) else { continue };
-            match outline.in_rectangle(&self.rectangle(part), |v| shape.depth(v).0.is_finite()) {
+            let is_met = |direction| {
+                let ray = Ray { origin: [0.0; 3], direction, start: 0.0 };
+                shape.depth(ray).0.is_finite()
+            };
+            match outline.in_rectangle(&self.rectangle(part), is_met) {
                 Overlap::None => {}
                 Overlap::Full => covered += part.pixels() as u64,
                 Overlap::Partial if square.side == SIDE => {

@@ -12,6 +12,7 @@ use crate::shapes::primitive::Primitive;
 use crate::tile::LANES;
 use crate::tile::hits::{CLOSE, FACE_BITS, HitBuffer};
 use crate::tile::rays::Rays;
+use crate::vector::l1_norm;
 
 /// Faces whose depths differ by less than this share are coincident.
 const COINCIDENT: f64 = 1.0 / (1_u64 << 41) as f64;
@@ -51,7 +52,8 @@ impl DepthResolver {
     pub(crate) fn resolve(&mut self, scene: &Scene, rays: &Rays, hits: &mut HitBuffer, stack: &mut Stack) {
         self.candidates.clear();
         let cone = Cone::of_tile(rays);
-        let limit = cone.along_axis(rays, hits.farthest() * (1.0 + CLOSE));
+        let rounding = rays.limits().1;
+        let limit = cone.along_axis(rays, hits.farthest() * (1.0 + CLOSE) + rounding);
         let mut traversal = scene.bvh.traverse(&cone, stack);
         while let Some(object) = traversal.next(limit) {
             self.take(scene, rays, hits, object);
@@ -63,7 +65,7 @@ impl DepthResolver {
         // A single close ray is usually where two surfaces cross.
         let tolerance = if hits.close == 1 { CROSSING * rays.pixel() } else { 0.0 };
         for candidates in self.candidates.chunk_by(|a, b| a.lane == b.lane) {
-            if let Some(seen) = first_of_the_nearest(candidates, tolerance) {
+            if let Some(seen) = first_of_the_nearest(candidates, |depth| tolerance * rays.divergence(depth)) {
                 let lane = usize::from(seen.lane);
                 // The float32 depth of this object alone.
                 (hits.face[lane], hits.t[lane]) = (seen.face, seen.t);
@@ -77,9 +79,11 @@ impl DepthResolver {
         let alone = &mut self.alone;
         alone.clear(rays);
         shape.intersect(object << FACE_BITS, rays, alone);
+        let rounding = rays.limits().1;
+        let sideways = l1_norm(rays.origin);
         for lane in 0..LANES {
             let (t, best) = (alone.t[lane], hits.t[lane]);
-            if (t - best).abs() <= 2.0 * CLOSE * best && t > 0.0 {
+            if (t - best).abs() <= 2.0 * (CLOSE * best + rounding) && t > 0.0 {
                 let (depth, along) = shape.depth(rays.exact(lane));
                 self.candidates.push(Candidate {
                     lane: lane as u8,
@@ -87,7 +91,8 @@ impl DepthResolver {
                     face: alone.face[lane],
                     t,
                     depth,
-                    slack: (ON_SURFACE * shape.magnitude_across(alone.face[lane]) + scene.coordinate_rounding)
+                    slack: (ON_SURFACE * (shape.magnitude_across(alone.face[lane]) + sideways)
+                        + scene.coordinate_rounding)
                         / along,
                 });
             }
@@ -96,8 +101,8 @@ impl DepthResolver {
 }
 
 /// Return the visible one of several candidates: the first object's among coincident ones. If none coincide and
-/// all depths differ by less than the share `tolerance`, their order in float32 decides.
-fn first_of_the_nearest(candidates: &[Candidate], tolerance: f64) -> Option<Candidate> {
+/// all depths differ by less than the tolerance at the nearest one, their order in float32 decides.
+fn first_of_the_nearest(candidates: &[Candidate], tolerance: impl Fn(f64) -> f64) -> Option<Candidate> {
     let all = candidates.iter().copied();
     let nearest = all.clone().min_by(|a, b| a.depth.total_cmp(&b.depth))?;
     if candidates.len() == 1 || !nearest.depth.is_finite() {
@@ -106,7 +111,8 @@ fn first_of_the_nearest(candidates: &[Candidate], tolerance: f64) -> Option<Cand
     let before = nearest.depth * (1.0 + COINCIDENT) + nearest.slack;
     let mut in_one_place = all.clone().filter(|candidate| candidate.depth - candidate.slack <= before);
     let first = in_one_place.next()?;
-    let crossing = all.clone().all(|candidate| candidate.depth - nearest.depth < tolerance * nearest.depth);
+    let tolerance = tolerance(nearest.depth);
+    let crossing = all.clone().all(|candidate| candidate.depth - nearest.depth < tolerance);
     if crossing && in_one_place.next().is_none() {
         return all.min_by(|a, b| a.t.total_cmp(&b.t));
     }

@@ -217,10 +217,10 @@ impl TileTracer {
         if lanes.is_empty() || !(lit || surface.is_some()) {
             return;
         }
-        // Each light visits the points and all planes; traversals of the tree count their own steps.
+        // Each light, or place of an emitter, visits the points and all planes; traversals of the tree count their own steps.
         let steps = steps_of(lanes.len());
         let per_light = steps * (1 + scene.unbounded.len() as u64);
-        if lit && !self.stack.work.take(per_light.saturating_mul(scene.lights.len() as u64)) {
+        if lit && !self.stack.work.take(per_light.saturating_mul(scene.pencils)) {
             return;
         }
         self.stack.steps_per_object = steps;

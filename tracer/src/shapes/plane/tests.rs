@@ -1,7 +1,9 @@
 use super::*;
+use crate::apex::Apex;
 use crate::oracle::*;
 use crate::tile::hits::NO_FACE;
 use crate::tile::{SIDE, View};
+use crate::vector::normalized;
 use crate::vector::{add, cross, length, rotate, sub};
 use proptest::prelude::*;
 
@@ -13,7 +15,7 @@ proptest! {
         let mut hits = HitBuffer::new();
         wall.to_kernel().get(0).intersect(FACE, &rays_of(view, corner), &mut hits);
         for lane in 0..LANES {
-            let v = exact_ray(view, corner, lane);
+            let v = exact_ray(view, corner, lane).direction;
             let steep = dot(normal, v) / length(v);
             let t = f64::from(hits.t[lane]);
             if steep.abs() > 2e-6 {
@@ -28,6 +30,31 @@ proptest! {
     }
 
     #[test]
+    fn parallel_rays_meet_a_plane_where_float64_says(tile in any_parallel_tile(), wall in any_plane()) {
+        let (view, corner) = tile;
+        let OracleShape::Plane { normal, offset } = wall else { unreachable!() };
+        let mut hits = HitBuffer::new();
+        wall.to_kernel().get(0).intersect(FACE, &rays_of(view, corner), &mut hits);
+        let across = view.half_pixel.0 * f64::from(SIDE);
+        for lane in 0..LANES {
+            let Ray { origin, direction, .. } = exact_ray(view, corner, lane);
+            let steep = dot(normal, direction);
+            let expected = (offset - dot(normal, origin)) / steep;
+            let rounding = 1e-6 * (expected.abs() + across / steep.abs());
+            if steep.abs() > 2e-6 && expected.abs() > rounding {
+                if expected > 0.0 {
+                    prop_assert!((f64::from(hits.t[lane]) - expected).abs() < rounding, "lane {lane}: {expected}");
+                } else {
+                    prop_assert_eq!(hits.face[lane], NO_FACE);
+                }
+            }
+        }
+        if normal[2].abs() > 0.01 {
+            check_parallel(&wall, tile)?;
+        }
+    }
+
+    #[test]
     fn points_lie_on_the_plane_and_on_their_rays(tile in any_tile(), wall in any_plane()) {
         let OracleShape::Plane { normal, .. } = wall else { unreachable!() };
         for (lanes, points) in surface_points(&wall, tile) {
@@ -36,7 +63,7 @@ proptest! {
             prop_assert!(length(cross(plane.normal, normal)) < 1e-15);
             for (i, &lane) in lanes.iter().enumerate() {
                 let point = point_of(&points, i);
-                let v = exact_ray(tile.0, tile.1, lane.into());
+                let v = exact_ray(tile.0, tile.1, lane.into()).direction;
                 let steep = dot(normal, v).abs() / length(v);
                 let local = length(sub(point, points.reference));
                 let off = wall.distance(point);
@@ -60,6 +87,8 @@ proptest! {
             let light = add(ball.center, scale(light, away * ball.radius));
             let offset = dot(normal, ball.center) + aside * ball.radius;
             check_occlusion(&OracleShape::Plane { normal, offset }, light, &points)?;
+            let direction = normalized(sub(light, ball.center));
+            check_occlusion(&OracleShape::Plane { normal, offset }, Apex::direction(direction), &points)?;
         }
     }
 

@@ -1,8 +1,10 @@
 use super::*;
+use crate::apex::Apex;
 use crate::oracle::*;
 use crate::tile::View;
 use crate::tile::hits::NO_FACE;
 use crate::vector::add;
+use crate::vector::normalized;
 use proptest::prelude::*;
 
 fn ball(center: Vector, radius: f64) -> OracleShape {
@@ -39,12 +41,19 @@ proptest! {
     }
 
     #[test]
+    fn parallel_rays_meet_a_sphere_where_float64_says(
+        (tile, shape) in any_parallel_tile().prop_flat_map(|tile| (Just(tile), shape_before(tile, -4.0..5.0)))
+    ) {
+        check_parallel(&ball(shape.center(), shape.size()), tile)?;
+    }
+
+    #[test]
     fn points_lie_on_the_sphere_and_on_their_rays((tile, center, radius) in tile_and_sphere(-4.0..5.0)) {
         for (lanes, points) in surface_points(&ball(center, radius), tile) {
             prop_assert!(points.plane.is_none());
             for (i, &lane) in lanes.iter().enumerate() {
                 let point = point_of(&points, i);
-                let v = exact_ray(tile.0, tile.1, lane.into());
+                let v = exact_ray(tile.0, tile.1, lane.into()).direction;
                 let v = scale(v, 1.0 / length(v));
                 // From inside points are as exact as the radius, from outside also as their distance.
                 let near = if length(center) > radius { radius.min(length(point)) } else { radius };
@@ -68,7 +77,7 @@ proptest! {
                 let expected = scale(outward, turn / length(outward));
                 prop_assert!(length(sub(normal, expected)) < 3e-6, "{normal:?} is not {expected:?}");
                 prop_assert!((length(normal) - 1.0).abs() < 1e-6, "{}", length(normal));
-                let v = exact_ray(tile.0, tile.1, lanes[i].into());
+                let v = exact_ray(tile.0, tile.1, lanes[i].into()).direction;
                 prop_assert!(dot(normal, v) < 1e-3 * length(v), "{}", dot(normal, v));
             }
         }
@@ -92,6 +101,7 @@ proptest! {
                 add(position, scale(sub(add(position, scale(light, radius)), middle), distances.1))
             };
             check_occlusion(&ball(position, radius), toward, &points)?;
+            check_occlusion(&ball(position, radius), Apex::direction(normalized(sub(toward, middle))), &points)?;
         }
     }
 }

@@ -14,7 +14,7 @@ fn whole(world: &World) -> Window {
 }
 
 fn search(world: &World, window: Window) -> Search {
-    Search { view: View::new(&world.camera), window, rays: Rays::new(), hits: HitBuffer::new() }
+    Search { view: View::new(&world.camera, 1.0), window, rays: Rays::new(), hits: HitBuffer::new() }
 }
 
 /// The pixels of each object, by testing all rays, and by the search; and the steps of that.
@@ -47,6 +47,7 @@ fn world_of(shapes: &[(Vector, ShapeDesc)]) -> World {
             background: [0.0; 3],
             ambient: [0.0; 3],
             direct_light: true,
+            shadow_samples: 16,
             eye_falloff: false,
         },
     }

@@ -15,7 +15,7 @@ fn candidates(depths: &[(f64, f32)], slack: f64) -> Vec<Candidate> {
 }
 
 fn seen(depths: &[(f64, f32)], slack: f64, blur: f64) -> Option<u32> {
-    first_of_the_nearest(&candidates(depths, slack), blur).map(|candidate| candidate.face)
+    first_of_the_nearest(&candidates(depths, slack), |depth| blur * depth).map(|candidate| candidate.face)
 }
 
 #[test]

@@ -1,0 +1,243 @@
+//! Soft shadows: the light of an emitter, summed over its places.
+//!
+//! Each place is the apex of a pencil of its own, but one traversal of the tree finds what may hide any of them from
+//! any point of the face. Where that is nothing, and the whole emitter is above the face, no place is visited.
+
+use crate::accel::Volume;
+use crate::accel::cone::Cone;
+use crate::accel::node::CONSERVATIVE;
+use crate::accel::pyramid::{Footprint, Pyramid};
+use crate::apex::Apex;
+use crate::bounds::BoundingSphere;
+use crate::scene::emitter::Emitter;
+use crate::scene::{Light, Scene};
+use crate::shading::{Lighting, SoftLight, farthest, per_cube};
+use crate::shapes::points::{ShadowRays, extremes};
+use crate::shapes::primitive::Primitive;
+use crate::tile::LANES;
+use crate::tile::hits::FACE_BITS;
+use crate::vector::{Vector, dot, l1_norm, length, scale, sub};
+
+impl Lighting {
+    /// Compute the irradiance of an emitter at the points, and return the number of shadow rays.
+    ///
+    /// With g = cos(theta) / r^2 of a place, or 0 where it is below the tangent plane, and v = 1 or 0 where it is
+    /// hidden, it is
+    ///
+    /// g_middle sum(g v) / sum(g)   where all of the emitter is above the tangent plane
+    /// sum(g v) / n                 elsewhere
+    ///
+    /// In the first case the sum over an unhidden emitter, g_middle, is known exactly.
+    #[inline(always)]
+    pub(crate) fn irradiate_softly(
+        &mut self,
+        scene: &Scene,
+        (light, emitter): (&Light, &Emitter),
+        face: u32,
+        (bounds, footprint): (BoundingSphere, Option<&Footprint>),
+    ) -> u64 {
+        let object = face >> FACE_BITS;
+        let receiver = scene.shapes.get(object);
+        let cut = emitter.cut.contains(&object);
+        if !cut && !receiver.is_lit_from(face, None, light.apex) {
+            return 0;
+        }
+        let [lowest, highest] = if light.apex.is_direction() {
+            self.irradiate_from_middle::<true>(light)
+        } else {
+            self.irradiate_from_middle::<false>(light)
+        };
+        let size = emitter.size as f32;
+        if highest <= -size {
+            return 0;
+        }
+        let above = lowest >= size;
+        self.find_occluders(scene, (light, emitter), object, (bounds, footprint.filter(|_| above)));
+        if above && !cut && self.soft.occluders.is_empty() {
+            self.irradiance = self.soft.middle;
+            return (self.points.count * emitter.places.len()) as u64;
+        }
+        let rays = self.sum_places(scene, (light, emitter), face, bounds);
+        for lane in 0..self.points.padded() {
+            let SoftLight { heights, middle, unhidden, reached, .. } = &self.soft;
+            let share = if heights[lane] >= size { middle[lane] / unhidden[lane] } else { emitter.share };
+            let irradiance = share * reached[lane];
+            self.irradiance[lane] = if irradiance > 0.0 { irradiance } else { 0.0 };
+        }
+        rays
+    }
+
+    /// Compute the heights and the irradiance of the middle; return the smallest and the largest height.
+    #[inline(always)]
+    fn irradiate_from_middle<const PARALLEL: bool>(&mut self, light: &Light) -> [f32; 2] {
+        let to_light = light.apex.from_f32(self.points.reference);
+        let height = self.points.plane.map(|plane| plane.height_of_apex(light.apex) as f32);
+        let soft = &mut self.soft;
+        for lane in 0..self.points.padded() {
+            let w = self.points.toward::<PARALLEL>(to_light, lane);
+            let squared = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
+            let n = &self.points.normal;
+            let along = match height {
+                Some(height) => height,
+                None => n[0][lane] * w[0] + n[1][lane] * w[1] + n[2][lane] * w[2],
+            };
+            soft.heights[lane] = along;
+            soft.middle[lane] = per_cube(along, squared);
+        }
+        extremes(&soft.heights[..self.points.padded()])
+    }
+
+    /// Sum up the irradiance of the places, and return the number of shadow rays.
+    #[inline(always)]
+    fn sum_places(
+        &mut self,
+        scene: &Scene,
+        (light, emitter): (&Light, &Emitter),
+        face: u32,
+        bounds: BoundingSphere,
+    ) -> u64 {
+        let object = face >> FACE_BITS;
+        let receiver = scene.shapes.get(object);
+        self.soft.unhidden = [0.0; LANES];
+        self.soft.reached = [0.0; LANES];
+        let mut rays = 0;
+        for (number, &apex) in (0..).zip(&emitter.places) {
+            let contact = light.contact(number, object);
+            let facing = self.irradiate((apex, contact), scene, face);
+            if facing == 0 {
+                continue;
+            }
+            let padded = self.points.padded();
+            if !apex.is_direction() && length(sub(apex.at, bounds.center)) < bounds.radius + emitter.nearest {
+                self.keep_away((emitter.nearest * emitter.nearest) as f32);
+            }
+            add(&mut self.soft.unhidden[..padded], &self.irradiance[..padded]);
+            if !receiver.is_lit_from(face, contact, apex) {
+                continue;
+            }
+            rays += facing;
+            let mut shadow = ShadowRays {
+                points: &self.points,
+                light: apex,
+                squared: &self.squared,
+                irradiance: &mut self.irradiance,
+                bounds,
+            };
+            let cone = PlaceCone::new(apex, bounds);
+            for &(i, ball) in &self.soft.occluders {
+                if ball.is_some_and(|ball| !cone.may_meet(ball)) {
+                    continue;
+                }
+                if !self.stack.work.take(self.stack.steps_per_object) {
+                    return rays;
+                }
+                scene.shapes.get(i).occlude(light.contact(number, i), &mut shadow);
+                if shadow.is_dark() {
+                    break;
+                }
+            }
+            add(&mut self.soft.reached[..padded], &self.irradiance[..padded]);
+        }
+        rays
+    }
+
+    /// Reduce the irradiance of a place to that at a squared distance, at the points that are nearer: cos(theta) / r^2
+    /// becomes cos(theta) r / nearest^3.
+    #[inline(always)]
+    fn keep_away(&mut self, nearest: f32) {
+        for lane in 0..self.points.padded() {
+            let share = self.squared[lane] / nearest;
+            let kept = if share > 0.0 { share * share.sqrt() * self.irradiance[lane] } else { 0.0 };
+            self.irradiance[lane] = if share < 1.0 { kept } else { self.irradiance[lane] };
+        }
+    }
+
+    /// Find the objects that may hide any place from any point. A flat face's points are given their footprint if all
+    /// of the emitter is above it.
+    #[inline(always)]
+    fn find_occluders(
+        &mut self,
+        scene: &Scene,
+        (light, emitter): (&Light, &Emitter),
+        receiver: u32,
+        (bounds, footprint): (BoundingSphere, Option<&Footprint>),
+    ) {
+        self.soft.occluders.clear();
+        let size = emitter.size;
+        for &i in &scene.unbounded {
+            if i != receiver && scene.shapes.get(i).may_hide((light.apex, size), bounds) {
+                self.soft.occluders.push((i, None));
+            }
+        }
+        if let Some(footprint) = footprint {
+            self.find_occluders_within(&Pyramid::new(light.apex, size, footprint), light, scene, receiver);
+        } else {
+            let cone = Cone::from_apex(light.apex, size, bounds, farthest(&self.points, bounds));
+            self.find_occluders_within(&cone, light, scene, receiver);
+        }
+    }
+
+    #[inline(always)]
+    fn find_occluders_within(&mut self, volume: &impl Volume, light: &Light, scene: &Scene, receiver: u32) {
+        let mut traversal = scene.bvh.traverse(volume, &mut self.stack);
+        while let Some(i) = traversal.next(f32::INFINITY) {
+            if i != receiver && light.carrier.is_none_or(|number| number != scene.numbers[i as usize]) {
+                self.soft.occluders.push((i, scene.shapes.get(i).bounds()));
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn add(sum: &mut [f32], values: &[f32]) {
+    for (sum, value) in sum.iter_mut().zip(values) {
+        *sum += value;
+    }
+}
+
+/// The cone from one place around a bounding sphere of points; from the points if the place is infinitely far away.
+struct PlaceCone {
+    start: Vector,
+    axis: Vector,
+    sin: f64,
+    cos_squared: f64,
+    end: f64,
+    /// What is added to the radius of an object.
+    slack: f64,
+}
+
+impl PlaceCone {
+    #[inline(always)]
+    fn new(apex: Apex, points: BoundingSphere) -> PlaceCone {
+        let rounding = f64::from(CONSERVATIVE);
+        if apex.is_direction() {
+            let slack = points.radius + rounding * (l1_norm(points.center) + points.radius);
+            let (start, axis) = (points.center, apex.at);
+            return PlaceCone { start, axis, sin: 0.0, cos_squared: 1.0, end: f64::INFINITY, slack };
+        }
+        let way = sub(points.center, apex.at);
+        let distance = length(way);
+        let sin = points.radius / distance;
+        PlaceCone {
+            start: apex.at,
+            axis: scale(way, 1.0 / distance),
+            sin,
+            cos_squared: 1.0 - sin * sin,
+            end: distance + points.radius,
+            slack: rounding * (l1_norm(apex.at) + distance + points.radius),
+        }
+    }
+
+    /// Whether an object within bounds may be in it.
+    #[inline(always)]
+    fn may_meet(&self, object: BoundingSphere) -> bool {
+        let way = sub(object.center, self.start);
+        let squared = dot(way, way);
+        let along = dot(way, self.axis);
+        let radius = object.radius + self.slack + f64::from(CONSERVATIVE) * squared.sqrt();
+        let room = radius + along * self.sin;
+        let is_beside = room >= 0.0 && (squared - along * along) * self.cos_squared <= room * room;
+        // A place among the points needs all directions.
+        !(self.sin < 1.0) || (along >= -radius && along - radius <= self.end && is_beside)
+    }
+}
