@@ -201,6 +201,8 @@ _BESIDE_SLAB = Miss(
 
 def _of_side(shape: Frustum, ray: Ray) -> tuple[Number, ...]:
     terms = shape.side_terms(ray)
+    if ray.beside is not None:  # m, B and C depend on where a ray starts
+        return Number("A", float(terms.a[0])), Number("D", float(terms.discriminant[0]))
     place = shape.place(ray.offset)
     values = {"m": place.m, "A": terms.a[0], "B": terms.b[0], "C": place.power, "D": terms.discriminant[0]}
     return tuple(Number(name, float(value)) for name, value in values.items())
@@ -222,7 +224,7 @@ def _intersect_frustum(shape: Frustum, ray: Ray) -> RayTerms:
     if enter > leave:
         words = {"entered": entered, "left": left, "enter": number(enter), "leave": number(leave)}
         return _missed(numbers, _BESIDE_SLAB, **words)
-    return _beyond_or_behind(numbers, (enter, leave), "entry and exit")
+    return _beyond_or_behind(numbers, ray, (enter, leave), "entry and exit")
 
 
 def _frustum(name: str) -> ShapeNotes:
@@ -259,7 +261,8 @@ def _intersect_capsule(shape: Capsule, ray: Ray) -> RayTerms:
     enter, leave = (float(t[0]) for t in shape.span(ray))
     if math.isnan(enter) or math.isnan(leave):
         return _missed(numbers, _PASSED_BY_END)
-    return _beyond_or_behind((*numbers, Number("capsule", (enter, leave))), (enter, leave), "entry and exit")
+    numbers = (*numbers, Number("capsule", (enter, leave)))
+    return _beyond_or_behind(numbers, ray, (enter, leave), "entry and exit")
 
 
 _CAPSULE = ShapeNotes(

@@ -1019,8 +1019,8 @@ class Frustum(Object):
 
         The roots are C / q and q / A, with q = B + sign(B) sqrt(D). Where A < 0 they are on both nappes, and the
         ray is inside from one on: toward the wider end. From a distant start, they are measured from the point of
-        each ray that is nearest to the middle: its B and C lose no digits. So are those of parallel rays, which with
-        the components P of that point have W_2 = 0 and::
+        each ray that is nearest to the middle: its B and C lose no digits. So are those of parallel rays, which
+        with the components P of that point have W_2 = 0 and::
 
             D = B^2 - A C = (P_3 W_1 - P_1 W_3)^2 - A P_2^2
         """
@@ -1063,10 +1063,8 @@ class Frustum(Object):
         c = (np.hypot(p_1, p_2) - p_3) * (np.hypot(p_1, p_2) + p_3)
         return self._side((a, b, discriminant), (begin, b, c), w_3)
 
-    def _side(
-        self, terms: tuple[Array, Array, Array], there: tuple[Array, Array, Array], w_3: Array
-    ) -> Side:
-        """Return the terms with the roots, from A, B and D, and from where they are measured with B and C there."""
+    def _side(self, terms: tuple[Array, Array, Array], there: tuple[Array, Array, Array], w_3: Array) -> Side:
+        """Return the terms with the roots, from A, B and D, and where they are measured with B and C there."""
         a, b, discriminant = terms
         begin, b_there, c_there = there
         q = b_there + np.where(b_there >= 0, 1, -1) * np.sqrt(discriminant)

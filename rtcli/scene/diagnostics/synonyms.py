@@ -59,7 +59,7 @@ WORDS_FOR_KEYS = {
     "focallength f fx fy flx fly cx cy principalpoint",
     "projection": "type kind mode model cameratype ortho orthographic parallel isometric perspective",
     "height": "orthoscale orthosize orthoheight orthographicscale orthographicsize orthographicheight viewheight "
-    "frustumheight ymag",
+    "frustumheight ymag h length len tall size depth heightz heighty",
     "opencv": "cv c2w camtoworld cam2world cameratoworld pose extrinsics extrinsic w2c worldtocamera rt",
     "opengl": "gl transform transformmatrix matrix matrixworld toworld modelmatrix",
     "camera_to_world": "c2w camtoworld cam2world pose matrix transform transformmatrix matrixworld toworld",
@@ -71,7 +71,6 @@ WORDS_FOR_KEYS = {
     "surface paint pigment texture hue",
     "name": "id label title identifier",
     "normal": "n norm direction orientation facing up",
-    "height": "h length len tall size depth heightz heighty",
     "axis": "direction axisdirection dir orientation normal up along rotation",
     "top_radius": "radiustop toprad topradius r2 radius2 radiusupper upperradius capradius smallradius",
     "size": "dimensions dimension dims dim extent extents scale sides side edge edges lengths halfsize "
