@@ -244,7 +244,8 @@ class Frustum(Solid):
         nearest_z, nearest_away = self._nearest(z, away)
         distance = math.hypot(nearest_z - z, nearest_away - away)
         base, top = self.radii
-        inside = abs(z) <= self.half and away <= base + (top - base) * (z + self.half) / (2 * self.half)
+        share = (z / self.half + 1) / 2 if self.half > 0 else 0.0
+        inside = abs(z) <= self.half and away <= base + (top - base) * share
         return -distance if inside else distance
 
     def nearest_point(self, point: Vector) -> Vector:
