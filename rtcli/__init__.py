@@ -25,8 +25,11 @@ if TYPE_CHECKING:
     from rtcli.scene.model import (
         Box,
         Camera,
+        Capsule,
         CarriedLight,
         Checker,
+        Cone,
+        Cylinder,
         ImageSettings,
         Plane,
         PointLight,
@@ -41,8 +44,11 @@ if TYPE_CHECKING:
 __all__ = [
     "Box",
     "Camera",
+    "Capsule",
     "CarriedLight",
     "Checker",
+    "Cone",
+    "Cylinder",
     "Film",
     "ImageSettings",
     "Plane",

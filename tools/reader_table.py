@@ -81,14 +81,27 @@ def _without_matrices(camera: Definition) -> Definition:
 
 
 def _union(kinds: dict[str, Definition], usual: str | None) -> Definition:
-    """Return a definition with the keys of all kinds; `type` is the choice of one, by default the usual one."""
+    """Return a definition with the keys of all kinds; `type` is the choice of one, by default the usual one.
+
+    Where a key may be 0 for some kinds only, it may not be here: the reader leaves that 0 to the long way.
+    """
     properties: Definition = {"type": {"enum": list(kinds), "default": usual}}
     for name, kind in kinds.items():
         for key, field in kind["properties"].items():
             plain = _plain(field)
-            if key != "type" and properties.setdefault(key, plain) != plain:
+            before = properties.setdefault(key, plain)
+            if key == "type" or plain == before:
+                continue
+            if _without_zero(plain) != _without_zero(before):
                 raise ValueError(f"{key} of a {name} is another one than that of the shapes before")
+            properties[key] = _without_zero(plain)
     return {"properties": properties}
+
+
+def _without_zero(field: Definition) -> Definition:
+    """Return the definition of a number from 0 with 0 excluded."""
+    above = {"exclusiveMinimum": 0} if field.get("minimum") == 0 else {}
+    return {**{key: value for key, value in field.items() if key != "minimum" or not above}, **above}
 
 
 def _plain(field: Definition) -> Definition:

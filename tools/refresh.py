@@ -297,8 +297,11 @@ SECTIONS = {
     "Sphere": "A sphere in `objects`",
     "Box": "A box in `objects`",
     "Plane": "A plane in `objects`",
+    "Cylinder": "A cylinder in `objects`",
+    "Capsule": "A capsule in `objects`",
+    "Cone": "A cone in `objects`",
     "Checker": "`checker` of a plane or box",
-    "CarriedLight": "`light` of a sphere or box",
+    "CarriedLight": "`light` of an object",
     "RenderSettings": "`render`",
     "ImageSettings": "`image`",
 }

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from rtcli.explain.records import Number
 from rtcli.explain.words import number, triple
-from rtcli.tracer.reference import PARALLEL, Box, Plane, Ray, Sphere, length
+from rtcli.tracer.reference import PARALLEL, Array, Box, Capsule, Frustum, Plane, Ray, Sphere, length
 
 
 class Miss(NamedTuple):
@@ -189,10 +189,106 @@ _BOX = ShapeNotes(
 )
 
 
+# --- Cylinder, cone and capsule ----------------------------------------------------------------------------
+
+_PASSED_BY_SIDE = Miss("passed_by_side", "the ray misses its side: D < 0", "the ray misses the side: D < 0")
+_BESIDE_SLAB = Miss(
+    "beside_slab",
+    "the ray leaves the {left} at {leave}, before it enters the {entered} at {enter}",
+    "the ray leaves the side, or the slab between the discs, before it enters the other",
+)
+
+
+def _of_side(shape: Frustum, ray: Ray) -> tuple[Number, ...]:
+    terms = shape.side_terms(ray)
+    if ray.beside is not None:  # m, B and C depend on where a ray starts
+        return Number("A", float(terms.a[0])), Number("D", float(terms.discriminant[0]))
+    place = shape.place(ray.offset)
+    values = {"m": place.m, "A": terms.a[0], "B": terms.b[0], "C": place.power, "D": terms.discriminant[0]}
+    return tuple(Number(name, float(value)) for name, value in values.items())
+
+
+def _span(name: str, enter: Array, leave: Array) -> Number:
+    return Number(name, (float(enter[0]), float(leave[0])))
+
+
+def _intersect_frustum(shape: Frustum, ray: Ray) -> RayTerms:
+    side, slab, common = shape.side_terms(ray), shape.slab(ray), _of_side(shape, ray)
+    if side.discriminant[0] < 0:
+        return _missed(common, _PASSED_BY_SIDE)
+    spans = {"side": (side.enter, side.leave), "slab": slab}
+    numbers = (*common, *(_span(name, *span) for name, span in spans.items()))
+    entered = max(spans, key=lambda name: float(spans[name][0][0]))
+    left = min(spans, key=lambda name: float(spans[name][1][0]))
+    enter, leave = float(spans[entered][0][0]), float(spans[left][1][0])
+    if enter > leave:
+        words = {"entered": entered, "left": left, "enter": number(enter), "leave": number(leave)}
+        return _missed(numbers, _BESIDE_SLAB, **words)
+    return _beyond_or_behind(numbers, ray, (enter, leave), "entry and exit")
+
+
+def _frustum(name: str) -> ShapeNotes:
+    return ShapeNotes(
+        section="2.2.4",
+        equations=(
+            f"{name + ' (2.2.4)':<17}k = cos(alpha)   tan(alpha) = (r_1 - r_0) / h",
+            "                 m = k (r_0 + r_1) / 2 + z sin(alpha)",
+            "                 O = (k o_e, 0, m)   W = (k d_e, k d_f, sin(alpha) d_a)",
+            "                 A = <W, W>   B = -<O, W>   C = <O, O>   D = B^2 - A C, missed if D < 0",
+            "                 side: from C / q to q / A or the reverse, q = B + sign(B) sqrt(D)",
+            "                 slab: where |z| <= h / 2",
+            "                 t = the last entry of side and slab, if it comes before the first exit",
+        ),
+        intersect=_intersect_frustum,
+        misses=(_PASSED_BY_SIDE, _BESIDE_SLAB),
+        normal="n = cos(alpha) (P - foot) / d - sin(alpha) a on the side, a or -a on a disc",
+        sides=_SIDES_OF_SOLID,
+    )
+
+
+_PASSED_BY_END = Miss(
+    "passed_by_end",
+    "the ray misses the sphere at the end where it meets the side",
+    "the ray misses the sphere at the end where it meets the side",
+)
+
+
+def _intersect_capsule(shape: Capsule, ray: Ray) -> RayTerms:
+    side, common = shape.tube.side_terms(ray), _of_side(shape.tube, ray)
+    if side.discriminant[0] < 0:
+        return _missed(common, _PASSED_BY_SIDE)
+    numbers = (*common, _span("side", side.enter, side.leave))
+    enter, leave = (float(t[0]) for t in shape.span(ray))
+    if math.isnan(enter) or math.isnan(leave):
+        return _missed(numbers, _PASSED_BY_END)
+    numbers = (*numbers, Number("capsule", (enter, leave)))
+    return _beyond_or_behind(numbers, ray, (enter, leave), "entry and exit")
+
+
+_CAPSULE = ShapeNotes(
+    section="2.2.5",
+    equations=(
+        "capsule (2.2.5)  its side is that of a cylinder, 2.2.4: missed if D < 0",
+        "                 beyond an end of it, the sphere around that end counts in its place",
+    ),
+    intersect=_intersect_capsule,
+    misses=(_PASSED_BY_SIDE, _PASSED_BY_END),
+    normal="n = (P - F) / |P - F|, with F the nearest point between the centers of the ends",
+    sides=_SIDES_OF_SOLID,
+)
+
+
 # --- All shapes --------------------------------------------------------------------------------------------
 
 # By the type in a scene file.
-SHAPES = {"sphere": _SPHERE, "plane": _PLANE, "box": _BOX}
+SHAPES = {
+    "sphere": _SPHERE,
+    "plane": _PLANE,
+    "box": _BOX,
+    "cylinder": _frustum("cylinder"),
+    "capsule": _CAPSULE,
+    "cone": _frustum("cone"),
+}
 
 # All reasons by their codes.
 MISSES = {

@@ -9,12 +9,12 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from itertools import product
+from itertools import pairwise, product
 from typing import Any
 
 from rtcli.lint.view import BEHIND, BESIDE, LightInView, View
-from rtcli.scene.model import Box, Object
-from rtcli.scene.vectors import Vector, cross, direction, dot, moved, unit
+from rtcli.scene.model import Box, Capsule, Cone, Cylinder, Object
+from rtcli.scene.vectors import Vector, cross, direction, dot, moved, scaled, unit
 
 # A point closer to a surface than this share of the coordinates and sizes, a few ulps, counts
 # as on it. It is twice the tracer's share, because the tracer takes it of a smaller sum.
@@ -205,6 +205,152 @@ def _turned_axes(degrees: Vector) -> tuple[Vector, Vector, Vector]:
 
 
 @dataclass(frozen=True, slots=True)
+class Frustum(Solid):
+    """The frustum of a cone with its inside, or a cylinder.
+
+    Parameters
+    ----------
+    middle
+        The middle of its axis.
+    axis
+        The unit vector from the base to the top.
+    half
+        Half the height.
+    radii
+        Of base and top.
+    """
+
+    middle: Vector
+    axis: Vector
+    half: float
+    radii: tuple[float, float]
+
+    @classmethod
+    def of(cls, position: Vector, axis: Vector, height: float, radii: tuple[float, float]) -> Frustum:
+        """Return the frustum around a position, with an axis of any length."""
+        axis, half = unit(axis), height / 2
+        rims = list(zip((-half, half), radii, strict=True))
+        reaches = [(z * a, radius * math.sqrt(max(0.0, 1 - a * a))) for a in axis for z, radius in rims]
+        pairs = list(zip(reaches[::2], reaches[1::2], strict=True))
+        high = [max(z + r for z, r in pair) for pair in pairs]
+        low = [min(z - r for z, r in pair) for pair in pairs]
+        centre = moved(position, ((high[0] + low[0]) / 2, (high[1] + low[1]) / 2, (high[2] + low[2]) / 2))
+        bounds = ((high[0] - low[0]) / 2, (high[1] - low[1]) / 2, (high[2] - low[2]) / 2)
+        return cls(centre, bounds, position, axis, half, radii)
+
+    def signed_distance(self, point: Vector) -> float:
+        """Return the distance from a point to the surface, negative inside."""
+        z, _, away = self._place(point)
+        nearest_z, nearest_away = self._nearest(z, away)
+        distance = math.hypot(nearest_z - z, nearest_away - away)
+        base, top = self.radii
+        share = (z / self.half + 1) / 2 if self.half > 0 else 0.0
+        inside = abs(z) <= self.half and away <= base + (top - base) * share
+        return -distance if inside else distance
+
+    def nearest_point(self, point: Vector) -> Vector:
+        """Return the point of the surface nearest to a point, or one of them."""
+        z, outward, away = self._place(point)
+        z, away = self._nearest(z, away)
+        return moved(moved(self.middle, self.axis, z), outward, away)
+
+    def reach(self, axis: Vector) -> float:
+        """Return how far the frustum reaches from its centre along a unit vector."""
+        along = dot(self.axis, axis)
+        across = math.sqrt(max(0.0, 1 - along * along))
+        to_middle = dot(direction(self.centre, self.middle), axis)
+        base, top = self.radii
+        return to_middle + max(base * across - self.half * along, top * across + self.half * along)
+
+    def depth_in(self, outer: Solid) -> float:
+        """Return how deep the frustum lies inside a solid, or less: that of a prism around it."""
+        x, y = _across(self.axis)
+        corners = []
+        for z, radius in zip((-self.half, self.half), self.radii, strict=True):
+            middle = moved(self.middle, self.axis, z)
+            for i in range(_CORNERS):
+                angle, out = 2 * math.pi * i / _CORNERS, radius / math.cos(math.pi / _CORNERS)
+                corners.append(moved(moved(middle, x, out * math.cos(angle)), y, out * math.sin(angle)))
+        return min(-outer.signed_distance(corner) for corner in corners)
+
+    def _place(self, point: Vector) -> tuple[float, Vector, float]:
+        """Return the height of a point above the middle, and its direction and distance from the axis."""
+        relative = direction(self.middle, point)
+        z = dot(relative, self.axis)
+        across = moved(relative, self.axis, -z)
+        away = math.hypot(*across)
+        return z, unit(across) if away > 0 else _across(self.axis)[0], away
+
+    def _nearest(self, z: float, away: float) -> tuple[float, float]:
+        """Return height and distance from the axis of the point of the surface nearest to a place."""
+        base, top = self.radii
+        ends = ((-self.half, 0.0), (-self.half, base), (self.half, top), (self.half, 0.0))
+
+        def on_segment(start: tuple[float, float], end: tuple[float, float]) -> tuple[float, float]:
+            dz, dr = end[0] - start[0], end[1] - start[1]
+            squared = dz * dz + dr * dr
+            share = ((z - start[0]) * dz + (away - start[1]) * dr) / squared if squared > 0 else 0.0
+            share = min(max(share, 0.0), 1.0)
+            return start[0] + share * dz, start[1] + share * dr
+
+        candidates = [on_segment(start, end) for start, end in pairwise(ends)]
+        return min(candidates, key=lambda place: math.hypot(place[0] - z, place[1] - away))
+
+
+# The sides of the prism that stands for a frustum inside another solid.
+_CORNERS = 24
+
+
+def _across(axis: Vector) -> tuple[Vector, Vector]:
+    """Return two unit vectors at right angles to a unit vector and to each other."""
+    least = min(range(3), key=lambda i: abs(axis[i]))
+    x = unit(cross(axis, (float(least == 0), float(least == 1), float(least == 2))))
+    return x, cross(axis, x)
+
+
+@dataclass(frozen=True, slots=True)
+class Rounded(Solid):
+    """A capsule with its inside: all that is within its radius of its axis, which is a vector to its end."""
+
+    to_end: Vector
+    radius: float
+
+    @classmethod
+    def of(cls, capsule: Capsule) -> Rounded:
+        """Return the solid of a capsule in a scene."""
+        to_end = scaled(unit(capsule.axis), capsule.height / 2)
+        bounds = [abs(x) + capsule.radius for x in to_end]
+        return cls(capsule.position, (bounds[0], bounds[1], bounds[2]), to_end, capsule.radius)
+
+    def signed_distance(self, point: Vector) -> float:
+        """Return the distance from a point to the surface, negative inside."""
+        return math.dist(point, self._foot(point)) - self.radius
+
+    def nearest_point(self, point: Vector) -> Vector:
+        """Return the point of the surface nearest to a point, or one of them."""
+        foot = self._foot(point)
+        outward = direction(foot, point)
+        if not any(outward):
+            outward = _across(unit(self.to_end))[0] if any(self.to_end) else (1.0, 0.0, 0.0)
+        return moved(foot, unit(outward), self.radius)
+
+    def reach(self, axis: Vector) -> float:
+        """Return how far the capsule reaches from its centre along a unit vector."""
+        return abs(dot(self.to_end, axis)) + self.radius
+
+    def depth_in(self, outer: Solid) -> float:
+        """Return how deep the capsule lies inside a solid, negative if it reaches out."""
+        ends = moved(self.centre, self.to_end, -1), moved(self.centre, self.to_end)
+        return min(-outer.signed_distance(end) for end in ends) - self.radius
+
+    def _foot(self, point: Vector) -> Vector:
+        """Return the point of the axis nearest to a point."""
+        squared = dot(self.to_end, self.to_end)
+        share = dot(direction(self.centre, point), self.to_end) / squared if squared > 0 else 0.0
+        return moved(self.centre, self.to_end, min(max(share, -1.0), 1.0))
+
+
+@dataclass(frozen=True, slots=True)
 class InfinitePlane(Shape):
     """A plane: a point on it, and its unit normal."""
 
@@ -255,10 +401,21 @@ class InfinitePlane(Shape):
         return beyond < -_ON_PLANE * (light.weight * abs(offset) + max(map(abs, light.vector)))
 
 
+def _of_cylinder(cylinder: Cylinder) -> Frustum:
+    return Frustum.of(cylinder.position, cylinder.axis, cylinder.height, (cylinder.radius, cylinder.radius))
+
+
+def _of_cone(cone: Cone) -> Frustum:
+    return Frustum.of(cone.position, cone.axis, cone.height, (cone.radius, cone.top_radius))
+
+
 _SHAPES: dict[str, Callable[[Any], Shape]] = {
     "sphere": lambda sphere: Ball.of(sphere.position, sphere.radius),
     "plane": lambda plane: InfinitePlane(plane.position, unit(plane.normal)),
     "box": Cuboid.of,
+    "cylinder": _of_cylinder,
+    "capsule": Rounded.of,
+    "cone": _of_cone,
 }
 
 

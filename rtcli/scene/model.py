@@ -55,6 +55,7 @@ Vector: TypeAlias = tuple[Number, Number, Number]
 WHITE = (1.0, 1.0, 1.0)
 BLACK = (0.0, 0.0, 0.0)
 ZERO = (0.0, 0.0, 0.0)
+_UPRIGHT = (0.0, 1.0, 0.0)
 
 
 def _not_zero(vector: Vector) -> Vector:
@@ -695,7 +696,111 @@ class Box(_Body):
         return self.rotation if isinstance(self.rotation, tuple) else (0.0, self.rotation, 0.0)
 
 
-Object: TypeAlias = Annotated[Sphere | Plane | Box, Field(discriminator="type")]
+class Cylinder(_Body):
+    """A cylinder, closed by two discs."""
+
+    type: Literal["cylinder"] = "cylinder"
+    """The kind of shape."""
+    radius: Positive = Field(examples=[0.5])
+    """The radius, greater than 0."""
+    height: Positive = Field(examples=[3])
+    """The distance between the discs, greater than 0."""
+    axis: Direction = Field(default=_UPRIGHT, examples=[[0, 1, 0], [1, 1, 0]])
+    """The direction of the axis, of any length but 0."""
+
+    if TYPE_CHECKING:
+
+        def __init__(  # noqa: PLR0913 - one for each key of a cylinder
+            self,
+            *,
+            type: Literal["cylinder"] = ...,
+            color: ColorLike,
+            position: Numbers,
+            radius: float,
+            height: float,
+            name: str | None = None,
+            light: CarriedLight | Keys | None = None,
+            axis: Numbers = ...,
+        ) -> None: ...
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """The numbers that distinguish this cylinder from others, beside its position."""
+        return (self.radius, self.height, *self.axis)
+
+
+class Capsule(_Body):
+    """A cylinder with half spheres for ends."""
+
+    type: Literal["capsule"] = "capsule"
+    """The kind of shape."""
+    radius: Positive = Field(examples=[0.5])
+    """The radius of the cylinder and the half spheres, greater than 0."""
+    height: NotNegative = Field(examples=[2])
+    """The distance between the centers of the half spheres, 0 or more; with 0 the capsule is a sphere."""
+    axis: Direction = Field(default=_UPRIGHT, examples=[[0, 1, 0], [1, 1, 0]])
+    """The direction of the axis, of any length but 0."""
+
+    if TYPE_CHECKING:
+
+        def __init__(  # noqa: PLR0913 - one for each key of a capsule
+            self,
+            *,
+            type: Literal["capsule"] = ...,
+            color: ColorLike,
+            position: Numbers,
+            radius: float,
+            height: float,
+            name: str | None = None,
+            light: CarriedLight | Keys | None = None,
+            axis: Numbers = ...,
+        ) -> None: ...
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """The numbers that distinguish this capsule from others, beside its position."""
+        return (self.radius, self.height, *self.axis)
+
+
+class Cone(_Body):
+    """A cone, or the frustum of one, closed by discs."""
+
+    type: Literal["cone"] = "cone"
+    """The kind of shape."""
+    position: Vector = Field(examples=[[0, 1, 0]])
+    """The middle of the axis: x, y, z."""
+    radius: Positive = Field(examples=[1])
+    """The radius of the base, greater than 0."""
+    top_radius: NotNegative = Field(default=0.0, examples=[0, 0.5])
+    """The radius of the top, 0 or more; with 0 the cone ends in its tip."""
+    height: Positive = Field(examples=[2])
+    """The distance from the base to the top, greater than 0."""
+    axis: Direction = Field(default=_UPRIGHT, examples=[[0, 1, 0], [1, 1, 0]])
+    """The direction from the base to the top, of any length but 0."""
+
+    if TYPE_CHECKING:
+
+        def __init__(  # noqa: PLR0913 - one for each key of a cone
+            self,
+            *,
+            type: Literal["cone"] = ...,
+            color: ColorLike,
+            position: Numbers,
+            radius: float,
+            height: float,
+            name: str | None = None,
+            light: CarriedLight | Keys | None = None,
+            top_radius: float = ...,
+            axis: Numbers = ...,
+        ) -> None: ...
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """The numbers that distinguish this cone from others, beside its position."""
+        return (self.radius, self.top_radius, self.height, *self.axis)
+
+
+Object: TypeAlias = Annotated[Sphere | Plane | Box | Cylinder | Capsule | Cone, Field(discriminator="type")]
 # By the `type` that each has in a scene file, the name of its class in lower case.
 SHAPES: dict[str, type[_Shape]] = {shape.__name__.lower(): shape for shape in get_args(get_args(Object)[0])}
 # The keys of an object whose values are mappings.
@@ -761,7 +866,7 @@ class Scene(_Model):
     objects: tuple[Object, ...] = Field(
         default=(), examples=[[{"type": "sphere", "position": [0, 0, -5], "radius": 1, "color": "tomato"}]]
     )
-    """Spheres, planes and boxes."""
+    """Spheres, planes, boxes, cylinders, capsules and cones."""
     render: RenderSettings = RenderSettings()
     """How light is computed: samples, background, ambient light, depth, falloff."""
     image: ImageSettings = ImageSettings()
@@ -775,7 +880,7 @@ class Scene(_Model):
             camera: Camera | Keys,
             version: Literal[1] = ...,
             lights: Iterable[PointLight | SunLight | Keys] = ...,
-            objects: Iterable[Sphere | Plane | Box | Keys] = ...,
+            objects: Iterable[Sphere | Plane | Box | Cylinder | Capsule | Cone | Keys] = ...,
             render: RenderSettings | Keys = ...,
             image: ImageSettings | Keys = ...,
         ) -> None: ...

@@ -56,6 +56,12 @@ CLOSE = 1e-6
 # A light farther than the first multiple of an object's reach is moved to the second for the shadow test.
 MAX_LIGHT_RATIO, NEARER_LIGHT_RATIO = 2.0**28, 2.0**22
 
+# The direction of a ray that has less than this across an axis counts as parallel to it.
+PARALLEL_TO_AXIS = 1e-13
+
+# A start farther from a cylinder or cone than this multiple of its size is distant.
+DISTANT = 2.0**6
+
 # A shadow ray that meets an object within this share of its length before its end may only touch it there.
 NEAR_THE_END = 1e-3
 
@@ -914,6 +920,348 @@ class Box(Object):
         return np.stack([_weighted(weights, vector) for weights in zip(*self.axes, strict=True)])
 
 
+class Place(NamedTuple):
+    """A point relative to a `Frustum`.
+
+    Parameters
+    ----------
+    z, away
+        Its height above the middle, along the axis, and its distance from the axis.
+    radial
+        (3, 1): the vector to it from the axis.
+    m, height, power
+        m at its height, d cos(alpha) - m, and C; see `Frustum.side_terms`.
+    """
+
+    z: float
+    away: float
+    radial: Array
+    m: float
+    height: float
+    power: float
+
+
+class Side(NamedTuple):
+    """The terms of section 2.2.4 for N rays and the side of a cylinder or cone; see `Frustum.side_terms`.
+
+    Parameters
+    ----------
+    a, b, discriminant
+        (N,): A, B and D; missed if D < 0.
+    enter, leave
+        (N,): where each ray is inside the side, as far as it is not cut off by the discs; NaN where D < 0.
+    """
+
+    a: Array
+    b: Array
+    discriminant: Array
+    enter: Array
+    leave: Array
+
+
+class Frustum(Object):
+    """The frustum of a cone, closed by two discs (section 2.2.4): a cylinder if both have the same radius.
+
+    Alpha is the angle between axis and side. With the base radius r_0, the top radius r_1 and the height h, a
+    point at the height z above the middle and at the distance d from the axis is
+
+        d cos(alpha) - m,  m = (r_0 + r_1) / 2 cos(alpha) + z sin(alpha),  tan(alpha) = (r_1 - r_0) / h
+
+    above the side.
+
+    Attributes
+    ----------
+    axis
+        (3, 1): the unit vector from base to top.
+    half
+        Half the height.
+    radii
+        Of base and top.
+    sine, cosine
+        Of alpha.
+    middle
+        m in the middle of the axis.
+    """
+
+    def _shape(self, radii: tuple[float, float], height: float, axis: Sequence[float]) -> None:
+        self.radii = base, top = radii
+        scaled = column(axis)
+        scaled = scaled / np.abs(scaled).max()  # so that no square overflows or vanishes
+        self.axis = scaled / length(scaled)
+        self.half = height / 2
+        slant = math.hypot(height, top - base)
+        self.sine, self.cosine = ((top - base) / slant, height / slant) if slant > 0 else (0.0, 1.0)
+        self.middle = (base / 2 + top / 2) * self.cosine
+        self.size = min(self.half + 2 * max(radii), sys.float_info.max)
+
+    def intersection_parameter(self, ray: Ray) -> Array:
+        """Return where a ray is first inside the side and between the discs, or else where it leaves them."""
+        enter, leave = self.span(ray)
+        return np.where(enter <= leave, nearest_positive(enter, leave, ray.start), np.inf)
+
+    def span(self, ray: Ray) -> tuple[Array, Array]:
+        """Return where each ray enters and leaves the frustum, two (N,): NaN where it misses the side."""
+        side = self.side_terms(ray)
+        near, far = self.slab(ray)
+        missed = ~(side.discriminant >= 0)
+        return np.where(missed, np.nan, np.fmax(side.enter, near)), np.fmin(side.leave, far)
+
+    def side_terms(self, ray: Ray) -> Side:
+        """Solve d cos(alpha) = m, for the nappe of the double cone where m >= 0.
+
+        With the components of the ray's direction along e, from the axis to its start, e x a and the axis a, and
+        with z, d and m of its start::
+
+            W = (cos(alpha) d_e, cos(alpha) d_f, sin(alpha) d_a)       O = (cos(alpha) d, 0, m)
+
+            A = W_1^2 + W_2^2 - W_3^2    B = W_3 m - W_1 O_1    C = (O_1 - m)(O_1 + m)
+            D = B^2 - A C = (m W_1 - O_1 W_3)^2 - C W_2^2
+
+        The roots are C / q and q / A, with q = B + sign(B) sqrt(D). Where A < 0 they are on both nappes, and the
+        ray is inside from one on: toward the wider end. From a distant start, they are measured from the point of
+        each ray that is nearest to the middle: its B and C lose no digits. So are those of parallel rays, which
+        with the components P of that point have W_2 = 0 and::
+
+            D = B^2 - A C = (P_3 W_1 - P_1 W_3)^2 - A P_2^2
+        """
+        if ray.beside is not None:
+            return self._parallel_side_terms(ray)
+        start = self.place(ray.offset)
+        frame = self._frame(start)
+        w_1, w_2, w_3 = self._components(ray.direction, frame)
+        o_1 = start.m if start.height == 0 else self.cosine * start.away
+        a = w_1 * w_1 + w_2 * w_2 - w_3 * w_3
+        b = w_3 * start.m - w_1 * o_1
+        root = start.m * w_1 - o_1 * w_3
+        discriminant = root * root - start.power * (w_2 * w_2)
+        begin, b_there, c_there = np.zeros_like(a), b, np.full_like(a, start.power)
+        if start.away + abs(start.z) > DISTANT * self.size:
+            begin = dot(self.position - ray.offset, ray.direction)
+            nearest_point = begin * ray.direction - (self.position - ray.offset)
+            p_1, p_2, p_3 = self._components(nearest_point, frame)
+            p_3 = self.middle + p_3
+            b_there = w_3 * p_3 - w_1 * p_1 - w_2 * p_2
+            c_there = (np.hypot(p_1, p_2) - p_3) * (np.hypot(p_1, p_2) + p_3)
+        return self._side((a, b, discriminant), (begin, b_there, c_there), w_3)
+
+    def _parallel_side_terms(self, ray: Ray) -> Side:
+        start, direction = -ray.to(self.position), ray.direction
+        begin = -dot(start, direction)
+        along = dot(direction, self.axis)
+        across = direction - along * self.axis
+        away = length(across)
+        e = np.where(away > PARALLEL_TO_AXIS, across / away, _perpendicular(self.axis))
+        away = np.where(away > PARALLEL_TO_AXIS, away, 0.0)
+        frame = e, np.cross(e, self.axis, axis=0), self.axis
+        w_1, w_3 = self.cosine * away, self.sine * along
+        p_1, p_2, p_3 = self._components(start + begin * direction, frame)
+        p_3 = self.middle + p_3
+        a = (w_1 - w_3) * (w_1 + w_3)
+        root = p_3 * w_1 - p_1 * w_3
+        discriminant = root * root - a * (p_2 * p_2)
+        b = w_3 * p_3 - w_1 * p_1
+        c = (np.hypot(p_1, p_2) - p_3) * (np.hypot(p_1, p_2) + p_3)
+        return self._side((a, b, discriminant), (begin, b, c), w_3)
+
+    def _side(self, terms: tuple[Array, Array, Array], there: tuple[Array, Array, Array], w_3: Array) -> Side:
+        """Return the terms with the roots, from A, B and D, and where they are measured with B and C there."""
+        a, b, discriminant = terms
+        begin, b_there, c_there = there
+        q = b_there + np.where(b_there >= 0, 1, -1) * np.sqrt(discriminant)
+        one = np.where(c_there == 0, 0.0, c_there / q)
+        ahead = b_there >= 0
+        other = np.where(a == 0, np.where(ahead, np.inf, -np.inf), q / a)
+        lower, upper = np.where(ahead, one, other), np.where(ahead, other, one)
+        enter = np.where((a < 0) & (w_3 < 0), -np.inf, lower)
+        leave = np.where((a < 0) & (w_3 > 0), np.inf, upper)
+        return Side(a, b, discriminant, begin + enter, begin + leave)
+
+    def slab(self, ray: Ray) -> tuple[Array, Array]:
+        """Return where each ray enters and leaves the slab |z| <= h / 2 between the discs: two (N,)."""
+        z, along = self.height_of_start(ray), dot(ray.direction, self.axis)
+        low, high = (-self.half - z) / along, (self.half - z) / along
+        outside = np.where(np.abs(z) > self.half, np.inf, -np.inf)
+        near = np.where(along == 0, outside, np.minimum(low, high))
+        far = np.where(along == 0, np.inf, np.maximum(low, high))
+        return near, far
+
+    def normal(self, ray: Ray, t: Array) -> Array:
+        """Return +-a on a disc, else n = cos(alpha) (P - foot) / d - sin(alpha) a, turned to the viewer."""
+        near, far = self.slab(ray)
+        side = self.side_terms(ray)
+        if ray.beside is None:
+            outside = np.full(t.shape, self.side(ray.offset) > 0)
+        else:
+            outside = np.fmax(side.enter, near) > ray.start
+        on_disc = np.where(outside, near > side.enter, far < side.leave)
+        point = ray.sight(t) - (self.position - ray.offset)
+        radial = point - dot(point, self.axis) * self.axis
+        away = length(radial)
+        outward = self.cosine * radial / away - self.sine * self.axis
+        against_ray = -np.copysign(1.0, dot(ray.direction, self.axis)) * self.axis
+        normal = np.where(on_disc, against_ray, np.where(outside, outward, -outward))
+        # The tip of a cone has no normal: the one chosen here faces the viewer.
+        return np.where((away == 0) & ~on_disc, -ray.direction, normal)
+
+    def exit_parameter(self, way: PathToLight) -> Array:
+        """Return where parallel rays from the points leave the frustum, if they meet it."""
+        enter, leave = self.span(Ray(way.eye, way.wi, way.sight))
+        return np.where(enter <= leave, leave, -np.inf)
+
+    def height_of_start(self, ray: Ray) -> Array:
+        """Return the height above the middle where each ray starts: () or (N,)."""
+        z = np.asarray(self.place(ray.offset).z)
+        return z if ray.beside is None else z + dot(ray.beside, self.axis)
+
+    def side(self, point: Array) -> int:
+        """Return 1 outside, -1 inside, 0 on the surface."""
+        place = self.place(point)
+        height = max(place.height, abs(place.z) - self.half)
+        return 1 if math.isnan(height) else int(np.sign(height))  # NaN: infinitely far
+
+    def heights(self, eye: Array, sight: Array) -> Array:
+        """Return the heights of points above the side and above the discs: (2, N)."""
+        point = sight - (self.position - eye)
+        z = dot(point, self.axis)
+        away = length(point - z * self.axis)
+        return np.stack([self.cosine * away - (self.middle + self.sine * z), np.abs(z) - self.half])
+
+    def rounding(self, point: Array) -> Array:
+        """Return how close to the side and to the discs a point (3, 1) counts as on them: (2, 1)."""
+        sizes = (self.half, self.size)
+        return np.vstack(
+            [super().rounding(point), [[rounding_across(self.axis.ravel().tolist(), point, self.position, sizes)]]]
+        )
+
+    def place(self, point: Array) -> Place:
+        """Return where a point (3, 1) is; exactly on a surface if it is within rounding of it."""
+        relative = point - self.position
+        z = float(dot(relative, self.axis)[0])
+        radial = relative - z * self.axis
+        away = float(length(radial)[0])
+        on_side, on_disc = self.rounding(point).ravel().tolist()
+        if abs(abs(z) - self.half) <= on_disc:
+            z = math.copysign(self.half, z)
+        ends = {-self.half: self.radii[0], self.half: self.radii[1]}  # at the tip of a cone exactly 0
+        m = self.cosine * ends[z] if z in ends else self.middle + self.sine * z
+        height = self.cosine * away - m
+        height = height if abs(height) > on_side else 0.0
+        return Place(z, away, radial, m, height, height * (self.cosine * away + m))
+
+    def _frame(self, start: Place) -> tuple[Array, Array, Array]:
+        """Return e, f and a of a start: three (3, 1)."""
+        e = start.radial / start.away
+        # Rounding may leave something along the axis, which D would multiply by the distance, or nothing else.
+        e = e - dot(e, self.axis) * self.axis
+        e = e / length(e) if length(e) > 0.5 else _perpendicular(self.axis)
+        return e, np.cross(e, self.axis, axis=0), self.axis
+
+    def _components(self, vector: Array, frame: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+        """Return cos(alpha) v_e, cos(alpha) v_f and sin(alpha) v_a: three (N,)."""
+        e, f, a = (dot(vector, axis) for axis in frame)
+        return self.cosine * e, self.cosine * f, self.sine * a
+
+
+class Cylinder(Frustum):
+    """A cylinder (section 2.2.4). Its parameters are its radius, its height and the three of its axis."""
+
+    def _set_parameters(self, parameters: Sequence[float]) -> None:
+        radius, height, *axis = parameters
+        self._shape((radius, radius), height, axis)
+
+
+class Cone(Frustum):
+    """A cone or frustum (section 2.2.4): base radius, top radius, height and the three numbers of its axis."""
+
+    def _set_parameters(self, parameters: Sequence[float]) -> None:
+        base, top, height, *axis = parameters
+        self._shape((base, top), height, axis)
+
+
+class Capsule(Object):
+    """A cylinder with half spheres for ends (section 2.2.5). Its parameters are those of a cylinder.
+
+    Attributes
+    ----------
+    tube
+        The cylinder.
+    base, top
+        The spheres around its ends.
+    """
+
+    def _set_parameters(self, parameters: Sequence[float]) -> None:
+        radius = parameters[0]
+        color, position = self.color.ravel(), self.position.ravel()
+        self.tube = Cylinder(color, position, parameters)
+        to_top = self.tube.half * self.tube.axis.ravel()
+        self.base, self.top = (Sphere(color, position + end, [radius]) for end in (-to_top, to_top))
+        self.radius = radius
+        self.size = self.tube.size
+
+    def intersection_parameter(self, ray: Ray) -> Array:
+        """Return where a ray enters the capsule, or where it leaves it if it starts inside."""
+        enter, leave = self.span(ray)
+        if ray.beside is not None:
+            return np.where(enter <= leave, nearest_positive(enter, leave, ray.start), np.inf)
+        t = enter if self.side(ray.offset) > 0 else leave
+        return np.where((enter <= leave) & (t > 0), t, np.inf)
+
+    def span(self, ray: Ray) -> tuple[Array, Array]:
+        """Return where each ray enters and leaves the capsule, two (N,), NaN where it misses.
+
+        It does so where it enters and leaves the side of the cylinder. Where that is beyond an end, the sphere
+        around the end counts.
+        """
+        side = self.tube.side_terms(ray)
+        base, top = self.base.quadratic(ray), self.top.quadratic(ray)
+        z, along = self.tube.height_of_start(ray), dot(ray.direction, self.tube.axis)
+
+        def within(t: Array, of_base: Array, of_top: Array) -> Array:
+            height = z + t * along
+            return np.where(height > self.tube.half, of_top, np.where(height < -self.tube.half, of_base, t))
+
+        enter = within(side.enter, np.minimum(base.t_1, base.t_2), np.minimum(top.t_1, top.t_2))
+        leave = within(side.leave, np.maximum(base.t_1, base.t_2), np.maximum(top.t_1, top.t_2))
+        return enter, leave
+
+    def normal(self, ray: Ray, t: Array) -> Array:
+        """Return n = (P - F) / |P - F|, F the nearest point of the axis, turned to the viewer."""
+        outward = self._from_axis(ray.sight(t) - (self.position - ray.offset))
+        if ray.beside is not None:
+            return np.where(dot(outward, ray.direction) > 0, -1, 1) * outward / length(outward)
+        return (1 if self.side(ray.offset) > 0 else -1) * outward / length(outward)
+
+    def exit_parameter(self, way: PathToLight) -> Array:
+        """Return where parallel rays from the points leave the capsule, if they meet it."""
+        enter, leave = self.span(Ray(way.eye, way.wi, way.sight))
+        return np.where(enter <= leave, leave, -np.inf)
+
+    def side(self, point: Array) -> int:
+        """Return 1 outside, -1 inside, 0 on the surface."""
+        place = self.tube.place(point)
+        if abs(place.z) <= self.tube.half:
+            return int(np.sign(place.height))
+        return (self.top if place.z > 0 else self.base).side(point)
+
+    def heights(self, eye: Array, sight: Array) -> Array:
+        """Return |P - F| - R: (1, N)."""
+        return (length(self._from_axis(sight - (self.position - eye))) - self.radius)[None]
+
+    def _from_axis(self, point: Array) -> Array:
+        """Return the vectors to points relative to the middle from the nearest points of the axis: (3, N)."""
+        z = np.clip(dot(point, self.tube.axis), -self.tube.half, self.tube.half)
+        from_axis: Array = point - z * self.tube.axis
+        return from_axis
+
+
+def _perpendicular(axis: Array) -> Array:
+    """Return a unit vector (3, 1) at right angles to another."""
+    least = np.zeros((3, 1))
+    least[np.abs(axis).argmin()] = 1.0
+    across = np.cross(axis, least, axis=0)
+    return across / length(across)
+
+
 def _weighted(weights: Iterable[float], components: Array) -> Array:
     """Return the sum of components times weights, not all 0; those of weight 0 may be infinite."""
     terms = [weight * component for weight, component in zip(weights, components, strict=True) if weight]
@@ -1395,7 +1743,14 @@ PASS_VALUES: dict[str, Callable[[Scenery, Ray, Hit], npt.NDArray[Any]]] = {
 # --- From a world of plain arrays --------------------------------------------------------------------------
 
 # The class of each kind of shape and of light.
-OBJECTS: dict[str, Callable[..., Object]] = {"sphere": Sphere, "plane": Plane, "box": Box}
+OBJECTS: dict[str, Callable[..., Object]] = {
+    "sphere": Sphere,
+    "plane": Plane,
+    "box": Box,
+    "cylinder": Cylinder,
+    "capsule": Capsule,
+    "cone": Cone,
+}
 LIGHT_SOURCES: dict[str, Callable[..., LightSource]] = {"point": PointLight, "sun": SunLight}
 
 

@@ -132,9 +132,9 @@ NO_COLOR = 'Not a color: use a CSS name such as tomato, "#rrggbb" in quotes, or 
         (CAMERA + "light: []\n", "3:1", "light", "Property light is not allowed."),
         ("objects: []\n", "2:1", "o", 'Missing property "camera".'),
         (
-            BALL.replace("sphere", "cone"),
+            BALL.replace("sphere", "torus"),
             "4:11",
-            "cone",
+            "torus",
             'Value is not accepted. Valid values: "sphere", "plane", "box".',
         ),
         (BALL.replace("    radius: 1\n", ""), "4:5", "t", 'Missing property "radius".'),

@@ -13,6 +13,9 @@ from rtcli.lint.shapes import Ball, shape_of
 
 BALL = worlds.sphere([1, 2, 3], radius=2)
 CUBE = worlds.box([1, 2, 3], [2, 4, 6])
+DRUM = worlds.cylinder([0, 0, 0], 2, 4, axis=[0, 0, 3])
+HAT = worlds.cone([0, 0, 0], 3, 4)
+PILL = worlds.capsule([0, 0, 0], 1, 4, axis=[1, 0, 0])
 TURNED = worlds.box([0, 0, 0], [2, 2, 2], rotation=45)
 
 
@@ -38,6 +41,19 @@ def test_plane_is_no_solid():
         (TURNED, (0, 0, 0), -1),
         (TURNED, (math.sqrt(2), 0, 0), 0),  # an edge points along x
         (TURNED, (1.2, 0, 0), 1.2 / math.sqrt(2) - 1),
+        (DRUM, (0, 0, 0), -2),
+        (DRUM, (1.5, 0, 1), -0.5),
+        (DRUM, (0, 0, 5), 3),
+        (DRUM, (5, 0, 6), 5),  # the rim, 3 and 4 away
+        (HAT, (0, 2, 0), 0),  # its tip
+        (HAT, (0, -2.5, 0), 0.5),
+        (HAT, (0, -1.5, 0), -0.5),
+        (HAT, (0, 0, 0), -1.2),  # the slope is 4 to 3, and the tip 2 above: 2 * 3 / 5
+        (HAT, (4, 5, 0), 5),  # beyond the tip, 3 and 4 away
+        (PILL, (0, 0, 0), -1),
+        (PILL, (2, 3, 0), 2),
+        (PILL, (6, 0, 0), 3),
+        (PILL, (5, 4, 0), 4),  # the center of the end is 3 and 4 away
     ],
 )
 def test_distance_to_the_surface_is_negative_inside(data, point, distance):
@@ -65,6 +81,17 @@ def test_box_turns_counter_clockwise_seen_from_above():
         (CUBE, worlds.box([1, 2, 3], [1.5, 1, 1.5], rotation=45), False),  # its edges reach out
         (TURNED, worlds.box([0, 0, 0], [1.9, 1, 1.9], rotation=45), True),
         (TURNED, worlds.box([0, 0, 0], [1.9, 1, 1.9]), False),
+        (DRUM, worlds.sphere([0, 0, 0], radius=1.99), True),
+        (DRUM, worlds.sphere([0.1, 0, 0], radius=1.99), False),
+        (DRUM, worlds.cylinder([0, 0, 0], 1.9, 3.9, axis=[0, 0, 1]), True),
+        (DRUM, worlds.cylinder([0, 0, 0], 1.9, 3.9), False),
+        (DRUM, HAT, False),
+        (HAT, worlds.sphere([0, -0.6, 0], radius=1), True),
+        (HAT, worlds.sphere([0, 0.4, 0], radius=1), False),
+        (PILL, worlds.capsule([0, 0, 0], 0.9, 4, axis=[-1, 0, 0]), True),
+        (PILL, worlds.capsule([0.2, 0, 0], 0.9, 4, axis=[-1, 0, 0]), False),
+        (BALL, worlds.cone([1, 2, 3], 1, 2), True),
+        (BALL, worlds.cone([1, 2, 3], 1.8, 2), False),  # the rim of its base reaches out
     ],
 )
 def test_solid_contains_what_is_wholly_inside(outer, inner, inside):
@@ -88,6 +115,33 @@ def test_reach_is_that_of_the_farthest_point(data, way):
     assert shape.reach(way) == pytest.approx(farthest)
 
 
+@pytest.mark.parametrize(
+    ("data", "way", "farthest"),
+    [
+        (DRUM, (0, 0, 1), 2),
+        (DRUM, (0, 1, 0), 2),
+        (DRUM, (0.6, 0, 0.8), 0.6 * 2 + 0.8 * 2),
+        (HAT, (0, 1, 0), 2),
+        (HAT, (0, -1, 0), 2),
+        (HAT, (0.6, 0.8, 0), 0.8 * 2),
+        (HAT, (0.6, -0.8, 0), 0.6 * 3 + 0.8 * 2),
+        (PILL, (0.6, 0, 0.8), 0.6 * 2 + 1),
+    ],
+)
+def test_round_shape_reaches_as_far_as_its_rim_tip_or_end(data, way, farthest):
+    assert solid(data).reach(way) == pytest.approx(farthest)
+
+
+@pytest.mark.parametrize("data", [DRUM, HAT, PILL])
+def test_nearest_point_of_a_round_shape_is_on_it_and_as_far_as_the_distance_says(data):
+    rng = random.Random(1)
+    for _ in range(200):
+        point = tuple(rng.uniform(-5, 5) for _ in range(3))
+        nearest = solid(data).nearest_point(point)
+        assert solid(data).signed_distance(nearest) == pytest.approx(0, abs=1e-12)
+        assert math.dist(point, nearest) == pytest.approx(abs(solid(data).signed_distance(point)))
+
+
 def crowd(seed):
     """Return solids of very different sizes, many of them inside others, and some twice."""
     rng = random.Random(seed)
@@ -95,8 +149,13 @@ def crowd(seed):
     for _ in range(60):
         position = [rng.uniform(-4, 4) for _ in range(3)]
         extent = 10 ** rng.uniform(-2, 1)
-        if rng.random() < 0.5:
+        kind = rng.random()
+        if kind < 0.3:
             shapes.append(worlds.sphere(position, extent))
+        elif kind < 0.6:
+            axis = [rng.gauss(0, 1) for _ in range(3)]
+            kind = rng.choice([worlds.cylinder, worlds.capsule, worlds.cone])
+            shapes.append(kind(position, extent * rng.uniform(0.3, 1), extent, axis=axis))
         else:
             size = [extent * rng.uniform(0.3, 2) for _ in range(3)]
             shapes.append(worlds.box(position, size, rotation=rng.uniform(0, 360)))

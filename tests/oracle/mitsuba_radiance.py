@@ -30,7 +30,7 @@ import numpy as np
 import numpy.typing as npt
 
 import rtcli
-from rtcli.scene.model import Box, Camera, CarriedLight, Object, Plane, Scene, Sphere, SunLight
+from rtcli.scene.model import Box, Camera, Capsule, CarriedLight, Cylinder, Object, Plane, Scene, Sphere, SunLight
 
 Array = npt.NDArray[np.float64]
 
@@ -120,24 +120,48 @@ def world(scene: Scene, frame: Frame, lamp: Lamp | None = None) -> Any:
     contents: dict[str, Any] = {"type": "scene"}
     for index, shape in enumerate(scene.objects):
         if lamp is None or index != lamp.body:
-            contents[str(index)] = {**outline(shape, frame), "bsdf": two_sided_diffuse(shape)}
+            for part, outline in enumerate(outlines(shape, frame)):
+                contents[f"{index}_{part}"] = {**outline, "bsdf": two_sided_diffuse(shape)}
     if lamp is not None:
         contents["light"] = emitter(lamp, frame)
     # Unoptimised, so that no objects are merged and each keeps its name.
     return mitsuba.load_dict(contents, optimize=False)
 
 
-def outline(shape: Object, frame: Frame) -> dict[str, Any]:
-    """Return an object's shape as Mitsuba's `sphere`, `cube` or `rectangle`."""
+def outlines(shape: Object, frame: Frame) -> list[dict[str, Any]]:
+    """Return an object's shape as Mitsuba's `sphere`, `cube`, `rectangle`, or `cylinder` with two ends."""
     if isinstance(shape, Sphere):
-        return {
-            "type": "sphere",
-            "center": frame.point(shape.position).tolist(),
-            "radius": shape.radius / frame.unit,
-        }
+        return [ball(shape.position, shape.radius, frame)]
     if isinstance(shape, Box):
-        return {"type": "cube", "to_world": box_to_world(shape, frame)}
-    return {"type": "rectangle", "to_world": plane_to_world(shape, frame)}
+        return [{"type": "cube", "to_world": box_to_world(shape, frame)}]
+    if isinstance(shape, (Cylinder, Capsule)):
+        to_top = shape.height / 2 * unit(np.array(shape.axis))
+        ends = [np.array(shape.position) - to_top, np.array(shape.position) + to_top]
+        p0, p1 = (frame.point(end).tolist() for end in ends)
+        side = {"type": "cylinder", "p0": p0, "p1": p1, "radius": shape.radius / frame.unit}
+        if isinstance(shape, Capsule):
+            return [side, *(ball(end, shape.radius, frame) for end in ends)]
+        return [side, *({"type": "disk", "to_world": disk_to_world(shape, end, frame)} for end in ends)]
+    if isinstance(shape, Plane):
+        return [{"type": "rectangle", "to_world": plane_to_world(shape, frame)}]
+    raise ValueError(f"Mitsuba knows no {shape.type}")
+
+
+def ball(center: Iterable[float], radius: float, frame: Frame) -> dict[str, Any]:
+    """Return Mitsuba's `sphere` with a center and radius of the scene."""
+    return {"type": "sphere", "center": frame.point(center).tolist(), "radius": radius / frame.unit}
+
+
+def disk_to_world(shape: Cylinder, center: Array, frame: Frame) -> Any:
+    """Return the transform of the disk of radius 1 across z to one at an end of a cylinder."""
+    axis = unit(np.array(shape.axis))
+    sideways = unit(np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))]))
+    matrix = np.eye(4)
+    matrix[:3, 0] = shape.radius / frame.unit * sideways
+    matrix[:3, 1] = shape.radius / frame.unit * np.cross(axis, sideways)
+    matrix[:3, 2] = axis
+    matrix[:3, 3] = frame.point(center)
+    return mitsuba.ScalarTransform4f(matrix)
 
 
 def box_to_world(shape: Box, frame: Frame) -> Any:
@@ -282,7 +306,7 @@ def direct_light(lit_world: Any, rays: list[Any], samples: int) -> Array:
 def first_objects(whole_world: Any, rays: list[Any]) -> npt.NDArray[np.int64]:
     """Return the index of the object that each ray meets first, `NOTHING` where it meets none: (N,)."""
     hits = (whole_world.ray_intersect(ray) for ray in rays)
-    return np.array([int(hit.shape.id()) if hit.is_valid() else NOTHING for hit in hits])
+    return np.array([int(hit.shape.id().partition("_")[0]) if hit.is_valid() else NOTHING for hit in hits])
 
 
 def fill_in(total: Array, first: npt.NDArray[np.int64], scene: Scene) -> None:

@@ -78,6 +78,12 @@ CAMERA = "camera: {resolution: [4, 3], fov: 40}\n"
         CAMERA + 'lights:\n  - {"position":[0,1,2], "intensity":.5, color: &c [1, 2, 3]}\n'
         "  - position: [0, 1, 2]\n    intensity: 5.\n    color: *c\n",
         CAMERA + "objects:\n  - &x {type: sphere, position: [0, 0, 0], radius: 1, color: &r red}\n  - *x\n",
+        CAMERA
+        + "objects: [{type: cylinder, position: [0, 0, 0], radius: 1, height: 2, axis: [0, 0, -3], color: red}]",
+        CAMERA + "objects: [{type: capsule, position: [0, 0, 0], radius: 1, height: 2, color: red}]",
+        CAMERA + "objects: [{type: capsule, position: [0, 0, 0], radius: 1, height: 0, color: red}]",
+        CAMERA
+        + "objects:\n- {type: cone, position: [0, 0, 0], radius: 1, top_radius: 0, height: 2, color: red}\n",
         CAMERA + "objects: [{name: é, type: box, position: [0, 0, 0], size: [1, 1, 1], color: Red, rotation: -0}]",
     ],
 )

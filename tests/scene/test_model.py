@@ -425,7 +425,7 @@ def test_rotation_that_is_none_is_told_where_it_is_wrong(rotation, pointer, mess
     assert problem.help.endswith("or [x, y, z]: about x, then y, then z. Example: `rotation: 45`")
 
 
-@pytest.mark.parametrize("kind", ["cone", "Sphere", "''", "3", "~", "true", "[sphere]", "{sphere: 1}"])
+@pytest.mark.parametrize("kind", ["torus", "Sphere", "''", "3", "~", "true", "[sphere]", "{sphere: 1}"])
 def test_type_that_is_not_a_shape_is_refused(kind):
     assert pointers(item(SPHERE, type=kind)) == ["/objects/0/type"]
 
@@ -456,7 +456,7 @@ def test_name_that_is_taken_is_refused(names, refused):
 
 
 def test_name_that_is_taken_is_refused_together_with_other_mistakes():
-    objects = f"  - {{{SPHERE}, name: a}}\n  - {{{SPHERE}, name: a, x: 1}}\n  - {{type: cone, name: a}}\n"
+    objects = f"  - {{{SPHERE}, name: a}}\n  - {{{SPHERE}, name: a, x: 1}}\n  - {{type: torus, name: a}}\n"
     expected = ["/objects/1/name", "/objects/1/x", "/objects/2/type", "/objects/2/name"]
     assert pointers(f"{CAMERA}objects:\n{objects}") == expected
 

@@ -159,6 +159,8 @@ def test_defaults_equal_those_of_the_models():
     sizes = {("CarriedLight", "radius"), ("PointLight", "radius"), ("SunLight", "angle")}
     expected |= dict.fromkeys(sizes, 0)
     expected |= {("Box", "rotation"): 0}
+    expected |= {(name, "axis"): (0, 1, 0) for name in ("Cylinder", "Capsule", "Cone")}
+    expected |= {("Cone", "top_radius"): 0}
     sections = {("scene", "render"): scene.render, ("scene", "image"): scene.image}
     for loc, section in sections.items():
         assert found.pop(loc) == json.loads(section.model_dump_json())

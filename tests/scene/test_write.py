@@ -200,6 +200,21 @@ PARTS = [
         rtcli.Plane(**AT, normal=(0, 1, 0), checker=CHECKER),
     ),
     (
+        "A cylinder in `objects`",
+        "type name position radius height axis color light",
+        rtcli.Cylinder(**AT, radius=1, height=2, axis=(1, 0, 0), light=LIGHT),
+    ),
+    (
+        "A capsule in `objects`",
+        "type name position radius height axis color light",
+        rtcli.Capsule(**AT, radius=1, height=2, axis=(1, 0, 0), light=LIGHT),
+    ),
+    (
+        "A cone in `objects`",
+        "type name position radius top_radius height axis color light",
+        rtcli.Cone(**AT, radius=1, top_radius=0.5, height=2, axis=(1, 0, 0), light=LIGHT),
+    ),
+    (
         "A point light in `lights`",
         "type position intensity radius color",
         rtcli.PointLight(position=(0, 0, 0), intensity=1, radius=2, color="red"),

@@ -1,9 +1,9 @@
 """A small tracer that shares no code with either engine: every surface, every ray, in float64.
 
-A ray meets a face, which has a plane and an outline, or a ball, which has two roots; what lies strictly between
-the ends of a segment blocks it. There is no side, no tree and no float32. All points are relative to the eye. With
-each decision comes its margin, which shows where pictures may differ: beside an outline, or where surfaces
-cross.
+A ray meets a face, which has a plane and an outline, or a curved surface, which has two roots; what lies strictly
+between the ends of a segment blocks it. There is no side, no tree and no float32. All points are relative to the
+eye. With each decision comes its margin, which shows where pictures may differ: beside an outline, or where
+surfaces cross.
 
 Arrays are component-first: (3, N), one column a pixel, row by row.
 """
@@ -72,7 +72,7 @@ class Point(NamedTuple):
         return np.where(np.abs(height) <= self.certainty * (ROUNDING * away + self.error + grain), 0.0, height)
 
 
-def is_doubtful(body: Ball | Wall | Brick, point: Point) -> Mask:
+def is_doubtful(body: Body, point: Point) -> Mask:
     """Return which points are so close to a surface that it is open whether they are on it: (1,) or (N,)."""
     surely, perhaps = (body.heights(point._replace(certainty=certainty)) == 0 for certainty in (1 / 4, 4))
     doubtful: Mask = (surely != perhaps).any(axis=0)
@@ -121,12 +121,42 @@ class Crossings(NamedTuple):
 # --- Bodies ----------------------------------------------------------------------------------------------
 
 
-class Ball:
+class Body:
+    """A shape with K surfaces.
+
+    Attributes
+    ----------
+    size, across, grain
+        Its size, that across each surface, (K, 1) or one for all, and what decimal numbers took from each.
+    curved
+        (K, 1) or one for all: which surfaces are curved.
+    bend
+        The radius of those.
+    """
+
+    size: float = 0.0
+    across: Any = 0.0
+    grain: Any = 0.0
+    curved: Any = False
+    bend: float = np.inf
+
+    def crossings(self, start: Point, way: Array) -> Crossings:
+        """Return where rays from points cross the surfaces."""
+        raise NotImplementedError
+
+    def heights(self, point: Point) -> Array:
+        """Return the heights of points above the surfaces: (K, N)."""
+        raise NotImplementedError
+
+
+class Ball(Body):
     """A sphere."""
+
+    curved = True
 
     def __init__(self, center: Array, data: Data, eye: Array) -> None:
         self.center, self.size, self.grain = center, float(data["radius"]), grain(data)
-        self.across = self.size
+        self.across = self.bend = self.size
 
     def crossings(self, start: Point, way: Array) -> Crossings:
         # |q + t w|^2 = 1 in units of the radius
@@ -148,10 +178,8 @@ class Ball:
         return np.stack([point.snapped(height, np.abs(away).sum(axis=0) + self.size, self.grain)] * 2)
 
 
-class Wall:
+class Wall(Body):
     """A plane."""
-
-    size = across = 0.0
 
     def __init__(self, center: Array, data: Data, eye: Array) -> None:
         self.point, self.normal, self.eye = center, unit(vector(data["normal"])), eye
@@ -175,12 +203,13 @@ class Wall:
         return point.snapped(dot(self.normal, away), np.minimum(total(1, away), across), self.grain)[None]
 
 
-class Brick:
+class Brick(Body):
     """A box: its six faces, rectangles."""
 
     def __init__(self, center: Array, data: Data, eye: Array) -> None:
         self.center, self.half, self.eye = center, np.array(data["size"])[:, None] / 2, eye
         self.size = float(self.half.sum())
+        self.across = np.concatenate([self.half, self.half])
         self.axes = turned_axes(data.get("rotation", 0))
         self.grain = grain_across(self._across(vector(data["position"])), data, eye)
         self.normals = np.stack([sign * axis for sign in (1, -1) for axis in self.axes], axis=1)
@@ -209,11 +238,6 @@ class Brick:
         across = self._across(away) + self.across + total(1, point.position + self.eye)
         return point.snapped(beyond, np.minimum(total(1, away) + self.size, across), self.grain)
 
-    @property
-    def across(self) -> Array:
-        """Half the size across each face: (6, 1)."""
-        return np.concatenate([self.half, self.half])
-
     def _across(self, vector: Array) -> Array:
         """Return the sum of |a_i v_i| of the axis a across each face: (6, N)."""
         across = np.stack([total(axis, vector) for axis in self.axes])
@@ -221,6 +245,122 @@ class Brick:
 
     def _along_axes(self, vector: Array) -> Array:
         return np.stack([dot(axis, vector) for axis in self.axes])
+
+
+class Frustum(Body):
+    """A cylinder or a cone: both roots of its side, and two discs."""
+
+    curved = np.array([[True], [True], [False], [False]])
+
+    def __init__(self, center: Array, data: Data, eye: Array) -> None:
+        base, height = float(data["radius"]), float(data["height"])
+        top = float(data.get("top_radius", 0)) if data["type"] == "cone" else base
+        self.center, self.eye, self.half, self.bend = center, eye, height / 2, max(base, top)
+        self.axis = unit(vector(data.get("axis", (0, 1, 0))))
+        self.radii, self.slope = (base, top), (top - base) / height if height else 0.0
+        self.cosine = 1 / math.hypot(1, self.slope)
+        self.size = self.half + 2 * self.bend
+        self.across = np.array([[self.size], [self.size], [self.half], [self.half]])
+        whole = grain(data)
+        flat = float(grain_across(total(self.axis, vector(data["position"])), data, eye)[0])
+        self.grain = np.array([[whole], [whole], [flat], [flat]])
+
+    def crossings(self, start: Point, way: Array) -> Crossings:
+        z, away = self._along_and_across(start.position - self.center)
+        along, across = self._along_and_across(way)
+        speed = length(way)
+        side = self.side_crossings(start, way)
+        t = -self.heights(start)[2:] / np.stack([-along, along])
+        margins = np.stack([radius - length(away + t * across) for t, radius in zip(t, self.radii, strict=True)])
+        discs = np.stack([-self.axis, self.axis], axis=1) * np.ones_like(t)
+        steep = np.abs(np.stack([along, along]) * np.ones_like(t)) / speed
+        within = self.half - np.abs(z + side.t * along)
+        return Crossings(
+            np.concatenate([side.t, t]),
+            np.concatenate([np.fmin(side.margin, within), margins]),
+            np.concatenate([side.normal, discs], axis=1),
+            np.concatenate([side.steep, steep]),
+        )
+
+    def side_crossings(self, start: Point, way: Array) -> Crossings:
+        """Return the crossings with the whole double cone: two."""
+        speed = length(way)
+        position, step = start.position - self.center, way / speed
+        # D does not depend on where the line begins: from its point nearest to the middle nothing cancels.
+        a, b, c = self._quadratic(position - dot(position, step) * step, step)
+        under_root = b * b - a * c
+        if (is_near := length(position) < 100 * self.size).any():
+            _, b_here, _ = self._quadratic(position, step)
+            z, away = self._along_and_across(position)
+            c_here = self.heights(start)[0] / self.cosine * (length(away) + self._radius(z))
+            b, c = np.where(is_near, b_here, b), np.where(is_near, c_here, c)
+        q = -b - np.where(b < 0, -1, 1) * np.sqrt(np.maximum(under_root, 0))
+        nearest = np.where(is_near, 0.0, -dot(position, step))
+        roots = nearest + np.stack([q / a, np.where(c == 0, 0.0, c / q)])
+        z, away = self._along_and_across(position[:, None] + roots * step[:, None])
+        radius = self._radius(z)
+        normal = self.cosine * (away / length(away) - self.slope * self.axis[:, None])
+        margin = np.fmin(under_root / (2 * self.bend * np.abs(a)), radius)
+        return Crossings(roots / speed, margin, normal, np.abs(dot(normal, step[:, None])))
+
+    def _quadratic(self, position: Array, step: Array) -> tuple[Array, Array, Array]:
+        """Return A, B and C of |p - (p . a) a| = r(p . a): A t^2 + 2 B t + C = 0."""
+        z, away = self._along_and_across(position)
+        along, across = self._along_and_across(step)
+        radius, widening = self._radius(z), self.slope * along
+        c = (length(away) - radius) * (length(away) + radius)
+        return dot(across, across) - widening * widening, dot(away, across) - radius * widening, c
+
+    def heights(self, point: Point) -> Array:
+        away = point.position - self.center
+        z, radial = self._along_and_across(away)
+        side = self.cosine * (length(radial) - self._radius(z))
+        side = point.snapped(side, total(1, away) + self.size, self.grain[0])
+        across = total(self.axis, away) + self.half + total(1, point.position + self.eye)
+        lost = np.minimum(total(1, away) + self.size, across)
+        discs = [point.snapped(sign * z - self.half, lost, self.grain[2]) for sign in (-1, 1)]
+        return np.stack([side, side, *discs])
+
+    def _radius(self, z: Array) -> Array:
+        return sum(self.radii) / 2 + self.slope * z
+
+    def _along_and_across(self, vector: Array) -> tuple[Array, Array]:
+        axis = self.axis.reshape(3, *[1] * (vector.ndim - 1))
+        along = dot(axis, vector)
+        return along, vector - along * axis
+
+
+class Pill(Body):
+    """A capsule: the side of a cylinder, and a ball at each end, both roots of each."""
+
+    curved = True
+
+    def __init__(self, center: Array, data: Data, eye: Array) -> None:
+        self.center, self.tube = center, Frustum(center, data, eye)
+        self.to_top = self.tube.half * self.tube.axis
+        self.ends = [Ball(center + end, data, eye) for end in (-self.to_top, self.to_top)]
+        self.bend, self.grain = self.tube.bend, grain(data)
+        self.size = self.across = self.tube.size
+
+    def crossings(self, start: Point, way: Array) -> Crossings:
+        parts = [self.tube.side_crossings(start, way), *(end.crossings(start, way) for end in self.ends)]
+        z, along = dot(self.tube.axis, start.position - self.center), dot(self.tube.axis, way)
+        found = []
+        for part, sign in zip(parts, (0, -1, 1), strict=True):
+            height = z + part.t * along
+            beyond = sign * height - self.tube.half if sign else self.tube.half - np.abs(height)
+            found.append(part._replace(margin=np.fmin(part.margin, beyond)))
+        t, margin, steep = (
+            np.concatenate([getattr(part, key) for part in found]) for key in ("t", "margin", "steep")
+        )
+        return Crossings(t, margin, np.concatenate([part.normal for part in found], axis=1), steep)
+
+    def heights(self, point: Point) -> Array:
+        """Return the heights above the parts, far from those that are not the nearest."""
+        z = dot(self.tube.axis, point.position - self.center)
+        zones = (np.abs(z) <= self.tube.half, z < -self.tube.half, z > self.tube.half)
+        parts = (self.tube.heights(point)[:2], *(end.heights(point) for end in self.ends))
+        return np.concatenate([np.where(zone, part, np.inf) for zone, part in zip(zones, parts, strict=True)])
 
 
 def turned_axes(rotation: float | list[float]) -> list[Array]:
@@ -244,7 +384,14 @@ def turn(about: int, degrees: float) -> Array:
     return np.array(rows[about], dtype=float)
 
 
-BODIES = {"sphere": Ball, "plane": Wall, "box": Brick}
+BODIES: dict[str, Any] = {
+    "sphere": Ball,
+    "plane": Wall,
+    "box": Brick,
+    "cylinder": Frustum,
+    "cone": Frustum,
+    "capsule": Pill,
+}
 
 
 class Lamp(NamedTuple):
@@ -448,7 +595,7 @@ class BruteForce:
             loss += BLOCK * self.pixel
         return Picture(index + 1, t * size, steep, loss / steep, normal, radiance, np.zeros((3, count)), clear)
 
-    def _is_border(self, body: Ball | Wall | Brick, one: Crossings, here: Mask, seen: tuple[Array, Array]) -> Mask:
+    def _is_border(self, body: Body, one: Crossings, here: Mask, seen: tuple[Array, Array]) -> Mask:
         """Return which crossings are so close to an outline, or to what is seen, that rounding decides: (K, N)."""
         t, size = seen
         distance = np.where(np.isfinite(t), t, 0) * size
@@ -457,15 +604,13 @@ class BruteForce:
             + COINCIDENT * distance
         )
         near = (one.t > 0) & ((one.t < t) | ((one.t - t) * size * one.steep < blur))
-        grazing = EDGE_ON
-        touches: Any = False
-        if isinstance(body, Ball):
-            # The square of cos is as uncertain as the coordinates. And the eye may be on the ball, or close.
-            grazing = max(GRAZING, math.sqrt(1e5 * (self.grain + body.grain) / body.size))
-            touches = (np.abs(one.t) * size < 4 * grazing * body.size) & (one.steep < grazing)
-            touches &= one.margin > -blur - grazing**2 * body.size
+        # The square of cos is as uncertain as the coordinates. And the eye may be on the surface, or close.
+        grazing = np.maximum(GRAZING, np.sqrt(1e5 * (self.grain + body.grain) / body.bend))
+        touches = body.curved & (np.abs(one.t) * size < 4 * grazing * body.bend) & (one.steep < grazing)
+        touches &= one.margin > -blur - grazing**2 * body.bend
+        grazing = np.where(body.curved, grazing, EDGE_ON)
         # Along a face that is seen at a slant, a part of a pixel is a longer way.
-        within = blur if isinstance(body, Ball) else blur / np.maximum(one.steep, EDGE_ON)
+        within = np.where(body.curved, blur, blur / np.maximum(one.steep, EDGE_ON))
         outline = (np.abs(one.margin) <= within) | ((one.margin > 0) & (one.steep < grazing))
         behind = (one.margin > 0) & ~here & np.isfinite(t) & (one.t > t)
         parallel = (one.t > 0) & (np.abs(one.steep - PARALLEL) < PARALLEL / 2)
@@ -548,7 +693,7 @@ class BruteForce:
         picture.radiance[:, pixels[lit]] += light
         share = 1e-4 + 8e-6 / picture.steep[pixels[lit]]
         # The normal of a ball that is a small part of a pixel: of the pixel float32 holds a share.
-        size = np.array([body.size if isinstance(body, Ball) else np.inf for body in self.bodies])
+        size = np.array([body.bend for body in self.bodies])
         seen = pixels[lit]
         share += 2e-6 * self._pixel_at(picture.distance[seen]) / size[picture.object_id[seen] - 1]
         if self.eye_falloff:
@@ -595,7 +740,7 @@ class BruteForce:
                 sure &= ~is_doubtful(body, end)
             here = body.heights(start)
             on_lamp = body.heights(end) == 0 if end is not None else np.zeros((len(here), 1), dtype=bool)
-            if isinstance(body, Ball) and on_lamp.any():
+            if (on_lamp & body.curved).any():
                 # It is met from the lamp, where the root is exactly 0.
                 one, on_lamp = body.crossings(end, -way), here == 0
             else:
@@ -607,7 +752,7 @@ class BruteForce:
                 (above != 0) & (np.abs(above) <= points.blur) & (one.margin > -close) & (np.abs(one.t) < until)
             )
             vague = between & (one.steep < 2 * PARALLEL) & (body.size == 0)
-            if isinstance(body, Ball):  # at the rim of what a lamp on it lights
-                vague |= (np.abs(one.t) * r < 4 * GRAZING * body.size) & (one.steep < GRAZING)
+            # At the rim of what a lamp on it lights.
+            vague |= body.curved & (np.abs(one.t) * r < 4 * GRAZING * body.bend) & (one.steep < GRAZING)
             sure &= ~((between & (np.abs(one.margin) <= close)) | almost | vague).any(axis=0)
         return is_open, sure

@@ -16,6 +16,8 @@ Vector = list[float]
 RESOLUTION = (32, 24)
 ROTATIONS = (0, 0, 0, 30, 45, 90, 180, 1e9, 17.3)
 UNITS = (1.0, 1.0, 1.0, 0.1, 1 / 3, 1e-6, 1e6, 1e-3, 2.0**-20, 2.0**20)
+ROUND = ("cylinder", "capsule", "cone")
+AXES = ([0, 1, 0], [0, 1, 0], [0, -2, 0], [1, 0, 0], [0, 0, 1], [1, 1, 0], [1, 2, 2])
 NORMALS = ([0, 1, 0], [0, 1, 0], [1, 0, 0], [0, 0, -1], [1, 1, 0], [1, 2, 2], [0, 3, 4])
 
 
@@ -61,8 +63,19 @@ class _Draw:
                 "normal": self.rng.choice(NORMALS),
                 "color": self.color(),
             }
-        if kind < 0.5:
+        if kind < 0.4:
             shape = {"type": "sphere", "position": self.position(), "radius": self.size(), "color": self.color()}
+        elif kind < 0.6:
+            shape = {
+                "type": self.rng.choice(ROUND),
+                "position": self.position(),
+                "radius": self.size(),
+                "height": self.size(),
+                "axis": self.rng.choice(AXES),
+                "color": self.color(),
+            }
+            if shape["type"] == "cone":
+                shape["top_radius"] = self.rng.choice((0, self.size()))
         else:
             shape = {
                 "type": "box",
@@ -86,11 +99,11 @@ class _Draw:
         kind = self.rng.random()
         if other.get("radius", 0) > 100 * self.unit:  # a planet: at the point where it was put
             ground = [x + s for x, s in zip(other["position"], (0, other["radius"], 0), strict=True)]
-            reach = shape["radius"] if shape["type"] == "sphere" else shape["size"][1] / 2
+            reach = reach_up(shape)
             shape["position"] = [ground[0], ground[1] + reach * self.rng.choice((1, 1, 2, 0)), ground[2]]
             return
         if kind < 0.25 and other["type"] == shape["type"]:  # the same surface
-            shape.update({key: other[key] for key in ("position", "radius", "size", "rotation") if key in other})
+            shape.update({key: value for key, value in other.items() if key not in ("color", "light")})
         elif kind < 0.5 or other["type"] == "plane":
             shape["position"] = list(other["position"])
         if kind > 0.3 and other["type"] == shape["type"] == "box":
@@ -103,8 +116,7 @@ class _Draw:
             shape["position"] = on(other, local)
         elif kind > 0.4:
             shape["position"] = self.on_surface(other)
-            reach = shape["radius"] if shape["type"] == "sphere" else shape["size"][1] / 2
-            shape["position"][1] += reach
+            shape["position"][1] += reach_up(shape)
 
     def add_something_far(self, lights: list[Data]) -> None:
         """Add a light or a body that is very far from everything else, and bright or large enough to be seen."""
@@ -177,11 +189,31 @@ class _Draw:
         if shape["type"] == "sphere":
             way = rng.choice(([0, 1, 0], [0, -1, 0], [1, 0, 0], [0, 0, 1], [0.6, 0.8, 0], [0, -0.8, 0.6]))
             return [x + shape["radius"] * w for x, w in zip(shape["position"], way, strict=True)]
+        if shape["type"] in ROUND:
+            return self.on_round(shape)
         half = [side / 2 for side in shape["size"]]
         local = [h * rng.choice((0, 0, 0.5, -0.5, 0.25)) for h in half]
         for axis in rng.sample(range(3), rng.choice((1, 1, 1, 1, 2, 3))):
             local[axis] = half[axis] * rng.choice((-1, 1))
         return on(shape, local)
+
+    def on_round(self, shape: Data) -> Vector:
+        """Return a point on a shape that is round about an axis: of its side, an end or a rim."""
+        radius, half = shape["radius"], shape["height"] / 2
+        z = half * self.rng.choice((-1, 1, 0, 0.5))
+        top = shape.get("top_radius", radius if shape["type"] != "cone" else 0)
+        away = radius + (top - radius) * (z + half) / (2 * half)
+        if abs(z) == half:
+            if shape["type"] == "capsule":
+                away, along = self.rng.choice(((0, 1), (0.6, 0.8), (1, 0)))
+                away, z = away * radius, z + math.copysign(along * radius, z)
+            else:
+                away *= self.rng.choice((0, 0.5, 1, 1))
+        size = math.hypot(*shape["axis"])
+        axis = [x / size for x in shape["axis"]]
+        across = [axis[1], -axis[0], 0.0] if axis[0] or axis[1] else [1.0, 0.0, 0.0]
+        across = [a / math.hypot(*across) for a in across]
+        return [p + z * a + away * s for p, a, s in zip(shape["position"], axis, across, strict=True)]
 
     def size(self) -> float:
         thin = 0.25 if any(self.origin) else 1e-3
@@ -192,6 +224,13 @@ class _Draw:
 
     def color(self) -> Vector:
         return [self.rng.choice((0.25, 0.5, 0.75, 1)) for _ in range(3)]
+
+
+def reach_up(shape: Data) -> float:
+    """Return how far up a shape that is upright reaches from its position."""
+    if shape["type"] == "box":
+        return shape["size"][1] / 2
+    return shape.get("height", 0) / 2 + (shape["radius"] if shape["type"] in ("sphere", "capsule") else 0)
 
 
 def on(shape: Data, local: Sequence[float]) -> Vector:

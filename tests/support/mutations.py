@@ -34,6 +34,16 @@ VALID = {
             "checker": {"size": 0.5, "color": [0, 1, 0]},
             "light": {"intensity": 0, "radius": 0.5},
         },
+        {
+            "type": "cone",
+            "name": "roof",
+            "position": [0, 1, -5],
+            "radius": 1,
+            "top_radius": 0.5,
+            "height": 1,
+            "axis": [0, 1, 0],
+            "color": "red",
+        },
     ],
     "render": {
         "samples": 1,
@@ -94,7 +104,7 @@ def mutated_scenes(draw):
 # Values of every kind: valid ones of each key, and some on both sides of each bound.
 ODD_NUMBERS = [-1, -5e-324, 0, 5e-324, 0.5, 1, 1.5, 4.0, 179.9, 180, 1024, 1025, 65_535, 65_536, 1e308, 10**400]
 ODD_TEXTS = ["", "red", "LightSkyBlue", "Redd", "red\n", "#FF00aa", "#ff0000\n", "#fff", "lamp"]
-CHOICES = ["sphere", "plane", "box", "auto", "Auto", "clip", "aces"]
+CHOICES = ["sphere", "plane", "box", "cylinder", "auto", "Auto", "clip", "aces"]
 ODD_LISTS = [[], [0, 0, 0], [0, -0.0, 0.0], [0, 0, -1], [2, 0, 0], [1, 1], [1, 1, 1, 1]]
 ODD_VALUES = [None, False, True, {}, {"intensity": 1}, *ODD_NUMBERS, *ODD_TEXTS, *CHOICES, *ODD_LISTS]
 

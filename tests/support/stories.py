@@ -9,7 +9,7 @@ from worlds import Data, scene
 
 from rtcli.explain import Explanation, explain
 
-# A picture of one pixel: its centre looks along -z from the origin.
+# A picture of one pixel: its center looks along -z from the origin.
 STRAIGHT = {"resolution": [1, 1], "fov": 40}
 
 

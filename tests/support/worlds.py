@@ -31,6 +31,19 @@ def plane(position: list[float], normal: list[float], color: Any = "white", **mo
     return {"type": "plane", "position": position, "normal": normal, "color": color, **more}
 
 
+def cylinder(position: list[float], radius: float, height: float, color: Any = "white", **more: Any) -> Data:
+    size = {"radius": radius, "height": height}
+    return {"type": "cylinder", "position": position, **size, "color": color, **more}
+
+
+def capsule(position: list[float], radius: float, height: float, color: Any = "white", **more: Any) -> Data:
+    return {**cylinder(position, radius, height, color, **more), "type": "capsule"}
+
+
+def cone(position: list[float], radius: float, height: float, color: Any = "white", **more: Any) -> Data:
+    return {**cylinder(position, radius, height, color, **more), "type": "cone"}
+
+
 def light(position: list[float], intensity: float = 100.0, **more: Any) -> Data:
     return {"position": position, "intensity": intensity, **more}
 
@@ -58,6 +71,10 @@ def pixel_slopes(width: int, height: int, fov: float) -> tuple[np.ndarray, np.nd
     return np.broadcast_to(x, (height, width)), np.broadcast_to(y[:, None], (height, width))
 
 
+# The kinds that are round about an axis.
+ROUND: dict[str, Callable[..., Data]] = {"cylinder": cylinder, "capsule": capsule, "cone": cone}
+
+
 # --- Random scenes ---------------------------------------------------------------------------------------
 
 
@@ -80,7 +97,7 @@ def random_scenes(
     Hypothesis chooses how many of what there are; their numbers come from a seed, because Hypothesis likes equal
     numbers.
     """
-    kinds = draw(st.lists(st.sampled_from(["sphere", "box", "plane", "lamp"]), max_size=7))
+    kinds = draw(st.lists(st.sampled_from(["sphere", "box", "plane", "lamp", *ROUND]), max_size=7))
     light_count = draw(st.integers(0, 3))
     seed = draw(st.integers(0, 2**32))
     rng = random.Random(seed)
@@ -151,8 +168,17 @@ def _object(rng: random.Random, kind: str, checkers: bool) -> Data:
     if kind == "box":
         size = [rng.uniform(0.1, 3) for _ in range(3)]
         return box(_point(rng, 5), size, _color(rng), rotation=_rotation(rng), **checker)
+    if kind in ROUND:
+        return _round(rng, kind, _point(rng, 5), 3)
     shape = sphere(_point(rng, 5), rng.uniform(0.1, 2), _color(rng))
     return shape if kind == "sphere" else {**shape, "light": {"intensity": rng.uniform(1, 200)}}
+
+
+def _round(rng: random.Random, kind: str, position: list[float], size: float) -> Data:
+    """Return a body that is round about an axis: from flat to long, a cone with or without its tip."""
+    radius, height = size * rng.uniform(0.05, 0.6), size * rng.uniform(0.02, 1)
+    more = {"top_radius": rng.choice([0, size * rng.uniform(0, 0.6)])} if kind == "cone" else {}
+    return ROUND[kind](position, radius, height, _color(rng), axis=_direction(rng), **more)
 
 
 def _checker(rng: random.Random, size: float) -> Data:
@@ -202,6 +228,10 @@ def extreme_scenes() -> st.SearchStrategy[Data]:
         optional={"light": carried},
     )
     planes = st.fixed_dictionaries({"type": st.just("plane"), **common, "normal": _DIRECTION})
+    rounds = st.fixed_dictionaries(
+        {"type": st.sampled_from(list(ROUND)), **common, "radius": _POSITIVE, "height": _POSITIVE},
+        optional={"light": carried, "axis": _DIRECTION},
+    )
     size = {"resolution": st.tuples(st.integers(1, 7), st.integers(1, 7)).map(list)}
     angle = st.floats(0, 180, exclude_min=True, exclude_max=True)
     place = {"position": _VECTOR}
@@ -221,7 +251,7 @@ def extreme_scenes() -> st.SearchStrategy[Data]:
         {
             "camera": camera,
             "lights": st.lists(free | suns, max_size=3),
-            "objects": st.lists(st.one_of(spheres, boxes, planes), max_size=4),
+            "objects": st.lists(st.one_of(spheres, boxes, planes, rounds), max_size=4),
             "render": settings,
         }
     )
@@ -306,9 +336,11 @@ def _crowd_object(
     rng: random.Random, random_position: Callable[[float], list[float]], size: float, index: int
 ) -> Data:
     kind = rng.random()
-    if kind < 0.5:
+    if kind < 0.35:
         carried = {"light": {"intensity": size**2 * rng.uniform(1, 200)}} if rng.random() < 0.03 else {}
         return sphere(random_position(5), size * rng.uniform(0.1, 0.6), _color(rng), **carried)
+    if kind < 0.6:
+        return _round(rng, rng.choice(list(ROUND)), random_position(5), size)
     if kind < 0.95 or index > 20:  # a few planes: more would hide all else
         return box(
             random_position(5),

@@ -12,7 +12,7 @@ from array import array
 
 import numpy as np
 import pytest
-from worlds import box, light, plane, scene, sphere, sun
+from worlds import box, capsule, cone, cylinder, light, plane, scene, sphere, sun
 
 import rtcli
 from rtcli.rendering.pack import pack
@@ -30,6 +30,9 @@ ROOM = scene(
         plane([0, -1, 0], [0, 1, 0], "wheat"),
         *(sphere([x, y, -6 - x], 0.3, "tomato") for x in range(-2, 3) for y in range(3)),
         box([1, 0.2, -4], [0.5, 1, 0.4], rotation=30),
+        cylinder([-1, -0.5, -3.5], 0.2, 1),
+        capsule([-0.3, -0.7, -3.2], 0.2, 0.6, axis=[1, 0.2, 1]),
+        cone([0.4, -0.6, -3.4], 0.3, 0.8, top_radius=0.1),
         sphere([0, 3, -5], 0.2, light={"intensity": 100}),
     ],
     [light([3, 4, 0]), light([-4, 2, -1], 50, radius=0.3), sun([-1, -2, -1], 1, angle=10)],

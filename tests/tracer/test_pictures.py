@@ -5,7 +5,19 @@ import random
 
 import numpy as np
 import pytest
-from worlds import box, light, pixel_slopes, plane, random_intrinsics, random_pose, scene, sphere
+from worlds import (
+    box,
+    capsule,
+    cone,
+    cylinder,
+    light,
+    pixel_slopes,
+    plane,
+    random_intrinsics,
+    random_pose,
+    scene,
+    sphere,
+)
 
 from rtcli.tracer.passes import PASSES
 
@@ -584,6 +596,188 @@ def test_threads_do_not_change_a_bit(render, threads):
     np.testing.assert_array_equal(one.radiance, many.radiance)
     np.testing.assert_array_equal(one.normal, many.normal)
     assert one.rays == many.rays
+
+
+# --- Cylinders, cones and capsules -------------------------------------------------------------------------
+
+LOOK_DOWN = {"look_at": [0, 0, 0], "up": [0, 0, -1]}
+SEEN = ["depth", "distance", "normal", "position", "object_id"]
+
+
+def eye_at(position, **more):
+    return camera(41, 31, 30, position=position, look_at=[0, 0, 0], **more)
+
+
+def test_cylinder_from_the_side_is_a_circle_across_its_axis(render):
+    radius, distance = 2.0, 10.0
+    film = render(scene([cylinder([0, 0, -distance], radius, 1e3)], camera=camera(41, 31, 30)), passes=SEEN)
+    x, _ = pixel_slopes(41, 31, 30)
+    # Upright: the height does not matter. |t (x, -1) - (0, -D)| = R for the depth t
+    under_root = distance**2 - (1 + x**2) * (distance**2 - radius**2)
+    hit = under_root > 0
+    t = (distance - np.sqrt(np.maximum(under_root, 0))) / (1 + x**2)
+    np.testing.assert_array_equal(film.object_id, hit)
+    np.testing.assert_allclose(film.depth, np.where(hit, t, np.inf), rtol=1e-6)
+    expected = np.stack([t * x, 0 * x, distance - t], axis=-1)[hit] / radius
+    np.testing.assert_allclose(film.normal[hit], expected, atol=2e-6)
+
+
+def test_top_of_a_cylinder_seen_from_above_is_a_disc(render):
+    # Its rim, at the depth D - h / 2, hides the side.
+    radius, height, distance = 1.5, 2.0, 10.0
+    film = render(
+        scene(
+            [cylinder([0, 0, 0], radius, height)],
+            camera=camera(41, 31, 30, position=[0, distance, 0], **LOOK_DOWN),
+        ),
+        passes=SEEN,
+    )
+    x, y = pixel_slopes(41, 31, 30)
+    depth = distance - height / 2
+    hit = np.hypot(x, y) * depth < radius
+    np.testing.assert_array_equal(film.object_id, hit)
+    np.testing.assert_allclose(film.depth[hit], depth, rtol=1e-6)
+    np.testing.assert_array_equal(film.normal[hit], np.broadcast_to([0, 1, 0], (hit.sum(), 3)))
+
+
+@pytest.mark.parametrize("axis", [[0, 1, 0], [0, 2.5, 0], [0, -1, 0]])
+def test_cone_from_above_is_its_base(render, axis):
+    # Pointed at the eye: r = (y_tip - y) R / h, so t = D_tip / (1 - s h / R) of the slope s; or at the base.
+    radius, height, distance = 2.0, 3.0, 10.0
+    film = render(
+        scene(
+            [cone([0, 0, 0], radius, height, axis=axis)],
+            camera=camera(41, 31, 30, position=[0, distance, 0], **LOOK_DOWN),
+        ),
+        passes=SEEN,
+    )
+    slope = np.hypot(*pixel_slopes(41, 31, 30))
+    if axis[1] > 0:
+        base = distance + height / 2
+        depth = (distance - height / 2) / (1 - slope * height / radius)
+    else:
+        base = distance - height / 2
+        depth = np.full_like(slope, base)
+    hit = slope * base < radius
+    np.testing.assert_array_equal(film.object_id, hit)
+    np.testing.assert_allclose(film.depth[hit], depth[hit], rtol=1e-6)
+    side = np.array([height, radius]) / np.hypot(height, radius) if axis[1] > 0 else np.array([0, 1])
+    beside = np.hypot(film.normal[hit, 0], film.normal[hit, 2])
+    away = slope[hit] > 0  # the middle ray meets the tip
+    np.testing.assert_allclose(beside[away], side[0], atol=1e-6)
+    np.testing.assert_allclose(film.normal[hit, 1][away], side[1], atol=1e-6)
+
+
+def test_tip_of_a_cone_has_a_normal_that_faces_the_eye(render):
+    film = render(
+        scene(
+            [cone([0, 0, 0], 1.0, 2.0)],
+            [light([0, 9, 0])],
+            camera=camera(1, 1, 30, position=[0, 5, 0], **LOOK_DOWN),
+        ),
+        passes=SEEN,
+    )
+    assert film.depth == 4.0
+    np.testing.assert_array_equal(film.normal[0, 0], [0, 1, 0])
+    np.testing.assert_allclose(film.radiance, 100 / (4 * math.pi * 8**2) / math.pi, rtol=1e-6)
+
+
+def test_cone_is_no_double_cone(render):
+    # The eye looks over the tip, into the other half of the double cone.
+    film = render(
+        scene([cone([0, -1, 0], 1.0, 2.0)], camera=camera(31, 31, 30, position=[0, 1.5, 4], look_at=[0, 1.5, 0])),
+        passes=SEEN,
+    )
+    assert not film.object_id[:16].any()
+
+
+@pytest.mark.parametrize("position", [[0, 3, 8], [6, 0.1, 2], [0, 7, 0.1], [0.1, 0.2, 0.1]])
+def test_frustum_with_equal_radii_is_a_cylinder(render, position):
+    lights = [light([3, 4, 5]), light([0.3, 0.2, 0])]
+    views = camera(41, 31, 50, position=position, look_at=[0, 0, 0])
+    sizes = {"axis": [1, 2, 0.5]}
+    films = [
+        render(scene([shape], lights, camera=views), passes=SEEN)
+        for shape in (
+            cylinder([0, 0, 0], 0.7, 2.0, **sizes),
+            cone([0, 0, 0], 0.7, 2.0, top_radius=0.7, **sizes),
+        )
+    ]
+    assert films[0].object_id.any()
+    for name in ("radiance", *SEEN):
+        np.testing.assert_array_equal(films[0][name], films[1][name])
+
+
+@pytest.mark.parametrize("position", [[0, 3, 8], [0.2, 0.1, 0.3]])
+def test_capsule_without_height_is_a_sphere(render, position):
+    lights = [light([3, 4, 5]), light([0.3, 0.2, 0])]
+    views = camera(41, 31, 50, position=position, look_at=[0, 0, 0])
+    floor = plane([0, -1, 0], [0, 1, 0])
+    ball, pill = (
+        render(scene([shape, floor], lights, camera=views), passes=SEEN)
+        for shape in (sphere([0, 0, 0], 0.7), capsule([0, 0, 0], 0.7, 0.0, axis=[1, 2, 3]))
+    )
+    np.testing.assert_array_equal(ball.object_id, pill.object_id)
+    np.testing.assert_allclose(ball.depth, pill.depth, rtol=1e-6)
+    np.testing.assert_allclose(ball.normal, pill.normal, atol=3e-6)
+    np.testing.assert_allclose(ball.radiance, pill.radiance, rtol=1e-5, atol=1e-6)
+
+
+def test_capsule_is_a_cylinder_between_two_spheres(render):
+    # What the eye sees of it is the nearest of the three.
+    views = eye_at([3, 4, 9])
+    whole, *parts = (
+        render(scene([shape], camera=views), passes=SEEN)
+        for shape in (
+            capsule([0, 0, 0], 0.8, 2.0),
+            cylinder([0, 0, 0], 0.8, 2.0),
+            sphere([0, -1, 0], 0.8),
+            sphere([0, 1, 0], 0.8),
+        )
+    )
+    nearest = np.min([part.depth for part in parts], axis=0)
+    assert np.isfinite(nearest).mean() > 0.1
+    np.testing.assert_allclose(whole.depth, nearest, rtol=1e-6)
+
+
+@pytest.mark.parametrize("shape", [cylinder, cone, capsule])
+def test_round_shape_may_be_the_room(render, shape):
+    # From inside, lit from inside: the wall at right angles to the view is R away.
+    radius, intensity = 2.0, 50.0
+    more = {"top_radius": radius} if shape is cone else {}
+    film = render(
+        scene([shape([0, 0, 0], radius, 6.0, **more)], [light([0, 0, 0], intensity)], camera=camera(1, 1)),
+        passes=SEEN,
+    )
+    assert film.depth == radius
+    np.testing.assert_allclose(film.normal[0, 0], [0, 0, 1], atol=1e-6)
+    np.testing.assert_allclose(film.radiance, intensity / (4 * math.pi * radius**2) / math.pi, rtol=1e-6)
+
+
+@pytest.mark.parametrize("shape", [cylinder, cone, capsule])
+def test_round_shape_casts_a_shadow_as_wide_as_rays_past_it(render, shape):
+    # Upright under a light: the shadow of the widest disc, at the height y, has the radius R H / (H - y).
+    radius, height, lamp = 0.5, 1.0, 4.0
+    film = render(
+        scene(
+            [shape([0, height / 2, 0], radius, height), plane([0, 0, 0], [0, 1, 0])],
+            [light([0, lamp, 0])],
+            camera=camera(61, 61, 40, **DOWN),
+        ),
+        passes=["object_id"],
+    )
+    x, z = floor_points(61, 61, 40)
+    away = np.hypot(x, z)
+    if shape is cylinder:
+        expected = radius * lamp / (lamp - height)
+    elif shape is cone:
+        expected = radius
+    else:  # the half sphere at the top: the sine of the angle is R / |L - C|
+        sine = radius / (lamp - height)
+        expected = lamp * sine / math.sqrt(1 - sine**2)
+    floor = film.object_id == 2
+    clear = floor & (np.abs(away - expected) > 1e-4)
+    np.testing.assert_array_equal(film.radiance[clear].any(axis=-1), away[clear] > expected)
 
 
 # --- Alpha -----------------------------------------------------------------------------------------------

@@ -93,7 +93,7 @@ def test_order_of_objects_and_lights_does_not_matter(render, data, rng):
 def test_mirrored_scene_gives_the_mirrored_picture(engine, render, data):
     mirrored = copy.deepcopy(data)
     for part in (mirrored["camera"], *mirrored["lights"], *mirrored["objects"]):
-        for key in part.keys() & {"position", "look_at", "up", "normal", "direction"}:
+        for key in part.keys() & {"position", "look_at", "up", "normal", "direction", "axis"}:
             part[key][0] *= -1
         if "rotation" in part:
             part["rotation"] = mirrored_rotation(part["rotation"])
@@ -135,7 +135,7 @@ def test_yaw_of_the_whole_scene_leaves_the_picture(render, data, degrees):
 
     yawed = copy.deepcopy(data)
     for part in (yawed["camera"], *yawed["lights"], *yawed["objects"]):
-        for key in part.keys() & {"position", "look_at", "up", "normal", "direction"}:
+        for key in part.keys() & {"position", "look_at", "up", "normal", "direction", "axis"}:
             part[key] = turned(part[key])
         if part.get("type") == "box":
             part["rotation"] = yawed_rotation(part["rotation"], degrees)

@@ -6,8 +6,8 @@
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use rtcli_tracer::develop::{BitDepth, Developer, ToneCurve};
 use rtcli_tracer::world::{
-    Camera, CuboidDesc, LightDesc, LightSource, Object, PlaneDesc, Projection, Settings, ShapeDesc, SphereDesc,
-    Vector, Window, World,
+    Camera, CapsuleDesc, ConeDesc, CuboidDesc, CylinderDesc, LightDesc, LightSource, Object, PlaneDesc,
+    Projection, Settings, ShapeDesc, SphereDesc, Vector, Window, World,
 };
 use rtcli_tracer::{Film, Level, Monitor, Tracer};
 use std::time::Duration;
@@ -27,7 +27,7 @@ criterion_group! {
         .sample_size(10)
         .warm_up_time(Duration::from_millis(500))
         .measurement_time(Duration::from_secs(2));
-    targets = still_life_by_level, crowds, trees, developing, streaming
+    targets = still_life_by_level, crowds, kinds, trees, developing, streaming
 }
 criterion_main!(kernel);
 
@@ -54,6 +54,36 @@ fn crowds(criterion: &mut Criterion) {
         });
     }
 }
+
+/// Tracing shapes of each kind, which fill about the same share of the picture.
+fn kinds(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("trace/crowd of");
+    group.throughput(Throughput::Elements(PIXELS as u64));
+    for (name, make) in KINDS {
+        let tracer = Tracer::new(crowd_of(1_000, make), Level::best()).expect("there is memory");
+        let mut radiance = vec![0.0; 3 * PIXELS];
+        group.bench_function(name, |bencher| bencher.iter(|| trace(&tracer, &mut radiance)));
+    }
+}
+
+/// Returns a shape about as large as a sphere of a radius, with an axis in any direction.
+type Make = fn(f64, Vector) -> ShapeDesc;
+
+const KINDS: [(&str, Make); 5] = [
+    ("spheres", |radius, _| ShapeDesc::Sphere(SphereDesc { radius })),
+    ("boxes", |radius, [x, y, z]| {
+        let rotation = [90.0 * x, 90.0 * y, 90.0 * z];
+        ShapeDesc::Cuboid(CuboidDesc { size: [1.6 * radius; 3], rotation })
+    }),
+    ("cylinders", |radius, axis| {
+        ShapeDesc::Cylinder(CylinderDesc { radius: 0.87 * radius, height: 1.75 * radius, axis })
+    }),
+    ("capsules", |radius, axis| ShapeDesc::Capsule(CapsuleDesc { radius: 0.75 * radius, height: radius, axis })),
+    ("cones", |radius, axis| {
+        let (radius, height) = (1.2 * radius, 2.4 * radius);
+        ShapeDesc::Cone(ConeDesc { radius, top_radius: 0.0, height, axis })
+    }),
+];
 
 /// Making a world ready: moving it to the eye, and building the tree.
 fn trees(criterion: &mut Criterion) {
@@ -131,6 +161,10 @@ fn still_life() -> World {
 }
 
 fn crowd(count: usize) -> World {
+    crowd_of(count, KINDS[0].1)
+}
+
+fn crowd_of(count: usize, make: Make) -> World {
     // Volume V of N spheres: r = (3 V / (4 pi N))^(1/3)
     let volume: f64 = CROWD_SHARE_OF_VOLUME * CROWD_BOX.iter().map(|(low, high)| high - low).product::<f64>();
     let radius = (3.0 * volume / (4.0 * std::f64::consts::PI * count as f64)).cbrt();
@@ -138,7 +172,8 @@ fn crowd(count: usize) -> World {
     let objects = (0..count)
         .map(|_| {
             let position = CROWD_BOX.map(|(low, high)| random.between(low + radius, high - radius));
-            object(position, [random.between(0.2, 0.9), 0.5, 0.5], ShapeDesc::Sphere(SphereDesc { radius }))
+            let axis = position.map(|x| (97.0 * x).sin());
+            object(position, [random.between(0.2, 0.9), 0.5, 0.5], make(radius, axis))
         })
         .collect();
     let fov = 2.0 * f64::atan2(CROWD_BOX[1].1, -CROWD_BOX[2].1).to_degrees();

@@ -3,8 +3,10 @@
 use crate::apex::Apex;
 use crate::camera::{Projection, half_tangent};
 use crate::shapes::Shapes;
+use crate::shapes::capsule::Capsule;
 use crate::shapes::contact::{Contact, Side};
 use crate::shapes::cuboid::Cuboid;
+use crate::shapes::frustum::{Frustum, Profile};
 use crate::shapes::plane::Plane;
 use crate::shapes::points::{Points, ShadowRays};
 use crate::shapes::primitive::Primitive;
@@ -14,8 +16,8 @@ use crate::tile::rays::{Ray, Rays};
 use crate::tile::{LANES, Lanes, SIDE, View};
 use crate::vector::{Vector, add, dot, length, scale, sub};
 use crate::world::{
-    Camera, CheckerDesc, CuboidDesc, LightDesc, LightSource, Object, PlaneDesc, Settings, ShapeDesc, SphereDesc,
-    World,
+    Camera, CapsuleDesc, CheckerDesc, ConeDesc, CuboidDesc, CylinderDesc, LightDesc, LightSource, Object,
+    PlaneDesc, Settings, ShapeDesc, SphereDesc, World,
 };
 use proptest::prelude::*;
 
@@ -64,6 +66,8 @@ pub(crate) enum OracleShape {
     Sphere { center: Vector, radius: f64 },
     Plane { normal: Vector, offset: f64 },
     Box { center: Vector, axes: [Vector; 3], half: Vector },
+    Frustum { center: Vector, axis: Vector, radii: [f64; 2], half: f64 },
+    Capsule { center: Vector, axis: Vector, radius: f64, half: f64 },
 }
 
 impl OracleShape {
@@ -76,6 +80,14 @@ impl OracleShape {
             OracleShape::Box { center, axes, half } => {
                 shapes.cuboid.push(Cuboid { center, axes, half, eye: self.contact(EYE).local });
             }
+            OracleShape::Frustum { center, axis, radii: [base, top], half } => {
+                shapes.cone.push(Frustum::new(center, axis, Profile::new(base, top, 2.0 * half), None));
+            }
+            OracleShape::Capsule { center, axis, radius, half } => {
+                let profile = Profile::new(radius, radius, 2.0 * half);
+                let tube = Frustum::new(center, axis, profile, None);
+                shapes.capsule.push(Capsule::new(tube, &self.contact(EYE), false));
+            }
         }
         shapes
     }
@@ -86,6 +98,12 @@ impl OracleShape {
             OracleShape::Sphere { center, radius } => Sphere::contact(point, center, radius),
             OracleShape::Plane { normal, offset } => Plane::contact(point, scale(normal, offset), normal),
             OracleShape::Box { center, axes, half } => Cuboid::contact(point, center, &axes, half),
+            OracleShape::Frustum { center, axis, radii: [base, top], half } => {
+                Frustum::contact(point, center, axis, &Profile::new(base, top, 2.0 * half))
+            }
+            OracleShape::Capsule { center, axis, radius, half } => {
+                Capsule::contact(point, center, axis, &Profile::new(radius, radius, 2.0 * half))
+            }
         }
     }
 
@@ -96,23 +114,37 @@ impl OracleShape {
             OracleShape::Sphere { radius, .. } => *radius += by,
             OracleShape::Plane { offset, .. } => *offset += by,
             OracleShape::Box { half, .. } => half.iter_mut().for_each(|half| *half += by),
+            OracleShape::Capsule { radius, .. } => *radius += by,
+            OracleShape::Frustum { radii, half, .. } => {
+                // The side moves by this at right angles to it, and the discs cut it off farther out.
+                let slope = (radii[1] - radii[0]) / (2.0 * *half);
+                let aside = by * (1.0 + slope * slope).sqrt();
+                radii[0] = (radii[0] + aside - by * slope).max(0.0);
+                radii[1] = (radii[1] + aside + by * slope).max(0.0);
+                *half += by;
+            }
         }
         shape
     }
 
-    /// The radius, half the diagonal of a box, or 0 for a plane.
+    /// The radius, or something like it, or 0 for a plane.
     pub(crate) fn size(&self) -> f64 {
         match *self {
             OracleShape::Sphere { radius, .. } => radius,
             OracleShape::Plane { .. } => 0.0,
             OracleShape::Box { half, .. } => length(half),
+            OracleShape::Frustum { radii, half, .. } => half + radii[0].max(radii[1]),
+            OracleShape::Capsule { radius, half, .. } => half + radius,
         }
     }
 
     /// A point in the middle of it.
     pub(crate) fn center(&self) -> Vector {
         match *self {
-            OracleShape::Sphere { center, .. } | OracleShape::Box { center, .. } => center,
+            OracleShape::Sphere { center, .. }
+            | OracleShape::Box { center, .. }
+            | OracleShape::Frustum { center, .. }
+            | OracleShape::Capsule { center, .. } => center,
             OracleShape::Plane { normal, offset } => scale(normal, offset),
         }
     }
@@ -134,6 +166,17 @@ impl OracleShape {
                     span = (span.0.max(a.min(b)), span.1.min(a.max(b)));
                 }
                 (span.0 <= span.1 && half.iter().all(|&half| half > 0.0)).then_some(span)
+            }
+            OracleShape::Frustum { center, axis, radii, half } => {
+                frustum_span(sub(origin, center), direction, axis, radii, half)
+            }
+            OracleShape::Capsule { center, axis, radius, half } => {
+                // From the first of its parts to the last.
+                let from = sub(origin, center);
+                let end = |sign: f64| sphere_span(sub(scale(axis, sign * half), from), radius, direction);
+                let tube = frustum_span(from, direction, axis, [radius; 2], half);
+                let parts = [end(-1.0), end(1.0), tube];
+                parts.into_iter().flatten().reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
             }
         }
     }
@@ -161,6 +204,27 @@ impl OracleShape {
                 let deepest = beyond.into_iter().fold(f64::NEG_INFINITY, f64::max);
                 if deepest < 0.0 { -deepest } else { length(beyond.map(|b| b.max(0.0))) }
             }
+            OracleShape::Frustum { center, axis, radii: [base, top], half } => {
+                // The distance to the three segments of its section.
+                let relative = sub(point, center);
+                let z = dot(relative, axis);
+                let away = length(sub(relative, scale(axis, z)));
+                let corners = [[0.0, -half], [base, -half], [top, half], [0.0, half]];
+                let to = |pair: &[[f64; 2]]| {
+                    let way = [pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]];
+                    let from = [away - pair[0][0], z - pair[0][1]];
+                    let share =
+                        (from[0] * way[0] + from[1] * way[1]) / (way[0] * way[0] + way[1] * way[1]).max(1e-300);
+                    let share = share.clamp(0.0, 1.0);
+                    (from[0] - share * way[0]).hypot(from[1] - share * way[1])
+                };
+                corners.windows(2).map(to).fold(f64::INFINITY, f64::min)
+            }
+            OracleShape::Capsule { center, axis, radius, half } => {
+                let relative = sub(point, center);
+                let z = dot(relative, axis).clamp(-half, half);
+                (length(sub(relative, scale(axis, z))) - radius).abs()
+            }
         }
     }
 }
@@ -172,6 +236,36 @@ fn sphere_span(center: Vector, radius: f64, direction: Vector) -> Option<(f64, f
     let foot = sub(center, scale(unit, middle));
     let half = (radius * radius - dot(foot, foot)).sqrt();
     (radius > 0.0 && half >= 0.0).then_some(((middle - half) / speed, (middle + half) / speed))
+}
+
+/// Where a line is inside a frustum around the origin: between the roots where |p - (p.a) a| = r(p.a), as far as
+/// they are between the discs, and the discs where the line crosses them inside.
+fn frustum_span(
+    from: Vector,
+    direction: Vector,
+    axis: Vector,
+    [base, top]: [f64; 2],
+    half: f64,
+) -> Option<(f64, f64)> {
+    let (z, rise) = (dot(from, axis), dot(direction, axis));
+    let (p, v) = (sub(from, scale(axis, z)), sub(direction, scale(axis, rise)));
+    let slope = (top - base) / (2.0 * half);
+    let radius = (base + top) / 2.0 + slope * z;
+    let a = dot(v, v) - slope * rise * slope * rise;
+    let b = dot(p, v) - radius * slope * rise;
+    let c = length(p) * length(p) - radius * radius;
+    let root = (b * b - a * c).sqrt();
+    let between = |t: &f64| (z + t * rise).abs() <= half;
+    let mut ends: Vec<f64> = [(-b - root) / a, (-b + root) / a].into_iter().filter(between).collect();
+    for (end, radius) in [(-half, base), (half, top)] {
+        let t = (end - z) / rise;
+        if length(add(p, scale(v, t))) <= radius {
+            ends.push(t);
+        }
+    }
+    let near = ends.iter().copied().reduce(f64::min)?;
+    let far = ends.iter().copied().reduce(f64::max)?;
+    (base.max(top) > 0.0 && half > 0.0).then_some((near, far))
 }
 
 /// The ray of a lane, in float64.
@@ -245,7 +339,7 @@ pub(crate) fn middle_of((view, corner): (View, (u32, u32))) -> Ray {
     Ray { origin: rays.origin, direction: rays.middle, start: 0.0 }
 }
 
-/// A sphere or a box whose outline is likely to cross a tile, or around the eye.
+/// A bounded shape whose outline is likely to cross a tile, or around the eye.
 ///
 /// `distances` are powers of ten: its distance from the eye, relative to its size.
 pub(crate) fn shape_before(
@@ -253,25 +347,31 @@ pub(crate) fn shape_before(
     distances: std::ops::Range<f64>,
 ) -> impl Strategy<Value = OracleShape> {
     let center = (any_size(-6.0..6.0), any_size(distances), any_direction(), 0.0..1.5_f64);
-    (center, any_axes(), [0.1..1.0, 0.1..1.0, 0.1..1.0], 0..3).prop_map(
-        move |((size, distance, aside, share), axes, sides, kind)| {
+    (center, any_axes(), [0.1..1.0, 0.1..1.0, 0.1..1.0], (0..3, 0..5)).prop_map(
+        move |((size, distance, aside, share), axes, sides, (place, kind))| {
             let (view, _) = tile;
             let away = size * (1.0 + distance);
             let reach = size + rays_of(view, tile.1).divergence(away) * view.half_pixel.0 * f64::from(SIDE);
             let Ray { origin, direction, .. } = middle_of(tile);
             let ahead = scale(direction, away / length(direction));
             // The eye may also be inside.
-            let offset = if kind == 0 {
+            let offset = if place == 0 {
                 scale(aside, 0.9 * share.min(1.0) * size / 3.0_f64.sqrt() * 0.1)
             } else {
                 add(ahead, scale(aside, share * reach))
             };
             let center = add(origin, offset);
-            if axes[0][0] > 0.0 {
-                OracleShape::Sphere { center, radius: size }
-            } else {
-                let half = sides.map(|side| side * size);
-                OracleShape::Box { center, axes, half }
+            let (half, axis) = (sides.map(|side| side * size), axes[0]);
+            match kind {
+                0 => OracleShape::Sphere { center, radius: size },
+                1 => OracleShape::Box { center, axes, half },
+                2 => OracleShape::Frustum { center, axis, radii: [half[1]; 2], half: half[0] },
+                3 => {
+                    // Half of the cones end in a point.
+                    let top = if sides[2] < 0.5 { 0.0 } else { half[2] };
+                    OracleShape::Frustum { center, axis, radii: [half[1], top], half: half[0] }
+                }
+                _ => OracleShape::Capsule { center, axis, radius: half[1], half: half[0] },
             }
         },
     )
@@ -499,11 +599,18 @@ fn any_object() -> impl Strategy<Value = Object> {
         3 => ([size(), size(), size()], any_rotation())
             .prop_map(|(size, rotation)| ShapeDesc::Cuboid(CuboidDesc { size, rotation })),
         1 => any_direction().prop_map(|normal| ShapeDesc::Plane(PlaneDesc { normal })),
+        1 => (size(), size(), any_direction())
+            .prop_map(|(radius, height, axis)| ShapeDesc::Cylinder(CylinderDesc { radius, height, axis })),
+        1 => (size(), size(), any_direction())
+            .prop_map(|(radius, height, axis)| ShapeDesc::Capsule(CapsuleDesc { radius, height, axis })),
+        2 => (size(), prop_oneof![Just(0.0), size()], size(), any_direction()).prop_map(
+            |(radius, top_radius, height, axis)| ShapeDesc::Cone(ConeDesc { radius, top_radius, height, axis })
+        ),
     ];
     (any_place(3.0), any_color(), shape).prop_map(|(position, color, shape)| Object { position, color, shape })
 }
 
-/// A light, free or carried by a sphere or a box.
+/// A light, free or carried by a solid.
 fn any_light(objects: Vec<Object>) -> impl Strategy<Value = LightDesc> {
     let radius = prop_oneof![Just(0.0), 0.01..2.0];
     (any_place(6.0), any_color(), 1.0..1000.0, radius, any::<prop::sample::Index>()).prop_map(

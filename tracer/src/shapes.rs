@@ -15,8 +15,12 @@ use crate::tile::rays::{Ray, Rays};
 use crate::vector::Vector;
 use rayon::prelude::*;
 
+pub(crate) mod capsule;
+pub(crate) mod cone;
 pub(crate) mod contact;
 pub(crate) mod cuboid;
+pub(crate) mod cylinder;
+pub(crate) mod frustum;
 pub(crate) mod outline;
 pub(crate) mod plane;
 pub(crate) mod points;
@@ -162,6 +166,9 @@ define_shapes! { $
     "sphere": sphere, Sphere, SphereDesc;
     "plane": plane, Plane, PlaneDesc;
     "box": cuboid, Cuboid, CuboidDesc;
+    "cylinder": cylinder, Cylinder, CylinderDesc;
+    "capsule": capsule, Capsule, CapsuleDesc;
+    "cone": cone, Cone, ConeDesc;
 }
 
 impl ShapeDesc {

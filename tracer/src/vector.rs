@@ -47,6 +47,14 @@ pub(crate) fn normalized(a: Vector) -> Vector {
     scaled.map(|component| component / size)
 }
 
+/// A unit vector at right angles to another.
+pub(crate) fn perpendicular(a: Vector) -> Vector {
+    let least = (0..3).fold(0, |least, i| if a[i].abs() < a[least].abs() { i } else { least });
+    let mut other = [0.0; 3];
+    other[least] = 1.0;
+    normalized(cross(a, other))
+}
+
 /// The sum of the absolute components: between the length of the vector and twice that, without a root.
 #[inline(always)]
 pub(crate) fn l1_norm(vector: Vector) -> f64 {

@@ -311,14 +311,14 @@ NO_LIGHT = Rule(
 ENCLOSED_LIGHT = Rule(
     "W002",
     "enclosed-light",
-    "A light inside a sphere or box that does not carry it: none of its light comes out. Not reported if the "
+    "A light inside a solid that does not carry it: none of its light comes out. Not reported if the "
     "camera is inside too, or if the object that carries the light reaches outside.",
     "move it out, or let the object carry it: `light: {intensity: ...}`",
 )
 CAMERA_INSIDE = Rule(
     "W003",
     "camera-inside",
-    "The camera is inside a sphere or box that contains no light and no other object. Objects that cross its "
+    "The camera is inside a solid that contains no light and no other object. Objects that cross its "
     "surface do not count.",
     "move the camera or the object, or put a light inside if the object is a room",
 )

@@ -10,6 +10,9 @@ WORDS_FOR_SHAPES = {
     "sphere": "ball orb globe bubble marble bead planet uvsphere icosphere ellipsoid spheroid",
     "plane": "floor ground wall ceiling surface backdrop infiniteplane halfspace sheet quad",
     "box": "cube cuboid block brick crate rectangle rect rectangularprism prism slab rectcuboid hexahedron aabb",
+    "cylinder": "tube pipe rod column pillar pole post disc disk puck tin can drum barrel circularcylinder",
+    "capsule": "pill lozenge stadium sausage roundedcylinder spherocylinder sweptsphere",
+    "cone": "frustum funnel taper truncatedcone conicalfrustum conefrustum pyramid",
 }
 
 # By the type of a light.
@@ -56,7 +59,7 @@ WORDS_FOR_KEYS = {
     "focallength f fx fy flx fly cx cy principalpoint",
     "projection": "type kind mode model cameratype ortho orthographic parallel isometric perspective",
     "height": "orthoscale orthosize orthoheight orthographicscale orthographicsize orthographicheight viewheight "
-    "frustumheight ymag",
+    "frustumheight ymag h length len tall size depth heightz heighty",
     "opencv": "cv c2w camtoworld cam2world cameratoworld pose extrinsics extrinsic w2c worldtocamera rt",
     "opengl": "gl transform transformmatrix matrix matrixworld toworld modelmatrix",
     "camera_to_world": "c2w camtoworld cam2world pose matrix transform transformmatrix matrixworld toworld",
@@ -68,9 +71,11 @@ WORDS_FOR_KEYS = {
     "surface paint pigment texture hue",
     "name": "id label title identifier",
     "normal": "n norm direction orientation facing up",
+    "axis": "direction axisdirection dir orientation normal up along rotation",
+    "top_radius": "radiustop toprad topradius r2 radius2 radiusupper upperradius capradius smallradius",
     "size": "dimensions dimension dims dim extent extents scale sides side edge edges lengths halfsize "
     "halfextents halfextent width height depth length",
-    "radius": "r rad diameter size scale width",
+    "radius": "r rad diameter size scale width baseradius radiusbottom bottomradius r1 radius1",
     "rotation": "rotate rotated rot angle yaw turn heading orientation rotationy rotatey degrees",
     "checker": "checkers checkerboard chessboard chess pattern texture tiles squares grid",
     "light": "lights lamp emission emissive emitter emit emits lightsource glow pointlight",

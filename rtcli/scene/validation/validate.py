@@ -209,8 +209,9 @@ def _owner(key: str, around: type[BaseModel]) -> str:
     meant = next(filter(None, (suggested_key(key, kind.model_fields) for kind in kinds)), None)
     if meant is None:
         return ""
-    owners = " or ".join(name_of(kind) for kind in kinds if meant in kind.model_fields)
-    return f": {quoted(meant) if meant != key else 'it'} belongs to {owners}"
+    *owners, last = [name_of(kind) for kind in kinds if meant in kind.model_fields]
+    series = f"{', '.join(owners)} or {last}" if owners else last
+    return f": {quoted(meant) if meant != key else 'it'} belongs to {series}"
 
 
 def _unknown_key(key: str, around: type[BaseModel] | None, meant: str | None, owner: str = "") -> _Finding:

@@ -30,6 +30,9 @@ MODELS = {
     "Sphere": BALL,
     "Plane": {"position": (0, 0, 0), "normal": (0, 1, 0), "color": "white"},
     "Box": {"position": (0, 0, 0), "size": (1, 2, 3), "color": "white"},
+    "Cylinder": {"position": (0, 0, 0), "radius": 1, "height": 2, "color": "white"},
+    "Capsule": {"position": (0, 0, 0), "radius": 1, "height": 0, "color": "white"},
+    "Cone": {"position": (0, 0, 0), "radius": 1, "height": 2, "color": "white"},
     "RenderSettings": {},
     "ImageSettings": {},
 }

@@ -160,12 +160,12 @@ def test_key_of_another_type_is_reported_with_that_type(kind, key, owner):
 
 
 def test_object_of_undecidable_type_is_checked_for_common_keys_and_lacks_none():
-    cone = {"type": "cone", "base": 1, "apex": [0, 1, 0], "centre": [0, 0], "name": 3}
-    assert sorted(problems({**SCENE, "objects": [cone]})) == [
+    torus = {"type": "torus", "base": 1, "apex": [0, 1, 0], "centre": [0, 0], "name": 3}
+    assert sorted(problems({**SCENE, "objects": [torus]})) == [
         ("/objects/0/centre", "needs 3 numbers, got 2"),
         ("/objects/0/centre", "unknown key `centre`: did you mean `position`?"),
         ("/objects/0/name", "must be text, got 3"),
-        ("/objects/0/type", "unknown type `cone`"),
+        ("/objects/0/type", "unknown type `torus`"),
     ]
 
 

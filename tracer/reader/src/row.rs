@@ -5,7 +5,7 @@ use crate::source::Source;
 use crate::table::{COLORS, LEVELS, MAX_VALUES};
 
 /// The most slots of a mapping.
-pub const SLOTS: usize = 20;
+pub const SLOTS: usize = 24;
 
 /// The values of a mapping.
 #[derive(Clone, Debug)]

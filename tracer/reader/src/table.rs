@@ -79,7 +79,7 @@ pub static CHECKER: Mapping = Mapping {
 
 pub static OBJECT: Mapping = Mapping {
     fields: &[
-        Field { key: "type", value: Value::Choice(&["sphere", "plane", "box"]), slot: 0 },
+        Field { key: "type", value: Value::Choice(&["sphere", "plane", "box", "cylinder", "capsule", "cone"]), slot: 0 },
         Field { key: "name", value: Value::Text(1, 10000), slot: 1 },
         Field { key: "position", value: Value::Numbers(3, Value::NUMBER), slot: 1 },
         Field { key: "radius", value: Value::Number(Value::NUMBER.above(0.0)), slot: 4 },
@@ -89,9 +89,12 @@ pub static OBJECT: Mapping = Mapping {
         Field { key: "checker", value: Value::Mapping(&CHECKER), slot: 11 },
         Field { key: "size", value: Value::Numbers(3, Value::NUMBER.above(0.0)), slot: 11 },
         Field { key: "rotation", value: Value::Angles(Value::NUMBER), slot: 14 },
+        Field { key: "height", value: Value::Number(Value::NUMBER.above(0.0)), slot: 17 },
+        Field { key: "axis", value: Value::Direction(3, Value::NUMBER), slot: 18 },
+        Field { key: "top_radius", value: Value::Number(Value::NUMBER.from(0.0)), slot: 21 },
     ],
     required: 0b0,
-    defaults: &[f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, 0.0, 0.0, 0.0],
+    defaults: &[f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, f64::NAN, 0.0, 0.0, 0.0, f64::NAN, 0.0, 1.0, 0.0, 0.0],
 };
 
 pub static SCENE: Mapping = Mapping {
@@ -111,6 +114,9 @@ pub static SHAPES: &[Kind] = &[
     Kind { name: "sphere", allowed: 0b111111, required: 0b11101, parameters: &[4], strength: None },
     Kind { name: "plane", allowed: 0b11010111, required: 0b1010101, parameters: &[8, 9, 10], strength: None },
     Kind { name: "box", allowed: 0b1110110111, required: 0b100010101, parameters: &[11, 12, 13, 15, 14, 16], strength: None },
+    Kind { name: "cylinder", allowed: 0b110000111111, required: 0b10000011101, parameters: &[4, 17, 18, 19, 20], strength: None },
+    Kind { name: "capsule", allowed: 0b110000111111, required: 0b10000011101, parameters: &[4, 17, 18, 19, 20], strength: None },
+    Kind { name: "cone", allowed: 0b1110000111111, required: 0b10000011101, parameters: &[4, 21, 17, 18, 19, 20], strength: None },
 ];
 
 /// The linear value of each level of sRGB.

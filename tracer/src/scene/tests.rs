@@ -1,7 +1,7 @@
 use super::*;
 use crate::oracle::any_world;
 use crate::world::Settings;
-use crate::world::{Camera, CuboidDesc, LightSource, ShapeDesc, SphereDesc};
+use crate::world::{Camera, CapsuleDesc, ConeDesc, CuboidDesc, CylinderDesc, LightSource, ShapeDesc, SphereDesc};
 use proptest::prelude::*;
 
 /// All numbers of a scene.
@@ -23,6 +23,16 @@ fn scaled(world: &World, factor: f64) -> World {
             ShapeDesc::Sphere(SphereDesc { radius }) => *radius *= factor,
             ShapeDesc::Plane(_) => (),
             ShapeDesc::Cuboid(CuboidDesc { size, .. }) => *size = times(*size),
+            ShapeDesc::Cylinder(CylinderDesc { radius, height, .. })
+            | ShapeDesc::Capsule(CapsuleDesc { radius, height, .. }) => {
+                *radius *= factor;
+                *height *= factor;
+            }
+            ShapeDesc::Cone(ConeDesc { radius, top_radius, height, .. }) => {
+                *radius *= factor;
+                *top_radius *= factor;
+                *height *= factor;
+            }
         }
     }
     for light in &mut world.lights {

@@ -5,13 +5,13 @@ use crate::bounds::BoundingSphere;
 use crate::camera::Projection;
 use crate::camera_space::{CameraSpace, FAR_FROM_ROUNDING};
 use crate::shapes::contact::{Contact, Side, rounding_across};
-use crate::shapes::outline::{BoxCone, Outline};
+use crate::shapes::outline::{Outline, corners, outline_planes};
 use crate::shapes::points::{PlaneEquation, Points, ShadowRays};
 use crate::shapes::primitive::{Description, FaceAxes, Primitive};
 use crate::tile::LANES;
 use crate::tile::hits::{FACE_BITS, HitBuffer, INSIDE, from_inside, offer, offer_parallel};
 use crate::tile::rays::{Ray, Rays};
-use crate::vector::{Vector, add, cross, dot, l1_norm, largest, length, rotate, scale, sub, to_f32};
+use crate::vector::{Vector, add, cross, l1_norm, largest, length, rotate, scale, sub, to_f32};
 use std::f64::consts::PI;
 
 /// Axes, and a sign and a limit along each: a point p is before the faces where sign p < limit.
@@ -91,11 +91,6 @@ impl Cuboid {
         Contact::new(beyond, local)
     }
 
-    /// The radius of the bounding sphere.
-    fn bounding_radius(&self) -> f64 {
-        length(self.half)
-    }
-
     /// Whether a point in the axes of the box is inside or on its surface. An eye on the surface sees the inside.
     #[inline(always)]
     fn inside(&self, local: Vector) -> bool {
@@ -128,13 +123,8 @@ impl Cuboid {
         PlaneEquation { normal: outward, offset }.facing_the_eye(face)
     }
 
-    /// The depth of the middle ray from which float32 continues: where the bounding sphere begins, or 0 if the box
-    /// is close relative to its size.
-    #[inline(always)]
-    fn start(&self, rays: &Rays) -> f32 {
-        let size = length(rays.middle);
-        let begin = dot(sub(self.center, rays.origin), rays.middle) / size - self.bounding_radius();
-        if begin > self.bounding_radius() { (begin / size) as f32 } else { 0.0 }
+    fn bounding_sphere(&self) -> BoundingSphere {
+        BoundingSphere { center: self.center, radius: length(self.half) }
     }
 
     /// Darken the points outside, for a light that is inside, or on a face and the points are before it.
@@ -238,7 +228,7 @@ impl Cuboid {
     /// tau = (-+h - o) / (a . v) - (a . delta) / (a . v)
     #[inline(always)]
     fn intersect_parallel(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
-        let start = self.start(rays);
+        let start = self.bounding_sphere().begin(rays);
         let along = rotate(&self.axes, rays.middle);
         let origin = add(rays.origin, scale(rays.middle, f64::from(start)));
         let from = add(self.eye, rotate(&self.axes, origin));
@@ -303,7 +293,7 @@ impl Primitive for Cuboid {
             self.intersect_parallel(face, rays, hits);
             return;
         }
-        let start = self.start(rays);
+        let start = self.bounding_sphere().begin(rays);
         let middle = rotate(&self.axes, rays.middle);
         let from: Vector = add(self.eye, scale(middle, f64::from(start)));
         let middle = to_f32(middle);
@@ -389,7 +379,7 @@ impl Primitive for Cuboid {
     }
 
     fn magnitude(&self) -> f64 {
-        l1_norm(self.center) + 2.0 * self.bounding_radius()
+        l1_norm(self.center) + 2.0 * length(self.half)
     }
 
     #[inline(always)]
@@ -398,14 +388,17 @@ impl Primitive for Cuboid {
     }
 
     fn bounds(&self) -> Option<BoundingSphere> {
-        Some(BoundingSphere { center: self.center, radius: self.bounding_radius() })
+        Some(self.bounding_sphere())
     }
 
     fn outline(&self, projection: Projection) -> Outline {
-        match projection {
-            Projection::Perspective => BoxCone::outline(self.center, self.axes, self.half),
-            Projection::Orthographic => Outline::of_box_in_parallel(self.center, self.axes, self.half),
+        if projection == Projection::Orthographic {
+            return Outline::of_box_in_parallel(self.center, self.axes, self.half);
         }
+        let [x, y, z] = self.half;
+        // The largest coordinate of the eye, in half sizes.
+        let beyond = (0..3).fold(0.0, |most: f64, i| most.max(self.eye[i].abs() / self.half[i]));
+        Outline::between(beyond, &[x, y, z], || outline_planes(&corners(self.center, self.axes, self.half)))
     }
 }
 

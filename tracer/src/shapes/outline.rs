@@ -4,7 +4,7 @@
 //! convex cone, all others are. Rectangles end at the edges of pixels and rays go through their centres: half a
 //! pixel is more than the rounding between this test, in float64, and the kernel.
 
-use crate::vector::{Vector, add, cross, dot, length, rotate, scale, sub};
+use crate::vector::{Vector, add, cross, dot, length, scale, sub};
 
 /// How much of a rectangle a shape covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,7 +91,8 @@ pub(crate) enum Outline {
     /// The eye is well inside.
     Everywhere,
     Circular(CircularCone),
-    Polyhedral(BoxCone),
+    /// A shape appears between planes through the eye, given by their normals toward it, where rays meet it.
+    Between(Vec<Vector>),
     /// A plane appears where n . v > 0, the normal n pointing away from the eye.
     HalfSpace(Vector),
     /// Parallel rays meet it where n . v > 0 for all normals n of these planes through the eye.
@@ -115,6 +116,16 @@ impl Outline {
     pub(crate) fn of_plane(normal: Vector, offset: f64) -> Outline {
         let usual = USUAL.contains(&offset.abs());
         if usual { Outline::HalfSpace(scale(normal, offset.signum())) } else { Outline::Unknown }
+    }
+
+    /// The outline of a shape between planes. `beyond` is above 1 if the eye is outside, below 1 if it is inside; all
+    /// lengths have to be usual.
+    pub(crate) fn between(beyond: f64, lengths: &[f64], planes: impl FnOnce() -> Vec<Vector>) -> Outline {
+        let usual = lengths.iter().all(|length| USUAL.contains(length));
+        if usual && beyond < 1.0 - NEAR {
+            return Outline::Everywhere;
+        }
+        if usual && beyond > 1.0 + NEAR { Outline::Between(planes()) } else { Outline::Unknown }
     }
 
     /// The outline of a plane for parallel rays, which it meets ahead where (offset - n_x x - n_y y) / n_z > 0.
@@ -151,20 +162,21 @@ impl Outline {
         }
     }
 
-    pub(crate) fn in_rectangle(&self, rectangle: &Rectangle) -> Overlap {
+    /// Return how much of a rectangle the shape covers; `is_met` returns whether a ray meets it.
+    pub(crate) fn in_rectangle(&self, rectangle: &Rectangle, is_met: impl Fn(Vector) -> bool) -> Overlap {
         match self {
             Outline::Everywhere => Overlap::Full,
             Outline::Circular(cone) => cone.in_rectangle(rectangle),
-            Outline::Polyhedral(cone) => cone.in_rectangle(rectangle),
+            Outline::Between(planes) if planes.iter().any(|&plane| rectangle.is_beyond(plane)) => Overlap::None,
+            Outline::Between(_) if rectangle.corners().into_iter().all(is_met) => Overlap::Full,
             Outline::HalfSpace(normal) if rectangle.is_beyond(*normal) => Overlap::None,
             Outline::HalfSpace(normal) if rectangle.least(*normal) > NOT_PARALLEL * rectangle.longest() => {
                 Overlap::Full
             }
-            Outline::HalfSpace(_) => Overlap::Partial,
+            Outline::Between(_) | Outline::HalfSpace(_) | Outline::Unknown => Overlap::Partial,
             Outline::Prism(sides) => rectangle.in_prism(sides),
             Outline::Disc(center, radius) => rectangle.in_disc(*center, *radius),
             Outline::Nowhere => Overlap::None,
-            Outline::Unknown => Overlap::Partial,
         }
     }
 }
@@ -218,66 +230,8 @@ impl CircularCone {
 /// The kernel treats rays as parallel to a plane if the sine of the angle between them is below half of this.
 const NOT_PARALLEL: f64 = 2e-6;
 
-/// A box appears between the planes through the eye and the edges of its outline.
-pub(crate) struct BoxCone {
-    /// The normals of these planes, toward the box.
-    sides: Vec<Vector>,
-    /// The eye relative to the centre, along the axes.
-    eye: Vector,
-    axes: [Vector; 3],
-    half: Vector,
-}
-
-impl BoxCone {
-    pub(crate) fn outline(center: Vector, axes: [Vector; 3], half: Vector) -> Outline {
-        let eye = rotate(&axes, scale(center, -1.0));
-        let usual = half.iter().all(|h| USUAL.contains(h)) && length(center) < USUAL.end;
-        // The largest coordinate of the eye, in half sizes.
-        let beyond = (0..3).fold(f64::NEG_INFINITY, |most, i| most.max(eye[i].abs() / half[i]));
-        if usual && beyond < 1.0 - NEAR {
-            return Outline::Everywhere;
-        }
-        if usual && beyond > 1.0 + NEAR {
-            return Outline::Polyhedral(BoxCone {
-                sides: outline_planes(&corners(center, axes, half)),
-                eye,
-                axes,
-                half,
-            });
-        }
-        Outline::Unknown
-    }
-
-    fn in_rectangle(&self, rectangle: &Rectangle) -> Overlap {
-        if self.sides.iter().any(|&side| rectangle.is_beyond(side)) {
-            Overlap::None
-        } else if rectangle.corners().into_iter().all(|v| self.is_met(v)) {
-            Overlap::Full
-        } else {
-            Overlap::Partial
-        }
-    }
-
-    /// Whether a ray is between all pairs of faces at once, ahead of the eye.
-    fn is_met(&self, v: Vector) -> bool {
-        let v = rotate(&self.axes, v);
-        let (mut enter, mut leave) = (0.0, f64::INFINITY);
-        for i in 0..3 {
-            let (a, b) = ((-self.half[i] - self.eye[i]) / v[i], (self.half[i] - self.eye[i]) / v[i]);
-            let (near, far) = if a < b { (a, b) } else { (b, a) };
-            // Also false where one is NaN, for a ray in a face.
-            if !(near <= leave && far >= enter) {
-                return false;
-            }
-            enter = near.max(enter);
-            leave = far.min(leave);
-        }
-        enter <= leave
-    }
-}
-
 /// The corners of a box; the numbers of an edge's ends differ by one bit.
-fn corners(center: Vector, axes: [Vector; 3], half: Vector) -> [Vector; 8] {
+pub(crate) fn corners(center: Vector, axes: [Vector; 3], half: Vector) -> [Vector; 8] {
     std::array::from_fn(|number| {
         (0..3).fold(center, |corner, i| {
             let side = if number >> i & 1 == 0 { -half[i] } else { half[i] };
@@ -287,7 +241,7 @@ fn corners(center: Vector, axes: [Vector; 3], half: Vector) -> [Vector; 8] {
 }
 
 /// The planes through the eye and an edge that have all corners of a box on one side.
-fn outline_planes(corners: &[Vector; 8]) -> Vec<Vector> {
+pub(crate) fn outline_planes(corners: &[Vector; 8]) -> Vec<Vector> {
     let mut planes = Vec::with_capacity(6);
     for first in 0..8 {
         for bit in [1, 2, 4] {

@@ -68,6 +68,13 @@ impl Points {
         std::array::from_fn(|axis| if PARALLEL { apex[axis] } else { apex[axis] - self.offset[axis][i] })
     }
 
+    /// A point, relative to the reference.
+    #[inline(always)]
+    pub(crate) fn offset_of(&self, i: usize) -> [f32; 3] {
+        let [x, y, z] = &self.offset;
+        [x[i], y[i], z[i]]
+    }
+
     /// Bound on the rounding error of a point's position: anything closer touches it.
     ///
     /// It depends only on the point, like everything that determines a pixel.

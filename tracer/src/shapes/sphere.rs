@@ -23,8 +23,8 @@ use crate::tile::rays::{Ray, Rays};
 use crate::tile::{LANES, SIDE};
 use crate::vector::{Vector, add, cross, dot, l1_norm, length, scale, sub, to_f32};
 
-/// Rays of whole rows, tested together for whether any of them hits the sphere.
-const RAYS_PER_TEST: usize = 64;
+/// Rays of whole rows, tested together for whether any of them hits a curved surface.
+pub(crate) const RAYS_PER_TEST: usize = 64;
 
 /// A patch smaller than this share of the radius is almost flat.
 const FLAT: f64 = 1.0 / 256.0;
@@ -32,9 +32,9 @@ const FLAT: f64 = 1.0 / 256.0;
 /// The rounding of the depth of points that `points_nearby` computes, as a share of it.
 const NEAR_ROUNDING: f64 = 1e-6;
 
-/// The height above a sphere loses less to rounding in camera space than to float32 if it is more than this share
+/// The height above a curved surface loses less to rounding in camera space than to float32 if it is more than this share
 /// of distances from the eye and sizes.
-const FAR_ABOVE_ROUNDING: f64 = 1e-8;
+pub(crate) const FAR_ABOVE_ROUNDING: f64 = 1e-8;
 
 /// The eye is close to a sphere if k is below this: closer than a radius.
 const NEAR: f64 = 3.0;
@@ -68,7 +68,7 @@ struct RaySetup {
 /// D = 1 - m.m,  b = c_z,  k = m.m + c_z^2 - 1
 ///
 /// give the roots b -+ sqrt(D), whose product is k.
-struct ParallelSetup {
+pub(crate) struct ParallelSetup {
     per_radius: f32,
     /// The middle ray's m, D and k.
     moment: [f32; 2],
@@ -158,7 +158,7 @@ impl Sphere {
     }
 
     #[inline(always)]
-    fn parallel_setup(&self, rays: &Rays) -> ParallelSetup {
+    pub(crate) fn parallel_setup(&self, rays: &Rays) -> ParallelSetup {
         let c = scale(sub(self.center, rays.origin), 1.0 / self.radius);
         let beside = length([c[0], c[1], 0.0]);
         let discriminant = (1.0 - beside) * (1.0 + beside);
@@ -177,7 +177,6 @@ impl Sphere {
     fn intersect_parallel(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
         let setup = self.parallel_setup(rays);
         let (limits, radius) = (rays.limits(), self.radius as f32);
-        let ahead = setup.along >= 0.0;
         let mut close = 0;
         for test in 0..LANES / RAYS_PER_TEST {
             if !setup.crosses_rows(rays, test * RAYS_PER_TEST) {
@@ -185,12 +184,7 @@ impl Sphere {
             }
             for i in 0..RAYS_PER_TEST {
                 let lane = test * RAYS_PER_TEST + i;
-                let (discriminant, power) = setup.ray(rays.dx[lane], rays.dy[lane]);
-                // NaN for a ray that misses.
-                let s = discriminant.sqrt();
-                let far_from_zero = if ahead { setup.along + s } else { setup.along - s };
-                let other = power / far_from_zero;
-                let (near, far) = if ahead { (other, far_from_zero) } else { (far_from_zero, other) };
+                let (near, far) = setup.roots(rays.dx[lane], rays.dy[lane]);
                 let inside = near * radius <= limits.0;
                 let t = radius * if inside { far } else { near };
                 let face = face + if inside { INSIDE } else { 0 };
@@ -232,14 +226,14 @@ impl Sphere {
     ///
     /// Returning the reference, rather than writing it to `points`, makes tracing 4 % faster.
     #[inline(always)]
-    fn points_on(
+    pub(crate) fn points_on(
         &self,
         face: u32,
         (t, nearest): (f64, impl Fn() -> Ray),
         rays: &Rays,
         points: &mut Points,
     ) -> Vector {
-        if self.is_flat_within(t, rays) {
+        if self.is_flat_within(face, t, rays) {
             return self.points_on_patch(face, nearest(), rays, points);
         }
         let turn = if from_inside(face) { -1.0 } else { 1.0 };
@@ -275,11 +269,10 @@ impl Sphere {
     /// Whether float32 cannot resolve the points from the centre: the tile sees an almost flat patch, or the eye
     /// is just below the surface.
     #[inline(always)]
-    fn is_flat_within(&self, t: f64, rays: &Rays) -> bool {
+    fn is_flat_within(&self, face: u32, t: f64, rays: &Rays) -> bool {
         let patch = rays.divergence(t) * (rays.half_size.0 + rays.half_size.1);
-        let below = !rays.are_parallel()
-            && !self.eye_is_outside()
-            && -self.power_of_eye < FLAT * self.radius * self.radius;
+        let below =
+            !rays.are_parallel() && from_inside(face) && -self.power_of_eye < FLAT * self.radius * self.radius;
         patch < FLAT * self.radius || below
     }
 
@@ -291,7 +284,7 @@ impl Sphere {
     /// tau = -k / (h -+ sqrt(h^2 - k v.v)),  h = (n_0 + e).v,  k = (2 n_0 + e).e
     #[inline(always)]
     fn points_on_patch(&self, face: u32, ray: Ray, rays: &Rays, points: &mut Points) -> Vector {
-        let (v_0, (depth, _)) = (ray.direction, self.depth(ray));
+        let (v_0, (depth, _)) = (ray.direction, self.depth_seen(from_inside(face), ray));
         let t_0 = if depth.is_finite() {
             depth
         } else {
@@ -416,19 +409,12 @@ impl Sphere {
             shadow.darken(lane, hidden);
         }
     }
-}
 
-impl Primitive for Sphere {
-    /// Offer the nearest positive root.
+    /// Offer the nearest positive root of the rays that are wanted.
     #[inline(always)]
-    fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
-        if rays.are_parallel() {
-            self.intersect_parallel(face, rays, hits);
-            return;
-        }
+    pub(crate) fn offer_hits(&self, wanted: impl Fn(usize) -> bool, face: u32, rays: &Rays, hits: &mut HitBuffer) {
         let setup = self.ray_setup(rays.middle);
-        let outside = self.eye_is_outside();
-        let face = face + if outside { 0 } else { INSIDE };
+        let outside = !from_inside(face);
         let mut close = 0;
         for test in 0..LANES / RAYS_PER_TEST {
             if !setup.crosses_rows(rays, test * RAYS_PER_TEST) {
@@ -461,15 +447,18 @@ impl Primitive for Sphere {
                     setup.power_of_eye / (b - s)
                 };
                 let behind = outside & (b <= 0.0);
-                close += offer((&mut best[i], &mut faces[i]), if behind { 0.0 } else { t }, face);
+                let unseen = behind | !wanted(test * RAYS_PER_TEST + i);
+                close += offer((&mut best[i], &mut faces[i]), if unseen { 0.0 } else { t }, face);
             }
         }
         hits.close += close;
     }
 
+    /// The depths of the roots, and |n.v| there.
+    ///
     /// D = R^2 - g.g, with g = c - (c.d) d from the centre's foot on the ray to the centre, |d| = 1; |n.d| =
     /// sqrt(D) / R
-    fn depth(&self, ray: Ray) -> (f64, f64) {
+    fn roots(&self, ray: Ray) -> (f64, f64, f64) {
         let size = length(ray.direction);
         let d = scale(ray.direction, 1.0 / size);
         let center = sub(self.center, ray.origin);
@@ -478,9 +467,32 @@ impl Primitive for Sphere {
         let g = sub(center, scale(d, b));
         let s = (self.radius * self.radius - dot(g, g)).sqrt();
         let (near, far) = if b >= 0.0 { (power / (b + s), b + s) } else { (b - s, power / (b - s)) };
-        let t = if near > ray.start { near } else { far };
-        let depth = if t > ray.start { t / size } else { f64::INFINITY };
-        (depth, s / self.radius * size)
+        (near / size, far / size, s / self.radius * size)
+    }
+
+    /// The depth of the near root, or of the far one if it is seen from inside; and |n.v| there.
+    pub(crate) fn depth_seen(&self, inside: bool, ray: Ray) -> (f64, f64) {
+        let (near, far, steepness) = self.roots(ray);
+        let depth = if inside { far } else { near };
+        (if depth > ray.start { depth } else { f64::INFINITY }, steepness)
+    }
+}
+
+impl Primitive for Sphere {
+    #[inline(always)]
+    fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {
+        if rays.are_parallel() {
+            self.intersect_parallel(face, rays, hits);
+        } else {
+            let inside = if self.eye_is_outside() { 0 } else { INSIDE };
+            self.offer_hits(|_| true, face + inside, rays, hits);
+        }
+    }
+
+    fn depth(&self, ray: Ray) -> (f64, f64) {
+        let (near, ..) = self.roots(ray);
+        let outside = near > ray.start;
+        self.depth_seen(!outside, ray)
     }
 
     #[inline(always)]
@@ -580,6 +592,17 @@ impl RaySetup {
 }
 
 impl ParallelSetup {
+    /// The near and the far root of a ray relative to the middle one, in units of the radius; NaN if it misses.
+    #[inline(always)]
+    pub(crate) fn roots(&self, dx: f32, dy: f32) -> (f32, f32) {
+        let (discriminant, power) = self.ray(dx, dy);
+        let s = discriminant.sqrt();
+        let ahead = self.along >= 0.0;
+        let far_from_zero = if ahead { self.along + s } else { self.along - s };
+        let other = power / far_from_zero;
+        if ahead { (other, far_from_zero) } else { (far_from_zero, other) }
+    }
+
     /// m of a ray relative to the middle one.
     #[inline(always)]
     fn moment(&self, dx: f32, dy: f32) -> [f32; 2] {

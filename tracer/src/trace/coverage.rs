@@ -10,7 +10,7 @@ use crate::shapes::primitive::Primitive;
 use crate::shapes::{Shape, Shapes};
 use crate::simd::Kernel;
 use crate::tile::hits::{HitBuffer, NO_FACE};
-use crate::tile::rays::Rays;
+use crate::tile::rays::{Ray, Rays};
 use crate::tile::{CENTRE, LANES, SIDE, Tile, View};
 use crate::world::Window;
 
@@ -74,7 +74,11 @@ impl Search {
                 return 0;
             }
             let Some(part) = self.clip(square) else { continue };
-            match outline.in_rectangle(&self.rectangle(part)) {
+            let is_met = |direction| {
+                let ray = Ray { origin: [0.0; 3], direction, start: 0.0 };
+                shape.depth(ray).0.is_finite()
+            };
+            match outline.in_rectangle(&self.rectangle(part), is_met) {
                 Overlap::None => {}
                 Overlap::Full => covered += part.pixels() as u64,
                 Overlap::Partial if square.side == SIDE => {

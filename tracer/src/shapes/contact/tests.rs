@@ -2,10 +2,10 @@ use super::*;
 use crate::oracle::*;
 use crate::shapes::cuboid::Cuboid;
 use crate::shapes::plane::Plane;
-use crate::vector::{add, scale};
+use crate::vector::{add, length, perpendicular, scale};
 use proptest::prelude::*;
 
-/// A point on the surface of a shape: on a face, or an edge or corner of a box.
+/// A point on the surface of a shape: on a face, or an edge or corner.
 fn any_point_on(shape: &OracleShape, direction: Vector, shares: Vector, fixed: [bool; 3]) -> Vector {
     match *shape {
         OracleShape::Sphere { center, radius } => add(center, scale(direction, radius)),
@@ -15,7 +15,30 @@ fn any_point_on(shape: &OracleShape, direction: Vector, shares: Vector, fixed: [
             let along = |i: usize| half[i] * if fixed[i] { shares[i].signum() } else { shares[i] };
             (0..3).fold(center, |point, i| add(point, scale(axes[i], along(i))))
         }
+        OracleShape::Frustum { center, axis, radii, half } => {
+            let z = half * if fixed[0] { shares[0].signum() } else { shares[0] };
+            let radius = radii[0] + (radii[1] - radii[0]) * (z + half) / (2.0 * half);
+            let away = radius * if fixed[0] && fixed[1] { shares[1].abs() } else { 1.0 };
+            add(center, add(scale(axis, z), scale(across(axis, direction), away)))
+        }
+        OracleShape::Capsule { center, axis, radius, half } => {
+            let aside = across(axis, direction);
+            let (z, way) = if fixed[0] {
+                let end = shares[0].signum();
+                let along = scale(axis, end * dot(axis, direction).abs());
+                (half * end, add(along, scale(aside, (1.0 - dot(along, along)).sqrt())))
+            } else {
+                (half * shares[0], aside)
+            };
+            add(center, add(scale(axis, z), scale(way, radius)))
+        }
     }
+}
+
+/// A unit vector at right angles to an axis, in the plane of a direction.
+fn across(axis: Vector, direction: Vector) -> Vector {
+    let aside = sub(direction, scale(axis, dot(axis, direction)));
+    if length(aside) > 1e-3 { scale(aside, 1.0 / length(aside)) } else { perpendicular(axis) }
 }
 
 proptest! {

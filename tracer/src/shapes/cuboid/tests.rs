@@ -4,8 +4,7 @@ use crate::oracle::*;
 use crate::shapes::points::Points;
 use crate::tile::hits::NO_FACE;
 use crate::tile::{SIDE, View};
-use crate::vector::add;
-use crate::vector::normalized;
+use crate::vector::{add, dot, normalized};
 use proptest::prelude::*;
 
 const STRAIGHT: [Vector; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
