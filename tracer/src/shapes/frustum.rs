@@ -194,7 +194,7 @@ impl Frustum {
     #[inline(always)]
     pub(crate) fn place(&self, apex: Apex, contact: Option<&Contact>) -> Place {
         let profile = &self.profile;
-        let relative = apex.from(self.center);
+        let relative = apex.way_from(self.center);
         let z = dot(relative, self.axis);
         let radial = sub(relative, scale(self.axis, z));
         let away = length(radial);
@@ -398,7 +398,7 @@ impl Frustum {
     #[inline(always)]
     fn way_to_light(shadow: &ShadowRays<'_>) -> (Vector, f64) {
         let reference = shadow.points.reference;
-        let way = shadow.light.from(reference);
+        let way = shadow.light.way_from(reference);
         if shadow.light.is_direction() {
             return (way, 1.0);
         }
@@ -557,7 +557,7 @@ impl Primitive for Frustum {
         let bounds = self.bounding_sphere();
         let apart = length(sub(bounds.center, shadow.bounds.center)) - shadow.bounds.radius;
         if apart > bounds.radius * CLEAR {
-            let from_light = length(shadow.light.from(bounds.center));
+            let from_light = length(shadow.light.way_from(bounds.center));
             let nearer = from_light < length(sub(bounds.center, shadow.points.reference));
             let nearer = nearer && !shadow.light.is_direction();
             self.occlude_from_afar(&light, contact.is_some() || nearer, shadow);
