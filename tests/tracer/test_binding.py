@@ -320,6 +320,7 @@ CAMERA = (
     (0.0, 0.0, -1.0),
 )
 NO_OBJECTS = (b"", b"", b"", b"")
+NO_CHECKERS = (b"", b"", b"")
 NO_LIGHTS = (b"", b"", b"", b"", b"")
 SETTINGS = (1, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), True, 16, False)
 
@@ -342,7 +343,7 @@ def with_item(values, index, item):
         ((with_item(CAMERA, 0, 0), NO_OBJECTS, NO_LIGHTS, SETTINGS), "at least one pixel"),
         ((CAMERA, NO_OBJECTS, NO_LIGHTS, with_item(SETTINGS, 0, 0)), "samples"),
         ((CAMERA, NO_OBJECTS, NO_LIGHTS, with_item(SETTINGS, 4, 0)), "shadow samples"),
-        ((CAMERA, with_item(ONE_OBJECT, 0, b"\3"), NO_LIGHTS, SETTINGS), "unknown kind 3"),
+        ((CAMERA, with_item(ONE_OBJECT, 0, b"\6"), NO_LIGHTS, SETTINGS), "unknown kind 6"),
         ((CAMERA, NO_OBJECTS, with_item(ONE_LIGHT, 0, b"\2"), SETTINGS), "unknown kind 2"),
         *(
             (
@@ -369,18 +370,19 @@ def with_item(values, index, item):
     ],
 )
 def test_world_that_does_not_fit_together_is_a_value_error(arguments, message):
+    camera, objects, lights, settings = arguments
     with pytest.raises(ValueError, match=message):
-        _native.Tracer(*arguments, 1)
+        _native.Tracer(camera, objects, NO_CHECKERS, lights, settings, 1)
 
 
 def test_tracer_without_threads_is_a_value_error():
     with pytest.raises(ValueError, match="threads must be at least 1"):
-        _native.Tracer(CAMERA, ONE_OBJECT, ONE_LIGHT, SETTINGS, 0)
+        _native.Tracer(CAMERA, ONE_OBJECT, NO_CHECKERS, ONE_LIGHT, SETTINGS, 0)
 
 
 def small_tracer(threads=1):
     """Return the compiled tracer of a picture of 4x3 pixels."""
-    return _native.Tracer(CAMERA, ONE_OBJECT, ONE_LIGHT, SETTINGS, threads)
+    return _native.Tracer(CAMERA, ONE_OBJECT, NO_CHECKERS, ONE_LIGHT, SETTINGS, threads)
 
 
 SMALL = (0, 0, 4, 3)
@@ -480,7 +482,7 @@ def test_radiance_may_lie_anywhere_in_memory(offset):
 def test_picture_without_pixels_or_with_too_many_is_a_value_error(width, height, message):
     for wrong in (
         lambda: _native.PngEncoder(width, height, LOOK, []),
-        lambda: _native.Tracer((width, height, *CAMERA[2:]), ONE_OBJECT, ONE_LIGHT, SETTINGS, 1),
+        lambda: _native.Tracer((width, height, *CAMERA[2:]), ONE_OBJECT, NO_CHECKERS, ONE_LIGHT, SETTINGS, 1),
     ):
         with pytest.raises(ValueError, match=message):
             wrong()
