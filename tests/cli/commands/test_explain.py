@@ -251,7 +251,20 @@ def test_json_is_one_object_with_the_documented_keys(run, small):
         frozenset({"object", "verdict", "t", "numbers", "outcome"})
     }
     assert {frozenset(share.keys()) for share in steps["lights"]["lights"]} == {
-        frozenset({"label", "body", "verdict", "faces", "same_side", "blockers", "radiance", "numbers", "outcome"})
+        frozenset(
+            {
+                "label",
+                "body",
+                "verdict",
+                "faces",
+                "same_side",
+                "blockers",
+                "places",
+                "radiance",
+                "numbers",
+                "outcome",
+            }
+        )
     }
     assert [group.keys() for group in steps["mean"]["groups"]] == [{"object", "count", "radiance"}]
 

@@ -93,7 +93,7 @@ def test_list_has_a_line_with_the_caption_of_each_scene(run, folder):
     names = [line.split()[0] for line in result.stdout.splitlines()]
     assert names[:2] == ["first", "cornell"]
     assert sorted(names) == sorted(path.stem for path in SCENES.glob("*.yaml"))
-    assert "cornell          A room: red and blue walls, two boxes, and a glowing sphere" in result.stdout
+    assert "cornell            A room: red and blue walls, two boxes, and a glowing sphere" in result.stdout
     assert names_in(folder) == []
 
 

@@ -118,7 +118,7 @@ impl Capsule {
 
     /// The number of a face in this shape.
     fn part(face: u32) -> u32 {
-        face % (1 << FACE_BITS) & !INSIDE
+        (face % (1 << FACE_BITS)) & !INSIDE
     }
 
     fn end(&self, part: u32) -> &Sphere {

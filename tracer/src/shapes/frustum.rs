@@ -378,7 +378,7 @@ impl Frustum {
 
     /// The number of a face in this shape.
     fn part(face: u32) -> u32 {
-        face % (1 << FACE_BITS) & !INSIDE
+        (face % (1 << FACE_BITS)) & !INSIDE
     }
 
     /// The smallest bounding sphere: around the middle of the largest distances, or around the larger disc.

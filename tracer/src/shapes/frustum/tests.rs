@@ -2,6 +2,7 @@ use super::*;
 use crate::oracle::*;
 use crate::tile::hits::NO_FACE;
 use crate::tile::{SIDE as TILE_SIDE, View};
+use crate::vector::normalized;
 use proptest::prelude::*;
 
 type Tile = (View, (u32, u32));
@@ -46,12 +47,20 @@ proptest! {
     }
 
     #[test]
+    fn parallel_rays_meet_a_round_shape_where_float64_says(
+        (tile, shape) in any_parallel_tile()
+            .prop_flat_map(|tile| (Just(tile), shape_before(tile, -1.0..5.0).prop_filter("round", is_round)))
+    ) {
+        check_parallel(&shape, tile)?;
+    }
+
+    #[test]
     fn points_lie_on_the_shape_and_on_their_rays((tile, shape) in tile_and_round(-1.0..5.0)) {
         for (lanes, points) in surface_points(&shape, tile) {
             let rounding = 4e-6 * (shape.size() + across(&shape, tile));
             for (i, &lane) in lanes.iter().enumerate() {
                 let point = point_of(&points, i);
-                let v = exact_ray(tile.0, tile.1, lane.into());
+                let v = exact_ray(tile.0, tile.1, lane.into()).direction;
                 let v = scale(v, 1.0 / length(v));
                 let normal = points.plane.map_or_else(
                     || points.normal.each_ref().map(|axis| f64::from(axis[i])),
@@ -89,7 +98,7 @@ proptest! {
                     _ => unreachable!(),
                 };
                 let expected = scale(outward, turn / length(outward));
-                let v = exact_ray(tile.0, tile.1, lane.into());
+                let v = exact_ray(tile.0, tile.1, lane.into()).direction;
                 let steep = dot(normal, v).abs() / length(v);
                 // Close to the tip of a cone and to the outline a point tells less about its normal.
                 let rounding = 4e-6 * (shape.size() + across(&shape, tile)) / (thick * steep.max(1e-3));
@@ -129,6 +138,7 @@ proptest! {
                 add(position, scale(sub(add(position, scale(light, size)), middle), distances.1))
             };
             check_occlusion(&occluder, toward, &points)?;
+            check_occlusion(&occluder, Apex::direction(normalized(sub(toward, middle))), &points)?;
         }
     }
 }
@@ -175,7 +185,12 @@ fn the_tip_has_a_normal_that_faces_the_eye() {
     (rays.dx[0], rays.dy[0], rays.x[0], rays.y[0], rays.vv[0]) = (0.0, 0.0, 0.0, 0.0, 1.0);
     let mut points = Points::new();
     points.start(1, cone.magnitude());
-    cone.compute_points(FACE + SIDE, &rays, (4.0, || [0.0, 0.0, 1.0]), &mut points);
+    cone.compute_points(
+        FACE + SIDE,
+        &rays,
+        (4.0, || Ray { origin: [0.0; 3], direction: [0.0, 0.0, 1.0], start: 0.0 }),
+        &mut points,
+    );
     assert_eq!(points.normal.each_ref().map(|axis| axis[0]), [0.0, 0.0, -1.0]);
 }
 
