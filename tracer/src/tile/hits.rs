@@ -1,6 +1,6 @@
 //! The nearest hits of the rays of a tile.
 
-use crate::tile::rays::Rays;
+use crate::tile::rays::{CLOSE, Rays};
 use crate::tile::{LANES, Lanes};
 
 /// The nearest hit of each ray of a tile.
@@ -16,10 +16,6 @@ pub(crate) struct HitBuffer {
 
 /// The face of a ray that misses everything.
 pub(crate) const NO_FACE: u32 = u32::MAX;
-
-/// Faces whose depths differ by less than this share are compared in float64. Rounding is a fifth of it where the
-/// ray does not graze them.
-pub(crate) const CLOSE: f32 = 3e-6;
 
 /// A face number holds the object's number in its upper bits, the side of a box in the middle ones, and `INSIDE` in the
 /// lowest one.

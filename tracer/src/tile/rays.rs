@@ -5,9 +5,12 @@
 //! tiles is fixed to the picture: no pixel depends on the division among threads, or on a crop.
 
 use crate::camera::Projection;
-use crate::tile::hits::CLOSE;
 use crate::tile::{LANES, Lanes, SIDE, STEP, View};
 use crate::vector::{Vector, to_f32};
+
+/// Faces whose depths differ by less than this share are compared in float64. Rounding is a fifth of it where the
+/// ray does not graze them.
+pub(crate) const CLOSE: f32 = 3e-6;
 
 /// The rounding of the plane on which parallel rays start, as a share of how far they are from its middle.
 const START_ROUNDING: f64 = 1e-13;

@@ -10,8 +10,8 @@ use crate::scene::Scene;
 use crate::shapes::contact::ON_SURFACE;
 use crate::shapes::primitive::Primitive;
 use crate::tile::LANES;
-use crate::tile::hits::{CLOSE, FACE_BITS, HitBuffer};
-use crate::tile::rays::Rays;
+use crate::tile::hits::{FACE_BITS, HitBuffer};
+use crate::tile::rays::{CLOSE, Rays};
 use crate::vector::l1_norm;
 
 /// Faces whose depths differ by less than this share are coincident.
