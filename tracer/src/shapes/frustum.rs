@@ -44,6 +44,9 @@ const DISTANT: f64 = 64.0;
 /// An origin closer to the apex than this share of the radius is placed relative to the apex.
 const NEAR: f64 = 1.0 / 16.0;
 
+/// An origin farther from the middle than this multiple of the radius is far away.
+const FAR: f64 = 4.0;
+
 /// The section of a frustum along its axis.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Profile {
@@ -100,6 +103,8 @@ pub(crate) struct Lines {
     origin: [f32; 3],
     z: f32,
     power: f32,
+    /// Whether o is far away: then C is a small difference of its large one, and O of a line tells it more exactly.
+    origin_is_far: bool,
     /// W, and v_a.
     direction: [f32; 3],
     along: f32,
@@ -286,6 +291,7 @@ impl Frustum {
             origin: to_f32(scale(o, per)),
             z: (z * per) as f32,
             power: (power * per * per) as f32,
+            origin_is_far: dot(o, o) > FAR * FAR * profile.radius * profile.radius,
             direction: to_f32(w),
             along: along as f32,
             factors: if apex_is_outside { [e - f, e + f] } else { [e, f] }.map(|factor| factor as f32),
@@ -746,7 +752,9 @@ impl Lines {
         let a = w[0] * w[0] + w[1] * w[1] - w[2] * w[2];
         let b = o[2] * w[2] - o[0] * w[0] - o[1] * w[1];
         let change = sum[0] * shifted[0] + sum[1] * shifted[1] - sum[2] * shifted[2];
-        Coefficients { abc: [a, b, self.power + change], w, o }
+        let from_o = o[0] * o[0] + o[1] * o[1] - o[2] * o[2];
+        let c = if self.origin_is_far { from_o } else { self.power + change };
+        Coefficients { abc: [a, b, c], w, o }
     }
 
     /// The height above the middle where the line's parameter is tau.
