@@ -26,7 +26,7 @@ SUMMARIES = {
     "batch": "Render scenes into a folder, skipping up-to-date results.",
     "validate": "Validate scene files and report every problem.",
     "sample": "Write the scene of one sample of a template.",
-    "dataset": "Render a data set: labelled pictures from one template.",
+    "dataset": "Render a data set: labeled pictures from one template.",
     "explain": "Explain how a pixel gets its value, step by step.",
     "compare": "Compare two pictures, or two files of arrays.",
     "new": "Write a small commented scene to start from.",

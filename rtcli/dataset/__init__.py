@@ -1,1 +1,1 @@
-"""Data sets: from a template to labelled pictures."""
+"""Data sets: from a template to labeled pictures."""

@@ -1,6 +1,6 @@
 """The constraints of a template: which objects and pictures they refuse, and why.
 
-`CHECKS` has an entry for each kind of `rtcli.template.dataset.REQUIREMENTS`.
+Each kind of `rtcli.template.dataset.REQUIREMENTS` has an entry in `OBJECT_CHECKS` or `PICTURE_CHECKS`.
 """
 
 from __future__ import annotations

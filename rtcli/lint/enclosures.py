@@ -1,7 +1,7 @@
 """Search for the solids of a scene that enclose another.
 
-A grid for each power of two holds the solids of that size by their centres. Whatever encloses a point has its
-centre in one of eight cells of each grid, so a search among many solids takes about constant time.
+A grid for each power of two holds the solids of that size by their centers. Whatever encloses a point has its
+center in one of eight cells of each grid, so a search among many solids takes about constant time.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Enclosures:
         for index, solid in solids.items():
             level = _level(max(solid.bounds))
             size = math.ldexp(1.0, level)
-            x, y, z = solid.centre
+            x, y, z = solid.center
             cells = self._levels.setdefault(level, {})
             cells.setdefault((x // size, y // size, z // size), []).append((index, solid))
         self._left = min(max(_FEWEST, len(solids) * _MAX_COMPARISONS), _MOST)
@@ -57,13 +57,13 @@ class Enclosures:
         return None
 
     def _near(self, inner: Solid) -> Iterator[tuple[int, Solid]]:
-        """Yield the solids that are large and near enough: their centres are at most half a cell away."""
+        """Yield the solids that are large and near enough: their centers are at most half a cell away."""
         extent = max(inner.bounds)
         least = _level(extent) if extent > 0 else -math.inf
         for level, cells in self._levels.items():
             if level >= least:
                 size = math.ldexp(1.0, level)
-                sides = [{(c - size / 2) // size, (c + size / 2) // size} for c in inner.centre]
+                sides = [{(c - size / 2) // size, (c + size / 2) // size} for c in inner.center]
                 for cell in product(*sides):
                     yield from cells.get(cell, ())
 
@@ -71,7 +71,7 @@ class Enclosures:
 def _bounds_hold(outer: Solid, inner: Solid) -> bool:
     """Return whether the bounding box of a solid contains that of another, without square roots."""
     (ox, oy, oz), (ix, iy, iz) = outer.bounds, inner.bounds
-    (cx, cy, cz), (px, py, pz) = outer.centre, inner.centre
+    (cx, cy, cz), (px, py, pz) = outer.center, inner.center
     return abs(px - cx) + ix <= ox and abs(py - cy) + iy <= oy and abs(pz - cz) + iz <= oz
 
 

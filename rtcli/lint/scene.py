@@ -197,7 +197,7 @@ class SceneIndex:
         return {
             i
             for i, solid in self.solids.items()
-            if abs(dot(forward, direction(self.eye, solid.centre)))
+            if abs(dot(forward, direction(self.eye, solid.center)))
             <= solid.reach(forward) + solid.rounding(self.eye, self.eye)
         }
 

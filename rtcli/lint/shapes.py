@@ -61,13 +61,13 @@ class Solid(Shape):
 
     Parameters
     ----------
-    centre
-        The centre of its bounding box.
+    center
+        The center of its bounding box.
     bounds
         Half the size of its bounding box along the axes.
     """
 
-    centre: Vector
+    center: Vector
     bounds: Vector
 
     @property
@@ -77,7 +77,7 @@ class Solid(Shape):
 
     @abstractmethod
     def reach(self, axis: Vector) -> float:
-        """Return how far the solid reaches from its centre along a unit vector."""
+        """Return how far the solid reaches from its center along a unit vector."""
 
     @abstractmethod
     def depth_in(self, outer: Solid) -> float:
@@ -85,15 +85,15 @@ class Solid(Shape):
 
     def misses(self, view: View) -> str | None:
         """Return `BEHIND` or `BESIDE` if the solid is surely out of view and casts no shadow into it; or None."""
-        return view.misses(self.centre, self.reach)
+        return view.misses(self.center, self.reach)
 
     def rounding(self, point: Vector, eye: Vector) -> float:
         """Return the distance up to which a point counts as on the surface; the tracer measures from the eye."""
-        return _ROUNDING * (_l1_norm(point) + _l1_norm(self.centre) + 2 * _l1_norm(eye) + max(self.bounds))
+        return _ROUNDING * (_l1_norm(point) + _l1_norm(self.center) + 2 * _l1_norm(eye) + max(self.bounds))
 
     def contains(self, inner: Solid, eye: Vector = (0.0, 0.0, 0.0)) -> bool:
         """Return whether another solid, seen from an eye, is wholly inside; the surface itself is outside."""
-        margin = self.rounding(inner.centre, eye)
+        margin = self.rounding(inner.center, eye)
         if any(inner.bounds):  # a face that two solids share may be seen
             margin = max(margin, _TOUCHING * max(self.bounds))
         return inner.depth_in(self) > margin
@@ -110,18 +110,18 @@ class Ball(Solid):
     radius: float
 
     @classmethod
-    def of(cls, centre: Vector, radius: float) -> Ball:
-        """Return the ball with a centre and radius."""
-        return cls(centre, (radius, radius, radius), radius)
+    def of(cls, center: Vector, radius: float) -> Ball:
+        """Return the ball with a center and radius."""
+        return cls(center, (radius, radius, radius), radius)
 
     def signed_distance(self, point: Vector) -> float:
         """Return |P - C| - R, negative inside."""
-        return math.dist(point, self.centre) - self.radius
+        return math.dist(point, self.center) - self.radius
 
     def nearest_point(self, point: Vector) -> Vector:
         """Return the point of the sphere nearest to a point, or one of them."""
-        outward = direction(self.centre, point)
-        return moved(self.centre, unit(outward) if any(outward) else (1.0, 0.0, 0.0), self.radius)
+        outward = direction(self.center, point)
+        return moved(self.center, unit(outward) if any(outward) else (1.0, 0.0, 0.0), self.radius)
 
     def reach(self, axis: Vector) -> float:
         """Return the radius."""
@@ -129,7 +129,7 @@ class Ball(Solid):
 
     def depth_in(self, outer: Solid) -> float:
         """Return how deep the ball lies inside a solid, negative if it reaches out."""
-        return -outer.signed_distance(self.centre) - self.radius
+        return -outer.signed_distance(self.center) - self.radius
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,7 +149,7 @@ class Cuboid(Solid):
 
     def signed_distance(self, point: Vector) -> float:
         """Return the distance from a point to the surface, negative inside."""
-        (px, py, pz), (cx, cy, cz) = point, self.centre
+        (px, py, pz), (cx, cy, cz) = point, self.center
         local = self._to_box((px - cx, py - cy, pz - cz))
         beyond = [abs(x) - half for x, half in zip(local, self.half, strict=True)]
         outside = math.hypot(*(max(0.0, x) for x in beyond))
@@ -157,15 +157,15 @@ class Cuboid(Solid):
 
     def nearest_point(self, point: Vector) -> Vector:
         """Return the point of the surface nearest to a point, or one of them."""
-        local = self._to_box(direction(self.centre, point))
+        local = self._to_box(direction(self.center, point))
         nearest = [min(max(x, -half), half) for x, half in zip(local, self.half, strict=True)]
         if nearest == list(local):  # inside: the nearest face
             axis = min(range(3), key=lambda i: self.half[i] - abs(nearest[i]))
             nearest[axis] = math.copysign(self.half[axis], nearest[axis])
-        return moved(self.centre, self._to_world((nearest[0], nearest[1], nearest[2])))
+        return moved(self.center, self._to_world((nearest[0], nearest[1], nearest[2])))
 
     def reach(self, axis: Vector) -> float:
-        """Return how far the cuboid reaches from its centre along a unit vector."""
+        """Return how far the cuboid reaches from its center along a unit vector."""
         x, y, z = self._to_box(axis)
         return abs(x) * self.half[0] + abs(y) * self.half[1] + abs(z) * self.half[2]
 
@@ -175,7 +175,7 @@ class Cuboid(Solid):
 
     def corners(self) -> Iterator[Vector]:
         """Yield the eight corners in world space."""
-        cx, cy, cz = self.centre
+        cx, cy, cz = self.center
         hx, hy, hz = self.half
         for local in product((-hx, hx), (-hy, hy), (-hz, hz)):
             x, y, z = self._to_world(local)
@@ -234,9 +234,9 @@ class Frustum(Solid):
         pairs = list(zip(reaches[::2], reaches[1::2], strict=True))
         high = [max(z + r for z, r in pair) for pair in pairs]
         low = [min(z - r for z, r in pair) for pair in pairs]
-        centre = moved(position, ((high[0] + low[0]) / 2, (high[1] + low[1]) / 2, (high[2] + low[2]) / 2))
+        center = moved(position, ((high[0] + low[0]) / 2, (high[1] + low[1]) / 2, (high[2] + low[2]) / 2))
         bounds = ((high[0] - low[0]) / 2, (high[1] - low[1]) / 2, (high[2] - low[2]) / 2)
-        return cls(centre, bounds, position, axis, half, radii)
+        return cls(center, bounds, position, axis, half, radii)
 
     def signed_distance(self, point: Vector) -> float:
         """Return the distance from a point to the surface, negative inside."""
@@ -255,10 +255,10 @@ class Frustum(Solid):
         return moved(moved(self.middle, self.axis, z), outward, away)
 
     def reach(self, axis: Vector) -> float:
-        """Return how far the frustum reaches from its centre along a unit vector."""
+        """Return how far the frustum reaches from its center along a unit vector."""
         along = dot(self.axis, axis)
         across = math.sqrt(max(0.0, 1 - along * along))
-        to_middle = dot(direction(self.centre, self.middle), axis)
+        to_middle = dot(direction(self.center, self.middle), axis)
         base, top = self.radii
         return to_middle + max(base * across - self.half * along, top * across + self.half * along)
 
@@ -335,19 +335,19 @@ class Rounded(Solid):
         return moved(foot, unit(outward), self.radius)
 
     def reach(self, axis: Vector) -> float:
-        """Return how far the capsule reaches from its centre along a unit vector."""
+        """Return how far the capsule reaches from its center along a unit vector."""
         return abs(dot(self.to_end, axis)) + self.radius
 
     def depth_in(self, outer: Solid) -> float:
         """Return how deep the capsule lies inside a solid, negative if it reaches out."""
-        ends = moved(self.centre, self.to_end, -1), moved(self.centre, self.to_end)
+        ends = moved(self.center, self.to_end, -1), moved(self.center, self.to_end)
         return min(-outer.signed_distance(end) for end in ends) - self.radius
 
     def _foot(self, point: Vector) -> Vector:
         """Return the point of the axis nearest to a point."""
         squared = dot(self.to_end, self.to_end)
-        share = dot(direction(self.centre, point), self.to_end) / squared if squared > 0 else 0.0
-        return moved(self.centre, self.to_end, min(max(share, -1.0), 1.0))
+        share = dot(direction(self.center, point), self.to_end) / squared if squared > 0 else 0.0
+        return moved(self.center, self.to_end, min(max(share, -1.0), 1.0))
 
 
 @dataclass(frozen=True, slots=True)

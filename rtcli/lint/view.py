@@ -112,25 +112,25 @@ class View:
             for normal, region, offset in sides
         ]
 
-    def misses(self, centre: Vector, reach: Callable[[Vector], float]) -> str | None:
+    def misses(self, center: Vector, reach: Callable[[Vector], float]) -> str | None:
         """Return `BEHIND` or `BESIDE` if a solid is surely out of view and casts no shadow into it; or None.
 
         Parameters
         ----------
-        centre
-            The centre of the solid.
+        center
+            The center of the solid.
         reach
-            Returns how far the solid reaches from its centre along a unit vector.
+            Returns how far the solid reaches from its center along a unit vector.
 
         Notes
         -----
         The shadow of a solid holds the points Q + s (Q - L), Q in it, s >= 0, for the light L. It stays beyond a
         side of the view, with normal n, if n.Q <= 0 and n.(Q - L) <= 0 for the Q with the largest n.Q.
         """
-        to_centre = direction(self.eye, centre)
+        to_center = direction(self.eye, center)
         region = None
         for side in self._sides:
-            most = dot(to_centre, side.normal) + side.offset + reach(side.normal)
+            most = dot(to_center, side.normal) + side.offset + reach(side.normal)
             if most <= 0:
                 region = region or side.region
                 if side.lowest_light >= most:

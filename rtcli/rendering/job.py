@@ -147,7 +147,7 @@ class RenderJob:
             "samples": rest.samples,
             **({"ambient": list(rest.ambient)} if any(rest.ambient) else {}),
             "max_depth": rest.max_depth,
-            **({"shadow_samples": rest.shadow_samples} if any(self.world.lights.parameters[3::4]) else {}),
+            **({"shadow_samples": rest.shadow_samples} if any(self.world.lights.sizes) else {}),
             "eye_falloff": rest.eye_falloff,
             "exposure": exposure,
             "tone": self.scene.tone,

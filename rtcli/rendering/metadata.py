@@ -52,12 +52,12 @@ def fingerprint(scene: PackedScene) -> str:
     if any(others):  # files keep their hashes if boxes are turned about the vertical axis only
         digest.update(_little(others))
     # Of each light, three numbers for its position or direction, and one for its size.
-    places, sizes = lights.parameters[:], lights.parameters[3::4]
+    places = lights.parameters[:]
     del places[3::4]
     for numbers in (places, lights.color, lights.intensity, lights.carrier):
         digest.update(_little(numbers))
     # Files keep their hashes if there are only point lights, none has a size, and nothing is checkered.
-    later = [numbers for numbers in (lights.kind, sizes) if any(numbers)]
+    later = [numbers for numbers in (lights.kind, lights.sizes) if any(numbers)]
     for numbers in (*later, *(world.checkers if world.checkers.object else ())):
         digest.update(_little(numbers))
     digest.update(scene.names.encode())

@@ -21,7 +21,7 @@ class Tracer(Protocol):
         """Return radiance and passes by name, and the number of rays."""
 
     def coverage(self, window: Window) -> list[int] | None:
-        """Return the number of pixel centres of a window that each object covers; None if it is too much work."""
+        """Return the number of pixel centers of a window that each object covers; None if it is too much work."""
 
     def exposure(self) -> MeterReading:
         """Meter the whole picture."""

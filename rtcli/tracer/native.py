@@ -69,7 +69,7 @@ class NativeTracer:
         return self._tracer.levels(window, transform, budget)
 
     def coverage(self, window: Window) -> list[int] | None:
-        """Return the number of pixel centres that each object covers, including those hidden by others.
+        """Return the number of pixel centers that each object covers, including those hidden by others.
 
         Returns
         -------

@@ -1,4 +1,4 @@
-"""Passes: arrays that a film may hold beside radiance, taken at pixel centres whatever the number of samples.
+"""Passes: arrays that a film may hold beside radiance, taken at pixel centers whatever the number of samples.
 
 To add one: add it to `Passes`, to `PASS_VALUES` in `rtcli.tracer.reference`, and in `tracer/src/output/film.rs`.
 """

@@ -179,7 +179,7 @@ class SimpleCamera:
         window
             Pixels of the whole picture.
         within
-            The position in each pixel, from its left and top edge; the default is its centre.
+            The position in each pixel, from its left and top edge; the default is its center.
 
         Notes
         -----
@@ -460,7 +460,7 @@ class Object(ABC):
     color
         Albedo, linear RGB: three numbers, kept as (3, 1) float64.
     position
-        The centre, or a point of a plane, in world space: three numbers, kept as (3, 1) float64.
+        The center, or a point of a plane, in world space: three numbers, kept as (3, 1) float64.
     parameters
         The other numbers of the shape, as many as its kind has.
     source_object
@@ -629,7 +629,7 @@ class Quadratic(NamedTuple):
     b, discriminant, t_1, t_2
         (N,): b, D and the two intersection parameters, NaN where D < 0.
     g
-        (3, N): from the ray's nearest point to the centre.
+        (3, N): from the ray's nearest point to the center.
     """
 
     b: Array
@@ -655,10 +655,10 @@ class Sphere(Object):
     def quadratic(self, ray: Ray) -> Quadratic:
         """Solve |o + t d - C|^2 = R^2 with the stable form of section 2.2.1.
 
-        With unit d and the vector c = C - o from the ray's start to the centre::
+        With unit d and the vector c = C - o from the ray's start to the center::
 
             b = c . d                      half the document's -b
-            g = c - b d                    from the centre's foot on the ray to the centre
+            g = c - b d                    from the center's foot on the ray to the center
             D = R^2 - g . g                a quarter of the document's discriminant
             q = b + sign(b) sqrt(D),  t_1 = (|c| - R)(|c| + R) / q,  t_2 = q
 
@@ -701,7 +701,7 @@ class Sphere(Object):
         return (length(sight - (self.position - eye)) - self.radius)[None]
 
     def _power(self, point: Array) -> float:
-        """Return |c|^2 - R^2, c from a point to the centre, without cancellation: > 0 outside, 0 on the sphere."""
+        """Return |c|^2 - R^2, c from a point to the center, without cancellation: > 0 outside, 0 on the sphere."""
         distance = float(length(self.position - point)[0])
         height = distance - self.radius
         return height * (distance + self.radius) if abs(height) > self.rounding(point).item() else 0.0
@@ -882,7 +882,7 @@ class Box(Object):
         return dot(g, g) <= self.bounding_radius * self.bounding_radius
 
     def from_ray(self, ray: Ray) -> Array:
-        """Return g, the vector from each ray's nearest point to the centre, as for a sphere: (3, N)."""
+        """Return g, the vector from each ray's nearest point to the center, as for a sphere: (3, N)."""
         c = ray.to(self.position)
         return c - dot(c, ray.direction) * ray.direction
 
@@ -1469,13 +1469,13 @@ class Scenery:
 
         def render_tile(tile: Window) -> int:
             pixels = rows_and_columns(tile, window)
-            mean, alpha, rays, centres = self._trace_tile(tile)
+            mean, alpha, rays, centers = self._trace_tile(tile)
             arrays[RADIANCE][pixels] = _as_rows(mean, tile)
             if ALPHA in arrays:
                 arrays[ALPHA][pixels] = _as_rows(alpha, tile)
             if truth := [name for name in passes if name != ALPHA]:
-                # A single sample went through the centres; of several samples, perhaps none did.
-                ray, hit = centres or self._trace_primary(tile, CENTRE)
+                # A single sample went through the centers; of several samples, perhaps none did.
+                ray, hit = centers or self._trace_primary(tile, CENTRE)
                 for name in truth:
                     values = _to_film(PASS_VALUES[name](self, ray, hit), arrays[name].dtype)
                     arrays[name][pixels] = _as_rows(values, tile)
@@ -1485,7 +1485,7 @@ class Scenery:
         return arrays, sum(over_tiles(render_tile, window, threads, progress, self._abandoned))
 
     def _trace_tile(self, tile: Window) -> tuple[Array, Array, int, tuple[Ray, Hit] | None]:
-        """Return a tile's radiance, alpha, number of rays, and rays and hits if they go through its centres.
+        """Return a tile's radiance, alpha, number of rays, and rays and hits if they go through its centers.
 
         alpha = (samples that hit something) / samples
         """
@@ -1497,15 +1497,15 @@ class Scenery:
             total += light.rgb
             hits += hit.index != NOTHING
             rays += len(hit.t) + shadow_rays
-        centres = (ray, hit) if offsets == [CENTRE] else None
-        return mean_of_samples(total, len(offsets)), hits / len(offsets), rays, centres
+        centers = (ray, hit) if offsets == [CENTRE] else None
+        return mean_of_samples(total, len(offsets)), hits / len(offsets), rays, centers
 
     def _trace_primary(self, tile: Window, within: tuple[float, float]) -> tuple[Ray, Hit]:
         ray = self.camera.generate_primary_rays(tile, within)
         return ray, self.nearest_hit(ray)
 
     def coverage(self, window: Window, threads: int = 1) -> list[int]:
-        """Return the number of pixel centres of a window that each object covers, including hidden ones."""
+        """Return the number of pixel centers of a window that each object covers, including hidden ones."""
 
         def count_tile(tile: Window) -> Indices:
             ray = self.camera.generate_primary_rays(tile)
@@ -1713,7 +1713,7 @@ class Scenery:
                 yield Occluder(i, t, between)
 
 
-# --- Passes: ground truth at pixel centres -----------------------------------------------------------------
+# --- Passes: ground truth at pixel centers -----------------------------------------------------------------
 
 
 def _depth(scenery: Scenery, ray: Ray, hit: Hit) -> Array:
@@ -1793,7 +1793,7 @@ class ReferenceTracer:
         return self.scenery.render_img_to_rgb_array(window, self.threads, progress, passes)
 
     def coverage(self, window: Window) -> list[int]:
-        """Return the number of pixel centres of a window that each object covers, including hidden ones."""
+        """Return the number of pixel centers of a window that each object covers, including hidden ones."""
         return self.scenery.coverage(window, self.threads)
 
     def exposure(self, progress: Progress | None = None) -> MeterReading:

@@ -7,7 +7,7 @@ _GOLDEN = 0.6180339887498949
 
 
 def sample_offsets(count: int) -> list[tuple[float, float]]:
-    """Return the offsets of a pixel's samples from its left and top edge, in 0..1; a single one is its centre.
+    """Return the offsets of a pixel's samples from its left and top edge, in 0..1; a single one is its center.
 
     (x_i, y_i) = (i + 1/2, rank_i + 1/2) / n, where rank_i counts the numbers frac(1/2 + k / phi), k < n, that are
     below the i-th: a golden lattice (a rank-1 lattice, S. Dammertz and A. Keller, "Image Synthesis by Rank-1

@@ -117,7 +117,7 @@ class Shapes(NamedTuple):
     kind
         (N,) uint8: indices into `SHAPE_PARAMETERS` of the compiled module.
     position
-        (N * 3,) float64: centre, or a point on the plane.
+        (N * 3,) float64: center, or a point on the plane.
     parameters
         (P,) float64: the parameters of the first object, then those of the second, and so on. Sphere: radius;
         plane: normal (3, any length); box: full size (3), degrees about y, x and z: it is turned about x, then y,
@@ -159,6 +159,11 @@ class Lights(NamedTuple):
     color: array[float]
     intensity: array[float]
     carrier: array[int]
+
+    @property
+    def sizes(self) -> array[float]:
+        """The radius of each light, or the angle of a sun: the last of its four parameters."""
+        return self.parameters[3::4]
 
     def parameter_rows(self) -> Iterator[tuple[float, ...]]:
         """Yield the parameters of each light."""

@@ -108,7 +108,7 @@ def test_point_on_the_surface_is_not_inside():
 def test_reach_is_that_of_the_farthest_point(data, way):
     shape = solid(data)
     if hasattr(shape, "corners"):
-        relative = [[c - o for c, o in zip(corner, shape.centre, strict=True)] for corner in shape.corners()]
+        relative = [[c - o for c, o in zip(corner, shape.center, strict=True)] for corner in shape.corners()]
         farthest = max(sum(a * b for a, b in zip(corner, way, strict=True)) for corner in relative)
     else:
         farthest = 2

@@ -1,4 +1,4 @@
-"""`rtcli dataset`: labelled pictures from one template."""
+"""`rtcli dataset`: labeled pictures from one template."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def _parse_part(text: str) -> tuple[int, int]:
         "rtcli dataset templates/clevr.yaml -o clevr --to webdataset",
         "rtcli dataset templates/clevr.yaml --dry-run",
     ],
-    short_help="Render a data set: labelled pictures from one template.",
+    short_help="Render a data set: labeled pictures from one template.",
     epilog="A run that was stopped continues with the shards of 1,000 samples that are missing. "
     "Exits with 1 if the template is invalid, or an index has no sample that meets all constraints.",
 )
@@ -77,7 +77,7 @@ def _parse_part(text: str) -> tuple[int, int]:
 @click.option("--dry-run", is_flag=True, help="Draw up to 1,000 samples, and report what to expect.")
 @click.option("-q", "--quiet", is_flag=True, help="Print only errors.")
 def command(template: str, output: str | None, is_merge: bool, dry_run: bool, quiet: bool, **options: Any) -> int:
-    """Render a data set: labelled pictures from one template."""
+    """Render a data set: labeled pictures from one template."""
     if is_merge:
         return _merge(template, output, dry_run, quiet)
     if STDIO in (template, output):
