@@ -11,9 +11,8 @@ CRATE := --manifest-path tracer/Cargo.toml
 # The same random cases each time, so that no test fails by chance: without it, cargo test searches.
 export PROPTEST_RNG_SEED ?= 1
 # What the compiled module is made of.
-NATIVE := tracer/Cargo.toml tracer/Cargo.lock tracer/python/Cargo.toml tracer/reader/Cargo.toml \
-	$(wildcard tracer/src/*.rs tracer/src/*/*.rs tracer/src/*/*/*.rs tracer/python/src/*.rs) \
-	$(wildcard tracer/reader/src/*.rs tracer/reader/src/*/*.rs)
+NATIVE := $(wildcard tracer/Cargo.* tracer/*/Cargo.toml tracer/src/*.rs tracer/src/*/*.rs tracer/src/*/*/*.rs) \
+	$(wildcard tracer/*/src/*.rs tracer/*/src/*/*.rs)
 
 .PHONY: demo test integration dev soak check lint format docs site bench clean help
 

@@ -29,7 +29,7 @@ fn block_flow_and_json_are_the_same_scene() {
     assert_eq!(scene.objects.color, [1.0, 0.0, 0.0]);
     assert_eq!(
         (scene.lights.parameters.as_slice(), scene.lights.carrier.as_slice()),
-        (&[0.0, 1.0, 2.0][..], &[0][..])
+        (&[0.0, 1.0, 2.0, 0.0][..], &[0][..])
     );
     assert_eq!(yaml(flow), Some(scene.clone()));
     assert_eq!(read(json.as_bytes(), Format::Json, &[]), Some(scene));
