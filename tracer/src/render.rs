@@ -10,7 +10,7 @@ use crate::scene::Scene;
 use crate::simd::{Kernel, Level};
 use crate::tile::{LANES, SIDE, Tile, View};
 use crate::trace::coverage::Coverage;
-use crate::trace::tile_tracer::{PassRequest, TileSink, TileTracer};
+use crate::trace::tile_tracer::{PassRequest, TileTracer};
 use crate::world::{Settings, Window, World};
 use rayon::prelude::*;
 use std::io;
@@ -133,7 +133,7 @@ impl Tracer {
         let rays = bands
             .into_par_iter()
             .map_init(new_tracer, |tracer, (window, film)| {
-                self.trace(job, window, tracer, FilmSink { film, to_world }).rays
+                self.trace(job, window, tracer, TileSink::Film(FilmSink { film, to_world })).rays
             })
             .sum();
         job.monitor.check()?;
@@ -141,13 +141,7 @@ impl Tracer {
     }
 
     /// Trace the tiles of a band, for one thread.
-    fn trace(
-        &self,
-        job: TileJob<'_>,
-        window: Window,
-        tracer: &mut TileTracer,
-        sink: impl TileSink,
-    ) -> RenderStats {
+    fn trace(&self, job: TileJob<'_>, window: Window, tracer: &mut TileTracer, sink: TileSink<'_>) -> RenderStats {
         let mut stats = RenderStats::default();
         self.level.run(Band { scene: &self.scene, job, window, tracer, stats: &mut stats, sink });
         stats
@@ -222,7 +216,9 @@ impl Tracer {
             .into_par_iter()
             .map_init(
                 || TileTracer::new(PassRequest::Radiance, false),
-                |tracer, (window, pixels)| self.trace(job, window, tracer, PixelSink { developer, pixels }),
+                |tracer, (window, pixels)| {
+                    self.trace(job, window, tracer, TileSink::Pixels(PixelSink { developer, pixels }))
+                },
             )
             .reduce(RenderStats::default, RenderStats::plus)
     }
@@ -258,19 +254,19 @@ struct TileJob<'a> {
 }
 
 /// The tiles of a band, traced one after the other.
-struct Band<'a, T> {
+struct Band<'a> {
     scene: &'a Scene,
     job: TileJob<'a>,
     window: Window,
     tracer: &'a mut TileTracer,
     stats: &'a mut RenderStats,
-    sink: T,
+    sink: TileSink<'a>,
 }
 
 /// Every eighth tile is timed: reading the clock takes a tenth of the time of a tile.
 const TIMED: u32 = 8;
 
-impl<T: TileSink> Kernel for Band<'_, T> {
+impl Kernel for Band<'_> {
     #[inline(always)]
     fn run(mut self) {
         let TileJob { view, settings, monitor } = self.job;
@@ -283,13 +279,9 @@ impl<T: TileSink> Kernel for Band<'_, T> {
             self.tracer.stack.work = monitor.budget.counter();
             self.tracer.trace(self.scene, settings, tile, || monitor.cancelled());
             monitor.budget.spend(self.tracer.stack.work);
-            if tiles % TIMED == 0 {
-                let traced = Instant::now();
-                self.sink.take(self.tracer, tile);
-                timed += traced.elapsed();
-            } else {
-                self.sink.take(self.tracer, tile);
-            }
+            let traced = (tiles % TIMED == 0).then(Instant::now);
+            self.sink.take(self.tracer, tile);
+            timed += traced.map_or(Duration::ZERO, |traced| traced.elapsed());
             tiles += 1;
             self.stats.rays += self.tracer.traced;
             let pixels: usize = tile.spans().map(|span| span.count).sum();
@@ -302,13 +294,29 @@ impl<T: TileSink> Kernel for Band<'_, T> {
     }
 }
 
+/// The destination of traced tiles.
+enum TileSink<'a> {
+    Film(FilmSink<'a>),
+    Pixels(PixelSink<'a>),
+}
+
+impl TileSink<'_> {
+    #[inline(always)]
+    fn take(&mut self, traced: &TileTracer, tile: Tile) {
+        match self {
+            TileSink::Film(sink) => sink.take(traced, tile),
+            TileSink::Pixels(sink) => sink.take(traced, tile),
+        }
+    }
+}
+
 /// Develops to the values of an image file.
 struct PixelSink<'a> {
     developer: &'a Developer,
     pixels: &'a mut [u8],
 }
 
-impl TileSink for PixelSink<'_> {
+impl PixelSink<'_> {
     #[inline(always)]
     fn take(&mut self, traced: &TileTracer, tile: Tile) {
         let size = self.developer.bytes_per_pixel();

@@ -1,6 +1,7 @@
 //! The light that points reflect to the eye, and the shadows of other objects on them.
 
 use crate::accel::cone::Cone;
+use crate::accel::node::{Node, WIDTH};
 use crate::accel::pyramid::{Footprint, Pyramid};
 use crate::accel::{Stack, Volume};
 use crate::apex::Apex;
@@ -294,18 +295,62 @@ pub(crate) fn darken_occluded(
 ) {
     for &i in &scene.unbounded {
         if i != receiver {
-            scene.shapes.get(i).occlude(light.contact(0, i), shadow);
+            scene.shapes.get_unbounded(i).occlude(light.contact(0, i), shadow);
         }
     }
     if shadow.is_dark() {
         return;
     }
-    if let Some(footprint) = footprint {
-        let pyramid = Pyramid::new(light.apex, 0.0, footprint);
-        darken_occluded_within(&pyramid, shadow, light, scene, receiver, stack);
-    } else {
-        let cone = Cone::from_apex(light.apex, 0.0, shadow.bounds, farthest(shadow.points, shadow.bounds));
-        darken_occluded_within(&cone, shadow, light, scene, receiver, stack);
+    let volume = ShadowVolume::new((light.apex, 0.0), shadow.points, (shadow.bounds, footprint));
+    let mut traversal = scene.bvh.traverse(&volume, stack);
+    while let Some(i) = traversal.next(f32::INFINITY) {
+        if i == receiver || light.carrier.is_some_and(|number| number == scene.numbers[i as usize]) {
+            continue;
+        }
+        scene.shapes.get_bounded(i).occlude(light.contact(0, i), shadow);
+        if shadow.is_dark() {
+            return;
+        }
+    }
+}
+
+/// A volume around all shadow rays from points to an apex, or to an emitter.
+enum ShadowVolume {
+    Cone(Cone),
+    Pyramid(Pyramid),
+}
+
+impl ShadowVolume {
+    /// Return the volume for an apex and the size of the emitter around it. A flat face's points are given their
+    /// footprint.
+    #[inline(always)]
+    fn new(
+        (apex, size): (Apex, f64),
+        points: &Points,
+        (bounds, footprint): (BoundingSphere, Option<&Footprint>),
+    ) -> ShadowVolume {
+        match footprint {
+            Some(footprint) => ShadowVolume::Pyramid(Pyramid::new(apex, size, footprint)),
+            None => ShadowVolume::Cone(Cone::from_apex(apex, size, bounds, farthest(points, bounds))),
+        }
+    }
+}
+
+impl Volume for ShadowVolume {
+    #[inline(always)]
+    fn range(&self) -> f32 {
+        match self {
+            ShadowVolume::Cone(cone) => cone.range(),
+            ShadowVolume::Pyramid(pyramid) => pyramid.range(),
+        }
+    }
+
+    #[inline(always)]
+    fn intersect(&self, node: &Node, limit: f32) -> ([f32; WIDTH], u64) {
+        match self {
+            ShadowVolume::Cone(cone) => cone.intersect(node, limit),
+            ShadowVolume::Pyramid(pyramid) => pyramid.intersect(node, limit),
+        }
     }
 }
 
@@ -313,26 +358,4 @@ pub(crate) fn darken_occluded(
 #[inline(always)]
 fn farthest(points: &Points, bounds: BoundingSphere) -> f64 {
     l1_norm(sub(bounds.center, points.reference)) + bounds.radius
-}
-
-/// Darken the points behind the objects of the tree that a volume around all their shadow rays intersects.
-#[inline(always)]
-fn darken_occluded_within(
-    volume: &impl Volume,
-    shadow: &mut ShadowRays<'_>,
-    light: &Light,
-    scene: &Scene,
-    receiver: u32,
-    stack: &mut Stack,
-) {
-    let mut traversal = scene.bvh.traverse(volume, stack);
-    while let Some(i) = traversal.next(f32::INFINITY) {
-        if i == receiver || light.carrier.is_some_and(|number| number == scene.numbers[i as usize]) {
-            continue;
-        }
-        scene.shapes.get(i).occlude(light.contact(0, i), shadow);
-        if shadow.is_dark() {
-            return;
-        }
-    }
 }

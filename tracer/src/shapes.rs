@@ -140,14 +140,33 @@ macro_rules! define_shapes {
 
             #[inline(always)]
             pub(crate) fn get(&self, index: u32) -> Shape<'_> {
+                self.get_if::<true, true>(index)
+            }
+
+            /// Return a shape that has bounds. What is done with it is not compiled for the kinds that have none.
+            #[inline(always)]
+            pub(crate) fn get_bounded(&self, index: u32) -> Shape<'_> {
+                self.get_if::<true, false>(index)
+            }
+
+            /// Return a shape that has no bounds. What is done with it is not compiled for the kinds that have some.
+            #[inline(always)]
+            pub(crate) fn get_unbounded(&self, index: u32) -> Shape<'_> {
+                self.get_if::<false, true>(index)
+            }
+
+            #[inline(always)]
+            fn get_if<const BOUNDED: bool, const UNBOUNDED: bool>(&self, index: u32) -> Shape<'_> {
                 let mut index = index as usize;
                 $(
-                    if let Some(shape) = self.$module.get(index) {
-                        return Shape::$shape(shape);
+                    if (BOUNDED && $module::$shape::IS_BOUNDED) || (UNBOUNDED && !$module::$shape::IS_BOUNDED) {
+                        if let Some(shape) = self.$module.get(index) {
+                            return Shape::$shape(shape);
+                        }
                     }
                     index = index.wrapping_sub(self.$module.len());
                 )*
-                unreachable!("there is no shape {index}")
+                unreachable!("there is no such shape {index}")
             }
         }
 

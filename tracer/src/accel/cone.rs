@@ -52,6 +52,7 @@ impl Cone {
     ///
     /// An emitter is a ball of radius `size` around the apex, or directions up to an angle of that sine. A cone that
     /// begins with a ball, rather than a point, reaches farther by its radius on all sides.
+    #[inline(always)]
     pub(crate) fn from_apex(apex: Apex, size: f64, bounds: BoundingSphere, farthest: f64) -> Cone {
         if apex.is_direction() {
             let mut cone = Cone::new(bounds.center, apex.at, size, f64::INFINITY);

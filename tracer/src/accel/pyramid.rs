@@ -54,6 +54,8 @@ pub(crate) struct Pyramid {
     sides: [[[f32; 3]; 2]; 2],
     /// The height of the apex above the face.
     range: f32,
+    /// How far an emitter reaches beyond the apex.
+    beyond: f32,
     /// The rounding of the apex and the points.
     slack: f32,
 }
@@ -75,7 +77,7 @@ impl Pyramid {
         let (origin, away, range) = if apex.is_direction() {
             (sub(*reference, scale(plane.normal, plane.height(*reference))), plane.normal, f64::INFINITY)
         } else {
-            (apex.at, scale(plane.normal, -1.0), height + emitter)
+            (apex.at, scale(plane.normal, -1.0), height)
         };
         let side = |sign: f64, start: f64, end: f32| {
             let end = f64::from(end);
@@ -98,6 +100,7 @@ impl Pyramid {
             axes: [*along, *across, away].map(to_f32),
             sides: [sides(*along, extents[0]), sides(*across, extents[1])],
             range: range as f32 * (1.0 + CONSERVATIVE),
+            beyond: if apex.is_direction() { 0.0 } else { emitter as f32 },
             slack: (l1_norm(origin) as f32 + farthest) * CONSERVATIVE,
         }
     }
@@ -121,7 +124,7 @@ impl Volume for Pyramid {
             let b = x * across[0] + y * across[1] + z * across[2];
             let d = x * down[0] + y * down[1] + z * down[2];
             near[i] = if d > radius { d - radius } else { 0.0 };
-            let hit = (d >= -radius)
+            let hit = (d + self.beyond >= -radius)
                 & (near[i] <= limit)
                 & (a * behind[0] + d * behind[1] <= radius + behind[2])
                 & (a * ahead[0] + d * ahead[1] <= radius + ahead[2])

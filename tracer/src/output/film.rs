@@ -6,7 +6,7 @@ use crate::scene::Scene;
 use crate::tile::Tile;
 use crate::tile::hits::{FACE_BITS, NO_FACE};
 use crate::tile::{LANES, Lanes};
-use crate::trace::tile_tracer::{PassRequest, TileSink, TileTracer};
+use crate::trace::tile_tracer::{PassRequest, TileTracer};
 use crate::vector::{add, dot, rotate, scale, to_f32};
 use crate::world::{Camera, Vector, Window};
 use std::str::FromStr;
@@ -189,9 +189,9 @@ pub(crate) struct FilmSink<'a> {
     pub(crate) to_world: CameraToWorld<'a>,
 }
 
-impl TileSink for FilmSink<'_> {
+impl FilmSink<'_> {
     #[inline(always)]
-    fn take(&mut self, traced: &TileTracer, tile: Tile) {
+    pub(crate) fn take(&mut self, traced: &TileTracer, tile: Tile) {
         let FilmSink { film, to_world } = self;
         let (t, faces) = (&traced.hits.t, &traced.hits.face);
         for spec in &PASSES {

@@ -3,15 +3,13 @@
 //! Each place is the apex of a pencil of its own, but one traversal of the tree finds what may hide any of them from
 //! any point of the face. Where that is nothing, and the whole emitter is above the face, no place is visited.
 
-use crate::accel::Volume;
-use crate::accel::cone::Cone;
 use crate::accel::node::CONSERVATIVE;
-use crate::accel::pyramid::{Footprint, Pyramid};
+use crate::accel::pyramid::Footprint;
 use crate::apex::Apex;
 use crate::bounds::BoundingSphere;
 use crate::scene::emitter::Emitter;
 use crate::scene::{Light, Scene};
-use crate::shading::{Lighting, SoftLight, farthest, per_cube};
+use crate::shading::{Lighting, ShadowVolume, SoftLight, per_cube};
 use crate::shapes::points::{ShadowRays, extremes};
 use crate::shapes::primitive::Primitive;
 use crate::tile::LANES;
@@ -167,24 +165,15 @@ impl Lighting {
         self.soft.occluders.clear();
         let size = emitter.size;
         for &i in &scene.unbounded {
-            if i != receiver && scene.shapes.get(i).may_hide((light.apex, size), bounds) {
+            if i != receiver && scene.shapes.get_unbounded(i).may_hide((light.apex, size), bounds) {
                 self.soft.occluders.push((i, None));
             }
         }
-        if let Some(footprint) = footprint {
-            self.find_occluders_within(&Pyramid::new(light.apex, size, footprint), light, scene, receiver);
-        } else {
-            let cone = Cone::from_apex(light.apex, size, bounds, farthest(&self.points, bounds));
-            self.find_occluders_within(&cone, light, scene, receiver);
-        }
-    }
-
-    #[inline(always)]
-    fn find_occluders_within(&mut self, volume: &impl Volume, light: &Light, scene: &Scene, receiver: u32) {
-        let mut traversal = scene.bvh.traverse(volume, &mut self.stack);
+        let volume = ShadowVolume::new((light.apex, size), &self.points, (bounds, footprint));
+        let mut traversal = scene.bvh.traverse(&volume, &mut self.stack);
         while let Some(i) = traversal.next(f32::INFINITY) {
             if i != receiver && light.carrier.is_none_or(|number| number != scene.numbers[i as usize]) {
-                self.soft.occluders.push((i, scene.shapes.get(i).bounds()));
+                self.soft.occluders.push((i, scene.shapes.get_bounded(i).bounds()));
             }
         }
     }

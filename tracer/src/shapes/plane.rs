@@ -111,6 +111,8 @@ impl Plane {
 }
 
 impl Primitive for Plane {
+    const IS_BOUNDED: bool = false;
+
     /// t = offset / (n . v)
     #[inline(always)]
     fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer) {

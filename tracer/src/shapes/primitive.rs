@@ -65,6 +65,9 @@ pub(crate) trait Description {
 ///
 /// Mark methods that work on lanes `#[inline(always)]`: they are compiled for each SIMD level.
 pub(crate) trait Primitive {
+    /// Whether it has bounds.
+    const IS_BOUNDED: bool = true;
+
     /// Offer the hits of rays, with the face numbers from `face` on, and `INSIDE` in those that are seen from inside.
     fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer);
 

@@ -13,6 +13,7 @@ use crate::tile::LANES;
 use crate::tile::hits::{FACE_BITS, HitBuffer};
 use crate::tile::rays::{CLOSE, Rays};
 use crate::vector::l1_norm;
+use std::iter;
 
 /// Faces whose depths differ by less than this share are coincident.
 const COINCIDENT: f64 = 1.0 / (1_u64 << 41) as f64;
@@ -55,10 +56,8 @@ impl DepthResolver {
         let rounding = rays.limits().1;
         let limit = cone.along_axis(rays, hits.farthest() * (1.0 + CLOSE) + rounding);
         let mut traversal = scene.bvh.traverse(&cone, stack);
-        while let Some(object) = traversal.next(limit) {
-            self.take(scene, rays, hits, object);
-        }
-        for &object in &scene.unbounded {
+        let bounded = iter::from_fn(|| traversal.next(limit));
+        for object in bounded.chain(scene.unbounded.iter().copied()) {
             self.take(scene, rays, hits, object);
         }
         self.candidates.sort_unstable_by_key(|candidate| (candidate.lane, candidate.number));

@@ -48,12 +48,6 @@ pub(crate) struct TileTracer {
     pub(crate) stack: Stack,
 }
 
-/// The destination of traced tiles.
-pub(crate) trait TileSink {
-    /// Take a tile. Mark it `#[inline(always)]`: it is compiled for each SIMD level.
-    fn take(&mut self, traced: &TileTracer, tile: Tile);
-}
-
 /// The data at the pixel centres that passes need; each level includes those before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum PassRequest {
@@ -114,32 +108,28 @@ impl TileTracer {
         if let Some(counts) = &mut self.hit_counts {
             **counts = [0; LANES];
         }
-        for sample in 0..self.offsets.len() {
+        // A single sample goes through the centre: its hits are the ground truth. Several are followed by one for that.
+        let samples = self.offsets.len();
+        for sample in 0..samples + usize::from(self.with_passes && samples > 1) {
             if cancelled() {
                 return;
             }
             self.radiance = [ZERO; 3];
-            self.find_hits(scene, tile, self.offsets[sample]);
-            if let Some(counts) = &mut self.hit_counts {
+            self.find_hits(scene, tile, self.offsets.get(sample).copied().unwrap_or(CENTRE));
+            let is_sample = sample < samples;
+            if let Some(counts) = self.hit_counts.as_mut().filter(|_| is_sample) {
                 for (count, &face) in counts.iter_mut().zip(&self.hits.face) {
                     *count += u32::from(face != NO_FACE);
                 }
             }
             for group in 0..self.groups.list.len() {
-                self.shade(scene, settings, group);
+                self.shade(scene, settings, group, (is_sample, samples == 1 || !is_sample));
                 if self.stack.work.ran_out() {
                     return;
                 }
             }
-            if let Some(total) = &mut self.total {
+            if let Some(total) = self.total.as_mut().filter(|_| is_sample) {
                 add(total, &self.radiance);
-            }
-        }
-        // A single sample goes through the centre: its hits are the ground truth.
-        if self.with_passes && self.offsets.len() > 1 {
-            self.find_hits(scene, tile, CENTRE);
-            for group in 0..self.groups.list.len() {
-                self.record_surface(scene, group);
             }
         }
     }
@@ -183,30 +173,15 @@ impl TileTracer {
         self.hit_counts.as_ref().map(|counts| counts.map(|count| count as f32 / samples))
     }
 
-    /// Record the points and normals of a group of rays through the pixel centres, if requested.
+    /// Add the radiance of one group of rays, which hit the same face, if they are a sample's; record the points and
+    /// normals, if requested, if they go through the pixel centres.
     #[inline(always)]
-    fn record_surface(&mut self, scene: &Scene, group: usize) {
+    fn shade(&mut self, scene: &Scene, settings: &Settings, group: usize, (is_sample, is_central): (bool, bool)) {
         let Group { face, t, .. } = self.groups.list[group];
         let lanes = self.groups.lanes(group);
-        let Some(surface) = self.surface.as_mut().filter(|_| face != NO_FACE && !lanes.is_empty()) else {
-            return;
-        };
-        self.group_rays.pick(&self.rays, lanes);
-        let shape = scene.shapes.get(face >> FACE_BITS);
-        let depth = (f64::from(t), || self.rays.exact(self.hits.lane(face, t)));
-        shape.compute_points(face, &self.group_rays, depth, &mut self.lighting.points);
-        if let Some(checker) = scene.checker(face >> FACE_BITS) {
-            checker.mark(face, &mut self.lighting.points);
+        if is_sample {
+            self.traced += lanes.len() as u64;
         }
-        surface.record(lanes, &self.lighting.points);
-    }
-
-    /// Add the radiance of one group of rays, which hit the same face.
-    #[inline(always)]
-    fn shade(&mut self, scene: &Scene, settings: &Settings, group: usize) {
-        let Group { face, t, .. } = self.groups.list[group];
-        let lanes = self.groups.lanes(group);
-        self.traced += lanes.len() as u64;
         if face == NO_FACE {
             fill(&mut self.radiance, lanes, to_f32(settings.background));
             return;
@@ -216,8 +191,8 @@ impl TileTracer {
         if let Some(radiance) = material.emitted {
             fill(&mut self.radiance, lanes, radiance);
         }
-        let lit = settings.direct_light && material.emitted.is_none();
-        let surface = self.surface.as_mut().filter(|_| self.offsets.len() == 1);
+        let lit = is_sample && settings.direct_light && material.emitted.is_none();
+        let surface = self.surface.as_mut().filter(|_| is_central);
         if lanes.is_empty() || !(lit || surface.is_some()) {
             return;
         }
@@ -248,11 +223,12 @@ impl TileTracer {
         // Swapped in rather than passed as `&mut`: a second mutable reference stops the compiler from vectorizing
         // (5x slower).
         std::mem::swap(&mut self.stack, &mut self.lighting.stack);
-        if whole {
-            self.traced += self.lighting.accumulate_direct(scene, settings, face, &mut self.radiance);
-        } else {
+        if !whole {
             gather(&self.radiance, lanes, &mut self.group_radiance);
-            self.traced += self.lighting.accumulate_direct(scene, settings, face, &mut self.group_radiance);
+        }
+        let radiance = if whole { &mut self.radiance } else { &mut self.group_radiance };
+        self.traced += self.lighting.accumulate_direct(scene, settings, face, radiance);
+        if !whole {
             for (to, from) in self.radiance.iter_mut().zip(&self.group_radiance) {
                 scatter(to, lanes, |i| from[i]);
             }
@@ -302,11 +278,11 @@ fn nearest_hits(scene: &Scene, rays: &Rays, hits: &mut HitBuffer, stack: &mut St
     let mut traversal = scene.bvh.traverse(&cone, stack);
     let mut limit = f32::INFINITY;
     while let Some(object) = traversal.next(limit) {
-        scene.shapes.get(object).intersect(object << FACE_BITS, rays, hits);
+        scene.shapes.get_bounded(object).intersect(object << FACE_BITS, rays, hits);
         limit = cone.along_axis(rays, hits.farthest());
     }
     for &object in &scene.unbounded {
-        scene.shapes.get(object).intersect(object << FACE_BITS, rays, hits);
+        scene.shapes.get_unbounded(object).intersect(object << FACE_BITS, rays, hits);
     }
 }
 
