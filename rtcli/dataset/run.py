@@ -41,6 +41,8 @@ class Run:
         The first index, and the one after the last.
     part
         Which of several equal runs this is, from 1, and their number.
+    workers_write
+        Whether the workers write to the folder, or return the bytes of their files.
     """
 
     template: Template
@@ -49,6 +51,7 @@ class Run:
     start: int
     stop: int
     part: tuple[int, int] = (1, 1)
+    workers_write: bool = True
 
     def shards(self) -> Iterator[Shard]:
         """Yield the shards of this run."""
@@ -56,6 +59,10 @@ class Run:
         for position, shard in enumerate(shards_of(self.template.dataset, self.start, self.stop)):
             if position % count == number - 1:
                 yield shard
+
+    def missing(self) -> Iterator[Shard]:
+        """Yield the shards of this run that are not finished."""
+        return (shard for shard in self.shards() if not self.layout.is_done(shard))
 
 
 def prepare(run: Run) -> None:
@@ -95,7 +102,7 @@ def make(run: Run, workers: Workers) -> Iterator[tuple[int, int]]:
             continue
         if result.error is not None:
             raise result.error
-        task, made = result.task, result.value
+        task, made = result.task, _written(run.layout, result.value)
         shard = task.piece.shard
         finished = waiting.setdefault(shard.key, [])
         finished.append((task.piece, made))
@@ -106,11 +113,19 @@ def make(run: Run, workers: Workers) -> Iterator[tuple[int, int]]:
 
 
 def _tasks(run: Run) -> Iterator[Task]:
-    folder = str(run.layout.folder.absolute())
-    for shard in run.shards():
-        if not run.layout.is_done(shard):
-            for start, stop in shard.pieces():
-                yield Task(run.template.name, run.template.raw, folder, Piece(shard, start, stop), run.settings)
+    folder = str(run.layout.folder.absolute()) if run.workers_write else None
+    for shard in run.missing():
+        for start, stop in shard.pieces():
+            yield Task(run.template.name, run.template.raw, folder, Piece(shard, start, stop), run.settings)
+
+
+def _written(layout: Layout, made: PieceResult) -> PieceResult:
+    """Write the files that a worker returned, and return the rest of its result."""
+    for name, data in made.files.items():
+        path = layout.parts / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(data)
+    return made._replace(files={})
 
 
 def _finish_shard(run: Run, shard: Shard, made: list[tuple[Piece, PieceResult]]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+import tempfile
 from collections import Counter
 from pathlib import Path
 from typing import NamedTuple
@@ -25,7 +26,7 @@ class Task(NamedTuple):
     template, raw
         The name and the bytes of the template.
     folder
-        The folder of the data set, an absolute path.
+        The folder of the data set, an absolute path; None to return the files' bytes instead.
     piece
         The piece.
     settings
@@ -34,7 +35,7 @@ class Task(NamedTuple):
 
     template: str
     raw: bytes
-    folder: str
+    folder: str | None
     piece: Piece
     settings: OutputSettings
 
@@ -50,11 +51,14 @@ class PieceResult(NamedTuple):
         For each index without a sample, the reason.
     rejections
         How often each constraint refused a draw.
+    files
+        The bytes of the unfinished files, by their path in `Layout.parts`, if the worker did not write them.
     """
 
     samples: int
     failures: list[tuple[int, str]]
     rejections: Counter[str]
+    files: dict[str, bytes] = {}  # noqa: RUF012 - a named tuple, never changed
 
 
 @functools.lru_cache(maxsize=1)
@@ -63,8 +67,19 @@ def _template(raw: bytes, name: str) -> Template:
 
 
 def make_piece(task: Task) -> PieceResult:
-    """Write the files of a piece; see `Task`."""
-    template, layout, piece = _template(task.raw, task.template), Layout(Path(task.folder)), task.piece
+    """Write the files of a piece, or return them; see `Task`."""
+    if task.folder is not None:
+        return _make_piece(task, Layout(Path(task.folder)))
+    with tempfile.TemporaryDirectory(prefix="rtcli-") as folder:
+        layout = Layout(Path(folder))
+        layout.parts.mkdir(parents=True)
+        made, paths = _make_piece(task, layout), sorted(layout.parts.rglob("*"))
+        files = {path.relative_to(layout.parts).as_posix(): path.read_bytes() for path in paths if path.is_file()}
+        return made._replace(files=files)
+
+
+def _make_piece(task: Task, layout: Layout) -> PieceResult:
+    template, piece = _template(task.raw, task.template), task.piece
     passes = task.settings.passes
     wanted = passes if _IDS in passes else (*passes, _IDS)
     failures: list[tuple[int, str]] = []

@@ -107,6 +107,10 @@ def test_processes_make_the_same_bytes(small, finished, tmp_path):
         workers.close()
 
 
+def test_workers_without_the_folder_make_the_same_bytes(small, finished, tmp_path):
+    assert made(run_of(small, tmp_path, workers_write=False)) == finished[1]
+
+
 def test_pieces_in_any_order_make_the_same_bytes(small, finished, tmp_path):
     run = run_of(small, tmp_path)
 

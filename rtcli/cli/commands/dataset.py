@@ -9,10 +9,11 @@ from typing import Any
 
 import click
 
-from rtcli.batch.pool import LocalWorkers
+from rtcli.batch.pool import Workers
 from rtcli.cli.console import STDIO, report_line
 from rtcli.cli.exit_codes import INVALID
 from rtcli.cli.help import Command
+from rtcli.cli.options.cluster import check_workers, cluster_options, shared_option, workers_of
 from rtcli.cli.options.types import WholeNumber, parse_passes
 from rtcli.cli.progress import progress
 from rtcli.dataset.dry_run import Trial, try_out
@@ -76,10 +77,13 @@ def _parse_part(text: str) -> tuple[int, int]:
 @click.option("--merge", "is_merge", is_flag=True, help="Write dataset.json over all parts.")
 @click.option("--dry-run", is_flag=True, help="Draw up to 1,000 samples, and report what to expect.")
 @click.option("-q", "--quiet", is_flag=True, help="Print only errors.")
+@cluster_options
+@shared_option
 def command(template: str, output: str | None, is_merge: bool, dry_run: bool, quiet: bool, **options: Any) -> int:
     """Render a data set: labeled pictures from one template."""
     if is_merge:
         return _merge(template, output, dry_run, quiet)
+    check_workers(options["dask"], options["jobs"], options["shared"])
     if STDIO in (template, output):
         raise click.UsageError("standard input and output cannot be used with dataset; name a file and a folder")
     parsed = parse_template(read_file(template), template)
@@ -89,9 +93,12 @@ def command(template: str, output: str | None, is_merge: bool, dry_run: bool, qu
     if output is None:
         raise click.UsageError("name the folder of the data set: -o DIR")
     settings = OutputSettings(options["formats"], options["passes"])
-    part = options["part"]
-    run = Run(parsed, settings, Layout(Path(output)), start, stop, part or (1, 1))
-    _make(run, options["jobs"] or default_threads(), quiet)
+    dask, part, shared = options["dask"], options["part"], options["shared"]
+    run = Run(parsed, settings, Layout(Path(output)), start, stop, part or (1, 1), dask is None or shared)
+    # A cluster is reached only if there is work for it.
+    address, jobs = dask if any(run.missing()) else None, options["jobs"] or default_threads()
+    with workers_of(address, options["dask_timeout"], jobs) as workers, contextlib.closing(workers):
+        _make(run, workers, quiet)
     if part is None:
         return _report(merge(run.layout.folder), run.layout.folder, quiet)
     if not quiet:
@@ -105,13 +112,13 @@ def _merge(folder: str, output: str | None, dry_run: bool, quiet: bool) -> int:
     return _report(merge(Path(folder)), Path(folder), quiet)
 
 
-def _make(run: Run, jobs: int, quiet: bool) -> None:
+def _make(run: Run, workers: Workers, quiet: bool) -> None:
     """Make the shards of a run, and show the progress."""
     try:
         prepare(run)
     except OtherDatasetError as error:
         raise click.UsageError(str(error)) from error
-    with contextlib.closing(LocalWorkers(jobs)) as workers, progress("samples", quiet, "samples") as advance:
+    with progress("samples", quiet, "samples") as advance:
         for done, total in make(run, workers):
             if total:
                 advance(done, total)

@@ -83,6 +83,8 @@ def test_dry_run_writes_nothing_and_tells_what_to_expect(run, template, folder):
         (("t.yaml", "-o", "set", "--count", "21"), "the template has 20 samples"),
         (("t.yaml", "-o", "set", "--passes", "deep"), "'deep' is not a pass"),
         (("-", "-o", "set"), "standard input and output cannot be used"),
+        (("t.yaml", "-o", "set", "--shared"), "--shared cannot be used without --dask"),
+        (("t.yaml", "-o", "set", "--dask", "local", "--jobs", "2"), "--jobs cannot be used with --dask"),
         (("set", "--merge", "-o", "other"), "--merge takes the folder of a data set alone"),
     ],
 )
@@ -90,6 +92,20 @@ def test_wrong_usage_exits_with_2(run, template, arguments, message):
     result = run("dataset", *arguments)
     assert result.exit_code == 2
     assert message in result.stderr
+
+
+def test_scheduler_that_is_not_there_costs_nothing(run, template, folder):
+    pytest.importorskip("distributed", exc_type=ImportError)
+    result = run("dataset", template, "-o", "set", "--dask", "tcp://127.0.0.1:9")
+    assert result.exit_code == 3
+    assert "no Dask scheduler answers at 'tcp://127.0.0.1:9'" in result.stderr
+    assert not (folder / "set").exists()
+
+
+def test_finished_data_set_needs_no_cluster(run, template):
+    assert run("dataset", template, "-o", "set", "--jobs", "1", "-q").exit_code == 0
+    result = run("dataset", template, "-o", "set", "--dask", "tcp://127.0.0.1:9", "-q")
+    assert (result.exit_code, result.stderr) == (0, "")
 
 
 def test_folder_of_another_data_set_is_refused(run, template, folder):
