@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import time
-from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from rtcli.dataset.sample import DatasetSample, SampleError, draw_sample, film_of, ids_of, needs_picture
+from rtcli.dataset.sample import (
+    DatasetSample,
+    Rejections,
+    SampleError,
+    draw_sample,
+    film_of,
+    ids_of,
+    needs_picture,
+)
 from rtcli.scene.reading.source import Loc
 from rtcli.scene.write import as_data
 from rtcli.template.draws import path_of
@@ -29,7 +36,7 @@ class Trial:
     failures
         For each index without a sample, the reason.
     rejections
-        How often each constraint refused a draw.
+        What the constraints refused.
     ranges
         The least and the greatest of each number that differs between samples, by its path.
     rate
@@ -39,7 +46,7 @@ class Trial:
     samples: int = 0
     objects: int = 0
     failures: list[tuple[int, str]] = field(default_factory=list)
-    rejections: Counter[str] = field(default_factory=Counter)
+    rejections: Rejections = field(default_factory=Rejections)
     ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
     rate: float = 0.0
 
@@ -94,11 +101,11 @@ def try_out(
             sample, rejections = draw_sample(template, index, ids_of if needs_picture(template) else None)
         except SampleError as error:
             trial.failures.append((index, str(error)))
-            trial.rejections.update(error.counts)
+            trial.rejections.update(error.rejections)
             continue
         finally:
             on_progress(index - start + 1, stop - start)
-        trial.rejections.update(rejections.counts)
+        trial.rejections.update(rejections)
         trial.see(sample)
         if rendered < RENDERED:
             before = time.perf_counter()

@@ -8,13 +8,14 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from rtcli.atomic import atomic_write
 from rtcli.batch.pool import Workers, results
 from rtcli.dataset.card import write_card
 from rtcli.dataset.formats import FORMATS, Piece
 from rtcli.dataset.plan import Layout, OutputSettings, Shard, shards_of
+from rtcli.dataset.sample import Rejections
 from rtcli.dataset.worker import PieceResult, Task, make_piece
 from rtcli.template.template import Template, parse_template
 
@@ -89,14 +90,23 @@ def prepare(run: Run) -> None:
         file.write(json.dumps(identity, indent=2).encode() + b"\n")
 
 
-def make(run: Run, workers: Workers) -> Iterator[tuple[int, int]]:
-    """Make the shards that are missing, and yield the samples done, and of all, after each piece."""
-    total = done = 0
+class Progress(NamedTuple):
+    """The samples done, of all; and the draws that constraints refused in this run, of those that they checked."""
+
+    done: int
+    total: int
+    refused: int
+    draws: int
+
+
+def make(run: Run, workers: Workers) -> Iterator[Progress]:
+    """Make the shards that are missing, and yield the progress after each piece."""
+    total = done = refused = draws = 0
     for shard in run.shards():
         total += shard.stop - shard.start
         done += (shard.stop - shard.start) if run.layout.is_done(shard) else 0
     waiting: dict[str, list[tuple[Piece, PieceResult]]] = {}
-    yield done, total
+    yield Progress(done, total, refused, draws)
     for result in results(workers, make_piece, _tasks(run)):
         if result is None:
             continue
@@ -109,7 +119,9 @@ def make(run: Run, workers: Workers) -> Iterator[tuple[int, int]]:
         if len(finished) == sum(1 for _ in shard.pieces()):
             _finish_shard(run, shard, sorted(waiting.pop(shard.key), key=lambda item: item[0].start))
         done += task.piece.stop - task.piece.start
-        yield done, total
+        refused += made.rejections.counts.total()
+        draws += made.rejections.draws
+        yield Progress(done, total, refused, draws)
 
 
 def _tasks(run: Run) -> Iterator[Task]:
@@ -131,6 +143,9 @@ def _written(layout: Layout, made: PieceResult) -> PieceResult:
 def _finish_shard(run: Run, shard: Shard, made: list[tuple[Piece, PieceResult]]) -> None:
     """Put the files of a shard together, and then write its record, which makes it finished."""
     layout, pieces = run.layout, [piece for piece, _ in made]
+    rejections = Rejections()
+    for _, result in made:
+        rejections.update(result.rejections)
     files = [FORMATS[name].finish_shard(layout, shard, pieces) for name in run.settings.formats]
     with atomic_write(layout.labels(shard.key)) as target:
         for piece in pieces:
@@ -146,7 +161,7 @@ def _finish_shard(run: Run, shard: Shard, made: list[tuple[Piece, PieceResult]])
         "failures": [
             {"index": index, "reason": reason} for _, result in made for index, reason in result.failures
         ],
-        "rejections": dict(sorted(sum((result.rejections for _, result in made), Counter[str]()).items())),
+        "rejections": rejections.as_dict(),
     }
     with atomic_write(layout.record(shard)) as file:
         file.write(json.dumps(record, indent=2).encode() + b"\n")
@@ -201,10 +216,11 @@ def _labels(layout: Layout, keys: list[str]) -> Iterator[dict[str, Any]]:
 
 def _summary(template: Template, identity: dict[str, Any], records: list[dict[str, Any]]) -> dict[str, Any]:
     dataset, splits = template.dataset, Counter[str]()
-    rejections = Counter[str]()
+    rejections = dict[str, Counter[str]]()
     for record in records:
         splits[record["split"]] += record["samples"]
-        rejections.update(record["rejections"])
+        for kind, counts in record["rejections"].items():
+            rejections.setdefault(kind, Counter()).update(counts)
     return {
         "software": identity["software"],
         "draws": identity["draws"],

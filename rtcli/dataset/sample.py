@@ -33,6 +33,9 @@ from rtcli.template.values import Context
 if TYPE_CHECKING:
     from rtcli.rendering.film import Film
 
+# Named like a constraint: values that do not fit each other, such as a camera that looks at where it stands.
+_SCENE = "scene"
+
 
 @dataclass(frozen=True)
 class DatasetSample:
@@ -67,6 +70,10 @@ class Rejections:
     ----------
     counts
         By the name of the constraint.
+    draws
+        The number of objects and scenes that a constraint decided on.
+    checks
+        By the name of the constraint, how many of these.
     ended
         The same for the samples that were given up.
     last
@@ -74,6 +81,8 @@ class Rejections:
     """
 
     counts: Counter[str] = field(default_factory=Counter)
+    draws: int = 0
+    checks: Counter[str] = field(default_factory=Counter)
     ended: Counter[str] = field(default_factory=Counter)
     last: dict[str, str] = field(default_factory=dict)
 
@@ -83,6 +92,17 @@ class Rejections:
         self.ended[kind] += is_end
         self.last[kind] = objects
 
+    def update(self, other: Rejections) -> None:
+        """Add the counts of another sample."""
+        self.counts.update(other.counts)
+        self.draws += other.draws
+        self.checks.update(other.checks)
+
+    def as_dict(self) -> dict[str, dict[str, int]]:
+        """Return the numbers of refused draws and of checked ones for each constraint, ready for JSON."""
+        kinds = sorted(self.checks) if self.counts[_SCENE] else sorted(self.checks.keys() - {_SCENE})
+        return {kind: {"refused": self.counts[kind], "checked": self.checks[kind]} for kind in kinds}
+
     def message(self, tries: int) -> str:
         """Return why no sample met all constraints, the tightest constraint first."""
         text = [f"{kind} refused {counted(count, 'draw')}" for kind, count in self.counts.most_common()]
@@ -91,11 +111,11 @@ class Rejections:
 
 
 class SampleError(ValueError):
-    """No sample of an index met all constraints; `counts` says how often each constraint refused a draw."""
+    """No sample of an index met all constraints; `rejections` says which constraint refused how many draws."""
 
     def __init__(self, rejections: Rejections, tries: int) -> None:
         super().__init__(rejections.message(tries))
-        self.counts = rejections.counts
+        self.rejections = rejections
 
 
 def needs_picture(template: Template) -> bool:
@@ -125,20 +145,26 @@ def draw_sample(
     rejections = Rejections()
     for sample in _candidates(template, index, rejections):
         film = None if film_of is None else film_of(sample.scene)
-        refused = None if film is None else _refused_by_picture(template, sample, film)
+        rejections.draws += needs_picture(template)
+        refused = None if film is None else _refused_by_picture(template, sample, film, rejections.checks)
         if refused is None:
             return replace(sample, film=film), rejections
         rejections.add(*refused)
     raise SampleError(rejections, template.dataset.tries)
 
 
-def _refused_by_picture(template: Template, sample: DatasetSample, film: Film) -> tuple[str, str] | None:
+def _refused_by_picture(
+    template: Template, sample: DatasetSample, film: Film, checks: Counter[str]
+) -> tuple[str, str] | None:
     """Return the constraint that refuses a picture and the object that does not meet it, or None."""
     rows = film.metadata["objects"]
     for requirement in template.dataset.require:
         check = PICTURE_CHECKS.get(type(requirement))
+        if check is None:
+            continue
+        checks[requirement.kind] += 1
         for number, (group, row) in enumerate(zip(sample.groups, rows, strict=True)):
-            if check is not None and group == requirement.target and not check(requirement, row):
+            if group == requirement.target and not check(requirement, row):
                 return requirement.kind, row["name"] or f"objects[{number}]"
     return None
 
@@ -153,10 +179,11 @@ def _candidates(template: Template, index: int, rejections: Rejections) -> Itera
             objects = _Placement(template, context, sections.get("camera"), rejections).objects()
             if objects is None:
                 continue
+            rejections.checks[_SCENE] += 1
             scene = Scene.model_validate({**sections, "objects": [each.shape for each in objects]})
         except ValidationError as error:
             details = error.errors(include_url=False)[0]
-            rejections.add("scene", f"{'.'.join(map(str, details['loc']))} {details['msg']}")
+            rejections.add(_SCENE, f"{'.'.join(map(str, details['loc']))} {details['msg']}")
             continue
         yield DatasetSample(index, scene, factors, [each.group for each in objects])
 
@@ -210,9 +237,11 @@ class _Placement:
         requirements = self._requirements(slot.group)
         tries = self._template.dataset.tries
         for number in range(tries):
+            self._rejections.draws += bool(requirements)
             candidate = self._candidate(slot, self._context.attempt + number)
             around = Surroundings(list(self._placed.values()), self._frame)
             for requirement in requirements:
+                self._rejections.checks[requirement.kind] += 1
                 refused = OBJECT_CHECKS[type(requirement)](requirement, candidate, around)
                 if refused:
                     self._rejections.add(requirement.kind, refused, is_end=number == tries - 1)

@@ -5,14 +5,13 @@ from __future__ import annotations
 import functools
 import json
 import tempfile
-from collections import Counter
 from pathlib import Path
 from typing import NamedTuple
 
 from rtcli.dataset.formats import FORMATS, Piece
 from rtcli.dataset.labels import labels_of
 from rtcli.dataset.plan import Layout, OutputSettings
-from rtcli.dataset.sample import SampleError, draw_sample, film_of
+from rtcli.dataset.sample import Rejections, SampleError, draw_sample, film_of
 from rtcli.template.template import Template, parse_template
 
 _IDS = "object_id"
@@ -50,14 +49,14 @@ class PieceResult(NamedTuple):
     failures
         For each index without a sample, the reason.
     rejections
-        How often each constraint refused a draw.
+        What the constraints refused.
     files
         The bytes of the unfinished files, by their path in `Layout.parts`, if the worker did not write them.
     """
 
     samples: int
     failures: list[tuple[int, str]]
-    rejections: Counter[str]
+    rejections: Rejections
     files: dict[str, bytes] = {}  # noqa: RUF012 - a named tuple, never changed
 
 
@@ -83,7 +82,7 @@ def _make_piece(task: Task, layout: Layout) -> PieceResult:
     passes = task.settings.passes
     wanted = passes if _IDS in passes else (*passes, _IDS)
     failures: list[tuple[int, str]] = []
-    counts = Counter[str]()
+    total = Rejections()
     forms = [FORMATS[name](piece, layout) for name in task.settings.formats]
     with piece.path(layout, ".jsonl").open("wb") as lines:
         for index in range(piece.start, piece.stop):
@@ -91,9 +90,9 @@ def _make_piece(task: Task, layout: Layout) -> PieceResult:
                 sample, rejections = draw_sample(template, index, lambda scene: film_of(scene, wanted, threads=1))
             except SampleError as error:
                 failures.append((index, str(error)))
-                counts.update(error.counts)
+                total.update(error.rejections)
                 continue
-            counts.update(rejections.counts)
+            total.update(rejections)
             assert sample.film is not None
             labels = labels_of(sample, sample.film, piece.shard.split)
             lines.write(json.dumps(labels, separators=(",", ":")).encode() + b"\n")
@@ -101,4 +100,4 @@ def _make_piece(task: Task, layout: Layout) -> PieceResult:
                 form.add(sample.film, labels, passes)
     for form in forms:
         form.close()
-    return PieceResult(piece.stop - piece.start - len(failures), failures, counts)
+    return PieceResult(piece.stop - piece.start - len(failures), failures, total)

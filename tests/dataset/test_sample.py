@@ -89,6 +89,16 @@ def test_text_of_a_sample_reads_back_equal(template, samples):
     assert rtcli.parse_scene(text) == samples[5].scene
 
 
+def test_constraint_counts_what_it_checks_and_what_it_refuses(sample_with):
+    crowded = TEXT.replace("{integers: [3, 6]}", "2").replace("margin: 0.25", "margin: 9")
+    with pytest.raises(SampleError) as failed:
+        sample_with(crowded.replace("require:", "tries: 5\n  require:"))
+    found = failed.value.rejections
+    # In each of 5 tries, the first object is accepted, and the second refused 5 times.
+    assert found.as_dict()["apart"] == {"refused": 25, "checked": found.counts["in_view"] + 30}
+    assert found.draws == found.checks["apart"]
+
+
 def test_objects_that_never_fit_are_reported_with_the_constraint(sample_with):
     crowded = TEXT.replace("margin: 0.25", "margin: 9").replace("require:", "tries: 5\n  require:")
     with pytest.raises(

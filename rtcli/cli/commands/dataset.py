@@ -119,9 +119,9 @@ def _make(run: Run, workers: Workers, quiet: bool) -> None:
     except OtherDatasetError as error:
         raise click.UsageError(str(error)) from error
     with progress("samples", quiet, "samples") as advance:
-        for done, total in make(run, workers):
+        for done, total, refused, draws in make(run, workers):
             if total:
-                advance(done, total)
+                advance(done, total, f"{100 * refused / draws:.0f} % of draws refused" if draws else "")
 
 
 def _indices(template: Template, start: int, count: int | None) -> tuple[int, int]:
@@ -157,7 +157,11 @@ def _try_out(template: Template, indices: tuple[int, int], passes: tuple[str, ..
 def _lines(trial: Trial) -> list[str]:
     """Return the lines that tell what to expect."""
     lines = [f"samples: {trial.samples:,} of {trial.samples + len(trial.failures):,}, {trial.objects:,} objects"]
-    lines += [f"refused by {kind}: {count:,} draws" for kind, count in trial.rejections.most_common()]
+    lines += [
+        f"{kind}: refused {counts['refused']:,} of {counted(counts['checked'], 'draw')} "
+        f"({100 * counts['refused'] / counts['checked']:.1f} %)"
+        for kind, counts in trial.rejections.as_dict().items()
+    ]
     lines += [f"sample {index} left out: {printable(reason)}" for index, reason in trial.failures[:_MAX_SHOWN]]
     lines += [f"{printable(path)}: {low:.6g} to {high:.6g}" for path, (low, high) in trial.ranges.items()]
     return [*lines, f"rate: {trial.rate:.1f} samples/s per core, without writing"]
