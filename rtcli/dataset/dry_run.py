@@ -56,23 +56,24 @@ class Trial:
         self.objects += len(sample.scene.objects)
         data = as_data(sample.scene)
         objects = [item for item in data.pop("objects", ())]
-        numbers = list(_numbers(data, ()))
+        found = list(numbers(data, ()))
         for index, (item, group) in enumerate(zip(objects, sample.groups, strict=True)):
-            numbers += _numbers(item, ("objects", index if group is None else group))
-        numbers += [(("dataset", "factors", *loc), value) for loc, value in _numbers(dict(sample.factors), ())]
-        for loc, value in numbers:
+            found += numbers(item, ("objects", index if group is None else group))
+        found += [(("dataset", "factors", *loc), value) for loc, value in numbers(dict(sample.factors), ())]
+        for loc, value in found:
             path = path_of(loc)
             low, high = self.ranges.get(path, (value, value))
             self.ranges[path] = min(low, value), max(high, value)
 
 
-def _numbers(data: Any, loc: Loc) -> Iterator[tuple[Loc, float]]:
+def numbers(data: Any, loc: Loc) -> Iterator[tuple[Loc, float]]:
+    """Yield the numbers in plain data, and where they are, below a location."""
     if isinstance(data, dict):
         for key, value in data.items():
-            yield from _numbers(value, (*loc, key))
+            yield from numbers(value, (*loc, key))
     elif isinstance(data, list):
         for index, value in enumerate(data):
-            yield from _numbers(value, (*loc, index))
+            yield from numbers(value, (*loc, index))
     elif isinstance(data, (int, float)) and not isinstance(data, bool):
         yield loc, data
 

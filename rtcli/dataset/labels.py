@@ -58,6 +58,7 @@ def labels_of(sample: DatasetSample, film: Film, split: str) -> dict[str, Any]:
         "software": SOFTWARE,
         "index": sample.index,
         "split": split,
+        "attempt": sample.attempt,
         "factors": dict(sample.factors),
         "camera": metadata["camera"],
         "exposure": film.exposure,

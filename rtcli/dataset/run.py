@@ -12,9 +12,10 @@ from typing import Any, NamedTuple
 
 from rtcli.atomic import atomic_write
 from rtcli.batch.pool import Workers, results
-from rtcli.dataset.card import write_card
+from rtcli.dataset.card import thumbnails_of, write_card
 from rtcli.dataset.formats import FORMATS, Piece
 from rtcli.dataset.plan import Layout, OutputSettings, Shard, shards_of
+from rtcli.dataset.report import write_report
 from rtcli.dataset.sample import Rejections
 from rtcli.dataset.worker import PieceResult, Task, make_piece
 from rtcli.template.template import Template, parse_template
@@ -176,8 +177,15 @@ def _finish_shard(run: Run, shard: Shard, made: list[tuple[Piece, PieceResult]])
 # --- The whole set ------------------------------------------------------------------------------------------
 
 
-def merge(folder: Path) -> dict[str, Any]:
+def merge(folder: Path, report: bool = False) -> dict[str, Any]:
     """Write what holds the whole data set, from the finished shards in its folder, and return `dataset.json`.
+
+    Parameters
+    ----------
+    folder
+        The folder.
+    report
+        Whether to write a page, index.html, too.
 
     Raises
     ------
@@ -193,9 +201,12 @@ def merge(folder: Path) -> dict[str, Any]:
         keys = [record["key"] for record in records if record["split"] == split]
         if keys:
             for name in settings.formats:
-                FORMATS[name].finish_set(layout, split, _labels(layout, keys))
+                FORMATS[name].finish_set(layout, split, map(json.loads, layout.label_lines(keys)))
     summary = _summary(template, identity, records)
-    write_card(layout, template, summary)
+    thumbnails = thumbnails_of(template, summary)
+    write_card(layout, summary, thumbnails)
+    if report:
+        write_report(layout, template, summary, thumbnails)
     with atomic_write(folder / "dataset.json") as file:
         file.write(json.dumps(summary, indent=2).encode() + b"\n")
     shutil.rmtree(layout.parts, ignore_errors=True)
@@ -205,13 +216,6 @@ def merge(folder: Path) -> dict[str, Any]:
 def _records(layout: Layout) -> Iterator[dict[str, Any]]:
     for path in layout.records.glob("*-*.json"):
         yield json.loads(path.read_bytes())
-
-
-def _labels(layout: Layout, keys: list[str]) -> Iterator[dict[str, Any]]:
-    for key in keys:
-        with layout.labels(key).open("rb") as lines:
-            for line in lines:
-                yield json.loads(line)
 
 
 def _summary(template: Template, identity: dict[str, Any], records: list[dict[str, Any]]) -> dict[str, Any]:

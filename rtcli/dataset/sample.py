@@ -51,6 +51,8 @@ class DatasetSample:
         The values of the factors.
     groups
         For each object, the name of its group, or its own.
+    attempt
+        The attempt of its draws, beside those of objects.
     film
         Its film, if a constraint needed one.
     """
@@ -59,6 +61,7 @@ class DatasetSample:
     scene: Scene
     factors: Mapping[str, Any]
     groups: Sequence[str | None]
+    attempt: int = 0
     film: Film | None = None
 
 
@@ -185,7 +188,7 @@ def _candidates(template: Template, index: int, rejections: Rejections) -> Itera
             details = error.errors(include_url=False)[0]
             rejections.add(_SCENE, f"{'.'.join(map(str, details['loc']))} {details['msg']}")
             continue
-        yield DatasetSample(index, scene, factors, [each.group for each in objects])
+        yield DatasetSample(index, scene, factors, [each.group for each in objects], context.attempt)
 
 
 class _Slot(NamedTuple):

@@ -46,6 +46,16 @@ def test_parts_are_merged(run, template, folder):
     assert json.loads((folder / "set" / "dataset.json").read_text())["splits"] == {"train": 16, "test": 4}
 
 
+def test_report_is_a_page_in_the_folder(run, template, folder):
+    result = run("dataset", template, "-o", "set", "--jobs", "1", "--report")
+    assert result.exit_code == 0
+    assert result.stderr.endswith("wrote set/index.html\n")
+    page = (folder / "set" / "index.html").read_text()
+    (folder / "set" / "index.html").unlink()
+    assert run("dataset", "set", "--merge", "--report", "-q").exit_code == 0
+    assert (folder / "set" / "index.html").read_text() == page
+
+
 def test_forms_stand_side_by_side(run, template, folder):
     options = ("--to", "webdataset,coco,files", "--passes", "depth", "--jobs", "1", "-q")
     assert run("dataset", template, "-o", "set", *options).exit_code == 0
@@ -85,6 +95,8 @@ def test_dry_run_writes_nothing_and_tells_what_to_expect(run, template, folder):
         (("t.yaml", "-o", "set", "--count", "21"), "the template has 20 samples"),
         (("t.yaml", "-o", "set", "--passes", "deep"), "'deep' is not a pass"),
         (("-", "-o", "set"), "standard input and output cannot be used"),
+        (("t.yaml", "-o", "set", "--shard", "1/2", "--report"), "--report is about a whole data set"),
+        (("t.yaml", "--dry-run", "--report"), "--report is about a whole data set"),
         (("t.yaml", "-o", "set", "--shared"), "--shared cannot be used without --dask"),
         (("t.yaml", "-o", "set", "--dask", "local", "--jobs", "2"), "--jobs cannot be used with --dask"),
         (("set", "--merge", "-o", "other"), "--merge takes the folder of a data set alone"),
