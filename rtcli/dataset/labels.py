@@ -8,13 +8,13 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from rtcli.dataset.constraints import body_of
 from rtcli.dataset.sample import DatasetSample, film_of
 from rtcli.rendering.film import Film
 from rtcli.rendering.metadata import SOFTWARE
 from rtcli.scene.model import Object, Scene
 from rtcli.scene.vectors import negative
 from rtcli.scene.write import as_data
+from rtcli.template.bodies import body_of
 from rtcli.tracer._native import rle_masks
 
 # A mask as COCO stores it: `size`, height and width, and `counts`, the compressed run-length encoding.

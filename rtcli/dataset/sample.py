@@ -15,7 +15,6 @@ from rtcli.dataset.constraints import (
     PICTURE_CHECKS,
     Placed,
     Surroundings,
-    body_of,
     placed,
 )
 from rtcli.rendering.job import RenderJob, RenderRequest
@@ -26,8 +25,10 @@ from rtcli.scene.diagnostics.problems import counted
 from rtcli.scene.model import SHAPES, Camera, ImageSettings, Object, Scene
 from rtcli.scene.vectors import dot, negative, unit
 from rtcli.scene.write import yaml_text
+from rtcli.template.bodies import body_of
 from rtcli.template.dataset import Requirement
-from rtcli.template.template import ObjectGroup, Template
+from rtcli.template.groups import ObjectGroup
+from rtcli.template.template import Template
 from rtcli.template.values import Context
 
 if TYPE_CHECKING:

@@ -67,7 +67,9 @@ def test_forms_stand_side_by_side(run, template, folder):
 
 def test_index_without_a_sample_exits_with_1(run, folder):
     (folder / "t.yaml").write_text(
-        SMALL.replace("margin: 0.25", "margin: 9").replace("count: 2500", "count: 3\n  tries: 2")
+        SMALL.replace("margin: 0.25", "margin: 7.4")
+        .replace("{integers: [3, 6]}", "2")
+        .replace("count: 2500", "count: 3\n  tries: 2")
     )
     result = run("dataset", "t.yaml", "-o", "set", "--jobs", "1")
     assert result.exit_code == 1
