@@ -13,7 +13,8 @@ from typing import Any
 from rtcli.atomic import atomic_write
 from rtcli.batch.pool import Workers, results
 from rtcli.dataset.card import write_card
-from rtcli.dataset.formats import FORMATS, Piece
+from rtcli.dataset.formats import FORMATS
+from rtcli.dataset.forms.form import Piece
 from rtcli.dataset.plan import Layout, OutputSettings, Shard, shards_of
 from rtcli.dataset.worker import PieceResult, Task, make_piece
 from rtcli.template.template import Template, parse_template
@@ -65,7 +66,13 @@ def prepare(run: Run) -> None:
     ------
     OtherDatasetError
         If the folder holds another data set.
+    rtcli.dataset.forms.form.FormError
+        If a form cannot hold the samples.
+    rtcli.extras.MissingExtraError
+        If a package that a form needs is not installed.
     """
+    for name in run.settings.formats:
+        FORMATS[name].check(run.template)
     layout = run.layout
     path, identity = layout.records / _IDENTITY, run.settings.identity(run.template)
     if path.exists():
