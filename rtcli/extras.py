@@ -13,6 +13,8 @@ EXTRAS = {
     "flip": ("flip_evaluator", "comparing pictures with FLIP"),
     "preview": ("textual_image", "showing pictures in the terminal"),
     "dask": ("distributed", "rendering on a Dask cluster"),
+    "hdf5": ("h5py", "writing HDF5"),
+    "parquet": ("pyarrow", "writing Parquet"),
 }
 
 

@@ -31,15 +31,26 @@ def labels_of(sample: DatasetSample, film: Film, split: str) -> dict[str, Any]:
     sample
         The sample.
     film
-        Its film, with the pass `object_id`.
+        Its film; without the pass `object_id` there are no labels of objects.
     split
         The name of its split.
     """
-    assert film.object_id is not None
-    metadata, shapes = film.metadata, sample.scene.objects
-    masks = _masks(film.object_id, len(shapes))
+    return {
+        "software": SOFTWARE,
+        "index": sample.index,
+        "split": split,
+        "attempt": sample.attempt,
+        "factors": dict(sample.factors),
+        "camera": film.metadata["camera"],
+        "exposure": film.exposure,
+        "objects": [] if film.object_id is None else _objects(sample, film, film.object_id),
+    }
+
+
+def _objects(sample: DatasetSample, film: Film, object_id: npt.NDArray[np.uint32]) -> list[dict[str, Any]]:
+    rows, shapes = film.metadata["objects"], sample.scene.objects
     objects = []
-    for number, (shape, row, mask) in enumerate(zip(shapes, metadata["objects"], masks, strict=True)):
+    for number, (shape, row, mask) in enumerate(zip(shapes, rows, _masks(object_id, len(shapes)), strict=True)):
         seen = {key: row[key] for key in ("visible_pixels", "visible_fraction", "bbox")}
         amodal_mask, amodal_bbox = _amodal(sample.scene, shape, row, mask)
         objects.append(
@@ -54,16 +65,7 @@ def labels_of(sample: DatasetSample, film: Film, split: str) -> dict[str, Any]:
                 "amodal_mask": amodal_mask,
             }
         )
-    return {
-        "software": SOFTWARE,
-        "index": sample.index,
-        "split": split,
-        "attempt": sample.attempt,
-        "factors": dict(sample.factors),
-        "camera": metadata["camera"],
-        "exposure": film.exposure,
-        "objects": objects,
-    }
+    return objects
 
 
 def _description(shape: Object) -> dict[str, Any]:

@@ -29,12 +29,15 @@ class Shard(NamedTuple):
         Its number in the split, from 0.
     start, stop
         Its first index, and the one after its last.
+    total
+        The number of shards of the split.
     """
 
     split: str
     number: int
     start: int
     stop: int
+    total: int = 1
 
     @property
     def key(self) -> str:
@@ -51,10 +54,11 @@ def shards_of(dataset: Dataset, start: int, stop: int) -> Iterator[Shard]:
     """Yield the shards of a data set that hold the indices from `start` to `stop - 1`, each cut to these."""
     first = 0
     for split, end in dataset.split_ends().items():
-        for number, begin in enumerate(range(first, end, SHARD_SIZE)):
+        begins = range(first, end, SHARD_SIZE)
+        for number, begin in enumerate(begins):
             lower, upper = max(begin, start), min(end, begin + SHARD_SIZE, stop)
             if lower < upper:
-                yield Shard(split, number, lower, upper)
+                yield Shard(split, number, lower, upper, len(begins))
         first = end
 
 

@@ -13,7 +13,8 @@ from typing import Any, NamedTuple
 from rtcli.atomic import atomic_write
 from rtcli.batch.pool import Workers, results
 from rtcli.dataset.card import thumbnails_of, write_card
-from rtcli.dataset.formats import FORMATS, Piece
+from rtcli.dataset.formats import FORMATS
+from rtcli.dataset.forms.form import Piece
 from rtcli.dataset.plan import Layout, OutputSettings, Shard, shards_of
 from rtcli.dataset.report import write_report
 from rtcli.dataset.sample import Rejections
@@ -74,7 +75,13 @@ def prepare(run: Run) -> None:
     ------
     OtherDatasetError
         If the folder holds another data set.
+    rtcli.dataset.forms.form.FormError
+        If a form cannot hold the samples.
+    rtcli.extras.MissingExtraError
+        If a package that a form needs is not installed.
     """
+    for name in run.settings.formats:
+        FORMATS[name].check(run.template)
     layout = run.layout
     path, identity = layout.records / _IDENTITY, run.settings.identity(run.template)
     if path.exists():

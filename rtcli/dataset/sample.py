@@ -139,7 +139,7 @@ def draw_sample(
     index
         The index, from 0.
     film_of
-        Returns the film of a scene with the pass `object_id`; None if no constraint needs it.
+        Returns the film of a scene, with the pass `object_id` if a constraint needs it; None if none does.
 
     Raises
     ------
@@ -161,13 +161,12 @@ def _refused_by_picture(
     template: Template, sample: DatasetSample, film: Film, checks: Counter[str]
 ) -> tuple[str, str] | None:
     """Return the constraint that refuses a picture and the object that does not meet it, or None."""
-    rows = film.metadata["objects"]
     for requirement in template.dataset.require:
         check = PICTURE_CHECKS.get(type(requirement))
         if check is None:
             continue
         checks[requirement.kind] += 1
-        for number, (group, row) in enumerate(zip(sample.groups, rows, strict=True)):
+        for number, (group, row) in enumerate(zip(sample.groups, film.metadata["objects"], strict=True)):
             if group == requirement.target and not check(requirement, row):
                 return requirement.kind, row["name"] or f"objects[{number}]"
     return None

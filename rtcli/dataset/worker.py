@@ -8,10 +8,11 @@ import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
-from rtcli.dataset.formats import FORMATS, Piece
+from rtcli.dataset.formats import FORMATS
+from rtcli.dataset.forms.form import Piece
 from rtcli.dataset.labels import labels_of
 from rtcli.dataset.plan import Layout, OutputSettings
-from rtcli.dataset.sample import Rejections, SampleError, draw_sample, film_of
+from rtcli.dataset.sample import Rejections, SampleError, draw_sample, film_of, needs_picture
 from rtcli.template.template import Template, parse_template
 
 _IDS = "object_id"
@@ -80,10 +81,11 @@ def make_piece(task: Task) -> PieceResult:
 def _make_piece(task: Task, layout: Layout) -> PieceResult:
     template, piece = _template(task.raw, task.template), task.piece
     passes = task.settings.passes
-    wanted = passes if _IDS in passes else (*passes, _IDS)
+    forms = [FORMATS[name](piece, layout, template) for name in task.settings.formats]
+    needs_ids = any(form.has_objects for form in forms) or needs_picture(template)
+    wanted = (*passes, _IDS) if needs_ids and _IDS not in passes else passes
     failures: list[tuple[int, str]] = []
     total = Rejections()
-    forms = [FORMATS[name](piece, layout) for name in task.settings.formats]
     with piece.path(layout, ".jsonl").open("wb") as lines:
         for index in range(piece.start, piece.stop):
             try:

@@ -288,6 +288,12 @@ class Factor(Draw):
 
     factor: str = Field(examples=["hue"])
     """The name of the factor."""
+    times: Number | None = Field(default=None, examples=[0.5])
+    """A number by which its value is multiplied."""
+
+    def of(self, value: Any) -> Any:
+        """Return the draw's value for that of the factor."""
+        return value if self.times is None else value * self.times
 
 
 class Linspace(Draw):

@@ -36,6 +36,8 @@ class ObjectGroup:
         The name of the plane that they rest on, or None.
     alternatives
         The forms of its objects, at least one; each has all keys.
+    choose
+        The number of the form; None if forms are drawn by weight.
     key
         The key of the draw that chooses among them.
     """
@@ -45,6 +47,7 @@ class ObjectGroup:
     repeat: Value | None
     rest_on: str | None
     alternatives: Sequence[Alternative]
+    choose: Value | None
     key: tuple[int, int]
 
     def names(self, index: int, factors: Mapping[str, Any]) -> list[str | None]:
@@ -57,7 +60,9 @@ class ObjectGroup:
     def data(self, context: Context) -> dict[str, Any]:
         """Return the data of one of its objects, without its name."""
         chosen = 0
-        if len(self.alternatives) > 1:
+        if self.choose is not None:
+            chosen = self.choose.at(context)
+        elif len(self.alternatives) > 1:
             word = draw_word(self.key, (context.index, context.attempt, context.element))
             chosen = pick(word, [alternative.weight for alternative in self.alternatives])
         return {key: value.at(context) for key, value in self.alternatives[chosen].values.items()}

@@ -143,6 +143,9 @@ class TemplateReader:
                 hint = did_you_mean(nearest(draw.factor, self.factors))
                 message = f"there is no factor {quoted(draw.factor)}{hint}"
                 self.refuse(rules.UNKNOWN_FACTOR, (*loc, "factor"), message)
+        elif isinstance(draw, Factor) and draw.times is not None and not self.factors[draw.factor].is_number():
+            message = f"the factor {quoted(draw.factor)} is not always a number, so it cannot be multiplied"
+            self.refuse(rules.NOT_A_NUMBER, (*loc, "times"), message)
         else:
             return True
         return False

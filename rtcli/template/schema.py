@@ -14,7 +14,7 @@ from rtcli.scene.model import SHAPES
 from rtcli.scene.schema import SceneFileSchema, scene_schema
 from rtcli.template.dataset import Dataset
 from rtcli.template.draws import DRAWS, Draw
-from rtcli.template.template import ONE_OF, WEIGHT, GroupKeys
+from rtcli.template.template import CHOOSE, ONE_OF, REPEAT, WEIGHT, GroupKeys
 
 # Keys of objects and of scenes that cannot be drawn.
 _FIXED = {"type", "name", "version"}
@@ -93,7 +93,8 @@ def _drawable(schema: dict[str, Any], definitions: Mapping[str, Any]) -> dict[st
 def _add_groups(schema: dict[str, Any], definitions: dict[str, Any]) -> None:
     """Let the items under `objects` be groups, whose keys may be spread over alternatives."""
     group = _schema_of(GroupKeys, definitions)["properties"]
-    group["repeat"] = {**group["repeat"], "anyOf": [{"type": "integer", "minimum": 0}, _DRAW]}
+    for key in (REPEAT, CHOOSE):
+        group[key] = {**group[key], "anyOf": [{"type": "integer", "minimum": 0}, _DRAW]}
     weight = {"type": "integer", "minimum": 1, "default": 1, "description": "How often it is chosen."}
     shapes = [definitions[shape.__name__] for shape in SHAPES.values()]
     keys: dict[str, Any] = {}
@@ -102,7 +103,7 @@ def _add_groups(schema: dict[str, Any], definitions: dict[str, Any]) -> None:
     keys["type"] = {"enum": list(SHAPES), "description": "The kind of shape."}
     alternatives = {"type": "object", "properties": {**keys, WEIGHT: weight}, "additionalProperties": False}
     group[ONE_OF] = {**group[ONE_OF], "items": alternatives}
-    alone = {key: value for key, value in group.items() if key != ONE_OF}
+    alone = {key: value for key, value in group.items() if key not in (ONE_OF, CHOOSE)}
     for shape in shapes:
         shape["properties"] |= alone
     objects = schema["properties"]["objects"]

@@ -14,7 +14,7 @@ from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import Problem, SceneError, did_you_mean, nearest, quoted
 from rtcli.scene.model import SHAPES, Integer, Scene
 from rtcli.scene.reading.parse import parse_bytes
-from rtcli.scene.reading.source import VALUE, Document, Loc, pointer
+from rtcli.scene.reading.source import HEAD, VALUE, Document, Loc, pointer
 from rtcli.scene.validation.validate import order_in_file, validate
 from rtcli.template.dataset import Dataset
 from rtcli.template.design import factor_values
@@ -24,7 +24,7 @@ from rtcli.template.reading import TemplateReader, items_of, models_in
 from rtcli.template.values import Constant, Context, Drawn, Example, Keys, Value, joined
 
 # The keys of a group, beside those of an object; see `ObjectGroup`.
-REPEAT, REST_ON, ONE_OF, WEIGHT = "repeat", "rest_on", "one_of", "weight"
+REPEAT, REST_ON, ONE_OF, CHOOSE, WEIGHT = "repeat", "rest_on", "one_of", "choose", "weight"
 _DATASET, _OBJECTS, _NAME, _TYPE = "dataset", "objects", "name", "type"
 # The most objects of a group.
 MAX_REPEAT = 10_000
@@ -43,6 +43,8 @@ class GroupKeys(BaseModel):
         default=None, examples=[[{"type": "sphere", "radius": 1}, {"type": "box", "size": [2, 2, 2]}]]
     )
     """Alternatives: the object has the keys of one of them too. `weight` says how often, 1 by default."""
+    choose: Any = Field(default=None, examples=[{"factor": "shape"}])
+    """The number of the alternative, from 0, usually a factor; without it, alternatives are drawn by weight."""
 
 
 class _Weight(BaseModel):
@@ -185,18 +187,40 @@ def _group(reader: TemplateReader, item: Any, loc: Loc) -> ObjectGroup | None:
             help = "use `one_of` for several types" if key == _TYPE else "objects of a group are named by number"
             reader.refuse(rules.NOT_A_DRAW, (*loc, key), f"{quoted(key)} cannot be drawn", help)
             reader.refused.append(loc)
-    repeat = reader.value(item[REPEAT], (*loc, REPEAT)) if REPEAT in item else None
-    for value, sources in () if repeat is None or reader.is_refused((*loc, REPEAT)) else repeat.examples():
-        if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= MAX_REPEAT:
-            reader.refuse(rules.OUT_OF_RANGE, sources[()], f"must be an integer from 0 to {MAX_REPEAT:,}")
+    _check_choose(reader, item, loc)
     return ObjectGroup(
         name if isinstance(name, str) else None,
         loc,
-        repeat,
+        _integer(reader, item, (*loc, REPEAT), MAX_REPEAT),
         keys.rest_on,
         alternatives,
+        _integer(reader, item, (*loc, CHOOSE), len(alternatives) - 1),
         reader.key((*loc, ONE_OF)),
     )
+
+
+def _integer(reader: TemplateReader, item: Mapping[str, Any], loc: Loc, most: int) -> Value | None:
+    """Return the value of a key that must be an integer from 0 to a bound; None if the item does not have it."""
+    key = str(loc[-1])
+    if key not in item:
+        return None
+    value = reader.value(item[key], loc)
+    for example, sources in () if reader.is_refused(loc) else value.examples():
+        if isinstance(example, bool) or not isinstance(example, int) or not 0 <= example <= most:
+            reader.refuse(rules.OUT_OF_RANGE, sources[()], f"must be an integer from 0 to {most:,}")
+    return value
+
+
+def _check_choose(reader: TemplateReader, item: Mapping[str, Any], loc: Loc) -> None:
+    """Check that a choice among alternatives has some, and that they have no weights beside it."""
+    if CHOOSE not in item:
+        return
+    if ONE_OF not in item:
+        reader.refuse(rules.MISSING_KEY, loc, f"missing key `{ONE_OF}`, from which `{CHOOSE}` chooses", at=HEAD)
+    for number, form in enumerate(item.get(ONE_OF, ())):
+        if WEIGHT in form:
+            message = f"`{WEIGHT}` has no effect beside `{CHOOSE}`"
+            reader.refuse(rules.BAD_WEIGHTS, (*loc, ONE_OF, number, WEIGHT), message, f"leave `{WEIGHT}` out")
 
 
 _SHAPE_MODELS = tuple(SHAPES.values())

@@ -163,7 +163,7 @@ class Drawn:
     def at(self, context: Context) -> Any:
         """Return the value in a sample."""
         if isinstance(self.draw, Factor):
-            return context.factors[self.draw.factor]
+            return self.draw.of(context.factors[self.draw.factor])
         word = draw_word(self.key, (context.index, context.attempt, context.element))
         return self.value_of(word, context)
 
@@ -175,11 +175,23 @@ class Drawn:
         """Return one of the levels."""
         return self.draw.level(number, lambda loc: self.parts[loc].at(context))
 
+    def is_number(self) -> bool:
+        """Return whether all values are numbers."""
+        return all(isinstance(example.value, (int, float)) for example in self.examples())
+
+    def vector_length(self) -> int | None:
+        """Return the length of all values, if they are lists of numbers of one length."""
+        lengths = set[int | None]()
+        for value, _ in self.examples():
+            is_vector = isinstance(value, list) and all(isinstance(number, (int, float)) for number in value)
+            lengths.add(len(value) if is_vector else None)
+        return lengths.pop() if len(lengths) == 1 else None
+
     def examples(self) -> Sequence[Example]:
         """Return the extremes of the draw, or the examples of its parts."""
         if isinstance(self.draw, Factor):
             given = self.factors[self.draw.factor].examples()
-            return [Example(example.value, {(): (*self.loc, "factor")}) for example in given]
+            return [Example(self.draw.of(example.value), {(): (*self.loc, "factor")}) for example in given]
         if not self.parts:
             return [Example(value, {(): (*self.loc, *loc)}) for loc, value in self.draw.extremes().items()]
         if self.draw.count() is not None or hasattr(self.draw, "weights"):

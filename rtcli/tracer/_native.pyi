@@ -216,6 +216,9 @@ def decode_png(file: bytes, /) -> tuple[int, int, int, int, bytes]:
         If it is no PNG, is broken, or is larger than 6 GiB when decoded.
     """
 
+def deflate(data: bytes, /) -> bytes:
+    """Return bytes compressed to a stream of zlib, the same on every machine."""
+
 def rle_masks(ids: bytes, width: int, count: int, /) -> list[str]:
     """Return the mask of each id from 1 to `count` as compressed run-length encoding of COCO, column by column.
 

@@ -1,16 +1,24 @@
 import io
 import json
+import math
 import tarfile
+import zlib
 
+import h5py
 import numpy as np
+import pyarrow.parquet
 import pytest
 from PIL import Image
+from template_texts import TEXT
 
-from rtcli.dataset.formats import FORMATS, Piece
+from rtcli.dataset.formats import FORMATS
+from rtcli.dataset.forms.form import FormError, Piece
 from rtcli.dataset.labels import labels_of
 from rtcli.dataset.plan import Layout, Shard
 from rtcli.dataset.sample import film_of
 from rtcli.image.read import read_layers
+from rtcli.template.template import parse_template
+from rtcli.tracer._native import deflate
 
 SHARD = Shard("train", 0, 0, 4)
 PASSES = ("depth", "object_id")
@@ -24,15 +32,17 @@ def films(samples):
 
 
 @pytest.fixture
-def written(films, tmp_path):
+def written(films, tmp_path, template):
     """Return a function that writes the films in a form, as two pieces, and returns the folder."""
 
     def write(name):
         layout = Layout(tmp_path)
-        layout.parts.mkdir(parents=True)
+        layout.parts.mkdir(parents=True, exist_ok=True)
+        for other in FORMATS[name].beside:
+            write(other)
         pieces = [Piece(SHARD, 0, 2), Piece(SHARD, 2, 4)]
         for piece in reversed(pieces):
-            form = FORMATS[name](piece, layout)
+            form = FORMATS[name](piece, layout, template)
             for film, labels in films[piece.start : piece.stop]:
                 form.add(film, labels, PASSES)
             form.close()
@@ -96,3 +106,216 @@ def test_coco_has_ids_from_1_and_an_annotation_for_each_visible_object(written, 
     assert [names[each["category_id"]] for each in coco["annotations"]] == [row["type"] for row in rows]
     assert [each["segmentation"] for each in coco["annotations"]] == [row["mask"] for row in rows]
     assert {each["iscrowd"] for each in coco["annotations"]} == {0}
+
+
+# --- HDF5 ---------------------------------------------------------------------------------------------------
+
+
+def test_hdf5_has_all_pictures_passes_and_factors_in_arrays(written, films):
+    with h5py.File(written("hdf5") / "train.h5") as file:
+        assert file["images"].shape == (4, 32, 48, 3)
+        assert file["images"].chunks == (1, 32, 48, 3)
+        for number, (film, labels) in enumerate(films):
+            assert (file["images"][number] == film.develop()).all()
+            assert (file["depth"][number] == film.depth).all()
+            assert (file["object_id"][number] == film.object_id).all()
+            assert file["labels"][number].tolist() == [labels["factors"]["hue"]]
+            assert file["index"][number] == labels["index"]
+        assert (file["images"].dtype, file["labels"].dtype) == (np.uint8, np.float64)
+        assert file["labels"].attrs["names"].tolist() == ["hue"]
+
+
+def test_hdf5_has_the_samples_of_all_shards_in_order(films, tmp_path, template):
+    layout = Layout(tmp_path)
+    layout.parts.mkdir(parents=True)
+    for number in (1, 0):
+        shard = Shard("train", number, 2 * number, 2 * number + 2, 2)
+        form = FORMATS["hdf5"](Piece(shard, shard.start, shard.stop), layout, template)
+        for film, labels in films[shard.start : shard.stop]:
+            form.add(film, labels, ())
+        form.close()
+        FORMATS["hdf5"].finish_shard(layout, shard, [Piece(shard, shard.start, shard.stop)])
+    FORMATS["hdf5"].finish_set(layout, "train", ())
+    with h5py.File(tmp_path / "train.h5") as file:
+        assert file["index"][:].tolist() == [0, 1, 2, 3]
+        assert (file["images"][3] == films[3][0].develop()).all()
+
+
+FACTORS = """factors:
+    hue: {linspace: [0, 0.9, 10]}
+    paint: {choice: [red, [0, 0, 1]]}
+    tint: {hsv: [{uniform: [0, 1]}, 1, 1]}
+    words: {choice: [one, two]}"""
+
+
+def factors_written(name, tmp_path, films):
+    """Write a sample with factors of several kinds in a form."""
+    template = parse_template(TEXT.replace("factors: {hue: {linspace: [0, 0.9, 10]}}", FACTORS).encode(), "t.yaml")
+    layout, piece = Layout(tmp_path), Piece(SHARD, 0, 1)
+    layout.parts.mkdir(parents=True)
+    form = FORMATS[name](piece, layout, template)
+    film, labels = films[0]
+    values = {"hue": 0.5, "paint": [0, 0, 1], "tint": [0.25, 0.5, 1.0], "words": "two"}
+    form.add(film, {**labels, "factors": values}, ())
+    form.close()
+    FORMATS[name].finish_shard(layout, SHARD, [piece])
+    FORMATS[name].finish_set(layout, "train", ())
+
+
+def test_hdf5_has_a_column_for_each_number_of_a_factor_and_counts_other_values(films, tmp_path):
+    factors_written("hdf5", tmp_path, films)
+    with h5py.File(tmp_path / "train.h5") as file:
+        attributes = file["labels"].attrs
+        assert attributes["names"].tolist() == ["hue", "paint", "tint[0]", "tint[1]", "tint[2]", "words"]
+        assert file["labels"][0].tolist() == [0.5, 1, 0.25, 0.5, 1, 1]
+        assert json.loads(attributes["values of paint"]) == ["red", [0, 0, 1]]
+        assert json.loads(attributes["values of words"]) == ["one", "two"]
+
+
+def test_hdf5_refuses_pictures_of_several_sizes():
+    for old, new in (
+        ("[48, 32]", "[{choice: [48, 64]}, 32]"),
+        ("lights:", "image: {alpha: {choice: [true, false]}}\nlights:"),
+    ):
+        template = parse_template(TEXT.replace(old, new).encode(), "t.yaml")
+        with pytest.raises(FormError, match="one size only"):
+            FORMATS["hdf5"].check(template)
+
+
+def test_arrays_are_compressed_as_zlib_does():
+    data = b"rtcli" * 1000
+    assert zlib.decompress(deflate(data)) == data
+    assert len(deflate(data)) < 100
+
+
+# --- Parquet ------------------------------------------------------------------------------------------------
+
+
+def test_parquet_has_a_row_for_each_sample(written, films):
+    [row, *_] = rows = pyarrow.parquet.read_table(
+        written("parquet") / "data" / "train-00000-of-00001.parquet"
+    ).to_pylist()
+    assert list(row) == ["image", "index", "hue", *PASSES, "camera", "objects"]
+    for each, (film, labels) in zip(rows, films, strict=True):
+        assert (each["index"], each["hue"]) == (labels["index"], labels["factors"]["hue"])
+        assert each["image"]["path"] == f"{labels['index']:08}.png"
+        assert (np.asarray(Image.open(io.BytesIO(each["image"]["bytes"]))) == film.develop()).all()
+        assert (np.load(io.BytesIO(each["depth"]["bytes"])) == film.depth).all()
+        assert (np.asarray(Image.open(io.BytesIO(each["object_id"]["bytes"]))) == film.object_id).all()
+        assert {key: each["camera"][key] for key in labels["camera"]} == labels["camera"]
+        for found, told in zip(each["objects"], labels["objects"], strict=True):
+            shape = json.loads(found.pop("shape"))
+            assert {**found, **shape} == told
+
+
+def test_parquet_has_groups_of_at_most_100_rows(films, tmp_path, template):
+    layout, shard = Layout(tmp_path), Shard("train", 4, 0, 150, 12)
+    layout.parts.mkdir(parents=True)
+    pieces = [Piece(shard, start, start + 50) for start in (0, 50, 100)]
+    for piece in pieces:
+        form = FORMATS["parquet"](piece, layout, template)
+        for _ in range(50):
+            form.add(*films[0], ())
+        form.close()
+    FORMATS["parquet"].finish_shard(layout, shard, pieces)
+    metadata = pyarrow.parquet.read_metadata(tmp_path / "data" / "train-00004-of-00012.parquet")
+    assert [metadata.row_group(number).num_rows for number in range(metadata.num_row_groups)] == [100, 50]
+
+
+def test_parquet_has_lists_of_numbers_and_texts(films, tmp_path):
+    factors_written("parquet", tmp_path, films)
+    [row] = pyarrow.parquet.read_table(tmp_path / "data" / "train-00000-of-00001.parquet").to_pylist()
+    told = {"hue": 0.5, "paint": "[0, 0, 1]", "tint": [0.25, 0.5, 1], "words": "two"}
+    assert {name: row[name] for name in told} == told
+
+
+# --- CLEVR --------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def scenes(written):
+    """The scenes of CLEVR's format, each with the labels from which it is made."""
+    folder = written("clevr")
+    told = json.loads((folder / "scenes" / "train.json").read_text())
+    assert told["info"]["split"] == "train"
+    assert all((folder / "train" / scene["image_filename"]).is_file() for scene in told["scenes"])
+    return told["scenes"]
+
+
+def test_clevr_has_all_objects_but_the_ground_with_z_up(scenes, films):
+    for scene, (_, labels) in zip(scenes, films, strict=True):
+        assert (scene["image_index"], scene["split"]) == (labels["index"], "train")
+        rows = [row for row in labels["objects"] if row["type"] != "plane"]
+        assert [each["shape"] for each in scene["objects"]] == [
+            {"box": "cube"}.get(row["type"], row["type"]) for row in rows
+        ]
+        for each, row in zip(scene["objects"], rows, strict=True):
+            x, y, z = row["position"]
+            assert each["3d_coords"] == [x, -z, y]
+            assert each["material"] == "rubber"
+            assert each["size"] == (
+                "large" if row.get("radius") == 0.7 or row.get("size", [0])[0] == 1 else "small"
+            )
+
+
+def test_clevr_has_the_pixel_of_each_object_and_its_depth(scenes, films):
+    """A sphere that nothing hides is seen around that pixel, closer by its radius."""
+    tried = 0
+    for scene, (film, labels) in zip(scenes, films, strict=True):
+        rows = [row for row in labels["objects"] if row["type"] != "plane"]
+        for each, row in zip(scene["objects"], rows, strict=True):
+            if row["visible_fraction"] == 1 and row["type"] == "sphere":
+                column, line, depth = each["pixel_coords"]
+                assert film.object_id[line, column] == row["id"]
+                assert film.depth[line, column] == pytest.approx(depth - row["radius"], abs=0.1)
+                tried += 1
+    assert tried
+
+
+def test_clevr_has_directions_along_the_ground(scenes):
+    for scene in scenes:
+        told = {name: np.array(vector) for name, vector in scene["directions"].items()}
+        assert sorted(told) == ["above", "behind", "below", "front", "left", "right"]
+        assert all(np.linalg.norm(vector) == pytest.approx(1) for vector in told.values())
+        assert all(told[name][2] == 0 for name in ("behind", "front", "left", "right"))
+        assert np.cross(told["right"], told["behind"]) == pytest.approx(told["above"])
+
+
+def test_clevr_has_the_objects_that_are_beside_each_object(scenes):
+    opposite = {"left": "right", "right": "left", "front": "behind", "behind": "front"}
+    pairs = 0
+    for scene in scenes:
+        assert scene["relationships"].keys() == opposite.keys()
+        for name, lists in scene["relationships"].items():
+            for one, others in enumerate(lists):
+                assert others == sorted(others)
+                for other in others:
+                    way = np.subtract(scene["objects"][other]["3d_coords"], scene["objects"][one]["3d_coords"])
+                    assert way @ scene["directions"][name] > 0.2
+                    assert one in scene["relationships"][opposite[name]][other]
+                    pairs += 1
+        depths = [each["pixel_coords"][2] for each in scene["objects"]]
+        for one, others in enumerate(scene["relationships"]["behind"]):
+            assert all(depths[other] > depths[one] - 1 for other in others)
+    assert pairs
+
+
+def test_clevr_names_the_nearest_of_its_colors():
+    from rtcli.dataset.forms.clevr import _LINEAR, _object
+    from rtcli.scene.colors import color_from_text
+
+    camera = {"opencv": {"world_to_camera": np.eye(4).tolist()}, "resolution": [8, 8], "height": 2}
+    row = {"type": "sphere", "position": [0, 0, 1], "extent": [1, 1, 1]}
+    for text, name in (("#ad2323", "red"), ("crimson", "red"), ("gold", "yellow"), ("#585858", "gray")):
+        assert _object({**row, "color": color_from_text(text)}, camera)["color"] == name
+    assert math.dist(_LINEAR["blue"], color_from_text("#2a4bd7")) < 1e-6
+
+
+def test_clevr_sees_behind_from_straight_above_what_the_picture_shows_farther_up():
+    from rtcli.dataset.forms.clevr import _directions
+
+    # Columns: right is x, down is z, the view goes down.
+    down = [[1, 0, 0, 0], [0, 0, -1, 9], [0, 1, 0, 0]]
+    told = _directions(down)
+    assert told["right"] == (1, 0, 0)
+    assert told["behind"] == (0, 1, 0)

@@ -1,6 +1,7 @@
 """What other people's programs read in a data set."""
 
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from PIL import Image
 from template_texts import TEXT
 
 from rtcli.batch.pool import LocalWorkers
+from rtcli.dataset.formats import FORMATS
 from rtcli.dataset.plan import Layout, OutputSettings
 from rtcli.dataset.run import Run, make, merge, prepare
 from rtcli.template.template import parse_template
@@ -18,10 +20,10 @@ pytestmark = [pytest.mark.integration, pytest.mark.filterwarnings("ignore")]
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A data set of 60 samples in the forms WebDataset and COCO."""
+    """A data set of 60 samples in all forms."""
     folder = tmp_path_factory.mktemp("dataset")
     template = parse_template(TEXT.replace("count: 2500", "count: 60").encode(), "t.yaml")
-    run = Run(template, OutputSettings(("webdataset", "coco"), ("object_id",)), Layout(folder), 0, 60)
+    run = Run(template, OutputSettings(tuple(FORMATS), ("object_id",)), Layout(folder), 0, 60)
     prepare(run)
     workers = LocalWorkers(2)
     try:
@@ -75,3 +77,42 @@ def test_webdataset_reads_all_samples(folder):
     for sample in samples:
         assert sample["json"]["index"] == int(sample["__key__"])
         assert sample["object_id.png"] is not None
+
+
+def test_h5py_reads_the_pictures_of_the_files(folder):
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(folder / "train.h5") as file:
+        assert file["images"].shape == (48, 32, 48, 3)
+        for number in (0, 20, 47):
+            index = file["index"][number]
+            assert (np.asarray(Image.open(folder / "train" / f"{index:08}.png")) == file["images"][number]).all()
+
+
+def test_datasets_reads_pictures_and_columns_of_parquet(folder, tmp_path):
+    datasets = pytest.importorskip("datasets", reason="datasets is not installed")
+    files = {split: str(folder / "data" / f"{split}-*.parquet") for split in ("train", "test")}
+    loaded = datasets.load_dataset("parquet", data_files=files, cache_dir=str(tmp_path))
+    assert {split: len(rows) for split, rows in loaded.items()} == {"train": 48, "test": 12}
+    for number in (0, 47):
+        row = loaded["train"][number]
+        labels = json.loads((folder / "train" / f"{row['index']:08}.json").read_text())
+        assert row["image"].size == (48, 32)
+        assert row["hue"] == labels["factors"]["hue"]
+        assert [each["bbox"] for each in row["objects"]] == [each["bbox"] for each in labels["objects"]]
+
+
+def test_datasets_reads_a_folder_of_parquet_by_its_card(folder, tmp_path):
+    datasets = pytest.importorskip("datasets", reason="datasets is not installed")
+    for name in ("data", "README.md", "dataset.json", "contact-sheet.png"):
+        source = folder / name
+        (tmp_path / "set").mkdir(exist_ok=True)
+        (shutil.copytree if source.is_dir() else shutil.copy)(source, tmp_path / "set" / name)
+    loaded = datasets.load_dataset(str(tmp_path / "set"), cache_dir=str(tmp_path / "cache"))
+    assert {split: len(rows) for split, rows in loaded.items()} == {"train": 48, "test": 12}
+
+
+def test_datasets_reads_a_folder_of_pictures(folder, tmp_path):
+    datasets = pytest.importorskip("datasets", reason="datasets is not installed")
+    loaded = datasets.load_dataset("imagefolder", data_dir=str(folder / "train"), cache_dir=str(tmp_path))["train"]
+    pictures = [row for row in loaded if row["hue"] is not None]
+    assert len(pictures) == 48

@@ -7,14 +7,15 @@ import pytest
 from template_texts import TEXT
 
 from rtcli.batch.pool import LocalWorkers, Workers
-from rtcli.dataset.formats import FORMATS, Piece
+from rtcli.dataset.formats import FORMATS
+from rtcli.dataset.forms.form import Piece
 from rtcli.dataset.plan import Layout, OutputSettings, shards_of
 from rtcli.dataset.run import OtherDatasetError, Run, make, merge, prepare
 from rtcli.dataset.worker import make_piece
 from rtcli.scene.find import looks_like_scene
 from rtcli.template.template import parse_template
 
-FORMS = ("webdataset", "coco")
+FORMS = tuple(FORMATS)
 
 
 class InOrder(Workers):
@@ -191,8 +192,10 @@ def test_card_has_front_matter_and_a_contact_sheet(finished):
 def test_unfinished_files_are_removed(finished):
     assert sorted(path.name for path in (finished[0] / ".rtcli").iterdir()) == [
         "identity.json",
+        "test-000000.h5",
         "test-000000.json",
         "test-000000.jsonl",
+        "train-000000.h5",
         "train-000000.json",
         "train-000000.jsonl",
     ]

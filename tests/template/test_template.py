@@ -89,6 +89,53 @@ def test_weights_decide_how_often_an_alternative_is_taken():
     assert types.count("box") / len(types) == pytest.approx(2 / 3, abs=0.05)
 
 
+CHOSEN = """\
+  - name: things
+    repeat: 3
+    position: [0, 0, 0]
+    color: red
+    choose: {factor: shape}
+    one_of:
+      - {type: sphere, radius: {factor: scale, times: 0.5}}
+      - {type: box, size: {all: {factor: scale}}}
+"""
+GRID = HEAD.replace(
+    "factors: {", "design: grid\n  factors: {scale: {choice: [3, 5]}, shape: {integers: [0, 1]}, "
+).replace("size: {choice: [1, 2]}, hue: {uniform: [0, 1]}", "size: {choice: [1]}")
+
+
+def test_factor_chooses_the_alternative_of_all_objects():
+    for index in range(4):
+        types = [item["type"] for item in drawn(GRID + CHOSEN, index)[1].values()]
+        assert types == [("sphere", "box")[index % 2]] * 3
+
+
+def test_factor_is_multiplied():
+    assert drawn(GRID + CHOSEN, 2)[1]["things[0]"]["radius"] == 2.5
+    assert drawn(GRID + CHOSEN, 3)[1]["things[0]"]["size"] == [5, 5, 5]
+
+
+def test_number_may_choose_the_alternative():
+    text = CHOSEN.replace("{factor: shape}", "1")
+    assert {drawn(GRID + text, index)[1]["things[0]"]["type"] for index in range(4)} == {"box"}
+
+
+@pytest.mark.parametrize(
+    ("draw", "is_number", "length"),
+    [
+        ("{linspace: [0, 1, 3]}", True, None),
+        ("{choice: [1, 2.5]}", True, None),
+        ("{choice: [1, red]}", False, None),
+        ("{choice: [[1, 0, 0], [0, 0, 1]]}", False, 3),
+        ("{choice: [[1, 0, 0], [0, 1]]}", False, None),
+        ("{hsv: [{uniform: [0, 1]}, 1, 1]}", False, 3),
+    ],
+)
+def test_factor_knows_whether_it_is_a_number_or_a_vector(draw, is_number, length):
+    factor = template(HEAD.replace("{uniform: [0, 1]}", draw) + "  []\n").factors["hue"]
+    assert (factor.is_number(), factor.vector_length()) == (is_number, length)
+
+
 def test_draws_have_not_changed():
     sections, objects = drawn(HEAD + THINGS, 42)
     assert sections["camera"]["fov"] == 41.59463723665922

@@ -18,6 +18,7 @@ from rtcli.cli.options.types import WholeNumber, parse_passes
 from rtcli.cli.progress import progress
 from rtcli.dataset.dry_run import Trial, try_out
 from rtcli.dataset.formats import FORMATS
+from rtcli.dataset.forms.form import FormError
 from rtcli.dataset.plan import Layout, OutputSettings
 from rtcli.dataset.report import PAGE
 from rtcli.dataset.run import OtherDatasetError, Run, make, merge, prepare
@@ -35,8 +36,8 @@ def _parse_formats(text: str) -> tuple[str, ...]:
     unknown = [name for name in names if name not in FORMATS]
     if unknown:
         raise click.BadParameter(f"{unknown[0]!r} is not a form; choose from {', '.join(FORMATS)}")
-    # The annotations of COCO stand beside files.
-    return tuple(name for name in FORMATS if name in names and not (name == "files" and "coco" in names))
+    beside = {other for name in names for other in FORMATS[name].beside}
+    return tuple(name for name in FORMATS if name in beside.union(names))
 
 
 def _parse_part(text: str) -> tuple[int, int]:
@@ -123,7 +124,7 @@ def _make(run: Run, workers: Workers, quiet: bool) -> None:
     """Make the shards of a run, and show the progress."""
     try:
         prepare(run)
-    except OtherDatasetError as error:
+    except (FormError, OtherDatasetError) as error:
         raise click.UsageError(str(error)) from error
     with progress("samples", quiet, "samples") as advance:
         for done, total, refused, draws in make(run, workers):

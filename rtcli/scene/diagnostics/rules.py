@@ -266,7 +266,7 @@ BAD_RANGE = Rule(
 BAD_WEIGHTS = Rule(
     "E403",
     "bad-weights",
-    "Weights that are not one for each of the values, or all 0.",
+    "Weights that are not one for each of the values, or all 0; or a weight beside `choose`.",
     "give one whole number for each value, or leave `weights` out",
 )
 UNKNOWN_FACTOR = Rule(

@@ -1,8 +1,11 @@
 import json
 import re
+import sys
 
 import pytest
 from template_texts import TEXT
+
+from rtcli.extras import EXTRAS
 
 SMALL = TEXT.replace("[48, 32]", "[12, 8]").replace("pixels: 10", "pixels: 1").replace("margin: 2}", "margin: 0}")
 
@@ -62,7 +65,11 @@ def test_forms_stand_side_by_side(run, template, folder):
     assert (folder / "set" / "train-000000.tar").exists()
     assert (folder / "set" / "annotations" / "instances_test.json").exists()
     assert (folder / "set" / "train" / "00000003.depth.png").exists()
-    assert json.loads((folder / "set" / "dataset.json").read_text())["formats"] == ["webdataset", "coco"]
+    assert json.loads((folder / "set" / "dataset.json").read_text())["formats"] == [
+        "files",
+        "webdataset",
+        "coco",
+    ]
 
 
 def test_index_without_a_sample_exits_with_1(run, folder):
@@ -134,3 +141,30 @@ def test_folder_of_another_data_set_is_refused(run, template, folder):
 
 def test_folder_without_a_data_set_cannot_be_merged(run, folder):
     assert run("dataset", "missing", "--merge").exit_code == 3
+
+
+@pytest.mark.parametrize("form", ["hdf5", "parquet"])
+def test_missing_package_of_a_form_is_reported_before_anything_is_written(
+    run, template, folder, monkeypatch, form
+):
+    package, purpose = EXTRAS[form]
+    monkeypatch.setitem(sys.modules, package, None)
+    result = run("dataset", template, "-o", "set", "--to", form)
+    assert result.exit_code == 3
+    assert result.stderr == f"Error: {purpose} needs the package {package}: pip install {package}\n"
+    assert not (folder / "set").exists()
+
+
+def test_form_that_cannot_hold_the_samples_is_refused(run, folder):
+    (folder / "t.yaml").write_text(SMALL.replace("[12, 8]", "[{choice: [12, 16]}, 8]"))
+    result = run("dataset", "t.yaml", "-o", "set", "--to", "hdf5")
+    assert result.exit_code == 2
+    assert "HDF5 holds pictures of one size only" in result.stderr
+    assert not (folder / "set").exists()
+
+
+def test_files_stand_beside_annotations(run, template, folder):
+    assert run("dataset", template, "-o", "set", "--to", "clevr", "--jobs", "1", "-q").exit_code == 0
+    assert json.loads((folder / "set" / "dataset.json").read_text())["formats"] == ["files", "clevr"]
+    assert (folder / "set" / "scenes" / "train.json").exists()
+    assert (folder / "set" / "train" / "00000003.png").exists()

@@ -7,6 +7,7 @@
 //! - `interruptible`: work in a thread pool while the calling thread listens to Python
 //! - `byte_channel`: bytes on their way from the pool to the calling thread
 //! - `display`: developing and metering radiance from any engine
+//! - `deflate`: the compression of zlib
 //! - `draws`: draws of templates, and the bodies that their constraints measure
 //! - `png`: PNG files of values that are already developed, or are no colors
 //! - `errors`: the core's errors as Python exceptions
@@ -17,6 +18,7 @@
 
 mod arrays;
 mod byte_channel;
+mod deflate;
 mod display;
 mod draws;
 mod errors;
@@ -33,6 +35,8 @@ mod _native {
     use pyo3::types::IntoPyDict;
     use rtcli_tracer::world::{LightSource, ShapeDesc};
 
+    #[pymodule_export]
+    use crate::deflate::deflate;
     #[pymodule_export]
     use crate::display::{PngEncoder, develop, half_tangent, meter};
     #[pymodule_export]

@@ -1,0 +1,29 @@
+"""The files of a sample that stand in an archive or a table."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import numpy as np
+
+from rtcli.rendering.film import Film
+from rtcli.tracer._native import encode_png
+from rtcli.tracer.passes import RADIANCE
+
+
+def picture_file(film: Film) -> bytes:
+    """Return the picture as a PNG."""
+    file = io.BytesIO()
+    film.write({RADIANCE: ("sample.png", file)})
+    return file.getvalue()
+
+
+def array_file(name: str, values: Any) -> tuple[str, bytes]:
+    """Return the end of the name and the bytes of a pass: a 16-bit PNG of ids that fit it, else NumPy's format."""
+    if values.dtype == np.uint32 and values.max(initial=0) < 2**16:
+        height, width = values.shape
+        return ".png", encode_png(values.astype(np.uint16).tobytes(), (width, height), 1, 16, [])
+    file = io.BytesIO()
+    np.save(file, values)
+    return ".npy", file.getvalue()

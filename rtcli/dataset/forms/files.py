@@ -1,0 +1,60 @@
+"""Files: a picture and its labels for each sample."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from rtcli.atomic import atomic_write
+from rtcli.dataset.forms.form import Form, Piece, as_json, key_of
+from rtcli.dataset.plan import Layout, Shard
+from rtcli.rendering.film import Film
+from rtcli.template.template import Template
+from rtcli.tracer.passes import RADIANCE
+
+
+class Files(Form):
+    """A folder for each split, with the files of each sample, and `metadata.jsonl` for all."""
+
+    def __init__(self, piece: Piece, layout: Layout, template: Template) -> None:
+        super().__init__(piece, layout, template)
+        self._folder = piece.path(layout, "")
+        self._folder.mkdir(exist_ok=True)
+        self._sums = piece.path(layout, ".sums").open("w", encoding="utf-8", newline="\n")
+
+    def add(self, film: Film, labels: Mapping[str, Any], passes: Sequence[str]) -> None:
+        """Write the files of a sample."""
+        files: dict[str, io.BytesIO] = {RADIANCE: io.BytesIO(), **{name: io.BytesIO() for name in passes}}
+        suffixes = {RADIANCE: ".png", **{name: f".{name}.png" for name in passes}}
+        decode = film.write({name: ("sample.png", file) for name, file in files.items()})
+        pictures = {suffixes[name]: file.getvalue() for name, file in files.items()}
+        for suffix, data in {**pictures, ".json": as_json({**labels, "passes": decode})}.items():
+            name = key_of(labels["index"]) + suffix
+            (self._folder / name).write_bytes(data)
+            self._sums.write(f"{hashlib.sha256(data).hexdigest()}  {name}\n")
+
+    def close(self) -> None:
+        """Finish the list of hashes."""
+        self._sums.close()
+
+    @classmethod
+    def finish_shard(cls, layout: Layout, shard: Shard, pieces: Sequence[Piece]) -> dict[str, Any]:
+        """Move the files into the folder of the split; the hash of a shard is that of its list of hashes."""
+        target = layout.folder / shard.split
+        target.mkdir(exist_ok=True)
+        sums = hashlib.sha256()
+        for piece in pieces:
+            sums.update(piece.path(layout, ".sums").read_bytes())
+            for file in piece.path(layout, "").iterdir():
+                file.replace(target / file.name)
+        return {"path": f"{shard.split}/", "sha256": sums.hexdigest()}
+
+    @classmethod
+    def finish_set(cls, layout: Layout, split: str, labels: Iterable[dict[str, Any]]) -> None:
+        """Write `metadata.jsonl`, which Hugging Face's ImageFolder reads: file and factors of each sample."""
+        with atomic_write(layout.folder / split / "metadata.jsonl") as file:
+            for each in labels:
+                name = {"file_name": f"{key_of(each['index'])}.png"}
+                file.write(as_json({**name, **each["factors"], **name}))  # even if a factor has that name

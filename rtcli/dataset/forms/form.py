@@ -1,0 +1,93 @@
+"""What all forms of a data set have in common."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, ClassVar, NamedTuple
+
+from rtcli.dataset.plan import Layout, Shard
+from rtcli.extras import require_extra
+from rtcli.rendering.film import Film
+from rtcli.template.template import Template
+
+
+class FormError(ValueError):
+    """A form cannot hold the samples of a template."""
+
+
+class Piece(NamedTuple):
+    """Consecutive samples of a shard, which one worker makes: their files lie at paths that start alike."""
+
+    shard: Shard
+    start: int
+    stop: int
+
+    def path(self, layout: Layout, suffix: str) -> Path:
+        """Return the path of an unfinished file."""
+        return layout.parts / f"{self.shard.key}.{self.start:08}{suffix}"
+
+
+class Form:
+    """A form of a data set; the methods do nothing unless it needs them.
+
+    Parameters
+    ----------
+    piece
+        The piece whose samples are added.
+    layout
+        The folder of the data set.
+    template
+        Its template.
+    """
+
+    # The module that it needs, and its purpose, for `require_extra`.
+    extra: ClassVar[tuple[str, str] | None] = None
+    # The names of the forms that stand beside it.
+    beside: ClassVar[tuple[str, ...]] = ()
+    # Whether it holds labels of objects, not only factors.
+    has_objects: ClassVar[bool] = True
+
+    def __init__(self, piece: Piece, layout: Layout, template: Template) -> None:
+        self._piece = piece
+        self._layout = layout
+
+    def add(self, film: Film, labels: Mapping[str, Any], passes: Sequence[str]) -> None:
+        """Add a sample to the piece: its film, its labels, and the passes to write."""
+
+    def close(self) -> None:
+        """Finish the piece."""
+
+    @classmethod
+    def check(cls, template: Template) -> None:
+        """Check that the form can be written.
+
+        Raises
+        ------
+        rtcli.extras.MissingExtraError
+            If a package that it needs is not installed.
+        FormError
+            If it cannot hold the samples of the template.
+        """
+        if cls.extra is not None:
+            require_extra(*cls.extra)
+
+    @classmethod
+    def finish_shard(cls, layout: Layout, shard: Shard, pieces: Sequence[Piece]) -> dict[str, Any]:
+        """Put the pieces of a shard together, and return what its record says."""
+        return {}
+
+    @classmethod
+    def finish_set(cls, layout: Layout, split: str, labels: Iterable[dict[str, Any]]) -> None:
+        """Write what holds a whole split, from the labels of all of its samples in order."""
+
+
+def as_json(data: Mapping[str, Any]) -> bytes:
+    """Return data as a line of JSON."""
+    return json.dumps(data, separators=(",", ":"), allow_nan=False).encode() + b"\n"
+
+
+def key_of(index: int) -> str:
+    """Return how the names of a sample's files start."""
+    return f"{index:08}"
