@@ -101,9 +101,9 @@ pub fn id_boxes(py: Python<'_>, ids: &[u8], width: usize, count: usize) -> PyRes
     Ok(py.detach(|| rle::boxes(&ids, width, count)))
 }
 
-fn rows_of_ids(ids: &[u8], width: usize) -> PyResult<Vec<u32>> {
+fn rows_of_ids(ids: &[u8], width: usize) -> PyResult<Cow<'_, [u32]>> {
     if width == 0 || !ids.len().is_multiple_of(4 * width) {
         return Err(PyValueError::new_err("the ids are not rows of this width"));
     }
-    Ok(bytemuck::pod_collect_to_vec(ids))
+    Ok(bytemuck::try_cast_slice(ids).map_or_else(|_| bytemuck::pod_collect_to_vec(ids).into(), Cow::Borrowed))
 }

@@ -4,7 +4,7 @@
 //! `maskApi.c` (`rleToString`): from the fourth on as the difference from the run two before, in groups of 5 bits, the
 //! low ones first, each as a character from 48 on, with bit 5 set if more follow.
 
-/// Columns read at a time: their rows are a line of the cache.
+/// Pixels compared at a time.
 const BLOCK: usize = 16;
 
 /// The box around some pixels, if there are any: left, top, width, height.
@@ -62,29 +62,34 @@ pub fn mask(pixels: &[u8], width: usize) -> Mask {
 
 /// Return the encoding of each object's mask, of the ids 1 to `count`. `ids` are rows of a width; others are ignored.
 pub fn masks(ids: &[u32], width: usize, count: usize) -> Vec<String> {
+    let height = ids.len().checked_div(width).unwrap_or(0);
     let mut runs = vec![Runs::default(); count];
-    let mut place = 0;
-    for run in columns(ids, width).chunk_by(|a, b| a == b) {
-        if let Some(runs) = (run[0] as usize).checked_sub(1).and_then(|object| runs.get_mut(object)) {
-            runs.push(place, run.len() as i64);
+    let starts = starts(ids, width, height);
+    for (i, &start) in starts.iter().enumerate() {
+        let end = starts.get(i + 1).copied().unwrap_or(ids.len());
+        let id = ids[start % height * width + start / height] as usize;
+        if let Some(runs) = id.checked_sub(1).and_then(|object| runs.get_mut(object)) {
+            runs.push(start as i64, (end - start) as i64);
         }
-        place += run.len() as i64;
     }
-    runs.into_iter().map(|runs| runs.encode(place)).collect()
+    runs.into_iter().map(|runs| runs.encode(ids.len() as i64)).collect()
 }
 
-/// Return rows of a width column by column, read in blocks of columns that stay in the cache.
-fn columns(ids: &[u32], width: usize) -> Vec<u32> {
-    let height = ids.len().checked_div(width).unwrap_or(0);
-    let mut columns = vec![0; ids.len()];
-    for left in (0..width).step_by(BLOCK) {
-        for (y, row) in ids.chunks(width).enumerate() {
-            for (x, &id) in row.iter().enumerate().skip(left).take(BLOCK) {
-                columns[x * height + y] = id;
+/// Return the places, column by column, where a column starts or the id changes. Rows are compared in blocks, most of
+/// which are equal.
+fn starts(ids: &[u32], width: usize, height: usize) -> Vec<usize> {
+    let mut starts: Vec<usize> = (0..width).map(|x| x * height).collect();
+    for y in 1..height {
+        let (above, row) = (&ids[(y - 1) * width..y * width], &ids[y * width..(y + 1) * width]);
+        for (block, (above, row)) in above.chunks(BLOCK).zip(row.chunks(BLOCK)).enumerate() {
+            if above != row {
+                let changes = (0..row.len()).filter(|&x| above[x] != row[x]);
+                starts.extend(changes.map(|x| (block * BLOCK + x) * height + y));
             }
         }
     }
-    columns
+    starts.sort_unstable();
+    starts
 }
 
 /// The lengths of runs outside and inside by turns, up to a place.
