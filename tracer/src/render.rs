@@ -320,6 +320,7 @@ impl Kernel for Band<'_> {
 }
 
 /// The destination of traced tiles.
+#[expect(clippy::large_enum_variant, reason = "there is one for each band")]
 enum TileSink<'a> {
     Film(FilmSink<'a>),
     Pixels(PixelSink<'a>),
