@@ -6,7 +6,8 @@ import io
 import json
 import math
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from PIL import Image
@@ -21,24 +22,52 @@ _SHEET = "contact-sheet.png"
 _SIDE, _CELLS, _GAP = 160, 5, 4
 
 
-def write_card(layout: Layout, template: Template, summary: Mapping[str, Any]) -> None:
+@dataclass(frozen=True)
+class Thumbnail:
+    """The index of a sample, and its picture in small."""
+
+    index: int
+    picture: Image.Image
+
+
+def write_card(layout: Layout, summary: Mapping[str, Any], thumbnails: Sequence[Thumbnail]) -> None:
     """Write README.md and the contact sheet beside it."""
     with atomic_write(layout.folder / _SHEET) as file:
-        file.write(_contact_sheet(template, summary))
+        file.write(_contact_sheet([each.picture for each in thumbnails]))
     with atomic_write(layout.folder / "README.md") as file:
         file.write(_card(layout.folder.name, summary).encode())
 
 
-def _contact_sheet(template: Template, summary: Mapping[str, Any]) -> bytes:
-    """Return a PNG of up to 25 samples, spread evenly over those that there are."""
-    ranges = [range(shard["start"], shard["stop"]) for shard in summary["shards"]]
-    indices = [index for each in ranges for index in (each[0], *each[:: max(1, len(each) // 25)])]
-    indices = sorted(set(indices))
-    cells = _CELLS * _CELLS
-    chosen = (
-        [indices[number * len(indices) // cells] for number in range(cells)] if len(indices) > cells else indices
-    )
-    pictures = [picture for index in chosen if (picture := _thumbnail(template, index)) is not None]
+def thumbnails_of(template: Template, summary: Mapping[str, Any]) -> list[Thumbnail]:
+    """Return the pictures of up to 25 samples, spread evenly over those that there are."""
+    chosen = _spread([range(shard["start"], shard["stop"]) for shard in summary["shards"]], summary["failures"])
+    found = ((index, _thumbnail(template, index)) for index in chosen)
+    return [Thumbnail(index, picture) for index, picture in found if picture is not None]
+
+
+def _spread(ranges: Sequence[range], failures: Sequence[Mapping[str, Any]]) -> Iterator[int]:
+    """Yield up to 25 indices, spread evenly over some ranges, without those that failed."""
+    failed, total, position = {failure["index"] for failure in failures}, sum(map(len, ranges)), 0
+    for number in range(_CELLS * _CELLS):
+        position = max(position, number * total // (_CELLS * _CELLS))
+        while position < total and _at(ranges, position) in failed:
+            position += 1
+        if position < total:
+            yield _at(ranges, position)
+            position += 1
+
+
+def _at(ranges: Sequence[range], position: int) -> int:
+    """Return an item of several ranges in a row."""
+    for each in ranges:
+        if position < len(each):
+            return each[position]
+        position -= len(each)
+    raise IndexError(position)
+
+
+def _contact_sheet(pictures: Sequence[Image.Image]) -> bytes:
+    """Return a PNG with the pictures in rows."""
     width, height = (max((picture.size[axis] for picture in pictures), default=_SIDE) + _GAP for axis in (0, 1))
     sheet = Image.new("RGB", (_CELLS * width - _GAP, max(1, math.ceil(len(pictures) / _CELLS)) * height), "white")
     for number, picture in enumerate(pictures):
@@ -71,7 +100,7 @@ def _card(name: str, summary: Mapping[str, Any]) -> str:
     )
     failures = summary["failures"]
     left_out = (
-        f"\n{counted(len(failures), 'index')} left out: see `failures` in `dataset.json`.\n" if failures else ""
+        f"\n{counted(len(failures), 'sample')} left out: see `failures` in `dataset.json`.\n" if failures else ""
     )
     front = textwrap.dedent(
         f"""\

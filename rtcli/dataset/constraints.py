@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from rtcli.scene.model import Object
 from rtcli.scene.vectors import Vector, dot, negative
+from rtcli.template.bodies import body_of
 from rtcli.template.dataset import Apart, InView, MinVisibleFraction, MinVisiblePixels, Requirement
 from rtcli.tracer._native import Body
 from rtcli.tracer.world import CameraFrame
@@ -40,14 +41,6 @@ class Placed(NamedTuple):
 def placed(label: str, group: str | None, shape: Object) -> Placed:
     """Return an object with its body."""
     return Placed(label, group, shape, body_of(shape))
-
-
-def body_of(shape: Object) -> Body | None:
-    """Return the solid of an object; None if it has none."""
-    try:
-        return Body(shape.type, shape.position, shape.parameters)
-    except ValueError:
-        return None
 
 
 class Surroundings(NamedTuple):

@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import time
-from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from rtcli.dataset.sample import DatasetSample, SampleError, draw_sample, film_of, ids_of, needs_picture
+from rtcli.dataset.sample import (
+    DatasetSample,
+    Rejections,
+    SampleError,
+    draw_sample,
+    film_of,
+    ids_of,
+    needs_picture,
+)
 from rtcli.scene.reading.source import Loc
 from rtcli.scene.write import as_data
 from rtcli.template.draws import path_of
@@ -29,7 +36,7 @@ class Trial:
     failures
         For each index without a sample, the reason.
     rejections
-        How often each constraint refused a draw.
+        What the constraints refused.
     ranges
         The least and the greatest of each number that differs between samples, by its path.
     rate
@@ -39,7 +46,7 @@ class Trial:
     samples: int = 0
     objects: int = 0
     failures: list[tuple[int, str]] = field(default_factory=list)
-    rejections: Counter[str] = field(default_factory=Counter)
+    rejections: Rejections = field(default_factory=Rejections)
     ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
     rate: float = 0.0
 
@@ -49,23 +56,24 @@ class Trial:
         self.objects += len(sample.scene.objects)
         data = as_data(sample.scene)
         objects = [item for item in data.pop("objects", ())]
-        numbers = list(_numbers(data, ()))
+        found = list(numbers(data, ()))
         for index, (item, group) in enumerate(zip(objects, sample.groups, strict=True)):
-            numbers += _numbers(item, ("objects", index if group is None else group))
-        numbers += [(("dataset", "factors", *loc), value) for loc, value in _numbers(dict(sample.factors), ())]
-        for loc, value in numbers:
+            found += numbers(item, ("objects", index if group is None else group))
+        found += [(("dataset", "factors", *loc), value) for loc, value in numbers(dict(sample.factors), ())]
+        for loc, value in found:
             path = path_of(loc)
             low, high = self.ranges.get(path, (value, value))
             self.ranges[path] = min(low, value), max(high, value)
 
 
-def _numbers(data: Any, loc: Loc) -> Iterator[tuple[Loc, float]]:
+def numbers(data: Any, loc: Loc) -> Iterator[tuple[Loc, float]]:
+    """Yield the numbers in plain data, and where they are, below a location."""
     if isinstance(data, dict):
         for key, value in data.items():
-            yield from _numbers(value, (*loc, key))
+            yield from numbers(value, (*loc, key))
     elif isinstance(data, list):
         for index, value in enumerate(data):
-            yield from _numbers(value, (*loc, index))
+            yield from numbers(value, (*loc, index))
     elif isinstance(data, (int, float)) and not isinstance(data, bool):
         yield loc, data
 
@@ -94,11 +102,11 @@ def try_out(
             sample, rejections = draw_sample(template, index, ids_of if needs_picture(template) else None)
         except SampleError as error:
             trial.failures.append((index, str(error)))
-            trial.rejections.update(error.counts)
+            trial.rejections.update(error.rejections)
             continue
         finally:
             on_progress(index - start + 1, stop - start)
-        trial.rejections.update(rejections.counts)
+        trial.rejections.update(rejections)
         trial.see(sample)
         if rendered < RENDERED:
             before = time.perf_counter()

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from rtcli.dataset.constraints import body_of
 from rtcli.dataset.sample import DatasetSample
 from rtcli.rendering.film import Film
 from rtcli.rendering.metadata import SOFTWARE, camera_matrices
 from rtcli.scene.model import Object
 from rtcli.scene.vectors import negative
 from rtcli.scene.write import as_data
+from rtcli.template.bodies import body_of
 from rtcli.tracer._native import rle_masks
 from rtcli.tracer.native import NativeTracer
 
@@ -38,6 +38,7 @@ def labels_of(sample: DatasetSample, film: Film, split: str) -> dict[str, Any]:
         "software": SOFTWARE,
         "index": sample.index,
         "split": split,
+        "attempt": sample.attempt,
         "factors": dict(sample.factors),
         "camera": camera_matrices(film.job.world.camera, film.job.window),
         "exposure": film.exposure,

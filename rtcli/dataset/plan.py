@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -91,6 +91,12 @@ class Layout:
     def labels(self, key: str) -> Path:
         """Return the path of the labels of a shard, a line of JSON for each sample."""
         return self.records / f"{key}.jsonl"
+
+    def label_lines(self, keys: Iterable[str]) -> Iterator[bytes]:
+        """Yield the labels of each sample of some shards, as lines of JSON."""
+        for key in keys:
+            with self.labels(key).open("rb") as lines:
+                yield from lines
 
     def is_done(self, shard: Shard) -> bool:
         """Return whether a shard is finished, with all of its samples."""

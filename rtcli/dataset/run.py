@@ -8,14 +8,16 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from rtcli.atomic import atomic_write
 from rtcli.batch.pool import Workers, results
-from rtcli.dataset.card import write_card
+from rtcli.dataset.card import thumbnails_of, write_card
 from rtcli.dataset.formats import FORMATS
 from rtcli.dataset.forms.form import Piece
 from rtcli.dataset.plan import Layout, OutputSettings, Shard, shards_of
+from rtcli.dataset.report import write_report
+from rtcli.dataset.sample import Rejections
 from rtcli.dataset.worker import PieceResult, Task, make_piece
 from rtcli.template.template import Template, parse_template
 
@@ -42,6 +44,8 @@ class Run:
         The first index, and the one after the last.
     part
         Which of several equal runs this is, from 1, and their number.
+    workers_write
+        Whether the workers write to the folder, or return the bytes of their files.
     """
 
     template: Template
@@ -50,6 +54,7 @@ class Run:
     start: int
     stop: int
     part: tuple[int, int] = (1, 1)
+    workers_write: bool = True
 
     def shards(self) -> Iterator[Shard]:
         """Yield the shards of this run."""
@@ -57,6 +62,10 @@ class Run:
         for position, shard in enumerate(shards_of(self.template.dataset, self.start, self.stop)):
             if position % count == number - 1:
                 yield shard
+
+    def missing(self) -> Iterator[Shard]:
+        """Yield the shards of this run that are not finished."""
+        return (shard for shard in self.shards() if not self.layout.is_done(shard))
 
 
 def prepare(run: Run) -> None:
@@ -89,40 +98,62 @@ def prepare(run: Run) -> None:
         file.write(json.dumps(identity, indent=2).encode() + b"\n")
 
 
-def make(run: Run, workers: Workers) -> Iterator[tuple[int, int]]:
-    """Make the shards that are missing, and yield the samples done, and of all, after each piece."""
-    total = done = 0
+class Progress(NamedTuple):
+    """The samples done, of all; and the draws that constraints refused in this run, of those that they checked."""
+
+    done: int
+    total: int
+    refused: int
+    draws: int
+
+
+def make(run: Run, workers: Workers) -> Iterator[Progress]:
+    """Make the shards that are missing, and yield the progress after each piece."""
+    total = done = refused = draws = 0
     for shard in run.shards():
         total += shard.stop - shard.start
         done += (shard.stop - shard.start) if run.layout.is_done(shard) else 0
     waiting: dict[str, list[tuple[Piece, PieceResult]]] = {}
-    yield done, total
+    yield Progress(done, total, refused, draws)
     for result in results(workers, make_piece, _tasks(run)):
         if result is None:
             continue
         if result.error is not None:
             raise result.error
-        task, made = result.task, result.value
+        task, made = result.task, _written(run.layout, result.value)
         shard = task.piece.shard
         finished = waiting.setdefault(shard.key, [])
         finished.append((task.piece, made))
         if len(finished) == sum(1 for _ in shard.pieces()):
             _finish_shard(run, shard, sorted(waiting.pop(shard.key), key=lambda item: item[0].start))
         done += task.piece.stop - task.piece.start
-        yield done, total
+        refused += made.rejections.counts.total()
+        draws += made.rejections.draws
+        yield Progress(done, total, refused, draws)
 
 
 def _tasks(run: Run) -> Iterator[Task]:
-    folder = str(run.layout.folder.absolute())
-    for shard in run.shards():
-        if not run.layout.is_done(shard):
-            for start, stop in shard.pieces():
-                yield Task(run.template.name, run.template.raw, folder, Piece(shard, start, stop), run.settings)
+    folder = str(run.layout.folder.absolute()) if run.workers_write else None
+    for shard in run.missing():
+        for start, stop in shard.pieces():
+            yield Task(run.template.name, run.template.raw, folder, Piece(shard, start, stop), run.settings)
+
+
+def _written(layout: Layout, made: PieceResult) -> PieceResult:
+    """Write the files that a worker returned, and return the rest of its result."""
+    for name, data in made.files.items():
+        path = layout.parts / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(data)
+    return made._replace(files={})
 
 
 def _finish_shard(run: Run, shard: Shard, made: list[tuple[Piece, PieceResult]]) -> None:
     """Put the files of a shard together, and then write its record, which makes it finished."""
     layout, pieces = run.layout, [piece for piece, _ in made]
+    rejections = Rejections()
+    for _, result in made:
+        rejections.update(result.rejections)
     files = [FORMATS[name].finish_shard(layout, shard, pieces) for name in run.settings.formats]
     with atomic_write(layout.labels(shard.key)) as target:
         for piece in pieces:
@@ -138,7 +169,7 @@ def _finish_shard(run: Run, shard: Shard, made: list[tuple[Piece, PieceResult]])
         "failures": [
             {"index": index, "reason": reason} for _, result in made for index, reason in result.failures
         ],
-        "rejections": dict(sorted(sum((result.rejections for _, result in made), Counter[str]()).items())),
+        "rejections": rejections.as_dict(),
     }
     with atomic_write(layout.record(shard)) as file:
         file.write(json.dumps(record, indent=2).encode() + b"\n")
@@ -153,8 +184,15 @@ def _finish_shard(run: Run, shard: Shard, made: list[tuple[Piece, PieceResult]])
 # --- The whole set ------------------------------------------------------------------------------------------
 
 
-def merge(folder: Path) -> dict[str, Any]:
+def merge(folder: Path, report: bool = False) -> dict[str, Any]:
     """Write what holds the whole data set, from the finished shards in its folder, and return `dataset.json`.
+
+    Parameters
+    ----------
+    folder
+        The folder.
+    report
+        Whether to write a page, index.html, too.
 
     Raises
     ------
@@ -170,9 +208,12 @@ def merge(folder: Path) -> dict[str, Any]:
         keys = [record["key"] for record in records if record["split"] == split]
         if keys:
             for name in settings.formats:
-                FORMATS[name].finish_set(layout, split, _labels(layout, keys))
+                FORMATS[name].finish_set(layout, split, map(json.loads, layout.label_lines(keys)))
     summary = _summary(template, identity, records)
-    write_card(layout, template, summary)
+    thumbnails = thumbnails_of(template, summary)
+    write_card(layout, summary, thumbnails)
+    if report:
+        write_report(layout, template, summary, thumbnails)
     with atomic_write(folder / "dataset.json") as file:
         file.write(json.dumps(summary, indent=2).encode() + b"\n")
     shutil.rmtree(layout.parts, ignore_errors=True)
@@ -184,19 +225,13 @@ def _records(layout: Layout) -> Iterator[dict[str, Any]]:
         yield json.loads(path.read_bytes())
 
 
-def _labels(layout: Layout, keys: list[str]) -> Iterator[dict[str, Any]]:
-    for key in keys:
-        with layout.labels(key).open("rb") as lines:
-            for line in lines:
-                yield json.loads(line)
-
-
 def _summary(template: Template, identity: dict[str, Any], records: list[dict[str, Any]]) -> dict[str, Any]:
     dataset, splits = template.dataset, Counter[str]()
-    rejections = Counter[str]()
+    rejections = dict[str, Counter[str]]()
     for record in records:
         splits[record["split"]] += record["samples"]
-        rejections.update(record["rejections"])
+        for kind, counts in record["rejections"].items():
+            rejections.setdefault(kind, Counter()).update(counts)
     return {
         "software": identity["software"],
         "draws": identity["draws"],

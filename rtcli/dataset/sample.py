@@ -15,7 +15,6 @@ from rtcli.dataset.constraints import (
     PICTURE_CHECKS,
     Placed,
     Surroundings,
-    body_of,
     placed,
 )
 from rtcli.rendering.job import RenderJob, RenderRequest
@@ -26,12 +25,17 @@ from rtcli.scene.diagnostics.problems import counted
 from rtcli.scene.model import SHAPES, Camera, ImageSettings, Object, Scene
 from rtcli.scene.vectors import dot, negative, unit
 from rtcli.scene.write import yaml_text
+from rtcli.template.bodies import body_of
 from rtcli.template.dataset import Requirement
-from rtcli.template.template import ObjectGroup, Template
+from rtcli.template.groups import ObjectGroup
+from rtcli.template.template import Template
 from rtcli.template.values import Context
 
 if TYPE_CHECKING:
     from rtcli.rendering.film import Film
+
+# Named like a constraint: values that do not fit each other, such as a camera that looks at where it stands.
+_SCENE = "scene"
 
 
 @dataclass(frozen=True)
@@ -48,6 +52,8 @@ class DatasetSample:
         The values of the factors.
     groups
         For each object, the name of its group, or its own.
+    attempt
+        The attempt of its draws, beside those of objects.
     film
         Its film, if a constraint needed one.
     """
@@ -56,6 +62,7 @@ class DatasetSample:
     scene: Scene
     factors: Mapping[str, Any]
     groups: Sequence[str | None]
+    attempt: int = 0
     film: Film | None = None
 
 
@@ -67,6 +74,10 @@ class Rejections:
     ----------
     counts
         By the name of the constraint.
+    draws
+        The number of objects and scenes that a constraint decided on.
+    checks
+        By the name of the constraint, how many of these.
     ended
         The same for the samples that were given up.
     last
@@ -74,6 +85,8 @@ class Rejections:
     """
 
     counts: Counter[str] = field(default_factory=Counter)
+    draws: int = 0
+    checks: Counter[str] = field(default_factory=Counter)
     ended: Counter[str] = field(default_factory=Counter)
     last: dict[str, str] = field(default_factory=dict)
 
@@ -83,6 +96,17 @@ class Rejections:
         self.ended[kind] += is_end
         self.last[kind] = objects
 
+    def update(self, other: Rejections) -> None:
+        """Add the counts of another sample."""
+        self.counts.update(other.counts)
+        self.draws += other.draws
+        self.checks.update(other.checks)
+
+    def as_dict(self) -> dict[str, dict[str, int]]:
+        """Return the numbers of refused draws and of checked ones for each constraint, ready for JSON."""
+        kinds = sorted(self.checks) if self.counts[_SCENE] else sorted(self.checks.keys() - {_SCENE})
+        return {kind: {"refused": self.counts[kind], "checked": self.checks[kind]} for kind in kinds}
+
     def message(self, tries: int) -> str:
         """Return why no sample met all constraints, the tightest constraint first."""
         text = [f"{kind} refused {counted(count, 'draw')}" for kind, count in self.counts.most_common()]
@@ -91,11 +115,11 @@ class Rejections:
 
 
 class SampleError(ValueError):
-    """No sample of an index met all constraints; `counts` says how often each constraint refused a draw."""
+    """No sample of an index met all constraints; `rejections` says which constraint refused how many draws."""
 
     def __init__(self, rejections: Rejections, tries: int) -> None:
         super().__init__(rejections.message(tries))
-        self.counts = rejections.counts
+        self.rejections = rejections
 
 
 def needs_picture(template: Template) -> bool:
@@ -125,19 +149,23 @@ def draw_sample(
     rejections = Rejections()
     for sample in _candidates(template, index, rejections):
         film = None if film_of is None else film_of(sample.scene)
-        refused = None if film is None else _refused_by_picture(template, sample, film)
+        rejections.draws += needs_picture(template)
+        refused = None if film is None else _refused_by_picture(template, sample, film, rejections.checks)
         if refused is None:
             return replace(sample, film=film), rejections
         rejections.add(*refused)
     raise SampleError(rejections, template.dataset.tries)
 
 
-def _refused_by_picture(template: Template, sample: DatasetSample, film: Film) -> tuple[str, str] | None:
+def _refused_by_picture(
+    template: Template, sample: DatasetSample, film: Film, checks: Counter[str]
+) -> tuple[str, str] | None:
     """Return the constraint that refuses a picture and the object that does not meet it, or None."""
     for requirement in template.dataset.require:
         check = PICTURE_CHECKS.get(type(requirement))
         if check is None:
             continue
+        checks[requirement.kind] += 1
         for number, (group, row) in enumerate(zip(sample.groups, film.metadata["objects"], strict=True)):
             if group == requirement.target and not check(requirement, row):
                 return requirement.kind, row["name"] or f"objects[{number}]"
@@ -154,12 +182,13 @@ def _candidates(template: Template, index: int, rejections: Rejections) -> Itera
             objects = _Placement(template, context, sections.get("camera"), rejections).objects()
             if objects is None:
                 continue
+            rejections.checks[_SCENE] += 1
             scene = Scene.model_validate({**sections, "objects": [each.shape for each in objects]})
         except ValidationError as error:
             details = error.errors(include_url=False)[0]
-            rejections.add("scene", f"{'.'.join(map(str, details['loc']))} {details['msg']}")
+            rejections.add(_SCENE, f"{'.'.join(map(str, details['loc']))} {details['msg']}")
             continue
-        yield DatasetSample(index, scene, factors, [each.group for each in objects])
+        yield DatasetSample(index, scene, factors, [each.group for each in objects], context.attempt)
 
 
 class _Slot(NamedTuple):
@@ -211,9 +240,11 @@ class _Placement:
         requirements = self._requirements(slot.group)
         tries = self._template.dataset.tries
         for number in range(tries):
+            self._rejections.draws += bool(requirements)
             candidate = self._candidate(slot, self._context.attempt + number)
             around = Surroundings(list(self._placed.values()), self._frame)
             for requirement in requirements:
+                self._rejections.checks[requirement.kind] += 1
                 refused = OBJECT_CHECKS[type(requirement)](requirement, candidate, around)
                 if refused:
                     self._rejections.add(requirement.kind, refused, is_end=number == tries - 1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
-from collections import Counter
+import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ from rtcli.dataset.formats import FORMATS
 from rtcli.dataset.forms.form import Piece
 from rtcli.dataset.labels import labels_of
 from rtcli.dataset.plan import Layout, OutputSettings
-from rtcli.dataset.sample import SampleError, draw_sample, film_of, needs_picture
+from rtcli.dataset.sample import Rejections, SampleError, draw_sample, film_of, needs_picture
 from rtcli.template.template import Template, parse_template
 
 _IDS = "object_id"
@@ -26,7 +26,7 @@ class Task(NamedTuple):
     template, raw
         The name and the bytes of the template.
     folder
-        The folder of the data set, an absolute path.
+        The folder of the data set, an absolute path; None to return the files' bytes instead.
     piece
         The piece.
     settings
@@ -35,7 +35,7 @@ class Task(NamedTuple):
 
     template: str
     raw: bytes
-    folder: str
+    folder: str | None
     piece: Piece
     settings: OutputSettings
 
@@ -50,12 +50,15 @@ class PieceResult(NamedTuple):
     failures
         For each index without a sample, the reason.
     rejections
-        How often each constraint refused a draw.
+        What the constraints refused.
+    files
+        The bytes of the unfinished files, by their path in `Layout.parts`, if the worker did not write them.
     """
 
     samples: int
     failures: list[tuple[int, str]]
-    rejections: Counter[str]
+    rejections: Rejections
+    files: dict[str, bytes] = {}  # noqa: RUF012 - a named tuple, never changed
 
 
 @functools.lru_cache(maxsize=1)
@@ -64,23 +67,34 @@ def _template(raw: bytes, name: str) -> Template:
 
 
 def make_piece(task: Task) -> PieceResult:
-    """Write the files of a piece; see `Task`."""
-    template, layout, piece = _template(task.raw, task.template), Layout(Path(task.folder)), task.piece
+    """Write the files of a piece, or return them; see `Task`."""
+    if task.folder is not None:
+        return _make_piece(task, Layout(Path(task.folder)))
+    with tempfile.TemporaryDirectory(prefix="rtcli-") as folder:
+        layout = Layout(Path(folder))
+        layout.parts.mkdir(parents=True)
+        made, paths = _make_piece(task, layout), sorted(layout.parts.rglob("*"))
+        files = {path.relative_to(layout.parts).as_posix(): path.read_bytes() for path in paths if path.is_file()}
+        return made._replace(files=files)
+
+
+def _make_piece(task: Task, layout: Layout) -> PieceResult:
+    template, piece = _template(task.raw, task.template), task.piece
     passes = task.settings.passes
     forms = [FORMATS[name](piece, layout, template) for name in task.settings.formats]
     needs_ids = any(form.has_objects for form in forms) or needs_picture(template)
     wanted = (*passes, _IDS) if needs_ids and _IDS not in passes else passes
     failures: list[tuple[int, str]] = []
-    counts = Counter[str]()
+    total = Rejections()
     with piece.path(layout, ".jsonl").open("wb") as lines:
         for index in range(piece.start, piece.stop):
             try:
                 sample, rejections = draw_sample(template, index, lambda scene: film_of(scene, wanted, threads=1))
             except SampleError as error:
                 failures.append((index, str(error)))
-                counts.update(error.counts)
+                total.update(error.rejections)
                 continue
-            counts.update(rejections.counts)
+            total.update(rejections)
             assert sample.film is not None
             labels = labels_of(sample, sample.film, piece.shard.split)
             lines.write(json.dumps(labels, separators=(",", ":")).encode() + b"\n")
@@ -88,4 +102,4 @@ def make_piece(task: Task) -> PieceResult:
                 form.add(sample.film, labels, passes)
     for form in forms:
         form.close()
-    return PieceResult(piece.stop - piece.start - len(failures), failures, counts)
+    return PieceResult(piece.stop - piece.start - len(failures), failures, total)

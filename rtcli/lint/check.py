@@ -16,7 +16,7 @@ from rtcli.scene.model import Scene
 from rtcli.scene.reading.parse import parse_bytes
 from rtcli.scene.reading.source import HEAD, Document
 from rtcli.scene.validation.validate import order_in_file, validate
-from rtcli.template.template import is_template, template_of
+from rtcli.template.template import Template, is_template, template_of
 
 
 class CheckResult(NamedTuple):
@@ -28,10 +28,13 @@ class CheckResult(NamedTuple):
         Its problems, in the order of the file.
     left_out
         The rules that were not applied to all of it, because the scene is too much work.
+    template
+        The template if the file is one; its warnings are those of its samples, which `check` does not draw.
     """
 
     problems: tuple[Problem, ...]
     left_out: tuple[Rule, ...] = ()
+    template: Template | None = None
 
 
 def check(raw: bytes, name: str, ignore: Collection[Rule] = ()) -> CheckResult:
@@ -49,14 +52,13 @@ def check(raw: bytes, name: str, ignore: Collection[Rule] = ()) -> CheckResult:
     try:
         document = parse_bytes(raw, name)
         if is_template(document):
-            template_of(document, raw)
-            return CheckResult(())
+            return CheckResult((), template=template_of(document, raw))
         scene = validate(document)
     except SceneError as error:
         return CheckResult(error.problems)
     ignores = ignores_of(document, ignore)
     left_out: set[Rule] = set()
-    placed = itertools.chain(ignores.problems, _placed(document, _warnings(scene, ignores, left_out)))
+    placed = itertools.chain(ignores.problems, _placed(document, warnings_of(scene, ignores, left_out)))
     wanted = (problem for problem in placed if problem.rule not in ignores.on_line(problem.line))
     found = list(itertools.islice(wanted, MAX_PROBLEMS + 1))
     problems = sorted(found[:MAX_PROBLEMS], key=lambda problem: order_in_file(problem, document))
@@ -76,7 +78,18 @@ def _placed(document: Document, warnings: Iterator[LintWarning]) -> Iterator[Pro
         yield document.problem(warning.rule, loc, warning.message, at=at)
 
 
-def _warnings(scene: Scene, ignores: Ignores, left_out: set[Rule]) -> Iterator[LintWarning]:
+def warnings_of(scene: Scene, ignores: Ignores, left_out: set[Rule]) -> Iterator[LintWarning]:
+    """Yield the warnings about a scene that are not ignored everywhere, and add the rules that are left out.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    ignores
+        The ignored rules.
+    left_out
+        Takes the rules that are not applied to all of the scene.
+    """
     index = SceneIndex(scene)
     for warning in itertools.chain(lint(index), _picture(scene, index, ignores)):
         if warning.rule not in ignores.everywhere:

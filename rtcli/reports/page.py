@@ -1,4 +1,4 @@
-"""The frame that HTML pages share: each is one file that needs no network and runs no script but its own."""
+"""The frame that HTML pages share: each is one file that needs no network and runs at most a script of its own."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ from string import Template
 
 
 def html_page(package: str, title: str, software: str, summary: str, **values: str) -> str:
-    """Return the page of a package: its `page.html` in the frame, with its `page.css` and `page.js`.
+    """Return the page of a package: its `page.html` in the frame, with its `page.css` and its `page.js`, if any.
 
     The values replace the names in its `page.html`, and are HTML; the other texts are escaped.
     """
-    style, script = _asset(__package__, "page.css") + _asset(package, "page.css"), _asset(package, "page.js")
+    style = _asset(__package__, "page.css") + _asset(package, "page.css")
+    script = _asset(package, "page.js") if files(package).joinpath("page.js").is_file() else ""
     return Template(_asset(__package__, "page.html")).substitute(
         policy=escape(_policy(style, script)),
         software=escape(software),
@@ -22,7 +23,7 @@ def html_page(package: str, title: str, software: str, summary: str, **values: s
         style=style,
         summary=escape(summary),
         body=Template(_asset(package, "page.html")).substitute(values),
-        script=script,
+        script=f"<script>{script}</script>\n" if script else "",
     )
 
 

@@ -60,6 +60,11 @@ class Draw(BaseModel):
     # Whether it is a number of an interval, over which a low-discrepancy sequence can spread.
     is_interval: ClassVar[bool] = False
 
+    @property
+    def is_bounded(self) -> bool:
+        """Whether its values are within its extremes."""
+        return True
+
     def parts(self) -> dict[Loc, Any]:
         """Return the data that may hold further draws, by location within this one."""
         return {}
@@ -157,6 +162,11 @@ class Normal(Draw):
         if self.clip is not None:
             _ascending(*self.clip)
         return self
+
+    @property
+    def is_bounded(self) -> bool:
+        """Whether it is truncated."""
+        return self.clip is not None
 
     def value(self, word: int, parts: Parts) -> float:
         """Return the value that a random word stands for."""

@@ -18,10 +18,10 @@ from rtcli.scene.reading.source import HEAD, VALUE, Document, Loc, pointer
 from rtcli.scene.validation.validate import order_in_file, validate
 from rtcli.template.dataset import Dataset
 from rtcli.template.design import factor_values
-from rtcli.template.draws import pick
+from rtcli.template.groups import Alternative, ObjectGroup
+from rtcli.template.possible import bounds_of, finding
 from rtcli.template.reading import TemplateReader, items_of, models_in
 from rtcli.template.values import Constant, Context, Drawn, Example, Keys, Value, joined
-from rtcli.tracer._native import draw_word
 
 # The keys of a group, beside those of an object; see `ObjectGroup`.
 REPEAT, REST_ON, ONE_OF, CHOOSE, WEIGHT = "repeat", "rest_on", "one_of", "choose", "weight"
@@ -51,62 +51,6 @@ class _Weight(BaseModel):
     model_config = ConfigDict(extra="ignore")
 
     weight: Annotated[Integer, Field(ge=1, le=2**32)] = 1
-
-
-@dataclass(frozen=True)
-class Alternative:
-    """One of the forms that the objects of a group can have."""
-
-    weight: int
-    values: Mapping[str, Value]
-
-
-@dataclass(frozen=True)
-class ObjectGroup:
-    """An item under `objects`: one object, or as many as `repeat` draws.
-
-    Parameters
-    ----------
-    name
-        The name of the object, or of the group; None without one.
-    loc
-        Its location.
-    repeat
-        The number of objects; None for a single object.
-    rest_on
-        The name of the plane that they rest on, or None.
-    alternatives
-        The forms of its objects, at least one; each has all keys.
-    choose
-        The number of the form; None if forms are drawn by weight.
-    key
-        The key of the draw that chooses among them.
-    """
-
-    name: str | None
-    loc: Loc
-    repeat: Value | None
-    rest_on: str | None
-    alternatives: Sequence[Alternative]
-    choose: Value | None
-    key: tuple[int, int]
-
-    def names(self, index: int, factors: Mapping[str, Any]) -> list[str | None]:
-        """Return the names of its objects at an index."""
-        if self.repeat is None:
-            return [self.name]
-        count = self.repeat.at(Context(index, factors))
-        return [None if self.name is None else f"{self.name}[{number}]" for number in range(count)]
-
-    def data(self, context: Context) -> dict[str, Any]:
-        """Return the data of one of its objects, without its name."""
-        chosen = 0
-        if self.choose is not None:
-            chosen = self.choose.at(context)
-        elif len(self.alternatives) > 1:
-            word = draw_word(self.key, (context.index, context.attempt, context.element))
-            chosen = pick(word, [alternative.weight for alternative in self.alternatives])
-        return {key: value.at(context) for key, value in self.alternatives[chosen].values.items()}
 
 
 @dataclass(frozen=True)
@@ -196,6 +140,8 @@ def template_of(document: Document, raw: bytes) -> Template:
     _check_design(reader, valid)
     if len(known) == len(groups):
         _check_scenes(reader, document, sections, known)
+    if dataset is not None and not reader.problems and not document.problems:
+        _check_constraints(reader, dataset, sections, known)
     if reader.problems or document.problems:
         document.find_spans()
         problems = dict.fromkeys([*document.problems, *reader.problems])
@@ -320,6 +266,18 @@ def _check_design(reader: TemplateReader, dataset: Dataset) -> None:
                 reader.refuse(rules.NO_LEVELS, factor.loc, message)
 
 
+def _check_constraints(
+    reader: TemplateReader, dataset: Dataset, sections: Mapping[str, Value], groups: Sequence[ObjectGroup]
+) -> None:
+    """Check that constraints can be met."""
+    bounds = bounds_of(sections, groups)
+    for number, requirement in enumerate(dataset.require):
+        if found := finding(requirement, bounds):
+            key = found.key if found.key in requirement.model_fields_set else requirement.kind
+            loc = (_DATASET, "require", number, key)
+            reader.refuse(rules.IMPOSSIBLE, loc, found.message, found.help)
+
+
 class _ExampleScene(Document):
     """A scene that a template can give; its problems are at their places in the template."""
 
@@ -388,6 +346,10 @@ class _Objects:
     """The objects of an example."""
 
     objects: Mapping[int, Value]
+
+    @property
+    def is_bounded(self) -> bool:
+        return all(value.is_bounded for value in self.objects.values())
 
     def at(self, context: Context) -> list[Any]:
         return [value.at(context) for value in self.objects.values()]

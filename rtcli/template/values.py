@@ -52,6 +52,10 @@ class Example(NamedTuple):
 class Value(Protocol):
     """A value of a template."""
 
+    @property
+    def is_bounded(self) -> bool:
+        """Whether no number in it can be beyond those of the examples."""
+
     def at(self, context: Context) -> Any:
         """Return the value in a sample."""
 
@@ -65,6 +69,11 @@ class Constant:
 
     data: Any
     loc: Loc
+
+    @property
+    def is_bounded(self) -> bool:
+        """It is: see `Value`."""
+        return True
 
     def at(self, context: Context) -> Any:
         """Return the value in a sample."""
@@ -81,6 +90,11 @@ class Items:
 
     items: Sequence[Value]
     loc: Loc
+
+    @property
+    def is_bounded(self) -> bool:
+        """Whether all items are; see `Value`."""
+        return all(item.is_bounded for item in self.items)
 
     def at(self, context: Context) -> list[Any]:
         """Return the list in a sample."""
@@ -100,6 +114,11 @@ class Keys:
 
     values: Mapping[str, Value]
     loc: Loc
+
+    @property
+    def is_bounded(self) -> bool:
+        """Whether all values are; see `Value`."""
+        return all(value.is_bounded for value in self.values.values())
 
     def at(self, context: Context) -> dict[str, Any]:
         """Return the mapping in a sample."""
@@ -133,6 +152,13 @@ class Drawn:
     key: tuple[int, int]
     parts: Mapping[Loc, Value] = field(default_factory=dict)
     factors: Mapping[str, Value] = field(default_factory=dict)
+
+    @property
+    def is_bounded(self) -> bool:
+        """Whether the draw and its parts are; see `Value`."""
+        if isinstance(self.draw, Factor):
+            return self.factors[self.draw.factor].is_bounded
+        return self.draw.is_bounded and all(part.is_bounded for part in self.parts.values())
 
     def at(self, context: Context) -> Any:
         """Return the value in a sample."""

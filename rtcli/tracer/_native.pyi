@@ -281,5 +281,8 @@ class Body:
     def reach(self, direction: Vector, /) -> float:
         """Return the largest product of a direction and a point of the body, relative to its center."""
 
+    def inradius(self) -> float:
+        """Return the radius of the largest ball around the center that is within the body."""
+
     def distance(self, other: Body, /) -> float:
         """Return the distance between the surfaces of two bodies, 0 if they overlap."""

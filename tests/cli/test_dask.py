@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 from batches import entries, lasting, private_files, results_in, write_scene, write_scenes
 from clusters import no_workers, two_workers, worker_of
+from template_texts import TEXT
 
 from rtcli.cli.options.cluster import connected_cluster
 from rtcli.distributed.dask import Cluster
@@ -140,6 +141,54 @@ def test_interrupt_ends_a_cluster_of_this_machine(spawn, folder, to_all):
     assert list(entries(OUT)) == ["000"]
     if Path("/proc/self/stat").exists():
         wait_until(lambda: not processes_of(process.pid), 5)
+
+
+# --- A data set ------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def template(folder):
+    """A template of 500 samples, which take some seconds."""
+    (folder / "t.yaml").write_text(TEXT.replace("count: 2500", "count: 500"))
+    return "t.yaml"
+
+
+def pieces():
+    """Return the lists of labels of the pieces that are done or begun."""
+    return list(OUT.glob(".rtcli/parts/*.jsonl"))
+
+
+@pytest.mark.parametrize("shared", [(), ("--shared",)], ids=["brought back", "shared"])
+def test_data_set_of_a_cluster_that_loses_a_worker_is_that_of_one_machine(run, spawn, template, cluster, shared):
+    options = ("--to", "webdataset,coco", "--passes", "depth")
+    assert run("dataset", template, "-o", "whole/set", *options).exit_code == 0
+    process = spawn("dataset", template, "-o", "out", *options, "--dask", cluster.address, *shared)
+    wait_until(lambda: len(pieces()) >= 2)
+    cluster.workers[0].kill()
+    _, errors = process.communicate(timeout=120)
+    assert process.returncode == 0, errors
+    assert b"train 400, test 100; 0 left out" in errors
+    assert cluster.workers[1].poll() is None
+    assert files_of(OUT) == files_of(Path("whole/set"))
+
+
+def files_of(folder):
+    """Return the bytes of the files of a data set; its card has the name of the folder."""
+    files = (path for path in folder.rglob("*") if path.is_file() and path.name != "README.md")
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
+
+
+def test_scheduler_that_dies_ends_a_data_set_and_the_next_run_goes_on(run, spawn, template, cluster):
+    process = spawn("dataset", template, "-o", "out", "--dask", cluster.address)
+    wait_until(lambda: len(pieces()) >= 2)
+    cluster.scheduler.kill()
+    _, errors = process.communicate(timeout=30)
+    assert process.returncode == 3
+    assert errors.splitlines()[-1].startswith(b"Error: the connection to the workers was lost")
+    assert b"Traceback" not in errors
+    assert run("dataset", template, "-o", "out", "-q").exit_code == 0
+    assert run("dataset", template, "-o", "whole", "-q").exit_code == 0
+    assert files_of(OUT) == files_of(Path("whole"))
 
 
 # --- One picture -----------------------------------------------------------------------------------------

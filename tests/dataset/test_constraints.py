@@ -1,7 +1,7 @@
 import pytest
 
-from rtcli.dataset.constraints import body_of
 from rtcli.scene.model import SHAPES
+from rtcli.template.bodies import body_of
 
 
 def example_of(shape):

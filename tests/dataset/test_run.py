@@ -108,6 +108,10 @@ def test_processes_make_the_same_bytes(small, finished, tmp_path):
         workers.close()
 
 
+def test_workers_without_the_folder_make_the_same_bytes(small, finished, tmp_path):
+    assert made(run_of(small, tmp_path, workers_write=False)) == finished[1]
+
+
 def test_pieces_in_any_order_make_the_same_bytes(small, finished, tmp_path):
     run = run_of(small, tmp_path)
 
@@ -164,6 +168,9 @@ def test_description_tells_how_the_set_came_about(small, finished):
     assert described["splits"] == {"train": 120, "test": 30}
     assert described["factors"]["hue"]["levels"] == 10
     assert described["failures"] == []
+    assert list(described["rejections"]) == ["apart", "in_view", "min_visible_fraction", "min_visible_pixels"]
+    assert all(0 <= each["refused"] < each["checked"] for each in described["rejections"].values())
+    assert described["rejections"]["apart"]["refused"]
     for shard in described["shards"]:
         tar = next(file for file in shard["files"] if file["path"].endswith(".tar"))
         assert hashlib.sha256((finished[0] / tar["path"]).read_bytes()).hexdigest() == tar["sha256"]

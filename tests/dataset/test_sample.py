@@ -89,16 +89,29 @@ def test_text_of_a_sample_reads_back_equal(template, samples):
     assert rtcli.parse_scene(text) == samples[5].scene
 
 
+# Two objects that would have to be in opposite corners.
+CROWDED = TEXT.replace("{integers: [3, 6]}", "2").replace("margin: 0.25", "margin: 7.4")
+CROWDED = CROWDED.replace("require:", "tries: 5\n  require:")
+
+
+def test_constraint_counts_what_it_checks_and_what_it_refuses(sample_with):
+    with pytest.raises(SampleError) as failed:
+        sample_with(CROWDED)
+    found = failed.value.rejections
+    # In each of 5 tries, the first object is accepted, and the second refused 5 times.
+    assert found.as_dict()["apart"] == {"refused": 25, "checked": found.counts["in_view"] + 30}
+    assert found.draws == found.checks["apart"]
+
+
 def test_objects_that_never_fit_are_reported_with_the_constraint(sample_with):
-    crowded = TEXT.replace("margin: 0.25", "margin: 9").replace("require:", "tries: 5\n  require:")
     with pytest.raises(
         SampleError, match=r"^apart: things\[1\] and things\[0\], 5 tries \(apart refused 25 draws\)"
     ):
-        sample_with(crowded)
+        sample_with(CROWDED)
 
 
 def test_objects_that_are_never_seen_are_reported_with_the_constraint(sample_with):
-    hidden = TEXT.replace("pixels: 10", "pixels: 1000").replace("require:", "tries: 5\n  require:")
+    hidden = TEXT.replace("pixels: 10", "pixels: 200").replace("require:", "tries: 5\n  require:")
     with pytest.raises(SampleError, match=r"^min_visible_pixels: things\[\d\], 5 tries .*refused 5 draws"):
         sample_with(hidden)
 

@@ -49,6 +49,14 @@ def write_passes(folder):
     rtcli.render(rtcli.load_scene(folder / "room.yaml"), passes=("position",)).save(folder / "room.png")
 
 
+def write_template(folder):
+    """Write a template of three shards."""
+    splits = "splits: {train: 0.8, val: 0.1, test: 0.1}"
+    (folder / "set.yaml").write_text(
+        f"dataset: {{seed: 1, count: 30, {splits}}}\n" + ROOM.format(fov=40, ball=BALL)
+    )
+
+
 # What pages need beside the scenes of the gallery and scene.yaml, a small one: files that the reader has.
 NEEDS = {
     "docs/ci.md": write_room,
@@ -56,6 +64,7 @@ NEEDS = {
     "docs/diagnostics.md": lambda folder: write_room(folder, fov=200),
     "docs/golden.md": differ_in_twelve_pixels,
     "docs/ground-truth.md": write_passes,
+    "docs/howto/slurm.md": write_template,
     "docs/reference/python.md": lambda folder: shutil.copy(ROOT / "docs" / "wrong.yaml", folder),
 }
 

@@ -18,7 +18,7 @@ from rtcli.batch.folder import scratch_folder
 from rtcli.batch.jobs import BatchSettings, Job, find_jobs
 from rtcli.batch.manifest import Manifest
 from rtcli.batch.plan import Plan, make_plan
-from rtcli.batch.pool import LocalWorkers, Workers
+from rtcli.batch.pool import Workers
 from rtcli.batch.prune import StaleOutputs, find_stale_outputs, prune
 from rtcli.batch.run import Batch, execute
 from rtcli.batch.sweep import Variation
@@ -26,7 +26,7 @@ from rtcli.batch.worker import DONE, Outcome
 from rtcli.cli.console import STDIO, is_terminal, print_lines, report_line
 from rtcli.cli.exit_codes import INVALID, usage_errors
 from rtcli.cli.help import Command, Option
-from rtcli.cli.options.cluster import cluster_option, cluster_options, connected_cluster
+from rtcli.cli.options.cluster import check_workers, cluster_options, shared_option, workers_of
 from rtcli.cli.options.golden import FolderCheckOptions, folder_check_options, is_page, pop_folder_check
 from rtcli.cli.options.scene import (
     edit_errors,
@@ -47,9 +47,6 @@ from rtcli.tracer.engines import default_threads
 
 # The most problems to show, of all scenes and of one scene, which must not hide the others.
 _MAX_SHOWN, _MAX_OF_ONE = 40, 3
-
-# The least number of scenes that a cluster has at a time.
-_MIN_SLOTS = 64
 
 
 @dataclass(frozen=True)
@@ -80,12 +77,7 @@ class BatchOptions:
             raise click.UsageError("standard input and output cannot be used with batch; name files and folders")
         if self.animations and len(self.vary) != 1:
             raise click.UsageError("--gif and --webp need a sweep of one key; use --vary once")
-        if self.dask is not None and self.jobs is not None:
-            raise click.UsageError("--jobs cannot be used with --dask, which uses all workers of the cluster")
-        if self.shared and self.dask is None:
-            raise click.UsageError(
-                "--shared cannot be used without --dask; the workers of one machine share DIR anyway"
-            )
+        check_workers(self.dask, self.jobs, self.shared)
         with usage_errors():
             settings = self.settings
             check_fits(f"results{settings.suffix}", (1, 1), settings.quantization, settings.passes)
@@ -193,7 +185,7 @@ class _BatchCommand(Command):
 @_sweep_option("--webp", is_flag=True, help="Animate it as DIR/SCENE.webp, lossless.")
 @folder_check_options
 @cluster_options
-@cluster_option("--shared", is_flag=True, help="Let workers write to DIR, the same folder for all.")
+@shared_option
 @click.pass_context
 def command(context: click.Context, /, **options: Any) -> int:
     """Render scenes into a folder, skipping results that are up to date."""
@@ -255,12 +247,9 @@ def _plan_lines(plan: Plan, stale: StaleOutputs) -> Iterable[str]:
 @contextlib.contextmanager
 def _workers(options: BatchOptions, count: int) -> Iterator[Workers]:
     """Yield the workers for a number of scenes; a cluster is reached only if there are any."""
-    if options.dask is None or not count:
-        yield LocalWorkers(min(options.jobs or default_threads(), max(1, count)))
-        return
-    with connected_cluster(options.dask, options.dask_timeout) as cluster:
-        # An adaptive cluster adds workers only once tasks are waiting.
-        yield Workers(cluster.executor, max(_MIN_SLOTS, 2 * cluster.cores))
+    jobs = min(options.jobs or default_threads(), max(1, count))
+    with workers_of(options.dask if count else None, options.dask_timeout, jobs) as workers:
+        yield workers
 
 
 def _render(options: BatchOptions, batch: Batch) -> bool:

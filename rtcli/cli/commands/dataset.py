@@ -9,16 +9,18 @@ from typing import Any
 
 import click
 
-from rtcli.batch.pool import LocalWorkers
+from rtcli.batch.pool import Workers
 from rtcli.cli.console import STDIO, report_line
 from rtcli.cli.exit_codes import INVALID
 from rtcli.cli.help import Command
+from rtcli.cli.options.cluster import check_workers, cluster_options, shared_option, workers_of
 from rtcli.cli.options.types import WholeNumber, parse_passes
 from rtcli.cli.progress import progress
 from rtcli.dataset.dry_run import Trial, try_out
 from rtcli.dataset.formats import FORMATS
 from rtcli.dataset.forms.form import FormError
 from rtcli.dataset.plan import Layout, OutputSettings
+from rtcli.dataset.report import PAGE
 from rtcli.dataset.run import OtherDatasetError, Run, make, merge, prepare
 from rtcli.scene.diagnostics.quoting import counted, printable
 from rtcli.scene.files import read_file
@@ -76,12 +78,21 @@ def _parse_part(text: str) -> tuple[int, int]:
 @click.option("--shard", "part", type=_parse_part, metavar="K/N", help="Make the K-th of N equal parts.")
 @click.option("--jobs", type=WholeNumber(1), metavar="N", show_default="cores", help="Make N pieces at a time.")
 @click.option("--merge", "is_merge", is_flag=True, help="Write dataset.json over all parts.")
+@click.option("--report", is_flag=True, help="Write a page: DIR/index.html.")
 @click.option("--dry-run", is_flag=True, help="Draw up to 1,000 samples, and report what to expect.")
 @click.option("-q", "--quiet", is_flag=True, help="Print only errors.")
+@cluster_options
+@shared_option
 def command(template: str, output: str | None, is_merge: bool, dry_run: bool, quiet: bool, **options: Any) -> int:
     """Render a data set: labeled pictures from one template."""
+    report, part = options["report"], options["part"]
     if is_merge:
-        return _merge(template, output, dry_run, quiet)
+        return _merge(template, output, dry_run, report, quiet)
+    if report and (dry_run or part is not None):
+        raise click.UsageError(
+            "--report is about a whole data set: use it without --dry-run, and for parts with --merge"
+        )
+    check_workers(options["dask"], options["jobs"], options["shared"])
     if STDIO in (template, output):
         raise click.UsageError("standard input and output cannot be used with dataset; name a file and a folder")
     parsed = parse_template(read_file(template), template)
@@ -91,32 +102,35 @@ def command(template: str, output: str | None, is_merge: bool, dry_run: bool, qu
     if output is None:
         raise click.UsageError("name the folder of the data set: -o DIR")
     settings = OutputSettings(options["formats"], options["passes"])
-    part = options["part"]
-    run = Run(parsed, settings, Layout(Path(output)), start, stop, part or (1, 1))
-    _make(run, options["jobs"] or default_threads(), quiet)
+    dask, shared = options["dask"], options["shared"]
+    run = Run(parsed, settings, Layout(Path(output)), start, stop, part or (1, 1), dask is None or shared)
+    # A cluster is reached only if there is work for it.
+    address, jobs = dask if any(run.missing()) else None, options["jobs"] or default_threads()
+    with workers_of(address, options["dask_timeout"], jobs) as workers, contextlib.closing(workers):
+        _make(run, workers, quiet)
     if part is None:
-        return _report(merge(run.layout.folder), run.layout.folder, quiet)
+        return _finish(run.layout.folder, report, quiet)
     if not quiet:
         report_line(f"next, after all parts: rtcli dataset {printable(output)} --merge")
     return 0
 
 
-def _merge(folder: str, output: str | None, dry_run: bool, quiet: bool) -> int:
+def _merge(folder: str, output: str | None, dry_run: bool, report: bool, quiet: bool) -> int:
     if output is not None or dry_run:
         raise click.UsageError("--merge takes the folder of a data set alone")
-    return _report(merge(Path(folder)), Path(folder), quiet)
+    return _finish(Path(folder), report, quiet)
 
 
-def _make(run: Run, jobs: int, quiet: bool) -> None:
+def _make(run: Run, workers: Workers, quiet: bool) -> None:
     """Make the shards of a run, and show the progress."""
     try:
         prepare(run)
     except (FormError, OtherDatasetError) as error:
         raise click.UsageError(str(error)) from error
-    with contextlib.closing(LocalWorkers(jobs)) as workers, progress("samples", quiet, "samples") as advance:
-        for done, total in make(run, workers):
+    with progress("samples", quiet, "samples") as advance:
+        for done, total, refused, draws in make(run, workers):
             if total:
-                advance(done, total)
+                advance(done, total, f"{100 * refused / draws:.0f} % of draws refused" if draws else "")
 
 
 def _indices(template: Template, start: int, count: int | None) -> tuple[int, int]:
@@ -128,8 +142,9 @@ def _indices(template: Template, start: int, count: int | None) -> tuple[int, in
     return start, stop
 
 
-def _report(summary: dict[str, Any], folder: Path, quiet: bool) -> int:
-    """Report what a data set holds, and return the exit code."""
+def _finish(folder: Path, report: bool, quiet: bool) -> int:
+    """Write what holds a whole data set, report what it is, and return the exit code."""
+    summary = merge(folder, report)
     failures = summary["failures"]
     for failure in failures[:_MAX_SHOWN]:
         report_line(f"Error: sample {failure['index']}: {printable(failure['reason'])}")
@@ -138,6 +153,8 @@ def _report(summary: dict[str, Any], folder: Path, quiet: bool) -> int:
     if not quiet:
         splits = ", ".join(f"{split} {count:,}" for split, count in summary["splits"].items())
         report_line(f"{printable(str(folder))}: {splits}; {len(failures):,} left out")
+        if report:
+            report_line(f"wrote {printable(str(folder / PAGE))}")
     return INVALID if failures else 0
 
 
@@ -152,7 +169,11 @@ def _try_out(template: Template, indices: tuple[int, int], passes: tuple[str, ..
 def _lines(trial: Trial) -> list[str]:
     """Return the lines that tell what to expect."""
     lines = [f"samples: {trial.samples:,} of {trial.samples + len(trial.failures):,}, {trial.objects:,} objects"]
-    lines += [f"refused by {kind}: {count:,} draws" for kind, count in trial.rejections.most_common()]
+    lines += [
+        f"{kind}: refused {counts['refused']:,} of {counted(counts['checked'], 'draw')} "
+        f"({100 * counts['refused'] / counts['checked']:.1f} %)"
+        for kind, counts in trial.rejections.as_dict().items()
+    ]
     lines += [f"sample {index} left out: {printable(reason)}" for index, reason in trial.failures[:_MAX_SHOWN]]
     lines += [f"{printable(path)}: {low:.6g} to {high:.6g}" for path, (low, high) in trial.ranges.items()]
     return [*lines, f"rate: {trial.rate:.1f} samples/s per core, without writing"]

@@ -94,6 +94,10 @@ def _check_file(path: str, strict: bool, ignore: frozenset[Rule]) -> FileReport:
     name = display_name(path)
     try:
         result = check(read_input(path), name, ignore)
+        if result.template is not None:
+            from rtcli.dataset.lint import lint_template  # loads NumPy, which scenes do without
+
+            result = lint_template(result.template, ignore)
     except OSError as error:
         report_line(f"Error: {os_error_text(error)}")
         return FileReport(name, unreadable=error.strerror or str(error))

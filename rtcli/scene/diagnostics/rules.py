@@ -299,6 +299,13 @@ SPLIT_NAME = Rule(
     "use at most 64 letters, digits, `_` and `-`",
     in_schema=True,
 )
+IMPOSSIBLE = Rule(
+    "E409",
+    "impossible-constraint",
+    "A constraint that cannot be met: a margin that leaves nothing of the picture, objects of more pixels than it "
+    "has, or more objects at a distance than there is room for.",
+    "lower what the constraint asks for",
+)
 
 # --- W: warnings -----------------------------------------------------------------------------------------
 

@@ -1,4 +1,5 @@
 import json
+import re
 import sys
 
 import pytest
@@ -18,7 +19,8 @@ def template(folder):
 def test_data_set_is_written_and_reported(run, template, folder):
     result = run("dataset", template, "-o", "set", "--jobs", "2")
     assert result.exit_code == 0, result.stderr
-    assert "samples: 100 % (20 of 20 samples" in result.stderr
+    pattern = r"samples: 100 % \(20 of 20 samples, [\d.]+ samples/s, \d+ % of draws refused, 0:00 left\)"
+    assert re.search(pattern, result.stderr)
     assert result.stderr.endswith("set: train 16, test 4; 0 left out\n")
     assert sorted(path.name for path in (folder / "set").iterdir() if path.name[0] != ".") == [
         "README.md",
@@ -47,6 +49,16 @@ def test_parts_are_merged(run, template, folder):
     assert json.loads((folder / "set" / "dataset.json").read_text())["splits"] == {"train": 16, "test": 4}
 
 
+def test_report_is_a_page_in_the_folder(run, template, folder):
+    result = run("dataset", template, "-o", "set", "--jobs", "1", "--report")
+    assert result.exit_code == 0
+    assert result.stderr.endswith("wrote set/index.html\n")
+    page = (folder / "set" / "index.html").read_text()
+    (folder / "set" / "index.html").unlink()
+    assert run("dataset", "set", "--merge", "--report", "-q").exit_code == 0
+    assert (folder / "set" / "index.html").read_text() == page
+
+
 def test_forms_stand_side_by_side(run, template, folder):
     options = ("--to", "webdataset,coco,files", "--passes", "depth", "--jobs", "1", "-q")
     assert run("dataset", template, "-o", "set", *options).exit_code == 0
@@ -62,7 +74,9 @@ def test_forms_stand_side_by_side(run, template, folder):
 
 def test_index_without_a_sample_exits_with_1(run, folder):
     (folder / "t.yaml").write_text(
-        SMALL.replace("margin: 0.25", "margin: 9").replace("count: 2500", "count: 3\n  tries: 2")
+        SMALL.replace("margin: 0.25", "margin: 7.4")
+        .replace("{integers: [3, 6]}", "2")
+        .replace("count: 2500", "count: 3\n  tries: 2")
     )
     result = run("dataset", "t.yaml", "-o", "set", "--jobs", "1")
     assert result.exit_code == 1
@@ -74,7 +88,7 @@ def test_dry_run_writes_nothing_and_tells_what_to_expect(run, template, folder):
     result = run("dataset", template, "--dry-run", "-q")
     assert result.exit_code == 0
     assert result.stdout.startswith("samples: 20 of 20, ")
-    assert "refused by apart: " in result.stdout
+    assert re.search(r"^apart: refused [\d,]+ of [\d,]+ draws \(\d+\.\d %\)$", result.stdout, re.MULTILINE)
     assert "camera.fov: 35." in result.stdout
     assert "dataset.factors.hue: 0 to 0.9" in result.stdout
     assert result.stdout.rstrip().endswith("samples/s per core, without writing")
@@ -90,6 +104,10 @@ def test_dry_run_writes_nothing_and_tells_what_to_expect(run, template, folder):
         (("t.yaml", "-o", "set", "--count", "21"), "the template has 20 samples"),
         (("t.yaml", "-o", "set", "--passes", "deep"), "'deep' is not a pass"),
         (("-", "-o", "set"), "standard input and output cannot be used"),
+        (("t.yaml", "-o", "set", "--shard", "1/2", "--report"), "--report is about a whole data set"),
+        (("t.yaml", "--dry-run", "--report"), "--report is about a whole data set"),
+        (("t.yaml", "-o", "set", "--shared"), "--shared cannot be used without --dask"),
+        (("t.yaml", "-o", "set", "--dask", "local", "--jobs", "2"), "--jobs cannot be used with --dask"),
         (("set", "--merge", "-o", "other"), "--merge takes the folder of a data set alone"),
     ],
 )
@@ -97,6 +115,20 @@ def test_wrong_usage_exits_with_2(run, template, arguments, message):
     result = run("dataset", *arguments)
     assert result.exit_code == 2
     assert message in result.stderr
+
+
+def test_scheduler_that_is_not_there_costs_nothing(run, template, folder):
+    pytest.importorskip("distributed", exc_type=ImportError)
+    result = run("dataset", template, "-o", "set", "--dask", "tcp://127.0.0.1:9")
+    assert result.exit_code == 3
+    assert "no Dask scheduler answers at 'tcp://127.0.0.1:9'" in result.stderr
+    assert not (folder / "set").exists()
+
+
+def test_finished_data_set_needs_no_cluster(run, template):
+    assert run("dataset", template, "-o", "set", "--jobs", "1", "-q").exit_code == 0
+    result = run("dataset", template, "-o", "set", "--dask", "tcp://127.0.0.1:9", "-q")
+    assert (result.exit_code, result.stderr) == (0, "")
 
 
 def test_folder_of_another_data_set_is_refused(run, template, folder):

@@ -39,7 +39,9 @@ def test_picture_of_a_sample_is_that_of_the_data_set(run, template, folder):
 
 def test_index_without_a_sample_exits_with_1(run, folder):
     (folder / "t.yaml").write_text(
-        TEXT.replace("margin: 0.25", "margin: 9").replace("require:", "tries: 2\n  require:")
+        TEXT.replace("{integers: [3, 6]}", "2")
+        .replace("margin: 0.25", "margin: 7.7")
+        .replace("require:", "tries: 2\n  require:")
     )
     result = run("sample", "t.yaml", "0")
     assert result.exit_code == 1

@@ -14,6 +14,7 @@ const KINDS: &[Kind] = &[
     ("sphere", |p| Form::round(Frustum::default(), p[0], Vector::Y)),
     ("box", |p| Form {
         core: Box::new(Cuboid::new(Vector::new(p[0], p[1], p[2]) / 2.0)),
+        inradius: p[0].min(p[1]).min(p[2]) / 2.0,
         radius: 0.0,
         rotation: rotation([p[4], p[3], p[5]]),
     }),
@@ -25,6 +26,8 @@ const KINDS: &[Kind] = &[
 /// All points within a radius of a core, which is turned about its middle.
 struct Form {
     core: Box<dyn SupportMap + Send + Sync>,
+    /// The radius of the largest ball around the middle that is within the core.
+    inradius: f64,
     radius: f64,
     rotation: Rotation,
 }
@@ -32,7 +35,8 @@ struct Form {
 impl Form {
     /// All points within a radius of a frustum with an axis.
     fn round(core: Frustum, radius: f64, axis: Vector) -> Form {
-        Form { core: Box::new(core), radius, rotation: Rotation::from_rotation_arc(Vector::Y, axis) }
+        let inradius = core.inradius();
+        Form { core: Box::new(core), inradius, radius, rotation: Rotation::from_rotation_arc(Vector::Y, axis) }
     }
 }
 
@@ -47,6 +51,19 @@ struct Frustum {
 impl Frustum {
     fn new(base: f64, top: f64, height: f64) -> Frustum {
         Frustum { radii: [base, top], half_height: height / 2.0 }
+    }
+
+    /// The radius of the largest ball around the origin: it touches a disc, or the side.
+    ///
+    /// The side has the distance (r_base + r_top) h / sqrt(4 h^2 + (r_base - r_top)^2) from the origin, where h is half
+    /// the height.
+    fn inradius(&self) -> f64 {
+        let ([base, top], height) = (self.radii, self.half_height);
+        if height == 0.0 {
+            return 0.0;
+        }
+        let side = (base + top) * height / (4.0 * height * height + (base - top) * (base - top)).sqrt();
+        side.min(height)
     }
 }
 
@@ -79,6 +96,11 @@ impl Body {
     pub fn reach(&self, direction: [f64; 3]) -> f64 {
         let local = self.pose.rotation.inverse() * Vector::from(direction);
         self.form.core.local_support_point(local).dot(local) + self.form.radius * local.length()
+    }
+
+    /// Return the radius of the largest ball around the position that is within the body.
+    pub fn inradius(&self) -> f64 {
+        self.form.inradius + self.form.radius
     }
 
     /// Return the distance between the surfaces of two bodies, 0 if they overlap.
@@ -172,6 +194,18 @@ mod tests {
         assert_close(cone.distance(&sphere([0.0, -4.0, 0.0], 1.0)), 2.0);
         let frustum = Body::new("cone", [0.0; 3], &[2.0, 1.0, 2.0, 0.0, 1.0, 0.0]).unwrap();
         assert_close(frustum.reach([1.0, 1.0, 0.0]), 2.0);
+    }
+
+    #[test]
+    fn the_largest_ball_in_a_body_touches_its_nearest_side() {
+        let inradius = |kind, parameters: &[f64]| Body::new(kind, [1.0; 3], parameters).unwrap().inradius();
+        assert_close(inradius("sphere", &[1.5]), 1.5);
+        assert_close(inradius("box", &[2.0, 6.0, 4.0, 30.0, 20.0, 10.0]), 1.0);
+        assert_close(inradius("cylinder", &[1.0, 4.0, 0.0, 3.0, 0.0]), 1.0);
+        assert_close(inradius("cylinder", &[3.0, 4.0, 0.0, 3.0, 0.0]), 2.0);
+        assert_close(inradius("capsule", &[1.0, 4.0, 0.0, 1.0, 0.0]), 1.0);
+        // Its side goes from 3 beside the base's middle to the tip, 4 above it: 1.2 from the middle between them.
+        assert_close(inradius("cone", &[3.0, 0.0, 4.0, 0.0, 1.0, 0.0]), 1.2);
     }
 
     #[test]

@@ -58,6 +58,10 @@ impl Body {
         self.0.reach(direction)
     }
 
+    fn inradius(&self) -> f64 {
+        self.0.inradius()
+    }
+
     #[pyo3(signature = (other, /))]
     fn distance(&self, other: &Body) -> f64 {
         self.0.distance(&other.0)

@@ -1,0 +1,68 @@
+"""Warnings about a template: those that hold for each of some samples."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+
+from rtcli.dataset.sample import SampleError, draw_sample, ids_of, needs_picture
+from rtcli.lint.check import CheckResult, warnings_of
+from rtcli.lint.ignores import Ignores, ignores_of
+from rtcli.lint.scene import LintWarning
+from rtcli.scene.diagnostics.rules import Rule
+from rtcli.scene.reading.parse import parse_bytes
+from rtcli.scene.reading.source import HEAD, Loc
+from rtcli.scene.validation.validate import order_in_file
+from rtcli.template.template import Template
+
+# The samples to look at, spread over all indices.
+SAMPLES = 5
+
+
+def lint_template(template: Template, ignore: Collection[Rule] = ()) -> CheckResult:
+    """Return the warnings that hold for each of some samples, at their places in the template.
+
+    Parameters
+    ----------
+    template
+        The template.
+    ignore
+        Warnings to ignore, in addition to those that comments in the file name.
+    """
+    document = parse_bytes(template.raw, template.name)
+    ignores, left_out = ignores_of(document, ignore), set[Rule]()
+    found: list[dict[tuple[Rule, Loc], LintWarning]] = []
+    for index in _indices(template):
+        warnings = _warnings(template, index, ignores, left_out)
+        if warnings is not None:
+            found.append({(each.rule, document.nearest(each.loc)): each for each in warnings})
+    always = set.intersection(*map(set, found)) if found else set()
+    problems = [*ignores.problems]
+    for (rule, loc), warning in found[0].items() if found else ():
+        if (rule, loc) in always:
+            at = warning.at if loc == warning.loc else HEAD
+            message = f"{warning.message}, as in each of {len(found)} samples"
+            problems.append(document.problem(rule, loc, message, at=at))
+    wanted = [problem for problem in problems if problem.rule not in ignores.on_line(problem.line)]
+    return CheckResult(tuple(sorted(wanted, key=lambda problem: order_in_file(problem, document))))
+
+
+def _indices(template: Template) -> list[int]:
+    count = template.dataset.count
+    return sorted({number * count // SAMPLES for number in range(SAMPLES)})
+
+
+def _warnings(
+    template: Template, index: int, ignores: Ignores, left_out: set[Rule]
+) -> Iterator[LintWarning] | None:
+    """Return the warnings about a sample, at their locations in the template; None if there is no such sample."""
+    try:
+        sample, _ = draw_sample(template, index, ids_of if needs_picture(template) else None)
+    except SampleError:
+        return None
+    groups = [group for group in template.groups for _ in group.names(index, sample.factors)]
+
+    def in_template(loc: Loc) -> Loc:
+        return (*groups[int(loc[1])].loc, *loc[2:]) if loc[:1] == ("objects",) and len(loc) > 1 else loc
+
+    found = warnings_of(sample.scene, ignores, left_out)
+    return (warning._replace(loc=in_template(warning.loc)) for warning in found)
