@@ -154,7 +154,7 @@ def _join(sources: Sequence[Path], layout: Layout, target: Path) -> str:
         start = 0
         for path, count in zip(sources, counts, strict=True):
             with _open(path, "r") as source:
-                for name, dataset in source.items() if count else ():
+                for name, dataset in source.items():
                     if name not in joined:
                         _create_like(joined, name, dataset, sum(counts))
                     for data in _copy(dataset, joined[name], start):
