@@ -5,7 +5,8 @@ Each kind of `rtcli.template.dataset.REQUIREMENTS` has an entry in `OBJECT_CHECK
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import functools
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 from rtcli.scene.model import Object
@@ -87,8 +88,9 @@ def _in_view(requirement: InView, candidate: Placed, around: Surroundings) -> st
     return ""
 
 
-def _borders(frame: CameraFrame, margin: float) -> Iterator[tuple[Vector, float]]:
-    """Yield the planes that bound what the picture shows, as outward normal n and limit d: n . (p - eye) <= d.
+@functools.lru_cache(maxsize=16)
+def _borders(frame: CameraFrame, margin: float) -> tuple[tuple[Vector, float], ...]:
+    """Return the planes that bound what the picture shows, as outward normal n and limit d: n . (p - eye) <= d.
 
     A picture from x_0 to x_1 shows the points of camera space with x_0 z <= x <= x_1 z or, if the camera is
     orthographic, x_0 <= x <= x_1; and so for y.
@@ -96,7 +98,7 @@ def _borders(frame: CameraFrame, margin: float) -> Iterator[tuple[Vector, float]
     (focal_x, focal_y), (center_x, center_y) = frame.focal_lengths, frame.principal_point
     left, right = (margin - center_x) / focal_x, (frame.width - margin - center_x) / focal_x
     top, bottom = (center_y - margin) / focal_y, (center_y - frame.height + margin) / focal_y
-    yield negative(frame.forward), 0.0
+    borders = [(negative(frame.forward), 0.0)]
     for axis, sign, bound in (
         (frame.right, -1.0, left),
         (frame.right, 1.0, right),
@@ -105,7 +107,8 @@ def _borders(frame: CameraFrame, margin: float) -> Iterator[tuple[Vector, float]
     ):
         depth = 0.0 if frame.is_orthographic else -sign * bound
         x, y, z = (sign * a + depth * f for a, f in zip(axis, frame.forward, strict=True))
-        yield (x, y, z), sign * bound if frame.is_orthographic else 0.0
+        borders.append(((x, y, z), sign * bound if frame.is_orthographic else 0.0))
+    return tuple(borders)
 
 
 def _is_large(requirement: MinVisiblePixels, row: Mapping[str, Any]) -> bool:

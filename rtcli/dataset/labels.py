@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, TypeAlias
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from rtcli.dataset.sample import DatasetSample, film_of
+from rtcli.dataset.sample import DatasetSample
 from rtcli.rendering.film import Film
-from rtcli.rendering.metadata import SOFTWARE
-from rtcli.scene.model import Object, Scene
+from rtcli.rendering.metadata import SOFTWARE, camera_matrices
+from rtcli.scene.model import Object
 from rtcli.scene.vectors import negative
 from rtcli.scene.write import as_data
 from rtcli.template.bodies import body_of
 from rtcli.tracer._native import rle_masks
-
-# A mask as COCO stores it: `size`, height and width, and `counts`, the compressed run-length encoding.
-Rle: TypeAlias = dict[str, Any]
+from rtcli.tracer.native import NativeTracer
 
 _AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
@@ -35,24 +33,27 @@ def labels_of(sample: DatasetSample, film: Film, split: str) -> dict[str, Any]:
     split
         The name of its split.
     """
+    assert film.job is not None
     return {
         "software": SOFTWARE,
         "index": sample.index,
         "split": split,
         "attempt": sample.attempt,
         "factors": dict(sample.factors),
-        "camera": film.metadata["camera"],
+        "camera": camera_matrices(film.job.world.camera, film.job.window),
         "exposure": film.exposure,
         "objects": [] if film.object_id is None else _objects(sample, film, film.object_id),
     }
 
 
 def _objects(sample: DatasetSample, film: Film, object_id: npt.NDArray[np.uint32]) -> list[dict[str, Any]]:
-    rows, shapes = film.metadata["objects"], sample.scene.objects
+    rows, shapes, (height, width) = film.metadata["objects"], sample.scene.objects, object_id.shape
+    masks = rle_masks(object_id.tobytes(), width, len(shapes))
+    amodal = _amodal(film, [row["visible_fraction"] for row in rows])
     objects = []
-    for number, (shape, row, mask) in enumerate(zip(shapes, rows, _masks(object_id, len(shapes)), strict=True)):
+    for number, (shape, row, counts) in enumerate(zip(shapes, rows, masks, strict=True)):
         seen = {key: row[key] for key in ("visible_pixels", "visible_fraction", "bbox")}
-        amodal_mask, amodal_bbox = _amodal(sample.scene, shape, row, mask)
+        amodal_counts, amodal_bbox = amodal.get(number, (counts, row["bbox"]))
         objects.append(
             {
                 "id": number + 1,
@@ -60,9 +61,9 @@ def _objects(sample: DatasetSample, film: Film, object_id: npt.NDArray[np.uint32
                 "group": sample.groups[number],
                 **_description(shape),
                 **seen,
-                "mask": mask,
+                "mask": {"size": [height, width], "counts": counts},
                 "amodal_bbox": amodal_bbox,
-                "amodal_mask": amodal_mask,
+                "amodal_mask": amodal_bbox and {"size": [height, width], "counts": amodal_counts},
             }
         )
     return objects
@@ -79,21 +80,12 @@ def _description(shape: Object) -> dict[str, Any]:
     }
 
 
-def _masks(object_id: npt.NDArray[np.uint32], count: int) -> list[Rle]:
-    height, width = object_id.shape
-    return [{"size": [height, width], "counts": counts} for counts in rle_masks(object_id.tobytes(), width, count)]
-
-
-def _amodal(
-    scene: Scene, shape: Object, row: Mapping[str, Any], modal: Rle
-) -> tuple[Rle | None, list[int] | None]:
-    """Return the mask and the bounding box of an object as if it were alone; None if it is not in the picture."""
-    if row["visible_fraction"] == 1:
-        return modal, row["bbox"]
-    settings = scene.render.model_copy(update={"samples": 1, "max_depth": 0})
-    unlit = shape.model_copy(update={"light": None}) if getattr(shape, "light", None) else shape
-    alone = scene.model_copy(update={"objects": (unlit,), "lights": (), "render": settings})
-    film = film_of(alone, ("object_id",), threads=1)
-    assert film.object_id is not None
-    [mask], [row] = _masks(film.object_id, 1), film.metadata["objects"]
-    return (mask, row["bbox"]) if row["visible_pixels"] else (None, None)
+def _amodal(film: Film, fractions: Sequence[float | None]) -> dict[int, tuple[str, list[int] | None]]:
+    """Return the amodal masks and boxes, by index, of the objects whose share in view is not all."""
+    hidden = [number for number, fraction in enumerate(fractions) if fraction != 1]
+    if not hidden:
+        return {}
+    assert film.job is not None
+    tracer = film.job.tracer
+    assert isinstance(tracer, NativeTracer)
+    return dict(zip(hidden, tracer.amodal_masks(film.job.window, hidden), strict=True))

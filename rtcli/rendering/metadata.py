@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from rtcli.rendering.pack import PackedScene
 from rtcli.scene.vectors import moved, negative
-from rtcli.tracer._native import SHAPE_PARAMETERS, __version__, by_threes
+from rtcli.tracer._native import SHAPE_PARAMETERS, __version__, by_threes, id_boxes
 from rtcli.tracer.world import CameraFrame, Settings, Vector, Window
 
 if TYPE_CHECKING:
@@ -189,31 +189,8 @@ def visibility(
         `visible_pixels`; `bbox`, their [left, top, width, height] in pixels or None; `visible_fraction`, the share
         of its pixels in the picture that other objects do not hide, None if it has none or they are unknown.
     """
-    boxes = _bounding_boxes(object_id, count)
+    boxes = id_boxes(object_id.tobytes(), object_id.shape[1], count)
     return [
         {"visible_pixels": visible, "bbox": box, "visible_fraction": visible / covered if covered else None}
         for covered, (visible, box) in zip(coverage or [0] * count, boxes, strict=True)
-    ]
-
-
-def _bounding_boxes(object_id: npt.NDArray[np.uint32], count: int) -> list[tuple[int, list[int] | None]]:
-    """Return the number of visible pixels of each object, and the box around them or None."""
-    import numpy as np
-
-    height, width = object_id.shape
-    visible = np.bincount(object_id.ravel(), minlength=count + 1)
-    low, high = np.full((2, count + 1), max(height, width)), np.full((2, count + 1), -1)
-    # Only the first and last pixel of a run of equal ids can touch its box, and they are few.
-    change = object_id[:, 1:] != object_id[:, :-1]
-    edge = np.ones((height, 1), dtype=bool)
-    for ends in (np.hstack([edge, change]), np.hstack([change, edge])):
-        rows, columns = np.nonzero(ends)
-        ids = object_id[rows, columns]
-        for axis, positions in enumerate((columns, rows)):
-            np.minimum.at(low[axis], ids, positions)
-            np.maximum.at(high[axis], ids, positions)
-    (left, top), (widths, heights) = low.tolist(), (high - low + 1).tolist()
-    return [
-        (int(pixels), [left[i], top[i], widths[i], heights[i]] if pixels else None)
-        for i, pixels in enumerate(visible[1:], start=1)
     ]

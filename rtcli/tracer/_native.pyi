@@ -130,6 +130,13 @@ class Tracer:
             If it is more work than the budget allows.
         """
 
+    def amodal_masks(self, window: Window, objects: Sequence[int], /) -> list[tuple[str, list[int] | None]]:
+        """Return the pixels that each of some objects, by index, would cover if it were alone.
+
+        Of each, the compressed run-length encoding of COCO, column by column, and the box around the pixels: left,
+        top, width, height; None if there are none.
+        """
+
     def exposure(self, grid: int, budget: WorkBudget | None = None, /) -> tuple[float, float | None, int]:
         """Meter the whole picture at `grid` x `grid` points: return what `meter` does, and the number of rays.
 
@@ -214,6 +221,12 @@ def decode_png(file: bytes, /) -> tuple[int, int, int, int, bytes]:
     ------
     ValueError
         If it is no PNG, is broken, or is larger than 6 GiB when decoded.
+    """
+
+def id_boxes(ids: bytes, width: int, count: int, /) -> list[tuple[int, list[int] | None]]:
+    """Return the number of pixels of each id from 1 to `count`, and the box around them: left, top, width, height.
+
+    The ids are as those of `rle_masks`; the box is None if there are no pixels.
     """
 
 def deflate(data: bytes, /) -> bytes:

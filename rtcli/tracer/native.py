@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rtcli.tracer._native import METER_GRID, BudgetExceededError, Tracer, WorkBudget
@@ -80,6 +80,13 @@ class NativeTracer:
             return self._tracer.coverage(window, WorkBudget(_COVERAGE_STEPS))
         except BudgetExceededError:
             return None
+
+    def amodal_masks(self, window: Window, objects: Sequence[int]) -> list[tuple[str, list[int] | None]]:
+        """Return the mask of each of some objects, by index, and the box around it, as if it were alone.
+
+        The masks are as those of `rtcli.tracer._native.rle_masks`; boxes are left, top, width, height.
+        """
+        return self._tracer.amodal_masks(window, objects)
 
     def exposure(self, grid: int = METER_GRID, budget: WorkBudget | None = None) -> MeterReading:
         """Meter the whole picture; a smaller grid gives a rough result.

@@ -141,6 +141,35 @@ def test_hdf5_has_the_samples_of_all_shards_in_order(films, tmp_path, template):
         assert (file["images"][3] == films[3][0].develop()).all()
 
 
+def test_hdf5_joins_shards_without_samples(films, tmp_path, template):
+    layout = Layout(tmp_path)
+    layout.parts.mkdir(parents=True)
+    for number, own in ((0, []), (1, films[:2]), (2, [])):
+        shard = Shard("train", number, 2 * number, 2 * number + 2, 3)
+        form = FORMATS["hdf5"](Piece(shard, shard.start, shard.stop), layout, template)
+        for film, labels in own:
+            form.add(film, labels, ())
+        form.close()
+        FORMATS["hdf5"].finish_shard(layout, shard, [Piece(shard, shard.start, shard.stop)])
+    FORMATS["hdf5"].finish_set(layout, "train", ())
+    with h5py.File(tmp_path / "train.h5") as file:
+        assert file["images"].shape == (2, 32, 48, 3)
+        assert file["labels"].shape == (2, 1)
+
+
+def test_hdf5_has_no_columns_without_factors(films, tmp_path):
+    text = "dataset: {seed: 1, count: 9}\ncamera: {resolution: [48, 32], fov: 40}\n"
+    layout, piece = Layout(tmp_path), Piece(SHARD, 0, 1)
+    layout.parts.mkdir(parents=True)
+    form = FORMATS["hdf5"](piece, layout, parse_template(text.encode(), "t.yaml"))
+    form.add(*films[0], ())
+    form.close()
+    FORMATS["hdf5"].finish_shard(layout, SHARD, [piece])
+    with h5py.File(layout.records / "train-000000.h5") as file:
+        assert file["labels"].shape == (1, 0)
+        assert list(file["labels"].attrs["names"]) == []
+
+
 FACTORS = """factors:
     hue: {linspace: [0, 0.9, 10]}
     paint: {choice: [red, [0, 0, 1]]}

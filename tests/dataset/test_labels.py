@@ -1,7 +1,11 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+import rtcli
 from rtcli.dataset.labels import labels_of
+from rtcli.dataset.sample import film_of
 
 
 def decoded(rle):
@@ -53,6 +57,28 @@ def test_amodal_mask_holds_the_modal_one_and_the_share_that_is_hidden(labels):
             assert modal.sum() / amodal.sum() == pytest.approx(row["visible_fraction"])
             hidden += row["visible_fraction"] < 1 and row["name"] != "floor"
     assert hidden
+
+
+def test_amodal_mask_is_what_a_picture_of_the_object_alone_shows(labels, samples):
+    for (each, _), sample in zip(labels, samples, strict=True):
+        data = sample.scene.model_dump(exclude_unset=True)
+        for row, item in zip(each["objects"], data["objects"], strict=True):
+            alone = rtcli.render({**data, "objects": [item]}, passes="object_id").object_id
+            assert (decoded(row["amodal_mask"]) == (alone == 1)).all()
+
+
+def test_object_out_of_view_has_no_amodal_mask(samples):
+    data = samples[0].scene.model_dump(exclude_unset=True)
+    behind = {"type": "sphere", "position": [70, 55, 70], "radius": 1, "color": "red"}
+    scene = rtcli.Scene.model_validate({**data, "objects": [*data["objects"], behind]})
+    sample = replace(samples[0], scene=scene, groups=[*samples[0].groups, None])
+    row = labels_of(sample, film_of(scene, ("object_id",)), "train")["objects"][-1]
+    assert (row["amodal_mask"], row["amodal_bbox"], row["bbox"], row["visible_pixels"]) == (None, None, None, 0)
+
+
+def test_film_without_ids_gives_no_labels_of_objects(samples):
+    film = film_of(samples[0].scene, ())
+    assert labels_of(samples[0], film, "train")["objects"] == []
 
 
 def test_boxes_are_those_of_the_masks(labels):

@@ -6,10 +6,11 @@ use crate::output::develop::Developer;
 use crate::output::film::{CameraToWorld, Film, FilmSink};
 use crate::output::meter::{MeterReading, meter};
 use crate::output::png::{Color, Header, PngWriter};
+use crate::output::rle::{self, Mask};
 use crate::scene::Scene;
 use crate::simd::{Kernel, Level};
 use crate::tile::{LANES, SIDE, Tile, View};
-use crate::trace::coverage::Coverage;
+use crate::trace::coverage::{AmodalMask, Coverage};
 use crate::trace::tile_tracer::{PassRequest, TileTracer};
 use crate::world::{Settings, Window, World};
 use rayon::prelude::*;
@@ -115,6 +116,30 @@ impl Tracer {
             in_order[number as usize] = covered;
         }
         Ok(in_order)
+    }
+
+    /// Return the mask of each of some objects, as if it were alone in the picture.
+    ///
+    /// # Errors
+    ///
+    /// If the work is cancelled, exceeds its budget, or runs out of memory.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such object.
+    pub fn amodal_masks(&self, window: Window, objects: &[u32], monitor: &Monitor) -> Result<Vec<Mask>, Stopped> {
+        let view = View::new(&self.world.camera, self.scene.unit);
+        let mut mask = filled(window.pixels(), 0, "a mask")?;
+        let mut masks = Vec::new();
+        for &object in objects {
+            let index = self.scene.numbers.iter().position(|&number| number == object).expect("an object");
+            let shape = self.scene.shapes.get(index as u32);
+            mask.fill(0);
+            self.level.run(AmodalMask { shape, view, window, monitor, mask: &mut mask });
+            monitor.check()?;
+            masks.push(rle::mask(&mask, window.width as usize));
+        }
+        Ok(masks)
     }
 
     /// The job of the whole picture.

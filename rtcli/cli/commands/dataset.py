@@ -52,6 +52,7 @@ def _parse_part(text: str) -> tuple[int, int]:
     cls=Command,
     examples=[
         "rtcli dataset templates/clevr.yaml -o clevr --to webdataset",
+        "rtcli dataset templates/shapes3d.yaml -o shapes3d --to hdf5",
         "rtcli dataset templates/clevr.yaml --dry-run",
     ],
     short_help="Render a data set: labeled pictures from one template.",

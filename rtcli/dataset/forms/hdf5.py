@@ -64,8 +64,8 @@ class Hdf5(Form):
         with _open(self._piece.path(self._layout, ".h5"), "w") as file:
             for name, arrays in self._arrays.items():
                 dataset = _create_chunked(file, name, (count, *arrays[0].shape), arrays[0].dtype)
-                for number, array in enumerate(arrays):
-                    _write_chunk(dataset, number, deflate(array.tobytes()))
+                for offset, array in zip(_offsets(dataset), arrays, strict=True):
+                    dataset.id.write_direct_chunk(offset, deflate(array.tobytes()))
             labels = np.array(self._labels, dtype="<f8").reshape(count, len(self._columns))
             file.create_dataset(_LABELS, data=labels)
             file.create_dataset(_INDEX, data=np.array(self._indices, dtype="<i8"))
@@ -141,8 +141,10 @@ def _create_chunked(file: Any, name: str, shape: tuple[int, ...], dtype: Any) ->
     return file.create_dataset(name, shape, dtype, chunks=(1, *shape[1:]), compression="gzip", track_times=False)
 
 
-def _write_chunk(dataset: Any, number: int, data: bytes) -> None:
-    dataset.id.write_direct_chunk((number, *[0] * (dataset.ndim - 1)), data)
+def _offsets(dataset: Any, start: int = 0) -> Iterator[tuple[int, ...]]:
+    """Return where the chunks of an array start, from a sample on."""
+    count, *rest = dataset.shape
+    return ((number, *[0] * len(rest)) for number in range(start, count))
 
 
 def _join(sources: Sequence[Path], layout: Layout, target: Path) -> str:
@@ -154,7 +156,7 @@ def _join(sources: Sequence[Path], layout: Layout, target: Path) -> str:
         start = 0
         for path, count in zip(sources, counts, strict=True):
             with _open(path, "r") as source:
-                for name, dataset in source.items() if count else ():
+                for name, dataset in source.items():
                     if name not in joined:
                         _create_like(joined, name, dataset, sum(counts))
                     for data in _copy(dataset, joined[name], start):
@@ -187,7 +189,8 @@ def _copy(source: Any, target: Any, start: int) -> Iterator[bytes]:
         target[start : start + len(values)] = values
         yield values.tobytes()
         return
-    for number in range(len(source)):
-        _, data = source.id.read_direct_chunk((number, *[0] * (source.ndim - 1)))
-        _write_chunk(target, start + number, data)
+    read, write = source.id.read_direct_chunk, target.id.write_direct_chunk
+    for offset, new_offset in zip(_offsets(source), _offsets(target, start), strict=False):
+        _, data = read(offset)
+        write(new_offset, data)
         yield data

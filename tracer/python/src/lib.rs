@@ -44,7 +44,7 @@ mod _native {
     #[pymodule_export]
     use crate::errors::BudgetExceededError;
     #[pymodule_export]
-    use crate::png::{decode_png, encode_png, rle_masks};
+    use crate::png::{decode_png, encode_png, id_boxes, rle_masks};
     #[pymodule_export]
     use crate::scene::{by_threes, read_scene};
     #[pymodule_export]

@@ -9,6 +9,7 @@ use pyo3::types::PyBytes;
 use rtcli_tracer::develop::BitDepth;
 use rtcli_tracer::memory::{Growing, OutOfMemory, spare, with_capacity};
 use rtcli_tracer::png::{self, Color, Header, PngWriter};
+use rtcli_tracer::rle::{self, PixelBox};
 
 use crate::display::{bit_depth, has_pixels};
 use crate::errors::out_of_memory;
@@ -88,9 +89,21 @@ fn swapped(pixels: &[u8], bits: BitDepth) -> Result<Cow<'_, [u8]>, OutOfMemory> 
 #[pyfunction]
 #[pyo3(signature = (ids, width, count, /))]
 pub fn rle_masks(py: Python<'_>, ids: &[u8], width: usize, count: usize) -> PyResult<Vec<String>> {
+    let ids = rows_of_ids(ids, width)?;
+    Ok(py.detach(|| rle::masks(&ids, width, count)))
+}
+
+/// Return the number of pixels of the objects 1 to `count`, and the box around them.
+#[pyfunction]
+#[pyo3(signature = (ids, width, count, /))]
+pub fn id_boxes(py: Python<'_>, ids: &[u8], width: usize, count: usize) -> PyResult<Vec<(usize, PixelBox)>> {
+    let ids = rows_of_ids(ids, width)?;
+    Ok(py.detach(|| rle::boxes(&ids, width, count)))
+}
+
+fn rows_of_ids(ids: &[u8], width: usize) -> PyResult<Cow<'_, [u32]>> {
     if width == 0 || !ids.len().is_multiple_of(4 * width) {
         return Err(PyValueError::new_err("the ids are not rows of this width"));
     }
-    let ids: Vec<u32> = bytemuck::pod_collect_to_vec(ids);
-    Ok(py.detach(|| rtcli_tracer::rle::masks(&ids, width, count)))
+    Ok(bytemuck::try_cast_slice(ids).map_or_else(|_| bytemuck::pod_collect_to_vec(ids).into(), Cow::Borrowed))
 }

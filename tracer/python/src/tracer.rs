@@ -11,6 +11,7 @@ use rtcli_tracer::Monitor;
 use rtcli_tracer::memory::filled;
 use rtcli_tracer::meter::MeterReading;
 use rtcli_tracer::names::UnknownName;
+use rtcli_tracer::rle::Mask;
 use rtcli_tracer::world::{Vector, World};
 use rtcli_tracer::{Film, Level};
 
@@ -82,6 +83,7 @@ pub struct Tracer {
     core: rtcli_tracer::Tracer,
     /// Width and height of the whole picture.
     size: (u32, u32),
+    objects: usize,
     threads: usize,
 }
 
@@ -110,6 +112,7 @@ impl Tracer {
         let listener = Listener::new(py, 0, None, None);
         Ok(Tracer {
             size: (world.camera.width, world.camera.height),
+            objects: world.objects.len(),
             threads,
             core: listener.run_interruptibly(threads, |_, _| rtcli_tracer::Tracer::new(world, level))?,
         })
@@ -180,6 +183,18 @@ impl Tracer {
         let window = world::window(window, self.size)?;
         let listener = Listener::new(py, 0, None, None).within(core(budget));
         let work = |monitor: &Monitor, _: &_| self.core.coverage(window, monitor);
+        listener.run_interruptibly(self.threads, work)
+    }
+
+    /// Return the masks of some objects, as if each were alone: encodings and boxes.
+    #[pyo3(signature = (window, objects, /))]
+    fn amodal_masks(&self, py: Python<'_>, window: PyWindow, objects: Vec<u32>) -> PyResult<Vec<Mask>> {
+        let window = world::window(window, self.size)?;
+        if objects.iter().any(|&object| object as usize >= self.objects) {
+            return Err(PyValueError::new_err("there is no such object"));
+        }
+        let listener = Listener::new(py, 0, None, None);
+        let work = |monitor: &Monitor, _: &_| self.core.amodal_masks(window, &objects, monitor);
         listener.run_interruptibly(self.threads, work)
     }
 

@@ -1,4 +1,4 @@
-//! The number of pixels that each object would cover if it were alone.
+//! The pixels that an object would cover if it were alone, and their number.
 //!
 //! The search subdivides the picture into squares of tiles and tests only the tiles on an object's outline ray by
 //! ray: the work grows with the length of the outline, not with the area.
@@ -32,8 +32,13 @@ pub(crate) struct Coverage<'a> {
 impl Kernel for Coverage<'_> {
     #[inline(always)]
     fn run(self) {
-        let mut search =
-            Search { view: self.view, window: self.window, rays: Rays::new(), hits: HitBuffer::new() };
+        let mut search = Search {
+            view: self.view,
+            window: self.window,
+            rays: Rays::new(),
+            hits: HitBuffer::new(),
+            mask: &mut [],
+        };
         for (index, covered) in (self.first..).zip(self.covered) {
             if self.monitor.check().is_err() {
                 return;
@@ -45,12 +50,35 @@ impl Kernel for Coverage<'_> {
     }
 }
 
+/// Marks the pixels that a shape covers.
+pub(crate) struct AmodalMask<'a> {
+    pub(crate) shape: Shape<'a>,
+    pub(crate) view: View,
+    pub(crate) window: Window,
+    pub(crate) monitor: &'a Monitor,
+    /// A byte for each pixel, row by row: 1 for those that the shape covers, the others stay as they are.
+    pub(crate) mask: &'a mut [u8],
+}
+
+impl Kernel for AmodalMask<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let AmodalMask { shape, view, window, monitor, mask } = self;
+        let mut work = monitor.budget.counter();
+        let mut search = Search { view, window, rays: Rays::new(), hits: HitBuffer::new(), mask };
+        search.count(shape, &mut work, || monitor.cancelled());
+        monitor.budget.spend(work);
+    }
+}
+
 /// A search through the tiles of a window.
-struct Search {
+struct Search<'a> {
     view: View,
     window: Window,
     rays: Rays,
     hits: HitBuffer,
+    /// Where to mark the pixels found; empty if only their number matters.
+    mask: &'a mut [u8],
 }
 
 /// A square of tiles, a power of two in each row.
@@ -62,7 +90,7 @@ struct Square {
     side: u32,
 }
 
-impl Search {
+impl Search<'_> {
     /// Count the pixels of a shape.
     #[inline(always)]
     fn count(&mut self, shape: Shape<'_>, work: &mut WorkCounter, cancelled: impl Fn() -> bool) -> u64 {
@@ -80,7 +108,10 @@ impl Search {
             };
             match outline.in_rectangle(&self.rectangle(part), is_met) {
                 Overlap::None => {}
-                Overlap::Full => covered += part.pixels() as u64,
+                Overlap::Full => {
+                    covered += part.pixels() as u64;
+                    self.mark(part);
+                }
                 Overlap::Partial if square.side == SIDE => {
                     if !work.take(TILE_STEPS) {
                         return 0;
@@ -97,6 +128,16 @@ impl Search {
             }
         }
         covered
+    }
+
+    /// Mark all pixels of a part of the window.
+    fn mark(&mut self, part: Window) {
+        let width = self.window.width as usize;
+        let left = (part.x - self.window.x) as usize;
+        let rows = self.mask.chunks_mut(width).skip((part.y - self.window.y) as usize);
+        for row in rows.take(part.height as usize) {
+            row[left..left + part.width as usize].fill(1);
+        }
     }
 
     /// The smallest square around the window.
@@ -145,8 +186,12 @@ impl Search {
         shape.intersect(0, &self.rays, &mut self.hits);
         let mut met = 0;
         for span in tile.spans() {
-            for face in &self.hits.face[span.lane..span.lane + span.count] {
+            let faces = &self.hits.face[span.lane..span.lane + span.count];
+            for face in faces {
                 met += u64::from(*face != NO_FACE);
+            }
+            for (pixel, face) in self.mask.iter_mut().skip(span.pixel).zip(faces) {
+                *pixel |= u8::from(*face != NO_FACE);
             }
         }
         met

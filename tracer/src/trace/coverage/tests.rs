@@ -13,13 +13,14 @@ fn whole(world: &World) -> Window {
     Window { x: 0, y: 0, width: world.camera.width, height: world.camera.height }
 }
 
-fn search(world: &World, window: Window) -> Search {
-    Search { view: View::new(&world.camera, 1.0), window, rays: Rays::new(), hits: HitBuffer::new() }
+fn search<'a>(world: &World, window: Window, mask: &'a mut [u8]) -> Search<'a> {
+    Search { view: View::new(&world.camera, 1.0), window, rays: Rays::new(), hits: HitBuffer::new(), mask }
 }
 
-/// The pixels of each object, by testing all rays, and by the search; and the steps of that.
+/// The pixels of each object, by testing all rays, and by the search; and the steps of that. It marks the same pixels.
 fn both_ways(world: &World, window: Window) -> (Vec<u64>, Vec<u64>, u64) {
-    let mut search = search(world, window);
+    let mut mask = vec![0; window.pixels()];
+    let mut search = search(world, window, &mut mask);
     let scene = Scene::new(world).unwrap();
     let tiles: Vec<Tile> = Tile::all(search.view, window).collect();
     let budget = WorkBudget::default();
@@ -28,8 +29,13 @@ fn both_ways(world: &World, window: Window) -> (Vec<u64>, Vec<u64>, u64) {
     for number in 0..world.objects.len() as u32 {
         let index = scene.numbers.iter().position(|&other| other == number).unwrap();
         let shape = scene.shapes.get(index as u32);
+        search.mask.fill(0);
         all.push(tiles.iter().map(|tile| search.count_tile(shape, tile.corner)).sum());
+        let expected = search.mask.to_vec();
+        search.mask.fill(0);
         found.push(search.count(shape, &mut work, || false));
+        assert!(search.mask == expected);
+        assert_eq!(expected.iter().map(|&pixel| u64::from(pixel)).sum::<u64>(), all[number as usize]);
     }
     budget.spend(work);
     (all, found, budget.spent())
