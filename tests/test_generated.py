@@ -1,6 +1,7 @@
 """The output of `make docs` is up to date."""
 
 import itertools
+import re
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from import_picture import import_picture, read_layers
 
 import rtcli
 from rtcli.scene.diagnostics.rules import RULES
+from rtcli.scene.schema import scene_schema
 from rtcli.tracer.engines import ENGINES
 from rtcli.tracer.passes import PASSES
 
@@ -98,6 +100,22 @@ def test_passes_on_the_page_on_ground_truth_are_those_of_a_render(tmp_path):
     assert fresh.keys() == {"still-life.png", "still-life.json", *(f"still-life.{name}.png" for name in PASSES)}
     for name, content in fresh.items():
         assert (refresh.PASSES / name).read_bytes() == content, f"{name}: run: make docs"
+
+
+def test_pictures_of_keys_are_what_is_rendered(tmp_path):
+    refresh.save_keys(tmp_path)
+    fresh = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    assert fresh == {path.name: path.read_bytes() for path in refresh.KEYS.glob("*.png")}, "run: make docs"
+    assert len(set(fresh.values())) == len(refresh.KEY_PICTURES)
+
+
+def test_each_key_of_a_scene_is_in_a_picture():
+    schema = scene_schema()
+    definitions = [schema, *schema["$defs"].values()]
+    keys = {key for definition in definitions for key in definition.get("properties", {})}
+    shown = (refresh.KEYS / "scene.yaml").read_text(encoding="utf-8") + str(refresh.KEY_PICTURES)
+    unseen = {"version", "world_to_camera"}  # they change nothing
+    assert keys - set(re.findall(r"\w+", shown)) == unseen
 
 
 @pytest.mark.parametrize("scene", GALLERY, ids=lambda scene: scene.stem)
