@@ -361,6 +361,13 @@ def test_all_scenes_of_the_gallery_are_measured_with_passes():
     }
 
 
+@pytest.mark.parametrize(("engine", "shadow_samples"), [("native", 64), ("reference", 4)])
+def test_scenes_are_measured_in_the_size_of_the_engine(engine, shadow_samples):
+    world = passes.resized(rtcli.load_scene(passes.HERE.parent / "scenes" / "chess.yaml"), engine)
+    assert (world.camera.width, world.camera.height) == passes.SIZES[engine]
+    assert world.settings.shadow_samples == shadow_samples
+
+
 def test_readme_shows_the_committed_results_of_scene_files():
     results = json.loads(scene_files.RESULTS.read_text(encoding="utf-8"))
     readme = run.README.read_text(encoding="utf-8")
