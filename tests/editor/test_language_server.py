@@ -2,11 +2,10 @@
 
 import re
 import shutil
-import subprocess
 import sys
-import tempfile
 from pathlib import Path
 
+import npm
 import pytest
 from language_server import LanguageServer
 
@@ -23,41 +22,16 @@ VERSION = "1.25.0"
 # Without the schema store, a list of schemas that the server would download.
 SETTINGS = {"yaml": {"schemaStore": {"enable": False}}}
 
+KINDS = {"sphere", "plane", "box", "cylinder", "capsule", "cone"}
+
 pytestmark = pytest.mark.integration
 
 
 @pytest.fixture(scope="session")
 def command(pytestconfig):
-    """Return the command that starts the language server, installed once with npm into pytest's cache."""
-    node, npm = shutil.which("node"), shutil.which("npm")
-    if not (node and npm):
-        pytest.skip("Node.js is not installed: scenes are not tried in the YAML language server")
-    folder = pytestconfig.cache.mkdir(f"yaml-language-server-{VERSION}")
-    modules = folder / "node_modules"
-    if not modules.exists():
-        install(npm, modules)
-    return [node, str(modules / "yaml-language-server" / "bin" / "yaml-language-server"), "--stdio"]
-
-
-def install(npm, modules):
-    """Install the server beside its destination and move it there, since other processes may do the same."""
-    with tempfile.TemporaryDirectory(dir=modules.parent) as beside:
-        options = ["--prefix", beside, "--ignore-scripts", "--no-audit", "--no-fund", "--fetch-retries=1"]
-        try:
-            subprocess.run(
-                [npm, "install", *options, f"yaml-language-server@{VERSION}"],
-                check=True,
-                capture_output=True,
-                encoding="utf-8",
-                timeout=120,
-            )
-        except (subprocess.CalledProcessError, subprocess.TimeoutExpired) as error:
-            pytest.skip(f"the YAML language server cannot be installed: {error}: {error.stderr}")
-        try:
-            (Path(beside) / "node_modules").rename(modules)
-        except OSError:
-            if not modules.exists():  # where no other process was first
-                raise
+    """Return the command that starts the language server."""
+    modules = npm.installed(pytestconfig.cache, "yaml-language-server", VERSION)
+    return ["node", str(modules / "yaml-language-server" / "bin" / "yaml-language-server"), "--stdio"]
 
 
 @pytest.fixture(scope="session")
@@ -135,7 +109,7 @@ NO_COLOR = 'Not a color: use a CSS name such as tomato, "#rrggbb" in quotes, or 
             BALL.replace("sphere", "torus"),
             "4:11",
             "torus",
-            'Value is not accepted. Valid values: "sphere", "plane", "box".',
+            'Value is not accepted. Valid values: "sphere", "plane", "box", "cylinder", "capsule", "cone".',
         ),
         (BALL.replace("    radius: 1\n", ""), "4:5", "t", 'Missing property "radius".'),
         (BALL.replace("radius: 1", "radius: -1"), "6:13", "-1", "Value is below the exclusive minimum of 0."),
@@ -219,8 +193,8 @@ def test_completion_offers_the_missing_keys(server, opened, text, model, given):
 @pytest.mark.parametrize(
     ("text", "values"),
     [
-        (CAMERA + "objects:\n  - type: |\n", {"sphere", "plane", "box"}),
-        (CAMERA + "objects:\n  - position: [0, 0, 0]\n    type: |\n", {"sphere", "plane", "box"}),
+        (CAMERA + "objects:\n  - type: |\n", KINDS),
+        (CAMERA + "objects:\n  - position: [0, 0, 0]\n    type: |\n", KINDS),
         (CAMERA + "image:\n  tone: |\n", {"clip", "reinhard", "aces"}),
         (CAMERA + "image:\n  exposure: |\n", {"0", "auto"}),
         (CAMERA + "render:\n  eye_falloff: |\n", {"true", "false"}),
@@ -258,7 +232,7 @@ def test_list_of_objects_is_begun_with_its_first(server, opened):
         (BALL.replace("radius", "rad|ius"), "The radius, greater than 0."),
         (BALL.replace("type", "ty|pe"), "The kind of shape."),
         (BALL.replace("color", "col|or"), "The albedo:"),
-        (BALL.replace("objects", "obj|ects"), "Spheres, planes and boxes."),
+        (BALL.replace("objects", "obj|ects"), "Spheres, planes, boxes, cylinders, capsules and cones."),
     ],
     ids=["fov", "radius", "type", "color", "objects"],
 )

@@ -517,7 +517,10 @@ def test_light_without_power_is_accepted():
 
 
 def test_color_names_are_those_of_css_as_pillow_knows_them():
-    assert {name: f"#{number:06x}" for name, number in CSS_NAMES.items()} == ImageColor.colormap
+    assert CSS_NAMES.keys() == ImageColor.colormap.keys()
+    assert {name: ImageColor.getrgb(f"#{number:06x}") for name, number in CSS_NAMES.items()} == {
+        name: ImageColor.getrgb(name) for name in CSS_NAMES
+    }
 
 
 @pytest.mark.parametrize("byte", [0, 1, 10, 11, 127, 128, 254, 255])

@@ -27,7 +27,7 @@ criterion_group! {
         .sample_size(10)
         .warm_up_time(Duration::from_millis(500))
         .measurement_time(Duration::from_secs(2));
-    targets = still_life_by_level, crowds, kinds, trees, developing, streaming
+    targets = still_life_by_level, crowds, kinds, emitters, trees, developing, streaming
 }
 criterion_main!(kernel);
 
@@ -65,6 +65,31 @@ fn kinds(criterion: &mut Criterion) {
         group.bench_function(name, |bencher| bencher.iter(|| trace(&tracer, &mut radiance)));
     }
 }
+
+/// Tracing spheres under a lamp without a size, and under spherical ones of 64 places, from afar and from nearby.
+fn emitters(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("trace/lamp");
+    group.throughput(Throughput::Elements(PIXELS as u64));
+    for (count, (position, radius)) in
+        [3_000, 30_000].into_iter().flat_map(|count| LAMPS.map(|lamp| (count, lamp)))
+    {
+        let mut world = crowd(count);
+        world.lights[0].source = LightSource::Point { position, radius };
+        let tracer = Tracer::new(world, Level::best()).expect("there is memory");
+        let mut radiance = vec![0.0; 3 * PIXELS];
+        let name = format!("of radius {radius} at height {}, {count} spheres", position[1]);
+        group.bench_function(name, |bencher| bencher.iter(|| trace(&tracer, &mut radiance)));
+    }
+}
+
+/// Positions and radii of lamps.
+const LAMPS: [(Vector, f64); 5] = [
+    ([-20.0, 20.0, 0.0], 0.0),
+    ([-20.0, 20.0, 0.0], 0.5),
+    ([-20.0, 20.0, 0.0], 2.0),
+    ([0.0, 14.0, -40.0], 0.0),
+    ([0.0, 14.0, -40.0], 2.0),
+];
 
 /// Returns a shape about as large as a sphere of a radius, with an axis in any direction.
 type Make = fn(f64, Vector) -> ShapeDesc;

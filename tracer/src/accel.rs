@@ -81,6 +81,51 @@ impl Bvh {
     }
 }
 
+/// Take the first of the children that a volume intersects.
+#[inline(always)]
+pub(crate) fn next_child(met: &mut u64) -> Option<usize> {
+    let i = met.trailing_zeros() as usize / 8;
+    *met &= met.wrapping_sub(1);
+    (i < WIDTH).then_some(i)
+}
+
+/// A list of objects with their bounds, which are tested eight at a time.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ObjectList {
+    nodes: Vec<Node>,
+    count: usize,
+}
+
+impl ObjectList {
+    pub(crate) fn clear(&mut self) {
+        self.nodes.clear();
+        self.count = 0;
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    #[inline(always)]
+    pub(crate) fn push(&mut self, object: u32, bounds: Option<BoundingSphere>) {
+        let i = self.count % WIDTH;
+        if i == 0 {
+            self.nodes.push(Node::empty());
+        }
+        let item = Item::new(object, bounds);
+        let node = self.nodes.last_mut().expect("it has a place left");
+        // Every volume intersects an object without bounds.
+        node.put(i, item.center, if item.is_unbounded() { f32::INFINITY } else { item.radius });
+        node.child[i] = object;
+        self.count += 1;
+    }
+
+    /// The nodes, whose children are numbers of objects.
+    pub(crate) fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+}
+
 /// The state kept between traversals.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Stack {
@@ -141,9 +186,7 @@ impl<V: Volume> Traversal<'_, V> {
         let (near, mut met) = self.volume.intersect(node, limit);
         let mut found = [0; WIDTH];
         let mut count = 0;
-        while met != 0 {
-            let i = met.trailing_zeros() as usize / 8 % WIDTH;
-            met &= met - 1;
+        while let Some(i) = next_child(&mut met) {
             let entry = u64::from(near[i].to_bits()) << 32 | u64::from(node.child[i]);
             // Insertion, the nearest last.
             let mut j = count;

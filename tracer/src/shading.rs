@@ -3,7 +3,7 @@
 use crate::accel::cone::Cone;
 use crate::accel::node::{Node, WIDTH};
 use crate::accel::pyramid::{Footprint, Pyramid};
-use crate::accel::{Stack, Volume};
+use crate::accel::{ObjectList, Stack, Volume};
 use crate::apex::Apex;
 use crate::bounds::BoundingSphere;
 use crate::camera::Projection;
@@ -44,14 +44,14 @@ pub(crate) struct SoftLight {
     /// The sums over all places, and over those that are not hidden.
     unhidden: Lanes,
     reached: Lanes,
-    /// The objects that may hide a place, with their bounds.
-    occluders: Vec<(u32, Option<BoundingSphere>)>,
+    /// The objects that may hide a place.
+    occluders: ObjectList,
 }
 
 impl SoftLight {
     pub(crate) fn new() -> SoftLight {
         let zero = [0.0; LANES];
-        SoftLight { heights: zero, middle: zero, unhidden: zero, reached: zero, occluders: Vec::new() }
+        SoftLight { heights: zero, middle: zero, unhidden: zero, reached: zero, occluders: ObjectList::default() }
     }
 }
 

@@ -3,7 +3,7 @@
 //! Large lists are halved again and again for their cuts, and subtrees are built side by side, at cuts that depend
 //! on the number of items alone: the tree is the same for any number of threads.
 
-use crate::accel::node::{CONSERVATIVE, LEAF, Node, WIDTH};
+use crate::accel::node::{LEAF, Node, WIDTH};
 use crate::bounds::BoundingSphere;
 use crate::memory::{OutOfMemory, reserve};
 use crate::vector::{largest, to_f32};
@@ -27,9 +27,9 @@ const MOST_FAR: f64 = 1e18;
 /// The bounding sphere of an object on its way into the tree.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Item {
-    center: [f32; 3],
+    pub(crate) center: [f32; 3],
     /// NaN for an object without bounds.
-    radius: f32,
+    pub(crate) radius: f32,
     pub(crate) object: u32,
 }
 
@@ -197,9 +197,7 @@ pub(crate) fn build(part: Part<'_>, nodes: &mut Vec<Node>) -> Result<(), OutOfMe
     for (i, part) in parts.iter().enumerate() {
         let (center, radius) = part.bounds();
         let node = &mut nodes[number];
-        [node.x[i], node.y[i], node.z[i]] = center;
-        let away = (center[0] * center[0] + center[1] * center[1] + center[2] * center[2]).sqrt();
-        node.radius[i] = (radius + away * CONSERVATIVE) * (1.0 + CONSERVATIVE);
+        node.put(i, center, radius);
         if part.items.len() == 1 {
             node.child[i] = LEAF | part.first as u32;
         }

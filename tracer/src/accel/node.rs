@@ -30,6 +30,14 @@ impl Node {
         }
     }
 
+    /// Put a child's bounding sphere into its place.
+    #[inline(always)]
+    pub(crate) fn put(&mut self, i: usize, center: [f32; 3], radius: f32) {
+        [self.x[i], self.y[i], self.z[i]] = center;
+        let away = (center[0] * center[0] + center[1] * center[1] + center[2] * center[2]).sqrt();
+        self.radius[i] = (radius + away * CONSERVATIVE) * (1.0 + CONSERVATIVE);
+    }
+
     /// Return the centre of a child relative to an apex, and its radius with the rounding of both: a share of their
     /// distance, and `slack`.
     #[inline(always)]

@@ -3,18 +3,18 @@
 //! Each place is the apex of a pencil of its own, but one traversal of the tree finds what may hide any of them from
 //! any point of the face. Where that is nothing, and the whole emitter is above the face, no place is visited.
 
-use crate::accel::node::CONSERVATIVE;
+use crate::accel::cone::Cone;
 use crate::accel::pyramid::Footprint;
-use crate::apex::Apex;
+use crate::accel::{Volume, next_child};
 use crate::bounds::BoundingSphere;
 use crate::scene::emitter::Emitter;
 use crate::scene::{Light, Scene};
-use crate::shading::{Lighting, ShadowVolume, SoftLight, per_cube};
+use crate::shading::{Lighting, ShadowVolume, SoftLight, farthest, per_cube};
 use crate::shapes::points::{ShadowRays, extremes};
 use crate::shapes::primitive::Primitive;
 use crate::tile::LANES;
 use crate::tile::hits::FACE_BITS;
-use crate::vector::{Vector, dot, l1_norm, length, scale, sub};
+use crate::vector::{length, sub};
 
 impl Lighting {
     /// Compute the irradiance of an emitter at the points, and return the number of shadow rays.
@@ -123,17 +123,18 @@ impl Lighting {
                 irradiance: &mut self.irradiance,
                 bounds,
             };
-            let cone = PlaceCone::new(apex, bounds);
-            for &(i, ball) in &self.soft.occluders {
-                if ball.is_some_and(|ball| !cone.may_meet(ball)) {
-                    continue;
-                }
-                if !self.stack.work.take(self.stack.steps_per_object) {
-                    return rays;
-                }
-                scene.shapes.get(i).occlude(light.contact(number, i), &mut shadow);
-                if shadow.is_dark() {
-                    break;
+            let cone = Cone::from_apex(apex, 0.0, bounds, farthest(&self.points, bounds));
+            'occluders: for node in self.soft.occluders.nodes() {
+                let (_, mut met) = cone.intersect(node, cone.range());
+                while let Some(i) = next_child(&mut met) {
+                    if !self.stack.work.take(self.stack.steps_per_object) {
+                        return rays;
+                    }
+                    let object = node.child[i];
+                    scene.shapes.get(object).occlude(light.contact(number, object), &mut shadow);
+                    if shadow.is_dark() {
+                        break 'occluders;
+                    }
                 }
             }
             add(&mut self.soft.reached[..padded], &self.irradiance[..padded]);
@@ -166,14 +167,14 @@ impl Lighting {
         let size = emitter.size;
         for &i in &scene.unbounded {
             if i != receiver && scene.shapes.get_unbounded(i).may_hide((light.apex, size), bounds) {
-                self.soft.occluders.push((i, None));
+                self.soft.occluders.push(i, None);
             }
         }
         let volume = ShadowVolume::new((light.apex, size), &self.points, (bounds, footprint));
         let mut traversal = scene.bvh.traverse(&volume, &mut self.stack);
         while let Some(i) = traversal.next(f32::INFINITY) {
             if i != receiver && light.carrier.is_none_or(|number| number != scene.numbers[i as usize]) {
-                self.soft.occluders.push((i, scene.shapes.get_bounded(i).bounds()));
+                self.soft.occluders.push(i, scene.shapes.get_bounded(i).bounds());
             }
         }
     }
@@ -183,52 +184,5 @@ impl Lighting {
 fn add(sum: &mut [f32], values: &[f32]) {
     for (sum, value) in sum.iter_mut().zip(values) {
         *sum += value;
-    }
-}
-
-/// The cone from one place around a bounding sphere of points; from the points if the place is infinitely far away.
-struct PlaceCone {
-    start: Vector,
-    axis: Vector,
-    sin: f64,
-    cos_squared: f64,
-    end: f64,
-    /// What is added to the radius of an object.
-    slack: f64,
-}
-
-impl PlaceCone {
-    #[inline(always)]
-    fn new(apex: Apex, points: BoundingSphere) -> PlaceCone {
-        let rounding = f64::from(CONSERVATIVE);
-        if apex.is_direction() {
-            let slack = points.radius + rounding * (l1_norm(points.center) + points.radius);
-            let (start, axis) = (points.center, apex.at);
-            return PlaceCone { start, axis, sin: 0.0, cos_squared: 1.0, end: f64::INFINITY, slack };
-        }
-        let way = sub(points.center, apex.at);
-        let distance = length(way);
-        let sin = points.radius / distance;
-        PlaceCone {
-            start: apex.at,
-            axis: scale(way, 1.0 / distance),
-            sin,
-            cos_squared: 1.0 - sin * sin,
-            end: distance + points.radius,
-            slack: rounding * (l1_norm(apex.at) + distance + points.radius),
-        }
-    }
-
-    /// Whether an object within bounds may be in it.
-    #[inline(always)]
-    fn may_meet(&self, object: BoundingSphere) -> bool {
-        let way = sub(object.center, self.start);
-        let squared = dot(way, way);
-        let along = dot(way, self.axis);
-        let radius = object.radius + self.slack + f64::from(CONSERVATIVE) * squared.sqrt();
-        let room = radius + along * self.sin;
-        let is_beside = room >= 0.0 && (squared - along * along) * self.cos_squared <= room * room;
-        // A place among the points needs all directions.
-        self.sin.is_nan() || self.sin >= 1.0 || (along >= -radius && along - radius <= self.end && is_beside)
     }
 }
