@@ -13,9 +13,9 @@ from typing import Any, BinaryIO
 
 
 @contextlib.contextmanager
-def atomic_write(target: Path) -> Iterator[BinaryIO]:
+def atomic_write(target: Path, scratch: Path | None = None) -> Iterator[BinaryIO]:
     """Open a file that appears under its name only once it is complete; see `atomic_write_all`."""
-    with atomic_write_all([target]) as [file]:
+    with atomic_write_all([target], scratch) as [file]:
         yield file
 
 

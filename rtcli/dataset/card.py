@@ -32,9 +32,9 @@ class Thumbnail:
 
 def write_card(layout: Layout, summary: Mapping[str, Any], thumbnails: Sequence[Thumbnail]) -> None:
     """Write README.md and the contact sheet beside it."""
-    with atomic_write(layout.folder / _SHEET) as file:
+    with atomic_write(layout.folder / _SHEET, layout.parts) as file:
         file.write(_contact_sheet([each.picture for each in thumbnails]))
-    with atomic_write(layout.folder / "README.md") as file:
+    with atomic_write(layout.folder / "README.md", layout.parts) as file:
         file.write(_card(layout.folder.name, summary).encode())
 
 

@@ -42,7 +42,7 @@ def write_report(
     drawn = {path: found for path, found in values["drawn"].items() if len(set(found)) > 1}
     pictures = [SamplePicture(each.index, template.factors_at(each.index), _png(each)) for each in thumbnails]
     page = dataset_page(layout.folder.name, summary, pictures, {**values, "drawn": drawn}, read)
-    with atomic_write(layout.folder / PAGE) as file:
+    with atomic_write(layout.folder / PAGE, layout.parts) as file:
         file.write(page.encode())
 
 

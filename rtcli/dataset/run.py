@@ -94,7 +94,7 @@ def prepare(run: Run) -> None:
         layout.parts.mkdir(exist_ok=True)
         return
     layout.parts.mkdir(parents=True, exist_ok=True)
-    with atomic_write(path) as file:
+    with atomic_write(path, layout.parts) as file:
         file.write(json.dumps(identity, indent=2).encode() + b"\n")
 
 
@@ -155,7 +155,7 @@ def _finish_shard(run: Run, shard: Shard, made: list[tuple[Piece, PieceResult]])
     for _, result in made:
         rejections.update(result.rejections)
     files = [FORMATS[name].finish_shard(layout, shard, pieces) for name in run.settings.formats]
-    with atomic_write(layout.labels(shard.key)) as target:
+    with atomic_write(layout.labels(shard.key), layout.parts) as target:
         for piece in pieces:
             with piece.path(layout, ".jsonl").open("rb") as source:
                 shutil.copyfileobj(source, target)
@@ -171,7 +171,7 @@ def _finish_shard(run: Run, shard: Shard, made: list[tuple[Piece, PieceResult]])
         ],
         "rejections": rejections.as_dict(),
     }
-    with atomic_write(layout.record(shard)) as file:
+    with atomic_write(layout.record(shard), layout.parts) as file:
         file.write(json.dumps(record, indent=2).encode() + b"\n")
     for piece in pieces:
         for path in layout.parts.glob(f"{shard.key}.{piece.start:08}*"):
@@ -203,6 +203,7 @@ def merge(folder: Path, report: bool = False) -> dict[str, Any]:
     identity = json.loads((layout.records / _IDENTITY).read_bytes())
     template = parse_template(identity["template"].encode(), "template.yaml")
     settings = OutputSettings(tuple(identity["formats"]), tuple(identity["passes"]))
+    layout.parts.mkdir(exist_ok=True)
     records = sorted(_records(layout), key=lambda record: int(record["start"]))
     for split in template.dataset.splits:
         keys = [record["key"] for record in records if record["split"] == split]
@@ -214,7 +215,7 @@ def merge(folder: Path, report: bool = False) -> dict[str, Any]:
     write_card(layout, summary, thumbnails)
     if report:
         write_report(layout, template, summary, thumbnails)
-    with atomic_write(folder / "dataset.json") as file:
+    with atomic_write(folder / "dataset.json", layout.parts) as file:
         file.write(json.dumps(summary, indent=2).encode() + b"\n")
     shutil.rmtree(layout.parts, ignore_errors=True)
     return summary

@@ -41,6 +41,12 @@ def test_masks_are_the_ids(labels):
             assert (decoded(row["mask"]) == (film.object_id == row["id"])).all()
 
 
+def test_masks_are_disjoint_and_together_the_pixels_of_all_objects(labels):
+    for each, film in labels:
+        covered = sum(decoded(row["mask"]).astype(int) for row in each["objects"])
+        assert (covered == (film.object_id > 0)).all()
+
+
 def test_amodal_mask_holds_the_modal_one_and_the_share_that_is_hidden(labels):
     hidden = 0
     for each, _ in labels:

@@ -5,6 +5,7 @@ import shutil
 
 import numpy as np
 import pytest
+from pages import ROOT, blocks
 from PIL import Image
 from template_texts import TEXT
 
@@ -116,3 +117,24 @@ def test_datasets_reads_a_folder_of_pictures(folder, tmp_path):
     loaded = datasets.load_dataset("imagefolder", data_dir=str(folder / "train"), cache_dir=str(tmp_path))["train"]
     pictures = [row for row in loaded if row["hue"] is not None]
     assert len(pictures) == 48
+
+
+def test_loader_of_the_tutorial_reads_all_samples(tmp_path, monkeypatch, capsys):
+    pytest.importorskip("torch", reason="PyTorch is not installed")
+    pytest.importorskip("webdataset", reason="webdataset is not installed")
+    page = blocks((ROOT / "docs" / "howto" / "first-data-set.md").read_text(encoding="utf-8"))
+    template = next(block.text for block in page if block.file == "balls.yaml")
+    program = next(block.text for block in page if "DataLoader" in block.text)
+    parsed = parse_template(template.replace("count: 10000", "count: 200").encode(), "balls.yaml")
+    run = Run(parsed, OutputSettings(("webdataset",), ("depth",)), Layout(tmp_path / "balls"), 0, 200)
+    prepare(run)
+    workers = LocalWorkers(2)
+    try:
+        list(make(run, workers))
+    finally:
+        workers.close()
+    monkeypatch.chdir(tmp_path)
+    program = program.replace("{000000..000008}", "000000").replace("num_workers=2", "num_workers=0")
+    exec(compile(program, "tutorial", "exec"), {"__name__": "tutorial"})
+    sizes = [int(line.partition("Size([")[2].partition(",")[0]) for line in capsys.readouterr().out.splitlines()]
+    assert sum(sizes) == 180

@@ -41,7 +41,7 @@ def test_values_are_those_of_a_scene_that_was_drawn_again(template):
 
 def test_report_shows_values_that_differ(template, tmp_path):
     layout = Layout(tmp_path / "set")
-    layout.records.mkdir(parents=True)
+    layout.parts.mkdir(parents=True)
     with layout.labels("train-000000").open("w") as file:
         for index in range(3):
             sample, _ = draw_sample(template, index, ids_of)

@@ -2,6 +2,7 @@ import hashlib
 import json
 import random
 import shutil
+from concurrent.futures import Future, ThreadPoolExecutor
 
 import pytest
 from template_texts import TEXT
@@ -26,14 +27,33 @@ class InOrder(Workers):
         self.most = most
 
     def submit(self, function, task):
-        from concurrent.futures import Future
-
         self.most -= 1
         if self.most < 0:
             raise KeyboardInterrupt
         future = Future()
         future.set_result(function(task))
         return future
+
+
+class Shuffled(Workers):
+    """A worker in a thread that takes any of the tasks that wait."""
+
+    def __init__(self):
+        super().__init__(ThreadPoolExecutor(1), 100)
+        self.waiting, self.order = [], []
+
+    def submit(self, function, task):
+        future = Future()
+        self.waiting.append((future, function, task))
+        if len(self.waiting) == 4:  # all tasks of the small template
+            self._executor.submit(self.work)
+        return future
+
+    def work(self):
+        random.Random(3).shuffle(self.waiting)
+        for future, function, task in self.waiting:
+            self.order.append(task.piece.start)
+            future.set_result(function(task))
 
 
 @pytest.fixture(scope="module")
@@ -113,14 +133,9 @@ def test_workers_without_the_folder_make_the_same_bytes(small, finished, tmp_pat
 
 
 def test_pieces_in_any_order_make_the_same_bytes(small, finished, tmp_path):
-    run = run_of(small, tmp_path)
-
-    class Shuffled(InOrder):
-        def submit(self, function, task):
-            random.Random(1).random()
-            return super().submit(function, task)
-
-    assert made(run, Shuffled(slots=1)) == finished[1]
+    workers = Shuffled()
+    assert made(run_of(small, tmp_path), workers) == finished[1]
+    assert workers.order != sorted(workers.order)
 
 
 @pytest.mark.parametrize("most", [1, 2, 3])

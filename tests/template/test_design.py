@@ -34,6 +34,13 @@ def test_balanced_has_each_combination_equally_often_to_within_one(count):
     assert max(often) - min(often) <= 1
 
 
+@pytest.mark.parametrize("design", ["grid", "balanced"])
+def test_marginals_are_exact_after_whole_rounds(design):
+    found = factors(design, LEVELS, 24 * 3)
+    for name, levels in (("a", [0, 0.5, 1]), ("b", ["red", "blue"]), ("c", [1, 2, 3, 4])):
+        assert Counter(each[name] for each in found) == dict.fromkeys(levels, 72 // len(levels))
+
+
 def test_balanced_has_another_order_in_each_round_and_with_another_seed():
     found = factors("balanced", LEVELS, 48)
     assert found[:24] != found[24:] != factors("grid", LEVELS, 24)

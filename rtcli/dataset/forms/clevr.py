@@ -43,7 +43,7 @@ class Clevr(Form):
     def finish_set(cls, layout: Layout, split: str, labels: Iterable[dict[str, Any]]) -> None:
         """Write `scenes/SPLIT.json`, in memory that does not grow with the number of samples."""
         (layout.folder / "scenes").mkdir(exist_ok=True)
-        with atomic_write(layout.folder / "scenes" / f"{split}.json") as file:
+        with atomic_write(layout.folder / "scenes" / f"{split}.json", layout.parts) as file:
             # The first key tells that this is no scene of rtcli.
             start = {"software": SOFTWARE, "info": {"split": split, "version": SOFTWARE}}
             file.write(json.dumps(start).removesuffix("}").encode() + b',\n"scenes":[')

@@ -26,7 +26,10 @@ class Coco(Form):
         folder, unfinished = layout.folder / "annotations", layout.parts / f"{split}.images"
         folder.mkdir(exist_ok=True)
         count = 0
-        with atomic_write(folder / f"instances_{split}.json") as file, unfinished.open("w+b") as images:
+        with (
+            atomic_write(folder / f"instances_{split}.json", layout.parts) as file,
+            unfinished.open("w+b") as images,
+        ):
             file.write(f'{{"software": "{SOFTWARE}",\n"categories":'.encode())
             file.write(json.dumps([{"id": n, "name": type} for type, n in categories.items()]).encode())
             file.write(b',\n"annotations":[')

@@ -54,7 +54,7 @@ class Files(Form):
     @classmethod
     def finish_set(cls, layout: Layout, split: str, labels: Iterable[dict[str, Any]]) -> None:
         """Write `metadata.jsonl`, which Hugging Face's ImageFolder reads: file and factors of each sample."""
-        with atomic_write(layout.folder / split / "metadata.jsonl") as file:
+        with atomic_write(layout.folder / split / "metadata.jsonl", layout.parts) as file:
             for each in labels:
                 name = {"file_name": f"{key_of(each['index'])}.png"}
                 file.write(as_json({**name, **each["factors"], **name}))  # even if a factor has that name

@@ -73,7 +73,7 @@ class Parquet(Form):
         tables = [table for table in tables if len(table)] or tables[:1]
         name = f"data/{shard.split}-{shard.number:05}-of-{shard.total:05}.parquet"
         (layout.folder / "data").mkdir(exist_ok=True)
-        with atomic_write(layout.folder / name) as file:
+        with atomic_write(layout.folder / name, layout.parts) as file:
             _write(_arrow().concat_tables(tables), file)
         return {"path": name, "sha256": hashlib.sha256((layout.folder / name).read_bytes()).hexdigest()}
 

@@ -41,7 +41,7 @@ class WebDataset(Form):
     def finish_shard(cls, layout: Layout, shard: Shard, pieces: Sequence[Piece]) -> dict[str, Any]:
         """Join the pieces to a tar file."""
         name, digest = f"{shard.key}.tar", hashlib.sha256()
-        with atomic_write(layout.folder / name) as target:
+        with atomic_write(layout.folder / name, layout.parts) as target:
             for chunk in _chunks(piece.path(layout, ".tar") for piece in pieces):
                 digest.update(chunk)
                 target.write(chunk)

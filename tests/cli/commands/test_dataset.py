@@ -1,5 +1,9 @@
+import hashlib
 import json
+import os
+import random
 import re
+import subprocess
 import sys
 
 import pytest
@@ -168,3 +172,59 @@ def test_files_stand_beside_annotations(run, template, folder):
     assert json.loads((folder / "set" / "dataset.json").read_text())["formats"] == ["files", "clevr"]
     assert (folder / "set" / "scenes" / "train.json").exists()
     assert (folder / "set" / "train" / "00000003.png").exists()
+
+
+# --- The same bytes -----------------------------------------------------------------------------------------
+
+
+def hashes(folder):
+    """Return the SHA-256 of each file of a data set but its card, which has the name of the folder."""
+    files = (path for path in folder.rglob("*") if path.is_file() and path.name != "README.md")
+    return {path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
+
+
+@pytest.fixture
+def six_shards(folder):
+    """A template of six shards of 100 samples."""
+    splits = ", ".join(f"{name}: 1" for name in "abcdef")
+    text = SMALL.replace("count: 2500", "count: 600").replace("{train: 0.8, test: 0.2}", f"{{{splits}}}")
+    (folder / "t.yaml").write_text(text)
+    return "t.yaml"
+
+
+@pytest.mark.integration
+def test_number_of_jobs_and_order_of_parts_do_not_change_a_byte(run, six_shards, folder):
+    options = ("--to", "webdataset,coco", "--passes", "depth", "-q")
+    for jobs in ("1", "2", "8"):
+        assert run("dataset", six_shards, "-o", jobs, *options, "--jobs", jobs).exit_code == 0
+    for part in random.Random(1).sample(range(1, 5), 4):
+        assert run("dataset", six_shards, "-o", "parts", *options, "--shard", f"{part}/4").exit_code == 0
+    assert run("dataset", "parts", "--merge", "-q").exit_code == 0
+    expected = hashes(folder / "1")
+    assert sum(path.endswith(".tar") for path in expected) == 6
+    assert all(hashes(folder / other) == expected for other in ("2", "8", "parts"))
+
+
+@pytest.mark.integration
+@pytest.mark.skipif(os.name == "nt", reason="POSIX only")
+@pytest.mark.parametrize("seed", range(3))
+def test_run_that_is_killed_at_random_goes_on(run, spawn, six_shards, folder, seed):
+    options = ("--to", "webdataset,coco", "--passes", "depth", "-q")
+    assert run("dataset", six_shards, "-o", "whole", *options).exit_code == 0
+    rng, kills, done = random.Random(seed), 0, set()
+    while True:
+        process = spawn("dataset", six_shards, "-o", "out", *options, "--jobs", "2")
+        try:
+            # Ever longer, so that it ends on the slowest machine.
+            process.wait(rng.uniform(0.5, 2 + kills))
+            break
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+            kills += 1
+        finished = {path.name for path in (folder / "out").glob(".rtcli/*-*.json")}
+        assert done <= finished
+        done = finished
+    assert process.returncode == 0
+    assert kills
+    assert hashes(folder / "out") == hashes(folder / "whole")

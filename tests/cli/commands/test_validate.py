@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from template_texts import TEXT
 
 from rtcli.lint.probe import Probe
 
@@ -216,6 +217,17 @@ def test_warning_is_an_error_with_strict(run, unseen):
     assert result.stdout.startswith("error[W004]: the sphere is entirely behind the camera\n")
     assert result.stdout.endswith("\n1 error\n")
     assert result.stderr == ""
+
+
+def test_template_gets_the_warnings_of_its_samples(run, folder):
+    away = "  - {type: sphere, position: [99, 99, {uniform: [98, 99]}], radius: 1, color: red}\n"
+    (folder / "t.yaml").write_text(TEXT + away)
+    result = run("validate", "t.yaml", "--strict", "--format", "concise")
+    assert result.exit_code == 1
+    assert (
+        "t.yaml:24:5: error: objects[2]: the sphere is entirely behind the camera, as in each of" in result.stdout
+    )
+    assert run("validate", "t.yaml", "--strict", "--ignore", "W004").exit_code == 0
 
 
 def test_scenes_of_the_repository_get_no_warning(run):
