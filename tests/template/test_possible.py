@@ -3,7 +3,7 @@
 import itertools
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from template_texts import TEXT
 
@@ -22,6 +22,8 @@ def codes(text):
     return []
 
 
+@example((10.0, 0.01, 0.01), 1.0)
+@example((10.0, 10.0, 0.01), 1.0)
 @given(st.tuples(LENGTHS, LENGTHS, LENGTHS), st.floats(0.2, 3))
 def test_balls_on_a_grid_are_not_more_than_the_bound(extents, radius):
     """Centers on a grid, two radii apart."""
