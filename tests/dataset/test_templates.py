@@ -1,6 +1,7 @@
 """The templates of the repository are what their comments say."""
 
 import json
+import math
 from collections import Counter
 from pathlib import Path
 
@@ -40,3 +41,23 @@ def test_clevr_has_three_to_ten_objects():
     counts = Counter(len(things.names(index, {})) for index in range(800))
     assert counts.keys() == set(range(3, 11))
     assert all(count == pytest.approx(100, abs=40) for count in counts.values())
+
+
+def test_shapes3d_counts_through_the_factors_of_the_original():
+    template = template_of("shapes3d.yaml")
+    levels = {"floor_hue": 10, "wall_hue": 10, "object_hue": 10, "scale": 8, "shape": 4, "orientation": 15}
+    assert {name: factor.draw.count() for name, factor in template.factors.items()} == levels
+    assert template.dataset.count == math.prod(levels.values())
+    first, last = template.factors_at(0), template.factors_at(template.dataset.count - 1)
+    assert list(first.values()) == [0, 0, 0, 0.75, 0, -30]
+    assert list(last.values()) == [0.9, 0.9, 0.9, 1.25, 3, 30]
+    assert template.factors_at(15) == {**first, "shape": 1}
+    assert template.factors_at(8 * 4 * 15) == {**first, "object_hue": pytest.approx(0.1)}
+
+
+def test_shapes3d_has_a_cube_a_cylinder_a_sphere_and_a_capsule():
+    template = template_of("shapes3d.yaml")
+    things = template.groups[-1]
+    for shape, type in enumerate(("box", "cylinder", "sphere", "capsule")):
+        index = 15 * shape
+        assert things.data(Context(index, template.factors_at(index)))["type"] == type

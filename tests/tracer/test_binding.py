@@ -401,6 +401,19 @@ def test_window_that_is_not_inside_the_picture_is_a_value_error(window):
         small_tracer().film(window, radiance(3, 5, 3), None)
 
 
+def test_mask_of_no_object_is_a_value_error():
+    assert small_tracer().amodal_masks(SMALL, [0, 0]) == 2 * small_tracer().amodal_masks(SMALL, [0])
+    with pytest.raises(ValueError, match="no such object"):
+        small_tracer().amodal_masks(SMALL, [0, 1])
+
+
+@pytest.mark.parametrize("function", [_native.rle_masks, _native.id_boxes])
+def test_ids_that_are_no_rows_are_a_value_error(function):
+    for width in (0, 3):
+        with pytest.raises(ValueError, match="rows of this width"):
+            function(bytes(16), width, 1)
+
+
 @pytest.mark.parametrize(
     ("arrays", "error", "message"),
     [

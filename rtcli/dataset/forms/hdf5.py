@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from rtcli.dataset.forms.form import Form, FormError, Piece
 from rtcli.dataset.plan import Layout, Shard
@@ -37,7 +36,8 @@ class Hdf5(Form):
         self._columns = [column for name, draw in template.factors.items() for column in _columns(name, draw)]
         self._labels: list[list[float]] = []
         self._indices: list[int] = []
-        self._arrays: dict[str, list[npt.NDArray[Any]]] = {}
+        self._chunks: dict[str, list[bytes]] = {}
+        self._kinds: dict[str, tuple[tuple[int, ...], np.dtype[Any]]] = {}
 
     @classmethod
     def check(cls, template: Template) -> None:
@@ -52,20 +52,21 @@ class Hdf5(Form):
             raise FormError("HDF5 holds pictures of one size only, and this template draws it: use another form")
 
     def add(self, film: Film, labels: Mapping[str, Any], passes: Sequence[str]) -> None:
-        """Keep the arrays of a sample."""
+        """Keep the arrays of a sample, compressed."""
         self._indices.append(labels["index"])
         self._labels.append([column.number(labels["factors"]) for column in self._columns])
         for name, array in {_IMAGES: film.develop(), **{name: film[name] for name in passes}}.items():
-            self._arrays.setdefault(name, []).append(array)
+            self._kinds[name] = array.shape, array.dtype
+            self._chunks.setdefault(name, []).append(deflate(array.tobytes()))
 
     def close(self) -> None:
         """Write the piece."""
         count = len(self._indices)
         with _open(self._piece.path(self._layout, ".h5"), "w") as file:
-            for name, arrays in self._arrays.items():
-                dataset = _create_chunked(file, name, (count, *arrays[0].shape), arrays[0].dtype)
-                for offset, array in zip(_offsets(dataset), arrays, strict=True):
-                    dataset.id.write_direct_chunk(offset, deflate(array.tobytes()))
+            for name, (shape, dtype) in self._kinds.items():
+                dataset = _create_chunked(file, name, (count, *shape), dtype)
+                for offset, data in zip(_offsets(dataset), self._chunks[name], strict=True):
+                    dataset.id.write_direct_chunk(offset, data)
             labels = np.array(self._labels, dtype="<f8").reshape(count, len(self._columns))
             file.create_dataset(_LABELS, data=labels)
             file.create_dataset(_INDEX, data=np.array(self._indices, dtype="<i8"))
