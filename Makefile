@@ -5,7 +5,7 @@ PYTHON ?= python3
 VENV := .venv
 # Windows has Scripts where others have bin.
 BIN := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
-DEMO := out/cornell.png
+DEMO := out/chess.png
 CARGO ?= cargo
 CRATE := --manifest-path tracer/Cargo.toml
 # The same random cases each time, so that no test fails by chance: without it, cargo test searches.
@@ -19,9 +19,9 @@ NATIVE := $(wildcard tracer/Cargo.* tracer/*/Cargo.toml tracer/src/*.rs tracer/s
 help:            ## show this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
 
-demo: $(VENV)/run.stamp ## render the Cornell scene to out/cornell.png
+demo: $(VENV)/run.stamp ## render a game of chess to out/chess.png
 	@mkdir -p $(dir $(DEMO))
-	$(BIN)/rtcli render scenes/cornell.yaml -o $(DEMO)
+	$(BIN)/rtcli render scenes/chess.yaml -o $(DEMO)
 	@echo "The picture is in $(abspath $(DEMO))"
 
 test: $(VENV)/dev.stamp ## run the tests of Rust and Python: some minutes

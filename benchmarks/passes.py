@@ -11,7 +11,6 @@ import platform
 import sys
 import time
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -31,18 +30,23 @@ from rtcli.tracer.world import Window, World
 RESULTS = HERE / "passes.json"
 SCENES = sorted((HERE.parent / "scenes").glob("*.yaml"))
 ROUNDS = {"native": 9, "reference": 3}
-# The reference tracer takes dozens of times as long per pixel.
+# The reference tracer takes dozens of times as long per pixel, and for each place of a light with a size.
 SIZES = {"native": (1920, 1080), "reference": (240, 135)}
+MAX_SHADOW_SAMPLES = {"native": 1024, "reference": 4}
 FILM = "film"
 ALONE, SOME, ALL = "picture alone", "with depth, normal, id", "with all six"
 FILMS: dict[str, tuple[str, ...]] = {ALONE: (), SOME: ("depth", "normal", "object_id"), ALL: PASSES}
 
 
 def resized(scene: Scene, engine: str) -> World:
-    """Return the world of a scene, with the picture size for an engine."""
+    """Return the world of a scene, with the picture size and at most the shadow samples for an engine."""
     world = pack(scene)
     width, height = SIZES[engine]
-    return replace(world, camera=replace(world.camera, width=width, height=height))
+    shadow_samples = min(world.settings.shadow_samples, MAX_SHADOW_SAMPLES[engine])
+    return world._replace(
+        camera=world.camera._replace(width=width, height=height),
+        settings=world.settings._replace(shadow_samples=shadow_samples),
+    )
 
 
 def hold(path: Path, engine: str, rounds: int) -> dict[str, Any]:

@@ -41,6 +41,7 @@ WRONG = DOCS / "wrong.yaml"
 GALLERY = DOCS / "gallery"
 PASSES = DOCS / "passes"
 TUTORIAL = DOCS / "tutorial"
+KEYS = DOCS / "keys"
 ARCHITECTURE = DOCS / "architecture.svg"
 BENCHMARKS = ROOT / "benchmarks"
 if str(BENCHMARKS) not in sys.path:  # a folder of scripts, no package
@@ -314,6 +315,71 @@ def scene_reference() -> str:
     return "\n\n".join(_section(title, definitions[name]) for name, title in SECTIONS.items())
 
 
+# What each picture of the page changes in the scene `KEYS / "scene.yaml"`.
+KEY_PICTURES: dict[str, tuple[str, ...]] = {
+    "scene": (),
+    "fov": ("camera.fov=15",),
+    "fov_x": ("camera={resolution: [240, 160], fov_x: 60, position: [0, 3.4, 9], look_at: [0, 0.45, 0]}",),
+    "intrinsics": (
+        "camera={resolution: [240, 160], intrinsics: [[330, 0, 170], [0, 330, 20], [0, 0, 1]], "
+        "position: [0, 2.6, 9]}",
+    ),
+    "opencv": (
+        "camera={resolution: [240, 160], fov: 27, opencv: {camera_to_world: "
+        "[[1, 0, 0, 0], [0, 0, -1, 9], [0, 1, 0, 0], [0, 0, 0, 1]]}}",
+    ),
+    "opengl": (
+        "camera={resolution: [240, 160], fov: 27, opengl: {camera_to_world: "
+        "[[0, 0, -1, -10], [0, 1, 0, 0.8], [1, 0, 0, 0], [0, 0, 0, 1]]}}",
+    ),
+    "projection": (
+        "camera={resolution: [240, 160], projection: orthographic, height: 4.6, position: [-4, 6, 9], "
+        "look_at: [0, 0.3, 0]}",
+    ),
+    "up": ("camera.up=[0.3, 1, 0]",),
+    "intensity": ("lights[0].intensity=400",),
+    "light-color": ("lights[0].color=orange",),
+    "light-radius": ("lights[0].radius=1.5",),
+    "sun": ("lights[0]={type: sun, direction: [2, -3, -1], irradiance: 3}",),
+    "angle": ("lights[0]={type: sun, direction: [2, -3, -1], irradiance: 3, angle: 20}",),
+    "light": ("objects.ball.light={intensity: 90, color: orange, radius: 0.3}",),
+    "size": ("objects.crate.size=[0.6, 1.6, 1]",),
+    "rotation": ("objects.crate.rotation=[30, 20, 45]",),
+    "normal": ("objects.tray={type: plane, position: [0, 0, 0], normal: [0.1, 1, 0], color: wheat}",),
+    "checker": ("objects.tray.checker={size: 0.5, color: peru}",),
+    "axis": ("objects.can.axis=[1, 0, 1]",),
+    "capsule-height": ("objects.pill.height=0",),
+    "top_radius": ("objects.top.top_radius=0.3",),
+    "samples": ("render.samples=1",),
+    "ambient": ("render.ambient=black",),
+    "background": ("render.background=midnightblue",),
+    "max_depth": ("render.max_depth=0", "objects.ball.light={intensity: 90}"),
+    "shadow_samples": ("render.shadow_samples=4", "lights[0].radius=1.5"),
+    "eye_falloff": ("render.eye_falloff=true", "image.exposure=10", "render.background=black"),
+    "exposure": ("image.exposure=1",),
+    "tone": ("image.tone=aces", "image.exposure=1"),
+    "alpha": ("image.alpha=true",),
+}
+
+
+def key_pictures() -> str:
+    """Return the pictures of the keys as a table of three columns, each above its changes to the scene."""
+    cells = (
+        f"![{name}](../keys/{name}.png)<br>{'<br>'.join(f'`{change}`' for change in changes) or 'the scene'}"
+        for name, changes in KEY_PICTURES.items()
+    )
+    rows = zip(*[cells] * 3, strict=True)
+    return "\n".join(["| | | |", "| --- | --- | --- |", *(f"| {' | '.join(row)} |" for row in rows)])
+
+
+def save_keys(folder: Path) -> None:
+    """Render the picture of each key."""
+    for name, changes in KEY_PICTURES.items():
+        options = [option for change in changes for option in ("--set", change)]
+        target = str(folder / f"{name}.png")
+        CliRunner().invoke(main, ["render", str(KEYS / "scene.yaml"), "-o", target, "--quiet", *options])
+
+
 def template_parts() -> dict[str, str]:
     """Return the generated parts of the page on templates by name: tables of the block, constraints and draws."""
     return {
@@ -407,7 +473,7 @@ PAGES: dict[Path, Callable[[], dict[str, str]]] = {
     DOCS / "diagnostics.md": diagnostics_parts,
     DOCS / "explain.md": lambda: {"explain": story_of_a_pixel()},
     DOCS / "reference" / "commands.md": command_parts,
-    DOCS / "reference" / "scene.md": lambda: {"reference": scene_reference()},
+    DOCS / "reference" / "scene.md": lambda: {"reference": scene_reference(), "pictures": key_pictures()},
     DOCS / "reference" / "templates.md": template_parts,
     DOCS / "explanation" / "speed.md": lambda: {"bars": bars()},
 }
@@ -424,6 +490,7 @@ def refresh() -> None:
     ARCHITECTURE.write_text(import_picture(), encoding="utf-8")
     save_passes(PASSES)
     save_tutorial(TUTORIAL)
+    save_keys(KEYS)
     for stale in set(GALLERY.glob("*.png")) - {picture_of(scene) for scene in gallery_scenes()}:
         stale.unlink()
     for scene in gallery_scenes():

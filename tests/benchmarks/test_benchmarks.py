@@ -355,10 +355,17 @@ def test_all_scenes_of_the_gallery_are_measured_with_passes():
     results = json.loads(passes.RESULTS.read_text(encoding="utf-8"))
     measured = results["contests"].keys()
     # Scenes that came after the last run are measured by the next one.
-    later = {"technical-drawing", "temple"}
+    later = {"balloon", "calibration-board", "chess", "sundial", "technical-drawing", "temple"}
     assert measured == {
         f"{engine}-{path.stem}" for engine in ENGINES for path in passes.SCENES if path.stem not in later
     }
+
+
+@pytest.mark.parametrize(("engine", "shadow_samples"), [("native", 64), ("reference", 4)])
+def test_scenes_are_measured_in_the_size_of_the_engine(engine, shadow_samples):
+    world = passes.resized(rtcli.load_scene(passes.HERE.parent / "scenes" / "chess.yaml"), engine)
+    assert (world.camera.width, world.camera.height) == passes.SIZES[engine]
+    assert world.settings.shadow_samples == shadow_samples
 
 
 def test_readme_shows_the_committed_results_of_scene_files():

@@ -1,4 +1,5 @@
 import json
+import math
 import random
 from pathlib import Path
 
@@ -34,6 +35,7 @@ ROOM = {
         sphere([0, 0, 50], name="behind"),
     ],
 }
+BOARD = Path(__file__).resolve().parents[2] / "scenes" / "calibration-board.yaml"
 PASSES = ("depth", "distance", "normal", "position", "object_id")
 
 
@@ -56,6 +58,30 @@ def test_matrices_project_each_position_to_its_own_pixel(engine, convention, cro
     np.testing.assert_allclose(pixels, np.stack([columns, rows], axis=1), atol=2e-3)
     z = inside[:, 2] * (1 if convention == "opencv" else -1)
     np.testing.assert_allclose(z, film.depth[rows, columns], rtol=1e-5)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_corners_of_the_calibration_board_are_where_its_matrices_project_them(engine):
+    board = rtcli.load_scene(BOARD)
+    camera = rtcli.render(board, crop=(0, 0, 8, 8)).metadata["camera"]
+    squares = next(thing for thing in board.objects if thing.name == "squares")
+    # The inner corners on the front, which the board's rotation about x takes into the world.
+    i, j = (axis.ravel() for axis in np.meshgrid(range(-4, 5), range(-3, 4)))
+    x, y, z = i * squares.checker.size, j * squares.checker.size, squares.size[2] / 2
+    cos, sin = (f(math.radians(squares.rotation[0])) for f in (math.cos, math.sin))
+    corners = squares.position + np.stack([x, y * cos - z * sin, y * sin + z * cos], axis=1)
+    pixels, _ = projected(camera, "opencv", corners)
+    # Four rays, each 1e-4 of a pixel right or left of a corner and as much above or below it, see four squares.
+    (f_x, _, c_x), (_, f_y, c_y), _ = camera["intrinsics"]
+    zoom = 0.5 / 1e-4
+    for (u, v), is_odd in zip(pixels, (i + j) % 2 == 1, strict=True):
+        k = [[zoom * f_x, 0, zoom * (c_x - u) + 0.5], [0, zoom * f_y, zoom * (c_y - v) + 0.5], [0, 0, 1]]
+        close = board.replace(lights=[], camera=board.camera.replace(resolution=(2, 2), intrinsics=k))
+        odd, even = np.float32(squares.checker.color), np.float32(squares.color)
+        one, other = (odd, even) if is_odd else (even, odd)
+        np.testing.assert_array_equal(
+            rtcli.render(close, passes="albedo", engine=engine).albedo, [[other, one], [one, other]]
+        )
 
 
 @pytest.mark.parametrize("convention", ["opencv", "opengl"])

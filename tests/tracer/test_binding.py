@@ -50,7 +50,10 @@ def large(samples, resolution=(2000, 1500)):
     """Return a scene that takes long enough for other work to run meanwhile."""
     camera = ROOM.camera.model_copy(update={"resolution": resolution})
     return ROOM.model_copy(
-        update={"camera": camera, "render": ROOM.render.model_copy(update={"samples": samples})}
+        update={
+            "camera": camera,
+            "render": ROOM.render.model_copy(update={"samples": samples, "shadow_samples": 1}),
+        }
     )
 
 

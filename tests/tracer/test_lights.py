@@ -162,9 +162,13 @@ def sky_share(cosine, half_angle):
 def test_ball_above_a_plane_lights_it_as_a_point_does(render, rounding, settings, radius):
     # pi L (R / r)^2 cos(theta), L = intensity / (4 pi^2 R^2)
     objects, view = [FLOOR, sphere([3, 0, 3])], camera(fov=20, **DOWN)
-    ball = render(scene(objects, [light([0, 2, 0], radius=radius)], camera=view, render=settings)).radiance
+    lamp = light([0, 2, 0], 100, radius=radius)
+    ball = render(scene(objects, [lamp], camera=view, render=settings), passes=["position"])
     point = render(scene(objects, [light([0, 2, 0])], camera=view)).radiance
-    np.testing.assert_allclose(ball, point, rtol=rounding)
+    np.testing.assert_allclose(ball.radiance, point, rtol=rounding)
+    r = np.linalg.norm(ball.position - np.array([0.0, 2.0, 0.0]), axis=-1)
+    irradiance = math.pi * 100 / (4 * math.pi**2 * radius**2) * (radius / r) ** 2 * (2 / r)
+    np.testing.assert_allclose(ball.radiance[..., 0], irradiance / math.pi, rtol=rounding)
 
 
 @pytest.mark.parametrize("angle", [1e-9, 0.53, 60])

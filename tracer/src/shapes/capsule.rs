@@ -341,10 +341,11 @@ impl Primitive for Capsule {
     }
 
     fn outline(&self, projection: Projection) -> Outline {
-        if projection == Projection::Orthographic {
-            return Outline::Unknown;
-        }
         let Profile { half, radius, .. } = self.tube.profile;
+        if projection == Projection::Orthographic {
+            let Frustum { center, axis, .. } = self.tube;
+            return Outline::of_cylinder_in_parallel(center, scale(axis, half + radius), radius);
+        }
         let eye = &self.tube.eye;
         let distance = libm::hypot(eye.away, (eye.z.abs() - half).max(0.0));
         Outline::between(distance / radius, &[radius], || {

@@ -599,10 +599,10 @@ impl Primitive for Frustum {
     }
 
     fn outline(&self, projection: Projection) -> Outline {
-        if projection == Projection::Orthographic {
-            return Outline::Unknown;
-        }
         let Profile { half, radius, .. } = self.profile;
+        if projection == Projection::Orthographic {
+            return Outline::of_cylinder_in_parallel(self.center, scale(self.axis, half), radius);
+        }
         let beyond = (1.0 + self.eye.height / radius).max(self.eye.z.abs() / half);
         Outline::between(beyond, &[half, radius], || {
             let [base, top] = self.profile.radii;

@@ -51,17 +51,6 @@ impl Rectangle {
         -self.least([-n[0], -n[1], -n[2]]) + self.beside(n) < 0.0
     }
 
-    /// Compare with the planes through the eye that bound a convex part of the image plane.
-    fn in_prism(&self, sides: &[Vector]) -> Overlap {
-        if sides.iter().any(|&side| self.is_beyond(side)) {
-            Overlap::None
-        } else if sides.iter().all(|&side| self.least(side) > 0.0) {
-            Overlap::Full
-        } else {
-            Overlap::Partial
-        }
-    }
-
     /// Compare with a disc of the image plane.
     fn in_disc(&self, center: [f64; 2], radius: f64) -> Overlap {
         let (mut nearest, mut farthest) = ([0.0; 3], [0.0; 3]);
@@ -91,12 +80,10 @@ pub(crate) enum Outline {
     /// The eye is well inside.
     Everywhere,
     Circular(CircularCone),
-    /// A shape appears between planes through the eye, given by their normals toward it, where rays meet it.
+    /// A shape appears where n . v > 0 for the normals n of these planes through the eye, and rays meet it.
     Between(Vec<Vector>),
     /// A plane appears where n . v > 0, the normal n pointing away from the eye.
     HalfSpace(Vector),
-    /// Parallel rays meet it where n . v > 0 for all normals n of these planes through the eye.
-    Prism(Vec<Vector>),
     /// Parallel rays meet it where (x, y) is within a radius of a centre.
     Disc([f64; 2], f64),
     /// Behind the plane on which parallel rays start.
@@ -147,7 +134,26 @@ impl Outline {
         let usual = half.iter().all(|h| USUAL.contains(h)) && length(center) < USUAL.end;
         let along = (0..3).map(|i| half[i] * axes[i][2].abs()).sum();
         let shadow = || corners(center, axes, half).map(|[x, y, _]| [x, y, 1.0]);
-        Outline::ahead(center[2], along, usual, || Outline::Prism(outline_planes(&shadow())))
+        Outline::ahead(center[2], along, usual, || Outline::Between(outline_planes(&shadow())))
+    }
+
+    /// The outline for parallel rays of a shape in a cylinder around the axis `half`, half its length: that of the
+    /// rectangle around its shadow.
+    pub(crate) fn of_cylinder_in_parallel(center: Vector, half: Vector, radius: f64) -> Outline {
+        let [x, y, z] = half;
+        let size = length(half);
+        let usual = USUAL.contains(&radius) && USUAL.contains(&size) && length(center) < USUAL.end;
+        let seen = libm::hypot(x, y);
+        let along = if seen > NEAR * size { [x / seen, y / seen] } else { [1.0, 0.0] };
+        let ends = seen + radius * (z / size).abs();
+        let sides = || {
+            let beside = |[x, y]: [f64; 2], extent: f64| {
+                let middle = x * center[0] + y * center[1];
+                [[x, y, extent - middle], [-x, -y, extent + middle]]
+            };
+            [beside(along, ends), beside([-along[1], along[0]], radius)].concat()
+        };
+        Outline::ahead(center[2], z.abs() + radius, usual, || Outline::Between(sides()))
     }
 
     /// The outline of a shape that is wholly ahead of the plane on which parallel rays start, or wholly behind it.
@@ -162,7 +168,8 @@ impl Outline {
         }
     }
 
-    /// Return how much of a rectangle the shape covers; `is_met` returns whether a ray meets it.
+    /// Return how much of a rectangle the shape covers; `is_met` returns whether the ray through a point (x, y, 1) of the
+    /// image plane meets it.
     pub(crate) fn in_rectangle(&self, rectangle: &Rectangle, is_met: impl Fn(Vector) -> bool) -> Overlap {
         match self {
             Outline::Everywhere => Overlap::Full,
@@ -174,7 +181,6 @@ impl Outline {
                 Overlap::Full
             }
             Outline::Between(_) | Outline::HalfSpace(_) | Outline::Unknown => Overlap::Partial,
-            Outline::Prism(sides) => rectangle.in_prism(sides),
             Outline::Disc(center, radius) => rectangle.in_disc(*center, *radius),
             Outline::Nowhere => Overlap::None,
         }

@@ -4,6 +4,7 @@
 //! ray: the work grows with the length of the outline, not with the area.
 
 use crate::budget::{WorkCounter, steps_of};
+use crate::camera::Projection;
 use crate::monitor::Monitor;
 use crate::shapes::outline::{Overlap, Rectangle};
 use crate::shapes::primitive::Primitive;
@@ -12,6 +13,7 @@ use crate::simd::Kernel;
 use crate::tile::hits::{HitBuffer, NO_FACE};
 use crate::tile::rays::{Ray, Rays};
 use crate::tile::{CENTRE, LANES, SIDE, Tile, View};
+use crate::vector::Vector;
 use crate::world::Window;
 
 /// The steps of testing one tile: generating the rays, testing and counting.
@@ -102,9 +104,13 @@ impl Search<'_> {
                 return 0;
             }
             let Some(part) = self.clip(square) else { continue };
-            let is_met = |direction| {
-                let ray = Ray { origin: [0.0; 3], direction, start: 0.0 };
-                shape.depth(ray).0.is_finite()
+            let projection = self.view.projection;
+            let is_met = |[x, y, z]: Vector| {
+                let (origin, direction) = match projection {
+                    Projection::Perspective => ([0.0; 3], [x, y, z]),
+                    Projection::Orthographic => ([x, y, 0.0], [0.0, 0.0, z]),
+                };
+                shape.depth(Ray { origin, direction, start: 0.0 }).0.is_finite()
             };
             match outline.in_rectangle(&self.rectangle(part), is_met) {
                 Overlap::None => {}

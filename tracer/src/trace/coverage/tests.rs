@@ -5,7 +5,10 @@ use crate::render::Tracer;
 use crate::scene::Scene;
 use crate::simd::Level;
 use crate::vector::Vector;
-use crate::world::{Camera, CuboidDesc, Object, PlaneDesc, Settings, ShapeDesc, SphereDesc, World};
+use crate::world::{
+    Camera, CapsuleDesc, ConeDesc, CuboidDesc, CylinderDesc, Object, PlaneDesc, Settings, ShapeDesc, SphereDesc,
+    World,
+};
 use proptest::prelude::*;
 use std::sync::Arc;
 
@@ -13,15 +16,12 @@ fn whole(world: &World) -> Window {
     Window { x: 0, y: 0, width: world.camera.width, height: world.camera.height }
 }
 
-fn search<'a>(world: &World, window: Window, mask: &'a mut [u8]) -> Search<'a> {
-    Search { view: View::new(&world.camera, 1.0), window, rays: Rays::new(), hits: HitBuffer::new(), mask }
-}
-
 /// The pixels of each object, by testing all rays, and by the search; and the steps of that. It marks the same pixels.
 fn both_ways(world: &World, window: Window) -> (Vec<u64>, Vec<u64>, u64) {
     let mut mask = vec![0; window.pixels()];
-    let mut search = search(world, window, &mut mask);
     let scene = Scene::new(world).unwrap();
+    let view = View::new(&world.camera, scene.unit);
+    let mut search = Search { view, window, rays: Rays::new(), hits: HitBuffer::new(), mask: &mut mask };
     let tiles: Vec<Tile> = Tile::all(search.view, window).collect();
     let budget = WorkBudget::default();
     let mut work = budget.counter();
@@ -104,6 +104,25 @@ fn the_search_finds_all_of_long_flat_and_large_shapes() {
     let (all, found, _) = both_ways(&world, whole(&world));
     assert_eq!(all, found);
     assert_eq!([found[4], found[6], found[13]], [800_000; 3]);
+}
+
+#[test]
+fn round_shapes_are_found_by_their_outlines_for_parallel_rays_too() {
+    let round = [
+        ShapeDesc::Cylinder(CylinderDesc { radius: 1.0, height: 3.0, axis: [1.0, 2.0, 3.0] }),
+        ShapeDesc::Cylinder(CylinderDesc { radius: 0.5, height: 1.0, axis: [0.0, 0.0, 1.0] }),
+        ShapeDesc::Capsule(CapsuleDesc { radius: 0.7, height: 2.0, axis: [1.0, 0.2, 0.0] }),
+        ShapeDesc::Cone(ConeDesc { radius: 1.0, top_radius: 0.3, height: 2.0, axis: [0.0, 1.0, -0.5] }),
+    ];
+    for shape in round {
+        let mut world = world_of(&[([0.5, -0.7, -100.0], shape)]);
+        world.camera = Camera { projection: Projection::Orthographic, half_height: 8.0, ..world.camera };
+        let (all, found, steps) = both_ways(&world, whole(&world));
+        assert_eq!(all, found);
+        assert!(found[0] > 0);
+        // The picture has 3,150 tiles.
+        assert!(steps < 150 * TILE_STEPS, "{shape:?}: {found:?} pixels, {steps} steps");
+    }
 }
 
 #[test]
