@@ -25,7 +25,7 @@ class Finding(NamedTuple):
     help: str
 
 
-class Bounds(NamedTuple):
+class TemplateBounds(NamedTuple):
     """What bounds the samples of a template.
 
     Parameters
@@ -40,14 +40,14 @@ class Bounds(NamedTuple):
     groups: Mapping[str | None, ObjectGroup]
 
 
-def bounds_of(sections: Mapping[str, Value], groups: Sequence[ObjectGroup]) -> Bounds:
+def bounds_of(sections: Mapping[str, Value], groups: Sequence[ObjectGroup]) -> TemplateBounds:
     """Return the bounds of a template from its values, which are valid."""
     cameras = [example.value for example in sections["camera"].examples()]
     pictures = [tuple(camera["resolution"]) for camera in cameras if "resolution" in camera]
-    return Bounds(pictures, {group.name: group for group in groups})
+    return TemplateBounds(pictures, {group.name: group for group in groups})
 
 
-def finding(requirement: Requirement, bounds: Bounds) -> Finding | None:
+def finding(requirement: Requirement, bounds: TemplateBounds) -> Finding | None:
     """Return why a constraint cannot be met; None if it may be."""
     check = _CHECKS.get(type(requirement))
     return None if check is None or requirement.target not in bounds.groups else check(requirement, bounds)
@@ -61,7 +61,7 @@ def _most(group: ObjectGroup) -> int:
 # --- The picture --------------------------------------------------------------------------------------------
 
 
-def _in_view(requirement: InView, bounds: Bounds) -> Finding | None:
+def _in_view(requirement: InView, bounds: TemplateBounds) -> Finding | None:
     if any(2 * requirement.margin < min(picture) for picture in bounds.pictures):
         return None
     width, height = max(bounds.pictures, key=min)
@@ -69,7 +69,7 @@ def _in_view(requirement: InView, bounds: Bounds) -> Finding | None:
     return Finding("margin", message, f"give a margin of less than {min(width, height) / 2:g} pixels")
 
 
-def _min_visible_pixels(requirement: MinVisiblePixels, bounds: Bounds) -> Finding | None:
+def _min_visible_pixels(requirement: MinVisiblePixels, bounds: TemplateBounds) -> Finding | None:
     width, height = max(bounds.pictures, key=math.prod)
     count, needed = _most(bounds.groups[requirement.target]), requirement.min_visible_pixels
     if count * needed <= width * height:
@@ -83,7 +83,7 @@ def _min_visible_pixels(requirement: MinVisiblePixels, bounds: Bounds) -> Findin
 # --- The room -----------------------------------------------------------------------------------------------
 
 
-def _apart(requirement: Apart, bounds: Bounds) -> Finding | None:
+def _apart(requirement: Apart, bounds: TemplateBounds) -> Finding | None:
     """Find a group of more bodies than there is room for."""
     group = bounds.groups[requirement.target]
     shapes, count = _shapes(group), _most(group)
@@ -138,7 +138,7 @@ def _shapes(group: ObjectGroup) -> list[Object]:
     return found
 
 
-def _extents(group: ObjectGroup, shapes: Sequence[Object], bounds: Bounds) -> list[float] | None:
+def _extents(group: ObjectGroup, shapes: Sequence[Object], bounds: TemplateBounds) -> list[float] | None:
     """Return the lengths along the axes of a box that the centers are in; None if it is not known."""
     spans = [[shape.position[axis] for shape in shapes] for axis in range(3)]
     if group.rest_on is not None:
@@ -153,7 +153,7 @@ def _extents(group: ObjectGroup, shapes: Sequence[Object], bounds: Bounds) -> li
     return [max(span) - min(span) for span in spans]
 
 
-_Check: TypeAlias = Callable[[Any, Bounds], Finding | None]
+_Check: TypeAlias = Callable[[Any, TemplateBounds], Finding | None]
 _CHECKS: Mapping[type[Requirement], _Check] = {
     InView: _in_view,
     MinVisiblePixels: _min_visible_pixels,

@@ -18,8 +18,8 @@ fn whole(world: &World) -> Window {
 
 /// The pixels of each object, by testing all rays, and by the search; and the steps of that. It marks the same pixels.
 fn both_ways(world: &World, window: Window) -> (Vec<u64>, Vec<u64>, u64) {
-    let mut mask = vec![0; window.pixels()];
     let scene = Scene::new(world).unwrap();
+    let mut mask = vec![0; window.pixels()];
     let view = View::new(&world.camera, scene.unit);
     let mut search = Search { view, window, rays: Rays::new(), hits: HitBuffer::new(), mask: &mut mask };
     let tiles: Vec<Tile> = Tile::all(search.view, window).collect();
