@@ -169,4 +169,4 @@ def _print_version(ctx: click.Context, param: click.Parameter, value: bool) -> N
     help="Show the version and exit.",
 )
 def main() -> None:
-    """Turn YAML scenes of simple shapes and point lights into pictures."""
+    """Turn YAML scenes of simple shapes and lights into pictures."""

@@ -179,7 +179,7 @@ impl Cuboid {
         let mut inside = true;
         for i in 0..3 {
             // A light infinitely far away is beyond a face unless its rays are parallel to it.
-            let least = if shadow.light.is_direction() { f64::MIN_POSITIVE } else { self.half[i] - at_light[i] };
+            let least = if PARALLEL { f64::MIN_POSITIVE } else { self.half[i] - at_light[i] };
             if light[i].abs() >= least {
                 let side = light[i].signum();
                 sign[i] = side as f32;
@@ -201,7 +201,8 @@ impl Cuboid {
         let points = shadow.points;
         for lane in 0..points.padded() {
             let p = local(&axes, &points.offset, lane);
-            let e: [f32; 3] = std::array::from_fn(|i| if PARALLEL { e[i].abs() } else { (e[i] + p[i]).abs() });
+            let e = if PARALLEL { e } else { [e[0] + p[0], e[1] + p[1], e[2] + p[2]] };
+            let e = [e[0].abs(), e[1].abs(), e[2].abs()];
             let m = [
                 (moment[0] + (l[1] * p[2] - l[2] * p[1])).abs(),
                 (moment[1] + (l[2] * p[0] - l[0] * p[2])).abs(),
