@@ -588,7 +588,8 @@ class BruteForce:
             clear &= ~is_doubtful(body, eye)
             if self.is_parallel:  # beside the line where a surface crosses the plane on which the rays start
                 height = np.abs(one.t) * size * one.steep
-                crosses = (height < 64 * lost + BLOCK * self.pixel) & ((height > 0) | (one.steep < 1 - 1e-9))
+                level = (height == 0) & (one.steep >= 1 - 1e-9) & ~np.asarray(body.curved)
+                crosses = (height < 64 * lost + BLOCK * self.pixel) & ~level
                 clear &= ~(crosses & (one.margin > -SINGLE * self.pixel)).any(axis=0)
         radiance = np.where(hit, 0.0, self.background)
         if self.is_parallel:  # float32 depths vary across a block, which may begin at depth 0

@@ -284,7 +284,9 @@ impl Sphere {
     /// tau = -k / (h -+ sqrt(h^2 - k v.v)),  h = (n_0 + e).v,  k = (2 n_0 + e).e
     #[inline(always)]
     fn points_on_patch(&self, face: u32, ray: Ray, rays: &Rays, points: &mut Points) -> Vector {
-        let (v_0, (depth, _)) = (ray.direction, self.depth_seen(from_inside(face), ray));
+        // Where parallel rays start was looked at when the face was hit: rounding must not tell otherwise now.
+        let (depth, _) = self.depth_seen(from_inside(face), Ray { start: f64::NEG_INFINITY, ..ray });
+        let v_0 = ray.direction;
         let t_0 = if depth.is_finite() {
             depth
         } else {
