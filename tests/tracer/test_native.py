@@ -6,7 +6,20 @@ from borders import clear_of_borders, relative_difference
 from brute_force import BruteForce
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from worlds import box, crowd, crowded_scenes, extreme_scenes, light, plane, random_scenes, render, scene, sphere
+from worlds import (
+    box,
+    cone,
+    crowd,
+    crowded_scenes,
+    cylinder,
+    extreme_scenes,
+    light,
+    plane,
+    random_scenes,
+    render,
+    scene,
+    sphere,
+)
 
 from rtcli import Scene
 
@@ -158,6 +171,15 @@ def test_ball_may_be_far_away(distance):
             "lights": [light([2, 3, -distance + 3])],
         }
     )
+
+
+@pytest.mark.parametrize("away", [2e-4, 1e-6, -1e-6])
+@pytest.mark.parametrize(
+    "body", [cylinder([0, 2, 0], 1, 4), cone([0, 2, 0], 1, 4, top_radius=0.5), box([0, 2, 0], [2, 4, 2])]
+)
+def test_eye_may_be_close_to_the_bottom_of_a_body(body, away):
+    eye = {"resolution": [32, 24], "fov": 40, "position": [0.1, away, 0.2], "look_at": [3, 0, -5]}
+    assert_same_picture({"camera": eye, "objects": [body], "lights": [light([0, 3, 0])]})
 
 
 @pytest.mark.parametrize("height", [1e-3, 1e-5])

@@ -114,6 +114,8 @@ pub(crate) struct Lines {
     per_delta: [f32; 3],
     apex_is_outside: bool,
     pub(crate) half: f32,
+    /// The heights of the discs above the origin o.
+    discs: [f32; 2],
 }
 
 /// The coefficients of one line.
@@ -298,6 +300,8 @@ impl Frustum {
             per_delta: to_f32(scale([o_3, -o_1 * profile.sine, root], turn)),
             apex_is_outside,
             half: (profile.half * per) as f32,
+            // In float64: the eye may be close to a disc.
+            discs: [-profile.half - z, profile.half - z].map(|height| (height * per) as f32),
         }
     }
 
@@ -766,13 +770,14 @@ impl Lines {
     /// Where a line is between the discs: everywhere or nowhere if it is parallel to them.
     #[inline(always)]
     fn slab(&self, x: [f32; 3]) -> (f32, f32) {
-        let z = self.z + self.shift * x[2];
+        let shift = self.shift * x[2];
+        let (base, top) = (self.discs[0] - shift, self.discs[1] - shift);
         let along = self.along + self.turn * x[2];
         let inverse = 1.0 / along;
-        let (low, high) = ((-self.half - z) * inverse, (self.half - z) * inverse);
+        let (low, high) = (base * inverse, top * inverse);
         let (near, far) = if along >= 0.0 { (low, high) } else { (high, low) };
         let parallel = along == 0.0;
-        let outside = if z.abs() > self.half { f32::INFINITY } else { f32::NEG_INFINITY };
+        let outside = if (base > 0.0) | (top < 0.0) { f32::INFINITY } else { f32::NEG_INFINITY };
         (if parallel { outside } else { near }, if parallel { -outside } else { far })
     }
 }
