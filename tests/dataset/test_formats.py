@@ -1,3 +1,4 @@
+import hashlib
 import io
 import json
 import math
@@ -249,6 +250,67 @@ def test_parquet_has_groups_of_at_most_100_rows(films, tmp_path, template):
     FORMATS["parquet"].finish_shard(layout, shard, pieces)
     metadata = pyarrow.parquet.read_metadata(tmp_path / "data" / "train-00004-of-00012.parquet")
     assert [metadata.row_group(number).num_rows for number in range(metadata.num_row_groups)] == [100, 50]
+
+
+def parquet_written(folder, template, rows, size):
+    """Write rows, each a film and its labels, in pieces of a size, and return the file."""
+    layout, shard = Layout(folder), Shard("train", 0, 0, len(rows))
+    layout.parts.mkdir(parents=True)
+    pieces = [Piece(shard, start, min(len(rows), start + size)) for start in range(0, len(rows), size)]
+    for piece in pieces:
+        form = FORMATS["parquet"](piece, layout, template)
+        for film, labels in rows[piece.start : piece.stop]:
+            form.add(film, labels, PASSES)
+        form.close()
+    record = FORMATS["parquet"].finish_shard(layout, shard, pieces)
+    path = folder / record["path"]
+    assert record["sha256"] == hashlib.sha256(path.read_bytes()).hexdigest()
+    return path
+
+
+def test_parquet_ends_a_group_of_large_rows_early(films, tmp_path, template, monkeypatch):
+    monkeypatch.setattr("rtcli.dataset.forms.parquet._GROUP_BYTES", 30_000)
+    path = parquet_written(tmp_path, template, 5 * films, 7)
+    metadata = pyarrow.parquet.read_metadata(path)
+    sizes = [metadata.row_group(number).total_byte_size for number in range(metadata.num_row_groups)]
+    assert len(sizes) > 5
+    assert max(sizes) < 60_000
+    assert [row["index"] for row in pyarrow.parquet.read_table(path).to_pylist()] == 5 * [0, 1, 2, 3]
+
+
+def test_parquet_is_the_same_bytes_for_pieces_of_any_size(films, tmp_path, template, monkeypatch):
+    monkeypatch.setattr("rtcli.dataset.forms.parquet._GROUP_BYTES", 100_000)
+    one, *others = [
+        parquet_written(tmp_path / str(size), template, 5 * films, size).read_bytes() for size in (1, 7, 20)
+    ]
+    assert others == [one, one]
+
+
+def test_parquet_keeps_no_rows_in_memory(films, tmp_path, template):
+    layout, piece = Layout(tmp_path), Piece(SHARD, 0, 50)
+    layout.parts.mkdir(parents=True)
+    form = FORMATS["parquet"](piece, layout, template)
+    for _ in range(10):
+        form.add(*films[0], PASSES)
+    written = sum(path.stat().st_size for path in layout.parts.iterdir())
+    form.close()
+    assert written > 50_000
+
+
+def test_parquet_joins_pieces_without_samples(films, tmp_path, template):
+    layout = Layout(tmp_path)
+    layout.parts.mkdir(parents=True)
+    pieces = [Piece(SHARD, start, start + 1) for start in range(3)]
+    for piece in pieces:
+        form = FORMATS["parquet"](piece, layout, template)
+        if piece.start == 1:
+            form.add(*films[1], PASSES)
+        form.close()
+    FORMATS["parquet"].finish_shard(layout, SHARD, pieces)
+    [row] = pyarrow.parquet.read_table(tmp_path / "data" / "train-00000-of-00001.parquet").to_pylist()
+    assert row["index"] == 1
+    FORMATS["parquet"].finish_shard(layout, SHARD, pieces[::2])
+    assert len(pyarrow.parquet.read_table(tmp_path / "data" / "train-00000-of-00001.parquet")) == 0
 
 
 def test_parquet_has_lists_of_numbers_and_texts(films, tmp_path):

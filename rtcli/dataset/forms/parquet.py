@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
-import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from rtcli.atomic import atomic_write
 from rtcli.dataset.forms.encode import array_file, picture_file
-from rtcli.dataset.forms.form import Form, Piece, key_of
+from rtcli.dataset.forms.form import Form, Piece, key_of, sha256_of
 from rtcli.dataset.plan import Layout, Shard
 from rtcli.extras import EXTRAS, require_extra
 from rtcli.rendering.film import Film
@@ -20,8 +21,8 @@ from rtcli.tracer.passes import PASSES
 
 _EXTRA = EXTRAS["parquet"]
 _IMAGE, _INDEX, _CAMERA, _OBJECTS = "image", "index", "camera", "objects"
-# Readers load a whole group of rows to get at one.
-_ROWS_PER_GROUP = 100
+# Readers load a whole group of rows to get at one. A group ends where it reaches either.
+_GROUP_ROWS, _GROUP_BYTES = 100, 1 << 26
 # What `datasets` decodes.
 _METADATA = {"huggingface": json.dumps({"info": {"features": {_IMAGE: {"_type": "Image"}}}})}
 
@@ -34,12 +35,11 @@ class Parquet(Form):
     def __init__(self, piece: Piece, layout: Layout, template: Template) -> None:
         super().__init__(piece, layout, template)
         self._factors = {_column(name): (name, draw) for name, draw in template.factors.items()}
-        self._passes: Sequence[str] = ()
-        self._rows: list[dict[str, Any]] = []
+        self._file = piece.path(layout, ".arrow").open("wb")
+        self._stream: Any = None
 
     def add(self, film: Film, labels: Mapping[str, Any], passes: Sequence[str]) -> None:
         """Add a row."""
-        self._passes = passes
         key, row = key_of(labels["index"]), dict[str, Any]()
         row[_IMAGE] = {"bytes": picture_file(film), "path": f"{key}.png"}
         for name in passes:
@@ -49,49 +49,85 @@ class Parquet(Form):
             value = labels["factors"][name]
             row[column] = value if _is_plain(draw) or isinstance(value, str) else json.dumps(value)
         objects = [{**each, "shape": _shape_text(each)} for each in labels["objects"]]
-        self._rows.append({**row, _INDEX: labels["index"], _CAMERA: labels["camera"], _OBJECTS: objects})
+        row = {**row, _INDEX: labels["index"], _CAMERA: labels["camera"], _OBJECTS: objects}
+        self._rows_of(passes).write_batch(_arrow().RecordBatch.from_pylist([row], self._schema(passes)))
 
     def close(self) -> None:
-        """Write the piece."""
-        table = _arrow().Table.from_pylist(self._rows, self._schema())
-        with self._piece.path(self._layout, ".parquet").open("wb") as file:
-            _write(table, file)
+        """Finish the piece."""
+        self._rows_of(()).close()
+        self._file.close()
 
-    def _schema(self) -> Any:
+    def _rows_of(self, passes: Sequence[str]) -> Any:
+        """Return the stream of rows of the piece, a batch each."""
+        if self._stream is None:
+            self._stream = require_extra("pyarrow.ipc", _EXTRA[1]).new_stream(self._file, self._schema(passes))
+        return self._stream
+
+    def _schema(self, passes: Sequence[str]) -> Any:
         arrow = _arrow()
         file = arrow.struct({"bytes": arrow.binary(), "path": arrow.string()})
         factors = {column: _type(draw) for column, (_, draw) in self._factors.items()}
-        fields = {_IMAGE: file, _INDEX: arrow.int64(), **factors, **dict.fromkeys(self._passes, file)}
+        fields = {_IMAGE: file, _INDEX: arrow.int64(), **factors, **dict.fromkeys(passes, file)}
         return arrow.schema({**fields, _CAMERA: _camera_type(), _OBJECTS: arrow.list_(_object_type())}, _METADATA)
 
     @classmethod
     def finish_shard(cls, layout: Layout, shard: Shard, pieces: Sequence[Piece]) -> dict[str, Any]:
-        """Join the pieces to a file."""
-        read = require_extra("pyarrow.parquet", _EXTRA[1]).read_table
-        tables = [read(piece.path(layout, ".parquet"), partitioning=None) for piece in pieces]
-        # A piece without samples has no columns of passes.
-        tables = [table for table in tables if len(table)] or tables[:1]
+        """Join the pieces to a file, in memory for one group of rows."""
+        paths = [piece.path(layout, ".arrow") for piece in pieces]
         name = f"data/{shard.split}-{shard.number:05}-of-{shard.total:05}.parquet"
         (layout.folder / "data").mkdir(exist_ok=True)
-        with atomic_write(layout.folder / name, layout.parts) as file:
-            _write(_arrow().concat_tables(tables), file)
-        return {"path": name, "sha256": hashlib.sha256((layout.folder / name).read_bytes()).hexdigest()}
+        with atomic_write(layout.folder / name, layout.parts) as file, _writer(file, _schema_of(paths)) as writer:
+            for group in _groups(_rows(paths)):
+                writer.write_table(_arrow().Table.from_batches(group))
+        return {"path": name, "sha256": sha256_of(layout.folder / name)}
 
 
 def _arrow() -> Any:
     return require_extra(*_EXTRA)
 
 
-def _write(table: Any, file: Any) -> None:
-    """Write a table; its pictures are compressed already, and other compressors differ between machines."""
-    require_extra("pyarrow.parquet", _EXTRA[1]).write_table(
-        table,
-        file,
-        row_group_size=_ROWS_PER_GROUP,
-        compression="none",
-        use_dictionary=False,
-        write_statistics=[_INDEX],
+def _writer(file: Any, schema: Any) -> Any:
+    """Return a writer of tables; their pictures are compressed, and other compressors differ between machines."""
+    return require_extra("pyarrow.parquet", _EXTRA[1]).ParquetWriter(
+        file, schema, compression="none", use_dictionary=False, write_statistics=[_INDEX]
     )
+
+
+# --- Rows ---------------------------------------------------------------------------------------------------
+
+
+def _schema_of(paths: Sequence[Path]) -> Any:
+    """Return the schema of some pieces; one without samples has no columns of passes."""
+    schemas = []
+    for path in paths:
+        with _opened(path) as stream:
+            schemas.append(stream.schema)
+    return max(schemas, key=len)
+
+
+def _rows(paths: Sequence[Path]) -> Iterator[Any]:
+    """Yield the rows of some pieces, a batch each."""
+    for path in paths:
+        with _opened(path) as stream:
+            yield from stream
+
+
+@contextlib.contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    with path.open("rb") as file, require_extra("pyarrow.ipc", _EXTRA[1]).open_stream(file) as stream:
+        yield stream
+
+
+def _groups(rows: Iterable[Any]) -> Iterator[list[Any]]:
+    """Yield rows in groups; where one ends depends on the rows alone."""
+    group: list[Any] = []
+    for row in rows:
+        group.append(row)
+        if len(group) == _GROUP_ROWS or sum(each.nbytes for each in group) >= _GROUP_BYTES:
+            yield group
+            group = []
+    if group:
+        yield group
 
 
 # --- Columns ------------------------------------------------------------------------------------------------

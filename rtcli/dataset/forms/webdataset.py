@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Mapping, Sequence
 from typing import IO, Any
 
 from rtcli.atomic import atomic_write
 from rtcli.dataset.forms.encode import array_file, picture_file
-from rtcli.dataset.forms.form import Form, Piece, as_json, key_of
+from rtcli.dataset.forms.form import Form, Piece, as_json, chunks_of, key_of
 from rtcli.dataset.plan import Layout, Shard
 from rtcli.rendering.film import Film
 from rtcli.template.template import Template
@@ -42,9 +41,10 @@ class WebDataset(Form):
         """Join the pieces to a tar file."""
         name, digest = f"{shard.key}.tar", hashlib.sha256()
         with atomic_write(layout.folder / name, layout.parts) as target:
-            for chunk in _chunks(piece.path(layout, ".tar") for piece in pieces):
-                digest.update(chunk)
-                target.write(chunk)
+            for piece in pieces:
+                for chunk in chunks_of(piece.path(layout, ".tar")):
+                    digest.update(chunk)
+                    target.write(chunk)
             end = bytes(2 * _BLOCK)
             digest.update(end)
             target.write(end)
@@ -70,10 +70,3 @@ def _add_member(file: IO[bytes], name: str, data: bytes) -> None:
     file.write(header)
     file.write(data)
     file.write(bytes(-len(data) % _BLOCK))
-
-
-def _chunks(paths: Iterable[Path]) -> Iterator[bytes]:
-    for path in paths:
-        with path.open("rb") as file:
-            while chunk := file.read(1 << 20):
-                yield chunk
