@@ -75,6 +75,17 @@ def test_depth_can_be_read_back(written, films):
     assert depth == pytest.approx(films[1][0].depth, rel=1e-3)
 
 
+def test_ids_of_files_are_levels(written, films):
+    folder = written("files") / "train"
+    for index, (film, labels) in enumerate(films):
+        ids = np.asarray(Image.open(folder / f"{index:08}.object_id.png"))
+        assert (ids == film.object_id).all()
+        for row in labels["objects"]:
+            assert (ids == row["id"]).sum() == row["visible_pixels"]
+        told = json.loads((folder / f"{index:08}.json").read_text())["passes"]
+        assert told["object_id"] == {"value": "level", "nothing": 0}
+
+
 def test_metadata_names_each_file_and_its_factors(written, films):
     lines = (written("files") / "train" / "metadata.jsonl").read_text().splitlines()
     assert [json.loads(line) for line in lines] == [

@@ -19,7 +19,7 @@ def picture_file(film: Film) -> bytes:
     return file.getvalue()
 
 
-def array_file(name: str, values: Any) -> tuple[str, bytes]:
+def array_file(values: Any) -> tuple[str, bytes]:
     """Return the end of the name and the bytes of a pass: a 16-bit PNG of ids that fit it, else NumPy's format."""
     if values.dtype == np.uint32 and values.max(initial=0) < 2**16:
         height, width = values.shape

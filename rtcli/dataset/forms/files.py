@@ -8,11 +8,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from rtcli.atomic import atomic_write
+from rtcli.dataset.forms.encode import array_file
 from rtcli.dataset.forms.form import Form, Piece, as_json, key_of
 from rtcli.dataset.plan import Layout, Shard
 from rtcli.rendering.film import Film
 from rtcli.template.template import Template
-from rtcli.tracer.passes import RADIANCE
+from rtcli.tracer.passes import RADIANCE, SPECS
 
 
 class Files(Form):
@@ -26,11 +27,15 @@ class Files(Form):
 
     def add(self, film: Film, labels: Mapping[str, Any], passes: Sequence[str]) -> None:
         """Write the files of a sample."""
-        files: dict[str, io.BytesIO] = {RADIANCE: io.BytesIO(), **{name: io.BytesIO() for name in passes}}
-        suffixes = {RADIANCE: ".png", **{name: f".{name}.png" for name in passes}}
-        decode = film.write({name: ("sample.png", file) for name, file in files.items()})
-        pictures = {suffixes[name]: file.getvalue() for name, file in files.items()}
-        for suffix, data in {**pictures, ".json": as_json({**labels, "passes": decode})}.items():
+        # The colors that a film gives to ids are in its metadata, which a data set has not.
+        ids = [name for name in passes if SPECS[name].quantity == "id"]
+        parts = {name: io.BytesIO() for name in (RADIANCE, *passes) if name not in ids}
+        decode = film.write({name: ("sample.png", file) for name, file in parts.items()})
+        files = {".png" if name == RADIANCE else f".{name}.png": file.getvalue() for name, file in parts.items()}
+        for name in ids:
+            suffix, data = array_file(film[name])
+            files[f".{name}{suffix}"], decode[name] = data, {"value": "level", "nothing": 0}
+        for suffix, data in {**files, ".json": as_json({**labels, "passes": decode})}.items():
             name = key_of(labels["index"]) + suffix
             (self._folder / name).write_bytes(data)
             self._sums.write(f"{hashlib.sha256(data).hexdigest()}  {name}\n")

@@ -43,7 +43,7 @@ class Parquet(Form):
         key, row = key_of(labels["index"]), dict[str, Any]()
         row[_IMAGE] = {"bytes": picture_file(film), "path": f"{key}.png"}
         for name in passes:
-            suffix, data = array_file(name, film[name])
+            suffix, data = array_file(film[name])
             row[name] = {"bytes": data, "path": f"{key}.{name}{suffix}"}
         for column, (name, draw) in self._factors.items():
             value = labels["factors"][name]

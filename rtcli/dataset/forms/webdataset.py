@@ -27,7 +27,7 @@ class WebDataset(Form):
         """Add the files of a sample."""
         files = {".json": as_json(labels), ".png": picture_file(film)}
         for name in passes:
-            suffix, data = array_file(name, film[name])
+            suffix, data = array_file(film[name])
             files[f".{name}{suffix}"] = data
         for suffix in sorted(files):
             _add_member(self._file, key_of(labels["index"]) + suffix, files[suffix])
