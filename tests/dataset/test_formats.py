@@ -93,6 +93,13 @@ def test_metadata_names_each_file_and_its_factors(written, films):
     ]
 
 
+def test_metadata_has_json_text_for_a_factor_of_mixed_kinds(films, tmp_path):
+    factors_written("files", tmp_path, films)
+    [line] = (tmp_path / "train" / "metadata.jsonl").read_text().splitlines()
+    told = {"hue": 0.5, "paint": "[0, 0, 1]", "tint": [0.25, 0.5, 1], "words": "two"}
+    assert json.loads(line) == {"file_name": "00000000.png", **told}
+
+
 def test_tar_has_the_files_of_each_sample_in_a_row_without_dates(written, films):
     with tarfile.open(written("webdataset") / "train-000000.tar") as tar:
         members = tar.getmembers()

@@ -210,9 +210,11 @@ def test_unfinished_files_are_removed(finished):
         "test-000000.h5",
         "test-000000.json",
         "test-000000.jsonl",
+        "test-000000.metadata.jsonl",
         "train-000000.h5",
         "train-000000.json",
         "train-000000.jsonl",
+        "train-000000.metadata.jsonl",
     ]
 
 

@@ -9,11 +9,14 @@ from typing import Any
 
 from rtcli.atomic import atomic_write
 from rtcli.dataset.forms.encode import array_file
-from rtcli.dataset.forms.form import Form, Piece, as_json, key_of
+from rtcli.dataset.forms.form import Form, Piece, as_json, column_value, copy_all, key_of
 from rtcli.dataset.plan import Layout, Shard
 from rtcli.rendering.film import Film
 from rtcli.template.template import Template
 from rtcli.tracer.passes import RADIANCE, SPECS
+
+# The end of the name of a list of files with their factors, of a piece or a shard.
+_METADATA = ".metadata.jsonl"
 
 
 class Files(Form):
@@ -23,7 +26,9 @@ class Files(Form):
         super().__init__(piece, layout, template)
         self._folder = piece.path(layout, "")
         self._folder.mkdir(exist_ok=True)
+        self._factors = template.factors
         self._sums = piece.path(layout, ".sums").open("w", encoding="utf-8", newline="\n")
+        self._metadata = piece.path(layout, _METADATA).open("wb")
 
     def add(self, film: Film, labels: Mapping[str, Any], passes: Sequence[str]) -> None:
         """Write the files of a sample."""
@@ -39,10 +44,14 @@ class Files(Form):
             name = key_of(labels["index"]) + suffix
             (self._folder / name).write_bytes(data)
             self._sums.write(f"{hashlib.sha256(data).hexdigest()}  {name}\n")
+        factors = {name: column_value(draw, labels["factors"][name]) for name, draw in self._factors.items()}
+        picture = {"file_name": f"{key_of(labels['index'])}.png"}
+        self._metadata.write(as_json({**picture, **factors, **picture}))  # even if a factor has that name
 
     def close(self) -> None:
-        """Finish the list of hashes."""
+        """Finish the lists."""
         self._sums.close()
+        self._metadata.close()
 
     @classmethod
     def finish_shard(cls, layout: Layout, shard: Shard, pieces: Sequence[Piece]) -> dict[str, Any]:
@@ -54,12 +63,12 @@ class Files(Form):
             sums.update(piece.path(layout, ".sums").read_bytes())
             for file in piece.path(layout, "").iterdir():
                 file.replace(target / file.name)
+        with atomic_write(layout.records / f"{shard.key}{_METADATA}", layout.parts) as joined:
+            copy_all((piece.path(layout, _METADATA) for piece in pieces), joined)
         return {"path": f"{shard.split}/", "sha256": sums.hexdigest()}
 
     @classmethod
     def finish_set(cls, layout: Layout, split: str, labels: Iterable[dict[str, Any]]) -> None:
         """Write `metadata.jsonl`, which Hugging Face's ImageFolder reads: file and factors of each sample."""
         with atomic_write(layout.folder / split / "metadata.jsonl", layout.parts) as file:
-            for each in labels:
-                name = {"file_name": f"{key_of(each['index'])}.png"}
-                file.write(as_json({**name, **each["factors"], **name}))  # even if a factor has that name
+            copy_all(sorted(layout.records.glob(f"{split}-{'[0-9]' * 6}{_METADATA}")), file)

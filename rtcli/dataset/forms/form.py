@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, BinaryIO, ClassVar, NamedTuple
 
 from rtcli.dataset.plan import Layout, Shard
 from rtcli.extras import require_extra
 from rtcli.rendering.film import Film
 from rtcli.template.template import Template
+from rtcli.template.values import Drawn
 
 
 class FormError(ValueError):
@@ -92,6 +94,23 @@ def as_json(data: Mapping[str, Any]) -> bytes:
 def key_of(index: int) -> str:
     """Return how the names of a sample's files start."""
     return f"{index:08}"
+
+
+def is_plain(factor: Drawn) -> bool:
+    """Return whether all values of a factor are numbers, or vectors of the same length."""
+    return factor.is_number() or factor.vector_length() is not None
+
+
+def column_value(factor: Drawn, value: Any) -> Any:
+    """Return a value of a factor for a column, whose values are of one kind: JSON text if the factor's are not."""
+    return value if is_plain(factor) or isinstance(value, str) else json.dumps(value)
+
+
+def copy_all(paths: Iterable[Path], target: BinaryIO) -> None:
+    """Copy the bytes of files, one after the other."""
+    for path in paths:
+        with path.open("rb") as source:
+            shutil.copyfileobj(source, target)
 
 
 def chunks_of(path: Path) -> Iterator[bytes]:

@@ -11,7 +11,7 @@ from typing import Any
 
 from rtcli.atomic import atomic_write
 from rtcli.dataset.forms.encode import array_file, picture_file
-from rtcli.dataset.forms.form import Form, Piece, key_of, sha256_of
+from rtcli.dataset.forms.form import Form, Piece, column_value, is_plain, key_of, sha256_of
 from rtcli.dataset.plan import Layout, Shard
 from rtcli.extras import EXTRAS, require_extra
 from rtcli.rendering.film import Film
@@ -46,8 +46,7 @@ class Parquet(Form):
             suffix, data = array_file(film[name])
             row[name] = {"bytes": data, "path": f"{key}.{name}{suffix}"}
         for column, (name, draw) in self._factors.items():
-            value = labels["factors"][name]
-            row[column] = value if _is_plain(draw) or isinstance(value, str) else json.dumps(value)
+            row[column] = column_value(draw, labels["factors"][name])
         objects = [{**each, "shape": _shape_text(each)} for each in labels["objects"]]
         row = {**row, _INDEX: labels["index"], _CAMERA: labels["camera"], _OBJECTS: objects}
         self._rows_of(passes).write_batch(_arrow().RecordBatch.from_pylist([row], self._schema(passes)))
@@ -138,16 +137,12 @@ def _column(factor: str) -> str:
     return f"factor.{factor}" if factor in (_IMAGE, _INDEX, _CAMERA, _OBJECTS, *PASSES) else factor
 
 
-def _is_plain(factor: Drawn) -> bool:
-    return factor.is_number() or factor.vector_length() is not None
-
-
 def _type(factor: Drawn) -> Any:
     """Return the type of a factor's column: a number, a list of numbers, or a text, JSON if it is none."""
     arrow = _arrow()
     if factor.is_number():
         return arrow.int64() if all(type(each.value) is int for each in factor.examples()) else arrow.float64()
-    return arrow.list_(arrow.float64()) if _is_plain(factor) else arrow.string()
+    return arrow.list_(arrow.float64()) if is_plain(factor) else arrow.string()
 
 
 @functools.cache
