@@ -20,6 +20,12 @@ from rtcli.template.template import Template
 
 _SHEET = "contact-sheet.png"
 _SIDE, _CELLS, _GAP = 160, 5, 4
+# The files of a split that Hugging Face's `datasets` loads, by form; of several forms, the first one here.
+_LOADED = {
+    "parquet": ("data/{split}-*.parquet",),
+    "files": ("{split}/metadata.jsonl", "{split}/" + "[0-9]" * 8 + ".png"),
+    "webdataset": ("{split}-*.tar",),
+}
 
 
 @dataclass(frozen=True)
@@ -105,12 +111,12 @@ def _card(name: str, summary: Mapping[str, Any]) -> str:
     front = textwrap.dedent(
         f"""\
         ---
-        pretty_name: {name}
+        pretty_name: {json.dumps(name, ensure_ascii=False)}
         size_categories: [{_size(total)}]
         tags: [synthetic, rtcli]
-        ---
         """
     )
+    front += _configuration(summary) + "---\n"
     return f"""{front}
 # {name}
 
@@ -131,6 +137,18 @@ Design: `{summary["design"]}`.
 | --- | --- | --- |
 {factors}
 """
+
+
+def _configuration(summary: Mapping[str, Any]) -> str:
+    """Return the lines of front matter that tell which files hold each split; none for HDF5 alone."""
+    for form, patterns in _LOADED.items():
+        if form in summary["formats"]:
+            files = [
+                {"split": split, "path": [pattern.format(split=split) for pattern in patterns]}
+                for split in summary["splits"]
+            ]
+            return f"configs: {json.dumps([{'config_name': 'default', 'data_files': files}])}\n"
+    return ""
 
 
 def _size(count: int) -> str:

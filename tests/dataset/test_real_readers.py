@@ -22,9 +22,13 @@ pytestmark = [pytest.mark.integration, pytest.mark.filterwarnings("ignore")]
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """A data set of 60 samples in all forms."""
-    folder = tmp_path_factory.mktemp("dataset")
-    template = parse_template(TEXT.replace("count: 2500", "count: 60").encode(), "t.yaml")
-    run = Run(template, OutputSettings(tuple(FORMATS), ("object_id",)), Layout(folder), 0, 60)
+    return made(TEXT, tmp_path_factory.mktemp("dataset"), tuple(FORMATS), ("object_id",))
+
+
+def made(text, folder, forms, passes):
+    """Make 60 samples of a template."""
+    template = parse_template(text.replace("count: 2500", "count: 60").encode(), "t.yaml")
+    run = Run(template, OutputSettings(forms, passes), Layout(folder), 0, 60)
     prepare(run)
     workers = LocalWorkers(2)
     try:
@@ -116,6 +120,22 @@ def test_datasets_reads_a_folder_of_pictures(folder, tmp_path):
     loaded = datasets.load_dataset("imagefolder", data_dir=str(folder / "train"), cache_dir=str(tmp_path))["train"]
     pictures = [row for row in loaded if row["hue"] is not None]
     assert len(pictures) == 48
+
+
+@pytest.mark.parametrize("passes", [(), ("depth", "normal")])
+def test_datasets_reads_a_folder_of_files_by_its_card(tmp_path, passes):
+    datasets = pytest.importorskip("datasets", reason="datasets is not installed")
+    factors = "factors: {paint: {choice: [red, '#00ff00', [0, 0, 1]]}, hue: {linspace: [0, 0.9, 10]}}"
+    text = TEXT.replace("factors: {hue: {linspace: [0, 0.9, 10]}}", factors)
+    folder = made(text, tmp_path / "set", ("files",), passes)
+    loaded = datasets.load_dataset(str(folder), cache_dir=str(tmp_path / "cache"))
+    assert {split: len(rows) for split, rows in loaded.items()} == {"train": 48, "test": 12}
+    for index in (0, 47):
+        factors = json.loads((folder / "train" / f"{index:08}.json").read_text())["factors"]
+        row = loaded["train"][index]
+        assert row["image"].size == (48, 32)
+        assert row["hue"] == factors["hue"]
+        assert row["paint"] in (factors["paint"], json.dumps(factors["paint"]))
 
 
 def test_loader_of_the_tutorial_reads_all_samples(tmp_path, monkeypatch, capsys):

@@ -5,6 +5,7 @@ import shutil
 from concurrent.futures import Future, ThreadPoolExecutor
 
 import pytest
+import yaml
 from template_texts import TEXT
 
 from rtcli.batch.pool import LocalWorkers, Workers
@@ -202,6 +203,26 @@ def test_card_has_front_matter_and_a_contact_sheet(finished):
     assert text.startswith("---\npretty_name: ")
     assert "| train | 120 |" in text
     assert (finished[0] / "contact-sheet.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("forms", "train"),
+    [
+        (FORMS, ["data/train-00000-of-00001.parquet"]),
+        (("webdataset", "hdf5"), ["train-000000.tar"]),
+        (("files",), ["train/metadata.jsonl", *(f"train/{index:08}.png" for index in range(120))]),
+    ],
+)
+def test_card_tells_which_files_hold_each_split(small, tmp_path, forms, train):
+    folder = tmp_path / "a: set"
+    made(run_of(small, folder, settings=OutputSettings(forms, ("depth",))))
+    front = yaml.safe_load((folder / "README.md").read_text().split("---\n")[1])
+    assert front["pretty_name"] == "a: set"
+    [configuration] = front["configs"]
+    first, second = configuration["data_files"]
+    assert (first["split"], second["split"]) == ("train", "test")
+    found = [path for pattern in first["path"] for path in sorted(folder.glob(pattern))]
+    assert [path.relative_to(folder).as_posix() for path in found] == train
 
 
 def test_unfinished_files_are_removed(finished):
