@@ -192,6 +192,22 @@ def test_description_tells_how_the_set_came_about(small, finished):
         assert hashlib.sha256((finished[0] / tar["path"]).read_bytes()).hexdigest() == tar["sha256"]
 
 
+def test_all_files_can_be_checked(finished):
+    folder, found = finished
+    described = json.loads((folder / "dataset.json").read_text())
+    files = [file for shard in described["shards"] for file in shard["files"]]
+    assert all("path" in file for file in files)
+    direct = {file.get("checksums", file["path"]): file["sha256"] for file in files if "sha256" in file}
+    assert direct.items() <= found.items()
+    lists = [path.relative_to(folder).as_posix() for path in (folder / "checksums").iterdir()]
+    assert {file["checksums"] for file in files if "checksums" in file} <= set(lists)
+    lines = [line.split("  ") for name in lists for line in (folder / name).read_text().splitlines()]
+    listed = {name: digest for digest, name in lines}
+    assert listed.items() <= found.items()
+    left = {name for name in found if name not in direct.keys() | listed.keys() and not name.startswith(".rtcli/")}
+    assert left - set(lists) == {"contact-sheet.png", "dataset.json"}
+
+
 def test_json_files_of_a_data_set_are_no_scenes(finished):
     files = [path for path in finished[0].rglob("*.json") if ".rtcli" not in path.parts]
     assert len(files) > 150

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from rtcli.atomic import atomic_write
-from rtcli.dataset.forms.form import Form, key_of
-from rtcli.dataset.plan import Layout
+from rtcli.dataset.forms.form import Form, Piece, checksums_of, key_of, write_checksums
+from rtcli.dataset.plan import Layout, Shard
 from rtcli.rendering.metadata import SOFTWARE
 from rtcli.scene.model import SHAPES
 
@@ -20,14 +20,19 @@ class Coco(Form):
     beside = ("files",)
 
     @classmethod
+    def finish_shard(cls, layout: Layout, shard: Shard, pieces: Sequence[Piece]) -> dict[str, Any]:
+        """Name the annotations, whose hash changes with each shard."""
+        return {"path": _name(shard.split), "checksums": checksums_of(_name(shard.split))}
+
+    @classmethod
     def finish_set(cls, layout: Layout, split: str, labels: Iterable[dict[str, Any]]) -> None:
         """Write `annotations/instances_SPLIT.json`, in memory that does not grow with the number of samples."""
         categories = {type: number for number, type in enumerate(SHAPES, start=1)}
-        folder, unfinished = layout.folder / "annotations", layout.parts / f"{split}.images"
-        folder.mkdir(exist_ok=True)
+        path, unfinished = layout.folder / _name(split), layout.parts / f"{split}.images"
+        path.parent.mkdir(exist_ok=True)
         count = 0
         with (
-            atomic_write(folder / f"instances_{split}.json", layout.parts) as file,
+            atomic_write(path, layout.parts) as file,
             unfinished.open("w+b") as images,
         ):
             file.write(f'{{"software": "{SOFTWARE}",\n"categories":'.encode())
@@ -49,6 +54,11 @@ class Coco(Form):
             shutil.copyfileobj(images, file)
             file.write(b"]}\n")
         unfinished.unlink()
+        write_checksums(layout, _name(split))
+
+
+def _name(split: str) -> str:
+    return f"annotations/instances_{split}.json"
 
 
 def _annotation(number: int, image: int, categories: Mapping[str, int], row: Mapping[str, Any]) -> dict[str, Any]:

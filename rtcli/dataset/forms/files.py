@@ -9,7 +9,17 @@ from typing import Any
 
 from rtcli.atomic import atomic_write
 from rtcli.dataset.forms.encode import array_file
-from rtcli.dataset.forms.form import Form, Piece, as_json, column_value, copy_all, key_of
+from rtcli.dataset.forms.form import (
+    Form,
+    Piece,
+    as_json,
+    checksums_of,
+    column_value,
+    copy_all,
+    key_of,
+    sha256_of,
+    write_checksums,
+)
 from rtcli.dataset.plan import Layout, Shard
 from rtcli.rendering.film import Film
 from rtcli.template.template import Template
@@ -43,7 +53,7 @@ class Files(Form):
         for suffix, data in {**files, ".json": as_json({**labels, "passes": decode})}.items():
             name = key_of(labels["index"]) + suffix
             (self._folder / name).write_bytes(data)
-            self._sums.write(f"{hashlib.sha256(data).hexdigest()}  {name}\n")
+            self._sums.write(f"{hashlib.sha256(data).hexdigest()}  {self._piece.shard.split}/{name}\n")
         factors = {name: column_value(draw, labels["factors"][name]) for name, draw in self._factors.items()}
         picture = {"file_name": f"{key_of(labels['index'])}.png"}
         self._metadata.write(as_json({**picture, **factors, **picture}))  # even if a factor has that name
@@ -58,17 +68,21 @@ class Files(Form):
         """Move the files into the folder of the split; the hash of a shard is that of its list of hashes."""
         target = layout.folder / shard.split
         target.mkdir(exist_ok=True)
-        sums = hashlib.sha256()
+        sums = checksums_of(shard.key)
+        (layout.folder / sums).parent.mkdir(exist_ok=True)
+        with atomic_write(layout.folder / sums, layout.parts) as joined:
+            copy_all((piece.path(layout, ".sums") for piece in pieces), joined)
         for piece in pieces:
-            sums.update(piece.path(layout, ".sums").read_bytes())
             for file in piece.path(layout, "").iterdir():
                 file.replace(target / file.name)
         with atomic_write(layout.records / f"{shard.key}{_METADATA}", layout.parts) as joined:
             copy_all((piece.path(layout, _METADATA) for piece in pieces), joined)
-        return {"path": f"{shard.split}/", "sha256": sums.hexdigest()}
+        return {"path": f"{shard.split}/", "checksums": sums, "sha256": sha256_of(layout.folder / sums)}
 
     @classmethod
     def finish_set(cls, layout: Layout, split: str, labels: Iterable[dict[str, Any]]) -> None:
         """Write `metadata.jsonl`, which Hugging Face's ImageFolder reads: file and factors of each sample."""
-        with atomic_write(layout.folder / split / "metadata.jsonl", layout.parts) as file:
+        name = f"{split}/metadata.jsonl"
+        with atomic_write(layout.folder / name, layout.parts) as file:
             copy_all(sorted(layout.records.glob(f"{split}-{'[0-9]' * 6}{_METADATA}")), file)
+        write_checksums(layout, name)

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO, ClassVar, NamedTuple
 
+from rtcli.atomic import atomic_write
 from rtcli.dataset.plan import Layout, Shard
 from rtcli.extras import require_extra
 from rtcli.rendering.film import Film
@@ -126,3 +127,16 @@ def sha256_of(path: Path) -> str:
     for chunk in chunks_of(path):
         digest.update(chunk)
     return digest.hexdigest()
+
+
+def checksums_of(name: str) -> str:
+    """Return the name of the list of hashes of a shard, or of a file that holds a whole split."""
+    return f"checksums/{name.replace('/', '-')}.sha256"
+
+
+def write_checksums(layout: Layout, name: str) -> None:
+    """Write the hash of a file that holds a whole split, as `sha256sum --check` reads it."""
+    path = layout.folder / checksums_of(name)
+    path.parent.mkdir(exist_ok=True)
+    with atomic_write(path, layout.parts) as file:
+        file.write(f"{sha256_of(layout.folder / name)}  {name}\n".encode())

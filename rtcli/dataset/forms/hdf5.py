@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rtcli.dataset.forms.form import Form, FormError, Piece
+from rtcli.dataset.forms.form import Form, FormError, Piece, checksums_of, write_checksums
 from rtcli.dataset.plan import Layout, Shard
 from rtcli.extras import EXTRAS, require_extra
 from rtcli.rendering.film import Film
@@ -80,7 +80,8 @@ class Hdf5(Form):
     def finish_shard(cls, layout: Layout, shard: Shard, pieces: Sequence[Piece]) -> dict[str, Any]:
         """Join the pieces; the hash of a shard is that of its compressed arrays, labels and indices."""
         digest = _join([piece.path(layout, ".h5") for piece in pieces], layout, layout.records / f"{shard.key}.h5")
-        return {"path": f"{shard.split}.h5", "sha256": digest}
+        name = f"{shard.split}.h5"
+        return {"path": name, "checksums": checksums_of(name), "sha256_of_arrays": digest}
 
     @classmethod
     def finish_set(cls, layout: Layout, split: str, labels: Iterable[dict[str, Any]]) -> None:
@@ -88,6 +89,7 @@ class Hdf5(Form):
         layout.parts.mkdir(exist_ok=True)
         shards = sorted(layout.records.glob(f"{split}-{'[0-9]' * 6}.h5"))
         _join(shards, layout, layout.folder / f"{split}.h5")
+        write_checksums(layout, f"{split}.h5")
 
 
 def _alphas(template: Template) -> Iterator[bool]:
