@@ -78,7 +78,8 @@ class Parquet(Form):
         with atomic_write(layout.folder / name, layout.parts) as file, _writer(file, _schema_of(paths)) as writer:
             for group in _groups(_rows(paths)):
                 writer.write_table(_arrow().Table.from_batches(group))
-        return {"path": name, "sha256": sha256_of(layout.folder / name)}
+        path = layout.folder / name
+        return {"path": name, "bytes": path.stat().st_size, "sha256": sha256_of(path)}
 
 
 def _arrow() -> Any:
