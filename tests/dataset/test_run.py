@@ -198,6 +198,14 @@ def test_shard_whose_file_is_gone_or_cut_is_made_again(small, finished, tmp_path
     assert made(run_of(small, tmp_path)) == expected
 
 
+def test_shard_whose_table_is_gone_is_made_again(small, tmp_path):
+    settings = OutputSettings(("parquet",), ())
+    expected = made(run_of(small, tmp_path, settings=settings))
+    (tmp_path / "data" / "test-00000-of-00001.parquet").unlink()
+    assert [shard.key for shard in run_of(small, tmp_path, settings=settings).missing()] == ["test-000000"]
+    assert made(run_of(small, tmp_path, settings=settings)) == expected
+
+
 def test_shard_that_no_run_has_made_is_missing(small, tmp_path):
     run = run_of(small, tmp_path, part=(1, 2))
     prepare(run)
