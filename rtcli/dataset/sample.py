@@ -15,6 +15,7 @@ from rtcli.dataset.constraints import (
     PICTURE_CHECKS,
     Placed,
     Surroundings,
+    distance_kept,
     placed,
 )
 from rtcli.rendering.job import RenderJob, RenderRequest
@@ -203,7 +204,7 @@ class _Slot(NamedTuple):
 class _Placement:
     """Places the objects of a sample one by one, each drawn again until it meets its constraints.
 
-    Objects without constraints come before the others, which keep away from them.
+    Objects come after those that they keep away from.
     """
 
     def __init__(self, template: Template, context: Context, camera: Any, rejections: Rejections) -> None:
@@ -231,10 +232,14 @@ class _Placement:
             if type(requirement) in OBJECT_CHECKS and requirement.target == group.name
         ]
 
-    def _rank(self, slot: _Slot) -> tuple[bool, bool]:
-        """Return the sort key of the order of placing: what others rest on, free objects, constrained objects."""
+    def _rank(self, slot: _Slot) -> tuple[bool, bool, float]:
+        """Return the sort key of the order of placing: what others rest on, free objects, constrained objects.
+
+        Of any two objects, the second is the one that must keep the larger distance: it keeps away from the first.
+        """
         is_support = slot.group.name in {group.rest_on for group in self._template.groups} - {None}
-        return not is_support, bool(self._requirements(slot.group))
+        requirements = self._requirements(slot.group)
+        return not is_support, bool(requirements), distance_kept(requirements)
 
     def _place(self, slot: _Slot) -> bool:
         requirements = self._requirements(slot.group)

@@ -33,6 +33,25 @@ def test_boxes_keep_their_distance(samples):
             assert distances.min() >= 0.25
 
 
+POSITION = "[{uniform: [-2, 2]}, 0, {uniform: [-2, 2]}]"
+PAIR = f"""\
+dataset: {{seed: 1, count: 9, require: [{{apart: one, margin: 0.5}}, CONSTRAINT]}}
+camera: {{resolution: [64, 48], fov: 60, position: [0, 8, 8], look_at: [0, 0, 0]}}
+objects:
+  - {{name: one, repeat: 3, type: sphere, radius: 0.5, position: {POSITION}, color: red}}
+  - {{name: two, repeat: 3, type: sphere, radius: 0.5, position: {POSITION}, color: tan}}
+"""
+
+
+@pytest.mark.parametrize("other", ["{in_view: two}", "{apart: two, margin: 0.05}", "{apart: two, margin: 0.6}"])
+def test_objects_of_two_groups_keep_the_larger_of_their_distances(sample_with, other):
+    text = PAIR.replace("CONSTRAINT", other)
+    margin = 0.6 if "0.6" in other else 0.5
+    for index in range(9):
+        shapes = sample_with(text, index)[0].scene.objects
+        assert all(math.dist(a.position, b.position) >= 1 + margin for a in shapes[:3] for b in shapes[3:])
+
+
 def outline(box):
     """Return points along the outline of a box seen from above: (N, 2)."""
     angle, (width, _, depth) = math.radians(box.rotation), box.size
