@@ -62,8 +62,8 @@ class TemplateReader:
             return model.model_validate(data)
         except ValidationError as error:
             for details in error.errors(include_url=False):
-                rule, inner, message, at = _finding(details, model, self._document, loc)
-                self.refuse(rule, (*loc, *inner), message, at=at)
+                rule, inner, message, at, help = _finding(details, model, self._document, loc)
+                self.refuse(rule, (*loc, *inner), message, help, at)
         return None
 
     def key(self, loc: Loc) -> tuple[int, int]:
@@ -203,6 +203,7 @@ _OF_MODEL: dict[str, Rule] = {
     "bad_range": rules.BAD_RANGE,
     "bad_weights": rules.BAD_WEIGHTS,
     "no_requirement": rules.NO_REQUIREMENT,
+    "too_far": rules.OUT_OF_RANGE,
 }
 
 
@@ -213,6 +214,7 @@ class _Finding(NamedTuple):
     loc: Loc
     message: str
     at: str = VALUE
+    help: str = ""
 
 
 def _finding(error: ErrorDetails, model: type[BaseModel], document: Document, around: Loc) -> _Finding:
@@ -243,7 +245,7 @@ def _of_value(error: ErrorDetails, loc: Loc, got: str) -> _Finding:
     type_, context = error["type"], error.get("ctx", {})
     bound = next((key for key in _BOUNDS if key in context), None)
     if type_ in _OF_MODEL:
-        return _Finding(_OF_MODEL[type_], loc, error["msg"])
+        return _Finding(_OF_MODEL[type_], loc, error["msg"], help=context.get("help", ""))
     if type_ in _MUST:
         rule, words = _MUST[type_]
         return _Finding(rule, loc, f"must be {words}, {got}")
