@@ -129,7 +129,7 @@ def needs_picture(template: Template) -> bool:
 
 
 def draw_sample(
-    template: Template, index: int, film_of: Callable[[Scene], Film] | None
+    template: Template, index: int, film_of: Callable[[Scene], Film] | None, most_tries: int | None = None
 ) -> tuple[DatasetSample, Rejections]:
     """Return the sample of an index, and what was drawn again for it.
 
@@ -141,21 +141,23 @@ def draw_sample(
         The index, from 0.
     film_of
         Returns the film of a scene, with the pass `object_id` if a constraint needs it; None if none does.
+    most_tries
+        A bound of the tries of an object, and of the sample, beside that of the template.
 
     Raises
     ------
     SampleError
         If none of the tries meets all constraints.
     """
-    rejections = Rejections()
-    for sample in _candidates(template, index, rejections):
+    rejections, tries = Rejections(), min(template.dataset.tries, most_tries or template.dataset.tries)
+    for sample in _candidates(template, index, tries, rejections):
         film = None if film_of is None else film_of(sample.scene)
         rejections.draws += needs_picture(template)
         refused = None if film is None else _refused_by_picture(template, sample, film, rejections.checks)
         if refused is None:
             return replace(sample, film=film), rejections
         rejections.add(*refused)
-    raise SampleError(rejections, template.dataset.tries)
+    raise SampleError(rejections, tries)
 
 
 def _refused_by_picture(
@@ -173,14 +175,14 @@ def _refused_by_picture(
     return None
 
 
-def _candidates(template: Template, index: int, rejections: Rejections) -> Iterator[DatasetSample]:
+def _candidates(template: Template, index: int, tries: int, rejections: Rejections) -> Iterator[DatasetSample]:
     """Yield samples that meet all constraints on objects, one for each try that succeeds."""
-    tries, factors = template.dataset.tries, template.factors_at(index)
+    factors = template.factors_at(index)
     for number in range(tries):
-        context = Context(index, factors, number * tries)
+        context = Context(index, factors, number * template.dataset.tries)
         sections = {key: value.at(context) for key, value in template.sections.items()}
         try:
-            objects = _Placement(template, context, sections.get("camera"), rejections).objects()
+            objects = _Placement(template, context, sections.get("camera"), rejections).objects(tries)
             if objects is None:
                 continue
             rejections.checks[_SCENE] += 1
@@ -214,14 +216,14 @@ class _Placement:
         self._rejections = rejections
         self._placed: dict[int, Placed] = {}
 
-    def objects(self) -> list[Placed] | None:
-        """Return the objects in the order of the file; None if one cannot be placed."""
+    def objects(self, tries: int) -> list[Placed] | None:
+        """Return the objects in the order of the file; None if one cannot be placed in that number of tries."""
         slots: list[_Slot] = []
         for group in self._template.groups:
             for element, name in enumerate(group.names(self._context.index, self._context.factors)):
                 slots.append(_Slot(len(slots), group, element, name))
         for slot in sorted(slots, key=self._rank):
-            if not self._place(slot):
+            if not self._place(slot, tries):
                 return None
         return [self._placed[slot.number] for slot in slots]
 
@@ -241,9 +243,8 @@ class _Placement:
         requirements = self._requirements(slot.group)
         return not is_support, bool(requirements), distance_kept(requirements)
 
-    def _place(self, slot: _Slot) -> bool:
+    def _place(self, slot: _Slot, tries: int) -> bool:
         requirements = self._requirements(slot.group)
-        tries = self._template.dataset.tries
         for number in range(tries):
             self._rejections.draws += bool(requirements)
             candidate = self._candidate(slot, self._context.attempt + number)

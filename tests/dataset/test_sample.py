@@ -8,6 +8,7 @@ from template_texts import TEXT
 import rtcli
 from rtcli.dataset.sample import SampleError, draw_sample, ids_of, sample_text
 from rtcli.scene.model import Box, Sphere
+from rtcli.template.template import parse_template
 
 
 def test_objects_rest_on_their_plane(samples):
@@ -108,6 +109,11 @@ def test_text_of_a_sample_reads_back_equal(template, samples):
     assert rtcli.parse_scene(text) == samples[5].scene
 
 
+# A camera that may look at where it stands.
+BY_CHANCE = """\
+dataset: {seed: 1, count: 9}
+camera: {resolution: [8, 8], fov: 40, position: [0, 0, {choice: [0, 1, 2, 3]}], look_at: [0, 0, {choice: [0, 1]}]}
+"""
 # Two objects that would have to be in opposite corners.
 CROWDED = TEXT.replace("{integers: [3, 6]}", "2").replace("margin: 0.25", "margin: 7.4")
 CROWDED = CROWDED.replace("require:", "tries: 5\n  require:")
@@ -129,6 +135,19 @@ def test_objects_that_never_fit_are_reported_with_the_constraint(sample_with):
         sample_with(CROWDED)
 
 
+def test_tries_can_be_fewer_than_those_of_the_template():
+    crowded = parse_template(CROWDED.replace("tries: 5", "tries: 9999").encode(), "t.yaml")
+    with pytest.raises(SampleError, match=r"2 tries \(apart refused 4 draws\)"):
+        draw_sample(crowded, 0, None, most_tries=2)
+
+
+@pytest.mark.parametrize("index", range(9))
+def test_fewer_tries_are_the_first_ones(index):
+    by_chance = parse_template(BY_CHANCE.encode(), "t.yaml")
+    few, all_ = (draw_sample(by_chance, index, None, most)[0].scene for most in (50, None))
+    assert few == all_
+
+
 def test_objects_that_are_never_seen_are_reported_with_the_constraint(sample_with):
     hidden = TEXT.replace("pixels: 10", "pixels: 200").replace("require:", "tries: 5\n  require:")
     with pytest.raises(SampleError, match=r"^min_visible_pixels: things\[\d\], 5 tries .*refused 5 draws"):
@@ -142,13 +161,9 @@ def test_plane_with_a_constraint_can_carry_objects(sample_with):
 
 
 def test_scene_that_is_invalid_by_chance_is_drawn_again(sample_with):
-    text = """\
-dataset: {seed: 1, count: 9}
-camera: {resolution: [8, 8], fov: 40, position: [0, 0, {choice: [0, 1, 2, 3]}], look_at: [0, 0, {choice: [0, 1]}]}
-"""
     rejected = 0
     for index in range(9):
-        sample, rejections = sample_with(text, index)
+        sample, rejections = sample_with(BY_CHANCE, index)
         rejected += rejections.counts["scene"]
         assert sample.scene.camera.position != sample.scene.camera.look_at
     assert rejected
