@@ -112,7 +112,9 @@ class Rejections:
         """Return why no sample met all constraints, the tightest constraint first."""
         text = [f"{kind} refused {counted(count, 'draw')}" for kind, count in self.counts.most_common()]
         tightest = self.ended.most_common(1)[0][0]
-        return f"{tightest}: {self.last[tightest]}, {tries:,} tries ({', '.join(text)})"
+        return (
+            f"{tightest}: {self.last[tightest]}, {tries:,} {'try' if tries == 1 else 'tries'} ({', '.join(text)})"
+        )
 
 
 class SampleError(ValueError):

@@ -141,6 +141,11 @@ def test_tries_can_be_fewer_than_those_of_the_template():
         draw_sample(crowded, 0, None, most_tries=2)
 
 
+def test_single_try_is_reported_as_one(sample_with):
+    with pytest.raises(SampleError, match=r"^apart: .*, 1 try \(apart refused 1 draw\)$"):
+        sample_with(CROWDED.replace("tries: 5", "tries: 1"))
+
+
 @pytest.mark.parametrize("index", range(9))
 def test_fewer_tries_are_the_first_ones(index):
     by_chance = parse_template(BY_CHANCE.encode(), "t.yaml")
