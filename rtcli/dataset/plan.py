@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+import secrets
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -70,9 +71,12 @@ class Layout:
     ----------
     folder
         The folder.
+    run
+        The name of the run that writes to it: several may do so at once, even the same shard.
     """
 
     folder: Path
+    run: str = field(default_factory=lambda: secrets.token_hex(4))
 
     @property
     def records(self) -> Path:
@@ -81,8 +85,8 @@ class Layout:
 
     @property
     def parts(self) -> Path:
-        """The folder of unfinished files."""
-        return self.records / "parts"
+        """The folder of the run's unfinished files."""
+        return self.records / "parts" / self.run
 
     def record(self, shard: Shard) -> Path:
         """Return the path of the record of a shard, which exists once all files of the shard do."""
@@ -98,13 +102,39 @@ class Layout:
             with self.labels(key).open("rb") as lines:
                 yield from lines
 
+    def grown(self, shard: Shard) -> Shard:
+        """Return a shard with the samples that it has already, and all between."""
+        record = self._record(shard)
+        if record is None:
+            return shard
+        return shard._replace(start=min(shard.start, record["start"]), stop=max(shard.stop, record["stop"]))
+
     def is_done(self, shard: Shard) -> bool:
-        """Return whether a shard is finished, with all of its samples."""
-        try:
-            record = json.loads(self.record(shard).read_bytes())
-        except (OSError, ValueError):
+        """Return whether a shard is finished, with all of its samples, and its files are there."""
+        record = self._record(shard)
+        if record is None or not record["start"] <= shard.start <= shard.stop <= record["stop"]:
             return False
-        return bool(record["start"] <= shard.start and shard.stop <= record["stop"])
+        failed = {failure["index"] for failure in record["failures"]}
+        return all(self._is_there(file, shard, failed) for file in record["files"])
+
+    def _record(self, shard: Shard) -> dict[str, Any] | None:
+        try:
+            record: dict[str, Any] = json.loads(self.record(shard).read_bytes())
+        except (OSError, ValueError):
+            return None
+        return record
+
+    def _is_there(self, file: Mapping[str, Any], shard: Shard, failed: Collection[int]) -> bool:
+        """Return whether a file of a shard has its size, or a folder has a picture for each sample."""
+        path = self.folder / file.get("path", "")
+        try:
+            if "bytes" in file:
+                return bool(path.stat().st_size == file["bytes"])
+            names = {entry.name for entry in path.iterdir()} if path.name == shard.split else None
+        except OSError:
+            return False
+        indices = (index for index in range(shard.start, shard.stop) if index not in failed)
+        return names is None or all(f"{index:08}.png" in names for index in indices)
 
 
 @dataclass(frozen=True)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import shutil
+import time
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,12 +18,23 @@ from rtcli.dataset.card import thumbnails_of, write_card
 from rtcli.dataset.formats import FORMATS
 from rtcli.dataset.forms.form import Piece
 from rtcli.dataset.plan import Layout, OutputSettings, Shard, shards_of
-from rtcli.dataset.report import write_report
+from rtcli.dataset.report import PAGE, write_report
 from rtcli.dataset.sample import Rejections
 from rtcli.dataset.worker import PieceResult, Task, make_piece
 from rtcli.template.template import Template, parse_template
 
 _IDENTITY = "identity.json"
+# What differs, by the key of the identity.
+_DIFFERENCES = {
+    "software": "from another version of rtcli",
+    "draws": "with another version of draws",
+    "template": "from another template",
+    "template_sha256": "from another template",
+    "formats": "in other forms",
+    "passes": "with other passes",
+}
+# Unfinished files that nobody has touched for so many seconds are those of a run that was killed.
+_FORGOTTEN = 3600
 
 
 class OtherDatasetError(ValueError):
@@ -61,11 +74,18 @@ class Run:
         number, count = self.part
         for position, shard in enumerate(shards_of(self.template.dataset, self.start, self.stop)):
             if position % count == number - 1:
-                yield shard
+                yield self.layout.grown(shard)
 
     def missing(self) -> Iterator[Shard]:
         """Yield the shards of this run that are not finished."""
         return (shard for shard in self.shards() if not self.layout.is_done(shard))
+
+    def failures(self) -> Iterator[dict[str, Any]]:
+        """Yield the failures in the finished shards of this run."""
+        keys = {shard.key for shard in self.shards()}
+        return (
+            failure for record in _records(self.layout) if record["key"] in keys for failure in record["failures"]
+        )
 
 
 def prepare(run: Run) -> None:
@@ -74,7 +94,7 @@ def prepare(run: Run) -> None:
     Raises
     ------
     OtherDatasetError
-        If the folder holds another data set.
+        If the folder holds another data set, or other files.
     rtcli.dataset.forms.form.FormError
         If a form cannot hold the samples.
     rtcli.extras.MissingExtraError
@@ -89,13 +109,15 @@ def prepare(run: Run) -> None:
         changed = [key for key in identity if known.get(key) != identity[key]]
         if changed:
             raise OtherDatasetError(
-                f"{layout.folder} holds a data set with another {changed[0].replace('_', ' ')}: use another folder"
+                f"{layout.folder} holds a data set {_DIFFERENCES[changed[0]]}: use another folder"
             )
-        layout.parts.mkdir(exist_ok=True)
-        return
+    elif layout.folder.is_dir() and any(not entry.name.startswith(".") for entry in layout.folder.iterdir()):
+        raise OtherDatasetError(f"{layout.folder} holds other files: use a new folder")
     layout.parts.mkdir(parents=True, exist_ok=True)
-    with atomic_write(path, layout.parts) as file:
-        file.write(json.dumps(identity, indent=2).encode() + b"\n")
+    if not path.exists():
+        with atomic_write(path, layout.parts) as file:
+            file.write(json.dumps(identity, indent=2).encode() + b"\n")
+    (layout.records / f"asked-{run.start}-{run.stop}").touch()
 
 
 class Progress(NamedTuple):
@@ -115,28 +137,31 @@ def make(run: Run, workers: Workers) -> Iterator[Progress]:
         done += (shard.stop - shard.start) if run.layout.is_done(shard) else 0
     waiting: dict[str, list[tuple[Piece, PieceResult]]] = {}
     yield Progress(done, total, refused, draws)
-    for result in results(workers, make_piece, _tasks(run)):
-        if result is None:
-            continue
-        if result.error is not None:
-            raise result.error
-        task, made = result.task, _written(run.layout, result.value)
-        shard = task.piece.shard
-        finished = waiting.setdefault(shard.key, [])
-        finished.append((task.piece, made))
-        if len(finished) == sum(1 for _ in shard.pieces()):
-            _finish_shard(run, shard, sorted(waiting.pop(shard.key), key=lambda item: item[0].start))
-        done += task.piece.stop - task.piece.start
-        refused += made.rejections.counts.total()
-        draws += made.rejections.draws
-        yield Progress(done, total, refused, draws)
+    try:
+        for result in results(workers, make_piece, _tasks(run)):
+            if result is None:
+                continue
+            if result.error is not None:
+                raise result.error
+            task, made = result.task, _written(run.layout, result.value)
+            shard = task.piece.shard
+            finished = waiting.setdefault(shard.key, [])
+            finished.append((task.piece, made))
+            if len(finished) == sum(1 for _ in shard.pieces()):
+                _finish_shard(run, shard, sorted(waiting.pop(shard.key), key=lambda item: item[0].start))
+            done += task.piece.stop - task.piece.start
+            refused += made.rejections.counts.total()
+            draws += made.rejections.draws
+            yield Progress(done, total, refused, draws)
+    finally:
+        _remove_parts(run.layout)
 
 
 def _tasks(run: Run) -> Iterator[Task]:
-    folder = str(run.layout.folder.absolute()) if run.workers_write else None
+    layout = replace(run.layout, folder=run.layout.folder.absolute()) if run.workers_write else None
     for shard in run.missing():
         for start, stop in shard.pieces():
-            yield Task(run.template.name, run.template.raw, folder, Piece(shard, start, stop), run.settings)
+            yield Task(run.template.name, run.template.raw, layout, Piece(shard, start, stop), run.settings)
 
 
 def _written(layout: Layout, made: PieceResult) -> PieceResult:
@@ -181,6 +206,18 @@ def _finish_shard(run: Run, shard: Shard, made: list[tuple[Piece, PieceResult]])
                 path.unlink()
 
 
+def _remove_parts(layout: Layout) -> None:
+    """Remove the unfinished files of a run, and those of runs that were killed."""
+    shutil.rmtree(layout.parts, ignore_errors=True)
+    everywhere = layout.parts.parent
+    for other in everywhere.glob("*"):
+        with contextlib.suppress(OSError):
+            if time.time() - other.stat().st_mtime > _FORGOTTEN:
+                shutil.rmtree(other, ignore_errors=True)
+    with contextlib.suppress(OSError):  # others are at work
+        everywhere.rmdir()
+
+
 # --- The whole set ------------------------------------------------------------------------------------------
 
 
@@ -192,7 +229,7 @@ def merge(folder: Path, report: bool = False) -> dict[str, Any]:
     folder
         The folder.
     report
-        Whether to write a page, index.html, too.
+        Whether to write a page, index.html, too; one that is there is written again.
 
     Raises
     ------
@@ -200,25 +237,41 @@ def merge(folder: Path, report: bool = False) -> dict[str, Any]:
         If the folder holds no data set.
     """
     layout = Layout(folder)
-    identity = json.loads((layout.records / _IDENTITY).read_bytes())
+    try:
+        identity = json.loads((layout.records / _IDENTITY).read_bytes())
+    except OSError as error:
+        raise OSError(
+            error.errno, "holds no data set that can be merged: make its parts first", str(folder)
+        ) from error
     template = parse_template(identity["template"].encode(), "template.yaml")
     settings = OutputSettings(tuple(identity["formats"]), tuple(identity["passes"]))
-    layout.parts.mkdir(exist_ok=True)
+    layout.parts.mkdir(parents=True, exist_ok=True)
     records = sorted(_records(layout), key=lambda record: int(record["start"]))
     for split in template.dataset.splits:
         keys = [record["key"] for record in records if record["split"] == split]
         if keys:
             for name in settings.formats:
                 FORMATS[name].finish_set(layout, split, map(json.loads, layout.label_lines(keys)))
-    summary = _summary(template, identity, records)
+    summary = _summary(template, identity, records) | {"missing": _missing(layout, template)}
     thumbnails = thumbnails_of(template, summary)
     write_card(layout, summary, thumbnails)
-    if report:
+    if report or (folder / PAGE).exists():
         write_report(layout, template, summary, thumbnails)
     with atomic_write(folder / "dataset.json", layout.parts) as file:
         file.write(json.dumps(summary, indent=2).encode() + b"\n")
-    shutil.rmtree(layout.parts, ignore_errors=True)
+    _remove_parts(layout)
     return summary
+
+
+def _missing(layout: Layout, template: Template) -> list[dict[str, Any]]:
+    """Return the shards that some run was asked for, and none has finished."""
+    asked = [path.name.split("-")[1:] for path in layout.records.glob("asked-*-*")]
+    shards = {shard for start, stop in asked for shard in shards_of(template.dataset, int(start), int(stop))}
+    return [
+        {"key": shard.key, "start": shard.start, "stop": shard.stop}
+        for shard in sorted(shards, key=lambda shard: shard.start)
+        if not layout.is_done(shard)
+    ]
 
 
 def _records(layout: Layout) -> Iterator[dict[str, Any]]:

@@ -25,7 +25,7 @@ class Task(NamedTuple):
     ----------
     template, raw
         The name and the bytes of the template.
-    folder
+    layout
         The folder of the data set, an absolute path; None to return the files' bytes instead.
     piece
         The piece.
@@ -35,7 +35,7 @@ class Task(NamedTuple):
 
     template: str
     raw: bytes
-    folder: str | None
+    layout: Layout | None
     piece: Piece
     settings: OutputSettings
 
@@ -68,8 +68,8 @@ def _template(raw: bytes, name: str) -> Template:
 
 def make_piece(task: Task) -> PieceResult:
     """Write the files of a piece, or return them; see `Task`."""
-    if task.folder is not None:
-        return _make_piece(task, Layout(Path(task.folder)))
+    if task.layout is not None:
+        return _make_piece(task, task.layout)
     with tempfile.TemporaryDirectory(prefix="rtcli-") as folder:
         layout = Layout(Path(folder))
         layout.parts.mkdir(parents=True)

@@ -3,6 +3,7 @@ import json
 import random
 import shutil
 from concurrent.futures import Future, ThreadPoolExecutor
+from itertools import zip_longest
 
 import pytest
 from template_texts import TEXT
@@ -164,13 +165,65 @@ def test_parts_make_the_same_bytes(small, finished, tmp_path):
 def test_data_set_can_be_extended(small, finished, tmp_path):
     made(run_of(small, tmp_path, stop=60))
     assert json.loads((tmp_path / "dataset.json").read_text())["splits"] == {"train": 60}
-    assert made(run_of(small, tmp_path)) == finished[1]
+    again = made(run_of(small, tmp_path))
+    assert again.pop(".rtcli/asked-0-60") is not None
+    assert again == finished[1]
+
+
+def test_shard_keeps_the_samples_that_it_has(small, tmp_path):
+    made(run_of(small, tmp_path, stop=20))
+    made(run_of(small, tmp_path, start=30, stop=40))
+    together = json.loads((tmp_path / "dataset.json").read_text())
+    assert [(shard["start"], shard["stop"]) for shard in together["shards"]] == [(0, 40)]
+    assert len((tmp_path / "train" / "metadata.jsonl").read_bytes().splitlines()) == together["splits"]["train"]
+
+
+def test_two_runs_may_make_the_same_shard_at_once(small, finished, tmp_path):
+    runs = [run_of(small, tmp_path) for _ in range(2)]
+    for run in runs:
+        prepare(run)
+    for _ in zip_longest(*(make(run, InOrder(slots=1)) for run in runs)):
+        pass
+    merge(tmp_path)
+    assert hashes(tmp_path) == finished[1]
+
+
+def test_shard_whose_file_is_gone_or_cut_is_made_again(small, finished, tmp_path):
+    expected = made(run_of(small, tmp_path))
+    (tmp_path / "train" / "00000007.png").unlink()
+    with (tmp_path / "test-000000.tar").open("r+b") as file:
+        file.truncate(1000)
+    assert [shard.key for shard in run_of(small, tmp_path).missing()] == ["train-000000", "test-000000"]
+    assert made(run_of(small, tmp_path)) == expected
+
+
+def test_shard_that_no_run_has_made_is_missing(small, tmp_path):
+    run = run_of(small, tmp_path, part=(1, 2))
+    prepare(run)
+    for _ in make(run, InOrder()):
+        pass
+    assert merge(tmp_path)["missing"] == [{"key": "test-000000", "start": 120, "stop": 150}]
+
+
+def test_folder_with_other_files_is_refused(small, tmp_path):
+    (tmp_path / "README.md").write_text("mine")
+    with pytest.raises(OtherDatasetError, match="holds other files: use a new folder"):
+        prepare(run_of(small, tmp_path))
+    assert (tmp_path / "README.md").read_text() == "mine"
+
+
+def test_page_that_is_there_is_written_again(small, tmp_path):
+    made(run_of(small, tmp_path, stop=5))
+    merge(tmp_path, report=True)
+    before = (tmp_path / "index.html").read_bytes()
+    made(run_of(small, tmp_path, stop=20))
+    assert (tmp_path / "index.html").read_bytes() != before
 
 
 def test_folder_of_another_data_set_is_refused(small, finished, template):
-    with pytest.raises(OtherDatasetError, match="another template"):
+    with pytest.raises(OtherDatasetError, match="from another template"):
         prepare(run_of(template, finished[0]))
-    with pytest.raises(OtherDatasetError, match="another passes"):
+    with pytest.raises(OtherDatasetError, match="with other passes"):
         prepare(run_of(small, finished[0], settings=OutputSettings(FORMS, ())))
 
 
@@ -206,6 +259,7 @@ def test_card_has_front_matter_and_a_contact_sheet(finished):
 
 def test_unfinished_files_are_removed(finished):
     assert sorted(path.name for path in (finished[0] / ".rtcli").iterdir()) == [
+        "asked-0-150",
         "identity.json",
         "test-000000.h5",
         "test-000000.json",
@@ -247,5 +301,5 @@ def test_worker_can_do_a_piece_twice(small, tmp_path):
     run = run_of(small, tmp_path)
     prepare(run)
     shard = next(iter(run.shards()))
-    task = Task("t.yaml", small.raw, str(tmp_path), Piece(shard, 0, 5), run.settings)
+    task = Task("t.yaml", small.raw, run.layout, Piece(shard, 0, 5), run.settings)
     assert make_piece(task) == make_piece(task)

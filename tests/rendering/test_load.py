@@ -22,9 +22,9 @@ TEXTS = two_ways.texts()
 
 @pytest.mark.parametrize(("name", "text"), TEXTS)
 def test_valid_scene_is_read_straight_to_arrays(name, text):
-    read = read_packed(text.encode(), name, [], Stopwatch())
-    assert repr(read) == repr(two_ways.by_models(text.encode(), name, Overrides()))
-    assert read is not None
+    assert not two_ways.difference(text.encode(), name)
+    is_plain = "intrinsics" not in text
+    assert (read_packed(text.encode(), name, [], Stopwatch()) is not None) == is_plain
 
 
 @given(
@@ -190,7 +190,7 @@ def test_fingerprint_is_that_of_the_models():
     for name, text in TEXTS:
         raw = text.encode()
         read, expected = read_packed(raw, name, [], Stopwatch()), two_ways.by_models(raw, name, Overrides())
-        assert fingerprint(read) == fingerprint(expected)
+        assert read is None or fingerprint(read) == fingerprint(expected)
 
 
 def test_all_stages_are_timed_on_both_ways():

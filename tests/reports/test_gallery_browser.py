@@ -13,8 +13,7 @@ pytestmark = pytest.mark.integration
 KEYS = {"Escape": "\ue00c", "Enter": "\ue007", "Tab": "\ue004", "End": "\ue010", "Home": "\ue011"}
 KEYS |= {"Left": "\ue012", "Up": "\ue013", "Right": "\ue014", "Down": "\ue015"}
 
-# The scenes of the gallery, and eleven others.
-COUNT = len(list(batches.SCENES.glob("*.yaml"))) + 11
+COUNT = batches.SAMPLE_COUNT
 
 # Far more than a working page needs on the slowest machine.
 PATIENCE = 20

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
 from rtcli.batch.pool import Workers
 from rtcli.cli.console import STDIO, report_line
@@ -57,7 +58,8 @@ def _parse_part(text: str) -> tuple[int, int]:
     ],
     short_help="Render a data set: labeled pictures from one template.",
     epilog="A run that was stopped continues with the shards of 1,000 samples that are missing. "
-    "Exits with 1 if the template is invalid, or an index has no sample that meets all constraints.",
+    "Exits with 1 if the template is invalid, an index has no sample that meets all constraints, or a shard is "
+    "missing.",
 )
 @click.argument("template", metavar="TEMPLATE", help="A template; with --merge, the folder of a data set.")
 @click.option("-o", "--output", metavar="DIR", help="Write the data set to this folder.")
@@ -87,7 +89,7 @@ def command(template: str, output: str | None, is_merge: bool, dry_run: bool, qu
     """Render a data set: labeled pictures from one template."""
     report, part = options["report"], options["part"]
     if is_merge:
-        return _merge(template, output, dry_run, report, quiet)
+        return _merge(template, report, quiet)
     if report and (dry_run or part is not None):
         raise click.UsageError(
             "--report is about a whole data set: use it without --dry-run, and for parts with --merge"
@@ -111,13 +113,24 @@ def command(template: str, output: str | None, is_merge: bool, dry_run: bool, qu
     if part is None:
         return _finish(run.layout.folder, report, quiet)
     if not quiet:
+        left_out = sum(1 for _ in run.failures())
+        report_line(f"part {part[0]} of {part[1]} is done; {counted(left_out, 'sample')} left out")
         report_line(f"next, after all parts: rtcli dataset {printable(output)} --merge")
     return 0
 
 
-def _merge(folder: str, output: str | None, dry_run: bool, report: bool, quiet: bool) -> int:
-    if output is not None or dry_run:
-        raise click.UsageError("--merge takes the folder of a data set alone")
+def _merge(folder: str, report: bool, quiet: bool) -> int:
+    source = click.get_current_context().get_parameter_source
+    allowed = {"template", "is_merge", "report", "quiet"}
+    given = [
+        parameter.opts[0]
+        for parameter in click.get_current_context().command.params
+        if parameter.name
+        and parameter.name not in allowed
+        and source(parameter.name) is ParameterSource.COMMANDLINE
+    ]
+    if given:
+        raise click.UsageError(f"--merge takes the folder of a data set alone, not {given[0]}")
     return _finish(Path(folder), report, quiet)
 
 
@@ -138,24 +151,30 @@ def _indices(template: Template, start: int, count: int | None) -> tuple[int, in
     total = template.dataset.count
     stop = total if count is None else start + count
     if not start < stop <= total:
-        raise click.UsageError(f"the template has {counted(total, 'sample')}: raise `count`, or choose others")
+        raise click.UsageError(
+            f"the template has {counted(total, 'sample')}, 0 to {total - 1:,}: choose among them, or raise `count`"
+        )
     return start, stop
 
 
 def _finish(folder: Path, report: bool, quiet: bool) -> int:
     """Write what holds a whole data set, report what it is, and return the exit code."""
     summary = merge(folder, report)
-    failures = summary["failures"]
-    for failure in failures[:_MAX_SHOWN]:
-        report_line(f"Error: sample {failure['index']}: {printable(failure['reason'])}")
-    if len(failures) > _MAX_SHOWN:
-        report_line(f"{len(failures) - _MAX_SHOWN:,} more failures: see {printable(str(folder / 'dataset.json'))}")
+    failures, missing = summary["failures"], summary["missing"]
+    errors = [f"sample {failure['index']}: {failure['reason']}" for failure in failures]
+    errors += [
+        f"{shard['key']} is missing: samples {shard['start']:,} to {shard['stop'] - 1:,}" for shard in missing
+    ]
+    for text in errors[:_MAX_SHOWN]:
+        report_line(f"Error: {printable(text)}")
+    if len(errors) > _MAX_SHOWN:
+        report_line(f"{len(errors) - _MAX_SHOWN:,} more errors: see {printable(str(folder / 'dataset.json'))}")
     if not quiet:
         splits = ", ".join(f"{split} {count:,}" for split, count in summary["splits"].items())
         report_line(f"{printable(str(folder))}: {splits}; {len(failures):,} left out")
         if report:
             report_line(f"wrote {printable(str(folder / PAGE))}")
-    return INVALID if failures else 0
+    return INVALID if errors else 0
 
 
 def _try_out(template: Template, indices: tuple[int, int], passes: tuple[str, ...], quiet: bool) -> int:

@@ -48,7 +48,7 @@ class WebDataset(Form):
             end = bytes(2 * _BLOCK)
             digest.update(end)
             target.write(end)
-        return {"path": name, "sha256": digest.hexdigest()}
+        return {"path": name, "bytes": (layout.folder / name).stat().st_size, "sha256": digest.hexdigest()}
 
 
 def _add_member(file: IO[bytes], name: str, data: bytes) -> None:

@@ -140,11 +140,13 @@ def test_folder_of_another_data_set_is_refused(run, template, folder):
     (folder / "t.yaml").write_text((folder / "t.yaml").read_text().replace("seed: 3", "seed: 4"))
     result = run("dataset", template, "-o", "set")
     assert result.exit_code == 2
-    assert "set holds a data set with another template: use another folder" in result.stderr
+    assert "set holds a data set from another template: use another folder" in result.stderr
 
 
 def test_folder_without_a_data_set_cannot_be_merged(run, folder):
-    assert run("dataset", "missing", "--merge").exit_code == 3
+    result = run("dataset", "missing", "--merge")
+    assert result.exit_code == 3
+    assert "missing: holds no data set that can be merged: make its parts first" in result.stderr
 
 
 @pytest.mark.parametrize("form", ["hdf5", "parquet"])
