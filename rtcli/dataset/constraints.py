@@ -6,7 +6,7 @@ Each kind of `rtcli.template.dataset.REQUIREMENTS` has an entry in `OBJECT_CHECK
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 from rtcli.scene.model import Object
@@ -67,6 +67,11 @@ def _apart(requirement: Apart, candidate: Placed, around: Surroundings) -> str:
     )
     first = next(near, None)
     return "" if first is None else f"{candidate.label} and {first}"
+
+
+def distance_kept(requirements: Iterable[Requirement]) -> float:
+    """Return the largest distance to other solids that constraints on an object ask for; -1 if none does."""
+    return max((each.margin for each in requirements if isinstance(each, Apart)), default=-1.0)
 
 
 def _are_apart(one: Body, other: Body, margin: float) -> bool:

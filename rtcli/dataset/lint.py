@@ -16,6 +16,8 @@ from rtcli.template.template import Template
 
 # The samples to look at, spread over all indices.
 SAMPLES = 5
+# A sample that takes more tries is not looked at: their number squared bounds the time for each object.
+MOST_TRIES = 20
 
 
 def lint_template(template: Template, ignore: Collection[Rule] = ()) -> CheckResult:
@@ -54,9 +56,9 @@ def _indices(template: Template) -> list[int]:
 def _warnings(
     template: Template, index: int, ignores: Ignores, left_out: set[Rule]
 ) -> Iterator[LintWarning] | None:
-    """Return the warnings about a sample, at their locations in the template; None if there is no such sample."""
+    """Return the warnings about a sample, at their places in the template; None if a few tries do not find it."""
     try:
-        sample, _ = draw_sample(template, index, ids_of if needs_picture(template) else None)
+        sample, _ = draw_sample(template, index, ids_of if needs_picture(template) else None, MOST_TRIES)
     except SampleError:
         return None
     groups = [group for group in template.groups for _ in group.names(index, sample.factors)]

@@ -15,6 +15,7 @@ from rtcli.dataset.constraints import (
     PICTURE_CHECKS,
     Placed,
     Surroundings,
+    distance_kept,
     placed,
 )
 from rtcli.rendering.job import RenderJob, RenderRequest
@@ -111,7 +112,9 @@ class Rejections:
         """Return why no sample met all constraints, the tightest constraint first."""
         text = [f"{kind} refused {counted(count, 'draw')}" for kind, count in self.counts.most_common()]
         tightest = self.ended.most_common(1)[0][0]
-        return f"{tightest}: {self.last[tightest]}, {tries:,} tries ({', '.join(text)})"
+        return (
+            f"{tightest}: {self.last[tightest]}, {tries:,} {'try' if tries == 1 else 'tries'} ({', '.join(text)})"
+        )
 
 
 class SampleError(ValueError):
@@ -128,7 +131,7 @@ def needs_picture(template: Template) -> bool:
 
 
 def draw_sample(
-    template: Template, index: int, film_of: Callable[[Scene], Film] | None
+    template: Template, index: int, film_of: Callable[[Scene], Film] | None, most_tries: int | None = None
 ) -> tuple[DatasetSample, Rejections]:
     """Return the sample of an index, and what was drawn again for it.
 
@@ -140,21 +143,23 @@ def draw_sample(
         The index, from 0.
     film_of
         Returns the film of a scene, with the pass `object_id` if a constraint needs it; None if none does.
+    most_tries
+        A bound of the tries of an object, and of the sample, beside that of the template.
 
     Raises
     ------
     SampleError
         If none of the tries meets all constraints.
     """
-    rejections = Rejections()
-    for sample in _candidates(template, index, rejections):
+    rejections, tries = Rejections(), min(template.dataset.tries, most_tries or template.dataset.tries)
+    for sample in _candidates(template, index, tries, rejections):
         film = None if film_of is None else film_of(sample.scene)
         rejections.draws += needs_picture(template)
         refused = None if film is None else _refused_by_picture(template, sample, film, rejections.checks)
         if refused is None:
             return replace(sample, film=film), rejections
         rejections.add(*refused)
-    raise SampleError(rejections, template.dataset.tries)
+    raise SampleError(rejections, tries)
 
 
 def _refused_by_picture(
@@ -172,14 +177,14 @@ def _refused_by_picture(
     return None
 
 
-def _candidates(template: Template, index: int, rejections: Rejections) -> Iterator[DatasetSample]:
+def _candidates(template: Template, index: int, tries: int, rejections: Rejections) -> Iterator[DatasetSample]:
     """Yield samples that meet all constraints on objects, one for each try that succeeds."""
-    tries, factors = template.dataset.tries, template.factors_at(index)
+    factors = template.factors_at(index)
     for number in range(tries):
-        context = Context(index, factors, number * tries)
+        context = Context(index, factors, number * template.dataset.tries)
         sections = {key: value.at(context) for key, value in template.sections.items()}
         try:
-            objects = _Placement(template, context, sections.get("camera"), rejections).objects()
+            objects = _Placement(template, context, sections.get("camera"), rejections).objects(tries)
             if objects is None:
                 continue
             rejections.checks[_SCENE] += 1
@@ -203,7 +208,7 @@ class _Slot(NamedTuple):
 class _Placement:
     """Places the objects of a sample one by one, each drawn again until it meets its constraints.
 
-    Objects without constraints come before the others, which keep away from them.
+    Objects come after those that they keep away from.
     """
 
     def __init__(self, template: Template, context: Context, camera: Any, rejections: Rejections) -> None:
@@ -213,14 +218,14 @@ class _Placement:
         self._rejections = rejections
         self._placed: dict[int, Placed] = {}
 
-    def objects(self) -> list[Placed] | None:
-        """Return the objects in the order of the file; None if one cannot be placed."""
+    def objects(self, tries: int) -> list[Placed] | None:
+        """Return the objects in the order of the file; None if one cannot be placed in that number of tries."""
         slots: list[_Slot] = []
         for group in self._template.groups:
             for element, name in enumerate(group.names(self._context.index, self._context.factors)):
                 slots.append(_Slot(len(slots), group, element, name))
         for slot in sorted(slots, key=self._rank):
-            if not self._place(slot):
+            if not self._place(slot, tries):
                 return None
         return [self._placed[slot.number] for slot in slots]
 
@@ -231,14 +236,17 @@ class _Placement:
             if type(requirement) in OBJECT_CHECKS and requirement.target == group.name
         ]
 
-    def _rank(self, slot: _Slot) -> tuple[bool, bool]:
-        """Return the sort key of the order of placing: what others rest on, free objects, constrained objects."""
-        is_support = slot.group.name in {group.rest_on for group in self._template.groups} - {None}
-        return not is_support, bool(self._requirements(slot.group))
+    def _rank(self, slot: _Slot) -> tuple[bool, bool, float]:
+        """Return the sort key of the order of placing: what others rest on, free objects, constrained objects.
 
-    def _place(self, slot: _Slot) -> bool:
+        Of any two objects, the second is the one that must keep the larger distance: it keeps away from the first.
+        """
+        is_support = slot.group.name in {group.rest_on for group in self._template.groups} - {None}
         requirements = self._requirements(slot.group)
-        tries = self._template.dataset.tries
+        return not is_support, bool(requirements), distance_kept(requirements)
+
+    def _place(self, slot: _Slot, tries: int) -> bool:
+        requirements = self._requirements(slot.group)
         for number in range(tries):
             self._rejections.draws += bool(requirements)
             candidate = self._candidate(slot, self._context.attempt + number)

@@ -1,7 +1,7 @@
 """The `dataset` block of a template as pydantic models: every key, its meaning, default and bounds.
 
-To add a constraint, add its model and an entry to `REQUIREMENTS`, and its check to
-`rtcli.dataset.constraints.CHECKS`.
+To add a constraint, add its model and an entry to `REQUIREMENTS`, and its check to one of the tables of
+`rtcli.dataset.constraints`.
 """
 
 from __future__ import annotations

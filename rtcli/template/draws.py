@@ -27,6 +27,8 @@ from rtcli.tracer._native import draw_below, draw_log_uniform, draw_normal, draw
 VERSION = "rtcli-draw-1"
 # The most levels of a factor, and the most integers to choose from.
 MAX_LEVELS = 1_000_000
+# Farther from the mean, in standard deviations, a normal distribution has nothing left in float64.
+MAX_DEVIATIONS = 37
 # The longest step of a path that `key_in_path` does not cut.
 _LONGEST_STEP = 60
 
@@ -95,6 +97,11 @@ def _ascending(low: float, high: float) -> None:
         )
 
 
+def _too_many(what: str, help: str) -> PydanticCustomError:
+    context = {"most": f"{MAX_LEVELS:,}", "what": what, "help": help}
+    return PydanticCustomError("bad_range", "the range has more than {most} {what}", context)
+
+
 def _texts(low: float, high: float) -> dict[str, str]:
     return {"low": f"{low:g}", "high": f"{high:g}"}
 
@@ -115,7 +122,9 @@ class Uniform(Draw):
     def _is_range(self) -> Self:
         _ascending(*self.uniform)
         if not math.isfinite(self.uniform[1] - self.uniform[0]):
-            raise PydanticCustomError("bad_range", "the range is wider than any number")
+            raise PydanticCustomError(
+                "bad_range", "the range is wider than any number", {"help": "give a smaller range"}
+            )
         return self
 
     def value(self, word: int, parts: Parts) -> float:
@@ -161,6 +170,12 @@ class Normal(Draw):
     def _is_range(self) -> Self:
         if self.clip is not None:
             _ascending(*self.clip)
+            (mean, deviation), (low, high) = self.normal, self.clip
+            if max(low - mean, mean - high) / deviation > MAX_DEVIATIONS:
+                advice = f"give an interval that is nearer to the mean, or `{{uniform: [{low:g}, {high:g}]}}`"
+                message = "the range [{low}, {high}] is more than {most} standard deviations from the mean {mean}"
+                context = {**_texts(low, high), "most": MAX_DEVIATIONS, "mean": f"{mean:g}", "help": advice}
+                raise PydanticCustomError("too_far", message, context)
         return self
 
     @property
@@ -187,7 +202,7 @@ class Integers(Draw):
     def _is_range(self) -> Self:
         _ascending(*self.integers)
         if self.integers[1] - self.integers[0] >= MAX_LEVELS:
-            raise PydanticCustomError("bad_range", "the range has more than 1,000,000 integers")
+            raise _too_many("integers", "give a smaller range")
         return self
 
     def count(self) -> int:
@@ -330,7 +345,7 @@ class Range(Draw):
     def _is_range(self) -> Self:
         _ascending(*self.range[:2])
         if not (self.range[1] - self.range[0]) / self.range[2] < MAX_LEVELS:
-            raise PydanticCustomError("bad_range", "the range has more than 1,000,000 levels")
+            raise _too_many("levels", "raise the distance between levels")
         return self
 
     def count(self) -> int:

@@ -50,6 +50,10 @@ class ObjectGroup:
     choose: Value | None
     key: tuple[int, int]
 
+    def most(self) -> int:
+        """Return the largest number of objects that it can have."""
+        return 1 if self.repeat is None else max(example.value for example in self.repeat.examples())
+
     def names(self, index: int, factors: Mapping[str, Any]) -> list[str | None]:
         """Return the names of its objects at an index."""
         if self.repeat is None:

@@ -53,11 +53,6 @@ def finding(requirement: Requirement, bounds: TemplateBounds) -> Finding | None:
     return None if check is None or requirement.target not in bounds.groups else check(requirement, bounds)
 
 
-def _most(group: ObjectGroup) -> int:
-    """Return the largest number of objects that a group can have."""
-    return 1 if group.repeat is None else max(example.value for example in group.repeat.examples())
-
-
 # --- The picture --------------------------------------------------------------------------------------------
 
 
@@ -71,7 +66,7 @@ def _in_view(requirement: InView, bounds: TemplateBounds) -> Finding | None:
 
 def _min_visible_pixels(requirement: MinVisiblePixels, bounds: TemplateBounds) -> Finding | None:
     width, height = max(bounds.pictures, key=math.prod)
-    count, needed = _most(bounds.groups[requirement.target]), requirement.min_visible_pixels
+    count, needed = bounds.groups[requirement.target].most(), requirement.min_visible_pixels
     if count * needed <= width * height:
         return None
     objects = counted(count, "object")
@@ -86,7 +81,7 @@ def _min_visible_pixels(requirement: MinVisiblePixels, bounds: TemplateBounds) -
 def _apart(requirement: Apart, bounds: TemplateBounds) -> Finding | None:
     """Find a group of more bodies than there is room for."""
     group = bounds.groups[requirement.target]
-    shapes, count = _shapes(group), _most(group)
+    shapes, count = _shapes(group), group.most()
     bodies = [body for shape in shapes if (body := body_of(shape)) is not None]
     if count < 2 or not bodies or len(bodies) < len(shapes):
         return None

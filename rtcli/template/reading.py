@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import typing
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -14,6 +15,7 @@ from rtcli.scene.diagnostics.problems import Problem, did_you_mean, nearest, quo
 from rtcli.scene.diagnostics.rules import Rule
 from rtcli.scene.reading.source import HEAD, KEY, VALUE, Document, Loc
 from rtcli.scene.validation.written import shown
+from rtcli.template.dataset import REQUIREMENTS
 from rtcli.template.draws import DRAWS, Draw, Factor, Hsv, key_of
 from rtcli.template.values import Constant, Drawn, Items, Keys, Value
 
@@ -62,8 +64,8 @@ class TemplateReader:
             return model.model_validate(data)
         except ValidationError as error:
             for details in error.errors(include_url=False):
-                rule, inner, message, at = _finding(details, model, self._document, loc)
-                self.refuse(rule, (*loc, *inner), message, at=at)
+                rule, inner, message, at, help = _finding(details, model, self._document, loc)
+                self.refuse(rule, (*loc, *inner), message, help, at)
         return None
 
     def key(self, loc: Loc) -> tuple[int, int]:
@@ -112,7 +114,8 @@ class TemplateReader:
         kind = next((DRAWS[key] for key in data if key in DRAWS), None)
         if kind is None:
             first = next(iter(data), "")
-            message = f"{quoted(first)} is not a draw{did_you_mean(nearest(first, DRAWS))}"
+            what = quoted(first) if data else "an empty mapping"
+            message = f"{what} is not a draw{did_you_mean(nearest(first, DRAWS))}"
             self.refuse(
                 rules.NOT_A_DRAW, loc, message, f"the draws are {', '.join(f'`{key}`' for key in DRAWS)}", HEAD
             )
@@ -203,6 +206,7 @@ _OF_MODEL: dict[str, Rule] = {
     "bad_range": rules.BAD_RANGE,
     "bad_weights": rules.BAD_WEIGHTS,
     "no_requirement": rules.NO_REQUIREMENT,
+    "too_far": rules.OUT_OF_RANGE,
 }
 
 
@@ -213,11 +217,13 @@ class _Finding(NamedTuple):
     loc: Loc
     message: str
     at: str = VALUE
+    help: str = ""
 
 
 def _finding(error: ErrorDetails, model: type[BaseModel], document: Document, around: Loc) -> _Finding:
     loc = error["loc"]
     if loc[:1] == ("require",) and len(loc) > 2:
+        model = REQUIREMENTS[str(loc[2])]
         loc = (*loc[:2], *loc[3:])  # without the tag of the union
     got = f"got {shown(error['input'], document.written((*around, *loc)))}"
     return _of_keys(error, loc, model) or _of_value(error, loc, got)
@@ -227,8 +233,11 @@ def _of_keys(error: ErrorDetails, loc: Loc, model: type[BaseModel]) -> _Finding 
     """Return the finding of an error in the keys of a mapping, or in the length of a list."""
     type_, last = error["type"], loc[-1] if loc else ""
     if type_ == "extra_forbidden":
-        hint = did_you_mean(nearest(str(last), model.model_fields if len(loc) == 1 else ()))
-        return _Finding(rules.UNKNOWN_KEY, loc, f"unknown key {quoted(str(last))}{hint}", KEY)
+        return _of_second_kind(str(last), loc, model) or _unknown_key(loc, nearest(str(last), model.model_fields))
+    if type_ == "no_requirement" and isinstance(error["input"], dict):
+        meant = {key: nearest(key, REQUIREMENTS) for key in error["input"]}
+        slip = next((key for key in meant if meant[key]), None)
+        return None if slip is None else _unknown_key((*loc, slip), meant[slip])
     if type_ == "missing" and isinstance(last, str):
         return _Finding(rules.MISSING_KEY, loc[:-1], f"missing key {quoted(last)}", HEAD)
     if type_ == "too_long":
@@ -238,20 +247,53 @@ def _of_keys(error: ErrorDetails, loc: Loc, model: type[BaseModel]) -> _Finding 
     return None
 
 
+def _unknown_key(loc: Loc, meant: str | None) -> _Finding:
+    message = f"unknown key {quoted(str(loc[-1]))}{did_you_mean(meant)}"
+    return _Finding(rules.UNKNOWN_KEY, loc, message, KEY)
+
+
+# What has the key of one kind: all kinds, its name, and what to do about two.
+_OF_ONE_KIND: tuple[tuple[Mapping[str, type[BaseModel]], str, str], ...] = (
+    (DRAWS, "a draw", "leave one of the two out"),
+    (REQUIREMENTS, "a constraint", "write an item for each"),
+)
+
+
+def _of_second_kind(key: str, loc: Loc, model: type[BaseModel]) -> _Finding | None:
+    """Return the finding of a key that names a kind, in a mapping of another kind; None for other keys."""
+    first = next(iter(model.model_fields))
+    for kinds, what, help in _OF_ONE_KIND:
+        if {first, key} <= kinds.keys():
+            message = f"{what} has one kind, not both {quoted(first)} and {quoted(key)}"
+            return _Finding(rules.UNKNOWN_KEY, loc, message, KEY, help)
+    return None
+
+
 def _of_value(error: ErrorDetails, loc: Loc, got: str) -> _Finding:
     """Return the finding of an error in a value."""
     type_, context = error["type"], error.get("ctx", {})
     bound = next((key for key in _BOUNDS if key in context), None)
     if type_ in _OF_MODEL:
-        return _Finding(_OF_MODEL[type_], loc, error["msg"])
+        return _Finding(_OF_MODEL[type_], loc, error["msg"], help=context.get("help", ""))
     if type_ in _MUST:
         rule, words = _MUST[type_]
-        return _Finding(rule, loc, f"must be {words}, {got}")
+        return _Finding(rule, loc, f"must be {words}, {got}", help=_advice(rule, error["input"]))
     if bound is not None:
-        return _Finding(rules.OUT_OF_RANGE, loc, f"must be {_BOUNDS[bound]} {context[bound]:g}, {got}")
+        number = f"{context[bound]:,}" if isinstance(context[bound], int) else f"{context[bound]:g}"
+        return _Finding(rules.OUT_OF_RANGE, loc, f"must be {_BOUNDS[bound]} {number}, {got}")
     if type_ == "literal_error":
         expected = context["expected"].replace("'", "`")
         return _Finding(rules.NOT_A_CHOICE, loc, f"must be {expected}, {got}")
     if type_ == "string_pattern_mismatch":
         return _Finding(rules.SPLIT_NAME, loc[:-1], f"{quoted(str(loc[-2]))} cannot be the name of a split", KEY)
     return _Finding(rules.EMPTY_TEXT, tuple(step for step in loc if step != "[key]"), "must not be empty")
+
+
+def _advice(rule: Rule, value: Any) -> str:
+    """Return advice about a value of another type; empty for that of the rule."""
+    if rule in (rules.NOT_A_NUMBER, rules.NOT_AN_INTEGER) and isinstance(value, str) and _NUMBER.fullmatch(value):
+        return "write it without quotes"
+    return "write an integer such as 7" if rule == rules.NOT_AN_INTEGER and not isinstance(value, float) else ""
+
+
+_NUMBER = re.compile(r"-?(0|[1-9][0-9]*)(\.[0-9]+)?")

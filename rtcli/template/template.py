@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
@@ -237,7 +238,8 @@ def _values(reader: TemplateReader, data: Mapping[str, Any], loc: Loc) -> dict[s
 
 
 def _check_names(reader: TemplateReader, dataset: Dataset, groups: Sequence[ObjectGroup]) -> None:
-    """Check that constraints and `rest_on` name what the template has."""
+    """Check that names are unique, and that constraints and `rest_on` name what the template has."""
+    _check_numbered_names(reader, groups)
     names = [group.name for group in groups if group.name is not None]
     for number, requirement in enumerate(dataset.require):
         key = "of" if hasattr(requirement, "of") else requirement.kind
@@ -255,6 +257,17 @@ def _check_names(reader: TemplateReader, dataset: Dataset, groups: Sequence[Obje
             hint = did_you_mean(nearest(group.rest_on, filter(None, planes)))
             message = f"there is no plane {quoted(group.rest_on)}{hint}"
             reader.refuse(rules.UNKNOWN_TARGET, (*group.loc, REST_ON), message, "give the `name` of a plane")
+
+
+def _check_numbered_names(reader: TemplateReader, groups: Sequence[ObjectGroup]) -> None:
+    """Check that no object has the name that an object of a group gets."""
+    repeated = {group.name: group for group in groups if group.repeat is not None}
+    for single in groups:
+        match = re.fullmatch(r"(.*)\[(0|[1-9][0-9]{0,4})\]", single.name or "", re.DOTALL)
+        group = repeated.get(match[1]) if match and single.repeat is None else None
+        if match and group and not reader.is_refused((*group.loc, REPEAT)) and int(match[2]) < group.most():
+            message = f"name {quoted(match[0])} is that of an object of the group {quoted(match[1])}"
+            reader.refuse(rules.NAME_TAKEN, (*single.loc, _NAME), message)
 
 
 def _check_design(reader: TemplateReader, dataset: Dataset) -> None:

@@ -47,3 +47,8 @@ def test_comments_and_options_ignore_warnings():
 def test_template_without_any_sample_has_no_warnings():
     crowded = TEXT.replace("{integers: [3, 6]}", "2").replace("margin: 0.25", "margin: 7.7")
     assert warnings(crowded.replace("require:", "tries: 1\n  require:")) == ()
+
+
+def test_many_tries_do_not_hold_up_a_check():
+    crowded = TEXT.replace("{integers: [3, 6]}", "2").replace("margin: 0.25", "margin: 7.7")
+    assert warnings(crowded.replace("require:", "tries: 10000\n  require:")) == ()

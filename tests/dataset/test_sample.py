@@ -8,6 +8,7 @@ from template_texts import TEXT
 import rtcli
 from rtcli.dataset.sample import SampleError, draw_sample, ids_of, sample_text
 from rtcli.scene.model import Box, Sphere
+from rtcli.template.template import parse_template
 
 
 def test_objects_rest_on_their_plane(samples):
@@ -31,6 +32,25 @@ def test_boxes_keep_their_distance(samples):
         for one, other in itertools.combinations(boxes, 2):
             distances = np.linalg.norm(outline(one)[:, None] - outline(other)[None], axis=2)
             assert distances.min() >= 0.25
+
+
+POSITION = "[{uniform: [-2, 2]}, 0, {uniform: [-2, 2]}]"
+PAIR = f"""\
+dataset: {{seed: 1, count: 9, require: [{{apart: one, margin: 0.5}}, CONSTRAINT]}}
+camera: {{resolution: [64, 48], fov: 60, position: [0, 8, 8], look_at: [0, 0, 0]}}
+objects:
+  - {{name: one, repeat: 3, type: sphere, radius: 0.5, position: {POSITION}, color: red}}
+  - {{name: two, repeat: 3, type: sphere, radius: 0.5, position: {POSITION}, color: tan}}
+"""
+
+
+@pytest.mark.parametrize("other", ["{in_view: two}", "{apart: two, margin: 0.05}", "{apart: two, margin: 0.6}"])
+def test_objects_of_two_groups_keep_the_larger_of_their_distances(sample_with, other):
+    text = PAIR.replace("CONSTRAINT", other)
+    margin = 0.6 if "0.6" in other else 0.5
+    for index in range(9):
+        shapes = sample_with(text, index)[0].scene.objects
+        assert all(math.dist(a.position, b.position) >= 1 + margin for a in shapes[:3] for b in shapes[3:])
 
 
 def outline(box):
@@ -89,6 +109,11 @@ def test_text_of_a_sample_reads_back_equal(template, samples):
     assert rtcli.parse_scene(text) == samples[5].scene
 
 
+# A camera that may look at where it stands.
+BY_CHANCE = """\
+dataset: {seed: 1, count: 9}
+camera: {resolution: [8, 8], fov: 40, position: [0, 0, {choice: [0, 1, 2, 3]}], look_at: [0, 0, {choice: [0, 1]}]}
+"""
 # Two objects that would have to be in opposite corners.
 CROWDED = TEXT.replace("{integers: [3, 6]}", "2").replace("margin: 0.25", "margin: 7.4")
 CROWDED = CROWDED.replace("require:", "tries: 5\n  require:")
@@ -110,6 +135,24 @@ def test_objects_that_never_fit_are_reported_with_the_constraint(sample_with):
         sample_with(CROWDED)
 
 
+def test_tries_can_be_fewer_than_those_of_the_template():
+    crowded = parse_template(CROWDED.replace("tries: 5", "tries: 9999").encode(), "t.yaml")
+    with pytest.raises(SampleError, match=r"2 tries \(apart refused 4 draws\)"):
+        draw_sample(crowded, 0, None, most_tries=2)
+
+
+def test_single_try_is_reported_as_one(sample_with):
+    with pytest.raises(SampleError, match=r"^apart: .*, 1 try \(apart refused 1 draw\)$"):
+        sample_with(CROWDED.replace("tries: 5", "tries: 1"))
+
+
+@pytest.mark.parametrize("index", range(9))
+def test_fewer_tries_are_the_first_ones(index):
+    by_chance = parse_template(BY_CHANCE.encode(), "t.yaml")
+    few, all_ = (draw_sample(by_chance, index, None, most)[0].scene for most in (50, None))
+    assert few == all_
+
+
 def test_objects_that_are_never_seen_are_reported_with_the_constraint(sample_with):
     hidden = TEXT.replace("pixels: 10", "pixels: 200").replace("require:", "tries: 5\n  require:")
     with pytest.raises(SampleError, match=r"^min_visible_pixels: things\[\d\], 5 tries .*refused 5 draws"):
@@ -123,13 +166,9 @@ def test_plane_with_a_constraint_can_carry_objects(sample_with):
 
 
 def test_scene_that_is_invalid_by_chance_is_drawn_again(sample_with):
-    text = """\
-dataset: {seed: 1, count: 9}
-camera: {resolution: [8, 8], fov: 40, position: [0, 0, {choice: [0, 1, 2, 3]}], look_at: [0, 0, {choice: [0, 1]}]}
-"""
     rejected = 0
     for index in range(9):
-        sample, rejections = sample_with(text, index)
+        sample, rejections = sample_with(BY_CHANCE, index)
         rejected += rejections.counts["scene"]
         assert sample.scene.camera.position != sample.scene.camera.look_at
     assert rejected

@@ -9,7 +9,7 @@ from statistics import NormalDist
 import numpy as np
 import pytest
 
-from rtcli.template.draws import DRAWS, key_of
+from rtcli.template.draws import DRAWS, MAX_DEVIATIONS, key_of
 from rtcli.tracer._native import draw_word
 
 pytestmark = pytest.mark.integration
@@ -114,6 +114,12 @@ def test_levels(case):
     observed, expected = np.array([(counts[level], COUNT * share) for level, share in shares.items()]).T
     assert chi_square(observed, expected) < bound_of(len(shares) - 1)
     assert hashlib.sha256(values.astype("<f8").tobytes()).hexdigest() == frozen
+
+
+def test_farthest_interval_of_a_normal_distribution_has_its_mean():
+    """By Mills' ratio, for which R. D. Gordon, Ann. Math. Statist. 12 (1941) gives bounds."""
+    far = draws_of({"normal": [0, 1], "clip": [MAX_DEVIATIONS, 99]}).mean() - MAX_DEVIATIONS
+    assert far == pytest.approx(1 / MAX_DEVIATIONS, rel=0.01)
 
 
 def test_colors_have_not_changed():

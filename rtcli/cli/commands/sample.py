@@ -8,7 +8,7 @@ from rtcli.cli.console import STDIO, display_name, read_input, report_line, writ
 from rtcli.cli.exit_codes import INVALID
 from rtcli.cli.help import Command
 from rtcli.dataset.sample import SampleError, sample_text
-from rtcli.scene.diagnostics.quoting import printable
+from rtcli.scene.diagnostics.quoting import counted, printable
 from rtcli.template.template import parse_template
 
 
@@ -35,6 +35,9 @@ def command(template: str, index: int, output: str) -> int:
     """Write the scene of one sample of a template."""
     name = display_name(template)
     parsed = parse_template(read_input(template), name)
+    if index >= (total := parsed.dataset.count):
+        advice = f"raise `count`, or give an index from 0 to {total - 1:,}"
+        raise click.UsageError(f"the template has {counted(total, 'sample')}: {advice}")
     try:
         text = sample_text(parsed, index)
     except SampleError as error:

@@ -49,6 +49,13 @@ def test_index_without_a_sample_exits_with_1(run, folder):
     assert result.stderr.startswith("Error: t.yaml: sample 0: apart: things[1] and things[0], 2 tries (")
 
 
+def test_index_beyond_the_data_set_is_a_wrong_argument(run, template):
+    assert run("sample", template, "2499").exit_code == 0
+    result = run("sample", template, "2500")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert "the template has 2,500 samples: raise `count`, or give an index from 0 to 2,499" in result.stderr
+
+
 def test_wrong_template_is_reported(run, folder):
     (folder / "t.yaml").write_text(TEXT.replace("log_uniform", "log_unform"))
     result = run("sample", "t.yaml", "0")
