@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import json
-import secrets
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -71,12 +70,12 @@ class Layout:
     ----------
     folder
         The folder.
-    run
-        The name of the run that writes to it: several may do so at once, even the same shard.
+    scratch
+        The name of the folder of unfinished files, one for each run: several may write at once, even one shard.
     """
 
     folder: Path
-    run: str = field(default_factory=lambda: secrets.token_hex(4))
+    scratch: str = "parts"
 
     @property
     def records(self) -> Path:
@@ -86,7 +85,7 @@ class Layout:
     @property
     def parts(self) -> Path:
         """The folder of the run's unfinished files."""
-        return self.records / "parts" / self.run
+        return self.records / self.scratch
 
     def record(self, shard: Shard) -> Path:
         """Return the path of the record of a shard, which exists once all files of the shard do."""

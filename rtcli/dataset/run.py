@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import shutil
-import time
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -13,6 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rtcli.atomic import atomic_write
+from rtcli.batch.folder import scratch_folder
 from rtcli.batch.pool import Workers, results
 from rtcli.dataset.card import thumbnails_of, write_card
 from rtcli.dataset.formats import FORMATS
@@ -33,8 +32,6 @@ _DIFFERENCES = {
     "formats": "in other forms",
     "passes": "with other passes",
 }
-# Unfinished files that nobody has touched for so many seconds are those of a run that was killed.
-_FORGOTTEN = 3600
 
 
 class OtherDatasetError(ValueError):
@@ -113,9 +110,9 @@ def prepare(run: Run) -> None:
             )
     elif layout.folder.is_dir() and any(not entry.name.startswith(".") for entry in layout.folder.iterdir()):
         raise OtherDatasetError(f"{layout.folder} holds other files: use a new folder")
-    layout.parts.mkdir(parents=True, exist_ok=True)
+    layout.records.mkdir(parents=True, exist_ok=True)
     if not path.exists():
-        with atomic_write(path, layout.parts) as file:
+        with atomic_write(path) as file:
             file.write(json.dumps(identity, indent=2).encode() + b"\n")
     (layout.records / f"asked-{run.start}-{run.stop}").touch()
 
@@ -131,30 +128,32 @@ class Progress(NamedTuple):
 
 def make(run: Run, workers: Workers) -> Iterator[Progress]:
     """Make the shards that are missing, and yield the progress after each piece."""
+    with scratch_folder(run.layout.folder) as scratch:
+        yield from _make(replace(run, layout=replace(run.layout, scratch=scratch.name)), workers)
+
+
+def _make(run: Run, workers: Workers) -> Iterator[Progress]:
     total = done = refused = draws = 0
     for shard in run.shards():
         total += shard.stop - shard.start
         done += (shard.stop - shard.start) if run.layout.is_done(shard) else 0
     waiting: dict[str, list[tuple[Piece, PieceResult]]] = {}
     yield Progress(done, total, refused, draws)
-    try:
-        for result in results(workers, make_piece, _tasks(run)):
-            if result is None:
-                continue
-            if result.error is not None:
-                raise result.error
-            task, made = result.task, _written(run.layout, result.value)
-            shard = task.piece.shard
-            finished = waiting.setdefault(shard.key, [])
-            finished.append((task.piece, made))
-            if len(finished) == sum(1 for _ in shard.pieces()):
-                _finish_shard(run, shard, sorted(waiting.pop(shard.key), key=lambda item: item[0].start))
-            done += task.piece.stop - task.piece.start
-            refused += made.rejections.counts.total()
-            draws += made.rejections.draws
-            yield Progress(done, total, refused, draws)
-    finally:
-        _remove_parts(run.layout)
+    for result in results(workers, make_piece, _tasks(run)):
+        if result is None:
+            continue
+        if result.error is not None:
+            raise result.error
+        task, made = result.task, _written(run.layout, result.value)
+        shard = task.piece.shard
+        finished = waiting.setdefault(shard.key, [])
+        finished.append((task.piece, made))
+        if len(finished) == sum(1 for _ in shard.pieces()):
+            _finish_shard(run, shard, sorted(waiting.pop(shard.key), key=lambda item: item[0].start))
+        done += task.piece.stop - task.piece.start
+        refused += made.rejections.counts.total()
+        draws += made.rejections.draws
+        yield Progress(done, total, refused, draws)
 
 
 def _tasks(run: Run) -> Iterator[Task]:
@@ -206,18 +205,6 @@ def _finish_shard(run: Run, shard: Shard, made: list[tuple[Piece, PieceResult]])
                 path.unlink()
 
 
-def _remove_parts(layout: Layout) -> None:
-    """Remove the unfinished files of a run, and those of runs that were killed."""
-    shutil.rmtree(layout.parts, ignore_errors=True)
-    everywhere = layout.parts.parent
-    for other in everywhere.glob("*"):
-        with contextlib.suppress(OSError):
-            if time.time() - other.stat().st_mtime > _FORGOTTEN:
-                shutil.rmtree(other, ignore_errors=True)
-    with contextlib.suppress(OSError):  # others are at work
-        everywhere.rmdir()
-
-
 # --- The whole set ------------------------------------------------------------------------------------------
 
 
@@ -236,16 +223,19 @@ def merge(folder: Path, report: bool = False) -> dict[str, Any]:
     OSError
         If the folder holds no data set.
     """
-    layout = Layout(folder)
     try:
-        identity = json.loads((layout.records / _IDENTITY).read_bytes())
+        identity = json.loads((Layout(folder).records / _IDENTITY).read_bytes())
     except OSError as error:
         raise OSError(
             error.errno, "holds no data set that can be merged: make its parts first", str(folder)
         ) from error
+    with scratch_folder(folder) as scratch:
+        return _merge(Layout(folder, scratch.name), identity, report)
+
+
+def _merge(layout: Layout, identity: dict[str, Any], report: bool) -> dict[str, Any]:
     template = parse_template(identity["template"].encode(), "template.yaml")
     settings = OutputSettings(tuple(identity["formats"]), tuple(identity["passes"]))
-    layout.parts.mkdir(parents=True, exist_ok=True)
     records = sorted(_records(layout), key=lambda record: int(record["start"]))
     for split in template.dataset.splits:
         keys = [record["key"] for record in records if record["split"] == split]
@@ -255,11 +245,10 @@ def merge(folder: Path, report: bool = False) -> dict[str, Any]:
     summary = _summary(template, identity, records) | {"missing": _missing(layout, template)}
     thumbnails = thumbnails_of(template, summary)
     write_card(layout, summary, thumbnails)
-    if report or (folder / PAGE).exists():
+    if report or (layout.folder / PAGE).exists():
         write_report(layout, template, summary, thumbnails)
-    with atomic_write(folder / "dataset.json", layout.parts) as file:
+    with atomic_write(layout.folder / "dataset.json", layout.parts) as file:
         file.write(json.dumps(summary, indent=2).encode() + b"\n")
-    _remove_parts(layout)
     return summary
 
 

@@ -155,7 +155,7 @@ def template(folder):
 
 def pieces():
     """Return the lists of labels of the pieces that are done or begun."""
-    return list(OUT.glob(".rtcli/parts/*/*.jsonl"))
+    return list(OUT.glob(".rtcli/run-*/*.jsonl"))
 
 
 @pytest.mark.parametrize("shared", [(), ("--shared",)], ids=["brought back", "shared"])

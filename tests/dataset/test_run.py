@@ -306,6 +306,7 @@ def test_unfinished_files_are_removed(finished):
     assert sorted(path.name for path in (finished[0] / ".rtcli").iterdir()) == [
         "asked-0-150",
         "identity.json",
+        "lock",
         "test-000000.h5",
         "test-000000.json",
         "test-000000.jsonl",
@@ -348,5 +349,6 @@ def test_worker_can_do_a_piece_twice(small, tmp_path):
     run = run_of(small, tmp_path)
     prepare(run)
     shard = next(iter(run.shards()))
+    run.layout.parts.mkdir()
     task = Task("t.yaml", small.raw, run.layout, Piece(shard, 0, 5), run.settings)
     assert make_piece(task) == make_piece(task)
