@@ -126,14 +126,13 @@ class Layout:
     def _is_there(self, file: Mapping[str, Any], shard: Shard, failed: Collection[int]) -> bool:
         """Return whether a file of a shard has its size, or a folder has a picture for each sample."""
         path = self.folder / file.get("path", "")
-        try:
-            if "bytes" in file:
-                return bool(path.stat().st_size == file["bytes"])
-            names = {entry.name for entry in path.iterdir()} if path.name == shard.split else None
-        except OSError:
-            return False
+        if "bytes" in file:
+            return path.is_file() and bool(path.stat().st_size == file["bytes"])
+        if path.name != shard.split:
+            return True
+        # One by one: a listing of the folder holds the files of all shards.
         indices = (index for index in range(shard.start, shard.stop) if index not in failed)
-        return names is None or all(f"{index:08}.png" in names for index in indices)
+        return all((path / f"{index:08}.png").is_file() for index in indices)
 
 
 @dataclass(frozen=True)
