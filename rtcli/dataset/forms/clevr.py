@@ -11,8 +11,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from rtcli.atomic import atomic_write
-from rtcli.dataset.forms.form import Form, Piece, checksums_of, key_of, write_checksums
-from rtcli.dataset.plan import Layout, Shard
+from rtcli.dataset.forms.form import Annotations, key_of, write_checksums
+from rtcli.dataset.plan import Layout
 from rtcli.rendering.metadata import SOFTWARE
 from rtcli.scene.colors import linear_from_srgb
 from rtcli.scene.vectors import Vector, dot, negative, unit
@@ -34,21 +34,17 @@ _COLORS = {
 _LINEAR = {name: [linear_from_srgb(level / 255) for level in levels] for name, levels in _COLORS.items()}
 
 
-class Clevr(Form):
+class Clevr(Annotations):
     """The scenes of CLEVR beside the files."""
 
-    beside = ("files",)
-
-    @classmethod
-    def finish_shard(cls, layout: Layout, shard: Shard, pieces: Sequence[Piece]) -> dict[str, Any]:
-        """Name the scenes, whose hash changes with each shard."""
-        return {"path": _name(shard.split), "checksums": checksums_of(_name(shard.split))}
+    path = "scenes/{split}.json"
 
     @classmethod
     def finish_set(cls, layout: Layout, split: str, labels: Iterable[dict[str, Any]]) -> None:
         """Write `scenes/SPLIT.json`, in memory that does not grow with the number of samples."""
-        (layout.folder / "scenes").mkdir(exist_ok=True)
-        with atomic_write(layout.folder / _name(split), layout.parts) as file:
+        name = cls.path.format(split=split)
+        (layout.folder / name).parent.mkdir(exist_ok=True)
+        with atomic_write(layout.folder / name, layout.parts) as file:
             # The first key tells that this is no scene of rtcli.
             start = {"software": SOFTWARE, "info": {"split": split, "version": SOFTWARE}}
             file.write(json.dumps(start).removesuffix("}").encode() + b',\n"scenes":[')
@@ -56,11 +52,7 @@ class Clevr(Form):
                 file.write(b",\n" if number else b"\n")
                 file.write(json.dumps(_scene(each)).encode())
             file.write(b"]}\n")
-        write_checksums(layout, _name(split))
-
-
-def _name(split: str) -> str:
-    return f"scenes/{split}.json"
+        write_checksums(layout, name)
 
 
 def _scene(labels: Mapping[str, Any]) -> dict[str, Any]:

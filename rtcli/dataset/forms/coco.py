@@ -4,31 +4,27 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from rtcli.atomic import atomic_write
-from rtcli.dataset.forms.form import Form, Piece, checksums_of, key_of, write_checksums
-from rtcli.dataset.plan import Layout, Shard
+from rtcli.dataset.forms.form import Annotations, key_of, write_checksums
+from rtcli.dataset.plan import Layout
 from rtcli.rendering.metadata import SOFTWARE
 from rtcli.scene.model import SHAPES
 
 
-class Coco(Form):
+class Coco(Annotations):
     """The annotations of COCO beside the files."""
 
-    beside = ("files",)
-
-    @classmethod
-    def finish_shard(cls, layout: Layout, shard: Shard, pieces: Sequence[Piece]) -> dict[str, Any]:
-        """Name the annotations, whose hash changes with each shard."""
-        return {"path": _name(shard.split), "checksums": checksums_of(_name(shard.split))}
+    path = "annotations/instances_{split}.json"
 
     @classmethod
     def finish_set(cls, layout: Layout, split: str, labels: Iterable[dict[str, Any]]) -> None:
         """Write `annotations/instances_SPLIT.json`, in memory that does not grow with the number of samples."""
         categories = {type: number for number, type in enumerate(SHAPES, start=1)}
-        path, unfinished = layout.folder / _name(split), layout.parts / f"{split}.images"
+        name = cls.path.format(split=split)
+        path, unfinished = layout.folder / name, layout.parts / f"{split}.images"
         path.parent.mkdir(exist_ok=True)
         count = 0
         with (
@@ -54,11 +50,7 @@ class Coco(Form):
             shutil.copyfileobj(images, file)
             file.write(b"]}\n")
         unfinished.unlink()
-        write_checksums(layout, _name(split))
-
-
-def _name(split: str) -> str:
-    return f"annotations/instances_{split}.json"
+        write_checksums(layout, name)
 
 
 def _annotation(number: int, image: int, categories: Mapping[str, int], row: Mapping[str, Any]) -> dict[str, Any]:

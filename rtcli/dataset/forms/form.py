@@ -87,6 +87,20 @@ class Form:
         """Write what holds a whole split, from the labels of all of its samples in order."""
 
 
+class Annotations(Form):
+    """A form that is one file for each split, beside the files; its hash changes with each shard."""
+
+    beside = ("files",)
+    # The path of the file of a split.
+    path: ClassVar[str]
+
+    @classmethod
+    def finish_shard(cls, layout: Layout, shard: Shard, pieces: Sequence[Piece]) -> dict[str, Any]:
+        """Name the file of the split."""
+        name = cls.path.format(split=shard.split)
+        return {"path": name, "checksums": checksums_of(name)}
+
+
 def as_json(data: Mapping[str, Any]) -> bytes:
     """Return data as a line of JSON."""
     return json.dumps(data, separators=(",", ":"), allow_nan=False).encode() + b"\n"
