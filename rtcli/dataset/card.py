@@ -90,7 +90,7 @@ def _thumbnail(template: Template, index: int) -> Image.Image | None:
         sample, _ = draw_sample(template, index, ids_of if needs_picture(template) else None)
     except SampleError:
         return None
-    picture = film_of(sample.scene, ()).to_pil().convert("RGB")
+    picture = film_of(sample.packed, ()).to_pil().convert("RGB")
     scale = _SIDE / max(picture.size)
     size = max(1, round(picture.width * scale)), max(1, round(picture.height * scale))
     return picture.resize(size, Image.Resampling.NEAREST if scale > 1 else Image.Resampling.LANCZOS)

@@ -58,7 +58,7 @@ def _objects(sample: DatasetSample, film: Film, object_id: npt.NDArray[np.uint32
             {
                 "id": number + 1,
                 "name": shape.name,
-                "group": sample.groups[number],
+                "group": sample.groups[number].name,
                 **_description(shape),
                 **seen,
                 "mask": {"size": [height, width], "counts": counts},
