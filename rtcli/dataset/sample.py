@@ -5,31 +5,30 @@ from __future__ import annotations
 import functools
 import json
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pydantic import ValidationError
 
 from rtcli.dataset.constraints import PICTURE_CHECKS
-from rtcli.rendering.job import RenderJob, RenderRequest
+from rtcli.dataset.picture import SamplePicture
 from rtcli.rendering.load import read_packed
 from rtcli.rendering.metadata import SOFTWARE
 from rtcli.rendering.pack import PackedScene, camera_frame, pack_scene
 from rtcli.rendering.stopwatch import Stopwatch
-from rtcli.rendering.stream import expose_film
 from rtcli.scene.diagnostics.problems import counted
 from rtcli.scene.model import SHAPES, Camera, Scene
 from rtcli.scene.vectors import Vector
 from rtcli.scene.write import yaml_text
+from rtcli.template.dataset import Requirement
 from rtcli.template.groups import ObjectGroup
 from rtcli.template.template import Template
 from rtcli.template.values import in_json
 from rtcli.tracer.world import CameraFrame
 
 if TYPE_CHECKING:
-    from rtcli.rendering.film import Film
     from rtcli.tracer._native import Placement
 
 # Named like a constraint: values that do not fit each other, such as a camera that looks at where it stands.
@@ -46,30 +45,33 @@ class DatasetSample:
         Its index.
     text
         Its scene in JSON.
-    packed
-        Its scene as arrays.
     factors
         The values of the factors.
     groups
         The item under `objects` that each object is from.
     attempt
         The attempt of its draws, beside those of objects.
-    film
-        Its film, if a constraint needed one.
+    picture
+        Its picture.
     """
 
     index: int
     text: str
-    packed: PackedScene
     factors: Mapping[str, Any]
     groups: Sequence[ObjectGroup]
-    attempt: int = 0
-    film: Film | None = None
+    attempt: int
+    picture: SamplePicture
+
+    @functools.cached_property
+    def data(self) -> dict[str, Any]:
+        """Its scene as plain data."""
+        data: dict[str, Any] = json.loads(self.text)
+        return data
 
     @functools.cached_property
     def scene(self) -> Scene:
         """Its scene as models."""
-        return Scene.model_validate(json.loads(self.text))
+        return Scene.model_validate(self.data)
 
 
 @dataclass
@@ -139,13 +141,12 @@ class SampleError(ValueError):
         self.rejections = rejections
 
 
-def needs_picture(template: Template) -> bool:
-    """Return whether a constraint is decided by what the picture shows."""
-    return any(type(requirement) in PICTURE_CHECKS for requirement in template.dataset.require)
-
-
 def draw_sample(
-    template: Template, index: int, film_of: Callable[[PackedScene], Film] | None, most_tries: int | None = None
+    template: Template,
+    index: int,
+    passes: tuple[str, ...] = (),
+    threads: int | None = None,
+    most_tries: int | None = None,
 ) -> tuple[DatasetSample, Rejections]:
     """Return the sample of an index, and what was drawn again for it.
 
@@ -155,8 +156,8 @@ def draw_sample(
         The template.
     index
         The index, from 0.
-    film_of
-        Returns the film of a scene, with the pass `object_id` if a constraint needs it; None if none does.
+    passes, threads
+        The passes of its picture, and the threads to trace with; see `SamplePicture`.
     most_tries
         A bound of the tries of an object, and of the sample, beside that of the template.
 
@@ -166,56 +167,68 @@ def draw_sample(
         If none of the tries meets all constraints.
     """
     rejections, tries = Rejections(), min(template.dataset.tries, most_tries or template.dataset.tries)
-    for sample in _candidates(template, index, tries, rejections):
-        film = None if film_of is None else film_of(sample.packed)
-        rejections.draws += needs_picture(template)
-        refused = None if film is None else _refused_by_picture(template, sample, film, rejections.checks)
+    by_picture = [each for each in template.dataset.require if type(each) in PICTURE_CHECKS]
+    factors = template.factors_at(index)
+    for number in range(tries):
+        attempt = number * template.dataset.tries
+        candidate = _candidate(template, template.draw_of(index, attempt, factors), tries, rejections)
+        if candidate is None:
+            continue
+        picture = SamplePicture(candidate.packed, passes, threads)
+        sample = DatasetSample(index, candidate.text, factors, candidate.groups, attempt, picture)
+        rejections.draws += bool(by_picture)
+        refused = _refused_by_picture(by_picture, sample, rejections.checks)
         if refused is None:
-            return replace(sample, film=film), rejections
+            return sample, rejections
         rejections.add(*refused)
     raise SampleError(rejections, tries)
 
 
 def _refused_by_picture(
-    template: Template, sample: DatasetSample, film: Film, checks: Counter[str]
+    requirements: Sequence[Requirement], sample: DatasetSample, checks: Counter[str]
 ) -> tuple[str, str] | None:
     """Return the constraint that refuses a picture and the object that does not meet it, or None."""
-    for requirement in template.dataset.require:
-        check = PICTURE_CHECKS.get(type(requirement))
-        if check is None:
-            continue
+    for requirement in requirements:
+        check = PICTURE_CHECKS[type(requirement)]
         checks[requirement.kind] += 1
-        for number, (group, row) in enumerate(zip(sample.groups, film.metadata["objects"], strict=True)):
+        for number, (group, row) in enumerate(zip(sample.groups, sample.picture.objects, strict=True)):
             if group.name == requirement.target and not check(requirement, row):
-                return requirement.kind, row["name"] or f"objects[{number}]"
+                name = sample.picture.job.scene.object_names()[number]
+                return requirement.kind, name or f"objects[{number}]"
     return None
 
 
-def _candidates(template: Template, index: int, tries: int, rejections: Rejections) -> Iterator[DatasetSample]:
-    """Yield samples that meet all constraints on objects, one for each try that succeeds."""
-    factors, sampler = template.factors_at(index), template.sampler
-    for number in range(tries):
-        draw = template.draw_of(index, number * template.dataset.tries, factors)
-        sections = sampler.sections(draw)
-        try:
-            placement = sampler.place(draw, tries, _frame(sections["camera"]), _shape_of)
-            rejections.add_objects(placement)
-            if placement.invalid is not None:
-                _valid_object(placement.invalid)
-            if placement.objects is None:
-                continue
-            rejections.checks[_SCENE] += 1
-            sections["objects"] = placement.objects
-            text = "{" + ", ".join(f"{in_json(key)}: {value}" for key, value in sections.items()) + "}"
-            packed = _packed(text)
-        except ValidationError as error:
-            details = error.errors(include_url=False)[0]
-            rejections.add(_SCENE, f"{'.'.join(map(str, details['loc']))} {details['msg']}")
-            continue
-        groups = [
-            group for group, count in zip(template.groups, placement.counts, strict=True) for _ in range(count)
-        ]
-        yield DatasetSample(index, text, packed, factors, groups, draw[1])
+class _Candidate(NamedTuple):
+    """A scene that meets all constraints on objects, in JSON and as arrays, and the items of its objects."""
+
+    text: str
+    packed: PackedScene
+    groups: Sequence[ObjectGroup]
+
+
+def _candidate(
+    template: Template, draw: tuple[int, int, list[str]], tries: int, rejections: Rejections
+) -> _Candidate | None:
+    """Return a scene whose objects are drawn until they meet their constraints; None if one never does."""
+    sampler = template.sampler
+    sections = sampler.sections(draw)
+    try:
+        placement = sampler.place(draw, tries, _frame(sections["camera"]), _shape_of)
+        rejections.add_objects(placement)
+        if placement.invalid is not None:
+            _valid_object(placement.invalid)
+        if placement.objects is None:
+            return None
+        rejections.checks[_SCENE] += 1
+        sections["objects"] = placement.objects
+        text = "{" + ", ".join(f"{in_json(key)}: {value}" for key, value in sections.items()) + "}"
+        packed = _packed(text)
+    except ValidationError as error:
+        details = error.errors(include_url=False)[0]
+        rejections.add(_SCENE, f"{'.'.join(map(str, details['loc']))} {details['msg']}")
+        return None
+    counts = zip(template.groups, placement.counts, strict=True)
+    return _Candidate(text, packed, [group for group, count in counts for _ in range(count)])
 
 
 @functools.lru_cache(maxsize=16)
@@ -263,18 +276,6 @@ def _packed(text: str) -> PackedScene:
     return pack_scene(Scene.model_validate(json.loads(text))) if found is None else found
 
 
-def ids_of(scene: PackedScene) -> Film:
-    """Return the film of a scene with the pass `object_id`, and no light: what constraints on pictures need."""
-    settings = scene.world.settings._replace(samples=1, max_depth=0)
-    dark = PackedScene(scene.world._replace(settings=settings), scene.names, 0.0, "clip", False)
-    return film_of(dark, ("object_id",))
-
-
-def film_of(scene: PackedScene, passes: tuple[str, ...], threads: int | None = None) -> Film:
-    """Return the film of a scene."""
-    return expose_film(RenderJob(scene, RenderRequest(passes, threads=threads)))
-
-
 def sample_text(template: Template, index: int) -> str:
     """Return the scene of an index as the text of a scene file.
 
@@ -283,7 +284,7 @@ def sample_text(template: Template, index: int) -> str:
     SampleError
         If no sample of the index meets all constraints.
     """
-    sample, _ = draw_sample(template, index, ids_of if needs_picture(template) else None)
+    sample, _ = draw_sample(template, index)
     name = Path(template.name).name if template.name.isprintable() else "a template"
     origin = f"# Sample {index} of {name}, seed {template.dataset.seed}, {SOFTWARE}\n# sha256:{template.sha256}\n"
     return origin + yaml_text(sample.scene)

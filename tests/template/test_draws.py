@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rtcli.template.draws import DRAWS, key_of, path_of, pick
+from rtcli.template.draws import DRAWS, key_of, path_of, value_of_word, word_of_level
+from rtcli.template.values import in_json
 from rtcli.tracer._native import draw_word
 
 WORDS = st.integers(0, 2**64 - 1)
@@ -34,10 +35,9 @@ def test_path_quotes_names_as_set_does_and_cuts_none():
     assert path_of(("a",) * 20) == ".".join("a" * 20)
 
 
-def value(data, word, **parts):
+def value(data, word):
     draw = next(DRAWS[key] for key in data if key in DRAWS).model_validate(data)
-    inner = draw.parts()
-    return draw.value(word, inner.__getitem__)
+    return value_of_word(draw, word, [in_json(part) for part in draw.parts().values()])
 
 
 @pytest.mark.parametrize(
@@ -67,5 +67,13 @@ def test_normal_is_truncated_not_clamped():
 
 
 @given(WORDS, st.lists(st.integers(0, 5), min_size=1).filter(any))
-def test_pick_takes_nothing_without_weight(word, weights):
-    assert weights[pick(word, weights)] > 0
+def test_choice_takes_nothing_without_weight(word, weights):
+    assert weights[value({"choice": list(range(len(weights))), "weights": weights}, word)] > 0
+
+
+@given(st.integers(1, 10**6).flatmap(lambda count: st.tuples(st.integers(0, count - 1), st.just(count))))
+def test_each_level_has_a_word(level):
+    number, count = level
+    first = word_of_level(number, count)
+    assert value({"integers": [0, count - 1]}, first) == number
+    assert number == 0 or value({"integers": [0, count - 1]}, first - 1) == number - 1
