@@ -185,10 +185,14 @@ class Normal(Draw):
         return {("normal", 0): self.normal[0]} if self.clip is None else _ends("clip", *self.clip)
 
 
+# Exact as a float, and so in every form of a data set.
+_Exact = Annotated[Integer, Field(ge=-(2**53), le=2**53)]
+
+
 class Integers(Draw):
     """An integer of a range."""
 
-    integers: tuple[Integer, Integer] = Field(examples=[[3, 10]])
+    integers: tuple[_Exact, _Exact] = Field(examples=[[3, 10]])
     """The first and the last integer, both included."""
 
     @model_validator(mode="after")

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pydantic import ValidationError
 
 from rtcli.template.draws import DRAWS, key_of, path_of, value_of_word, word_of_level
 from rtcli.template.values import in_json
@@ -56,6 +57,13 @@ def value(data, word):
 )
 def test_word_decides_the_value(draw, first, middle, last):
     assert [value(draw, word) for word in (0, 2**63, 2**64 - 1)] == [first, middle, last]
+
+
+def test_integers_have_exact_floats():
+    assert value({"integers": [2**53 - 1, 2**53]}, 2**64 - 1) == 2**53
+    for ends in ([2**53, 2**53 + 1], [-(2**53) - 1, 0]):
+        with pytest.raises(ValidationError):
+            DRAWS["integers"].model_validate({"integers": ends})
 
 
 def test_normal_is_truncated_not_clamped():
