@@ -3,12 +3,13 @@
 import json
 
 import pytest
-from drawn import drawn
+from drawn import FRAME, drawn
 from hypothesis import given
 from hypothesis import strategies as st
 from template_oracle import Oracle
 
 from rtcli.template.template import parse_template
+from rtcli.tracer._native import Drawn, Sampler
 
 FACTORS = {
     "hue": {"linspace": [0, 0.9, 10]},
@@ -34,9 +35,11 @@ def numbers(low, high, factors=()):
     return st.recursive(
         constants | st.one_of(draws),
         lambda parts: st.lists(parts, min_size=1, max_size=3).flatmap(
-            lambda values: st.just({"choice": values})
-            | st.lists(st.integers(1, 9), min_size=len(values), max_size=len(values)).map(
-                lambda weights: {"choice": values, "weights": weights}
+            lambda values: (
+                st.just({"choice": values})
+                | st.lists(st.integers(1, 9), min_size=len(values), max_size=len(values)).map(
+                    lambda weights: {"choice": values, "weights": weights}
+                )
             )
         ),
         max_leaves=4,
@@ -69,7 +72,9 @@ def groups(draw, number):
     if draw(st.booleans()):
         group["name"] = f"group{number}"
     if draw(st.booleans()):
-        group["repeat"] = draw(st.sampled_from([0, 2, {"integers": [0, 3]}, {"choice": [1, 3]}, {"factor": "form"}]))
+        group["repeat"] = draw(
+            st.sampled_from([0, 2, {"integers": [0, 3]}, {"choice": [1, 3]}, {"factor": "form"}])
+        )
     if draw(st.booleans()):
         return {**group, **draw(FORMS)}
     forms = draw(st.lists(FORMS, min_size=3, max_size=3))
@@ -109,3 +114,40 @@ def test_values_are_those_of_a_plain_evaluation(data, index, attempt):
     sections, objects = drawn(template, index, attempt)
     assert close(sections, oracle.sections())
     assert close(objects, oracle.objects())
+
+
+@pytest.mark.parametrize(
+    "compiled",
+    [("dice", (0, 0), [], []), ("uniform", (0, 0), [1.0], []), ("hsv", (0, 0), [], ["0", "1", "red"])],
+    ids=["unknown kind", "missing number", "part that is no number"],
+)
+def test_draw_that_no_template_has_is_refused(compiled):
+    with pytest.raises(ValueError, match="no checked template"):
+        Drawn(compiled).value(0, 0)
+
+
+def test_group_that_no_template_has_is_refused():
+    with pytest.raises(ValueError, match="no checked template"):
+        Sampler({}, [], [0])
+    with pytest.raises(ValueError, match="no checked template"):
+        Sampler({}, [(None, None, None, "0", [{}], [("near", 1.0)])], [0])
+
+
+def test_error_of_the_caller_ends_placing():
+    sampler = Sampler({}, [("a", "3", None, "0", [{"type": '"sphere"'}], [])], [0])
+    asked = []
+
+    def shape_of(text):
+        asked.append(json.loads(text))
+        raise LookupError
+
+    with pytest.raises(LookupError):
+        sampler.place((0, 0, []), 9, FRAME, shape_of)
+    assert asked == [{"type": "sphere", "name": "a[0]"}]
+
+
+def test_object_that_is_not_valid_ends_placing():
+    sampler = Sampler({}, [("a", "3", None, "0", [{"type": '"sphere"'}], [])], [0])
+    placement = sampler.place((0, 0, []), 9, FRAME, lambda text: None)
+    assert (placement.objects, placement.counts) == (None, [3])
+    assert json.loads(placement.invalid) == {"type": "sphere", "name": "a[0]"}
