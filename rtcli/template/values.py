@@ -174,8 +174,10 @@ class Drawn:
         return json.loads(self._native.value(word, index))
 
     def level(self, number: int, index: int) -> Any:
-        """Return one of the levels of a factor."""
-        return self.value_of(word_of_level(number, self.draw.count() or 1), index)
+        """Return one of the levels of a factor, at an index."""
+        count = self.draw.count()
+        assert count is not None
+        return self.value_of(word_of_level(number, count), index)
 
     def is_number(self) -> bool:
         """Return whether all values are numbers."""
