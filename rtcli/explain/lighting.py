@@ -196,7 +196,7 @@ def _share(point: SurfacePoint, i: int) -> LightShare:
     cosine = float(way.cosine[0])
     same_side = bool(scenery.same_side(source, point.ray, point.hit)[0])
     faces = cosine > 0
-    blockers = _occlusions(point, source, way) if faces and same_side else ()
+    blockers = occlusions(point, source, way) if faces and same_side else ()
     surface = SHAPES[point.names[point.index].type].surface
     start = "light" if isinstance(source, PointLight) else "point"
     verdict, outcome = _verdict(faces, same_side, blockers, (surface, start))
@@ -243,7 +243,7 @@ def _emitter_share(point: SurfacePoint, i: int, middle: PathToLight) -> LightSha
         unhidden += place.weight(way)
         if not scenery.same_side(place, point.ray, point.hit)[0]:
             beyond += 1
-        elif blockers := _occlusions(point, place, way):
+        elif blockers := occlusions(point, place, way):
             hidden[blockers[0].object] += 1
         else:
             reaching += 1
@@ -303,7 +303,8 @@ def _verdict(
     return BLOCKED, f"blocked by {between} from the {start}"
 
 
-def _occlusions(point: SurfacePoint, source: LightSource, way: PathToLight) -> tuple[Occlusion, ...]:
+def occlusions(point: SurfacePoint, source: LightSource, way: PathToLight) -> tuple[Occlusion, ...]:
+    """Return the objects between the point and a light, in the order of `Occlusion.distance`."""
     found = (
         Occlusion(point.names[occluder.index], float(occluder.t[0]))
         for occluder in point.scenery.occluders(source, way, point.hit.index)
