@@ -60,7 +60,7 @@ _CLOSE = 6.0
 _BEYOND = 4.0
 
 # The digits of outlines, of the size of the view.
-_DIGITS = 6
+_DIGITS = 8
 
 
 def drawing_of(point: SurfacePoint, intersections: Intersections, lights: LightsStep, upward: Triple) -> Drawing:
@@ -153,7 +153,7 @@ class _Drawer:
         shadow = None if share is None else self._shadow_ray(share, index, plane)
         roles = self._roles(share)
         views = self._views(plane, shadow, roles)
-        if not all(math.isfinite(x) for view in views for x in view.box):
+        if not all(math.isfinite(_diagonal(view)) for view in views):
             return None
         normal = self.point.hit.normal.ravel()
         return Section(
@@ -265,7 +265,7 @@ class _Drawer:
 
     def _outlines(self, plane: SectionPlane, roles: Mapping[int, str], views: Sequence[View]) -> Iterator[Outline]:
         x0, y0, x1, y1 = views[0].box
-        radius = _BEYOND * math.hypot(x1 - x0, y1 - y0) / 2
+        radius = _diagonal(views[0]) / 2
         disc = Disc(((x0 + x1) / 2, (y0 + y1) / 2), radius)
         digits = _DIGITS - math.floor(math.log10(radius)) if radius > 0 else _DIGITS
         for i in self._candidates(plane, disc, roles):
@@ -300,6 +300,11 @@ def _stops(blockers: Sequence[Occlusion], r: float) -> tuple[Stop, ...]:
     if math.isinf(r):
         return tuple(Stop(item.object, item.distance) for item in reversed(blockers))
     return tuple(Stop(item.object, r - item.distance) for item in blockers)
+
+
+def _diagonal(view: View) -> float:
+    x0, y0, x1, y1 = view.box
+    return _BEYOND * math.hypot(x1 - x0, y1 - y0)
 
 
 def _box(points: Iterable[Point]) -> tuple[float, float, float, float]:

@@ -209,6 +209,7 @@ def _share(point: SurfacePoint, i: int) -> LightShare:
         blockers=blockers,
         radiance=triple(scenery.reflected(irradiance, point.hit)),
         numbers=_numbers(source, way),
+        inputs=_inputs(source),
         outcome=outcome,
     )
 
@@ -227,6 +228,12 @@ def _numbers(source: LightSource, way: PathToLight) -> tuple[Number, ...]:
         Number("L_i", triple(source.light_at(way.distance).rgb), "the light that arrives there"),
         Number("cos_theta", float(way.cosine[0])),
     )
+
+
+def _inputs(source: LightSource) -> tuple[Number, ...]:
+    """Return the numbers of a light that its equations use."""
+    name = "intensity" if isinstance(source, PointLight) else "irradiance"
+    return Number(name, float(source.intensity)), Number("color", triple(source.color))
 
 
 def _emitter_share(point: SurfacePoint, i: int, middle: PathToLight) -> LightShare:
@@ -263,6 +270,7 @@ def _emitter_share(point: SurfacePoint, i: int, middle: PathToLight) -> LightSha
             Number("sum_g", float(unhidden[0]), "over all places above the horizon"),
             Number("sum_g_v", float(reached[0]), "over those that are not hidden"),
         ),
+        inputs=_inputs(source),
         outcome=_outcome_of_places(seen, beyond),
         places=seen,
     )

@@ -136,9 +136,18 @@ class Intersection:
 
 @dataclass(frozen=True)
 class Intersections(Step):
-    """The step for all objects, in the order of the file."""
+    """The step for all objects, in the order of the file.
+
+    Parameters
+    ----------
+    objects
+        Each object.
+    inputs
+        The numbers of the scene that the equations of the nearest object use.
+    """
 
     objects: tuple[Intersection, ...] = field(kw_only=True)
+    inputs: tuple[Number, ...] = field(kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -219,6 +228,8 @@ class LightShare:
         Its share of the radiance of the surface, linear RGB.
     numbers
         Its position, direction, distance, cosine and arriving light.
+    inputs
+        The numbers of the scene that its equations use.
     outcome
         The verdict as a sentence.
     places
@@ -234,6 +245,7 @@ class LightShare:
     blockers: tuple[Occlusion, ...]
     radiance: Triple
     numbers: tuple[Number, ...]
+    inputs: tuple[Number, ...]
     outcome: str
     places: Places | None = None
 

@@ -61,6 +61,8 @@ class ShapeNotes(NamedTuple):
         The word for its surface.
     hit_numbers
         Returns numbers of a hit that other shapes do not have.
+    inputs
+        Returns the numbers that the equations use, beside its terms.
     on_face
         The meaning of a and b, from which a checker is measured; empty if the shape has none.
     """
@@ -75,6 +77,7 @@ class ShapeNotes(NamedTuple):
     correction: str = ""
     surface: str = "surface"
     hit_numbers: Callable[[Any, Ray], tuple[Number, ...]] = lambda shape, ray: ()
+    inputs: Callable[[Any, Ray], tuple[Number, ...]] = lambda shape, ray: ()
     on_face: str = ""
 
 
@@ -110,6 +113,17 @@ def _intersect_sphere(shape: Sphere, ray: Ray) -> RayTerms:
     return _beyond_or_behind((*common, Number("t_1", t_1), Number("t_2", t_2)), ray, (t_1, t_2), "t_1 and t_2")
 
 
+def _inputs_of_sphere(shape: Sphere, ray: Ray) -> tuple[Number, ...]:
+    c, terms = ray.to(shape.position), shape.quadratic(ray)
+    return (
+        Number("C", triple(shape.position)),
+        Number("to_center", triple(c)),
+        Number("|c|", float(length(c)[0])),
+        Number("g", triple(terms.g)),
+        Number("q", float(terms.t_2[0])),
+    )
+
+
 _SPHERE = ShapeNotes(
     section="2.2.1",
     equations=(
@@ -122,6 +136,7 @@ _SPHERE = ShapeNotes(
     normal="n = (P - C) / |P - C|",
     sides=_SIDES_OF_SOLID,
     cut=cut_sphere,
+    inputs=_inputs_of_sphere,
 )
 
 
@@ -147,6 +162,7 @@ _PLANE = ShapeNotes(
     normal="n = the plane's normal",
     sides={1: "from its front", -1: "from its back", 0: "from within the plane"},
     cut=cut_plane,
+    inputs=lambda shape, ray: (Number("p_0", triple(shape.position)), Number("n", triple(shape.direction))),
     surface="plane",
     on_face="a = (P - p_0) . u      b = (P - p_0) . (n x u), u the x axis made perpendicular to n",
 )
