@@ -38,6 +38,9 @@ Term: TypeAlias = str | dict[str, str]
 # Between the equations of a line.
 _GAP = re.compile(r" {3,}")
 
+# The shape, the light or the section that an equation is about.
+_LABEL = re.compile(r"(\w+ \([\d.]+\)) +")
+
 # Where the words after an equation begin.
 _WORDS = re.compile(r", (?=missed|parallel|with|where|all of|v = |if|0 where|95)")
 
@@ -84,10 +87,10 @@ class Scope:
         """
         found, label = [], ""
         for line in lines:
-            first, *rest = _GAP.split(line.rstrip())
-            parts = [first, *rest]
-            if rest and "=" not in first:
-                label, parts = first.strip() or label, rest
+            labeled = _LABEL.match(line)
+            if not line.startswith(" "):
+                label = labeled[1] if labeled else ""
+            parts = _GAP.split((line[labeled.end() :] if labeled else line).strip())
             found += [self._formula(part, label) for part in parts]
         return found
 
@@ -97,7 +100,12 @@ class Scope:
         terms = list(self._terms(equation, with_values=False))
         worked: list[Term] | None = list(self._terms(right, with_values=True))
         names = {name for term in worked or () if isinstance(term, str) for name in _NAME.findall(term)}
-        if not equals or not any(isinstance(term, dict) for term in worked or ()) or names - _FUNCTIONS:
+        if (
+            not equals
+            or " " in left
+            or not any(isinstance(term, dict) for term in worked or ())
+            or names - _FUNCTIONS
+        ):
             worked = None
         result = self.symbols[left].value if worked and left in self.symbols else None
         return {
