@@ -28,10 +28,10 @@ from rtcli.explain.records import (
     Outline,
     Point,
     Section,
+    SectionView,
     ShadowRay,
     Stop,
     Triple,
-    View,
 )
 from rtcli.explain.section import Disc, SectionPlane, Vector
 from rtcli.explain.shapes import SHAPES
@@ -223,12 +223,14 @@ class _Drawer:
 
     # --- Views
 
-    def _views(self, plane: SectionPlane, shadow: ShadowRay | None, roles: Mapping[int, str]) -> tuple[View, ...]:
+    def _views(
+        self, plane: SectionPlane, shadow: ShadowRay | None, roles: Mapping[int, str]
+    ) -> tuple[SectionView, ...]:
         """Return what to show: all, and the surroundings of the point if they are small in it."""
         x, y = plane.along(self.direction)
         if self.t is None:
             length = self._passing_length()
-            return (View("all", _box([(0.0, 0.0), (length * x, length * y)])),)
+            return (SectionView("all", _box([(0.0, 0.0), (length * x, length * y)])),)
         end = (self.t * x, self.t * y)
         points, around = [(0.0, 0.0), end], self._sizes_around(roles)
         if shadow is not None:
@@ -243,8 +245,10 @@ class _Drawer:
         size = max(box[2] - box[0], box[3] - box[1])
         near = max(around, default=0.0)
         if not 0 < _CLOSE * near < size:
-            return (View("all", box),)
-        return View("all", box), View("point", (end[0] - near, end[1] - near, end[0] + near, end[1] + near))
+            return (SectionView("all", box),)
+        return SectionView("all", box), SectionView(
+            "point", (end[0] - near, end[1] - near, end[0] + near, end[1] + near)
+        )
 
     def _sizes_around(self, roles: Mapping[int, str]) -> list[float]:
         """Return the sizes of the solids that matter."""
@@ -266,7 +270,9 @@ class _Drawer:
             roles = {name.index: "blocks" for name in (*(item.object for item in share.blockers), *hidden)}
         return {**roles, self.point.index: "seen"} if self.t is not None else roles
 
-    def _outlines(self, plane: SectionPlane, roles: Mapping[int, str], views: Sequence[View]) -> Iterator[Outline]:
+    def _outlines(
+        self, plane: SectionPlane, roles: Mapping[int, str], views: Sequence[SectionView]
+    ) -> Iterator[Outline]:
         x0, y0, x1, y1 = views[0].box
         radius = _diagonal(views[0]) / 2
         disc = Disc(((x0 + x1) / 2, (y0 + y1) / 2), radius)
@@ -305,7 +311,7 @@ def _stops(blockers: Sequence[Occlusion], r: float) -> tuple[Stop, ...]:
     return tuple(Stop(item.object, r - item.distance) for item in blockers)
 
 
-def _diagonal(view: View) -> float:
+def _diagonal(view: SectionView) -> float:
     x0, y0, x1, y1 = view.box
     return _BEYOND * math.hypot(x1 - x0, y1 - y0)
 
