@@ -95,8 +95,11 @@ def _constraints(rejections: Mapping[str, Mapping[str, int]]) -> str:
         f"<td>{_bar(counts['refused'] / counts['checked'])}</td></tr>\n"
         for kind, counts in rejections.items()
     )
-    head = "".join(f'<th scope="col">{title}</th>' for title in ("Constraint", "Draws", "Refused", "Share"))
-    return f'<div class="wide"><table>\n<thead><tr>{head}<td></td></tr></thead>\n<tbody>\n{rows}</tbody></table></div>'
+    head = (
+        "".join(f'<th scope="col">{title}</th>' for title in ("Constraint", "Draws", "Refused", "Share"))
+        + "<td></td>"
+    )
+    return f'<div class="wide"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}</tbody></table></div>'
 
 
 def _failures(failures: Sequence[Mapping[str, Any]]) -> str:
