@@ -38,7 +38,8 @@ def save_story(path: Path) -> None:
         browser.get(page.as_uri())
         browser.execute_script(_POINT)
         with Image.open(io.BytesIO(browser.get_screenshot_as_png())) as image:
-            image.convert("RGB").quantize(128, dither=Image.Dither.NONE).save(path, optimize=True)
+            colors = image.convert("RGB").quantize(256, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+            colors.save(path, optimize=True)
 
 
 if __name__ == "__main__":
