@@ -1,7 +1,7 @@
 // Shows the story of a pixel, as `rtcli explain --json` tells it: a sentence, a drawing, and each step with its
 // equations, the same with their numbers put in, and the result.
 //
-//   renderStory(element, story, {onHoverObject, onHoverLight, onHoverPath, onOpenLine}) -> {highlightObject, highlightLight, highlightSymbol}
+//   renderStory(element, story, {onHoverObject, onHoverLight, onHoverPath, onOpenLine}) -> a handle
 //
 // A symbol that is pointed at or has the focus lights up in the drawing, and the callbacks get the index of its object
 // or light, and the path of the value in the scene's file that it comes from; null when it is left. onOpenLine gets
@@ -62,9 +62,12 @@ class StoryView {
 
   handle() {
     return {
+      highlightSymbol: (name) => this.light(name === null ? null : `[data-symbol="${name}"]`),
       highlightObject: (index) => this.light(index === null ? null : `[data-object="${index}"]`),
       highlightLight: (index) => this.light(index === null ? null : `[data-light="${index}"]`),
-      highlightSymbol: (name) => this.light(name === null ? null : `[data-symbol="${name}"]`),
+      // What the reader chose to see in the drawing, for the story that follows; null before that.
+      drawn: () => (this.isPicked ? [this.section, this.view] : null),
+      draw: ([section, view]) => this.pick(section, view),
     };
   }
 
@@ -90,12 +93,19 @@ class StoryView {
     this.tools = make("div", { className: "drawing-tools" });
     if (sections.length > 1) {
       const choices = sections.map(({ shadow_ray: way }, i) => [`${way.label} ${VERDICTS[way.verdict].slice(0, 1)}`, i]);
-      this.tools.append(this.choice("Section through", choices, () => this.section, (i) => { this.section = i; this.view = 0; this.draw(); }));
+      this.tools.append(this.choice("Section through", choices, () => this.section, (i) => this.pick(i, 0)));
     }
     this.zoom = make("button", { type: "button", className: "zoom" });
-    this.zoom.addEventListener("click", () => { this.view = 1 - this.view; this.draw(); });
+    this.zoom.addEventListener("click", () => this.pick(this.section, 1 - this.view));
     this.tools.append(this.zoom);
     return make("figure", { className: "drawing" }, this.tools, this.canvas, this.caption);
+  }
+
+  pick(section, view) {
+    const { sections } = this.story.drawing;
+    if (!(view in (sections[section]?.views ?? []))) return;
+    Object.assign(this, { section, view, isPicked: true });
+    this.draw();
   }
 
   choice(legend, choices, get, set) {
