@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from typing import Any
 
 from rtcli.reports.dataset_page.histogram import Histogram, histograms
-from rtcli.reports.page import html_page
+from rtcli.reports.page import data_uri, html_page
 from rtcli.scene.colors import text_of_color
 from rtcli.scene.diagnostics.problems import counted, printable
 
@@ -21,7 +20,7 @@ _BAR, _INTERVAL, _HEIGHT = 9, 10, 60
 
 
 @dataclass(frozen=True)
-class SamplePicture:
+class ReportedSample:
     """A sample: its index, the values of its factors, and its picture as a small PNG."""
 
     index: int
@@ -32,7 +31,7 @@ class SamplePicture:
 def dataset_page(
     name: str,
     summary: Mapping[str, Any],
-    pictures: Sequence[SamplePicture],
+    pictures: Sequence[ReportedSample],
     values: Mapping[str, Mapping[str, Sequence[Any]]],
     read: int,
 ) -> str:
@@ -78,11 +77,10 @@ def _text(text: str) -> str:
     return escape("\n".join(map(printable, text.splitlines())))
 
 
-def _picture(sample: SamplePicture) -> str:
-    data = base64.b64encode(sample.png).decode()
+def _picture(sample: ReportedSample) -> str:
     factors = ", ".join(f"{name} {_shown(value)}" for name, value in sample.factors.items())
     return (
-        f'<li><figure><img src="data:image/png;base64,{data}" alt="Sample {sample.index}">'
+        f'<li><figure><img src="{data_uri(sample.png)}" alt="Sample {sample.index}">'
         f"<figcaption><b>{sample.index}</b> {escape(printable(factors))}</figcaption></figure></li>"
     )
 
@@ -97,7 +95,10 @@ def _constraints(rejections: Mapping[str, Mapping[str, int]]) -> str:
         f"<td>{_bar(counts['refused'] / counts['checked'])}</td></tr>\n"
         for kind, counts in rejections.items()
     )
-    head = "".join(f'<th scope="col">{title}</th>' for title in ("Constraint", "Draws", "Refused", "Share", ""))
+    head = (
+        "".join(f'<th scope="col">{title}</th>' for title in ("Constraint", "Draws", "Refused", "Share"))
+        + "<td></td>"
+    )
     return f'<div class="wide"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}</tbody></table></div>'
 
 
