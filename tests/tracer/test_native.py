@@ -134,6 +134,20 @@ def test_number_of_rays_is_the_references(data):
     assert abs(reference.rays - native.rays) <= 2 + 0.002 * reference.rays
 
 
+@pytest.mark.parametrize(
+    "size",
+    [
+        {"type": "cylinder", "radius": 5e191},
+        {"type": "cone", "radius": 1e22},
+        {"type": "capsule", "radius": 1e300},
+    ],
+)
+def test_flat_shape_of_any_radius_is_rendered(size):
+    flat = {"position": [0, 0, -3], "height": 1e-200, "axis": [2, -4, 1], "color": "red", **size}
+    scene = {"camera": {"resolution": [16, 16], "fov": 40}, "objects": [flat]}
+    assert np.isfinite(render(scene, engine="native").radiance).all()
+
+
 @relaxed
 @given(extreme_scenes())
 def test_any_finite_numbers_give_finite_pictures(data):

@@ -38,7 +38,8 @@ impl Item {
         let Some(BoundingSphere { center, radius }) = bounds else {
             return Item { center: [0.0; 3], radius: f32::NAN, object };
         };
-        if largest(center) > MOST_FAR {
+        // Sizes near the largest numbers may make a sphere that is none.
+        if !center.iter().all(|x| x.abs() <= MOST_FAR) || radius.is_nan() {
             return Item { center: [0.0; 3], radius: f32::INFINITY, object };
         }
         Item { center: to_f32(center), radius: radius as f32, object }

@@ -394,7 +394,8 @@ impl Frustum {
     /// The smallest bounding sphere: around the middle of the largest distances, or around the larger disc.
     fn bounding_sphere(&self) -> BoundingSphere {
         let Profile { half, radius, radii: [base, top], .. } = self.profile;
-        let z = if half > 0.0 { (top - base) * ((top + base) / (4.0 * half)) } else { 0.0 };
+        // 0 for a cylinder, however flat.
+        let z = if half > 0.0 && top != base { (top - base) * ((top + base) / (4.0 * half)) } else { 0.0 };
         if z.abs() >= half {
             let end = if top > base { half } else { -half };
             return BoundingSphere { center: add(self.center, scale(self.axis, end)), radius };
