@@ -1,0 +1,73 @@
+// The text of the scene file: line numbers, quiet colors, marked lines.
+
+const PARTS = /("(?:[^"\\]|\\.)*"|'(?:[^']|'')*')|((?:^|\s)#.*$)|([\w.-]+(?=:(?:\s|$)))/g;
+
+function fill(line, text) {
+  const parts = [];
+  let end = 0;
+  const span = (name, content) => {
+    const element = document.createElement("span");
+    element.className = name;
+    element.textContent = content;
+    parts.push(element);
+  };
+  for (const match of text.matchAll(PARTS)) {
+    parts.push(text.slice(end, match.index));
+    end = match.index + match[0].length;
+    if (match[1]) span("string", match[1]);
+    else if (match[2]) span("comment", match[2]);
+    else span("yaml-key", match[3]);
+  }
+  parts.push(text.slice(end) || (end ? "" : "\u200b"));
+  line.replaceChildren(...parts);
+}
+
+export class Source {
+  // `onHover` gets the number of the line under the pointer, or null.
+  constructor(element, onHover) {
+    this.element = element;
+    this.texts = [];
+    element.addEventListener("pointermove", (event) => {
+      const line = event.target.closest?.(".line");
+      onHover(line ? Number(line.dataset.number) : null);
+    });
+    element.addEventListener("pointerleave", () => onHover(null));
+  }
+
+  // Changes only the lines that changed, so that the place in the text stays.
+  show(text) {
+    const texts = text.replace(/\r\n?/g, "\n").replace(/\n$/, "").split("\n");
+    const { children } = this.element;
+    while (children.length > texts.length) this.element.lastChild.remove();
+    texts.forEach((each, index) => {
+      if (this.texts[index] === each && children[index]) return;
+      let line = children[index];
+      if (!line) {
+        line = document.createElement("div");
+        line.className = "line";
+        line.dataset.number = index + 1;
+        this.element.append(line);
+      }
+      fill(line, each);
+    });
+    this.texts = texts;
+    this.element.style.setProperty("--digits", String(texts.length).length);
+  }
+
+  // `lines` as [first, last], or null to mark none.
+  mark(name, lines) {
+    for (const line of this.element.querySelectorAll(`.${name}`)) line.classList.remove(name);
+    if (!lines) return;
+    for (let number = lines[0]; number <= lines[1]; number++) this.element.children[number - 1]?.classList.add(name);
+  }
+
+  reveal(lines) {
+    const line = this.element.children[lines[0] - 1];
+    if (!line) return;
+    const { scrollTop, clientHeight } = this.element;
+    const top = line.offsetTop - this.element.offsetTop;
+    if (top < scrollTop || top + line.offsetHeight > scrollTop + clientHeight) {
+      this.element.scrollTop = top - clientHeight / 4;
+    }
+  }
+}
