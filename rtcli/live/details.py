@@ -1,0 +1,139 @@
+"""What a scene file says beside its numbers: problems, the lines of each object, and the model for explanations."""
+
+from __future__ import annotations
+
+from array import array
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, NamedTuple, cast
+
+from rtcli.explain.words import name_of
+from rtcli.lint.check import check
+from rtcli.rendering.pack import PackedScene
+from rtcli.reports import text
+from rtcli.reports.file_report import FileReport
+from rtcli.scene.diagnostics.problems import Problem
+from rtcli.scene.model import Object, Scene
+from rtcli.scene.overrides import Overrides
+from rtcli.scene.reading.parse import parse_bytes
+from rtcli.scene.reading.source import Document, Loc
+from rtcli.scene.validation.validate import validate
+from rtcli.tracer._native import SHAPE_PARAMETERS
+from rtcli.tracer.world import NO_CARRIER
+
+
+class _Named(NamedTuple):
+    """The identity of an object before its model is known."""
+
+    type: str
+    name: str | None
+
+
+@dataclass(frozen=True)
+class Details:
+    """The details of a valid scene.
+
+    Parameters
+    ----------
+    model
+        The scene with the overrides of the command line.
+    document
+        The file alone, with the span of each value.
+    problems
+        The warnings, as `rtcli validate` reports them.
+    """
+
+    model: Scene
+    document: Document
+    problems: tuple[Problem, ...]
+
+    @classmethod
+    def of(cls, raw: bytes, name: str, overrides: Overrides) -> Details:
+        """Return the details of the bytes of a file."""
+        document = parse_bytes(raw, name)
+        model = validate(overrides.apply(document))
+        document.find_spans()
+        return cls(model, document, check(raw, name).problems)
+
+    def lines(self, loc: Loc) -> tuple[int, int] | None:
+        """Return the first and last line of a value of the file, counted from 1; None without it."""
+        if self.document.nearest(loc) != loc:
+            return None
+        span = self.document.span(loc)
+        return span.line, span.end_line
+
+
+def problems_text(name: str, problems: tuple[Problem, ...]) -> str:
+    """Return problems as text with carets, without color."""
+    return "".join(text.report([FileReport(name, problems)]))
+
+
+def objects_of(scene: PackedScene, pixels: list[int], details: Details | None) -> list[dict[str, Any]]:
+    """Return the identity, the visible pixels and, once the details are known, the lines of each object."""
+    kinds = list(SHAPE_PARAMETERS)
+    rows = []
+    for index, (kind, name) in enumerate(zip(scene.world.shapes.kind, scene.object_names(), strict=True)):
+        label = name_of(index, cast("Object", _Named(kinds[kind], name))).label
+        lines = None if details is None else details.lines(("objects", index))
+        rows.append(
+            {
+                "index": index,
+                "type": kinds[kind],
+                "name": name,
+                "label": label,
+                "lines": lines,
+                "pixels": pixels[index],
+            }
+        )
+    return rows
+
+
+def lights_of(scene: PackedScene, objects: list[dict[str, Any]], details: Details | None) -> list[dict[str, Any]]:
+    """Return the label and the lines of each light, those that objects carry last."""
+    rows = []
+    for index, carrier in enumerate(scene.world.lights.carrier):
+        loc: Loc = ("lights", index) if carrier == NO_CARRIER else ("objects", carrier, "light")
+        label = f"lights[{index}]" if carrier == NO_CARRIER else objects[carrier]["label"]
+        rows.append({"index": index, "label": label, "lines": None if details is None else details.lines(loc)})
+    return rows
+
+
+def changed_objects(scene: PackedScene, before: PackedScene | None) -> list[int]:
+    """Return the indices of the objects that a scene has and the one before it does not, in all of their values."""
+    if before is None:
+        return []
+    known = Counter(_records(before))
+    changed = []
+    for index, record in enumerate(_records(scene)):
+        if known[record] > 0:
+            known[record] -= 1
+        else:
+            changed.append(index)
+    return changed
+
+
+def _records(scene: PackedScene) -> Iterator[tuple[Any, ...]]:
+    """Yield all values of each object."""
+    shapes, lights, checkers = scene.world.shapes, scene.world.lights, scene.world.checkers
+    more: dict[int, tuple[Any, ...]] = {
+        index: (size, *color)
+        for index, size, color in zip(checkers.object, checkers.size, _threes(checkers.color), strict=True)
+    }
+    for carrier, parameters, color, intensity in zip(
+        lights.carrier, lights.parameter_rows(), _threes(lights.color), lights.intensity, strict=True
+    ):
+        more[carrier] = (*more.get(carrier, ()), parameters, color, intensity)
+    rows = zip(
+        shapes.kind,
+        _threes(shapes.position),
+        shapes.parameter_rows(),
+        _threes(shapes.color),
+        scene.object_names(),
+        strict=True,
+    )
+    return ((*row, more.get(index)) for index, row in enumerate(rows))
+
+
+def _threes(numbers: array[float]) -> Iterator[tuple[float, ...]]:
+    return zip(*[iter(numbers)] * 3, strict=True)
