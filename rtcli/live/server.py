@@ -147,6 +147,7 @@ class LiveServer(ThreadingHTTPServer):
 
 def _page_files() -> Iterator[tuple[str, Answer]]:
     """Yield the answer for each file of the page by its route: a fixed table, so that no address names a file."""
+    yield "/page.css", Answer(files("rtcli.reports").joinpath("page.css").read_bytes(), _TYPES[".css"])
     for package in _PACKAGES:
         try:
             folder = files(package)

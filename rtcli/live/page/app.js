@@ -52,14 +52,8 @@ function pictureQuery() {
   return live.exposure === null ? viewQuery() : { ...viewQuery(), exposure: live.exposure };
 }
 
-// None before the first valid scene.
 async function loadPicture(query) {
-  try {
-    return await Picture.of(await get("/picture", query));
-  } catch (error) {
-    if (error instanceof ServerError && error.status === 404) return null;
-    throw error;
-  }
+  return Picture.of(await get("/picture", query));
 }
 
 function report(error) {
@@ -71,7 +65,7 @@ function report(error) {
 const refresh = newest(async (event) => {
   const start = performance.now();
   const shown = live.state?.picture;
-  const isNew = !shown || shown.preview || event.picture !== shown.version;
+  const isNew = event.picture !== null && (!shown || shown.preview || event.picture !== shown.version);
   const [state, picture] = await Promise.all([getJson("/state"), isNew ? loadPicture(pictureQuery()) : null]);
   takeState(state);
   if (picture) {
@@ -87,8 +81,7 @@ const refresh = newest(async (event) => {
 // For another view of the same state.
 const look = newest(async () => {
   const start = performance.now();
-  const picture = await loadPicture(pictureQuery());
-  if (picture) await takePicture(picture);
+  await takePicture(await loadPicture(pictureQuery()));
   adaptSize(performance.now() - start);
 }, report);
 
@@ -188,7 +181,10 @@ function loadPass(name) {
 }
 
 function loadBefore() {
-  live.before ??= loadPicture({ ...pictureQuery(), version: "previous" });
+  live.before ??= loadPicture({ ...pictureQuery(), version: "previous" }).catch((error) => {
+    if (error instanceof ServerError) return null; // the first good version has none before it
+    throw error;
+  });
   return live.before;
 }
 
