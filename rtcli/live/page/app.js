@@ -118,7 +118,7 @@ function showName(path) {
 }
 
 const STATUS = {
-  ok: () => "Up to date",
+  ok: ({ picture }) => `Up to date, ${picture?.time}`,
   rendering: () => "Rendering",
   invalid: ({ problems }) => counted(problems.length, "problem"),
   missing: () => "File not found",
@@ -222,6 +222,7 @@ async function present() {
   byId("side-before").hidden = byId("side-now").hidden = layout === "one";
   byId("side-before").textContent = "before";
   byId("side-now").textContent = `now, ${live.state.picture?.time ?? ""}`;
+  showSpot();
 }
 
 // The size of the scene: a preview and a picture of a moving camera are smaller.
@@ -234,7 +235,7 @@ byId("pass").append(
   new Option("picture", "picture"),
   ...Object.entries(PASSES).map(([name, { title }]) => new Option(title, name)),
 );
-byId("pass").addEventListener("change", () => { presentNewest(); showSpot(); });
+byId("pass").addEventListener("change", presentNewest);
 byId("compare").addEventListener("change", () => {
   if (byId("compare").value !== "off") byId("pass").value = "picture";
   presentNewest();
@@ -309,7 +310,9 @@ async function loadOutlines() {
   const ids = await loadPass("object_id");
   if (picture !== live.picture || live.outlines) return;
   live.outlines = new Outlines(ids);
+  if (live.hovered) light(objectAt(live.hovered));
   stage.draw();
+  showSpot();
 }
 
 const needOutlines = newest(loadOutlines, report);
@@ -601,7 +604,7 @@ function toggleClipped() {
   byId("clipped").ariaPressed = String(!isClippedShown());
   showHistogram();
   stage.draw();
-  if (isClippedShown() && live.histogram) say(clippedText(live.histogram));
+  if (isClippedShown() && live.histogram && byId("panel-exposure").hidden) say(clippedText(live.histogram));
 }
 
 byId("clipped").addEventListener("click", toggleClipped);
@@ -878,7 +881,8 @@ document.addEventListener("keydown", (event) => {
 
 for (const [keys, text] of KEYS) {
   const row = byId("keys-list").appendChild(element("p"));
-  row.append(...keys.split(" ").map((key) => element("kbd", "", key)), element("span", "", text));
+  row.append(element("i"), element("span", "", text));
+  row.firstChild.append(...keys.split(" ").map((key) => element("kbd", "", key)));
 }
 byId("help").addEventListener("click", () => byId("keys").showModal());
 byId("keys-close").addEventListener("click", () => byId("keys").close());

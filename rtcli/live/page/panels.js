@@ -119,7 +119,7 @@ export class ObjectList {
 // --- Histogram -------------------------------------------------------------------------------------------
 
 // A line for each channel, told apart by its dashes too; the height is the square root of the count.
-const LINES = [["--red", []], ["--green", [6, 3]], ["--blue", [2, 2]]];
+const LINES = [[".red", []], [".green", [6, 3]], [".blue", [2, 2]]];
 
 export function drawHistogram(canvas, { bins }) {
   const ratio = window.devicePixelRatio || 1;
@@ -128,12 +128,11 @@ export function drawHistogram(canvas, { bins }) {
   canvas.height = height * ratio;
   const context = canvas.getContext("2d");
   context.scale(ratio, ratio);
-  const style = getComputedStyle(canvas);
   // The ends, which hold what is clipped, do not decide the height.
   const most = Math.max(...bins.flatMap((counts) => [...counts.subarray(1, 255)]), 1);
   const y = (count) => height - 2 - (height - 6) * Math.min(Math.sqrt(count / most), 1);
-  LINES.forEach(([color, dashes], channel) => {
-    context.strokeStyle = style.getPropertyValue(color);
+  LINES.forEach(([name, dashes], channel) => {
+    context.strokeStyle = getComputedStyle(document.querySelector(`.key ${name}`)).stroke;
     context.lineWidth = 1.5;
     context.setLineDash(dashes);
     context.beginPath();

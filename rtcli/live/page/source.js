@@ -65,7 +65,7 @@ export class Source {
     const line = this.element.children[lines[0] - 1];
     if (!line) return;
     const { scrollTop, clientHeight } = this.element;
-    const top = line.offsetTop - this.element.offsetTop;
+    const top = line.offsetTop;
     if (top < scrollTop || top + line.offsetHeight > scrollTop + clientHeight) {
       this.element.scrollTop = top - clientHeight / 4;
     }

@@ -2,6 +2,7 @@
 
 const MOST = 64;
 const STEP = Math.SQRT2;
+const MANY = 8e6; // pixels of an enlarged copy
 const CLICK = 4; // pixels that a pointer may move between down and up
 
 export class Stage {
@@ -18,6 +19,7 @@ export class Stage {
     this.center = { x: 0, y: 0 }; // the point of the picture in the middle
     this.isFitted = true;
     this.frame = 0;
+    this.large = new WeakMap();
     new ResizeObserver(() => this.resize()).observe(element);
     this.listen();
   }
@@ -166,13 +168,31 @@ export class Stage {
       // To whole pixels of the screen, so that pixels of the picture have sharp edges.
       port.left = Math.round((middle.x - this.center.x * this.scale) * ratio) / ratio;
       port.top = Math.round((middle.y - this.center.y * this.scale) * ratio) / ratio;
-      context.imageSmoothingEnabled = (this.scale * ratio * this.width) / image.width < 1;
+      const enlarged = this.enlarged(image, (this.scale * ratio * this.width) / image.width);
       context.imageSmoothingQuality = "high";
-      context.drawImage(image, port.left, port.top, this.width * this.scale, this.height * this.scale);
+      context.imageSmoothingEnabled = enlarged.isSmooth;
+      context.drawImage(enlarged.image, port.left, port.top, this.width * this.scale, this.height * this.scale);
       this.handlers.draw(context, port);
       context.restore();
     }
     if (this.layout === "slider") this.drawHandle();
+  }
+
+  // Pixels that are enlarged have sharp edges and, at a scale between 1 and 3, all the same size: they are enlarged
+  // to a whole number first, and then reduced.
+  enlarged(image, scale) {
+    const times = Math.ceil(scale);
+    if (scale <= 1 || scale >= 3 || scale === times || image.width * image.height * times ** 2 > MANY) {
+      return { image, isSmooth: scale < 1 };
+    }
+    const known = this.large.get(image);
+    if (known?.times === times) return { image: known.canvas, isSmooth: true };
+    const canvas = new OffscreenCanvas(image.width * times, image.height * times);
+    const context = canvas.getContext("2d");
+    context.imageSmoothingEnabled = false;
+    context.drawImage(image, 0, 0, canvas.width, canvas.height);
+    this.large.set(image, { times, canvas });
+    return { image: canvas, isSmooth: true };
   }
 
   drawHandle() {
