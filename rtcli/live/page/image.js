@@ -71,7 +71,7 @@ export function histogram(picture) {
   const { pixels, width, height } = picture;
   const bins = [new Uint32Array(256), new Uint32Array(256), new Uint32Array(256)];
   const masks = { [WHITE]: new Uint8ClampedArray(pixels.length), [BLACK]: new Uint8ClampedArray(pixels.length) };
-  const counts = { [WHITE]: 0, [BLACK]: 0 };
+  const clipped = { [WHITE]: 0, [BLACK]: 0 };
   for (let at = 0; at < pixels.length; at += 4) {
     const [r, g, b] = [pixels[at], pixels[at + 1], pixels[at + 2]];
     bins[0][r]++;
@@ -79,9 +79,9 @@ export function histogram(picture) {
     bins[2][b]++;
     const kind = Math.max(r, g, b) === 255 ? WHITE : Math.max(r, g, b) === 0 ? BLACK : 0;
     if (kind) {
-      counts[kind]++;
+      clipped[kind]++;
       masks[kind][at + 3] = 255;
     }
   }
-  return { bins, counts, masks, width, height };
+  return { bins, clipped, masks, width, height };
 }

@@ -56,13 +56,17 @@ export class Source {
 
   // `lines` as [first, last], or null to mark none.
   mark(name, lines) {
-    for (const line of this.element.querySelectorAll(`.${name}`)) line.classList.remove(name);
-    if (!lines) return;
-    for (let number = lines[0]; number <= lines[1]; number++) this.element.children[number - 1]?.classList.add(name);
+    const [first, last] = lines ?? [1, 0];
+    this.markAll(name, Array.from({ length: last - first + 1 }, (_, index) => first + index));
   }
 
-  reveal(lines) {
-    const line = this.element.children[lines[0] - 1];
+  markAll(name, numbers) {
+    for (const line of this.element.querySelectorAll(`.${name}`)) line.classList.remove(name);
+    for (const number of numbers) this.element.children[number - 1]?.classList.add(name);
+  }
+
+  reveal([first]) {
+    const line = this.element.children[first - 1];
     if (!line) return;
     const { scrollTop, clientHeight } = this.element;
     const top = line.offsetTop;

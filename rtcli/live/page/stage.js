@@ -6,10 +6,10 @@ const MANY = 8e6; // pixels of an enlarged copy
 const CLICK = 4; // pixels that a pointer may move between down and up
 
 export class Stage {
-  // `handlers`: hover(pixel or null), select(pixel, event), drag(dx, dy, event), wheel(event), drop(), changed(),
-  // draw(context, port). `drag` and `wheel` return true if they took the event.
-  constructor(element, canvas, handlers) {
-    Object.assign(this, { element, canvas, handlers });
+  // `handlers`: hover(pixel or null), select(pixel, event), drag(dx, dy, event), wheel(event), drop(); `drag` and
+  // `wheel` return true if they took the event. `overlays` draw over an image: functions of a context and a port.
+  constructor(element, canvas, onZoom) {
+    Object.assign(this, { element, canvas, onZoom, handlers: {}, overlays: [] });
     this.context = canvas.getContext("2d");
     this.images = []; // one, or before and now
     this.layout = "one"; // or "sides" or "slider"
@@ -92,7 +92,7 @@ export class Stage {
 
   moveCenter(x, y) {
     this.center = { x: Math.min(Math.max(x, 0), this.width), y: Math.min(Math.max(y, 0), this.height) };
-    this.handlers.changed();
+    this.onZoom();
     this.draw();
   }
 
@@ -172,7 +172,11 @@ export class Stage {
       context.imageSmoothingQuality = "high";
       context.imageSmoothingEnabled = enlarged.isSmooth;
       context.drawImage(enlarged.image, port.left, port.top, this.width * this.scale, this.height * this.scale);
-      this.handlers.draw(context, port);
+      for (const overlay of this.overlays) {
+        context.save();
+        overlay(context, port);
+        context.restore();
+      }
       context.restore();
     }
     if (this.layout === "slider") this.drawHandle();

@@ -1,0 +1,209 @@
+// Objects: their list, their outlines in the picture, and their lines in the text of the file.
+
+import { byId, element, emit, live, loadPass, on, report } from "/live.js";
+import { Outlines } from "/outline.js";
+import { newest, post } from "/server.js";
+import { Source } from "/source.js";
+import { stage } from "/view.js";
+
+export const nameOf = (index) => {
+  const object = live.state.objects[index];
+  return object ? object.name ?? object.label : `objects[${index}]`;
+};
+
+// Highlights an object everywhere.
+export function light(index) {
+  if (index === live.lit) return;
+  live.lit = index;
+  if (index !== null) needOutlines();
+  emit("light", index);
+}
+
+export function openObject(index) {
+  live.opened = index;
+  if (index !== null) needOutlines();
+  emit("open", index);
+}
+
+// --- Outlines --------------------------------------------------------------------------------------------
+
+let outlines = null;
+let flashing = [];
+
+// They need the pass of ids: it is loaded when first asked for.
+export const needOutlines = newest(async () => {
+  if (outlines || live.isMoving || !live.picture) return;
+  const { picture } = live;
+  const ids = await loadPass("object_id");
+  if (picture !== live.picture) return;
+  outlines = new Outlines(ids);
+  stage.draw();
+  emit("shown");
+}, report);
+
+on("picture", () => {
+  outlines = null;
+  if (live.lit !== null || live.opened !== null || flashing.length) needOutlines();
+});
+
+// The index of the object; null for the background, undefined while that is not known.
+export function objectAt(pixel) {
+  const { values, width, height } = outlines?.ids ?? {};
+  if (!values || !pixel || pixel.x >= width || pixel.y >= height) return undefined;
+  const id = values[pixel.y * width + pixel.x];
+  return id ? id - 1 : null;
+}
+
+const FLASH = 1600; // milliseconds
+
+export function flash(indices) {
+  if (!indices.length) return;
+  flashing = indices;
+  needOutlines();
+  setTimeout(() => {
+    if (flashing === indices) flashing = [];
+    stage.draw();
+  }, FLASH);
+}
+
+// Dark, light and dashed, which is seen on any picture.
+const STROKES = [["#000", 4, []], ["#fff", 2, []], ["#000", 2, [4, 4]]];
+
+stage.overlays.push((context, port) => {
+  context.translate(port.left, port.top);
+  context.scale(stage.scale, stage.scale);
+  for (const index of new Set([...flashing, live.lit, live.opened])) {
+    const path = index === null ? null : outlines?.of(index);
+    if (!path) continue;
+    for (const [color, width, dashes] of STROKES) {
+      context.strokeStyle = color;
+      context.lineWidth = width / stage.scale;
+      context.setLineDash(dashes.map((dash) => dash / stage.scale));
+      context.stroke(path);
+    }
+  }
+});
+
+// --- The list --------------------------------------------------------------------------------------------
+
+const list = byId("objects");
+
+function showList({ objects }) {
+  while (list.children.length > objects.length) list.lastChild.remove();
+  objects.forEach((object, index) => {
+    const item = list.children[index] ?? list.appendChild(row(index));
+    const [name, type, pixels, lines] = item.firstChild.children;
+    name.textContent = object.name ?? object.label;
+    type.textContent = object.type;
+    pixels.textContent = object.pixels ? `${object.pixels.toLocaleString("en")} px` : "not seen";
+    lines.textContent = object.lines ? `line ${object.lines[0]}` : "";
+  });
+  byId("object-count").textContent = objects.length.toLocaleString("en");
+  filter();
+}
+
+function row(index) {
+  const item = element("li");
+  const button = item.appendChild(element("button", "object"));
+  button.type = "button";
+  button.dataset.index = index;
+  button.append(...["name", "type", "pixels", "lines"].map((name) => element("span", name)));
+  return item;
+}
+
+function filter() {
+  const words = byId("find").value.toLowerCase().split(/\s+/).filter(Boolean);
+  let count = 0;
+  live.state.objects.forEach(({ name, label, type }, index) => {
+    const text = `${name ?? ""} ${label} ${type}`.toLowerCase();
+    const isShown = words.every((word) => text.includes(word));
+    list.children[index].hidden = !isShown;
+    count += isShown;
+  });
+  byId("objects-none").hidden = count > 0;
+}
+
+function markRow(name, index) {
+  list.querySelector(`.${name}`)?.classList.remove(name);
+  const button = list.children[index ?? -1]?.firstChild;
+  button?.classList.add(name);
+  return button;
+}
+
+const indexOf = (event) => {
+  const button = event.target.closest?.("button");
+  return button ? Number(button.dataset.index) : null;
+};
+
+for (const name of ["pointerover", "focusin"]) list.addEventListener(name, (event) => light(indexOf(event)));
+for (const name of ["pointerleave", "focusout"]) list.addEventListener(name, () => light(null));
+list.addEventListener("click", (event) => {
+  const index = indexOf(event);
+  if (index !== null) openObject(index === live.opened ? null : index);
+});
+byId("find").addEventListener("input", filter);
+
+on("state", (old) => {
+  if (JSON.stringify(old?.objects) !== JSON.stringify(live.state.objects)) showList(live.state);
+  if (live.opened >= live.state.objects.length) openObject(null);
+});
+on("light", (index) => markRow("lit", index));
+on("open", (index) => {
+  list.querySelector("[aria-current]")?.removeAttribute("aria-current");
+  markRow("opened", index)?.setAttribute("aria-current", "true");
+  byId("edit").hidden = index === null || !live.state.editor;
+  byId("source-what").textContent = index === null ? "" : nameOf(index);
+});
+byId("edit").addEventListener("click", () => post("/open", { index: live.opened }).catch(report));
+
+// --- The text of the file --------------------------------------------------------------------------------
+
+const source = new Source(byId("text"), (line) => light(objectOfLine(line)));
+const choices = document.querySelectorAll("[name=text]");
+const isChosen = (value) => document.querySelector("[name=text]:checked").value === value;
+
+// The lines of objects are those of the text that the picture shows.
+const isOfPicture = () => live.state?.text_of_picture == null || isChosen("picture");
+
+function objectOfLine(line) {
+  if (line === null || !isOfPicture()) return null;
+  return live.state.objects.find(({ lines }) => lines && line >= lines[0] && line <= lines[1])?.index ?? null;
+}
+
+function showText() {
+  const { text, text_of_picture: ofPicture, objects } = live.state;
+  byId("source-which").hidden = ofPicture == null;
+  source.show((isOfPicture() ? ofPicture ?? text : text) ?? "");
+  markLines("opened", objects[live.opened]?.lines);
+  markProblems();
+}
+
+export function markLines(name, lines) {
+  source.mark(name, isOfPicture() ? lines : null);
+}
+
+let firstProblem = null;
+
+function markProblems() {
+  const isShown = live.state.text_of_picture == null || isChosen("now");
+  const numbers = isShown ? live.state.problems.map(({ line }) => line) : [];
+  source.markAll("wrong", numbers);
+  if (numbers.length && numbers[0] !== firstProblem) source.reveal([numbers[0]]);
+  firstProblem = numbers[0] ?? null;
+}
+
+choices.forEach((radio) => radio.addEventListener("change", showText));
+on("state", (old) => {
+  if (old?.text !== live.state.text || old.text_of_picture !== live.state.text_of_picture) showText();
+  else markProblems();
+});
+on("light", (index) => markLines("lit", live.state.objects[index]?.lines));
+on("open", (index) => {
+  if (index !== null && !isOfPicture()) {
+    [...choices].find(({ value }) => value === "picture").checked = true;
+    showText();
+  }
+  const lines = live.state.objects[index]?.lines;
+  markLines("opened", lines);
+  if (lines) source.reveal(lines);
+});
