@@ -1,4 +1,4 @@
-"""A scene that is shown while it is edited: each save becomes a picture, a list of problems, and answers about pixels.
+"""A scene shown while it is edited: each save becomes a picture, a list of problems, and answers about pixels.
 
     file --watch--> version --session--> state --server--> page
 

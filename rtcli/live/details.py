@@ -1,4 +1,4 @@
-"""What a scene file says beside its numbers: problems, the lines of each object, and the model for explanations."""
+"""The parts of a scene file beside its numbers: its problems, the lines of each object, and its model."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from array import array
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple, TypeAlias, cast
 
 from rtcli.explain.words import name_of
 from rtcli.lint.check import check
@@ -21,6 +21,9 @@ from rtcli.scene.reading.source import Document, Loc
 from rtcli.scene.validation.validate import validate
 from rtcli.tracer._native import SHAPE_PARAMETERS
 from rtcli.tracer.world import NO_CARRIER
+
+# The first and last line of a value in the file, counted from 1; None if the file does not have it.
+Lines: TypeAlias = tuple[int, int] | None
 
 
 class _Named(NamedTuple):
@@ -42,11 +45,14 @@ class Details:
         The file alone, with the span of each value.
     problems
         The warnings, as `rtcli validate` reports them.
+    object_lines
+        The lines of each object.
     """
 
     model: Scene
     document: Document
     problems: tuple[Problem, ...]
+    object_lines: list[Lines]
 
     @classmethod
     def of(cls, raw: bytes, name: str, overrides: Overrides) -> Details:
@@ -54,14 +60,16 @@ class Details:
         document = parse_bytes(raw, name)
         model = validate(overrides.apply(document))
         document.find_spans()
-        return cls(model, document, check(raw, name).problems)
+        lines = [lines_of(document, ("objects", index)) for index in range(len(model.objects))]
+        return cls(model, document, check(raw, name).problems, lines)
 
-    def lines(self, loc: Loc) -> tuple[int, int] | None:
-        """Return the first and last line of a value of the file, counted from 1; None without it."""
-        if self.document.nearest(loc) != loc:
-            return None
-        span = self.document.span(loc)
-        return span.line, span.end_line
+
+def lines_of(document: Document, loc: Loc) -> Lines:
+    """Return the first and last line of a value of a file, counted from 1; None without it."""
+    if document.nearest(loc) != loc:
+        return None
+    span = document.span(loc)
+    return span.line, span.end_line
 
 
 def problems_text(name: str, problems: tuple[Problem, ...]) -> str:
@@ -75,17 +83,9 @@ def objects_of(scene: PackedScene, pixels: list[int], details: Details | None) -
     rows = []
     for index, (kind, name) in enumerate(zip(scene.world.shapes.kind, scene.object_names(), strict=True)):
         label = name_of(index, cast("Object", _Named(kinds[kind], name))).label
-        lines = None if details is None else details.lines(("objects", index))
-        rows.append(
-            {
-                "index": index,
-                "type": kinds[kind],
-                "name": name,
-                "label": label,
-                "lines": lines,
-                "pixels": pixels[index],
-            }
-        )
+        identity = {"index": index, "type": kinds[kind], "name": name, "label": label}
+        lines = None if details is None else details.object_lines[index]
+        rows.append({**identity, "lines": lines, "pixels": pixels[index] if pixels else None})
     return rows
 
 
@@ -95,12 +95,14 @@ def lights_of(scene: PackedScene, objects: list[dict[str, Any]], details: Detail
     for index, carrier in enumerate(scene.world.lights.carrier):
         loc: Loc = ("lights", index) if carrier == NO_CARRIER else ("objects", carrier, "light")
         label = f"lights[{index}]" if carrier == NO_CARRIER else objects[carrier]["label"]
-        rows.append({"index": index, "label": label, "lines": None if details is None else details.lines(loc)})
+        rows.append(
+            {"index": index, "label": label, "lines": None if details is None else lines_of(details.document, loc)}
+        )
     return rows
 
 
 def changed_objects(scene: PackedScene, before: PackedScene | None) -> list[int]:
-    """Return the indices of the objects that a scene has and the one before it does not, in all of their values."""
+    """Return the indices of the objects that the scene before does not have with the same values."""
     if before is None:
         return []
     known = Counter(_records(before))

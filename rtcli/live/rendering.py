@@ -6,11 +6,10 @@ import io
 import threading
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy.typing as npt
 
-from rtcli.image.display import DisplayTransform
-from rtcli.live.view import View
 from rtcli.rendering.film import Film
 from rtcli.rendering.job import RenderJob, RenderRequest
 from rtcli.rendering.pack import PackedScene
@@ -39,7 +38,7 @@ class Rendering:
 
     film: Film
     png: bytes
-    passes: dict[str, npt.NDArray] = field(default_factory=dict)  # type: ignore[type-arg]
+    passes: dict[str, npt.NDArray[Any]] = field(default_factory=dict)
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     @property
@@ -48,7 +47,7 @@ class Rendering:
         assert self.film.job is not None
         return self.film.job.scene
 
-    def array(self, name: str, progress: Progress | None = None) -> npt.NDArray:  # type: ignore[type-arg]
+    def array(self, name: str, progress: Progress | None = None) -> npt.NDArray[Any]:
         """Return radiance or a pass: (H, W) or (H, W, C) float32, or uint32 for ids. Passes are traced once."""
         if name in (RADIANCE, _OBJECT_ID):
             return self.film[name]
@@ -76,24 +75,17 @@ class Rendering:
         return _developed(replace(self.film, exposure=exposure, job=job))
 
 
-def render(scene: PackedScene, view: View, progress: Progress) -> Rendering:
-    """Render a view of a scene.
-
-    Raises
-    ------
-    rtcli.live.view.RequestError
-        If it is too much work.
-    """
-    job = RenderJob(view.of_scene(scene), RenderRequest((_OBJECT_ID,)))
-    return _developed(expose_film(job, progress))
+def render(scene: PackedScene, progress: Progress) -> Rendering:
+    """Render a scene."""
+    return _developed(expose_film(RenderJob(scene, RenderRequest((_OBJECT_ID,))), progress))
 
 
-def small_picture(scene: PackedScene, size: tuple[int, int], exposure: float) -> bytes:
-    """Return a small picture with one sample a pixel, as a PNG that stands in for the whole one."""
-    world = scene.world._replace(settings=scene.world.settings._replace(samples=1))
-    few = scene._replace(world=world, exposure=exposure)
-    job = RenderJob(View(size=size).of_scene(few), RenderRequest())
-    return _developed(expose_film(job)).png
+def small_picture(scene: PackedScene, size: tuple[int, int], progress: Progress) -> bytes:
+    """Return a small picture with one sample a pixel as a PNG, which stands in for the whole one."""
+    world = scene.world
+    camera = world.camera._replace(width=size[0], height=size[1])
+    few = world._replace(camera=camera, settings=world.settings._replace(samples=1))
+    return render(scene._replace(world=few), progress).png
 
 
 def _developed(film: Film) -> Rendering:

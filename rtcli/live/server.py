@@ -14,14 +14,14 @@ from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
 from typing import Any, NamedTuple
-from urllib.parse import parse_qsl, urlsplit
+from urllib.parse import parse_qsl
 
-from rtcli.explain import check_pixel, explain
+from rtcli.live.editor import editor_command, open_editor
 from rtcli.live.security import HEADERS, JSON_TYPE, LOOPBACK, Guard
-from rtcli.live.session import Session, Superseded
-from rtcli.live.view import RequestError, View
-from rtcli.reports import explanation
-from rtcli.tracer.passes import RADIANCE, SPECS, PASSES
+from rtcli.live.session import ConflictError, Session, Superseded
+from rtcli.live.story import story_of
+from rtcli.live.view import Pose, RequestError, View
+from rtcli.tracer.passes import PASSES, RADIANCE, SPECS
 
 DEFAULT_PORT = 8765
 
@@ -95,9 +95,9 @@ class LiveServer(ThreadingHTTPServer):
         self._lock = threading.Lock()
         try:
             super().__init__((LOOPBACK, DEFAULT_PORT if port is None else port), _Handler)
-        except OSError:
+        except OSError as error:
             if port is not None:
-                raise
+                raise OSError(error.errno, error.strerror, f"port {port}") from error
             super().__init__((LOOPBACK, 0), _Handler)
         self.guard = Guard(self.server_port, allowed_hosts)
 
@@ -168,40 +168,50 @@ class _Handler(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         """Answer a GET."""
-        self._answer(_GET)
+        with self._allowed() as request:
+            if request is None:
+                return
+            path, query = request
+            if path == "/events":
+                self._stream()
+            elif path in self.server.pages:
+                headers = {"Set-Cookie": self.server.guard.cookie} if path == "/" else {}
+                self._send(self.server.pages[path]._replace(headers=headers))
+            else:
+                self._send(_answer_of(_GET.get(path), self.server.session, query))
 
     def do_POST(self) -> None:
         """Answer a POST."""
-        self._answer(_POST)
+        self.close_connection = True
+        with self._allowed() as request:
+            if request is not None:
+                self._send(_answer_of(_POST.get(request[0]), self.server.session, self._data()))
 
-    def _answer(self, routes: Mapping[str, Route]) -> None:
-        self.close_connection = self.close_connection or "Transfer-Encoding" in self.headers
-        address = urlsplit(self.path)
-        query = dict(parse_qsl(address.query, keep_blank_values=True, max_num_fields=32))
-        refusal = self.server.guard.refusal(self.command, address.path, self.headers, query)
+    @contextlib.contextmanager
+    def _allowed(self) -> Iterator[tuple[str, dict[str, str]] | None]:
+        """Yield the path and the query of a request that may be answered; refuse others, and yield None."""
+        # A body would be taken for the next request.
+        self.close_connection |= any(name in self.headers for name in ("Content-Length", "Transfer-Encoding"))
+        path, _, asked = self.path.partition("?")
+        query = dict(parse_qsl(asked, keep_blank_values=True))
+        refusal = self.server.guard.refusal(self.command, path, self.headers, query)
         if refusal is not None:
             self.close_connection = True
             self._send(error_answer(*refusal))
-            return
-        with self.server.busy(self.connection):
-            if self.command == "GET" and address.path == "/events":
-                self._stream()
-                return
-            self._send(self._answer_of(routes, address.path, query))
+            yield None
+        else:
+            with self.server.busy(self.connection):
+                yield path, query
 
-    def _answer_of(self, routes: Mapping[str, Route], path: str, query: Mapping[str, str]) -> Answer:
-        if self.command == "GET" and path in self.server.pages:
-            answer = self.server.pages[path]
-            return answer._replace(headers={"Set-Cookie": self.server.guard.cookie}) if path == "/" else answer
-        route = routes.get(path)
-        if route is None:
-            return error_answer(HTTPStatus.NOT_FOUND, "there is no such page")
+    def _data(self) -> Any:
+        """Return the JSON of a POST; None if it is missing, malformed or too long."""
+        length = self.headers.get("Content-Length", "")
+        if not (length.isascii() and length.isdigit() and len(length) <= 9 and int(length) <= _MAX_BODY):
+            return None
         try:
-            return route(self.server.session, query)
-        except RequestError as error:
-            return error_answer(HTTPStatus.BAD_REQUEST, str(error))
-        except Superseded:
-            return error_answer(HTTPStatus.SERVICE_UNAVAILABLE, "rtcli is ending")
+            return json.loads(self.rfile.read(int(length)))
+        except ValueError:
+            return None
 
     def _send(self, answer: Answer) -> None:
         self.send_response_only(answer.status)
@@ -258,6 +268,25 @@ class _Handler(BaseHTTPRequestHandler):
         """Print nothing."""
 
 
+def _answer_of(route: Callable[[Session, Any], Answer] | None, session: Session, asked: Any) -> Answer:
+    if route is None:
+        return error_answer(HTTPStatus.NOT_FOUND, "there is no such page")
+    if not isinstance(asked, dict):
+        return error_answer(HTTPStatus.BAD_REQUEST, f"expected a JSON object of at most {_MAX_BODY} bytes")
+    try:
+        return route(session, asked)
+    except RequestError as error:
+        return error_answer(HTTPStatus.BAD_REQUEST, str(error))
+    except ConflictError as error:
+        return error_answer(HTTPStatus.CONFLICT, str(error))
+    except OSError as error:
+        return error_answer(HTTPStatus.INTERNAL_SERVER_ERROR, error.strerror or str(error))
+    except (Superseded, MemoryError):
+        return error_answer(HTTPStatus.SERVICE_UNAVAILABLE, "rtcli is ending, or has not enough memory")
+    except Exception as error:  # the page says so, and the other requests go on
+        return error_answer(HTTPStatus.INTERNAL_SERVER_ERROR, f"this is a bug in rtcli: {error!r}")
+
+
 def _event(version: int, status: str, picture: int | None) -> bytes:
     data = json.dumps({"version": version, "status": status, "picture": picture})
     return f"event: state\ndata: {data}\n\n".encode()
@@ -266,6 +295,7 @@ def _event(version: int, status: str, picture: int | None) -> bytes:
 # --- The routes ------------------------------------------------------------------------------------------
 
 Route = Callable[[Session, Mapping[str, str]], Answer]
+Post = Callable[[Session, Mapping[str, Any]], Answer]
 
 
 def _state(session: Session, query: Mapping[str, str]) -> Answer:
@@ -291,12 +321,7 @@ def _pass(session: Session, query: Mapping[str, str]) -> Answer:
 def _pixel(session: Session, query: Mapping[str, str]) -> Answer:
     x, y, sample = (_whole(query, key, default) for key, default in (("x", None), ("y", None), ("sample", 1)))
     good = session.good(query.get("version", "current"))
-    scene = good.details.result().model
-    try:
-        check_pixel(scene, x, y, sample)
-    except ValueError as error:
-        raise RequestError(str(error)) from error
-    return Answer(explanation.as_json(explain(scene, x, y, sample), session.path).encode())
+    return json_answer(story_of(session, good, View.of_query(query), (x, y), sample))
 
 
 def _whole(query: Mapping[str, str], key: str, default: int | None) -> int:
@@ -306,5 +331,27 @@ def _whole(query: Mapping[str, str], key: str, default: int | None) -> int:
     return int(text)
 
 
+def _write_camera(session: Session, data: Mapping[str, Any]) -> Answer:
+    if not session.writes:
+        return error_answer(HTTPStatus.FORBIDDEN, "start rtcli live with --write to let the page change the file")
+    vectors = {key: data.get(key) for key in Pose._fields}
+    pose = View.of_query({key: ",".join(map(str, v)) for key, v in vectors.items() if isinstance(v, list)}).pose
+    if pose is None:
+        raise RequestError("position, look_at and up must be lists of three numbers")
+    session.write_pose(pose, str(data.get("version", "")))
+    return json_answer({})
+
+
+def _open_editor(session: Session, data: Mapping[str, Any]) -> Answer:
+    if session.editor is None:
+        return error_answer(HTTPStatus.FORBIDDEN, "start rtcli live with --editor COMMAND to open the editor")
+    index, details = data.get("index"), session.details(session.good())
+    if not isinstance(index, int) or not 0 <= index < len(details.object_lines):
+        raise RequestError("there is no such object")
+    span = details.document.span(("objects", index))
+    open_editor(editor_command(session.editor, session.path, span.line, span.column))
+    return json_answer({})
+
+
 _GET: dict[str, Route] = {"/state": _state, "/picture": _picture, "/pass": _pass, "/pixel": _pixel}
-_POST: dict[str, Route] = {}
+_POST: dict[str, Post] = {"/camera": _write_camera, "/open": _open_editor}

@@ -3,25 +3,29 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import shlex
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable
 from concurrent.futures import Future
 from concurrent.futures import TimeoutError as FutureTimeoutError
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, NoReturn
+from pathlib import Path
+from typing import Any
 
-from rtcli.live.camera import camera_of
+from rtcli.atomic import atomic_write
+from rtcli.live.camera import camera_of, with_pose
 from rtcli.live.details import Details, changed_objects, lights_of, objects_of, problems_text
 from rtcli.live.rendering import Rendering, render, small_picture
-from rtcli.live.view import MAX_RAYS, RequestError, View
+from rtcli.live.view import MAX_RAYS, Pose, RequestError, View
 from rtcli.live.watch import GRACE, SETTLED, FileWatcher, Version
 from rtcli.rendering.load import load
 from rtcli.rendering.pack import PackedScene
 from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.scene.diagnostics.problems import Problem, SceneError
+from rtcli.scene.files import read_file
 from rtcli.scene.overrides import Overrides
 
 # The status of the file: its picture is shown, or is on its way, or the last good one is shown.
@@ -30,11 +34,24 @@ OK, RENDERING, INVALID, MISSING = "ok", "rendering", "invalid", "missing"
 # Seconds for which a picture waits for the details of its scene, so that one event tells of both.
 _PATIENCE = 0.015
 
-# Seconds after which a picture that is not nearly finished is shown small first; the seconds that a small one takes.
+# Seconds of a picture that is shown small first, and seconds that a small one takes.
 _LONG, _SHORT = 0.15, 0.04
+
+_FEWEST = 4096  # pixels of a small picture
+
+# The most pixels of a picture that is kept as a film: a gigabyte.
+MAX_PIXELS = 1 << 26
 
 # Views that are kept: two for the pictures beside each other, and two for a camera that moves.
 _VIEWS = 4
+
+
+class ConflictError(ValueError):
+    """The file is not as a request expects it."""
+
+
+class _TakesLongError(Exception):
+    """A picture takes so long that a small one is shown first."""
 
 
 class Superseded(Exception):  # noqa: N818 - not an error
@@ -119,6 +136,62 @@ class State:
     previous: Good | None = None
 
 
+class _Work:
+    """The rendering of one version of the file.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    rate
+        Samples that were traced a second for the picture before; None without one.
+    is_current
+        Whether the file still holds this version.
+    """
+
+    def __init__(self, scene: PackedScene, rate: float | None, is_current: Callable[[], bool]) -> None:
+        self.scene = scene
+        self.rate = rate
+        self._is_current = is_current
+        self._started = 0.0
+        self._has_small = False
+        camera = scene.world.camera
+        self._samples = camera.width * camera.height * scene.world.settings.samples
+
+    def whole(self) -> Rendering:
+        """Return the rendering of the whole picture.
+
+        Raises
+        ------
+        _TakesLongError
+            If that takes long, and no small picture is there yet.
+        Superseded
+            If the file changes meanwhile.
+        """
+        if not self._has_small and self.rate is not None and self._samples / self.rate > _LONG:
+            raise _TakesLongError
+        self._started = time.perf_counter()
+        rendering = render(self.scene, self._on_progress)
+        self.rate = self._samples / (time.perf_counter() - self._started)
+        return rendering
+
+    def small(self) -> bytes:
+        """Return a small picture, which takes about `_SHORT` seconds, as a PNG."""
+        self._has_small = True
+        camera, samples = self.scene.world.camera, max(_FEWEST, (self.rate or 0.0) * _SHORT)
+        factor = min(1.0, math.sqrt(samples / (camera.width * camera.height)))
+        size = max(1, round(camera.width * factor)), max(1, round(camera.height * factor))
+        return small_picture(self.scene, size, self._on_progress)
+
+    def _on_progress(self, done: int, total: int) -> None:
+        if not self._is_current():
+            raise Superseded
+        seconds, share = time.perf_counter() - self._started, done / total
+        if not self._has_small and seconds > _LONG / 2 and share < 0.5:
+            self.rate = self._samples * share / seconds
+            raise _TakesLongError
+
+
 class Session:
     """Follows a scene file, and keeps its state.
 
@@ -128,10 +201,18 @@ class Session:
         The file, as given on the command line.
     overrides
         The changes that options make to the scene.
+    writes
+        Whether requests may write the pose of the camera into the file.
+    editor
+        The command that opens an object in an editor, with `{file}`, `{line}` and `{column}`; None without one.
     """
 
-    def __init__(self, path: str, overrides: Overrides | None = None) -> None:
+    def __init__(
+        self, path: str, overrides: Overrides | None = None, writes: bool = False, editor: str | None = None
+    ) -> None:
         self.path = path
+        self.writes = writes
+        self.editor = editor
         self.overrides = overrides or Overrides()
         self.stopped = threading.Event()
         self.changed = threading.Condition()
@@ -139,7 +220,10 @@ class Session:
         self._watcher = FileWatcher(path, self.stopped)
         self._thread = threading.Thread(target=self._follow, name="follow", daemon=True)
         self._tracing = threading.Lock()
-        self._seconds_per_ray: float | None = None
+        self._detailing = threading.Lock()
+        self._newest_details: Future[Details] | None = None
+        # Samples traced a second, once a picture was.
+        self._rate: float | None = None
 
     def start(self) -> None:
         """Start to follow the file."""
@@ -193,15 +277,48 @@ class Session:
             base = good.rendering
         else:
             with self._tracing:
-                base = good.views.get(view.traced) or render(good.scene, view.traced, self._until_stopped)
-                good.views[view.traced] = base
+                known = good.views.pop(view.traced, None)
+                base = self._trace(good, view.traced) if known is None else known
+                good.views[view.traced] = base  # the newest is the last
                 while len(good.views) > _VIEWS:
                     del good.views[next(iter(good.views))]
         return base if view.exposure is None else base.exposed(view.exposure)
 
+    def _trace(self, good: Good, view: View) -> Rendering:
+        scene = good.scene
+        if view.size is not None:
+            scene = load(good.raw, self.path, replace(self.overrides, size=view.size), Stopwatch())
+        return render(view.of_scene(scene), self._until_stopped)
+
     def picture(self, good: Good, view: View) -> bytes:
         """Return the picture of a view of a good version as a PNG."""
         return good.png if view == View() else self.rendering(good, view).png
+
+    def details(self, good: Good) -> Details:
+        """Return the details of a good version, once they are known."""
+        try:
+            return good.details.result()
+        except Superseded:  # a newer version came first
+            return Details.of(good.raw, self.path, self.overrides)
+
+    def write_pose(self, pose: Pose, which: str) -> None:
+        """Write another pose of the camera into the file, if it still is a good version.
+
+        Raises
+        ------
+        ConflictError
+            If the file changed since that version.
+        RequestError
+            If the file does not give the pose by numbers.
+        OSError
+            If the file cannot be written.
+        """
+        good = self.good(which)
+        written = with_pose(good.raw, self.path, pose)
+        with atomic_write(Path(self.path)) as file:
+            file.write(written)
+            if read_file(self.path) != good.raw:
+                raise ConflictError("the file changed since this picture: nothing was written")
 
     def _until_stopped(self, done: int, total: int) -> None:
         if self.stopped.is_set():
@@ -211,8 +328,15 @@ class Session:
 
     def _follow(self) -> None:
         while (version := self._watcher.next()) is not None:
-            with contextlib.suppress(Superseded):
+            try:
                 self._take(version)
+            except Superseded:
+                if self._state.status == RENDERING:
+                    self._watcher.accept(None)  # only a small picture was shown
+            except BaseException as error:  # a panic of the compiled tracer is no Exception
+                self._watcher.accept(version)
+                report = f"this is a bug in rtcli: {type(error).__name__}: {error}\n"
+                self._publish(status=INVALID, raw=version.raw, problems=(), report=report)
 
     def _take(self, version: Version) -> None:
         """Take a version of the file into the state, unless it changes meanwhile."""
@@ -230,72 +354,93 @@ class Session:
 
     def _fail(self, version: Version, status: str, problems: tuple[Problem, ...] = (), report: str = "") -> None:
         """Keep the last good picture, if the file stays without a valid scene."""
-        if self._watcher.stays(version, GRACE):
+        if self._watcher.stays(version, version.noticed + GRACE):
             self._watcher.accept(version)
             self._publish(status=status, raw=version.raw, problems=problems, report=report)
 
     def _show(self, version: Version, scene: PackedScene) -> None:
+        """Show a valid scene, and first a small picture of it if it takes long."""
         assert version.raw is not None
-        details = self._start_details(version.raw)
-        started = time.perf_counter()
-        try:
-            rendering = render(scene, View(), self._while_current(version))
-        except MemoryError:
-            self._fail(version, INVALID, report="there is not enough memory for this picture\n")
+        camera = scene.world.camera
+        if camera.width * camera.height > MAX_PIXELS:
+            size = f"{camera.width}x{camera.height}"
+            self._fail(
+                version, INVALID, report=f"a picture of {size} pixels is too large to be shown: use --size\n"
+            )
             return
-        self._seconds_per_ray = (time.perf_counter() - started) / max(1, rendering.film.rays)
-        if not self._watcher.stays(version, SETTLED):
+        details = self._start_details(version.raw)
+        known = self._state.good
+        if known is not None and known.rendering is not None and known.scene == scene:
+            rendering = known.rendering  # a comment changed, for example
+        else:
+            work = _Work(scene, self._rate, lambda: self._watcher.is_current(version))
+            try:
+                rendering = work.whole()
+            except _TakesLongError:
+                self._publish_good(version, scene, None, work.small(), details)
+                rendering = work.whole()
+            self._rate = work.rate
+        if not self._watcher.stays(version, version.saved + SETTLED):
             raise Superseded
         with contextlib.suppress(FutureTimeoutError):
             details.exception(_PATIENCE)
-        self._watcher.accept(version)
+        good = self._publish_good(version, scene, rendering, rendering.png, details)
+        if good.known_details is None:
+            details.add_done_callback(lambda _: self._complete(good))
+
+    def _publish_good(
+        self,
+        version: Version,
+        scene: PackedScene,
+        rendering: Rendering | None,
+        png: bytes,
+        details: Future[Details],
+    ) -> Good:
+        """Publish a valid scene: with its whole picture, or a small one that stands in for it."""
+        assert version.raw is not None
         state = self._state
-        milliseconds = (time.perf_counter() - version.saved) * 1e3
-        before = state.good
+        # The version before the last save: one that was never whole is passed over.
+        is_whole = state.good is not None and state.good.rendering is not None
+        previous = state.good if is_whole else state.previous
         good = Good(
             state.version + 1,
             version.raw,
             scene,
             rendering,
-            rendering.png,
+            png,
             time.strftime("%H:%M:%S"),
-            round(milliseconds, 1),
+            round((time.perf_counter() - version.saved) * 1e3, 1),
             details,
-            None if before is None else before.scene,
+            None if previous is None else previous.scene,
         )
-        self._publish(
-            status=OK, raw=version.raw, problems=self._warnings(good), report="", good=good, previous=before
-        )
-        if not details.done():
-            details.add_done_callback(lambda _: self._complete(good))
-
-    def _while_current(self, version: Version) -> Any:
-        def check(done: int, total: int) -> None:
-            if not self._watcher.is_current(version):
-                raise Superseded
-
-        return check
+        self._watcher.accept(version)
+        status = RENDERING if rendering is None else OK
+        problems = () if good.known_details is None else good.known_details.problems
+        self._publish(status=status, raw=version.raw, problems=problems, report="", good=good, previous=previous)
+        return good
 
     def _start_details(self, raw: bytes) -> Future[Details]:
+        """Find the details of a version in a thread: one at a time, and only of the newest that waits."""
         details: Future[Details] = Future()
+        self._newest_details = details
 
         def find() -> None:
-            try:
-                details.set_result(Details.of(raw, self.path, self.overrides))
-            except BaseException as error:  # whoever asks gets it
-                details.set_exception(error)
+            with self._detailing:
+                try:
+                    if self._newest_details is not details:
+                        raise Superseded
+                    details.set_result(Details.of(raw, self.path, self.overrides))
+                except BaseException as error:  # whoever asks for the details gets it
+                    details.set_exception(error)
 
         threading.Thread(target=find, name="details", daemon=True).start()
         return details
 
-    def _warnings(self, good: Good) -> tuple[Problem, ...]:
-        return () if good.known_details is None else good.known_details.problems
-
     def _complete(self, good: Good) -> None:
-        """Tell of the details of a version that is still shown."""
+        """Publish the details of a version that is still shown."""
         with self.changed:
-            if self._state.good is good and self._state.status == OK:
-                self._publish(problems=self._warnings(good))
+            if self._state.good is good and self._state.status == OK and good.known_details is not None:
+                self._publish(problems=good.known_details.problems)
 
     def _publish(self, **changes: Any) -> None:
         with self.changed:
@@ -306,7 +451,7 @@ class Session:
 
     def command(self) -> str:
         """Return the command that writes the same picture."""
-        return shlex.join(["rtcli", "render", self.path, "-o", "out.png"])
+        return shlex.join(["rtcli", "render", self.path, "-o", "out.png", *self.overrides.as_options()])
 
     def as_dict(self) -> dict[str, Any]:
         """Return the state as docs/live.md describes it."""
@@ -321,6 +466,8 @@ class Session:
             "report": state.report or problems_text(self.path, state.problems),
             "command": self.command(),
             **_of_good(good, text),
+            "write": self.writes,
+            "editor": self.editor is not None,
             "limits": {"pixels": MAX_RAYS // (1 if good is None else good.scene.world.settings.samples)},
         }
 
@@ -328,7 +475,7 @@ class Session:
 def _of_good(good: Good | None, text: str | None) -> dict[str, Any]:
     """Return the part of the state that tells of the last good version."""
     if good is None:
-        empty = {"objects": [], "lights": [], "changed": []}
+        empty: dict[str, Any] = {"objects": [], "lights": [], "changed": []}
         return {"picture": None, "text_of_picture": None, "camera": None, **empty}
     details, scene = good.known_details, good.scene
     pixels = [] if good.rendering is None else good.rendering.visible_pixels
@@ -355,7 +502,3 @@ def _of_good(good: Good | None, text: str | None) -> dict[str, Any]:
 
 def _text(raw: bytes | None) -> str | None:
     return None if raw is None else raw.decode("utf-8-sig", errors="replace")
-
-
-def _unused() -> NoReturn | Iterator[None]:
-    raise NotImplementedError(small_picture, _LONG, _SHORT)

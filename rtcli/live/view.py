@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeVar
 
 from rtcli.rendering.pack import Lens, PackedScene, frame_of
+from rtcli.scene.model import Scene
 from rtcli.scene.vectors import are_parallel, view_direction
 from rtcli.tracer.world import CameraFrame, Vector
 
@@ -78,28 +79,33 @@ class View:
         return cls(_value(query, "exposure", _finite), pose, _value(query, "size", _size))
 
     def of_scene(self, scene: PackedScene) -> PackedScene:
-        """Return the scene as this view shows it.
+        """Return a scene, which has the size of the view, as this view shows it.
 
         Raises
         ------
         RequestError
             If it is too much work.
         """
-        world = scene.world
-        camera = world.camera
-        if self.size is not None:
-            width, height = self.size
-            camera = camera._replace(width=width, height=height)
-        rays = camera.width * camera.height * world.settings.samples
-        if self != View() and rays > MAX_RAYS:
+        camera, samples = scene.world.camera, scene.world.settings.samples
+        rays = camera.width * camera.height * samples
+        if self.traced != View() and rays > MAX_RAYS:
             raise RequestError(
-                f"{camera.width}x{camera.height} pixels with {world.settings.samples} samples are {rays:,} rays; "
-                f"at most {MAX_RAYS:,} are allowed: ask for a smaller size"
+                f"{camera.width}x{camera.height} pixels with {samples:,} samples are {rays:,} rays; at most "
+                f"{MAX_RAYS:,} are allowed: ask for a smaller size"
             )
         if self.pose is not None:
             camera = posed(camera, self.pose)
         exposure = scene.exposure if self.exposure is None else self.exposure
-        return scene._replace(world=world._replace(camera=camera), exposure=exposure)
+        return scene._replace(world=scene.world._replace(camera=camera), exposure=exposure)
+
+    def of_model(self, scene: Scene) -> Scene:
+        """Return the model of a scene, which has the size of the view, as this view shows it."""
+        camera, image = scene.camera, scene.image
+        if self.pose is not None:
+            camera = camera.model_copy(update={**self.pose._asdict(), "opencv": None, "opengl": None})
+        if self.exposure is not None:
+            image = image.model_copy(update={"exposure": self.exposure})
+        return scene.model_copy(update={"camera": camera, "image": image})
 
     @property
     def traced(self) -> View:

@@ -13,20 +13,23 @@ from rtcli.scene.files import read_file
 # system do not.
 INTERVAL = 0.02
 
-# Seconds for which a file must stay as it is before its content counts: longer for an error, since an editor may be
-# in the middle of a save.
+# Seconds for which a file must stay as it is before its content counts: longer for an error, since an editor may
+# be in the middle of a save.
 SETTLED, GRACE = 0.025, 0.04
 
-# Seconds after which a file is read again although it looks the same: two saves within one tick of the clock of the
-# file system may have the same size. Some file systems count in steps of two seconds.
+# Seconds after which a file is read again although it looks the same: two saves within one tick of the clock of
+# the file system may have the same size. Some file systems count in steps of two seconds.
 _SECOND_READS = (0.06, 2.5)
 
-# Seconds that a save may lie in the past for its time of modification to count as the time of the save. The clock of
-# a network drive may be another one, and a renamed file keeps its time.
-_PLAUSIBLE = 5.0
+# Seconds that a save may lie in the past for its time of modification to count as the time of the save. The clock
+# of a network drive may be another one, and a renamed file keeps its time.
+_PLAUSIBLE = 0.5
 
 # Time of modification in nanoseconds, size, inode; None without a file.
 Stamp: TypeAlias = tuple[int, int, int] | None
+
+# No file looks like this.
+_UNKNOWN: Stamp = (-1, -1, -1)
 
 
 class Version(NamedTuple):
@@ -38,8 +41,6 @@ class Version(NamedTuple):
         Its bytes; None if it cannot be read.
     reason
         Why it cannot be read; empty if it can.
-    stamp
-        What told it from the content before.
     saved
         When it was saved, in seconds of `time.perf_counter`.
     noticed
@@ -48,7 +49,6 @@ class Version(NamedTuple):
 
     raw: bytes | None
     reason: str
-    stamp: Stamp
     saved: float
     noticed: float
 
@@ -67,7 +67,7 @@ class FileWatcher:
     def __init__(self, path: str, stop: threading.Event) -> None:
         self._path = path
         self._stop = stop
-        self._stamp: Stamp = None
+        self._stamp = _UNKNOWN
         self._accepted: Version | None = None
         self._second_reads: list[float] = []
 
@@ -81,17 +81,22 @@ class FileWatcher:
             self._stop.wait(INTERVAL)
         return None
 
-    def accept(self, version: Version) -> None:
-        """Take content as known: only other content is a change from now on."""
+    def accept(self, version: Version | None) -> None:
+        """Take content as known: only other content is a change from now on; with None, any content is."""
         self._accepted = version
 
     def is_current(self, version: Version) -> bool:
-        """Return whether the file still looks as it did when the content was read."""
-        return self._look() == version.stamp and not self._stop.is_set()
+        """Return whether the file still holds the content that was read last."""
+        if self._stop.is_set():
+            return False
+        if self._look() != self._stamp and self._read()[:2] != version[:2]:
+            self._stamp = _UNKNOWN  # it is read again
+            return False
+        return True
 
-    def stays(self, version: Version, seconds: float) -> bool:
-        """Wait until content is of some age, and return whether the file still holds it."""
-        while (rest := version.saved + seconds - time.perf_counter()) > 0:
+    def stays(self, version: Version, until: float) -> bool:
+        """Wait until a time of `time.perf_counter`, and return whether the file still holds the content."""
+        while (rest := until - time.perf_counter()) > 0:
             if not self.is_current(version):
                 return False
             self._stop.wait(min(rest, INTERVAL / 4))
@@ -126,4 +131,4 @@ class FileWatcher:
             self._stamp = stamp
             self._second_reads = [now + seconds for seconds in _SECOND_READS]
         age = 0.0 if stamp is None else time.time() - stamp[0] / 1e9
-        return Version(raw, reason, stamp, now - age if 0 <= age < _PLAUSIBLE else now, now)
+        return Version(raw, reason, now - age if 0 <= age < _PLAUSIBLE else now, now)
