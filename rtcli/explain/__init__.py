@@ -13,9 +13,11 @@ import numpy as np
 
 from rtcli.explain.agreement import PixelSamples, rays_through
 from rtcli.explain.development import Developed, developed
+from rtcli.explain.drawing import drawing_of
 from rtcli.explain.intersections import intersect_all
 from rtcli.explain.lighting import SurfacePoint, hit_step, lights_step, radiance_step
 from rtcli.explain.records import Explanation, NativePixel, Number, Sample, Step, Story
+from rtcli.explain.sentence import sentence_of
 from rtcli.explain.words import name_of, triple
 from rtcli.image.display import DisplayTransform
 from rtcli.rendering.pack import pack_scene
@@ -93,16 +95,19 @@ class _Pixel:
             Sample(offset, None if index == NOTHING else self.names[index], triple(light))
             for offset, index, light in zip(self.offsets, self.hits.index, self.light.T, strict=True)
         )
+        point, story = self._story(chosen)
         return Explanation(
             resolution=self.scene.camera.resolution,
             pixel=self.pixel,
             value=value,
             radiance=triple(radiance),
             exposure=exposure,
-            story=self._story(chosen),
+            story=story,
             samples=samples,
             development=Developed(self.scene, triple(radiance), exposure, percentile, value, alpha).steps(samples),
             native=self._native(radiance),
+            sentence=sentence_of(story, samples, value),
+            drawing=drawing_of(point, story.intersections, story.lights, self.scene.camera.upward),
         )
 
     def _native(self, reference: Array) -> NativePixel:
@@ -135,13 +140,13 @@ class _Pixel:
         metered = self.tracer.exposure(progress)
         return metered.stops, metered.percentile
 
-    def _story(self, chosen: int) -> Story:
+    def _story(self, chosen: int) -> tuple[SurfacePoint, Story]:
         only = np.array([chosen])
         ray, hit = self.rays.take(only), self.hits.take(only)
         scenery = self.tracer.scenery
         point = SurfacePoint(self.tracer.world, scenery, self.names, ray, hit)
         lights = lights_step(point)
-        return Story(
+        return point, Story(
             sample=chosen + 1,
             ray=self._ray_step(ray, self.offsets[chosen]),
             intersections=intersect_all(scenery, self.names, ray, hit),

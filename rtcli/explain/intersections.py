@@ -32,6 +32,7 @@ def intersect_all(scenery: Scenery, names: Sequence[ObjectName], ray: Ray, hit: 
         outcome=_outcome(objects, seen),
         note=note,
         objects=objects,
+        inputs=() if seen is None else SHAPES[seen.type].inputs(scenery.objects[nearest], ray),
     )
 
 

@@ -196,7 +196,7 @@ def _share(point: SurfacePoint, i: int) -> LightShare:
     cosine = float(way.cosine[0])
     same_side = bool(scenery.same_side(source, point.ray, point.hit)[0])
     faces = cosine > 0
-    blockers = _occlusions(point, source, way) if faces and same_side else ()
+    blockers = occlusions(point, source, way) if faces and same_side else ()
     surface = SHAPES[point.names[point.index].type].surface
     start = "light" if isinstance(source, PointLight) else "point"
     verdict, outcome = _verdict(faces, same_side, blockers, (surface, start))
@@ -209,6 +209,7 @@ def _share(point: SurfacePoint, i: int) -> LightShare:
         blockers=blockers,
         radiance=triple(scenery.reflected(irradiance, point.hit)),
         numbers=_numbers(source, way),
+        inputs=_inputs(source),
         outcome=outcome,
     )
 
@@ -229,6 +230,12 @@ def _numbers(source: LightSource, way: PathToLight) -> tuple[Number, ...]:
     )
 
 
+def _inputs(source: LightSource) -> tuple[Number, ...]:
+    """Return the numbers of a light that its equations use."""
+    name = "intensity" if isinstance(source, PointLight) else "irradiance"
+    return Number(name, float(source.intensity)), Number("color", triple(source.color))
+
+
 def _emitter_share(point: SurfacePoint, i: int, middle: PathToLight) -> LightShare:
     """Return the share of a light with a size: the sum over its places."""
     scenery, source = point.scenery, point.scenery.light_sources[i]
@@ -243,7 +250,7 @@ def _emitter_share(point: SurfacePoint, i: int, middle: PathToLight) -> LightSha
         unhidden += place.weight(way)
         if not scenery.same_side(place, point.ray, point.hit)[0]:
             beyond += 1
-        elif blockers := _occlusions(point, place, way):
+        elif blockers := occlusions(point, place, way):
             hidden[blockers[0].object] += 1
         else:
             reaching += 1
@@ -263,6 +270,7 @@ def _emitter_share(point: SurfacePoint, i: int, middle: PathToLight) -> LightSha
             Number("sum_g", float(unhidden[0]), "over all places above the horizon"),
             Number("sum_g_v", float(reached[0]), "over those that are not hidden"),
         ),
+        inputs=_inputs(source),
         outcome=_outcome_of_places(seen, beyond),
         places=seen,
     )
@@ -303,7 +311,8 @@ def _verdict(
     return BLOCKED, f"blocked by {between} from the {start}"
 
 
-def _occlusions(point: SurfacePoint, source: LightSource, way: PathToLight) -> tuple[Occlusion, ...]:
+def occlusions(point: SurfacePoint, source: LightSource, way: PathToLight) -> tuple[Occlusion, ...]:
+    """Return the objects between the point and a light, in the order of `Occlusion.distance`."""
     found = (
         Occlusion(point.names[occluder.index], float(occluder.t[0]))
         for occluder in point.scenery.occluders(source, way, point.hit.index)

@@ -8,6 +8,9 @@ from typing import TypeAlias
 Triple: TypeAlias = tuple[float, float, float]
 Value: TypeAlias = float | tuple[float, ...]
 
+# x and y in a section.
+Point: TypeAlias = tuple[float, float]
+
 # The verdicts on an object that a ray hits: it is seen, or behind the one that is seen.
 NEAREST, FARTHER = "nearest", "farther"
 
@@ -29,6 +32,9 @@ AGREEMENTS = {
     AT_A_BORDER: "the pixel lies on an edge, and float32 sees the other side of it, less than a thousandth of a "
     "pixel away",
 }
+
+# How a number line places its numbers: to scale, by their logarithm, or evenly in their order.
+LINEAR, LOGARITHMIC, IN_ORDER = "linear", "logarithmic", "in_order"
 
 # What a ray hits.
 BACKGROUND, SHINING, SURFACE = "background", "shining", "surface"
@@ -130,9 +136,18 @@ class Intersection:
 
 @dataclass(frozen=True)
 class Intersections(Step):
-    """The step for all objects, in the order of the file."""
+    """The step for all objects, in the order of the file.
+
+    Parameters
+    ----------
+    objects
+        Each object.
+    inputs
+        The numbers of the scene that the equations of the nearest object use.
+    """
 
     objects: tuple[Intersection, ...] = field(kw_only=True)
+    inputs: tuple[Number, ...] = field(kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -213,6 +228,8 @@ class LightShare:
         Its share of the radiance of the surface, linear RGB.
     numbers
         Its position, direction, distance, cosine and arriving light.
+    inputs
+        The numbers of the scene that its equations use.
     outcome
         The verdict as a sentence.
     places
@@ -228,6 +245,7 @@ class LightShare:
     blockers: tuple[Occlusion, ...]
     radiance: Triple
     numbers: tuple[Number, ...]
+    inputs: tuple[Number, ...]
     outcome: str
     places: Places | None = None
 
@@ -310,6 +328,147 @@ class Development:
     srgb: Step
 
 
+# --- The drawing -------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Mark:
+    """An object on the number line: its t, and its place on the line, 0..1."""
+
+    object: ObjectName
+    t: float
+    place: float
+
+
+@dataclass(frozen=True)
+class NumberLine:
+    """The ray as a number line.
+
+    Parameters
+    ----------
+    marks
+        The objects that it hits, the nearest first.
+    scale
+        `LINEAR`, `LOGARITHMIC` or `IN_ORDER`: the first on which all marks can be told apart.
+    more
+        The number of objects behind those.
+    """
+
+    marks: tuple[Mark, ...]
+    scale: str
+    more: int
+
+
+@dataclass(frozen=True)
+class Stop:
+    """An object on a shadow ray, and where it stops the light: its distance from the point."""
+
+    object: ObjectName
+    distance: float
+
+
+@dataclass(frozen=True)
+class ShadowRay:
+    """The way from the point to a light, in a section.
+
+    Parameters
+    ----------
+    light
+        The index of the light.
+    label, body, verdict
+        As in `LightShare`.
+    toward
+        l, a unit vector.
+    distance
+        r; None if the light is infinitely far away.
+    half_angle
+        Half the angle under which the point sees a light with a size, radians; else 0.
+    stops
+        The blockers, the nearest to the light first. Of a light with a size, those of its middle.
+    """
+
+    light: int
+    label: str
+    body: ObjectName | None
+    verdict: str
+    toward: Point
+    distance: float | None
+    half_angle: float
+    stops: tuple[Stop, ...]
+
+
+@dataclass(frozen=True)
+class Outline:
+    """The cut of an object: the corners of a polygon, or the ends of a line.
+
+    Its role is `seen`, `blocks` if it blocks the light of the section, or `other`.
+    """
+
+    object: ObjectName
+    role: str
+    points: tuple[Point, ...]
+
+
+@dataclass(frozen=True)
+class View:
+    """A part of a section to show: `all`, or the surroundings of the `point`; its left, bottom, right and top."""
+
+    name: str
+    box: tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class Section:
+    """A plane through the ray, drawn in its own coordinates: x to the right, y up, the ray's start at 0, 0.
+
+    Parameters
+    ----------
+    origin, right, up
+        The ray's start, and the unit vectors of the coordinates in the world.
+    ray
+        d, a unit vector.
+    t
+        The distance to the point; None if nothing is hit.
+    normal
+        The components of n in the plane; shorter than 1 where it leans out of the plane. None if nothing is hit.
+    shadow_ray
+        The way to the light that the plane holds; None without one.
+    outlines
+        The objects that the plane cuts.
+    views
+        What to show of it: all, and if it is small, the surroundings of the point.
+    """
+
+    origin: Triple
+    right: Triple
+    up: Triple
+    ray: Point
+    t: float | None
+    normal: Point | None
+    shadow_ray: ShadowRay | None
+    outlines: tuple[Outline, ...]
+    views: tuple[View, ...]
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """The geometry of a story, ready to be drawn.
+
+    Parameters
+    ----------
+    start
+        What is at the ray's start: the eye, or of an orthographic camera a point of the plane where rays start.
+    number_line
+        The ray as a number line.
+    sections
+        A section for each light, at most eight; one without a light where none matters.
+    """
+
+    start: str
+    number_line: NumberLine
+    sections: tuple[Section, ...]
+
+
 @dataclass(frozen=True)
 class NativePixel:
     """The same pixel, rendered by the native engine.
@@ -358,6 +517,10 @@ class Explanation:
         From the samples to the value: mean, exposure, tone curve, sRGB.
     native
         The pixel as the native engine renders it.
+    sentence
+        The reason for its value in a sentence.
+    drawing
+        The geometry of the story.
     """
 
     resolution: tuple[int, int]
@@ -369,6 +532,8 @@ class Explanation:
     samples: tuple[Sample, ...]
     development: Development
     native: NativePixel
+    sentence: str
+    drawing: Drawing
 
     @property
     def engines_agree(self) -> bool:

@@ -6,7 +6,16 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-from rtcli.explain.records import Number
+from rtcli.explain.records import Number, Point
+from rtcli.explain.section import (
+    Disc,
+    SectionPlane,
+    cut_box,
+    cut_capsule,
+    cut_frustum,
+    cut_plane,
+    cut_sphere,
+)
 from rtcli.explain.words import number, triple
 from rtcli.tracer.reference import PARALLEL, Array, Box, Capsule, Frustum, Plane, Ray, Sphere, length
 
@@ -44,12 +53,16 @@ class ShapeNotes(NamedTuple):
         The equation for the normal.
     sides
         From where the eye sees the surface, by the result of `side` for the eye.
+    cut
+        Returns the polygon where a plane cuts it, within a disc; two points for a line.
     correction
         Where its formulas in the document were corrected; empty if they were not.
     surface
         The word for its surface.
     hit_numbers
         Returns numbers of a hit that other shapes do not have.
+    inputs
+        Returns the numbers that the equations use, beside its terms.
     on_face
         The meaning of a and b, from which a checker is measured; empty if the shape has none.
     """
@@ -60,9 +73,11 @@ class ShapeNotes(NamedTuple):
     misses: tuple[Miss, ...]
     normal: str
     sides: Mapping[int, str]
+    cut: Callable[[Any, SectionPlane, Disc], list[Point]]
     correction: str = ""
     surface: str = "surface"
     hit_numbers: Callable[[Any, Ray], tuple[Number, ...]] = lambda shape, ray: ()
+    inputs: Callable[[Any, Ray], tuple[Number, ...]] = lambda shape, ray: ()
     on_face: str = ""
 
 
@@ -98,6 +113,17 @@ def _intersect_sphere(shape: Sphere, ray: Ray) -> RayTerms:
     return _beyond_or_behind((*common, Number("t_1", t_1), Number("t_2", t_2)), ray, (t_1, t_2), "t_1 and t_2")
 
 
+def _inputs_of_sphere(shape: Sphere, ray: Ray) -> tuple[Number, ...]:
+    c, terms = ray.to(shape.position), shape.quadratic(ray)
+    return (
+        Number("C", triple(shape.position)),
+        Number("to_center", triple(c)),
+        Number("|c|", float(length(c)[0])),
+        Number("g", triple(terms.g)),
+        Number("q", float(terms.t_2[0])),
+    )
+
+
 _SPHERE = ShapeNotes(
     section="2.2.1",
     equations=(
@@ -109,6 +135,8 @@ _SPHERE = ShapeNotes(
     misses=(_PASSED_BY,),
     normal="n = (P - C) / |P - C|",
     sides=_SIDES_OF_SOLID,
+    cut=cut_sphere,
+    inputs=_inputs_of_sphere,
 )
 
 
@@ -133,6 +161,8 @@ _PLANE = ShapeNotes(
     misses=(_PARALLEL,),
     normal="n = the plane's normal",
     sides={1: "from its front", -1: "from its back", 0: "from within the plane"},
+    cut=cut_plane,
+    inputs=lambda shape, ray: (Number("p_0", triple(shape.position)), Number("n", triple(shape.direction))),
     surface="plane",
     on_face="a = (P - p_0) . u      b = (P - p_0) . (n x u), u the x axis made perpendicular to n",
 )
@@ -184,6 +214,7 @@ _BOX = ShapeNotes(
     misses=(_OUTSIDE_BOUNDING_SPHERE, _OUTSIDE_SLABS),
     normal="n = R n', with n' the normal of the side in box space",
     sides=_SIDES_OF_SOLID,
+    cut=cut_box,
     hit_numbers=lambda shape, ray: (Number("n_box", triple(shape.face(ray)), "the normal in box space"),),
     on_face="a, b: the two coordinates of P in box space along the side",
 )
@@ -243,6 +274,7 @@ def _frustum(name: str) -> ShapeNotes:
         misses=(_PASSED_BY_SIDE, _BESIDE_SLAB),
         normal="n = cos(alpha) (P - foot) / d - sin(alpha) a on the side, a or -a on a disc",
         sides=_SIDES_OF_SOLID,
+        cut=cut_frustum,
     )
 
 
@@ -275,6 +307,7 @@ _CAPSULE = ShapeNotes(
     misses=(_PASSED_BY_SIDE, _PASSED_BY_END),
     normal="n = (P - F) / |P - F|, with F the nearest point between the centers of the ends",
     sides=_SIDES_OF_SOLID,
+    cut=cut_capsule,
 )
 
 

@@ -147,7 +147,6 @@ class LiveServer(ThreadingHTTPServer):
 
 def _page_files() -> Iterator[tuple[str, Answer]]:
     """Yield the answer for each file of the page by its route: a fixed table, so that no address names a file."""
-    yield "/page.css", Answer(files("rtcli.reports").joinpath("page.css").read_bytes(), _TYPES[".css"])
     for package in _PACKAGES:
         try:
             folder = files(package)
@@ -158,6 +157,7 @@ def _page_files() -> Iterator[tuple[str, Answer]]:
             if suffix in _TYPES and file.is_file():
                 route = "/" if file.name == "page.html" and package == _PACKAGES[0] else f"/{file.name}"
                 yield route, Answer(file.read_bytes(), _TYPES[suffix])
+    yield "/page.css", Answer(files("rtcli.reports").joinpath("page.css").read_bytes(), _TYPES[".css"])
 
 
 class _Handler(BaseHTTPRequestHandler):

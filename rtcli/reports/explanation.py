@@ -23,8 +23,9 @@ from rtcli.explain.records import (
     Step,
     Value,
 )
-from rtcli.explain.shapes import MISSES
+from rtcli.explain.shapes import MISSES, SHAPES
 from rtcli.explain.words import number as shown
+from rtcli.reports.formulas import SYMBOLS, Scope, in_equation, symbol_text
 from rtcli.reports.terminal import cells, lines_of, padded, painter, shortened, swatch
 from rtcli.scene.diagnostics.problems import counted, printable
 from rtcli.scene.diagnostics.rules import ERROR
@@ -41,28 +42,8 @@ _MOST_OBJECTS, _MOST_LIGHTS, _MOST_GROUPS = 20, 8, 20
 # The most cells of a file's name.
 _NAME = 60
 
-# The symbols of the document that are not identifiers.
-_SYMBOLS = {
-    "cos_theta": "cos(theta)",
-    "ab": "a, b",
-    "c": "c_x, c_y",
-    "camera": "position",
-    "d_n": "d . n",
-    "factor": "2^EV",
-    "focal": "f_x, f_y",
-    "g_length": "|g|",
-    "n_box": "n'",
-    "s_square": "s",
-    "size": "W, H",
-    "v_255": "255 v",
-    "xy": "x, y",
-    "p": "px, py",
-    "position": "light",
-    "rho_ambient": "rho ambient",
-    "x_slab": "x slab",
-    "y_slab": "y slab",
-    "z_slab": "z slab",
-}
+# The numbers that later steps use.
+_KNOWN = {"o", "d", "t", "P", "n", "rho"}
 
 _NATIVE = "The native engine, the default,"
 
@@ -127,6 +108,7 @@ class _Text:
         yield self.paint("strong", f"Pixel {x},{y} of {shown} ({width}x{height})")
         code = f"#{red:02x}{green:02x}{blue:02x}"
         yield f"{red} {green} {blue}, {swatch(code, explanation.value, self.color)}"
+        yield from (self.paint("strong", line) for line in lines_of(explanation.sentence.split(), _WIDTH))
         yield "The sections are those of docs/tracer.md; the document is the course text that it follows."
         if len(explanation.samples) > 1:
             yield (
@@ -162,7 +144,10 @@ class _Text:
     def _object(self, item: Intersection, width: int) -> Iterator[str]:
         t = "missed" if item.t is None else f"t = {shown(item.t)}"
         yield from self._item(item.object.label, f"{padded(item.object.label, width)}  {t:<15}", item.outcome)
-        terms = (f"{_symbol(term)} = {' to '.join(map(shown, _components(term.value)))}" for term in item.numbers)
+        terms = (
+            f"{symbol_text(term.name)} = {' to '.join(map(shown, _components(term.value)))}"
+            for term in item.numbers
+        )
         yield from _indented(lines_of(terms, _WIDTH - 2 * _MARGIN, gap="   "), 2)
 
     # --- Lights
@@ -233,11 +218,7 @@ def _groups(groups: Sequence[Group]) -> Iterator[str]:
 def _row(number: Number) -> str:
     """Return a number as a row of a table: its symbol, its value, its meaning."""
     value = padded(_columns(number.value), 3 * _NUMBER)
-    return f"{padded(_symbol(number), _SYMBOL)}{value} {number.meaning}".rstrip()
-
-
-def _symbol(number: Number) -> str:
-    return _SYMBOLS.get(number.name, number.name)
+    return f"{padded(symbol_text(number.name), _SYMBOL)}{value} {number.meaning}".rstrip()
 
 
 def _columns(value: Value) -> str:
@@ -267,8 +248,56 @@ def as_json(explanation: Explanation, name: str) -> str:
     explanation, name
         As for `text`.
     """
-    story = {"scene": name, **_plain(explanation), "engines_agree": explanation.engines_agree}
-    return json.dumps(story, indent=2, allow_nan=False) + "\n"
+    data = as_data(explanation, name)
+    drawing = json.dumps(data.pop("drawing"), allow_nan=False)  # on one line: it has thousands of numbers
+    return f'{json.dumps(data, indent=2, allow_nan=False)[:-2]},\n  "drawing": {drawing}\n}}\n'
+
+
+def as_data(explanation: Explanation, name: str) -> dict[str, Any]:
+    """Return the same as data for JSON."""
+    data = {"scene": name, **_plain(explanation), "engines_agree": explanation.engines_agree, "symbols": SYMBOLS}
+    story, development = explanation.story, explanation.development
+    known = [n for n in (*story.ray.numbers, *story.hit.numbers) if n.name in _KNOWN]
+    parts: list[tuple[dict[str, Any], Step, Scope]] = [
+        (data["story"]["ray"], story.ray, Scope(story.ray.numbers)),
+        (data["story"]["intersections"], story.intersections, Scope(story.ray.numbers[-2:])),
+        (data["story"]["hit"], story.hit, Scope((*known, *story.intersections.inputs, *story.hit.numbers))),
+        (data["story"]["lights"], story.lights, Scope(known)),
+        (data["story"]["radiance"], story.radiance, Scope((*known, *story.radiance.numbers), _sums(explanation))),
+    ]
+    before: tuple[Number, ...] = ()
+    for key, step in vars(development).items():
+        parts.append((data["development"][key], step, Scope((*before, *step.numbers), _sums(explanation))))
+        before = step.numbers
+    for part, step, scope in parts:
+        part |= _for_pages(step.equations, step.numbers, scope)
+    for part, item in zip(data["story"]["intersections"]["objects"], story.intersections.objects, strict=True):
+        if item.verdict == NEAREST:
+            scope = Scope((*known, *story.intersections.inputs, *item.numbers))
+            part |= _for_pages(SHAPES[item.object.type].equations, item.numbers, scope)
+    for part, share in zip(data["story"]["lights"]["lights"], story.lights.lights, strict=True):
+        # Where something takes from the light of a light, its share is not the product of its numbers.
+        takes = share.verdict != LIT or (share.places and share.places.reaching < share.places.count)
+        whole = () if takes else (Number("share", share.radiance),)
+        equations = story.lights.equations if whole else story.lights.equations[:-1]
+        scope = Scope((*known, *share.inputs, *share.numbers, *whole))
+        part |= _for_pages(equations, share.numbers, scope)
+    return data
+
+
+def _for_pages(equations: Iterable[str], numbers: Iterable[Number], scope: Scope) -> dict[str, Any]:
+    """Return the equations as terms, and the meanings of numbers by their names."""
+    return {"formulas": scope.formulas(equations), "meanings": {n.name: n.meaning for n in numbers if n.meaning}}
+
+
+def _sums(explanation: Explanation) -> dict[str, str]:
+    """Return the sums that equations have as phrases, with their numbers put in."""
+    lit = [in_equation(share.radiance) for share in explanation.story.lights.lights if share.verdict == LIT]
+    groups = [f"{group.count} {in_equation(group.radiance)}" for group in explanation.development.mean.groups]
+    return {
+        "the sum of the shares": " + ".join(lit) or "0",
+        "the sum of the samples": f"({' + '.join(groups)})",
+    }
 
 
 def _plain(value: Any) -> Any:

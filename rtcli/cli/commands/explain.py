@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from rtcli.cli.console import display_name, is_terminal, print_lines, wants_color
+from rtcli.cli.console import display_name, is_terminal, print_lines, wants_color, write_bytes
 from rtcli.cli.exit_codes import usage_errors
 from rtcli.cli.help import Command
 from rtcli.cli.options.scene import SCENE_HELP, pop_overrides, read_scene, scene_options
@@ -24,6 +24,7 @@ from rtcli.scene.validation.validate import validate
     cls=Command,
     examples=[
         "rtcli explain my.yaml --pixel 320,240",
+        "rtcli explain my.yaml --pixel 320,240 --html story.html",
         "rtcli explain my.yaml --pixel 320,240 --set camera.fov=60 --json",
     ],
 )
@@ -45,9 +46,14 @@ from rtcli.scene.validation.validate import validate
 )
 @scene_options
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-def command(scene: str, pixel: tuple[int, int], sample: int, as_json: bool, **options: Any) -> None:
+@click.option("--html", metavar="FILE", help="Write a page with a drawing to this file; - is standard output.")
+def command(scene: str, pixel: tuple[int, int], sample: int, **options: Any) -> None:
     """Explain how a pixel gets its value, step by step."""
-    name, model = display_name(scene), validate(read_scene(scene, pop_overrides(options)))
+    as_json, html = options.pop("as_json"), options.pop("html")
+    if as_json and html:
+        raise click.UsageError("--json and --html exclude each other")
+    document = read_scene(scene, pop_overrides(options))
+    name, model = display_name(scene), validate(document)
     with usage_errors():
         check_pixel(model, *pixel, sample)
         RenderRequest().simd()
@@ -55,7 +61,11 @@ def command(scene: str, pixel: tuple[int, int], sample: int, as_json: bool, **op
     is_watched = model.image.exposure == "auto" and is_terminal(sys.stderr)
     with progress("metering", quiet=not is_watched) as on_progress:
         explained = explain(model, *pixel, sample, on_progress)
-    if as_json:
+    if html:
+        from rtcli.reports.story_page import story_page
+
+        write_bytes(story_page(explained, document).encode(), html)
+    elif as_json:
         click.echo(explanation.as_json(explained, name), nl=False)
     else:
         print_lines(explanation.text(explained, name, wants_color(sys.stdout)))

@@ -178,8 +178,15 @@ function showText() {
   markProblems();
 }
 
-export function markLines(name, lines) {
+function markLines(name, lines) {
   source.mark(name, isOfPicture() ? lines : null);
+}
+
+// The lines of a value, such as `objects[3].radius`: the line of its key, or else all lines of what it belongs to.
+export function markPath(path) {
+  const [, list, index, key] = /^(?:(objects|lights)\[(\d+)\]|camera)(?:\.(\w+))?/.exec(path ?? "") ?? [];
+  const lines = list ? live.state[list][index]?.lines : path?.startsWith("camera") ? live.state.camera.lines : null;
+  markLines("lit", key && lines ? source.linesOf(key, lines) : lines);
 }
 
 let firstProblem = null;

@@ -2,7 +2,7 @@
 
 import { hex } from "/color.js";
 import { byId, element, emit, fullSize, live, on, pictureQuery, report } from "/live.js";
-import { light, markLines, nameOf, needOutlines, objectAt, openObject } from "/objects.js";
+import { light, markPath, nameOf, needOutlines, objectAt, openObject } from "/objects.js";
 import { PASSES, valuesAt } from "/passes.js";
 import { ServerError, get, newest } from "/server.js";
 import { renderStory } from "/story.js";
@@ -181,7 +181,7 @@ async function tellOne(story, pixel) {
   const { scrollTop } = panel;
   story.handle = told.error ? null : renderStory(place, told, {
     onHoverObject: light,
-    onHoverLight: (index) => markLines("lit", live.state.lights[index]?.lines),
+    onHoverPath: markPath,
     onOpenLine: openObject,
   });
   if (told.error) place.replaceChildren(element("p", "hint", told.error));

@@ -65,6 +65,13 @@ export class Source {
     for (const number of numbers) this.element.children[number - 1]?.classList.add(name);
   }
 
+  // The line with a key among some lines, as [first, last]; all of them if it is not there.
+  linesOf(key, [first, last]) {
+    const pattern = new RegExp(`(^|[\\s{,])${key}\\s*:`);
+    const number = this.texts.slice(first - 1, last).findIndex((text) => pattern.test(text)) + first;
+    return number < first ? [first, last] : [number, number];
+  }
+
   reveal([first]) {
     const line = this.element.children[first - 1];
     if (!line) return;

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
@@ -11,7 +10,7 @@ from urllib.parse import quote
 
 from rtcli.reports.gallery.records import Record, records_of
 from rtcli.reports.gallery.thumbnails import pass_thumbnails, thumbnail
-from rtcli.reports.page import html_page
+from rtcli.reports.page import html_page, json_for_html
 from rtcli.scene.diagnostics.problems import counted, printable
 
 
@@ -105,10 +104,7 @@ def _data(records: Sequence[Record]) -> str:
     settings = list(dict.fromkeys(record.settings for record in records))
     numbers = {each: number for number, each in enumerate(settings)}
     scenes = [_details(record, numbers[record.settings]) for record in records]
-    text = json.dumps({"settings": settings, "scenes": scenes}, separators=(",", ":"), allow_nan=False)
-    for character in "<>&":  # so that no text in it ends the script
-        text = text.replace(character, f"\\u{ord(character):04x}")
-    return text
+    return json_for_html({"settings": settings, "scenes": scenes})
 
 
 def _details(record: Record, settings: int) -> dict[str, Any]:

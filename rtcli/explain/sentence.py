@@ -1,0 +1,148 @@
+"""The reason for a pixel's value in one sentence: why it is bright, dark, black or background."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rtcli.explain.drawing import brightest
+from rtcli.explain.records import (
+    BACKGROUND,
+    BLOCKED,
+    LIT,
+    OTHER_SIDE,
+    SHINING,
+    TURNED_AWAY,
+    LightShare,
+    Places,
+    Sample,
+    Story,
+)
+from rtcli.explain.words import listed, number
+from rtcli.scene.diagnostics.problems import counted
+
+# The most lights that a sentence names.
+_MOST_LIGHTS = 3
+
+# The luma (ITU-R BT.601) of 8-bit values up to which a pixel is dark, and from which on it is bright.
+_DARK, _BRIGHT = 64, 192
+
+# A light whose cos(theta) is below this grazes the surface.
+_GRAZING = 0.2
+
+
+def sentence_of(story: Story, samples: Sequence[Sample], value: tuple[int, int, int]) -> str:
+    """Return the reason for a pixel's value: "black: `tall box` stands between it and lights[0]".
+
+    Parameters
+    ----------
+    story
+        The story of one sample, whose reason is given.
+    samples
+        All samples of the pixel.
+    value
+        The pixel's red, green and blue, 0..255.
+    """
+    look, reason = _look_and_reason(story, value)
+    return f"{look}: {reason}{_others(story, samples)}"
+
+
+def _look_and_reason(story: Story, value: tuple[int, int, int]) -> tuple[str, str]:
+    if story.hit.kind == BACKGROUND:
+        count = len(story.intersections.objects)
+        return BACKGROUND, f"the ray hits none of {counted(count, 'object')}" if count else "there are no objects"
+    seen = story.hit.object.label if story.hit.object else ""
+    if story.hit.kind == SHINING:
+        return _look(value), f"the eye sees {seen}, which carries a light"
+    lights = story.lights.lights
+    if not lights:
+        return _unlit(story, value, _why_no_light(story))
+    order = [lights[i] for i in brightest(lights)]
+    lit = [share for share in order if share.verdict == LIT]
+    if not lit:
+        return _unlit(story, value, _joined([_why_unlit(share) for share in order[:_MOST_LIGHTS]], len(lights)))
+    return _lit(order, lit, value)
+
+
+def _look(value: tuple[int, int, int]) -> str:
+    """Return a word for the brightness of a value."""
+    red, green, blue = value
+    luma = 0.299 * red + 0.587 * green + 0.114 * blue
+    return "black" if luma == 0 else "dark" if luma <= _DARK else "bright" if luma >= _BRIGHT else "lit"
+
+
+def _unlit(story: Story, value: tuple[int, int, int], reason: str) -> tuple[str, str]:
+    """Return the look of a point that no light reaches, and the reason."""
+    if any(x > 0 for x in _radiance(story)):
+        return f"{_look(value)}, by ambient light only", reason
+    return "black" if not any(value) else "dark", reason
+
+
+def _radiance(story: Story) -> tuple[float, ...]:
+    value = story.radiance.numbers[-1].value
+    return value if isinstance(value, tuple) else (value,)
+
+
+def _why_no_light(story: Story) -> str:
+    if "max_depth" in story.lights.outcome:
+        return "max_depth is 0, so only objects that carry a light are seen"
+    return "there are no lights"
+
+
+def _why_unlit(share: LightShare) -> str:
+    return {
+        BLOCKED: _between(share),
+        TURNED_AWAY: f"the surface faces away from {share.label}",
+        OTHER_SIDE: f"{share.label} is on the other side of the surface",
+    }[share.verdict]
+
+
+def _between(share: LightShare) -> str:
+    """Return the sentence about the objects that block a light."""
+    blockers = share.blockers if share.places is None else share.places.hidden
+    names = list(dict.fromkeys(item.object.label for item in blockers))
+    return f"{listed(names)} {'stands' if len(names) == 1 else 'stand'} between it and {share.label}"
+
+
+def _lit(order: Sequence[LightShare], lit: Sequence[LightShare], value: tuple[int, int, int]) -> tuple[str, str]:
+    """Return the look of a point that some lights reach, and the reason: what takes the most light away."""
+    first = order[0]
+    reached = listed([share.label for share in lit])
+    verb = "reaches" if len(lit) == 1 else "reach"
+    if first.verdict != LIT:
+        return _look(value), f"{_why_unlit(first)}; {reached} {verb} it"
+    places = first.places
+    if places is not None and places.reaching < places.count:
+        return f"{_look(value)}, in part shadow", _in_part(first, places)
+    blocked = [share for share in order if share.verdict != LIT][: _MOST_LIGHTS - 1]
+    more = "".join(f"; {_why_unlit(share)}" for share in blocked)
+    return _look(value), f"{reached} {verb} it{_how(first)}{more}"
+
+
+def _in_part(share: LightShare, places: Places) -> str:
+    reason = f"{places.reaching:,} of {places.count:,} places of {share.label} reach it"
+    if places.hidden:
+        return f"{listed([item.object.label for item in places.hidden])} hides part of {share.label}: {reason}"
+    return f"part of {share.label} is below the horizon of the surface: {reason}"
+
+
+def _how(share: LightShare) -> str:
+    """Return how a light reaches a surface that it grazes."""
+    cosine = next(item.value for item in share.numbers if item.name == "cos_theta")
+    if isinstance(cosine, float) and cosine < _GRAZING:
+        return f" at a grazing angle, cos(theta) = {number(cosine)}"
+    return ""
+
+
+def _joined(reasons: Sequence[str], count: int) -> str:
+    more = count - len(reasons)
+    return "; ".join([*reasons, *([f"nor does any of {more:,} more lights reach it"] if more else [])])
+
+
+def _others(story: Story, samples: Sequence[Sample]) -> str:
+    """Return a note on the samples that see something else."""
+    seen = samples[story.sample - 1].object
+    others = [sample for sample in samples if sample.object != seen]
+    if not others:
+        return ""
+    verb = "sees" if len(others) == 1 else "see"
+    return f" ({len(others):,} of its {len(samples):,} samples {verb} something else)"
