@@ -17,6 +17,7 @@ from rtcli.live.editor import editor_command
 from rtcli.live.server import DEFAULT_PORT, LiveServer
 from rtcli.live.session import Session
 from rtcli.scene.diagnostics.quoting import printable
+from rtcli.signals import ignore_broken_pipes
 
 
 def _check_editor(context: click.Context, option: click.Parameter, value: str | None) -> str | None:
@@ -84,6 +85,7 @@ def command(
     read_input(scene)  # fails at once if the name is wrong
     session = Session(scene, overrides, write, editor)
     server = LiveServer(session, port, hosts)
+    ignore_broken_pipes()
     session.start()
     server.start()
     report_line(f"live at {server.address}")

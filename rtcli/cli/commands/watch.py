@@ -2,32 +2,23 @@
 
 from __future__ import annotations
 
-import sys
 import threading
-import time
 from pathlib import Path
 from typing import Any
 
 import click
 
-from rtcli.cli.console import STDIO, display_name, is_terminal, print_lines, read_input, report_line, wants_color
-from rtcli.cli.exit_codes import os_error_text, usage_errors
+from rtcli.cli.console import STDIO, read_input
+from rtcli.cli.exit_codes import usage_errors
 from rtcli.cli.help import Command
 from rtcli.cli.options.scene import film_options, pop_overrides, pop_quantization, scene_options
 from rtcli.cli.options.types import WholeNumber
 from rtcli.cli.paths import OutputPath, refuse_collisions, refuse_folder
 from rtcli.image.display import Quantization
-from rtcli.image.formats import check_fits, open_parts, parts_of
+from rtcli.image.formats import parts_of
 from rtcli.image.write import FORMATS
-from rtcli.live.watch import GRACE, SETTLED, FileWatcher, Version
-from rtcli.rendering.job import RenderJob, RenderRequest
-from rtcli.rendering.load import load
-from rtcli.rendering.stopwatch import Stopwatch
-from rtcli.rendering.stream import write_film
-from rtcli.reports import text
-from rtcli.reports.file_report import FileReport
-from rtcli.scene.diagnostics.problems import SceneError
-from rtcli.scene.diagnostics.quoting import printable
+from rtcli.live.watch import FileWatcher
+from rtcli.rendering.job import RenderRequest
 from rtcli.scene.overrides import Overrides
 
 
@@ -67,7 +58,7 @@ def command(scene: str, output: str, threads: int | None, **options: Any) -> Non
 class _Watch:
     """Renders each version of a scene to its files."""
 
-    def __init__(  # noqa: PLR0913, PLR0917 - its options
+    def __init__(
         self,
         scene: str,
         output: str,

@@ -146,9 +146,11 @@ function drawMarker(context, port, { x, y }, letter) {
 // --- Stories ---------------------------------------------------------------------------------------------
 
 const stories = [
-  { key: "pixel", box: byId("story-now"), letter: "B: " },
-  { key: "pin", box: byId("story-pin"), letter: "A: " },
+  { key: "pixel", box: byId("story-now"), title: "Pixel B" },
+  { key: "pin", box: byId("story-pin"), title: "Pixel A" },
 ];
+
+let isFromStory = false;
 
 // Old stories stay until the new ones are there.
 const tell = newest(async () => {
@@ -173,14 +175,19 @@ async function tellOne(story, pixel) {
   const loaded = await loadStory(pixel);
   story.box.hidden = false;
   const [title, place] = story.box.children;
-  title.textContent = `${live.pin ? story.letter : ""}pixel ${pixel.x}, ${pixel.y}`;
+  title.hidden = !live.pin;
+  title.textContent = story.title;
   if (loaded === story.text) return;
   story.text = loaded;
   const told = JSON.parse(loaded);
   const panel = byId("panel-pixel");
   const { scrollTop } = panel;
   story.handle = told.error ? null : renderStory(place, told, {
-    onHoverObject: light,
+    onHoverObject: (index) => {
+      isFromStory = true; // which has lit up its own symbol
+      light(index);
+      isFromStory = false;
+    },
     onHoverPath: markPath,
     onOpenLine: openObject,
   });
@@ -191,7 +198,7 @@ async function tellOne(story, pixel) {
 
 on("picture", () => { if (!live.isMoving) tell(); });
 on("light", (index) => {
-  for (const { handle } of stories) handle?.highlightObject(index);
+  if (!isFromStory) for (const { handle } of stories) handle?.highlightObject(index);
 });
 
 let speakTimer = 0;
