@@ -159,7 +159,9 @@ class Page:
         for x, y in pixels:
             self.run(f"location.hash = '#pixel={x},{y}'")
             self.wait(lambda x=x, y=y: self.text("spot").startswith(f"{x}, {y}"))
-            found.append([int(word) for word in self.run("document.querySelector('#spot .color').textContent").split()[1:]])
+            found.append(
+                [int(word) for word in self.run("document.querySelector('#spot .color').textContent").split()[1:]]
+            )
         return found
 
     def wait_for_colors(self, picture, pixels=(BALL, SKY)):
@@ -311,7 +313,9 @@ def test_a_pixel_outside_the_picture_is_told(page, browser):
 def test_pointing_at_a_symbol_of_the_story_lights_its_line_of_the_file(page):
     page.run("location.hash = '#pixel=80,60'")
     page.wait(lambda: "Pixel 80,60" in page.text("story-now"))
-    page.browser.execute_script("document.querySelector('#story-now [data-symbol=fov]').dispatchEvent(new Event('pointerover', {bubbles: true}))")
+    page.browser.execute_script(
+        "document.querySelector('#story-now [data-symbol=fov]').dispatchEvent(new Event('pointerover', {bubbles: true}))"
+    )
     assert page.run("[...document.querySelectorAll('.line.lit')].map(each => each.textContent)") == ["  fov: 40"]
 
 
@@ -328,12 +332,12 @@ def test_the_object_under_the_pointer_is_named_and_outlined(page):
     page.wait(lambda: page.run(pixels) != plain)
     assert page.run("document.querySelector('.line.lit').dataset.number") == "12"
     page.click("#tab-objects")
-    assert page.run("document.querySelectorAll('.object').length") == 3
+    assert page.run("document.querySelectorAll('.object-row').length") == 3
 
 
 def test_a_click_in_the_list_opens_the_lines_of_the_object(page):
     page.click("#tab-objects")
-    page.click(".object[data-index='1']")
+    page.click(".object-row[data-index='1']")
     assert page.run("document.querySelector('.line.opened').dataset.number") == "12"
     assert page.text("source-what") == "ball"
     assert not page.is_shown("edit")
@@ -342,7 +346,7 @@ def test_a_click_in_the_list_opens_the_lines_of_the_object(page):
 def test_objects_are_filtered_by_name_and_type(page):
     page.press("/")
     page.press("sphere")
-    shown = "[...document.querySelectorAll('.object .name')].filter(each => each.checkVisibility()).map(each => each.textContent)"
+    shown = "[...document.querySelectorAll('.object-row .name')].filter(each => each.checkVisibility()).map(each => each.textContent)"
     page.wait(lambda: page.run(shown) == ["ball"])
 
 
@@ -352,7 +356,7 @@ def test_names_with_markup_are_text(page):
     page.run("location.hash = '#pixel=20,75'")
     page.wait(lambda: MARKUP in page.text("story-now"))
     page.click("#tab-objects")
-    page.click(".object[data-index='2']")
+    page.click(".object-row[data-index='2']")
     assert page.run("document.querySelectorAll('img').length") == 0
     assert page.run("window.hacked ?? null") is None
 
@@ -440,7 +444,7 @@ def test_clipped_pixels_are_counted_and_hatched(page):
 
 
 def test_the_passes_have_the_values_of_the_film(page):
-    film = rtcli.render(rtcli.loads(SCENE), passes="all")
+    film = rtcli.render(rtcli.parse_scene(SCENE), passes="all")
     assert page.run("[...document.getElementById('pass').options].map(each => each.value)") == [
         "picture",
         *PASSES,
@@ -450,7 +454,9 @@ def test_the_passes_have_the_values_of_the_film(page):
     for name in PASSES:
         page.choose("pass", name)
         title = name.replace("_", " ")
-        words = page.wait(lambda title=title: title in page.text("spot") and page.text("spot")).split(title)[1].split()
+        words = (
+            page.wait(lambda title=title: title in page.text("spot") and page.text("spot")).split(title)[1].split()
+        )
         values = np.atleast_1d(film[name][BALL[1], BALL[0]])
         np.testing.assert_allclose([float(word) for word in words[: values.size]], values, rtol=1e-5)
     page.choose("pass", "depth")
@@ -502,7 +508,7 @@ def test_axe_finds_no_violation(page, scheme, request):
         )
         assert found == []
 
-    page.run("location.hash = '#pixel=80,60&pin=10,5'")
+    page.run("location.hash = '#pixel=10,5&pin=80,60'")
     page.wait(lambda: "Pixel 80,60" in page.text("story-pin"))
     for tab in ("pixel", "objects", "exposure", "camera"):
         page.click(f"#tab-{tab}")
@@ -516,5 +522,10 @@ def test_axe_finds_no_violation(page, scheme, request):
 
 def test_the_files_of_the_page_are_small():
     folders = [files("rtcli.live.page"), files("rtcli.reports.story_page")]
-    sizes = [len(file.read_bytes()) for folder in folders for file in folder.iterdir() if file.name.endswith((".js", ".css", ".html", ".svg"))]
+    sizes = [
+        len(file.read_bytes())
+        for folder in folders
+        for file in folder.iterdir()
+        if file.name.endswith((".js", ".css", ".html", ".svg"))
+    ]
     assert sum(sizes) + len(files("rtcli.reports").joinpath("page.css").read_bytes()) < 150_000

@@ -104,7 +104,7 @@ function showList({ objects }) {
 
 function row(index) {
   const item = element("li");
-  const button = item.appendChild(element("button", "object"));
+  const button = item.appendChild(element("button", "object-row"));
   button.type = "button";
   button.dataset.index = index;
   button.append(...["name", "type", "pixels", "lines"].map((name) => element("span", name)));
