@@ -314,7 +314,8 @@ def test_pointing_at_a_symbol_of_the_story_lights_its_line_of_the_file(page):
     page.run("location.hash = '#pixel=80,60'")
     page.wait(lambda: "Pixel 80,60" in page.text("story-now"))
     page.browser.execute_script(
-        "document.querySelector('#story-now [data-symbol=fov]').dispatchEvent(new Event('pointerover', {bubbles: true}))"
+        "document.querySelector('#story-now [data-symbol=fov]')"
+        ".dispatchEvent(new Event('pointerover', {bubbles: true}))"
     )
     assert page.run("[...document.querySelectorAll('.line.lit')].map(each => each.textContent)") == ["  fov: 40"]
 
@@ -346,7 +347,10 @@ def test_a_click_in_the_list_opens_the_lines_of_the_object(page):
 def test_objects_are_filtered_by_name_and_type(page):
     page.press("/")
     page.press("sphere")
-    shown = "[...document.querySelectorAll('.object-row .name')].filter(each => each.checkVisibility()).map(each => each.textContent)"
+    shown = (
+        "[...document.querySelectorAll('.object-row .name')]"
+        ".filter(each => each.checkVisibility()).map(each => each.textContent)"
+    )
     page.wait(lambda: page.run(shown) == ["ball"])
 
 

@@ -71,7 +71,6 @@ export function move(dx, dy) {
   hovered = null;
   select({ x: within(from.x + dx, width), y: within(from.y + dy, height) });
   stage.reveal(live.pixel);
-  needOutlines();
 }
 
 export function togglePin() {
@@ -91,6 +90,7 @@ function changed() {
   byId("pin").ariaPressed = String(pin !== null);
   document.body.classList.toggle("two-stories", pin !== null);
   if (pixel) [byId("go-x").value, byId("go-y").value] = [pixel.x, pixel.y];
+  if (pixel) needOutlines();
   stage.draw();
   showSpot();
   tell();
