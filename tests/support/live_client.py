@@ -50,7 +50,7 @@ class LiveClient:
     def __enter__(self):
         self.session.start()
         self.server.start()
-        self.wait_for(lambda state: state.status != "rendering")
+        self.wait_for(lambda state: state.version > 0)
         return self
 
     def __exit__(self, *error):
