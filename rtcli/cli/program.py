@@ -24,6 +24,7 @@ _FIRST_COMMANDS = [
 SUMMARIES = {
     "render": "Render a scene to a picture, or check that it is still the same.",
     "live": "Show a scene in the browser, and follow each save.",
+    "watch": "Render a scene again at each save.",
     "batch": "Render scenes into a folder, skipping up-to-date results.",
     "validate": "Validate scene files and report every problem.",
     "sample": "Write the scene of one sample of a template.",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 import subprocess
 from pathlib import Path
@@ -25,13 +26,11 @@ def editor_command(template: str, file: str, line: int, column: int) -> list[str
     ValueError
         If it is empty, or a quotation in it does not end.
     """
-    values = {"{file}": str(Path(file).absolute()), "{line}": str(line), "{column}": str(column)}
+    values = {"file": str(Path(file).absolute()), "line": str(line), "column": str(column)}
     arguments = shlex.split(template)
     if not arguments:
         raise ValueError("the command of the editor is empty")
-    for placeholder, value in values.items():
-        arguments = [argument.replace(placeholder, value) for argument in arguments]
-    return arguments
+    return [re.sub("{(file|line|column)}", lambda match: values[match[1]], argument) for argument in arguments]
 
 
 def open_editor(arguments: list[str]) -> None:

@@ -214,6 +214,7 @@ class _Handler(BaseHTTPRequestHandler):
             return None
 
     def _send(self, answer: Answer) -> None:
+        self.request_version = self.protocol_version  # answers to malformed requests have headers too
         self.send_response_only(answer.status)
         own = {"Content-Type": answer.type, "Content-Length": str(len(answer.body))}
         for name, value in {**HEADERS, **own, **answer.headers}.items():

@@ -77,6 +77,7 @@ class FileWatcher:
             if self._accepted is None or self._is_due():
                 version = self._read()
                 if self._accepted is None or version[:2] != self._accepted[:2]:
+                    self._plan_second_reads()
                     return version
             self._stop.wait(INTERVAL)
         return None
@@ -111,6 +112,9 @@ class FileWatcher:
             return True
         return False
 
+    def _plan_second_reads(self) -> None:
+        self._second_reads = [time.perf_counter() + seconds for seconds in _SECOND_READS]
+
     def _look(self) -> Stamp:
         try:
             seen = os.stat(self._path)  # noqa: PTH116 - fifty times a second
@@ -129,6 +133,6 @@ class FileWatcher:
             reason = error.strerror or str(error)
         if stamp != self._stamp:
             self._stamp = stamp
-            self._second_reads = [now + seconds for seconds in _SECOND_READS]
+            self._plan_second_reads()
         age = 0.0 if stamp is None else time.time() - stamp[0] / 1e9
         return Version(raw, reason, now - age if 0 <= age < _PLAUSIBLE else now, now)
