@@ -75,13 +75,16 @@ def drawing_of(point: SurfacePoint, intersections: Intersections, lights: Lights
     upward
         The direction that is up in the picture, of any length but 0.
     """
-    shown = sorted(brightest(lights.lights)[:_MOST_SECTIONS])
+    order = brightest(lights.lights)[:_MOST_SECTIONS]
     drawer = _Drawer(point, intersections, unit(column(upward)).ravel())
-    sections = [drawer.section(lights.lights[i], i) for i in shown] or [drawer.section(None, 0)]
+    found = [drawer.section(lights.lights[i], i) for i in sorted(order)] or [drawer.section(None, 0)]
+    sections = tuple(section for section in found if section is not None)
+    lights_of = [section.shadow_ray.light for section in sections if section.shadow_ray is not None]
     return Drawing(
         start="where the ray starts" if point.ray.beside is not None else "the eye",
         number_line=_number_line(intersections),
-        sections=tuple(section for section in sections if section is not None),
+        sections=sections,
+        chosen=lights_of.index(order[0]) if order and order[0] in lights_of else 0,
     )
 
 

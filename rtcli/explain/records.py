@@ -462,11 +462,14 @@ class Drawing:
         The ray as a number line.
     sections
         A section for each light, at most eight; one without a light where none matters.
+    chosen
+        The section to show first: that of the light that shines most on the point, or would.
     """
 
     start: str
     number_line: NumberLine
     sections: tuple[Section, ...]
+    chosen: int
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,13 @@ from rtcli.scene.diagnostics.problems import counted
 _MOST_LIGHTS = 3
 
 # The luma (ITU-R BT.601) of 8-bit values up to which a pixel is dark, and from which on it is bright.
-_DARK, _BRIGHT = 64, 192
+_DARK_LUMA, _BRIGHT_LUMA = 64, 192
+
+# The words for a pixel that has little light or none.
+BLACK, DARK = "black", "dark"
+
+# A surface is dark if it reflects less than this of any color.
+_DARK_ALBEDO = 0.1
 
 # A light whose cos(theta) is below this grazes the surface.
 _GRAZING = 0.2
@@ -60,21 +66,22 @@ def _look_and_reason(story: Story, value: tuple[int, int, int]) -> tuple[str, st
     lit = [share for share in order if share.verdict == LIT]
     if not lit:
         return _unlit(story, value, _joined([_why_unlit(share) for share in order[:_MOST_LIGHTS]], len(lights)))
-    return _lit(order, lit, value)
+    look, reason = _lit(order, lit, value)
+    return look, f"{reason}{_surface(story) if look in (BLACK, DARK) else ''}"
 
 
 def _look(value: tuple[int, int, int]) -> str:
     """Return a word for the brightness of a value."""
     red, green, blue = value
     luma = 0.299 * red + 0.587 * green + 0.114 * blue
-    return "black" if luma == 0 else "dark" if luma <= _DARK else "bright" if luma >= _BRIGHT else "lit"
+    return BLACK if luma == 0 else DARK if luma <= _DARK_LUMA else "bright" if luma >= _BRIGHT_LUMA else "lit"
 
 
 def _unlit(story: Story, value: tuple[int, int, int], reason: str) -> tuple[str, str]:
     """Return the look of a point that no light reaches, and the reason."""
     if any(x > 0 for x in _radiance(story)):
         return f"{_look(value)}, by ambient light only", reason
-    return "black" if not any(value) else "dark", reason
+    return DARK if any(value) else BLACK, reason
 
 
 def _radiance(story: Story) -> tuple[float, ...]:
@@ -121,7 +128,8 @@ def _lit(order: Sequence[LightShare], lit: Sequence[LightShare], value: tuple[in
 def _in_part(share: LightShare, places: Places) -> str:
     reason = f"{places.reaching:,} of {places.count:,} places of {share.label} reach it"
     if places.hidden:
-        return f"{listed([item.object.label for item in places.hidden])} hides part of {share.label}: {reason}"
+        names = [item.object.label for item in places.hidden]
+        return f"{listed(names)} {'hides' if len(names) == 1 else 'hide'} part of {share.label}: {reason}"
     return f"part of {share.label} is below the horizon of the surface: {reason}"
 
 
@@ -131,6 +139,15 @@ def _how(share: LightShare) -> str:
     if isinstance(cosine, float) and cosine < _GRAZING:
         return f" at a grazing angle, cos(theta) = {number(cosine)}"
     return ""
+
+
+def _surface(story: Story) -> str:
+    """Return that the surface reflects little, if it does."""
+    albedo = next(item.value for item in story.hit.numbers if item.name == "rho")
+    most = max(albedo) if isinstance(albedo, tuple) else albedo
+    if most == 0:
+        return ", but the surface reflects no light"
+    return f", but the surface reflects at most {100 * most:.2g} %" if most < _DARK_ALBEDO else ""
 
 
 def _joined(reasons: Sequence[str], count: int) -> str:

@@ -8,6 +8,9 @@ const ARROW = 44; // the length of a unit vector, px
 const LINE = 15; // the height of a line of text, px
 const CHARACTER = 6.9; // about the width of a character, px
 const LONGEST = 26; // characters of a name
+const MOST_OTHERS = 6; // the objects that do not matter but have a name
+const SMALL = 16; // px: an object less large has no name, unless it matters
+const STEEP = 0.97; // a normal with less than this in the plane leans out of it
 
 const SCALES = {
   linear: "",
@@ -25,8 +28,9 @@ export function svg(tag, attributes = {}, ...children) {
 }
 
 export function shown(value) {
-  const text = Math.abs(value) >= 1e5 || (value !== 0 && Math.abs(value) < 1e-3) ? value.toExponential(2) : value.toPrecision(4);
-  return String(Number(text)).replace("-", "−");
+  const size = Math.abs(value);
+  if (size >= 1e7 || (size > 0 && size < 1e-4)) return value.toExponential(3).replace("e+", "e").replaceAll("-", "−");
+  return Number(value.toPrecision(4)).toLocaleString("en", { maximumSignificantDigits: 4 }).replace("-", "−");
 }
 
 function cut(text) {
@@ -84,7 +88,7 @@ class Labels {
     const shortText = cut(text);
     const w = shortText.length * CHARACTER;
     const free = [];
-    for (const gap of [8, 16, 30, 48]) {
+    for (const gap of isNeeded ? [8, 16, 30, 48] : [4, 10]) {
       free.push([x + gap, y - gap - LINE], [x - w - gap, y - gap - LINE], [x + gap, y + gap], [x - w - gap, y + gap]);
       free.push([x - w / 2, y - gap - LINE], [x - w / 2, y + gap], [x + gap, y - LINE / 2], [x - w - gap, y - LINE / 2]);
     }
@@ -117,6 +121,7 @@ export function described(drawing, section) {
     parts.push(`From ${drawing.start} the ray hits nothing.`);
   } else {
     parts.push(`From ${drawing.start} the ray meets ${seen ? seen.object.label : "a surface"} at t = ${shown(section.t)}.`);
+    if (Math.hypot(...section.normal) < STEEP) parts.push("The normal n leans out of this plane, so it looks shorter.");
   }
   const way = section.shadow_ray;
   if (way) {
@@ -133,10 +138,22 @@ export function described(drawing, section) {
   return parts.join(" ");
 }
 
+// Returns the height, in px, that a view of a section needs at a width.
+export function heightOf({ views }, viewIndex, width) {
+  const [left, bottom, right, top] = (views[viewIndex] ?? views[0]).box;
+  const margin = marginOf(width);
+  const height = ((width - 2 * margin) * (top - bottom)) / (right - left) + 2 * margin;
+  return Math.round(Math.min(Math.max(0.34 * width, 190, height), 0.62 * width + 60, 480));
+}
+
+function marginOf(width) {
+  return Math.min(64, width / 7);
+}
+
 // Returns an SVG element of the size, in px, that shows a view of a section.
 export function drawSection(drawing, section, viewIndex, [width, height]) {
   const [left, bottom, right, top] = (section.views[viewIndex] ?? section.views[0]).box;
-  const margin = Math.min(64, width / 7);
+  const margin = marginOf(width);
   const scale = Math.min((width - 2 * margin) / Math.max(right - left, 1e-300), (height - 2 * margin) / Math.max(top - bottom, 1e-300));
   const middle = [(left + right) / 2, (bottom + top) / 2];
   const place = ([x, y]) => [width / 2 + (x - middle[0]) * scale, height / 2 - (y - middle[1]) * scale];
@@ -245,12 +262,12 @@ export function drawSection(drawing, section, viewIndex, [width, height]) {
     if (length > 0.05) {
       const tip = along(point, n, ARROW);
       upper.push(arrow(point, n.map((x) => x / length), ARROW * length, { class: "vector", "data-symbol": "n" }));
-      labels.add(tip, length < 0.97 ? "n, leaning out" : "n", { class: "label symbol-label", "data-symbol": "n" });
+      labels.add(tip, "n", { class: "label symbol-label", "data-symbol": "n" });
     }
     if (shadow) {
       upper.push(arrow(point, unit, ARROW, { class: "vector light", "data-symbol": "l", "data-light": shadow.light }));
       labels.add(along(point, unit, ARROW), "l", { class: "label symbol-label", "data-symbol": "l" });
-      if (length > 0.97) {
+      if (length >= STEEP) {
         const [from, to] = [along(point, n, 0.5 * ARROW), along(point, unit, 0.5 * ARROW)];
         const sweep = n[0] * unit[1] - n[1] * unit[0] > 0 ? 1 : 0;
         upper.push(svg("path", { class: "angle", d: `M${from} A${0.5 * ARROW},${0.5 * ARROW} 0 0 ${sweep} ${to}`, "data-symbol": "cos_theta" }, titled("theta")));
@@ -270,12 +287,17 @@ export function drawSection(drawing, section, viewIndex, [width, height]) {
   }
   for (const { t, object } of drawing.number_line.marks) {
     const at = place([t * section.ray[0], t * section.ray[1]]);
-    if (t !== section.t && isInside(at, frame)) upper.push(dot(at, { class: "mark", "data-object": object.index }, 3));
+    if ((t - section.t) * scale > 9 && isInside(at, frame)) upper.push(dot(at, { class: "mark", "data-object": object.index }, 3));
   }
 
   // --- Names of objects, those that matter first
 
+  let others = 0;
   for (const [role, , object, seen] of [...lower].reverse()) {
+    if (object.index === shadow?.body?.index) continue; // the light has its label
+    const [xs, ys] = [0, 1].map((axis) => seen.map((each) => each[axis]));
+    const size = Math.hypot(Math.max(...xs) - Math.min(...xs), Math.max(...ys) - Math.min(...ys));
+    if (role === "other" && (size < SMALL || (others += 1) > MOST_OTHERS)) continue;
     const sum = seen.reduce(([x, y], each) => [x + each[0], y + each[1]], [0, 0]);
     const at = seen.length === 2
       ? along(seen[0], [seen[1][0] - seen[0][0], seen[1][1] - seen[0][1]], seen[0][0] < seen[1][0] ? 0.15 : 0.85)

@@ -7,14 +7,14 @@
 // or light, and the path of the value in the scene's file that it comes from; null when it is left. onOpenLine gets
 // the index of an object whose name is pressed. Text from scenes goes into the page by textContent only.
 
-import { described, drawNumberLine, drawSection, scaleNote, shown } from "./drawing.js";
+import { described, drawNumberLine, drawSection, heightOf, scaleNote, shown } from "./drawing.js";
 
 const STEPS = [
   ["story", "ray"], ["story", "intersections"], ["story", "hit"], ["story", "lights"], ["story", "radiance"],
   ["development", "mean"], ["development", "exposure"], ["development", "tone"], ["development", "srgb"],
 ];
 
-const MOST = 12; // objects and lights in full; the others are behind a button
+const MOST = 8; // objects and lights in full; the others are behind a button
 
 // Where in the file the numbers come from that are neither of an object nor of a light.
 const PATHS = {
@@ -45,7 +45,7 @@ class StoryView {
   constructor(element, story, callbacks) {
     this.story = story;
     this.callbacks = callbacks;
-    this.section = Math.max(0, this.mainSection());
+    this.section = story.drawing.chosen;
     this.view = 0;
     this.root = make("article", { className: "story" });
     this.root.append(this.sentence(), this.drawing(), this.steps());
@@ -81,13 +81,6 @@ class StoryView {
   }
 
   // --- The drawing
-
-  // The light that the sentence is about has the first claim: the strongest that does not reach, else the strongest.
-  mainSection() {
-    const { sections } = this.story.drawing;
-    const named = sections.findIndex(({ shadow_ray: way }) => way && this.story.sentence.includes(way.label));
-    return named;
-  }
 
   drawing() {
     const { sections } = this.story.drawing;
@@ -130,13 +123,13 @@ class StoryView {
   draw() {
     const { drawing } = this.story;
     const section = drawing.sections[this.section];
-    const height = Math.round(Math.min(460, Math.max(260, 0.62 * this.width)));
     const pictures = [];
     this.zoom.hidden = !section || section.views.length < 2;
     this.zoom.textContent = this.view === 0 ? "Zoom to the point" : "Show all";
     this.caption.textContent = section ? described(drawing, section) : "The numbers of this story are too large to be drawn.";
     if (section) {
-      const picture = drawSection(drawing, section, this.view, [this.width, height]);
+      const size = [this.width, Math.max(...drawing.sections.map((each) => heightOf(each, 0, this.width)))];
+      const picture = drawSection(drawing, section, this.view, size);
       picture.setAttribute("aria-label", `Drawing. ${this.caption.textContent}`);
       pictures.push(picture);
     }
@@ -167,7 +160,10 @@ class StoryView {
     if (nearest) item.append(this.object(nearest));
     if (objects.length + lights.length === 0) item.append(...this.formulas(step, context));
     item.append(this.numbers(step, context));
-    item.append(...this.list(objects.filter((each) => each !== nearest), (each) => this.object(each), "objects"));
+    const others = objects.filter((each) => each !== nearest);
+    const behind = others.filter(({ t }) => t !== null).sort((a, b) => a.t - b.t);
+    const missed = others.filter(({ t }) => t === null);
+    item.append(...this.list([...behind, ...missed], (each) => this.object(each), "objects"));
     item.append(...this.list(lights.map((each, i) => [each, i]), ([each, i]) => this.lightItem(each, i), "lights"));
     if (name === "mean" && step.groups.length > 1) item.append(this.groups(step.groups));
     if (step.note) item.append(make("p", { className: "aside", textContent: step.note }));
@@ -221,9 +217,9 @@ class StoryView {
   formula({ terms, worked, result }, context) {
     const line = make("p", { className: "equation" }, ...terms.map((term) => this.term(term, context)));
     if (!worked) return make("div", {}, line);
-    const equal = make("p", { className: "worked" }, "= ", ...worked.map((term) => this.term(term, context)));
+    const equal = make("p", { className: "worked" }, "=\u00a0", ...worked.map((term) => this.term(term, context)));
     const isNews = result && result !== worked.map((term) => term.text ?? term).join("");
-    if (isNews) equal.append(" = ", make("b", { textContent: result }));
+    if (isNews) equal.append(" =\u00a0", make("b", { textContent: result }));
     return make("div", {}, line, equal);
   }
 
@@ -245,7 +241,7 @@ class StoryView {
       const values = (Array.isArray(value) ? value : [value]).map((x) => (x === null ? "∞" : shown(x)));
       return make("tr", {},
         make("th", { scope: "row" }, symbol),
-        make("td", { className: "number", textContent: values.join("  ") }),
+        make("td", { className: "number", textContent: values.map((x) => x.padEnd(9)).join(" ").trimEnd() }),
         make("td", { textContent: step.meanings?.[name] ?? "" }));
     });
     return rows.length === 0 ? "" : make("div", { className: "scroll" }, make("table", {}, make("tbody", {}, ...rows)));

@@ -27,6 +27,7 @@ image: {exposure: 1, tone: reinhard}
 STORY = """\
 Pixel 1,1 of small.yaml (3x3)
 197 167 135, #c5a787
+lit: lights[0] reaches it; the surface faces away from lights[1]
 The sections are those of docs/tracer.md; the document is the course text that it follows.
 
 1. The primary ray                                                    docs/tracer.md, 2.1.2 to 2.1.5
@@ -132,9 +133,9 @@ The native engine, the default, gives the same value.
 
 KEYS = {
     *("scene", "resolution", "pixel", "value", "radiance", "exposure", "story", "samples", "development"),
-    *("native", "engines_agree"),
+    *("native", "sentence", "engines_agree", "symbols", "drawing"),
 }
-STEP = {"title", "section", "equations", "numbers", "outcome", "note"}
+STEP = {"title", "section", "equations", "numbers", "outcome", "note", "formulas", "meanings"}
 OBJECT = {"index", "type", "name", "label"}
 
 
@@ -242,13 +243,19 @@ def test_json_is_one_object_with_the_documented_keys(run, small):
     assert [sample.keys() for sample in story["samples"]] == [{"offset", "object", "radiance"}] * 4
     steps = {**story["story"], **story["development"]}
     assert steps.pop("sample") == 1
-    more = {"intersections": {"objects"}, "hit": {"kind", "object"}, "lights": {"lights"}, "mean": {"groups"}}
+    more = {
+        "intersections": {"objects", "inputs"},
+        "hit": {"kind", "object"},
+        "lights": {"lights"},
+        "mean": {"groups"},
+    }
     assert {name: step.keys() for name, step in steps.items()} == {
         name: STEP | more.get(name, set()) for name in steps
     }
     assert steps["hit"]["object"].keys() == OBJECT
     assert {frozenset(item.keys()) for item in steps["intersections"]["objects"]} == {
-        frozenset({"object", "verdict", "t", "numbers", "outcome"})
+        frozenset({"object", "verdict", "t", "numbers", "outcome"} | more)
+        for more in ({"formulas", "meanings"}, set())  # the nearest, and the others
     }
     assert {frozenset(share.keys()) for share in steps["lights"]["lights"]} == {
         frozenset(
@@ -262,7 +269,10 @@ def test_json_is_one_object_with_the_documented_keys(run, small):
                 "places",
                 "radiance",
                 "numbers",
+                "inputs",
                 "outcome",
+                "formulas",
+                "meanings",
             }
         )
     }
@@ -272,11 +282,13 @@ def test_json_is_one_object_with_the_documented_keys(run, small):
 def test_every_key_of_the_json_is_documented(run, small):
     page = (Path(__file__).parents[3] / "docs" / "explain.md").read_text(encoding="utf-8").partition("## JSON")[2]
 
+    by_name = {"numbers", "inputs", "meanings", "symbols"}
+
     def keys(value):
         if isinstance(value, dict):
             for key, item in value.items():
                 yield key
-                yield from () if key == "numbers" else keys(item)
+                yield from () if key in by_name else keys(item)
         elif isinstance(value, list):
             for item in value:
                 yield from keys(item)
@@ -297,6 +309,76 @@ def test_infinite_numbers_are_null(run, folder):
     assert "x slab = -inf to inf" in told(run, "box.yaml", "--pixel", "0,0")
 
 
+# --- A page ----------------------------------------------------------------------------------------------
+
+
+def data_of(page):
+    """Return the data in a page."""
+    [data] = re.findall(r'<script type="application/json" id="data">(.*?)</script>', page)
+    return json.loads(data)
+
+
+def test_page_is_one_file_with_the_story(run, small):
+    assert told(run, small, "--pixel", "1,1", "--html", "story.html") == ""
+    page = Path("story.html").read_text(encoding="utf-8")
+    assert "<title>Pixel 1,1 of small.yaml</title>" in page
+    assert data_of(page)["story"] == json.loads(told(run, small, "--pixel", "1,1", "--json"))
+    assert not re.findall(r"<(?:link|img|script)[^>]+(?:src|href)=\"(?!data:)", page)
+
+
+def test_page_goes_to_a_pipe(run, small):
+    told(run, small, "--pixel", "1,1", "--html", "story.html")
+    assert told(run, small, "--pixel", "1,1", "--html", "-") == Path("story.html").read_text(encoding="utf-8")
+
+
+def test_page_knows_the_lines_of_the_file(run, small):
+    paths = data_of(told(run, small, "--pixel", "1,1", "--html", "-"))["paths"]
+    lines = data_of(told(run, small, "--pixel", "1,1", "--html", "-"))["lines"]
+    assert paths["camera"] == paths["camera.fov"] == [1, 1]
+    assert paths["objects[1]"] == [7, 7]
+    assert lines[6] == [7, SMALL.splitlines()[6]]
+
+
+def test_lines_of_options_are_not_those_of_the_file(run, small):
+    options = ["--set", "camera.fov=40", "--set", "render.samples=1"]
+    page = told(run, small, "--pixel", "1,1", "--html", "-", *options)
+    assert "Options of the command replaced: camera.fov, render.samples" in page
+    assert "camera.fov" not in data_of(page)["paths"]
+    assert "render" not in data_of(page)["paths"]
+
+
+def test_long_file_is_shown_where_the_story_is(run, folder):
+    row = "".join(f"  - {{type: sphere, position: [{i}, 50, 0], radius: 0.1, color: red}}\n" for i in range(1200))
+    (folder / "long.yaml").write_text(SMALL.replace("image:", f"{row}image:"))
+    lines = data_of(told(run, "long.yaml", "--pixel", "1,1", "--html", "-"))["lines"]
+    assert len(lines) < 60
+    assert [7, SMALL.splitlines()[6]] in lines
+
+
+def test_names_of_a_file_cannot_end_the_script(run, folder):
+    hostile = SMALL.replace("name: ball", "name: '</script><script>alert(1)</script><!--&amp;'")
+    (folder / "<b>&.yaml").write_text(hostile)
+    page = told(run, "<b>&.yaml", "--pixel", "1,1", "--html", "-")
+    assert "alert(1)</script>" not in page
+    assert "<b>" not in page
+    assert page.count("</script>") == 2
+    assert (
+        data_of(page)["story"]["story"]["hit"]["object"]["name"] == "</script><script>alert(1)</script><!--&amp;"
+    )
+
+
+def test_page_that_cannot_be_written_is_an_error(run, small):
+    result = run("explain", small, "--pixel", "1,1", "--html", "missing/story.html")
+    assert (result.exit_code, result.stdout) == (3, "")
+    assert "missing/story.html: its folder does not exist" in result.stderr
+
+
+def test_page_of_an_invalid_scene_is_not_written(run, folder):
+    (folder / "wrong.yaml").write_text(SMALL.replace("radius: 1", "radius: -1"))
+    assert run("explain", "wrong.yaml", "--pixel", "1,1", "--html", "story.html").exit_code == 1
+    assert not (folder / "story.html").exists()
+
+
 # --- What is refused -------------------------------------------------------------------------------------
 
 
@@ -314,6 +396,7 @@ def test_infinite_numbers_are_null(run, folder):
         (["--pixel", "1,1", "--sample", "0"], "--sample"),
         (["--pixel", "1,1", "--sample", "2"], "there is no sample 2: the pixel has 1"),
         (["--pixel", "1,1", "--set", "objects.box.color=red"], "no item named `box`"),
+        (["--pixel", "1,1", "--json", "--html", "a.html"], "--json and --html exclude each other"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )
