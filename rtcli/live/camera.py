@@ -23,7 +23,8 @@ def camera_of(scene: PackedScene, details: Details | None) -> dict[str, Any]:
     """Return the camera as docs/live.md describes it; its lines are None until the details are known."""
     frame = scene.world.camera
     model = None if details is None else details.model.camera
-    has_pose = model is not None and not (model.opencv or model.opengl)
+    matrix = next((key for key in ("opencv", "opengl") if getattr(model, key, None)), None)
+    has_pose = model is not None and matrix is None
     target = model.look_at if model is not None and has_pose else None
     return {
         "position": frame.position,
@@ -31,6 +32,7 @@ def camera_of(scene: PackedScene, details: Details | None) -> dict[str, Any]:
         "up": model.up if model is not None and has_pose else frame.up,
         "fov": frame.fov,
         "projection": frame.projection,
+        "matrix": matrix,
         "lines": None if details is None else lines_of(details.document, ("camera",)),
         "writable": details is not None
         and all(_has_numbers(details.document, key) for key in ("position", "look_at")),

@@ -27,8 +27,8 @@ const refresh = newest(async (event) => {
   if (!picture) return;
   await takePicture(picture);
   if (last && state.picture.version !== last.version) {
+    showLatency(state.picture.milliseconds + performance.now() - start);
     flash(state.changed);
-    requestAnimationFrame(() => showLatency(state.picture.milliseconds + performance.now() - start));
   }
 }, report);
 
@@ -116,7 +116,10 @@ function showView() {
   const parts = [live.state.command];
   if (exposure !== null) parts.push(`--exposure ${exposure}`);
   for (const name of pose ? ["position", "look_at", "up"] : []) parts.push(`--set 'camera.${name}=[${pose[name].join(", ")}]'`);
-  byId("command").textContent = parts.join(" ");
+  const { matrix } = live.state.camera ?? {};
+  byId("command").textContent = pose && matrix
+    ? `# the file has camera.${matrix}, which options cannot replace: put the lines of the panel Camera there`
+    : parts.join(" ");
 }
 
 function resetView() {

@@ -91,7 +91,7 @@ export function adaptSize(milliseconds) {
 // --- The panel -------------------------------------------------------------------------------------------
 
 function show() {
-  const { projection, fov, lines, writable } = live.state.camera ?? {};
+  const { projection, fov, lines, writable, matrix } = live.state.camera ?? {};
   if (!projection) return;
   byId("camera-lines").textContent = camera.yaml(live.pose ?? live.state.camera);
   byId("camera-reset").disabled = !live.pose;
@@ -100,7 +100,7 @@ function show() {
   const angle = fov ? `, ${Number(fov.toPrecision(4))}° high` : "";
   const where = lines ? `, lines ${lines[0]} to ${lines[1]}` : "";
   byId("camera-what").textContent = live.pose
-    ? "View only: the file has another camera. Put these lines into it to keep the view."
+    ? `View only: the file has another camera. Put these lines into it${matrix ? `, instead of ${matrix},` : ""} to keep the view.`
     : `As in the file${where}: ${projection}${angle}.`;
 }
 

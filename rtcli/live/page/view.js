@@ -34,8 +34,11 @@ export async function takePicture(picture) {
   before = null;
   live.passes.clear();
   await present();
-  setTimeout(() => old?.bitmap.close(), 1000); // not before the last frame that shows it
-  emit("picture");
+  await new Promise(requestAnimationFrame); // the picture first, and then what is said of it
+  setTimeout(() => {
+    emit("picture");
+    old?.bitmap.close();
+  });
 }
 
 // Returns images, layout and legend of a comparison, loading what is missing.
