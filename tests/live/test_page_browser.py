@@ -377,6 +377,10 @@ def test_the_difference_counts_the_pixels_that_an_edit_changed(page):
     page.wait(lambda: f"{count:,} pixels differ" in page.text("legend"))
     page.choose("compare", "slider")
     page.wait(lambda: page.is_shown("split"))
+    stage = page.browser.find_element("id", "canvas")
+    actions = ActionChains(page.browser).move_to_element(stage).click_and_hold()
+    actions.move_by_offset(stage.size["width"] // 4, 0).release().perform()
+    assert float(page.run("document.getElementById('split').value")) == pytest.approx(75, abs=1)
     page.choose("compare", "sides")
     page.wait(lambda: page.is_shown("side-before") and page.text("side-now").startswith("now, "))
 

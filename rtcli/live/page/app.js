@@ -123,7 +123,7 @@ function showView() {
 }
 
 function resetView() {
-  Object.assign(live, { pose: null, exposure: null, size: null });
+  Object.assign(live, { pose: null, exposure: null });
   emit("view");
 }
 

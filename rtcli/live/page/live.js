@@ -11,7 +11,7 @@ export const live = {
   passes: new Map(), // promises of passes of that view, by name
   exposure: null, // null: of the file
   pose: null, // null: of the file
-  size: null, // a smaller size while the camera moves
+  share: 1, // of width and height, less while the camera moves
   isMoving: false, // the camera, by a pointer
   pixel: null,
   pin: null, // the pixel beside it
@@ -33,18 +33,28 @@ export function emit(name, value) {
 // --- Requests for the view -------------------------------------------------------------------------------
 
 function poseQuery() {
-  const query = live.pose ? camera.query(live.pose) : {};
-  return live.size ? { ...query, size: live.size } : query;
+  return live.pose ? camera.query(live.pose) : {};
 }
 
-export function pictureQuery() {
-  return live.exposure === null ? poseQuery() : { ...poseQuery(), exposure: live.exposure };
+// As large as the server traces for a view, or smaller while the camera moves.
+function sizedQuery() {
+  const { width, height } = fullSize();
+  const most = live.state?.limits.pixels ?? Infinity;
+  const share = Math.min(live.share, Math.sqrt(most / (width * height || 1)));
+  if (!live.pose || share >= 1) return poseQuery();
+  return { ...poseQuery(), size: [width, height].map((side) => Math.max(1, Math.floor(side * share))).join("x") };
 }
+
+const exposed = (query) => (live.exposure === null ? query : { ...query, exposure: live.exposure });
+
+export const pictureQuery = () => exposed(sizedQuery());
+
+export const pixelQuery = () => exposed(poseQuery());
 
 export function loadPass(name) {
   const { passes } = live;
   if (!passes.has(name)) {
-    passes.set(name, get("/pass", { name, ...poseQuery() }).then(decodePass));
+    passes.set(name, get("/pass", { name, ...sizedQuery() }).then(decodePass));
     passes.get(name).catch(() => passes.delete(name));
   }
   return passes.get(name);

@@ -74,7 +74,7 @@ export function wheel(event) {
 export function drop() {
   if (!live.isMoving) return;
   live.isMoving = false;
-  live.size = null;
+  live.share = 1;
   emit("view");
 }
 
@@ -83,9 +83,8 @@ const SMOOTH = 80; // milliseconds for a picture while the camera moves
 // A slow scene moves in a smaller size, and gets its pixels back when the pointer is released.
 export function adaptSize(milliseconds) {
   if (!live.isMoving) return;
-  const { width, height } = fullSize();
-  const share = Math.max(0.1, (live.picture.width / width) * Math.sqrt(SMOOTH / milliseconds));
-  live.size = share > 0.8 ? null : `${Math.ceil(width * share)}x${Math.ceil(height * share)}`;
+  const share = Math.max(0.1, (live.picture.width / fullSize().width) * Math.sqrt(SMOOTH / milliseconds));
+  live.share = share > 0.8 ? 1 : share;
 }
 
 // --- The panel -------------------------------------------------------------------------------------------

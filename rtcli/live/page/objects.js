@@ -1,6 +1,6 @@
 // Objects: their list, their outlines in the picture, and their lines in the text of the file.
 
-import { byId, element, emit, live, loadPass, on, report } from "/live.js";
+import { byId, element, emit, fullSize, live, loadPass, on, report } from "/live.js";
 import { Outlines } from "/outline.js";
 import { newest, post } from "/server.js";
 import { Source } from "/source.js";
@@ -35,7 +35,7 @@ export const needOutlines = newest(async () => {
   if (outlines || live.isMoving || !live.picture) return;
   const { picture } = live;
   const ids = await loadPass("object_id");
-  if (picture !== live.picture) return;
+  if (picture !== live.picture || ids.width !== fullSize().width) return; // too large a view is smaller
   outlines = new Outlines(ids);
   stage.draw();
   emit("shown");

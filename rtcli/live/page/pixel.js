@@ -1,7 +1,7 @@
 // The pixel under the pointer, the selected one and its story, and a pinned one beside it.
 
 import { hex } from "/color.js";
-import { byId, element, emit, fullSize, live, on, pictureQuery, report } from "/live.js";
+import { byId, element, emit, fullSize, live, on, pixelQuery, report } from "/live.js";
 import { light, markPath, nameOf, needOutlines, objectAt, openObject } from "/objects.js";
 import { PASSES, valuesAt } from "/passes.js";
 import { ServerError, get, newest } from "/server.js";
@@ -29,7 +29,7 @@ function showSpot() {
   const { picture } = live;
   const isFull = picture.width === fullSize().width;
   if (differs && isIn(picture)) parts.push(element("span", "value", `differs by ${differs.levels[y * picture.width + x]}`));
-  if (pass && isIn(pass.values)) {
+  if (pass && isFull && isIn(pass.values)) {
     const { title, text } = PASSES[pass.name];
     parts.push(element("span", "value", `${title} ${text(valuesAt(pass.values, x, y))}`));
   }
@@ -159,7 +159,7 @@ const tell = newest(async () => {
 
 async function loadStory({ x, y }) {
   try {
-    return await (await get("/pixel", { x, y, ...pictureQuery() })).text();
+    return await (await get("/pixel", { x, y, ...pixelQuery() })).text();
   } catch (error) {
     if (error instanceof ServerError) return JSON.stringify({ error: error.message });
     throw error;

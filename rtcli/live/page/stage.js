@@ -3,10 +3,11 @@
 const MOST = 64;
 const STEP = Math.SQRT2;
 const MANY = 8e6; // pixels of an enlarged copy
+const GRIP = 16; // pixels beside the border of the slider that take hold of it
 const CLICK = 4; // pixels that a pointer may move between down and up
 
 export class Stage {
-  // `handlers`: hover(pixel or null), select(pixel, event), drag(dx, dy, event), wheel(event), drop(); `drag` and
+  // `handlers`: hover(pixel or null), select(pixel, event), drag(dx, dy, event), wheel(event), drop(), slide(share); `drag` and
   // `wheel` return true if they took the event. `overlays` draw over an image: functions of a context and a port.
   constructor(element, canvas, onZoom) {
     Object.assign(this, { element, canvas, onZoom, handlers: {}, overlays: [] });
@@ -227,22 +228,34 @@ export class Stage {
     const { element, canvas, handlers } = this;
     let start = null;
     let hasMoved = false;
+    let isSliding = false;
+    const isAtBorder = (event) => {
+      const { left, width } = element.getBoundingClientRect();
+      return this.layout === "slider" && Math.abs(event.clientX - left - width * this.split) < GRIP;
+    };
     canvas.addEventListener("pointerdown", (event) => {
       if (event.button > 1) return;
       element.focus({ preventScroll: true });
       canvas.setPointerCapture(event.pointerId);
       start = { x: event.clientX, y: event.clientY };
       hasMoved = false;
+      isSliding = isAtBorder(event);
       event.preventDefault();
     });
     canvas.addEventListener("pointermove", (event) => {
       handlers.hover(this.pixelAt(event));
+      if (!start) canvas.classList.toggle("at-border", isAtBorder(event));
       if (!start) return;
       const [dx, dy] = [event.clientX - start.x, event.clientY - start.y];
       if (!hasMoved && Math.hypot(dx, dy) < CLICK) return;
       hasMoved = true;
       start = { x: event.clientX, y: event.clientY };
-      if (!handlers.drag(dx, dy, event)) this.pan(dx, dy);
+      if (isSliding) {
+        const { left, width } = element.getBoundingClientRect();
+        handlers.slide(Math.min(Math.max((event.clientX - left) / width, 0), 1));
+      } else if (!handlers.drag(dx, dy, event)) {
+        this.pan(dx, dy);
+      }
     });
     canvas.addEventListener("pointerup", (event) => {
       const pixel = this.pixelAt(event);

@@ -117,10 +117,14 @@ byId("compare").addEventListener("change", () => {
   if (byId("compare").value !== "off") byId("pass").value = "picture";
   presentNewest();
 });
-byId("split").addEventListener("input", () => {
-  stage.split = byId("split").value / 100;
+function slide(share) {
+  byId("split").value = 100 * share;
+  stage.split = share;
   stage.draw();
-});
+}
+
+stage.handlers.slide = slide;
+byId("split").addEventListener("input", () => slide(byId("split").value / 100));
 
 byId("zoom-in").addEventListener("click", () => stage.zoomIn());
 byId("zoom-out").addEventListener("click", () => stage.zoomOut());
