@@ -6,12 +6,15 @@ const STOPS = [
   [210, 226, 27], [253, 231, 37],
 ];
 
+const LEVELS = Array.from({ length: 1024 }, (_, level) => {
+  const place = (level / 1023) * (STOPS.length - 1);
+  const first = Math.min(Math.floor(place), STOPS.length - 2);
+  return STOPS[first].map((low, channel) => Math.round(low + (place - first) * (STOPS[first + 1][channel] - low)));
+});
+
 // `share` from 0 to 1.
 export function viridis(share) {
-  const place = Math.min(Math.max(share, 0), 1) * (STOPS.length - 1);
-  const first = Math.min(Math.floor(place), STOPS.length - 2);
-  const part = place - first;
-  return STOPS[first].map((low, channel) => Math.round(low + part * (STOPS[first + 1][channel] - low)));
+  return LEVELS[Math.round(Math.min(Math.max(share, 0), 1) * 1023)];
 }
 
 export function srgb(linear) {

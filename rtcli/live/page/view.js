@@ -14,6 +14,7 @@ export const stage = new Stage(byId("stage"), byId("canvas"), () => {
 // The pass or the difference on the screen, for the value under the pointer.
 export const shown = { pass: null, differs: null };
 
+let retired = []; // pictures that may still be on the screen
 let before = null; // a promise of the picture before
 
 export async function loadPicture(query = pictureQuery()) {
@@ -29,15 +30,17 @@ function loadBefore() {
 }
 
 export async function takePicture(picture) {
-  const old = live.picture;
+  if (live.picture) retired.push(live.picture);
   live.picture = picture;
   before = null;
   live.passes.clear();
   await present();
   await new Promise(requestAnimationFrame); // the picture first, and then what is said of it
-  setTimeout(() => {
-    emit("picture");
-    old?.bitmap.close();
+  setTimeout(() => emit("picture"));
+  retired = retired.filter(({ bitmap }) => {
+    const isShown = stage.images.includes(bitmap);
+    if (!isShown) bitmap.close();
+    return isShown;
   });
 }
 
