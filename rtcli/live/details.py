@@ -8,9 +8,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias, cast
 
+from rtcli.explain.nearby import Bodies
 from rtcli.explain.words import name_of
 from rtcli.lint.check import check
-from rtcli.rendering.pack import PackedScene
+from rtcli.rendering.pack import PackedScene, pack_scene
 from rtcli.reports import text
 from rtcli.reports.file_report import FileReport
 from rtcli.scene.diagnostics.problems import Problem
@@ -47,12 +48,15 @@ class Details:
         The warnings, as `rtcli validate` reports them.
     object_lines
         The lines of each object.
+    bodies
+        The names and bounding spheres of the objects.
     """
 
     model: Scene
     document: Document
     problems: tuple[Problem, ...]
     object_lines: list[Lines]
+    bodies: Bodies
 
     @classmethod
     def of(cls, raw: bytes, name: str, overrides: Overrides) -> Details:
@@ -61,7 +65,8 @@ class Details:
         model = validate(overrides.apply(document))
         document.find_spans()
         lines = [lines_of(document, ("objects", index)) for index in range(len(model.objects))]
-        return cls(model, document, check(raw, name).problems, lines)
+        bodies = Bodies.of(model, pack_scene(model).world.shapes)
+        return cls(model, document, check(raw, name).problems, lines, bodies)
 
 
 def lines_of(document: Document, loc: Loc) -> Lines:

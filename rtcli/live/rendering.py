@@ -6,7 +6,7 @@ import io
 import threading
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import numpy.typing as npt
 
@@ -16,6 +16,7 @@ from rtcli.rendering.pack import PackedScene
 from rtcli.rendering.stream import expose_film
 from rtcli.tracer._native import id_boxes
 from rtcli.tracer.engines import tracer_of
+from rtcli.tracer.native import NativeTracer
 from rtcli.tracer.passes import RADIANCE
 from rtcli.tracer.world import Progress, Window
 
@@ -46,6 +47,12 @@ class Rendering:
         """The scene, as the view shows it."""
         assert self.film.job is not None
         return self.film.job.scene
+
+    @property
+    def tracer(self) -> NativeTracer:
+        """The scene in the native tracer."""
+        assert self.film.job is not None
+        return cast("NativeTracer", self.film.job.tracer)
 
     def array(self, name: str, progress: Progress | None = None) -> npt.NDArray[Any]:
         """Return radiance or a pass: (H, W) or (H, W, C) float32, or uint32 for ids. Passes are traced once."""

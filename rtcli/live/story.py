@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from rtcli.explain import check_pixel, explain
+from rtcli.explain.nearby import PreparedScene
 from rtcli.live.session import Good, Session
 from rtcli.live.view import RequestError, View
 from rtcli.reports import explanation
@@ -27,17 +28,23 @@ def story_of(session: Session, good: Good, view: View, pixel: tuple[int, int], s
         If the pixel is not in the picture, or there is no such sample.
     """
     details = session.details(good)
+    rendering = session.rendering(good, view)
     model = details.model
     if view.size is not None:
         model = validate(replace(session.overrides, size=view.size).apply(details.document))
     is_metered = view.exposure is None and model.image.exposure == "auto"
-    if is_metered:
-        view = replace(view, exposure=session.rendering(good, view).film.exposure)
-    model = view.of_model(model)
+    model = replace(view, exposure=rendering.film.exposure).of_model(model)
     try:
         check_pixel(model, *pixel, sample)
     except ValueError as error:
         raise RequestError(str(error)) from error
-    explained = explain(model, *pixel, sample)
+    prepared = PreparedScene(rendering.scene.world, details.bodies, rendering.tracer)
+    explained = explain(model, *pixel, sample, prepared=prepared)
     story: dict[str, Any] = json.loads(explanation.as_json(explained, session.path))
-    return {**story, "notes": [_METERED] if is_metered else []}
+    count, listed = len(model.objects), len(explained.story.intersections.objects)
+    notes = [_METERED] if is_metered else []
+    if listed < count:
+        notes.append(
+            f"Listed are the {listed:,} objects near the rays; the other {count - listed:,} are far away."
+        )
+    return {**story, "notes": notes}

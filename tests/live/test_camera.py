@@ -25,7 +25,9 @@ camera:   # the "eye": [1, 2, 3]
 objects:
   - {type: sphere, "name": 'ball', radius: 1, color: [0.5, 0.5, 0.5], position: [0, 1, 8.0]}
 """
-FLAT = '{"camera": {"resolution": [64, 48], "fov": 40, "look_at": [0, 0, 0], "position": [0, 1, 8]}, "objects": []}'
+FLAT = (
+    '{"camera": {"resolution": [64, 48], "fov": 40, "look_at": [0, 0, 0], "position": [0, 1, 8]}, "objects": []}'
+)
 
 numbers = st.floats(-1e6, 1e6).map(lambda value: round(value, 3))
 vectors = st.tuples(numbers, numbers, numbers)

@@ -112,6 +112,12 @@ def test_watch_writes_the_picture_at_each_save_and_reports_problems(scene, tmp_p
 
 
 def test_watch_refuses_to_replace_its_scene_and_needs_files(scene):
-    for arguments in ((scene, "-o", scene), (scene, "-o", "-"), ("-", "-o", "a.png"), (scene,), (scene, "-o", "a.txt")):
+    for arguments in (
+        (scene, "-o", scene),
+        (scene, "-o", "-"),
+        ("-", "-o", "a.png"),
+        (scene,),
+        (scene, "-o", "a.txt"),
+    ):
         with program("watch", *arguments) as process:
             assert process.wait(20) == 2, arguments

@@ -31,7 +31,15 @@ def test_names_of_the_loopback_and_allowed_ones_are_answered_on_any_port(host):
 
 @pytest.mark.parametrize(
     "host",
-    ["evil.example", "localhost.evil.example", "127.0.0.1.evil.example:8765", "evil@localhost", "0.0.0.0:8765", "", "[::1"],
+    [
+        "evil.example",
+        "localhost.evil.example",
+        "127.0.0.1.evil.example:8765",
+        "evil@localhost",
+        "0.0.0.0:8765",
+        "",
+        "[::1",
+    ],
 )
 def test_foreign_or_rebound_hosts_are_refused(host):
     assert status_of("GET", "/state", ("Host", host), COOKIE) == 403

@@ -44,7 +44,7 @@ def test_address_with_the_token_opens_the_page_and_sets_the_cookie(live):
     assert status == 200
     assert headers["Content-Type"] == "text/html; charset=utf-8"
     assert headers["Set-Cookie"] == live.server.guard.cookie
-    assert b"<script type=\"module\"" in body
+    assert b'<script type="module"' in body
     assert live.request("GET", "/live.js", {"Cookie": headers["Set-Cookie"].split(";")[0]})[0] == 200
 
 
@@ -356,7 +356,9 @@ def test_slow_readers_and_writers_are_closed(live, monkeypatch):
         slow.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         slow.settimeout(20)
         slow.connect(("127.0.0.1", live.port))
-        request = f"GET /pass?name=radiance&size=2000x2000 HTTP/1.1\r\nHost: localhost\r\nCookie: {live.cookie}\r\n\r\n"
+        request = (
+            f"GET /pass?name=radiance&size=2000x2000 HTTP/1.1\r\nHost: localhost\r\nCookie: {live.cookie}\r\n\r\n"
+        )
         slow.sendall(request.encode())
         until = time.monotonic() + 20
         while live.server._connections and time.monotonic() < until:

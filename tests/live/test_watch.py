@@ -102,4 +102,5 @@ def test_time_of_the_save_is_that_of_the_file_unless_it_is_implausible(watcher, 
     watcher.accept(version)
     path.write_text("newer")
     os.utime(path, (1e9, 1e9))
-    assert (version := watcher.next()).saved == version.noticed
+    version = watcher.next()
+    assert version.saved == version.noticed

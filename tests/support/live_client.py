@@ -80,7 +80,7 @@ class LiveClient:
         return self.wait_for(lambda state: state.status == "ok" and state.good.raw == text.encode(), seconds)
 
     def request(self, method, path, headers=None, body=None):
-        """Return the status, the headers and the body of an answer; the cookie is sent unless headers are given."""
+        """Return the status, headers and body of an answer; the cookie is sent unless headers are given."""
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=20)
         with contextlib.closing(connection):
             connection.request(method, path, body, {"Cookie": self.cookie} if headers is None else headers)
