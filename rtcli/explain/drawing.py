@@ -28,10 +28,10 @@ from rtcli.explain.records import (
     Outline,
     Point,
     Section,
+    SectionView,
     ShadowRay,
     Stop,
     Triple,
-    View,
 )
 from rtcli.explain.section import Disc, SectionPlane, Vector
 from rtcli.explain.shapes import SHAPES
@@ -145,7 +145,7 @@ class _Drawer:
         self.origin = point.ray.at(np.zeros(1)).ravel()
         self.direction = point.ray.direction.ravel()
         self.t = float(point.hit.t[0]) if point.index != NOTHING else None
-        self.on_ray = {item.object.index: item.t for item in intersections.objects if item.t is not None}
+        self.on_ray = {item.object.index for item in intersections.objects if item.t is not None}
         self.positions = np.array([shape.position.ravel() for shape in self.objects]).reshape(-1, 3) - self.origin
         # An object without a size is a plane, which is everywhere.
         self.sizes = np.array([shape.size if shape.is_solid else math.inf for shape in self.objects])
@@ -223,12 +223,14 @@ class _Drawer:
 
     # --- Views
 
-    def _views(self, plane: SectionPlane, shadow: ShadowRay | None, roles: Mapping[int, str]) -> tuple[View, ...]:
+    def _views(
+        self, plane: SectionPlane, shadow: ShadowRay | None, roles: Mapping[int, str]
+    ) -> tuple[SectionView, ...]:
         """Return what to show: all, and the surroundings of the point if they are small in it."""
         x, y = plane.along(self.direction)
         if self.t is None:
             length = self._passing_length()
-            return (View("all", _box([(0.0, 0.0), (length * x, length * y)])),)
+            return (SectionView("all", _box([(0.0, 0.0), (length * x, length * y)])),)
         end = (self.t * x, self.t * y)
         points, around = [(0.0, 0.0), end], self._sizes_around(roles)
         if shadow is not None:
@@ -243,12 +245,15 @@ class _Drawer:
         size = max(box[2] - box[0], box[3] - box[1])
         near = max(around, default=0.0)
         if not 0 < _CLOSE * near < size:
-            return (View("all", box),)
-        return View("all", box), View("point", (end[0] - near, end[1] - near, end[0] + near, end[1] + near))
+            return (SectionView("all", box),)
+        return SectionView("all", box), SectionView(
+            "point", (end[0] - near, end[1] - near, end[0] + near, end[1] + near)
+        )
 
     def _sizes_around(self, roles: Mapping[int, str]) -> list[float]:
         """Return the sizes of the solids that matter."""
-        return [float(self.sizes[i]) for i in roles if math.isfinite(self.sizes[i])]
+        sizes = zip(self.point.names, self.sizes.tolist(), strict=True)
+        return [size for name, size in sizes if name.index in roles and math.isfinite(size)]
 
     def _passing_length(self) -> float:
         """Return how much of a ray that hits nothing to show: past the nearest objects."""
@@ -259,14 +264,16 @@ class _Drawer:
     # --- Outlines
 
     def _roles(self, share: LightShare | None) -> dict[int, str]:
-        """Return the objects that matter: what is seen, and what blocks the light."""
+        """Return the indices of the objects that matter: what is seen, and what blocks the light."""
         roles: dict[int, str] = {}
         if share is not None:
             hidden = [item.object for item in share.places.hidden] if share.places else []
             roles = {name.index: "blocks" for name in (*(item.object for item in share.blockers), *hidden)}
-        return {**roles, self.point.index: "seen"} if self.t is not None else roles
+        return {**roles, self.point.names[self.point.index].index: "seen"} if self.t is not None else roles
 
-    def _outlines(self, plane: SectionPlane, roles: Mapping[int, str], views: Sequence[View]) -> Iterator[Outline]:
+    def _outlines(
+        self, plane: SectionPlane, roles: Mapping[int, str], views: Sequence[SectionView]
+    ) -> Iterator[Outline]:
         x0, y0, x1, y1 = views[0].box
         radius = _diagonal(views[0]) / 2
         disc = Disc(((x0 + x1) / 2, (y0 + y1) / 2), radius)
@@ -276,21 +283,19 @@ class _Drawer:
             cut = SHAPES[name.type].cut(self.objects[i], plane, disc)
             if len(cut) > 1 and all(math.isfinite(x) for at in cut for x in at):
                 points = tuple((round(x, digits), round(y, digits)) for x, y in cut)
-                yield Outline(name, roles.get(i, "other"), points)
+                yield Outline(name, roles.get(name.index, "other"), points)
 
     def _candidates(self, plane: SectionPlane, disc: Disc, roles: Mapping[int, str]) -> list[int]:
-        """Return the objects that may be in the disc: those that matter first, then those on the ray."""
+        """Return the positions of objects that may be in the disc: those that matter, then those on the ray."""
         height = np.abs(self.positions @ plane.normal)
         x, y = self.positions @ plane.right - disc.center[0], self.positions @ plane.up - disc.center[1]
         met = (height <= self.sizes) & (np.hypot(x, y) <= self.sizes + disc.radius)
         indices = np.flatnonzero(met)
         end = self.direction * (self.t or 0.0)
         away = np.linalg.norm(self.positions[indices] - end, axis=1)
-        order = sorted(
-            zip(indices.tolist(), away.tolist(), strict=True),
-            key=lambda item: (item[0] not in roles, item[0] not in self.on_ray, item[1]),
-        )
-        return [i for i, _ in order[:_MOST_OUTLINES]]
+        found = [(self.point.names[i].index, away, i) for i, away in zip(indices, away.tolist(), strict=True)]
+        found.sort(key=lambda item: (item[0] not in roles, item[0] not in self.on_ray, item[1]))
+        return [i for _, _, i in found[:_MOST_OUTLINES]]
 
 
 def _values(share: LightShare) -> dict[str, Any]:
@@ -305,7 +310,7 @@ def _stops(blockers: Sequence[Occlusion], r: float) -> tuple[Stop, ...]:
     return tuple(Stop(item.object, r - item.distance) for item in blockers)
 
 
-def _diagonal(view: View) -> float:
+def _diagonal(view: SectionView) -> float:
     x0, y0, x1, y1 = view.box
     return _BEYOND * math.hypot(x1 - x0, y1 - y0)
 

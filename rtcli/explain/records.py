@@ -410,7 +410,7 @@ class Outline:
 
 
 @dataclass(frozen=True)
-class View:
+class SectionView:
     """A part of a section to show: `all`, or the surroundings of the `point`; its left, bottom, right and top."""
 
     name: str
@@ -447,7 +447,7 @@ class Section:
     normal: Point | None
     shadow_ray: ShadowRay | None
     outlines: tuple[Outline, ...]
-    views: tuple[View, ...]
+    views: tuple[SectionView, ...]
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from rtcli.explain.records import (
     Sample,
     Story,
 )
-from rtcli.explain.words import listed, number
+from rtcli.explain.words import listed
 from rtcli.scene.diagnostics.problems import counted
 
 # The most lights that a sentence names.
@@ -137,7 +137,7 @@ def _how(share: LightShare) -> str:
     """Return how a light reaches a surface that it grazes."""
     cosine = next(item.value for item in share.numbers if item.name == "cos_theta")
     if isinstance(cosine, float) and cosine < _GRAZING:
-        return f" at a grazing angle, cos(theta) = {number(cosine)}"
+        return f" at a grazing angle, cos(theta) = {cosine:.2g}"
     return ""
 
 

@@ -77,7 +77,9 @@ class Scope:
         self.symbols |= {text: _Symbol("", value) for text, value in (phrases or {}).items()}
         # The longest first: `d . n` before `d`.
         texts = sorted(map(re.escape, self.symbols), key=len, reverse=True)
-        self._symbol = re.compile(rf"(?<![A-Za-z0-9_'])({'|'.join(texts)})(?![A-Za-z0-9_'])") if texts else None
+        self._symbol = (
+            re.compile(rf"(?<![A-Za-z0-9_'])({'|'.join(texts)})(?![A-Za-z0-9_']|\^T)") if texts else None
+        )
 
     def formulas(self, lines: Iterable[str]) -> list[dict[str, Any]]:
         """Return each equation of some lines, as JSON data.
@@ -107,12 +109,14 @@ class Scope:
             or names - _FUNCTIONS
         ):
             worked = None
-        result = self.symbols[left].value if worked and left in self.symbols else None
+        result = self.symbols[left].value if worked and left in self.symbols else ""
+        if "," not in result:
+            result = result.strip("()")  # of a negative number
         return {
             "label": label,
             "terms": [*terms, text[len(equation) :]] if words else terms,
             "worked": worked,
-            "result": result,
+            "result": result or None,
         }
 
     def _terms(self, text: str, with_values: bool) -> Iterator[Term]:

@@ -92,7 +92,7 @@ CASES = {
         [WALL],
         [light([9, 0, -4], 2000)],
         {},
-        "lit: lights[0] reaches it at a grazing angle, cos(theta) = 0.110432",
+        "lit: lights[0] reaches it at a grazing angle, cos(theta) = 0.11",
     ),
     "dark surface": (
         [{**BALL, "color": [0.02, 0.01, 0.01]}],

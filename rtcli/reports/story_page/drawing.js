@@ -143,7 +143,7 @@ export function heightOf({ views }, viewIndex, width) {
   const [left, bottom, right, top] = (views[viewIndex] ?? views[0]).box;
   const margin = marginOf(width);
   const height = ((width - 2 * margin) * (top - bottom)) / (right - left) + 2 * margin;
-  return Math.round(Math.min(Math.max(0.34 * width, 190, height), 0.62 * width + 60, 480));
+  return Math.round(Math.min(Math.max(0.34 * width, 190, height), 0.52 * width + 60, 440));
 }
 
 function marginOf(width) {
