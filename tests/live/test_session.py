@@ -44,6 +44,7 @@ def test_objects_lights_and_camera_have_their_lines(live):
         "up": [0, 1, 0],
         "fov": 40,
         "projection": "perspective",
+        "matrix": None,
         "lines": [3, 6],
         "writable": True,
     }
