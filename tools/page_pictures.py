@@ -1,6 +1,6 @@
 """Draw the pictures of pages in the documentation, with the Chromium of the tests.
 
-Run it as `python tools/page_pictures.py`. The pictures depend on the fonts of the machine, so no test compares them.
+Run it as `python tools/page_pictures.py`. They depend on the fonts of the machine, so no test compares them.
 """
 
 from __future__ import annotations

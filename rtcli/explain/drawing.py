@@ -293,7 +293,9 @@ class _Drawer:
         indices = np.flatnonzero(met)
         end = self.direction * (self.t or 0.0)
         away = np.linalg.norm(self.positions[indices] - end, axis=1)
-        found = [(self.point.names[i].index, away, i) for i, away in zip(indices, away.tolist(), strict=True)]
+        found = [
+            (self.point.names[i].index, away, i) for i, away in zip(indices.tolist(), away.tolist(), strict=True)
+        ]
         found.sort(key=lambda item: (item[0] not in roles, item[0] not in self.on_ray, item[1]))
         return [i for _, _, i in found[:_MOST_OUTLINES]]
 

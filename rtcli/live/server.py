@@ -35,8 +35,8 @@ _MAX_STREAMS = 32
 # The most bytes of the body of a POST, and of an answer that are sent at once.
 _MAX_BODY, _PIECE = 4096, 1 << 18
 
-# The packages with the files of the page, and the types of those files by suffix.
-_PACKAGES = ("rtcli.live.page", "rtcli.reports.story_page")
+# The packages with the files of the page, of which a later one wins, and the types of those files by suffix.
+_PACKAGES = ("rtcli.reports.story_page", "rtcli.reports", "rtcli.live.page")
 _TYPES = {
     ".html": "text/html; charset=utf-8",
     ".css": "text/css; charset=utf-8",
@@ -148,16 +148,11 @@ class LiveServer(ThreadingHTTPServer):
 def _page_files() -> Iterator[tuple[str, Answer]]:
     """Yield the answer for each file of the page by its route: a fixed table, so that no address names a file."""
     for package in _PACKAGES:
-        try:
-            folder = files(package)
-        except ModuleNotFoundError:
-            continue
-        for file in folder.iterdir():
+        for file in files(package).iterdir():
             suffix = file.name[file.name.rfind(".") :]
             if suffix in _TYPES and file.is_file():
-                route = "/" if file.name == "page.html" and package == _PACKAGES[0] else f"/{file.name}"
+                route = "/" if file.name == "page.html" else f"/{file.name}"
                 yield route, Answer(file.read_bytes(), _TYPES[suffix])
-    yield "/page.css", Answer(files("rtcli.reports").joinpath("page.css").read_bytes(), _TYPES[".css"])
 
 
 class _Handler(BaseHTTPRequestHandler):

@@ -37,6 +37,11 @@ def html_page(package: str, title: str, software: str, summary: str, **values: s
     )
 
 
+def data_uri(content: bytes, type: str = "image/png") -> str:
+    """Return a picture as an address that holds it."""
+    return f"data:{type};base64,{base64.b64encode(content).decode()}"
+
+
 def json_for_html(data: Any) -> str:
     """Return data as JSON that no text in it can end the script around it."""
     text = json.dumps(data, separators=(",", ":"), allow_nan=False)

@@ -1,9 +1,10 @@
 // The page of `rtcli live`: follows the server, and joins the parts.
 
 import { showHistogram, stepExposure, toggleClipped } from "/exposure.js";
-import { byId, copy, counted, element, emit, live, on, report } from "/live.js";
+import { byId, copy, counted, emit, live, on, report } from "/live.js";
 import { adaptSize, drag, drop, isCameraMode, step, toggleMode, wheel } from "/move.js";
 import { flash, openObject } from "/objects.js";
+import { make } from "/parts.js";
 import { clickPixel, followHash, hover, move, select, togglePin } from "/pixel.js";
 import { Events, getJson, newest } from "/server.js";
 import { openPanel } from "/tabs.js";
@@ -90,7 +91,7 @@ function showProblems({ problems, report: text, status }) {
 
 function showName(path) {
   const end = Math.max(path.lastIndexOf("/"), path.lastIndexOf("\\")) + 1;
-  byId("scene").replaceChildren(element("span", "folder", path.slice(0, end)), path.slice(end));
+  byId("scene").replaceChildren(make("span", { className: "folder" }, path.slice(0, end)), path.slice(end));
   document.title = `${path.slice(end)} · rtcli live`;
 }
 
@@ -206,11 +207,10 @@ document.addEventListener("keydown", (event) => {
   action(event);
 });
 
-for (const [keys, text] of KEYS) {
-  const row = byId("keys-list").appendChild(element("p"));
-  row.append(element("i"), element("span", "", text));
-  row.firstChild.append(...keys.split(" ").map((key) => element("kbd", "", key)));
-}
+byId("keys-list").append(...KEYS.map(([keys, text]) => {
+  const caps = keys.split(" ").map((key) => make("kbd", {}, key));
+  return make("p", {}, make("i", {}, ...caps), make("span", {}, text));
+}));
 byId("help").addEventListener("click", () => byId("keys").showModal());
 byId("keys-close").addEventListener("click", () => byId("keys").close());
 

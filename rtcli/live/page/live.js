@@ -69,13 +69,6 @@ export function fullSize() {
 
 export const byId = (id) => document.getElementById(id);
 
-export function element(tag, name = "", text = "") {
-  const made = document.createElement(tag);
-  made.className = name;
-  made.textContent = text;
-  return made;
-}
-
 export const counted = (count, one, many = `${one}s`) => `${count.toLocaleString("en")} ${count === 1 ? one : many}`;
 
 let toastTimer = 0;

@@ -1,7 +1,8 @@
 // Objects: their list, their outlines in the picture, and their lines in the text of the file.
 
-import { byId, element, emit, fullSize, live, loadPass, on, report } from "/live.js";
+import { byId, emit, fullSize, live, loadPass, on, report } from "/live.js";
 import { Outlines } from "/outline.js";
+import { make } from "/parts.js";
 import { newest, post } from "/server.js";
 import { Source } from "/source.js";
 import { stage } from "/view.js";
@@ -103,12 +104,10 @@ function showList({ objects }) {
 }
 
 function row(index) {
-  const item = element("li");
-  const button = item.appendChild(element("button", "object-row"));
-  button.type = "button";
+  const parts = ["name", "type", "pixels", "lines"].map((className) => make("span", { className }));
+  const button = make("button", { type: "button", className: "object-row" }, ...parts);
   button.dataset.index = index;
-  button.append(...["name", "type", "pixels", "lines"].map((name) => element("span", name)));
-  return item;
+  return make("li", {}, button);
 }
 
 function filter() {

@@ -1,8 +1,9 @@
 // The pixel under the pointer, the selected one and its story, and a pinned one beside it.
 
 import { hex } from "/color.js";
-import { byId, element, emit, fullSize, live, on, pixelQuery, report } from "/live.js";
+import { byId, emit, fullSize, live, on, pixelQuery, report } from "/live.js";
 import { light, markPath, nameOf, needOutlines, objectAt, openObject } from "/objects.js";
+import { make } from "/parts.js";
 import { PASSES, valuesAt } from "/passes.js";
 import { ServerError, get, newest } from "/server.js";
 import { renderStory } from "/story.js";
@@ -24,24 +25,24 @@ function showSpot() {
   if (!pixel || !live.picture) return;
   const { x, y } = pixel;
   const isIn = ({ width, height }) => x < width && y < height;
-  const parts = [element("b", "", `${x}, ${y}`)];
+  const parts = [make("b", {}, `${x}, ${y}`)];
   const { pass, differs } = shown;
   const { picture } = live;
   const isFull = picture.width === fullSize().width;
-  if (differs && isIn(picture)) parts.push(element("span", "value", `differs by ${differs.levels[y * picture.width + x]}`));
+  if (differs && isIn(picture)) parts.push(make("span", { className: "value" }, `differs by ${differs.levels[y * picture.width + x]}`));
   if (pass && isFull && isIn(pass.values)) {
     const { title, text } = PASSES[pass.name];
-    parts.push(element("span", "value", `${title} ${text(valuesAt(pass.values, x, y))}`));
+    parts.push(make("span", { className: "value" }, `${title} ${text(valuesAt(pass.values, x, y))}`));
   }
   if (isFull && isIn(picture)) {
     const color = picture.color(x, y);
-    const swatch = element("i", "swatch");
+    const swatch = make("i", { className: "swatch" });
     swatch.style.background = hex(color);
-    parts.push(swatch, element("span", "color", `${hex(color)}  ${color.join(" ")}`));
+    parts.push(swatch, make("span", { className: "color" }, `${hex(color)}  ${color.join(" ")}`));
   }
   const index = objectAt(pixel);
-  if (index === null) parts.push(element("span", "name", "background"));
-  else if (index !== undefined) parts.push(element("span", "name", `${nameOf(index)} (id ${index + 1})`));
+  if (index === null) parts.push(make("span", { className: "name" }, "background"));
+  else if (index !== undefined) parts.push(make("span", { className: "name" }, `${nameOf(index)} (id ${index + 1})`));
   byId("spot").replaceChildren(...parts);
 }
 
@@ -191,7 +192,7 @@ async function tellOne(story, pixel) {
     onHoverPath: markPath,
     onOpenLine: openObject,
   });
-  if (told.error) place.replaceChildren(element("p", "hint", told.error));
+  if (told.error) place.replaceChildren(make("p", { className: "hint" }, told.error));
   panel.scrollTop = scrollTop;
   if (story.key === "pixel") speak(`Pixel ${pixel.x}, ${pixel.y}. ${told.error ?? told.sentence ?? ""}`);
 }

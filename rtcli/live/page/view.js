@@ -2,7 +2,8 @@
 
 import { number, viridis } from "/color.js";
 import { Picture, difference } from "/image.js";
-import { byId, counted, element, emit, fullSize, live, loadPass, on, pictureQuery, report } from "/live.js";
+import { byId, counted, emit, fullSize, live, loadPass, on, pictureQuery, report } from "/live.js";
+import { make } from "/parts.js";
 import { PASSES, paint } from "/passes.js";
 import { ServerError, get, newest } from "/server.js";
 import { Stage } from "/stage.js";
@@ -94,16 +95,14 @@ function showLegend(legend) {
     place.replaceChildren(legend.text);
     return;
   }
-  const bar = element("canvas");
-  [bar.width, bar.height] = [128, 1];
+  const bar = make("canvas", { width: 128, height: 1, ariaHidden: "true" });
   const context = bar.getContext("2d");
   for (let x = 0; x < bar.width; x++) {
     context.fillStyle = `rgb(${viridis(x / (bar.width - 1))})`;
     context.fillRect(x, 0, 1, 1);
   }
-  bar.ariaHidden = "true";
-  const [low, high] = [legend.low, legend.high].map((value) => element("b", "", number(value, 3)));
-  place.replaceChildren(low, bar, high, element("span", "", legend.unit));
+  const [low, high] = [legend.low, legend.high].map((value) => make("b", {}, number(value, 3)));
+  place.replaceChildren(low, bar, high, make("span", {}, legend.unit));
 }
 
 const presentNewest = newest(async () => {

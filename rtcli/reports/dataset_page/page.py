@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from typing import Any
 
 from rtcli.reports.dataset_page.histogram import Histogram, histograms
-from rtcli.reports.page import html_page
+from rtcli.reports.page import data_uri, html_page
 from rtcli.scene.colors import text_of_color
 from rtcli.scene.diagnostics.problems import counted, printable
 
@@ -79,10 +78,9 @@ def _text(text: str) -> str:
 
 
 def _picture(sample: SamplePicture) -> str:
-    data = base64.b64encode(sample.png).decode()
     factors = ", ".join(f"{name} {_shown(value)}" for name, value in sample.factors.items())
     return (
-        f'<li><figure><img src="data:image/png;base64,{data}" alt="Sample {sample.index}">'
+        f'<li><figure><img src="{data_uri(sample.png)}" alt="Sample {sample.index}">'
         f"<figcaption><b>{sample.index}</b> {escape(printable(factors))}</figcaption></figure></li>"
     )
 

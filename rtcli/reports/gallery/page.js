@@ -1,6 +1,8 @@
 
 "use strict";
 
+import { followPixel, make, onKeys, valueAt } from "./parts.js";
+
 // Text from the manifest goes into the page by textContent and the like only, never as HTML.
 
 const byId = (id) => document.getElementById(id);
@@ -89,26 +91,18 @@ nameInput.addEventListener("keydown", (event) => {
   }
 });
 
-document.addEventListener("keydown", (event) => {
-  const typing = event.target.matches("input[type=search], select");
-  if (event.key !== "/" || event.ctrlKey || event.metaKey || typing || details.open) return;
-  event.preventDefault();
-  nameInput.select();
-  nameInput.focus();
-});
+onKeys({
+  "/": () => {
+    nameInput.select();
+    nameInput.focus();
+  },
+}, () => !details.open);
 
 // --- Details ---------------------------------------------------------------------------------------------
 
 const details = byId("details");
 const body = byId("details-body");
 let current = -1;
-
-function make(tag, properties = {}, ...children) {
-  const element = document.createElement(tag);
-  Object.assign(element, properties);
-  element.append(...children);
-  return element;
-}
 
 function seconds(value) {
   return value < 0.9995 ? `${(value * 1000).toFixed(value < 0.00995 ? 1 : 0)} ms` : `${value.toFixed(2)} s`;
@@ -182,6 +176,11 @@ function figure(index) {
   if (files.length === 0) return null;
   const image = make("img");
   const caption = make("figcaption");
+  const spot = make("output", { className: "spot" });
+  followPixel(image, (pixel) => {
+    const value = pixel && valueAt(image, pixel);
+    spot.textContent = pixel ? `x ${pixel[0]}, y ${pixel[1]}${value === null ? "" : `: ${value}`}` : "";
+  });
   const buttons = files.map((file) => {
     const button = make("button", { type: "button" }, make("img", { src: file.url, alt: "" }), file.part);
     button.addEventListener("click", () => show(file));
@@ -198,7 +197,7 @@ function figure(index) {
   }
   show(files[0]);
   const strip = make("div", { className: "strip", role: "group", ariaLabel: "Passes" }, ...buttons);
-  return make("figure", {}, make("div", { className: "view" }, image), caption, ...(files.length > 1 ? [strip] : []));
+  return make("figure", {}, make("div", { className: "view" }, image), spot, caption, ...(files.length > 1 ? [strip] : []));
 }
 
 function fill(index) {
@@ -257,11 +256,7 @@ byId("previous").addEventListener("click", () => step(-1));
 byId("next").addEventListener("click", () => step(1));
 byId("close").addEventListener("click", () => details.close());
 // Of the document: a button that is switched off as it is pressed leaves the focus to nobody.
-document.addEventListener("keydown", (event) => {
-  if (!details.open || event.ctrlKey || event.altKey || event.metaKey || event.shiftKey) return;
-  if (event.key === "ArrowLeft") step(-1);
-  if (event.key === "ArrowRight") step(1);
-});
+onKeys({ ArrowLeft: () => step(-1), ArrowRight: () => step(1) }, () => details.open);
 details.addEventListener("click", (event) => {
   if (event.target === details) details.close(); // beside it
 });

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import io
 import warnings
 from pathlib import Path
@@ -14,6 +13,7 @@ from rtcli.image.formats import format_of
 from rtcli.image.layers import Array
 from rtcli.image.pass_picture import pass_picture
 from rtcli.image.read import eight_bits, kind_of, read_layers, shown_levels
+from rtcli.reports.page import data_uri
 from rtcli.tracer.passes import PASSES
 
 # The longest sides in pixels.
@@ -68,4 +68,4 @@ def _encoded(levels: Array) -> str:
     image.thumbnail(SIZE, Image.Resampling.LANCZOS, reducing_gap=1)
     file = io.BytesIO()
     image.save(file, "WEBP", **_ENCODING)
-    return f"data:image/webp;base64,{base64.b64encode(file.getvalue()).decode()}"
+    return data_uri(file.getvalue(), "image/webp")

@@ -1,5 +1,7 @@
 "use strict";
 
+import { followPixel, onKeys, valueAt } from "./parts.js";
+
 const views = [...document.querySelectorAll("[name=view]")];
 const headings = [...document.querySelectorAll(".result h2")];
 const sliders = [...document.querySelectorAll(".slider")];
@@ -50,16 +52,23 @@ function switchView() {
   if (index >= 0) go(index);
 }
 
-const actions = {
+onKeys({
   j: () => go(currentIndex() + 1),
   k: () => go(currentIndex() - 1),
   s: switchView,
-};
-
-document.addEventListener("keydown", (event) => {
-  if (event.ctrlKey || event.altKey || event.metaKey) return;
-  actions[event.key.toLowerCase()]?.();
 });
+
+// --- The pixel under the pointer -------------------------------------------------------------------------
+
+for (const sides of document.querySelectorAll(".sides")) {
+  const spot = sides.previousElementSibling.querySelector(".spot");
+  const images = [...sides.querySelectorAll("img")];
+  const show = (pixel) => {
+    const values = images.map((image) => `${image.alt.split(":")[0].toLowerCase()} ${pixel && valueAt(image, pixel)}`);
+    spot.textContent = pixel ? ` x ${pixel[0]}, y ${pixel[1]}: ${values.join(" · ")}` : "";
+  };
+  images.forEach((image) => followPixel(image, show));
+}
 
 // A browser that comes back to the page may have kept the view and the sliders.
 sliders.forEach(move);

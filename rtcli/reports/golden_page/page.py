@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Iterator, Sequence
 from html import escape
 from pathlib import Path
@@ -10,7 +9,7 @@ from pathlib import Path
 from rtcli.compare.folder import EQUAL, GoldenResult, LayerPictures, status_counts
 from rtcli.rendering.metadata import SOFTWARE
 from rtcli.reports.comparison import golden_reasons
-from rtcli.reports.page import html_page
+from rtcli.reports.page import data_uri, html_page
 from rtcli.reports.text import counts_text
 from rtcli.scene.diagnostics.problems import printable
 
@@ -59,15 +58,14 @@ def _layer(pictures: LayerPictures) -> Iterator[str]:
     """Yield the pictures of a layer; two that can be told apart by a slider have one."""
     layer = escape(printable(pictures.layer))
     has_slider = pictures.golden is not None and pictures.new is not None
-    yield f'<h3>{layer}</h3>\n<div class="sides{" pair" if has_slider else ""}">\n'
+    yield f'<h3>{layer}<output class="spot"></output></h3>\n<div class="sides{" pair" if has_slider else ""}">\n'
     for side, title in _HELP.items():
         path: Path | None = getattr(pictures, side)
         yield f'<figure class="{side}"><figcaption>{title}</figcaption>'
         if path is None:
             yield '<p class="empty">No picture</p>'
         else:
-            data = base64.b64encode(path.read_bytes()).decode()
-            yield f'<img src="data:image/png;base64,{data}" alt="{title}: {layer}">'
+            yield f'<img src="{data_uri(path.read_bytes())}" alt="{title}: {layer}">'
         yield "</figure>\n"
     if has_slider:
         yield (
