@@ -44,7 +44,7 @@ export const needOutlines = newest(async () => {
 
 on("picture", () => {
   outlines = null;
-  if (live.lit !== null || live.opened !== null || flashing.length) needOutlines();
+  if (live.pixel || live.lit !== null || live.opened !== null || flashing.length) needOutlines();
 });
 
 // The index of the object; null for the background, undefined while that is not known.
