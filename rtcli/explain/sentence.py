@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from rtcli.explain.drawing import brightest
 from rtcli.explain.records import (
     BACKGROUND,
-    BLOCKED,
     LIT,
     OTHER_SIDE,
     SHINING,
@@ -20,8 +19,8 @@ from rtcli.explain.records import (
 from rtcli.explain.words import listed
 from rtcli.scene.diagnostics.problems import counted
 
-# The most lights that a sentence names.
-_MOST_LIGHTS = 3
+# The most reasons in a sentence.
+_MOST_REASONS = 3
 
 # The luma (ITU-R BT.601) of 8-bit values up to which a pixel is dark, and from which on it is bright.
 _DARK_LUMA, _BRIGHT_LUMA = 64, 192
@@ -65,7 +64,7 @@ def _look_and_reason(story: Story, value: tuple[int, int, int]) -> tuple[str, st
     order = [lights[i] for i in brightest(lights)]
     lit = [share for share in order if share.verdict == LIT]
     if not lit:
-        return _unlit(story, value, _joined([_why_unlit(share) for share in order[:_MOST_LIGHTS]], len(lights)))
+        return _unlit(story, value, _why_unlit(order))
     look, reason = _lit(order, lit, value)
     return look, f"{reason}{_surface(story) if look in (BLACK, DARK) else ''}"
 
@@ -95,34 +94,42 @@ def _why_no_light(story: Story) -> str:
     return "there are no lights"
 
 
-def _why_unlit(share: LightShare) -> str:
-    return {
-        BLOCKED: _between(share),
-        TURNED_AWAY: f"the surface faces away from {share.label}",
-        OTHER_SIDE: f"{share.label} is on the other side of the surface",
-    }[share.verdict]
+def _why_unlit(shares: Sequence[LightShare]) -> str:
+    """Return why some lights do not reach the point, the strongest first; those with the same reason together."""
+    labels: dict[str, list[str]] = {}
+    for share in shares:
+        labels.setdefault(_reason(share), []).append(share.label)
+    reasons = [
+        reason.format(listed(those), are="is" if len(those) == 1 else "are") for reason, those in labels.items()
+    ]
+    more = len(reasons) - _MOST_REASONS
+    return "; ".join(
+        [*reasons[:_MOST_REASONS], *([f"{counted(more, 'more reason')} for others"] if more > 0 else [])]
+    )
 
 
-def _between(share: LightShare) -> str:
-    """Return the sentence about the objects that block a light."""
+def _reason(share: LightShare) -> str:
+    """Return the reason why a light does not reach the point, a format for the labels of lights."""
+    if share.verdict == TURNED_AWAY:
+        return "the surface faces away from {}"
+    if share.verdict == OTHER_SIDE:
+        return "{} {are} on the other side of the surface"
     blockers = share.blockers if share.places is None else share.places.hidden
     names = list(dict.fromkeys(item.object.label for item in blockers))
-    return f"{listed(names)} {'stands' if len(names) == 1 else 'stand'} between it and {share.label}"
+    between = listed(names).replace("{", "{{").replace("}", "}}")
+    return f"{between} {'stands' if len(names) == 1 else 'stand'} between it and {{}}"
 
 
 def _lit(order: Sequence[LightShare], lit: Sequence[LightShare], value: tuple[int, int, int]) -> tuple[str, str]:
     """Return the look of a point that some lights reach, and the reason: what takes the most light away."""
-    first = order[0]
-    reached = listed([share.label for share in lit])
-    verb = "reaches" if len(lit) == 1 else "reach"
+    first, unlit = order[0], [share for share in order if share.verdict != LIT]
+    reached = f"{listed([share.label for share in lit])} {'reaches' if len(lit) == 1 else 'reach'} it"
     if first.verdict != LIT:
-        return _look(value), f"{_why_unlit(first)}; {reached} {verb} it"
+        return _look(value), f"{_why_unlit(unlit)}; {reached}"
     places = first.places
     if places is not None and places.reaching < places.count:
         return f"{_look(value)}, in part shadow", _in_part(first, places)
-    blocked = [share for share in order if share.verdict != LIT][: _MOST_LIGHTS - 1]
-    more = "".join(f"; {_why_unlit(share)}" for share in blocked)
-    return _look(value), f"{reached} {verb} it{_how(first)}{more}"
+    return _look(value), f"{reached}{_how(first)}" + (f"; {_why_unlit(unlit)}" if unlit else "")
 
 
 def _in_part(share: LightShare, places: Places) -> str:
@@ -148,11 +155,6 @@ def _surface(story: Story) -> str:
     if most == 0:
         return ", but the surface reflects no light"
     return f", but the surface reflects at most {100 * most:.2g} %" if most < _DARK_ALBEDO else ""
-
-
-def _joined(reasons: Sequence[str], count: int) -> str:
-    more = count - len(reasons)
-    return "; ".join([*reasons, *([f"nor does any of {more:,} more lights reach it"] if more else [])])
 
 
 def _others(story: Story, samples: Sequence[Sample]) -> str:

@@ -15,9 +15,9 @@ WALL = plane([0, 0, -5], [0, 0, 1], name="wall")
 BESIDE = [4, 0, 0]
 
 
-def between(*lights, **more):
+def between(*lights):
     """A wall, lit from beside the eye, and a post on the way."""
-    return [WALL, box([2, 0, -2.5], [1, 1, 1], name="post", **more)], list(lights)
+    return [WALL, box([2, 0, -2.5], [1, 1, 1], name="post")], list(lights)
 
 
 CASES = {
@@ -106,12 +106,30 @@ CASES = {
         {},
         "black: lights[0] reaches it, but the surface reflects no light",
     ),
-    "more lights than are named": (
+    "several lights for one reason": (
         [BALL],
         [light([0, 0, -9 - i]) for i in range(5)],
         {},
-        "black: the surface faces away from lights[0]; the surface faces away from lights[1]; the surface faces "
-        "away from lights[2]; nor does any of 2 more lights reach it",
+        "black: the surface faces away from lights[0], lights[1], lights[2] and 2 more",
+    ),
+    "other side of several": (
+        [WALL],
+        [light([0, 0, -9]), light([0, 0, -8])],
+        {},
+        "black: lights[1] and lights[0] are on the other side of the surface",
+    ),
+    "several reasons": (
+        [WALL, *(box([2 * i, 0, -2.5], [1, 1, 1], name=f"post {i}") for i in (-2, -1, 1, 2))],
+        [light([4 * i, 0, 0]) for i in (-2, -1, 1, 2)],
+        {},
+        "black: `post -1` stands between it and lights[1]; `post 1` stands between it and lights[2]; `post -2` "
+        "stands between it and lights[0]; 1 more reason for others",
+    ),
+    "braces in a name": (
+        [WALL, box([2, 0, -2.5], [1, 1, 1], name="{post}")],
+        [light(BESIDE)],
+        {},
+        "black: `{post}` stands between it and lights[0]",
     ),
 }
 

@@ -1,5 +1,6 @@
 """The report of a data set in a real browser, opened as a file, as users open it."""
 
+import axe
 import chromium
 import pytest
 from click.testing import CliRunner
@@ -81,3 +82,9 @@ def test_bars_can_be_told_from_what_is_behind_them(page):
 def test_page_makes_no_network_request(page, address):
     asked = chromium.requested(page)
     assert [each for each in asked if not each.startswith((address, "data:"))] == []
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing(page, scheme, pytestconfig):
+    chromium.prefer(page, scheme)
+    assert axe.violations(page, pytestconfig.cache) == []

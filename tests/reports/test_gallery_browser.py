@@ -2,6 +2,7 @@
 
 import time
 
+import axe
 import chromium
 import gallery_batches as batches
 import pytest
@@ -445,3 +446,9 @@ def test_2000_scenes_are_usable(browser, tmp_path):
     page.run("document.querySelector('[value=failed]').parentElement.click()")
     assert page.count == "20 of 2,000 shown"
     assert chromium.said(browser) == []
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing(page, scheme, pytestconfig):
+    chromium.prefer(page.browser, scheme)
+    assert axe.violations(page.browser, pytestconfig.cache) == []

@@ -1,7 +1,9 @@
 """The page of a golden check in a real browser, opened as a file, as users open it."""
 
+import re
 from pathlib import Path
 
+import axe
 import chromium
 import pytest
 from batches import write_scene
@@ -204,3 +206,19 @@ def test_text_has_contrast(page, scheme):
     contrasts = page.browser.execute_script(script)
     assert len(contrasts) > 20
     assert min(contrasts) >= 4.5  # WCAG 2.2, 1.4.3
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing(page, scheme, pytestconfig):
+    chromium.prefer(page.browser, scheme)
+    assert axe.violations(page.browser, pytestconfig.cache) == []
+
+
+def test_pixel_under_the_pointer_has_its_values(page):
+    left, top, width, _ = page.boxes(1, "img")[0]
+    event = {"type": "mouseMoved", "x": left + 10.5 / 40 * width, "y": top + 3.5 / 40 * width}
+    page.browser.execute_cdp_cmd("Input.dispatchMouseEvent", event)
+    text = page.run("document.querySelector('#result-1 .spot').textContent")
+    assert re.fullmatch(r" x 10, y 3: golden \d+ \d+ \d+ · new \d+ \d+ \d+ · difference \d+ \d+ \d+", text)
+    page.browser.execute_cdp_cmd("Input.dispatchMouseEvent", {"type": "mouseMoved", "x": 1, "y": 1})
+    assert page.run("document.querySelector('#result-1 .spot').textContent") == ""

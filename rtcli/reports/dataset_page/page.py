@@ -95,7 +95,10 @@ def _constraints(rejections: Mapping[str, Mapping[str, int]]) -> str:
         f"<td>{_bar(counts['refused'] / counts['checked'])}</td></tr>\n"
         for kind, counts in rejections.items()
     )
-    head = "".join(f'<th scope="col">{title}</th>' for title in ("Constraint", "Draws", "Refused", "Share", ""))
+    head = (
+        "".join(f'<th scope="col">{title}</th>' for title in ("Constraint", "Draws", "Refused", "Share"))
+        + "<td></td>"
+    )
     return f'<div class="wide"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}</tbody></table></div>'
 
 
