@@ -1,4 +1,4 @@
-"""Time batches of small scenes: pictures, arrays, and nothing to do.
+"""Time batches of small scenes (pictures, arrays, and nothing to do) and data sets.
 
 python benchmarks/batch.py            # renews batch.json and the table in README.md
 python benchmarks/batch.py --quick    # one round, only shown
@@ -26,6 +26,7 @@ ROUNDS = 3
 BALLS = 9
 SIZE = ("--size", "480x320")
 ARRAYS = ("--format", ".npz", "--passes", "depth,normal,object_id")
+CLEVR, SHAPES = (HERE.parent / "templates" / f"{name}.yaml" for name in ("clevr", "shapes3d"))
 
 
 def small_scenes(count: int) -> Path:
@@ -45,6 +46,24 @@ def contests() -> tuple[Contest, ...]:
         _contest("pictures", f"1,000 scenes to PNG, {size}", many, "--force"),
         _contest("arrays", f"500 scenes to NPZ with depth, normal and object_id, {size}", few, "--force", *ARRAYS),
         _contest("current", "1,000 scenes with nothing to do", many),
+        *data_sets(),
+    )
+
+
+def data_sets() -> tuple[Contest, ...]:
+    """Return the data sets: CLEVR with four samples a pixel, as it is, and with one; and 3D Shapes."""
+    plain = WORK / "clevr-plain.yaml"
+    plain.write_text(CLEVR.read_text(encoding="utf-8").replace("samples: 4", "samples: 1"), encoding="utf-8")
+    web, size = ("--to", "webdataset", "--count", "2000", "--passes"), "480x320, 3 to 10 objects, 3 lights"
+    ids, depth = (*web, "object_id"), (*web, "object_id,depth")
+    work = f"2,000 samples of CLEVR to WebDataset, {size}"
+    return (
+        _data_set("clevr", f"{work}, 4 samples a pixel, with ids", CLEVR, *ids),
+        _data_set("clevr-plain", f"{work}, 1 sample a pixel, with ids", plain, *ids),
+        _data_set("clevr-depth", f"{work}, 1 sample a pixel, with ids and depth", plain, *depth),
+        _data_set(
+            "shapes", "20,000 samples of 3D Shapes to HDF5, 64x64", SHAPES, "--to", "hdf5", "--count", "20000"
+        ),
     )
 
 
@@ -52,6 +71,14 @@ def _contest(name: str, work: str, scenes: Path, *options: str) -> Contest:
     target = f"{scenes}-results"
     command = (RTCLI, "batch", str(scenes), "-o", target, "--quiet", *SIZE, *options)
     return Contest(name, work, (Contestant("rtcli batch", command),))
+
+
+def _data_set(name: str, work: str, template: Path, *options: str) -> Contest:
+    """Return a contest that makes a data set anew."""
+    target = str(WORK / f"batch-{name}-results")
+    command = (RTCLI, "dataset", str(template), "-o", target, "--quiet", *options)
+    anew = ("sh", "-c", 'rm -rf "$0" && exec "$@"', target, *command)
+    return Contest(name, work, (Contestant("rtcli dataset", anew),))
 
 
 def main() -> None:

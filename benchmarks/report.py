@@ -69,8 +69,15 @@ def _last(contest: str, stage: str) -> Callable[[Results], float]:
     return ratio
 
 
-def _batch(contest: str, seconds: float) -> Callable[[Results], float]:
-    return lambda contests: median(contests, contest, "rtcli batch") / seconds
+def _batch(contest: str, seconds: float, command: str = "rtcli batch") -> Callable[[Results], float]:
+    return lambda contests: median(contests, contest, command) / seconds
+
+
+def _data_set(contest: str, samples: int, rate: int) -> Bar:
+    """Return the bar of a data set: its samples at a rate, in samples a second."""
+    seconds = samples / rate
+    against = f"{seconds:.3g} seconds"
+    return Bar(f"{contest}: {rate:,} a second", against, 1.0, _batch(contest, seconds, "rtcli dataset"))
 
 
 _LARGE, _HUGE = "crowd-100000", "crowd-1000000"
@@ -123,9 +130,13 @@ FILE_BARS = (
 
 # Batches on two cores.
 BATCH_BARS = (
-    Bar("1,000 pictures, 480x320, 10 objects: 100 a second", "10 seconds", 1.0, _batch("pictures", 10.0)),
+    Bar("1,000 pictures, 480x320, 10 objects: 800 a second", "1.25 seconds", 1.0, _batch("pictures", 1.25)),
     Bar("500 .npz with depth, normal, object_id: 40 a second", "12.5 seconds", 1.0, _batch("arrays", 12.5)),
     Bar("1,000 pictures that are current: whole process", "1.5 seconds", 1.0, _batch("current", 1.5)),
+    _data_set("clevr", 2_000, 400),
+    _data_set("clevr-plain", 2_000, 400),
+    _data_set("clevr-depth", 2_000, 250),
+    _data_set("shapes", 20_000, 3_000),
 )
 
 

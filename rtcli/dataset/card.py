@@ -14,7 +14,7 @@ from PIL import Image
 
 from rtcli.atomic import atomic_write
 from rtcli.dataset.plan import Layout
-from rtcli.dataset.sample import SampleError, draw_sample, film_of, ids_of, needs_picture
+from rtcli.dataset.sample import SampleError, draw_sample
 from rtcli.scene.diagnostics.quoting import counted
 from rtcli.template.template import Template
 
@@ -87,10 +87,10 @@ def _contact_sheet(pictures: Sequence[Image.Image]) -> bytes:
 def _thumbnail(template: Template, index: int) -> Image.Image | None:
     """Return the picture of a sample, its longer side `_SIDE` pixels; None if there is no such sample."""
     try:
-        sample, _ = draw_sample(template, index, ids_of if needs_picture(template) else None)
+        sample, _ = draw_sample(template, index)
     except SampleError:
         return None
-    picture = film_of(sample.scene, ()).to_pil().convert("RGB")
+    picture = Image.fromarray(sample.picture.levels()).convert("RGB")
     scale = _SIDE / max(picture.size)
     size = max(1, round(picture.width * scale)), max(1, round(picture.height * scale))
     return picture.resize(size, Image.Resampling.NEAREST if scale > 1 else Image.Resampling.LANCZOS)

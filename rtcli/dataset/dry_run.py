@@ -7,15 +7,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from rtcli.dataset.sample import (
-    DatasetSample,
-    Rejections,
-    SampleError,
-    draw_sample,
-    film_of,
-    ids_of,
-    needs_picture,
-)
+from rtcli.dataset.labels import labels_of
+from rtcli.dataset.sample import DatasetSample, Rejections, SampleError, draw_sample
 from rtcli.scene.reading.source import Loc
 from rtcli.scene.write import as_data
 from rtcli.template.draws import path_of
@@ -99,7 +92,7 @@ def try_out(
     spent_rendering, rendered = 0.0, 0
     for index in range(start, stop):
         try:
-            sample, rejections = draw_sample(template, index, ids_of if needs_picture(template) else None)
+            sample, rejections = draw_sample(template, index, passes, threads=1)
         except SampleError as error:
             trial.failures.append((index, str(error)))
             trial.rejections.update(error.rejections)
@@ -110,7 +103,8 @@ def try_out(
         trial.see(sample)
         if rendered < RENDERED:
             before = time.perf_counter()
-            film_of(sample.scene, (*passes, "object_id"), threads=1).develop()
+            labels_of(sample, "", with_objects=True)
+            sample.picture.png()
             spent_rendering, rendered = spent_rendering + time.perf_counter() - before, rendered + 1
     drawing = time.perf_counter() - began - spent_rendering
     if trial.samples:

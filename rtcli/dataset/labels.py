@@ -5,51 +5,48 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
+from rtcli.dataset.picture import SamplePicture
 from rtcli.dataset.sample import DatasetSample
-from rtcli.rendering.film import Film
 from rtcli.rendering.metadata import SOFTWARE, camera_matrices
 from rtcli.scene.model import Object
 from rtcli.scene.vectors import negative
 from rtcli.scene.write import as_data
 from rtcli.template.bodies import body_of
 from rtcli.tracer._native import rle_masks
-from rtcli.tracer.native import NativeTracer
 
 _AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-def labels_of(sample: DatasetSample, film: Film, split: str) -> dict[str, Any]:
+def labels_of(sample: DatasetSample, split: str, with_objects: bool = True) -> dict[str, Any]:
     """Return the labels of a sample, ready for JSON.
 
     Parameters
     ----------
     sample
         The sample.
-    film
-        Its film; without the pass `object_id` there are no labels of objects.
     split
         The name of its split.
+    with_objects
+        Whether objects have labels, which need ids.
     """
-    assert film.job is not None
+    picture = sample.picture
     return {
         "software": SOFTWARE,
         "index": sample.index,
         "split": split,
         "attempt": sample.attempt,
         "factors": dict(sample.factors),
-        "camera": camera_matrices(film.job.world.camera, film.job.window),
-        "exposure": film.exposure,
-        "objects": [] if film.object_id is None else _objects(sample, film, film.object_id),
+        "camera": camera_matrices(picture.job.world.camera, picture.job.window),
+        "exposure": picture.exposure,
+        "objects": _objects(sample) if with_objects else [],
     }
 
 
-def _objects(sample: DatasetSample, film: Film, object_id: npt.NDArray[np.uint32]) -> list[dict[str, Any]]:
-    rows, shapes, (height, width) = film.metadata["objects"], sample.scene.objects, object_id.shape
+def _objects(sample: DatasetSample) -> list[dict[str, Any]]:
+    object_id, rows, shapes = sample.picture.passes["object_id"], sample.picture.objects, sample.scene.objects
+    height, width = object_id.shape
     masks = rle_masks(object_id.tobytes(), width, len(shapes))
-    amodal = _amodal(film, [row["visible_fraction"] for row in rows])
+    amodal = _amodal(sample.picture, [row["visible_fraction"] for row in rows])
     objects = []
     for number, (shape, row, counts) in enumerate(zip(shapes, rows, masks, strict=True)):
         seen = {key: row[key] for key in ("visible_pixels", "visible_fraction", "bbox")}
@@ -80,12 +77,9 @@ def _description(shape: Object) -> dict[str, Any]:
     }
 
 
-def _amodal(film: Film, fractions: Sequence[float | None]) -> dict[int, tuple[str, list[int] | None]]:
+def _amodal(picture: SamplePicture, fractions: Sequence[float | None]) -> dict[int, tuple[str, list[int] | None]]:
     """Return the amodal masks and boxes, by index, of the objects whose share in view is not all."""
     hidden = [number for number, fraction in enumerate(fractions) if fraction != 1]
     if not hidden:
         return {}
-    assert film.job is not None
-    tracer = film.job.tracer
-    assert isinstance(tracer, NativeTracer)
-    return dict(zip(hidden, tracer.amodal_masks(film.job.window, hidden), strict=True))
+    return dict(zip(hidden, picture.tracer.amodal_masks(picture.job.window, hidden), strict=True))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 
-from rtcli.dataset.sample import SampleError, draw_sample, ids_of, needs_picture
+from rtcli.dataset.sample import SampleError, draw_sample
 from rtcli.lint.check import CheckResult, warnings_of
 from rtcli.lint.ignores import Ignores, ignores_of
 from rtcli.lint.scene import LintWarning
@@ -58,7 +58,7 @@ def _warnings(
 ) -> Iterator[LintWarning] | None:
     """Return the warnings about a sample, at their places in the template; None if a few tries do not find it."""
     try:
-        sample, _ = draw_sample(template, index, ids_of if needs_picture(template) else None, MOST_TRIES)
+        sample, _ = draw_sample(template, index, most_tries=MOST_TRIES)
     except SampleError:
         return None
     groups = [group for group in template.groups for _ in group.names(index, sample.factors)]

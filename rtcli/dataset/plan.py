@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -113,8 +113,7 @@ class Layout:
         record = self._record(shard)
         if record is None or not record["start"] <= shard.start <= shard.stop <= record["stop"]:
             return False
-        failed = {failure["index"] for failure in record["failures"]}
-        return all(self._is_there(file, shard, failed) for file in record["files"])
+        return all(map(self._is_there, record["files"]))
 
     def _record(self, shard: Shard) -> dict[str, Any] | None:
         try:
@@ -123,16 +122,18 @@ class Layout:
             return None
         return record
 
-    def _is_there(self, file: Mapping[str, Any], shard: Shard, failed: Collection[int]) -> bool:
-        """Return whether a file of a shard has its size, or a folder has a picture for each sample."""
-        path = self.folder / file.get("path", "")
+    def _is_there(self, file: Mapping[str, Any]) -> bool:
+        """Return whether a file of a shard has its size, or a folder the files in the list of its hashes."""
+        path: str = file.get("path", "")
         if "bytes" in file:
-            return path.is_file() and bool(path.stat().st_size == file["bytes"])
-        if path.name != shard.split:
+            return (self.folder / path).is_file() and (self.folder / path).stat().st_size == int(file["bytes"])
+        if not path.endswith("/"):
             return True
-        # One by one: a listing of the folder holds the files of all shards.
-        indices = (index for index in range(shard.start, shard.stop) if index not in failed)
-        return all((path / f"{index:08}.png").is_file() for index in indices)
+        try:
+            lines = (self.folder / file["checksums"]).read_text(encoding="utf-8").splitlines()
+        except OSError:
+            return False
+        return all((self.folder / line.partition("  ")[2]).is_file() for line in lines)
 
 
 @dataclass(frozen=True)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
@@ -18,12 +18,11 @@ from rtcli.dataset.constraints import (
     distance_kept,
     placed,
 )
-from rtcli.rendering.job import RenderJob, RenderRequest
+from rtcli.dataset.picture import SamplePicture
 from rtcli.rendering.metadata import SOFTWARE
 from rtcli.rendering.pack import camera_frame, pack_scene
-from rtcli.rendering.stream import expose_film
 from rtcli.scene.diagnostics.problems import counted
-from rtcli.scene.model import SHAPES, Camera, ImageSettings, Object, Scene
+from rtcli.scene.model import SHAPES, Camera, Object, Scene
 from rtcli.scene.vectors import dot, negative, unit
 from rtcli.scene.write import yaml_text
 from rtcli.template.bodies import body_of
@@ -31,9 +30,6 @@ from rtcli.template.dataset import Requirement
 from rtcli.template.groups import ObjectGroup
 from rtcli.template.template import Template
 from rtcli.template.values import Context
-
-if TYPE_CHECKING:
-    from rtcli.rendering.film import Film
 
 # Named like a constraint: values that do not fit each other, such as a camera that looks at where it stands.
 _SCENE = "scene"
@@ -55,16 +51,16 @@ class DatasetSample:
         For each object, the name of its group, or its own.
     attempt
         The attempt of its draws, beside those of objects.
-    film
-        Its film, if a constraint needed one.
+    picture
+        Its picture.
     """
 
     index: int
     scene: Scene
     factors: Mapping[str, Any]
     groups: Sequence[str | None]
-    attempt: int = 0
-    film: Film | None = None
+    attempt: int
+    picture: SamplePicture
 
 
 @dataclass
@@ -125,13 +121,12 @@ class SampleError(ValueError):
         self.rejections = rejections
 
 
-def needs_picture(template: Template) -> bool:
-    """Return whether a constraint is decided by what the picture shows."""
-    return any(type(requirement) in PICTURE_CHECKS for requirement in template.dataset.require)
-
-
 def draw_sample(
-    template: Template, index: int, film_of: Callable[[Scene], Film] | None, most_tries: int | None = None
+    template: Template,
+    index: int,
+    passes: tuple[str, ...] = (),
+    threads: int | None = None,
+    most_tries: int | None = None,
 ) -> tuple[DatasetSample, Rejections]:
     """Return the sample of an index, and what was drawn again for it.
 
@@ -141,8 +136,8 @@ def draw_sample(
         The template.
     index
         The index, from 0.
-    film_of
-        Returns the film of a scene, with the pass `object_id` if a constraint needs it; None if none does.
+    passes, threads
+        The passes of its picture, and the threads to trace with; see `SamplePicture`.
     most_tries
         A bound of the tries of an object, and of the sample, beside that of the template.
 
@@ -152,33 +147,35 @@ def draw_sample(
         If none of the tries meets all constraints.
     """
     rejections, tries = Rejections(), min(template.dataset.tries, most_tries or template.dataset.tries)
-    for sample in _candidates(template, index, tries, rejections):
-        film = None if film_of is None else film_of(sample.scene)
-        rejections.draws += needs_picture(template)
-        refused = None if film is None else _refused_by_picture(template, sample, film, rejections.checks)
+    by_picture = [each for each in template.dataset.require if type(each) in PICTURE_CHECKS]
+    for scene, groups, context in _candidates(template, index, tries, rejections):
+        picture = SamplePicture(pack_scene(scene), passes, threads)
+        sample = DatasetSample(index, scene, context.factors, groups, context.attempt, picture)
+        rejections.draws += bool(by_picture)
+        refused = _refused_by_picture(by_picture, sample, rejections.checks)
         if refused is None:
-            return replace(sample, film=film), rejections
+            return sample, rejections
         rejections.add(*refused)
     raise SampleError(rejections, tries)
 
 
 def _refused_by_picture(
-    template: Template, sample: DatasetSample, film: Film, checks: Counter[str]
+    requirements: Sequence[Requirement], sample: DatasetSample, checks: Counter[str]
 ) -> tuple[str, str] | None:
     """Return the constraint that refuses a picture and the object that does not meet it, or None."""
-    for requirement in template.dataset.require:
-        check = PICTURE_CHECKS.get(type(requirement))
-        if check is None:
-            continue
+    for requirement in requirements:
+        check = PICTURE_CHECKS[type(requirement)]
         checks[requirement.kind] += 1
-        for number, (group, row) in enumerate(zip(sample.groups, film.metadata["objects"], strict=True)):
+        for number, (group, row) in enumerate(zip(sample.groups, sample.picture.objects, strict=True)):
             if group == requirement.target and not check(requirement, row):
-                return requirement.kind, row["name"] or f"objects[{number}]"
+                return requirement.kind, sample.scene.objects[number].name or f"objects[{number}]"
     return None
 
 
-def _candidates(template: Template, index: int, tries: int, rejections: Rejections) -> Iterator[DatasetSample]:
-    """Yield samples that meet all constraints on objects, one for each try that succeeds."""
+def _candidates(
+    template: Template, index: int, tries: int, rejections: Rejections
+) -> Iterator[tuple[Scene, list[str | None], Context]]:
+    """Yield scenes that meet all constraints on objects, one for each try that succeeds, and their groups."""
     factors = template.factors_at(index)
     for number in range(tries):
         context = Context(index, factors, number * template.dataset.tries)
@@ -193,7 +190,7 @@ def _candidates(template: Template, index: int, tries: int, rejections: Rejectio
             details = error.errors(include_url=False)[0]
             rejections.add(_SCENE, f"{'.'.join(map(str, details['loc']))} {details['msg']}")
             continue
-        yield DatasetSample(index, scene, factors, [each.group for each in objects], context.attempt)
+        yield scene, [each.group for each in objects], context
 
 
 class _Slot(NamedTuple):
@@ -284,18 +281,6 @@ class _Placement:
         return shape.model_copy(update={"position": position})
 
 
-def ids_of(scene: Scene) -> Film:
-    """Return the film of a scene with the pass `object_id`, and no light: what constraints on pictures need."""
-    settings = scene.render.model_copy(update={"samples": 1, "max_depth": 0})
-    dark = scene.model_copy(update={"render": settings, "image": ImageSettings()})
-    return film_of(dark, ("object_id",))
-
-
-def film_of(scene: Scene, passes: tuple[str, ...], threads: int | None = None) -> Film:
-    """Return the film of a scene."""
-    return expose_film(RenderJob(pack_scene(scene), RenderRequest(passes, threads=threads)))
-
-
 def sample_text(template: Template, index: int) -> str:
     """Return the scene of an index as the text of a scene file.
 
@@ -304,7 +289,7 @@ def sample_text(template: Template, index: int) -> str:
     SampleError
         If no sample of the index meets all constraints.
     """
-    sample, _ = draw_sample(template, index, ids_of if needs_picture(template) else None)
+    sample, _ = draw_sample(template, index)
     name = Path(template.name).name if template.name.isprintable() else "a template"
     origin = f"# Sample {index} of {name}, seed {template.dataset.seed}, {SOFTWARE}\n# sha256:{template.sha256}\n"
     return origin + yaml_text(sample.scene)

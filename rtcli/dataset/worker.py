@@ -12,10 +12,8 @@ from rtcli.dataset.formats import FORMATS
 from rtcli.dataset.forms.form import Piece
 from rtcli.dataset.labels import labels_of
 from rtcli.dataset.plan import Layout, OutputSettings
-from rtcli.dataset.sample import Rejections, SampleError, draw_sample, film_of, needs_picture
+from rtcli.dataset.sample import Rejections, SampleError, draw_sample
 from rtcli.template.template import Template, parse_template
-
-_IDS = "object_id"
 
 
 class Task(NamedTuple):
@@ -82,24 +80,22 @@ def _make_piece(task: Task, layout: Layout) -> PieceResult:
     template, piece = _template(task.raw, task.template), task.piece
     passes = task.settings.passes
     forms = [FORMATS[name](piece, layout, template) for name in task.settings.formats]
-    needs_ids = any(form.has_objects for form in forms) or needs_picture(template)
-    wanted = (*passes, _IDS) if needs_ids and _IDS not in passes else passes
+    with_objects = any(form.has_objects for form in forms)
     failures: list[tuple[int, str]] = []
     total = Rejections()
     with piece.path(layout, ".jsonl").open("wb") as lines:
         for index in range(piece.start, piece.stop):
             try:
-                sample, rejections = draw_sample(template, index, lambda scene: film_of(scene, wanted, threads=1))
+                sample, rejections = draw_sample(template, index, passes, threads=1)
             except SampleError as error:
                 failures.append((index, str(error)))
                 total.update(error.rejections)
                 continue
             total.update(rejections)
-            assert sample.film is not None
-            labels = labels_of(sample, sample.film, piece.shard.split)
+            labels = labels_of(sample, piece.shard.split, with_objects)
             lines.write(json.dumps(labels, separators=(",", ":")).encode() + b"\n")
             for form in forms:
-                form.add(sample.film, labels, passes)
+                form.add(sample.picture, labels, passes)
     for form in forms:
         form.close()
     return PieceResult(piece.stop - piece.start - len(failures), failures, total)

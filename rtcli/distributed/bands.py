@@ -10,7 +10,7 @@ from threading import local
 from typing import TYPE_CHECKING, NamedTuple
 
 from rtcli.tracer.engines import Tracer, default_threads, tracer_of
-from rtcli.tracer.passes import Arrays, new_arrays
+from rtcli.tracer.passes import RADIANCE, Arrays, new_arrays
 from rtcli.tracer.world import MeterReading, Progress, Window, World
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ class BandedTracer:
         self, window: Window, passes: tuple[str, ...] = (), progress: Progress | None = None
     ) -> tuple[Arrays, int]:
         """Return radiance and passes by name, and the number of rays."""
-        arrays = new_arrays(passes, window)
+        arrays = new_arrays((RADIANCE, *passes), window)
         rays = 0
         for band in self.bands(window, passes, progress):
             top = band.window.y - window.y

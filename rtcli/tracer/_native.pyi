@@ -81,7 +81,7 @@ class Tracer:
         /,
     ) -> Tracer: ...
     def film(self, window: Window, arrays: _Arrays, progress: _Progress | None, /) -> int:
-        """Render a window into `radiance` and the passes that are there; return the number of rays.
+        """Render a window into arrays by name; return the number of rays, which is 0 without radiance and alpha.
 
         Their shapes and types are those of `rtcli.tracer.passes.SPECS`.
 
@@ -90,7 +90,7 @@ class Tracer:
         TypeError
             If an array has items of another type, or is not contiguous.
         ValueError
-            If an array has another size or an unknown name, or `radiance` is missing.
+            If an array has another size or an unknown name.
         """
 
     def levels(

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rtcli.tracer._native import METER_GRID, BudgetExceededError, Tracer, WorkBudget
-from rtcli.tracer.passes import new_arrays
+from rtcli.tracer.passes import RADIANCE, new_arrays
 from rtcli.tracer.world import Checkers, Lights, MeterReading, Progress, Shapes, Window, World
 
 if TYPE_CHECKING:
@@ -53,8 +53,14 @@ class NativeTracer:
         self, window: Window, passes: tuple[str, ...] = (), progress: Progress | None = None
     ) -> tuple[Arrays, int]:
         """Return radiance and passes by name, and the number of rays."""
-        arrays = new_arrays(passes, window)
+        arrays = new_arrays((RADIANCE, *passes), window)
         return arrays, self._tracer.film(window, arrays, progress)
+
+    def passes(self, window: Window, names: Iterable[str]) -> Arrays:
+        """Return passes by name, the same as a film's, without the work for radiance."""
+        arrays = new_arrays(names, window)
+        self._tracer.film(window, arrays, None)
+        return arrays
 
     def levels(
         self, window: Window, transform: tuple[float, str, int], budget: WorkBudget | None = None

@@ -88,14 +88,14 @@ LENGTHS = tuple(name for name in PASSES if SPECS[name].quantity == "length")
 
 
 def new_arrays(names: Iterable[str], window: Window) -> Arrays:
-    """Return arrays for the radiance of a window, and for alpha and passes, by name.
+    """Return arrays for the pixels of a window, by name.
 
     They are uninitialized, so that the threads that fill them are the first to touch their memory.
     """
     import numpy as np  # a PNG is rendered without
 
     size = window.height, window.width
-    specs = {name: SPECS[name] for name in (RADIANCE, *names)}
+    specs = {name: SPECS[name] for name in names}
     return {
         name: np.empty(size if len(spec.channels) == 1 else (*size, len(spec.channels)), spec.dtype)
         for name, spec in specs.items()

@@ -1465,7 +1465,7 @@ class Scenery:
         rays : int
             The number of rays traced, primary and shadow rays.
         """
-        arrays = new_arrays(passes, window)
+        arrays = new_arrays((RADIANCE, *passes), window)
 
         def render_tile(tile: Window) -> int:
             pixels = rows_and_columns(tile, window)

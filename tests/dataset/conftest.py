@@ -1,11 +1,9 @@
 """A small template, and its samples."""
 
-import functools
-
 import pytest
 from template_texts import TEXT
 
-from rtcli.dataset.sample import draw_sample, film_of, ids_of
+from rtcli.dataset.sample import draw_sample
 from rtcli.template.template import parse_template
 
 
@@ -22,9 +20,8 @@ def template():
 
 @pytest.fixture(scope="session")
 def samples(template):
-    """Its first samples, with their films."""
-    film = functools.partial(film_of, passes=("object_id",), threads=1)
-    return [draw_sample(template, index, film)[0] for index in range(12)]
+    """Its first samples."""
+    return [draw_sample(template, index, threads=1)[0] for index in range(12)]
 
 
 @pytest.fixture
@@ -32,6 +29,6 @@ def sample_with():
     """Return a function that draws the sample of an index of a template's text."""
 
     def draw(text, index=0):
-        return draw_sample(parsed(text), index, ids_of)
+        return draw_sample(parsed(text), index)
 
     return draw

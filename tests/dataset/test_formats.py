@@ -15,9 +15,10 @@ from template_texts import TEXT
 from rtcli.dataset.formats import FORMATS
 from rtcli.dataset.forms.form import FormError, Piece
 from rtcli.dataset.labels import labels_of
+from rtcli.dataset.picture import SamplePicture
 from rtcli.dataset.plan import Layout, Shard
-from rtcli.dataset.sample import film_of
 from rtcli.image.read import read_layers
+from rtcli.rendering.pack import pack_scene
 from rtcli.template.template import parse_template
 from rtcli.tracer._native import deflate
 
@@ -26,15 +27,16 @@ PASSES = ("depth", "object_id")
 
 
 @pytest.fixture(scope="module")
-def films(samples):
-    """Films of some samples, with their labels."""
-    films = [film_of(sample.scene, PASSES) for sample in samples[:4]]
-    return [(film, labels_of(sample, film, "train")) for film, sample in zip(films, samples, strict=False)]
+def pictures(samples):
+    """Pictures of some samples, with their labels."""
+    return [
+        (SamplePicture(pack_scene(sample.scene), PASSES), labels_of(sample, "train")) for sample in samples[:4]
+    ]
 
 
 @pytest.fixture
-def written(films, tmp_path, template):
-    """Return a function that writes the films in a form, as two pieces, and returns the folder."""
+def written(pictures, tmp_path, template):
+    """Return a function that writes the pictures in a form, as two pieces, and returns the folder."""
 
     def write(name):
         layout = Layout(tmp_path)
@@ -44,17 +46,17 @@ def written(films, tmp_path, template):
         pieces = [Piece(SHARD, 0, 2), Piece(SHARD, 2, 4)]
         for piece in reversed(pieces):
             form = FORMATS[name](piece, layout, template)
-            for film, labels in films[piece.start : piece.stop]:
-                form.add(film, labels, PASSES)
+            for picture, labels in pictures[piece.start : piece.stop]:
+                form.add(picture, labels, PASSES)
             form.close()
         FORMATS[name].finish_shard(layout, SHARD, pieces)
-        FORMATS[name].finish_set(layout, "train", (labels for _, labels in films))
+        FORMATS[name].finish_set(layout, "train", (labels for _, labels in pictures))
         return tmp_path
 
     return write
 
 
-def test_files_stand_in_a_folder_for_each_split(written, films):
+def test_files_stand_in_a_folder_for_each_split(written, pictures):
     folder = written("files") / "train"
     assert sorted(path.name for path in folder.iterdir())[:4] == [
         "00000000.depth.png",
@@ -62,65 +64,67 @@ def test_files_stand_in_a_folder_for_each_split(written, films):
         "00000000.object_id.png",
         "00000000.png",
     ]
-    for index, (film, labels) in enumerate(films):
-        assert (np.asarray(Image.open(folder / f"{index:08}.png")) == film.develop()).all()
+    for index, (picture, labels) in enumerate(pictures):
+        assert (np.asarray(Image.open(folder / f"{index:08}.png")) == picture.levels()).all()
         told = json.loads((folder / f"{index:08}.json").read_text())
         assert told.pop("passes").keys() == set(PASSES)
         assert told == labels
 
 
-def test_depth_can_be_read_back(written, films):
+def test_depth_can_be_read_back(written, pictures):
     folder = written("files") / "train"
     depth = read_layers(folder / "00000001.depth.png").arrays["depth"]
-    assert depth == pytest.approx(films[1][0].depth, rel=1e-3)
+    assert depth == pytest.approx(pictures[1][0].passes["depth"], rel=1e-3)
 
 
-def test_ids_of_files_are_levels(written, films):
+def test_ids_of_files_are_levels(written, pictures):
     folder = written("files") / "train"
-    for index, (film, labels) in enumerate(films):
+    for index, (picture, labels) in enumerate(pictures):
         ids = np.asarray(Image.open(folder / f"{index:08}.object_id.png"))
-        assert (ids == film.object_id).all()
+        assert (ids == picture.passes["object_id"]).all()
         for row in labels["objects"]:
             assert (ids == row["id"]).sum() == row["visible_pixels"]
         told = json.loads((folder / f"{index:08}.json").read_text())["passes"]
         assert told["object_id"] == {"value": "level", "nothing": 0}
 
 
-def test_metadata_names_each_file_and_its_factors(written, films):
+def test_metadata_names_each_file_and_its_factors(written, pictures):
     lines = (written("files") / "train" / "metadata.jsonl").read_text().splitlines()
     assert [json.loads(line) for line in lines] == [
-        {"file_name": f"{index:08}.png", **labels["factors"]} for index, (_, labels) in enumerate(films)
+        {"file_name": f"{index:08}.png", **labels["factors"]} for index, (_, labels) in enumerate(pictures)
     ]
 
 
-def test_metadata_has_json_text_for_a_factor_of_mixed_kinds(films, tmp_path):
-    factors_written("files", tmp_path, films)
+def test_metadata_has_json_text_for_a_factor_of_mixed_kinds(pictures, tmp_path):
+    factors_written("files", tmp_path, pictures)
     [line] = (tmp_path / "train" / "metadata.jsonl").read_text().splitlines()
     told = {"hue": 0.5, "paint": "[0, 0, 1]", "tint": [0.25, 0.5, 1], "words": "two"}
     assert json.loads(line) == {"file_name": "00000000.png", **told}
 
 
-def test_tar_has_the_files_of_each_sample_in_a_row_without_dates(written, films):
+def test_tar_has_the_files_of_each_sample_in_a_row_without_dates(written, pictures):
     with tarfile.open(written("webdataset") / "train-000000.tar") as tar:
         members = tar.getmembers()
         files = {member.name: tar.extractfile(member).read() for member in members}
     names = [f"{index:08}{end}" for index in range(4) for end in (".depth.npy", ".json", ".object_id.png", ".png")]
     assert list(files) == names
     assert {(member.mtime, member.uid, member.uname, member.mode) for member in members} == {(0, 0, "", 0o644)}
-    film, labels = films[2]
+    picture, labels = pictures[2]
     assert json.loads(files["00000002.json"]) == labels
-    assert (np.load(io.BytesIO(files["00000002.depth.npy"])) == film.depth).all()
-    assert (np.asarray(Image.open(io.BytesIO(files["00000002.object_id.png"]))) == film.object_id).all()
-    assert (np.asarray(Image.open(io.BytesIO(files["00000002.png"]))) == film.develop()).all()
+    assert (np.load(io.BytesIO(files["00000002.depth.npy"])) == picture.passes["depth"]).all()
+    assert (
+        np.asarray(Image.open(io.BytesIO(files["00000002.object_id.png"]))) == picture.passes["object_id"]
+    ).all()
+    assert (np.asarray(Image.open(io.BytesIO(files["00000002.png"]))) == picture.levels()).all()
 
 
-def test_coco_has_ids_from_1_and_an_annotation_for_each_visible_object(written, films):
+def test_coco_has_ids_from_1_and_an_annotation_for_each_visible_object(written, pictures):
     folder = written("coco")
     coco = json.loads((folder / "annotations" / "instances_train.json").read_text())
     assert [image["id"] for image in coco["images"]] == [1, 2, 3, 4]
     assert all((folder / image["file_name"]).is_file() for image in coco["images"])
     assert [each["id"] for each in coco["annotations"]] == list(range(1, len(coco["annotations"]) + 1))
-    rows = [row for _, labels in films for row in labels["objects"] if row["visible_pixels"]]
+    rows = [row for _, labels in pictures for row in labels["objects"] if row["visible_pixels"]]
     names = {category["id"]: category["name"] for category in coco["categories"]}
     assert [names[each["category_id"]] for each in coco["annotations"]] == [row["type"] for row in rows]
     assert [each["segmentation"] for each in coco["annotations"]] == [row["mask"] for row in rows]
@@ -130,44 +134,44 @@ def test_coco_has_ids_from_1_and_an_annotation_for_each_visible_object(written, 
 # --- HDF5 ---------------------------------------------------------------------------------------------------
 
 
-def test_hdf5_has_all_pictures_passes_and_factors_in_arrays(written, films):
+def test_hdf5_has_all_pictures_passes_and_factors_in_arrays(written, pictures):
     with h5py.File(written("hdf5") / "train.h5") as file:
         assert file["images"].shape == (4, 32, 48, 3)
         assert file["images"].chunks == (1, 32, 48, 3)
-        for number, (film, labels) in enumerate(films):
-            assert (file["images"][number] == film.develop()).all()
-            assert (file["depth"][number] == film.depth).all()
-            assert (file["object_id"][number] == film.object_id).all()
+        for number, (picture, labels) in enumerate(pictures):
+            assert (file["images"][number] == picture.levels()).all()
+            assert (file["depth"][number] == picture.passes["depth"]).all()
+            assert (file["object_id"][number] == picture.passes["object_id"]).all()
             assert file["labels"][number].tolist() == [labels["factors"]["hue"]]
             assert file["index"][number] == labels["index"]
         assert (file["images"].dtype, file["labels"].dtype) == (np.uint8, np.float64)
         assert file["labels"].attrs["names"].tolist() == ["hue"]
 
 
-def test_hdf5_has_the_samples_of_all_shards_in_order(films, tmp_path, template):
+def test_hdf5_has_the_samples_of_all_shards_in_order(pictures, tmp_path, template):
     layout = Layout(tmp_path)
     layout.parts.mkdir(parents=True)
     for number in (1, 0):
         shard = Shard("train", number, 2 * number, 2 * number + 2, 2)
         form = FORMATS["hdf5"](Piece(shard, shard.start, shard.stop), layout, template)
-        for film, labels in films[shard.start : shard.stop]:
-            form.add(film, labels, ())
+        for picture, labels in pictures[shard.start : shard.stop]:
+            form.add(picture, labels, ())
         form.close()
         FORMATS["hdf5"].finish_shard(layout, shard, [Piece(shard, shard.start, shard.stop)])
     FORMATS["hdf5"].finish_set(layout, "train", ())
     with h5py.File(tmp_path / "train.h5") as file:
         assert file["index"][:].tolist() == [0, 1, 2, 3]
-        assert (file["images"][3] == films[3][0].develop()).all()
+        assert (file["images"][3] == pictures[3][0].levels()).all()
 
 
-def test_hdf5_joins_shards_without_samples(films, tmp_path, template):
+def test_hdf5_joins_shards_without_samples(pictures, tmp_path, template):
     layout = Layout(tmp_path)
     layout.parts.mkdir(parents=True)
-    for number, own in ((0, []), (1, films[:2]), (2, [])):
+    for number, own in ((0, []), (1, pictures[:2]), (2, [])):
         shard = Shard("train", number, 2 * number, 2 * number + 2, 3)
         form = FORMATS["hdf5"](Piece(shard, shard.start, shard.stop), layout, template)
-        for film, labels in own:
-            form.add(film, labels, ())
+        for picture, labels in own:
+            form.add(picture, labels, ())
         form.close()
         FORMATS["hdf5"].finish_shard(layout, shard, [Piece(shard, shard.start, shard.stop)])
     FORMATS["hdf5"].finish_set(layout, "train", ())
@@ -176,12 +180,12 @@ def test_hdf5_joins_shards_without_samples(films, tmp_path, template):
         assert file["labels"].shape == (2, 1)
 
 
-def test_hdf5_has_no_columns_without_factors(films, tmp_path):
+def test_hdf5_has_no_columns_without_factors(pictures, tmp_path):
     text = "dataset: {seed: 1, count: 9}\ncamera: {resolution: [48, 32], fov: 40}\n"
     layout, piece = Layout(tmp_path), Piece(SHARD, 0, 1)
     layout.parts.mkdir(parents=True)
     form = FORMATS["hdf5"](piece, layout, parse_template(text.encode(), "t.yaml"))
-    form.add(*films[0], ())
+    form.add(*pictures[0], ())
     form.close()
     FORMATS["hdf5"].finish_shard(layout, SHARD, [piece])
     with h5py.File(layout.records / "train-000000.h5") as file:
@@ -196,22 +200,22 @@ FACTORS = """factors:
     words: {choice: [one, two]}"""
 
 
-def factors_written(name, tmp_path, films):
+def factors_written(name, tmp_path, pictures):
     """Write a sample with factors of several kinds in a form."""
     template = parse_template(TEXT.replace("factors: {hue: {linspace: [0, 0.9, 10]}}", FACTORS).encode(), "t.yaml")
     layout, piece = Layout(tmp_path), Piece(SHARD, 0, 1)
     layout.parts.mkdir(parents=True)
     form = FORMATS[name](piece, layout, template)
-    film, labels = films[0]
+    picture, labels = pictures[0]
     values = {"hue": 0.5, "paint": [0, 0, 1], "tint": [0.25, 0.5, 1.0], "words": "two"}
-    form.add(film, {**labels, "factors": values}, ())
+    form.add(picture, {**labels, "factors": values}, ())
     form.close()
     FORMATS[name].finish_shard(layout, SHARD, [piece])
     FORMATS[name].finish_set(layout, "train", ())
 
 
-def test_hdf5_has_a_column_for_each_number_of_a_factor_and_counts_other_values(films, tmp_path):
-    factors_written("hdf5", tmp_path, films)
+def test_hdf5_has_a_column_for_each_number_of_a_factor_and_counts_other_values(pictures, tmp_path):
+    factors_written("hdf5", tmp_path, pictures)
     with h5py.File(tmp_path / "train.h5") as file:
         attributes = file["labels"].attrs
         assert attributes["names"].tolist() == ["hue", "paint", "tint[0]", "tint[1]", "tint[2]", "words"]
@@ -239,31 +243,33 @@ def test_arrays_are_compressed_as_zlib_does():
 # --- Parquet ------------------------------------------------------------------------------------------------
 
 
-def test_parquet_has_a_row_for_each_sample(written, films):
+def test_parquet_has_a_row_for_each_sample(written, pictures):
     [row, *_] = rows = pyarrow.parquet.read_table(
         written("parquet") / "data" / "train-00000-of-00001.parquet"
     ).to_pylist()
     assert list(row) == ["image", "index", "hue", *PASSES, "camera", "objects"]
-    for each, (film, labels) in zip(rows, films, strict=True):
+    for each, (picture, labels) in zip(rows, pictures, strict=True):
         assert (each["index"], each["hue"]) == (labels["index"], labels["factors"]["hue"])
         assert each["image"]["path"] == f"{labels['index']:08}.png"
-        assert (np.asarray(Image.open(io.BytesIO(each["image"]["bytes"]))) == film.develop()).all()
-        assert (np.load(io.BytesIO(each["depth"]["bytes"])) == film.depth).all()
-        assert (np.asarray(Image.open(io.BytesIO(each["object_id"]["bytes"]))) == film.object_id).all()
+        assert (np.asarray(Image.open(io.BytesIO(each["image"]["bytes"]))) == picture.levels()).all()
+        assert (np.load(io.BytesIO(each["depth"]["bytes"])) == picture.passes["depth"]).all()
+        assert (
+            np.asarray(Image.open(io.BytesIO(each["object_id"]["bytes"]))) == picture.passes["object_id"]
+        ).all()
         assert {key: each["camera"][key] for key in labels["camera"]} == labels["camera"]
         for found, told in zip(each["objects"], labels["objects"], strict=True):
             shape = json.loads(found.pop("shape"))
             assert {**found, **shape} == told
 
 
-def test_parquet_has_groups_of_at_most_100_rows(films, tmp_path, template):
+def test_parquet_has_groups_of_at_most_100_rows(pictures, tmp_path, template):
     layout, shard = Layout(tmp_path), Shard("train", 4, 0, 150, 12)
     layout.parts.mkdir(parents=True)
     pieces = [Piece(shard, start, start + 50) for start in (0, 50, 100)]
     for piece in pieces:
         form = FORMATS["parquet"](piece, layout, template)
         for _ in range(50):
-            form.add(*films[0], ())
+            form.add(*pictures[0], ())
         form.close()
     FORMATS["parquet"].finish_shard(layout, shard, pieces)
     metadata = pyarrow.parquet.read_metadata(tmp_path / "data" / "train-00004-of-00012.parquet")
@@ -271,14 +277,14 @@ def test_parquet_has_groups_of_at_most_100_rows(films, tmp_path, template):
 
 
 def parquet_written(folder, template, rows, size):
-    """Write rows, each a film and its labels, in pieces of a size, and return the file."""
+    """Write rows, each a picture and its labels, in pieces of a size, and return the file."""
     layout, shard = Layout(folder), Shard("train", 0, 0, len(rows))
     layout.parts.mkdir(parents=True)
     pieces = [Piece(shard, start, min(len(rows), start + size)) for start in range(0, len(rows), size)]
     for piece in pieces:
         form = FORMATS["parquet"](piece, layout, template)
-        for film, labels in rows[piece.start : piece.stop]:
-            form.add(film, labels, PASSES)
+        for picture, labels in rows[piece.start : piece.stop]:
+            form.add(picture, labels, PASSES)
         form.close()
     record = FORMATS["parquet"].finish_shard(layout, shard, pieces)
     path = folder / record["path"]
@@ -286,9 +292,9 @@ def parquet_written(folder, template, rows, size):
     return path
 
 
-def test_parquet_ends_a_group_of_large_rows_early(films, tmp_path, template, monkeypatch):
+def test_parquet_ends_a_group_of_large_rows_early(pictures, tmp_path, template, monkeypatch):
     monkeypatch.setattr("rtcli.dataset.forms.parquet._GROUP_BYTES", 30_000)
-    path = parquet_written(tmp_path, template, 5 * films, 7)
+    path = parquet_written(tmp_path, template, 5 * pictures, 7)
     metadata = pyarrow.parquet.read_metadata(path)
     sizes = [metadata.row_group(number).total_byte_size for number in range(metadata.num_row_groups)]
     assert len(sizes) > 5
@@ -296,33 +302,33 @@ def test_parquet_ends_a_group_of_large_rows_early(films, tmp_path, template, mon
     assert [row["index"] for row in pyarrow.parquet.read_table(path).to_pylist()] == 5 * [0, 1, 2, 3]
 
 
-def test_parquet_is_the_same_bytes_for_pieces_of_any_size(films, tmp_path, template, monkeypatch):
+def test_parquet_is_the_same_bytes_for_pieces_of_any_size(pictures, tmp_path, template, monkeypatch):
     monkeypatch.setattr("rtcli.dataset.forms.parquet._GROUP_BYTES", 100_000)
     one, *others = [
-        parquet_written(tmp_path / str(size), template, 5 * films, size).read_bytes() for size in (1, 7, 20)
+        parquet_written(tmp_path / str(size), template, 5 * pictures, size).read_bytes() for size in (1, 7, 20)
     ]
     assert others == [one, one]
 
 
-def test_parquet_keeps_no_rows_in_memory(films, tmp_path, template):
+def test_parquet_keeps_no_rows_in_memory(pictures, tmp_path, template):
     layout, piece = Layout(tmp_path), Piece(SHARD, 0, 50)
     layout.parts.mkdir(parents=True)
     form = FORMATS["parquet"](piece, layout, template)
     for _ in range(10):
-        form.add(*films[0], PASSES)
+        form.add(*pictures[0], PASSES)
     written = sum(path.stat().st_size for path in layout.parts.iterdir())
     form.close()
     assert written > 50_000
 
 
-def test_parquet_joins_pieces_without_samples(films, tmp_path, template):
+def test_parquet_joins_pieces_without_samples(pictures, tmp_path, template):
     layout = Layout(tmp_path)
     layout.parts.mkdir(parents=True)
     pieces = [Piece(SHARD, start, start + 1) for start in range(3)]
     for piece in pieces:
         form = FORMATS["parquet"](piece, layout, template)
         if piece.start == 1:
-            form.add(*films[1], PASSES)
+            form.add(*pictures[1], PASSES)
         form.close()
     FORMATS["parquet"].finish_shard(layout, SHARD, pieces)
     [row] = pyarrow.parquet.read_table(tmp_path / "data" / "train-00000-of-00001.parquet").to_pylist()
@@ -331,8 +337,8 @@ def test_parquet_joins_pieces_without_samples(films, tmp_path, template):
     assert len(pyarrow.parquet.read_table(tmp_path / "data" / "train-00000-of-00001.parquet")) == 0
 
 
-def test_parquet_has_lists_of_numbers_and_texts(films, tmp_path):
-    factors_written("parquet", tmp_path, films)
+def test_parquet_has_lists_of_numbers_and_texts(pictures, tmp_path):
+    factors_written("parquet", tmp_path, pictures)
     [row] = pyarrow.parquet.read_table(tmp_path / "data" / "train-00000-of-00001.parquet").to_pylist()
     told = {"hue": 0.5, "paint": "[0, 0, 1]", "tint": [0.25, 0.5, 1], "words": "two"}
     assert {name: row[name] for name in told} == told
@@ -351,8 +357,8 @@ def scenes(written):
     return told["scenes"]
 
 
-def test_clevr_has_all_objects_but_the_ground_with_z_up(scenes, films):
-    for scene, (_, labels) in zip(scenes, films, strict=True):
+def test_clevr_has_all_objects_but_the_ground_with_z_up(scenes, pictures):
+    for scene, (_, labels) in zip(scenes, pictures, strict=True):
         assert (scene["image_index"], scene["split"]) == (labels["index"], "train")
         rows = [row for row in labels["objects"] if row["type"] != "plane"]
         assert [each["shape"] for each in scene["objects"]] == [
@@ -367,16 +373,16 @@ def test_clevr_has_all_objects_but_the_ground_with_z_up(scenes, films):
             )
 
 
-def test_clevr_has_the_pixel_of_each_object_and_its_depth(scenes, films):
+def test_clevr_has_the_pixel_of_each_object_and_its_depth(scenes, pictures):
     """A sphere that nothing hides is seen around that pixel, closer by its radius."""
     tried = 0
-    for scene, (film, labels) in zip(scenes, films, strict=True):
+    for scene, (picture, labels) in zip(scenes, pictures, strict=True):
         rows = [row for row in labels["objects"] if row["type"] != "plane"]
         for each, row in zip(scene["objects"], rows, strict=True):
             if row["visible_fraction"] == 1 and row["type"] == "sphere":
                 column, line, depth = each["pixel_coords"]
-                assert film.object_id[line, column] == row["id"]
-                assert film.depth[line, column] == pytest.approx(depth - row["radius"], abs=0.1)
+                assert picture.passes["object_id"][line, column] == row["id"]
+                assert picture.passes["depth"][line, column] == pytest.approx(depth - row["radius"], abs=0.1)
                 tried += 1
     assert tried
 

@@ -5,7 +5,8 @@ import pytest
 
 import rtcli
 from rtcli.dataset.labels import labels_of
-from rtcli.dataset.sample import film_of
+from rtcli.dataset.picture import SamplePicture
+from rtcli.rendering.pack import pack_scene
 
 
 def decoded(rle):
@@ -31,20 +32,20 @@ def decoded(rle):
 
 @pytest.fixture(scope="session")
 def labels(samples):
-    """The labels of the samples, each with its film."""
-    return [(labels_of(sample, sample.film, "train"), sample.film) for sample in samples]
+    """The labels of the samples, each with its ids."""
+    return [(labels_of(sample, "train"), sample.picture.passes["object_id"]) for sample in samples]
 
 
 def test_masks_are_the_ids(labels):
-    for each, film in labels:
+    for each, object_id in labels:
         for row in each["objects"]:
-            assert (decoded(row["mask"]) == (film.object_id == row["id"])).all()
+            assert (decoded(row["mask"]) == (object_id == row["id"])).all()
 
 
 def test_masks_are_disjoint_and_together_the_pixels_of_all_objects(labels):
-    for each, film in labels:
+    for each, object_id in labels:
         covered = sum(decoded(row["mask"]).astype(int) for row in each["objects"])
-        assert (covered == (film.object_id > 0)).all()
+        assert (covered == (object_id > 0)).all()
 
 
 def test_amodal_mask_holds_the_modal_one_and_the_share_that_is_hidden(labels):
@@ -71,14 +72,14 @@ def test_object_out_of_view_has_no_amodal_mask(samples):
     data = samples[0].scene.model_dump(exclude_unset=True)
     behind = {"type": "sphere", "position": [70, 55, 70], "radius": 1, "color": "red"}
     scene = rtcli.Scene.model_validate({**data, "objects": [*data["objects"], behind]})
-    sample = replace(samples[0], scene=scene, groups=[*samples[0].groups, None])
-    row = labels_of(sample, film_of(scene, ("object_id",)), "train")["objects"][-1]
+    groups, picture = [*samples[0].groups, None], SamplePicture(pack_scene(scene))
+    sample = replace(samples[0], scene=scene, groups=groups, picture=picture)
+    row = labels_of(sample, "train")["objects"][-1]
     assert (row["amodal_mask"], row["amodal_bbox"], row["bbox"], row["visible_pixels"]) == (None, None, None, 0)
 
 
-def test_film_without_ids_gives_no_labels_of_objects(samples):
-    film = film_of(samples[0].scene, ())
-    assert labels_of(samples[0], film, "train")["objects"] == []
+def test_objects_have_no_labels_if_no_form_holds_them(samples):
+    assert labels_of(samples[0], "train", with_objects=False)["objects"] == []
 
 
 def test_boxes_are_those_of_the_masks(labels):
@@ -115,7 +116,7 @@ def test_extent_is_the_size_along_the_axes_of_the_world(labels):
 
 
 def test_labels_have_factors_and_camera(labels, samples):
-    for (each, film), sample in zip(labels, samples, strict=True):
+    for (each, _), sample in zip(labels, samples, strict=True):
         assert each["factors"] == sample.factors
-        assert each["camera"] == film.metadata["camera"]
+        assert each["camera"] == rtcli.render(sample.scene).metadata["camera"]
         assert each["index"] == sample.index

@@ -7,14 +7,14 @@ from rtcli.dataset.card import thumbnails_of
 from rtcli.dataset.labels import labels_of
 from rtcli.dataset.plan import Layout
 from rtcli.dataset.report import _values, write_report
-from rtcli.dataset.sample import draw_sample, ids_of
+from rtcli.dataset.sample import draw_sample
 from rtcli.template.template import parse_template
 
 
 def values(template, index):
     """Return the values of a sample in the report, by section and path."""
-    sample, _ = draw_sample(template, index, ids_of)
-    labels = json.loads(json.dumps(labels_of(sample, sample.film, "train")))
+    sample, _ = draw_sample(template, index)
+    labels = json.loads(json.dumps(labels_of(sample, "train")))
     found = {}
     for section, path, value in _values(template, labels):
         found.setdefault((section, path), []).append(value)
@@ -44,8 +44,8 @@ def test_report_shows_values_that_differ(template, tmp_path):
     layout.parts.mkdir(parents=True)
     with layout.labels("train-000000").open("w") as file:
         for index in range(3):
-            sample, _ = draw_sample(template, index, ids_of)
-            file.write(json.dumps(labels_of(sample, sample.film, "train")) + "\n")
+            sample, _ = draw_sample(template, index)
+            file.write(json.dumps(labels_of(sample, "train")) + "\n")
     summary = {
         "software": "rtcli",
         "seed": 3,

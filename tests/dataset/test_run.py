@@ -1,7 +1,10 @@
 import hashlib
 import json
+import os
 import random
 import shutil
+import subprocess
+import sys
 from concurrent.futures import Future, ThreadPoolExecutor
 from itertools import zip_longest
 
@@ -352,3 +355,32 @@ def test_worker_can_do_a_piece_twice(small, tmp_path):
     run.layout.parts.mkdir()
     task = Task("t.yaml", small.raw, run.layout, Piece(shard, 0, 5), run.settings)
     assert make_piece(task) == make_piece(task)
+
+
+PEAK = """
+import resource, sys
+from memory import peak_mib
+from rtcli.cli import main
+
+try:
+    count, form = sys.argv[1:]
+    main(["dataset", "t.yaml", "-o", count, "--count", count, "--to", form, "--jobs", "2", "--quiet"])
+finally:
+    print(peak_mib(), resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024)
+"""
+
+
+@pytest.mark.integration
+@pytest.mark.skipif(sys.platform != "linux", reason="Linux only: peak memory of workers")
+@pytest.mark.parametrize("form", FORMS)
+def test_memory_does_not_grow_with_the_number_of_samples(small, tmp_path, form):
+    (tmp_path / "t.yaml").write_bytes(small.raw.replace(b"count: 150", b"count: 10000"))
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+
+    def peaks(count):
+        command = [sys.executable, "-c", PEAK, str(count), form]
+        done = subprocess.run(command, stdout=subprocess.PIPE, text=True, env=env, cwd=tmp_path, check=False)
+        return [float(mib) for mib in done.stdout.split()]
+
+    for few, many in zip(peaks(1_000), peaks(5_000), strict=True):
+        assert many - few < 8

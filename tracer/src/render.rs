@@ -150,6 +150,8 @@ impl Tracer {
     fn film_of(&self, job: TileJob<'_>, window: Window, mut film: Film<'_>) -> Result<u64, Stopped> {
         let request = film.request(&self.scene);
         let with_alpha = film.records_alpha();
+        let centres_only = Settings { samples: 0, ..job.settings.clone() };
+        let job = if film.records_samples() { job } else { TileJob { settings: &centres_only, ..job } };
         let new_tracer = || TileTracer::new(request, with_alpha);
         let with_film = |band: Window| (band, film.split_off(band.pixels()));
         let bands = collect(bands_of(window).map(with_film), BANDS)?;

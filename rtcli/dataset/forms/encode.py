@@ -7,16 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from rtcli.rendering.film import Film
 from rtcli.tracer._native import encode_png
-from rtcli.tracer.passes import RADIANCE
-
-
-def picture_file(film: Film) -> bytes:
-    """Return the picture as a PNG."""
-    file = io.BytesIO()
-    film.write({RADIANCE: ("sample.png", file)})
-    return file.getvalue()
 
 
 def array_file(values: Any) -> tuple[str, bytes]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import io
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -20,10 +19,10 @@ from rtcli.dataset.forms.form import (
     sha256_of,
     write_checksums,
 )
+from rtcli.dataset.picture import SamplePicture
 from rtcli.dataset.plan import Layout, Shard
-from rtcli.rendering.film import Film
 from rtcli.template.template import Template
-from rtcli.tracer.passes import RADIANCE, SPECS
+from rtcli.tracer.passes import SPECS
 
 # The end of the name of a list of files with their factors, of a piece or a shard.
 _METADATA = ".metadata.jsonl"
@@ -40,23 +39,23 @@ class Files(Form):
         self._sums = piece.path(layout, ".sums").open("w", encoding="utf-8", newline="\n")
         self._metadata = piece.path(layout, _METADATA).open("wb")
 
-    def add(self, film: Film, labels: Mapping[str, Any], passes: Sequence[str]) -> None:
+    def add(self, picture: SamplePicture, labels: Mapping[str, Any], passes: Sequence[str]) -> None:
         """Write the files of a sample."""
-        # The colors that a film gives to ids are in its metadata, which a data set has not.
-        ids = [name for name in passes if SPECS[name].quantity == "id"]
-        parts = {name: io.BytesIO() for name in (RADIANCE, *passes) if name not in ids}
-        decode = film.write({name: ("sample.png", file) for name, file in parts.items()})
-        files = {".png" if name == RADIANCE else f".{name}.png": file.getvalue() for name, file in parts.items()}
-        for name in ids:
-            suffix, data = array_file(film[name])
-            files[f".{name}{suffix}"], decode[name] = data, {"value": "level", "nothing": 0}
+        files, decode = {".png": picture.png()}, dict[str, Any]()
+        for name in passes:
+            # The colors that a film gives to ids are in its metadata, which a data set has not.
+            if SPECS[name].quantity == "id":
+                suffix, data = array_file(picture.passes[name])
+                files[f".{name}{suffix}"], decode[name] = data, {"value": "level", "nothing": 0}
+            else:
+                files[f".{name}.png"], decode[name] = picture.pass_png(name)
         for suffix, data in {**files, ".json": as_json({**labels, "passes": decode})}.items():
             name = key_of(labels["index"]) + suffix
             (self._folder / name).write_bytes(data)
             self._sums.write(f"{hashlib.sha256(data).hexdigest()}  {self._piece.shard.split}/{name}\n")
         factors = {name: column_value(draw, labels["factors"][name]) for name, draw in self._factors.items()}
-        picture = {"file_name": f"{key_of(labels['index'])}.png"}
-        self._metadata.write(as_json({**picture, **factors, **picture}))  # even if a factor has that name
+        first = {"file_name": f"{key_of(labels['index'])}.png"}
+        self._metadata.write(as_json({**first, **factors, **first}))  # even if a factor has that name
 
     def close(self) -> None:
         """Finish the lists."""

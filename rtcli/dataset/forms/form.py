@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any, BinaryIO, ClassVar, NamedTuple
 
 from rtcli.atomic import atomic_write
+from rtcli.dataset.picture import SamplePicture
 from rtcli.dataset.plan import Layout, Shard
 from rtcli.extras import require_extra
-from rtcli.rendering.film import Film
 from rtcli.template.template import Template
 from rtcli.template.values import Drawn
 
@@ -57,8 +57,8 @@ class Form:
         self._piece = piece
         self._layout = layout
 
-    def add(self, film: Film, labels: Mapping[str, Any], passes: Sequence[str]) -> None:
-        """Add a sample to the piece: its film, its labels, and the passes to write."""
+    def add(self, picture: SamplePicture, labels: Mapping[str, Any], passes: Sequence[str]) -> None:
+        """Add a sample to the piece: its picture, its labels, and the passes to write."""
 
     def close(self) -> None:
         """Finish the piece."""

@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rtcli.dataset.forms.form import Form, FormError, Piece, checksums_of, write_checksums
+from rtcli.dataset.picture import SamplePicture
 from rtcli.dataset.plan import Layout, Shard
 from rtcli.extras import EXTRAS, require_extra
-from rtcli.rendering.film import Film
 from rtcli.rendering.metadata import SOFTWARE
 from rtcli.template.template import Template
 from rtcli.template.values import Drawn
@@ -51,11 +51,11 @@ class Hdf5(Form):
         if len(shapes) > 1:
             raise FormError("HDF5 holds pictures of one size only, and this template draws it: use another form")
 
-    def add(self, film: Film, labels: Mapping[str, Any], passes: Sequence[str]) -> None:
+    def add(self, picture: SamplePicture, labels: Mapping[str, Any], passes: Sequence[str]) -> None:
         """Keep the arrays of a sample, compressed."""
         self._indices.append(labels["index"])
         self._labels.append([column.number(labels["factors"]) for column in self._columns])
-        for name, array in {_IMAGES: film.develop(), **{name: film[name] for name in passes}}.items():
+        for name, array in {_IMAGES: picture.levels(), **{name: picture.passes[name] for name in passes}}.items():
             self._kinds[name] = array.shape, array.dtype
             self._chunks.setdefault(name, []).append(deflate(array.tobytes()))
 

@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from rtcli.atomic import atomic_write
-from rtcli.dataset.forms.encode import array_file, picture_file
+from rtcli.dataset.forms.encode import array_file
 from rtcli.dataset.forms.form import Form, Piece, column_value, is_plain, key_of, sha256_of
+from rtcli.dataset.picture import SamplePicture
 from rtcli.dataset.plan import Layout, Shard
 from rtcli.extras import EXTRAS, require_extra
-from rtcli.rendering.film import Film
 from rtcli.template.template import Template
 from rtcli.template.values import Drawn
 from rtcli.tracer.passes import PASSES
@@ -38,12 +38,12 @@ class Parquet(Form):
         self._file = piece.path(layout, ".arrow").open("wb")
         self._stream: Any = None
 
-    def add(self, film: Film, labels: Mapping[str, Any], passes: Sequence[str]) -> None:
+    def add(self, picture: SamplePicture, labels: Mapping[str, Any], passes: Sequence[str]) -> None:
         """Add a row."""
         key, row = key_of(labels["index"]), dict[str, Any]()
-        row[_IMAGE] = {"bytes": picture_file(film), "path": f"{key}.png"}
+        row[_IMAGE] = {"bytes": picture.png(), "path": f"{key}.png"}
         for name in passes:
-            suffix, data = array_file(film[name])
+            suffix, data = array_file(picture.passes[name])
             row[name] = {"bytes": data, "path": f"{key}.{name}{suffix}"}
         for column, (name, draw) in self._factors.items():
             row[column] = column_value(draw, labels["factors"][name])

@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from typing import IO, Any
 
 from rtcli.atomic import atomic_write
-from rtcli.dataset.forms.encode import array_file, picture_file
+from rtcli.dataset.forms.encode import array_file
 from rtcli.dataset.forms.form import Form, Piece, as_json, chunks_of, key_of
+from rtcli.dataset.picture import SamplePicture
 from rtcli.dataset.plan import Layout, Shard
-from rtcli.rendering.film import Film
 from rtcli.template.template import Template
 
 _BLOCK = 512
@@ -23,11 +23,11 @@ class WebDataset(Form):
         super().__init__(piece, layout, template)
         self._file = piece.path(layout, ".tar").open("wb")
 
-    def add(self, film: Film, labels: Mapping[str, Any], passes: Sequence[str]) -> None:
+    def add(self, picture: SamplePicture, labels: Mapping[str, Any], passes: Sequence[str]) -> None:
         """Add the files of a sample."""
-        files = {".json": as_json(labels), ".png": picture_file(film)}
+        files = {".json": as_json(labels), ".png": picture.png()}
         for name in passes:
-            suffix, data = array_file(film[name])
+            suffix, data = array_file(picture.passes[name])
             files[f".{name}{suffix}"] = data
         for suffix in sorted(files):
             _add_member(self._file, key_of(labels["index"]) + suffix, files[suffix])

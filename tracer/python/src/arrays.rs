@@ -44,8 +44,8 @@ impl<'py> PyFilm<'py> {
     ///
     /// # Errors
     ///
-    /// `ValueError` if there is no radiance, or an array has not the items that the window needs; `TypeError` if
-    /// they do not follow each other.
+    /// `ValueError` if an array has not the items that the window needs; `TypeError` if they do not follow each
+    /// other.
     pub fn film(&mut self, window: Window) -> PyResult<Film<'_>> {
         let mut film = Film::default();
         for (pass, array) in &mut self.arrays {

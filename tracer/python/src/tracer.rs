@@ -118,7 +118,7 @@ impl Tracer {
         })
     }
 
-    /// Render a window into arrays, one of them `radiance`; return the number of rays.
+    /// Render a window into arrays; return the number of rays of their samples, none without radiance or alpha.
     #[pyo3(signature = (window, arrays, progress, /))]
     fn film<'py>(
         &self,

@@ -161,14 +161,18 @@ impl<'a> Film<'a> {
         self.values[Pass::Alpha as usize].is_some()
     }
 
-    /// Whether radiance is recorded, and each array has the type and the length that the pixels of a window need.
+    /// Whether anything is recorded of the pixels' samples, and not only of their centres.
+    pub(crate) fn records_samples(&self) -> bool {
+        self.values[Pass::Radiance as usize].is_some() || self.records_alpha()
+    }
+
+    /// Whether each array has the type and the length that the pixels of a window need.
     pub fn holds(&self, window: Window) -> bool {
-        let fits = |spec: &PassSpec| match &self.values[spec.pass as usize] {
-            None => spec.pass != Pass::Radiance,
-            Some(values) => {
+        let fits = |spec: &PassSpec| {
+            self.values[spec.pass as usize].as_ref().is_none_or(|values| {
                 values.len() == spec.channels * window.pixels()
                     && matches!(values, Values::Integers(_)) == (spec.value_type == ValueType::Integer)
-            }
+            })
         };
         PASSES.iter().all(fits)
     }

@@ -115,6 +115,21 @@ proptest! {
     }
 
     #[test]
+    fn passes_do_not_need_radiance(world in any_world()) {
+        let (window, tracer) = (whole(&world), best(&world));
+        let (mut depth, mut normal) = (vec![-1.0; window.pixels()], vec![-1.0; 3 * window.pixels()]);
+        let film = Film::default()
+            .with(Pass::Depth, Values::Floats(&mut depth))
+            .with(Pass::Normal, Values::Floats(&mut normal));
+        let rays = tracer.film(window, film, &Monitor::default()).unwrap();
+        let whole = filmed(&tracer, window);
+        let bits = |values: &[f32]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+        prop_assert_eq!(bits(&depth), bits(&whole.depth));
+        prop_assert_eq!(bits(&normal), bits(&whole.normal));
+        prop_assert_eq!(rays, 0);
+    }
+
+    #[test]
     fn a_crop_is_that_part_of_the_whole(
         world in any_world(), x in 0.0..1.0_f64, y in 0.0..1.0_f64, width in 0.0..1.0_f64, height in 0.0..1.0_f64
     ) {

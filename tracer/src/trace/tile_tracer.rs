@@ -108,9 +108,10 @@ impl TileTracer {
         if let Some(counts) = &mut self.hit_counts {
             **counts = [0; LANES];
         }
-        // A single sample goes through the centre: its hits are the ground truth. Several are followed by one for that.
+        // A single sample goes through the centre: its hits are the ground truth. Several, or none, are followed by one
+        // for that.
         let samples = self.offsets.len();
-        for sample in 0..samples + usize::from(self.with_passes && samples > 1) {
+        for sample in 0..samples + usize::from(self.with_passes && samples != 1) {
             if cancelled() {
                 return;
             }
