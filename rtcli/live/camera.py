@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from rtcli.live.details import Details, lines_of
-from rtcli.live.view import Pose, RequestError
+from rtcli.live.view import CameraPose, RequestError
 from rtcli.rendering.pack import PackedScene
 from rtcli.scene.diagnostics.problems import SceneError
 from rtcli.scene.reading.parse import parse_bytes
@@ -39,7 +39,7 @@ def camera_of(scene: PackedScene, details: Details | None) -> dict[str, Any]:
     }
 
 
-def with_pose(raw: bytes, name: str, pose: Pose) -> bytes:
+def with_pose(raw: bytes, name: str, pose: CameraPose) -> bytes:
     """Return a scene file with another pose of its camera. Only the numbers that differ are replaced.
 
     Parameters

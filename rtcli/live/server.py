@@ -20,7 +20,7 @@ from rtcli.live.editor import editor_command, open_editor
 from rtcli.live.security import HEADERS, JSON_TYPE, LOOPBACK, Guard
 from rtcli.live.session import ConflictError, Session, Superseded
 from rtcli.live.story import story_of
-from rtcli.live.view import Pose, RequestError, View
+from rtcli.live.view import CameraPose, RequestError, ViewRequest
 from rtcli.tracer.passes import PASSES, RADIANCE, SPECS
 
 DEFAULT_PORT = 8765
@@ -301,7 +301,7 @@ def _state(session: Session, query: Mapping[str, str]) -> Answer:
 
 def _picture(session: Session, query: Mapping[str, str]) -> Answer:
     good = session.good(query.get("version", "current"))
-    return Answer(session.picture(good, View.of_query(query)), "image/png")
+    return Answer(session.picture(good, ViewRequest.of_query(query)), "image/png")
 
 
 def _pass(session: Session, query: Mapping[str, str]) -> Answer:
@@ -309,7 +309,7 @@ def _pass(session: Session, query: Mapping[str, str]) -> Answer:
     if name not in (RADIANCE, *PASSES):
         raise RequestError(f"name must be one of {', '.join((RADIANCE, *PASSES))}")
     good = session.good(query.get("version", "current"))
-    array = session.rendering(good, View.of_query(query)).array(name)
+    array = session.rendering(good, ViewRequest.of_query(query)).array(name)
     height, width = array.shape[:2]
     size = {"X-Width": str(width), "X-Height": str(height), "X-Channels": str(len(SPECS[name].channels))}
     return Answer(array.astype(array.dtype.newbyteorder("<")).tobytes(), "application/octet-stream", size)
@@ -318,7 +318,7 @@ def _pass(session: Session, query: Mapping[str, str]) -> Answer:
 def _pixel(session: Session, query: Mapping[str, str]) -> Answer:
     x, y, sample = (_whole(query, key, default) for key, default in (("x", None), ("y", None), ("sample", 1)))
     good = session.good(query.get("version", "current"))
-    return json_answer(story_of(session, good, View.of_query(query), (x, y), sample))
+    return json_answer(story_of(session, good, ViewRequest.of_query(query), (x, y), sample))
 
 
 def _whole(query: Mapping[str, str], key: str, default: int | None) -> int:
@@ -331,8 +331,8 @@ def _whole(query: Mapping[str, str], key: str, default: int | None) -> int:
 def _write_camera(session: Session, data: Mapping[str, Any]) -> Answer:
     if not session.writes:
         return error_answer(HTTPStatus.FORBIDDEN, "start rtcli live with --write to let the page change the file")
-    vectors = {key: data.get(key) for key in Pose._fields}
-    pose = View.of_query({key: ",".join(map(str, v)) for key, v in vectors.items() if isinstance(v, list)}).pose
+    vectors = {key: data.get(key) for key in CameraPose._fields}
+    pose = ViewRequest.of_query({key: ",".join(map(str, v)) for key, v in vectors.items() if isinstance(v, list)}).pose
     if pose is None:
         raise RequestError("position, look_at and up must be lists of three numbers")
     session.write_pose(pose, str(data.get("version", "")))

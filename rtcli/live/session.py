@@ -19,7 +19,7 @@ from rtcli.atomic import atomic_write
 from rtcli.live.camera import camera_of, with_pose
 from rtcli.live.details import Details, changed_objects, lights_of, objects_of, problems_text
 from rtcli.live.rendering import Rendering, render, small_picture
-from rtcli.live.view import MAX_RAYS, Pose, RequestError, View
+from rtcli.live.view import MAX_RAYS, CameraPose, RequestError, ViewRequest
 from rtcli.live.watch import GRACE, SETTLED, FileWatcher, Version
 from rtcli.rendering.load import load
 from rtcli.rendering.pack import PackedScene
@@ -93,7 +93,7 @@ class Good:
     milliseconds: float
     details: Future[Details]
     before: PackedScene | None = None
-    views: dict[View, Rendering] = field(default_factory=dict)
+    views: dict[ViewRequest, Rendering] = field(default_factory=dict)
 
     @property
     def known_details(self) -> Details | None:
@@ -263,7 +263,7 @@ class Session:
                 return good
         raise RequestError("there is no picture yet" if state.good is None else f"version {which} is not kept")
 
-    def rendering(self, good: Good, view: View) -> Rendering:
+    def rendering(self, good: Good, view: ViewRequest) -> Rendering:
         """Return a view of a good version; a few are kept.
 
         Raises
@@ -273,7 +273,7 @@ class Session:
         Superseded
             If the session ends meanwhile.
         """
-        if view.traced == View() and good.rendering is not None:
+        if view.traced == ViewRequest() and good.rendering is not None:
             base = good.rendering
         else:
             with self._tracing:
@@ -284,15 +284,15 @@ class Session:
                     del good.views[next(iter(good.views))]
         return base if view.exposure is None else base.exposed(view.exposure)
 
-    def _trace(self, good: Good, view: View) -> Rendering:
+    def _trace(self, good: Good, view: ViewRequest) -> Rendering:
         scene = good.scene
         if view.size is not None:
             scene = load(good.raw, self.path, replace(self.overrides, size=view.size), Stopwatch())
         return render(view.of_scene(scene), self._until_stopped)
 
-    def picture(self, good: Good, view: View) -> bytes:
+    def picture(self, good: Good, view: ViewRequest) -> bytes:
         """Return the picture of a view of a good version as a PNG."""
-        return good.png if view == View() else self.rendering(good, view).png
+        return good.png if view == ViewRequest() else self.rendering(good, view).png
 
     def details(self, good: Good) -> Details:
         """Return the details of a good version, once they are known."""
@@ -301,7 +301,7 @@ class Session:
         except Superseded:  # a newer version came first
             return Details.of(good.raw, self.path, self.overrides)
 
-    def write_pose(self, pose: Pose, which: str) -> None:
+    def write_pose(self, pose: CameraPose, which: str) -> None:
         """Write another pose of the camera into the file, if it still is a good version.
 
         Raises

@@ -9,7 +9,7 @@ from typing import Any
 from rtcli.explain import check_pixel, explain
 from rtcli.explain.nearby import PreparedScene
 from rtcli.live.session import Good, Session
-from rtcli.live.view import RequestError, View
+from rtcli.live.view import RequestError, ViewRequest
 from rtcli.reports import explanation
 from rtcli.scene.validation.validate import validate
 
@@ -19,7 +19,7 @@ _METERED = (
 )
 
 
-def story_of(session: Session, good: Good, view: View, pixel: tuple[int, int], sample: int) -> dict[str, Any]:
+def story_of(session: Session, good: Good, view: ViewRequest, pixel: tuple[int, int], sample: int) -> dict[str, Any]:
     """Return the story of a sample of a pixel, counted from 1, as docs/live.md describes it.
 
     Raises

@@ -22,14 +22,14 @@ class RequestError(ValueError):
     """A request asks for something that is not possible; the message says why, as a sentence."""
 
 
-class Pose(NamedTuple):
+class CameraPose(NamedTuple):
     """Where a camera is, and what it looks at: as in a scene file."""
 
     position: Vector
     look_at: Vector
     up: Vector
 
-    def check(self) -> Pose:
+    def check(self) -> CameraPose:
         """Return the pose.
 
         Raises
@@ -45,7 +45,7 @@ class Pose(NamedTuple):
 
 
 @dataclass(frozen=True)
-class View:
+class ViewRequest:
     """How a picture differs from that of the file; None for what is the same.
 
     Parameters
@@ -59,11 +59,11 @@ class View:
     """
 
     exposure: float | None = None
-    pose: Pose | None = None
+    pose: CameraPose | None = None
     size: tuple[int, int] | None = None
 
     @classmethod
-    def of_query(cls, query: Mapping[str, str]) -> View:
+    def of_query(cls, query: Mapping[str, str]) -> ViewRequest:
         """Return the view that the parameters of an address ask for.
 
         Raises
@@ -71,11 +71,11 @@ class View:
         RequestError
             If one of them is malformed, or only a part of a pose is given.
         """
-        parts = [_value(query, key, _vector) for key in Pose._fields]
+        parts = [_value(query, key, _vector) for key in CameraPose._fields]
         given = [part for part in parts if part is not None]
         if given and len(given) != len(parts):
             raise RequestError("position, look_at and up must be given together")
-        pose = Pose(*given).check() if given else None
+        pose = CameraPose(*given).check() if given else None
         return cls(_value(query, "exposure", _finite), pose, _value(query, "size", _size))
 
     def of_scene(self, scene: PackedScene) -> PackedScene:
@@ -88,7 +88,7 @@ class View:
         """
         camera, samples = scene.world.camera, scene.world.settings.samples
         rays = camera.width * camera.height * samples
-        if self.traced != View() and rays > MAX_RAYS:
+        if self.traced != ViewRequest() and rays > MAX_RAYS:
             raise RequestError(
                 f"{camera.width}x{camera.height} pixels with {samples:,} samples are {rays:,} rays; at most "
                 f"{MAX_RAYS:,} are allowed: ask for a smaller size"
@@ -108,12 +108,12 @@ class View:
         return scene.model_copy(update={"camera": camera, "image": image})
 
     @property
-    def traced(self) -> View:
+    def traced(self) -> ViewRequest:
         """The view without what is only developed."""
         return replace(self, exposure=None)
 
 
-def posed(camera: CameraFrame, pose: Pose) -> CameraFrame:
+def posed(camera: CameraFrame, pose: CameraPose) -> CameraFrame:
     """Return a camera with another pose."""
     lens = Lens(**{name: getattr(camera, name) for name in Lens._fields})
     view = view_direction(pose.position, pose.look_at)

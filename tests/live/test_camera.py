@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rtcli.live.camera import with_pose
-from rtcli.live.view import Pose, RequestError
+from rtcli.live.view import CameraPose, RequestError
 from rtcli.scene.load import parse_scene
 
 SCENE = """\
@@ -47,7 +47,7 @@ def is_possible(pose):
     return True
 
 
-poses = st.builds(Pose, vectors, vectors, vectors).filter(is_possible)
+poses = st.builds(CameraPose, vectors, vectors, vectors).filter(is_possible)
 
 
 @given(poses, st.sampled_from(["\n", "\r\n"]), st.booleans())
@@ -64,7 +64,7 @@ def test_only_the_numbers_of_the_camera_change(pose, line_end, has_mark):
 
 @given(vectors, vectors)
 def test_json_is_written_too(position, look_at):
-    pose = Pose(position, look_at, (0.0, 1.0, 0.0))
+    pose = CameraPose(position, look_at, (0.0, 1.0, 0.0))
     if is_possible(pose):
         written = with_pose(FLAT.encode(), "scene.json", pose).decode()
         assert skeleton(written) == skeleton(FLAT)
@@ -72,7 +72,7 @@ def test_json_is_written_too(position, look_at):
 
 
 def test_same_pose_changes_no_byte():
-    pose = Pose((0.0, 1.0, 8.0), (0.0, 1.5, -2.0), (0.0, 1.0, 0.0))
+    pose = CameraPose((0.0, 1.0, 8.0), (0.0, 1.5, -2.0), (0.0, 1.0, 0.0))
     assert with_pose(SCENE.encode(), "scene.yaml", pose) == SCENE.encode()
 
 
@@ -89,4 +89,4 @@ def test_pose_without_numbers_of_its_own_is_refused(old, new):
     if "&place" in new:
         text = text.replace("position: [0, 1, 8.0]", "position: *place")
     with pytest.raises(RequestError, match="copy the lines instead"):
-        with_pose(text.encode(), "scene.yaml", Pose((5.0, 1.0, 8.0), (0.0, 2.0, 0.0), (0.0, 1.0, 0.5)))
+        with_pose(text.encode(), "scene.yaml", CameraPose((5.0, 1.0, 8.0), (0.0, 2.0, 0.0), (0.0, 1.0, 0.5)))

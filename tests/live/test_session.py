@@ -7,7 +7,7 @@ import pytest
 from live_client import LiveClient, by_rename, in_place, scene_text
 
 from rtcli.live.session import ConflictError
-from rtcli.live.view import Pose, RequestError, View
+from rtcli.live.view import CameraPose, RequestError, ViewRequest
 from rtcli.scene.overrides import Overrides
 
 HEAVY = scene_text().replace("[64, 48]", "[1000, 1000]") + "render: {samples: 400}\n"
@@ -202,7 +202,7 @@ def test_bug_while_following_is_told_and_the_next_save_is_followed(live, scene, 
 
 def test_pose_is_written_into_the_file(live, scene):
     version = str(live.session.good().version)
-    live.session.write_pose(Pose((1.5, 1.0, 8.0), (0.0, 1.0, 0.0), (0.0, 1.0, 0.0)), version)
+    live.session.write_pose(CameraPose((1.5, 1.0, 8.0), (0.0, 1.0, 0.0), (0.0, 1.0, 0.0)), version)
     assert scene.read_text() == scene_text().replace("position: [0, 1, 8]", "position: [1.5, 1, 8]")
 
 
@@ -211,7 +211,7 @@ def test_pose_is_not_written_over_a_change(live, scene):
     live.session.stop()
     in_place(scene, scene_text(0.5))
     with pytest.raises(ConflictError, match="changed since"):
-        live.session.write_pose(Pose((1.5, 1.0, 8.0), (0.0, 1.0, 0.0), (0.0, 1.0, 0.0)), version)
+        live.session.write_pose(CameraPose((1.5, 1.0, 8.0), (0.0, 1.0, 0.0), (0.0, 1.0, 0.0)), version)
     assert scene.read_text() == scene_text(0.5)
     assert [path.name for path in scene.parent.iterdir()] == ["scene.yaml"]
 
@@ -228,4 +228,4 @@ def test_session_ends_while_it_renders(scene):
 
 def test_view_with_its_own_exposure_is_developed_from_the_same_film(live):
     good = live.session.good()
-    assert live.session.rendering(good, View(exposure=2.0)).film.radiance is good.rendering.film.radiance
+    assert live.session.rendering(good, ViewRequest(exposure=2.0)).film.radiance is good.rendering.film.radiance

@@ -2,18 +2,18 @@
 
 import pytest
 
-from rtcli.live.view import Pose, RequestError, View
+from rtcli.live.view import CameraPose, RequestError, ViewRequest
 
 POSE = {"position": "0,1,8", "look_at": "0,1,0", "up": "0,1,0"}
 
 
 def test_empty_query_is_the_view_of_the_file():
-    assert View.of_query({"version": "3"}) == View()
+    assert ViewRequest.of_query({"version": "3"}) == ViewRequest()
 
 
 def test_query_gives_exposure_pose_and_size():
     query = {**POSE, "exposure": "-1.5", "size": "320x240"}
-    assert View.of_query(query) == View(-1.5, Pose((0, 1, 8), (0, 1, 0), (0, 1, 0)), (320, 240))
+    assert ViewRequest.of_query(query) == ViewRequest(-1.5, CameraPose((0, 1, 8), (0, 1, 0), (0, 1, 0)), (320, 240))
 
 
 @pytest.mark.parametrize(
@@ -36,4 +36,4 @@ def test_query_gives_exposure_pose_and_size():
 )
 def test_malformed_queries_are_refused(query, reason):
     with pytest.raises(RequestError, match=reason):
-        View.of_query(query)
+        ViewRequest.of_query(query)
