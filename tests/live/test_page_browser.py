@@ -299,6 +299,18 @@ def test_two_pixels_stand_side_by_side(page):
     assert page.run("location.hash") == f"#pixel={SKY[0]},{SKY[1]}"
 
 
+def test_the_focus_in_a_story_stays_when_a_save_changes_it(page):
+    page.run("location.hash = '#pixel=80,60'")
+    page.wait(lambda: "Pixel 80,60" in page.text("story-now"))
+    page.browser.execute_script("document.querySelector('#story-now button.symbol').focus()")
+    focus = "document.activeElement.textContent"
+    symbol = page.run(focus)
+    value = page.text("story-now").split("Pixel 80,60")[1][:20]
+    page.save(GREEN)
+    page.wait(lambda: page.text("story-now").split("Pixel 80,60")[1][:20] != value)
+    page.wait(lambda: page.run(focus) == symbol)
+
+
 def test_a_pixel_in_the_address_is_selected_at_first(browser, server):
     page = Page(browser, server, "#pixel=70,60")
     page.run("location.hash = '#pixel=70,60'")

@@ -47,7 +47,7 @@ function showLatency(milliseconds) {
   byId("latency").textContent = `${Math.round(milliseconds)} ms`;
 }
 
-new Events({
+const events = new Events({
   onEvent: refresh,
   onOpen: () => { byId("gone").hidden = true; },
   onGone: (seconds, isRefused) => {
@@ -57,7 +57,7 @@ new Events({
       : `The server is gone. The page tries again every ${seconds} s.`;
   },
 });
-byId("retry").addEventListener("click", () => location.reload());
+byId("retry").addEventListener("click", () => events.retry());
 
 // --- Status and problems ---------------------------------------------------------------------------------
 
@@ -216,4 +216,5 @@ byId("keys-close").addEventListener("click", () => byId("keys").close());
 
 document.querySelectorAll("[role=tab]").forEach((tab) => tab.addEventListener("click", showHistogram));
 setTheme(root.dataset.theme);
+history.replaceState(null, "", location.pathname + location.hash); // the cookie has the token now
 followHash();

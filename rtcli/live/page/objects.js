@@ -89,9 +89,10 @@ stage.overlays.push((context, port) => {
 
 const list = byId("objects");
 
-function showList({ objects }) {
+function showList(objects, old) {
   while (list.children.length > objects.length) list.lastChild.remove();
   objects.forEach((object, index) => {
+    if (JSON.stringify(old[index]) === JSON.stringify(object)) return;
     const item = list.children[index] ?? list.appendChild(row(index));
     const [name, type, pixels, lines] = item.firstChild.children;
     name.textContent = object.name ?? object.label;
@@ -143,7 +144,7 @@ list.addEventListener("click", (event) => {
 byId("find").addEventListener("input", filter);
 
 on("state", (old) => {
-  if (JSON.stringify(old?.objects) !== JSON.stringify(live.state.objects)) showList(live.state);
+  showList(live.state.objects, old?.objects ?? []);
   if (live.opened >= live.state.objects.length) openObject(null);
 });
 on("light", (index) => markRow("lit", index));
@@ -185,7 +186,9 @@ function markLines(name, lines) {
 export function markPath(path) {
   const [, list, index, key] = /^(?:(objects|lights)\[(\d+)\]|camera)(?:\.(\w+))?/.exec(path ?? "") ?? [];
   const lines = list ? live.state[list][index]?.lines : path?.startsWith("camera") ? live.state.camera.lines : null;
-  markLines("lit", key && lines ? source.linesOf(key, lines) : lines);
+  const found = key && lines ? source.linesOf(key, lines) : lines;
+  markLines("lit", found);
+  if (found && isOfPicture()) source.reveal(found);
 }
 
 let firstProblem = null;

@@ -158,6 +158,10 @@ const tell = newest(async () => {
   for (const story of stories) await tellOne(story, live[story.key]);
 }, report);
 
+const FOCUSABLE = "button, input";
+
+const isSamePixel = (story, { x, y }) => story.pixel?.x === x && story.pixel.y === y;
+
 async function loadStory({ x, y }) {
   try {
     return await (await get("/pixel", { x, y, ...pixelQuery() })).text();
@@ -183,6 +187,8 @@ async function tellOne(story, pixel) {
   const told = JSON.parse(loaded);
   const panel = byId("panel-pixel");
   const { scrollTop } = panel;
+  const focused = [...place.querySelectorAll(FOCUSABLE)].indexOf(document.activeElement);
+  const drawn = story.handle?.drawn();
   story.handle = told.error ? null : renderStory(place, told, {
     onHoverObject: (index) => {
       isFromStory = true; // which has lit up its own symbol
@@ -193,6 +199,9 @@ async function tellOne(story, pixel) {
     onOpenLine: openObject,
   });
   if (told.error) place.replaceChildren(make("p", { className: "hint" }, told.error));
+  if (drawn && isSamePixel(story, pixel)) story.handle?.draw(drawn);
+  story.pixel = pixel;
+  if (focused >= 0) place.querySelectorAll(FOCUSABLE)[focused]?.focus({ preventScroll: true });
   panel.scrollTop = scrollTop;
   if (story.key === "pixel") speak(`Pixel ${pixel.x}, ${pixel.y}. ${told.error ?? told.sentence ?? ""}`);
 }

@@ -78,6 +78,12 @@ export class Events {
     }
   }
 
+  // At once, instead of after the pause.
+  retry() {
+    this.wait = 0;
+    this.open();
+  }
+
   open() {
     this.close();
     this.stream = new EventSource("/events");

@@ -64,6 +64,9 @@ class StoryView {
     return {
       highlightObject: (index) => this.light(index === null ? null : `[data-object="${index}"]`),
       highlightLight: (index) => this.light(index === null ? null : `[data-light="${index}"]`),
+      // What the reader chose to see in the drawing, for the story that follows; null before that.
+      drawn: () => (this.isPicked ? [this.section, this.view] : null),
+      draw: ([section, view]) => this.pick(section, view),
     };
   }
 
@@ -89,12 +92,19 @@ class StoryView {
     this.tools = make("div", { className: "drawing-tools" });
     if (sections.length > 1) {
       const choices = sections.map(({ shadow_ray: way }, i) => [`${way.label} ${VERDICTS[way.verdict].slice(0, 1)}`, i]);
-      this.tools.append(this.choice("Section through", choices, () => this.section, (i) => { this.section = i; this.view = 0; this.draw(); }));
+      this.tools.append(this.choice("Section through", choices, () => this.section, (i) => this.pick(i, 0)));
     }
     this.zoom = make("button", { type: "button", className: "zoom" });
-    this.zoom.addEventListener("click", () => { this.view = 1 - this.view; this.draw(); });
+    this.zoom.addEventListener("click", () => this.pick(this.section, 1 - this.view));
     this.tools.append(this.zoom);
     return make("figure", { className: "drawing" }, this.tools, this.canvas, this.caption);
+  }
+
+  pick(section, view) {
+    const { sections } = this.story.drawing;
+    if (!(view in (sections[section]?.views ?? []))) return;
+    Object.assign(this, { section, view, isPicked: true });
+    this.draw();
   }
 
   choice(legend, choices, get, set) {
