@@ -5,7 +5,6 @@ import re
 import subprocess
 import sys
 import time
-from importlib.resources import files
 
 import chromium
 import npm
@@ -541,10 +540,11 @@ def test_axe_finds_no_violation(page, scheme, request):
     check()
 
 
-def test_the_files_of_the_page_are_small():
-    folders = [files(package) for package in ("rtcli.live.page", "rtcli.reports", "rtcli.reports.story_page")]
-    types = (".js", ".css", ".html", ".svg")
-    sizes = [
-        len(file.read_bytes()) for folder in folders for file in folder.iterdir() if file.name.endswith(types)
-    ]
-    assert sum(sizes) < 150_000
+def test_the_page_is_small(page):
+    sizes = page.run(
+        "[...performance.getEntriesByType('resource'), ...performance.getEntriesByType('navigation')]"
+        ".map(({name, decodedBodySize}) => [new URL(name).pathname, decodedBodySize])"
+        ".filter(([path]) => path === '/' || /[.](js|css|svg)$/.test(path))"
+    )
+    assert len(sizes) > 15
+    assert sum(size for _, size in sizes) < 150_000

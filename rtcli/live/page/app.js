@@ -214,7 +214,7 @@ byId("keys-list").append(...KEYS.map(([keys, text]) => {
 byId("help").addEventListener("click", () => byId("keys").showModal());
 byId("keys-close").addEventListener("click", () => byId("keys").close());
 
-document.querySelectorAll("[role=tab]").forEach((tab) => tab.addEventListener("click", showHistogram));
+on("panel", showHistogram);
 setTheme(root.dataset.theme);
 history.replaceState(null, "", location.pathname + location.hash); // the cookie has the token now
 followHash();

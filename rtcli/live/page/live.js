@@ -19,7 +19,7 @@ export const live = {
   opened: null, // the index of the opened one
 };
 
-// Events: state (the one before), picture, view (exposure or pose changed), light, open, pixel.
+// Events: state (the one before), picture, shown, view (exposure or pose changed), light, open, pixel, mode, panel.
 const listeners = new Map();
 
 export function on(name, listener) {

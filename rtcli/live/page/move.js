@@ -112,7 +112,7 @@ byId("camera-reset").addEventListener("click", () => set(null));
 byId("camera-copy").addEventListener("click", () => copy(byId("camera-lines").textContent, "The lines are copied"));
 byId("camera-write").addEventListener("click", async () => {
   try {
-    await post("/camera", { ...live.pose, version: live.state.version });
+    await post("/camera", { ...live.pose, version: live.state.picture.version });
     say("The camera is written into the file");
     set(null);
   } catch (error) {

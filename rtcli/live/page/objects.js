@@ -89,10 +89,16 @@ stage.overlays.push((context, port) => {
 
 const list = byId("objects");
 
-function showList(objects, old) {
+let listed = []; // the objects as the list has them
+
+// Only while it can be seen, and only what changed: a scene may have ten thousand objects.
+function showList() {
+  const { objects } = live.state;
+  byId("object-count").textContent = objects.length.toLocaleString("en");
+  if (byId("panel-objects").hidden) return;
   while (list.children.length > objects.length) list.lastChild.remove();
   objects.forEach((object, index) => {
-    if (JSON.stringify(old[index]) === JSON.stringify(object)) return;
+    if (JSON.stringify(listed[index]) === JSON.stringify(object)) return;
     const item = list.children[index] ?? list.appendChild(row(index));
     const [name, type, pixels, lines] = item.firstChild.children;
     name.textContent = object.name ?? object.label;
@@ -100,8 +106,10 @@ function showList(objects, old) {
     pixels.textContent = object.pixels ? `${object.pixels.toLocaleString("en")} px` : "not seen";
     lines.textContent = object.lines ? `line ${object.lines[0]}` : "";
   });
-  byId("object-count").textContent = objects.length.toLocaleString("en");
+  listed = objects;
   filter();
+  markRow("lit", live.lit);
+  markRow("opened", live.opened);
 }
 
 function row(index) {
@@ -114,7 +122,7 @@ function row(index) {
 function filter() {
   const words = byId("find").value.toLowerCase().split(/\s+/).filter(Boolean);
   let count = 0;
-  live.state.objects.forEach(({ name, label, type }, index) => {
+  listed.forEach(({ name, label, type }, index) => {
     const text = `${name ?? ""} ${label} ${type}`.toLowerCase();
     const isShown = words.every((word) => text.includes(word));
     list.children[index].hidden = !isShown;
@@ -143,8 +151,9 @@ list.addEventListener("click", (event) => {
 });
 byId("find").addEventListener("input", filter);
 
-on("state", (old) => {
-  showList(live.state.objects, old?.objects ?? []);
+on("panel", showList);
+on("state", () => {
+  showList();
   if (live.opened >= live.state.objects.length) openObject(null);
 });
 on("light", (index) => markRow("lit", index));
@@ -197,7 +206,7 @@ function markProblems() {
   const isShown = live.state.text_of_picture == null || isChosen("now");
   const numbers = isShown ? live.state.problems.map(({ line }) => line) : [];
   source.markAll("wrong", numbers);
-  if (numbers.length && numbers[0] !== firstProblem) source.reveal([numbers[0]]);
+  if (live.state.status === "invalid" && numbers.length && numbers[0] !== firstProblem) source.reveal(numbers);
   firstProblem = numbers[0] ?? null;
 }
 

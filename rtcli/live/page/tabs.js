@@ -1,6 +1,6 @@
 // The panels, one of them open.
 
-import { byId } from "/live.js";
+import { byId, emit, live } from "/live.js";
 
 const list = document.querySelector("[role=tablist]");
 const tabs = [...list.children];
@@ -12,6 +12,7 @@ export function openPanel(name) {
     tab.tabIndex = isOpen ? 0 : -1;
     byId(tab.getAttribute("aria-controls")).hidden = !isOpen;
   }
+  if (live.state) emit("panel");
 }
 
 const nameOf = (tab) => tab.id.replace("tab-", "");
