@@ -211,6 +211,31 @@ def test_the_picture_follows_a_save_and_zoom_pixel_and_panel_stay(page):
     assert re.fullmatch(r"\d+ ms", page.text("latency"))
 
 
+def test_nothing_flickers_while_the_file_is_saved(page):
+    page.browser.execute_script(
+        """
+        const canvas = document.getElementById("canvas");
+        const pixel = new OffscreenCanvas(1, 1).getContext("2d", {willReadFrequently: true});
+        window.frames = [];
+        (function look() {
+          pixel.clearRect(0, 0, 1, 1);
+          pixel.drawImage(canvas, -canvas.width / 2, -canvas.height / 2);
+          frames.push([...pixel.getImageData(0, 0, 1, 1).data]);
+          requestAnimationFrame(look);
+        })();
+        """
+    )
+    for text in (GREEN, SCENE, GREEN, WRONG, GREEN):
+        page.save(text)
+        time.sleep(0.3)
+    page.wait(lambda: page.run("document.querySelector('#status.ok')"))
+    frames = np.array(page.run("frames"))
+    seen = [(*rendered(text).getpixel(BALL), 255) for text in (SCENE, GREEN)]
+    distance = np.abs(frames[:, None] - np.array(seen)).max(axis=2)
+    assert (distance.min(axis=1) <= 3).all()  # the enlarged pixel is between others
+    assert (distance.min(axis=0) <= 3).all()
+
+
 def test_an_invalid_file_dims_the_last_picture_says_why_and_heals_by_itself(page):
     box = "document.getElementById('stage').getBoundingClientRect().toJSON()"
     before = page.run(box)

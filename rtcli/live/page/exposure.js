@@ -119,7 +119,7 @@ function stripes(line) {
 const STRIPES = { [WHITE]: stripes((x, y) => x + y), [BLACK]: stripes((x, y) => x - y) };
 
 stage.overlays.push((context, port) => {
-  if (!isClippedShown() || !counts || byId("pass").value !== "picture") return;
+  if (!isClippedShown() || !counts || port.image !== live.picture.bitmap) return;
   const { masks, width, height } = counts;
   for (const [kind, pattern] of Object.entries(STRIPES)) {
     counts.canvases ??= {};

@@ -103,7 +103,15 @@ function show() {
     : `As in the file${where}: ${projection}${angle}.`;
 }
 
+let written = null; // a pose that the file will have with one of the next states: until then it stays
+
 on("state", () => {
+  const isSame = (key) => live.state.camera[key].every((each, axis) => each === written[key][axis]);
+  if (written && live.state.camera && ["position", "look_at", "up"].every(isSame)) {
+    if (live.pose === written) live.pose = null;
+    written = null;
+    emit("view");
+  }
   if (!live.pose) pivot = null;
   show();
 });
@@ -114,7 +122,7 @@ byId("camera-write").addEventListener("click", async () => {
   try {
     await post("/camera", { ...live.pose, version: live.state.picture.version });
     say("The camera is written into the file");
-    set(null);
+    written = live.pose;
   } catch (error) {
     report(error);
   }
