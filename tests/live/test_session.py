@@ -200,13 +200,13 @@ def test_bug_while_following_is_told_and_the_next_save_is_followed(live, scene, 
 
 
 def test_pose_is_written_into_the_file(live, scene):
-    version = str(live.session.good().version)
+    version = live.session.good().version
     live.session.write_pose(CameraPose((1.5, 1.0, 8.0), (0.0, 1.0, 0.0), (0.0, 1.0, 0.0)), version)
     assert scene.read_text() == scene_text().replace("position: [0, 1, 8]", "position: [1.5, 1, 8]")
 
 
 def test_pose_is_not_written_over_a_change(live, scene):
-    version = str(live.session.good().version)
+    version = live.session.good().version
     live.session.stop()
     in_place(scene, scene_text(0.5))
     with pytest.raises(ConflictError, match="changed since"):
