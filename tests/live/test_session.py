@@ -228,3 +228,17 @@ def test_session_ends_while_it_renders(scene):
 def test_view_with_its_own_exposure_is_developed_from_the_same_film(live):
     good = live.session.good()
     assert live.session.rendering(good, ViewRequest(exposure=2.0)).film.radiance is good.rendering.film.radiance
+
+
+@pytest.mark.integration
+def test_memory_stays_flat_over_many_saves(scene):
+    peak_mib = pytest.importorskip("memory").peak_mib  # not on Windows
+    with LiveClient(scene) as live:
+        peaks = []
+        for number in range(600):
+            by_rename(scene, scene_text(number / 1000))
+            live.wait_for_text(scene_text(number / 1000))
+            live.get_json("/state")
+            live.get("/picture", exposure=1)
+            peaks.append(peak_mib())
+        assert peaks[-1] - peaks[199] < 4
