@@ -332,10 +332,13 @@ def _write_camera(session: Session, data: Mapping[str, Any]) -> Answer:
     if not session.writes:
         return error_answer(HTTPStatus.FORBIDDEN, "start rtcli live with --write to let the page change the file")
     vectors = {key: data.get(key) for key in CameraPose._fields}
-    pose = ViewRequest.of_query({key: ",".join(map(str, v)) for key, v in vectors.items() if isinstance(v, list)}).pose
+    pose = ViewRequest.of_query(
+        {key: ",".join(map(str, v)) for key, v in vectors.items() if isinstance(v, list)}
+    ).pose
     if pose is None:
         raise RequestError("position, look_at and up must be lists of three numbers")
-    session.write_pose(pose, str(data.get("version", "")))
+    version = data.get("version")
+    session.write_pose(pose, version if isinstance(version, int) else -1)
     return json_answer({})
 
 

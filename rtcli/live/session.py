@@ -37,6 +37,8 @@ _PATIENCE = 0.015
 # Seconds of a picture that is shown small first, and seconds that a small one takes.
 _LONG, _SHORT = 0.15, 0.04
 
+_CHANGED = "the file changed since this picture, or is invalid: nothing was written"
+
 _FEWEST = 4096  # pixels of a small picture
 
 # The most pixels of a picture that is kept as a film: a gigabyte.
@@ -301,24 +303,34 @@ class Session:
         except Superseded:  # a newer version came first
             return Details.of(good.raw, self.path, self.overrides)
 
-    def write_pose(self, pose: CameraPose, which: str) -> None:
-        """Write another pose of the camera into the file, if it still is a good version.
+    def write_pose(self, pose: CameraPose, version: int) -> None:
+        """Write another pose of the camera into the file.
+
+        Parameters
+        ----------
+        pose
+            The pose.
+        version
+            The number of the state, or of its picture, that shows the file as whoever asks knows it.
 
         Raises
         ------
         ConflictError
-            If the file changed since that version.
+            If the file changed since, or is invalid.
         RequestError
             If the file does not give the pose by numbers.
         OSError
             If the file cannot be written.
         """
-        good = self.good(which)
+        state = self._state
+        good = state.good
+        if good is None or state.raw != good.raw or version not in (state.version, good.version):
+            raise ConflictError(_CHANGED)
         written = with_pose(good.raw, self.path, pose)
         with atomic_write(Path(self.path)) as file:
             file.write(written)
             if read_file(self.path) != good.raw:
-                raise ConflictError("the file changed since this picture: nothing was written")
+                raise ConflictError(_CHANGED)
 
     def _until_stopped(self, done: int, total: int) -> None:
         if self.stopped.is_set():

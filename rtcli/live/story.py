@@ -19,7 +19,9 @@ _METERED = (
 )
 
 
-def story_of(session: Session, good: Good, view: ViewRequest, pixel: tuple[int, int], sample: int) -> dict[str, Any]:
+def story_of(
+    session: Session, good: Good, view: ViewRequest, pixel: tuple[int, int], sample: int
+) -> dict[str, Any]:
     """Return the story of a sample of a pixel, counted from 1, as docs/live.md describes it.
 
     Raises

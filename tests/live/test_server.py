@@ -137,7 +137,7 @@ def test_size_is_bounded_in_pixels_times_samples(live, scene):
 
 
 def test_pose_is_written_only_with_the_option(live, scene):
-    pose = {"position": [1, 1, 8], "look_at": [0, 1, 0], "up": [0, 1, 0], "version": "current"}
+    pose = {"position": [1, 1, 8], "look_at": [0, 1, 0], "up": [0, 1, 0]}
     status, answer = live.post("/camera", pose)
     assert (status, scene.read_text()) == (403, scene_text())
     assert "--write" in answer["error"]
@@ -152,15 +152,20 @@ def test_pose_is_written_and_followed(scene):
         assert scene.read_text() == changed
         live.wait_for_text(changed)
         # The page still has the old version, and now the file is another.
-        in_place(scene, scene_text(0.5))
-        live.wait_for_text(scene_text(0.5))
-        status, answer = live.post("/camera", {**pose, "version": "previous"})
+        status, answer = live.post("/camera", {**pose, "version": version})
         assert status == 409
         assert "changed since" in answer["error"]
-        assert live.post("/camera", {**pose, "version": version})[0] == 400
-        assert live.post("/camera", {**pose, "position": [1, 2], "version": "current"})[0] == 400
-        assert live.post("/camera", {**pose, "position": None, "version": "current"})[0] == 400
+        assert live.post("/camera", {**pose, "version": None})[0] == 409
+        now = live.session.state.version
+        assert live.post("/camera", {**pose, "version": now})[0] == 200
+        assert scene.read_text() == changed
+        assert live.post("/camera", {**pose, "position": [1, 2], "version": now})[0] == 400
+        assert live.post("/camera", {**pose, "position": None, "version": now})[0] == 400
         assert live.post("/camera", [])[0] == 400
+        in_place(scene, "invalid")
+        state = live.wait_for(lambda state: state.status == "invalid")
+        assert live.post("/camera", {**pose, "version": state.version})[0] == 409
+        assert scene.read_text() == "invalid"
 
 
 def test_editor_opens_an_object(scene, monkeypatch):

@@ -201,13 +201,13 @@ def test_bug_while_following_is_told_and_the_next_save_is_followed(live, scene, 
 
 
 def test_pose_is_written_into_the_file(live, scene):
-    version = str(live.session.good().version)
+    version = live.session.good().version
     live.session.write_pose(CameraPose((1.5, 1.0, 8.0), (0.0, 1.0, 0.0), (0.0, 1.0, 0.0)), version)
     assert scene.read_text() == scene_text().replace("position: [0, 1, 8]", "position: [1.5, 1, 8]")
 
 
 def test_pose_is_not_written_over_a_change(live, scene):
-    version = str(live.session.good().version)
+    version = live.session.good().version
     live.session.stop()
     in_place(scene, scene_text(0.5))
     with pytest.raises(ConflictError, match="changed since"):
@@ -229,3 +229,17 @@ def test_session_ends_while_it_renders(scene):
 def test_view_with_its_own_exposure_is_developed_from_the_same_film(live):
     good = live.session.good()
     assert live.session.rendering(good, ViewRequest(exposure=2.0)).film.radiance is good.rendering.film.radiance
+
+
+@pytest.mark.integration
+def test_memory_stays_flat_over_many_saves(scene):
+    peak_mib = pytest.importorskip("memory").peak_mib  # not on Windows
+    with LiveClient(scene) as live:
+        peaks = []
+        for number in range(600):
+            by_rename(scene, scene_text(number / 1000))
+            live.wait_for_text(scene_text(number / 1000))
+            live.get_json("/state")
+            live.get("/picture", exposure=1)
+            peaks.append(peak_mib())
+        assert peaks[-1] - peaks[199] < 4

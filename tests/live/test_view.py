@@ -13,7 +13,9 @@ def test_empty_query_is_the_view_of_the_file():
 
 def test_query_gives_exposure_pose_and_size():
     query = {**POSE, "exposure": "-1.5", "size": "320x240"}
-    assert ViewRequest.of_query(query) == ViewRequest(-1.5, CameraPose((0, 1, 8), (0, 1, 0), (0, 1, 0)), (320, 240))
+    assert ViewRequest.of_query(query) == ViewRequest(
+        -1.5, CameraPose((0, 1, 8), (0, 1, 0), (0, 1, 0)), (320, 240)
+    )
 
 
 @pytest.mark.parametrize(
