@@ -82,7 +82,8 @@ def save_live(browser: Any, folder: Path) -> None:
 
 def _save(browser: Any, path: Path) -> None:
     with Image.open(io.BytesIO(browser.get_screenshot_as_png())) as image:
-        image.convert("RGB").quantize(256, dither=Image.Dither.NONE).save(path, optimize=True)
+        colors = image.convert("RGB").quantize(256, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+        colors.save(path, optimize=True)
 
 
 if __name__ == "__main__":

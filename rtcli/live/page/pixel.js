@@ -199,6 +199,7 @@ async function tellOne(story, pixel) {
     onOpenLine: openObject,
   });
   if (told.error) place.replaceChildren(make("p", { className: "hint" }, told.error));
+  place.querySelector(".verdict")?.after(...(told.notes ?? []).map((note) => make("p", { className: "hint" }, note)));
   if (drawn && isSamePixel(story, pixel)) story.handle?.draw(drawn);
   story.pixel = pixel;
   if (focused >= 0) place.querySelectorAll(FOCUSABLE)[focused]?.focus({ preventScroll: true });

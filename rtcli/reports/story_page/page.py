@@ -36,6 +36,8 @@ def story_page(explanation: Explanation, document: Document) -> str:
     """
     story = as_data(explanation, document.source.name)
     paths = lines_by_path(document)
+    lines = dict(_lines(document, explanation, paths))
+    shown = {path: ends for path, ends in paths.items() if ends[0] in lines}
     name = printable(document.source.name)
     x, y = explanation.pixel
     changes = ", ".join(printable(dotted(edit.loc)) for edit in document.edits)
@@ -47,7 +49,7 @@ def story_page(explanation: Explanation, document: Document) -> str:
         name=escape(name),
         changes=escape(f"Options of the command replaced: {changes}"),
         unchanged="" if changes else "hidden",
-        data=json_for_html({"story": story, "paths": paths, "lines": list(_lines(document, explanation, paths))}),
+        data=json_for_html({"story": story, "paths": shown, "lines": list(lines.items())}),
     )
 
 
