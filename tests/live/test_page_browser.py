@@ -255,6 +255,17 @@ def test_an_invalid_file_dims_the_last_picture_says_why_and_heals_by_itself(page
     page.wait(lambda: page.run("getComputedStyle(document.getElementById('canvas')).opacity") == "1")
 
 
+def test_warnings_are_counted_and_shown_on_demand(page):
+    page.save(SCENE.replace("position: [-2, 0.5, 0]", "position: [-200, 0.5, 0]"))
+    page.wait(lambda: page.text("warnings") == "1 warning")
+    assert not page.is_shown("problems")
+    page.click("#warnings")
+    assert "warning[" in page.text("report")
+    assert page.run("document.querySelector('.line.warned').dataset.number") == "13"
+    page.click("#warnings")
+    assert not page.is_shown("problems")
+
+
 def test_a_deleted_file_is_told_and_comes_back(page):
     page.file.unlink()
     page.wait(lambda: page.text("status") == "File not found")

@@ -81,11 +81,14 @@ function showStatus(state) {
   byId("preview").hidden = !picture?.preview;
 }
 
+// Errors are shown at once, warnings on demand.
 function showProblems({ problems, report: text, status }) {
-  byId("problems").hidden = !text || status === "ok";
-  byId("warnings").hidden = !text || status !== "ok";
-  byId("problems-title").textContent = STATUS[status === "missing" ? "missing" : "invalid"]({ problems });
+  const isOk = status === "ok" || status === "rendering";
+  byId("warnings").hidden = !text || !isOk;
   byId("warnings").textContent = counted(problems.length, "warning");
+  byId("problems").hidden = !text || (isOk && byId("warnings").ariaExpanded === "false");
+  byId("problems").classList.toggle("bad", !isOk);
+  byId("problems-title").textContent = isOk ? byId("warnings").textContent : STATUS[status]({ problems });
   if (byId("report").textContent !== text) byId("report").textContent = text;
 }
 
@@ -105,7 +108,10 @@ byId("problems-toggle").addEventListener("click", () => {
   byId("problems-toggle").ariaExpanded = String(!byId("report").hidden);
   byId("problems-toggle").textContent = byId("report").hidden ? "Show" : "Hide";
 });
-byId("warnings").addEventListener("click", () => { byId("problems").hidden = !byId("problems").hidden; });
+byId("warnings").addEventListener("click", () => {
+  byId("warnings").ariaExpanded = String(byId("warnings").ariaExpanded === "false");
+  showProblems(live.state);
+});
 
 // --- What differs from the file, and the command that gives the same picture -----------------------------
 

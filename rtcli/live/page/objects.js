@@ -205,8 +205,10 @@ let firstProblem = null;
 function markProblems() {
   const isShown = live.state.text_of_picture == null || isChosen("now");
   const numbers = isShown ? live.state.problems.map(({ line }) => line) : [];
-  source.markAll("wrong", numbers);
-  if (live.state.status === "invalid" && numbers.length && numbers[0] !== firstProblem) source.reveal(numbers);
+  const isInvalid = live.state.status === "invalid";
+  source.markAll("wrong", isInvalid ? numbers : []);
+  source.markAll("warned", isInvalid ? [] : numbers);
+  if (isInvalid && numbers.length && numbers[0] !== firstProblem) source.reveal(numbers);
   firstProblem = numbers[0] ?? null;
 }
 
