@@ -15,16 +15,25 @@ pub(crate) struct Group {
     end: usize,
 }
 
+/// Neighbouring lanes that hit the same face.
+#[derive(Clone, Copy, Debug)]
+struct Run {
+    group: usize,
+    first: usize,
+    end: usize,
+}
+
 /// The groups of a tile, in the order of their first rays.
 #[derive(Clone, Debug)]
 pub(crate) struct Groups {
     pub(crate) list: Vec<Group>,
+    runs: Vec<Run>,
     order: [u8; LANES],
 }
 
 impl Groups {
     pub(crate) fn new() -> Groups {
-        Groups { list: Vec::new(), order: [0; LANES] }
+        Groups { list: Vec::new(), runs: Vec::new(), order: [0; LANES] }
     }
 
     /// The requested lanes of a group, in order.
@@ -44,16 +53,15 @@ impl Groups {
             self.list.push(Group { face: hits.face[0], t: hits.closest(), first: 0, end: LANES });
             return;
         }
-        let mut group_of = [0_u8; LANES];
-        self.find(hits, &mut group_of);
-        self.sort(&group_of, |lane| whole || tile.wants(lane));
+        self.find(hits);
+        self.sort(|lane| whole || tile.wants(lane));
     }
 
     /// Sort the requested lanes by group.
     #[inline(always)]
-    fn sort(&mut self, group_of: &[u8; LANES], wants: impl Fn(usize) -> bool) {
-        for lane in 0..LANES {
-            self.list[usize::from(group_of[lane])].end += usize::from(wants(lane));
+    fn sort(&mut self, wants: impl Fn(usize) -> bool) {
+        for &Run { group, first, end } in &self.runs {
+            self.list[group].end += (first..end).filter(|&lane| wants(lane)).count();
         }
         // Counting sort: counts become ranges, which the lanes then fill.
         let mut first = 0;
@@ -62,38 +70,43 @@ impl Groups {
             (group.first, group.end) = (first, first);
             first += count;
         }
-        for lane in 0..LANES {
-            if wants(lane) {
-                let group = &mut self.list[usize::from(group_of[lane])];
-                self.order[group.end] = lane as u8;
-                group.end += 1;
+        for &Run { group, first, end } in &self.runs {
+            let filled = &mut self.list[group].end;
+            for (slot, lane) in self.order[*filled..].iter_mut().zip((first..end).filter(|&lane| wants(lane))) {
+                *slot = lane as u8;
+                *filled += 1;
             }
         }
     }
 
-    /// Find the group of each lane, with a hash table of twice as many slots as there can be faces.
+    /// Find the group of each run, with a hash table of twice as many slots as there can be faces. Runs, since lanes
+    /// one by one would each wait until the depth of their group is stored.
     #[inline(always)]
-    fn find(&mut self, hits: &HitBuffer, group_of: &mut [u8; LANES]) {
+    fn find(&mut self, hits: &HitBuffer) {
         const SLOTS: usize = 2 * LANES;
         let mut table = [0_u16; SLOTS]; // group + 1
-        let mut last = 0;
-        for lane in 0..LANES {
-            let (face, t) = (hits.face[lane], hits.t[lane]);
-            if lane == 0 || self.list[last].face != face {
-                // Fibonacci hashing (D. Knuth, "The Art of Computer Programming", volume 3, section 6.4).
-                let mut slot = (face.wrapping_mul(0x9e37_79b1) >> 23) as usize % SLOTS;
-                while table[slot] != 0 && self.list[usize::from(table[slot]) - 1].face != face {
-                    slot = (slot + 1) % SLOTS;
-                }
-                if table[slot] == 0 {
-                    self.list.push(Group { face, t: f32::INFINITY, first: 0, end: 0 });
-                    table[slot] = self.list.len() as u16;
-                }
-                last = usize::from(table[slot]) - 1;
+        self.runs.clear();
+        let mut end = 0;
+        while end < LANES {
+            let (first, face, mut closest) = (end, hits.face[end], hits.t[end]);
+            end += 1;
+            while end < LANES && hits.face[end] == face {
+                closest = if hits.t[end] < closest { hits.t[end] } else { closest };
+                end += 1;
             }
-            group_of[lane] = last as u8;
-            let group = &mut self.list[last];
-            group.t = if t < group.t { t } else { group.t };
+            // Fibonacci hashing (D. Knuth, "The Art of Computer Programming", volume 3, section 6.4).
+            let mut slot = (face.wrapping_mul(0x9e37_79b1) >> 23) as usize % SLOTS;
+            while table[slot] != 0 && self.list[usize::from(table[slot]) - 1].face != face {
+                slot = (slot + 1) % SLOTS;
+            }
+            if table[slot] == 0 {
+                self.list.push(Group { face, t: f32::INFINITY, first: 0, end: 0 });
+                table[slot] = self.list.len() as u16;
+            }
+            let group = usize::from(table[slot]) - 1;
+            let t = &mut self.list[group].t;
+            *t = if closest < *t { closest } else { *t };
+            self.runs.push(Run { group, first, end });
         }
     }
 }
