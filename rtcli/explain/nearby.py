@@ -170,7 +170,6 @@ class PreparedScene:
         """Return the indices of the objects that decide some rays that are close together, in order."""
         lights = self.world.lights
         near = self.bodies.near_rays(ray)
-        near[[carrier for carrier in lights.carrier if carrier != NO_CARRIER]] = True
         hit = build_scenery(self.select(np.flatnonzero(near).tolist())).nearest_hit(ray)
         kinds = list(LIGHT_PARAMETERS)
         places = [(kinds[kind], row) for kind, row in zip(lights.kind, lights.parameter_rows(), strict=True)]

@@ -77,16 +77,16 @@ def test_same_pose_changes_no_byte():
 
 
 @pytest.mark.parametrize(
-    ("old", "new"),
+    ("old", "new", "reason"),
     [
-        ("  look_at:\n    - 0      # x\n    - 1.50   # y\n    - -2e0\n", ""),
-        ("  up: [0, 1, 0]\n", ""),
-        ("[ 0,1 ,   8.0 ]", "&place [0, 1, 8]"),
+        ("  look_at:\n    - 0      # x\n    - 1.50   # y\n    - -2e0\n", "", "does not give `look_at`"),
+        ("  up: [0, 1, 0]\n", "", "does not give `up`"),
+        ("[ 0,1 ,   8.0 ]", "&place [0, 1, 8]", "cannot be replaced"),
     ],
 )
-def test_pose_without_numbers_of_its_own_is_refused(old, new):
+def test_pose_without_numbers_of_its_own_is_refused(old, new, reason):
     text = SCENE.replace(old, new)
     if "&place" in new:
         text = text.replace("position: [0, 1, 8.0]", "position: *place")
-    with pytest.raises(RequestError, match="copy the lines instead"):
+    with pytest.raises(RequestError, match=f"{reason}.*: copy the lines instead"):
         with_pose(text.encode(), "scene.yaml", CameraPose((5.0, 1.0, 8.0), (0.0, 2.0, 0.0), (0.0, 1.0, 0.5)))

@@ -321,7 +321,7 @@ def test_attack_is_refused(live, name):
 @pytest.mark.parametrize("length", ["5000", "99999999999", "-1", "x"])
 def test_oversized_bodies_are_refused_unread(live, length):
     post = ("POST /camera HTTP/1.1", "Host: localhost", "COOKIE", "Content-Type: application/json", "X-Rtcli: 1")
-    assert status_of(live, *post, f"Content-Length: {length}", body=b"x" * 5000) == 400
+    assert status_of(live, *post, f"Content-Length: {length}", body=b"{" + b" " * 4998 + b"}") == 400
 
 
 def test_body_of_a_get_is_not_the_next_request(live):

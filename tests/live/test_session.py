@@ -2,12 +2,16 @@
 
 import json
 import threading
+import time
 
 import pytest
 from live_client import LiveClient, by_rename, in_place, scene_text
 
+import rtcli
+from rtcli.live import session as session_module
 from rtcli.live.session import ConflictError
 from rtcli.live.view import CameraPose, RequestError, ViewRequest
+from rtcli.rendering.pack import pack_scene
 from rtcli.scene.overrides import Overrides
 
 HEAVY = scene_text().replace("[64, 48]", "[1000, 1000]") + "render: {samples: 400}\n"
@@ -184,6 +188,24 @@ def test_long_rendering_is_finished_even_if_the_file_is_touched(scene):
         live.wait_for(lambda state: state.status == "rendering" and state.good is not None)
         scene.touch()
         assert live.wait_for(lambda state: state.status == "ok", 60).good.rendering is not None
+
+
+@pytest.mark.integration
+def test_long_rendering_is_finished_after_a_change_that_was_taken_back(scene):
+    scene.write_text(HEAVY)
+    with LiveClient(scene) as live:
+        live.wait_for(lambda state: state.status == "rendering" and state.good is not None)
+        in_place(scene, "half")
+        time.sleep(0.03)
+        in_place(scene, HEAVY)
+        assert live.wait_for(lambda state: state.status == "ok", 60).good.rendering is not None
+
+
+def test_scene_that_took_long_before_is_shown_small_at_once():
+    scene = pack_scene(rtcli.parse_scene(HEAVY))
+    work = session_module._Work(scene, 1e6, lambda: pytest.fail("it was traced"))
+    with pytest.raises(session_module._TakesLongError):
+        work.whole()
 
 
 def test_picture_too_large_to_keep_is_refused_and_a_size_is_advised(live, scene):

@@ -92,6 +92,36 @@ def test_objects_far_from_the_rays_change_nothing(scene, data):
     assert repr(few) == repr(all_objects)  # as text, which takes NaN for equal to itself
 
 
+BALLS = """\
+camera: {resolution: [9, 9], fov: 40, position: [0, 1, 9], look_at: [0, 0, 0]}
+objects:
+  - {type: plane, position: [0, 0, 0], normal: [0, 1, 0], color: white}
+  - {type: sphere, name: between, position: [0, 5, 0], radius: 0.1, color: white}
+  - {type: sphere, name: below the rim, position: [1.6, 9, 0], radius: 0.1, color: white}
+  - {type: sphere, name: beside, position: [1.6, 2, 0], radius: 0.1, color: white}
+  - {type: sphere, name: beyond, position: [0, 15, 0], radius: 0.1, color: white}
+  - {type: box, name: flat, position: [0, 5, 30.2], size: [60, 0.1, 60], color: white}
+"""
+
+
+@pytest.mark.parametrize(
+    ("light", "names"),
+    [
+        (("point", (0, 10, 0, 0)), ["between"]),
+        (("point", (0, 10, 0, 2)), ["between", "below the rim", "flat"]),
+        (("sun", (0, -1, 0, 0)), ["between", "beyond"]),
+        (("sun", (0, -1, 0, 22)), ["between", "below the rim", "beyond", "flat"]),
+        (("sun", (0, -1, 0, 2)), ["between", "beyond"]),
+    ],
+)
+def test_objects_near_the_rays_to_a_light_are_those_in_the_cone_that_it_shines_from(light, names):
+    bodies = prepared(rtcli.parse_scene(BALLS)).bodies
+    near = bodies.near_light(np.zeros((1, 3)), *light)
+    plane, *others = zip(bodies.names, near, strict=True)
+    assert plane[1]
+    assert [name.name for name, is_near in others if is_near] == names
+
+
 def test_many_objects_are_listed_only_near_the_rays(monkeypatch, live):
     monkeypatch.setattr(nearby, "FEW", 1)
     story = live.get_json("/pixel", x=10, y=40)  # the floor, far from the ball
