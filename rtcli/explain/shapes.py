@@ -118,7 +118,7 @@ def _inputs_of_sphere(shape: Sphere, ray: Ray) -> tuple[Number, ...]:
     return (
         Number("C", triple(shape.position)),
         Number("to_center", triple(c)),
-        Number("|c|", float(length(c)[0])),
+        Number("c_length", float(length(c)[0])),
         Number("g", triple(terms.g)),
         Number("q", float(terms.t_2[0])),
     )

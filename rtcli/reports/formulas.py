@@ -10,6 +10,7 @@ from rtcli.explain.records import Number, Value
 
 # The symbols of the document that are not identifiers.
 SYMBOLS = {
+    "c_length": "|c|",
     "cos_theta": "cos(theta)",
     "ab": "a, b",
     "c": "c_x, c_y",

@@ -1194,7 +1194,8 @@ class Capsule(Object):
         color, position = self.color.ravel(), self.position.ravel()
         self.tube = Cylinder(color, position, parameters)
         to_top = self.tube.half * self.tube.axis.ravel()
-        self.base, self.top = (Sphere(color, position + end, [radius]) for end in (-to_top, to_top))
+        with np.errstate(over="ignore"):  # an end may be infinitely far away
+            self.base, self.top = (Sphere(color, position + end, [radius]) for end in (-to_top, to_top))
         self.radius = radius
         self.size = self.tube.size
 

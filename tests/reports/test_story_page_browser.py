@@ -164,10 +164,18 @@ def test_vector_lights_up_its_symbols(page):
     assert page.lit_lines == [8, 9, 10, 11, 12]
 
 
-def test_lines_of_an_object_light_up_its_outline(page):
+@pytest.mark.parametrize(
+    ("line", "part"), [(1, ".eye"), (3, ".lamp"), (7, ".outline.seen"), (10, ".outline.blocks")]
+)
+def test_lines_of_the_file_light_up_the_drawing(page, line, part):
     page.open("blocked")
-    page.run("document.querySelectorAll('.lines > div')[9].dispatchEvent(new PointerEvent('pointerenter'))")
-    assert page.run("document.querySelector('.outline.blocks').classList.contains('is-lit')")
+    script = (
+        "document.querySelectorAll('.lines > div')[arguments[0]].dispatchEvent(new PointerEvent(arguments[1]))"
+    )
+    page.run(script, line - 1, "pointerenter")
+    assert page.run("document.querySelector(arguments[0]).classList.contains('is-lit')", f"svg {part}")
+    page.run(script, line - 1, "pointerleave")
+    assert page.run("document.querySelectorAll('.is-lit').length") == 0
 
 
 def test_keyboard_reaches_symbols_and_lights_them_up(page):

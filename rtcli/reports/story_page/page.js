@@ -6,11 +6,16 @@ const { story, lines, paths } = JSON.parse(document.getElementById("data").textC
 const pane = document.getElementById("lines");
 const rows = new Map();
 
-// Of values within each other, the innermost: `objects[3]`, not `objects`.
-function pathOfLine(number) {
-  const found = Object.entries(paths).filter(([, [first, last]]) => first <= number && number <= last);
-  found.sort(([, a], [, b]) => a[1] - a[0] - (b[1] - b[0]));
-  return found.map(([path]) => path).find((path) => /^(objects|lights)\[\d+\]$/.test(path)) ?? null;
+// Returns what lights up the part of the drawing that a line is about, and null puts it out.
+function highlightOf(number) {
+  const isWithin = (path) => paths[path][0] <= number && number <= paths[path][1];
+  for (const path of Object.keys(paths).filter(isWithin)) {
+    const [, kind, index] = path.match(/^(objects|lights)\[(\d+)\]$/) ?? [];
+    if (kind === "objects") return (isOn) => view.highlightObject(isOn ? Number(index) : null);
+    if (kind === "lights") return (isOn) => view.highlightLight(isOn ? Number(index) : null);
+    if (path === "camera") return (isOn) => view.highlightSymbol(isOn ? "o" : null);
+  }
+  return null;
 }
 
 for (const [number, text] of lines) {
@@ -22,14 +27,10 @@ for (const [number, text] of lines) {
   code.textContent = text;
   row.append(count, code);
   rows.set(number, row);
-  const [, kind, index] = pathOfLine(number)?.match(/^(objects|lights)\[(\d+)\]$/) ?? [];
-  if (kind) {
-    const show = (isOn) => {
-      if (kind === "objects") view.highlightObject(isOn ? Number(index) : null);
-      else view.highlightLight(isOn ? Number(index) : null);
-    };
-    row.addEventListener("pointerenter", () => show(true));
-    row.addEventListener("pointerleave", () => show(false));
+  const highlight = highlightOf(number);
+  if (highlight) {
+    row.addEventListener("pointerenter", () => highlight(true));
+    row.addEventListener("pointerleave", () => highlight(false));
   }
   pane.append(row);
 }

@@ -1,7 +1,7 @@
 // Shows the story of a pixel, as `rtcli explain --json` tells it: a sentence, a drawing, and each step with its
 // equations, the same with their numbers put in, and the result.
 //
-//   renderStory(element, story, {onHoverObject, onHoverLight, onHoverPath, onOpenLine}) -> {highlightObject, highlightLight}
+//   renderStory(element, story, {onHoverObject, onHoverLight, onHoverPath, onOpenLine}) -> a handle
 //
 // A symbol that is pointed at or has the focus lights up in the drawing, and the callbacks get the index of its object
 // or light, and the path of the value in the scene's file that it comes from; null when it is left. onOpenLine gets
@@ -62,6 +62,7 @@ class StoryView {
 
   handle() {
     return {
+      highlightSymbol: (name) => this.light(name === null ? null : `[data-symbol="${name}"]`),
       highlightObject: (index) => this.light(index === null ? null : `[data-object="${index}"]`),
       highlightLight: (index) => this.light(index === null ? null : `[data-light="${index}"]`),
       // What the reader chose to see in the drawing, for the story that follows; null before that.
