@@ -14,7 +14,7 @@ from rtcli.atomic import atomic_write
 from rtcli.dataset.card import Thumbnail
 from rtcli.dataset.dry_run import numbers
 from rtcli.dataset.plan import Layout
-from rtcli.reports.dataset_page import SamplePicture, dataset_page
+from rtcli.reports.dataset_page import ReportedSample, dataset_page
 from rtcli.template.draws import path_of
 from rtcli.template.template import Template
 from rtcli.template.values import Context
@@ -40,7 +40,7 @@ def write_report(
         for section, path, value in _values(template, json.loads(line)):
             values[section].setdefault(path, []).append(value)
     drawn = {path: found for path, found in values["drawn"].items() if len(set(found)) > 1}
-    pictures = [SamplePicture(each.index, template.factors_at(each.index), _png(each)) for each in thumbnails]
+    pictures = [ReportedSample(each.index, template.factors_at(each.index), _png(each)) for each in thumbnails]
     page = dataset_page(layout.folder.name, summary, pictures, {**values, "drawn": drawn}, read)
     with atomic_write(layout.folder / PAGE, layout.parts) as file:
         file.write(page.encode())

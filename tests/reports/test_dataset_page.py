@@ -5,7 +5,7 @@ from html.parser import HTMLParser
 
 import pytest
 
-from rtcli.reports.dataset_page import SamplePicture, dataset_page
+from rtcli.reports.dataset_page import ReportedSample, dataset_page
 from rtcli.reports.dataset_page.histogram import INTERVALS, MAX_LEVELS, histograms
 
 HOSTILE = "</style><script>alert(1)</script><img src=x onerror=alert(2)>\"'&amp;\u2028\u202e\x00${title}"
@@ -19,7 +19,7 @@ SUMMARY = {
     "failures": [{"index": 5, "reason": "apart: a and b"}, {"index": 9, "reason": "apart: a and c"}],
     "template": "dataset:\n  seed: 7\n",
 }
-PICTURES = [SamplePicture(42, {"hue": 0.25, "sky": "white"}, b"png")]
+PICTURES = [ReportedSample(42, {"hue": 0.25, "sky": "white"}, b"png")]
 VALUES = {
     "factors": {"hue": [0.25, 0.5, 0.5]},
     "drawn": {"camera.fov": [30 + 0.1 * number for number in range(100)]},
@@ -96,7 +96,7 @@ def test_texts_are_escaped():
     text = dataset_page(
         HOSTILE,
         {**SUMMARY, **summary, "splits": {HOSTILE: 1}, "failures": failures},
-        [SamplePicture(0, {HOSTILE: HOSTILE}, b"")],
+        [ReportedSample(0, {HOSTILE: HOSTILE}, b"")],
         {"factors": {HOSTILE: [HOSTILE, "b"]}, "drawn": {HOSTILE: [0.5, 1]}, "visible_pixels": {}},
         1,
     )

@@ -4,6 +4,6 @@
 it into the frame of all pages.
 """
 
-from rtcli.reports.dataset_page.page import SamplePicture, dataset_page
+from rtcli.reports.dataset_page.page import ReportedSample, dataset_page
 
-__all__ = ["SamplePicture", "dataset_page"]
+__all__ = ["ReportedSample", "dataset_page"]

@@ -20,7 +20,7 @@ _BAR, _INTERVAL, _HEIGHT = 9, 10, 60
 
 
 @dataclass(frozen=True)
-class SamplePicture:
+class ReportedSample:
     """A sample: its index, the values of its factors, and its picture as a small PNG."""
 
     index: int
@@ -31,7 +31,7 @@ class SamplePicture:
 def dataset_page(
     name: str,
     summary: Mapping[str, Any],
-    pictures: Sequence[SamplePicture],
+    pictures: Sequence[ReportedSample],
     values: Mapping[str, Mapping[str, Sequence[Any]]],
     read: int,
 ) -> str:
@@ -77,7 +77,7 @@ def _text(text: str) -> str:
     return escape("\n".join(map(printable, text.splitlines())))
 
 
-def _picture(sample: SamplePicture) -> str:
+def _picture(sample: ReportedSample) -> str:
     factors = ", ".join(f"{name} {_shown(value)}" for name, value in sample.factors.items())
     return (
         f'<li><figure><img src="{data_uri(sample.png)}" alt="Sample {sample.index}">'
