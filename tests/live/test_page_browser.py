@@ -334,6 +334,22 @@ def test_two_pixels_stand_side_by_side(page):
     assert page.run("location.hash") == f"#pixel={SKY[0]},{SKY[1]}"
 
 
+def test_pointing_at_a_line_of_the_file_lights_its_part_of_the_story(page):
+    page.run("location.hash = '#pixel=80,60'")
+    page.wait(lambda: "Pixel 80,60" in page.text("story-now"))
+    lit = "[...new Set([...document.querySelectorAll('#story-now .is-lit')].map(each => JSON.stringify(each.dataset)))]"
+
+    def point(number):
+        line = page.browser.find_element("css selector", f".line[data-number='{number}']")
+        ActionChains(page.browser).move_to_element_with_offset(line, -300, 0).perform()
+        return " ".join(page.run(lit))
+
+    assert '"symbol":"fov"' in point(3)
+    assert '"light":"0"' in point(8)
+    assert '"object":"1"' in point(12)
+    assert point(7) == ""
+
+
 def test_the_focus_in_a_story_stays_when_a_save_changes_it(page):
     page.run("location.hash = '#pixel=80,60'")
     page.wait(lambda: "Pixel 80,60" in page.text("story-now"))

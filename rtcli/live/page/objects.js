@@ -167,16 +167,24 @@ byId("edit").addEventListener("click", () => post("/open", { index: live.opened 
 
 // --- The text of the file --------------------------------------------------------------------------------
 
-const source = new Source(byId("text"), (line) => light(objectOfLine(line)));
+const source = new Source(byId("text"), pointAtLine);
 const choices = document.querySelectorAll("[name=text]");
 const isChosen = (value) => document.querySelector("[name=text]:checked").value === value;
 
 // The lines of objects are those of the text that the picture shows.
 const isOfPicture = () => live.state?.text_of_picture == null || isChosen("picture");
 
-function objectOfLine(line) {
-  if (line === null || !isOfPicture()) return null;
-  return live.state.objects.find(({ lines }) => lines && line >= lines[0] && line <= lines[1])?.index ?? null;
+// An object lights up everywhere, a light and the camera in the stories: `line` gives the index of the light, or the
+// key of the camera.
+function pointAtLine(number) {
+  const { objects, lights, camera } = live.state ?? {};
+  const isAt = (item) => item?.lines && isOfPicture() && number >= item.lines[0] && number <= item.lines[1];
+  const found = number === null ? null : objects.find(isAt);
+  if (found) emit("line", {}); // first, since the parts of a story that are lit are those of the last call
+  light(found?.index ?? null);
+  if (found) return;
+  const key = number !== null && isAt(camera) ? /(\w+)\s*:/.exec(source.texts[number - 1])?.[1] : null;
+  emit("line", { light: number === null ? null : lights.find(isAt)?.index ?? null, key });
 }
 
 function showText() {

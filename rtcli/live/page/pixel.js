@@ -212,6 +212,20 @@ on("light", (index) => {
   if (!isFromStory) for (const { handle } of stories) handle?.highlightObject(index);
 });
 
+// The symbols of the story that the keys of the camera are about.
+const SYMBOLS = { position: "o", look_at: "f", up: "u", fov: "fov", fov_x: "fov", resolution: "size", height: "height" };
+
+let isLineLit = false;
+
+on("line", ({ light: index = null, key }) => {
+  if (index === null && !key && !isLineLit) return;
+  isLineLit = index !== null || Boolean(key);
+  for (const { handle } of stories) {
+    if (key) handle?.highlightSymbol(SYMBOLS[key] ?? "o");
+    else handle?.highlightLight(index);
+  }
+});
+
 let speakTimer = 0;
 
 // For screen readers, after a pause: a held arrow key would talk without end.
