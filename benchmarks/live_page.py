@@ -3,8 +3,8 @@
     python benchmarks/live_page.py [--saves N] [SCENE ...]
 
 The time of the save is that of the rename that puts the new file into place. The frame is the one after which the
-page writes its latency, by the clock of the browser, which is that of the machine. It is the headless Chromium of the
-tests, which draws without a graphics card.
+page writes its latency, by the clock of the browser, which is that of the machine. The browser is the headless
+Chromium of the tests, which draws without a graphics card.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from live import MEDIAN, P95, SCENES, LiveServer, edited, p95
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "support"))
 
-import chromium  # noqa: E402 - a module of the tests
+import chromium
 
 # Milliseconds of the clock at each frame that shows a save.
 _RECORD = """

@@ -45,7 +45,7 @@ def save_story(browser: Any, path: Path) -> None:
         chromium.prefer(browser, "light")
         browser.get(page.as_uri())
         browser.execute_script(_POINT)
-        _save(browser, path)
+        _save(browser, path, Image.Quantize.MAXCOVERAGE)
 
 
 def save_live(browser: Any, folder: Path) -> None:
@@ -67,7 +67,7 @@ def save_live(browser: Any, folder: Path) -> None:
         time.sleep(_SECONDS)
         browser.execute_script("location.hash = arguments[0]", f"#pixel={_PIXEL}")
         time.sleep(_SECONDS)
-        _save(browser, folder / "page.png")
+        _save(browser, folder / "page.png", Image.Quantize.MEDIANCUT)
         chromium.prefer(browser, "dark")
         file.write_text(scenes["still-life"], encoding="utf-8")
         time.sleep(_SECONDS)
@@ -75,14 +75,14 @@ def save_live(browser: Any, folder: Path) -> None:
         wrong = scenes["still-life"].replace("radius: 0.42", "radius: 0.42.", 1).replace("fov: 28", "fov: 280")
         file.write_text(wrong, encoding="utf-8")
         time.sleep(_SECONDS)
-        _save(browser, folder / "invalid.png")
+        _save(browser, folder / "invalid.png", Image.Quantize.MEDIANCUT)
         session.stop()
         os.chdir(ROOT)
 
 
-def _save(browser: Any, path: Path) -> None:
+def _save(browser: Any, path: Path, method: Image.Quantize) -> None:
     with Image.open(io.BytesIO(browser.get_screenshot_as_png())) as image:
-        colors = image.convert("RGB").quantize(256, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+        colors = image.convert("RGB").quantize(256, method, dither=Image.Dither.NONE)
         colors.save(path, optimize=True)
 
 

@@ -337,7 +337,7 @@ def test_two_pixels_stand_side_by_side(page):
 def test_pointing_at_a_line_of_the_file_lights_its_part_of_the_story(page):
     page.run("location.hash = '#pixel=80,60'")
     page.wait(lambda: "Pixel 80,60" in page.text("story-now"))
-    lit = "[...new Set([...document.querySelectorAll('#story-now .is-lit')].map(each => JSON.stringify(each.dataset)))]"
+    lit = "[...document.querySelectorAll('#story-now .is-lit')].map(each => JSON.stringify(each.dataset))"
 
     def point(number):
         line = page.browser.find_element("css selector", f".line[data-number='{number}']")
