@@ -19,7 +19,7 @@ from rtcli.explain.drawing import drawing_of
 from rtcli.explain.intersections import intersect_all
 from rtcli.explain.lighting import SurfacePoint, hit_step, lights_step, radiance_step
 from rtcli.explain.nearby import PreparedScene
-from rtcli.explain.records import Explanation, Intersections, NativePixel, Number, Sample, Step, Story
+from rtcli.explain.records import Explanation, NativePixel, Number, Sample, Step, Story
 from rtcli.explain.sentence import sentence_of
 from rtcli.explain.words import name_of, triple
 from rtcli.image.display import DisplayTransform
@@ -31,7 +31,6 @@ from rtcli.tracer.reference import (
     CENTRE,
     NOTHING,
     Array,
-    Hit,
     Ray,
     ReferenceTracer,
     SimpleCamera,
@@ -173,28 +172,28 @@ class _Pixel:
         return metered.stops, metered.percentile
 
     def _story(self, chosen: int) -> tuple[SurfacePoint, Story]:
+        """Return the point of a sample among the objects that are listed, and its story."""
         only = np.array([chosen])
         ray, hit = self.rays.take(only), self.hits.take(only)
-        scenery = self.tracer.scenery
-        point = SurfacePoint(self.tracer.world, scenery, self.names, ray, hit)
-        lights = lights_step(point)
-        return point, Story(
+        point = SurfacePoint(self.tracer.world, self.tracer.scenery, self.names, ray, hit)
+        lights, listed = lights_step(point), self._among_listed(point)
+        return listed, Story(
             sample=chosen + 1,
             ray=self._ray_step(ray, self.offsets[chosen]),
-            intersections=self._intersections(ray, hit),
+            intersections=intersect_all(listed.scenery, listed.names, ray, listed.hit, len(self.scene.objects)),
             hit=hit_step(point),
             lights=lights,
             radiance=radiance_step(point, self.light[:, chosen], lights.lights),
         )
 
-    def _intersections(self, ray: Ray, hit: Hit) -> Intersections:
-        """Return the step for all objects, or for those that take part if the scene has many."""
-        count = len(self.scene.objects)
-        if self.prepared is None or self.prepared.listed is None:
-            return intersect_all(self.tracer.scenery, self.names, ray, hit, count)
-        index = np.array([NOTHING if place == NOTHING else self.chosen[place] for place in hit.index])
-        names = self.prepared.bodies.names
-        return intersect_all(self.prepared.listed, names, ray, replace(hit, index=index), count)
+    def _among_listed(self, point: SurfacePoint) -> SurfacePoint:
+        """Return a point among all objects of a scene, or among those that take part if the scene has many."""
+        prepared = self.prepared
+        if prepared is None or prepared.listed is None:
+            return point
+        index = np.array([NOTHING if place == NOTHING else self.chosen[place] for place in point.hit.index])
+        hit = replace(point.hit, index=index)
+        return SurfacePoint(prepared.world, prepared.listed, prepared.bodies.names, point.ray, hit)
 
     def _ray_step(self, ray: Ray, within: tuple[float, float]) -> Step:
         camera = self.tracer.scenery.camera

@@ -30,6 +30,8 @@ _TIMEOUT, _HEARTBEAT = 10.0, 15.0
 
 # The most connections; beyond them, the one that has been idle for longest is closed.
 _MAX_CONNECTIONS = 128
+# Seconds to wait for that.
+_PATIENCE = 1.0
 _MAX_STREAMS = 32
 
 # The most bytes of the body of a POST, and of an answer that are sent at once.
@@ -92,7 +94,7 @@ class LiveServer(ThreadingHTTPServer):
         self.pages = dict(_page_files())
         self.streams = threading.BoundedSemaphore(_MAX_STREAMS)
         self._connections: dict[socket.socket, bool] = {}
-        self._lock = threading.Lock()
+        self._room = threading.Condition()
         try:
             super().__init__((LOOPBACK, DEFAULT_PORT if port is None else port), _Handler)
         except OSError as error:
@@ -111,21 +113,28 @@ class LiveServer(ThreadingHTTPServer):
         threading.Thread(target=self.serve_forever, args=(0.1,), name="server", daemon=True).start()
 
     def process_request(self, request: Any, client_address: Any) -> None:
-        """Answer the requests of a connection in a thread; close an idle one if there are too many."""
-        with self._lock:
-            self._connections[request] = False
-            idle = [other for other, is_busy in self._connections.items() if not is_busy]
-            closing = idle[0] if len(self._connections) > _MAX_CONNECTIONS else None
-        if closing is not None:
-            with contextlib.suppress(OSError):
-                closing.shutdown(socket.SHUT_RDWR)
-        super().process_request(request, client_address)
+        """Answer the requests of a connection in a thread; if there are too many, close one that is idle."""
+        with self._room:
+            if len(self._connections) >= _MAX_CONNECTIONS:
+                idle = next((other for other, is_busy in self._connections.items() if not is_busy), None)
+                if idle is not None:
+                    with contextlib.suppress(OSError):
+                        idle.shutdown(socket.SHUT_RDWR)
+                self._room.wait_for(lambda: len(self._connections) < _MAX_CONNECTIONS, _PATIENCE)
+            has_room = len(self._connections) < _MAX_CONNECTIONS
+            if has_room:
+                self._connections[request] = False
+        if has_room:
+            super().process_request(request, client_address)
+        else:
+            super().shutdown_request(request)
 
     def shutdown_request(self, request: Any) -> None:
         """Close a connection."""
-        with self._lock:
-            self._connections.pop(request, None)
         super().shutdown_request(request)
+        with self._room:
+            self._connections.pop(request, None)
+            self._room.notify()
 
     @contextlib.contextmanager
     def busy(self, connection: socket.socket) -> Iterator[None]:
@@ -137,7 +146,7 @@ class LiveServer(ThreadingHTTPServer):
             self._mark(connection, False)
 
     def _mark(self, connection: socket.socket, is_busy: bool) -> None:
-        with self._lock:
+        with self._room:
             if self._connections.pop(connection, None) is not None:
                 self._connections[connection] = is_busy
 

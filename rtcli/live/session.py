@@ -44,8 +44,8 @@ _FEWEST = 4096  # pixels of a small picture
 # The most pixels of a picture that is kept as a film: a gigabyte.
 MAX_PIXELS = 1 << 26
 
-# Views that are kept: two for the pictures beside each other, and two for a camera that moves.
-_VIEWS = 4
+# The most pixels of all views of a version that are kept: half a gigabyte.
+_KEPT_PIXELS = 1 << 25
 
 
 class ConflictError(ValueError):
@@ -282,7 +282,7 @@ class Session:
                 known = good.views.pop(view.traced, None)
                 base = self._trace(good, view.traced) if known is None else known
                 good.views[view.traced] = base  # the newest is the last
-                while len(good.views) > _VIEWS:
+                while len(good.views) > 1 and sum(map(_pixels, good.views.values())) > _KEPT_PIXELS:
                     del good.views[next(iter(good.views))]
         return base if view.exposure is None else base.exposed(view.exposure)
 
@@ -482,6 +482,11 @@ class Session:
             "editor": self.editor is not None,
             "limits": {"pixels": MAX_RAYS // (1 if good is None else good.scene.world.settings.samples)},
         }
+
+
+def _pixels(rendering: Rendering) -> int:
+    camera = rendering.scene.world.camera
+    return camera.width * camera.height
 
 
 def _of_good(good: Good | None, text: str | None) -> dict[str, Any]:

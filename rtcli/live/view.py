@@ -12,8 +12,8 @@ from rtcli.scene.model import Scene
 from rtcli.scene.vectors import are_parallel, view_direction
 from rtcli.tracer.world import CameraFrame, Vector
 
-# The most primary rays of a view: the pixels of a 4K picture with eight samples each.
-MAX_RAYS = 1 << 26
+# The most primary rays of a view: the pixels of a 4K picture with four samples each.
+MAX_RAYS = 1 << 25
 
 T = TypeVar("T")
 

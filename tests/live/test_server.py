@@ -107,6 +107,12 @@ def test_passes_and_picture_share_one_rendering(live, monkeypatch):
     assert live.get_json("/state")["objects"]
 
 
+def test_view_is_traced_once(live, monkeypatch):
+    for path in ("/picture?size=31x20", "/pass?name=radiance&size=31x20", "/pixel?x=1&y=1&size=31x20"):
+        assert live.request("GET", path)[0] == 200
+        monkeypatch.setattr("rtcli.live.session.render", None)  # would trace again
+
+
 def test_malformed_questions_get_a_sentence(live):
     for path, reason in (
         ("/pass?name=beauty", "name must be one of radiance, depth"),
@@ -129,8 +135,17 @@ def test_size_is_bounded_in_pixels_times_samples(live, scene):
     text = scene_text() + "render: {samples: 1024}\n"
     in_place(scene, text)
     live.wait_for_text(text)
-    assert live.get_json("/state")["limits"] == {"pixels": 2**16}
-    assert live.request("GET", "/picture?size=256x257")[0] == 400
+    assert live.get_json("/state")["limits"] == {"pixels": 2**15}
+    assert live.request("GET", "/picture?size=256x129")[0] == 400
+
+
+def test_views_are_kept_within_a_budget_of_pixels(live, monkeypatch):
+    monkeypatch.setattr("rtcli.live.session._KEPT_PIXELS", 100)
+    good = live.session.good()
+    for size in ("5x5", "6x6", "7x7", "5x5", "60x60"):
+        live.get("/picture", size=size)
+        assert sum(view.size[0] * view.size[1] for view in good.views) <= 100 or len(good.views) == 1
+    assert [view.size for view in good.views] == [(60, 60)]
 
 
 # --- Posts ---------------------------------------------------------------------------------------------------

@@ -31,7 +31,7 @@ def test_state_tells_of_the_scene(live, scene):
     assert picture["version"] == state["version"]
     assert state["command"] == f"rtcli render {scene} -o out.png"
     assert (state["write"], state["editor"]) == (False, False)
-    assert state["limits"] == {"pixels": 2**26}
+    assert state["limits"] == {"pixels": 2**25}
 
 
 def test_objects_lights_and_camera_have_their_lines(live):

@@ -10,12 +10,14 @@ from typing import Any
 import click
 
 from rtcli.cli.console import STDIO, read_input, report_line
+from rtcli.cli.exit_codes import usage_errors
 from rtcli.cli.help import Command
 from rtcli.cli.options.scene import pop_overrides, scene_options
 from rtcli.cli.options.types import WholeNumber
 from rtcli.live.editor import editor_command
 from rtcli.live.server import DEFAULT_PORT, LiveServer
 from rtcli.live.session import Session
+from rtcli.rendering.job import RenderRequest
 from rtcli.scene.diagnostics.quoting import printable
 from rtcli.signals import ignore_broken_pipes
 
@@ -83,6 +85,8 @@ def command(
     if scene == STDIO:
         raise click.UsageError("standard input cannot be followed: SCENE must be a file")
     read_input(scene)  # fails at once if the name is wrong
+    with usage_errors():
+        RenderRequest().simd()
     session = Session(scene, overrides, write, editor)
     server = LiveServer(session, port, hosts)
     ignore_broken_pipes()

@@ -72,6 +72,7 @@ def command(scene: str, output: str, threads: int | None, **options: Any) -> Non
     request = RenderRequest(options["passes"], threads=threads)
     parsed = WatchOptions(scene, output, request, overrides, quantization)
     with usage_errors():
+        request.simd()
         outputs = [OutputPath(f"the {part}", str(path), "-o") for part, path in parsed.parts().items()]
     refuse_collisions([OutputPath("the scene", scene)], outputs)
     read_input(scene)  # fails at once if the name is wrong
