@@ -28,7 +28,7 @@ use crate::schema::{Field, Kind, Mapping, Value};
 # The definition of a color in the schema, and what its values are.
 _COLORS = ("Albedo", "LightColor")
 # Keys of the cameras that the reader takes.
-_CAMERA_KEYS = ("resolution", "fov", "projection", "height", "position", "look_at", "up")
+_CAMERA_KEYS = ("resolution", "fov", "fov_x", "projection", "height", "position", "look_at", "up")
 # Keys of shapes and lights that are packed in the same way for all kinds.
 _NO_PARAMETERS = ("type", "name", "light", "checker", "color")
 # The constants of the definitions that keys refer to.
@@ -76,7 +76,7 @@ def _limits() -> str:
 
 
 def _without_matrices(camera: Definition) -> Definition:
-    """Return the definition of a camera by `fov` or `height`; the reader leaves all others to the models."""
+    """Return the definition of a camera by an angle or `height`; the reader leaves all others to the models."""
     return {**camera, "properties": {key: camera["properties"][key] for key in _CAMERA_KEYS}}
 
 

@@ -46,12 +46,12 @@ class Trial:
     def see(self, sample: DatasetSample) -> None:
         """Count a sample."""
         self.samples += 1
-        self.objects += len(sample.scene.objects)
+        self.objects += len(sample.groups)
         data = as_data(sample.scene)
         objects = [item for item in data.pop("objects", ())]
         found = list(numbers(data, ()))
         for index, (item, group) in enumerate(zip(objects, sample.groups, strict=True)):
-            found += numbers(item, ("objects", index if group is None else group))
+            found += numbers(item, ("objects", index if group.name is None else group.name))
         found += [(("dataset", "factors", *loc), value) for loc, value in numbers(dict(sample.factors), ())]
         for loc, value in found:
             path = path_of(loc)

@@ -61,10 +61,9 @@ def _warnings(
         sample, _ = draw_sample(template, index, most_tries=MOST_TRIES)
     except SampleError:
         return None
-    groups = [group for group in template.groups for _ in group.names(index, sample.factors)]
 
     def in_template(loc: Loc) -> Loc:
-        return (*groups[int(loc[1])].loc, *loc[2:]) if loc[:1] == ("objects",) and len(loc) > 1 else loc
+        return (*sample.groups[int(loc[1])].loc, *loc[2:]) if loc[:1] == ("objects",) and len(loc) > 1 else loc
 
     found = warnings_of(sample.scene, ignores, left_out)
     return (warning._replace(loc=in_template(warning.loc)) for warning in found)

@@ -17,7 +17,6 @@ from rtcli.dataset.plan import Layout
 from rtcli.reports.dataset_page import ReportedSample, dataset_page
 from rtcli.template.draws import path_of
 from rtcli.template.template import Template
-from rtcli.template.values import Context
 
 PAGE = "index.html"
 # The most samples whose values are shown.
@@ -57,9 +56,8 @@ def _values(template: Template, labels: Mapping[str, Any]) -> Iterator[tuple[str
     factors = labels["factors"]
     for name, value in factors.items():
         yield "factors", name, tuple(value) if isinstance(value, list) else value
-    context = Context(labels["index"], factors, labels["attempt"])
-    sections = {key: value.at(context) for key, value in template.sections.items()}
-    for loc, number in numbers(sections, ()):
+    sections = template.sampler.sections(template.draw_of(labels["index"], labels["attempt"], factors))
+    for loc, number in numbers({key: json.loads(value) for key, value in sections.items()}, ()):
         yield "drawn", path_of(loc), number
     groups = Counter(row["group"] for row in labels["objects"])
     for name, count in groups.items():

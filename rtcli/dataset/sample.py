@@ -2,34 +2,34 @@
 
 from __future__ import annotations
 
+import functools
+import json
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pydantic import ValidationError
 
-from rtcli.dataset.constraints import (
-    OBJECT_CHECKS,
-    PICTURE_CHECKS,
-    Placed,
-    Surroundings,
-    distance_kept,
-    placed,
-)
+from rtcli.dataset.constraints import PICTURE_CHECKS
 from rtcli.dataset.picture import SamplePicture
+from rtcli.rendering.load import read_packed
 from rtcli.rendering.metadata import SOFTWARE
-from rtcli.rendering.pack import camera_frame, pack_scene
+from rtcli.rendering.pack import PackedScene, camera_frame, pack_scene
+from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.scene.diagnostics.problems import counted
-from rtcli.scene.model import SHAPES, Camera, Object, Scene
-from rtcli.scene.vectors import dot, negative, unit
+from rtcli.scene.model import SHAPES, Camera, Scene
+from rtcli.scene.vectors import Vector
 from rtcli.scene.write import yaml_text
-from rtcli.template.bodies import body_of
 from rtcli.template.dataset import Requirement
 from rtcli.template.groups import ObjectGroup
 from rtcli.template.template import Template
-from rtcli.template.values import Context
+from rtcli.template.values import in_json
+from rtcli.tracer.world import CameraFrame
+
+if TYPE_CHECKING:
+    from rtcli.tracer._native import Placement
 
 # Named like a constraint: values that do not fit each other, such as a camera that looks at where it stands.
 _SCENE = "scene"
@@ -43,12 +43,12 @@ class DatasetSample:
     ----------
     index
         Its index.
-    scene
-        Its scene.
+    text
+        Its scene in JSON.
     factors
         The values of the factors.
     groups
-        For each object, the name of its group, or its own.
+        The item under `objects` that each object is from.
     attempt
         The attempt of its draws, beside those of objects.
     picture
@@ -56,11 +56,22 @@ class DatasetSample:
     """
 
     index: int
-    scene: Scene
+    text: str
     factors: Mapping[str, Any]
-    groups: Sequence[str | None]
+    groups: Sequence[ObjectGroup]
     attempt: int
     picture: SamplePicture
+
+    @functools.cached_property
+    def data(self) -> dict[str, Any]:
+        """Its scene as plain data."""
+        data: dict[str, Any] = json.loads(self.text)
+        return data
+
+    @functools.cached_property
+    def scene(self) -> Scene:
+        """Its scene as models."""
+        return Scene.model_validate(self.data)
 
 
 @dataclass
@@ -87,11 +98,20 @@ class Rejections:
     ended: Counter[str] = field(default_factory=Counter)
     last: dict[str, str] = field(default_factory=dict)
 
-    def add(self, kind: str, objects: str, is_end: bool = True) -> None:
-        """Count a rejection of some objects, and whether the sample was given up for it."""
+    def add(self, kind: str, objects: str) -> None:
+        """Count a sample that was given up for some objects."""
         self.counts[kind] += 1
-        self.ended[kind] += is_end
+        self.ended[kind] += 1
         self.last[kind] = objects
+
+    def add_objects(self, placement: Placement) -> None:
+        """Count the objects that were drawn to place all of a sample."""
+        self.draws += placement.draws
+        self.checks.update(dict(placement.checks))
+        for kind, count, ended, objects in placement.refusals:
+            self.counts[kind] += count
+            self.ended[kind] += ended
+            self.last[kind] = objects
 
     def update(self, other: Rejections) -> None:
         """Add the counts of another sample."""
@@ -148,9 +168,14 @@ def draw_sample(
     """
     rejections, tries = Rejections(), min(template.dataset.tries, most_tries or template.dataset.tries)
     by_picture = [each for each in template.dataset.require if type(each) in PICTURE_CHECKS]
-    for scene, groups, context in _candidates(template, index, tries, rejections):
-        picture = SamplePicture(pack_scene(scene), passes, threads)
-        sample = DatasetSample(index, scene, context.factors, groups, context.attempt, picture)
+    factors = template.factors_at(index)
+    for number in range(tries):
+        attempt = number * template.dataset.tries
+        candidate = _candidate(template, template.draw_of(index, attempt, factors), tries, rejections)
+        if candidate is None:
+            continue
+        picture = SamplePicture(candidate.packed, passes, threads)
+        sample = DatasetSample(index, candidate.text, factors, candidate.groups, attempt, picture)
         rejections.draws += bool(by_picture)
         refused = _refused_by_picture(by_picture, sample, rejections.checks)
         if refused is None:
@@ -167,118 +192,88 @@ def _refused_by_picture(
         check = PICTURE_CHECKS[type(requirement)]
         checks[requirement.kind] += 1
         for number, (group, row) in enumerate(zip(sample.groups, sample.picture.objects, strict=True)):
-            if group == requirement.target and not check(requirement, row):
-                return requirement.kind, sample.scene.objects[number].name or f"objects[{number}]"
+            if group.name == requirement.target and not check(requirement, row):
+                name = sample.picture.job.scene.object_names()[number]
+                return requirement.kind, name or f"objects[{number}]"
     return None
 
 
-def _candidates(
-    template: Template, index: int, tries: int, rejections: Rejections
-) -> Iterator[tuple[Scene, list[str | None], Context]]:
-    """Yield scenes that meet all constraints on objects, one for each try that succeeds, and their groups."""
-    factors = template.factors_at(index)
-    for number in range(tries):
-        context = Context(index, factors, number * template.dataset.tries)
-        sections = {key: value.at(context) for key, value in template.sections.items()}
-        try:
-            objects = _Placement(template, context, sections.get("camera"), rejections).objects(tries)
-            if objects is None:
-                continue
-            rejections.checks[_SCENE] += 1
-            scene = Scene.model_validate({**sections, "objects": [each.shape for each in objects]})
-        except ValidationError as error:
-            details = error.errors(include_url=False)[0]
-            rejections.add(_SCENE, f"{'.'.join(map(str, details['loc']))} {details['msg']}")
-            continue
-        yield scene, [each.group for each in objects], context
+class _Candidate(NamedTuple):
+    """A scene that meets all constraints on objects, in JSON and as arrays, and the items of its objects."""
+
+    text: str
+    packed: PackedScene
+    groups: Sequence[ObjectGroup]
 
 
-class _Slot(NamedTuple):
-    """The place of an object among all objects of a sample."""
+def _candidate(
+    template: Template, draw: tuple[int, int, list[str]], tries: int, rejections: Rejections
+) -> _Candidate | None:
+    """Return a scene whose objects are drawn until they meet their constraints; None if one never does."""
+    sampler = template.sampler
+    sections = sampler.sections(draw)
+    try:
+        placement = sampler.place(draw, tries, _frame(sections["camera"]), _shape_of)
+        rejections.add_objects(placement)
+        if placement.invalid is not None:
+            _valid_object(placement.invalid)
+        if placement.objects is None:
+            return None
+        rejections.checks[_SCENE] += 1
+        sections["objects"] = placement.objects
+        text = "{" + ", ".join(f"{in_json(key)}: {value}" for key, value in sections.items()) + "}"
+        packed = _packed(text)
+    except ValidationError as error:
+        details = error.errors(include_url=False)[0]
+        rejections.add(_SCENE, f"{'.'.join(map(str, details['loc']))} {details['msg']}")
+        return None
+    counts = zip(template.groups, placement.counts, strict=True)
+    return _Candidate(text, packed, [group for group, count in counts for _ in range(count)])
 
-    number: int
-    group: ObjectGroup
-    element: int
-    name: str | None
 
+@functools.lru_cache(maxsize=16)
+def _frame(camera: str) -> CameraFrame:
+    """Return the frame of a camera in JSON.
 
-class _Placement:
-    """Places the objects of a sample one by one, each drawn again until it meets its constraints.
-
-    Objects come after those that they keep away from.
+    Raises
+    ------
+    pydantic.ValidationError
+        If the camera is not valid.
     """
+    return camera_frame(Camera.model_validate(json.loads(camera)))
 
-    def __init__(self, template: Template, context: Context, camera: Any, rejections: Rejections) -> None:
-        self._template = template
-        self._context = context
-        self._frame = camera_frame(Camera.model_validate(camera))
-        self._rejections = rejections
-        self._placed: dict[int, Placed] = {}
 
-    def objects(self, tries: int) -> list[Placed] | None:
-        """Return the objects in the order of the file; None if one cannot be placed in that number of tries."""
-        slots: list[_Slot] = []
-        for group in self._template.groups:
-            for element, name in enumerate(group.names(self._context.index, self._context.factors)):
-                slots.append(_Slot(len(slots), group, element, name))
-        for slot in sorted(slots, key=self._rank):
-            if not self._place(slot, tries):
-                return None
-        return [self._placed[slot.number] for slot in slots]
+def _valid_object(text: str) -> Any:
+    """Return an object in JSON as a model.
 
-    def _requirements(self, group: ObjectGroup) -> list[Requirement]:
-        return [
-            requirement
-            for requirement in self._template.dataset.require
-            if type(requirement) in OBJECT_CHECKS and requirement.target == group.name
-        ]
+    Raises
+    ------
+    pydantic.ValidationError
+        If the object is not valid.
+    """
+    data = json.loads(text)
+    return SHAPES[data["type"]].model_validate(data)
 
-    def _rank(self, slot: _Slot) -> tuple[bool, bool, float]:
-        """Return the sort key of the order of placing: what others rest on, free objects, constrained objects.
 
-        Of any two objects, the second is the one that must keep the larger distance: it keeps away from the first.
-        """
-        is_support = slot.group.name in {group.rest_on for group in self._template.groups} - {None}
-        requirements = self._requirements(slot.group)
-        return not is_support, bool(requirements), distance_kept(requirements)
+def _shape_of(text: str) -> tuple[str, Vector, tuple[float, ...]] | None:
+    """Return the type, the position and the parameters of an object in JSON; None if it is not valid."""
+    try:
+        shape = _valid_object(text)
+    except ValidationError:
+        return None
+    return shape.type, shape.position, shape.parameters
 
-    def _place(self, slot: _Slot, tries: int) -> bool:
-        requirements = self._requirements(slot.group)
-        for number in range(tries):
-            self._rejections.draws += bool(requirements)
-            candidate = self._candidate(slot, self._context.attempt + number)
-            around = Surroundings(list(self._placed.values()), self._frame)
-            for requirement in requirements:
-                self._rejections.checks[requirement.kind] += 1
-                refused = OBJECT_CHECKS[type(requirement)](requirement, candidate, around)
-                if refused:
-                    self._rejections.add(requirement.kind, refused, is_end=number == tries - 1)
-                    break
-            else:
-                self._placed[slot.number] = candidate
-                return True
-        return False
 
-    def _candidate(self, slot: _Slot, attempt: int) -> Placed:
-        data = slot.group.data(replace(self._context, attempt=attempt, element=slot.element))
-        if slot.name is not None:
-            data["name"] = slot.name
-        shape: Any = SHAPES[data["type"]].model_validate(data)
-        if slot.group.rest_on is not None:
-            shape = self._at_rest(shape, slot.group.rest_on)
-        return placed(slot.name or f"objects[{slot.number}]", slot.group.name, shape)
+def _packed(text: str) -> PackedScene:
+    """Return the arrays of a scene in JSON.
 
-    def _at_rest(self, shape: Object, name: str) -> Object:
-        """Return an object moved along the normal of a plane until it touches the plane."""
-        body = body_of(shape)
-        if body is None:
-            return shape
-        plane: Any = next(each.shape for each in self._placed.values() if each.group == name)
-        up = unit(plane.normal)
-        x, y, z = (a - b for a, b in zip(shape.position, plane.position, strict=True))
-        way = body.reach(negative(up)) - dot(up, (x, y, z))
-        position = tuple(a + way * u for a, u in zip(shape.position, up, strict=True))
-        return shape.model_copy(update={"position": position})
+    Raises
+    ------
+    pydantic.ValidationError
+        If the scene is not valid.
+    """
+    found = read_packed(text.encode(), "sample.json", [], Stopwatch())
+    return pack_scene(Scene.model_validate(json.loads(text))) if found is None else found
 
 
 def sample_text(template: Template, index: int) -> str:

@@ -10,7 +10,16 @@ import re
 from array import array
 from typing import TYPE_CHECKING, Any, Protocol
 
-from rtcli.rendering.pack import Lens, PackedScene, frame_of, lens_of_fov, lens_of_height, pack_scene, packed
+from rtcli.rendering.pack import (
+    Lens,
+    PackedScene,
+    frame_of,
+    lens_of_fov,
+    lens_of_fov_x,
+    lens_of_height,
+    pack_scene,
+    packed,
+)
 from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.scene.files import JSON_SUFFIX, MAX_BYTES, YAML_SUFFIXES
 from rtcli.scene.overrides import SectionEdit
@@ -73,7 +82,7 @@ def read_packed(raw: bytes, name: str, edits: list[SectionEdit], watch: Stopwatc
     camera, render, image = sections["camera"], sections["render"], sections["image"]
     position, look_at, up = camera["position"], camera["look_at"], camera["up"]
     with watch.stage("validate"):
-        lens = _lens(camera["projection"], camera["fov"], camera["height"])
+        lens = _lens(camera)
         if lens is None or look_at == position or are_parallel(view := view_direction(position, look_at), up):
             return None
     with watch.stage("pack"):
@@ -87,11 +96,16 @@ def read_packed(raw: bytes, name: str, edits: list[SectionEdit], watch: Stopwatc
         return packed(world, names, image["exposure"], image["tone"], image["alpha"])
 
 
-def _lens(projection: str, fov: float | None, height: float | None) -> Lens | None:
-    """Return the lens of a camera by `fov` or `height`, None if they do not fit its projection."""
-    if projection == "orthographic":
-        return lens_of_height(height) if height is not None and fov is None else None
-    return lens_of_fov(fov) if fov is not None and height is None else None
+def _lens(camera: dict[str, Any]) -> Lens | None:
+    """Return the lens of a camera by an angle or `height`, None unless one is given, which fits its projection."""
+    fov, fov_x, height = camera["fov"], camera["fov_x"], camera["height"]
+    if sum(key is not None for key in (fov, fov_x, height)) != 1:
+        return None
+    if (camera["projection"] == "orthographic") != (height is not None):
+        return None
+    if height is not None:
+        return lens_of_height(height)
+    return lens_of_fov(fov) if fov is not None else lens_of_fov_x(fov_x, camera["resolution"])
 
 
 def _format_of(raw: bytes, name: str) -> str:

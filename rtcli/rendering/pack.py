@@ -104,6 +104,12 @@ def lens_of_fov(fov: float) -> Lens:
     return Lens(half_tangent(fov), fov=fov)
 
 
+def lens_of_fov_x(fov_x: float, resolution: tuple[int, int]) -> Lens:
+    """Return the lens of a horizontal field of view, in degrees, and a width and height in pixels."""
+    width, height = resolution
+    return Lens(half_tangent(fov_x) * height / width)
+
+
 def lens_of_height(height: float) -> Lens:
     """Return the lens of an orthographic camera, whose picture is so high."""
     return Lens(height / 2, projection="orthographic")
@@ -151,7 +157,7 @@ def _lens(camera: Camera) -> Lens:
         center = (width / 2 - 0.5 - center_x) / focal_x, (center_y - height / 2 + 0.5) / focal_y
         return Lens(height / (2 * focal_y), focal_y / focal_x, center)
     if camera.fov_x is not None:
-        return Lens(half_tangent(camera.fov_x) * height / width)
+        return lens_of_fov_x(camera.fov_x, camera.resolution)
     return lens_of_fov(camera.fov or 0.0)
 
 

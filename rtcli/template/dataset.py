@@ -1,13 +1,13 @@
 """The `dataset` block of a template as pydantic models: every key, its meaning, default and bounds.
 
-To add a constraint, add its model and an entry to `REQUIREMENTS`, and its check to one of the tables of
-`rtcli.dataset.constraints`.
+To add a constraint, add its model and an entry to `REQUIREMENTS`, and its check: of pictures to
+`rtcli.dataset.constraints`, of objects to `tracer/sampler/src/constraints.rs`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 
@@ -39,7 +39,19 @@ class Requirement(_Block):
         return name
 
 
-class Apart(Requirement):
+class ObjectRequirement(Requirement):
+    """A condition that objects must meet one by one, before there is a picture."""
+
+    if TYPE_CHECKING:
+        margin: float
+
+    @property
+    def distance(self) -> float:
+        """The distance that it asks for to other solids; -1 if it asks for none."""
+        return -1.0
+
+
+class Apart(ObjectRequirement):
     """The surfaces of any two objects of a group, and of one of them and any other solid, keep a distance."""
 
     apart: _Name = Field(examples=["things"])
@@ -47,8 +59,13 @@ class Apart(Requirement):
     margin: NotNegative = 0.0
     """The least distance between surfaces."""
 
+    @property
+    def distance(self) -> float:
+        """The margin."""
+        return self.margin
 
-class InView(Requirement):
+
+class InView(ObjectRequirement):
     """The objects of a group are wholly in the picture."""
 
     in_view: _Name = Field(examples=["things"])

@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 
 from rtcli.template.dataset import Dataset
 from rtcli.template.draws import key_of
-from rtcli.template.values import Context, Drawn
+from rtcli.template.values import Drawn
 from rtcli.tracer._native import draw_word
 
 _Factors: TypeAlias = Mapping[str, Drawn]
@@ -24,8 +24,7 @@ def factor_values(dataset: Dataset, factors: _Factors, index: int) -> dict[str, 
 
 def _random(dataset: Dataset, factors: _Factors, index: int) -> dict[str, Any]:
     """Draw each factor by itself."""
-    context = Context(index, {})
-    return {name: factor.at(context) for name, factor in factors.items()}
+    return {name: factor.at(index) for name, factor in factors.items()}
 
 
 def _grid(dataset: Dataset, factors: _Factors, index: int) -> dict[str, Any]:
@@ -43,12 +42,12 @@ def _balanced(dataset: Dataset, factors: _Factors, index: int) -> dict[str, Any]
 def _sobol(dataset: Dataset, factors: _Factors, index: int) -> dict[str, Any]:
     """Spread the factors that are intervals by a Sobol sequence, and draw the others."""
     values = _random(dataset, factors, index)
-    context, intervals = Context(index, {}), [name for name in factors if factors[name].draw.is_interval]
+    intervals = [name for name in factors if factors[name].draw.is_interval]
     for name, directions in zip(intervals, _directions(), strict=False):
         factor = factors[name]
         # A shift by the seed keeps the sequence as even as it is.
         shift = draw_word(key_of(dataset.seed, ("dataset", "design", name)), (0, 0, 0))
-        values[name] = factor.value_of(_sobol_word(directions, index) ^ shift, context)
+        values[name] = factor.value_of(_sobol_word(directions, index) ^ shift, index)
     return values
 
 
@@ -73,12 +72,12 @@ def _combinations(factors: _Factors) -> int:
 
 def _combination(factors: _Factors, number: int, index: int) -> dict[str, Any]:
     """Return the levels of a number whose digits they are, the last the lowest."""
-    context, levels = Context(index, {}), []
+    levels = []
     for count in reversed(_counts(factors)):
         number, level = divmod(number, count)
         levels.append(level)
     return {
-        name: factor.level(level, context)
+        name: factor.level(level, index)
         for (name, factor), level in zip(factors.items(), reversed(levels), strict=True)
     }
 

@@ -1,27 +1,24 @@
-"""The draws of a template: what each kind takes, and how a random word becomes its value.
+"""The draws of a template: what each kind takes, and which of its values a check must try.
 
 To add a kind, add its model and an entry to `DRAWS`: reading, checks, designs and the JSON Schema use it from
-there.
+there. How a random word becomes its value is an entry in `tracer/sampler/src/value.rs`.
 """
 
 from __future__ import annotations
 
-import colorsys
 import hashlib
-import itertools
 import json
 import math
-from collections.abc import Callable, Mapping
-from typing import Annotated, Any, ClassVar, TypeAlias
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 from typing_extensions import Self
 
-from rtcli.scene.colors import linear_from_srgb
 from rtcli.scene.model import Integer, NotNegative, Number, Positive
 from rtcli.scene.reading.source import Loc, key_in_path
-from rtcli.tracer._native import draw_below, draw_log_uniform, draw_normal, draw_uniform
+from rtcli.tracer import _native
 
 # Part of the text that keys are hashed from; it changes with the meaning of any draw.
 VERSION = "rtcli-draw-1"
@@ -31,9 +28,6 @@ MAX_LEVELS = 1_000_000
 MAX_DEVIATIONS = 37
 # The longest step of a path that `key_in_path` does not cut.
 _LONGEST_STEP = 60
-
-# Returns the value of a part of a draw by its location within it: `("choice", 2)`.
-Parts: TypeAlias = Callable[[Loc], Any]
 
 
 def key_of(seed: int, loc: Loc) -> tuple[int, int]:
@@ -63,9 +57,18 @@ class Draw(BaseModel):
     is_interval: ClassVar[bool] = False
 
     @property
+    def kind(self) -> str:
+        """The key that names it."""
+        return next(iter(type(self).model_fields))
+
+    @property
     def is_bounded(self) -> bool:
         """Whether its values are within its extremes."""
         return True
+
+    def numbers(self) -> list[float]:
+        """Return the parameters that native code takes beside the parts."""
+        return []
 
     def parts(self) -> dict[Loc, Any]:
         """Return the data that may hold further draws, by location within this one."""
@@ -74,16 +77,6 @@ class Draw(BaseModel):
     def count(self) -> int | None:
         """Return the number of equally frequent levels; None if it has none."""
         return None
-
-    def level(self, number: int, parts: Parts) -> Any:
-        """Return one of the levels."""
-        raise NotImplementedError
-
-    def value(self, word: int, parts: Parts) -> Any:
-        """Return the value that a random word stands for."""
-        count = self.count()
-        assert count is not None
-        return self.level(draw_below(word, count), parts)
 
     def extremes(self) -> dict[Loc, Any]:
         """Return the values that a check must try, each by the location within the draw that it comes from."""
@@ -127,9 +120,9 @@ class Uniform(Draw):
             )
         return self
 
-    def value(self, word: int, parts: Parts) -> float:
-        """Return the value that a random word stands for."""
-        return draw_uniform(word, *self.uniform)
+    def numbers(self) -> list[float]:
+        """Return both ends."""
+        return [*self.uniform]
 
     def extremes(self) -> dict[Loc, Any]:
         """Return both ends."""
@@ -148,9 +141,9 @@ class LogUniform(Draw):
         _ascending(*self.log_uniform)
         return self
 
-    def value(self, word: int, parts: Parts) -> float:
-        """Return the value that a random word stands for."""
-        return draw_log_uniform(word, *self.log_uniform)
+    def numbers(self) -> list[float]:
+        """Return both ends."""
+        return [*self.log_uniform]
 
     def extremes(self) -> dict[Loc, Any]:
         """Return both ends."""
@@ -183,19 +176,23 @@ class Normal(Draw):
         """Whether it is truncated."""
         return self.clip is not None
 
-    def value(self, word: int, parts: Parts) -> float:
-        """Return the value that a random word stands for."""
-        return draw_normal(word, *self.normal, *(self.clip or (-math.inf, math.inf)))
+    def numbers(self) -> list[float]:
+        """Return mean, deviation, and the interval."""
+        return [*self.normal, *(self.clip or (-math.inf, math.inf))]
 
     def extremes(self) -> dict[Loc, Any]:
         """Return the ends of the interval; without one, the mean."""
         return {("normal", 0): self.normal[0]} if self.clip is None else _ends("clip", *self.clip)
 
 
+# Exact as a float, and so in every form of a data set.
+_Exact = Annotated[Integer, Field(ge=-(2**53), le=2**53)]
+
+
 class Integers(Draw):
     """An integer of a range."""
 
-    integers: tuple[Integer, Integer] = Field(examples=[[3, 10]])
+    integers: tuple[_Exact, _Exact] = Field(examples=[[3, 10]])
     """The first and the last integer, both included."""
 
     @model_validator(mode="after")
@@ -209,9 +206,9 @@ class Integers(Draw):
         """Return the number of integers."""
         return self.integers[1] - self.integers[0] + 1
 
-    def level(self, number: int, parts: Parts) -> int:
-        """Return one of the integers."""
-        return self.integers[0] + number
+    def numbers(self) -> list[float]:
+        """Return the first integer, and the number of integers."""
+        return [self.integers[0], self.count()]
 
     def extremes(self) -> dict[Loc, Any]:
         """Return both ends."""
@@ -244,19 +241,9 @@ class Choice(Draw):
         """Return the number of values, unless they have weights."""
         return len(self.choice) if self.weights is None else None
 
-    def level(self, number: int, parts: Parts) -> Any:
-        """Return one of the values."""
-        return parts(("choice", number))
-
-    def value(self, word: int, parts: Parts) -> Any:
-        """Return the value that a random word stands for."""
-        return self.level(pick(word, self.weights or [1] * len(self.choice)), parts)
-
-
-def pick(word: int, weights: list[int]) -> int:
-    """Return the number of the item that a random word chooses from items with weights."""
-    drawn = draw_below(word, sum(weights))
-    return next(number for number, end in enumerate(itertools.accumulate(weights)) if drawn < end)
+    def numbers(self) -> list[float]:
+        """Return the weight of each value."""
+        return [*(self.weights or [1] * len(self.choice))]
 
 
 _SHARE = Annotated[NotNegative, Field(le=1)]
@@ -272,16 +259,6 @@ class Hsv(Draw):
         """Return hue, saturation and value."""
         return {("hsv", number): value for number, value in enumerate(self.hsv)}
 
-    def value(self, word: int, parts: Parts) -> list[float]:
-        """Return the color, linear."""
-        hue, saturation, value = (parts(("hsv", number)) for number in range(3))
-        return color_of(hue, saturation, value)
-
-
-def color_of(hue: float, saturation: float, value: float) -> list[float]:
-    """Return a color of sRGB as [r, g, b], linear."""
-    return [linear_from_srgb(level) for level in colorsys.hsv_to_rgb(hue, saturation, value)]
-
 
 class All(Draw):
     """A vector of three equal numbers."""
@@ -292,10 +269,6 @@ class All(Draw):
     def parts(self) -> dict[Loc, Any]:
         """Return the number."""
         return {("all",): self.all}
-
-    def value(self, word: int, parts: Parts) -> list[Any]:
-        """Return the vector."""
-        return [parts(("all",))] * 3
 
 
 class Factor(Draw):
@@ -324,10 +297,9 @@ class Linspace(Draw):
         """Return the number of levels."""
         return self.linspace[2]
 
-    def level(self, number: int, parts: Parts) -> float:
-        """Return one of the levels."""
-        first, last, count = self.linspace
-        return last if 0 < number == count - 1 else first + (last - first) * number / max(1, count - 1)
+    def numbers(self) -> list[float]:
+        """Return the first level, the last, and their number."""
+        return [*self.linspace]
 
     def extremes(self) -> dict[Loc, Any]:
         """Return the first and the last level."""
@@ -353,14 +325,14 @@ class Range(Draw):
         first, end, step = self.range
         return math.floor((end - first) / step * (1 + 1e-12)) + 1
 
-    def level(self, number: int, parts: Parts) -> float:
-        """Return one of the levels."""
-        first, end, step = self.range
-        return min(end, first + number * step)
+    def numbers(self) -> list[float]:
+        """Return the first level, the bound, the distance and the number of levels."""
+        return [*self.range, self.count()]
 
     def extremes(self) -> dict[Loc, Any]:
         """Return the first level and the bound."""
-        return {("range", 0): self.range[0], ("range", 1): self.level(self.count() - 1, lambda loc: None)}
+        last = value_of_word(self, word_of_level(self.count() - 1, self.count()), [])
+        return {("range", 0): self.range[0], ("range", 1): last}
 
 
 # By the key that names them in a file.
@@ -368,3 +340,13 @@ DRAWS: Mapping[str, type[Draw]] = {
     next(iter(kind.model_fields)): kind
     for kind in (Uniform, LogUniform, Normal, Integers, Choice, Hsv, All, Factor, Linspace, Range)
 }
+
+
+def word_of_level(number: int, count: int) -> int:
+    """Return the least random word that stands for one of equally frequent levels."""
+    return -(-(number << 64) // count)
+
+
+def value_of_word(draw: Draw, word: int, parts: list[str]) -> Any:
+    """Return the value of a draw that a random word stands for, with its parts in JSON."""
+    return json.loads(_native.Drawn((draw.kind, (0, 0), draw.numbers(), [*parts])).value(word, 0))

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 from rtcli.scene.reading.source import Loc
-from rtcli.template.draws import pick
-from rtcli.template.values import Context, Value
-from rtcli.tracer._native import draw_word
+from rtcli.template.draws import Factor
+from rtcli.template.values import Value
+
+if TYPE_CHECKING:
+    from rtcli.tracer._native import CompiledValue
 
 
 @dataclass(frozen=True)
@@ -54,19 +56,19 @@ class ObjectGroup:
         """Return the largest number of objects that it can have."""
         return 1 if self.repeat is None else max(example.value for example in self.repeat.examples())
 
-    def names(self, index: int, factors: Mapping[str, Any]) -> list[str | None]:
-        """Return the names of its objects at an index."""
-        if self.repeat is None:
-            return [self.name]
-        count = self.repeat.at(Context(index, factors))
-        return [None if self.name is None else f"{self.name}[{number}]" for number in range(count)]
-
-    def data(self, context: Context) -> dict[str, Any]:
-        """Return the data of one of its objects, without its name."""
-        chosen = 0
+    def compiled(
+        self, references: list[Factor]
+    ) -> tuple[CompiledValue | None, CompiledValue, list[dict[str, CompiledValue]]]:
+        """Return the number of objects, the number of the alternative, and the alternatives for native code."""
+        repeat = None if self.repeat is None else self.repeat.compiled(references)
+        alternatives = [
+            {key: value.compiled(references) for key, value in form.values.items()} for form in self.alternatives
+        ]
         if self.choose is not None:
-            chosen = self.choose.at(context)
-        elif len(self.alternatives) > 1:
-            word = draw_word(self.key, (context.index, context.attempt, context.element))
-            chosen = pick(word, [alternative.weight for alternative in self.alternatives])
-        return {key: value.at(context) for key, value in self.alternatives[chosen].values.items()}
+            form = self.choose.compiled(references)
+        elif len(alternatives) == 1:
+            form = "0"
+        else:
+            weights = [float(form.weight) for form in self.alternatives]
+            form = ("choice", self.key, weights, [str(number) for number in range(len(alternatives))])
+        return repeat, form, alternatives

@@ -7,6 +7,7 @@ import hashlib
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -17,12 +18,15 @@ from rtcli.scene.model import SHAPES, Integer, Scene
 from rtcli.scene.reading.parse import parse_bytes
 from rtcli.scene.reading.source import HEAD, VALUE, Document, Loc, pointer
 from rtcli.scene.validation.validate import order_in_file, validate
+from rtcli.template.compiled import compiled
 from rtcli.template.dataset import Dataset
 from rtcli.template.design import factor_values
+from rtcli.template.draws import Factor
 from rtcli.template.groups import Alternative, ObjectGroup
 from rtcli.template.possible import bounds_of, finding
 from rtcli.template.reading import TemplateReader, items_of, models_in
-from rtcli.template.values import Constant, Context, Drawn, Example, Keys, Value, joined
+from rtcli.template.values import Constant, Drawn, Example, HasExamples, Keys, Value, in_json, joined
+from rtcli.tracer._native import Sampler
 
 # The keys of a group, beside those of an object; see `ObjectGroup`.
 REPEAT, REST_ON, ONE_OF, CHOOSE, WEIGHT = "repeat", "rest_on", "one_of", "choose", "weight"
@@ -89,6 +93,29 @@ class Template:
     def factors_at(self, index: int) -> dict[str, Any]:
         """Return the values of the factors at an index."""
         return factor_values(self.dataset, self.factors, index)
+
+    @cached_property
+    def _compiled(self) -> tuple[Sampler, list[Factor]]:
+        return compiled(self.dataset, self.sections, self.groups)
+
+    @property
+    def sampler(self) -> Sampler:
+        """The template as native code draws its samples."""
+        return self._compiled[0]
+
+    def draw_of(self, index: int, attempt: int, factors: Mapping[str, Any]) -> tuple[int, int, list[str]]:
+        """Return what the draws of a sample depend on, as `sampler` takes it.
+
+        Parameters
+        ----------
+        index
+            The index of the sample.
+        attempt
+            How often it was drawn before.
+        factors
+            The values of the factors at that index.
+        """
+        return index, attempt, [in_json(each.of(factors[each.factor])) for each in self._compiled[1]]
 
 
 def is_template(document: Document) -> bool:
@@ -330,7 +357,7 @@ def _check_scenes(
         if number >= len(first):
             values.pop(_NAME, None)
         objects[number] = Keys(values, group.loc)
-    scene: dict[str, Value] = dict(sections)
+    scene: dict[str, HasExamples] = dict(sections)
     if _OBJECTS in document.data:
         scene[_OBJECTS] = _Objects(objects) if objects else Constant(document.data[_OBJECTS], (_OBJECTS,))
     refused = {pointer(loc) for loc in reader.refused}
@@ -359,13 +386,6 @@ class _Objects:
     """The objects of an example."""
 
     objects: Mapping[int, Value]
-
-    @property
-    def is_bounded(self) -> bool:
-        return all(value.is_bounded for value in self.objects.values())
-
-    def at(self, context: Context) -> list[Any]:
-        return [value.at(context) for value in self.objects.values()]
 
     def examples(self) -> Sequence[Example]:
         return [

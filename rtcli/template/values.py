@@ -1,37 +1,26 @@
-"""The values of a template, with draws among them: what they are in a sample, and what a check must try."""
+"""The values of a template, with draws among them: as native code draws them, and what a check must try."""
 
 from __future__ import annotations
 
 import itertools
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from rtcli.scene.reading.source import Loc
-from rtcli.template.draws import Draw, Factor
+from rtcli.template.draws import Draw, Factor, value_of_word, word_of_level
+from rtcli.tracer import _native
 from rtcli.tracer._native import draw_word
 
+if TYPE_CHECKING:
+    from rtcli.tracer._native import CompiledDraw, CompiledValue
 
-@dataclass(frozen=True)
-class Context:
-    """What draws depend on beside their seed and path.
 
-    Parameters
-    ----------
-    index
-        The index of the sample.
-    factors
-        The values of the factors at that index.
-    attempt
-        How often the sample or object was drawn before.
-    element
-        The number of the object in its group; 0 for anything else.
-    """
-
-    index: int
-    factors: Mapping[str, Any]
-    attempt: int = 0
-    element: int = 0
+def in_json(data: Any) -> str:
+    """Return plain data as JSON that the compiled reader takes, without escapes where it can be."""
+    return json.dumps(data, ensure_ascii=False)
 
 
 class Example(NamedTuple):
@@ -49,18 +38,22 @@ class Example(NamedTuple):
     sources: Mapping[Loc, Loc]
 
 
-class Value(Protocol):
+class HasExamples(Protocol):
+    """A part of a template that a check tries."""
+
+    def examples(self) -> Sequence[Example]:
+        """Return values that a check must try, at least one."""
+
+
+class Value(HasExamples, Protocol):
     """A value of a template."""
 
     @property
     def is_bounded(self) -> bool:
         """Whether no number in it can be beyond those of the examples."""
 
-    def at(self, context: Context) -> Any:
-        """Return the value in a sample."""
-
-    def examples(self) -> Sequence[Example]:
-        """Return values that a check must try, at least one."""
+    def compiled(self, references: list[Factor]) -> CompiledValue:
+        """Return the value as native code takes it, and add its draws `factor` to those before it."""
 
 
 @dataclass(frozen=True)
@@ -75,9 +68,9 @@ class Constant:
         """It is: see `Value`."""
         return True
 
-    def at(self, context: Context) -> Any:
-        """Return the value in a sample."""
-        return self.data
+    def compiled(self, references: list[Factor]) -> CompiledValue:
+        """Return the value in JSON."""
+        return in_json(self.data)
 
     def examples(self) -> Sequence[Example]:
         """Return the value."""
@@ -96,9 +89,9 @@ class Items:
         """Whether all items are; see `Value`."""
         return all(item.is_bounded for item in self.items)
 
-    def at(self, context: Context) -> list[Any]:
-        """Return the list in a sample."""
-        return [item.at(context) for item in self.items]
+    def compiled(self, references: list[Factor]) -> CompiledValue:
+        """Return the list of compiled items."""
+        return [item.compiled(references) for item in self.items]
 
     def examples(self) -> Sequence[Example]:
         """Return lists with all examples of the items."""
@@ -120,9 +113,9 @@ class Keys:
         """Whether all values are; see `Value`."""
         return all(value.is_bounded for value in self.values.values())
 
-    def at(self, context: Context) -> dict[str, Any]:
-        """Return the mapping in a sample."""
-        return {key: value.at(context) for key, value in self.values.items()}
+    def compiled(self, references: list[Factor]) -> CompiledValue:
+        """Return the mapping of compiled values."""
+        return {key: value.compiled(references) for key, value in self.values.items()}
 
     def examples(self) -> Sequence[Example]:
         """Return mappings with all examples of the values."""
@@ -160,20 +153,31 @@ class Drawn:
             return self.factors[self.draw.factor].is_bounded
         return self.draw.is_bounded and all(part.is_bounded for part in self.parts.values())
 
-    def at(self, context: Context) -> Any:
-        """Return the value in a sample."""
+    def compiled(self, references: list[Factor]) -> CompiledDraw:
+        """Return the draw as native code takes it; a draw `factor` by its number among all of them."""
+        numbers = self.draw.numbers()
         if isinstance(self.draw, Factor):
-            return self.draw.of(context.factors[self.draw.factor])
-        word = draw_word(self.key, (context.index, context.attempt, context.element))
-        return self.value_of(word, context)
+            numbers = [len(references)]
+            references.append(self.draw)
+        return self.draw.kind, self.key, numbers, [part.compiled(references) for part in self.parts.values()]
 
-    def value_of(self, word: int, context: Context) -> Any:
-        """Return the value that a random word stands for."""
-        return self.draw.value(word, lambda loc: self.parts[loc].at(context))
+    @cached_property
+    def _native(self) -> _native.Drawn:
+        return _native.Drawn(self.compiled([]))
 
-    def level(self, number: int, context: Context) -> Any:
-        """Return one of the levels."""
-        return self.draw.level(number, lambda loc: self.parts[loc].at(context))
+    def at(self, index: int) -> Any:
+        """Return the value of a factor at an index."""
+        return self.value_of(draw_word(self.key, (index, 0, 0)), index)
+
+    def value_of(self, word: int, index: int) -> Any:
+        """Return the value of a factor that a random word stands for, at an index."""
+        return json.loads(self._native.value(word, index))
+
+    def level(self, number: int, index: int) -> Any:
+        """Return one of the levels of a factor, at an index."""
+        count = self.draw.count()
+        assert count is not None
+        return self.value_of(word_of_level(number, count), index)
 
     def is_number(self) -> bool:
         """Return whether all values are numbers."""
@@ -196,13 +200,14 @@ class Drawn:
             return [Example(value, {(): (*self.loc, *loc)}) for loc, value in self.draw.extremes().items()]
         if self.draw.count() is not None or hasattr(self.draw, "weights"):
             return [example for part in self.parts.values() for example in part.examples()]
-        source: dict[Loc, Loc] = {(): (*self.loc, next(iter(type(self.draw).model_fields)))}
+        source: dict[Loc, Loc] = {(): (*self.loc, self.draw.kind)}
         return [
-            Example(self.draw.value(0, parts.value.__getitem__), source) for parts in joined(self.parts, self.loc)
+            Example(value_of_word(self.draw, 0, [in_json(part) for part in parts.value.values()]), source)
+            for parts in joined(self.parts, self.loc)
         ]
 
 
-def joined(values: Mapping[Any, Value], loc: Loc) -> list[Example]:
+def joined(values: Mapping[Any, HasExamples], loc: Loc) -> list[Example]:
     """Return mappings in which each example of each value occurs.
 
     They go through the examples of all values side by side, and then shifted against each other: two equal draws

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias, final
 
 import numpy.typing as npt
 
-from rtcli.tracer.world import Vector, Window
+from rtcli.tracer.world import CameraFrame, Vector, Window
 
 # Stops, tone curve (a name of `rtcli.curves.TONE_CURVES`), bits a channel (8 or 16).
 _DisplayTransform: TypeAlias = tuple[float, str, int]
@@ -255,17 +255,107 @@ def draw_word(key: tuple[int, int], counter: tuple[int, int, int], /) -> int:
     The counter is an index, an attempt, and the number of an object in its group; its last word is 0.
     """
 
-def draw_uniform(word: int, low: float, high: float, /) -> float:
-    """Return a word as a number with `low <= x < high`; as `low` if both are equal."""
+# A value of a template: its text in JSON, a list, a mapping, or a draw: its kind, a name of
+# `rtcli.template.draws.DRAWS`; its key; its parameters, `Draw.numbers`; and values within it.
+CompiledDraw: TypeAlias = tuple[str, tuple[int, int], list[float], list[CompiledValue]]
+CompiledValue: TypeAlias = str | list[CompiledValue] | dict[str, CompiledValue] | CompiledDraw
+# What draws depend on: the index of the sample, how often it was drawn before, and the values of draws
+# `factor`, in JSON, by their numbers.
+_Draw: TypeAlias = tuple[int, int, list[str]]
 
-def draw_log_uniform(word: int, low: float, high: float, /) -> float:
-    """Return a word as a number with `low <= x < high` whose logarithm is uniform; both are above 0."""
+@final
+class Drawn:
+    """A draw by itself, with none of `factor` in it."""
 
-def draw_normal(word: int, mean: float, deviation: float, low: float, high: float, /) -> float:
-    """Return a word as a number of a normal distribution that is truncated to `low <= x < high`."""
+    def __new__(cls, draw: CompiledDraw, /) -> Drawn: ...
+    def value(self, word: int, index: int, /) -> str:
+        """Return the value in JSON that a random word stands for, in the sample of an index."""
 
-def draw_below(word: int, count: int, /) -> int:
-    """Return a word as an integer from 0 to `count - 1`."""
+@final
+class Placement:
+    """The objects of a sample, and how they were found.
+
+    Attributes
+    ----------
+    counts
+        The number of objects of each group.
+    objects
+        The list of objects in JSON, in the order of the file; None if one could not be placed.
+    invalid
+        The object in JSON that ended the placement because it is not valid, or None.
+    draws
+        The number of objects that a constraint decided on.
+    checks
+        How often each constraint was asked.
+    refusals
+        For each constraint that refused objects, in the order of the first refusals: its name, how often, how
+        often that was the last try of an object, and the objects that last did not meet it.
+    """
+
+    counts: list[int]
+    objects: str | None
+    invalid: str | None
+    draws: int
+    checks: list[tuple[str, int]]
+    refusals: list[tuple[str, int, int, str]]
+
+@final
+class Sampler:
+    """A template that is valid.
+
+    Parameters
+    ----------
+    sections
+        The values of a scene beside `objects`.
+    groups
+        For each item under `objects`: its name; the number of objects, None for a single one; the number of the
+        group that they rest on; the number of the alternative of an object; the alternatives, each with all keys;
+        and the kinds and margins of the constraints on its objects.
+    order
+        The numbers of the groups in the order in which their objects are placed.
+    """
+
+    def __new__(
+        cls,
+        sections: dict[str, CompiledValue],
+        groups: Sequence[
+            tuple[
+                str | None,
+                CompiledValue | None,
+                int | None,
+                CompiledValue,
+                list[dict[str, CompiledValue]],
+                list[tuple[str, float]],
+            ]
+        ],
+        order: list[int],
+        /,
+    ) -> Sampler: ...
+    def sections(self, draw: _Draw, /) -> dict[str, str]:
+        """Return the sections of a sample in JSON."""
+
+    def place(
+        self,
+        draw: _Draw,
+        tries: int,
+        frame: CameraFrame,
+        shape_of: Callable[[str], tuple[str, Vector, Sequence[float]] | None],
+        /,
+    ) -> Placement:
+        """Draw the objects of a sample one by one, each again until it meets its constraints.
+
+        Parameters
+        ----------
+        draw
+            What the draws depend on; an object has further attempts.
+        tries
+            The most attempts of an object.
+        frame
+            The camera.
+        shape_of
+            Returns the type, the position and the parameters of an object in JSON that is not plainly valid; None
+            if it is not valid at all.
+        """
 
 @final
 class Body:

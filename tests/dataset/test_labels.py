@@ -1,3 +1,4 @@
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -7,6 +8,25 @@ import rtcli
 from rtcli.dataset.labels import labels_of
 from rtcli.dataset.picture import SamplePicture
 from rtcli.rendering.pack import pack_scene
+from rtcli.scene.write import as_data, json_text
+
+# All keys of all kinds, also with values that are their defaults, and in an order of their own.
+VARIED = """\
+dataset: {seed: 5, count: 20}
+camera: {resolution: [8, 8], fov: 40}
+objects:
+  - {color: red, normal: [0, 2, 0], position: [0, -1, 0], type: plane, checker: {size: 1, color: "#123456"}}
+  - repeat: 3
+    color: {choice: [tan, [1, 0.5, 0], "#00ff7F"]}
+    position: [{uniform: [-2, 2]}, {integers: [-2, 2]}, -0.0]
+    one_of:
+      - {radius: 1, type: sphere, light: {intensity: 5, radius: 0, color: {choice: [white, [1, 0.5, 0]]}}}
+      - {type: box, rotation: {choice: [0, 0.0, -0.0, 30, [0, 0, 0], [1, 2, 3]]}, size: [1, 2, 3]}
+      - {type: box, size: [1, 1, 1], checker: {color: {choice: [red, black]}, size: 1}}
+      - {type: cylinder, height: 1, radius: 2, axis: {choice: [[0, 1, 0], [0, 1.0, -0.0], [1, 0, 0]]}}
+      - {type: capsule, height: {choice: [0, 1]}, radius: 2}
+      - {type: cone, height: 1, radius: 2, top_radius: {choice: [0, 0.0, 0.5]}, axis: [0, 1, 0], name: cone}
+"""
 
 
 def decoded(rle):
@@ -72,8 +92,8 @@ def test_object_out_of_view_has_no_amodal_mask(samples):
     data = samples[0].scene.model_dump(exclude_unset=True)
     behind = {"type": "sphere", "position": [70, 55, 70], "radius": 1, "color": "red"}
     scene = rtcli.Scene.model_validate({**data, "objects": [*data["objects"], behind]})
-    groups, picture = [*samples[0].groups, None], SamplePicture(pack_scene(scene))
-    sample = replace(samples[0], scene=scene, groups=groups, picture=picture)
+    groups, picture = [*samples[0].groups, samples[0].groups[-1]], SamplePicture(pack_scene(scene))
+    sample = replace(samples[0], text=json_text(scene), groups=groups, picture=picture)
     row = labels_of(sample, "train")["objects"][-1]
     assert (row["amodal_mask"], row["amodal_bbox"], row["bbox"], row["visible_pixels"]) == (None, None, None, 0)
 
@@ -99,6 +119,19 @@ def test_objects_have_the_keys_of_a_scene_file(labels, samples):
             assert tuple(row["position"]) == shape.position
             assert tuple(row["color"]) == shape.color
         assert [row["group"] for row in each["objects"]] == ["floor"] + ["things"] * (len(each["objects"]) - 1)
+
+
+def test_labels_of_all_kinds_are_what_their_models_say(sample_with):
+    for index in range(20):
+        sample, _ = sample_with(VARIED, index)
+        for row, shape in zip(labels_of(sample, "train")["objects"], sample.scene.objects, strict=True):
+            expected = {**as_data(shape), "color": list(shape.color)}
+            expected.pop("name", None)
+            assert json.dumps({key: row[key] for key in row if key in expected}) == json.dumps(expected)
+            assert (row["name"], row.keys() & type(shape).model_fields.keys() - {"name"}) == (
+                shape.name,
+                {*expected},
+            )
 
 
 def test_extent_is_the_size_along_the_axes_of_the_world(labels):

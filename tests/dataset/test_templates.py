@@ -6,10 +6,10 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
+from drawn import drawn
 
 from rtcli.dataset.lint import lint_template
 from rtcli.template.template import parse_template
-from rtcli.template.values import Context
 
 FOLDER = Path(__file__).parents[2] / "templates"
 
@@ -25,20 +25,20 @@ def test_templates_have_no_warnings(file):
 
 
 def test_clevr_has_a_third_of_each_shape_half_of_them_small():
-    [things] = [group for group in template_of("clevr.yaml").groups if group.name == "things"]
-    drawn = [things.data(Context(index, {}, element=element)) for index in range(1000) for element in range(6)]
+    template = template_of("clevr.yaml")
+    things = [item for index in range(1000) for item in drawn(template, index)[1] if item["name"] != "ground"]
     sizes = {"sphere": "radius", "box": "size", "cylinder": "radius"}
-    counts = Counter((item["type"], json.dumps(item[sizes[item["type"]]])) for item in drawn)
+    counts = Counter((item["type"], json.dumps(item[sizes[item["type"]]])) for item in things)
     assert len(counts) == 6
     for count in counts.values():
-        assert count == pytest.approx(1000, abs=120)
-    cylinders = {(item["radius"], item["height"]) for item in drawn if item["type"] == "cylinder"}
+        assert count == pytest.approx(len(things) / 6, abs=120)
+    cylinders = {(item["radius"], item["height"]) for item in things if item["type"] == "cylinder"}
     assert cylinders == {(0.35, 0.7), (0.7, 1.4)}
 
 
 def test_clevr_has_three_to_ten_objects():
-    [things] = [group for group in template_of("clevr.yaml").groups if group.name == "things"]
-    counts = Counter(len(things.names(index, {})) for index in range(800))
+    template = template_of("clevr.yaml")
+    counts = Counter(len(drawn(template, index)[1]) - 1 for index in range(800))
     assert counts.keys() == set(range(3, 11))
     assert all(count == pytest.approx(100, abs=40) for count in counts.values())
 
@@ -57,7 +57,6 @@ def test_shapes3d_counts_through_the_factors_of_the_original():
 
 def test_shapes3d_has_a_cube_a_cylinder_a_sphere_and_a_capsule():
     template = template_of("shapes3d.yaml")
-    things = template.groups[-1]
     for shape, type in enumerate(("box", "cylinder", "sphere", "capsule")):
-        index = 15 * shape
-        assert things.data(Context(index, template.factors_at(index)))["type"] == type
+        _, objects = drawn(template, 15 * shape)
+        assert objects[-1]["type"] == type

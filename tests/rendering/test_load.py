@@ -31,10 +31,10 @@ def test_valid_scene_is_read_straight_to_arrays(name, text):
     random_scenes() | random_scenes(emitters=True),
     st.sampled_from([{"default_flow_style": True}, {"default_flow_style": None}, {}]),
 )
-def test_any_valid_scene_is_read_straight_to_arrays_but_for_cameras_by_fov_x_or_intrinsics(data, style):
+def test_any_valid_scene_is_read_straight_to_arrays_but_for_cameras_by_intrinsics(data, style):
     for name, text in [("a.json", json.dumps(data)), ("a.yaml", yaml.safe_dump(data, **style))]:
         read = read_packed(text.encode(), name, [], Stopwatch())
-        assert (read is not None) == bool({"fov", "height"} & data["camera"].keys())
+        assert (read is not None) == bool({"fov", "fov_x", "height"} & data["camera"].keys())
         if read is not None:
             assert repr(read) == repr(two_ways.by_models(text.encode(), name, Overrides()))
 

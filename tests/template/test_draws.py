@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pydantic import ValidationError
 
-from rtcli.template.draws import DRAWS, key_of, path_of, pick
+from rtcli.template.draws import DRAWS, key_of, path_of, value_of_word, word_of_level
+from rtcli.template.values import in_json
 from rtcli.tracer._native import draw_word
 
 WORDS = st.integers(0, 2**64 - 1)
@@ -34,10 +36,9 @@ def test_path_quotes_names_as_set_does_and_cuts_none():
     assert path_of(("a",) * 20) == ".".join("a" * 20)
 
 
-def value(data, word, **parts):
+def value(data, word):
     draw = next(DRAWS[key] for key in data if key in DRAWS).model_validate(data)
-    inner = draw.parts()
-    return draw.value(word, inner.__getitem__)
+    return value_of_word(draw, word, [in_json(part) for part in draw.parts().values()])
 
 
 @pytest.mark.parametrize(
@@ -58,6 +59,13 @@ def test_word_decides_the_value(draw, first, middle, last):
     assert [value(draw, word) for word in (0, 2**63, 2**64 - 1)] == [first, middle, last]
 
 
+def test_integers_have_exact_floats():
+    assert value({"integers": [2**53 - 1, 2**53]}, 2**64 - 1) == 2**53
+    for ends in ([2**53, 2**53 + 1], [-(2**53) - 1, 0]):
+        with pytest.raises(ValidationError):
+            DRAWS["integers"].model_validate({"integers": ends})
+
+
 def test_normal_is_truncated_not_clamped():
     clipped = {"normal": [0, 1], "clip": [-1, 1]}
     found = [value(clipped, word) for word in range(0, 2**64, 2**58)]
@@ -67,5 +75,13 @@ def test_normal_is_truncated_not_clamped():
 
 
 @given(WORDS, st.lists(st.integers(0, 5), min_size=1).filter(any))
-def test_pick_takes_nothing_without_weight(word, weights):
-    assert weights[pick(word, weights)] > 0
+def test_choice_takes_nothing_without_weight(word, weights):
+    assert weights[value({"choice": list(range(len(weights))), "weights": weights}, word)] > 0
+
+
+@given(st.integers(1, 10**6).flatmap(lambda count: st.tuples(st.integers(0, count - 1), st.just(count))))
+def test_each_level_has_a_word(level):
+    number, count = level
+    first = word_of_level(number, count)
+    assert value({"integers": [0, count - 1]}, first) == number
+    assert number == 0 or value({"integers": [0, count - 1]}, first - 1) == number - 1

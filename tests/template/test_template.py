@@ -1,10 +1,8 @@
-from dataclasses import replace
-
 import pytest
+from drawn import drawn as drawn_values
 
 import rtcli
 from rtcli.template.template import parse_template
-from rtcli.template.values import Context
 
 HEAD = """\
 dataset:
@@ -31,14 +29,8 @@ def template(text):
 
 def drawn(text, index=0, attempt=0):
     """Return the sections and the objects of a sample, by name."""
-    found = template(text)
-    context = Context(index, found.factors_at(index), attempt)
-    objects = {
-        name: group.data(replace(context, element=element))
-        for group in found.groups
-        for element, name in enumerate(group.names(index, context.factors))
-    }
-    return {key: value.at(context) for key, value in found.sections.items()}, objects
+    sections, objects = drawn_values(template(text), index, attempt)
+    return sections, {item.get("name"): item for item in objects}
 
 
 def test_scene_is_no_template():

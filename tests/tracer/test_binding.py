@@ -418,8 +418,6 @@ def test_ids_that_are_no_rows_are_a_value_error(function):
     ("arrays", "error", "message"),
     [
         ({**radiance(3, 4, 3), "depths": np.zeros((3, 4), np.float32)}, ValueError, "unknown pass"),
-        ({}, ValueError, "do not fit"),
-        ({"depth": np.zeros((3, 4), np.float32)}, ValueError, "do not fit"),
         (radiance(3, 4), ValueError, "do not fit"),
         *(
             ({**radiance(3, 4, 3), name: np.zeros(wrong, dtype)}, ValueError, "do not fit")
@@ -441,6 +439,13 @@ def test_ids_that_are_no_rows_are_a_value_error(function):
 def test_arrays_that_do_not_suit_a_film_are_an_error(arrays, error, message):
     with pytest.raises(error, match=message):
         small_tracer().film(SMALL, arrays, None)
+
+
+def test_passes_do_not_need_radiance():
+    alone, beside = np.zeros((3, 4), np.float32), np.zeros((3, 4), np.float32)
+    assert small_tracer().film(SMALL, {"depth": alone}, None) == 0
+    assert small_tracer().film(SMALL, {**radiance(3, 4, 3), "depth": beside}, None) > 0
+    assert np.array_equal(alone, beside)
 
 
 def test_array_that_is_not_writable_is_an_error():

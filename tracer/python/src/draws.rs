@@ -1,4 +1,4 @@
-//! Draws of templates, and the bodies that their constraints measure.
+//! The random words of templates, and the bodies that are measured.
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -10,34 +10,6 @@ use rtcli_draws::Draw;
 pub fn draw_word(key: (u64, u64), counter: (u64, u64, u64)) -> u64 {
     let (index, attempt, element) = counter;
     Draw::new(key.into(), index, attempt, element).0
-}
-
-/// Return a word as a number with `low <= x < high`.
-#[pyfunction]
-#[pyo3(signature = (word, low, high, /))]
-pub fn draw_uniform(word: u64, low: f64, high: f64) -> f64 {
-    Draw(word).uniform(low, high)
-}
-
-/// Return a word as a number whose logarithm is uniform.
-#[pyfunction]
-#[pyo3(signature = (word, low, high, /))]
-pub fn draw_log_uniform(word: u64, low: f64, high: f64) -> f64 {
-    Draw(word).log_uniform(low, high)
-}
-
-/// Return a word as a number of a truncated normal distribution.
-#[pyfunction]
-#[pyo3(signature = (word, mean, deviation, low, high, /))]
-pub fn draw_normal(word: u64, mean: f64, deviation: f64, low: f64, high: f64) -> f64 {
-    Draw(word).normal(mean, deviation, low, high)
-}
-
-/// Return a word as an integer from 0 to `count - 1`.
-#[pyfunction]
-#[pyo3(signature = (word, count, /))]
-pub fn draw_below(word: u64, count: u64) -> u64 {
-    Draw(word).below(count)
 }
 
 /// A solid object.

@@ -8,7 +8,8 @@
 //! - `byte_channel`: bytes on their way from the pool to the calling thread
 //! - `display`: developing and metering radiance from any engine
 //! - `deflate`: the compression of zlib
-//! - `draws`: draws of templates, and the bodies that their constraints measure
+//! - `draws`: the random words of templates, and the bodies that are measured
+//! - `sampler`: templates, with their draws and their objects
 //! - `png`: PNG files of values that are already developed, or are no colors
 //! - `errors`: the core's errors as Python exceptions
 //!
@@ -24,6 +25,7 @@ mod draws;
 mod errors;
 mod interruptible;
 mod png;
+mod sampler;
 mod scene;
 mod tracer;
 mod world;
@@ -40,11 +42,13 @@ mod _native {
     #[pymodule_export]
     use crate::display::{PngEncoder, develop, half_tangent, meter};
     #[pymodule_export]
-    use crate::draws::{Body, draw_below, draw_log_uniform, draw_normal, draw_uniform, draw_word};
+    use crate::draws::{Body, draw_word};
     #[pymodule_export]
     use crate::errors::BudgetExceededError;
     #[pymodule_export]
     use crate::png::{decode_png, encode_png, id_boxes, rle_masks};
+    #[pymodule_export]
+    use crate::sampler::{Drawn, Placement, Sampler};
     #[pymodule_export]
     use crate::scene::{by_threes, read_scene};
     #[pymodule_export]

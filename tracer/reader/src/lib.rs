@@ -20,4 +20,4 @@ mod source;
 #[rustfmt::skip]
 mod table;
 
-pub use scene::{Checkers, Edit, Format, Lights, Objects, Scene, Section, read};
+pub use scene::{Checkers, Edit, Format, Lights, Objects, Scene, Section, read, read_object};

@@ -119,6 +119,14 @@ pub fn read(bytes: &[u8], format: Format, edits: &[Edit<'_>]) -> Option<Scene> {
     }
 }
 
+/// Reads one object of a scene in JSON; None if it is not plainly valid.
+pub fn read_object(json: &str) -> Option<Objects> {
+    let mut reader = Reader::new();
+    let mut source = Json::new(json);
+    reader.read_object(&mut source, &mut ObjectRows::new(), &mut Counter::default())?;
+    source.at_end().then_some(reader.objects)
+}
+
 /// The parts of a scene that are read so far.
 struct Reader<'a> {
     counter: Counter,
@@ -129,6 +137,19 @@ struct Reader<'a> {
     /// Their parameters are the positions of the objects.
     carried: Lights,
     names: HashSet<&'a str>,
+}
+
+/// The numbers of an object and its parts.
+struct ObjectRows<'a> {
+    object: Row<'a>,
+    light: Row<'a>,
+    checker: Row<'a>,
+}
+
+impl ObjectRows<'_> {
+    fn new() -> Self {
+        ObjectRows { object: Row::new(&OBJECT), light: Row::new(&CARRIED_LIGHT), checker: Row::new(&CHECKER) }
+    }
 }
 
 impl<'a> Reader<'a> {
@@ -208,53 +229,62 @@ impl<'a> Reader<'a> {
     }
 
     fn read_objects<S: Source<'a>>(&mut self, source: &mut S, counter: &mut Counter) -> Option<()> {
+        let mut list = source.open_list()?;
+        let mut rows = ObjectRows::new();
+        while source.item(&mut list)? {
+            self.read_object(source, &mut rows, counter)?;
+        }
+        Some(())
+    }
+
+    fn read_object<S: Source<'a>>(
+        &mut self,
+        source: &mut S,
+        ObjectRows { object: row, light, checker }: &mut ObjectRows<'a>,
+        counter: &mut Counter,
+    ) -> Option<()> {
         let position = slot(&OBJECT, "position")?;
         let color = slot(&OBJECT, "color")?;
         let kind_slot = slot(&OBJECT, "type")?;
         let (intensity, radius) = (slot(&CARRIED_LIGHT, "intensity")?, slot(&CARRIED_LIGHT, "radius")?);
-        let mut list = source.open_list()?;
-        let (mut row, mut light, mut checker) = (Row::new(&OBJECT), Row::new(&CARRIED_LIGHT), Row::new(&CHECKER));
-        while source.item(&mut list)? {
-            counter.add(1)?;
-            row.reset(&OBJECT);
-            let (mut carries, mut is_checkered) = (false, false);
-            read_row(source, &OBJECT, &mut row, counter, |source, field, counter| {
-                let Value::Mapping(mapping) = field.value else { return None };
-                let is_light = std::ptr::eq(mapping, &CARRIED_LIGHT);
-                let (part, is_there) =
-                    if is_light { (&mut light, &mut carries) } else { (&mut checker, &mut is_checkered) };
-                *is_there = true;
-                part.reset(mapping);
-                read_row(source, mapping, part, counter, |_, _, _| None)?;
-                part.has(mapping.required).then_some(())
-            })?;
-            let numbers = &row.numbers;
-            let index = numbers[kind_slot];
-            // NaN without a type.
-            let kind: &Kind = if index >= 0.0 { &SHAPES[index as usize] } else { return None };
-            if !row.fits(kind) {
-                return None;
-            }
-            extend(&mut self.objects.kind, [index as u8])?;
-            extend(&mut self.objects.position, numbers[position..position + 3].iter().copied())?;
-            extend(&mut self.objects.parameters, kind.parameters.iter().map(|&slot| numbers[slot]))?;
-            extend(&mut self.objects.color, numbers[color..color + 3].iter().copied())?;
-            if is_checkered {
-                let index = self.objects.kind.len() as i64 - 1;
-                let (size, color) = (slot(&CHECKER, "size")?, slot(&CHECKER, "color")?);
-                extend(&mut self.checkers.object, [index])?;
-                extend(&mut self.checkers.size, [checker.numbers[size]])?;
-                extend(&mut self.checkers.color, checker.numbers[color..color + 3].iter().copied())?;
-            }
-            if carries {
-                extend(&mut self.carried.kind, [CARRIED_KIND])?;
-                extend(&mut self.carried.parameters, numbers[position..position + 3].iter().copied())?;
-                extend(&mut self.carried.parameters, [light.numbers[radius]])?;
-                self.carried.add(&CARRIED_LIGHT, &light, intensity, self.objects.kind.len() as i64 - 1)?;
-            }
-            self.add_name(row.text)?;
+        counter.add(1)?;
+        row.reset(&OBJECT);
+        let (mut carries, mut is_checkered) = (false, false);
+        read_row(source, &OBJECT, row, counter, |source, field, counter| {
+            let Value::Mapping(mapping) = field.value else { return None };
+            let is_light = std::ptr::eq(mapping, &CARRIED_LIGHT);
+            let (part, is_there) =
+                if is_light { (&mut *light, &mut carries) } else { (&mut *checker, &mut is_checkered) };
+            *is_there = true;
+            part.reset(mapping);
+            read_row(source, mapping, part, counter, |_, _, _| None)?;
+            part.has(mapping.required).then_some(())
+        })?;
+        let numbers = &row.numbers;
+        let index = numbers[kind_slot];
+        // NaN without a type.
+        let kind: &Kind = if index >= 0.0 { &SHAPES[index as usize] } else { return None };
+        if !row.fits(kind) {
+            return None;
         }
-        Some(())
+        extend(&mut self.objects.kind, [index as u8])?;
+        extend(&mut self.objects.position, numbers[position..position + 3].iter().copied())?;
+        extend(&mut self.objects.parameters, kind.parameters.iter().map(|&slot| numbers[slot]))?;
+        extend(&mut self.objects.color, numbers[color..color + 3].iter().copied())?;
+        if is_checkered {
+            let index = self.objects.kind.len() as i64 - 1;
+            let (size, color) = (slot(&CHECKER, "size")?, slot(&CHECKER, "color")?);
+            extend(&mut self.checkers.object, [index])?;
+            extend(&mut self.checkers.size, [checker.numbers[size]])?;
+            extend(&mut self.checkers.color, checker.numbers[color..color + 3].iter().copied())?;
+        }
+        if carries {
+            extend(&mut self.carried.kind, [CARRIED_KIND])?;
+            extend(&mut self.carried.parameters, numbers[position..position + 3].iter().copied())?;
+            extend(&mut self.carried.parameters, [light.numbers[radius]])?;
+            self.carried.add(&CARRIED_LIGHT, light, intensity, self.objects.kind.len() as i64 - 1)?;
+        }
+        self.add_name(row.text)
     }
 
     /// Adds the name of an object; gives up if it is taken.

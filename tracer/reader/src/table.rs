@@ -10,14 +10,15 @@ pub static CAMERA: Mapping = Mapping {
     fields: &[
         Field { key: "resolution", value: Value::Numbers(2, Value::INTEGER.from(1.0).to(65535.0)), slot: 0 },
         Field { key: "fov", value: Value::Number(Value::NUMBER.above(0.0).below(180.0)), slot: 2 },
-        Field { key: "projection", value: Value::Choice(&["perspective", "orthographic"]), slot: 3 },
-        Field { key: "height", value: Value::Number(Value::NUMBER.above(0.0)), slot: 4 },
-        Field { key: "position", value: Value::Numbers(3, Value::NUMBER), slot: 5 },
-        Field { key: "look_at", value: Value::Numbers(3, Value::NUMBER), slot: 8 },
-        Field { key: "up", value: Value::Direction(3, Value::NUMBER), slot: 11 },
+        Field { key: "fov_x", value: Value::Number(Value::NUMBER.above(0.0).below(180.0)), slot: 3 },
+        Field { key: "projection", value: Value::Choice(&["perspective", "orthographic"]), slot: 4 },
+        Field { key: "height", value: Value::Number(Value::NUMBER.above(0.0)), slot: 5 },
+        Field { key: "position", value: Value::Numbers(3, Value::NUMBER), slot: 6 },
+        Field { key: "look_at", value: Value::Numbers(3, Value::NUMBER), slot: 9 },
+        Field { key: "up", value: Value::Direction(3, Value::NUMBER), slot: 12 },
     ],
     required: 0b1,
-    defaults: &[f64::NAN, f64::NAN, f64::NAN, 0.0, f64::NAN, 0.0, 0.0, 0.0, f64::NAN, f64::NAN, f64::NAN, 0.0, 1.0, 0.0],
+    defaults: &[f64::NAN, f64::NAN, f64::NAN, f64::NAN, 0.0, f64::NAN, 0.0, 0.0, 0.0, f64::NAN, f64::NAN, f64::NAN, 0.0, 1.0, 0.0],
 };
 
 pub static RENDER: Mapping = Mapping {

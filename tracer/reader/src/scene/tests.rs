@@ -1,4 +1,4 @@
-use super::{Edit, Format, Scene, Setting, read};
+use super::{Edit, Format, Scene, Setting, read, read_object};
 
 const CAMERA: &str = "camera: {resolution: [4, 3], fov: 40}\n";
 
@@ -105,5 +105,17 @@ proptest::proptest! {
             read(text.as_bytes(), format, &[]);
             read(format!("{CAMERA}{text}").as_bytes(), format, &[("camera", "position", &text)]);
         }
+    }
+}
+
+#[test]
+fn an_object_alone_is_read_as_in_a_scene() {
+    let ball = r#"{"type": "sphere", "position": [1, 2, 3], "radius": 2, "color": "red", "name": "ball"}"#;
+    let json = format!(r#"{{"camera": {{"resolution": [4, 3], "fov": 40}}, "objects": [{ball}]}}"#);
+    assert_eq!(read_object(ball), read(json.as_bytes(), Format::Json, &[]).map(|scene| scene.objects));
+    for wrong in
+        [ball.replace("2, 3", "2"), ball.replace(": 2,", ": 0,"), format!("{ball} 1"), format!("[{ball}]")]
+    {
+        assert_eq!(read_object(&wrong), None);
     }
 }
