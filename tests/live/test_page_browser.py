@@ -15,6 +15,7 @@ from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
 import rtcli
+from rtcli.image.pass_picture import id_colors
 from rtcli.tracer.passes import PASSES
 
 pytestmark = pytest.mark.integration
@@ -408,6 +409,17 @@ def test_a_click_in_the_list_opens_the_lines_of_the_object(page):
     assert not page.is_shown("edit")
 
 
+def test_a_button_opens_the_object_in_the_editor(browser, tmp_path):
+    opened = tmp_path / "opened"
+    server = Server(tmp_path / "scene.yaml", "--editor", f"touch {opened}-{{line}}-{{column}}")
+    page = Page(browser, server)
+    page.click("#tab-objects")
+    page.click(".object-row[data-index='1']")
+    page.click("#edit")
+    page.wait((tmp_path / "opened-12-5").exists)
+    server.end()
+
+
 def test_objects_are_filtered_by_name_and_type(page):
     page.press("/")
     page.press("sphere")
@@ -534,6 +546,14 @@ def test_the_passes_have_the_values_of_the_film(page):
     page.choose("pass", "depth")
     page.run(f"location.hash = '#pixel={SKY[0]},{SKY[1]}'")
     page.wait(lambda: "depth nothing hit" in page.text("spot"))
+
+
+def test_ids_have_the_colors_of_their_pass_as_a_file(page):
+    ids = [1, 2, 77, 100_000]
+    found = page.browser.execute_async_script(
+        "import('/color.js').then(({idColor}) => arguments[1](arguments[0].map(idColor)))", ids
+    )
+    assert found == id_colors(max(ids) + 1)[ids].tolist()
 
 
 # --- The page as a whole ---------------------------------------------------------------------------------

@@ -22,7 +22,7 @@ const refresh = newest(async (event) => {
   const old = live.state;
   const last = old?.picture;
   const isNew = event.picture !== null && (!last || last.preview || event.picture !== last.version);
-  const [state, picture] = await Promise.all([getJson("/state"), isNew ? loadPicture() : null]);
+  const [state, picture] = await Promise.all([getJson("/state"), isNew ? loadPicture().catch(notShown) : null]);
   live.state = state;
   emit("state", old);
   if (!picture) return;
@@ -32,6 +32,12 @@ const refresh = newest(async (event) => {
     flash(state.changed);
   }
 }, report);
+
+// The state is shown even if the server refuses the view: the pose of a moved camera, of a scene that changed.
+function notShown(error) {
+  report(error);
+  return null;
+}
 
 // For another view of the same state.
 const look = newest(async () => {
@@ -201,7 +207,7 @@ const actions = Object.assign({}, ...KEYS.map(([, , each]) => each));
 
 // These also scroll, or move what has the focus: they belong to the picture only while nothing else has it.
 const SHARED = /^(Arrow|Page)/;
-const TYPED = "input:not([type=radio], [type=range]), textarea";
+const TYPED = "input:not([type=radio], [type=range]), select";
 
 document.addEventListener("keydown", (event) => {
   const { target, key } = event;
