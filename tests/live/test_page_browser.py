@@ -333,6 +333,10 @@ def test_two_pixels_stand_side_by_side(page):
     page.press("Escape")
     page.wait(lambda: not page.is_shown("story-pin"))
     assert page.run("location.hash") == f"#pixel={SKY[0]},{SKY[1]}"
+    page.press("0")
+    actions = page.point(*BALL).key_down(Keys.SHIFT).click().key_up(Keys.SHIFT)
+    actions.perform()
+    assert page.run("location.hash") == f"#pixel=80,60&pin={SKY[0]},{SKY[1]}"
 
 
 def test_pointing_at_a_line_of_the_file_lights_its_part_of_the_story(page):
