@@ -305,7 +305,7 @@ Post = Callable[[Session, Mapping[str, Any]], Answer]
 
 
 def _state(session: Session, query: Mapping[str, str]) -> Answer:
-    return json_answer(session.as_dict())
+    return Answer(session.as_json())
 
 
 def _picture(session: Session, query: Mapping[str, str]) -> Answer:

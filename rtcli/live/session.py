@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import math
 import shlex
 import threading
@@ -102,6 +103,11 @@ class Good:
         """The details if they are known already."""
         is_known = self.details.done() and self.details.exception() is None
         return self.details.result() if is_known else None
+
+    @property
+    def warnings(self) -> tuple[Problem, ...]:
+        """The warnings about the scene, if they are known already."""
+        return () if self.known_details is None else self.known_details.problems
 
     @cached_property
     def changed(self) -> list[int]:
@@ -224,6 +230,8 @@ class Session:
         self._tracing = threading.Lock()
         self._detailing = threading.Lock()
         self._newest_details: Future[Details] | None = None
+        self._telling = threading.Lock()
+        self._told = State(-1), b""
         # Samples traced a second, once a picture was.
         self._rate: float | None = None
 
@@ -275,8 +283,9 @@ class Session:
         Superseded
             If the session ends meanwhile.
         """
-        if view.traced == ViewRequest() and good.rendering is not None:
-            base = good.rendering
+        whole = self._whole(good) if view.traced == ViewRequest() else None
+        if whole is not None:
+            base = whole
         else:
             with self._tracing:
                 known = good.views.pop(view.traced, None)
@@ -285,6 +294,13 @@ class Session:
                 while len(good.views) > 1 and sum(map(_pixels, good.views.values())) > _KEPT_PIXELS:
                     del good.views[next(iter(good.views))]
         return base if view.exposure is None else base.exposed(view.exposure)
+
+    def _whole(self, good: Good) -> Rendering | None:
+        """Return the whole picture of a version, for which a small one may still stand in; None without one."""
+        with self.changed:
+            self.changed.wait_for(lambda: self._state.good is not good or self._state.status != RENDERING)
+            newest = self._state.good
+        return newest.rendering if newest is not None and newest.raw == good.raw else good.rendering
 
     def _trace(self, good: Good, view: ViewRequest) -> Rendering:
         scene = good.scene
@@ -362,7 +378,10 @@ class Session:
         except ValueError as error:  # a change by an option that this scene does not allow
             self._fail(version, INVALID, report=f"{error}\n")
         else:
-            self._show(version, scene)
+            try:
+                self._show(version, scene)
+            except MemoryError:
+                self._fail(version, INVALID, report="there is not enough memory for this picture\n")
 
     def _fail(self, version: Version, status: str, problems: tuple[Problem, ...] = (), report: str = "") -> None:
         """Keep the last good picture, if the file stays without a valid scene."""
@@ -380,8 +399,12 @@ class Session:
                 version, INVALID, report=f"a picture of {size} pixels is too large to be shown: use --size\n"
             )
             return
-        details = self._start_details(version.raw)
         known = self._state.good
+        if known is not None and known.rendering is not None and known.raw == version.raw:  # a mistake was undone
+            self._watcher.accept(version)
+            self._publish(status=OK, raw=version.raw, problems=known.warnings, report="")
+            return
+        details = self._start_details(version.raw)
         if known is not None and known.rendering is not None and known.scene == scene:
             rendering = known.rendering  # a comment changed, for example
         else:
@@ -396,8 +419,9 @@ class Session:
             raise Superseded
         with contextlib.suppress(FutureTimeoutError):
             details.exception(_PATIENCE)
+        are_known = details.done()
         good = self._publish_good(version, scene, rendering, rendering.png, details)
-        if good.known_details is None:
+        if not are_known:
             details.add_done_callback(lambda _: self._complete(good))
 
     def _publish_good(
@@ -410,25 +434,27 @@ class Session:
     ) -> Good:
         """Publish a valid scene: with its whole picture, or a small one that stands in for it."""
         assert version.raw is not None
-        state = self._state
-        # The version before the last save: one that was never whole is passed over.
-        is_whole = state.good is not None and state.good.rendering is not None
-        previous = state.good if is_whole else state.previous
-        good = Good(
-            state.version + 1,
-            version.raw,
-            scene,
-            rendering,
-            png,
-            time.strftime("%H:%M:%S"),
-            round((time.perf_counter() - version.saved) * 1e3, 1),
-            details,
-            None if previous is None else previous.scene,
-        )
         self._watcher.accept(version)
-        status = RENDERING if rendering is None else OK
-        problems = () if good.known_details is None else good.known_details.problems
-        self._publish(status=status, raw=version.raw, problems=problems, report="", good=good, previous=previous)
+        with self.changed:
+            state = self._state
+            # The version before the last save: one that was never whole is passed over.
+            is_whole = state.good is not None and state.good.rendering is not None
+            previous = state.good if is_whole else state.previous
+            good = Good(
+                state.version + 1,
+                version.raw,
+                scene,
+                rendering,
+                png,
+                time.strftime("%H:%M:%S"),
+                round((time.perf_counter() - version.saved) * 1e3, 1),
+                details,
+                None if previous is None else previous.scene,
+            )
+            status = RENDERING if rendering is None else OK
+            self._publish(
+                status=status, raw=version.raw, problems=good.warnings, report="", good=good, previous=previous
+            )
         return good
 
     def _start_details(self, raw: bytes) -> Future[Details]:
@@ -452,7 +478,7 @@ class Session:
         """Publish the details of a version that is still shown."""
         with self.changed:
             if self._state.good is good and self._state.status == OK and good.known_details is not None:
-                self._publish(problems=good.known_details.problems)
+                self._publish(problems=good.warnings)
 
     def _publish(self, **changes: Any) -> None:
         with self.changed:
@@ -465,9 +491,17 @@ class Session:
         """Return the command that writes the same picture."""
         return shlex.join(["rtcli", "render", self.path, "-o", "out.png", *self.overrides.as_options()])
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return the state as docs/live.md describes it."""
-        state = self._state
+    def as_json(self) -> bytes:
+        """Return the state as docs/live.md describes it, computed once for all pages."""
+        with self._telling:
+            state, json_text = self._told
+            if state is not self._state:
+                state = self._state
+                json_text = json.dumps(self._as_dict(state), allow_nan=False).encode()
+                self._told = state, json_text
+            return json_text
+
+    def _as_dict(self, state: State) -> dict[str, Any]:
         good, text = state.good, _text(state.raw)
         return {
             "version": state.version,

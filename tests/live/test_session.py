@@ -118,6 +118,17 @@ def test_scene_heals_by_itself(live, scene):
     assert live.wait_for(lambda state: state.status == "ok").report == ""
 
 
+def test_mistake_that_is_undone_leaves_the_pictures_as_they_were(live, scene):
+    in_place(scene, scene_text(0.5))
+    before = live.wait_for_text(scene_text(0.5))
+    in_place(scene, "mistake")
+    live.wait_for(lambda state: state.status == "invalid")
+    in_place(scene, scene_text(0.5))
+    after = live.wait_for(lambda state: state.status == "ok")
+    assert (after.good, after.previous) == (before.good, before.previous)
+    assert live.get_json("/state")["changed"] == [1]
+
+
 def test_deleted_file_keeps_the_picture_and_heals(live, scene):
     scene.unlink()
     state = live.wait_for(lambda state: state.status == "missing")
@@ -179,6 +190,18 @@ def test_long_rendering_is_shown_small_first_and_the_newest_save_wins(scene):
         assert live.get("/picture").startswith(b"\x89PNG")
         in_place(scene, scene_text(0.5))
         assert live.wait_for_text(scene_text(0.5), seconds=3).good.rendering is not None
+
+
+@pytest.mark.integration
+def test_passes_of_a_long_rendering_wait_for_the_whole_picture(scene, monkeypatch):
+    scene.write_text(HEAVY.replace("400", "100"))
+    calls, render = [], session_module.render
+    monkeypatch.setattr(session_module, "render", lambda *arguments: calls.append(1) or render(*arguments))
+    with LiveClient(scene) as live:
+        assert live.session.state.status == "rendering"
+        assert len(live.get("/pass", name="object_id")) == 4_000_000
+        assert live.session.state.status == "ok"
+        assert len(calls) == 2  # one was given up for the small picture
 
 
 @pytest.mark.integration
