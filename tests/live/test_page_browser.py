@@ -333,6 +333,10 @@ def test_two_pixels_stand_side_by_side(page):
     page.press("Escape")
     page.wait(lambda: not page.is_shown("story-pin"))
     assert page.run("location.hash") == f"#pixel={SKY[0]},{SKY[1]}"
+    page.press("0")
+    actions = page.point(*BALL).key_down(Keys.SHIFT).click().key_up(Keys.SHIFT)
+    actions.perform()
+    assert page.run("location.hash") == f"#pixel=80,60&pin={SKY[0]},{SKY[1]}"
 
 
 def test_pointing_at_a_line_of_the_file_lights_its_part_of_the_story(page):
@@ -494,6 +498,26 @@ def test_a_drag_orbits_the_camera_in_its_mode_and_pans_the_picture_in_the_other(
     page.wait(lambda: page.is_shown("view-only"))
 
 
+def test_the_camera_turns_about_what_is_in_the_middle_also_after_a_save(page):
+    def drag():
+        page.point(*BALL)
+        ActionChains(page.browser).click_and_hold().move_by_offset(40, 0).release().perform()
+        page.wait(lambda: page.is_shown("view-only"))
+        return float(page.text("camera-lines").splitlines()[2].rstrip("]").split()[-1])
+
+    page.press("c")
+    assert drag() == pytest.approx(1, abs=0.1)  # the front of the ball
+    page.save(SCENE.replace("[0, 1, 0], radius: 1", "[0, 1, 2], radius: 1"))
+    page.wait(lambda: "[0, 1, 2]" in page.text("text"))
+    page.press("r")
+    page.wait(lambda: not page.is_shown("view-only"))
+    ActionChains(page.browser).move_to_element(page.browser.find_element("id", "theme")).perform()
+    page.wait_for_colors(rendered(page.file.read_text()))
+    page.click("#tab-camera")
+    time.sleep(0.5)  # for the depth
+    assert drag() == pytest.approx(3, abs=0.1)
+
+
 def test_write_puts_the_camera_into_the_file(browser, tmp_path):
     server = Server(tmp_path / "scene.yaml", "--write")
     page = Page(browser, server)
@@ -585,6 +609,9 @@ def test_nothing_is_wider_than_the_page(page, width):
     for tab in ("pixel", "objects", "exposure", "camera"):
         page.run("document.getElementById(arguments[0]).click()", f"tab-{tab}")
         assert page.run("document.documentElement.scrollWidth") <= width
+    page.run("document.querySelector('[data-move]').click()")
+    page.wait(lambda: page.is_shown("view-only"))
+    assert page.run("document.querySelector('#command-copy').getBoundingClientRect().right") <= width
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

@@ -12,7 +12,7 @@ function rotate(a, axis, angle) {
 }
 
 // Six digits are enough for the eye, and the same numbers go to the server, the command and the file.
-const rounded = (a, size) => {
+export const rounded = (a, size = 1) => {
   const unitOf = 10 ** (Math.floor(Math.log10(size || 1)) - 5);
   return a.map((each) => Number((Math.round(each / unitOf) * unitOf).toPrecision(12)) + 0);
 };

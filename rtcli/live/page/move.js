@@ -19,8 +19,8 @@ async function findPivot() {
 
 function current() {
   if (live.pose) return live.pose;
-  const { position, look_at, up } = live.state.camera;
-  const pose = { position, look_at, up };
+  const { position, look_at, up, matrix } = live.state.camera;
+  const pose = { position, look_at, up: matrix ? camera.rounded(up) : up };
   return pivot ? camera.aim(pose, pivot) : pose;
 }
 
@@ -112,10 +112,14 @@ on("state", () => {
     written = null;
     emit("view");
   }
-  if (!live.pose) pivot = null;
   show();
 });
 on("view", show);
+on("picture", () => {
+  if (live.pose) return;
+  pivot = null;
+  if (isCameraMode()) findPivot().catch(report);
+});
 byId("camera-reset").addEventListener("click", () => set(null));
 byId("camera-copy").addEventListener("click", () => copy(byId("camera-lines").textContent, "The lines are copied"));
 byId("camera-write").addEventListener("click", async () => {

@@ -180,7 +180,6 @@ function pointAtLine(number) {
   const { objects, lights, camera } = live.state ?? {};
   const isAt = (item) => item?.lines && isOfPicture() && number >= item.lines[0] && number <= item.lines[1];
   const found = number === null ? null : objects.find(isAt);
-  if (found) emit("line", {}); // first, since the parts of a story that are lit are those of the last call
   light(found?.index ?? null);
   if (found) return;
   const key = number !== null && isAt(camera) ? /(\w+)\s*:/.exec(source.texts[number - 1])?.[1] : null;
