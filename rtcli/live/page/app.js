@@ -4,9 +4,9 @@ import { showHistogram, stepExposure, toggleClipped } from "/exposure.js";
 import { byId, copy, counted, emit, live, on, report } from "/live.js";
 import { adaptSize, drag, drop, isCameraMode, step, toggleMode, wheel } from "/move.js";
 import { flash, openObject } from "/objects.js";
-import { make } from "/parts.js";
 import { clickPixel, followHash, hover, move, select, togglePin } from "/pixel.js";
 import { Events, getJson, newest } from "/server.js";
+import { make } from "/story.js";
 import { openPanel } from "/tabs.js";
 import { loadPicture, stage, takePicture } from "/view.js";
 

@@ -2,9 +2,9 @@
 
 import { byId, emit, fullSize, live, loadPass, on, report } from "/live.js";
 import { Outlines } from "/outline.js";
-import { make } from "/parts.js";
 import { newest, post } from "/server.js";
 import { Source } from "/source.js";
+import { make } from "/story.js";
 import { stage } from "/view.js";
 
 export const nameOf = (index) => {
@@ -114,9 +114,7 @@ function showList() {
 
 function row(index) {
   const parts = ["name", "type", "pixels", "lines"].map((className) => make("span", { className }));
-  const button = make("button", { type: "button", className: "object-row" }, ...parts);
-  button.dataset.index = index;
-  return make("li", {}, button);
+  return make("li", {}, make("button", { type: "button", className: "object-row", dataset: { index } }, ...parts));
 }
 
 function filter() {

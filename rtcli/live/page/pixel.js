@@ -3,10 +3,9 @@
 import { hex } from "/color.js";
 import { byId, emit, fullSize, live, on, pixelQuery, report } from "/live.js";
 import { light, markPath, nameOf, needOutlines, objectAt, openObject } from "/objects.js";
-import { make } from "/parts.js";
 import { PASSES, valuesAt } from "/passes.js";
 import { ServerError, get, newest } from "/server.js";
-import { renderStory } from "/story.js";
+import { make, renderStory } from "/story.js";
 import { shown, stage } from "/view.js";
 
 let hovered = null;
