@@ -104,11 +104,12 @@ class Bodies:
         along = to_center @ beam.axis
         across = to_center - np.clip(along, 0.0, beam.length)[:, np.newaxis] * beam.axis
         distance = np.linalg.norm(across, axis=1)
-        # Where that is not a number, an object is near.
-        near = ~(distance > self.radii + beam.radius(along + self.radii))
+        # Where numbers overflow, an object is near.
+        is_known = np.isfinite(distance)
+        near = ~(is_known & (distance > self.radii + beam.radius(along + self.radii)))
         # A plane may stand between the beam and a body that is flat, although the beam meets its sphere.
         x, y, z = beam.axis.tolist()
-        for index in np.flatnonzero(near & (distance > 0)):
+        for index in np.flatnonzero(near & is_known & (distance > 0)):
             body, (u, v, w) = self.solids[index], (-across[index] / distance[index]).tolist()
             if body is not None:
                 extent = body.reach((u, v, w)) + beam.radius(along[index] + body.reach((x, y, z)))

@@ -84,3 +84,10 @@ def test_ten_thousand_objects_leave_few_to_look_at(tmp_path):
         explained = explain(scene, *pixel, prepared=parts)
         assert len(explained.story.intersections.objects) < 100
         assert explained.engines_agree
+
+
+def test_object_whose_distance_overflows_is_near():
+    huge = "{type: sphere, position: [0, 0, -2.7e+155], radius: 1.3e+154, color: white}"
+    bodies = prepared(rtcli.parse_scene(f"camera: {{resolution: [9, 9], fov: 40}}\nobjects: [{huge}]\n")).bodies
+    with np.errstate(all="ignore"):  # as the explanation does
+        assert bodies.near_light(np.zeros((1, 3)), "point", (0, 10, 0, 0)).tolist() == [True]
