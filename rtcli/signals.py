@@ -54,6 +54,12 @@ def interruptible() -> Iterator[None]:
             signal.signal(number, handler)
 
 
+def ignore_broken_pipes() -> None:
+    """Let a server outlive connections that the other side closes; a write to one raises OSError instead."""
+    for number in BROKEN_PIPE:
+        signal.signal(number, signal.SIG_IGN)
+
+
 def exit_by_signal(number: int) -> NoReturn:
     """End the process as if the signal had not been caught, so that the calling shell sees it."""
     signal.signal(number, signal.SIG_DFL)

@@ -59,7 +59,7 @@ def test_wheel_holds_the_package_and_nothing_else(wheel):
         path.relative_to(ROOT).as_posix()
         for path in (ROOT / "rtcli").rglob("*")
         if path.parent != ROOT / "rtcli" / "gallery"  # which an editable installation copies there
-        if path.suffix in (".py", ".pyi", ".typed", ".yaml", ".html", ".css", ".js")
+        if path.suffix in (".py", ".pyi", ".typed", ".yaml", ".html", ".css", ".js", ".svg")
     }
     gallery = {f"rtcli/gallery/{path.name}" for path in (ROOT / "scenes").iterdir()}
     expected = {*sources, "rtcli/py.typed", compiled, *gallery}

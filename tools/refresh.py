@@ -47,7 +47,20 @@ BENCHMARKS = ROOT / "benchmarks"
 if str(BENCHMARKS) not in sys.path:  # a folder of scripts, no package
     sys.path.append(str(BENCHMARKS))
 
-COMMANDS = ("render", "batch", "validate", "sample", "dataset", "explain", "compare", "new", "schema", "doctor")
+COMMANDS = (
+    "render",
+    "live",
+    "watch",
+    "batch",
+    "validate",
+    "sample",
+    "dataset",
+    "explain",
+    "compare",
+    "new",
+    "schema",
+    "doctor",
+)
 
 _PART = re.compile(r"(<!-- begin (?P<name>[\w ]+) -->\n).*?(<!-- end (?P=name) -->)", re.DOTALL)
 

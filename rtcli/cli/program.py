@@ -23,6 +23,8 @@ _FIRST_COMMANDS = [
 # The commands in the order a newcomer meets them, each with the summary of its help.
 SUMMARIES = {
     "render": "Render a scene to a picture, or check that it is still the same.",
+    "live": "Show a scene in the browser, and follow each save.",
+    "watch": "Render a scene again at each save.",
     "batch": "Render scenes into a folder, skipping up-to-date results.",
     "validate": "Validate scene files and report every problem.",
     "sample": "Write the scene of one sample of a template.",

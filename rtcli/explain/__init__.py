@@ -9,13 +9,16 @@ the steps between radiance and value, which the compiled core takes at once, hav
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from rtcli.explain.agreement import PixelSamples, rays_through
+from rtcli.explain.agreement import AROUND, PixelSamples, rays_through
 from rtcli.explain.development import Developed, developed
 from rtcli.explain.drawing import drawing_of
 from rtcli.explain.intersections import intersect_all
 from rtcli.explain.lighting import SurfacePoint, hit_step, lights_step, radiance_step
+from rtcli.explain.nearby import PreparedScene
 from rtcli.explain.records import Explanation, NativePixel, Number, Sample, Step, Story
 from rtcli.explain.sentence import sentence_of
 from rtcli.explain.words import name_of, triple
@@ -24,12 +27,27 @@ from rtcli.rendering.pack import pack_scene
 from rtcli.scene.model import Scene
 from rtcli.tracer.engines import default_threads, stops_of
 from rtcli.tracer.native import NativeTracer
-from rtcli.tracer.reference import NOTHING, Array, Ray, ReferenceTracer, mean_of_samples
+from rtcli.tracer.reference import (
+    CENTRE,
+    NOTHING,
+    Array,
+    Ray,
+    ReferenceTracer,
+    SimpleCamera,
+    mean_of_samples,
+)
 from rtcli.tracer.sampling import sample_offsets
 from rtcli.tracer.world import Progress, Window
 
 
-def explain(scene: Scene, x: int, y: int, sample: int = 1, progress: Progress | None = None) -> Explanation:
+def explain(
+    scene: Scene,
+    x: int,
+    y: int,
+    sample: int = 1,
+    progress: Progress | None = None,
+    prepared: PreparedScene | None = None,
+) -> Explanation:
     """Explain how a pixel gets its value.
 
     Parameters
@@ -43,6 +61,8 @@ def explain(scene: Scene, x: int, y: int, sample: int = 1, progress: Progress | 
     progress
         Called with (points done, points in all) while an exposure of `auto` is metered, which takes long for
         thousands of objects.
+    prepared
+        The scene prepared for many pixels: of many objects, only those near the rays of the pixel take part then.
 
     Returns
     -------
@@ -57,7 +77,7 @@ def explain(scene: Scene, x: int, y: int, sample: int = 1, progress: Progress | 
     check_pixel(scene, x, y, sample)
     # Misses and infinities are ordinary numbers to the tracer.
     with np.errstate(all="ignore"):
-        return _Pixel(scene, (x, y)).explanation(sample - 1, progress)
+        return _Pixel(scene, (x, y), prepared).explanation(sample - 1, progress)
 
 
 def check_pixel(scene: Scene, x: int, y: int, sample: int = 1) -> None:
@@ -72,13 +92,24 @@ def check_pixel(scene: Scene, x: int, y: int, sample: int = 1) -> None:
 class _Pixel:
     """A pixel of a scene. Its samples are traced together, which the tracer's results do not depend on."""
 
-    def __init__(self, scene: Scene, pixel: tuple[int, int]) -> None:
+    def __init__(self, scene: Scene, pixel: tuple[int, int], prepared: PreparedScene | None) -> None:
         self.scene = scene
+        self.prepared = prepared
         self.pixel = pixel
         self.window = Window(*pixel, 1, 1)
-        self.names = [name_of(index, shape) for index, shape in enumerate(scene.objects)]
-        self.tracer = ReferenceTracer(pack_scene(scene).world, default_threads())
         self.offsets = list(sample_offsets(scene.render.samples))
+        if prepared is None:
+            self.chosen = list(range(len(scene.objects)))
+            self.names = [name_of(index, shape) for index, shape in enumerate(scene.objects)]
+            world = pack_scene(scene).world
+        else:
+            around = [(u + x, v + y) for u, v in (CENTRE, *self.offsets) for x, y in AROUND]
+            camera = SimpleCamera(prepared.world.camera)
+            self.chosen = prepared.chosen(rays_through(camera, self.window, around))
+            self.names = [prepared.bodies.names[index] for index in self.chosen]
+            world = prepared.select(self.chosen)
+        self.native = NativeTracer(world, default_threads()) if prepared is None else prepared.native
+        self.tracer = ReferenceTracer(world, default_threads())
         self.rays = rays_through(self.tracer.scenery.camera, self.window, self.offsets)
         self.hits = self.tracer.scenery.nearest_hit(self.rays)
         self.light = self.tracer.scenery.trace_ray(self.rays, self.hits)[0].rgb
@@ -112,11 +143,11 @@ class _Pixel:
 
     def _native(self, reference: Array) -> NativePixel:
         """Return the pixel as the native engine renders it, compared with the reference's radiance (3,)."""
-        tracer = NativeTracer(self.tracer.world, default_threads())
-        arrays, _ = tracer.film(self.window, ("alpha", "object_id"))
+        arrays, _ = self.native.film(self.window, ("alpha", "object_id"))
         radiance, seen = arrays["radiance"][0, 0], int(arrays["object_id"][0, 0]) - 1
+        seen = self.chosen.index(seen) if seen in self.chosen else NOTHING
         image = self.scene.image
-        exposure, _ = stops_of(tracer, image.exposure)
+        exposure, _ = stops_of(self.native, image.exposure)
         alpha = self._alpha(arrays["alpha"][0, 0])
         value = developed(radiance, DisplayTransform(exposure, image.tone), alpha)
         samples = PixelSamples(self.tracer.scenery, self.window, self.offsets)
@@ -141,19 +172,28 @@ class _Pixel:
         return metered.stops, metered.percentile
 
     def _story(self, chosen: int) -> tuple[SurfacePoint, Story]:
+        """Return the point of a sample among the objects that are listed, and its story."""
         only = np.array([chosen])
         ray, hit = self.rays.take(only), self.hits.take(only)
-        scenery = self.tracer.scenery
-        point = SurfacePoint(self.tracer.world, scenery, self.names, ray, hit)
-        lights = lights_step(point)
-        return point, Story(
+        point = SurfacePoint(self.tracer.world, self.tracer.scenery, self.names, ray, hit)
+        lights, listed = lights_step(point), self._among_listed(point)
+        return listed, Story(
             sample=chosen + 1,
             ray=self._ray_step(ray, self.offsets[chosen]),
-            intersections=intersect_all(scenery, self.names, ray, hit),
+            intersections=intersect_all(listed.scenery, listed.names, ray, listed.hit, len(self.scene.objects)),
             hit=hit_step(point),
             lights=lights,
             radiance=radiance_step(point, self.light[:, chosen], lights.lights),
         )
+
+    def _among_listed(self, point: SurfacePoint) -> SurfacePoint:
+        """Return a point among all objects of a scene, or among those that take part if the scene has many."""
+        prepared = self.prepared
+        if prepared is None or prepared.listed is None:
+            return point
+        index = np.array([NOTHING if place == NOTHING else self.chosen[place] for place in point.hit.index])
+        hit = replace(point.hit, index=index)
+        return SurfacePoint(prepared.world, prepared.listed, prepared.bodies.names, point.ray, hit)
 
     def _ray_step(self, ray: Ray, within: tuple[float, float]) -> Step:
         camera = self.tracer.scenery.camera

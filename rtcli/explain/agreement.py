@@ -16,7 +16,7 @@ _ROUNDING, _GRAZING = 1e-3, 1e-5
 
 # How far beside a ray, in pixels, float32 may see what lies beyond a border.
 _BESIDE = 1e-3
-_AROUND = [(x, y) for x in (-_BESIDE, 0.0, _BESIDE) for y in (-_BESIDE, 0.0, _BESIDE)]
+AROUND = [(x, y) for x in (-_BESIDE, 0.0, _BESIDE) for y in (-_BESIDE, 0.0, _BESIDE)]
 
 
 def rays_through(camera: SimpleCamera, window: Window, offsets: Iterable[tuple[float, float]]) -> Ray:
@@ -56,7 +56,7 @@ class PixelSamples:
             The index of the object at the pixel's center as the native engine sees it, or `NOTHING`.
         """
         same = seen in self._objects_at((0.0, 0.0))
-        if not same and seen not in self._objects_at(*_AROUND):
+        if not same and seen not in self._objects_at(*AROUND):
             return DISAGREE
         agreement = self._agreement_of_radiance(reference, native)
         return agreement if same or agreement == DISAGREE else AT_A_BORDER
@@ -67,7 +67,7 @@ class PixelSamples:
         rounding = _ROUNDING * np.maximum(reference, native) + _GRAZING * self._head_on()
         if (np.abs(native - reference) <= rounding).all():
             return ROUNDED
-        beside = np.stack([self._radiance(x, y) for x, y in _AROUND])  # (offsets, 3, samples)
+        beside = np.stack([self._radiance(x, y) for x, y in AROUND])  # (offsets, 3, samples)
         low, high = beside.min(axis=0).mean(axis=1), beside.max(axis=0).mean(axis=1)
         if ((native >= low - rounding) & (native <= high + rounding)).all():
             return AT_A_BORDER

@@ -11,8 +11,8 @@ from rtcli.scene.diagnostics.problems import counted
 from rtcli.tracer.reference import NOTHING, Hit, Object, Ray, Scenery
 
 
-def intersect_all(scenery: Scenery, names: Sequence[ObjectName], ray: Ray, hit: Hit) -> Intersections:
-    """Return the step for all objects on one ray with a known nearest hit."""
+def intersect_all(scenery: Scenery, names: Sequence[ObjectName], ray: Ray, hit: Hit, count: int) -> Intersections:
+    """Return the step for objects on one ray with a known nearest hit, out of `count` in all."""
     nearest, t = int(hit.index[0]), float(hit.t[0])
     seen = None if nearest == NOTHING else names[nearest]
     objects = tuple(
@@ -29,19 +29,19 @@ def intersect_all(scenery: Scenery, names: Sequence[ObjectName], ray: Ray, hit: 
         section="2.2",
         equations=tuple(line for notes in shapes for line in notes.equations),
         numbers=(),
-        outcome=_outcome(objects, seen),
+        outcome=_outcome(objects, seen, count),
         note=note,
         objects=objects,
         inputs=() if seen is None else SHAPES[seen.type].inputs(scenery.objects[nearest], ray),
     )
 
 
-def _outcome(objects: Sequence[Intersection], seen: ObjectName | None) -> str:
-    count = counted(len(objects), "object")
+def _outcome(objects: Sequence[Intersection], seen: ObjectName | None, count: int) -> str:
+    total = counted(count, "object")
     if seen is None:
-        return f"The ray hits none of {count}." if objects else "There are no objects."
+        return f"The ray hits none of {total}." if count else "There are no objects."
     hits = sum(item.t is not None for item in objects)
-    return f"The ray hits {hits:,} of {count}. The nearest is {seen.label}."
+    return f"The ray hits {hits:,} of {total}. The nearest is {seen.label}."
 
 
 def _intersection(

@@ -53,8 +53,8 @@ def sentence_of(story: Story, samples: Sequence[Sample], value: tuple[int, int, 
 
 def _look_and_reason(story: Story, value: tuple[int, int, int]) -> tuple[str, str]:
     if story.hit.kind == BACKGROUND:
-        count = len(story.intersections.objects)
-        return BACKGROUND, f"the ray hits none of {counted(count, 'object')}" if count else "there are no objects"
+        outcome = story.intersections.outcome  # which counts all objects, though few may be listed
+        return BACKGROUND, outcome[0].lower() + outcome[1:].removesuffix(".")
     seen = story.hit.object.label if story.hit.object else ""
     if story.hit.kind == SHINING:
         return _look(value), f"the eye sees {seen}, which carries a light"

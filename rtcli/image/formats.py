@@ -53,15 +53,17 @@ def parts_of(name: str, passes: tuple[str, ...]) -> dict[str, Path]:
 
 
 @contextlib.contextmanager
-def open_parts(parts: dict[str, Path]) -> Iterator[dict[str, tuple[str, BinaryIO]]]:
+def open_parts(parts: dict[str, Path], sync: bool = True) -> Iterator[dict[str, tuple[str, BinaryIO]]]:
     """Open the file of each part, and yield it with its name; all appear together once they are complete.
+
+    `sync` is as in `rtcli.atomic.atomic_write_all`.
 
     Raises
     ------
     OSError
         If one cannot be written.
     """
-    with atomic_write_all(list(parts.values())) as files:
+    with atomic_write_all(list(parts.values()), sync=sync) as files:
         yield {part: (str(parts[part]), file) for part, file in zip(parts, files, strict=True)}
 
 

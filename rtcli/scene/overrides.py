@@ -68,6 +68,14 @@ class Overrides:
             document = set_expression(document, expression, self.option)
         return document
 
+    def as_options(self) -> list[str]:
+        """Return the changes as options of the command line."""
+        options = ["--size", f"{self.size[0]}x{self.size[1]}"] if self.size is not None else []
+        options += ["--samples", str(self.samples)] if self.samples is not None else []
+        options += [f"--exposure={self.exposure}"] if self.exposure is not None else []
+        options += ["--alpha"] if self.alpha else []
+        return [*options, *(part for edit in self.edits for part in ("--set", edit))]
+
     def section_edits(self) -> list[SectionEdit] | None:
         """Return the changes as edits of keys of sections, in order; None if one changes something else."""
         edits: list[SectionEdit] = []

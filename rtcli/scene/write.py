@@ -102,10 +102,10 @@ def _flow(value: Any) -> str:
         return "[" + ", ".join(map(_flow, value)) + "]"
     if isinstance(value, str):
         return value if _PLAIN_TEXT.match(value) else '"' + "".join(map(_escaped, value)) + '"'
-    return _number(value) if isinstance(value, float) else json.dumps(value)
+    return number_text(value) if isinstance(value, float) else json.dumps(value)
 
 
-def _number(value: float) -> str:
+def number_text(value: float) -> str:
     """Return the shortest text of a finite number that reads back equal: `5`, `-0.25`, `4.0e+6`."""
     plain = repr(value).removesuffix(".0")
     if math.copysign(1.0, value) < 0 and value == 0:

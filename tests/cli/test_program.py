@@ -21,7 +21,7 @@ from rtcli.lint.check import check
 
 needs_posix = pytest.mark.skipif(os.name == "nt", reason="POSIX only: signals and terminals")
 
-COMMANDS = ["render", "batch", "validate", "explain", "compare", "new", "schema", "doctor"]
+COMMANDS = ["render", "live", "watch", "batch", "validate", "explain", "compare", "new", "schema", "doctor"]
 
 
 def names_in(folder):
@@ -377,6 +377,8 @@ def test_picture_of_the_native_engine_takes_neither_numpy_nor_pillow(scene, opti
             "rtcli.tracer.reference",
             "rtcli.scene.schema",
             "rtcli.cli.commands.new",
+            "rtcli.live",
+            "http.server",
         ),
     }
     assert modules & unneeded == set()

@@ -28,7 +28,7 @@ const OF_LIGHT = { position: "position", r: "position", l: "position", intensity
 
 const VERDICTS = { lit: "✓ reaches the point", blocked: "✕ blocked", turned_away: "✕ faces away", other_side: "✕ other side" };
 
-function make(tag, properties = {}, ...children) {
+export function make(tag, properties = {}, ...children) {
   const element = document.createElement(tag);
   const { dataset, ...others } = properties;
   Object.assign(element, others);

@@ -1,0 +1,121 @@
+"""Time `rtcli live`: from a save to the event that announces its picture, and to the picture's bytes.
+
+    python benchmarks/live.py [--saves N] [SCENE ...]
+
+The client holds a stream of events open and fetches each picture, as the page does, but does not decode it. The
+time of the save is that of the rename that puts the new file into place.
+"""
+
+from __future__ import annotations
+
+import argparse
+import http.client
+import re
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+SCENES = [ROOT / "scenes" / f"{name}.yaml" for name in ("first", "cornell", "still-life", "city", "lantern")]
+
+# The bounds for the picture in the page, milliseconds.
+MEDIAN, P95 = 60, 120
+
+
+class LiveServer:
+    """`rtcli live` for a file, with a stream of its events."""
+
+    def __init__(self, scene: Path) -> None:
+        command = [sys.executable, "-m", "rtcli", "live", str(scene), "--no-browser", "--size", "640x480"]
+        self.process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+        assert self.process.stderr is not None
+        match = re.search(r":([0-9]+)/\?token=(\S+)", self.process.stderr.readline())
+        assert match is not None
+        self.port, self.token = int(match[1]), match[2]
+        self.pictures = http.client.HTTPConnection("127.0.0.1", self.port)
+        self.stream = http.client.HTTPConnection("127.0.0.1", self.port)
+        self.stream.request("GET", f"/events?token={self.token}")
+        self.events = self.stream.getresponse()
+
+    def next_picture(self, known: int) -> int:
+        """Return the number of the next picture."""
+        while True:
+            match = re.search(rb'"status": "ok", "picture": ([0-9]+)', self.events.readline())
+            if match is not None and int(match[1]) != known:
+                return int(match[1])
+
+    def fetch(self) -> None:
+        """Read the picture."""
+        self.pictures.request("GET", f"/picture?token={self.token}")
+        self.pictures.getresponse().read()
+
+    def end(self) -> None:
+        """End the program."""
+        self.stream.close()
+        self.pictures.close()
+        self.process.terminate()
+        self.process.wait()
+
+
+def main() -> None:
+    """Print the median and the 95th percentile of each scene."""
+    parser = argparse.ArgumentParser(description="Time rtcli live.")
+    parser.add_argument("--saves", type=int, default=100)
+    parser.add_argument("scenes", nargs="*", type=Path, default=SCENES)
+    arguments = parser.parse_args()
+    sys.stdout.write(f"bounds to the page: median {MEDIAN} ms, 95th percentile {P95} ms\n")
+    sys.stdout.write("scene at 640x480, milliseconds        event: median  p95   picture: median  p95\n")
+    for scene in arguments.scenes:
+        to_event, to_picture = latencies(scene, arguments.saves)
+        figures = "  ".join(
+            f"{f(times):14.1f}" for times in (to_event, to_picture) for f in (statistics.median, p95)
+        )
+        sys.stdout.write(f"{scene.stem:30}{figures}\n")
+
+
+def latencies(scene: Path, saves: int) -> tuple[list[float], list[float]]:
+    """Return the milliseconds from each save to its event and to the bytes of its picture."""
+    to_event, to_picture = [], []
+    text = scene.read_text(encoding="utf-8")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, scene.name)
+        path.write_text(text, encoding="utf-8")
+        server = LiveServer(path)
+        try:
+            picture = server.next_picture(-1)
+            for number in range(saves):
+                time.sleep(0.1 + 0.02 * (number % 10) / 10)  # at any phase of the looks at the file
+                new = path.with_suffix(".new")
+                # A background that differs: every pixel is rendered again.
+                new.write_text(edited(text, number), encoding="utf-8")
+                start = time.perf_counter()
+                new.replace(path)
+                picture = server.next_picture(picture)
+                to_event.append((time.perf_counter() - start) * 1e3)
+                server.fetch()
+                to_picture.append((time.perf_counter() - start) * 1e3)
+        finally:
+            server.end()
+    return to_event, to_picture
+
+
+def edited(text: str, number: int) -> str:
+    """Return the text of a scene with its first position moved a little."""
+    return re.sub(
+        r"(position: \[-?[0-9.]+)",
+        lambda match: f"{match[1]}{number:03}" if "." in match[1] else f"{match[1]}.{number:03}",
+        text,
+        count=1,
+    )
+
+
+def p95(times: list[float]) -> float:
+    """Return the 95th percentile."""
+    return statistics.quantiles(times, n=20)[-1]
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,47 @@
+"""A thousand saves in five styles: none is lost, none is taken for an error, and none is rendered twice."""
+
+import time
+
+import pytest
+from live_client import LiveClient, as_vim_does, by_rename, in_halves, in_place, scene_text, touched
+
+STYLES = (in_place, by_rename, as_vim_does, in_halves, touched)
+
+# Seconds within which halves of a save must be written for the first never to count.
+_STALLED = 0.02
+
+
+@pytest.mark.integration
+@pytest.mark.parametrize("style", STYLES, ids=lambda style: style.__name__)
+def test_each_of_two_hundred_saves_is_shown_once(tmp_path, monkeypatch, style):
+    path = tmp_path / "scene.yaml"
+    path.write_text(scene_text())
+    with LiveClient(path) as live:
+        first = live.session.state
+        states, stalled = record_states(live.session, monkeypatch), 0
+        for number in range(200):
+            if style is touched:
+                touched(path)
+                time.sleep(0.03)
+                continue
+            text = scene_text(number / 100 - 1)
+            took = style(path, text)
+            stalled += took is not None and took > _STALLED
+            live.wait_for_text(text)
+        if style is touched:
+            assert live.session.state is first
+        else:
+            assert {state.status for state in states} == {"ok"} or stalled
+            assert 200 <= len({state.good.version for state in states}) <= 200 + stalled
+
+
+def record_states(session, monkeypatch):
+    """Return a list that takes each state that is published."""
+    states, publish = [], session._publish
+
+    def record(**changes):
+        publish(**changes)
+        states.append(session.state)
+
+    monkeypatch.setattr(session, "_publish", record)
+    return states
