@@ -217,7 +217,7 @@ def test_files_that_exist_are_compared_where_a_pass_is_missing(run, scenes):
     assert lost == f"different: {GOLDEN / '000.png'}: no {GOLDEN / '000.depth.png'}"
     names = f"{GOLDEN / '001.depth.png'}, {GOLDEN / '001.normal.png'}"
     assert others == f"missing: {GOLDEN / '001.png'}: no {names}"
-    layers = re.findall(r"<h2>(\w+)</h2>", Path("page.html").read_text())
+    layers = re.findall(r"<h3>(\w+)<output", Path("page.html").read_text())
     assert layers == ["picture", "normal", "depth", "depth", "normal"]
     told = check(run, *options, "--update").stdout.splitlines()
     assert [line.split(":")[0] for line in told[:4]] == ["updated"] * 4
