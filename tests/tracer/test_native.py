@@ -143,8 +143,9 @@ def test_number_of_rays_is_the_references(data):
     ],
 )
 def test_flat_shape_of_any_radius_is_rendered(size):
-    flat = {"position": [0, 0, -3], "height": 1e-200, "axis": [2, -4, 1], "color": "red", **size}
-    scene = {"camera": {"resolution": [16, 16], "fov": 40}, "objects": [flat]}
+    flat = {"position": [-4.7, 0.5, 1], "height": 1e-200, "axis": [2, -4.5, 1.6], "color": "red", **size}
+    light = {"position": [-3, 4, 0], "intensity": 3}
+    scene = {"camera": {"resolution": [16, 16], "fov": 40}, "lights": [light], "objects": [flat]}
     assert np.isfinite(render(scene, engine="native").radiance).all()
 
 
