@@ -48,7 +48,7 @@ def _objects(sample: DatasetSample) -> list[dict[str, Any]]:
     picture = sample.picture
     object_id, rows, names = picture.passes["object_id"], picture.objects, picture.job.scene.object_names()
     height, width = object_id.shape
-    masks = rle_masks(object_id.tobytes(), width, len(names))
+    masks = rle_masks(object_id, len(names))
     amodal = _amodal(picture, [row["visible_fraction"] for row in rows])
     described = _descriptions(sample.data["objects"], picture.job.world.shapes)
     objects = []

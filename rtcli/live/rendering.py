@@ -15,7 +15,6 @@ from rtcli.rendering.job import RenderJob, RenderRequest
 from rtcli.rendering.pack import PackedScene
 from rtcli.rendering.stream import expose_film
 from rtcli.tracer._native import id_boxes
-from rtcli.tracer.engines import tracer_of
 from rtcli.tracer.native import NativeTracer
 from rtcli.tracer.passes import RADIANCE
 from rtcli.tracer.world import Progress, Window
@@ -60,20 +59,16 @@ class Rendering:
             return self.film[name]
         with self._lock:
             if name not in self.passes:
-                world = self.scene.world
-                # A pass is taken at the centers of the pixels, whatever the number of samples.
-                fast = world._replace(settings=world.settings._replace(samples=1, max_depth=0))
-                camera = world.camera
+                camera = self.scene.world.camera
                 window = Window(0, 0, camera.width, camera.height)
-                arrays, _ = tracer_of(fast, "native").film(window, (name,), progress)
-                self.passes[name] = arrays[name]
+                self.passes.update(self.tracer.passes(window, (name,), progress))
             return self.passes[name]
 
     @cached_property
     def visible_pixels(self) -> list[int]:
         """The number of pixels that show each object."""
         ids, count = self.film[_OBJECT_ID], len(self.scene.world.shapes.kind)
-        return [visible for visible, _ in id_boxes(ids.tobytes(), ids.shape[1], count)]
+        return [visible for visible, _ in id_boxes(ids, count)]
 
     def exposed(self, exposure: float) -> Rendering:
         """Return the rendering with another exposure, in stops: it is developed again, not traced."""

@@ -189,7 +189,7 @@ def visibility(
         `visible_pixels`; `bbox`, their [left, top, width, height] in pixels or None; `visible_fraction`, the share
         of its pixels in the picture that other objects do not hide, None if it has none or they are unknown.
     """
-    boxes = id_boxes(object_id.tobytes(), object_id.shape[1], count)
+    boxes = id_boxes(object_id, count)
     return [
         {"visible_pixels": visible, "bbox": box, "visible_fraction": visible / covered if covered else None}
         for covered, (visible, box) in zip(coverage or [0] * count, boxes, strict=True)

@@ -8,6 +8,7 @@ native byte order; arguments of a wrong length or range raise ValueError.
 from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias, final
 
+import numpy as np
 import numpy.typing as npt
 
 from rtcli.tracer.world import CameraFrame, Vector, Window
@@ -223,7 +224,7 @@ def decode_png(file: bytes, /) -> tuple[int, int, int, int, bytes]:
         If it is no PNG, is broken, or is larger than 6 GiB when decoded.
     """
 
-def id_boxes(ids: bytes, width: int, count: int, /) -> list[tuple[int, list[int] | None]]:
+def id_boxes(ids: npt.NDArray[np.uint32], count: int, /) -> list[tuple[int, list[int] | None]]:
     """Return the number of pixels of each id from 1 to `count`, and the box around them: left, top, width, height.
 
     The ids are as those of `rle_masks`; the box is None if there are no pixels.
@@ -232,10 +233,17 @@ def id_boxes(ids: bytes, width: int, count: int, /) -> list[tuple[int, list[int]
 def deflate(data: bytes, /) -> bytes:
     """Return bytes compressed to a stream of zlib, the same on every machine."""
 
-def rle_masks(ids: bytes, width: int, count: int, /) -> list[str]:
+def rle_masks(ids: npt.NDArray[np.uint32], count: int, /) -> list[str]:
     """Return the mask of each id from 1 to `count` as compressed run-length encoding of COCO, column by column.
 
-    The ids are uint32 in native byte order, rows of `width` pixels.
+    The ids are an array (H, W) whose rows follow each other.
+
+    Raises
+    ------
+    TypeError
+        If they are another array, or not contiguous.
+    ValueError
+        If they have no pixels.
     """
 
 def meter(radiance: bytes, /) -> tuple[float, float | None]:

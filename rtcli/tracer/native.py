@@ -56,10 +56,10 @@ class NativeTracer:
         arrays = new_arrays((RADIANCE, *passes), window)
         return arrays, self._tracer.film(window, arrays, progress)
 
-    def passes(self, window: Window, names: Iterable[str]) -> Arrays:
+    def passes(self, window: Window, names: Iterable[str], progress: Progress | None = None) -> Arrays:
         """Return passes by name, the same as a film's, without the work for radiance."""
         arrays = new_arrays(names, window)
-        self._tracer.film(window, arrays, None)
+        self._tracer.film(window, arrays, progress)
         return arrays
 
     def levels(

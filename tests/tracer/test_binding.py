@@ -408,10 +408,12 @@ def test_mask_of_no_object_is_a_value_error():
 
 
 @pytest.mark.parametrize("function", [_native.rle_masks, _native.id_boxes])
-def test_ids_that_are_no_rows_are_a_value_error(function):
-    for width in (0, 3):
-        with pytest.raises(ValueError, match="rows of this width"):
-            function(bytes(16), width, 1)
+def test_ids_that_are_no_rows_are_an_error(function):
+    with pytest.raises(ValueError, match="no pixels"):
+        function(np.zeros((3, 0), np.uint32), 1)
+    for ids in (np.zeros((4, 4), np.float32), np.zeros(4, np.uint32), np.zeros((4, 4), np.uint32)[:, ::2]):
+        with pytest.raises(TypeError):
+            function(ids, 1)
 
 
 @pytest.mark.parametrize(

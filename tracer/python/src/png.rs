@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::io;
 
+use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyMemoryError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -87,23 +88,24 @@ fn swapped(pixels: &[u8], bits: BitDepth) -> Result<Cow<'_, [u8]>, OutOfMemory> 
 
 /// Return the masks of the objects 1 to `count` as compressed run-length encodings of COCO.
 #[pyfunction]
-#[pyo3(signature = (ids, width, count, /))]
-pub fn rle_masks(py: Python<'_>, ids: &[u8], width: usize, count: usize) -> PyResult<Vec<String>> {
-    let ids = rows_of_ids(ids, width)?;
-    Ok(py.detach(|| rle::masks(&ids, width, count)))
+#[pyo3(signature = (ids, count, /))]
+pub fn rle_masks(py: Python<'_>, ids: PyReadonlyArray2<'_, u32>, count: usize) -> PyResult<Vec<String>> {
+    let (ids, width) = rows_of_ids(&ids)?;
+    Ok(py.detach(|| rle::masks(ids, width, count)))
 }
 
 /// Return the number of pixels of the objects 1 to `count`, and the box around them.
 #[pyfunction]
-#[pyo3(signature = (ids, width, count, /))]
-pub fn id_boxes(py: Python<'_>, ids: &[u8], width: usize, count: usize) -> PyResult<Vec<(usize, PixelBox)>> {
-    let ids = rows_of_ids(ids, width)?;
-    Ok(py.detach(|| rle::boxes(&ids, width, count)))
+#[pyo3(signature = (ids, count, /))]
+pub fn id_boxes(py: Python<'_>, ids: PyReadonlyArray2<'_, u32>, count: usize) -> PyResult<Vec<(usize, PixelBox)>> {
+    let (ids, width) = rows_of_ids(&ids)?;
+    Ok(py.detach(|| rle::boxes(ids, width, count)))
 }
 
-fn rows_of_ids(ids: &[u8], width: usize) -> PyResult<Cow<'_, [u32]>> {
-    if width == 0 || !ids.len().is_multiple_of(4 * width) {
-        return Err(PyValueError::new_err("the ids are not rows of this width"));
+/// Return ids row by row, and the length of a row.
+fn rows_of_ids<'a>(ids: &'a PyReadonlyArray2<'_, u32>) -> PyResult<(&'a [u32], usize)> {
+    match ids.shape() {
+        &[_, width] if width > 0 => Ok((ids.as_slice()?, width)),
+        _ => Err(PyValueError::new_err("the ids have no pixels")),
     }
-    Ok(bytemuck::try_cast_slice(ids).map_or_else(|_| bytemuck::pod_collect_to_vec(ids).into(), Cow::Borrowed))
 }

@@ -6,7 +6,7 @@
 use crate::accel::node::{LEAF, Node, WIDTH};
 use crate::bounds::BoundingSphere;
 use crate::memory::{OutOfMemory, reserve};
-use crate::vector::{largest, to_f32};
+use crate::vector::to_f32;
 use rayon::prelude::*;
 
 /// Named in the error if memory runs out.
