@@ -14,7 +14,7 @@ from rtcli.live.view import CameraPose, RequestError, ViewRequest
 from rtcli.rendering.pack import pack_scene
 from rtcli.scene.overrides import Overrides
 
-HEAVY = scene_text().replace("[64, 48]", "[1000, 1000]") + "render: {samples: 400}\n"
+HEAVY = scene_text().replace("[64, 48]", "[1000, 1000]") + "render: {samples: 1000}\n"
 
 
 def test_state_tells_of_the_scene(live, scene):
@@ -194,7 +194,7 @@ def test_long_rendering_is_shown_small_first_and_the_newest_save_wins(scene):
 
 @pytest.mark.integration
 def test_passes_of_a_long_rendering_wait_for_the_whole_picture(scene, monkeypatch):
-    scene.write_text(HEAVY.replace("400", "100"))
+    scene.write_text(HEAVY)
     calls, render = [], session_module.render
     monkeypatch.setattr(session_module, "render", lambda *arguments: calls.append(1) or render(*arguments))
     with LiveClient(scene) as live:
