@@ -38,7 +38,8 @@ _MAX_STREAMS = 32
 _MAX_BODY, _PIECE = 4096, 1 << 18
 
 # The packages with the files of the page, of which a later one wins, and the types of those files by suffix.
-_PACKAGES = ("rtcli.reports.story_page", "rtcli.reports", "rtcli.live.page")
+_PAGE = "rtcli.live.page"
+_SHARED = {"rtcli.reports": ("page.css",), "rtcli.reports.story_page": ("drawing.js", "story.css", "story.js")}
 _TYPES = {
     ".html": "text/html; charset=utf-8",
     ".css": "text/css; charset=utf-8",
@@ -156,12 +157,12 @@ class LiveServer(ThreadingHTTPServer):
 
 def _page_files() -> Iterator[tuple[str, Answer]]:
     """Yield the answer for each file of the page by its route: a fixed table, so that no address names a file."""
-    for package in _PACKAGES:
-        for file in files(package).iterdir():
-            suffix = file.name[file.name.rfind(".") :]
-            if suffix in _TYPES and file.is_file():
-                route = "/" if file.name == "page.html" else f"/{file.name}"
-                yield route, Answer(file.read_bytes(), _TYPES[suffix])
+    shared = (files(package) / name for package, names in _SHARED.items() for name in names)
+    for file in (*shared, *files(_PAGE).iterdir()):
+        suffix = file.name[file.name.rfind(".") :]
+        if suffix in _TYPES:
+            route = "/" if file.name == "page.html" else f"/{file.name}"
+            yield route, Answer(file.read_bytes(), _TYPES[suffix])
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -215,7 +216,7 @@ class _Handler(BaseHTTPRequestHandler):
             return None
         try:
             return json.loads(self.rfile.read(int(length)))
-        except ValueError:
+        except (ValueError, RecursionError):
             return None
 
     def _send(self, answer: Answer) -> None:
@@ -227,6 +228,8 @@ class _Handler(BaseHTTPRequestHandler):
         if self.close_connection:
             self.send_header("Connection", "close")
         self.end_headers()
+        if self.command == "HEAD":
+            return
         for start in range(0, len(answer.body), _PIECE):
             self.wfile.write(answer.body[start : start + _PIECE])
 

@@ -269,8 +269,8 @@ def test_warnings_are_counted_and_shown_on_demand(page):
 
 def test_a_deleted_file_is_told_and_comes_back(page):
     page.file.unlink()
-    page.wait(lambda: page.text("status") == "File not found")
-    assert page.text("stale").startswith("the file is gone: picture of ")
+    page.wait(lambda: page.text("status") == "File not readable")
+    assert page.text("stale").startswith("the file cannot be read: picture of ")
     page.wait_for_colors(rendered(SCENE))
     page.save(GREEN)
     page.wait_for_picture(GREEN)
@@ -527,6 +527,19 @@ def test_write_puts_the_camera_into_the_file(browser, tmp_path):
     page.click("#camera-write")
     page.wait(lambda: lines[1] in page.file.read_text())
     page.wait(lambda: not page.is_shown("view-only"))
+    server.end()
+
+
+def test_a_camera_that_cannot_be_written_is_explained(browser, tmp_path):
+    server = Server(tmp_path / "scene.yaml", "--write")
+    page = Page(browser, server)
+    page.file.write_text(SCENE.replace("  look_at: [0, 1, 0]\n", ""))
+    page.wait(lambda: "look_at" not in page.text("text"))
+    page.press("c", "Left")
+    page.click("#tab-camera")
+    page.wait(lambda: "They cannot be written" in page.text("camera-what"))
+    assert page.is_shown("camera-write")
+    assert page.run("document.getElementById('camera-write').disabled")
     server.end()
 
 

@@ -111,6 +111,12 @@ def test_watch_writes_the_picture_at_each_save_and_reports_problems(scene, tmp_p
         assert process.wait(20) == -signal.SIGINT
 
 
+def test_watch_into_a_folder_that_does_not_exist_exits_with_3(scene):
+    with program("watch", scene, "-o", "missing/a.png") as process:
+        _, message = process.communicate(timeout=20)
+    assert (process.returncode, message) == (3, "Error: missing/a.png: its folder does not exist\n")
+
+
 def test_watch_refuses_to_replace_its_scene_and_needs_files(scene):
     for arguments in (
         (scene, "-o", scene),

@@ -7,7 +7,7 @@ from live_client import LiveClient, as_vim_does, by_rename, in_halves, in_place,
 
 STYLES = (in_place, by_rename, as_vim_does, in_halves, touched)
 
-# Seconds within which halves of a save must be written for the first never to count.
+# Seconds within which a file must be whole again for what it holds meanwhile never to count.
 _STALLED = 0.02
 
 
@@ -25,13 +25,14 @@ def test_each_of_two_hundred_saves_is_shown_once(tmp_path, monkeypatch, style):
                 time.sleep(0.03)
                 continue
             text = scene_text(number / 100 - 1)
-            took = style(path, text)
-            stalled += took is not None and took > _STALLED
+            began = time.perf_counter()
+            style(path, text)
+            stalled += time.perf_counter() - began > _STALLED
             live.wait_for_text(text)
         if style is touched:
             assert live.session.state is first
         else:
-            assert {state.status for state in states} == {"ok"} or stalled
+            assert sum(state.status != "ok" for state in states) <= 2 * stalled
             assert 200 <= len({state.good.version for state in states}) <= 200 + stalled
 
 

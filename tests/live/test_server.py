@@ -339,6 +339,19 @@ def test_oversized_bodies_are_refused_unread(live, length):
     assert status_of(live, *post, f"Content-Length: {length}", body=b"{" + b" " * 4998 + b"}") == 400
 
 
+@pytest.mark.parametrize("body", [b"[]", b"{", b"[" * 4096, b"\xff"], ids=["list", "cut", "deep", "no text"])
+def test_malformed_bodies_are_refused(live, body):
+    post = ("POST /camera HTTP/1.1", "Host: localhost", "COOKIE", "Content-Type: application/json", "X-Rtcli: 1")
+    assert status_of(live, *post, f"Content-Length: {len(body)}", body=body) == 400
+
+
+def test_answer_to_a_head_has_no_body(live):
+    request = f"HEAD /state HTTP/1.1\r\nHost: localhost\r\nCookie: {live.cookie}\r\n\r\n".encode()
+    answer = answer_to(live, request)
+    assert answer.startswith(b"HTTP/1.1 501 ")
+    assert answer.endswith(b"\r\n\r\n")
+
+
 def test_body_of_a_get_is_not_the_next_request(live):
     hidden = b"GET /state HTTP/1.1\r\nHost: localhost\r\nCookie: " + live.cookie.encode() + b"\r\n\r\n"
     lines = ("GET /nowhere HTTP/1.1", "Host: localhost", "COOKIE", f"Content-Length: {len(hidden)}")

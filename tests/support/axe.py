@@ -11,7 +11,8 @@ VERSION = "4.10.3"
 
 _RUN = """
 const done = arguments[arguments.length - 1];
-axe.run(document, {resultTypes: ["violations"]}).then(
+Promise.all(document.getAnimations().map((animation) => animation.finished)).then(
+  () => axe.run(document, {resultTypes: ["violations"]})).then(
   (results) => done(results.violations.flatMap(
     ({id, nodes}) => nodes.map((node) => `${id}: ${node.html.slice(0, 200)}: ${node.failureSummary}`))),
   (error) => done([String(error)]));

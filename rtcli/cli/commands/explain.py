@@ -12,6 +12,7 @@ from rtcli.cli.exit_codes import usage_errors
 from rtcli.cli.help import Command
 from rtcli.cli.options.scene import SCENE_HELP, pop_overrides, read_scene, scene_options
 from rtcli.cli.options.types import WholeNumber, parse_pixel
+from rtcli.cli.paths import OutputPath, refuse_collisions
 from rtcli.cli.progress import progress
 from rtcli.explain import check_pixel, explain
 from rtcli.rendering.job import RenderRequest
@@ -50,8 +51,10 @@ from rtcli.scene.validation.validate import validate
 def command(scene: str, pixel: tuple[int, int], sample: int, **options: Any) -> None:
     """Explain how a pixel gets its value, step by step."""
     as_json, html = options.pop("as_json"), options.pop("html")
-    if as_json and html:
-        raise click.UsageError("--json and --html exclude each other")
+    if html is not None:
+        if as_json:
+            raise click.UsageError("--json and --html exclude each other")
+        refuse_collisions([OutputPath("the scene", scene)], [OutputPath("the page", html, "--html")])
     document = read_scene(scene, pop_overrides(options))
     name, model = display_name(scene), validate(document)
     with usage_errors():
@@ -61,7 +64,7 @@ def command(scene: str, pixel: tuple[int, int], sample: int, **options: Any) -> 
     is_watched = model.image.exposure == "auto" and is_terminal(sys.stderr)
     with progress("metering", quiet=not is_watched) as on_progress:
         explained = explain(model, *pixel, sample, on_progress)
-    if html:
+    if html is not None:
         from rtcli.reports.story_page import story_page
 
         write_bytes(story_page(explained, document).encode(), html)

@@ -12,6 +12,7 @@ from typing import Any
 
 import click
 
+from rtcli.atomic import check_writable
 from rtcli.cli.console import STDIO, print_lines, read_input, report_line, wants_color
 from rtcli.cli.exit_codes import os_error_text, usage_errors
 from rtcli.cli.help import Command
@@ -75,7 +76,10 @@ def command(scene: str, output: str, threads: int | None, **options: Any) -> Non
         request.simd()
         outputs = [OutputPath(f"the {part}", str(path), "-o") for part, path in parsed.parts().items()]
     refuse_collisions([OutputPath("the scene", scene)], outputs)
-    read_input(scene)  # fails at once if the name is wrong
+    # A wrong name fails at once.
+    read_input(scene)
+    for path in parsed.parts().values():
+        check_writable(path)
     watcher = FileWatcher(scene, threading.Event())
     pictured = ""
     while (version := watcher.next()) is not None:

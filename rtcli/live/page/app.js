@@ -71,7 +71,7 @@ const STATUS = {
   ok: ({ picture }) => `Up to date, ${picture.time}`,
   rendering: () => "Rendering",
   invalid: ({ problems }) => counted(Math.max(problems.length, 1), "problem"),
-  missing: () => "File not found",
+  missing: () => "File not readable",
 };
 
 function showStatus(state) {
@@ -81,7 +81,7 @@ function showStatus(state) {
   const isStale = picture !== null && (status === "invalid" || status === "missing");
   byId("stage").classList.toggle("dimmed", isStale);
   byId("stale").hidden = !isStale;
-  const where = status === "missing" ? "the file is gone" : problems.length ? `line ${problems[0].line}` : "not valid";
+  const where = status === "missing" ? "the file cannot be read" : problems.length ? `line ${problems[0].line}` : "not valid";
   if (isStale) byId("stale").textContent = `${where}: picture of ${picture.time}`;
   byId("empty").hidden = picture !== null || status !== "rendering";
   byId("preview").hidden = !picture?.preview;

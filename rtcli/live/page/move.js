@@ -94,12 +94,13 @@ function show() {
   if (!projection) return;
   byId("camera-lines").textContent = camera.yaml(live.pose ?? live.state.camera);
   byId("camera-reset").disabled = !live.pose;
-  byId("camera-write").hidden = !(live.state.write && writable);
-  byId("camera-write").disabled = !live.pose;
+  byId("camera-write").hidden = !live.state.write;
+  byId("camera-write").disabled = !live.pose || !writable;
   const angle = fov ? `, ${Number(fov.toPrecision(4))}° high` : "";
   const where = lines ? `, lines ${lines[0]} to ${lines[1]}` : "";
+  const onlyCopied = " They cannot be written, since the file does not give position and look_at as numbers.";
   byId("camera-what").textContent = live.pose
-    ? `View only: the file has another camera. Put these lines into it${matrix ? `, instead of ${matrix},` : ""} to keep the view.`
+    ? `View only: the file has another camera. Put these lines into it${matrix ? `, instead of ${matrix},` : ""} to keep the view.${live.state.write && !writable ? onlyCopied : ""}`
     : `As in the file${where}: ${projection}${angle}.`;
 }
 

@@ -373,6 +373,17 @@ def test_page_that_cannot_be_written_is_an_error(run, small):
     assert "missing/story.html: its folder does not exist" in result.stderr
 
 
+@pytest.mark.parametrize("name", ["small.yaml", "./small.yaml", "link.html"])
+def test_page_does_not_replace_the_scene(run, folder, name):
+    scene = folder / "small.yaml"
+    scene.write_text(SMALL)
+    (folder / "link.html").symlink_to(scene)
+    result = run("explain", "small.yaml", "--pixel", "1,1", "--html", name)
+    assert result.exit_code == 2
+    assert f"the page {name!r} would replace the scene 'small.yaml'" in result.stderr
+    assert scene.read_text() == SMALL
+
+
 def test_page_of_an_invalid_scene_is_not_written(run, folder):
     (folder / "wrong.yaml").write_text(SMALL.replace("radius: 1", "radius: -1"))
     assert run("explain", "wrong.yaml", "--pixel", "1,1", "--html", "story.html").exit_code == 1
