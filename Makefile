@@ -96,8 +96,10 @@ $(VENV)/tools.stamp: pyproject.toml | $(VENV)/python.stamp
 	$(MAKE) $(VENV)/dev.stamp
 	@touch $@
 
-# A peer to compare with, heavy and not there for every platform: its tests skip, and say so, where it is missing.
+# Peers to compare with, heavy and not there for every platform: their tests skip, and say so, where they are missing.
 $(VENV)/oracle.stamp: $(VENV)/dev.stamp
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[oracle]' \
 		|| echo "Mitsuba cannot be installed here: the test that needs it will be skipped"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[readers]' \
+		|| echo "Readers of data sets cannot be installed here: the tests that need them will be skipped"
 	@touch $@
