@@ -60,12 +60,17 @@ class LiveServer:
         self.process.wait()
 
 
-def main() -> None:
-    """Print the median and the 95th percentile of each scene."""
-    parser = argparse.ArgumentParser(description="Time rtcli live.")
+def arguments_of(description: str) -> argparse.Namespace:
+    """Return the arguments of the command line: the scenes, and the number of saves of each."""
+    parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--saves", type=int, default=100)
     parser.add_argument("scenes", nargs="*", type=Path, default=SCENES)
-    arguments = parser.parse_args()
+    return parser.parse_args()
+
+
+def main() -> None:
+    """Print the median and the 95th percentile of each scene."""
+    arguments = arguments_of("Time rtcli live.")
     sys.stdout.write(f"bounds to the page: median {MEDIAN} ms, 95th percentile {P95} ms\n")
     sys.stdout.write("scene at 640x480, milliseconds        event: median  p95   picture: median  p95\n")
     for scene in arguments.scenes:

@@ -9,7 +9,6 @@ Chromium of the tests, which draws without a graphics card.
 
 from __future__ import annotations
 
-import argparse
 import statistics
 import sys
 import tempfile
@@ -17,7 +16,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from live import MEDIAN, P95, SCENES, LiveServer, edited, p95
+from live import MEDIAN, P95, LiveServer, arguments_of, edited, p95
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "support"))
 
@@ -33,10 +32,7 @@ new MutationObserver(() => frames.push(performance.timeOrigin + performance.now(
 
 def main() -> None:
     """Print the median and the 95th percentile of each scene."""
-    parser = argparse.ArgumentParser(description="Time rtcli live in the browser.")
-    parser.add_argument("--saves", type=int, default=100)
-    parser.add_argument("scenes", nargs="*", type=Path, default=SCENES)
-    arguments = parser.parse_args()
+    arguments = arguments_of("Time rtcli live in the browser.")
     sys.stdout.write(f"bounds: median {MEDIAN} ms, 95th percentile {P95} ms\n")
     sys.stdout.write("scene at 640x480, milliseconds        frame: median  p95\n")
     with chromium.browser() as browser:

@@ -18,9 +18,10 @@ from urllib.parse import parse_qsl
 
 from rtcli.live.editor import editor_command, open_editor
 from rtcli.live.security import HEADERS, JSON_TYPE, LOOPBACK, Guard
-from rtcli.live.session import ConflictError, Session, Superseded
+from rtcli.live.session import ConflictError, Session
 from rtcli.live.story import story_of
 from rtcli.live.view import CameraPose, RequestError, ViewRequest
+from rtcli.live.watch import SupersededError
 from rtcli.tracer.passes import PASSES, RADIANCE, SPECS
 
 DEFAULT_PORT = 8765
@@ -290,7 +291,7 @@ def _answer_of(route: Callable[[Session, Any], Answer] | None, session: Session,
         return error_answer(HTTPStatus.CONFLICT, str(error))
     except OSError as error:
         return error_answer(HTTPStatus.INTERNAL_SERVER_ERROR, error.strerror or str(error))
-    except (Superseded, MemoryError):
+    except (SupersededError, MemoryError):
         return error_answer(HTTPStatus.SERVICE_UNAVAILABLE, "rtcli is ending, or has not enough memory")
     except Exception as error:  # the page says so, and the other requests go on
         return error_answer(HTTPStatus.INTERNAL_SERVER_ERROR, f"this is a bug in rtcli: {error!r}")

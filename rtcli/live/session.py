@@ -21,7 +21,7 @@ from rtcli.live.camera import camera_of, with_pose
 from rtcli.live.details import Details, changed_objects, lights_of, objects_of, problems_text
 from rtcli.live.rendering import Rendering, render, small_picture
 from rtcli.live.view import MAX_RAYS, CameraPose, RequestError, ViewRequest
-from rtcli.live.watch import GRACE, SETTLED, FileWatcher, Version
+from rtcli.live.watch import GRACE, SETTLED, FileWatcher, SupersededError, Version
 from rtcli.rendering.load import load
 from rtcli.rendering.pack import PackedScene
 from rtcli.rendering.stopwatch import Stopwatch
@@ -55,10 +55,6 @@ class ConflictError(ValueError):
 
 class _TakesLongError(Exception):
     """A picture takes so long that a small one is shown first."""
-
-
-class Superseded(Exception):  # noqa: N818 - not an error
-    """The work is of no use any more: the file changed, or the session ended."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +169,7 @@ class _Work:
         ------
         _TakesLongError
             If that takes long, and no small picture is there yet.
-        Superseded
+        SupersededError
             If the file changes meanwhile.
         """
         if not self._has_small and self.rate is not None and self._samples / self.rate > _LONG:
@@ -193,7 +189,7 @@ class _Work:
 
     def _on_progress(self, done: int, total: int) -> None:
         if not self._is_current():
-            raise Superseded
+            raise SupersededError
         seconds, share = time.perf_counter() - self._started, done / total
         if not self._has_small and seconds > _LONG / 2 and share < 0.5:
             self.rate = self._samples * share / seconds
@@ -280,7 +276,7 @@ class Session:
         ------
         RequestError
             If the view is too much work.
-        Superseded
+        SupersededError
             If the session ends meanwhile.
         """
         whole = self._whole(good) if view.traced == ViewRequest() else None
@@ -316,7 +312,7 @@ class Session:
         """Return the details of a good version, once they are known."""
         try:
             return good.details.result()
-        except Superseded:  # a newer version came first
+        except SupersededError:  # a newer version came first
             return Details.of(good.raw, self.path, self.overrides)
 
     def write_pose(self, pose: CameraPose, version: int) -> None:
@@ -350,7 +346,7 @@ class Session:
 
     def _until_stopped(self, done: int, total: int) -> None:
         if self.stopped.is_set():
-            raise Superseded
+            raise SupersededError
 
     # --- Following the file ------------------------------------------------------------------------------
 
@@ -358,7 +354,7 @@ class Session:
         while (version := self._watcher.next()) is not None:
             try:
                 self._take(version)
-            except Superseded:
+            except SupersededError:
                 if self._state.status == RENDERING:
                     self._watcher.accept(None)  # only a small picture was shown
             except BaseException as error:  # a panic of the compiled tracer is no Exception
@@ -416,7 +412,7 @@ class Session:
                 rendering = work.whole()
             self._rate = work.rate
         if not self._watcher.stays(version, version.saved + SETTLED):
-            raise Superseded
+            raise SupersededError
         with contextlib.suppress(FutureTimeoutError):
             details.exception(_PATIENCE)
         are_known = details.done()
@@ -466,7 +462,7 @@ class Session:
             with self._detailing:
                 try:
                     if self._newest_details is not details:
-                        raise Superseded
+                        raise SupersededError
                     details.set_result(Details.of(raw, self.path, self.overrides))
                 except BaseException as error:  # whoever asks for the details gets it
                     details.set_exception(error)

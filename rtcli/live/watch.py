@@ -32,6 +32,10 @@ Stamp: TypeAlias = tuple[int, int, int] | None
 _UNKNOWN: Stamp = (-1, -1, -1)
 
 
+class SupersededError(Exception):
+    """The work is of no use any more: the file changed, or the session ended."""
+
+
 class Version(NamedTuple):
     """The content of the file at some time.
 

@@ -22,7 +22,7 @@ from rtcli.cli.paths import OutputPath, refuse_collisions, refuse_folder
 from rtcli.image.display import Quantization
 from rtcli.image.formats import check_fits, open_parts, parts_of
 from rtcli.image.write import FORMATS
-from rtcli.live.watch import GRACE, SETTLED, FileWatcher, Version
+from rtcli.live.watch import GRACE, SETTLED, FileWatcher, SupersededError, Version
 from rtcli.rendering.job import RenderJob, RenderRequest
 from rtcli.rendering.load import load
 from rtcli.rendering.stopwatch import Stopwatch
@@ -32,10 +32,6 @@ from rtcli.reports.file_report import FileReport
 from rtcli.scene.diagnostics.problems import SceneError
 from rtcli.scene.diagnostics.quoting import printable
 from rtcli.scene.overrides import Overrides
-
-
-class _SupersededError(Exception):
-    """The file changed while it was rendered."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +87,7 @@ def _take(options: WatchOptions, watcher: FileWatcher, version: Version, picture
     problem: Iterable[str]
     try:
         return _render(options, watcher, version)
-    except _SupersededError:
+    except SupersededError:
         return pictured
     except SceneError as error:
         problem = text.report([FileReport(options.scene, error.problems)], wants_color(sys.stderr))
@@ -118,12 +114,12 @@ def _render(options: WatchOptions, watcher: FileWatcher, version: Version) -> st
 
     def go_on(done: int, total: int) -> None:
         if not watcher.is_current(version):
-            raise _SupersededError
+            raise SupersededError
 
     with open_parts(options.parts(), sync=False) as files:  # the next save writes them again
         write_film(job, files, options.quantization, go_on)
         if not watcher.stays(version, version.saved + SETTLED):
-            raise _SupersededError  # before anything appears
+            raise SupersededError  # before anything appears
     watcher.accept(version)
     names = ", ".join(printable(str(path)) for path in options.parts().values())
     seconds = watch.totals()["total"]
