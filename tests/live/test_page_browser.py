@@ -289,23 +289,6 @@ def test_a_hidden_tab_closes_its_stream_and_catches_up(page, browser):
     browser.switch_to.window(first)
 
 
-def test_eight_tabs_follow_at_once(page, browser):
-    address, tabs = browser.current_url, [browser.current_window_handle]
-    for _ in range(7):
-        browser.switch_to.new_window("tab")
-        chromium.resize(browser, 1280, 900)
-        browser.get(address)
-        tabs.append(browser.current_window_handle)
-    page.save(GREEN)
-    for tab in tabs:
-        browser.switch_to.window(tab)
-        page.wait_for_picture(GREEN)
-    for tab in tabs[1:]:
-        browser.switch_to.window(tab)
-        browser.close()
-    browser.switch_to.window(tabs[0])
-
-
 def test_a_server_that_is_gone_is_told(browser, tmp_path):
     server = Server(tmp_path / "scene.yaml")
     page = Page(browser, server)
