@@ -41,11 +41,18 @@ const TOP: u32 = 4;
 /// An eye farther from a frustum than this multiple of its size is distant.
 const DISTANT: f64 = 64.0;
 
+/// A light is distant if it is farther from points close to a frustum than this multiple of its size plus theirs.
+const DISTANT_LIGHT: f64 = (1_u64 << 28) as f64;
+
 /// An origin closer to the apex than this share of the radius is placed relative to the apex.
 const NEAR: f64 = 1.0 / 16.0;
 
 /// An origin farther from the middle than this multiple of the radius is far away.
 const FAR: f64 = 4.0;
+
+/// A parallel ray starts close to the tip, or to the side of a flat cone, if the square of its O is less than this share
+/// of that of the middle ray.
+const SHORT: f32 = 1.0 / 16.0;
 
 /// The section of a frustum along its axis.
 #[derive(Clone, Copy, Debug)]
@@ -103,8 +110,9 @@ pub(crate) struct Lines {
     origin: [f32; 3],
     z: f32,
     power: f32,
-    /// Whether o is far away: then C is a small difference of its large one, and O of a line tells it more exactly.
-    origin_is_far: bool,
+    /// The largest square of a line's O for which C is computed from O: there it is a small difference of the C of the
+    /// origin o and the change from it.
+    short: f32,
     /// W, and v_a.
     direction: [f32; 3],
     along: f32,
@@ -293,7 +301,7 @@ impl Frustum {
             origin: to_f32(scale(o, per)),
             z: (z * per) as f32,
             power: (power * per * per) as f32,
-            origin_is_far: dot(o, o) > FAR * FAR * profile.radius * profile.radius,
+            short: if dot(o, o) > FAR * FAR * profile.radius * profile.radius { f32::INFINITY } else { -1.0 },
             direction: to_f32(w),
             along: along as f32,
             factors: if apex_is_outside { [e - f, e + f] } else { [e, f] }.map(|factor| factor as f32),
@@ -315,8 +323,15 @@ impl Frustum {
     #[inline(always)]
     pub(crate) fn lines_of_rays(&self, rays: &Rays, (origin, direction): (Vector, Vector), start: f64) -> Lines {
         let from = add(origin, scale(direction, start));
-        let (start, turn) = if rays.are_parallel() { (-1.0, -1.0) } else { (start, 1.0) };
-        self.lines(&self.apex_of(rays.are_parallel(), direction), (start, from), (direction, turn))
+        let parallel = rays.are_parallel();
+        let (start, turn) = if parallel { (-1.0, -1.0) } else { (start, 1.0) };
+        let mut lines = self.lines(&self.apex_of(parallel, direction), (start, from), (direction, turn));
+        if parallel {
+            // The plane on which the rays start may cross the side anywhere.
+            let [x, y, z] = lines.origin;
+            lines.short = lines.short.max(SHORT * (x * x + y * y + z * z));
+        }
+        lines
     }
 
     /// Compute the points where rays hit the side, with normals that face the eye, relative to the nearest: at depth
@@ -460,7 +475,10 @@ impl Frustum {
                 if light.weight == 0.0 { sign * light.z > 0.0 } else { sign * light.z >= half - at_light };
             (if beyond { (half - rounding) * per } else { f64::INFINITY }) as f32
         });
-        let light_is_within = light.power < 0.0;
+        // Rounding moves a light so far away by more than the size of the frustum, which is surely before it.
+        let light_is_distant =
+            light.weight != 0.0 && end > DISTANT_LIGHT * (shadow.bounds.radius + self.profile.size());
+        let light_is_within = light.power < 0.0 || light_is_distant;
         let [o_1, _, o_3] = to_f32(scale(light.origin, per));
         let (per, rounding) = (per as f32, (rounding * per) as f32);
         let points = shadow.points;
@@ -757,8 +775,8 @@ impl Lines {
         let a = w[0] * w[0] + w[1] * w[1] - w[2] * w[2];
         let b = o[2] * w[2] - o[0] * w[0] - o[1] * w[1];
         let change = sum[0] * shifted[0] + sum[1] * shifted[1] - sum[2] * shifted[2];
-        let from_o = o[0] * o[0] + o[1] * o[1] - o[2] * o[2];
-        let c = if self.origin_is_far { from_o } else { self.power + change };
+        let (across, along) = (o[0] * o[0] + o[1] * o[1], o[2] * o[2]);
+        let c = if across + along <= self.short { across - along } else { self.power + change };
         Coefficients { abc: [a, b, c], w, o }
     }
 
