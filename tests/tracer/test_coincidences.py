@@ -445,6 +445,21 @@ def test_third_tracer_leaves_open_whether_parallel_rays_start_on_a_disc_that_rou
     assert not soak.disagreements({"camera": camera, "lights": [], "objects": [disc]})
 
 
+def test_wall_that_touches_a_cylinder_far_from_the_origin_takes_no_light_from_it():
+    # Where coordinates are multiples of 1/128, the wall is two thousandths before a point that is seen.
+    x, unit = 2.0**46, 2.0**19
+    column = cylinder([x + 6 * unit, 0, 2 * unit], 4 * unit, 2 * unit, [1, 0.75, 0.5], axis=[0, -2, 0])
+    data = {
+        "camera": {
+            **{"resolution": [32, 24], "fov": 120, "position": [x - unit, -unit, 4 * unit]},
+            "look_at": [70368746170102.67, 2414835.7768991576, 2637573.5898356573],
+        },
+        "lights": [light([x - 2 * unit, -4 * unit, 4 * unit], 40 * unit**2, color=[0.25, 1, 0.75])],
+        "objects": [column, plane([x + 2 * unit, -5 * unit, -5 * unit], [1, 0, 0], [0.25, 1, 0.5])],
+    }
+    assert not soak.disagreements(data)
+
+
 @pytest.mark.parametrize("away", [1e6, 1e18, 1e20, 1e24, 1e30])
 @pytest.mark.parametrize("eye", [[1.3, -1.5985, 1.001], [0.3, -1.6, 0.2]])
 def test_thin_cylinder_hides_a_lamp_however_far_above_it(render, away, eye):
