@@ -597,9 +597,9 @@ class BruteForce:
             clear &= ~is_doubtful(body, eye)
             if self.is_parallel:  # beside the line where a surface crosses the plane on which the rays start
                 height = np.abs(one.t) * size * one.steep
-                # A flat surface lies in that plane if it rises from it by less than the starts may lose.
-                rise = np.abs(dot(one.normal, starts[:, None]))
-                level = (height == 0) & (rise <= START / 4 * total(1, starts)) & ~np.asarray(body.curved)
+                # A flat surface lies in that plane if it rises from it by less than all starts may lose.
+                flat = np.abs(dot(one.normal, starts[:, None])) <= START / 4 * total(1, starts)
+                level = (height == 0) & flat.all(axis=1, keepdims=True) & ~np.asarray(body.curved)
                 crosses = (height < 64 * lost + BLOCK * self.pixel) & ~level
                 clear &= ~(crosses & (one.margin > -SINGLE * self.pixel)).any(axis=0)
         radiance = np.where(hit, 0.0, self.background)

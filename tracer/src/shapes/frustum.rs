@@ -52,7 +52,7 @@ const FAR: f64 = 4.0;
 
 /// A parallel ray starts close to the tip, or to the side of a flat cone, if the square of its O is less than this share
 /// of that of the middle ray.
-const SHORT: f32 = 1.0 / 16.0;
+const SHORT: f64 = 1.0 / 16.0;
 
 /// The section of a frustum along its axis.
 #[derive(Clone, Copy, Debug)]
@@ -110,8 +110,9 @@ pub(crate) struct Lines {
     origin: [f32; 3],
     z: f32,
     power: f32,
-    /// The largest square of a line's O for which C is computed from O: there it is a small difference of the C of the
-    /// origin o and the change from it.
+    /// Whether o is far away: then C is a small difference of its large one, and O of a line tells it more exactly.
+    origin_is_far: bool,
+    /// The square of a parallel line's O below which that is so too.
     short: f32,
     /// W, and v_a.
     direction: [f32; 3],
@@ -301,7 +302,8 @@ impl Frustum {
             origin: to_f32(scale(o, per)),
             z: (z * per) as f32,
             power: (power * per * per) as f32,
-            short: if dot(o, o) > FAR * FAR * profile.radius * profile.radius { f32::INFINITY } else { -1.0 },
+            origin_is_far: dot(o, o) > FAR * FAR * profile.radius * profile.radius,
+            short: (SHORT * dot(o, o) * per * per) as f32,
             direction: to_f32(w),
             along: along as f32,
             factors: if apex_is_outside { [e - f, e + f] } else { [e, f] }.map(|factor| factor as f32),
@@ -323,15 +325,8 @@ impl Frustum {
     #[inline(always)]
     pub(crate) fn lines_of_rays(&self, rays: &Rays, (origin, direction): (Vector, Vector), start: f64) -> Lines {
         let from = add(origin, scale(direction, start));
-        let parallel = rays.are_parallel();
-        let (start, turn) = if parallel { (-1.0, -1.0) } else { (start, 1.0) };
-        let mut lines = self.lines(&self.apex_of(parallel, direction), (start, from), (direction, turn));
-        if parallel {
-            // The plane on which the rays start may cross the side anywhere.
-            let [x, y, z] = lines.origin;
-            lines.short = lines.short.max(SHORT * (x * x + y * y + z * z));
-        }
-        lines
+        let (start, turn) = if rays.are_parallel() { (-1.0, -1.0) } else { (start, 1.0) };
+        self.lines(&self.apex_of(rays.are_parallel(), direction), (start, from), (direction, turn))
     }
 
     /// Compute the points where rays hit the side, with normals that face the eye, relative to the nearest: at depth
@@ -362,7 +357,7 @@ impl Frustum {
             let x = lines.across(dx, dy);
             let d = lines.discriminant(x);
             let s = if d > 0.0 { d.sqrt() } else { 0.0 };
-            let Coefficients { abc, w, o } = lines.coefficients(x);
+            let Coefficients { abc, w, o } = lines.coefficients::<false>(x);
             let (enter, leave) = span(abc, w[2], s);
             let tau = if outside { enter } else { leave };
             let (r_e, r_f) = (o[0] + tau * w[0], o[1] + tau * w[1]);
@@ -447,7 +442,7 @@ impl Frustum {
         for lane in 0..points.padded() {
             let x = lines.across_point(points.offset_of(lane));
             let d = lines.discriminant(x);
-            let Coefficients { abc, w, .. } = lines.coefficients(x);
+            let Coefficients { abc, w, .. } = lines.coefficients::<false>(x);
             let (enter, leave) = span(abc, w[2], d.sqrt());
             let (near, far) = lines.slab(x);
             let enter = larger(larger(near, 0.0), enter);
@@ -485,7 +480,7 @@ impl Frustum {
         for lane in 0..points.padded() {
             let x = lines.across_point(points.offset_of(lane));
             let d = lines.discriminant(x);
-            let Coefficients { abc: [a, b, c], w, o } = lines.coefficients(x);
+            let Coefficients { abc: [a, b, c], w, o } = lines.coefficients::<false>(x);
             let slack = points.slack(lane) * per + rounding;
             // C at a height h is h (h + 2 m).
             let touching = 2.0 * slack * (o[2].abs() + slack);
@@ -518,7 +513,7 @@ impl Frustum {
             let faces = &mut hits.face.as_chunks_mut::<RAYS_PER_TEST>().0[test];
             for i in 0..RAYS_PER_TEST {
                 let x = lines.across(dx[i], dy[i]);
-                let Coefficients { abc, w, .. } = lines.coefficients(x);
+                let Coefficients { abc, w, .. } = lines.coefficients::<PARALLEL>(x);
                 let (lower, upper) = span(abc, w[2], discriminant[i].sqrt());
                 let (near, far) = lines.slab(x);
                 let (enter, leave) = (larger(near, lower), smaller(far, upper));
@@ -764,11 +759,13 @@ impl Lines {
         (met != 0).then_some(discriminant)
     }
 
+    /// `PARALLEL` lines of a tile's rays share W, and may start anywhere.
     #[inline(always)]
-    pub(crate) fn coefficients(&self, x: [f32; 3]) -> Coefficients {
+    pub(crate) fn coefficients<const PARALLEL: bool>(&self, x: [f32; 3]) -> Coefficients {
         let x = [x[0], x[1], self.sine * x[2]];
         let (v, p) = (&self.direction, &self.origin);
-        let w = [v[0] + self.turn * x[0], v[1] + self.turn * x[1], v[2] + self.turn * x[2]];
+        let turned = [v[0] + self.turn * x[0], v[1] + self.turn * x[1], v[2] + self.turn * x[2]];
+        let w = if PARALLEL { *v } else { turned };
         let shifted = [self.shift * x[0], self.shift * x[1], self.shift * x[2]];
         let o = [p[0] + shifted[0], p[1] + shifted[1], p[2] + shifted[2]];
         let sum = [p[0] + o[0], p[1] + o[1], p[2] + o[2]];
@@ -776,7 +773,8 @@ impl Lines {
         let b = o[2] * w[2] - o[0] * w[0] - o[1] * w[1];
         let change = sum[0] * shifted[0] + sum[1] * shifted[1] - sum[2] * shifted[2];
         let (across, along) = (o[0] * o[0] + o[1] * o[1], o[2] * o[2]);
-        let c = if across + along <= self.short { across - along } else { self.power + change };
+        let from_o = self.origin_is_far | (PARALLEL & (across + along < self.short));
+        let c = if from_o { across - along } else { self.power + change };
         Coefficients { abc: [a, b, c], w, o }
     }
 
