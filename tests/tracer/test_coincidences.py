@@ -445,6 +445,15 @@ def test_third_tracer_leaves_open_whether_parallel_rays_start_on_a_disc_that_rou
     assert not soak.disagreements({"camera": camera, "lights": [], "objects": [disc]})
 
 
+@pytest.mark.parametrize("height", [1e-3, 1e-4, 1e-5])
+@pytest.mark.parametrize("lamp", [[0, 5, 5], [-0.25, 5, -0.2], [0, 0.05, 5]])
+def test_floor_around_a_flat_cone_in_it_is_lit(render, height, lamp):
+    hill, floor = cone([-0.25, 0, -0.2], 0.8, height), plane([0, 0, 0], [0, 1, 0])
+    camera = {"resolution": [32, 24], "fov": 120, "position": [0.4, 0.35, -0.1], "look_at": [-0.25, 0, -0.2]}
+    film = render(scene([floor, hill], [light(lamp, 2000)], camera=camera), passes=["object_id"])
+    assert (film.radiance[of_object(film, 1)] > 0).all()
+
+
 def test_wall_that_touches_a_cylinder_far_from_the_origin_takes_no_light_from_it():
     # Where coordinates are multiples of 1/128, the wall is two thousandths before a point that is seen.
     x, unit = 2.0**46, 2.0**19

@@ -50,8 +50,8 @@ const NEAR: f64 = 1.0 / 16.0;
 /// An origin farther from the middle than this multiple of the radius is far away.
 const FAR: f64 = 4.0;
 
-/// A parallel ray starts close to the tip, or to the side of a flat cone, if the square of its O is less than this share
-/// of that of the middle ray.
+/// A line begins close to the tip, or to the side of a flat cone, if the square of its O is less than this share of that
+/// of the origin o.
 const SHORT: f64 = 1.0 / 16.0;
 
 /// The section of a frustum along its axis.
@@ -112,7 +112,7 @@ pub(crate) struct Lines {
     power: f32,
     /// Whether o is far away: then C is a small difference of its large one, and O of a line tells it more exactly.
     origin_is_far: bool,
-    /// The square of a parallel line's O below which that is so too.
+    /// The square of a line's O below which that is so too.
     short: f32,
     /// W, and v_a.
     direction: [f32; 3],
@@ -471,9 +471,8 @@ impl Frustum {
             (if beyond { (half - rounding) * per } else { f64::INFINITY }) as f32
         });
         // Rounding moves a light so far away by more than the size of the frustum, which is surely before it.
-        let light_is_distant =
-            light.weight != 0.0 && end > DISTANT_LIGHT * (shadow.bounds.radius + self.profile.size());
-        let light_is_within = light.power < 0.0 || light_is_distant;
+        let nearer = DISTANT_LIGHT * (shadow.bounds.radius + self.profile.size()) - light.weight * end;
+        let light_is_within = light.power.min(nearer) < 0.0;
         let [o_1, _, o_3] = to_f32(scale(light.origin, per));
         let (per, rounding) = (per as f32, (rounding * per) as f32);
         let points = shadow.points;
@@ -481,6 +480,7 @@ impl Frustum {
             let x = lines.across_point(points.offset_of(lane));
             let d = lines.discriminant(x);
             let Coefficients { abc: [a, b, c], w, o } = lines.coefficients::<false>(x);
+            let c = lines.power_at(o, c);
             let slack = points.slack(lane) * per + rounding;
             // C at a height h is h (h + 2 m).
             let touching = 2.0 * slack * (o[2].abs() + slack);
@@ -513,8 +513,9 @@ impl Frustum {
             let faces = &mut hits.face.as_chunks_mut::<RAYS_PER_TEST>().0[test];
             for i in 0..RAYS_PER_TEST {
                 let x = lines.across(dx[i], dy[i]);
-                let Coefficients { abc, w, .. } = lines.coefficients::<PARALLEL>(x);
-                let (lower, upper) = span(abc, w[2], discriminant[i].sqrt());
+                let Coefficients { abc: [a, b, c], w, o } = lines.coefficients::<PARALLEL>(x);
+                let c = if PARALLEL { lines.power_at(o, c) } else { c };
+                let (lower, upper) = span([a, b, c], w[2], discriminant[i].sqrt());
                 let (near, far) = lines.slab(x);
                 let (enter, leave) = (larger(near, lower), smaller(far, upper));
                 let outside = if PARALLEL { start + enter * radius > limits.0 } else { eye_is_outside };
@@ -759,7 +760,7 @@ impl Lines {
         (met != 0).then_some(discriminant)
     }
 
-    /// `PARALLEL` lines of a tile's rays share W, and may start anywhere.
+    /// The coefficients of a line; parallel rays share W.
     #[inline(always)]
     pub(crate) fn coefficients<const PARALLEL: bool>(&self, x: [f32; 3]) -> Coefficients {
         let x = [x[0], x[1], self.sine * x[2]];
@@ -772,10 +773,16 @@ impl Lines {
         let a = w[0] * w[0] + w[1] * w[1] - w[2] * w[2];
         let b = o[2] * w[2] - o[0] * w[0] - o[1] * w[1];
         let change = sum[0] * shifted[0] + sum[1] * shifted[1] - sum[2] * shifted[2];
-        let (across, along) = (o[0] * o[0] + o[1] * o[1], o[2] * o[2]);
-        let from_o = self.origin_is_far | (PARALLEL & (across + along < self.short));
-        let c = if from_o { across - along } else { self.power + change };
+        let from_o = o[0] * o[0] + o[1] * o[1] - o[2] * o[2];
+        let c = if self.origin_is_far { from_o } else { self.power + change };
         Coefficients { abc: [a, b, c], w, o }
+    }
+
+    /// C of a line that may begin anywhere, from its O and the C among its coefficients.
+    #[inline(always)]
+    fn power_at(&self, o: [f32; 3], c: f32) -> f32 {
+        let (across, along) = (o[0] * o[0] + o[1] * o[1], o[2] * o[2]);
+        if across + along < self.short { across - along } else { c }
     }
 
     /// The height above the middle where the line's parameter is tau.
