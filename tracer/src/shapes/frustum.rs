@@ -112,7 +112,7 @@ pub(crate) struct Lines {
     power: f32,
     /// Whether o is far away: then C is a small difference of its large one, and O of a line tells it more exactly.
     origin_is_far: bool,
-    /// The square of a line's O below which that is so too.
+    /// The square of a line's O below which that is so, wherever o is.
     short: f32,
     /// W, and v_a.
     direction: [f32; 3],
@@ -294,6 +294,7 @@ impl Frustum {
         };
         let apex_is_outside = apex.power > 0.0;
         let cosine = profile.cosine;
+        let is_far = dot(o, o) > FAR * FAR * profile.radius * profile.radius;
         Lines {
             frame: [scale(frame[0], cosine), scale(frame[1], cosine), frame[2]].map(to_f32),
             sine: profile.sine as f32,
@@ -302,8 +303,8 @@ impl Frustum {
             origin: to_f32(scale(o, per)),
             z: (z * per) as f32,
             power: (power * per * per) as f32,
-            origin_is_far: dot(o, o) > FAR * FAR * profile.radius * profile.radius,
-            short: (SHORT * dot(o, o) * per * per) as f32,
+            origin_is_far: is_far,
+            short: if is_far { f32::INFINITY } else { (SHORT * dot(o, o) * per * per) as f32 },
             direction: to_f32(w),
             along: along as f32,
             factors: if apex_is_outside { [e - f, e + f] } else { [e, f] }.map(|factor| factor as f32),
@@ -357,7 +358,7 @@ impl Frustum {
             let x = lines.across(dx, dy);
             let d = lines.discriminant(x);
             let s = if d > 0.0 { d.sqrt() } else { 0.0 };
-            let Coefficients { abc, w, o } = lines.coefficients::<false>(x);
+            let Coefficients { abc, w, o } = lines.coefficients::<false, false>(x);
             let (enter, leave) = span(abc, w[2], s);
             let tau = if outside { enter } else { leave };
             let (r_e, r_f) = (o[0] + tau * w[0], o[1] + tau * w[1]);
@@ -442,7 +443,7 @@ impl Frustum {
         for lane in 0..points.padded() {
             let x = lines.across_point(points.offset_of(lane));
             let d = lines.discriminant(x);
-            let Coefficients { abc, w, .. } = lines.coefficients::<false>(x);
+            let Coefficients { abc, w, .. } = lines.coefficients::<false, false>(x);
             let (enter, leave) = span(abc, w[2], d.sqrt());
             let (near, far) = lines.slab(x);
             let enter = larger(larger(near, 0.0), enter);
@@ -479,8 +480,7 @@ impl Frustum {
         for lane in 0..points.padded() {
             let x = lines.across_point(points.offset_of(lane));
             let d = lines.discriminant(x);
-            let Coefficients { abc: [a, b, c], w, o } = lines.coefficients::<false>(x);
-            let c = lines.power_at(o, c);
+            let Coefficients { abc: [a, b, c], w, o } = lines.coefficients::<false, true>(x);
             let slack = points.slack(lane) * per + rounding;
             // C at a height h is h (h + 2 m).
             let touching = 2.0 * slack * (o[2].abs() + slack);
@@ -513,9 +513,8 @@ impl Frustum {
             let faces = &mut hits.face.as_chunks_mut::<RAYS_PER_TEST>().0[test];
             for i in 0..RAYS_PER_TEST {
                 let x = lines.across(dx[i], dy[i]);
-                let Coefficients { abc: [a, b, c], w, o } = lines.coefficients::<PARALLEL>(x);
-                let c = if PARALLEL { lines.power_at(o, c) } else { c };
-                let (lower, upper) = span([a, b, c], w[2], discriminant[i].sqrt());
+                let Coefficients { abc, w, .. } = lines.coefficients::<PARALLEL, PARALLEL>(x);
+                let (lower, upper) = span(abc, w[2], discriminant[i].sqrt());
                 let (near, far) = lines.slab(x);
                 let (enter, leave) = (larger(near, lower), smaller(far, upper));
                 let outside = if PARALLEL { start + enter * radius > limits.0 } else { eye_is_outside };
@@ -760,9 +759,9 @@ impl Lines {
         (met != 0).then_some(discriminant)
     }
 
-    /// The coefficients of a line; parallel rays share W.
+    /// The coefficients of a line; those of `PARALLEL` rays share W, and lines may begin `ANYWHERE`, also on the side.
     #[inline(always)]
-    pub(crate) fn coefficients<const PARALLEL: bool>(&self, x: [f32; 3]) -> Coefficients {
+    pub(crate) fn coefficients<const PARALLEL: bool, const ANYWHERE: bool>(&self, x: [f32; 3]) -> Coefficients {
         let x = [x[0], x[1], self.sine * x[2]];
         let (v, p) = (&self.direction, &self.origin);
         let turned = [v[0] + self.turn * x[0], v[1] + self.turn * x[1], v[2] + self.turn * x[2]];
@@ -773,16 +772,10 @@ impl Lines {
         let a = w[0] * w[0] + w[1] * w[1] - w[2] * w[2];
         let b = o[2] * w[2] - o[0] * w[0] - o[1] * w[1];
         let change = sum[0] * shifted[0] + sum[1] * shifted[1] - sum[2] * shifted[2];
-        let from_o = o[0] * o[0] + o[1] * o[1] - o[2] * o[2];
-        let c = if self.origin_is_far { from_o } else { self.power + change };
-        Coefficients { abc: [a, b, c], w, o }
-    }
-
-    /// C of a line that may begin anywhere, from its O and the C among its coefficients.
-    #[inline(always)]
-    fn power_at(&self, o: [f32; 3], c: f32) -> f32 {
         let (across, along) = (o[0] * o[0] + o[1] * o[1], o[2] * o[2]);
-        if across + along < self.short { across - along } else { c }
+        let from_o = if ANYWHERE { across + along < self.short } else { self.origin_is_far };
+        let c = if from_o { across - along } else { self.power + change };
+        Coefficients { abc: [a, b, c], w, o }
     }
 
     /// The height above the middle where the line's parameter is tau.
