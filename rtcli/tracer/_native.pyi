@@ -169,9 +169,9 @@ class PngEncoder:
         """Return the rest of the file, once all rows were added."""
 
 def read_scene(
-    file: bytes, format: str, edits: list[tuple[str, str, str]], /
+    file: bytes, format: str, edits: list[tuple[tuple[str | int, ...], str]], /
 ) -> tuple[dict[str, dict[str, Any]], tuple[bytes, ...], tuple[bytes, ...], tuple[bytes, ...], str] | None:
-    """Read a scene file, `json` or `yaml`, with edits of its sections: section, key, and value in YAML.
+    """Read a scene file, `json` or `yaml`, with edits of its values: the path, and the value in YAML.
 
     Returns
     -------

@@ -3,7 +3,7 @@
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyString, PyTuple};
-use rtcli_reader::scene::{Setting, light_kinds, shapes};
+use rtcli_reader::scene::{Edit, Setting, Step, light_kinds, shapes};
 use rtcli_reader::{Format, Lights, Objects, Scene, Section};
 use rtcli_tracer::memory::reserve;
 use rtcli_tracer::world::{Kind, LightSource, ShapeDesc};
@@ -16,6 +16,22 @@ use crate::world::for_each_row;
 type PyScene<'py> =
     (Bound<'py, PyDict>, Bound<'py, PyTuple>, Bound<'py, PyTuple>, Bound<'py, PyTuple>, Bound<'py, PyString>);
 
+/// A step of the path of a change: an index, or a key or name.
+#[derive(FromPyObject)]
+pub enum PyStep {
+    Index(usize),
+    Key(String),
+}
+
+impl PyStep {
+    fn as_step(&self) -> Step<'_> {
+        match self {
+            PyStep::Index(index) => Step::Index(*index),
+            PyStep::Key(key) => Step::Key(key),
+        }
+    }
+}
+
 /// Reads a scene file with some changes; returns None if it is not plainly valid.
 #[pyfunction]
 #[pyo3(signature = (file, format, edits, /))]
@@ -23,15 +39,17 @@ pub fn read_scene<'py>(
     py: Python<'py>,
     file: &[u8],
     format: &str,
-    edits: Vec<(String, String, String)>,
+    edits: Vec<(Vec<PyStep>, String)>,
 ) -> PyResult<Option<PyScene<'py>>> {
     let format = match format {
         "json" => Format::Json,
         "yaml" => Format::Yaml,
         _ => return Err(PyValueError::new_err(format!("unknown format {format:?}"))),
     };
-    let edits: Vec<_> =
-        edits.iter().map(|(section, key, text)| (section.as_str(), key.as_str(), text.as_str())).collect();
+    let edits: Vec<_> = edits
+        .iter()
+        .map(|(path, value)| Edit { path: path.iter().map(PyStep::as_step).collect(), value })
+        .collect();
     let Some(scene) = py.detach(|| rtcli_reader::read(file, format, &edits)) else {
         return Ok(None);
     };
