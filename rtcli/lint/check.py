@@ -9,6 +9,7 @@ from typing import NamedTuple
 from rtcli.lint.ignores import Ignores, ignores_of
 from rtcli.lint.probe import Probe
 from rtcli.lint.scene import LintWarning, SceneIndex, burnt_spots, lint
+from rtcli.rendering.spans import use_plain_spans
 from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import MAX_PROBLEMS, Problem, SceneError
 from rtcli.scene.diagnostics.rules import Rule
@@ -56,6 +57,7 @@ def check(raw: bytes, name: str, ignore: Collection[Rule] = ()) -> CheckResult:
         scene = validate(document)
     except SceneError as error:
         return CheckResult(error.problems)
+    use_plain_spans(document, raw)
     ignores = ignores_of(document, ignore)
     left_out: set[Rule] = set()
     placed = itertools.chain(ignores.problems, _placed(document, warnings_of(scene, ignores, left_out)))

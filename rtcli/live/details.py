@@ -12,6 +12,7 @@ from rtcli.explain.nearby import Bodies
 from rtcli.explain.words import name_of
 from rtcli.lint.check import check
 from rtcli.rendering.pack import PackedScene, pack_scene
+from rtcli.rendering.spans import use_plain_spans
 from rtcli.reports import text
 from rtcli.reports.file_report import FileReport
 from rtcli.scene.diagnostics.problems import Problem
@@ -63,6 +64,7 @@ class Details:
         """Return the details of the bytes of a file."""
         document = parse_bytes(raw, name)
         model = validate(overrides.apply(document))
+        use_plain_spans(document, raw)
         document.find_spans()
         lines = [lines_of(document, ("objects", index)) for index in range(len(model.objects))]
         bodies = Bodies.of(model, pack_scene(model).world.shapes)

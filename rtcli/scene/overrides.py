@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
-
-from rtcli.scene.key_paths import KeyPathError, split
 
 if TYPE_CHECKING:
     from rtcli.scene.reading.source import Document
@@ -117,8 +115,12 @@ def _resized(data: Any, size: tuple[int, int]) -> list[list[float]] | None:
     return rows
 
 
-def with_expressions(edits: list[PathEdit] | None, expressions: Iterable[str]) -> list[PathEdit] | None:
+def with_expressions(edits: list[PathEdit] | None, expressions: Sequence[str]) -> list[PathEdit] | None:
     """Return edits followed by those of `KEY=VALUE` expressions; None if one is not plain."""
+    if not expressions:
+        return edits
+    from rtcli.scene.key_paths import KeyPathError, split  # most runs do without
+
     for expression in expressions:
         # In ASCII, as almost all are: half of a surrogate pair could not be passed on.
         if edits is None or re.fullmatch("[ -~]*", expression) is None:

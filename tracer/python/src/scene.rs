@@ -10,18 +10,12 @@ use rtcli_tracer::world::{Kind, LightSource, ShapeDesc};
 
 use crate::errors::out_of_memory;
 use crate::interruptible::bytes_of;
+use crate::spans::PyStep;
 use crate::world::for_each_row;
 
 /// The sections, the columns of objects, of checkers and of lights, and the names of the objects.
 type PyScene<'py> =
     (Bound<'py, PyDict>, Bound<'py, PyTuple>, Bound<'py, PyTuple>, Bound<'py, PyTuple>, Bound<'py, PyString>);
-
-/// A step of the path of a change: an index, or a key or name.
-#[derive(FromPyObject)]
-pub enum PyStep {
-    Index(usize),
-    Key(String),
-}
 
 impl PyStep {
     fn as_step(&self) -> Step<'_> {
@@ -41,11 +35,7 @@ pub fn read_scene<'py>(
     format: &str,
     edits: Vec<(Vec<PyStep>, String)>,
 ) -> PyResult<Option<PyScene<'py>>> {
-    let format = match format {
-        "json" => Format::Json,
-        "yaml" => Format::Yaml,
-        _ => return Err(PyValueError::new_err(format!("unknown format {format:?}"))),
-    };
+    let format = format_of(format)?;
     let edits: Vec<_> = edits
         .iter()
         .map(|(path, value)| Edit { path: path.iter().map(PyStep::as_step).collect(), value })
@@ -62,6 +52,15 @@ pub fn read_scene<'py>(
     let checkers = [column(py, &checkers.object)?, column(py, &checkers.size)?, column(py, &checkers.color)?];
     let checkers = PyTuple::new(py, checkers)?;
     Ok(Some((dict, object_columns(py, objects)?, checkers, light_columns(py, lights)?, names)))
+}
+
+/// Returns the format of a name.
+pub fn format_of(name: &str) -> PyResult<Format> {
+    match name {
+        "json" => Ok(Format::Json),
+        "yaml" => Ok(Format::Yaml),
+        _ => Err(PyValueError::new_err(format!("unknown format {name:?}"))),
+    }
 }
 
 /// Returns the values of a section by key.

@@ -134,6 +134,11 @@ pub fn read(bytes: &[u8], format: Format, edits: &[Edit<'_>]) -> Option<Scene> {
     }
 }
 
+/// Reads a valid scene file for what its source keeps.
+pub(crate) fn read_from<'a>(source: &mut impl Source<'a>) -> Option<()> {
+    Reader::new(&[]).read(source).map(drop)
+}
+
 /// Reads one object of a scene in JSON; None if it is not plainly valid.
 pub fn read_object(json: &str) -> Option<Objects> {
     let mut reader = Reader::new(&[]);
