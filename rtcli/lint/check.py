@@ -51,7 +51,14 @@ def check(raw: bytes, name: str, ignore: Collection[Rule] = ()) -> CheckResult:
         Warnings to ignore, in addition to those that comments in the file name.
     """
     try:
-        document = parse_bytes(raw, name)
+        return check_document(parse_bytes(raw, name), raw, ignore)
+    except SceneError as error:
+        return CheckResult(error.problems)
+
+
+def check_document(document: Document, raw: bytes, ignore: Collection[Rule] = ()) -> CheckResult:
+    """Return the same for a file that is read already."""
+    try:
         if is_template(document):
             return CheckResult((), template=template_of(document, raw))
         scene = validate(document)
