@@ -427,6 +427,13 @@ impl Frustum {
         (way, length(way) + length(sub(shadow.bounds.center, reference)) + shadow.bounds.radius)
     }
 
+    /// Whether a light `away` is so distant from points within a radius that the frustum among them is surely before it.
+    /// Rounding may move such a light by more than the size of the frustum.
+    #[inline(never)]
+    fn is_surely_before(&self, light: &Place, away: f64, radius: f64) -> bool {
+        light.weight * away > DISTANT_LIGHT * (radius + self.profile.size())
+    }
+
     /// Darken the points from which the frustum hides the light, all of them outside its bounding sphere: it does
     /// where the line is inside between the two. Lines begin at the nearer end.
     #[inline(always)]
@@ -471,9 +478,7 @@ impl Frustum {
                 if light.weight == 0.0 { sign * light.z > 0.0 } else { sign * light.z >= half - at_light };
             (if beyond { (half - rounding) * per } else { f64::INFINITY }) as f32
         });
-        // Rounding moves a light so far away by more than the size of the frustum, which is surely before it.
-        let nearer = DISTANT_LIGHT * (shadow.bounds.radius + self.profile.size()) - light.weight * end;
-        let light_is_within = light.power.min(nearer) < 0.0;
+        let light_is_within = light.power < 0.0 || self.is_surely_before(light, end, shadow.bounds.radius);
         let [o_1, _, o_3] = to_f32(scale(light.origin, per));
         let (per, rounding) = (per as f32, (rounding * per) as f32);
         let points = shadow.points;
