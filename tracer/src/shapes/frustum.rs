@@ -294,7 +294,6 @@ impl Frustum {
         };
         let apex_is_outside = apex.power > 0.0;
         let cosine = profile.cosine;
-        let is_far = dot(o, o) > FAR * FAR * profile.radius * profile.radius;
         Lines {
             frame: [scale(frame[0], cosine), scale(frame[1], cosine), frame[2]].map(to_f32),
             sine: profile.sine as f32,
@@ -303,8 +302,8 @@ impl Frustum {
             origin: to_f32(scale(o, per)),
             z: (z * per) as f32,
             power: (power * per * per) as f32,
-            origin_is_far: is_far,
-            short: if is_far { f32::INFINITY } else { (SHORT * dot(o, o) * per * per) as f32 },
+            origin_is_far: dot(o, o) > FAR * FAR * profile.radius * profile.radius,
+            short: (SHORT * dot(o, o) * per * per) as f32,
             direction: to_f32(w),
             along: along as f32,
             factors: if apex_is_outside { [e - f, e + f] } else { [e, f] }.map(|factor| factor as f32),
@@ -777,9 +776,10 @@ impl Lines {
         let a = w[0] * w[0] + w[1] * w[1] - w[2] * w[2];
         let b = o[2] * w[2] - o[0] * w[0] - o[1] * w[1];
         let change = sum[0] * shifted[0] + sum[1] * shifted[1] - sum[2] * shifted[2];
-        let (across, along) = (o[0] * o[0] + o[1] * o[1], o[2] * o[2]);
-        let from_o = if ANYWHERE { across + along < self.short } else { self.origin_is_far };
-        let c = if from_o { across - along } else { self.power + change };
+        let from_o = o[0] * o[0] + o[1] * o[1] - o[2] * o[2];
+        let c = if self.origin_is_far { from_o } else { self.power + change };
+        let is_short = ANYWHERE & (o[0] * o[0] + o[1] * o[1] + o[2] * o[2] < self.short);
+        let c = if is_short { from_o } else { c };
         Coefficients { abc: [a, b, c], w, o }
     }
 
