@@ -301,13 +301,8 @@ def _answer_of(route: Callable[[Session, Any], Answer] | None, session: Session,
 
 
 def _event(state: State) -> bytes:
-    good = state.good
-    data = {
-        "version": state.version,
-        "status": state.status,
-        "picture": None if good is None else good.version,
-        "preview": good is not None and good.rendering is None,
-    }
+    picture = None if state.good is None else state.good.version
+    data = {"version": state.version, "status": state.status, "picture": picture}
     return f"event: state\ndata: {json.dumps(data)}\n\n".encode()
 
 

@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TypeAlias, cast
 
 from rtcli.rendering.load import format_of
 from rtcli.scene.reading.source import ContainerSpan, Document, Source, SourceSpan
 from rtcli.tracer._native import FileSpans
 
-_Spans: TypeAlias = dict[str | int, SourceSpan]
-
 
 def use_plain_spans(document: Document, raw: bytes) -> None:
     """Have a document get its spans, once they are needed, from the compiled reader if it reads the file."""
     read_exact = document.read_again
+    if read_exact is None:
+        return  # the spans are known
 
     def read(source: Source) -> Document:
         root = plain_spans(raw, source.name)
-        if root is not None or read_exact is None:
-            return Document(source, None, root_span=root)
-        return read_exact(source)
+        return read_exact(source) if root is None else Document(source, None, root_span=root)
 
     document.read_again = read
 
@@ -36,8 +33,7 @@ def _span(spans: FileSpans, index: int) -> SourceSpan:
     if not is_container:
         return SourceSpan(start, end)
     span = ContainerSpan(start, end)
-    # Only readers that fill them need dictionaries.
-    span.values, span.keys = cast("_Spans", _Values(spans, index)), cast("_Spans", _Keys(spans, index))
+    span.values, span.keys = _Values(spans, index), _Keys(spans, index)
     return span
 
 

@@ -11,7 +11,7 @@ from rtcli.scene.diagnostics.quoting import quoted
 # An index, or a key or name: in double quotes, in single quotes, or plain, and after a dot unless it comes first.
 _STEP = re.compile(
     r"""(?:^|(?<=.)\.)(?:(?P<double>"(?:[^"\\]|\\.)*")|'(?P<single>(?:[^']|'')*)'|(?P<plain>[^.\[\]="'][^.\[\]=]*))"""
-    r"""|\[(?P<index>[0-9]+)\]""",
+    r"""|\[(?P<index>[0-9]{1,1000})\]""",
     re.DOTALL,
 )
 

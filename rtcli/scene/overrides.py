@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -12,6 +11,9 @@ if TYPE_CHECKING:
 
 # The path to a value, such as ("objects", 2, "radius"), and the value as YAML.
 PathEdit: TypeAlias = tuple[tuple[str | int, ...], str]
+
+# No list of a scene is longer.
+_MAX_INDEX = 2**31
 
 
 @dataclass(frozen=True)
@@ -117,19 +119,26 @@ def _resized(data: Any, size: tuple[int, int]) -> list[list[float]] | None:
 
 def with_expressions(edits: list[PathEdit] | None, expressions: Sequence[str]) -> list[PathEdit] | None:
     """Return edits followed by those of `KEY=VALUE` expressions; None if one is not plain."""
-    if not expressions:
+    if edits is None or not expressions:
         return edits
     from rtcli.scene.key_paths import KeyPathError, split  # most runs do without
 
+    edits = edits.copy()
     for expression in expressions:
-        # In ASCII, as almost all are: half of a surrogate pair could not be passed on.
-        if edits is None or re.fullmatch("[ -~]*", expression) is None:
-            return None
         try:
             steps, end = split(expression)
         except KeyPathError:
             return None
-        if end == len(expression):
+        path, value = tuple(step.key for step in steps), expression[end + 1 :]
+        if end == len(expression) or not _can_be_passed_on((*path, value)):
             return None
-        edits = [*edits, (tuple(step.key for step in steps), expression[end + 1 :])]
+        edits.append((path, value))
     return edits
+
+
+def _can_be_passed_on(parts: Iterable[str | int]) -> bool:
+    """Return whether the compiled reader can take text without half of a surrogate pair, and indices."""
+    try:
+        return all(part <= _MAX_INDEX if isinstance(part, int) else part.encode() is not None for part in parts)
+    except UnicodeEncodeError:
+        return False

@@ -67,6 +67,9 @@ DISTANT = 2.0**6
 # Whatever is farther apart than this share of the lengths in question is farther than any rounding.
 APART = 1e-6
 
+# Of lengths as small as this, squares vanish.
+NO_SQUARE = 1e-150
+
 # A shadow ray that meets an object within this share of its length before its end may only touch it there.
 NEAR_THE_END = 1e-3
 
@@ -1742,7 +1745,9 @@ class Scenery:
 
     def _sides_by(self, apex: Any, side_of: Callable[[Object], int], index: Indices) -> Sides:
         """Return the side of objects (N,) on which an eye or light is, computed once for each: (N,)."""
-        sides = self._sides.setdefault(apex, np.full(len(self.objects), UNKNOWN_SIDE, dtype=np.int8))
+        if apex not in self._sides:
+            self._sides[apex] = np.full(len(self.objects), UNKNOWN_SIDE, dtype=np.int8)
+        sides = self._sides[apex]
         for i in np.unique(index[sides[index] == UNKNOWN_SIDE]):
             sides[i] = side_of(self.objects[i])
         return sides[index]
@@ -1750,12 +1755,13 @@ class Scenery:
     def near_paths(self, sources: Sequence[LightSource], ray: Ray, hit: Hit) -> Mask:
         """Return which objects the paths from hits to each light may meet: (sources, objects).
 
-        How few there are decides how long soft shadows take. No path meets an object if along some direction d,
-        with C the object's position and s the spread of the hits around P, ::
+        Soft shadows take long unless most objects are left out here. No path meets an object that a plane
+        separates from all paths: with C the object's position, s the spread of the hits around P, and some unit
+        vector d across the plane, ::
 
             (C - P) . d - extent(d) > max(s, r l . d)
 
-        Tried are the direction from the nearest point of the path to the object, and that into the surface.
+        Two are tried: from the nearest point of the path to the object, and into the surface.
         """
         middle, spread = _extent(ray.sight(hit.t))
         point = ray.offset + middle
@@ -1766,7 +1772,7 @@ class Scenery:
             return near
         receiver = hit.index[0] if (hit.index == hit.index[0]).all() else NOTHING
         to_objects = self._positions - point
-        rounding = APART * (length(to_objects) + np.abs(point).sum() + spread)
+        rounding = APART * (length(to_objects) + np.abs(point).sum() + spread) + NO_SQUARE
         for i, shape in enumerate(self.objects):
             if i == receiver:  # no object stands in its own light
                 near[:, i] = False

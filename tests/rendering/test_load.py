@@ -14,6 +14,7 @@ from worlds import random_scenes
 from rtcli.rendering.load import load, read_packed
 from rtcli.rendering.metadata import fingerprint
 from rtcli.rendering.stopwatch import Stopwatch
+from rtcli.scene.edits import EditError
 from rtcli.scene.overrides import Overrides
 from rtcli.scene.reading import limits
 
@@ -111,48 +112,47 @@ def test_what_is_not_plainly_valid_is_not_read(text):
     assert read_packed(text.encode(), "a.yaml", [], Stopwatch()) is None
 
 
+SELECTORS = [
+    "camera",
+    "render",
+    "image",
+    "objects",
+    "lights",
+    "objects[0]",
+    "objects[1]",
+    "objects.ball",
+    "objects.Cube.001",
+    "lights[1]",
+]
+SELECTORS += ["objects[007]", "objects[99999999999999999999]", "objects.'ball'", 'objects."Cube.001"', "lights[9]"]
+SELECTORS += ['objects."\\u0062all"', 'objects."\\ud800"', "objects.\udcff", "objects.é", ""]
 STEPS = [
-    *(
-        "camera",
-        "render",
-        "image",
-        "objects",
-        "lights",
-        "[0]",
-        "[1]",
-        "[2]",
-        ".lamp",
-        ".ball",
-        ".Cube",
-        '."Cube.001"',
-        ".001",
-    ),
-    *(
-        ".fov",
-        ".height",
-        ".projection",
-        ".position",
-        ".look_at",
-        ".up",
-        ".samples",
-        ".background",
-        ".tone",
-        ".radius",
-    ),
-    *(
-        ".size",
-        ".color",
-        ".rotation",
-        ".normal",
-        ".direction",
-        ".light",
-        ".checker",
-        ".intensity",
-        ".type",
-        ".name",
-        ".x",
-        "",
-    ),
+    ".fov",
+    ".height",
+    ".projection",
+    ".position",
+    ".look_at",
+    ".up",
+    ".samples",
+    ".background",
+    ".tone",
+    ".radius",
+    ".size",
+    ".color",
+    ".rotation",
+]
+STEPS += [
+    ".normal",
+    ".direction",
+    ".light",
+    ".checker",
+    ".intensity",
+    ".type",
+    ".name",
+    ".x",
+    "[0]",
+    "[1]",
+    "[9999999999999999999999]",
 ]
 VALUES = ["20", "0", "[1, 2, 3]", "[0, 0, 0]", "red", "'#ffffff'", "{}", "auto", "clip", "box", "lamp"]
 VALUES += ["orthographic", " 4 # x", "4\n", "\udcff"]
@@ -163,8 +163,9 @@ OVERRIDES = st.builds(
     exposure=st.none() | st.floats(allow_nan=False) | st.just("auto"),
     edits=st.lists(
         st.builds(
-            "{}={}".format,
-            st.lists(st.sampled_from(STEPS), min_size=1, max_size=4).map("".join),
+            "{}{}={}".format,
+            st.sampled_from(SELECTORS),
+            st.lists(st.sampled_from(STEPS), max_size=2).map("".join),
             st.sampled_from(VALUES),
         ),
         max_size=3,
@@ -193,6 +194,16 @@ def test_overrides_change_the_arrays_as_they_change_the_scene(file, overrides):
 
 
 @pytest.mark.parametrize(
+    "path",
+    ["objects[99999999999999999999].radius", "camera.position[18446744073709551616]", 'objects."\\ud800".radius'],
+)
+def test_edit_of_what_no_file_can_have_is_left_to_the_models(path):
+    overrides = Overrides(edits=(f"{path}=1",))
+    with pytest.raises(EditError):
+        load(NAMED.encode(), "a.yaml", overrides, Stopwatch())
+
+
+@pytest.mark.parametrize(
     ("path", "value"),
     [
         ("objects.ball.radius", 2),
@@ -201,6 +212,8 @@ def test_overrides_change_the_arrays_as_they_change_the_scene(file, overrides):
         ("objects.ball.light.intensity", 9),
         ("objects.floor.checker.size", 3),
         ("lights[1].irradiance", 4),
+        ("objects.'ball'.radius", 2),
+        ('objects."\\u0062all".radius', 2),
     ],
 )
 def test_edit_of_an_item_needs_no_models(path, value):

@@ -16,22 +16,22 @@ on("mode", (isCamera) => { if (isCamera) openPanel("camera"); });
 
 // --- State and picture -----------------------------------------------------------------------------------
 
-let shown = null; // the event after which the picture on the screen was loaded
+let loaded = null; // the number of the picture on the screen, or of one before it
 
 // They are fetched side by side, since the event says whether there is a new picture. The state may be newer than the
 // event, so it does not tell which picture is on the screen.
 const refresh = newest(async (event) => {
   const start = performance.now();
   const old = live.state;
-  const isNew = event.picture !== null && (event.picture !== shown?.picture || event.preview !== shown.preview);
+  const isNew = event.picture !== null && event.picture !== loaded;
   const [state, picture] = await Promise.all([getJson("/state"), isNew ? loadPicture().catch(notShown) : null]);
   live.state = state;
   emit("state", old);
   if (!picture) return;
-  const isSave = shown !== null && event.picture !== shown.picture;
-  shown = event;
+  const isFirst = loaded === null;
+  loaded = event.picture;
   await takePicture(picture);
-  if (isSave) {
+  if (!isFirst) {
     showLatency(state.picture.milliseconds + performance.now() - start);
     flash(state.changed);
   }

@@ -18,8 +18,12 @@ export const shown = { pass: null, differs: null };
 let retired = []; // pictures that may still be on the screen
 let before = null; // a promise of the picture before
 
+let asked = 0; // requests for pictures
+let taken = 0; // the request of the picture that is shown
+
 export async function loadPicture(query = pictureQuery()) {
-  return Picture.of(await get("/picture", query));
+  const request = ++asked;
+  return Object.assign(await Picture.of(await get("/picture", query)), { request });
 }
 
 function loadBefore() {
@@ -31,6 +35,8 @@ function loadBefore() {
 }
 
 export async function takePicture(picture) {
+  if (picture.request < taken) return; // one that was asked for later was faster
+  taken = picture.request;
   if (live.picture) retired.push(live.picture);
   live.picture = picture;
   before = null;

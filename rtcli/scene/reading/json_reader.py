@@ -11,7 +11,7 @@ from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import SceneError, quoted
 from rtcli.scene.reading import limits
 from rtcli.scene.reading.limits import Reader, garbage_collector_paused, integer
-from rtcli.scene.reading.source import ContainerSpan, Document, Source, SourceSpan
+from rtcli.scene.reading.source import ContainerSpan, Document, Source, SourceSpan, Spans
 
 _SURROGATE_ESCAPE = re.compile(r"\\u[dD][89a-fA-F][0-9a-fA-F]{2}")
 _SURROGATE = re.compile("[\ud800-\udfff]")
@@ -121,14 +121,15 @@ class _ExactReader(Reader):
 
     def _list(self, depth: int) -> tuple[list[Any], SourceSpan]:
         items: list[Any] = []
-        span = ContainerSpan(self.at, self.at)
+        span, spans = ContainerSpan(self.at, self.at), Spans()
+        span.values = spans
         self.at += 1
         if not self._take("]"):
             while True:
                 self.steps[-1] = len(items)
                 item, child = self._value(depth)
                 self.steps[-1] = None
-                span.values[len(items)] = child
+                spans[len(items)] = child
                 items.append(item)
                 if not self._has_more("]"):
                     break
@@ -138,16 +139,18 @@ class _ExactReader(Reader):
     def _mapping(self, depth: int) -> tuple[dict[str, Any], SourceSpan]:
         mapping: dict[str, Any] = {}
         span = ContainerSpan(self.at, self.at)
+        spans, keys = Spans(), Spans()
+        span.values, span.keys = spans, keys
         self.at += 1
         if not self._take("}"):
             while True:
                 key, key_span = self._key()
-                is_new = self.add_key(key, key_span, span)
+                is_new = self.add_key(key, key_span, keys)
                 self.steps[-1] = key
                 value, child = self._value(depth)
                 self.steps[-1] = None
                 if is_new:
-                    mapping[key], span.values[key] = value, child
+                    mapping[key], spans[key] = value, child
                 if not self._has_more("}"):
                     break
         span.end = self.at

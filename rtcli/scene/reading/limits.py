@@ -15,7 +15,7 @@ from dataclasses import replace
 from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import MAX_PROBLEMS, Problem, SceneError, quoted
 from rtcli.scene.diagnostics.rules import Rule
-from rtcli.scene.reading.source import ContainerSpan, Document, Loc, Source, SourceSpan, pointer
+from rtcli.scene.reading.source import Document, Loc, Source, SourceSpan, Spans, pointer
 
 MAX_DEPTH = 64
 MAX_NODES = 12_000_000  # values, with aliases and merge keys expanded
@@ -81,9 +81,8 @@ class Reader:
             message = f"has {len(text):,} characters; at most {MAX_CHARACTERS:,} are allowed"
             raise self.fatal(rules.TOO_LONG, message, SourceSpan(span.start, span.start))
 
-    def add_key(self, key: str, span: SourceSpan, mapping: ContainerSpan) -> bool:
-        """Add the span of a key to a mapping's; report a duplicate key and return False."""
-        keys = mapping.keys
+    def add_key(self, key: str, span: SourceSpan, keys: Spans) -> bool:
+        """Add the span of a key to those of its mapping; report a duplicate key and return False."""
         if key in keys:
             first = self.source.span(keys[key].start).line
             message = f"duplicate key {quoted(key)}: already defined on line {first}"

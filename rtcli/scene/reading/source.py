@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple, TypeAlias
@@ -95,6 +95,10 @@ class SourceSpan:
         return span if found and part == VALUE else span.head
 
 
+# The spans of values, or of keys, by key or index.
+Spans: TypeAlias = dict[str | int, SourceSpan]
+
+
 class ContainerSpan(SourceSpan):
     """The span of a list or mapping, with the spans of its values, and of its keys if it is a mapping."""
 
@@ -102,8 +106,8 @@ class ContainerSpan(SourceSpan):
 
     def __init__(self, start: int, end: int) -> None:
         super().__init__(start, end)
-        self.values: dict[str | int, SourceSpan] = {}
-        self.keys: dict[str | int, SourceSpan] = {}
+        self.values: Mapping[str | int, SourceSpan] = {}
+        self.keys: Mapping[str | int, SourceSpan] = {}
 
     @property
     def head(self) -> SourceSpan:

@@ -19,7 +19,7 @@ from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import SceneError, quoted
 from rtcli.scene.reading import limits
 from rtcli.scene.reading.limits import UNREADABLE, Reader, garbage_collector_paused, integer
-from rtcli.scene.reading.source import ContainerSpan, Document, Loc, Source, SourceSpan
+from rtcli.scene.reading.source import ContainerSpan, Document, Loc, Source, SourceSpan, Spans
 from rtcli.scene.reading.syntax import yaml_syntax_problem
 
 # The class of an event decides which attributes it has, so the readers check it first.
@@ -311,7 +311,8 @@ class _ExactReader(Reader):
 
     def _list(self, span: ContainerSpan, depth: int) -> list[Any]:
         items: list[Any] = []
-        spans, steps = span.values, self.steps
+        spans, steps = Spans(), self.steps
+        span.values = spans
         for event in self.events:
             event_type = type(event)
             if event_type is yaml.SequenceEndEvent:
@@ -329,13 +330,15 @@ class _ExactReader(Reader):
     def _mapping(self, span: ContainerSpan, depth: int) -> dict[str, Any]:
         mapping: dict[str, Any] = {}
         merges: list[tuple[Any, SourceSpan]] = []
+        values, keys = Spans(), Spans()
+        span.values, span.keys = values, keys
         for event in self.events:
             if type(event) is yaml.MappingEndEvent:
                 _set_end(event, span)
                 for value, child in merges:
-                    self._merge(mapping, span, value, child)
+                    self._merge(mapping, (values, keys), value, child)
                 return mapping
-            key_span, is_new = self._key(event, span)
+            key_span, is_new = self._key(event, keys)
             is_merge = event.value == _MERGE and event.implicit[0]
             self.steps[-1] = None if is_merge else event.value
             value_event = next(self.events)
@@ -346,10 +349,10 @@ class _ExactReader(Reader):
                 merges.append((value, child))
             elif is_new:
                 mapping[event.value] = value
-                span.values[event.value] = child
+                values[event.value] = child
         raise AssertionError("the parser ends each mapping that it starts")
 
-    def _key(self, event: _Event, mapping: ContainerSpan) -> tuple[SourceSpan, bool]:
+    def _key(self, event: _Event, keys: Spans) -> tuple[SourceSpan, bool]:
         """Return the span of a key, and whether it is new to the mapping."""
         if type(event) is not yaml.ScalarEvent:
             found = "an alias" if type(event) is yaml.AliasEvent else "a list or a mapping"
@@ -358,7 +361,7 @@ class _ExactReader(Reader):
         span = self._span_of_scalar(event)
         if event.anchor is not None:
             self.anchors[event.anchor] = (event.value, span, 1)
-        return span, self.add_key(event.value, span, mapping)
+        return span, self.add_key(event.value, span, keys)
 
     def _report_tag(self, event: _Event) -> None:
         start = event.start_mark.index
@@ -378,7 +381,9 @@ class _ExactReader(Reader):
         self.count_nodes(size, span, growth=size)
         return value, anchor_span
 
-    def _merge(self, mapping: dict[str, Any], span: ContainerSpan, value: Any, merge_span: SourceSpan) -> None:
+    def _merge(
+        self, mapping: dict[str, Any], spans: tuple[Spans, Spans], value: Any, merge_span: SourceSpan
+    ) -> None:
         """Apply the merge key `<<`: add each key that the mapping does not have itself."""
         sources = [(value, merge_span)]
         if isinstance(value, list) and isinstance(merge_span, ContainerSpan):
@@ -388,8 +393,8 @@ class _ExactReader(Reader):
                 self.count_nodes(len(source), source_span, growth=len(source))
                 for key in [key for key in source if key not in mapping]:
                     mapping[key] = source[key]
-                    span.values[key] = source_span.values[key]
-                    span.keys[key] = source_span.keys[key]
+                    spans[0][key] = source_span.values[key]
+                    spans[1][key] = source_span.keys[key]
             elif source is not UNREADABLE:
                 self.report(rules.MERGE, "`<<` merges mappings only", source_span)
 

@@ -4,6 +4,7 @@
 //! - `world`: the conversion of packed columns to a `World`
 //! - `scene`: valid scene files as packed columns
 //! - `spans`: where the values of a scene file stand
+//! - `scene_file`: how both name the parts of a file, and its format
 //! - `arrays`: the arrays of a film, which NumPy owns
 //! - `interruptible`: work in a thread pool while the calling thread listens to Python
 //! - `byte_channel`: bytes on their way from the pool to the calling thread
@@ -28,6 +29,7 @@ mod interruptible;
 mod png;
 mod sampler;
 mod scene;
+mod scene_file;
 mod spans;
 mod tracer;
 mod world;

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use rtcli_reader::{Span, Spans};
 
-use crate::scene::format_of;
+use crate::scene_file::{PyStep, format_of};
 
 /// The bytes of a block of a text whose characters are counted.
 const BLOCK: usize = 1024;
@@ -23,13 +23,6 @@ pub struct FileSpans {
     characters: Option<Vec<u32>>,
     /// The values in lists that were asked for.
     items: Mutex<HashMap<usize, Vec<u32>>>,
-}
-
-/// A step into a list or mapping.
-#[derive(FromPyObject, IntoPyObject)]
-pub enum PyStep {
-    Index(usize),
-    Key(String),
 }
 
 #[pymethods]

@@ -62,7 +62,7 @@ struct Tracked<S> {
     spans: Spans,
     /// The key of the next value.
     key: Option<Span>,
-    /// The last value, which alone may be an alias, and the innermost open collection around it.
+    /// The open collections, outermost first.
     open: Vec<usize>,
 }
 
@@ -96,6 +96,8 @@ impl<'a, S: Source<'a>> Tracked<S> {
         node.next = next;
         if let Some(bracket) = self.source.last() {
             node.span.end = bracket.end;
+        } else if node.span.end == node.span.start {
+            node.span.end += 1; // the hyphen of a list that has aliases only
         }
         self.extend(index);
         Some(())

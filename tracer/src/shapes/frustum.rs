@@ -428,7 +428,7 @@ impl Frustum {
 
     /// Whether a light `away` is so distant from points within a radius that the frustum among them is surely before it.
     /// Rounding may move such a light by more than the size of the frustum.
-    #[inline(never)]
+    #[inline(never)] // once for each light and part of a picture, beside loops that it made slower
     fn is_surely_before(&self, light: &Place, away: f64, radius: f64) -> bool {
         light.weight * away > DISTANT_LIGHT * (radius + self.profile.size())
     }
@@ -477,7 +477,7 @@ impl Frustum {
                 if light.weight == 0.0 { sign * light.z > 0.0 } else { sign * light.z >= half - at_light };
             (if beyond { (half - rounding) * per } else { f64::INFINITY }) as f32
         });
-        let light_is_within = light.power < 0.0 || self.is_surely_before(light, end, shadow.bounds.radius);
+        let is_within_or_far = light.power < 0.0 || self.is_surely_before(light, end, shadow.bounds.radius);
         let [o_1, _, o_3] = to_f32(scale(light.origin, per));
         let (per, rounding) = (per as f32, (rounding * per) as f32);
         let points = shadow.points;
@@ -493,7 +493,7 @@ impl Frustum {
             let before = (z + slack < limit[0]) & (slack - z < limit[1]);
             // From the light, the line goes into the side: toward the wider end, if A < 0.
             let toward = if a < 0.0 { w[2] < 0.0 } else { o_1 * w[0] - o_3 * w[2] > 0.0 };
-            let toward = light_is_within | toward;
+            let toward = is_within_or_far | toward;
             let c = if c.abs() <= touching { 0.0 } else { c };
             let (enter, leave) = span([a, b, c], w[2], d.sqrt());
             let (near, far) = lines.slab(x);
