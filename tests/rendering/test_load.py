@@ -113,46 +113,25 @@ def test_what_is_not_plainly_valid_is_not_read(text):
 
 
 SELECTORS = [
-    "camera",
-    "render",
-    "image",
-    "objects",
-    "lights",
-    "objects[0]",
-    "objects[1]",
-    "objects.ball",
-    "objects.Cube.001",
-    "lights[1]",
+    *(
+        "camera",
+        "render",
+        "image",
+        "objects",
+        "objects[0]",
+        "objects[1]",
+        "objects[007]",
+        "lights",
+        "lights[1]",
+        "",
+    ),
+    *("objects[99999999999999999999]", "lights[9]", "objects.ball", "objects.'ball'", 'objects."\\u0062all"'),
+    *("objects.Cube.001", 'objects."Cube.001"', 'objects."\\ud800"', "objects.\udcff", "objects.é"),
 ]
-SELECTORS += ["objects[007]", "objects[99999999999999999999]", "objects.'ball'", 'objects."Cube.001"', "lights[9]"]
-SELECTORS += ['objects."\\u0062all"', 'objects."\\ud800"', "objects.\udcff", "objects.é", ""]
 STEPS = [
-    ".fov",
-    ".height",
-    ".projection",
-    ".position",
-    ".look_at",
-    ".up",
-    ".samples",
-    ".background",
-    ".tone",
-    ".radius",
-    ".size",
-    ".color",
-    ".rotation",
-]
-STEPS += [
-    ".normal",
-    ".direction",
-    ".light",
-    ".checker",
-    ".intensity",
-    ".type",
-    ".name",
-    ".x",
-    "[0]",
-    "[1]",
-    "[9999999999999999999999]",
+    *(".fov", ".height", ".projection", ".position", ".look_at", ".up", ".samples", ".background", ".tone", ".x"),
+    *(".radius", ".size", ".color", ".rotation", ".normal", ".direction", ".light", ".checker", ".intensity"),
+    *(".type", ".name", "[0]", "[1]", "[9999999999999999999999]"),
 ]
 VALUES = ["20", "0", "[1, 2, 3]", "[0, 0, 0]", "red", "'#ffffff'", "{}", "auto", "clip", "box", "lamp"]
 VALUES += ["orthographic", " 4 # x", "4\n", "\udcff"]
