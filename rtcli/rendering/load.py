@@ -75,7 +75,7 @@ def read_packed(raw: bytes, name: str, edits: list[SectionEdit], watch: Stopwatc
     """
     if len(raw) > MAX_BYTES:
         return None
-    found = read_scene(raw, _format_of(raw, name), edits)
+    found = read_scene(raw, format_of_scene(raw, name), edits)
     if found is None:
         return None
     sections, objects, checkers, lights, names = found
@@ -108,7 +108,7 @@ def _lens(camera: dict[str, Any]) -> Lens | None:
     return lens_of_fov(fov) if fov is not None else lens_of_fov_x(fov_x, camera["resolution"])
 
 
-def _format_of(raw: bytes, name: str) -> str:
+def format_of_scene(raw: bytes, name: str) -> str:
     """Return the format of a file: by its suffix, or JSON if it starts with a brace."""
     if name.lower().endswith(JSON_SUFFIX):
         return "json"

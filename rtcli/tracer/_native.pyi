@@ -186,6 +186,28 @@ def read_scene(
         For another format.
     """
 
+def write_picture(
+    scene: bytes, format: str, edits: list[tuple[str, str, str]], bits: int, paths: tuple[str, str], /
+) -> tuple[str, str, int, tuple[int, int], dict[str, float]] | None:
+    """Render a scene file as `read_scene` takes it to a PNG, with one thread.
+
+    The file is written under the second path, which must not exist, and appears under the first one once it is
+    complete.
+
+    Returns
+    -------
+    fingerprint, sha256, bytes, size, seconds
+        The fingerprint of the scene, the hash of the file in hexadecimal digits, its size, the width and height of the
+        picture, and the seconds of each stage. None if the scene is not plainly valid, or its picture has alpha.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written; it names the first path.
+    ValueError
+        For another format, or bits other than 8 and 16.
+    """
+
 def by_threes(kinds: bytes, parameters: bytes, /) -> tuple[bytes, bytes, bytes]:
     """Return three of the parameters of each shape, a single one three times; the fourth or 0; and the rest."""
 

@@ -96,13 +96,18 @@ impl Monitor {
 
     /// Whether the work was cancelled; polls if that is due.
     pub fn cancelled(&self) -> bool {
-        if let Some(poll) = &self.poll
-            && poll.is_due()
-            && !poll.call(self.done())
-        {
-            self.cancel();
+        if let Some(poll) = &self.poll {
+            self.poll(poll);
         }
         self.cancelled.load(Relaxed)
+    }
+
+    /// Poll if that is due. Not inlined into each kernel, of which there is one for each SIMD level.
+    #[inline(never)]
+    fn poll(&self, poll: &Poll) {
+        if poll.is_due() && !poll.call(self.done()) {
+            self.cancel();
+        }
     }
 
     /// Return an error if the work was cancelled or exceeds its budget.

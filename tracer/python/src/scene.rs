@@ -4,7 +4,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyString, PyTuple};
 use rtcli_reader::scene::{Setting, light_kinds, shapes};
-use rtcli_reader::{Format, Lights, Objects, Scene, Section};
+use rtcli_reader::{Edit, Format, Lights, Objects, Scene, Section};
 use rtcli_tracer::memory::reserve;
 use rtcli_tracer::world::{Kind, LightSource, ShapeDesc};
 
@@ -16,6 +16,27 @@ use crate::world::for_each_row;
 type PyScene<'py> =
     (Bound<'py, PyDict>, Bound<'py, PyTuple>, Bound<'py, PyTuple>, Bound<'py, PyTuple>, Bound<'py, PyString>);
 
+/// A section, a key in it, and its value in YAML.
+pub type PyEdit = (String, String, String);
+
+/// Returns a format by its name.
+///
+/// # Errors
+///
+/// `ValueError` for another name.
+pub fn format_of(name: &str) -> PyResult<Format> {
+    match name {
+        "json" => Ok(Format::Json),
+        "yaml" => Ok(Format::Yaml),
+        _ => Err(PyValueError::new_err(format!("unknown format {name:?}"))),
+    }
+}
+
+/// Returns changes as the reader takes them.
+pub fn borrowed(edits: &[PyEdit]) -> Vec<Edit<'_>> {
+    edits.iter().map(|(section, key, text)| (section.as_str(), key.as_str(), text.as_str())).collect()
+}
+
 /// Reads a scene file with some changes; returns None if it is not plainly valid.
 #[pyfunction]
 #[pyo3(signature = (file, format, edits, /))]
@@ -23,15 +44,9 @@ pub fn read_scene<'py>(
     py: Python<'py>,
     file: &[u8],
     format: &str,
-    edits: Vec<(String, String, String)>,
+    edits: Vec<PyEdit>,
 ) -> PyResult<Option<PyScene<'py>>> {
-    let format = match format {
-        "json" => Format::Json,
-        "yaml" => Format::Yaml,
-        _ => return Err(PyValueError::new_err(format!("unknown format {format:?}"))),
-    };
-    let edits: Vec<_> =
-        edits.iter().map(|(section, key, text)| (section.as_str(), key.as_str(), text.as_str())).collect();
+    let (format, edits) = (format_of(format)?, borrowed(&edits));
     let Some(scene) = py.detach(|| rtcli_reader::read(file, format, &edits)) else {
         return Ok(None);
     };

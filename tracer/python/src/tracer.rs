@@ -45,7 +45,12 @@ pub fn emitter_places(count: u32) -> Vec<Vector> {
     rtcli_tracer::emitter_places(count)
 }
 
-fn level() -> PyResult<Level> {
+/// Return the SIMD level to use.
+///
+/// # Errors
+///
+/// `ValueError` if the environment forces one that this machine lacks.
+pub fn level() -> PyResult<Level> {
     let name = env::var_os(SIMD).unwrap_or_default();
     if name.is_empty() {
         return Ok(Level::best());
