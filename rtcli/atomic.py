@@ -79,8 +79,16 @@ def check_writable(target: Path) -> None:
 
 
 def temporary_name(folder: str | PathLike[str]) -> str:
-    """Return the path of a temporary file in a folder that no other has."""
-    return os.path.join(folder, f".rtcli-{os.urandom(8).hex()}.tmp")  # noqa: PTH118 - shorter than Path
+    """Return the path of a temporary file in a folder, which no other has."""
+    return os.path.join(folder, f".rtcli-{os.urandom(8).hex()}.tmp")  # noqa: PTH118 - as text
+
+
+def is_replaceable(path: str) -> bool:
+    """Return whether a path is free, or that of a file; not of a link, which `atomic_write_all` follows."""
+    try:
+        return stat.S_ISREG(os.lstat(path).st_mode)
+    except OSError as error:
+        return isinstance(error, FileNotFoundError)
 
 
 # Created once: removing a temporary file must work when there is no memory left.

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
-from rtcli.atomic import atomic_write_all, temporary_name
+from rtcli.atomic import atomic_write_all, is_replaceable, temporary_name
 from rtcli.batch.hashes import sha256, sha256_of
 from rtcli.batch.jobs import Job
 from rtcli.image.display import DEPTHS
@@ -152,21 +152,23 @@ def rendered(task: BatchTask, watch: Stopwatch) -> Outcome:
 
 
 def _rendered_plainly(task: BatchTask) -> Outcome | None:
-    """Do what `rendered` does in one call of native code; return None for all but a PNG alone of a plain scene."""
+    """Do what `rendered` does in one native call; return None for all but a PNG of a plainly valid scene."""
     settings, edits = task.job.settings, task.job.section_edits()
-    alone = settings.suffix == ".png" and not settings.passes and settings.depth_scale is None
-    if not alone or edits is None or settings.bits not in DEPTHS or task.folder is None or len(task.raw) > MAX_BYTES:
+    is_picture = settings.suffix == ".png" and settings.bits in DEPTHS and not settings.passes
+    if not is_picture or settings.depth_scale is not None:
+        return None
+    if edits is None or task.folder is None or len(task.raw) > MAX_BYTES:
         return None
     path = task.job.outputs[RADIANCE]
-    target = os.path.join(task.folder, path)  # noqa: PTH118 - Path takes a tenth of the time of a small picture
-    if os.path.lexists(target) and not os.path.isfile(target) or os.path.islink(target):  # noqa: PTH113, PTH114
-        return None  # refused, or replaced where the link leads
-    temporary = temporary_name(task.scratch or os.path.dirname(target))  # noqa: PTH120
-    format = format_of_scene(task.raw, task.job.scene)
-    made = write_picture(task.raw, format, edits, settings.bits, (target, temporary))
-    if made is None:
+    target = f"{task.folder}/{path}"
+    if not is_replaceable(target):
         return None
-    content, digest, size, resolution, seconds = made
+    temporary = temporary_name(task.scratch or str(Path(target).parent))
+    format = format_of_scene(task.raw, task.job.scene)
+    written = write_picture(task.raw, format, edits, settings.bits, (target, temporary))
+    if written is None:
+        return None
+    content, digest, size, resolution, seconds = written
     output = BatchOutput(RADIANCE, path, f"sha256:{digest}", size)
     return Outcome(sha256(task.raw), content, (output,), seconds, resolution)
 

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 # Named like a constraint: values that do not fit each other, such as a camera that looks at where it stands.
 _SCENE = "scene"
+_NAME = "sample.json"
 
 
 @dataclass(frozen=True)
@@ -191,8 +192,8 @@ def _refused_by_picture(
     for requirement in requirements:
         check = PICTURE_CHECKS[type(requirement)]
         checks[requirement.kind] += 1
-        for number, (group, row) in enumerate(zip(sample.groups, sample.picture.objects, strict=True)):
-            if group.name == requirement.target and not check(requirement, row):
+        for number, group in enumerate(sample.groups):
+            if group.name == requirement.target and not check(requirement, sample.picture, number):
                 name = sample.picture.job.scene.object_names()[number]
                 return requirement.kind, name or f"objects[{number}]"
     return None
@@ -240,7 +241,8 @@ def _frame(camera: str) -> CameraFrame:
     pydantic.ValidationError
         If the camera is not valid.
     """
-    return camera_frame(Camera.model_validate(json.loads(camera)))
+    found = read_packed(f'{{"camera": {camera}}}'.encode(), _NAME, [], Stopwatch())
+    return camera_frame(Camera.model_validate(json.loads(camera))) if found is None else found.world.camera
 
 
 def _valid_object(text: str) -> Any:
@@ -272,7 +274,7 @@ def _packed(text: str) -> PackedScene:
     pydantic.ValidationError
         If the scene is not valid.
     """
-    found = read_packed(text.encode(), "sample.json", [], Stopwatch())
+    found = read_packed(text.encode(), _NAME, [], Stopwatch())
     return pack_scene(Scene.model_validate(json.loads(text))) if found is None else found
 
 

@@ -10,22 +10,12 @@ import re
 from array import array
 from typing import TYPE_CHECKING, Any, Protocol
 
-from rtcli.rendering.pack import (
-    Lens,
-    PackedScene,
-    frame_of,
-    lens_of_fov,
-    lens_of_fov_x,
-    lens_of_height,
-    pack_scene,
-    packed,
-)
+from rtcli.rendering.pack import PackedScene, pack_scene, packed
 from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.scene.files import JSON_SUFFIX, MAX_BYTES, YAML_SUFFIXES
 from rtcli.scene.overrides import SectionEdit
-from rtcli.scene.vectors import are_parallel, view_direction
 from rtcli.tracer._native import read_scene
-from rtcli.tracer.world import Checkers, Lights, Settings, Shapes, World
+from rtcli.tracer.world import CameraFrame, Checkers, Lights, Settings, Shapes, World
 
 if TYPE_CHECKING:
     from rtcli.scene.reading.source import Document
@@ -69,43 +59,24 @@ def _load_by_models(raw: bytes, name: str, changes: Changes, watch: Stopwatch) -
 
 
 def read_packed(raw: bytes, name: str, edits: list[SectionEdit], watch: Stopwatch) -> PackedScene | None:
-    """Return the scene of a file's bytes, with edits of its sections; None if it is not plainly valid.
-
-    The compiled reader validates while it parses, so that only the rules on several keys count as validation.
-    """
+    """Return the scene of a file's bytes, with edits of its sections; None if it is not plainly valid."""
     if len(raw) > MAX_BYTES:
         return None
     found = read_scene(raw, format_of_scene(raw, name), edits)
     if found is None:
         return None
     sections, objects, checkers, lights, names = found
-    camera, render, image = sections["camera"], sections["render"], sections["image"]
-    position, look_at, up = camera["position"], camera["look_at"], camera["up"]
-    with watch.stage("validate"):
-        lens = _lens(camera)
-        if lens is None or look_at == position or are_parallel(view := view_direction(position, look_at), up):
-            return None
+    with watch.stage("validate"):  # done by the reader
+        image = sections["image"]
     with watch.stage("pack"):
         world = World(
-            frame_of(camera["resolution"], lens, position, view, up),
+            CameraFrame(*sections["camera"]),
             Shapes(*_columns(objects, "Bddd")),
             Checkers(*_columns(checkers, "qdd")),
             Lights(*_columns(lights, "Bdddq")),
-            Settings(**render),
+            Settings(**sections["render"]),
         )
         return packed(world, names, image["exposure"], image["tone"], image["alpha"])
-
-
-def _lens(camera: dict[str, Any]) -> Lens | None:
-    """Return the lens of a camera by an angle or `height`, None unless one is given, which fits its projection."""
-    fov, fov_x, height = camera["fov"], camera["fov_x"], camera["height"]
-    if sum(key is not None for key in (fov, fov_x, height)) != 1:
-        return None
-    if (camera["projection"] == "orthographic") != (height is not None):
-        return None
-    if height is not None:
-        return lens_of_height(height)
-    return lens_of_fov(fov) if fov is not None else lens_of_fov_x(fov_x, camera["resolution"])
 
 
 def format_of_scene(raw: bytes, name: str) -> str:

@@ -170,15 +170,15 @@ class PngEncoder:
 
 def read_scene(
     file: bytes, format: str, edits: list[tuple[str, str, str]], /
-) -> tuple[dict[str, dict[str, Any]], tuple[bytes, ...], tuple[bytes, ...], tuple[bytes, ...], str] | None:
+) -> tuple[dict[str, Any], tuple[bytes, ...], tuple[bytes, ...], tuple[bytes, ...], str] | None:
     """Read a scene file, `json` or `yaml`, with edits of its sections: section, key, and value in YAML.
 
     Returns
     -------
     sections, objects, checkers, lights, names
-        The values of each section by key, the columns of `Shapes`, `Checkers` and `Lights`, and the names of the
-        objects as in `rtcli.rendering.pack.PackedScene`. None if the file is not plainly valid, or memory runs
-        out.
+        The values of each section by key, but of `camera` those of `CameraFrame`; the columns of `Shapes`,
+        `Checkers` and `Lights`; and the names of the objects as in `rtcli.rendering.pack.PackedScene`. None if the
+        file is not plainly valid, or memory runs out.
 
     Raises
     ------
@@ -197,8 +197,9 @@ def write_picture(
     Returns
     -------
     fingerprint, sha256, bytes, size, seconds
-        The fingerprint of the scene, the hash of the file in hexadecimal digits, its size, the width and height of the
-        picture, and the seconds of each stage. None if the scene is not plainly valid, or its picture has alpha.
+        The fingerprint of the scene, the hash of the file in hexadecimal digits, its size, the width and height of
+        the picture, and the seconds of each stage. None if the scene is not plainly valid, or its picture has
+        alpha.
 
     Raises
     ------

@@ -55,7 +55,11 @@ def test_files_are_those_that_the_python_interface_saves(scene, folder, suffix, 
 # What the short way from the bytes of a scene to its picture must not lose.
 SCENES = {
     "bare": "camera: {resolution: [9, 5], fov: 40}",
-    "auto": "{camera: {resolution: [9, 5], fov_x: 40.5}, image: {exposure: auto, tone: aces}, render: {ambient: red}}",
+    "auto": """
+camera: {resolution: [9, 5], fov_x: 40.5}
+image: {exposure: auto, tone: aces}
+render: {ambient: red}
+""",
     "parallel": """
 camera: {resolution: [9, 5], projection: orthographic, height: 3, position: [1, 2, 3], look_at: [0, 0.5, -1]}
 render: {samples: 3, background: [0.1, 1e-7, 1e+20], max_depth: 0, eye_falloff: true}

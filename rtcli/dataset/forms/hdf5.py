@@ -71,7 +71,10 @@ class Hdf5(Form):
                 attributes[_VALUES + column.name] = json.dumps(column.values)
         labels = np.array(self._labels, dtype=_LABEL).reshape(count, len(self._columns))
         arrays = [
-            *(_Array(name, (count, *shape), dtype, self._chunks[name]) for name, (shape, dtype) in self._kinds.items()),
+            *(
+                _Array(name, (count, *shape), dtype, self._chunks[name])
+                for name, (shape, dtype) in self._kinds.items()
+            ),
             _Array(_LABELS, labels.shape, labels.dtype, [labels.tobytes()], False, attributes),
             _Array(_INDEX, (count,), np.dtype(_NUMBER), [np.array(self._indices, _NUMBER).tobytes()], False),
         ]
@@ -154,13 +157,14 @@ class _Array(NamedTuple):
     dtype: np.dtype[Any]
     data: Iterable[bytes]
     is_chunked: bool = True
-    attributes: Mapping[str, Any] = {}  # noqa: RUF012 - a named tuple, never changed
+    attributes: Mapping[str, Any] = {}
 
 
 def _write_piece(path: Path, arrays: Sequence[_Array]) -> None:
     """Write arrays to a file that is quickly read again: a line of JSON with what they are, and their data."""
     header = [
-        {**array._asdict(), "dtype": array.dtype.str, "data": [len(item) for item in array.data]} for array in arrays
+        {**array._asdict(), "dtype": array.dtype.str, "data": [len(item) for item in array.data]}
+        for array in arrays
     ]
     with path.open("wb") as file:
         file.write(as_json({"arrays": header}))
@@ -173,7 +177,9 @@ def _piece_arrays(path: Path) -> Iterator[_Array]:
     with path.open("rb") as file:
         for array in json.loads(file.readline())["arrays"]:
             data = map(file.read, array["data"])
-            yield _Array(**{**array, "shape": tuple(array["shape"]), "dtype": np.dtype(array["dtype"]), "data": data})
+            yield _Array(
+                **{**array, "shape": tuple(array["shape"]), "dtype": np.dtype(array["dtype"]), "data": data}
+            )
 
 
 # --- Files --------------------------------------------------------------------------------------------------

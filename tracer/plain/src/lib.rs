@@ -17,4 +17,4 @@ mod scene;
 mod vector;
 
 pub use picture::{FileError, Picture, PictureFile, Seconds};
-pub use scene::PlainScene;
+pub use scene::{Lens, PlainScene, camera};

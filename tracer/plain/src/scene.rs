@@ -30,8 +30,7 @@ impl PlainScene {
     /// Returns a scene that was read; None if its camera is not plainly valid, or its picture has alpha.
     pub fn new(scene: Scene) -> Option<PlainScene> {
         let Scene { sections, mut objects, checkers, mut lights } = scene;
-        let section = |name| sections.iter().find(|(key, _)| *key == name).map(|(_, section)| Values(section));
-        let (camera, render, image) = (section("camera")?, section("render")?, section("image")?);
+        let (render, image) = (section(&sections, "render")?, section(&sections, "image")?);
         if image.boolean("alpha")? {
             return None;
         }
@@ -40,9 +39,10 @@ impl PlainScene {
         let checkers = checkers.object.iter().zip(&checkers.size).zip(checkers.color.as_chunks().0);
         let checker =
             |((&object, &size), &color): ((&i64, _), _)| CheckerDesc { object: object as usize, size, color };
+        let (camera, lens) = camera(&sections)?;
         let max_depth = render.integer("max_depth")?;
         let world = World {
-            camera: frame(&camera)?,
+            camera,
             objects: world_objects(&objects)?,
             checkers: checkers.map(checker).collect(),
             lights: world_lights(&lights)?,
@@ -59,7 +59,7 @@ impl PlainScene {
             world,
             exposure: image.number("exposure"),
             tone: image.word("tone")?,
-            fov: camera.number("fov"),
+            fov: lens.fov,
             max_depth,
             objects,
             lights,
@@ -96,13 +96,28 @@ impl Values<'_> {
     }
 }
 
-/// Returns the camera, whose lens one of three keys gives, as `rtcli.rendering.load` does.
-fn frame(camera: &Values<'_>) -> Option<Camera> {
+fn section<'a>(sections: &'a [(&str, Section)], name: &str) -> Option<Values<'a>> {
+    sections.iter().find(|(key, _)| *key == name).map(|(_, section)| Values(section))
+}
+
+/// How a scene gives the lens of its camera.
+pub struct Lens {
+    /// The vertical field of view in degrees, if the camera has it.
+    pub fov: Option<f64>,
+    /// The name of the projection.
+    pub projection: &'static str,
+}
+
+/// Returns the camera of a scene that was read, and its lens; None if its keys do not plainly fit each other.
+///
+/// right = view x up, up' = right x view, as in `rtcli.rendering.pack`.
+pub fn camera(sections: &[(&str, Section)]) -> Option<(Camera, Lens)> {
+    let camera = section(sections, "camera")?;
     let Setting::Integers(resolution) = camera.get("resolution")? else { return None };
     let &[width, height] = &resolution[..] else { return None };
-    let projection: Projection = camera.word("projection")?.parse().ok()?;
-    let lens = (camera.number("fov"), camera.number("fov_x"), camera.number("height"), projection);
-    let half_height = match lens {
+    let lens = Lens { fov: camera.number("fov"), projection: camera.word("projection")? };
+    let projection: Projection = lens.projection.parse().ok()?;
+    let half_height = match (lens.fov, camera.number("fov_x"), camera.number("height"), projection) {
         (None, None, Some(height), Projection::Orthographic) => height / 2.0,
         (Some(fov), None, None, Projection::Perspective) => half_tangent(fov),
         (None, Some(fov_x), None, Projection::Perspective) => half_tangent(fov_x) * height as f64 / width as f64,
@@ -119,7 +134,7 @@ fn frame(camera: &Values<'_>) -> Option<Camera> {
     }
     let forward = unit(view);
     let right = unit(cross(forward, unit(up)));
-    Some(Camera {
+    let frame = Camera {
         width: width as u32,
         height: height as u32,
         projection,
@@ -130,7 +145,8 @@ fn frame(camera: &Values<'_>) -> Option<Camera> {
         right,
         up: cross(right, forward),
         forward,
-    })
+    };
+    Some((frame, lens))
 }
 
 /// Returns the tracer's tags of the reader's kinds.

@@ -6,7 +6,7 @@ use pyo3::types::{PyBytes, PyDict, PyString, PyTuple};
 use rtcli_reader::scene::{Setting, light_kinds, shapes};
 use rtcli_reader::{Edit, Format, Lights, Objects, Scene, Section};
 use rtcli_tracer::memory::reserve;
-use rtcli_tracer::world::{Kind, LightSource, ShapeDesc};
+use rtcli_tracer::world::{Camera, Kind, LightSource, ShapeDesc};
 
 use crate::errors::out_of_memory;
 use crate::interruptible::bytes_of;
@@ -50,11 +50,28 @@ pub fn read_scene<'py>(
     let Some(scene) = py.detach(|| rtcli_reader::read(file, format, &edits)) else {
         return Ok(None);
     };
+    let Some((camera, lens)) = rtcli_plain::camera(&scene.sections) else { return Ok(None) };
     let Scene { sections, objects, checkers, lights } = scene;
     let dict = PyDict::new(py);
     for (key, section) in sections {
         dict.set_item(key, values(py, section)?)?;
     }
+    let Camera { width, height, half_height, pixel_aspect, center, position, right, up, forward, .. } = camera;
+    let [position, right, up, forward] = [position, right, up, forward].map(<(f64, f64, f64)>::from);
+    let frame = (
+        width,
+        height,
+        half_height,
+        pixel_aspect,
+        center,
+        position,
+        right,
+        up,
+        forward,
+        lens.fov,
+        lens.projection,
+    );
+    dict.set_item("camera", frame)?;
     let names = PyString::from_bytes(py, &objects.names)?;
     let checkers = [column(py, &checkers.object)?, column(py, &checkers.size)?, column(py, &checkers.color)?];
     let checkers = PyTuple::new(py, checkers)?;
