@@ -19,6 +19,7 @@ from rtcli.tracer.world import CameraFrame, Checkers, Lights, Settings, Shapes, 
 
 if TYPE_CHECKING:
     from rtcli.scene.reading.source import Document
+    from rtcli.tracer._native import Columns
 
     class Changes(Protocol):
         """The changes to a scene before it is validated."""
@@ -65,18 +66,24 @@ def read_packed(raw: bytes, name: str, edits: list[SectionEdit], watch: Stopwatc
     found = read_scene(raw, format_of_scene(raw, name), edits)
     if found is None:
         return None
-    sections, objects, checkers, lights, names = found
-    with watch.stage("validate"):  # done by the reader
-        image = sections["image"]
+    with watch.stage("validate"):
+        pass  # the compiled reader validates while it parses
     with watch.stage("pack"):
-        world = World(
-            CameraFrame(*sections["camera"]),
-            Shapes(*_columns(objects, "Bddd")),
-            Checkers(*_columns(checkers, "qdd")),
-            Lights(*_columns(lights, "Bdddq")),
-            Settings(**sections["render"]),
-        )
-        return packed(world, names, image["exposure"], image["tone"], image["alpha"])
+        return packed_columns(found)
+
+
+def packed_columns(columns: Columns) -> PackedScene:
+    """Return the scene of the columns of the compiled reader."""
+    sections, objects, checkers, lights, names = columns
+    world = World(
+        CameraFrame(*sections["camera"]),
+        Shapes(*_arrays(objects, "Bddd")),
+        Checkers(*_arrays(checkers, "qdd")),
+        Lights(*_arrays(lights, "Bdddq")),
+        Settings(**sections["render"]),
+    )
+    image = sections["image"]
+    return packed(world, names, image["exposure"], image["tone"], image["alpha"])
 
 
 def format_of_scene(raw: bytes, name: str) -> str:
@@ -88,7 +95,7 @@ def format_of_scene(raw: bytes, name: str) -> str:
     return "json" if re.match(rb"(\xef\xbb\xbf)?[ \t\r\n]*\{", raw) else "yaml"
 
 
-def _columns(columns: tuple[bytes, ...], types: str) -> list[array[Any]]:
+def _arrays(columns: tuple[bytes, ...], types: str) -> list[array[Any]]:
     arrays = []
     for type, column in zip(types, columns, strict=True):
         arrays.append(array(type))

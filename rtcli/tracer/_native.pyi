@@ -168,17 +168,14 @@ class PngEncoder:
     def finish(self) -> bytes:
         """Return the rest of the file, once all rows were added."""
 
-def read_scene(
-    file: bytes, format: str, edits: list[tuple[str, str, str]], /
-) -> tuple[dict[str, Any], tuple[bytes, ...], tuple[bytes, ...], tuple[bytes, ...], str] | None:
+# A scene that was read: the values of each section by key, but of `camera` those of `CameraFrame`; the columns of
+# `Shapes`, `Checkers` and `Lights`; and the names of the objects as in `rtcli.rendering.pack.PackedScene`.
+Columns: TypeAlias = tuple[dict[str, Any], tuple[bytes, ...], tuple[bytes, ...], tuple[bytes, ...], str]
+
+def read_scene(file: bytes, format: str, edits: list[tuple[str, str, str]], /) -> Columns | None:
     """Read a scene file, `json` or `yaml`, with edits of its sections: section, key, and value in YAML.
 
-    Returns
-    -------
-    sections, objects, checkers, lights, names
-        The values of each section by key, but of `camera` those of `CameraFrame`; the columns of `Shapes`,
-        `Checkers` and `Lights`; and the names of the objects as in `rtcli.rendering.pack.PackedScene`. None if the
-        file is not plainly valid, or memory runs out.
+    Return None if the file is not plainly valid, or memory runs out.
 
     Raises
     ------
@@ -304,14 +301,16 @@ class Drawn:
 
 @final
 class Placement:
-    """The objects of a sample, and how they were found.
+    """The scene of a sample, and how its objects were found.
 
     Attributes
     ----------
     counts
         The number of objects of each group.
-    objects
-        The list of objects in JSON, in the order of the file; None if one could not be placed.
+    text
+        The scene in JSON, its objects in the order of the file; None if one could not be placed.
+    scene
+        The scene as `read_scene` returns it; None if it is not plainly valid.
     invalid
         The object in JSON that ended the placement because it is not valid, or None.
     draws
@@ -324,7 +323,8 @@ class Placement:
     """
 
     counts: list[int]
-    objects: str | None
+    text: str | None
+    scene: Columns | None
     invalid: str | None
     draws: int
     checks: list[tuple[str, int]]
@@ -365,15 +365,15 @@ class Sampler:
     def sections(self, draw: _Draw, /) -> dict[str, str]:
         """Return the sections of a sample in JSON."""
 
-    def place(
+    def draw(
         self,
         draw: _Draw,
         tries: int,
-        frame: CameraFrame,
+        frame_of: Callable[[str], CameraFrame],
         shape_of: Callable[[str], tuple[str, Vector, Sequence[float]] | None],
         /,
     ) -> Placement:
-        """Draw the objects of a sample one by one, each again until it meets its constraints.
+        """Draw a sample, its objects one by one, each again until it meets its constraints.
 
         Parameters
         ----------
@@ -381,8 +381,8 @@ class Sampler:
             What the draws depend on; an object has further attempts.
         tries
             The most attempts of an object.
-        frame
-            The camera.
+        frame_of
+            Returns the frame of a camera in JSON that is not plainly valid.
         shape_of
             Returns the type, the position and the parameters of an object in JSON that is not plainly valid; None
             if it is not valid at all.

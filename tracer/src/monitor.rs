@@ -159,3 +159,28 @@ impl From<io::Error> for Stopped {
         Stopped::Io(error)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Monitor;
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
+    #[test]
+    fn work_that_polls_ends_when_the_function_says_so() {
+        let seen = Arc::new(AtomicU64::new(0));
+        let shared = Arc::clone(&seen);
+        let monitor = Monitor::default().polling(move |done| {
+            shared.store(done, Relaxed);
+            done < 3
+        });
+        monitor.add(2);
+        assert!(!monitor.cancelled(), "the first poll is due after the interval");
+        while seen.load(Relaxed) == 0 {
+            assert!(!monitor.cancelled());
+        }
+        monitor.add(1);
+        while !monitor.aside().cancelled() {}
+        assert!(monitor.cancelled());
+    }
+}

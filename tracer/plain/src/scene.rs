@@ -176,3 +176,6 @@ fn world_lights(lights: &Lights) -> Option<Vec<LightDesc>> {
     };
     lights.kind.iter().zip(numbers).map(light).collect()
 }
+
+#[cfg(test)]
+mod tests;

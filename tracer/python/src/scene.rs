@@ -13,7 +13,7 @@ use crate::interruptible::bytes_of;
 use crate::world::for_each_row;
 
 /// The sections, the columns of objects, of checkers and of lights, and the names of the objects.
-type PyScene<'py> =
+pub type PyScene<'py> =
     (Bound<'py, PyDict>, Bound<'py, PyTuple>, Bound<'py, PyTuple>, Bound<'py, PyTuple>, Bound<'py, PyString>);
 
 /// A section, a key in it, and its value in YAML.
@@ -47,9 +47,12 @@ pub fn read_scene<'py>(
     edits: Vec<PyEdit>,
 ) -> PyResult<Option<PyScene<'py>>> {
     let (format, edits) = (format_of(format)?, borrowed(&edits));
-    let Some(scene) = py.detach(|| rtcli_reader::read(file, format, &edits)) else {
-        return Ok(None);
-    };
+    let scene = py.detach(|| rtcli_reader::read(file, format, &edits));
+    scene.map(|scene| columns(py, scene)).transpose().map(Option::flatten)
+}
+
+/// Returns a scene that was read as columns; None if its camera is not plainly valid.
+pub fn columns(py: Python<'_>, scene: Scene) -> PyResult<Option<PyScene<'_>>> {
     let Some((camera, lens)) = rtcli_plain::camera(&scene.sections) else { return Ok(None) };
     let Scene { sections, objects, checkers, lights } = scene;
     let dict = PyDict::new(py);
