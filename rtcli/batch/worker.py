@@ -16,7 +16,7 @@ from rtcli.batch.jobs import Job
 from rtcli.image.display import DEPTHS
 from rtcli.image.formats import check_fits
 from rtcli.rendering.job import RenderJob, RenderRequest
-from rtcli.rendering.load import format_of_scene, load
+from rtcli.rendering.load import format_of, load
 from rtcli.rendering.metadata import SOFTWARE, fingerprint
 from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.rendering.stream import write_film
@@ -153,7 +153,7 @@ def rendered(task: BatchTask, watch: Stopwatch) -> Outcome:
 
 def _rendered_plainly(task: BatchTask) -> Outcome | None:
     """Do what `rendered` does in one native call; return None for all but a PNG of a plainly valid scene."""
-    settings, edits = task.job.settings, task.job.section_edits()
+    settings, edits = task.job.settings, task.job.path_edits()
     is_picture = settings.suffix == ".png" and settings.bits in DEPTHS and not settings.passes
     if not is_picture or settings.depth_scale is not None:
         return None
@@ -164,7 +164,7 @@ def _rendered_plainly(task: BatchTask) -> Outcome | None:
     if not is_replaceable(target):
         return None
     temporary = temporary_name(task.scratch or str(Path(target).parent))
-    format = format_of_scene(task.raw, task.job.scene)
+    format = format_of(task.raw, task.job.scene)
     written = write_picture(task.raw, format, edits, settings.bits, (target, temporary))
     if written is None:
         return None

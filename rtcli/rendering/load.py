@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from rtcli.rendering.pack import PackedScene, pack_scene, packed
 from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.scene.files import JSON_SUFFIX, MAX_BYTES, YAML_SUFFIXES
-from rtcli.scene.overrides import SectionEdit
+from rtcli.scene.overrides import PathEdit
 from rtcli.tracer._native import read_scene
 from rtcli.tracer.world import CameraFrame, Checkers, Lights, Settings, Shapes, World
 
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     class Changes(Protocol):
         """The changes to a scene before it is validated."""
 
-        def section_edits(self) -> list[SectionEdit] | None:
-            """Return them as edits of keys of sections; None if one of them changes something else."""
+        def path_edits(self) -> list[PathEdit] | None:
+            """Return them as edits of values; None if one of them is not plain."""
 
         def apply(self, document: Document) -> Document:
             """Return a changed document."""
@@ -42,7 +42,7 @@ def load(raw: bytes, name: str, changes: Changes, watch: Stopwatch) -> PackedSce
         If a change is malformed, or names nothing in this scene.
     """
     with watch.stage("parse"):
-        edits = changes.section_edits()
+        edits = changes.path_edits()
         packed = None if edits is None else read_packed(raw, name, edits, watch)
     return _load_by_models(raw, name, changes, watch) if packed is None else packed
 
@@ -59,11 +59,11 @@ def _load_by_models(raw: bytes, name: str, changes: Changes, watch: Stopwatch) -
         return pack_scene(scene)
 
 
-def read_packed(raw: bytes, name: str, edits: list[SectionEdit], watch: Stopwatch) -> PackedScene | None:
-    """Return the scene of a file's bytes, with edits of its sections; None if it is not plainly valid."""
+def read_packed(raw: bytes, name: str, edits: list[PathEdit], watch: Stopwatch) -> PackedScene | None:
+    """Return the scene of a file's bytes, with edits of its values; None if it is not plainly valid."""
     if len(raw) > MAX_BYTES:
         return None
-    found = read_scene(raw, format_of_scene(raw, name), edits)
+    found = read_scene(raw, format_of(raw, name), edits)
     if found is None:
         return None
     with watch.stage("validate"):
@@ -86,7 +86,7 @@ def packed_columns(columns: Columns) -> PackedScene:
     return packed(world, names, image["exposure"], image["tone"], image["alpha"])
 
 
-def format_of_scene(raw: bytes, name: str) -> str:
+def format_of(raw: bytes, name: str) -> str:
     """Return the format of a file: by its suffix, or JSON if it starts with a brace."""
     if name.lower().endswith(JSON_SUFFIX):
         return "json"

@@ -168,12 +168,42 @@ class PngEncoder:
     def finish(self) -> bytes:
         """Return the rest of the file, once all rows were added."""
 
+class FileSpans:
+    """The places of all values and keys in the text of a plainly valid scene file, in characters.
+
+    Each value has an index; the whole file has 0.
+    """
+
+    @staticmethod
+    def of(file: bytes, format: str, /) -> FileSpans | None:
+        """Read the spans of a file, `json` or `yaml`; return None if it is not plainly valid.
+
+        Raises
+        ------
+        ValueError
+            If there is no such format.
+        """
+
+    def value(self, index: int, /) -> tuple[int, int, bool]:
+        """Return the start and end of a value, and whether it is a list or mapping."""
+
+    def key(self, index: int, /) -> tuple[int, int] | None:
+        """Return the start and end of the key of a value, with its quotes, if it has one."""
+
+    def child(self, index: int, step: str | int, /) -> int | None:
+        """Return the index of a value in a list or mapping."""
+
+    def steps(self, index: int, /) -> list[str | int]:
+        """Return the steps into a list or mapping."""
+
 # A scene that was read: the values of each section by key, but of `camera` those of `CameraFrame`; the columns of
 # `Shapes`, `Checkers` and `Lights`; and the names of the objects as in `rtcli.rendering.pack.PackedScene`.
 Columns: TypeAlias = tuple[dict[str, Any], tuple[bytes, ...], tuple[bytes, ...], tuple[bytes, ...], str]
+# The path of a value in a scene, and the value in YAML.
+_PathEdit: TypeAlias = tuple[tuple[str | int, ...], str]
 
-def read_scene(file: bytes, format: str, edits: list[tuple[str, str, str]], /) -> Columns | None:
-    """Read a scene file, `json` or `yaml`, with edits of its sections: section, key, and value in YAML.
+def read_scene(file: bytes, format: str, edits: list[_PathEdit], /) -> Columns | None:
+    """Read a scene file, `json` or `yaml`, with edits of its values.
 
     Return None if the file is not plainly valid, or memory runs out.
 
@@ -184,7 +214,7 @@ def read_scene(file: bytes, format: str, edits: list[tuple[str, str, str]], /) -
     """
 
 def write_picture(
-    scene: bytes, format: str, edits: list[tuple[str, str, str]], bits: int, paths: tuple[str, str], /
+    scene: bytes, format: str, edits: list[_PathEdit], bits: int, paths: tuple[str, str], /
 ) -> tuple[str, str, int, tuple[int, int], dict[str, float]] | None:
     """Render a scene file as `read_scene` takes it to a PNG, with one thread.
 

@@ -3,38 +3,35 @@
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyString, PyTuple};
-use rtcli_reader::scene::{Setting, light_kinds, shapes};
-use rtcli_reader::{Edit, Format, Lights, Objects, Scene, Section};
+use rtcli_reader::scene::{Edit, Setting, Step, light_kinds, shapes};
+use rtcli_reader::{Format, Lights, Objects, Scene, Section};
 use rtcli_tracer::memory::reserve;
 use rtcli_tracer::world::{Camera, Kind, LightSource, ShapeDesc};
 
 use crate::errors::out_of_memory;
 use crate::interruptible::bytes_of;
+use crate::spans::PyStep;
 use crate::world::for_each_row;
 
 /// The sections, the columns of objects, of checkers and of lights, and the names of the objects.
 pub type PyScene<'py> =
     (Bound<'py, PyDict>, Bound<'py, PyTuple>, Bound<'py, PyTuple>, Bound<'py, PyTuple>, Bound<'py, PyString>);
 
-/// A section, a key in it, and its value in YAML.
-pub type PyEdit = (String, String, String);
+/// The path of a value, and the value in YAML.
+pub type PyEdit = (Vec<PyStep>, String);
 
-/// Returns a format by its name.
-///
-/// # Errors
-///
-/// `ValueError` for another name.
-pub fn format_of(name: &str) -> PyResult<Format> {
-    match name {
-        "json" => Ok(Format::Json),
-        "yaml" => Ok(Format::Yaml),
-        _ => Err(PyValueError::new_err(format!("unknown format {name:?}"))),
+impl PyStep {
+    fn as_step(&self) -> Step<'_> {
+        match self {
+            PyStep::Index(index) => Step::Index(*index),
+            PyStep::Key(key) => Step::Key(key),
+        }
     }
 }
 
 /// Returns changes as the reader takes them.
 pub fn borrowed(edits: &[PyEdit]) -> Vec<Edit<'_>> {
-    edits.iter().map(|(section, key, text)| (section.as_str(), key.as_str(), text.as_str())).collect()
+    edits.iter().map(|(path, value)| Edit { path: path.iter().map(PyStep::as_step).collect(), value }).collect()
 }
 
 /// Reads a scene file with some changes; returns None if it is not plainly valid.
@@ -79,6 +76,15 @@ pub fn columns(py: Python<'_>, scene: Scene) -> PyResult<Option<PyScene<'_>>> {
     let checkers = [column(py, &checkers.object)?, column(py, &checkers.size)?, column(py, &checkers.color)?];
     let checkers = PyTuple::new(py, checkers)?;
     Ok(Some((dict, object_columns(py, objects)?, checkers, light_columns(py, lights)?, names)))
+}
+
+/// Returns the format of a name.
+pub fn format_of(name: &str) -> PyResult<Format> {
+    match name {
+        "json" => Ok(Format::Json),
+        "yaml" => Ok(Format::Yaml),
+        _ => Err(PyValueError::new_err(format!("unknown format {name:?}"))),
+    }
 }
 
 /// Returns the values of a section by key.
