@@ -180,7 +180,7 @@ mod tests {
             assert!(!monitor.cancelled());
         }
         monitor.add(1);
-        while !monitor.aside().cancelled() {}
-        assert!(monitor.cancelled());
+        while !monitor.cancelled() {}
+        assert!(monitor.aside().cancelled());
     }
 }
