@@ -8,6 +8,7 @@ import io
 import os
 import stat
 from collections.abc import Iterator, Mapping, Sequence
+from os import PathLike
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -77,6 +78,19 @@ def check_writable(target: Path) -> None:
         pass
 
 
+def temporary_name(folder: str | PathLike[str]) -> str:
+    """Return the path of a temporary file in a folder, which no other has."""
+    return os.path.join(folder, f".rtcli-{os.urandom(8).hex()}.tmp")  # noqa: PTH118 - as text
+
+
+def is_replaceable(path: str) -> bool:
+    """Return whether a path is free, or that of a file; not of a link, which `atomic_write_all` follows."""
+    try:
+        return stat.S_ISREG(os.lstat(path).st_mode)
+    except OSError as error:
+        return isinstance(error, FileNotFoundError)
+
+
 # Created once: removing a temporary file must work when there is no memory left.
 _ERRORS_IGNORED = contextlib.suppress(OSError)
 
@@ -103,7 +117,7 @@ class _AtomicFile:
         except FileNotFoundError:
             if not self.final.parent.is_dir():
                 raise FileNotFoundError(errno.ENOENT, "its folder does not exist", str(target)) from None
-        self.temporary = (scratch or self.final.parent) / f".rtcli-{os.urandom(8).hex()}.tmp"
+        self.temporary = Path(temporary_name(scratch or self.final.parent))
         self.raw = os.fsencode(self.temporary)
         self.sync = sync
         self.file: BinaryIO | None = None

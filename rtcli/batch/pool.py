@@ -221,7 +221,7 @@ _MALLOC = {name: str(256 << 20) for name in ("MALLOC_MMAP_THRESHOLD_", "MALLOC_T
 @contextlib.contextmanager
 def _malloc_settings() -> Iterator[None]:
     """Set `_MALLOC` for the processes that start in the block, unless the environment already does."""
-    added = _MALLOC.keys() - os.environ.keys()
+    added = [name for name in _MALLOC if name not in os.environ]
     os.environ.update({name: _MALLOC[name] for name in added})
     try:
         yield

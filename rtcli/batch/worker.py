@@ -10,16 +10,20 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
-from rtcli.atomic import atomic_write_all
+from rtcli.atomic import atomic_write_all, is_replaceable, temporary_name
 from rtcli.batch.hashes import sha256, sha256_of
 from rtcli.batch.jobs import Job
+from rtcli.image.display import DEPTHS
 from rtcli.image.formats import check_fits
 from rtcli.rendering.job import RenderJob, RenderRequest
-from rtcli.rendering.load import load
+from rtcli.rendering.load import format_of, load
 from rtcli.rendering.metadata import SOFTWARE, fingerprint
 from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.rendering.stream import write_film
 from rtcli.scene.diagnostics.problems import Problem, SceneError
+from rtcli.scene.files import MAX_BYTES
+from rtcli.tracer._native import write_picture
+from rtcli.tracer.passes import RADIANCE
 
 DONE, FAILED = "done", "failed"
 
@@ -135,6 +139,9 @@ def render_job(task: BatchTask) -> Outcome:
 
 def rendered(task: BatchTask, watch: Stopwatch) -> Outcome:
     """Do what `render_job` does, but raise ValueError for an invalid scene, and OSError for a file."""
+    plain = _rendered_plainly(task)
+    if plain is not None:
+        return plain
     scene = load(task.raw, task.job.scene, task.job, watch)
     settings = task.job.settings
     job = RenderJob(scene, RenderRequest(settings.passes, threads=1))
@@ -142,6 +149,28 @@ def rendered(task: BatchTask, watch: Stopwatch) -> Outcome:
     outputs, files = _render(task, job, watch.seconds)
     size = job.window.width, job.window.height
     return Outcome(sha256(task.raw), job.fingerprint, outputs, watch.seconds, size, files=files)
+
+
+def _rendered_plainly(task: BatchTask) -> Outcome | None:
+    """Do what `rendered` does in one native call; return None for all but a PNG of a plainly valid scene."""
+    settings, edits = task.job.settings, task.job.path_edits()
+    is_picture = settings.suffix == ".png" and settings.bits in DEPTHS and not settings.passes
+    if not is_picture or settings.depth_scale is not None:
+        return None
+    if edits is None or task.folder is None or len(task.raw) > MAX_BYTES:
+        return None
+    path = task.job.outputs[RADIANCE]
+    target = f"{task.folder}/{path}"
+    if not is_replaceable(target):
+        return None
+    temporary = temporary_name(task.scratch or str(Path(target).parent))
+    format = format_of(task.raw, task.job.scene)
+    written = write_picture(task.raw, format, edits, settings.bits, (target, temporary))
+    if written is None:
+        return None
+    content, digest, size, resolution, seconds = written
+    output = BatchOutput(RADIANCE, path, f"sha256:{digest}", size)
+    return Outcome(sha256(task.raw), content, (output,), seconds, resolution)
 
 
 def failure(input: str | None, error: BaseException, seconds: dict[str, float]) -> Outcome:

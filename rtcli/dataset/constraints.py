@@ -8,18 +8,19 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, TypeAlias
 
+from rtcli.dataset.picture import SamplePicture
 from rtcli.template.dataset import MinVisibleFraction, MinVisiblePixels, Requirement
 
-# Return whether an object of a picture meets a constraint, by its row of the film's metadata.
-PictureCheck: TypeAlias = Callable[[Any, Mapping[str, Any]], bool]
+# Return whether an object of a picture, by its number, meets a constraint.
+PictureCheck: TypeAlias = Callable[[Any, SamplePicture, int], bool]
 
 
-def _is_large(requirement: MinVisiblePixels, row: Mapping[str, Any]) -> bool:
-    return bool(row["visible_pixels"] >= requirement.min_visible_pixels)
+def _is_large(requirement: MinVisiblePixels, picture: SamplePicture, number: int) -> bool:
+    return picture.boxes[number][0] >= requirement.min_visible_pixels
 
 
-def _is_uncovered(requirement: MinVisibleFraction, row: Mapping[str, Any]) -> bool:
-    return bool((row["visible_fraction"] or 0.0) >= requirement.min_visible_fraction)
+def _is_uncovered(requirement: MinVisibleFraction, picture: SamplePicture, number: int) -> bool:
+    return bool((picture.objects[number]["visible_fraction"] or 0.0) >= requirement.min_visible_fraction)
 
 
 PICTURE_CHECKS: Mapping[type[Requirement], PictureCheck] = {

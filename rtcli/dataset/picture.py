@@ -17,6 +17,7 @@ from rtcli.rendering.film import Film
 from rtcli.rendering.job import RenderJob, RenderRequest
 from rtcli.rendering.metadata import visibility
 from rtcli.rendering.pack import PackedScene
+from rtcli.tracer._native import id_boxes
 from rtcli.tracer.engines import stops_of
 from rtcli.tracer.native import NativeTracer
 from rtcli.tracer.passes import ALPHA, RADIANCE, Arrays
@@ -57,10 +58,14 @@ class SamplePicture:
         return self.tracer.passes(self.job.window, self._names)
 
     @cached_property
+    def boxes(self) -> list[tuple[int, list[int] | None]]:
+        """For each object, the number of pixels that show it, and the box around them; see `objects`."""
+        return id_boxes(self.passes[_IDS], len(self.job.world.shapes.kind))
+
+    @cached_property
     def objects(self) -> list[dict[str, Any]]:
         """For each object, what the picture shows of it; see `rtcli.rendering.metadata.visibility`."""
-        coverage = self.tracer.coverage(self.job.window)
-        return visibility(self.passes[_IDS], coverage, len(self.job.world.shapes.kind))
+        return visibility(self.boxes, self.tracer.coverage(self.job.window))
 
     @cached_property
     def exposure(self) -> float:

@@ -14,10 +14,9 @@ from pydantic import ValidationError
 
 from rtcli.dataset.constraints import PICTURE_CHECKS
 from rtcli.dataset.picture import SamplePicture
-from rtcli.rendering.load import read_packed
+from rtcli.rendering.load import packed_columns
 from rtcli.rendering.metadata import SOFTWARE
 from rtcli.rendering.pack import PackedScene, camera_frame, pack_scene
-from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.scene.diagnostics.problems import counted
 from rtcli.scene.model import SHAPES, Camera, Scene
 from rtcli.scene.vectors import Vector
@@ -25,11 +24,10 @@ from rtcli.scene.write import yaml_text
 from rtcli.template.dataset import Requirement
 from rtcli.template.groups import ObjectGroup
 from rtcli.template.template import Template
-from rtcli.template.values import in_json
 from rtcli.tracer.world import CameraFrame
 
 if TYPE_CHECKING:
-    from rtcli.tracer._native import Placement
+    from rtcli.tracer._native import Columns, Placement
 
 # Named like a constraint: values that do not fit each other, such as a camera that looks at where it stands.
 _SCENE = "scene"
@@ -191,8 +189,8 @@ def _refused_by_picture(
     for requirement in requirements:
         check = PICTURE_CHECKS[type(requirement)]
         checks[requirement.kind] += 1
-        for number, (group, row) in enumerate(zip(sample.groups, sample.picture.objects, strict=True)):
-            if group.name == requirement.target and not check(requirement, row):
+        for number, group in enumerate(sample.groups):
+            if group.name == requirement.target and not check(requirement, sample.picture, number):
                 name = sample.picture.job.scene.object_names()[number]
                 return requirement.kind, name or f"objects[{number}]"
     return None
@@ -210,35 +208,31 @@ def _candidate(
     template: Template, draw: tuple[int, int, list[str]], tries: int, rejections: Rejections
 ) -> _Candidate | None:
     """Return a scene whose objects are drawn until they meet their constraints; None if one never does."""
-    sampler = template.sampler
-    sections = sampler.sections(draw)
     try:
-        placement = sampler.place(draw, tries, _frame(sections["camera"]), _shape_of)
+        placement = template.sampler.draw(draw, tries, _frame, _shape_of)
         rejections.add_objects(placement)
         if placement.invalid is not None:
             _valid_object(placement.invalid)
-        if placement.objects is None:
+        if placement.text is None:
             return None
         rejections.checks[_SCENE] += 1
-        sections["objects"] = placement.objects
-        text = "{" + ", ".join(f"{in_json(key)}: {value}" for key, value in sections.items()) + "}"
-        packed = _packed(text)
+        packed = _packed(placement.text, placement.scene)
     except ValidationError as error:
         details = error.errors(include_url=False)[0]
         rejections.add(_SCENE, f"{'.'.join(map(str, details['loc']))} {details['msg']}")
         return None
     counts = zip(template.groups, placement.counts, strict=True)
-    return _Candidate(text, packed, [group for group, count in counts for _ in range(count)])
+    return _Candidate(placement.text, packed, [group for group, count in counts for _ in range(count)])
 
 
 @functools.lru_cache(maxsize=16)
 def _frame(camera: str) -> CameraFrame:
-    """Return the frame of a camera in JSON.
+    """Return the frame of a camera in JSON that is not plainly valid.
 
     Raises
     ------
     pydantic.ValidationError
-        If the camera is not valid.
+        If it is not valid at all.
     """
     return camera_frame(Camera.model_validate(json.loads(camera)))
 
@@ -264,16 +258,15 @@ def _shape_of(text: str) -> tuple[str, Vector, tuple[float, ...]] | None:
     return shape.type, shape.position, shape.parameters
 
 
-def _packed(text: str) -> PackedScene:
-    """Return the arrays of a scene in JSON.
+def _packed(text: str, scene: Columns | None) -> PackedScene:
+    """Return the arrays of a scene in JSON, which has columns if it is plainly valid.
 
     Raises
     ------
     pydantic.ValidationError
         If the scene is not valid.
     """
-    found = read_packed(text.encode(), "sample.json", [], Stopwatch())
-    return pack_scene(Scene.model_validate(json.loads(text))) if found is None else found
+    return pack_scene(Scene.model_validate(json.loads(text))) if scene is None else packed_columns(scene)
 
 
 def sample_text(template: Template, index: int) -> str:

@@ -22,6 +22,7 @@ from rtcli.image.write import METADATA, FilmRecord
 from rtcli.rendering.job import RenderJob
 from rtcli.rendering.metadata import SOFTWARE, camera_matrices, object_table, visibility
 from rtcli.scene.diagnostics.problems import nearest
+from rtcli.tracer._native import id_boxes
 from rtcli.tracer.passes import ALPHA, PASSES, RADIANCE, Passes
 
 if TYPE_CHECKING:
@@ -159,7 +160,7 @@ class Film(Passes):
         if self.object_id is None:
             return known
         coverage = self.job.tracer.coverage(self.job.window)
-        seen = visibility(self.object_id, coverage, len(known["objects"]))
+        seen = visibility(id_boxes(self.object_id, len(known["objects"])), coverage)
         known["objects"] = [{**row, **what} for row, what in zip(known["objects"], seen, strict=True)]
         return known if coverage is not None else {**known, "left_out": ["visible_fraction"]}
 

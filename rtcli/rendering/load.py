@@ -10,25 +10,16 @@ import re
 from array import array
 from typing import TYPE_CHECKING, Any, Protocol
 
-from rtcli.rendering.pack import (
-    Lens,
-    PackedScene,
-    frame_of,
-    lens_of_fov,
-    lens_of_fov_x,
-    lens_of_height,
-    pack_scene,
-    packed,
-)
+from rtcli.rendering.pack import PackedScene, pack_scene, packed
 from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.scene.files import JSON_SUFFIX, MAX_BYTES, YAML_SUFFIXES
 from rtcli.scene.overrides import PathEdit
-from rtcli.scene.vectors import are_parallel, view_direction
 from rtcli.tracer._native import read_scene
-from rtcli.tracer.world import Checkers, Lights, Settings, Shapes, World
+from rtcli.tracer.world import CameraFrame, Checkers, Lights, Settings, Shapes, World
 
 if TYPE_CHECKING:
     from rtcli.scene.reading.source import Document
+    from rtcli.tracer._native import Columns
 
     class Changes(Protocol):
         """The changes to a scene before it is validated."""
@@ -69,43 +60,30 @@ def _load_by_models(raw: bytes, name: str, changes: Changes, watch: Stopwatch) -
 
 
 def read_packed(raw: bytes, name: str, edits: list[PathEdit], watch: Stopwatch) -> PackedScene | None:
-    """Return the scene of a file's bytes, with edits of its values; None if it is not plainly valid.
-
-    The compiled reader validates while it parses, so that only the rules on several keys count as validation.
-    """
+    """Return the scene of a file's bytes, with edits of its values; None if it is not plainly valid."""
     if len(raw) > MAX_BYTES:
         return None
     found = read_scene(raw, format_of(raw, name), edits)
     if found is None:
         return None
-    sections, objects, checkers, lights, names = found
-    camera, render, image = sections["camera"], sections["render"], sections["image"]
-    position, look_at, up = camera["position"], camera["look_at"], camera["up"]
     with watch.stage("validate"):
-        lens = _lens(camera)
-        if lens is None or look_at == position or are_parallel(view := view_direction(position, look_at), up):
-            return None
+        pass  # the compiled reader validates while it parses
     with watch.stage("pack"):
-        world = World(
-            frame_of(camera["resolution"], lens, position, view, up),
-            Shapes(*_columns(objects, "Bddd")),
-            Checkers(*_columns(checkers, "qdd")),
-            Lights(*_columns(lights, "Bdddq")),
-            Settings(**render),
-        )
-        return packed(world, names, image["exposure"], image["tone"], image["alpha"])
+        return packed_columns(found)
 
 
-def _lens(camera: dict[str, Any]) -> Lens | None:
-    """Return the lens of a camera by an angle or `height`, None unless one is given, which fits its projection."""
-    fov, fov_x, height = camera["fov"], camera["fov_x"], camera["height"]
-    if sum(key is not None for key in (fov, fov_x, height)) != 1:
-        return None
-    if (camera["projection"] == "orthographic") != (height is not None):
-        return None
-    if height is not None:
-        return lens_of_height(height)
-    return lens_of_fov(fov) if fov is not None else lens_of_fov_x(fov_x, camera["resolution"])
+def packed_columns(columns: Columns) -> PackedScene:
+    """Return the scene of the columns of the compiled reader."""
+    sections, objects, checkers, lights, names = columns
+    world = World(
+        CameraFrame(*sections["camera"]),
+        Shapes(*_arrays(objects, "Bddd")),
+        Checkers(*_arrays(checkers, "qdd")),
+        Lights(*_arrays(lights, "Bdddq")),
+        Settings(**sections["render"]),
+    )
+    image = sections["image"]
+    return packed(world, names, image["exposure"], image["tone"], image["alpha"])
 
 
 def format_of(raw: bytes, name: str) -> str:
@@ -117,7 +95,7 @@ def format_of(raw: bytes, name: str) -> str:
     return "json" if re.match(rb"(\xef\xbb\xbf)?[ \t\r\n]*\{", raw) else "yaml"
 
 
-def _columns(columns: tuple[bytes, ...], types: str) -> list[array[Any]]:
+def _arrays(columns: tuple[bytes, ...], types: str) -> list[array[Any]]:
     arrays = []
     for type, column in zip(types, columns, strict=True):
         arrays.append(array(type))

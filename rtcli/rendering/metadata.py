@@ -11,16 +11,12 @@ import struct
 import sys
 from array import array
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 from rtcli.rendering.pack import PackedScene
 from rtcli.scene.vectors import moved, negative
-from rtcli.tracer._native import SHAPE_PARAMETERS, __version__, by_threes, id_boxes
+from rtcli.tracer._native import SHAPE_PARAMETERS, __version__, by_threes
 from rtcli.tracer.world import CameraFrame, Settings, Vector, Window
-
-if TYPE_CHECKING:
-    import numpy as np
-    import numpy.typing as npt
 
 Matrix: TypeAlias = list[list[float]]
 
@@ -170,18 +166,16 @@ def object_table(scene: PackedScene) -> list[dict[str, Any]]:
 
 
 def visibility(
-    object_id: npt.NDArray[np.uint32], coverage: Sequence[int] | None, count: int
+    boxes: Sequence[tuple[int, list[int] | None]], coverage: Sequence[int] | None
 ) -> list[dict[str, Any]]:
     """Return the visibility of each object.
 
     Parameters
     ----------
-    object_id
-        (H, W) uint32: the film's pass.
+    boxes
+        For each object, what `rtcli.tracer._native.id_boxes` finds of it in the film's pass `object_id`.
     coverage
         For each object, the pixels that it would cover if it were alone; None if counting them was too much work.
-    count
-        The number of objects.
 
     Returns
     -------
@@ -189,8 +183,7 @@ def visibility(
         `visible_pixels`; `bbox`, their [left, top, width, height] in pixels or None; `visible_fraction`, the share
         of its pixels in the picture that other objects do not hide, None if it has none or they are unknown.
     """
-    boxes = id_boxes(object_id, count)
     return [
         {"visible_pixels": visible, "bbox": box, "visible_fraction": visible / covered if covered else None}
-        for covered, (visible, box) in zip(coverage or [0] * count, boxes, strict=True)
+        for covered, (visible, box) in zip(coverage or [0] * len(boxes), boxes, strict=True)
     ]

@@ -99,22 +99,6 @@ class Lens(NamedTuple):
     projection: str = "perspective"
 
 
-def lens_of_fov(fov: float) -> Lens:
-    """Return the lens of a vertical field of view, in degrees."""
-    return Lens(half_tangent(fov), fov=fov)
-
-
-def lens_of_fov_x(fov_x: float, resolution: tuple[int, int]) -> Lens:
-    """Return the lens of a horizontal field of view, in degrees, and a width and height in pixels."""
-    width, height = resolution
-    return Lens(half_tangent(fov_x) * height / width)
-
-
-def lens_of_height(height: float) -> Lens:
-    """Return the lens of an orthographic camera, whose picture is so high."""
-    return Lens(height / 2, projection="orthographic")
-
-
 def camera_frame(camera: Camera) -> CameraFrame:
     """Return the frame of a scene's camera."""
     return frame_of(camera.resolution, _lens(camera), camera.eye, camera.view, camera.upward)
@@ -151,14 +135,15 @@ def _lens(camera: Camera) -> Lens:
     """
     width, height = camera.resolution
     if camera.height is not None:
-        return lens_of_height(camera.height)
+        return Lens(camera.height / 2, projection="orthographic")
     if camera.intrinsics is not None:
         (focal_x, _, center_x), (_, focal_y, center_y), _ = camera.intrinsics
         center = (width / 2 - 0.5 - center_x) / focal_x, (center_y - height / 2 + 0.5) / focal_y
         return Lens(height / (2 * focal_y), focal_y / focal_x, center)
     if camera.fov_x is not None:
-        return lens_of_fov_x(camera.fov_x, camera.resolution)
-    return lens_of_fov(camera.fov or 0.0)
+        return Lens(half_tangent(camera.fov_x) * height / width)
+    fov = camera.fov or 0.0
+    return Lens(half_tangent(fov), fov=fov)
 
 
 def _shapes(objects: tuple[Object, ...]) -> Shapes:

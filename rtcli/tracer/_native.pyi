@@ -196,22 +196,44 @@ class FileSpans:
     def steps(self, index: int, /) -> list[str | int]:
         """Return the steps into a list or mapping."""
 
-def read_scene(
-    file: bytes, format: str, edits: list[tuple[tuple[str | int, ...], str]], /
-) -> tuple[dict[str, dict[str, Any]], tuple[bytes, ...], tuple[bytes, ...], tuple[bytes, ...], str] | None:
-    """Read a scene file, `json` or `yaml`, with edits of its values: the path, and the value in YAML.
+# A scene that was read: the values of each section by key, but of `camera` those of `CameraFrame`; the columns of
+# `Shapes`, `Checkers` and `Lights`; and the names of the objects as in `rtcli.rendering.pack.PackedScene`.
+Columns: TypeAlias = tuple[dict[str, Any], tuple[bytes, ...], tuple[bytes, ...], tuple[bytes, ...], str]
+# The path of a value in a scene, and the value in YAML.
+_PathEdit: TypeAlias = tuple[tuple[str | int, ...], str]
 
-    Returns
-    -------
-    sections, objects, checkers, lights, names
-        The values of each section by key, the columns of `Shapes`, `Checkers` and `Lights`, and the names of the
-        objects as in `rtcli.rendering.pack.PackedScene`. None if the file is not plainly valid, or memory runs
-        out.
+def read_scene(file: bytes, format: str, edits: list[_PathEdit], /) -> Columns | None:
+    """Read a scene file, `json` or `yaml`, with edits of its values.
+
+    Return None if the file is not plainly valid, or memory runs out.
 
     Raises
     ------
     ValueError
         For another format.
+    """
+
+def write_picture(
+    scene: bytes, format: str, edits: list[_PathEdit], bits: int, paths: tuple[str, str], /
+) -> tuple[str, str, int, tuple[int, int], dict[str, float]] | None:
+    """Render a scene file as `read_scene` takes it to a PNG, with one thread.
+
+    The file is written under the second path, which must not exist, and appears under the first one once it is
+    complete.
+
+    Returns
+    -------
+    fingerprint, sha256, bytes, size, seconds
+        The fingerprint of the scene, the hash of the file in hexadecimal digits, its size, the width and height of
+        the picture, and the seconds of each stage. None if the scene is not plainly valid, or its picture has
+        alpha.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written; it names the first path.
+    ValueError
+        For another format, or bits other than 8 and 16.
     """
 
 def by_threes(kinds: bytes, parameters: bytes, /) -> tuple[bytes, bytes, bytes]:
@@ -309,14 +331,16 @@ class Drawn:
 
 @final
 class Placement:
-    """The objects of a sample, and how they were found.
+    """The scene of a sample, and how its objects were found.
 
     Attributes
     ----------
     counts
         The number of objects of each group.
-    objects
-        The list of objects in JSON, in the order of the file; None if one could not be placed.
+    text
+        The scene in JSON, its objects in the order of the file; None if one could not be placed.
+    scene
+        The scene as `read_scene` returns it; None if it is not plainly valid.
     invalid
         The object in JSON that ended the placement because it is not valid, or None.
     draws
@@ -329,7 +353,8 @@ class Placement:
     """
 
     counts: list[int]
-    objects: str | None
+    text: str | None
+    scene: Columns | None
     invalid: str | None
     draws: int
     checks: list[tuple[str, int]]
@@ -370,15 +395,15 @@ class Sampler:
     def sections(self, draw: _Draw, /) -> dict[str, str]:
         """Return the sections of a sample in JSON."""
 
-    def place(
+    def draw(
         self,
         draw: _Draw,
         tries: int,
-        frame: CameraFrame,
+        frame_of: Callable[[str], CameraFrame],
         shape_of: Callable[[str], tuple[str, Vector, Sequence[float]] | None],
         /,
     ) -> Placement:
-        """Draw the objects of a sample one by one, each again until it meets its constraints.
+        """Draw a sample, its objects one by one, each again until it meets its constraints.
 
         Parameters
         ----------
@@ -386,8 +411,8 @@ class Sampler:
             What the draws depend on; an object has further attempts.
         tries
             The most attempts of an object.
-        frame
-            The camera.
+        frame_of
+            Returns the frame of a camera in JSON that is not plainly valid.
         shape_of
             Returns the type, the position and the parameters of an object in JSON that is not plainly valid; None
             if it is not valid at all.

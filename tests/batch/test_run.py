@@ -6,6 +6,7 @@ from itertools import islice
 import pytest
 from batches import OUT, entries, jobs_of, lasting, private_files, reasons, render, results_in, write_scenes
 
+from rtcli.batch import worker
 from rtcli.batch.folder import lock_of
 from rtcli.batch.jobs import BatchSettings, find_jobs
 from rtcli.batch.manifest import Manifest
@@ -54,7 +55,12 @@ def test_file_that_cannot_be_read_fails_alone(folder):
 
 def test_bug_costs_its_own_scene(folder, monkeypatch):
     write_scenes(folder / "scenes", 2)
-    monkeypatch.setattr("rtcli.batch.worker.check_fits", lambda name, *_: 1 / (name != "000.png"))
+    rendered = worker.rendered
+
+    def with_bug(task, watch):
+        return 1 / 0 if task.job.key == "000" else rendered(task, watch)
+
+    monkeypatch.setattr("rtcli.batch.worker.rendered", with_bug)
     outcomes = render()
     assert outcomes["001"].status == "done"
     assert entries(OUT)["000"]["problems"] == [{"message": "division by zero"}]

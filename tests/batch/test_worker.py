@@ -1,5 +1,6 @@
 """Rendering one scene in a worker."""
 
+import dataclasses
 import hashlib
 import pickle
 import subprocess
@@ -51,9 +52,67 @@ def test_files_are_those_that_the_python_interface_saves(scene, folder, suffix, 
     }
 
 
-def test_outcome_tells_hashes_times_and_size(scene):
+# What the short way from the bytes of a scene to its picture must not lose.
+SCENES = {
+    "bare": "camera: {resolution: [9, 5], fov: 40}",
+    "auto": """
+camera: {resolution: [9, 5], fov_x: 40.5}
+image: {exposure: auto, tone: aces}
+render: {ambient: red}
+""",
+    "parallel": """
+camera: {resolution: [9, 5], projection: orthographic, height: 3, position: [1, 2, 3], look_at: [0, 0.5, -1]}
+render: {samples: 3, background: [0.1, 1e-7, 1e+20], max_depth: 0, eye_falloff: true}
+""",
+    "full": """
+camera: {resolution: [9, 5], fov: 40, position: [1, 2, 3], look_at: [0, 0.5, -1], up: [0.1, 1, 0]}
+lights: [{position: [1, 5, 3], intensity: 900, radius: 0.5}, {type: sun, direction: [0, -1, 0.1], irradiance: 2}]
+objects:
+  - {type: plane, position: [0, -1, 0], normal: [0, 1, 0], color: gold, checker: {size: 1.5, color: navy}}
+  - {type: box, name: é, position: [0, 0, 0], size: [1, 2, 3], rotation: [10, 20, 30], color: "#8090a0"}
+  - {type: sphere, position: [2, 0, -2], radius: 0.5, color: red, light: {intensity: 10}}
+  - {type: cone, position: [-2, 0, -2], radius: 0.5, height: 1, top_radius: 0.1, axis: [1, 1, 0], color: teal}
+render: {samples: 2, ambient: [0.1, 0, 0], shadow_samples: 5}
+image: {exposure: -1.5, tone: reinhard}
+""",
+}
+
+
+@pytest.mark.parametrize("text", SCENES.values(), ids=SCENES.keys())
+def test_plain_scene_gives_the_same_on_the_short_way(folder, monkeypatch, text):
+    (folder / "a.yaml").write_text(text, encoding="utf-8")
+    job = job_of()
+    short = render(job, folder=str(folder / "short"))
+    monkeypatch.setattr("rtcli.batch.worker.write_picture", lambda *_: None)
+    long = render(job, folder=str(folder / "long"))
+    assert results_in(folder / "short") == results_in(folder / "long")
+    assert short == dataclasses.replace(long, seconds=short.seconds)
+
+
+@pytest.mark.parametrize("text", SCENES.values(), ids=SCENES.keys())
+def test_short_way_is_taken(folder, monkeypatch, text):
+    (folder / "a.yaml").write_text(text, encoding="utf-8")
+    monkeypatch.setattr("rtcli.batch.worker.load", None)
+    assert render(job_of(), folder=str(folder / "out")).status == "done"
+
+
+def test_link_is_followed_and_permissions_stay(scene, folder):
+    (folder / "out").mkdir()
+    for name in ("a.png", "elsewhere.png"):
+        (folder / "out" / name).touch(mode=0o640)
+    render(job_of(), folder=str(folder / "out"))
+    assert (folder / "out" / "a.png").stat().st_mode & 0o777 == 0o640
+    (folder / "out" / "a.png").unlink()
+    (folder / "out" / "a.png").symlink_to("elsewhere.png")
+    render(job_of(), folder=str(folder / "out"))
+    assert (folder / "out" / "a.png").is_symlink()
+    assert (folder / "out" / "elsewhere.png").stat().st_size > 0
+
+
+@pytest.mark.parametrize("writes", [True, False], ids=["by the worker", "brought back"])
+def test_outcome_tells_hashes_times_and_size(scene, folder, writes):
     job = job_of(overrides=Overrides(size=(20, 10)))
-    outcome = render(job)
+    outcome = render(job, folder=str(folder / "out") if writes else None)
     raw = scene.read_bytes()
     assert outcome.input == f"sha256:{hashlib.sha256(raw).hexdigest()}"
     assert outcome.content == content_of(job, raw)
@@ -163,9 +222,11 @@ def test_task_and_outcome_can_be_sent_to_another_process(folder):
 
 
 def test_bug_is_raised(scene, monkeypatch):
-    monkeypatch.setattr("rtcli.rendering.load.read_packed", lambda *arguments: 1 / 0)
-    with pytest.raises(ZeroDivisionError):
-        render(job_of())
+    for part in ("rendering.load.read_packed", "batch.worker.write_picture"):
+        monkeypatch.setattr(f"rtcli.{part}", lambda *arguments: 1 / 0)
+    for folders in ({}, {"folder": "out"}):
+        with pytest.raises(ZeroDivisionError):
+            render(job_of(), **folders)
 
 
 WORKER = """

@@ -13,7 +13,7 @@ import rtcli
 from rtcli import Scene
 from rtcli.rendering.metadata import fingerprint, visibility
 from rtcli.rendering.pack import camera_frame, pack, pack_scene
-from rtcli.tracer._native import WorkBudget
+from rtcli.tracer._native import WorkBudget, id_boxes
 from rtcli.tracer.engines import ENGINES, tracer_of
 from rtcli.tracer.native import NativeTracer
 from rtcli.tracer.reference import SimpleCamera
@@ -195,7 +195,7 @@ def test_table_tells_types_and_names_and_what_half_a_thing_hides():
 
 
 def test_empty_picture_of_many_objects_has_no_boxes():
-    rows = visibility(np.zeros((4, 5), dtype=np.uint32), [0, 7, 0], 3)
+    rows = visibility(id_boxes(np.zeros((4, 5), dtype=np.uint32), 3), [0, 7, 0])
     assert [row["bbox"] for row in rows] == [None] * 3
     assert [row["visible_fraction"] for row in rows] == [None, 0, None]
 

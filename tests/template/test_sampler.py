@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from drawn import FRAME, drawn
+from drawn import drawn, frame_of
 from hypothesis import given
 from hypothesis import strategies as st
 from template_oracle import Oracle
@@ -142,12 +142,12 @@ def test_error_of_the_caller_ends_placing():
         raise LookupError
 
     with pytest.raises(LookupError):
-        sampler.place((0, 0, []), 9, FRAME, shape_of)
+        sampler.draw((0, 0, []), 9, frame_of, shape_of)
     assert asked == [{"type": "sphere", "name": "a[0]"}]
 
 
 def test_object_that_is_not_valid_ends_placing():
     sampler = Sampler({}, [("a", "3", None, "0", [{"type": '"sphere"'}], [])], [0])
-    placement = sampler.place((0, 0, []), 9, FRAME, lambda text: None)
-    assert (placement.objects, placement.counts) == (None, [3])
+    placement = sampler.draw((0, 0, []), 9, frame_of, lambda text: None)
+    assert (placement.text, placement.counts) == (None, [3])
     assert json.loads(placement.invalid) == {"type": "sphere", "name": "a[0]"}

@@ -9,6 +9,7 @@ import sys
 import threading
 import time
 from array import array
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -113,9 +114,13 @@ def test_no_multiplication_is_fused_with_an_addition():
 
 # --- While it works ----------------------------------------------------------------------------------------
 
+# The first thread of Python that asks for one thread does the work itself; otherwise a pool does it.
+THREADS = pytest.mark.parametrize("threads", [1, 2])
 
+
+@THREADS
 @pytest.mark.parametrize("work", ["film", "picture"])
-def test_other_threads_run_meanwhile(work):
+def test_other_threads_run_meanwhile(work, threads):
     ticks, done = [], threading.Event()
 
     def tick():
@@ -125,7 +130,7 @@ def test_other_threads_run_meanwhile(work):
     ticking = threading.Thread(target=tick)
     ticking.start()
     start = time.perf_counter()
-    _run(work, large(256), None)
+    _run(work, large(256), None, threads=threads)
     end = time.perf_counter()
     done.set()
     ticking.join()
@@ -133,45 +138,59 @@ def test_other_threads_run_meanwhile(work):
     assert len([moment for moment in ticks if start < moment < end]) > 200 * (end - start)
 
 
-def _run(work, described, progress, write=lambda piece: None):
+def _run(work, described, progress, write=lambda piece: None, threads=2):
     window = Window(0, 0, *described.camera.resolution)
     if work == "film":
-        return tracer(described).film(window, (), progress)
-    return tracer(described).picture(window, LOOK, [], write, progress)
+        return tracer(described, threads).film(window, (), progress)
+    return tracer(described, threads).picture(window, LOOK, [], write, progress)
 
 
+@THREADS
 @pytest.mark.parametrize("work", ["film", "picture"])
-def test_progress_rises_to_the_number_of_pixels(work):
+def test_progress_rises_to_the_number_of_pixels(work, threads):
     told = []
-    _run(work, large(256), lambda done, total: told.append((done, total)))
+    _run(work, large(256), lambda done, total: told.append((done, total)), threads=threads)
     assert len(told) > 2
     assert told == sorted(set(told))
     assert told[-1] == (2000 * 1500, 2000 * 1500)
 
 
-def test_a_rendering_may_start_another_with_as_many_threads():
+@THREADS
+def test_a_rendering_may_start_another_with_as_many_threads(threads):
     inner = []
-    _run("picture", large(64), lambda done, total: inner.append(picture(threads=2)) if not inner else None)
-    assert inner == [picture(threads=2)]
+
+    def start_another(done, total):
+        if not inner:
+            inner.append(picture(threads))
+
+    _run("picture", large(64), start_another, threads=threads)
+    assert inner == [picture(threads)]
+
+
+def test_threads_of_python_render_with_one_thread_at_the_same_time():
+    expected = picture(threads=1)
+    with ThreadPoolExecutor(2) as executor:
+        assert list(executor.map(picture, [1] * 4)) == [expected] * 4
 
 
 # Renders in a process whose threads are idle, and in one forked from it, which has no threads.
 FORK = """
 import os, sys, rtcli
-scene = rtcli.load_scene(sys.argv[1])
-first = rtcli.render(scene, threads=2).radiance
+scene, threads = rtcli.load_scene(sys.argv[1]), int(sys.argv[2])
+first = rtcli.render(scene, threads=threads).radiance
 child = os.fork()
 if child == 0:
-    os._exit(0 if (rtcli.render(scene, threads=2).radiance == first).all() else 1)
+    os._exit(0 if (rtcli.render(scene, threads=threads).radiance == first).all() else 1)
 raise SystemExit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
 """
 
 
+@THREADS
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no fork")
-def test_forked_process_renders_too(tmp_path):
+def test_forked_process_renders_too(tmp_path, threads):
     path = tmp_path / "room.yaml"
     ROOM.save(path)
-    command = [sys.executable, "-W", "ignore", "-c", FORK, str(path)]
+    command = [sys.executable, "-W", "ignore", "-c", FORK, str(path), str(threads)]
     assert subprocess.run(command, timeout=60, check=False).returncode == 0
 
 
@@ -183,8 +202,9 @@ def give_up(*anything):
     raise GivenUpError
 
 
+@THREADS
 @pytest.mark.parametrize("by", ["progress of a film", "progress of a picture", "write"])
-def test_error_of_the_caller_ends_the_work_and_is_raised(by):
+def test_error_of_the_caller_ends_the_work_and_is_raised(by, threads):
     endless = large(1024, (65_535, 1_000))
     work, progress, write = {
         "progress of a film": ("film", give_up, None),
@@ -193,12 +213,12 @@ def test_error_of_the_caller_ends_the_work_and_is_raised(by):
     }[by]
     start = time.perf_counter()
     with pytest.raises(GivenUpError):
-        _run(work, endless, progress, write)
+        _run(work, endless, progress, write, threads)
     assert time.perf_counter() - start < 5
 
 
 SLOW_TARGET = """
-import time
+import sys, time
 from memory import peak_mib
 from worlds import scene, sphere
 from rtcli.rendering.pack import pack
@@ -217,17 +237,18 @@ def write(piece):
 
 room = scene([sphere([0, 0, -5], 2)], [{"position": [1, 2, 0], "intensity": 900}],
              camera={"resolution": [8000, 8000], "fov": 40})
-tracer, before = NativeTracer(pack(room), 2), peak_mib()
+tracer, before = NativeTracer(pack(room), int(sys.argv[1])), peak_mib()
 tracer.picture(Window(0, 0, 8000, 8000), (0.0, "reinhard", 16), [], write)
 print(seen / 2**20, peak_mib() - before)
 """
 
 
+@THREADS
 @pytest.mark.skipif(os.name == "nt", reason="POSIX only: getrusage")
-def test_slow_target_holds_the_tracer_up_and_memory_stays_bounded():
+def test_slow_target_holds_the_tracer_up_and_memory_stays_bounded(threads):
     env = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     result = subprocess.run(
-        [sys.executable, "-c", SLOW_TARGET], capture_output=True, text=True, env=env, check=True
+        [sys.executable, "-c", SLOW_TARGET, str(threads)], capture_output=True, text=True, env=env, check=True
     )
     written, grown = map(float, result.stdout.split())
     assert written > 80
@@ -235,8 +256,9 @@ def test_slow_target_holds_the_tracer_up_and_memory_stays_bounded():
 
 
 @pytest.mark.skipif(os.name == "nt", reason="POSIX only: signals")
+@THREADS
 @pytest.mark.parametrize("work", ["film", "picture"])
-def test_interrupt_raises_within_the_blink_of_an_eye(work):
+def test_interrupt_raises_within_the_blink_of_an_eye(work, threads):
     endless = large(1024, (8_000, 6_000))
     sent = []
 
@@ -249,7 +271,7 @@ def test_interrupt_raises_within_the_blink_of_an_eye(work):
     timer.start()
     try:
         with pytest.raises(KeyboardInterrupt):
-            _run(work, endless, None)
+            _run(work, endless, None, threads=threads)
         waited = time.perf_counter() - sent[0]
     finally:
         timer.cancel()

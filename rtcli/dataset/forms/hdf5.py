@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from rtcli.dataset.forms.form import Form, FormError, Piece, checksums_of, write_checksums
+from rtcli.dataset.forms.form import Form, FormError, Piece, as_json, checksums_of, write_checksums
 from rtcli.dataset.picture import SamplePicture
 from rtcli.dataset.plan import Layout, Shard
 from rtcli.extras import EXTRAS, require_extra
@@ -23,6 +23,9 @@ _EXTRA = EXTRAS["hdf5"]
 _IMAGES, _LABELS, _INDEX = "images", "labels", "index"
 # The attribute of `labels` with the names of its columns, and the start of those with values that are no numbers.
 _NAMES, _VALUES = "names", "values of "
+_LABEL, _NUMBER = "<f8", "<i8"
+# The end of the name of a piece.
+_PIECE = ".arrays"
 
 
 class Hdf5(Form):
@@ -61,25 +64,27 @@ class Hdf5(Form):
 
     def close(self) -> None:
         """Write the piece."""
-        count = len(self._indices)
-        with _open(self._piece.path(self._layout, ".h5"), "w") as file:
-            for name, (shape, dtype) in self._kinds.items():
-                dataset = _create_chunked(file, name, (count, *shape), dtype)
-                for offset, data in zip(_offsets(dataset), self._chunks[name], strict=True):
-                    dataset.id.write_direct_chunk(offset, data)
-            labels = np.array(self._labels, dtype="<f8").reshape(count, len(self._columns))
-            file.create_dataset(_LABELS, data=labels)
-            file.create_dataset(_INDEX, data=np.array(self._indices, dtype="<i8"))
-            attributes = file[_LABELS].attrs
-            attributes[_NAMES] = [column.name for column in self._columns]
-            for column in self._columns:
-                if column.values is not None:
-                    attributes[_VALUES + column.name] = json.dumps(column.values)
+        count, attributes = len(self._indices), dict[str, Any]()
+        attributes[_NAMES] = [column.name for column in self._columns]
+        for column in self._columns:
+            if column.values is not None:
+                attributes[_VALUES + column.name] = json.dumps(column.values)
+        labels = np.array(self._labels, dtype=_LABEL).reshape(count, len(self._columns))
+        arrays = [
+            *(
+                _Array(name, (count, *shape), dtype, self._chunks[name])
+                for name, (shape, dtype) in self._kinds.items()
+            ),
+            _Array(_LABELS, labels.shape, labels.dtype, [labels.tobytes()], False, attributes),
+            _Array(_INDEX, (count,), np.dtype(_NUMBER), [np.array(self._indices, _NUMBER).tobytes()], False),
+        ]
+        _write_piece(self._piece.path(self._layout, _PIECE), sorted(arrays, key=lambda array: array.name))
 
     @classmethod
     def finish_shard(cls, layout: Layout, shard: Shard, pieces: Sequence[Piece]) -> dict[str, Any]:
         """Join the pieces; the hash of a shard is that of its compressed arrays, labels and indices."""
-        digest = _join([piece.path(layout, ".h5") for piece in pieces], layout, layout.records / f"{shard.key}.h5")
+        paths, target = [piece.path(layout, _PIECE) for piece in pieces], layout.records / f"{shard.key}.h5"
+        digest = _join(paths, _piece_arrays, layout, target)
         name = f"{shard.split}.h5"
         return {"path": name, "checksums": checksums_of(name), "sha256_of_arrays": digest}
 
@@ -88,7 +93,7 @@ class Hdf5(Form):
         """Join the shards of a split."""
         layout.parts.mkdir(exist_ok=True)
         shards = sorted(layout.records.glob(f"{split}-{'[0-9]' * 6}.h5"))
-        _join(shards, layout, layout.folder / f"{split}.h5")
+        _join(shards, _shard_arrays, layout, layout.folder / f"{split}.h5")
         write_checksums(layout, f"{split}.h5")
 
 
@@ -129,6 +134,54 @@ def _columns(name: str, factor: Drawn) -> Iterator[_Column]:
         yield _Column(name, name, values=[example.value for example in factor.examples()])
 
 
+# --- Pieces -------------------------------------------------------------------------------------------------
+
+
+class _Array(NamedTuple):
+    """An array of some samples.
+
+    Parameters
+    ----------
+    name, shape, dtype
+        Its name, its shape, whose first item is the number of samples, and its type.
+    data
+        Its bytes: for each sample a chunk, compressed by `deflate`, or all in one item.
+    is_chunked
+        Whether it is in chunks.
+    attributes
+        Its attributes.
+    """
+
+    name: str
+    shape: tuple[int, ...]
+    dtype: np.dtype[Any]
+    data: Iterable[bytes]
+    is_chunked: bool = True
+    attributes: Mapping[str, Any] = {}
+
+
+def _write_piece(path: Path, arrays: Sequence[_Array]) -> None:
+    """Write arrays to a file that is quickly read again: a line of JSON with what they are, and their data."""
+    header = [
+        {**array._asdict(), "dtype": array.dtype.str, "data": [len(item) for item in array.data]}
+        for array in arrays
+    ]
+    with path.open("wb") as file:
+        file.write(as_json({"arrays": header}))
+        for array in arrays:
+            file.writelines(array.data)
+
+
+def _piece_arrays(path: Path) -> Iterator[_Array]:
+    """Yield the arrays of a piece, whose data must be read in turn."""
+    with path.open("rb") as file:
+        for array in json.loads(file.readline())["arrays"]:
+            data = map(file.read, array["data"])
+            yield _Array(
+                **{**array, "shape": tuple(array["shape"]), "dtype": np.dtype(array["dtype"]), "data": data}
+            )
+
+
 # --- Files --------------------------------------------------------------------------------------------------
 
 
@@ -138,62 +191,59 @@ def _open(path: Path, mode: str) -> Any:
     return require_extra(*_EXTRA).File(path, mode, libver=("v110", "v110"), locking=False)
 
 
-def _create_chunked(file: Any, name: str, shape: tuple[int, ...], dtype: Any) -> Any:
-    """Create an array whose chunks, one for each sample, are compressed by `deflate`."""
-    dtype = np.dtype(dtype).newbyteorder("<")
-    return file.create_dataset(name, shape, dtype, chunks=(1, *shape[1:]), compression="gzip", track_times=False)
+def _shard_arrays(path: Path) -> Iterator[_Array]:
+    """Yield the arrays of a file."""
+    with _open(path, "r") as file:
+        for name, dataset in file.items():
+            is_chunked = dataset.chunks is not None
+            data = _chunks(dataset) if is_chunked else iter([dataset[()].tobytes()])
+            yield _Array(name, dataset.shape, dataset.dtype, data, is_chunked, dict(dataset.attrs))
 
 
-def _offsets(dataset: Any, start: int = 0) -> Iterator[tuple[int, ...]]:
-    """Return where the chunks of an array start, from a sample on."""
+def _chunks(dataset: Any) -> Iterator[bytes]:
     count, *rest = dataset.shape
-    return ((number, *[0] * len(rest)) for number in range(start, count))
+    for number in range(count):
+        yield dataset.id.read_direct_chunk((number, *[0] * len(rest)))[1]
 
 
-def _join(sources: Sequence[Path], layout: Layout, target: Path) -> str:
+def _join(
+    sources: Sequence[Path], arrays_of: Callable[[Path], Iterator[_Array]], layout: Layout, target: Path
+) -> str:
     """Write the samples of files into one, and return the SHA-256 of what they hold."""
     digest = hashlib.sha256()
-    counts = [_count(path) for path in sources]
+    total = sum(array.shape[0] for path in sources for array in arrays_of(path) if array.name == _INDEX)
     unfinished = layout.parts / target.name
     with _open(unfinished, "w") as joined:
-        start = 0
-        for path, count in zip(sources, counts, strict=True):
-            with _open(path, "r") as source:
-                for name, dataset in source.items():
-                    if name not in joined:
-                        _create_like(joined, name, dataset, sum(counts))
-                    for data in _copy(dataset, joined[name], start):
-                        digest.update(data)
+        start = count = 0
+        for path in sources:
+            for array in arrays_of(path):
+                dataset = joined[array.name] if array.name in joined else _create(joined, array, total)
+                for data in _written(array, dataset, start):
+                    digest.update(data)
+                count = array.shape[0]
             start += count
         joined.attrs["software"] = SOFTWARE
     unfinished.replace(target)
     return digest.hexdigest()
 
 
-def _count(path: Path) -> int:
-    with _open(path, "r") as file:
-        return len(file[_INDEX])
+def _create(file: Any, array: _Array, count: int) -> Any:
+    """Create an array like another, for a number of samples."""
+    shape, dtype = (count, *array.shape[1:]), array.dtype.newbyteorder("<")
+    chunks = {"chunks": (1, *shape[1:]), "compression": "gzip"} if array.is_chunked else {}
+    created = file.create_dataset(array.name, shape, dtype, track_times=False, **chunks)
+    created.attrs.update(array.attributes)
+    return created
 
 
-def _create_like(file: Any, name: str, other: Any, count: int) -> None:
-    shape = (count, *other.shape[1:])
-    if other.chunks is None:
-        created = file.create_dataset(name, shape, other.dtype, track_times=False)
-    else:
-        created = _create_chunked(file, name, shape, other.dtype)
-    for key, value in other.attrs.items():
-        created.attrs[key] = value
-
-
-def _copy(source: Any, target: Any, start: int) -> Iterator[bytes]:
-    """Copy an array to rows of another, and yield the bytes that it consists of."""
-    if source.chunks is None:
-        values = source[()]
-        target[start : start + len(values)] = values
-        yield values.tobytes()
+def _written(array: _Array, target: Any, start: int) -> Iterator[bytes]:
+    """Write an array to rows of another, and yield the bytes that it consists of."""
+    if array.is_chunked:
+        write, zeros = target.id.write_direct_chunk, [0] * (len(array.shape) - 1)
+        for number, data in enumerate(array.data, start):
+            write((number, *zeros), data)
+            yield data
         return
-    read, write = source.id.read_direct_chunk, target.id.write_direct_chunk
-    for offset, new_offset in zip(_offsets(source), _offsets(target, start), strict=False):
-        _, data = read(offset)
-        write(new_offset, data)
+    for data in array.data:
+        target[start : start + array.shape[0]] = np.ndarray(array.shape, array.dtype, data)
         yield data

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::io;
 use std::mem;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -29,13 +30,26 @@ const LONGEST_SIDE: u32 = 65_535;
 /// # Errors
 ///
 /// `ValueError` for an unknown tone curve or number of bits, or an exposure that is no number.
-pub fn developer((exposure, tone, bits): PyDisplay<'_>) -> PyResult<Developer> {
+pub fn developer((exposure, tone, bits): PyDisplay<'_>) -> PyResult<Arc<Developer>> {
     if exposure.is_nan() {
         return Err(PyValueError::new_err("the exposure is not a number"));
     }
     let unknown = |UnknownName| PyValueError::new_err(format!("unknown tone curve {tone:?}"));
     let tone = tone.parse::<ToneCurve>().map_err(unknown)?;
-    Ok(Developer::new(exposure, tone, bit_depth(bits)?))
+    Ok(developer_of(exposure, tone, bit_depth(bits)?))
+}
+
+/// Return a developer, the last one if its settings are the same: making its tables takes as long as tracing a small
+/// picture, and those of a batch or a data set mostly share them.
+pub fn developer_of(exposure: f64, tone: ToneCurve, bits: BitDepth) -> Arc<Developer> {
+    type Key = (u64, ToneCurve, BitDepth);
+    static LAST: Mutex<Option<(Key, Arc<Developer>)>> = Mutex::new(None);
+    let key = (exposure.to_bits(), tone, bits);
+    let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
+    match &*last {
+        Some((known, developer)) if *known == key => Arc::clone(developer),
+        _ => Arc::clone(&last.insert((key, Arc::new(Developer::new(exposure, tone, bits)))).1),
+    }
 }
 
 /// Return the depth of channels with a number of bits.
@@ -66,7 +80,7 @@ pub fn develop<'py>(
     radiance: &[u8],
     transform: PyDisplay<'_>,
 ) -> PyResult<Bound<'py, PyByteArray>> {
-    developed(py, &developer(transform)?, &pixels(radiance)?)
+    developed(py, &*developer(transform)?, &pixels(radiance)?)
 }
 
 /// Return developed radiance, interleaved RGB.
@@ -99,7 +113,7 @@ pub fn meter(py: Python<'_>, radiance: &[u8]) -> PyResult<(f64, Option<f64>)> {
 /// Encodes a picture as a PNG, some rows of radiance at a time.
 #[pyclass(module = "rtcli.tracer._native")]
 pub struct PngEncoder {
-    developer: Developer,
+    developer: Arc<Developer>,
     /// None once the picture is finished.
     writer: Option<PngWriter<Growing>>,
     width: usize,

@@ -26,6 +26,7 @@ mod display;
 mod draws;
 mod errors;
 mod interruptible;
+mod picture;
 mod png;
 mod sampler;
 mod scene;
@@ -49,6 +50,8 @@ mod _native {
     use crate::draws::{Body, draw_word};
     #[pymodule_export]
     use crate::errors::BudgetExceededError;
+    #[pymodule_export]
+    use crate::picture::write_picture;
     #[pymodule_export]
     use crate::png::{decode_png, encode_png, id_boxes, rle_masks};
     #[pymodule_export]

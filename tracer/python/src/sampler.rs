@@ -2,9 +2,16 @@
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList, PyString};
+use pyo3::types::{PyDict, PyList, PyString, PyTuple};
 use rtcli_draws::Draw;
+use rtcli_reader::Format;
 use rtcli_sampler::{Caller, Context, Group, Requirement, Shape, Value, View};
+use rtcli_tracer::world::Projection;
+
+use crate::scene::columns;
+
+/// Keeps the focal length of the narrowest field of view finite, as in `rtcli.tracer.world`.
+const SMALLEST: f64 = 1e-300;
 
 fn unknown(what: &str) -> PyErr {
     PyValueError::new_err(format!("no checked template has such {what}"))
@@ -68,6 +75,7 @@ impl Drawn {
         Ok(json)
     }
 }
+
 /// An item under `objects`: its name, the number of its objects, the number of the group that they rest on, the
 /// number of the alternative, the alternatives, and the kinds and margins of constraints.
 type PyGroup<'py> =
@@ -120,24 +128,71 @@ impl Sampler {
         Ok(sections)
     }
 
-    #[pyo3(signature = (sample, tries, frame, shape_of, /))]
-    fn place(
+    #[pyo3(signature = (sample, tries, frame_of, shape_of, /))]
+    fn draw(
         &self,
         py: Python<'_>,
         sample: PySample,
         tries: u64,
-        frame: Frame,
+        frame_of: &Bound<'_, PyAny>,
         shape_of: Py<PyAny>,
     ) -> PyResult<Placement> {
         let (index, attempt, factors) = &sample;
         let context = Context { index: *index, attempt: *attempt, element: 0, factors };
+        let mut sections = self.0.sections(&context).ok_or_else(|| unknown("a value"))?;
+        let camera = sections.iter().find(|(key, _)| *key == "camera").map_or("{}", |(_, camera)| camera);
+        let view = match plain_view(camera) {
+            Some(view) => view,
+            None => frame_of.call1((camera,))?.extract::<Frame>()?.view(),
+        };
         let mut caller = Listener { shape_of, error: None };
-        let placement = py.detach(|| self.0.place(&context, tries, &frame.view(), &mut caller));
-        match caller.error {
-            Some(error) => Err(error),
-            None => placement.map(Placement::from).ok_or_else(|| unknown("a value")),
+        let (placement, scene) = py.detach(|| {
+            let mut placement = self.0.place(&context, tries, &view, &mut caller);
+            let objects = placement.as_mut().and_then(|placement| placement.objects.take());
+            let scene = objects.map(|objects| {
+                sections.push(("objects", objects));
+                let text = rtcli_sampler::mapping(&sections);
+                (rtcli_reader::read(text.as_bytes(), Format::Json, &[]), text)
+            });
+            (placement, scene)
+        });
+        if let Some(error) = caller.error {
+            return Err(error);
         }
+        let rtcli_sampler::Placement { counts, invalid, draws, checks, refusals, .. } =
+            placement.ok_or_else(|| unknown("a value"))?;
+        let (scene, text) = scene.map_or((None, None), |(scene, text)| (scene, Some(text)));
+        let scene = scene.map(|scene| columns(py, scene)).transpose()?.flatten();
+        Ok(Placement {
+            counts,
+            text,
+            scene: scene.map(|scene| Ok::<_, PyErr>(scene.into_pyobject(py)?.unbind())).transpose()?,
+            invalid,
+            draws,
+            checks,
+            refusals: refusals.into_iter().map(|each| (each.kind, each.count, each.ended, each.last)).collect(),
+        })
     }
+}
+
+/// Returns what a camera in JSON shows; None if it is not plainly valid.
+fn plain_view(camera: &str) -> Option<View> {
+    let scene = rtcli_reader::read(format!("{{\"camera\":{camera}}}").as_bytes(), Format::Json, &[])?;
+    let (camera, _) = rtcli_plain::camera(&scene.sections)?;
+    let (width, height) = (f64::from(camera.width), f64::from(camera.height));
+    let focal = height / (2.0 * camera.half_height).max(SMALLEST);
+    let focal_lengths = [focal / camera.pixel_aspect, focal];
+    let (x, y) = camera.center;
+    Some(View {
+        size: [width, height],
+        focal_lengths,
+        principal_point: [width / 2.0 - x * focal_lengths[0], height / 2.0 + y * focal_lengths[1]],
+        is_orthographic: camera.projection == Projection::Orthographic,
+        position: camera.position,
+        right: camera.right,
+        up: camera.up,
+        forward: camera.forward,
+    })
 }
 
 /// Python, which validates objects and is given signals.
@@ -191,28 +246,14 @@ impl Frame {
     }
 }
 
-/// The objects of a sample, and how they were found.
+/// The scene of a sample, and how its objects were found.
 #[pyclass(module = "rtcli.tracer._native", frozen, get_all)]
 pub struct Placement {
     counts: Vec<usize>,
-    objects: Option<String>,
+    text: Option<String>,
+    scene: Option<Py<PyTuple>>,
     invalid: Option<String>,
     draws: usize,
     checks: Vec<(&'static str, usize)>,
     refusals: Vec<(&'static str, usize, usize, String)>,
-}
-
-impl From<rtcli_sampler::Placement> for Placement {
-    fn from(placement: rtcli_sampler::Placement) -> Placement {
-        let rtcli_sampler::Placement { counts, objects, invalid, draws, checks, refusals } = placement;
-        let refusals = refusals.into_iter();
-        Placement {
-            counts,
-            objects,
-            invalid,
-            draws,
-            checks,
-            refusals: refusals.map(|each| (each.kind, each.count, each.ended, each.last)).collect(),
-        }
-    }
 }

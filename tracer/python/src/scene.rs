@@ -3,18 +3,18 @@
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyString, PyTuple};
-use rtcli_reader::scene::{Edit, Setting, light_kinds, shapes};
+use rtcli_reader::scene::{Setting, light_kinds, shapes};
 use rtcli_reader::{Lights, Objects, Scene, Section};
 use rtcli_tracer::memory::reserve;
-use rtcli_tracer::world::{Kind, LightSource, ShapeDesc};
+use rtcli_tracer::world::{Camera, Kind, LightSource, ShapeDesc};
 
 use crate::errors::out_of_memory;
 use crate::interruptible::bytes_of;
-use crate::scene_file::{PyStep, format_of};
+use crate::scene_file::{PyEdit, borrowed, format_of};
 use crate::world::for_each_row;
 
 /// The sections, the columns of objects, of checkers and of lights, and the names of the objects.
-type PyScene<'py> =
+pub type PyScene<'py> =
     (Bound<'py, PyDict>, Bound<'py, PyTuple>, Bound<'py, PyTuple>, Bound<'py, PyTuple>, Bound<'py, PyString>);
 
 /// Reads a scene file with some changes; returns None if it is not plainly valid.
@@ -24,21 +24,37 @@ pub fn read_scene<'py>(
     py: Python<'py>,
     file: &[u8],
     format: &str,
-    edits: Vec<(Vec<PyStep>, String)>,
+    edits: Vec<PyEdit>,
 ) -> PyResult<Option<PyScene<'py>>> {
-    let format = format_of(format)?;
-    let edits: Vec<_> = edits
-        .iter()
-        .map(|(path, value)| Edit { path: path.iter().map(PyStep::as_step).collect(), value })
-        .collect();
-    let Some(scene) = py.detach(|| rtcli_reader::read(file, format, &edits)) else {
-        return Ok(None);
-    };
+    let (format, edits) = (format_of(format)?, borrowed(&edits));
+    let scene = py.detach(|| rtcli_reader::read(file, format, &edits));
+    scene.map(|scene| columns(py, scene)).transpose().map(Option::flatten)
+}
+
+/// Returns a scene that was read as columns; None if its camera is not plainly valid.
+pub fn columns(py: Python<'_>, scene: Scene) -> PyResult<Option<PyScene<'_>>> {
+    let Some((camera, lens)) = rtcli_plain::camera(&scene.sections) else { return Ok(None) };
     let Scene { sections, objects, checkers, lights } = scene;
     let dict = PyDict::new(py);
     for (key, section) in sections {
         dict.set_item(key, values(py, section)?)?;
     }
+    let Camera { width, height, half_height, pixel_aspect, center, position, right, up, forward, .. } = camera;
+    let [position, right, up, forward] = [position, right, up, forward].map(<(f64, f64, f64)>::from);
+    let frame = (
+        width,
+        height,
+        half_height,
+        pixel_aspect,
+        center,
+        position,
+        right,
+        up,
+        forward,
+        lens.fov,
+        lens.projection,
+    );
+    dict.set_item("camera", frame)?;
     let names = PyString::from_bytes(py, &objects.names)?;
     let checkers = [column(py, &checkers.object)?, column(py, &checkers.size)?, column(py, &checkers.color)?];
     let checkers = PyTuple::new(py, checkers)?;

@@ -3,7 +3,7 @@
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rtcli_reader::Format;
-use rtcli_reader::scene::Step;
+use rtcli_reader::scene::{Edit, Step};
 
 /// A step into a list or mapping.
 #[derive(FromPyObject, IntoPyObject)]
@@ -13,13 +13,20 @@ pub enum PyStep {
 }
 
 impl PyStep {
-    /// Returns the step for the reader.
-    pub fn as_step(&self) -> Step<'_> {
+    fn as_step(&self) -> Step<'_> {
         match self {
             PyStep::Index(index) => Step::Index(*index),
             PyStep::Key(key) => Step::Key(key),
         }
     }
+}
+
+/// The path of a value, and the value in YAML.
+pub type PyEdit = (Vec<PyStep>, String);
+
+/// Returns changes as the reader takes them.
+pub fn borrowed(edits: &[PyEdit]) -> Vec<Edit<'_>> {
+    edits.iter().map(|(path, value)| Edit { path: path.iter().map(PyStep::as_step).collect(), value }).collect()
 }
 
 /// Returns the format of a name.

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::env;
+use std::io::Write;
 use std::sync::Arc;
 
 use pyo3::exceptions::PyValueError;
@@ -44,7 +45,12 @@ pub fn emitter_places(count: u32) -> Vec<Vector> {
     rtcli_tracer::emitter_places(count)
 }
 
-fn level() -> PyResult<Level> {
+/// Return the SIMD level to use.
+///
+/// # Errors
+///
+/// `ValueError` if the environment forces one that this machine lacks.
+pub fn level() -> PyResult<Level> {
     let name = env::var_os(SIMD).unwrap_or_default();
     if name.is_empty() {
         return Ok(Level::best());
@@ -109,12 +115,12 @@ impl Tracer {
             objects,
             settings: world::settings(settings)?,
         };
-        let listener = Listener::new(py, 0, None, None);
+        let listener = Listener::new(0, None, None);
         Ok(Tracer {
             size: (world.camera.width, world.camera.height),
             objects: world.objects.len(),
             threads,
-            core: listener.run_interruptibly(threads, |_, _| rtcli_tracer::Tracer::new(world, level))?,
+            core: listener.run_interruptibly(py, threads, |_, _| rtcli_tracer::Tracer::new(world, level))?,
         })
     }
 
@@ -130,9 +136,9 @@ impl Tracer {
         let window = world::window(window, self.size)?;
         let mut arrays = PyFilm::new(arrays)?;
         let film = arrays.film(window)?;
-        let listener = Listener::new(py, window.pixels() as u64, progress.as_ref(), None);
-        let work = |monitor: &Monitor, _: &_| self.core.film(window, film, monitor);
-        listener.run_interruptibly(self.threads, work)
+        let listener = Listener::new(window.pixels() as u64, progress, None);
+        let work = |monitor: &Monitor, _: &mut (dyn Write + Send)| self.core.film(window, film, monitor);
+        listener.run_interruptibly(py, self.threads, work)
     }
 
     /// Render a window and develop it, within a budget.
@@ -149,9 +155,9 @@ impl Tracer {
         let radiance = filled(3 * window.pixels(), 0.0, "the radiance");
         let mut radiance = radiance.map_err(out_of_memory)?;
         let film = Film::of_radiance(&mut radiance);
-        let listener = Listener::new(py, 0, None, None).within(core(budget));
-        let work = |monitor: &Monitor, _: &_| self.core.film(window, film, monitor);
-        listener.run_interruptibly(self.threads, work)?;
+        let listener = Listener::new(0, None, None).within(core(budget));
+        let work = |monitor: &Monitor, _: &mut (dyn Write + Send)| self.core.film(window, film, monitor);
+        listener.run_interruptibly(py, self.threads, work)?;
         developed(py, &developer, &radiance)
     }
 
@@ -169,10 +175,11 @@ impl Tracer {
     ) -> PyResult<(u64, f64, f64, f64)> {
         let window = world::window(window, self.size)?;
         let developer = developer(transform)?;
-        let listener = Listener::new(py, window.pixels() as u64, progress.as_ref(), Some(&write));
-        let work =
-            |monitor: &Monitor, channel: &_| self.core.write_png(window, &developer, &texts, channel, monitor);
-        let stats = listener.run_interruptibly(self.threads, work)?;
+        let listener = Listener::new(window.pixels() as u64, progress, Some(write));
+        let work = |monitor: &Monitor, sink: &mut (dyn Write + Send)| {
+            self.core.write_png(window, &developer, &texts, sink, monitor)
+        };
+        let stats = listener.run_interruptibly(py, self.threads, work)?;
         let [trace, develop, write] = [stats.trace, stats.develop, stats.write].map(|time| time.as_secs_f64());
         Ok((stats.rays, trace, develop, write))
     }
@@ -181,9 +188,9 @@ impl Tracer {
     #[pyo3(signature = (window, budget=None, /))]
     fn coverage(&self, py: Python<'_>, window: PyWindow, budget: Option<&WorkBudget>) -> PyResult<Vec<u64>> {
         let window = world::window(window, self.size)?;
-        let listener = Listener::new(py, 0, None, None).within(core(budget));
-        let work = |monitor: &Monitor, _: &_| self.core.coverage(window, monitor);
-        listener.run_interruptibly(self.threads, work)
+        let listener = Listener::new(0, None, None).within(core(budget));
+        let work = |monitor: &Monitor, _: &mut (dyn Write + Send)| self.core.coverage(window, monitor);
+        listener.run_interruptibly(py, self.threads, work)
     }
 
     /// Return the masks of some objects, as if each were alone: encodings and boxes.
@@ -193,9 +200,10 @@ impl Tracer {
         if objects.iter().any(|&object| object as usize >= self.objects) {
             return Err(PyValueError::new_err("there is no such object"));
         }
-        let listener = Listener::new(py, 0, None, None);
-        let work = |monitor: &Monitor, _: &_| self.core.amodal_masks(window, &objects, monitor);
-        listener.run_interruptibly(self.threads, work)
+        let listener = Listener::new(0, None, None);
+        let work =
+            |monitor: &Monitor, _: &mut (dyn Write + Send)| self.core.amodal_masks(window, &objects, monitor);
+        listener.run_interruptibly(py, self.threads, work)
     }
 
     /// Meter the whole picture at `grid` x `grid` points, within a budget; return stops, percentile and number
@@ -208,9 +216,9 @@ impl Tracer {
         budget: Option<&WorkBudget>,
     ) -> PyResult<(f64, Option<f64>, u64)> {
         has_pixels(grid, grid)?;
-        let listener = Listener::new(py, 0, None, None).within(core(budget));
-        let work = |monitor: &Monitor, _: &_| self.core.exposure(grid, monitor);
-        let (MeterReading { stops, percentile }, rays) = listener.run_interruptibly(self.threads, work)?;
+        let listener = Listener::new(0, None, None).within(core(budget));
+        let work = |monitor: &Monitor, _: &mut (dyn Write + Send)| self.core.exposure(grid, monitor);
+        let (MeterReading { stops, percentile }, rays) = listener.run_interruptibly(py, self.threads, work)?;
         Ok((stops, percentile, rays))
     }
 }

@@ -51,6 +51,13 @@ pub fn write_text(text: &str, json: &mut String) {
     json.push('"');
 }
 
+/// Returns a mapping of texts that are JSON already.
+pub fn mapping(entries: &[(&str, String)]) -> String {
+    let mut json = String::new();
+    write_mapping(entries, &mut json);
+    json
+}
+
 /// Writes a mapping of texts that are JSON already.
 pub fn write_mapping(entries: &[(&str, String)], json: &mut String) {
     json.push('{');

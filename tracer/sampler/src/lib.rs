@@ -20,5 +20,6 @@ mod sampler;
 mod value;
 
 pub use constraints::{Requirement, Shape, View};
+pub use json::mapping;
 pub use sampler::{Caller, Group, Placement, Refusal, Sampler};
 pub use value::{Context, Drawn, Value};

@@ -42,6 +42,10 @@ pub fn mask(pixels: &[u8], width: usize) -> Mask {
     let height = pixels.len().checked_div(width).unwrap_or(0);
     let mut around = [width, height, 0, 0];
     for (y, row) in pixels.chunks(width).enumerate() {
+        // Most rows are empty, which a loop without an exit finds out several pixels at a time.
+        if row.iter().fold(0, |any, &pixel| any | pixel) == 0 {
+            continue;
+        }
         if let Some(first) = row.iter().position(|&pixel| pixel != 0) {
             let last = row.iter().rposition(|&pixel| pixel != 0).unwrap_or(first);
             around = [around[0].min(first), around[1].min(y), around[2].max(last + 1), y + 1];

@@ -1,0 +1,117 @@
+//! A scene file as the file of a picture.
+
+use std::io::BufWriter;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+use rtcli_reader::{Edit, Format};
+use rtcli_tracer::develop::{BitDepth, Developer, ToneCurve};
+use rtcli_tracer::world::Window;
+use rtcli_tracer::{Level, Monitor, Stopped, Tracer, meter};
+
+use crate::file::AtomicFile;
+use crate::scene::PlainScene;
+
+/// Bytes that are written at a time.
+const BUFFER: usize = 1 << 16;
+
+/// The seconds of each stage, by name.
+pub type Seconds = Vec<(&'static str, f64)>;
+
+/// A picture to make.
+pub struct Picture<'a> {
+    /// The bytes of a scene file.
+    pub scene: &'a [u8],
+    /// Its format.
+    pub format: Format,
+    /// The changes to it.
+    pub edits: &'a [Edit<'a>],
+    /// The depth of a channel.
+    pub bits: BitDepth,
+    /// The file to write.
+    pub target: &'a Path,
+    /// A file that is not there, on the same file system.
+    pub temporary: &'a Path,
+    /// The name and version of the software.
+    pub software: &'a str,
+}
+
+/// A picture that was made.
+pub struct PictureFile {
+    /// The fingerprint of the scene.
+    pub fingerprint: String,
+    /// The SHA-256 of the file, in hexadecimal digits.
+    pub sha256: String,
+    /// Its size.
+    pub bytes: u64,
+    /// Width and height, pixels.
+    pub size: (u32, u32),
+    /// The seconds of each stage.
+    pub seconds: Seconds,
+}
+
+/// Why a picture was not made.
+pub enum FileError {
+    /// The work ended early.
+    Stopped(Stopped),
+    /// The file could not be written.
+    Io(std::io::Error),
+}
+
+impl Picture<'_> {
+    /// Reads the scene, traces it with the threads of the current rayon pool, and writes it as a PNG; None if it is not
+    /// plainly valid, or its picture has alpha.
+    ///
+    /// # Errors
+    ///
+    /// If the work is cancelled or runs out of memory, or the file cannot be written.
+    pub fn write(
+        &self,
+        level: Level,
+        developer: impl FnOnce(f64, ToneCurve, BitDepth) -> Arc<Developer>,
+        monitor: &Monitor,
+    ) -> Result<Option<PictureFile>, FileError> {
+        let start = Instant::now();
+        let Some(scene) = rtcli_reader::read(self.scene, self.format, self.edits) else { return Ok(None) };
+        let parsed = start.elapsed();
+        let Some(scene) = PlainScene::new(scene) else { return Ok(None) };
+        let Ok(tone) = scene.tone.parse() else { return Ok(None) };
+        let validated = start.elapsed();
+        let fingerprint = scene.fingerprint();
+        let packed = start.elapsed();
+        // The file first: an error with it must not cost the picture.
+        let mut file = AtomicFile::create(self.temporary, self.target).map_err(FileError::Io)?;
+        let (width, height) = (scene.world.camera.width, scene.world.camera.height);
+        let tracer = Tracer::new(scene.world.clone(), level).map_err(|error| FileError::Stopped(error.into()))?;
+        let built = start.elapsed();
+        let exposure = match scene.exposure {
+            Some(exposure) => exposure,
+            None => tracer.exposure(meter::GRID, monitor).map_err(FileError::Stopped)?.0.stops,
+        };
+        let texts = scene.texts(self.software, &fingerprint, exposure);
+        let developer = developer(exposure, tone, self.bits);
+        let window = Window { x: 0, y: 0, width, height };
+        let metered = start.elapsed();
+        let mut sink = BufWriter::with_capacity(BUFFER, &mut file);
+        let stats =
+            tracer.write_png(window, &developer, &texts, &mut sink, monitor).map_err(|error| match error {
+                Stopped::Io(error) => FileError::Io(error),
+                other => FileError::Stopped(other),
+            })?;
+        sink.into_inner().map_err(|error| FileError::Io(error.into_error()))?;
+        let (sha256, bytes) = file.finish().map_err(FileError::Io)?;
+        let write = (start.elapsed() - metered).saturating_sub(stats.trace + stats.develop);
+        let seconds = [
+            ("parse", parsed),
+            ("validate", validated - parsed),
+            ("pack", packed - validated),
+            ("build", built - packed),
+            ("trace", metered - built + stats.trace),
+            ("develop", stats.develop),
+            ("write", write),
+        ];
+        let seconds = seconds.map(|(stage, time)| (stage, time.as_secs_f64())).into();
+        Ok(Some(PictureFile { fingerprint, sha256, bytes, size: (width, height), seconds }))
+    }
+}
