@@ -5,7 +5,7 @@
 
 use crate::accel::node::{LEAF, Node, WIDTH};
 use crate::bounds::BoundingSphere;
-use crate::memory::{OutOfMemory, reserve};
+use crate::memory::{OutOfMemory, par_collect, reserve, with_capacity};
 use crate::vector::to_f32;
 use rayon::prelude::*;
 
@@ -14,6 +14,9 @@ pub(crate) const TREE: &str = "the tree over the objects";
 
 /// Candidate positions of a cut along an axis.
 const BINS: usize = 16;
+
+/// A tree has at most about one node for this number of items.
+const NODES_PER_ITEM: usize = 4;
 
 /// Subtrees over more objects than this are built by several threads.
 const WORTH_A_THREAD: usize = 4096;
@@ -127,14 +130,14 @@ impl Extent {
 }
 
 /// The items of one child, the position of the first among all items, and their extent.
-pub(crate) struct Part<'a> {
+struct Part<'a> {
     items: &'a mut [Item],
     first: usize,
     extent: Extent,
 }
 
 impl<'a> Part<'a> {
-    pub(crate) fn new(items: &'a mut [Item], first: usize) -> Part<'a> {
+    fn new(items: &'a mut [Item], first: usize) -> Part<'a> {
         Part { extent: Extent::of(items), items, first }
     }
 
@@ -151,6 +154,11 @@ impl<'a> Part<'a> {
         };
         let center = [middle(0), middle(1), middle(2)];
         (center, reach(self.items, center))
+    }
+
+    /// The number of a leaf, if there is a single item.
+    fn leaf(&self) -> Option<u32> {
+        (self.items.len() == 1).then_some(LEAF | self.first as u32)
     }
 
     /// Cut the items in two.
@@ -188,67 +196,85 @@ fn reach(items: &[Item], center: [f32; 3]) -> f32 {
     })
 }
 
-/// Append the nodes of a tree over items, the root first. The number of a leaf is the position of its item.
-pub(crate) fn build(part: Part<'_>, nodes: &mut Vec<Node>) -> Result<(), OutOfMemory> {
+/// Build the nodes of a tree over items, the root first. The number of a leaf is the position of its item in the end.
+pub(crate) fn build(items: &mut [Item]) -> Result<Vec<Node>, OutOfMemory> {
+    if items.is_empty() {
+        return Ok(Vec::new());
+    }
+    let mut pieces = build_pieces(Part::new(items, 0))?;
+    if pieces.len() == 1 {
+        return Ok(pieces.swap_remove(0));
+    }
+    let mut count = 0;
+    let start = |piece: &Vec<Node>| (count, count += piece.len()).0;
+    let starts: Vec<usize> = pieces.iter().map(start).collect();
+    let node = |i: usize| {
+        let piece = starts.partition_point(|&start| start <= i) - 1;
+        pieces[piece][i - starts[piece]].moved(starts[piece] as u32)
+    };
+    par_collect((0..count).into_par_iter().map(node), TREE)
+}
+
+/// Build the nodes of a tree in pieces that several threads work on. Nodes are numbered from the first of their piece on.
+fn build_pieces(part: Part<'_>) -> Result<Vec<Vec<Node>>, OutOfMemory> {
+    if part.items.len() <= WORTH_A_THREAD {
+        let mut nodes = with_capacity(part.items.len() / NODES_PER_ITEM, TREE)?;
+        append(part, &mut nodes)?;
+        return Ok(vec![nodes]);
+    }
+    let build = |part: Part<'_>| {
+        let (bounds, leaf) = (part.bounds(), part.leaf());
+        Ok((bounds, leaf, if leaf.is_some() { Vec::new() } else { build_pieces(part)? }))
+    };
+    let children: Result<Vec<_>, OutOfMemory> = eight_parts(part).into_par_iter().map(build).collect();
+    let (mut root, mut pieces, mut next) = (Node::empty(), vec![Vec::new()], 1);
+    for (i, (bounds, leaf, subtree)) in children?.into_iter().enumerate() {
+        root.put(i, bounds, leaf.unwrap_or(next));
+        next += subtree.iter().map(|piece| piece.len() as u32).sum::<u32>();
+        pieces.extend(subtree);
+    }
+    pieces[0].push(root);
+    Ok(pieces)
+}
+
+/// Append the nodes of a tree, the root first.
+fn append(part: Part<'_>, nodes: &mut Vec<Node>) -> Result<(), OutOfMemory> {
     let number = nodes.len();
     reserve(nodes, 1, TREE)?;
     nodes.push(Node::empty());
-    let large = part.items.len() > WORTH_A_THREAD;
-    let parts = eight_parts(part);
-    for (i, part) in parts.iter().enumerate() {
-        let (center, radius) = part.bounds();
-        let node = &mut nodes[number];
-        node.put(i, center, radius);
-        if part.items.len() == 1 {
-            node.child[i] = LEAF | part.first as u32;
-        }
-    }
-    if large {
-        let subtrees: Result<Vec<Vec<Node>>, OutOfMemory> = parts
-            .into_par_iter()
-            .map(|part| {
-                let mut nodes = Vec::new();
-                if part.items.len() > 1 {
-                    build(part, &mut nodes)?;
-                }
-                Ok(nodes)
-            })
-            .collect();
-        for (i, subtree) in subtrees?.into_iter().enumerate() {
-            let begin = nodes.len() as u32;
-            if !subtree.is_empty() {
-                nodes[number].child[i] = begin;
-            }
-            reserve(nodes, subtree.len(), TREE)?;
-            nodes.extend(subtree.into_iter().map(|node| node.moved(begin)));
-        }
-        return Ok(());
-    }
-    for (i, part) in parts.into_iter().enumerate() {
-        if part.items.len() > 1 {
-            nodes[number].child[i] = nodes.len() as u32;
-            build(part, nodes)?;
+    for (i, part) in eight_parts(part).into_iter().enumerate() {
+        let leaf = part.leaf();
+        let child = leaf.unwrap_or(nodes.len() as u32);
+        nodes[number].put(i, part.bounds(), child);
+        if leaf.is_none() {
+            append(part, nodes)?;
         }
     }
     Ok(())
 }
 
 /// Cut items into at most eight parts, the one with the largest surface first.
+///
+/// Those that fill a node at most are not cut, but taken apart if there is room for their items.
 fn eight_parts(part: Part<'_>) -> Vec<Part<'_>> {
-    if part.items.len() <= WIDTH {
-        // As far as possible neighbours come in the order of the file.
-        part.items.sort_unstable_by_key(|item| item.object);
-        return part.items.chunks_mut(1).zip(part.first..).map(|(item, first)| Part::new(item, first)).collect();
-    }
     let mut parts = Vec::with_capacity(WIDTH);
     parts.push(part);
     while parts.len() < WIDTH {
         let largest = (0..parts.len())
-            .filter(|&i| parts[i].items.len() > 1)
+            .filter(|&i| parts[i].items.len() > WIDTH)
             .max_by(|&a, &b| parts[a].extent.spheres.area().total_cmp(&parts[b].extent.spheres.area()));
         let Some(i) = largest else { break };
         let part = parts.swap_remove(i);
         parts.extend(part.cut());
+    }
+    while let Some(i) =
+        (0..parts.len()).filter(|&i| parts[i].items.len() > 1).min_by_key(|&i| parts[i].items.len())
+    {
+        if parts.len() - 1 + parts[i].items.len() > WIDTH {
+            break;
+        }
+        let part = parts.swap_remove(i);
+        parts.extend(part.items.chunks_mut(1).zip(part.first..).map(|(item, first)| Part::new(item, first)));
     }
     parts
 }
@@ -293,7 +319,7 @@ impl Bins {
 }
 
 /// Move the items of the left part to the front, and return their number.
-fn partition(items: &mut [Item], is_left: &(impl Fn(&Item) -> bool + Sync)) -> usize {
+pub(crate) fn partition(items: &mut [Item], is_left: &(impl Fn(&Item) -> bool + Sync)) -> usize {
     if items.len() > WORTH_HALVING {
         let middle = items.len() / 2;
         let (front, back) = items.split_at_mut(middle);

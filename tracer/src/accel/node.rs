@@ -30,9 +30,10 @@ impl Node {
         }
     }
 
-    /// Put a child's bounding sphere into its place.
+    /// Put a child's bounding sphere and its number into its place.
     #[inline(always)]
-    pub(crate) fn put(&mut self, i: usize, center: [f32; 3], radius: f32) {
+    pub(crate) fn put(&mut self, i: usize, (center, radius): ([f32; 3], f32), child: u32) {
+        self.child[i] = child;
         [self.x[i], self.y[i], self.z[i]] = center;
         let away = (center[0] * center[0] + center[1] * center[1] + center[2] * center[2]).sqrt();
         self.radius[i] = (radius + away * CONSERVATIVE) * (1.0 + CONSERVATIVE);
@@ -47,12 +48,8 @@ impl Node {
     }
 
     /// Return the node with the numbers of its children shifted.
-    pub(crate) fn moved(mut self, shift: u32) -> Node {
-        for child in &mut self.child {
-            if *child & LEAF == 0 {
-                *child += shift;
-            }
-        }
-        self
+    pub(crate) fn moved(&self, shift: u32) -> Node {
+        let child = self.child.map(|child| if child & LEAF == 0 { child + shift } else { child });
+        Node { child, ..*self }
     }
 }

@@ -25,7 +25,7 @@ fn any_scene() -> impl Strategy<Value = ((crate::tile::View, (u32, u32)), Vec<Or
 }
 
 fn tree_of(shapes: &[OracleShape]) -> Bvh {
-    let (mut tree, _, order) = Bvh::new(shapes.par_iter().map(|shape| shape.to_kernel().get(0).bounds())).unwrap();
+    let (mut tree, order) = Bvh::new(shapes.par_iter().map(|shape| shape.to_kernel().get(0).bounds())).unwrap();
     tree.renumber(&order);
     tree
 }
