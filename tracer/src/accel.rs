@@ -48,7 +48,10 @@ impl Bvh {
     ) -> Result<(Bvh, Vec<u32>), OutOfMemory> {
         let item = |(object, bounds): (usize, Option<BoundingSphere>)| Item::new(object as u32, bounds);
         let mut items = par_collect(bounds.enumerate().map(item), TREE)?;
-        let count = partition(&mut items, &|item| !item.is_unbounded());
+        let mut count = items.len();
+        if items.par_iter().any(Item::is_unbounded) {
+            count = partition(&mut items, |item| !item.is_unbounded());
+        }
         let (bounded, unbounded) = items.split_at_mut(count);
         unbounded.sort_unstable_by_key(|item| item.object);
         let nodes = build(bounded)?;

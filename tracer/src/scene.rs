@@ -91,7 +91,8 @@ impl Scene {
         let (space, objects) = (CameraSpace::new(&world.camera, suitable_unit(world)), &world.objects);
         let are_moved = AtomicBool::new(false);
         let place = |number: u32| {
-            let (shape, position) = (objects.shape(number as usize), space.scaled(objects.position(number as usize)));
+            let (shape, position) =
+                (objects.shape(number as usize), space.scaled(objects.position(number as usize)));
             let range_scale = match world.camera.projection {
                 Projection::Perspective => shape.range_scale(&space, position),
                 // Elsewhere it would not look the same.
@@ -106,7 +107,7 @@ impl Scene {
         let (mut bvh, mut numbers) = Bvh::new(bounds)?;
         let counts = sort_by_kind(&mut numbers, &mut bvh, |number| objects.kind(number as usize))?;
         let read = |number: u32| {
-            black_box((objects.position(number as usize)[0], objects.shape(number as usize)));
+            black_box((objects.position(number as usize), objects.shape(number as usize)));
         };
         let shapes = Shapes::new(&space, (&numbers, &counts), (place, read))?;
         let range_scale = |&number: &u32| place(number).range_scale;
@@ -164,7 +165,11 @@ impl Scene {
     }
 
     /// Return the checkers in the order of the objects; objects without flat faces have none.
-    fn place_checkers(&self, space: &CameraSpace, world: &World<impl Objects>) -> Result<Vec<Checker>, OutOfMemory> {
+    fn place_checkers(
+        &self,
+        space: &CameraSpace,
+        world: &World<impl Objects>,
+    ) -> Result<Vec<Checker>, OutOfMemory> {
         if world.checkers.is_empty() {
             return Ok(Vec::new());
         }

@@ -77,22 +77,22 @@ impl Objects for Columns<'_> {
         self.kinds.len()
     }
 
-    #[inline]
+    #[inline(always)]
     fn position(&self, number: usize) -> Vector {
         self.positions[number]
     }
 
-    #[inline]
+    #[inline(always)]
     fn color(&self, number: usize) -> Vector {
         self.colors[number]
     }
 
-    #[inline]
+    #[inline(always)]
     fn kind(&self, number: usize) -> usize {
         usize::from(self.kinds[number])
     }
 
-    #[inline]
+    #[inline(always)]
     fn shape(&self, number: usize) -> ShapeDesc {
         ShapeDesc::new(self.kind(number), &self.parameters[self.starts[number] as usize..])
     }

@@ -346,7 +346,11 @@ impl<'a> CameraToWorld<'a> {
             if face != last {
                 last = face;
                 // A miss has none.
-                color = self.scene.albedos.get((face >> FACE_BITS) as usize).map_or([0.0; 3], |&albedo| to_f32(albedo));
+                color = self
+                    .scene
+                    .albedos
+                    .get((face >> FACE_BITS) as usize)
+                    .map_or([0.0; 3], |&albedo| to_f32(albedo));
             }
             *albedo = color;
         }

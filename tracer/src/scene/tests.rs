@@ -1,7 +1,7 @@
 use super::*;
 use crate::oracle::any_world;
-use crate::world::{Object, Settings};
 use crate::world::{Camera, CapsuleDesc, ConeDesc, CuboidDesc, CylinderDesc, LightSource, ShapeDesc, SphereDesc};
+use crate::world::{Object, Settings};
 use proptest::prelude::*;
 
 /// All numbers of a scene.
