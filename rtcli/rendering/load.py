@@ -78,7 +78,7 @@ def read_packed(raw: bytes, name: str, edits: list[SectionEdit], watch: Stopwatc
     found = read_scene(raw, _format_of(raw, name), edits)
     if found is None:
         return None
-    sections, objects, checkers, lights, names = found
+    sections, (kinds, *numbers), checkers, lights, names = found
     camera, render, image = sections["camera"], sections["render"], sections["image"]
     position, look_at, up = camera["position"], camera["look_at"], camera["up"]
     with watch.stage("validate"):
@@ -88,7 +88,7 @@ def read_packed(raw: bytes, name: str, edits: list[SectionEdit], watch: Stopwatc
     with watch.stage("pack"):
         world = World(
             frame_of(camera["resolution"], lens, position, view, up),
-            Shapes(*_columns(objects, "Bddd")),
+            Shapes(memoryview(kinds), *(memoryview(column).cast("d") for column in numbers)),
             Checkers(*_columns(checkers, "qdd")),
             Lights(*_columns(lights, "Bdddq")),
             Settings(**render),
