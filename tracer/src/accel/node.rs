@@ -9,7 +9,9 @@ pub(crate) const LEAF: u32 = 1 << 31;
 /// Rounding, here and in the kernel, is less than this share of distances and sizes.
 pub(crate) const CONSERVATIVE: f32 = 2e-6;
 
+// No load of eight lanes crosses a cache line.
 #[derive(Clone, Debug)]
+#[repr(align(32))]
 pub(crate) struct Node {
     /// The bounding sphere of each child. A missing child has a radius of -inf, which no cone intersects.
     pub(crate) x: [f32; WIDTH],
