@@ -18,7 +18,7 @@ from rtcli.image.display import Quantization
 from rtcli.image.formats import parts_of
 from rtcli.scene.diagnostics.problems import quoted
 from rtcli.scene.find import looks_like_scene, scene_files_below
-from rtcli.scene.overrides import Overrides, SectionEdit, with_expressions
+from rtcli.scene.overrides import Overrides, PathEdit, with_expressions
 
 if TYPE_CHECKING:
     from rtcli.scene.reading.source import Document
@@ -126,9 +126,9 @@ class Job:
             document = set_expression(document, expression, "--vary")
         return document
 
-    def section_edits(self) -> list[SectionEdit] | None:
-        """Return the same changes as edits of sections; see `Overrides.section_edits`."""
-        return with_expressions(self.settings.overrides.section_edits(), self.variation.edits)
+    def path_edits(self) -> list[PathEdit] | None:
+        """Return the same changes as edits of values; see `Overrides.path_edits`."""
+        return with_expressions(self.settings.overrides.path_edits(), self.variation.edits)
 
 
 def find_jobs(

@@ -21,10 +21,8 @@ AROUND = [(x, y) for x in (-_BESIDE, 0.0, _BESIDE) for y in (-_BESIDE, 0.0, _BES
 
 def rays_through(camera: SimpleCamera, window: Window, offsets: Iterable[tuple[float, float]]) -> Ray:
     """Return the rays at some offsets from a pixel's left and top edge."""
-    rays = [camera.generate_primary_rays(window, offset) for offset in offsets]
-    beside = [ray.beside for ray in rays if ray.beside is not None]
-    directions = np.hstack([ray.direction for ray in rays])
-    return Ray(rays[0].offset, directions, np.hstack(beside) if beside else None)
+    across, down = np.array(list(offsets)).T
+    return camera.generate_primary_rays(window, (across, down))
 
 
 class PixelSamples:
@@ -67,8 +65,8 @@ class PixelSamples:
         rounding = _ROUNDING * np.maximum(reference, native) + _GRAZING * self._head_on()
         if (np.abs(native - reference) <= rounding).all():
             return ROUNDED
-        beside = np.stack([self._radiance(x, y) for x, y in AROUND])  # (offsets, 3, samples)
-        low, high = beside.min(axis=0).mean(axis=1), beside.max(axis=0).mean(axis=1)
+        beside = self._radiance_around()
+        low, high = beside.min(axis=1).mean(axis=1), beside.max(axis=1).mean(axis=1)
         if ((native >= low - rounding) & (native <= high + rounding)).all():
             return AT_A_BORDER
         return DISAGREE
@@ -79,10 +77,12 @@ class PixelSamples:
         ray = rays_through(self.scenery.camera, self.window, [(u + x, v + y) for x, y in offsets])
         return set(self.scenery.nearest_hit(ray).index.tolist())
 
-    def _radiance(self, x: float, y: float) -> Array:
-        """Return the radiance of each sample, moved to the right by x and down by y: (3, N)."""
-        ray = rays_through(self.scenery.camera, self.window, [(u + x, v + y) for u, v in self.offsets])
-        return self.scenery.trace_ray(ray, self.scenery.nearest_hit(ray))[0].rgb
+    def _radiance_around(self) -> Array:
+        """Return the radiance of each sample, moved to each place around: (3, places, samples)."""
+        moved = [(u + x, v + y) for x, y in AROUND for u, v in self.offsets]
+        ray = rays_through(self.scenery.camera, self.window, moved)
+        rgb = self.scenery.trace_ray(ray, self.scenery.nearest_hit(ray))[0].rgb
+        return rgb.reshape(3, len(AROUND), len(self.offsets))
 
     def _head_on(self) -> Array:
         """Return the radiance if nothing blocked any light and all surfaces faced all lights: (3,)."""

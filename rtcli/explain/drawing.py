@@ -176,7 +176,9 @@ class _Drawer:
         r = values.get("r", math.inf)
         between = share.blockers
         if share.places is not None and share.faces and share.same_side:  # of the middle
-            between = occlusions(self.point, source, path_to_light(source, self.point.ray, self.point.hit))
+            way = path_to_light(source, self.point.ray, self.point.hit)
+            (near,) = self.point.scenery.near_paths([source], self.point.ray, self.point.hit)
+            between = occlusions(self.point, source, way, near)
         sine = source.size if math.isinf(r) else source.size / r if r > 0 else 0.0
         return ShadowRay(
             light=index,

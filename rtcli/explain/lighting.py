@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -35,10 +36,12 @@ from rtcli.tracer.reference import (
     Array,
     Hit,
     LightSource,
+    Mask,
     PathToLight,
     PointLight,
     Ray,
     Scenery,
+    Sides,
     SunLight,
     distance_to_eye,
     irradiance_of,
@@ -88,6 +91,11 @@ class SurfacePoint:
             return BACKGROUND
         return SURFACE if self.source is None else SHINING
 
+    @cached_property
+    def seen_side(self) -> Sides:
+        """The side from which the object is seen, as `Object.side` has it: (1,)."""
+        return self.scenery.seen_sides(self.ray, self.hit)
+
     @property
     def is_lit(self) -> bool:
         """Whether the lights matter."""
@@ -104,7 +112,7 @@ def hit_step(point: SurfacePoint) -> HitStep:
         return HitStep("The nearest hit", "3.4", (), (), outcome, kind=BACKGROUND, object=None)
     name, shape = point.names[point.index], point.scenery.objects[point.index]
     notes = SHAPES[name.type]
-    side = int(point.scenery.seen_sides(point.ray, point.hit)[0])
+    side = int(point.seen_side[0])
     seen = f"The eye sees {name.label} {notes.sides[side]}."
     equations, square = _square(point, notes.on_face)
     return HitStep(
@@ -194,9 +202,10 @@ def _share(point: SurfacePoint, i: int) -> LightShare:
     if scenery.places_of(source):
         return _emitter_share(point, i, way)
     cosine = float(way.cosine[0])
-    same_side = bool(scenery.same_side(source, point.ray, point.hit)[0])
+    same_side = bool(scenery.same_side(source, point.hit, point.seen_side)[0])
     faces = cosine > 0
-    blockers = occlusions(point, source, way) if faces and same_side else ()
+    (near,) = scenery.near_paths([source], point.ray, point.hit)
+    blockers = occlusions(point, source, way, near) if faces and same_side else ()
     surface = SHAPES[point.names[point.index].type].surface
     start = "light" if isinstance(source, PointLight) else "point"
     verdict, outcome = _verdict(faces, same_side, blockers, (surface, start))
@@ -242,15 +251,15 @@ def _emitter_share(point: SurfacePoint, i: int, middle: PathToLight) -> LightSha
     places = scenery.places_of(source)
     unhidden, reached = np.zeros(1), np.zeros(1)
     facing, beyond, reaching, hidden = 0, 0, 0, Counter[ObjectName]()
-    for place in places:
+    for place, near in zip(places, scenery.near_paths(places, point.ray, point.hit), strict=True):
         way = path_to_light(place, point.ray, point.hit)
         if not way.cosine[0] > 0:
             continue
         facing += 1
         unhidden += place.weight(way)
-        if not scenery.same_side(place, point.ray, point.hit)[0]:
+        if not scenery.same_side(place, point.hit, point.seen_side)[0]:
             beyond += 1
-        elif blockers := occlusions(point, place, way):
+        elif blockers := occlusions(point, place, way, near):
             hidden[blockers[0].object] += 1
         else:
             reaching += 1
@@ -311,11 +320,14 @@ def _verdict(
     return BLOCKED, f"blocked by {between} from the {start}"
 
 
-def occlusions(point: SurfacePoint, source: LightSource, way: PathToLight) -> tuple[Occlusion, ...]:
-    """Return the objects between the point and a light, in the order of `Occlusion.distance`."""
+def occlusions(point: SurfacePoint, source: LightSource, way: PathToLight, near: Mask) -> tuple[Occlusion, ...]:
+    """Return the objects between the point and a light, in the order of `Occlusion.distance`.
+
+    Only those in `near` (objects,) are asked; see `Scenery.near_paths`.
+    """
     found = (
         Occlusion(point.names[occluder.index], float(occluder.t[0]))
-        for occluder in point.scenery.occluders(source, way, point.hit.index)
+        for occluder in point.scenery.occluders(source, way, point.hit.index, near)
         if occluder.between[0]
     )
     return tuple(sorted(found, key=lambda blocking: blocking.distance))

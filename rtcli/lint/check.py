@@ -9,6 +9,7 @@ from typing import NamedTuple
 from rtcli.lint.ignores import Ignores, ignores_of
 from rtcli.lint.probe import Probe
 from rtcli.lint.scene import LintWarning, SceneIndex, burnt_spots, lint
+from rtcli.rendering.spans import use_plain_spans
 from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import MAX_PROBLEMS, Problem, SceneError
 from rtcli.scene.diagnostics.rules import Rule
@@ -50,12 +51,20 @@ def check(raw: bytes, name: str, ignore: Collection[Rule] = ()) -> CheckResult:
         Warnings to ignore, in addition to those that comments in the file name.
     """
     try:
-        document = parse_bytes(raw, name)
+        return check_document(parse_bytes(raw, name), raw, ignore)
+    except SceneError as error:
+        return CheckResult(error.problems)
+
+
+def check_document(document: Document, raw: bytes, ignore: Collection[Rule] = ()) -> CheckResult:
+    """Return the same for a file that is read already."""
+    try:
         if is_template(document):
             return CheckResult((), template=template_of(document, raw))
         scene = validate(document)
     except SceneError as error:
         return CheckResult(error.problems)
+    use_plain_spans(document, raw)
     ignores = ignores_of(document, ignore)
     left_out: set[Rule] = set()
     placed = itertools.chain(ignores.problems, _placed(document, warnings_of(scene, ignores, left_out)))

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, TypeAlias, cast
 
 from rtcli.explain.nearby import Bodies
 from rtcli.explain.words import name_of
-from rtcli.lint.check import check
+from rtcli.lint.check import check_document
 from rtcli.rendering.pack import PackedScene, pack_scene
 from rtcli.reports import text
 from rtcli.reports.file_report import FileReport
@@ -62,10 +62,11 @@ class Details:
         """Return the details of the bytes of a file."""
         document = parse_bytes(raw, name)
         model = validate(overrides.apply(document))
+        problems = check_document(document, raw).problems
         document.find_spans()
         lines = [lines_of(document, ("objects", index)) for index in range(len(model.objects))]
         bodies = Bodies.of(model, pack_scene(model).world.shapes)
-        return cls(model, document, check(raw, name).problems, lines, bodies)
+        return cls(model, document, problems, lines, bodies)
 
 
 def lines_of(document: Document, loc: Loc) -> Lines:

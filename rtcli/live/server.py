@@ -18,7 +18,7 @@ from urllib.parse import parse_qsl
 
 from rtcli.live.editor import editor_command, open_editor
 from rtcli.live.security import HEADERS, JSON_TYPE, LOOPBACK, Guard
-from rtcli.live.session import ConflictError, Session
+from rtcli.live.session import ConflictError, Session, State
 from rtcli.live.story import story_of
 from rtcli.live.view import CameraPose, RequestError, ViewRequest
 from rtcli.live.watch import SupersededError
@@ -40,7 +40,10 @@ _MAX_BODY, _PIECE = 4096, 1 << 18
 
 # The packages with the files of the page, of which a later one wins, and the types of those files by suffix.
 _PAGE = "rtcli.live.page"
-_SHARED = {"rtcli.reports": ("page.css",), "rtcli.reports.story_page": ("drawing.js", "story.css", "story.js")}
+_SHARED = {
+    "rtcli.reports": ("element.js", "page.css"),
+    "rtcli.reports.story_page": ("drawing.js", "story.css", "story.js"),
+}
 _TYPES = {
     ".html": "text/html; charset=utf-8",
     ".css": "text/css; charset=utf-8",
@@ -256,7 +259,7 @@ class _Handler(BaseHTTPRequestHandler):
             state = session.wait(version, 1.0)
             if state.version != version:
                 version = state.version
-                yield _event(state.version, state.status, None if state.good is None else state.good.version)
+                yield _event(state)
             elif time.monotonic() - beat > _HEARTBEAT:
                 yield b": still here\n\n"
             else:
@@ -297,9 +300,15 @@ def _answer_of(route: Callable[[Session, Any], Answer] | None, session: Session,
         return error_answer(HTTPStatus.INTERNAL_SERVER_ERROR, f"this is a bug in rtcli: {error!r}")
 
 
-def _event(version: int, status: str, picture: int | None) -> bytes:
-    data = json.dumps({"version": version, "status": status, "picture": picture})
-    return f"event: state\ndata: {data}\n\n".encode()
+def _event(state: State) -> bytes:
+    good = state.good
+    data = {
+        "version": state.version,
+        "status": state.status,
+        "picture": None if good is None else good.version,
+        "preview": good is not None and good.rendering is None,
+    }
+    return f"event: state\ndata: {json.dumps(data)}\n\n".encode()
 
 
 # --- The routes ------------------------------------------------------------------------------------------

@@ -22,7 +22,7 @@ from rtcli.rendering.pack import (
 )
 from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.scene.files import JSON_SUFFIX, MAX_BYTES, YAML_SUFFIXES
-from rtcli.scene.overrides import SectionEdit
+from rtcli.scene.overrides import PathEdit
 from rtcli.scene.vectors import are_parallel, view_direction
 from rtcli.tracer._native import read_scene
 from rtcli.tracer.world import Checkers, Lights, Settings, Shapes, World
@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     class Changes(Protocol):
         """The changes to a scene before it is validated."""
 
-        def section_edits(self) -> list[SectionEdit] | None:
-            """Return them as edits of keys of sections; None if one of them changes something else."""
+        def path_edits(self) -> list[PathEdit] | None:
+            """Return them as edits of values; None if one of them is not plain."""
 
         def apply(self, document: Document) -> Document:
             """Return a changed document."""
@@ -51,7 +51,7 @@ def load(raw: bytes, name: str, changes: Changes, watch: Stopwatch) -> PackedSce
         If a change is malformed, or names nothing in this scene.
     """
     with watch.stage("parse"):
-        edits = changes.section_edits()
+        edits = changes.path_edits()
         packed = None if edits is None else read_packed(raw, name, edits, watch)
     return _load_by_models(raw, name, changes, watch) if packed is None else packed
 
@@ -68,14 +68,14 @@ def _load_by_models(raw: bytes, name: str, changes: Changes, watch: Stopwatch) -
         return pack_scene(scene)
 
 
-def read_packed(raw: bytes, name: str, edits: list[SectionEdit], watch: Stopwatch) -> PackedScene | None:
-    """Return the scene of a file's bytes, with edits of its sections; None if it is not plainly valid.
+def read_packed(raw: bytes, name: str, edits: list[PathEdit], watch: Stopwatch) -> PackedScene | None:
+    """Return the scene of a file's bytes, with edits of its values; None if it is not plainly valid.
 
     The compiled reader validates while it parses, so that only the rules on several keys count as validation.
     """
     if len(raw) > MAX_BYTES:
         return None
-    found = read_scene(raw, _format_of(raw, name), edits)
+    found = read_scene(raw, format_of(raw, name), edits)
     if found is None:
         return None
     sections, (kinds, *numbers), checkers, lights, names = found
@@ -108,7 +108,7 @@ def _lens(camera: dict[str, Any]) -> Lens | None:
     return lens_of_fov(fov) if fov is not None else lens_of_fov_x(fov_x, camera["resolution"])
 
 
-def _format_of(raw: bytes, name: str) -> str:
+def format_of(raw: bytes, name: str) -> str:
     """Return the format of a file: by its suffix, or JSON if it starts with a brace."""
     if name.lower().endswith(JSON_SUFFIX):
         return "json"

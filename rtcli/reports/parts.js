@@ -1,11 +1,6 @@
-// What several pages share: elements, keys, and the pixel under the pointer.
+// What several pages share: keys, and the pixel under the pointer.
 
-export function make(tag, properties = {}, ...children) {
-  const element = document.createElement(tag);
-  Object.assign(element, properties);
-  element.append(...children);
-  return element;
-}
+import { make } from "./element.js";
 
 // Calls the action of a key that is pressed alone, unless it is typed into a field or belongs to a slider or a list.
 export function onKeys(actions, isActive = () => true) {

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 if TYPE_CHECKING:
     from rtcli.scene.reading.source import Document
 
-# A section such as `camera`, a key in it, and its value as YAML.
-SectionEdit: TypeAlias = tuple[str, str, str]
+# The path to a value, such as ("objects", 2, "radius"), and the value as YAML.
+PathEdit: TypeAlias = tuple[tuple[str | int, ...], str]
 
 
 @dataclass(frozen=True)
@@ -76,17 +76,17 @@ class Overrides:
         options += ["--alpha"] if self.alpha else []
         return [*options, *(part for edit in self.edits for part in ("--set", edit))]
 
-    def section_edits(self) -> list[SectionEdit] | None:
-        """Return the changes as edits of keys of sections, in order; None if one changes something else."""
-        edits: list[SectionEdit] = []
+    def path_edits(self) -> list[PathEdit] | None:
+        """Return the changes as edits of values, in order; None if one is not plain."""
+        edits: list[PathEdit] = []
         if self.size is not None:
-            edits.append(("camera", "resolution", f"[{self.size[0]}, {self.size[1]}]"))
+            edits.append((("camera", "resolution"), f"[{self.size[0]}, {self.size[1]}]"))
         if self.samples is not None:
-            edits.append(("render", "samples", str(self.samples)))
+            edits.append((("render", "samples"), str(self.samples)))
         if self.exposure is not None:
-            edits.append(("image", "exposure", str(self.exposure)))
+            edits.append((("image", "exposure"), str(self.exposure)))
         if self.alpha is not None:
-            edits.append(("image", "alpha", str(self.alpha).lower()))
+            edits.append((("image", "alpha"), str(self.alpha).lower()))
         return with_expressions(edits, self.edits)
 
 
@@ -115,11 +115,21 @@ def _resized(data: Any, size: tuple[int, int]) -> list[list[float]] | None:
     return rows
 
 
-def with_expressions(edits: list[SectionEdit] | None, expressions: Iterable[str]) -> list[SectionEdit] | None:
-    """Return edits followed by those of `KEY=VALUE` expressions; None if one is no edit of a key of a section."""
-    if edits is None:
-        return None
-    # In ASCII, as all plain values of sections are: half of a surrogate pair could not be passed on.
-    matches = [re.fullmatch(r"([a-z_]+)\.([a-z_]+)=([ -~]*)", expression) for expression in expressions]
-    more = [(match[1], match[2], match[3]) for match in matches if match]
-    return [*edits, *more] if len(more) == len(matches) else None
+def with_expressions(edits: list[PathEdit] | None, expressions: Sequence[str]) -> list[PathEdit] | None:
+    """Return edits followed by those of `KEY=VALUE` expressions; None if one is not plain."""
+    if not expressions:
+        return edits
+    from rtcli.scene.key_paths import KeyPathError, split  # most runs do without
+
+    for expression in expressions:
+        # In ASCII, as almost all are: half of a surrogate pair could not be passed on.
+        if edits is None or re.fullmatch("[ -~]*", expression) is None:
+            return None
+        try:
+            steps, end = split(expression)
+        except KeyPathError:
+            return None
+        if end == len(expression):
+            return None
+        edits = [*edits, (tuple(step.key for step in steps), expression[end + 1 :])]
+    return edits

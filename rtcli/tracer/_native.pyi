@@ -168,10 +168,38 @@ class PngEncoder:
     def finish(self) -> bytes:
         """Return the rest of the file, once all rows were added."""
 
+class FileSpans:
+    """The places of all values and keys in the text of a plainly valid scene file, in characters.
+
+    Each value has an index; the whole file has 0.
+    """
+
+    @staticmethod
+    def of(file: bytes, format: str, /) -> FileSpans | None:
+        """Read the spans of a file, `json` or `yaml`; return None if it is not plainly valid.
+
+        Raises
+        ------
+        ValueError
+            If there is no such format.
+        """
+
+    def value(self, index: int, /) -> tuple[int, int, bool]:
+        """Return the start and end of a value, and whether it is a list or mapping."""
+
+    def key(self, index: int, /) -> tuple[int, int] | None:
+        """Return the start and end of the key of a value, with its quotes, if it has one."""
+
+    def child(self, index: int, step: str | int, /) -> int | None:
+        """Return the index of a value in a list or mapping."""
+
+    def steps(self, index: int, /) -> list[str | int]:
+        """Return the steps into a list or mapping."""
+
 def read_scene(
-    file: bytes, format: str, edits: list[tuple[str, str, str]], /
+    file: bytes, format: str, edits: list[tuple[tuple[str | int, ...], str]], /
 ) -> tuple[dict[str, dict[str, Any]], tuple[bytes, ...], tuple[bytes, ...], tuple[bytes, ...], str] | None:
-    """Read a scene file, `json` or `yaml`, with edits of its sections: section, key, and value in YAML.
+    """Read a scene file, `json` or `yaml`, with edits of its values: the path, and the value in YAML.
 
     Returns
     -------

@@ -32,6 +32,8 @@ from rtcli.tracer.world import CameraFrame, MeterReading, Progress, Settings, Wi
 Array: TypeAlias = npt.NDArray[np.float64]
 Mask: TypeAlias = npt.NDArray[np.bool_]
 Indices: TypeAlias = npt.NDArray[np.intp]
+Sides: TypeAlias = npt.NDArray[np.int8]
+Within: TypeAlias = tuple[float, float] | tuple[Array, Array]
 
 # Document, section 2.2.2: a ray with |l . n| below this is parallel to the plane.
 PARALLEL = 1e-6
@@ -62,6 +64,9 @@ PARALLEL_TO_AXIS = 1e-13
 # A start farther from a cylinder or cone than this multiple of its size is distant.
 DISTANT = 2.0**6
 
+# Whatever is farther apart than this share of the lengths in question is farther than any rounding.
+APART = 1e-6
+
 # A shadow ray that meets an object within this share of its length before its end may only touch it there.
 NEAR_THE_END = 1e-3
 
@@ -69,6 +74,7 @@ NEAR_THE_END = 1e-3
 LARGEST = float(np.finfo(np.float32).max)
 
 NOTHING = -1
+UNKNOWN_SIDE = 2
 
 # The position in a pixel where ground truth is taken.
 CENTRE = (0.5, 0.5)
@@ -102,9 +108,14 @@ def length(a: Array) -> Array:
     return np.sqrt(dot(a, a))
 
 
+def cross(a: Array, b: Array) -> Array:
+    """Cross product of (3, N) vectors: (3, N)."""
+    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
 def unit(a: Array) -> Array:
-    """Return the unit vector of a (3, 1) vector of any length but 0."""
-    scaled = a / np.abs(a).max()  # so that no square overflows or vanishes
+    """Return the unit vectors of (3, N) vectors of any length but 0."""
+    scaled = a / np.abs(a).max(axis=0)  # so that no square overflows or vanishes
     result: Array = scaled / length(scaled)
     return result
 
@@ -171,7 +182,7 @@ class SimpleCamera:
 
     frame: CameraFrame
 
-    def generate_primary_rays(self, window: Window, within: tuple[float, float] = CENTRE) -> Ray:
+    def generate_primary_rays(self, window: Window, within: Within = CENTRE) -> Ray:
         """Return the rays through the pixels of a window, row by row.
 
         Parameters
@@ -179,7 +190,8 @@ class SimpleCamera:
         window
             Pixels of the whole picture.
         within
-            The position in each pixel, from its left and top edge; the default is its center.
+            The position in each pixel, from its left and top edge; the default is its center. Of a single pixel
+            there may be N, as two (N,).
 
         Notes
         -----
@@ -195,7 +207,7 @@ class SimpleCamera:
         point = across + column(frame.forward)
         return Ray(column(frame.position), point / length(point))
 
-    def on_image_plane(self, window: Window, within: tuple[float, float] = CENTRE) -> tuple[Array, Array]:
+    def on_image_plane(self, window: Window, within: Within = CENTRE) -> tuple[Array, Array]:
         """Return x and y, (N,) each, where those rays cross the image plane at distance 1 from the eye, or start.
 
         With s = (pixel + within) / size (section 2.1.2, as corrected; square pixels, and the center at (0, 0))::
@@ -391,8 +403,8 @@ class SunLight(LightSource):
         depth = self.size * self.size / (1 + self.half_cosine)
         axis = np.zeros((3, 1))
         axis[np.abs(self.toward).argmin()] = 1
-        u = unit(np.cross(axis, self.toward, axis=0))
-        v = np.cross(self.toward, u, axis=0)
+        u = unit(cross(axis, self.toward))
+        v = cross(self.toward, u)
         for x, y, _ in pattern.T:
             fall = (x * x + y * y) * depth
             out = math.sqrt(depth * (2 - fall))
@@ -541,6 +553,10 @@ class Object(ABC):
         The points are at `sight` (3, N) from the eye. The largest of the heights (K, N) is that above the object.
         """
 
+    def extent(self, direction: Array) -> Array:
+        """Return how far the object goes from its position along unit vectors (3, N), or more: (N,) or ()."""
+        return np.asarray(np.inf)
+
     def reach(self, point: Array) -> float:
         """Return the distance from a point (3, 1) to the far end of the object, or more."""
         return float(np.abs(point - self.position).sum()) + self.size
@@ -684,6 +700,10 @@ class Sphere(Object):
             return np.where(dot(outward, ray.direction) > 0, -1, 1) * outward / length(outward)
         return (1 if self.side(ray.offset) > 0 else -1) * outward / length(outward)
 
+    def extent(self, direction: Array) -> Array:
+        """Return R: ()."""
+        return np.asarray(self.radius)
+
     def side(self, point: Array) -> int:
         """Return 1 outside, -1 inside, 0 on the sphere."""
         return int(np.sign(self._power(point)))
@@ -774,6 +794,11 @@ class Plane(Object):
         """Return |(p - p_0) . n|, (1, N): a plane has no inside."""
         return np.abs(self._heights(eye, sight))[None]
 
+    def extent(self, direction: Array) -> Array:
+        """Return 0 along the normal, or else +inf: (N,)."""
+        along = (direction == self.direction).all(axis=0) | (direction == -self.direction).all(axis=0)
+        return np.where(along, 0.0, np.inf)
+
     def reach(self, point: Array) -> float:
         """Return the distance from a point (3, 1) to the plane."""
         return abs(self._distance(point))
@@ -857,6 +882,10 @@ class Box(Object):
         leaving: Array = far.min(axis=0)
         return np.where(near.max(axis=0) <= leaving, leaving, -np.inf)
 
+    def extent(self, direction: Array) -> Array:
+        """Return sum |d . a| s / 2 over the axes a and sizes s: (N,)."""
+        return dot(np.abs(self._to_box(direction)), self.half)
+
     def heights(self, eye: Array, sight: Array) -> Array:
         """Return the heights of points above the faces across each axis of the box: (3, N)."""
         local = self._to_box(sight - (self.position - eye))
@@ -873,8 +902,10 @@ class Box(Object):
     def _local(self, point: Array) -> Array:
         """Return a point (3, 1) in box space, with the exact coordinate of a face if it is in the face's plane."""
         local = self._to_box(point - self.position)
-        on_face = np.abs(np.abs(local) - self.half) <= self.rounding(point)
-        return np.where(on_face, np.copysign(self.half, local), local)
+        apart = np.abs(np.abs(local) - self.half)
+        if apart.min() > APART * (np.abs(point).sum() + np.abs(self.position).sum() + self.size):
+            return local
+        return np.where(apart <= self.rounding(point), np.copysign(self.half, local), local)
 
     def meets_bounding_sphere(self, ray: Ray) -> Mask:
         """Return whether the line of each ray meets the bounding sphere (section 2.2.3): (N,)."""
@@ -1052,7 +1083,7 @@ class Frustum(Object):
         away = length(across)
         e = np.where(away > PARALLEL_TO_AXIS, across / away, _perpendicular(self.axis))
         away = np.where(away > PARALLEL_TO_AXIS, away, 0.0)
-        frame = e, np.cross(e, self.axis, axis=0), self.axis
+        frame = e, cross(e, self.axis), self.axis
         w_1, w_3 = self.cosine * away, self.sine * along
         p_1, p_2, p_3 = self._components(start + begin * direction, frame)
         p_3 = self.middle + p_3
@@ -1108,6 +1139,11 @@ class Frustum(Object):
         enter, leave = self.span(Ray(way.eye, way.wi, way.sight))
         return np.where(enter <= leave, leave, -np.inf)
 
+    def extent(self, direction: Array) -> Array:
+        """Return |d . a| h / 2 + r |d x a|, r the larger radius: (N,)."""
+        across = length(direction - dot(direction, self.axis) * self.axis)
+        return np.abs(dot(direction, self.axis)) * self.half + max(self.radii) * across
+
     def height_of_start(self, ray: Ray) -> Array:
         """Return the height above the middle where each ray starts: () or (N,)."""
         z = np.asarray(self.place(ray.offset).z)
@@ -1154,7 +1190,7 @@ class Frustum(Object):
         # Rounding may leave something along the axis, which D would multiply by the distance, or nothing else.
         e = e - dot(e, self.axis) * self.axis
         e = e / length(e) if length(e) > 0.5 else _perpendicular(self.axis)
-        return e, np.cross(e, self.axis, axis=0), self.axis
+        return e, cross(e, self.axis), self.axis
 
     def _components(self, vector: Array, frame: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
         """Return cos(alpha) v_e, cos(alpha) v_f and sin(alpha) v_a: three (N,)."""
@@ -1244,6 +1280,10 @@ class Capsule(Object):
             return int(np.sign(place.height))
         return (self.top if place.z > 0 else self.base).side(point)
 
+    def extent(self, direction: Array) -> Array:
+        """Return |d . a| h / 2 + R: (N,)."""
+        return np.abs(dot(direction, self.tube.axis)) * self.tube.half + self.radius
+
     def heights(self, eye: Array, sight: Array) -> Array:
         """Return |P - F| - R: (1, N)."""
         return (length(self._from_axis(sight - (self.position - eye))) - self.radius)[None]
@@ -1259,7 +1299,7 @@ def _perpendicular(axis: Array) -> Array:
     """Return a unit vector (3, 1) at right angles to another."""
     least = np.zeros((3, 1))
     least[np.abs(axis).argmin()] = 1.0
-    across = np.cross(axis, least, axis=0)
+    across = cross(axis, least)
     return across / length(across)
 
 
@@ -1343,10 +1383,8 @@ class PathToLight:
 
     def extent(self) -> tuple[Array, float]:
         """Return the point nearest to the eye, (3, 1), and the largest distance of the others from it."""
-        if not self.distance.size:
-            return self.eye, 0.0
-        nearest = self.sight[:, [dot(self.sight, self.sight).argmin()]]
-        return self.eye + nearest, float(length(self.sight - nearest).max())
+        nearest, spread = _extent(self.sight)
+        return self.eye + nearest, spread
 
     def toward(self, position: Array) -> PathToLight:
         """Return the paths from the same points to another position (3, 1), with the same cosines."""
@@ -1359,6 +1397,14 @@ class PathToLight:
         return PathToLight(
             self.eye, self.sight[:, points], self.distance[points], self.wi[:, points], self.cosine[points]
         )
+
+
+def _extent(sight: Array) -> tuple[Array, float]:
+    """Return that of points (3, N) nearest to 0, (3, 1), and the largest distance of the others from it."""
+    if not sight.size:
+        return np.zeros((3, 1)), 0.0
+    nearest = sight[:, [dot(sight, sight).argmin()]]
+    return nearest, float(length(sight - nearest).max())
 
 
 def path_to_light(source: LightSource, ray: Ray, hit: Hit) -> PathToLight:
@@ -1441,6 +1487,7 @@ class Scenery:
         self._places: dict[LightSource, list[LightSource]] = {}
         self.shining = np.array([shape.source_object is not None for shape in objects], dtype=bool)
         self.solid = np.array([shape.is_solid for shape in objects], dtype=bool)
+        self._positions = np.hstack([np.zeros((3, 0)), *(shape.position for shape in objects)])
 
     def render_img_to_rgb_array(
         self, window: Window, threads: int = 1, progress: Progress | None = None, passes: tuple[str, ...] = ()
@@ -1609,9 +1656,10 @@ class Scenery:
         if not places:
             return self._sharp_irradiance(source, ray, hit)
         unhidden, reached, traced = np.zeros(len(hit.t)), np.zeros(len(hit.t)), 0
-        for place in places:
+        seen = self.seen_sides(ray, hit)
+        for place, near in zip(places, self.near_paths(places, ray, hit), strict=True):
             way = path_to_light(place, ray, hit)
-            lit, facing = self._lit(place, way, ray, hit)
+            lit, facing = self._lit(place, way, (hit, seen), near)
             weight = np.where(way.cosine > 0, place.weight(way), 0.0)
             unhidden += weight
             reached[lit] += weight[lit]
@@ -1654,56 +1702,95 @@ class Scenery:
         its own shadow test, and no epsilon is needed.
         """
         way = path_to_light(source, ray, hit)
-        lit, facing = self._lit(source, way, ray, hit)
+        (near,) = self.near_paths([source], ray, hit)
+        lit, facing = self._lit(source, way, (hit, self.seen_sides(ray, hit)), near)
         return irradiance_of(source, way, lit), facing
 
-    def _lit(self, source: LightSource, way: PathToLight, ray: Ray, hit: Hit) -> tuple[Indices, int]:
-        """Return the points that a light without a size reaches, and the number of those that face it."""
-        facing = np.flatnonzero((way.cosine > 0) & self.same_side(source, ray, hit))
-        blocked = self._blocked(source, way.take(facing), hit.index[facing])
+    def _lit(
+        self, source: LightSource, way: PathToLight, seen: tuple[Hit, Sides], near: Mask
+    ) -> tuple[Indices, int]:
+        """Return the points that a light without a size reaches, and the number of those that face it.
+
+        The points are hits, seen from some sides; `near` is a row of `near_paths`.
+        """
+        facing = np.flatnonzero((way.cosine > 0) & self.same_side(source, *seen))
+        receiver = seen[0].index[facing]
+        blocked = np.zeros(len(facing), dtype=bool)
+        for occluder in self.occluders(source, way.take(facing), receiver, near):
+            blocked |= occluder.between
         return facing[~blocked], len(facing)
 
-    def same_side(self, source: LightSource, ray: Ray, hit: Hit) -> Mask:
+    def same_side(self, source: LightSource, hit: Hit, seen: Sides) -> Mask:
         """Return for each hit whether the light can reach what the eye sees of the object: (N,).
 
-        It can if both are on the same side of the surface. From the surface of a solid the eye sees its inside,
-        and a light there shines to both sides; a light on a plane does not light the plane.
+        It can if both are on the same side of the surface; `seen` is that of the eye. From the surface of a solid
+        the eye sees its inside, and a light there shines to both sides; a light on a plane does not light it.
         """
-        eye, light = self.seen_sides(ray, hit), self._sides_by(source, source.side_of)[hit.index]
-        same: Mask = (eye == light) | (self.solid[hit.index] & ((light == 0) | ((eye == 0) & (light < 0))))
+        light = self._sides_by(source, source.side_of, hit.index)
+        same: Mask = (seen == light) | (self.solid[hit.index] & ((light == 0) | ((seen == 0) & (light < 0))))
         return same
 
-    def seen_sides(self, ray: Ray, hit: Hit) -> npt.NDArray[np.int8]:
+    def seen_sides(self, ray: Ray, hit: Hit) -> Sides:
         """Return the side from which each hit is seen: (N,)."""
         if ray.beside is None:
-            sides = self._sides_by(tuple(ray.offset.ravel()), lambda shape: shape.side(ray.offset))
-            return sides[hit.index]
+            return self._sides_by(tuple(ray.offset.ravel()), lambda shape: shape.side(ray.offset), hit.index)
         sides = np.zeros(len(hit.index), dtype=np.int8)
         for i in np.unique(hit.index):
             rays = np.flatnonzero(hit.index == i)
             sides[rays] = self.objects[i].seen_side(ray.take(rays), hit.take(rays))
         return sides
 
-    def _sides_by(self, apex: Any, side_of: Callable[[Object], int]) -> npt.NDArray[np.int8]:
-        """Return the side of each object on which an eye or light is, computed once for each: (objects,)."""
-        if apex not in self._sides:
-            self._sides[apex] = np.array([side_of(shape) for shape in self.objects], dtype=np.int8)
-        return self._sides[apex]
+    def _sides_by(self, apex: Any, side_of: Callable[[Object], int], index: Indices) -> Sides:
+        """Return the side of objects (N,) on which an eye or light is, computed once for each: (N,)."""
+        sides = self._sides.setdefault(apex, np.full(len(self.objects), UNKNOWN_SIDE, dtype=np.int8))
+        for i in np.unique(index[sides[index] == UNKNOWN_SIDE]):
+            sides[i] = side_of(self.objects[i])
+        return sides[index]
 
-    def _blocked(self, source: LightSource, way: PathToLight, receiver: Indices) -> Mask:
-        """Return whether an object stands between the light and each point: (N,)."""
-        blocked = np.zeros(len(way.distance), dtype=bool)
-        for occluder in self.occluders(source, way, receiver):
-            blocked |= occluder.between
-        return blocked
+    def near_paths(self, sources: Sequence[LightSource], ray: Ray, hit: Hit) -> Mask:
+        """Return which objects the paths from hits to each light may meet: (sources, objects).
 
-    def occluders(self, source: LightSource, way: PathToLight, receiver: Indices) -> Iterator[Occluder]:
+        How few there are decides how long soft shadows take. No path meets an object if along some direction d,
+        with C the object's position and s the spread of the hits around P, ::
+
+            (C - P) . d - extent(d) > max(s, r l . d)
+
+        Tried are the direction from the nearest point of the path to the object, and that into the surface.
+        """
+        middle, spread = _extent(ray.sight(hit.t))
+        point = ray.offset + middle
+        ways = [source.way_from(point, np.zeros((3, 1))) for source in sources]
+        distance, wi = np.array([r for r, _ in ways]).ravel(), np.hstack([wi for _, wi in ways])
+        near = np.full((len(sources), len(self.objects)), bool(hit.index.size))
+        if not hit.index.size:
+            return near
+        receiver = hit.index[0] if (hit.index == hit.index[0]).all() else NOTHING
+        to_objects = self._positions - point
+        rounding = APART * (length(to_objects) + np.abs(point).sum() + spread)
+        for i, shape in enumerate(self.objects):
+            if i == receiver:  # no object stands in its own light
+                near[:, i] = False
+                continue
+            to_object = to_objects[:, i : i + 1]
+            apart = to_object - np.clip(dot(to_object, wi), 0.0, distance) * wi
+            for direction in unit(apart), -hit.normal[:, :1]:
+                free = dot(to_object, direction) - shape.extent(direction) - rounding[i]
+                near[:, i] &= ~(free > np.maximum(spread, distance * dot(wi, direction)))
+        return near
+
+    def occluders(
+        self, source: LightSource, way: PathToLight, receiver: Indices, near: Mask
+    ) -> Iterator[Occluder]:
         """Yield each object that may stand between the light and points on the objects `receiver` (N,).
 
-        Neither the object that the point lies on nor the one that carries the light counts.
+        Neither the object that the point lies on nor the one that carries the light counts. The others are those
+        in `near` (objects,).
         """
         within = way.extent()
-        for i, shape in self._objects_until_abandoned():
+        for i in np.flatnonzero(near).tolist() if receiver.size else ():
+            shape = self.objects[i]
+            if self._abandoned.is_set():
+                raise AbandonedError
             if shape.source_object is not source.whole:
                 t, ahead = source.crossing(shape, way, within)
                 between = (ahead > 0) & (receiver != i)

@@ -111,11 +111,11 @@ class Page:
     def is_shown(self, name):
         return self.run("document.getElementById(arguments[0]).checkVisibility()", name)
 
-    def wait(self, condition):
+    def wait(self, condition, pause=0.02):
         end = time.monotonic() + PATIENCE
         while not (value := condition()):
             assert time.monotonic() < end, (self.text("status"), chromium.said(self.browser))
-            time.sleep(0.02)
+            time.sleep(pause)
         return value
 
     def press(self, *names):
@@ -167,7 +167,8 @@ class Page:
     def wait_for_colors(self, picture, pixels=(BALL, SKY)):
         """Wait until pixels have the colors that they have in the PNG that `rtcli render` writes."""
         expected = [list(picture.getpixel(pixel)) for pixel in pixels]
-        self.wait(lambda: self.colors(pixels) == expected)
+        # Chromium ignores a page that changes its address more than 200 times in 10 s.
+        self.wait(lambda: self.colors(pixels) == expected, 0.2)
 
     def wait_for_picture(self, text, *options):
         self.wait(lambda: self.run("document.querySelector('#status.ok')"))
@@ -287,6 +288,37 @@ def test_a_hidden_tab_closes_its_stream_and_catches_up(page, browser):
     browser.switch_to.window(second)
     browser.close()
     browser.switch_to.window(first)
+
+
+def test_a_save_while_the_state_is_on_its_way_is_not_lost(page):
+    page.run("""(() => {
+        const get = window.fetch;
+        window.fetch = async (path, options) => {
+            if (path === "/state") await new Promise((resolve) => setTimeout(resolve, 700));
+            return get(path, options);
+        };
+    })()""")
+    page.save(SCENE.replace("radius: 1,", "radius: 0.9,"))
+    time.sleep(0.3)
+    page.save(GREEN)  # the state of this save comes with the event of the one before
+    page.wait_for_picture(GREEN)
+
+
+def test_eight_tabs_follow_at_once(page, browser):
+    address, tabs = browser.current_url, [browser.current_window_handle]
+    for _ in range(7):
+        browser.switch_to.new_window("tab")
+        chromium.resize(browser, 1280, 900)
+        browser.get(address)
+        tabs.append(browser.current_window_handle)
+    page.save(GREEN)
+    for tab in tabs:
+        browser.switch_to.window(tab)
+        page.wait_for_picture(GREEN)
+    for tab in tabs[1:]:
+        browser.switch_to.window(tab)
+        browser.close()
+    browser.switch_to.window(tabs[0])
 
 
 def test_a_server_that_is_gone_is_told(browser, tmp_path):

@@ -230,7 +230,7 @@ def test_stream_tells_the_state_at_once_and_then_each_change(live, scene):
     with stream_of(live) as lines:
         state = live.session.state
         first = next_event(lines)
-        assert first == {"version": state.version, "status": "ok", "picture": state.good.version}
+        assert first == {"version": state.version, "status": "ok", "picture": state.good.version, "preview": False}
         in_place(scene, "nothing")
         assert next_event(lines)["status"] == "invalid"
 

@@ -112,48 +112,108 @@ def test_what_is_not_plainly_valid_is_not_read(text):
     assert read_packed(text.encode(), "a.yaml", [], Stopwatch()) is None
 
 
+STEPS = [
+    *(
+        "camera",
+        "render",
+        "image",
+        "objects",
+        "lights",
+        "[0]",
+        "[1]",
+        "[2]",
+        ".lamp",
+        ".ball",
+        ".Cube",
+        '."Cube.001"',
+        ".001",
+    ),
+    *(
+        ".fov",
+        ".height",
+        ".projection",
+        ".position",
+        ".look_at",
+        ".up",
+        ".samples",
+        ".background",
+        ".tone",
+        ".radius",
+    ),
+    *(
+        ".size",
+        ".color",
+        ".rotation",
+        ".normal",
+        ".direction",
+        ".light",
+        ".checker",
+        ".intensity",
+        ".type",
+        ".name",
+        ".x",
+        "",
+    ),
+]
+VALUES = ["20", "0", "[1, 2, 3]", "[0, 0, 0]", "red", "'#ffffff'", "{}", "auto", "clip", "box", "lamp"]
+VALUES += ["orthographic", " 4 # x", "4\n", "\udcff"]
 OVERRIDES = st.builds(
     Overrides,
     size=st.none() | st.tuples(st.integers(0, 9), st.integers(1, 9)),
     samples=st.none() | st.integers(0, 9),
     exposure=st.none() | st.floats(allow_nan=False) | st.just("auto"),
     edits=st.lists(
-        st.tuples(
-            st.sampled_from(["camera", "render", "image", "objects", "lights", "objects[1]", "objects.lamp"]),
-            st.sampled_from(
-                [
-                    "fov",
-                    "height",
-                    "projection",
-                    "position",
-                    "look_at",
-                    "samples",
-                    "background",
-                    "tone",
-                    "radius",
-                    "",
-                    "up",
-                ]
-            ),
-            st.sampled_from(
-                ["20", "[1, 2, 3]", "red", "'#ffffff'", "auto", "clip", "orthographic", " 4 # x", "4\n", "\udcff"]
-            ),
-        ).map(lambda parts: f"{parts[0]}.{parts[1]}={parts[2]}"),
+        st.builds(
+            "{}={}".format,
+            st.lists(st.sampled_from(STEPS), min_size=1, max_size=4).map("".join),
+            st.sampled_from(VALUES),
+        ),
         max_size=3,
     ).map(tuple),
 )
 
 
-@given(st.sampled_from(TEXTS), OVERRIDES)
+NAMED = """\
+camera: {resolution: [4, 3], fov: 40}
+lights: [{position: [0, 5, 0], intensity: 1}, {type: sun, direction: [0, -1, 1], irradiance: 1}]
+objects:
+- {type: plane, name: floor, position: [0, 0, 0], normal: [0, 1, 0], color: red, checker: {size: 1, color: white}}
+- {type: sphere, name: ball, position: [0, 1, 0], radius: 1, color: [1, 1, 1]}
+- {type: sphere, name: lamp, position: [0, 3, 0], radius: 0.5, color: red, light: {intensity: 1}}
+"""
+FILES = st.sampled_from(
+    [*TEXTS, *[("a.yaml", NAMED + more) for more in ("", "- {type: plane, name: Cube.001}")] * 20]
+)
+
+
+@given(FILES, OVERRIDES)
 @example(("a.yaml", "camera: {fov: 40}\n"), Overrides(size=(4, 3)))
 def test_overrides_change_the_arrays_as_they_change_the_scene(file, overrides):
     name, text = file
     assert not two_ways.difference(text.encode(), name, overrides)
 
 
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        ("objects.ball.radius", 2),
+        ("objects[1].position", [1, 2, 3]),
+        ("objects.ball.position[2]", 7),
+        ("objects.ball.light.intensity", 9),
+        ("objects.floor.checker.size", 3),
+        ("lights[1].irradiance", 4),
+    ],
+)
+def test_edit_of_an_item_needs_no_models(path, value):
+    overrides = Overrides(edits=(f"{path}={value}",))
+    read = read_packed(NAMED.encode(), "a.yaml", overrides.path_edits(), Stopwatch())
+    assert two_ways.bits_of(read) == repr(two_ways.by_models(NAMED.encode(), "a.yaml", overrides))
+    assert read != read_packed(NAMED.encode(), "a.yaml", [], Stopwatch())
+
+
 def test_edit_of_a_section_needs_no_models():
     overrides = Overrides((8, 6), 4, 1e-5, ("camera.fov=30", "image.tone=aces", "camera.fov=31"))
-    read = read_packed(CAMERA.encode(), "a.yaml", overrides.section_edits(), Stopwatch())
+    read = read_packed(CAMERA.encode(), "a.yaml", overrides.path_edits(), Stopwatch())
     assert (read.world.camera.width, read.world.camera.fov, read.world.settings.samples) == (8, 31.0, 4)
     assert (read.exposure, read.tone) == (1e-5, "aces")
 

@@ -53,9 +53,9 @@ def test_modules_make_no_element_from_text(name):
 
 
 @pytest.mark.parametrize("name", ["story.js", "drawing.js"])
-def test_modules_import_each_other_only(name):
+def test_modules_import_each_other_and_what_makes_elements_only(name):
     text = (FOLDER / name).read_text(encoding="utf-8")
-    assert {*re.findall(r'from "(.*?)"', text)} <= {f"./{other}" for other in MODULES}
+    assert {*re.findall(r'from "(.*?)"', text)} <= {"./element.js", *(f"./{other}" for other in MODULES)}
 
 
 def test_page_holds_the_modules_and_allows_no_other_script():

@@ -113,7 +113,7 @@ def by_models(raw: bytes, name: str, overrides: Overrides) -> PackedScene | None
 def difference(raw: bytes, name: str, overrides: Overrides | None = None) -> str:
     """Return how the compiled reader differs from the models; empty if it gives up or is right."""
     overrides = overrides or Overrides()
-    edits = overrides.section_edits()
+    edits = overrides.path_edits()
     read = None if edits is None else read_packed(raw, name, edits, Stopwatch())
     if read is None:
         return ""

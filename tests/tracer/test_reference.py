@@ -1,11 +1,18 @@
 """Properties of the reference engine alone; `test_pictures.py` and `test_properties.py` test both engines."""
 
 import itertools
+from unittest import mock
 
 import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from worlds import box, crowded_scenes, extreme_scenes, light, plane, random_scenes, render, scene, sphere
 
+from rtcli.rendering.pack import pack_scene
+from rtcli.tracer import reference
 from rtcli.tracer.passes import PASSES
-from rtcli.tracer.reference import PASS_VALUES, Box, Ray
+from rtcli.tracer.reference import OBJECTS, PASS_VALUES, Box, Ray, build_scenery, dot, unit
 
 
 def test_rays_to_the_corners_of_a_box_hit_it():
@@ -17,6 +24,64 @@ def test_rays_to_the_corners_of_a_box_hit_it():
         ways = corners - np.array(eye)[:, None]
         ray = Ray(np.array(eye, dtype=float)[:, None], ways / np.linalg.norm(ways, axis=0))
         assert np.isfinite(shape.intersection_parameter(ray)).all()
+
+
+PARAMETERS = {
+    "sphere": [1.5],
+    "plane": [0.3, -1.0, 0.5],
+    "box": [2, 5, 0.5, 35.0, -20.0, 50.0],
+    "cylinder": [0.5, 4, 1.0, 2.0, -0.5],
+    "capsule": [0.5, 4, 1.0, 2.0, -0.5],
+    "cone": [1.5, 0.25, 2, 1.0, 2.0, -0.5],
+}
+
+
+@pytest.mark.parametrize("kind", [kind for kind in OBJECTS if kind != "plane"])
+def test_object_reaches_as_far_as_its_extent_along_every_direction(kind):
+    shape = OBJECTS[kind]((1, 1, 1), (1, 2, 3), PARAMETERS[kind])
+    ways, directions = (np.random.default_rng(seed).normal(size=(3, 50_000)) for seed in (1, 2))
+    ray, directions = Ray(shape.position, unit(ways)), unit(directions[:, :40])
+    with np.errstate(all="ignore"):
+        surface = ray.sight(shape.intersection_parameter(ray))
+    for d in directions.T[:, :, None]:
+        reached = dot(surface[:, np.isfinite(surface[0])], d).max()
+        extent = float(shape.extent(d).item())
+        assert reached <= extent * (1 + 1e-12)
+        assert reached > 0.97 * extent or kind == "cone"  # a cone counts as a cylinder around it
+
+
+def test_plane_has_no_extent_along_its_normal():
+    shape = OBJECTS["plane"]((1, 1, 1), (1, 2, 3), PARAMETERS["plane"])
+    for side in (1, -1):
+        assert shape.extent(side * shape.direction) == 0
+
+
+@given(st.one_of(random_scenes(emitters=True), extreme_scenes(), crowded_scenes()))
+def test_leaving_out_objects_that_are_apart_changes_no_byte(data):
+    film = render(data, engine="reference")
+    with mock.patch.object(reference, "APART", np.inf):
+        assert render(data, engine="reference").radiance.tobytes() == film.radiance.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [("floor", False), ("ball", True), ("beside", False), ("below", False), ("lamp", False)],
+)
+def test_only_objects_near_a_path_to_a_light_are_asked(name, expected):
+    objects = [
+        plane([0, 0, 0], [0, 1, 0], name="floor"),
+        sphere([0, 3, 0], 1, name="ball"),
+        sphere([4, 3, 0], 1, name="beside"),
+        box([0, -2, 0], [50, 1, 50], name="below"),
+        sphere([0, 9, 0], 1, name="lamp"),
+    ]
+    world = scene(objects, [light([0, 6, 0])], camera={"resolution": [1, 1], "fov": 1, "position": [9, 1, 0]})
+    scenery = build_scenery(pack_scene(world).world)
+    eye, point = np.array([[9.0], [1.0], [0.0]]), np.zeros((3, 1))
+    ray = Ray(eye, (point - eye) / np.linalg.norm(point - eye))
+    with np.errstate(all="ignore"):
+        near = scenery.near_paths(scenery.light_sources, ray, scenery.nearest_hit(ray))
+    assert near[0, [item["name"] for item in objects].index(name)] == expected
 
 
 def test_there_is_a_formula_for_each_pass():

@@ -66,7 +66,7 @@ pub struct Columns<'a> {
     pub positions: Cow<'a, [Vector]>,
     /// The parameters of the first object, then those of the second, and so on.
     pub parameters: Cow<'a, [f64]>,
-    /// The index of each object's first parameter.
+    /// The index of each object's first parameter; empty if all objects are of one kind.
     pub starts: Vec<u32>,
     /// The albedo of each object, linear RGB, 0..1.
     pub colors: Cow<'a, [Vector]>,
@@ -94,7 +94,10 @@ impl Objects for Columns<'_> {
 
     #[inline(always)]
     fn shape(&self, number: usize) -> ShapeDesc {
-        ShapeDesc::new(self.kind(number), &self.parameters[self.starts[number] as usize..])
+        let kind = self.kind(number);
+        let in_step = || number * ShapeDesc::KINDS[kind].parameters;
+        let start = self.starts.get(number).map_or_else(in_step, |&start| start as usize);
+        ShapeDesc::new(kind, &self.parameters[start..])
     }
 }
 

@@ -1,12 +1,12 @@
 // The page of `rtcli live`: follows the server, and joins the parts.
 
+import { make } from "/element.js";
 import { showHistogram, stepExposure, toggleClipped } from "/exposure.js";
 import { byId, copy, counted, emit, live, on, report } from "/live.js";
 import { adaptSize, drag, drop, isCameraMode, step, toggleMode, wheel } from "/move.js";
 import { flash, openObject } from "/objects.js";
 import { clickPixel, followHash, hover, move, select, togglePin } from "/pixel.js";
 import { Events, getJson, newest } from "/server.js";
-import { make } from "/story.js";
 import { openPanel } from "/tabs.js";
 import { loadPicture, stage, takePicture } from "/view.js";
 
@@ -16,18 +16,22 @@ on("mode", (isCamera) => { if (isCamera) openPanel("camera"); });
 
 // --- State and picture -----------------------------------------------------------------------------------
 
-// They are fetched side by side, since the event says whether there is a new picture.
+let shown = null; // the event after which the picture on the screen was loaded
+
+// They are fetched side by side, since the event says whether there is a new picture. The state may be newer than the
+// event, so it does not tell which picture is on the screen.
 const refresh = newest(async (event) => {
   const start = performance.now();
   const old = live.state;
-  const last = old?.picture;
-  const isNew = event.picture !== null && (!last || last.preview || event.picture !== last.version);
+  const isNew = event.picture !== null && (event.picture !== shown?.picture || event.preview !== shown.preview);
   const [state, picture] = await Promise.all([getJson("/state"), isNew ? loadPicture().catch(notShown) : null]);
   live.state = state;
   emit("state", old);
   if (!picture) return;
+  const isSave = shown !== null && event.picture !== shown.picture;
+  shown = event;
   await takePicture(picture);
-  if (last && state.picture.version !== last.version) {
+  if (isSave) {
     showLatency(state.picture.milliseconds + performance.now() - start);
     flash(state.changed);
   }

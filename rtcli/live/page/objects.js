@@ -1,10 +1,10 @@
 // Objects: their list, their outlines in the picture, and their lines in the text of the file.
 
+import { make } from "/element.js";
 import { byId, emit, fullSize, live, loadPass, on, report } from "/live.js";
 import { Outlines } from "/outline.js";
 import { newest, post } from "/server.js";
 import { Source } from "/source.js";
-import { make } from "/story.js";
 import { stage } from "/view.js";
 
 export const nameOf = (index) => {

@@ -1,11 +1,12 @@
 // The pixel under the pointer, the selected one and its story, and a pinned one beside it.
 
 import { hex } from "/color.js";
+import { make } from "/element.js";
 import { byId, emit, fullSize, live, on, pixelQuery, report } from "/live.js";
 import { light, markPath, nameOf, needOutlines, objectAt, openObject } from "/objects.js";
 import { PASSES, valuesAt } from "/passes.js";
 import { ServerError, get, newest } from "/server.js";
-import { make, renderStory } from "/story.js";
+import { renderStory } from "/story.js";
 import { shown, stage } from "/view.js";
 
 let hovered = null;

@@ -1,12 +1,12 @@
 // The picture on its stage: passes, comparison with the picture before, zoom.
 
 import { number, viridis } from "/color.js";
+import { make } from "/element.js";
 import { Picture, difference } from "/image.js";
 import { byId, counted, emit, fullSize, live, loadPass, on, pictureQuery, report } from "/live.js";
 import { PASSES, paint } from "/passes.js";
 import { ServerError, get, newest } from "/server.js";
 import { Stage } from "/stage.js";
-import { make } from "/story.js";
 
 export const stage = new Stage(byId("stage"), byId("canvas"), () => {
   byId("zoom").textContent = `${Number((stage.scale * stage.ratio * 100).toPrecision(3))} %`;

@@ -1,7 +1,8 @@
 
 "use strict";
 
-import { followPixel, make, onKeys, valueAt } from "./parts.js";
+import { make } from "./element.js";
+import { followPixel, onKeys, valueAt } from "./parts.js";
 
 // Text from the manifest goes into the page by textContent and the like only, never as HTML.
 

@@ -8,6 +8,7 @@
 // the index of an object whose name is pressed. Text from scenes goes into the page by textContent only.
 
 import { described, drawNumberLine, drawSection, heightOf, scaleNote, shown } from "./drawing.js";
+import { make } from "./element.js";
 
 const STEPS = [
   ["story", "ray"], ["story", "intersections"], ["story", "hit"], ["story", "lights"], ["story", "radiance"],
@@ -27,15 +28,6 @@ const OF_OBJECT = { rho: "color", C: "position", R: "radius", p_0: "position", n
 const OF_LIGHT = { position: "position", r: "position", l: "position", intensity: "intensity", irradiance: "irradiance", L_i: "intensity", color: "color" };
 
 const VERDICTS = { lit: "✓ reaches the point", blocked: "✕ blocked", turned_away: "✕ faces away", other_side: "✕ other side" };
-
-export function make(tag, properties = {}, ...children) {
-  const element = document.createElement(tag);
-  const { dataset, ...others } = properties;
-  Object.assign(element, others);
-  Object.assign(element.dataset, dataset);
-  element.append(...children);
-  return element;
-}
 
 export function renderStory(element, story, callbacks = {}) {
   return new StoryView(element, story, callbacks).handle();

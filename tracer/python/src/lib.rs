@@ -3,6 +3,7 @@
 //! - `tracer`: the class `Tracer`, which renders a world to a film or a picture
 //! - `world`: the conversion of packed columns to a `World`
 //! - `scene`: valid scene files as packed columns
+//! - `spans`: where the values of a scene file stand
 //! - `arrays`: the arrays of a film, which NumPy owns
 //! - `interruptible`: work in a thread pool while the calling thread listens to Python
 //! - `byte_channel`: bytes on their way from the pool to the calling thread
@@ -27,6 +28,7 @@ mod interruptible;
 mod png;
 mod sampler;
 mod scene;
+mod spans;
 mod tracer;
 mod world;
 
@@ -51,6 +53,8 @@ mod _native {
     use crate::sampler::{Drawn, Placement, Sampler};
     #[pymodule_export]
     use crate::scene::{by_threes, read_scene};
+    #[pymodule_export]
+    use crate::spans::FileSpans;
     #[pymodule_export]
     use crate::tracer::{Tracer, WorkBudget, emitter_places, sample_offsets, simd_level};
 

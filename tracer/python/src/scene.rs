@@ -3,18 +3,28 @@
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyString, PyTuple};
-use rtcli_reader::scene::{Setting, light_kinds, shapes};
+use rtcli_reader::scene::{Edit, Setting, Step, light_kinds, shapes};
 use rtcli_reader::{Format, Lights, Objects, Scene, Section};
 use rtcli_tracer::memory::reserve;
 use rtcli_tracer::world::{Kind, LightSource, ShapeDesc};
 
 use crate::errors::out_of_memory;
 use crate::interruptible::bytes_of;
+use crate::spans::PyStep;
 use crate::world::{for_each_row, items};
 
 /// The sections, the columns of objects, of checkers and of lights, and the names of the objects.
 type PyScene<'py> =
     (Bound<'py, PyDict>, Bound<'py, PyTuple>, Bound<'py, PyTuple>, Bound<'py, PyTuple>, Bound<'py, PyString>);
+
+impl PyStep {
+    fn as_step(&self) -> Step<'_> {
+        match self {
+            PyStep::Index(index) => Step::Index(*index),
+            PyStep::Key(key) => Step::Key(key),
+        }
+    }
+}
 
 /// Reads a scene file with some changes; returns None if it is not plainly valid.
 #[pyfunction]
@@ -23,15 +33,13 @@ pub fn read_scene<'py>(
     py: Python<'py>,
     file: &[u8],
     format: &str,
-    edits: Vec<(String, String, String)>,
+    edits: Vec<(Vec<PyStep>, String)>,
 ) -> PyResult<Option<PyScene<'py>>> {
-    let format = match format {
-        "json" => Format::Json,
-        "yaml" => Format::Yaml,
-        _ => return Err(PyValueError::new_err(format!("unknown format {format:?}"))),
-    };
-    let edits: Vec<_> =
-        edits.iter().map(|(section, key, text)| (section.as_str(), key.as_str(), text.as_str())).collect();
+    let format = format_of(format)?;
+    let edits: Vec<_> = edits
+        .iter()
+        .map(|(path, value)| Edit { path: path.iter().map(PyStep::as_step).collect(), value })
+        .collect();
     let Some(scene) = py.detach(|| rtcli_reader::read(file, format, &edits)) else {
         return Ok(None);
     };
@@ -44,6 +52,15 @@ pub fn read_scene<'py>(
     let checkers = [column(py, &checkers.object)?, column(py, &checkers.size)?, column(py, &checkers.color)?];
     let checkers = PyTuple::new(py, checkers)?;
     Ok(Some((dict, object_columns(py, objects)?, checkers, light_columns(py, lights)?, names)))
+}
+
+/// Returns the format of a name.
+pub fn format_of(name: &str) -> PyResult<Format> {
+    match name {
+        "json" => Ok(Format::Json),
+        "yaml" => Ok(Format::Yaml),
+        _ => Err(PyValueError::new_err(format!("unknown format {name:?}"))),
+    }
 }
 
 /// Returns the values of a section by key.

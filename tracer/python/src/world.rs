@@ -4,7 +4,7 @@ use crate::display::{copied, has_pixels};
 use crate::errors::out_of_memory;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use rtcli_tracer::memory::with_capacity;
+use rtcli_tracer::memory::{reserve, with_capacity};
 use rtcli_tracer::world::{
     Camera, CheckerDesc, Columns, Kind, LightDesc, LightSource, Settings, ShapeDesc, Vector, Window,
 };
@@ -58,15 +58,24 @@ pub fn objects((kinds, positions, parameters, colors): PyObjects<'_>) -> PyResul
             kinds.len()
         )));
     }
-    let mut starts = with_capacity(kinds.len(), "the objects").map_err(out_of_memory)?;
+    let (mut starts, mut start) = (Vec::new(), 0);
     let parameters = items(parameters)?;
-    let mut start = 0;
-    for_each_row(ShapeDesc::KINDS, kinds, &parameters, |_, own| {
-        starts.push(start);
-        start += own.len() as u32;
-        Ok(())
-    })?;
+    if kinds.iter().any(|&kind| kind != kinds[0]) {
+        reserve(&mut starts, kinds.len(), "the objects").map_err(out_of_memory)?;
+        for_each_row(ShapeDesc::KINDS, kinds, &parameters, |_, own| {
+            starts.push(start);
+            start += own.len() as u32;
+            Ok(())
+        })?;
+    } else {
+        let kind = kinds.first().map(|&kind| kind_of(ShapeDesc::KINDS, kind)).transpose()?;
+        same_lengths(kind.map_or(0, |kind| kind.parameters * kinds.len()), &[parameters.len()])?;
+    }
     Ok(Columns { kinds, positions, parameters, starts, colors })
+}
+
+fn kind_of(kinds: &[Kind], tag: u8) -> PyResult<&Kind> {
+    kinds.get(usize::from(tag)).ok_or_else(|| PyValueError::new_err(format!("unknown kind {tag}")))
 }
 
 /// Pass the index of each row and its parameters to `add`.
@@ -81,9 +90,8 @@ pub fn for_each_row<'a>(
     mut add: impl FnMut(usize, &'a [f64]) -> PyResult<()>,
 ) -> PyResult<()> {
     for (i, &tag) in tags.iter().enumerate() {
-        let unknown = || PyValueError::new_err(format!("unknown kind {tag}"));
-        let kind = kinds.get(usize::from(tag)).ok_or_else(unknown)?;
-        add(i, parameters.split_off(..kind.parameters).ok_or_else(different_lengths)?)?;
+        let count = kind_of(kinds, tag)?.parameters;
+        add(i, parameters.split_off(..count).ok_or_else(different_lengths)?)?;
     }
     if parameters.is_empty() { Ok(()) } else { Err(different_lengths()) }
 }

@@ -11,13 +11,17 @@
 //! | `source`: `json`, `yaml` | a text as mappings, lists and scalars, one after the other |
 //! | `row` | one mapping, as the numbers of its keys |
 //! | `scene` | a whole file |
+//! | `spans` | where its values stand |
 
 mod number;
 mod row;
 pub mod scene;
 pub mod schema;
 mod source;
+pub mod spans;
 #[rustfmt::skip]
 mod table;
 
 pub use scene::{Checkers, Edit, Format, Lights, Objects, Scene, Section, read, read_object};
+pub use source::Span;
+pub use spans::Spans;

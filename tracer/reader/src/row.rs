@@ -145,6 +145,20 @@ pub fn read_value<'a, S: Source<'a>>(
     Some(())
 }
 
+/// Reads one number of a key's list, which is no color: that may be a word.
+pub fn read_component<'a>(
+    source: &mut impl Source<'a>,
+    field: &Field,
+    row: &mut Row<'a>,
+    at: usize,
+) -> Option<()> {
+    let (Value::Numbers(count, range) | Value::Direction(count, range)) = field.value else { return None };
+    let slots = &mut row.numbers[field.slot..field.slot + count];
+    *slots.get_mut(at)? = number(source, range)?;
+    let is_direction = matches!(field.value, Value::Direction(..));
+    (!is_direction || slots.iter().any(|&number| number != 0.0)).then_some(())
+}
+
 fn number<'a>(source: &mut impl Source<'a>, range: Range) -> Option<f64> {
     let number = source.number()?;
     // Larger integers have no exact float64.

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use crate::row::{Counter, Row, field_of, read_row, read_value};
+use crate::row::{Counter, Row, field_of, read_component, read_row, read_value};
 use crate::schema::{Kind, Mapping, Value};
 use crate::source::Source;
 use crate::source::json::Json;
@@ -18,8 +18,23 @@ pub enum Format {
     Yaml,
 }
 
-/// A change to a file before it is checked: the section, the key in it, and the value in YAML.
-pub type Edit<'a> = (&'a str, &'a str, &'a str);
+/// A step of the path to a value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Step<'a> {
+    /// A key, or the name of an object.
+    Key(&'a str),
+    /// A place in a list, from 0.
+    Index(usize),
+}
+
+/// A change to a file before it is checked.
+#[derive(Clone, Debug)]
+pub struct Edit<'a> {
+    /// The path to the value.
+    pub path: Vec<Step<'a>>,
+    /// The new value, as YAML in one line.
+    pub value: &'a str,
+}
 
 /// The value of a key of a section.
 #[derive(Clone, Debug, PartialEq)]
@@ -114,21 +129,29 @@ pub fn light_kinds() -> impl Iterator<Item = &'static str> {
 pub fn read(bytes: &[u8], format: Format, edits: &[Edit<'_>]) -> Option<Scene> {
     let text = str::from_utf8(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)).ok()?;
     match format {
-        Format::Json => Reader::new().read(&mut Json::new(text), edits),
-        Format::Yaml => Reader::new().read(&mut Yaml::new(text)?, edits),
+        Format::Json => Reader::new(edits).read(&mut Json::new(text)),
+        Format::Yaml => Reader::new(edits).read(&mut Yaml::new(text)?),
     }
+}
+
+/// Reads a valid scene file for what its source keeps.
+pub(crate) fn read_from<'a>(source: &mut impl Source<'a>) -> Option<()> {
+    Reader::new(&[]).read(source).map(drop)
 }
 
 /// Reads one object of a scene in JSON; None if it is not plainly valid.
 pub fn read_object(json: &str) -> Option<Objects> {
-    let mut reader = Reader::new();
+    let mut reader = Reader::new(&[]);
     let mut source = Json::new(json);
     reader.read_object(&mut source, &mut ObjectRows::new(), &mut Counter::default())?;
     source.at_end().then_some(reader.objects)
 }
 
 /// The parts of a scene that are read so far.
-struct Reader<'a> {
+struct Reader<'a, 'e> {
+    edits: &'e [Edit<'a>],
+    /// Whether each edit is made.
+    is_made: Vec<bool>,
     counter: Counter,
     sections: Vec<(&'static str, &'static Mapping, Row<'a>)>,
     objects: Objects,
@@ -142,23 +165,76 @@ struct Reader<'a> {
 /// The numbers of an object and its parts.
 struct ObjectRows<'a> {
     object: Row<'a>,
-    light: Row<'a>,
-    checker: Row<'a>,
+    light: Part<'a>,
+    checker: Part<'a>,
 }
 
 impl ObjectRows<'_> {
     fn new() -> Self {
-        ObjectRows { object: Row::new(&OBJECT), light: Row::new(&CARRIED_LIGHT), checker: Row::new(&CHECKER) }
+        ObjectRows { object: Row::new(&OBJECT), light: Part::new(&CARRIED_LIGHT), checker: Part::new(&CHECKER) }
     }
 }
 
-impl<'a> Reader<'a> {
-    fn new() -> Self {
+/// A mapping that an object may have.
+struct Part<'a> {
+    mapping: &'static Mapping,
+    row: Row<'a>,
+    is_there: bool,
+}
+
+impl<'a> Part<'a> {
+    fn new(mapping: &'static Mapping) -> Self {
+        Part { mapping, row: Row::new(mapping), is_there: false }
+    }
+
+    fn reset(&mut self, is_there: bool) {
+        self.row.reset(self.mapping);
+        self.is_there = is_there;
+    }
+
+    /// Whether it is not there, or has all keys that it must have.
+    fn is_valid(&self) -> bool {
+        !self.is_there || self.row.has(self.mapping.required)
+    }
+}
+
+/// Returns that of the parts of an object which is the value of a key.
+fn part_of<'p, 'a>(parts: [&'p mut Part<'a>; 2], value: &Value) -> Option<&'p mut Part<'a>> {
+    let Value::Mapping(mapping) = value else { return None };
+    parts.into_iter().find(|part| std::ptr::eq(part.mapping, *mapping))
+}
+
+/// Changes a value of an object or of one of its parts.
+fn edit_object<'a>(
+    object: &mut Row<'a>,
+    parts: [&mut Part<'a>; 2],
+    path: &[Step<'a>],
+    value: &'a str,
+) -> Option<()> {
+    let (&Step::Key(key), inner) = path.split_first()? else { return None };
+    let (index, field) = field_of(&OBJECT, key.as_bytes())?;
+    if let Value::Text(..) = field.value {
+        return None; // another name, by which later edits would find it
+    }
+    let Some(part) = part_of(parts, &field.value) else {
+        return edit_row(&OBJECT, object, path, value);
+    };
+    if !part.is_there {
+        part.reset(true);
+        object.keys |= 1 << index;
+    }
+    edit_row(part.mapping, &mut part.row, inner, value)
+}
+
+impl<'a, 'e> Reader<'a, 'e> {
+    fn new(edits: &'e [Edit<'a>]) -> Self {
         let section = |field: &crate::schema::Field| match field.value {
             Value::Mapping(mapping) => Some((field.key, mapping, Row::new(mapping))),
             _ => None,
         };
         Reader {
+            edits,
+            is_made: vec![false; edits.len()],
             counter: Counter::default(),
             sections: SCENE.fields.iter().filter_map(section).collect(),
             objects: Objects::default(),
@@ -169,7 +245,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn read<S: Source<'a>>(mut self, source: &mut S, edits: &[Edit<'a>]) -> Option<Scene> {
+    fn read<S: Source<'a>>(mut self, source: &mut S) -> Option<Scene> {
         self.counter.add(1)?;
         let mut row = Row::new(&SCENE);
         let mut counter = std::mem::take(&mut self.counter);
@@ -184,9 +260,7 @@ impl<'a> Reader<'a> {
         if !source.at_end() {
             return None;
         }
-        for edit in edits {
-            self.edit(edit)?;
-        }
+        self.edit_sections()?;
         self.finish()
     }
 
@@ -194,17 +268,42 @@ impl<'a> Reader<'a> {
         self.sections.iter_mut().find(|(key, _, _)| *key == name)
     }
 
-    /// Makes a change to a section, whose value is YAML in one line.
-    fn edit(&mut self, &(section, key, text): &Edit<'a>) -> Option<()> {
-        let (_, mapping, row) = self.section(section)?;
-        let (index, field) = field_of(mapping, key.as_bytes())?;
-        if text.contains(['\n', '\r']) {
-            return None;
+    /// Makes the edits that those of lists have left.
+    fn edit_sections(&mut self) -> Option<()> {
+        for (edit, is_made) in self.edits.iter().zip(self.is_made.clone()) {
+            if !is_made {
+                let (&Step::Key(name), path) = edit.path.split_first()? else { return None };
+                let (_, mapping, row) = self.section(name)?;
+                edit_row(mapping, row, path, edit.value)?;
+            }
         }
-        let mut source = Yaml::new(text)?;
-        read_value(&mut source, field, row, &mut Counter::default())?;
-        row.keys |= 1 << index;
-        source.at_end().then_some(())
+        Some(())
+    }
+
+    /// Makes the edits of an item of a list, which has an index and perhaps a name.
+    fn edit_item(
+        &mut self,
+        list: &str,
+        (index, name): (usize, Option<&str>),
+        mut edit: impl FnMut(&[Step<'a>], &'a str) -> Option<()>,
+    ) -> Option<()> {
+        for (wanted, is_made) in self.edits.iter().zip(&mut self.is_made) {
+            let [Step::Key(key), item, path @ ..] = &wanted.path[..] else { continue };
+            if *key != list {
+                continue;
+            }
+            let is_meant = match item {
+                Step::Index(at) => *at == index,
+                // Without quotes, a longer name may be meant.
+                Step::Key(_) if name.is_some_and(|name| name.contains(['.', '[', ']', '='])) => return None,
+                Step::Key(key) => name == Some(*key),
+            };
+            if is_meant {
+                edit(path, wanted.value)?;
+                *is_made = true;
+            }
+        }
+        Some(())
     }
 
     fn read_lights<S: Source<'a>>(&mut self, source: &mut S, counter: &mut Counter) -> Option<()> {
@@ -215,6 +314,8 @@ impl<'a> Reader<'a> {
             counter.add(1)?;
             row.reset(&LIGHT);
             read_row(source, &LIGHT, &mut row, counter, |_, _, _| None)?;
+            let place = (self.lights.kind.len(), None);
+            self.edit_item("lights", place, |path, value| edit_row(&LIGHT, &mut row, path, value))?;
             let index = row.numbers[kind_slot] as u8;
             let kind = &LIGHTS[usize::from(index)];
             if !row.fits(kind) {
@@ -249,17 +350,20 @@ impl<'a> Reader<'a> {
         let (intensity, radius) = (slot(&CARRIED_LIGHT, "intensity")?, slot(&CARRIED_LIGHT, "radius")?);
         counter.add(1)?;
         row.reset(&OBJECT);
-        let (mut carries, mut is_checkered) = (false, false);
+        light.reset(false);
+        checker.reset(false);
         read_row(source, &OBJECT, row, counter, |source, field, counter| {
-            let Value::Mapping(mapping) = field.value else { return None };
-            let is_light = std::ptr::eq(mapping, &CARRIED_LIGHT);
-            let (part, is_there) =
-                if is_light { (&mut *light, &mut carries) } else { (&mut *checker, &mut is_checkered) };
-            *is_there = true;
-            part.reset(mapping);
-            read_row(source, mapping, part, counter, |_, _, _| None)?;
-            part.has(mapping.required).then_some(())
+            let part = part_of([&mut *light, &mut *checker], &field.value)?;
+            part.reset(true);
+            read_row(source, part.mapping, &mut part.row, counter, |_, _, _| None)
         })?;
+        let place = (self.objects.kind.len(), row.text);
+        self.edit_item("objects", place, |path, value| {
+            edit_object(row, [&mut *light, &mut *checker], path, value)
+        })?;
+        if !light.is_valid() || !checker.is_valid() {
+            return None;
+        }
         let numbers = &row.numbers;
         let index = numbers[kind_slot];
         // NaN without a type.
@@ -271,18 +375,18 @@ impl<'a> Reader<'a> {
         extend(&mut self.objects.position, numbers[position..position + 3].iter().copied())?;
         extend(&mut self.objects.parameters, kind.parameters.iter().map(|&slot| numbers[slot]))?;
         extend(&mut self.objects.color, numbers[color..color + 3].iter().copied())?;
-        if is_checkered {
+        if checker.is_there {
             let index = self.objects.kind.len() as i64 - 1;
             let (size, color) = (slot(&CHECKER, "size")?, slot(&CHECKER, "color")?);
             extend(&mut self.checkers.object, [index])?;
-            extend(&mut self.checkers.size, [checker.numbers[size]])?;
-            extend(&mut self.checkers.color, checker.numbers[color..color + 3].iter().copied())?;
+            extend(&mut self.checkers.size, [checker.row.numbers[size]])?;
+            extend(&mut self.checkers.color, checker.row.numbers[color..color + 3].iter().copied())?;
         }
-        if carries {
+        if light.is_there {
             extend(&mut self.carried.kind, [CARRIED_KIND])?;
             extend(&mut self.carried.parameters, numbers[position..position + 3].iter().copied())?;
-            extend(&mut self.carried.parameters, [light.numbers[radius]])?;
-            self.carried.add(&CARRIED_LIGHT, light, intensity, self.objects.kind.len() as i64 - 1)?;
+            extend(&mut self.carried.parameters, [light.row.numbers[radius]])?;
+            self.carried.add(&CARRIED_LIGHT, &light.row, intensity, self.objects.kind.len() as i64 - 1)?;
         }
         self.add_name(row.text)
     }
@@ -329,6 +433,25 @@ impl Lights {
 
 fn slot(mapping: &'static Mapping, key: &str) -> Option<usize> {
     field_of(mapping, key.as_bytes()).map(|(_, field)| field.slot)
+}
+
+/// Changes a value of a mapping, or one number of a list of numbers that it has.
+fn edit_row<'a>(mapping: &'static Mapping, row: &mut Row<'a>, path: &[Step<'a>], value: &'a str) -> Option<()> {
+    if value.contains(['\n', '\r']) {
+        return None;
+    }
+    let mut source = Yaml::new(value)?;
+    let (&Step::Key(key), inner) = path.split_first()? else { return None };
+    let (index, field) = field_of(mapping, key.as_bytes())?;
+    match *inner {
+        [] => {
+            read_value(&mut source, field, row, &mut Counter::default())?;
+            row.keys |= 1 << index;
+        }
+        [Step::Index(at)] if row.has(1 << index) => read_component(&mut source, field, row, at)?,
+        _ => return None,
+    }
+    source.at_end().then_some(())
 }
 
 /// Returns the values of a section by key.

@@ -5,6 +5,22 @@ use crate::number::Number;
 pub mod json;
 pub mod yaml;
 
+/// A part of a text, from its first byte to the one after its last.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Span {
+    /// The first byte.
+    pub start: u32,
+    /// The one after the last.
+    pub end: u32,
+}
+
+impl Span {
+    /// Returns a span of a text, whose size the limits of a file keep far below 4 GiB.
+    pub fn new(start: usize, end: usize) -> Span {
+        Span { start: start as u32, end: end as u32 }
+    }
+}
+
 /// A text that is read from its start to its end. Each method gives up with None, and the text is then of no use.
 pub trait Source<'a> {
     /// A mapping or list that is open.
@@ -39,4 +55,8 @@ pub trait Source<'a> {
 
     /// Whether nothing comes next.
     fn at_end(&mut self) -> bool;
+
+    /// Returns the span of the last scalar, key or bracket; of a collection in block style, the empty one where it
+    /// starts, and None where it ends.
+    fn last(&self) -> Option<Span>;
 }

@@ -1,7 +1,8 @@
 //! Building the tree, by the surface area heuristic.
 //!
-//! Large lists are halved again and again for their cuts, and subtrees are built side by side, at cuts that depend
-//! on the number of items alone: the tree is the same for any number of threads.
+//! A large list is first sorted into the cells of a grid, which are cut in place of the items: its upper levels go through
+//! all items only for that. Subtrees are built side by side. All depends on the items alone: the tree is the same for any
+//! number of threads.
 
 use crate::accel::node::{LEAF, Node, WIDTH};
 use crate::bounds::BoundingSphere;
@@ -15,13 +16,13 @@ pub(crate) const TREE: &str = "the tree over the objects";
 /// Candidate positions of a cut along an axis.
 const BINS: usize = 16;
 
-/// A node for at least about this number of items.
+/// A tree has about one node for this number of items, or fewer.
 const ITEMS_PER_NODE: usize = 4;
 
-/// Subtrees over more objects than this begin with a grid, and are built by several threads.
+/// Subtrees over more items than this begin with a grid, and are built by several threads.
 const WORTH_A_THREAD: usize = 4096;
 
-/// The least number of items in a cell, on average; and the binary logarithm of the most cells.
+/// The least number of items in a cell, on average, and the most bits of its number.
 const ITEMS_PER_CELL: usize = 64;
 const MOST_BITS: u32 = 13;
 
@@ -230,33 +231,32 @@ impl<'a, 'b> Part<'a, 'b> {
         let extent = &self.extent;
         match self.contents {
             Contents::Items(items, first) => {
-                let (left, right) = cut(items, extent);
-                let middle = first + left.0.len();
-                [
-                    Part { contents: Contents::Items(left.0, first), extent: left.1 },
-                    Part { contents: Contents::Items(right.0, middle), extent: right.1 },
-                ]
+                let (middle, extents) = cut(items, extent);
+                let (left, right) = items.split_at_mut(middle);
+                let [left, right] = [Contents::Items(left, first), Contents::Items(right, first + middle)];
+                [Part { contents: left, extent: extents[0] }, Part { contents: right, extent: extents[1] }]
             }
             Contents::Cells([cell]) => {
-                let contents = Contents::Items(&mut *cell.items, cell.first);
-                Part { contents, extent: cell.extent }.cut()
+                Part { contents: Contents::Items(&mut *cell.items, cell.first), extent: cell.extent }.cut()
             }
             Contents::Cells(cells) => {
-                let (left, right) = cut(cells, extent);
-                [left, right].map(|(cells, extent)| Part { contents: Contents::Cells(cells), extent })
+                let (middle, extents) = cut(cells, extent);
+                let (left, right) = cells.split_at_mut(middle);
+                let [left, right] = [Contents::Cells(left), Contents::Cells(right)];
+                [Part { contents: left, extent: extents[0] }, Part { contents: right, extent: extents[1] }]
             }
         }
     }
 
     /// Return a part for each item.
     fn taken_apart(self) -> Vec<Part<'a, 'b>> {
-        let single = |(items, first): (&'a mut [Item], usize)| {
+        let singles = |items: &'a mut [Item], first: usize| {
             items.chunks_mut(1).zip(first..).map(|(item, first)| Part::of_items(item, first))
         };
         match self.contents {
-            Contents::Items(items, first) => single((items, first)).collect(),
+            Contents::Items(items, first) => singles(items, first).collect(),
             Contents::Cells(cells) => {
-                cells.iter_mut().flat_map(|cell| single((&mut *cell.items, cell.first))).collect()
+                cells.iter_mut().flat_map(|cell| singles(&mut *cell.items, cell.first)).collect()
             }
         }
     }
@@ -279,9 +279,11 @@ pub(crate) fn build(items: &mut [Item]) -> Result<Vec<Node>, OutOfMemory> {
     if pieces.len() == 1 {
         return Ok(pieces.swap_remove(0));
     }
-    let mut count = 0;
-    let start = |piece: &Vec<Node>| (count, count += piece.len()).0;
-    let starts: Vec<usize> = pieces.iter().map(start).collect();
+    let (mut starts, mut count) = (Vec::new(), 0);
+    for piece in &pieces {
+        starts.push(count);
+        count += piece.len();
+    }
     let node = |i: usize| {
         let piece = starts.partition_point(|&start| start <= i) - 1;
         pieces[piece][i - starts[piece]].moved(starts[piece] as u32)
@@ -402,11 +404,11 @@ fn into_cells<'a>(items: &'a mut [Item], mut first: usize, extent: &Extent) -> R
     par_collect(cells.into_par_iter().map(fill), TREE)
 }
 
-/// A grid over the centers of items, with cells that are about as long as wide, in the order of a curve that stays close
-/// to itself: each bit of a cell's number is a half of the part of space that the higher ones give.
+/// A grid over the centers of items, whose cells are about as long as wide. Their order is a Morton curve: each bit of a
+/// cell's number halves the part of space that the higher bits give.
 ///
-/// Lists in the order of such a curve are the start of trees in C. Lauterbach et al., "Fast BVH Construction on GPUs",
-/// 2009, whose lowest levels are cut by the surface area heuristic; here all levels are.
+/// Trees over cells of such a grid: J. Pantaleoni, D. Luebke, "HLBVH: Hierarchical LBVH Construction for Real-Time Ray
+/// Tracing of Dynamic Geometry", 2010.
 struct Grid {
     cells: usize,
     low: [f32; 3],
@@ -459,22 +461,19 @@ impl Grid {
     }
 }
 
-/// Cut items or cells in two parts, whose extents are returned with them.
-#[expect(clippy::type_complexity, reason = "two of the same")]
-fn cut<'a, T: Bounded>(items: &'a mut [T], extent: &Extent) -> ((&'a mut [T], Extent), (&'a mut [T], Extent)) {
+/// Order items or cells so that a cut divides them, and return where it is and the extents of both parts.
+fn cut<T: Bounded>(items: &mut [T], extent: &Extent) -> (usize, [Extent; 2]) {
     let bins = Bins::along(&extent.centers);
     let extents = bins.fill(items);
     let last = cheapest_cut(&extents);
     let middle = partition(items, |item| bins.bin(item) <= last);
     if middle == 0 || middle == items.len() {
         // All are in one bin: any halves will do.
-        let (left, right) = items.split_at_mut(items.len() / 2);
-        let extents = (Extent::of(left), Extent::of(right));
-        return ((left, extents.0), (right, extents.1));
+        let (left, right) = items.split_at(items.len() / 2);
+        return (left.len(), [Extent::of(left), Extent::of(right)]);
     }
     let joined = |extents: &[Extent]| extents.iter().fold(Extent::EMPTY, |all, extent| all.joined(extent));
-    let (left, right) = items.split_at_mut(middle);
-    ((left, joined(&extents[..=last])), (right, joined(&extents[last + 1..])))
+    (middle, [joined(&extents[..=last]), joined(&extents[last + 1..])])
 }
 
 /// Equal intervals along the longest side of the box around the centres.

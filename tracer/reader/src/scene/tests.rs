@@ -1,4 +1,4 @@
-use super::{Edit, Format, Scene, Setting, read, read_object};
+use super::{Edit, Format, Scene, Setting, Step, read, read_object};
 
 const CAMERA: &str = "camera: {resolution: [4, 3], fov: 40}\n";
 
@@ -87,15 +87,75 @@ fn names_are_unique_and_keep_their_lengths() {
 
 #[test]
 fn an_edit_replaces_or_adds_a_key() {
-    let edits: &[Edit] =
-        &[("camera", "fov", "30"), ("image", "exposure", "auto"), ("camera", "resolution", "[8, 6]")];
-    let scene = read(b"camera: {fov: 40}", Format::Yaml, edits).unwrap();
+    let edits = [
+        section_edit("camera", "fov", "30"),
+        section_edit("image", "exposure", "auto"),
+        section_edit("camera", "resolution", "[8, 6]"),
+    ];
+    let scene = read(b"camera: {fov: 40}", Format::Yaml, &edits).unwrap();
     assert_eq!(setting(&scene, "camera", "fov"), Setting::Number(30.0));
     assert_eq!(setting(&scene, "image", "exposure"), Setting::Word("auto"));
-    for edit in [("camera", "fov", "180"), ("camera", "x", "1"), ("objects", "fov", "1"), ("camera", "fov", "1\n")]
+    for (section, key, value) in
+        [("camera", "fov", "180"), ("camera", "x", "1"), ("objects", "fov", "1"), ("camera", "fov", "1\n")]
     {
-        assert_eq!(read(CAMERA.as_bytes(), Format::Yaml, &[edit]), None, "{edit:?}");
+        let edit = section_edit(section, key, value);
+        assert_eq!(read(CAMERA.as_bytes(), Format::Yaml, &[edit]), None, "{section}.{key}={value}");
     }
+}
+
+#[test]
+fn an_edit_changes_an_item_of_a_list_by_index_or_name() {
+    let file = "\
+objects:
+- {type: plane, name: floor, position: [0, 0, 0], normal: [0, 1, 0], color: red}
+- {type: sphere, name: ball, position: [0, 1, 0], radius: 1, color: red}
+lights:
+- {position: [0, 5, 0], intensity: 1}
+";
+    let changed = |path: &[Step], value| {
+        let edit = Edit { path: path.to_vec(), value };
+        read(format!("{CAMERA}{file}").as_bytes(), Format::Yaml, &[edit])
+    };
+    let (objects, lights, ball) = (Step::Key("objects"), Step::Key("lights"), Step::Key("ball"));
+    let (position, light) = (Step::Key("position"), Step::Key("light"));
+    let changes = [
+        (&[objects, Step::Index(1), Step::Key("radius")][..], "2", "radius: 1", "radius: 2"),
+        (&[objects, ball, position], "[1, 2, 3]", "[0, 1, 0], radius", "[1, 2, 3], radius"),
+        (&[objects, ball, position, Step::Index(2)], "7", "[0, 1, 0], radius", "[0, 1, 7], radius"),
+        (&[objects, ball, light, Step::Key("intensity")], "9", "radius: 1", "radius: 1, light: {intensity: 9}"),
+        (&[lights, Step::Index(0), Step::Key("intensity")], "3", "intensity: 1", "intensity: 3"),
+    ];
+    for (path, value, before, after) in changes {
+        let expected = camera_and(&file.replace(before, after));
+        assert!(expected.is_some() && expected != camera_and(file), "{after}");
+        assert_eq!(changed(path, value), expected, "{path:?}");
+    }
+    let refused = [
+        (&[objects, Step::Index(2), Step::Key("radius")][..], "2"), // there is no such object
+        (&[objects, Step::Key("bal"), Step::Key("radius")], "2"),
+        (&[lights, ball, Step::Key("intensity")], "2"),
+        (&[objects, ball, Step::Key("radius")], "0"),
+        (&[objects, ball, Step::Key("normal")], "[0, 1, 0]"), // not of a sphere
+        (&[objects, ball, Step::Key("name")], "x"),
+        (&[objects, ball, position, Step::Index(3)], "7"),
+        (&[objects, ball, light, Step::Key("radius")], "1"), // a light without intensity
+        (&[objects, Step::Key("floor"), Step::Key("normal"), Step::Index(1)], "0"), // no direction
+        (&[objects, ball, Step::Key("color"), Step::Index(0)], "1"), // of a color that is a word
+        (&[objects, Step::Key("floor"), light, Step::Key("intensity")], "1"), // which no plane carries
+        (&[objects, ball], "{}"),
+        (&[objects], "[]"),
+        (&[Step::Index(0)], "1"),
+    ];
+    for (path, value) in refused {
+        assert_eq!(changed(path, value), None, "{path:?}");
+    }
+    let dotted = file.replace("floor", "ball.radius");
+    let edit = Edit { path: vec![objects, ball, Step::Key("radius")], value: "2" };
+    assert_eq!(read(format!("{CAMERA}{dotted}").as_bytes(), Format::Yaml, &[edit]), None);
+}
+
+fn section_edit<'a>(section: &'a str, key: &'a str, value: &'a str) -> Edit<'a> {
+    Edit { path: vec![Step::Key(section), Step::Key(key)], value }
 }
 
 proptest::proptest! {
@@ -103,7 +163,7 @@ proptest::proptest! {
     fn no_text_makes_it_panic(text in "([-:,{}\\[\\]#&*'\"\\\\ \n\r0-9.e+]|camera|fov|position|objects|type|sphere|\u{e9}){0,60}") {
         for format in [Format::Json, Format::Yaml] {
             read(text.as_bytes(), format, &[]);
-            read(format!("{CAMERA}{text}").as_bytes(), format, &[("camera", "position", &text)]);
+            read(format!("{CAMERA}{text}").as_bytes(), format, &[section_edit("camera", "position", &text)]);
         }
     }
 }

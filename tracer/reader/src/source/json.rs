@@ -1,12 +1,13 @@
 //! JSON (RFC 8259), without escapes.
 
 use crate::number::{Notation, Number, number};
-use crate::source::Source;
+use crate::source::{Source, Span};
 
 /// A text in JSON.
 pub struct Json<'a> {
     text: &'a [u8],
     at: usize,
+    last: Span,
 }
 
 /// A mapping or list.
@@ -17,7 +18,7 @@ pub struct Container {
 impl<'a> Json<'a> {
     /// Starts to read a text.
     pub fn new(text: &'a str) -> Self {
-        Json { text: text.as_bytes(), at: 0 }
+        Json { text: text.as_bytes(), at: 0, last: Span::default() }
     }
 
     fn peek(&mut self) -> Option<u8> {
@@ -25,6 +26,11 @@ impl<'a> Json<'a> {
             self.at += 1;
         }
         self.text.get(self.at).copied()
+    }
+
+    /// Keeps the span of a token that ends here.
+    fn keep(&mut self, start: usize) {
+        self.last = Span::new(start, self.at);
     }
 
     fn take(&mut self, token: u8) -> Option<()> {
@@ -35,6 +41,7 @@ impl<'a> Json<'a> {
     fn next(&mut self, container: &mut Container, end: u8) -> Option<bool> {
         if self.peek()? == end {
             self.at += 1;
+            self.keep(self.at - 1);
             return Some(false);
         }
         if !container.is_empty {
@@ -50,11 +57,13 @@ impl<'a> Source<'a> for Json<'a> {
 
     fn open_mapping(&mut self) -> Option<Container> {
         self.take(b'{')?;
+        self.keep(self.at - 1);
         Some(Container { is_empty: true })
     }
 
     fn open_list(&mut self) -> Option<Container> {
         self.take(b'[')?;
+        self.keep(self.at - 1);
         Some(Container { is_empty: true })
     }
 
@@ -75,6 +84,7 @@ impl<'a> Source<'a> for Json<'a> {
         self.peek()?;
         let (number, length) = number(&self.text[self.at..], Notation::Json)?;
         self.at += length;
+        self.keep(self.at - length);
         Some(number)
     }
 
@@ -84,6 +94,7 @@ impl<'a> Source<'a> for Json<'a> {
         let rest = &self.text[start..];
         let end = rest.iter().position(|&byte| byte == b'"' || byte == b'\\' || byte < b' ')?;
         self.at = start + end + 1;
+        self.keep(start - 1);
         (rest[end] == b'"').then_some(&rest[..end])
     }
 
@@ -93,6 +104,7 @@ impl<'a> Source<'a> for Json<'a> {
             .into_iter()
             .find(|(_, word)| self.text[self.at..].starts_with(word.as_bytes()))?;
         self.at += word.len();
+        self.keep(self.at - word.len());
         Some(value)
     }
 
@@ -106,5 +118,9 @@ impl<'a> Source<'a> for Json<'a> {
 
     fn at_end(&mut self) -> bool {
         self.peek().is_none()
+    }
+
+    fn last(&self) -> Option<Span> {
+        Some(self.last)
     }
 }

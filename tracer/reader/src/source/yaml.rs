@@ -8,7 +8,7 @@
 //! An alias is read by going back to its anchor, so that its value is counted and checked wherever it stands.
 
 use crate::number::{Notation, Number, number};
-use crate::source::Source;
+use crate::source::{Source, Span};
 use crate::table::MAX_GROWTH;
 
 /// The most anchors of a text, and the most bytes of a value with an anchor, so that looking up aliases and reading
@@ -34,6 +34,8 @@ pub struct Yaml<'a> {
     growth: usize,
     /// The anchor of the next value, and what to go on with after it.
     next: Properties<'a>,
+    /// The last scalar, key or bracket; none where a collection in block style ends.
+    last: Option<Span>,
 }
 
 /// A position in a text, in the collections that are open there.
@@ -86,6 +88,7 @@ impl<'a> Yaml<'a> {
             anchors: Vec::new(),
             growth: 0,
             next: Properties::default(),
+            last: None,
         };
         yaml.skip_spaces();
         if yaml.at_line_end() {
@@ -96,6 +99,11 @@ impl<'a> Yaml<'a> {
             yaml.end_line()?;
         }
         Some(yaml)
+    }
+
+    /// Keeps the span of a token that ends here.
+    fn keep(&mut self, start: usize) {
+        self.last = Some(Span::new(start, self.at));
     }
 
     fn peek(&self) -> Option<u8> {
@@ -248,6 +256,7 @@ impl<'a> Yaml<'a> {
             }
             self.at += 1;
             self.flow += 1;
+            self.keep(self.at - 1);
             return Some(Container { is_empty: true, block: None, properties });
         }
         // The items of a list may stand below the key that leads to it.
@@ -258,6 +267,7 @@ impl<'a> Yaml<'a> {
         if self.flow > 0 || !may_start || has_properties || self.at == self.text.len() {
             return None;
         }
+        self.keep(self.at);
         let block = Some((column, std::mem::replace(&mut self.indent, column)));
         Some(Container { is_empty: true, block, properties })
     }
@@ -268,6 +278,7 @@ impl<'a> Yaml<'a> {
         if self.peek()? == end {
             self.at += 1;
             self.flow -= 1;
+            self.keep(self.at - 1);
             self.end(container.properties)?;
             return Some(false);
         }
@@ -292,6 +303,7 @@ impl<'a> Yaml<'a> {
             return None;
         }
         self.indent = around;
+        self.last = None;
         Some(false)
     }
 
@@ -299,6 +311,7 @@ impl<'a> Yaml<'a> {
     fn take_key(&mut self) -> Option<&'a [u8]> {
         self.after_hyphen = false;
         let is_quoted = matches!(self.peek()?, b'"' | b'\'');
+        let start = self.at;
         let key = if is_quoted {
             self.quoted()?
         } else {
@@ -307,6 +320,7 @@ impl<'a> Yaml<'a> {
             self.at += end;
             &rest[..end]
         };
+        self.keep(start);
         if self.peek()? != b':' {
             return None;
         }
@@ -377,6 +391,7 @@ impl<'a> Source<'a> for Yaml<'a> {
         }
         // The next key of the mapping around a list that is not indented.
         self.indent = block.1;
+        self.last = None;
         (!is_first && block.0 == block.1).then_some(false)
     }
 
@@ -385,6 +400,7 @@ impl<'a> Source<'a> for Yaml<'a> {
         let properties = std::mem::take(&mut self.next);
         let (number, length) = number(&self.text[self.at..], Notation::Yaml)?;
         self.at += length;
+        self.keep(self.at - length);
         self.end(properties)?;
         Some(number)
     }
@@ -392,7 +408,9 @@ impl<'a> Source<'a> for Yaml<'a> {
     fn text(&mut self) -> Option<&'a [u8]> {
         self.start()?;
         let properties = std::mem::take(&mut self.next);
+        let start = self.at;
         let text = if matches!(self.peek()?, b'"' | b'\'') { self.quoted()? } else { self.words()? };
+        self.keep(start);
         self.end(properties)?;
         Some(text)
     }
@@ -404,6 +422,7 @@ impl<'a> Source<'a> for Yaml<'a> {
         let length = rest.iter().position(|byte| !byte.is_ascii_alphabetic()).unwrap_or(rest.len());
         let value = boolean(&rest[..length])?;
         self.at += length;
+        self.keep(self.at - length);
         self.end(properties)?;
         Some(value)
     }
@@ -420,6 +439,10 @@ impl<'a> Source<'a> for Yaml<'a> {
 
     fn at_end(&mut self) -> bool {
         self.at == self.text.len()
+    }
+
+    fn last(&self) -> Option<Span> {
+        self.last
     }
 }
 
