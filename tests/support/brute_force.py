@@ -292,7 +292,7 @@ class Frustum(Body):
         if (is_near := length(position) < 100 * self.size).any():
             _, b_here, _ = self._quadratic(position, step)
             z, away = self._along_and_across(position)
-            c_here = self.heights(start)[0] / self.cosine * (length(away) + self._radius(z))
+            c_here = self._height_above_side(start) / self.cosine * (length(away) + self._radius(z))
             b, c = np.where(is_near, b_here, b), np.where(is_near, c_here, c)
         q = -b - np.where(b < 0, -1, 1) * np.sqrt(np.maximum(under_root, 0))
         nearest = np.where(is_near, 0.0, -dot(position, step))
@@ -313,13 +313,22 @@ class Frustum(Body):
 
     def heights(self, point: Point) -> Array:
         away = point.position - self.center
-        z, radial = self._along_and_across(away)
-        side = self.cosine * (length(radial) - self._radius(z))
-        side = point.snapped(side, total(1, away) + self.size, self.grain[0])
+        z, _ = self._along_and_across(away)
         across = total(self.axis, away) + self.half + total(1, point.position + self.eye)
         lost = np.minimum(total(1, away) + self.size, across)
-        discs = [point.snapped(sign * z - self.half, lost, self.grain[2]) for sign in (-1, 1)]
-        return np.stack([side, side, *discs])
+        base, top = (point.snapped(sign * z - self.half, lost, self.grain[2]) for sign in (-1, 1))
+        # Beyond the discs the double cone goes on, but the side does not: what is in line with it is not on it.
+        beyond = np.maximum(base, top)
+        side = self._height_above_side(point)
+        side = np.where(beyond > 0, np.maximum(side, beyond), side)
+        return np.stack([side, side, base, top])
+
+    def _height_above_side(self, point: Point) -> Array:
+        """Return the heights of points above the whole double cone: (N,)."""
+        away = point.position - self.center
+        z, radial = self._along_and_across(away)
+        height = self.cosine * (length(radial) - self._radius(z))
+        return point.snapped(height, total(1, away) + self.size, self.grain[0])
 
     def _radius(self, z: Array) -> Array:
         return sum(self.radii) / 2 + self.slope * z
@@ -588,7 +597,9 @@ class BruteForce:
             clear &= ~is_doubtful(body, eye)
             if self.is_parallel:  # beside the line where a surface crosses the plane on which the rays start
                 height = np.abs(one.t) * size * one.steep
-                level = (height == 0) & (one.steep >= 1 - 1e-9) & ~np.asarray(body.curved)
+                # A flat surface lies in that plane if it rises from it by less than all starts may lose.
+                flat = np.abs(dot(one.normal, starts[:, None])) <= START / 4 * total(1, starts)
+                level = (height == 0) & flat.all(axis=1, keepdims=True) & ~np.asarray(body.curved)
                 crosses = (height < 64 * lost + BLOCK * self.pixel) & ~level
                 clear &= ~(crosses & (one.margin > -SINGLE * self.pixel)).any(axis=0)
         radiance = np.where(hit, 0.0, self.background)

@@ -11,12 +11,13 @@ import pytest
 import soak
 from brute_force import BruteForce
 from coincidences import coincident_scene, on
-from worlds import box, light, plane, scene, sphere
+from worlds import box, cone, cylinder, light, plane, scene, sphere
 
 from rtcli import Scene
 
 TURNS = [0.0, 30.0, 45.0, 90.0, 180.0, 1e9]
 SMALL = {"resolution": [32, 24], "fov": 70}
+SMALL_PARALLEL = {"resolution": [32, 24], "projection": "orthographic"}
 
 
 @pytest.fixture
@@ -421,6 +422,71 @@ def test_third_tracer_sees_a_floor_given_by_a_far_point(away):
     assert soak.clear_share(data) > 0.9
 
 
+# Each lamp is on the axis of the cylinder, or in line with a side of the cone, as far as float64 can tell.
+@pytest.mark.parametrize("body", [cylinder([998, 0, 1002.5], 8.0, 2.0), cone([998, 0, 1002.5], 8.0, 8.0)])
+@pytest.mark.parametrize("toward", [[0, 1, 0], [-1, -1, 0], [0, -1, 1]])
+@pytest.mark.parametrize("away", [1e20, 1e45])
+def test_third_tracer_puts_no_lamp_on_a_side_that_ends_far_from_it(body, toward, away):
+    lamp = light([away * x for x in toward], 10 * away * away, color=[1, 1, 1])
+    objects = [{**body, "color": [0.5, 0.5, 0.5]}, plane([0, -2, 0], [0, 1, 0], [0.5, 0.5, 0.5])]
+    data = {
+        "camera": {**SMALL, "position": [1018, 9, 1002.5], "look_at": [998, 0, 1002.5]},
+        "lights": [lamp],
+        "objects": objects,
+    }
+    assert not soak.disagreements(data)
+    assert soak.clear_share(data) > 0.8
+
+
+def test_third_tracer_leaves_open_whether_parallel_rays_start_on_a_disc_that_rounding_tilts():
+    disc = cone([1.5e6, 1e6, 9.985e8], 5e5, 2.5e5, [0.25, 0.75, 1], axis=[1, 2, 2], top_radius=4e6)
+    eye = [c + 125000 * n / 3 for c, n in zip(disc["position"], disc["axis"], strict=True)]
+    camera = {**SMALL_PARALLEL, "height": 6e6, "position": eye, "look_at": disc["position"], "up": [1, 0, 0]}
+    assert not soak.disagreements({"camera": camera, "lights": [], "objects": [disc]})
+
+
+@pytest.mark.parametrize("height", [1e-3, 1e-4, 1e-5])
+@pytest.mark.parametrize("lamp", [[0, 5, 5], [-0.25, 5, -0.2], [0, 0.05, 5]])
+def test_floor_around_a_flat_cone_in_it_is_lit(render, height, lamp):
+    hill, floor = cone([-0.25, 0, -0.2], 0.8, height), plane([0, 0, 0], [0, 1, 0])
+    camera = {"resolution": [32, 24], "fov": 120, "position": [0.4, 0.35, -0.1], "look_at": [-0.25, 0, -0.2]}
+    film = render(scene([floor, hill], [light(lamp, 2000)], camera=camera), passes=["object_id"])
+    assert (film.radiance[of_object(film, 1)] > 0).all()
+
+
+def test_wall_that_touches_a_cylinder_far_from_the_origin_takes_no_light_from_it():
+    # Where coordinates are multiples of 1/128, the wall is two thousandths before a point that is seen.
+    x, unit = 2.0**46, 2.0**19
+    column = cylinder([x + 6 * unit, 0, 2 * unit], 4 * unit, 2 * unit, [1, 0.75, 0.5], axis=[0, -2, 0])
+    data = {
+        "camera": {
+            **{"resolution": [32, 24], "fov": 120, "position": [x - unit, -unit, 4 * unit]},
+            "look_at": [70368746170102.67, 2414835.7768991576, 2637573.5898356573],
+        },
+        "lights": [light([x - 2 * unit, -4 * unit, 4 * unit], 40 * unit**2, color=[0.25, 1, 0.75])],
+        "objects": [column, plane([x + 2 * unit, -5 * unit, -5 * unit], [1, 0, 0], [0.25, 1, 0.5])],
+    }
+    assert not soak.disagreements(data)
+
+
+@pytest.mark.parametrize("away", [1e6, 1e18, 1e20, 1e24, 1e30])
+@pytest.mark.parametrize("eye", [[1.3, -1.5985, 1.001], [0.3, -1.6, 0.2]])
+def test_thin_cylinder_hides_a_lamp_however_far_above_it(render, away, eye):
+    hat, wall = cylinder([1, -2.5, 1], 3.0, 0.001), plane([-2.5, 1.5, 2], [1, 1, 0])
+    camera = {**SMALL_PARALLEL, "height": 12, "position": eye, "look_at": [0.6, -2.7, -1.2], "up": [0, 0, 1]}
+    film = render(
+        scene([hat, wall], [light([0, away, 0], 40 * away * away)], camera=camera),
+        passes=["object_id", "position"],
+    )
+    seen = of_object(film, 2)
+    x, y, z = film.position[seen].T.astype(float)
+    from_axis = np.hypot(x - 1, z - 1)
+    hidden = (y < -2.51) & (from_axis < 2.99)
+    assert hidden.sum() > 5
+    assert (film.radiance[seen][hidden] == 0).all()
+    assert (film.radiance[seen][(y > -2.49) | (from_axis > 3.01)] > 0).all()
+
+
 @pytest.mark.parametrize("point", [[0, -1, 0], [1e15, -1, 0]])
 def test_plane_hides_no_sun_whose_rays_are_parallel_to_it(render, point):
     # The sun lights the half of the ball that faces it, above and below the plane.
@@ -451,6 +517,35 @@ def test_planes_that_cross_far_away_are_distinguished_near_the_crossing(render):
     apart = np.abs(depths[0] / depths[1] - 1) > 5e-5 * pixel  # of the depth: about as much of a pixel
     assert apart.mean() > 0.9
     np.testing.assert_array_equal(film.object_id[apart], 1 + np.argmin(depths, axis=0)[apart])
+
+
+# The rays of one row of pixels start just above the side.
+@pytest.mark.parametrize(("height", "above", "fall"), [(0.25, 1.5, 0.7), (0.25, 1.2, 0.5), (0.1, 1.6, 0.5)])
+@pytest.mark.parametrize("turn", [0.0, 0.3, 1.0])
+def test_parallel_rays_that_start_close_to_a_flat_cone_meet_it_where_its_equation_says(
+    render, height, above, fall, turn
+):
+    radius, pixel = 8.0, 0.5
+    eye, forward = np.array([-3, above, 0]), np.array([math.cos(turn), -fall, math.sin(turn)])
+    forward /= np.linalg.norm(forward)
+    right = np.cross(forward, [0, 1, 0])
+    right /= np.linalg.norm(right)
+    camera = {**SMALL_PARALLEL, "height": 24 * pixel, "position": list(eye), "look_at": list(eye + forward)}
+    film = render(scene([cone([0, 0, 0], radius, height)], camera=camera), passes=["object_id", "distance"])
+    y, x = np.mgrid[0:24, 0:32] + 0.5
+    start = eye + pixel * ((x - 16)[..., None] * right + (12 - y)[..., None] * np.cross(right, forward))
+    # (h / 2 - y)^2 = (h / r)^2 (x^2 + z^2): A t^2 + 2 B t + C = 0
+    start[..., 1] -= height / 2
+    metric = np.array([1, -((radius / height) ** 2), 1])
+    a, b, c = forward**2 @ metric, start * forward @ metric, start**2 @ metric
+    q = -b - np.copysign(np.sqrt(b * b - a * c), b)
+    roots = np.stack([q / a, c / q])
+    below_tip = -(start[..., 1] + roots * forward[1])
+    depth = np.where((roots > 1e-3) & (below_tip > 0) & (below_tip < height), roots, np.inf).min(axis=0)
+    met = np.isfinite(depth) & ((c > 0) | (start[..., 1] > 0))
+    assert met.sum() > 20
+    assert (film.object_id[met] == 1).all()
+    np.testing.assert_allclose(film.distance[met], depth[met], rtol=1e-6, atol=3e-6)
 
 
 # --- Surfaces in one place -------------------------------------------------------------------------------

@@ -192,7 +192,7 @@ impl Capsule {
             let parts = &mut parts.as_chunks_mut::<RAYS_PER_TEST>().0[test];
             for i in 0..RAYS_PER_TEST {
                 let x = lines.across(dx[i], dy[i]);
-                let coefficients = lines.coefficients(x);
+                let coefficients = lines.coefficients::<false, false>(x);
                 let (enter, leave) = span(coefficients.abc, coefficients.w[2], discriminant[i].sqrt());
                 let tau = if outside { enter } else { leave };
                 let part = lines.part_at(x, tau);
@@ -223,7 +223,7 @@ impl Capsule {
             let faces = &mut hits.face.as_chunks_mut::<RAYS_PER_TEST>().0[test];
             for i in 0..RAYS_PER_TEST {
                 let x = lines.across(dx[i], dy[i]);
-                let coefficients = lines.coefficients(x);
+                let coefficients = lines.coefficients::<true, false>(x);
                 let (enter, leave) = span(coefficients.abc, coefficients.w[2], discriminant[i].sqrt());
                 let (of_base, of_top) = (base.roots(dx[i], dy[i]), top.roots(dx[i], dy[i]));
                 let (first, last) = (lines.part_at(x, enter), lines.part_at(x, leave));

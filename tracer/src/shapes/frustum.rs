@@ -41,11 +41,18 @@ const TOP: u32 = 4;
 /// An eye farther from a frustum than this multiple of its size is distant.
 const DISTANT: f64 = 64.0;
 
+/// A light is distant if it is farther from points close to a frustum than this multiple of its size plus theirs.
+const DISTANT_LIGHT: f64 = (1_u64 << 28) as f64;
+
 /// An origin closer to the apex than this share of the radius is placed relative to the apex.
 const NEAR: f64 = 1.0 / 16.0;
 
 /// An origin farther from the middle than this multiple of the radius is far away.
 const FAR: f64 = 4.0;
+
+/// A line begins close to the tip, or to the side of a flat cone, if the square of its O is less than this share of that
+/// of the origin o.
+const SHORT: f64 = 1.0 / 16.0;
 
 /// The section of a frustum along its axis.
 #[derive(Clone, Copy, Debug)]
@@ -105,6 +112,8 @@ pub(crate) struct Lines {
     power: f32,
     /// Whether o is far away: then C is a small difference of its large one, and O of a line tells it more exactly.
     origin_is_far: bool,
+    /// The square of a line's O below which that is so, wherever o is.
+    short: f32,
     /// W, and v_a.
     direction: [f32; 3],
     along: f32,
@@ -294,6 +303,7 @@ impl Frustum {
             z: (z * per) as f32,
             power: (power * per * per) as f32,
             origin_is_far: dot(o, o) > FAR * FAR * profile.radius * profile.radius,
+            short: (SHORT * dot(o, o) * per * per) as f32,
             direction: to_f32(w),
             along: along as f32,
             factors: if apex_is_outside { [e - f, e + f] } else { [e, f] }.map(|factor| factor as f32),
@@ -347,7 +357,7 @@ impl Frustum {
             let x = lines.across(dx, dy);
             let d = lines.discriminant(x);
             let s = if d > 0.0 { d.sqrt() } else { 0.0 };
-            let Coefficients { abc, w, o } = lines.coefficients(x);
+            let Coefficients { abc, w, o } = lines.coefficients::<false, false>(x);
             let (enter, leave) = span(abc, w[2], s);
             let tau = if outside { enter } else { leave };
             let (r_e, r_f) = (o[0] + tau * w[0], o[1] + tau * w[1]);
@@ -416,6 +426,13 @@ impl Frustum {
         (way, length(way) + length(sub(shadow.bounds.center, reference)) + shadow.bounds.radius)
     }
 
+    /// Whether a light `away` is so distant from points within a radius that the frustum among them is surely before it.
+    /// Rounding may move such a light by more than the size of the frustum.
+    #[inline(never)]
+    fn is_surely_before(&self, light: &Place, away: f64, radius: f64) -> bool {
+        light.weight * away > DISTANT_LIGHT * (radius + self.profile.size())
+    }
+
     /// Darken the points from which the frustum hides the light, all of them outside its bounding sphere: it does
     /// where the line is inside between the two. Lines begin at the nearer end.
     #[inline(always)]
@@ -432,7 +449,7 @@ impl Frustum {
         for lane in 0..points.padded() {
             let x = lines.across_point(points.offset_of(lane));
             let d = lines.discriminant(x);
-            let Coefficients { abc, w, .. } = lines.coefficients(x);
+            let Coefficients { abc, w, .. } = lines.coefficients::<false, false>(x);
             let (enter, leave) = span(abc, w[2], d.sqrt());
             let (near, far) = lines.slab(x);
             let enter = larger(larger(near, 0.0), enter);
@@ -460,14 +477,14 @@ impl Frustum {
                 if light.weight == 0.0 { sign * light.z > 0.0 } else { sign * light.z >= half - at_light };
             (if beyond { (half - rounding) * per } else { f64::INFINITY }) as f32
         });
-        let light_is_within = light.power < 0.0;
+        let light_is_within = light.power < 0.0 || self.is_surely_before(light, end, shadow.bounds.radius);
         let [o_1, _, o_3] = to_f32(scale(light.origin, per));
         let (per, rounding) = (per as f32, (rounding * per) as f32);
         let points = shadow.points;
         for lane in 0..points.padded() {
             let x = lines.across_point(points.offset_of(lane));
             let d = lines.discriminant(x);
-            let Coefficients { abc: [a, b, c], w, o } = lines.coefficients(x);
+            let Coefficients { abc: [a, b, c], w, o } = lines.coefficients::<false, true>(x);
             let slack = points.slack(lane) * per + rounding;
             // C at a height h is h (h + 2 m).
             let touching = 2.0 * slack * (o[2].abs() + slack);
@@ -500,7 +517,7 @@ impl Frustum {
             let faces = &mut hits.face.as_chunks_mut::<RAYS_PER_TEST>().0[test];
             for i in 0..RAYS_PER_TEST {
                 let x = lines.across(dx[i], dy[i]);
-                let Coefficients { abc, w, .. } = lines.coefficients(x);
+                let Coefficients { abc, w, .. } = lines.coefficients::<PARALLEL, PARALLEL>(x);
                 let (lower, upper) = span(abc, w[2], discriminant[i].sqrt());
                 let (near, far) = lines.slab(x);
                 let (enter, leave) = (larger(near, lower), smaller(far, upper));
@@ -746,11 +763,13 @@ impl Lines {
         (met != 0).then_some(discriminant)
     }
 
+    /// The coefficients of a line; those of `PARALLEL` rays share W, and lines may begin `ANYWHERE`, also on the side.
     #[inline(always)]
-    pub(crate) fn coefficients(&self, x: [f32; 3]) -> Coefficients {
+    pub(crate) fn coefficients<const PARALLEL: bool, const ANYWHERE: bool>(&self, x: [f32; 3]) -> Coefficients {
         let x = [x[0], x[1], self.sine * x[2]];
         let (v, p) = (&self.direction, &self.origin);
-        let w = [v[0] + self.turn * x[0], v[1] + self.turn * x[1], v[2] + self.turn * x[2]];
+        let turned = [v[0] + self.turn * x[0], v[1] + self.turn * x[1], v[2] + self.turn * x[2]];
+        let w = if PARALLEL { *v } else { turned };
         let shifted = [self.shift * x[0], self.shift * x[1], self.shift * x[2]];
         let o = [p[0] + shifted[0], p[1] + shifted[1], p[2] + shifted[2]];
         let sum = [p[0] + o[0], p[1] + o[1], p[2] + o[2]];
@@ -759,6 +778,8 @@ impl Lines {
         let change = sum[0] * shifted[0] + sum[1] * shifted[1] - sum[2] * shifted[2];
         let from_o = o[0] * o[0] + o[1] * o[1] - o[2] * o[2];
         let c = if self.origin_is_far { from_o } else { self.power + change };
+        let is_short = ANYWHERE & (o[0] * o[0] + o[1] * o[1] + o[2] * o[2] < self.short);
+        let c = if is_short { from_o } else { c };
         Coefficients { abc: [a, b, c], w, o }
     }
 

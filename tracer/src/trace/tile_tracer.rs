@@ -212,6 +212,7 @@ impl TileTracer {
         let shape = scene.shapes.get(object);
         let depth = (f64::from(t), || self.rays.exact(self.hits.lane(face, t)));
         shape.compute_points(face, rays, depth, &mut self.lighting.points);
+        self.lighting.points.error += scene.coordinate_rounding as f32;
         if let Some(checker) = scene.checker(object) {
             checker.mark(face, &mut self.lighting.points);
         }

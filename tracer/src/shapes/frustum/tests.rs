@@ -54,6 +54,31 @@ proptest! {
         check_parallel(&shape, tile)?;
     }
 
+    /// Close to the plane on which they start there is no share of the depth to lose.
+    #[test]
+    fn parallel_rays_meet_a_flat_cone_where_float64_says_however_close_to_where_they_start(
+        (corner, pixel) in ((0_u32..2, 0_u32..2), any_size(-2.5..-1.0)),
+        (half, radii) in (any_size(-4.0..0.0), (0.1..1.0, prop_oneof![Just(0.0), 0.0..1.0])),
+        (axis, aside) in (any_direction(), any_direction()),
+        share in 0.0..0.5,
+    ) {
+        let tile = (View::parallel(32, 32, pixel / 2.0), (corner.0 * TILE_SIDE, corner.1 * TILE_SIDE));
+        let center = scale(aside, share);
+        let shape = OracleShape::Frustum { center, axis, radii: [1.0, radii.0 * radii.1], half };
+        let rays = rays_of(tile.0, tile.1);
+        let hits = intersect(&shape, tile);
+        let kernel = shape.to_kernel();
+        for lane in 0..LANES {
+            let (depth, steep) = kernel.get(0).depth(rays.exact(lane));
+            // A surface so close to the start, or to the outline, may be missed.
+            if depth.is_finite() && steep > 0.05 && depth > 1e-5 * pixel && hits.face[lane] != NO_FACE {
+                let apart = (f64::from(hits.t[lane]) - depth).abs();
+                let rounding = (1e-5 + 4e-6 / steep) * depth + 5e-6 * pixel / steep;
+                prop_assert!(apart < rounding, "lane {}: {} instead of {}", lane, hits.t[lane], depth);
+            }
+        }
+    }
+
     #[test]
     fn points_lie_on_the_shape_and_on_their_rays((tile, shape) in tile_and_round(-1.0..5.0)) {
         for (lanes, points) in surface_points(&shape, tile) {
