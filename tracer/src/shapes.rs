@@ -71,14 +71,15 @@ macro_rules! define_shapes {
             ///
             /// If there is no such kind, or there are fewer parameters.
             #[inline(always)]
-            pub fn new(mut kind: usize, parameters: &[f64]) -> ShapeDesc {
+            pub fn new(kind: usize, parameters: &[f64]) -> ShapeDesc {
+                let mut count = 0;
                 $(
-                    if kind == 0 {
+                    if kind == count {
                         return ShapeDesc::$shape(Description::new(parameters));
                     }
-                    kind = kind.wrapping_sub(1);
+                    count += 1;
                 )*
-                unreachable!("there are {} fewer kinds", kind + 1)
+                unreachable!("there is no kind {kind} among {count}")
             }
 
             /// The index of its kind in `KINDS`.
