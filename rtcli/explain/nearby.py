@@ -21,7 +21,7 @@ from rtcli.scene.model import Object, Scene
 from rtcli.tracer._native import LIGHT_PARAMETERS, Body
 from rtcli.tracer.native import NativeTracer
 from rtcli.tracer.reference import NOTHING, Array, Ray, Scenery, build_scenery
-from rtcli.tracer.world import NO_CARRIER, Checkers, Shapes, Vector, World
+from rtcli.tracer.world import NO_CARRIER, Checkers, Column, Shapes, Vector, World
 
 Mask = npt.NDArray[np.bool_]
 
@@ -228,6 +228,6 @@ def _extent(points: Array, middle: Array) -> float:
     return float(np.linalg.norm(points - middle, axis=1).max())
 
 
-def _rows(numbers: array[float], chosen: Sequence[int]) -> array[float]:
+def _rows(numbers: Column[float], chosen: Sequence[int]) -> array[float]:
     """Return some rows of three numbers."""
     return array("d", [numbers[3 * index + axis] for index in chosen for axis in range(3)])

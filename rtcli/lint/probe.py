@@ -99,7 +99,7 @@ class Probe:
         channels = slice(3 * spot.body, 3 * spot.body + 3)
         try:
             without = self._burnt(spot, color, window, exposure)
-            color[channels] = self._world.shapes.color[channels]
+            color[channels] = array("d", self._world.shapes.color[channels])
             burnt = self._burnt(spot, color, window, exposure)
         except BudgetExceededError:
             return None

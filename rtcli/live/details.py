@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from array import array
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -21,7 +20,7 @@ from rtcli.scene.reading.parse import parse_bytes
 from rtcli.scene.reading.source import Document, Loc
 from rtcli.scene.validation.validate import validate
 from rtcli.tracer._native import SHAPE_PARAMETERS
-from rtcli.tracer.world import NO_CARRIER
+from rtcli.tracer.world import NO_CARRIER, Column
 
 # The first and last line of a value in the file, counted from 1; None if the file does not have it.
 Lines: TypeAlias = tuple[int, int] | None
@@ -143,5 +142,5 @@ def _records(scene: PackedScene) -> Iterator[tuple[Any, ...]]:
     return ((*row, more.get(index)) for index, row in enumerate(rows))
 
 
-def _threes(numbers: array[float]) -> Iterator[tuple[float, ...]]:
+def _threes(numbers: Column[float]) -> Iterator[tuple[float, ...]]:
     return zip(*[iter(numbers)] * 3, strict=True)

@@ -74,10 +74,10 @@ def read_packed(raw: bytes, name: str, edits: list[PathEdit], watch: Stopwatch) 
 
 def packed_columns(columns: Columns) -> PackedScene:
     """Return the scene of the columns of the compiled reader."""
-    sections, objects, checkers, lights, names = columns
+    sections, (kinds, *numbers), checkers, lights, names = columns
     world = World(
         CameraFrame(*sections["camera"]),
-        Shapes(*_arrays(objects, "Bddd")),
+        Shapes(memoryview(kinds), *(memoryview(column).cast("d") for column in numbers)),
         Checkers(*_arrays(checkers, "qdd")),
         Lights(*_arrays(lights, "Bdddq")),
         Settings(**sections["render"]),

@@ -16,7 +16,7 @@ from typing import Any, TypeAlias
 from rtcli.rendering.pack import PackedScene
 from rtcli.scene.vectors import moved, negative
 from rtcli.tracer._native import SHAPE_PARAMETERS, __version__, by_threes
-from rtcli.tracer.world import CameraFrame, Settings, Vector, Window
+from rtcli.tracer.world import CameraFrame, Column, Settings, Vector, Window
 
 Matrix: TypeAlias = list[list[float]]
 
@@ -75,10 +75,10 @@ def _settings(settings: Settings) -> dict[str, Any]:
     return {key: value for key, value in settings._asdict().items() if value != _LATER_KEYS.get(key)}
 
 
-def _little(numbers: array[Any]) -> bytes:
+def _little(numbers: Column[Any]) -> bytes:
     """Return the count of numbers and then themselves, the low byte first on any machine."""
     if sys.byteorder == "big":
-        numbers = array(numbers.typecode, numbers)
+        numbers = array(memoryview(numbers).format, numbers)
         numbers.byteswap()
     return struct.pack("<q", len(numbers)) + numbers.tobytes()
 

@@ -148,13 +148,13 @@ def _lens(camera: Camera) -> Lens:
 
 def _shapes(objects: tuple[Object, ...]) -> Shapes:
     tags = {kind: tag for tag, kind in enumerate(SHAPE_PARAMETERS)}
-    shapes = Shapes(array("B"), array("d"), array("d"), array("d"))
+    kind, position, parameters, color = array("B"), array("d"), array("d"), array("d")
     for shape in objects:
-        shapes.kind.append(tags[shape.type])
-        shapes.position.extend(shape.position)
-        shapes.parameters.extend(shape.parameters)
-        shapes.color.extend(shape.color)
-    return shapes
+        kind.append(tags[shape.type])
+        position.extend(shape.position)
+        parameters.extend(shape.parameters)
+        color.extend(shape.color)
+    return Shapes(kind, position, parameters, color)
 
 
 def _checkers(objects: tuple[Object, ...]) -> Checkers:

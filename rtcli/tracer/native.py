@@ -121,4 +121,5 @@ class NativeTracer:
 
 
 def _columns(rows: Shapes | Checkers | Lights) -> tuple[bytes, ...]:
-    return tuple(column.tobytes() for column in rows)
+    # A view is one of all its bytes, which are passed without a copy.
+    return tuple(bytes(column.obj if isinstance(column, memoryview) else column) for column in rows)

@@ -9,11 +9,15 @@ from __future__ import annotations
 from array import array
 from collections.abc import Callable, Iterator
 from itertools import islice
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 from rtcli.tracer._native import LIGHT_PARAMETERS, SHAPE_PARAMETERS
 
 Vector: TypeAlias = tuple[float, float, float]
+Number = TypeVar("Number", int, float)
+
+# Numbers of objects: an array, or a view of all of some bytes, which needs no copy.
+Column: TypeAlias = "array[Number] | memoryview[Number]"
 
 # Called with (pixels done, pixels in all).
 Progress: TypeAlias = Callable[[int, int], None]
@@ -126,10 +130,14 @@ class Shapes(NamedTuple):
         (N * 3,) float64: albedo, linear, 0..1.
     """
 
-    kind: array[int]
-    position: array[float]
-    parameters: array[float]
-    color: array[float]
+    kind: Column[int]
+    position: Column[float]
+    parameters: Column[float]
+    color: Column[float]
+
+    def __reduce__(self) -> tuple[type[Shapes], tuple[array[Any], ...]]:
+        """Return what pickle stores: arrays, since views cannot be pickled."""
+        return Shapes, tuple(array(memoryview(column).format, column) for column in self)
 
     def parameter_rows(self) -> Iterator[tuple[float, ...]]:
         """Yield the parameters of each object."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import pickle
 import random
 import re
 from pathlib import Path
@@ -117,5 +118,9 @@ def difference(raw: bytes, name: str, overrides: Overrides | None = None) -> str
     if read is None:
         return ""
     expected = by_models(raw, name, overrides)
-    # Of arrays and floats `repr` shows each bit.
-    return "" if repr(read) == repr(expected) else f"{name}: {read} instead of {expected}"
+    return "" if bits_of(read) == bits_of(expected) else f"{name}: {bits_of(read)} instead of {bits_of(expected)}"
+
+
+def bits_of(read: PackedScene | None) -> str:
+    """Return a scene as text that shows each bit: `repr` does so of arrays, which views become by pickling."""
+    return repr(pickle.loads(pickle.dumps(read)))

@@ -5,11 +5,11 @@
 //! tests are float32, and conservative by more than their rounding: the tree affects how fast a picture is, never
 //! its content.
 
-use crate::accel::build::{Item, Part, TREE, build};
+use crate::accel::build::{Item, TREE, build, partition};
 use crate::accel::node::{LEAF, Node, WIDTH};
 use crate::bounds::BoundingSphere;
 use crate::budget::WorkCounter;
-use crate::memory::{OutOfMemory, collect, par_collect};
+use crate::memory::{OutOfMemory, par_collect};
 use rayon::prelude::*;
 
 pub(crate) mod build;
@@ -36,26 +36,26 @@ pub(crate) struct Bvh {
 }
 
 impl Bvh {
-    /// Build the tree over the bounded ones of some objects, with the threads of the current rayon pool. Return it, its
-    /// number of leaves, and the objects in the order of the leaves, followed by those without bounds. The number of a
-    /// leaf is its position in that order.
+    /// Build the tree over the bounded ones of some objects, with the threads of the current rayon pool. Return it, and
+    /// the objects in the order of the leaves, followed by those without bounds. The number of a leaf is its position in
+    /// that order.
     ///
     /// # Errors
     ///
     /// If there is not enough memory for it.
     pub(crate) fn new(
         bounds: impl IndexedParallelIterator<Item = Option<BoundingSphere>>,
-    ) -> Result<(Bvh, usize, Vec<u32>), OutOfMemory> {
+    ) -> Result<(Bvh, Vec<u32>), OutOfMemory> {
         let item = |(object, bounds): (usize, Option<BoundingSphere>)| Item::new(object as u32, bounds);
         let mut items = par_collect(bounds.enumerate().map(item), TREE)?;
-        let unbounded = collect(items.iter().filter(|item| item.is_unbounded()).copied(), TREE)?;
-        items.retain(|item| !item.is_unbounded());
-        let mut nodes = Vec::new();
-        if !items.is_empty() {
-            build(Part::new(&mut items, 0), &mut nodes)?;
+        let mut count = items.len();
+        if items.par_iter().any(Item::is_unbounded) {
+            count = partition(&mut items, |item| !item.is_unbounded());
         }
-        let order = collect(items.iter().chain(&unbounded).map(|item| item.object), TREE)?;
-        Ok((Bvh { nodes }, items.len(), order))
+        let (bounded, unbounded) = items.split_at_mut(count);
+        unbounded.sort_unstable_by_key(|item| item.object);
+        let nodes = build(bounded)?;
+        Ok((Bvh { nodes }, par_collect(items.par_iter().map(|item| item.object), TREE)?))
     }
 
     /// Give the leaves other numbers, those at their positions in a list.
@@ -115,8 +115,7 @@ impl ObjectList {
         let item = Item::new(object, bounds);
         let node = self.nodes.last_mut().expect("it has a place left");
         // Every volume intersects an object without bounds.
-        node.put(i, item.center, if item.is_unbounded() { f32::INFINITY } else { item.radius });
-        node.child[i] = object;
+        node.put(i, (item.center, if item.is_unbounded() { f32::INFINITY } else { item.radius }), object);
         self.count += 1;
     }
 

@@ -12,7 +12,7 @@ use crate::simd::{Kernel, Level};
 use crate::tile::{LANES, SIDE, Tile, View};
 use crate::trace::coverage::{AmodalMask, Coverage};
 use crate::trace::tile_tracer::{PassRequest, TileTracer};
-use crate::world::{Settings, Window, World};
+use crate::world::{Camera, Objects, Settings, Window, World};
 use rayon::prelude::*;
 use std::io;
 use std::mem::swap;
@@ -47,7 +47,8 @@ const MOST_BYTES: usize = 6;
 /// A world ready for tracing.
 #[derive(Debug)]
 pub struct Tracer {
-    world: World,
+    camera: Camera,
+    settings: Settings,
     scene: Scene,
     level: Level,
 }
@@ -58,9 +59,9 @@ impl Tracer {
     /// # Errors
     ///
     /// If memory runs out.
-    pub fn new(world: World, level: Level) -> Result<Tracer, OutOfMemory> {
+    pub fn new(world: World<impl Objects>, level: Level) -> Result<Tracer, OutOfMemory> {
         spare()?;
-        Ok(Tracer { scene: Scene::new(&world)?, world, level })
+        Ok(Tracer { scene: Scene::new(&world)?, camera: world.camera, settings: world.settings, level })
     }
 
     /// Trace the pixels of a window with the threads of the current rayon pool; return the number of rays.
@@ -85,10 +86,10 @@ impl Tracer {
     pub fn exposure(&self, grid: u32, monitor: &Monitor) -> Result<(MeterReading, u64), Stopped> {
         let mut radiance = filled(3 * grid as usize * grid as usize, 0.0, "the exposure meter")?;
         let film = Film::of_radiance(&mut radiance);
-        let settings = Settings { samples: 1, ..self.world.settings.clone() };
+        let settings = Settings { samples: 1, ..self.settings.clone() };
         let window = Window { x: 0, y: 0, width: grid, height: grid };
         let job = TileJob {
-            view: View::in_grid(&self.world.camera, self.scene.unit, grid),
+            view: View::in_grid(&self.camera, self.scene.unit, grid),
             settings: &settings,
             monitor: &monitor.aside(),
         };
@@ -103,7 +104,7 @@ impl Tracer {
     ///
     /// If the work is cancelled, exceeds its budget, or runs out of memory.
     pub fn coverage(&self, window: Window, monitor: &Monitor) -> Result<Vec<u64>, Stopped> {
-        let view = View::new(&self.world.camera, self.scene.unit);
+        let view = View::new(&self.camera, self.scene.unit);
         let mut covered = filled(self.scene.shapes.len(), 0, COVERAGE)?;
         spare()?;
         covered.par_chunks_mut(OBJECTS).enumerate().for_each(|(i, covered)| {
@@ -128,7 +129,7 @@ impl Tracer {
     ///
     /// If there is no such object.
     pub fn amodal_masks(&self, window: Window, objects: &[u32], monitor: &Monitor) -> Result<Vec<Mask>, Stopped> {
-        let view = View::new(&self.world.camera, self.scene.unit);
+        let view = View::new(&self.camera, self.scene.unit);
         let mut mask = filled(window.pixels(), 0, "a mask")?;
         let mut masks = Vec::new();
         for &object in objects {
@@ -144,7 +145,7 @@ impl Tracer {
 
     /// The job of the whole picture.
     fn job<'a>(&'a self, monitor: &'a Monitor) -> TileJob<'a> {
-        TileJob { view: View::new(&self.world.camera, self.scene.unit), settings: &self.world.settings, monitor }
+        TileJob { view: View::new(&self.camera, self.scene.unit), settings: &self.settings, monitor }
     }
 
     fn film_of(&self, job: TileJob<'_>, window: Window, mut film: Film<'_>) -> Result<u64, Stopped> {
@@ -156,7 +157,7 @@ impl Tracer {
         let with_film = |band: Window| (band, film.split_off(band.pixels()));
         let bands = collect(bands_of(window).map(with_film), BANDS)?;
         spare()?;
-        let to_world = CameraToWorld::new(&self.scene, &self.world.camera);
+        let to_world = CameraToWorld::new(&self.scene, &self.camera);
         let rays = bands
             .into_par_iter()
             .map_init(new_tracer, |tracer, (window, film)| {

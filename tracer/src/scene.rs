@@ -12,12 +12,15 @@ use crate::scene::emitter::{Emitter, LIGHTS};
 use crate::scene::unit::suitable_unit;
 use crate::shapes::contact::{COORDINATE, Contact};
 use crate::shapes::primitive::Primitive;
-use crate::shapes::{OBJECTS, ShapeDesc, Shapes};
+use crate::shapes::{OBJECTS, Placed, ShapeDesc, Shapes};
 use crate::vector::{Vector, add, dot, l1_norm, largest, length, normalized, scale, sub};
-use crate::world::{CheckerDesc, LightDesc, LightSource, Object, World};
+use crate::world::{CheckerDesc, LightDesc, LightSource, Objects, World};
 use rayon::prelude::*;
 use std::f64::consts::PI;
+use std::hint::black_box;
 use std::iter;
+use std::sync::atomic::AtomicBool;
+use std::sync::atomic::Ordering::Relaxed;
 
 pub(crate) mod emitter;
 mod unit;
@@ -48,17 +51,6 @@ impl Light {
     }
 }
 
-/// The appearance of an object, beside its shape.
-#[derive(Clone, Debug)]
-pub(crate) struct Material {
-    /// Albedo, linear RGB.
-    pub(crate) albedo: Vector,
-    /// The radiance of an object that carries a light, uniform over its surface.
-    pub(crate) emitted: Option<[f32; 3]>,
-    /// The factor by which it was moved toward the eye; see `CameraSpace::range_scale`.
-    pub(crate) range_scale: f64,
-}
-
 /// A scene ready for tracing.
 #[derive(Debug)]
 pub(crate) struct Scene {
@@ -70,13 +62,16 @@ pub(crate) struct Scene {
     /// The objects, kind by kind, those of each kind in the order of the tree: neighbours in space are neighbours in
     /// memory. An object's index here is its number in the kernel.
     pub(crate) shapes: Shapes,
-    pub(crate) materials: Vec<Material>,
+    /// Linear RGB of each object.
+    pub(crate) albedos: Vec<Vector>,
+    /// The range scale of each object; empty if all are 1.
+    pub(crate) range_scales: Vec<f64>,
+    /// The radiance of each object that carries a light, uniform over its surface; empty if none does.
+    emitted: Vec<Option<[f32; 3]>>,
     /// The checkers, in the order of the objects.
     pub(crate) checkers: Vec<Checker>,
     /// The number of each object in the world.
     pub(crate) numbers: Vec<u32>,
-    /// Whether any object has a range scale other than 1.
-    pub(crate) has_range_scales: bool,
     pub(crate) lights: Vec<Light>,
     /// The number of lights, counting each place of one that has a size.
     pub(crate) pencils: u64,
@@ -92,32 +87,47 @@ impl Scene {
     /// # Errors
     ///
     /// If memory runs out.
-    pub(crate) fn new(world: &World) -> Result<Scene, OutOfMemory> {
-        let space = CameraSpace::new(&world.camera, suitable_unit(world)?);
-        let materials = materials(world, &space)?;
-        let (by_kind, counts) = by_kind(&world.objects)?;
+    pub(crate) fn new(world: &World<impl Objects>) -> Result<Scene, OutOfMemory> {
+        let (space, objects) = (CameraSpace::new(&world.camera, suitable_unit(world)), &world.objects);
+        let are_moved = AtomicBool::new(false);
         let place = |number: u32| {
-            let (object, material) = (&world.objects[number as usize], &materials[number as usize]);
-            (&object.shape, space.scaled(object.position), material.range_scale)
+            let (shape, position) =
+                (objects.shape(number as usize), space.scaled(objects.position(number as usize)));
+            let range_scale = match world.camera.projection {
+                Projection::Perspective => shape.range_scale(&space, position),
+                // Elsewhere it would not look the same.
+                Projection::Orthographic => 1.0,
+            };
+            if range_scale < 1.0 {
+                are_moved.store(true, Relaxed);
+            }
+            Placed { shape, position, range_scale }
         };
-        let shapes = Shapes::new(&space, (&by_kind, &counts), place)?;
-        let (mut bvh, leaves, order) =
-            Bvh::new((0..by_kind.len()).into_par_iter().map(|i| shapes.get(i as u32).bounds()))?;
-        let (order, indices) = in_tree_order(&counts, &order)?;
-        bvh.renumber(&indices);
-        let numbers = par_collect(order.par_iter().map(|&i| by_kind[i as usize]), OBJECTS)?;
+        let bounds = (0..objects.count()).into_par_iter().map(|number| place(number as u32).bounds(&space));
+        let (mut bvh, mut numbers) = Bvh::new(bounds)?;
+        let counts = sort_by_kind(&mut numbers, &mut bvh, |number| objects.kind(number as usize))?;
+        let read = |number: u32| {
+            black_box((objects.position(number as usize), objects.shape(number as usize)));
+        };
+        let shapes = Shapes::new(&space, (&numbers, &counts), (place, read))?;
+        let range_scale = |&number: &u32| place(number).range_scale;
         let mut scene = Scene {
             projection: world.camera.projection,
             unit: space.unit,
             coordinate_rounding: 2.0 * COORDINATE * largest(space.eye),
-            has_range_scales: materials.par_iter().any(|material| material.range_scale < 1.0),
-            materials: par_collect(numbers.par_iter().map(|&i| materials[i as usize].clone()), OBJECTS)?,
+            albedos: par_collect(numbers.par_iter().map(|&number| objects.color(number as usize)), OBJECTS)?,
+            range_scales: if are_moved.load(Relaxed) {
+                par_collect(numbers.par_iter().map(range_scale), OBJECTS)?
+            } else {
+                Vec::new()
+            },
+            emitted: emitted(world, &numbers)?,
             checkers: Vec::new(),
             lights: Vec::new(),
             pencils: 0,
-            unbounded: collect(indices[leaves..].iter().copied(), OBJECTS)?,
+            unbounded: shapes.unbounded()?,
             bvh,
-            shapes: shapes.select(&order)?,
+            shapes,
             numbers,
         };
         scene.checkers = scene.place_checkers(&space, world)?;
@@ -132,6 +142,18 @@ impl Scene {
         Ok(scene)
     }
 
+    /// The factor by which an object was moved toward the eye; see `CameraSpace::range_scale`.
+    #[inline(always)]
+    pub(crate) fn range_scale(&self, object: u32) -> f64 {
+        self.range_scales.get(object as usize).copied().unwrap_or(1.0)
+    }
+
+    /// The radiance of an object, if it carries a light.
+    #[inline(always)]
+    pub(crate) fn emitted(&self, object: u32) -> Option<[f32; 3]> {
+        self.emitted.get(object as usize).copied().flatten()
+    }
+
     /// The checker of an object, if it has one.
     #[inline(always)]
     pub(crate) fn checker(&self, object: u32) -> Option<&Checker> {
@@ -143,7 +165,11 @@ impl Scene {
     }
 
     /// Return the checkers in the order of the objects; objects without flat faces have none.
-    fn place_checkers(&self, space: &CameraSpace, world: &World) -> Result<Vec<Checker>, OutOfMemory> {
+    fn place_checkers(
+        &self,
+        space: &CameraSpace,
+        world: &World<impl Objects>,
+    ) -> Result<Vec<Checker>, OutOfMemory> {
         if world.checkers.is_empty() {
             return Ok(Vec::new());
         }
@@ -152,10 +178,9 @@ impl Scene {
             in_kernel[number as usize] = index;
         }
         let place = |checker: &CheckerDesc| {
-            let object = &world.objects[checker.object];
-            let (number, axes) = (in_kernel[checker.object], object.shape.face_axes(space)?);
-            let range_scale = self.materials[number as usize].range_scale;
-            Some(Checker::new(space, checker, (number, axes), (space.scaled(object.position), range_scale)))
+            let axes = world.objects.shape(checker.object).face_axes(space)?;
+            let (index, position) = (in_kernel[checker.object], world.objects.position(checker.object));
+            Some(Checker::new(space, checker, (index, axes), (space.scaled(position), self.range_scale(index))))
         };
         let mut checkers = Vec::new();
         reserve(&mut checkers, world.checkers.len(), OBJECTS)?;
@@ -167,7 +192,7 @@ impl Scene {
     fn light(
         &self,
         space: &CameraSpace,
-        world: &World,
+        world: &World<impl Objects>,
         (light, pattern): (&LightDesc, &[Vector]),
     ) -> Result<Light, OutOfMemory> {
         let carrier = light.carrier.map(|carrier| carrier as u32);
@@ -204,11 +229,11 @@ impl Scene {
         let mut traversal = self.bvh.traverse(&around, &mut stack);
         let candidates = iter::from_fn(|| traversal.next(0.0)).chain(self.unbounded.iter().copied());
         for i in candidates {
-            let object = &world.objects[self.numbers[i as usize] as usize];
-            let center = space.scaled(object.position);
+            let number = self.numbers[i as usize] as usize;
+            let (shape, center) = (world.objects.shape(number), space.scaled(world.objects.position(number)));
             let rounding = FAR_FROM_ROUNDING * (l1_norm(position) + self.shapes.get(i).magnitude());
             let mut touch = |place: u32, point: Vector| {
-                let contact = object.shape.contact(space, center, point);
+                let contact = shape.contact(space, center, point);
                 if contact.is_within(rounding) {
                     contacts.push((place, i, contact));
                 }
@@ -218,7 +243,7 @@ impl Scene {
                 continue;
             };
             // In the units of the world, as contacts are.
-            if object.shape.contact(space, center, scaled).is_within(size / range_scale + rounding) {
+            if shape.contact(space, center, scaled).is_within(size / range_scale + rounding) {
                 emitter.cut.push(i);
                 for (place, way) in (0..).zip(pattern) {
                     touch(place, add(scaled, scale(*way, size / range_scale)));
@@ -236,60 +261,48 @@ impl Scene {
     }
 }
 
-/// Return the numbers of the objects, all of the first kind before the others, and the count of each kind.
-fn by_kind(objects: &[Object]) -> Result<(Vec<u32>, Vec<usize>), OutOfMemory> {
-    let kinds = par_collect(objects.par_iter().map(|object| object.shape.kind() as u8), OBJECTS)?;
+/// Sort objects, which are in the order of a tree, by their kinds, renumber its leaves, and return the count of each
+/// kind.
+fn sort_by_kind(
+    numbers: &mut Vec<u32>,
+    bvh: &mut Bvh,
+    kind: impl Fn(u32) -> usize + Sync,
+) -> Result<Vec<usize>, OutOfMemory> {
+    let kinds = par_collect(numbers.par_iter().map(|&number| kind(number) as u8), OBJECTS)?;
     let mut counts = vec![0; ShapeDesc::KINDS.len()];
     for &kind in &kinds {
         counts[usize::from(kind)] += 1;
     }
-    let mut next = places(&counts);
-    let mut numbers = filled(objects.len(), 0, OBJECTS)?;
-    for (number, &kind) in (0..).zip(&kinds) {
-        numbers[next(usize::from(kind))] = number;
+    if kinds.is_sorted() {
+        return Ok(counts);
     }
-    Ok((numbers, counts))
-}
-
-/// Sort objects, which are in the order of the tree and numbered kind by kind, by their kinds. Return them, and the new
-/// position of each.
-fn in_tree_order(counts: &[usize], objects: &[u32]) -> Result<(Vec<u32>, Vec<u32>), OutOfMemory> {
-    let ends: Vec<usize> = (1..=counts.len()).map(|kinds| counts[..kinds].iter().sum()).collect();
-    let mut next = places(counts);
-    let mut sorted = filled(objects.len(), 0, OBJECTS)?;
-    let place = |&object: &u32| {
-        let position = next(ends.partition_point(|&end| end <= object as usize));
-        sorted[position] = object;
+    let mut next: Vec<usize> = (0..counts.len()).map(|kind| counts[..kind].iter().sum()).collect();
+    let mut sorted = filled(numbers.len(), 0, OBJECTS)?;
+    let place = |(&number, &kind): (&u32, &u8)| {
+        let next = &mut next[usize::from(kind)];
+        let position = *next;
+        *next += 1;
+        sorted[position] = number;
         position as u32
     };
-    let positions = collect(objects.iter().map(place), OBJECTS)?;
-    Ok((sorted, positions))
+    let positions = collect(numbers.iter().zip(&kinds).map(place), OBJECTS)?;
+    bvh.renumber(&positions);
+    *numbers = sorted;
+    Ok(counts)
 }
 
-/// Return a function that returns the next free place of a kind, in a list of all kinds one after the other.
-fn places(counts: &[usize]) -> impl FnMut(usize) -> usize + use<> {
-    let mut next: Vec<usize> = (0..counts.len()).map(|kind| counts[..kind].iter().sum()).collect();
-    move |kind| {
-        next[kind] += 1;
-        next[kind] - 1
+/// Return the radiance of each object that carries a light, for objects given by their numbers; nothing if none does.
+fn emitted(world: &World<impl Objects>, numbers: &[u32]) -> Result<Vec<Option<[f32; 3]>>, OutOfMemory> {
+    if world.lights.iter().all(|light| light.carrier.is_none()) {
+        return Ok(Vec::new());
     }
-}
-
-fn materials(world: &World, space: &CameraSpace) -> Result<Vec<Material>, OutOfMemory> {
-    let range_scale = |object: &Object| match world.camera.projection {
-        Projection::Perspective => object.shape.range_scale(space, space.scaled(object.position)),
-        // Elsewhere it would not look the same.
-        Projection::Orthographic => 1.0,
-    };
-    let material =
-        |object: &Object| Material { albedo: object.color, emitted: None, range_scale: range_scale(object) };
-    let mut materials = par_collect(world.objects.par_iter().map(material), OBJECTS)?;
+    let mut emitted = filled(numbers.len(), None, OBJECTS)?;
     for light in &world.lights {
         if let (Some(carrier), Some(position)) = (light.carrier, light.source.position()) {
-            materials[carrier].emitted = Some(seen_directly(light, position, &world.camera));
+            emitted[carrier] = Some(seen_directly(light, position, &world.camera));
         }
     }
-    Ok(materials)
+    par_collect(numbers.par_iter().map(|&number| emitted[number as usize]), OBJECTS)
 }
 
 /// L = intensity color / (4 pi r^2), r from the light to the eye (document, section 3.4), or along the view to the

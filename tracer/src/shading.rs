@@ -7,7 +7,7 @@ use crate::accel::{ObjectList, Stack, Volume};
 use crate::apex::Apex;
 use crate::bounds::BoundingSphere;
 use crate::camera::Projection;
-use crate::scene::{Light, Material, Scene};
+use crate::scene::{Light, Scene};
 use crate::shapes::contact::Contact;
 use crate::shapes::points::{Points, ShadowRays};
 use crate::shapes::primitive::Primitive;
@@ -83,7 +83,7 @@ impl Lighting {
         radiance: &mut [Lanes; 3],
     ) -> u64 {
         let object = face >> FACE_BITS;
-        let Material { albedo, range_scale, .. } = scene.materials[object as usize];
+        let (albedo, range_scale) = (scene.albedos[object as usize], scene.range_scale(object));
         // The second is that of the odd squares of a checker.
         let albedos = [albedo, scene.checker(object).map_or(albedo, |checker| checker.albedo)];
         // The distance to the eye of an object that was moved toward it is the real one.

@@ -5,7 +5,7 @@ use crate::apex::Apex;
 use crate::bounds::BoundingSphere;
 use crate::camera::Projection;
 use crate::camera_space::CameraSpace;
-use crate::memory::{OutOfMemory, par_collect};
+use crate::memory::{OutOfMemory, par_collect, reserve};
 use crate::shapes::contact::Contact;
 use crate::shapes::outline::Outline;
 use crate::shapes::points::{Points, ShadowRays};
@@ -27,17 +27,27 @@ pub(crate) mod points;
 pub(crate) mod primitive;
 pub(crate) mod sphere;
 
+/// Objects that are read ahead, so that the cache misses overlap: in the order of the tree they are anywhere in memory.
+const AHEAD: usize = 32;
+
 /// Named in the error if memory runs out.
 pub(crate) const OBJECTS: &str = "the objects";
 
-/// A kind of shape or light, which `T` describes.
-pub struct Kind<T> {
+/// A kind of shape or light.
+pub struct Kind {
     /// Its name in a scene file.
     pub name: &'static str,
     /// The number of its parameters.
     pub parameters: usize,
-    /// Return the description with these parameters; panics if there are fewer.
-    pub describe: fn(&[f64]) -> T,
+}
+
+/// An object of the world, on its way to camera space.
+pub(crate) struct Placed {
+    pub(crate) shape: ShapeDesc,
+    /// As `CameraSpace::scaled` gives it.
+    pub(crate) position: Vector,
+    /// See `CameraSpace::range_scale`.
+    pub(crate) range_scale: f64,
 }
 
 /// Define everything that lists the kinds of shapes. A line gives a kind's name, its module, its type in camera
@@ -52,14 +62,28 @@ macro_rules! define_shapes {
 
         impl ShapeDesc {
             /// The kinds, in the order of their tags.
-            pub const KINDS: &[Kind<ShapeDesc>] = &[$(Kind {
-                name: $name,
-                parameters: <$module::$desc as Description>::PARAMETERS,
-                describe: |parameters| ShapeDesc::$shape(Description::new(parameters)),
-            },)*];
+            pub const KINDS: &[Kind] =
+                &[$(Kind { name: $name, parameters: <$module::$desc as Description>::PARAMETERS },)*];
+
+            /// Make the description of a kind, by its index in `KINDS`, from its parameters, which others may follow.
+            ///
+            /// # Panics
+            ///
+            /// If there is no such kind, or there are fewer parameters.
+            #[inline(always)]
+            pub fn new(kind: usize, parameters: &[f64]) -> ShapeDesc {
+                let mut count = 0;
+                $(
+                    if kind == count {
+                        return ShapeDesc::$shape(Description::new(parameters));
+                    }
+                    count += 1;
+                )*
+                unreachable!("there is no kind {kind} among {count}")
+            }
 
             /// The index of its kind in `KINDS`.
-            pub(crate) fn kind(&self) -> usize {
+            pub fn kind(&self) -> usize {
                 let mut kind = 0;
                 $(
                     if let ShapeDesc::$shape(_) = self {
@@ -91,23 +115,25 @@ macro_rules! define_shapes {
 
         impl Shapes {
             /// Transform objects to camera space, given by their numbers in the order of their kinds, and the count
-            /// of each kind. `place` returns an object's shape, its position as `CameraSpace::scaled` gives it, and
-            /// its range scale.
+            /// of each kind.
             ///
             /// # Errors
             ///
             /// If memory runs out.
-            pub(crate) fn new<'a>(
+            pub(crate) fn new(
                 space: &CameraSpace,
                 (mut numbers, counts): (&[u32], &[usize]),
-                place: impl Fn(u32) -> (&'a ShapeDesc, Vector, f64) + Sync,
+                (place, read): (impl Fn(u32) -> Placed + Sync, impl Fn(u32) + Sync),
             ) -> Result<Shapes, OutOfMemory> {
                 let mut counts = counts.iter();
                 $(
                     let count = counts.next().copied().unwrap_or(0);
                     let own = numbers.split_off(..count).expect("the objects of a kind");
-                    let transformed = own.par_iter().map(|&number| {
-                        let (ShapeDesc::$shape(shape), position, range_scale) = place(number) else {
+                    let transformed = own.par_iter().enumerate().map(|(i, &number)| {
+                        if i % AHEAD == 0 {
+                            own[i..].iter().take(AHEAD).for_each(|&number| read(number));
+                        }
+                        let Placed { shape: ShapeDesc::$shape(shape), position, range_scale } = place(number) else {
                             unreachable!("the objects are in the order of their kinds")
                         };
                         shape.transform(space, position, range_scale)
@@ -117,21 +143,23 @@ macro_rules! define_shapes {
                 Ok(Shapes { $($module,)* })
             }
 
-            /// Return the shapes at some indices, in the order of their kinds.
+            /// Return the numbers of the shapes that have no bounds.
             ///
             /// # Errors
             ///
             /// If memory runs out.
-            pub(crate) fn select(&self, mut indices: &[u32]) -> Result<Shapes, OutOfMemory> {
-                let mut first = 0;
+            pub(crate) fn unbounded(&self) -> Result<Vec<u32>, OutOfMemory> {
+                let (mut unbounded, mut first) = (Vec::new(), 0);
                 $(
-                    let shapes = &self.$module;
-                    let own = indices.split_off(..shapes.len()).expect("the indices of a kind");
-                    let $module = par_collect(own.par_iter().map(|&i| shapes[i as usize - first].clone()), OBJECTS)?;
-                    first += shapes.len();
+                    let count = self.$module.len();
+                    if !$module::$shape::IS_BOUNDED {
+                        reserve(&mut unbounded, count, OBJECTS)?;
+                        unbounded.extend(first..first + count as u32);
+                    }
+                    first += count as u32;
                 )*
-                debug_assert_eq!(first, self.len());
-                Ok(Shapes { $($module,)* })
+                debug_assert_eq!(first as usize, self.len());
+                Ok(unbounded)
             }
 
             pub(crate) fn len(&self) -> usize {
@@ -205,6 +233,14 @@ impl ShapeDesc {
 
     pub(crate) fn range_scale(&self, space: &CameraSpace, position: Vector) -> f64 {
         dispatch!(ShapeDesc, self, shape => shape.range_scale(space, position))
+    }
+}
+
+impl Placed {
+    /// The bounding sphere of the shape in camera space.
+    pub(crate) fn bounds(&self, space: &CameraSpace) -> Option<BoundingSphere> {
+        let Placed { shape, position, range_scale } = self;
+        dispatch!(ShapeDesc, shape, shape => shape.transform(space, *position, *range_scale).bounds())
     }
 }
 

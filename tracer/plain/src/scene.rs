@@ -150,7 +150,7 @@ pub fn camera(sections: &[(&str, Section)]) -> Option<(Camera, Lens)> {
 }
 
 /// Returns the tracer's tags of the reader's kinds.
-fn tags<T>(kinds: &[u8], names: impl Iterator<Item = &'static str>, known: &[Kind<T>]) -> Option<Vec<u8>> {
+fn tags(kinds: &[u8], names: impl Iterator<Item = &'static str>, known: &[Kind]) -> Option<Vec<u8>> {
     let tag = |name| known.iter().position(|kind| kind.name == name).map(|tag| tag as u8);
     let tags: Vec<u8> = names.map(tag).collect::<Option<_>>()?;
     Some(kinds.iter().map(|&kind| tags[usize::from(kind)]).collect())
@@ -160,8 +160,9 @@ fn world_objects(objects: &Objects) -> Option<Vec<Object>> {
     let mut rest = &objects.parameters[..];
     let columns = objects.kind.iter().zip(objects.position.as_chunks().0).zip(objects.color.as_chunks().0);
     let object = |((&tag, &position), &color)| {
-        let kind = &ShapeDesc::KINDS[usize::from(tag)];
-        Some(Object { position, color, shape: (kind.describe)(rest.split_off(..kind.parameters)?) })
+        let kind = usize::from(tag);
+        let parameters = rest.split_off(..ShapeDesc::KINDS[kind].parameters)?;
+        Some(Object { position, color, shape: ShapeDesc::new(kind, parameters) })
     };
     columns.map(object).collect()
 }
@@ -170,8 +171,8 @@ fn world_lights(lights: &Lights) -> Option<Vec<LightDesc>> {
     let mut rest = &lights.parameters[..];
     let numbers = lights.color.as_chunks().0.iter().zip(&lights.intensity).zip(&lights.carrier);
     let light = |(&tag, ((&color, &intensity), &carrier)): (&u8, ((_, _), &i64))| {
-        let kind = &LightSource::KINDS[usize::from(tag)];
-        let source = (kind.describe)(rest.split_off(..kind.parameters)?);
+        let kind = usize::from(tag);
+        let source = LightSource::new(kind, rest.split_off(..LightSource::KINDS[kind].parameters)?);
         Some(LightDesc { source, color, intensity, carrier: usize::try_from(carrier).ok() })
     };
     lights.kind.iter().zip(numbers).map(light).collect()

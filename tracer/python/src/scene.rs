@@ -11,7 +11,7 @@ use rtcli_tracer::world::{Camera, Kind, LightSource, ShapeDesc};
 use crate::errors::out_of_memory;
 use crate::interruptible::bytes_of;
 use crate::scene_file::{PyEdit, borrowed, format_of};
-use crate::world::for_each_row;
+use crate::world::{for_each_row, items};
 
 /// The sections, the columns of objects, of checkers and of lights, and the names of the objects.
 pub type PyScene<'py> =
@@ -106,7 +106,7 @@ fn column<'py, T: bytemuck::NoUninit>(py: Python<'py>, numbers: &[T]) -> PyResul
 }
 
 /// Returns the tracer's tags of the reader's kinds.
-fn tags<T>(kinds: &[u8], names: impl Iterator<Item = &'static str>, known: &[Kind<T>]) -> PyResult<Vec<u8>> {
+fn tags(kinds: &[u8], names: impl Iterator<Item = &'static str>, known: &[Kind]) -> PyResult<Vec<u8>> {
     let tag = |name| known.iter().position(|kind| kind.name == name);
     let unknown = || PyValueError::new_err("the reader has a kind that the tracer lacks");
     let tags: Option<Vec<_>> = names.map(|name| tag(name).map(|tag| tag as u8)).collect();
@@ -122,7 +122,7 @@ pub fn by_threes<'py>(py: Python<'py>, kinds: &[u8], parameters: &[u8]) -> PyRes
     reserve(&mut threes, 3 * kinds.len(), "the metadata").map_err(out_of_memory)?;
     reserve(&mut fourths, kinds.len(), "the metadata").map_err(out_of_memory)?;
     reserve(&mut rest, parameters.len() / size_of::<f64>(), "the metadata").map_err(out_of_memory)?;
-    for_each_row(ShapeDesc::KINDS, kinds, parameters, |_, _, own| {
+    for_each_row(ShapeDesc::KINDS, kinds, &items(parameters)?, |_, own| {
         threes.extend(own.iter().cycle().take(3));
         fourths.push(own.get(3).copied().unwrap_or_default());
         rest.extend(own.iter().skip(4));

@@ -13,7 +13,7 @@ use rtcli_tracer::memory::filled;
 use rtcli_tracer::meter::MeterReading;
 use rtcli_tracer::names::UnknownName;
 use rtcli_tracer::rle::Mask;
-use rtcli_tracer::world::{Vector, World};
+use rtcli_tracer::world::{Objects, Vector, World};
 use rtcli_tracer::{Film, Level};
 
 use crate::arrays::PyFilm;
@@ -108,17 +108,18 @@ impl Tracer {
     ) -> PyResult<Self> {
         let level = level()?;
         let objects = world::objects(objects)?;
+        let count = objects.count();
         let world = World {
             camera: world::camera(camera)?,
-            checkers: world::checkers(checkers, objects.len())?,
-            lights: world::lights(lights, objects.len())?,
+            checkers: world::checkers(checkers, count)?,
+            lights: world::lights(lights, count)?,
             objects,
             settings: world::settings(settings)?,
         };
         let listener = Listener::new(0, None, None);
         Ok(Tracer {
             size: (world.camera.width, world.camera.height),
-            objects: world.objects.len(),
+            objects: count,
             threads,
             core: listener.run_interruptibly(py, threads, |_, _| rtcli_tracer::Tracer::new(world, level))?,
         })

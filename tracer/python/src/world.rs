@@ -4,10 +4,11 @@ use crate::display::{copied, has_pixels};
 use crate::errors::out_of_memory;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use rtcli_tracer::memory::with_capacity;
+use rtcli_tracer::memory::{reserve, with_capacity};
 use rtcli_tracer::world::{
-    Camera, CheckerDesc, Kind, LightDesc, LightSource, Object, Settings, ShapeDesc, Vector, Window,
+    Camera, CheckerDesc, Columns, Kind, LightDesc, LightSource, Settings, ShapeDesc, Vector, Window,
 };
+use std::borrow::Cow;
 
 /// The most objects whose faces can be numbered in 32 bits.
 const MOST_OBJECTS: usize = 1 << 28;
@@ -48,44 +49,51 @@ pub fn camera(camera: PyCamera<'_>) -> PyResult<Camera> {
 /// # Errors
 ///
 /// `ValueError` for an unknown kind, columns of different lengths, or more objects than can be numbered.
-pub fn objects(columns: PyObjects<'_>) -> PyResult<Vec<Object>> {
-    let (kinds, position, parameters, color) = columns;
-    let (position, color) = (items::<Vector>(position)?, items::<Vector>(color)?);
-    same_lengths(kinds.len(), &[position.len(), color.len()])?;
+pub fn objects((kinds, positions, parameters, colors): PyObjects<'_>) -> PyResult<Columns<'_>> {
+    let (positions, colors) = (items::<Vector>(positions)?, items::<Vector>(colors)?);
+    same_lengths(kinds.len(), &[positions.len(), colors.len()])?;
     if kinds.len() > MOST_OBJECTS {
         return Err(PyValueError::new_err(format!(
             "a scene is limited to {MOST_OBJECTS} objects, got {}",
             kinds.len()
         )));
     }
-    let mut objects = with_capacity(kinds.len(), "the objects").map_err(out_of_memory)?;
-    for_each_row(ShapeDesc::KINDS, kinds, parameters, |i, kind, own| {
-        objects.push(Object { position: position[i], color: color[i], shape: (kind.describe)(own) });
-        Ok(())
-    })?;
-    Ok(objects)
+    let (mut starts, mut start) = (Vec::new(), 0);
+    let parameters = items(parameters)?;
+    if kinds.iter().any(|&kind| kind != kinds[0]) {
+        reserve(&mut starts, kinds.len(), "the objects").map_err(out_of_memory)?;
+        for_each_row(ShapeDesc::KINDS, kinds, &parameters, |_, own| {
+            starts.push(start);
+            start += own.len() as u32;
+            Ok(())
+        })?;
+    } else {
+        let kind = kinds.first().map(|&kind| kind_of(ShapeDesc::KINDS, kind)).transpose()?;
+        same_lengths(kind.map_or(0, |kind| kind.parameters * kinds.len()), &[parameters.len()])?;
+    }
+    Ok(Columns { kinds, positions, parameters, starts, colors })
 }
 
-/// Pass the index of each row, its kind and its parameters to `add`.
+fn kind_of(kinds: &[Kind], tag: u8) -> PyResult<&Kind> {
+    kinds.get(usize::from(tag)).ok_or_else(|| PyValueError::new_err(format!("unknown kind {tag}")))
+}
+
+/// Pass the index of each row and its parameters to `add`.
 ///
 /// # Errors
 ///
 /// `ValueError` for an unknown kind or columns of different lengths, and those of `add`.
-pub fn for_each_row<T>(
-    kinds: &[Kind<T>],
+pub fn for_each_row<'a>(
+    kinds: &[Kind],
     tags: &[u8],
-    parameters: &[u8],
-    mut add: impl FnMut(usize, &Kind<T>, &[f64]) -> PyResult<()>,
+    mut parameters: &'a [f64],
+    mut add: impl FnMut(usize, &'a [f64]) -> PyResult<()>,
 ) -> PyResult<()> {
-    let parameters = items::<f64>(parameters)?;
-    let mut rest = parameters.as_slice();
     for (i, &tag) in tags.iter().enumerate() {
-        let unknown = || PyValueError::new_err(format!("unknown kind {tag}"));
-        let kind = kinds.get(usize::from(tag)).ok_or_else(unknown)?;
-        let own = rest.split_off(..kind.parameters).ok_or_else(different_lengths)?;
-        add(i, kind, own)?;
+        let count = kind_of(kinds, tag)?.parameters;
+        add(i, parameters.split_off(..count).ok_or_else(different_lengths)?)?;
     }
-    if rest.is_empty() { Ok(()) } else { Err(different_lengths()) }
+    if parameters.is_empty() { Ok(()) } else { Err(different_lengths()) }
 }
 
 /// Return the checkers.
@@ -96,11 +104,11 @@ pub fn for_each_row<T>(
 pub fn checkers((indices, size, color): PyCheckers<'_>, objects: usize) -> PyResult<Vec<CheckerDesc>> {
     let (indices, size, color) = (items::<i64>(indices)?, items::<f64>(size)?, items::<Vector>(color)?);
     same_lengths(indices.len(), &[size.len(), color.len()])?;
-    let checker = |((index, size), color): ((i64, f64), Vector)| match usize::try_from(index) {
+    let checker = |((&index, &size), &color): ((&i64, &f64), &Vector)| match usize::try_from(index) {
         Ok(object) if object < objects => Ok(CheckerDesc { object, size, color }),
         _ => Err(PyValueError::new_err(format!("a checker is on object {index}, which does not exist"))),
     };
-    indices.into_iter().zip(size).zip(color).map(checker).collect()
+    indices.iter().zip(&*size).zip(&*color).map(checker).collect()
 }
 
 /// Return the lights.
@@ -111,11 +119,12 @@ pub fn checkers((indices, size, color): PyCheckers<'_>, objects: usize) -> PyRes
 pub fn lights(columns: PyLights<'_>, objects: usize) -> PyResult<Vec<LightDesc>> {
     let (kinds, parameters, color, intensity, carriers) = columns;
     let (color, intensity) = (items::<Vector>(color)?, items::<f64>(intensity)?);
-    let carriers = items::<i64>(carriers)?;
+    let (carriers, parameters) = (items::<i64>(carriers)?, items(parameters)?);
     same_lengths(kinds.len(), &[color.len(), intensity.len(), carriers.len()])?;
     let mut lights = with_capacity(kinds.len(), "the lights").map_err(out_of_memory)?;
-    for_each_row(LightSource::KINDS, kinds, parameters, |i, kind, own| {
-        let (source, carrier) = ((kind.describe)(own), carrier(carriers[i], objects)?);
+    for_each_row(LightSource::KINDS, kinds, &parameters, |i, own| {
+        let source = LightSource::new(usize::from(kinds[i]), own);
+        let carrier = carrier(carriers[i], objects)?;
         lights.push(LightDesc { source, color: color[i], intensity: intensity[i], carrier });
         Ok(())
     })?;
@@ -159,12 +168,16 @@ pub fn window((x, y, width, height): PyWindow, whole: (u32, u32)) -> PyResult<Wi
     }
 }
 
-fn items<T: bytemuck::AnyBitPattern>(bytes: &[u8]) -> PyResult<Vec<T>> {
+/// Return the items of a column; they are copied only if they are not aligned.
+pub fn items<T: bytemuck::AnyBitPattern>(bytes: &[u8]) -> PyResult<Cow<'_, [T]>> {
     if !bytes.len().is_multiple_of(size_of::<T>()) {
         let message = format!("{} bytes are not a whole number of items", bytes.len());
         return Err(PyValueError::new_err(message));
     }
-    copied(bytes, "the scene")
+    match bytemuck::try_cast_slice(bytes) {
+        Ok(items) => Ok(items.into()),
+        Err(_) => Ok(copied(bytes, "the scene")?.into()),
+    }
 }
 
 fn same_lengths(rows: usize, columns: &[usize]) -> PyResult<()> {

@@ -25,7 +25,7 @@ fn any_scene() -> impl Strategy<Value = ((crate::tile::View, (u32, u32)), Vec<Or
 }
 
 fn tree_of(shapes: &[OracleShape]) -> Bvh {
-    let (mut tree, _, order) = Bvh::new(shapes.par_iter().map(|shape| shape.to_kernel().get(0).bounds())).unwrap();
+    let (mut tree, order) = Bvh::new(shapes.par_iter().map(|shape| shape.to_kernel().get(0).bounds())).unwrap();
     tree.renumber(&order);
     tree
 }
@@ -163,10 +163,33 @@ fn planes_are_not_in_the_tree() {
 }
 
 #[test]
-fn a_thousand_objects_may_be_in_one_place() {
+fn one_of_many_objects_may_be_far_from_the_others() {
+    let ball = |i: i32| {
+        let away = if i == 0 { 1e9 } else { f64::from(i) * 1e-3 };
+        OracleShape::Sphere { center: [away, away.sin(), away.cos()], radius: 1e-3 }
+    };
+    let tree = tree_of(&(0..10_000).map(ball).collect::<Vec<_>>());
+    assert_once_each(&found(&tree, &everywhere(), f32::INFINITY), 10_000);
+}
+
+#[test]
+fn the_tree_has_few_more_nodes_than_full_ones_would_be() {
+    let ball = |i: i32| {
+        let coordinate = |step: i32| f64::from(i.wrapping_mul(step) >> 8) / f64::from(1 << 23);
+        let center = [coordinate(0x1e37_79b1), coordinate(0x25eb_ca6b), coordinate(0x42b2_ae35)];
+        OracleShape::Sphere { center, radius: 1e-3 }
+    };
+    for count in [100, 1000, 10_000] {
+        let tree = tree_of(&(0..count).map(ball).collect::<Vec<_>>());
+        assert!(tree.nodes.len() as i32 * 5 < count, "{} nodes over {count} objects", tree.nodes.len());
+    }
+}
+
+#[test]
+fn ten_thousand_objects_may_be_in_one_place() {
     let ball = OracleShape::Sphere { center: [1.0, 2.0, 3.0], radius: 0.5 };
-    let tree = tree_of(&vec![ball; 1000]);
-    assert_once_each(&found(&tree, &everywhere(), f32::INFINITY), 1000);
+    let tree = tree_of(&vec![ball; 10_000]);
+    assert_once_each(&found(&tree, &everywhere(), f32::INFINITY), 10_000);
 }
 
 /// Each cut takes off only the few largest: the worst that can happen to the depth of the tree.
@@ -177,7 +200,7 @@ fn objects_may_crowd_toward_a_point() {
     assert_once_each(&found(&tree, &everywhere(), f32::INFINITY), 1000);
 }
 
-/// More than one thread builds it.
+/// More than one thread sorts its objects and builds it.
 #[test]
 fn a_large_tree_is_the_same_on_any_number_of_threads() {
     let sphere = |i: u32| {
@@ -187,7 +210,7 @@ fn a_large_tree_is_the_same_on_any_number_of_threads() {
             radius: 0.001 + 0.1 * unit(0x27d4_eb2f).powi(20),
         }
     };
-    let shapes: Vec<OracleShape> = (0..20_000).map(sphere).collect();
+    let shapes: Vec<OracleShape> = (0..150_000).map(sphere).collect();
     let built = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| tree_of(&shapes))

@@ -308,10 +308,9 @@ impl<'a> CameraToWorld<'a> {
     #[inline(always)]
     fn units(&self, faces: &[u32; LANES]) -> [f64; LANES] {
         let mut units = [self.unit; LANES];
-        if self.scene.has_range_scales {
+        if !self.scene.range_scales.is_empty() {
             for (unit, &face) in units.iter_mut().zip(faces) {
-                let material = self.scene.materials.get((face >> FACE_BITS) as usize);
-                *unit /= material.map_or(1.0, |material| material.range_scale);
+                *unit /= self.scene.range_scale(face >> FACE_BITS);
             }
         }
         units
@@ -346,9 +345,12 @@ impl<'a> CameraToWorld<'a> {
         for (albedo, &face) in albedos.iter_mut().zip(faces) {
             if face != last {
                 last = face;
-                // A miss has no material.
-                let material = self.scene.materials.get((face >> FACE_BITS) as usize);
-                color = material.map_or([0.0; 3], |material| to_f32(material.albedo));
+                // A miss has none.
+                color = self
+                    .scene
+                    .albedos
+                    .get((face >> FACE_BITS) as usize)
+                    .map_or([0.0; 3], |&albedo| to_f32(albedo));
             }
             *albedo = color;
         }

@@ -1,12 +1,13 @@
 use super::*;
 use crate::oracle::any_world;
-use crate::world::Settings;
 use crate::world::{Camera, CapsuleDesc, ConeDesc, CuboidDesc, CylinderDesc, LightSource, ShapeDesc, SphereDesc};
+use crate::world::{Object, Settings};
 use proptest::prelude::*;
 
 /// All numbers of a scene.
 fn numbers_of(scene: &Scene) -> String {
-    format!("{:?} {:?} {:?} {:?}", scene.shapes, scene.materials, scene.lights, scene.bvh)
+    let Scene { shapes, albedos, range_scales, emitted, lights, bvh, .. } = scene;
+    format!("{shapes:?} {albedos:?} {range_scales:?} {emitted:?} {lights:?} {bvh:?}")
 }
 
 /// The same world with all lengths times a factor, and as much light.
@@ -125,6 +126,6 @@ fn an_object_that_carries_a_light_shines_with_the_light_that_reaches_the_eye() {
         intensity: 100.0 * PI,
         carrier: Some(0),
     });
-    let emitted = Scene::new(&world).unwrap().materials[0].emitted;
+    let emitted = Scene::new(&world).unwrap().emitted(0);
     assert_eq!(emitted, Some([1.0, 0.5, 0.0]));
 }

@@ -1,10 +1,8 @@
 //! The unit of camera space.
 
 use crate::camera::{Camera, Projection};
-use crate::memory::{OutOfMemory, collect, par_collect, reserve};
-use crate::shapes::OBJECTS;
 use crate::vector::Vector;
-use crate::world::{LightDesc, LightSource, Object, World};
+use crate::world::{LightSource, Objects, World};
 use rayon::prelude::*;
 
 /// The farthest object or light stays within this power of two, so that its square stays within float32.
@@ -20,33 +18,69 @@ const AS_GOOD_AS_PARALLEL: i32 = 30;
 
 /// Return a power of two that scales the median of the objects' and lights' distances from the eye, or their sizes
 /// if larger, to about 1, or below if something is very far away.
-pub(crate) fn suitable_unit(world: &World) -> Result<f64, OutOfMemory> {
-    let eye = world.camera.position;
+pub(crate) fn suitable_unit(world: &World<impl Objects>) -> f64 {
+    let (eye, objects) = (world.camera.position, &world.objects);
     let exponent = |position: Vector, size: f64| {
         let away = |largest: f64, i: usize| largest.max((position[i] / 2.0 - eye[i] / 2.0).abs());
         let distance = (0..3).fold(size / 2.0, away);
-        (distance > 0.0).then(|| libm::ilogb(distance))
+        (distance > 0.0).then(|| libm::ilogb(distance.min(f64::MAX)))
     };
-    let of_object = |object: &Object| exponent(object.position, object.shape.size());
-    let exponents = par_collect(world.objects.par_iter().map(of_object), OBJECTS)?;
-    let mut exponents = collect(exponents.into_iter().flatten(), OBJECTS)?;
-    let Some(&farthest_object) = exponents.iter().max() else {
-        return Ok(1.0);
+    let of_object = |number: usize| exponent(objects.position(number), objects.shape(number).size());
+    let numbers = (0..objects.count()).into_par_iter();
+    let mut exponents = numbers
+        .fold(Exponents::new, |exponents, number| exponents.with(of_object(number)))
+        .reduce(Exponents::new, Exponents::joined);
+    let Some(farthest_object) = exponents.largest() else {
+        return 1.0;
     };
-    let of_light = |light: &LightDesc| match light.source {
-        LightSource::Point { position, radius } => exponent(position, radius),
-        LightSource::Sun { .. } => None,
-    };
-    let lights = world.lights.iter().filter_map(of_light);
-    reserve(&mut exponents, world.lights.len(), "the lights")?;
-    exponents.extend(lights.map(|light| light.min(farthest_object + AS_GOOD_AS_PARALLEL)));
-    let farthest = exponents.iter().copied().fold(farthest_object, i32::max);
-    // The lower of two: near objects matter more.
-    let middle = (exponents.len() - 1) / 2;
-    let (_, &mut typical, _) = exponents.select_nth_unstable(middle);
+    for light in &world.lights {
+        if let LightSource::Point { position, radius } = light.source {
+            let light = exponent(position, radius);
+            exponents = exponents.with(light.map(|light| light.min(farthest_object + AS_GOOD_AS_PARALLEL)));
+        }
+    }
+    let typical = exponents.median();
+    let farthest = exponents.largest().unwrap_or(farthest_object);
     let farthest = farthest.min(typical + FARTHEST_EXPONENT).max(picture_exponent(&world.camera));
     let exponent = typical.max(farthest - LARGEST_EXPONENT);
-    Ok(libm::scalbn(1.0, -exponent.clamp(-1000, 1000)))
+    libm::scalbn(1.0, -exponent.clamp(-1000, 1000))
+}
+
+/// The number of distances with each exponent.
+struct Exponents(Vec<usize>);
+
+impl Exponents {
+    const SMALLEST: i32 = f64::MIN_EXP - f64::MANTISSA_DIGITS as i32;
+
+    fn new() -> Exponents {
+        Exponents(vec![0; (f64::MAX_EXP - Exponents::SMALLEST) as usize])
+    }
+
+    fn with(mut self, exponent: Option<i32>) -> Exponents {
+        if let Some(exponent) = exponent {
+            self.0[(exponent - Exponents::SMALLEST) as usize] += 1;
+        }
+        self
+    }
+
+    fn joined(mut self, other: Exponents) -> Exponents {
+        self.0.iter_mut().zip(other.0).for_each(|(count, more)| *count += more);
+        self
+    }
+
+    fn largest(&self) -> Option<i32> {
+        self.0.iter().rposition(|&count| count > 0).map(|index| index as i32 + Exponents::SMALLEST)
+    }
+
+    /// The lower of two in the middle: near objects matter more.
+    fn median(&self) -> i32 {
+        let total: usize = self.0.iter().sum();
+        let mut up_to = self.0.iter().scan(0, |sum, count| {
+            *sum += count;
+            Some(*sum)
+        });
+        up_to.position(|sum| 2 * sum >= total).expect("there are distances") as i32 + Exponents::SMALLEST
+    }
 }
 
 /// The exponent of half the larger side of the picture in the world, where it has one.

@@ -188,11 +188,11 @@ impl TileTracer {
             return;
         }
         let object = face >> FACE_BITS;
-        let material = &scene.materials[object as usize];
-        if let Some(radiance) = material.emitted {
+        let emitted = scene.emitted(object);
+        if let Some(radiance) = emitted {
             fill(&mut self.radiance, lanes, radiance);
         }
-        let lit = is_sample && settings.direct_light && material.emitted.is_none();
+        let lit = is_sample && settings.direct_light && emitted.is_none();
         let surface = self.surface.as_mut().filter(|_| is_central);
         if lanes.is_empty() || !(lit || surface.is_some()) {
             return;
