@@ -139,6 +139,7 @@ def with_expressions(edits: list[PathEdit] | None, expressions: Sequence[str]) -
 def _can_be_passed_on(parts: Iterable[str | int]) -> bool:
     """Return whether the compiled reader can take text without half of a surrogate pair, and indices."""
     try:
-        return all(part <= _MAX_INDEX if isinstance(part, int) else part.encode() is not None for part in parts)
+        "".join(part for part in parts if isinstance(part, str)).encode()
     except UnicodeEncodeError:
         return False
+    return all(part <= _MAX_INDEX for part in parts if isinstance(part, int))

@@ -199,8 +199,10 @@ def test_passes_of_a_long_rendering_wait_for_the_whole_picture(scene, monkeypatc
     monkeypatch.setattr(session_module, "render", lambda *arguments: calls.append(1) or render(*arguments))
     with LiveClient(scene) as live:
         assert live.session.state.status == "rendering"
+        small = live.session.state.good.version
         assert len(live.get("/pass", name="object_id")) == 4_000_000
         assert live.session.state.status == "ok"
+        assert live.session.state.good.version > small  # by which a page knows that there is another picture
         assert len(calls) == 2  # one was given up for the small picture
 
 

@@ -242,6 +242,7 @@ def test_values_that_share_an_anchor_are_edited_one_by_one():
         ("camera.fov.=3", "is not a path"),
         (".camera.fov=3", "is not a path"),
         ("camera.resolution[-1]=3", "is not a path"),
+        (f"objects[{'9' * 5000}].radius=3", "is not a path"),  # more digits than Python takes for an integer
         ("camera.resolution[x]=3", "is not a path"),
         ("camera.resolution[0=3", "is not a path"),
         ("objects.bal.radius=3", "no item named `bal`"),

@@ -69,7 +69,7 @@ impl Write for AtomicFile {
 impl Drop for AtomicFile {
     fn drop(&mut self) {
         if !self.temporary.as_os_str().is_empty() {
-            // There is nobody to tell.
+            // The error that led here is the one to report.
             drop(fs::remove_file(&self.temporary));
         }
     }

@@ -5,7 +5,7 @@ use std::sync::Mutex;
 
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use rtcli_reader::{Span, Spans};
+use rtcli_reader::{Span, Spans, text_of};
 
 use crate::scene_file::{PyStep, format_of};
 
@@ -101,10 +101,6 @@ impl FileSpans {
         };
         (count(start), count(end))
     }
-}
-
-fn text_of(file: &[u8]) -> &[u8] {
-    file.strip_prefix(b"\xef\xbb\xbf").unwrap_or(file)
 }
 
 /// Returns the number of characters that start in a part of a text.

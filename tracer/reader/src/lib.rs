@@ -23,5 +23,5 @@ pub mod spans;
 mod table;
 
 pub use scene::{Checkers, Edit, Format, Lights, Objects, Scene, Section, read, read_object};
-pub use source::Span;
+pub use source::{Span, text_of};
 pub use spans::Spans;

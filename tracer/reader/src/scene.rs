@@ -4,9 +4,9 @@ use std::collections::HashSet;
 
 use crate::row::{Counter, Row, field_of, read_component, read_row, read_value};
 use crate::schema::{Kind, Mapping, Value};
-use crate::source::Source;
 use crate::source::json::Json;
 use crate::source::yaml::Yaml;
+use crate::source::{Source, text_of};
 use crate::table::{CARRIED_LIGHT, CHECKER, LIGHT, LIGHTS, OBJECT, SCENE, SHAPES};
 
 /// The formats of scene files.
@@ -127,7 +127,7 @@ pub fn light_kinds() -> impl Iterator<Item = &'static str> {
 
 /// Reads a scene file with some changes; None if it is not plainly valid, or memory runs out.
 pub fn read(bytes: &[u8], format: Format, edits: &[Edit<'_>]) -> Option<Scene> {
-    let text = str::from_utf8(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)).ok()?;
+    let text = str::from_utf8(text_of(bytes)).ok()?;
     match format {
         Format::Json => Reader::new(edits).read(&mut Json::new(text)),
         Format::Yaml => Reader::new(edits).read(&mut Yaml::new(text)?),

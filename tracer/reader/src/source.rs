@@ -21,6 +21,11 @@ impl Span {
     }
 }
 
+/// Returns the text of a file after its byte order mark, if it has one.
+pub fn text_of(file: &[u8]) -> &[u8] {
+    file.strip_prefix(b"\xef\xbb\xbf").unwrap_or(file)
+}
+
 /// A text that is read from its start to its end. Each method gives up with None, and the text is then of no use.
 pub trait Source<'a> {
     /// A mapping or list that is open.

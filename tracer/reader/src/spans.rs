@@ -4,7 +4,7 @@ use crate::number::Number;
 use crate::scene::{Format, read_from};
 use crate::source::json::Json;
 use crate::source::yaml::Yaml;
-use crate::source::{Source, Span};
+use crate::source::{Source, Span, text_of};
 
 /// A value of a file, in the order of the file; those in it follow it.
 #[derive(Clone, Copy, Debug)]
@@ -26,7 +26,7 @@ pub struct Spans {
 impl Spans {
     /// Returns the spans of a file, after its byte order mark if it has one; None if it is not plainly valid.
     pub fn of(bytes: &[u8], format: Format) -> Option<Spans> {
-        let text = str::from_utf8(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)).ok()?;
+        let text = str::from_utf8(text_of(bytes)).ok()?;
         match format {
             Format::Json => Tracked::read(Json::new(text)),
             Format::Yaml => Tracked::read(Yaml::new(text)?),

@@ -172,16 +172,22 @@ fn one_of_many_objects_may_be_far_from_the_others() {
     assert_once_each(&found(&tree, &everywhere(), f32::INFINITY), 10_000);
 }
 
+/// Returns a number from 0 to 1 that differs widely from one index to the next.
+fn share(index: u32, step: u32) -> f64 {
+    f64::from(index.wrapping_mul(step) >> 8) / f64::from(1 << 24)
+}
+
+/// Returns a point in the unit cube.
+fn scattered(index: u32) -> Vector {
+    [share(index, 0x9e37_79b1), share(index, 0x85eb_ca6b), share(index, 0xc2b2_ae35)]
+}
+
 #[test]
 fn the_tree_has_few_more_nodes_than_full_ones_would_be() {
-    let ball = |i: i32| {
-        let coordinate = |step: i32| f64::from(i.wrapping_mul(step) >> 8) / f64::from(1 << 23);
-        let center = [coordinate(0x1e37_79b1), coordinate(0x25eb_ca6b), coordinate(0x42b2_ae35)];
-        OracleShape::Sphere { center, radius: 1e-3 }
-    };
     for count in [100, 1000, 10_000] {
+        let ball = |i| OracleShape::Sphere { center: scattered(i), radius: 1e-3 };
         let tree = tree_of(&(0..count).map(ball).collect::<Vec<_>>());
-        assert!(tree.nodes.len() as i32 * 5 < count, "{} nodes over {count} objects", tree.nodes.len());
+        assert!(tree.nodes.len() as u32 * 5 < count, "{} nodes over {count} objects", tree.nodes.len());
     }
 }
 
@@ -203,13 +209,8 @@ fn objects_may_crowd_toward_a_point() {
 /// More than one thread sorts its objects and builds it.
 #[test]
 fn a_large_tree_is_the_same_on_any_number_of_threads() {
-    let sphere = |i: u32| {
-        let unit = |step: u32| f64::from(i.wrapping_mul(step) >> 8) / f64::from(1 << 24);
-        OracleShape::Sphere {
-            center: [unit(0x9e37_79b1), unit(0x85eb_ca6b), unit(0xc2b2_ae35)],
-            radius: 0.001 + 0.1 * unit(0x27d4_eb2f).powi(20),
-        }
-    };
+    let sphere =
+        |i| OracleShape::Sphere { center: scattered(i), radius: 0.001 + 0.1 * share(i, 0x27d4_eb2f).powi(20) };
     let shapes: Vec<OracleShape> = (0..150_000).map(sphere).collect();
     let built = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
