@@ -59,19 +59,59 @@ def test_wait_for_a_long_task_is_told(monkeypatch):
 
 
 @pytest.mark.parametrize("slots", [1, 2, 5])
-def test_no_more_tasks_are_taken_than_there_are_slots(slots):
+def test_no_more_groups_are_taken_than_there_are_slots(slots, monkeypatch):
+    monkeypatch.setattr("rtcli.batch.pool._MAX_GROUP", 3)
     taken = 0
 
     def tasks():
         nonlocal taken
-        for number in range(20):
+        for number in range(60):
             taken += 1
             yield str(number)
 
     with ThreadPoolExecutor(2) as threads:
         for count, _ in enumerate(news(Workers(threads, slots), eval, tasks()), start=1):
-            assert taken <= count + slots - 1
-    assert taken == 20
+            assert taken <= count + 3 * slots - 1
+    assert taken == 60
+
+
+class Recording(Workers):
+    """Workers that record how many tasks they are given at a time."""
+
+    def __init__(self, executor):
+        super().__init__(executor, 1)
+        self.sizes = []
+
+    def submit(self, function, task):
+        self.sizes.append(len(task[1]))
+        return super().submit(function, task)
+
+
+@pytest.mark.parametrize(("seconds", "sizes"), [(1e9, [1, 16, 16, 7]), (0.0, [1] * 40)])
+def test_tasks_go_to_a_worker_in_groups_that_take_it_some_time(seconds, sizes, monkeypatch):
+    monkeypatch.setattr("rtcli.batch.pool._GROUP_SECONDS", seconds)
+    with ThreadPoolExecutor(1) as threads:
+        workers = Recording(threads)
+        found = [result.value for result in news(workers, eval, [str(number) for number in range(40)])]
+    assert found == list(range(40))
+    assert workers.sizes == sizes
+
+
+def test_task_that_fails_in_a_group_costs_no_other(monkeypatch):
+    monkeypatch.setattr("rtcli.batch.pool._GROUP_SECONDS", 1e9)
+    tasks = [*map(str, range(9)), "1/0", *map(str, range(9, 12))]
+    with ThreadPoolExecutor(1) as threads:
+        found = list(news(Recording(threads), eval, tasks))
+    assert [result.task for result in found] == tasks
+    assert [result.task for result in found if result.error is not None] == ["1/0"]
+
+
+def test_worker_that_dies_at_work_on_a_group_costs_its_own_task_alone(local, monkeypatch):
+    monkeypatch.setattr("rtcli.batch.pool._GROUP_SECONDS", 1e9)
+    tasks = [*map(str, range(20)), DIE, *map(str, range(20, 40))]
+    found = {result.task: result for result in news(local, eval, tasks)}
+    assert isinstance(found.pop(DIE).error, WorkerDiedError)
+    assert {result.value for result in found.values()} == set(range(40))
 
 
 def test_task_that_raises_is_tried_once_more_and_then_told():
